@@ -110,11 +110,11 @@ def find_floats(tree):
 
 
 @pytest.mark.parametrize("path", NORMATIVE, ids=_name)
-def test_normative_code_has_no_floats_but_those_of_the_spec(path):
+def test_normative_code_has_no_floats_except_those_of_the_spec(path):
     assert find_floats(_parse(path)) == ALLOWED_FLOATS.get(_name(path), set())
 
 
-def test_every_file_that_may_have_floats_exists():
+def test_every_file_that_may_contain_floats_exists():
     assert ALLOWED_FLOATS.keys() <= {_name(path) for path in NORMATIVE}
 
 
@@ -159,7 +159,7 @@ def _list_long_functions(path, most):
                 yield f"{_name(path)}: {node.name}"
 
 
-def test_functions_are_short_but_for_kernels():
+def test_functions_are_short_except_kernels():
     modules = [path for path in MODULES if path not in KERNELS]
 
     assert [long for path in modules for long in _list_long_functions(path, 40)] == []
@@ -173,7 +173,7 @@ def _list_imports(tree):
             yield node.module
 
 
-def test_numba_is_imported_by_kernels_and_what_compiles_them_alone():
+def test_only_kernels_and_their_compiler_import_numba():
     importers = {
         path
         for path in MODULES
@@ -185,7 +185,7 @@ def test_numba_is_imported_by_kernels_and_what_compiles_them_alone():
 
 
 @pytest.mark.parametrize("path", KERNELS, ids=_name)
-def test_kernels_import_numbers_and_kernels_alone(path):
+def test_kernels_import_only_numerical_modules_and_kernels(path):
     others = [
         name
         for name in _list_imports(_parse(path))
@@ -197,7 +197,7 @@ def test_kernels_import_numbers_and_kernels_alone(path):
 
 
 @pytest.mark.parametrize("path", KERNELS, ids=_name)
-def test_kernels_are_all_compiled_but_for_what_makes_a_constant(path):
+def test_all_functions_of_kernels_are_compiled_except_those_for_constants(path):
     tree = _parse(path)
     plain = {
         node.name
@@ -216,7 +216,7 @@ def test_kernels_are_all_compiled_but_for_what_makes_a_constant(path):
     assert not any(isinstance(node, ast.ClassDef) for node in tree.body)
 
 
-def test_ffmpeg_opens_files_to_read_in_one_module_alone():
+def test_only_one_module_opens_files_with_ffmpeg():
     opening = re.compile(r"\bav\.(open|CodecContext)\b")
     openers = {_name(path) for path in MODULES if opening.search(path.read_text("utf-8"))}
 
@@ -236,7 +236,7 @@ def _list_writes(tree):
             yield from (str(mode) for mode in modes if re.fullmatch(r"[wxa]b?\+?|r\+b", str(mode)))
 
 
-def test_files_are_written_by_one_package_alone():
+def test_only_one_package_writes_files():
     others = [path for path in MODULES if path.parent.name != "files"]
     writers = {_name(path) for path in others if any(_list_writes(_parse(path)))}
 
@@ -249,7 +249,7 @@ def test_the_package_itself_imports_nothing():
     assert list(_list_imports(_parse(PACKAGE / "__init__.py"))) == []
 
 
-def test_what_decodes_and_inspects_loads_where_nothing_heavy_can_be_imported():
+def test_decoding_and_inspection_load_without_heavy_packages():
     names = [
         "quarc_ref." + _name(path).removesuffix(".py").removesuffix("/__init__").replace("/", ".")
         for path in LIGHT

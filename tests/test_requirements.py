@@ -65,7 +65,7 @@ def test_another_version_and_a_package_without_a_lock_are_named(tmp_path, capsys
 
 
 @pytest.mark.parametrize("version", ["1.0", "1.0+cpu"])
-def test_a_local_build_of_the_locked_version_is_as_locked(monkeypatch, version):
+def test_a_local_build_of_the_locked_version_counts_as_locked(monkeypatch, version):
     class _Installed:
         name = "Alpha"
 

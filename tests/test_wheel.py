@@ -27,7 +27,7 @@ def names(tmp_path_factory):
         return set(archive.namelist())
 
 
-def test_a_type_checker_of_another_project_is_told_that_there_are_types(names):
+def test_type_checkers_find_the_types_of_the_package(names):
     assert "quarc_ref/py.typed" in names
 
 

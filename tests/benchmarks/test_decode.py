@@ -40,7 +40,7 @@ def test_a_stream_is_measured(stream, threads):
     assert speed.ms_by_stage.keys() == {"decode", "floats"}
 
 
-def test_a_stage_that_was_done_ahead_of_the_first_frame_is_still_listed(stream, monkeypatch):
+def test_a_stage_done_before_the_first_frame_is_still_listed(stream, monkeypatch):
     class PlayerThatDecodesAhead(Player):
         def __iter__(self):
             yield from list(super().__iter__())
@@ -51,7 +51,7 @@ def test_a_stage_that_was_done_ahead_of_the_first_frame_is_still_listed(stream, 
 
 
 @needs_fast
-def test_threads_of_the_core_change_no_state(tmp_path):
+def test_the_number_of_threads_changes_no_state(tmp_path):
     path = tmp_path / "wide.quarc"
     write_moving_stream(path, Job(40_000, births=50, frames=6))  # enough for several pieces of work
 
@@ -62,7 +62,7 @@ def test_threads_of_the_core_change_no_state(tmp_path):
     assert play(1) == play(3)
 
 
-def test_a_sparse_stream_has_about_as_many_followers_of_what_moves_as_real_ones(tmp_path):
+def test_a_sparse_stream_has_about_as_many_followers_of_moving_anchors_as_real_streams(tmp_path):
     path = tmp_path / "sparse.quarc"
     write_moving_stream(path, Job(20_000, births=5, frames=2, sparse=True))
 
@@ -84,7 +84,7 @@ def test_a_stream_is_made_once(tmp_path):
     assert decode.make_stream(job, tmp_path).stat().st_mtime_ns == stamp
 
 
-def test_the_table_has_a_row_to_each_measurement(stream):
+def test_the_table_has_a_row_for_each_measurement(stream):
     rows = [measure_speed(str(stream), threads).as_json() for threads in (1, 2)]
 
     lines = decode.format_table(rows).splitlines()
@@ -93,7 +93,7 @@ def test_the_table_has_a_row_to_each_measurement(stream):
     assert len({line.count("|") for line in lines}) == 1
 
 
-def test_a_share_of_the_gaussians_is_updated_where_that_is_asked_for(tmp_path):
+def test_the_requested_share_of_gaussians_is_updated(tmp_path):
     path = tmp_path / "updated.quarc"
 
     write_moving_stream(path, Job(600, births=5, frames=4, updated=0.1))

@@ -2,7 +2,7 @@ from encode import format_table
 from steady_timer import SteadyTimer
 
 
-def test_a_frame_is_counted_from_the_third():
+def test_frames_are_counted_from_the_third_on():
     steady = SteadyTimer()
 
     for stage, done in [("canonical", 1), ("canonical", 2), ("frames", 1), ("motion", 1)]:

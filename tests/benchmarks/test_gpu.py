@@ -31,7 +31,7 @@ def dry(tmp_path_factory):
     return main(["--out", str(folder), "--dry-run"]), folder
 
 
-def test_a_dry_run_does_every_step(dry):
+def test_a_dry_run_runs_every_step(dry):
     code, folder = dry
     rows = json.loads((folder / "gpu.json").read_text())["rows"]
 
@@ -42,7 +42,7 @@ def test_a_dry_run_does_every_step(dry):
     assert sorted(path.name for path in folder.iterdir()) == ["gpu.json", "gpu.md"]
 
 
-def test_a_dry_run_measures_all_that_is_asked_for(dry):
+def test_a_dry_run_makes_all_requested_measurements(dry):
     _, folder = dry
     rows = json.loads((folder / "gpu.json").read_text())["rows"]
     by_step = {}
@@ -93,7 +93,9 @@ def test_a_step_that_fails_says_why(tmp_path):
     )
 
 
-def test_a_step_at_its_limit_is_ended_and_keeps_what_it_has_found(tmp_path, monkeypatch):
+def test_a_step_that_reaches_its_time_limit_is_stopped_and_its_results_are_kept(
+    tmp_path, monkeypatch
+):
     monkeypatch.setattr(run_steps, "_LEAST_SECONDS", 0)
     found = Row("frame 0", "something", "1")
     notebook = Notebook(tmp_path / "frame_0.jsonl")
@@ -107,20 +109,20 @@ def test_a_step_at_its_limit_is_ended_and_keeps_what_it_has_found(tmp_path, monk
     assert time.monotonic() - begun < 30
 
 
-def test_a_step_without_time_is_not_begun(tmp_path):
+def test_a_step_without_time_left_is_not_started(tmp_path):
     (row,) = _run_one("machine", tmp_path, 1.0)
 
     assert row.result == "failed: no time is left"
     assert list(tmp_path.iterdir()) == []
 
 
-def test_no_step_takes_more_than_what_is_left():
+def test_no_step_takes_more_than_the_time_left():
     steps = (Step("a", 50, ""), Step("b", 500, ""))
 
     assert [limit for _, limit in spread_time(steps, 100)] == [50, pytest.approx(100, abs=5)]
 
 
-def test_without_a_gpu_nothing_else_is_tried(tmp_path, monkeypatch, capsys):
+def test_without_a_gpu_only_the_gpu_check_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("CUDA_VISIBLE_DEVICES", "")
     code = main(["--out", str(tmp_path)])
 
@@ -131,7 +133,7 @@ def test_without_a_gpu_nothing_else_is_tried(tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="sends SIGTERM")
-def test_an_interrupted_run_leaves_the_table_of_what_was_done(tmp_path):
+def test_an_interrupted_run_writes_the_table_of_completed_steps(tmp_path):
     command = [*_PROGRAM, "--dry-run", "--out", str(tmp_path)]
     environment = {**os.environ, "PYTHONPATH": str(_ROOT)}
     with subprocess.Popen(command, stdout=subprocess.PIPE, env=environment) as running:
@@ -149,7 +151,7 @@ def test_an_interrupted_run_leaves_the_table_of_what_was_done(tmp_path):
     assert "failed: interrupted" in printed.splitlines()[-1]
 
 
-def test_the_steps_need_nothing_that_is_not_listed():
+def test_the_steps_need_only_listed_packages():
     modules = [step.module for step in STEPS]
     program = f"""
 import sys
@@ -184,13 +186,13 @@ def test_wheels_have_the_locked_versions():
     assert LIST.name == "wheels.txt"
 
 
-def test_what_is_installed_stays(tmp_path, monkeypatch):
+def test_installed_packages_are_kept(tmp_path, monkeypatch):
     monkeypatch.setattr("gpu.wheels.read_list", lambda: ["numpy==0.1", "pytest==0.1"])
 
     assert install_missing(tmp_path) == "nothing is missing"
 
 
-def test_what_is_missing_is_installed_once_from_wheels_alone(tmp_path, monkeypatch):
+def test_missing_packages_are_installed_once_and_only_from_wheels(tmp_path, monkeypatch):
     monkeypatch.setattr("gpu.wheels.read_list", lambda: ["tiny-thing==1.0", "numpy==0.1"])
     _write_wheel(tmp_path)
 
@@ -211,14 +213,14 @@ def _write_wheel(folder):
         wheel.writestr(f"{info}/RECORD", "")
 
 
-def test_a_wheel_that_is_not_there_is_named(tmp_path, monkeypatch):
+def test_a_missing_wheel_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr("gpu.wheels.read_list", lambda: ["no-such-package==1.0"])
 
     with pytest.raises(RuntimeError, match="no-such-package"):
         install_missing(tmp_path)
 
 
-def test_tests_are_found_by_their_mark():
+def test_tests_are_found_by_their_marker():
     assert "test_rasterizers.py" in [path.name for path in list_files()]
 
 
@@ -245,20 +247,20 @@ def test_tests_are_counted(tmp_path, cases, most_skipped, holds, said):
     assert (row.holds, row.result) == (holds, said.replace("0 failed, 1", "0 passed, 0 skipped, 1"))
 
 
-def test_cells_keep_to_their_columns():
+def test_cells_stay_within_their_columns():
     table = format_table([Row("a", "b|c", "line\nline", "", holds=False)])
 
     assert table.splitlines()[-1] == "| a | b/c | line line |  | **no** |"
 
 
-def test_figures_that_are_no_numbers_do_not_spoil_the_json(tmp_path):
+def test_figures_that_are_not_numbers_do_not_break_the_json(tmp_path):
     write_tables([Row("a", "b", "c", figures={"good": 1.0, "bad": float("nan")})], tmp_path)
 
     (row,) = json.loads((tmp_path / "gpu.json").read_text())["rows"]
     assert row["figures"] == {"good": 1.0}
 
 
-def test_half_a_line_is_not_read(tmp_path):
+def test_an_incomplete_line_is_not_read(tmp_path):
     path = tmp_path / "notes.jsonl"
     Notebook(path).note("1 of 2")
     with path.open("a") as file:

@@ -22,7 +22,7 @@ def _run(out, *arguments):
     return json.loads(done.stdout)
 
 
-def test_mutants_end_in_frames_or_rejections_and_a_run_goes_on_where_it_was(tmp_path):
+def test_mutants_end_in_frames_or_rejections_and_a_run_resumes_where_it_stopped(tmp_path):
     first = _run(tmp_path, "--streams", 150)
     kept = (tmp_path / "series_0" / "blocks.jsonl").read_text()
     again = _run(tmp_path, "--streams", 150)
@@ -62,7 +62,7 @@ def _ends():
 
 @pytest.mark.usefixtures("_ends")
 @pytest.mark.parametrize(("way", "outcome"), [(_escape, "escape"), (_spin, "hang")])
-def test_what_a_decoder_must_not_do_is_kept_with_its_bytes(
+def test_failures_of_the_decoder_are_kept_with_their_bytes(
     way, outcome, ways, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(judge, "SECONDS", 0.02)
@@ -74,7 +74,7 @@ def test_what_a_decoder_must_not_do_is_kept_with_its_bytes(
     assert (tmp_path / "30.txt").read_text().startswith(outcome)
 
 
-def test_a_mutant_that_is_forged_is_decoded_beyond_a_wrong_state_crc():
+def test_a_forged_mutant_is_decoded_beyond_a_wrong_state_crc():
     stream = _with_wrong_state(SEEDS["still"])
     verdicts = [judge.judge("decode", stream, forged=forged) for forged in (False, True)]
 
@@ -87,7 +87,7 @@ def _with_wrong_state(stream):
     return rebuild_stream(chunks)
 
 
-def test_blocks_are_kept_and_read_as_they_were(tmp_path):
+def test_blocks_are_read_as_they_were_written(tmp_path):
     path = tmp_path / "blocks.jsonl"
     tally = blocks.judge_block(_SERIES, 0, 20, tmp_path)
     blocks.append_block(path, 0, 20, tally)

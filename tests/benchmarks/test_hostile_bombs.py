@@ -17,7 +17,7 @@ def _small_level(monkeypatch):
 @pytest.mark.usefixtures("_small_level")
 @pytest.mark.parametrize("newborn", [False, True])
 @pytest.mark.parametrize("place", hostile_bombs._PLACES)
-def test_a_bomb_asks_for_what_its_level_allows_and_is_small(place, newborn):
+def test_a_bomb_uses_the_limits_of_its_level_and_is_small(place, newborn):
     data = hostile_bombs.build(10, place, newborn=newborn)
     counts = [scene.count for scene in decode(data)]
 
@@ -27,7 +27,7 @@ def test_a_bomb_asks_for_what_its_level_allows_and_is_small(place, newborn):
     assert len(data) < 12 * 400
 
 
-def test_a_stream_is_measured_in_a_process_of_its_own():
+def test_a_stream_is_measured_in_its_own_process():
     command = [sys.executable, hostile_bombs.__file__, "--measure", str(hostile_bombs._WARM)]
     measured = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
 

@@ -19,7 +19,7 @@ def mutants():
     return [mutator.make(number) for number in range(400)]
 
 
-def test_a_series_and_a_number_make_the_same_mutant_again(mutants):
+def test_a_series_and_a_number_reproduce_the_mutant(mutants):
     again = Mutator(dict(reversed(SEEDS.items())), series=3)
     other = Mutator(SEEDS, series=4)
 
@@ -52,7 +52,7 @@ def test_every_seed_and_every_kind_of_mutation_is_used(mutants):
     assert {"flip", "splice", "flip in a payload", "change_words", "swap_chunks"} <= done
 
 
-def test_what_lies_behind_the_container_is_reached(mutants):
+def test_mutants_reach_code_behind_the_container(mutants):
     met = set()
     for mutant in mutants:
         try:

@@ -36,14 +36,14 @@ def _judge(data):
     return judge.judge(judge.BY_BOTH_ENGINES, data, forged=False)
 
 
-def test_a_series_and_a_number_make_the_same_stream_again(streams):
+def test_a_series_and_a_number_reproduce_the_stream(streams):
     again, other = StructuredMaker(0), StructuredMaker(1)
 
     assert [again.make(number) for number in (200, 0, 7)] == [streams[i] for i in (200, 0, 7)]
     assert [other.make(number).data for number in range(20)] != [s.data for s in streams[:20]]
 
 
-def test_every_hostility_has_its_turn(maker, streams):
+def test_every_kind_of_hostile_value_is_used(maker, streams):
     done = {name for stream in streams for name in stream.recipe[:1]}
 
     assert len(maker.hostilities) == 84
@@ -51,14 +51,14 @@ def test_every_hostility_has_its_turn(maker, streams):
 
 
 @needs_fast
-def test_both_engines_agree_and_nothing_escapes(outcomes):
+def test_both_engines_agree_and_no_other_error_is_raised(outcomes):
     assert outcomes.total() == _COUNT
     assert outcomes["escape"] == outcomes["hang"] == 0
     assert outcomes["decoded"] > _COUNT / 20
 
 
 @needs_fast
-def test_few_streams_reach_most_reject_ids_the_deep_ones_among_them(outcomes):
+def test_few_streams_reach_most_reject_ids_including_the_deep_ones(outcomes):
     unreached = blocks.Tally(outcomes=outcomes).list_unreached()
 
     assert len(unreached) <= 3
@@ -69,7 +69,7 @@ def test_few_streams_reach_most_reject_ids_the_deep_ones_among_them(outcomes):
     } & set(unreached)
 
 
-def test_streams_without_hostility_are_valid_and_have_many_frames(maker):
+def test_streams_without_hostile_values_are_valid_and_have_many_frames(maker):
     calm = [maker.make(len(maker.hostilities) * number) for number in range(20)]
     counts = [len(list(decode(stream.data))) for stream in calm if not stream.recipe]
 
@@ -77,7 +77,7 @@ def test_streams_without_hostility_are_valid_and_have_many_frames(maker):
     assert max(counts) >= 5
 
 
-def test_what_is_spliced_comes_from_another_stream(maker):
+def test_spliced_data_comes_from_another_stream(maker):
     names = [hostility.name if hostility else "" for hostility in maker.hostilities]
     number = names.index("chunks of another stream")
     payloads = {piece.payload for donor in maker._donors for piece in donor.pieces[1:-2]}
@@ -87,7 +87,7 @@ def test_what_is_spliced_comes_from_another_stream(maker):
 
 
 @needs_fast
-def test_engines_that_disagree_are_seen(streams, monkeypatch):
+def test_a_disagreement_of_the_engines_is_detected(streams, monkeypatch):
     rotate = reconstruct.rotate
 
     def turn_otherwise(rotations, residuals):
@@ -103,7 +103,7 @@ def test_engines_that_disagree_are_seen(streams, monkeypatch):
 
 
 @needs_fast
-def test_engines_that_reject_otherwise_are_seen(monkeypatch):
+def test_engines_with_different_reject_ids_are_detected(monkeypatch):
     whole, _ = make_stream()
 
     def reject(*_arguments):
@@ -116,7 +116,7 @@ def test_engines_that_reject_otherwise_are_seen(monkeypatch):
 
 
 @needs_fast
-def test_the_command_tells_what_was_not_reached_and_fails_for_it(tmp_path):
+def test_the_command_lists_unreached_reject_ids_and_fails(tmp_path):
     command = [sys.executable, SCRIPT, "--structured", "--streams", "3", "--out", tmp_path]
     done = subprocess.run([*command, "--json"], capture_output=True, text=True, check=False)
     told = json.loads(done.stdout)

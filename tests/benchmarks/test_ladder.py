@@ -81,7 +81,7 @@ def _moving(splats, frame=1):
 
 
 @pytest.mark.parametrize("name", FREE)
-def test_only_what_is_free_changes(name):
+def test_only_free_attributes_change(name):
     begun, fitted = _fit(name)
     start = _start(begun).rows(fitted.alive)
 
@@ -90,7 +90,7 @@ def test_only_what_is_free_changes(name):
         assert changed == (field in FREE[name]), field
 
 
-def test_every_rung_that_is_drawn_is_listed():
+def test_every_rung_of_the_ladder_is_listed():
     assert list(RUNGS)[:9] == [
         "still", "anchors", "own", "deaths", "opacity", "dc", "rest", "scales", "all"
     ]  # fmt: skip
@@ -99,7 +99,7 @@ def test_every_rung_that_is_drawn_is_listed():
 
 
 @pytest.mark.parametrize("name", ["anchors", "own"])
-def test_what_moves_on_its_own_or_by_anchors_comes_nearer_to_the_later_frame(name):
+def test_free_gaussians_and_anchors_approach_the_later_frame(name):
     begun, fitted = _fit(name, 30)
     still = _moving(dequantize(begun.scene))
 
@@ -107,7 +107,7 @@ def test_what_moves_on_its_own_or_by_anchors_comes_nearer_to_the_later_frame(nam
     assert _moving(round_rung(begun, fitted).splats) > still + 1
 
 
-def test_anchors_in_floats_are_near_what_the_decoder_makes_of_their_symbols():
+def test_anchors_in_floats_are_close_to_the_decoded_symbols():
     begun, fitted = _fit("anchors", 30)
     header, splats = begun.scene.header, round_rung(begun, fitted).splats
     apart = np.abs(splats.positions - to_splats(fitted.attributes).positions)
@@ -116,7 +116,7 @@ def test_anchors_in_floats_are_near_what_the_decoder_makes_of_their_symbols():
     assert apart.max() > 0
 
 
-def test_the_price_on_motion_is_left_out():
+def test_the_regularizer_of_motion_is_left_out():
     dear = replace(HASTY, motion=replace(HASTY.motion, rd_lambda=1e6))
 
     assert torch.equal(
@@ -132,13 +132,13 @@ def _with_blemish():
     return start.joined(replace(blemish, log_scales=blemish.log_scales + 1))
 
 
-def test_only_who_is_in_the_way_dies():
+def test_only_gaussians_in_the_way_die():
     dying = choose_dying(make_context(), _with_blemish(), 0, 0.2)
 
     assert dying.nonzero().tolist() == [[len(dying) - 1]]
 
 
-def test_the_dead_leave_at_half_time_and_the_others_keep_their_opacity(monkeypatch):
+def test_dying_gaussians_leave_at_half_time_and_the_others_keep_their_opacity(monkeypatch):
     begun = _begun()
     count, steps = begun.scene.count, []
     dead = torch.arange(count) < 3
@@ -156,11 +156,11 @@ def test_the_dead_leave_at_half_time_and_the_others_keep_their_opacity(monkeypat
     assert [done for _, done, _ in steps] == list(range(1, 9))
 
 
-def test_nobody_who_moves_alone_dies():
+def test_with_free_motion_no_gaussian_dies():
     assert len(_fit("own")[1].alive) == _begun().scene.count
 
 
-def test_what_is_whole_steps_off_is_found_in_these_steps_and_decoded_to_it():
+def test_an_offset_of_whole_steps_is_found_and_decoded_exactly():
     moved = _moved()
     header, start = moved.scene.header, _start(moved)
     rng = np.random.default_rng(5)
@@ -186,7 +186,7 @@ def test_what_is_whole_steps_off_is_found_in_these_steps_and_decoded_to_it():
     assert np.allclose(np.abs((decoded.rotations * floats.rotations).sum(axis=1)), 1, atol=1e-5)
 
 
-def test_a_stream_without_updates_is_taken_as_one_of_which_nobody_had_any():
+def test_a_stream_without_updates_equals_one_with_empty_updates():
     state = _state()
     allowed = allow_updates(state)
 
@@ -195,7 +195,7 @@ def test_a_stream_without_updates_is_taken_as_one_of_which_nobody_had_any():
     assert allow_updates(allowed) is allowed
 
 
-def test_what_changes_by_less_than_half_a_step_costs_next_to_nothing():
+def test_changes_below_half_a_step_cost_almost_nothing():
     begun, fitted = _fit("still", 0)
     nudge = position_step(begun.scene.header) * 1e-3
     near = replace(fitted.attributes, means=fitted.attributes.means + nudge)
@@ -207,7 +207,7 @@ def test_what_changes_by_less_than_half_a_step_costs_next_to_nothing():
     assert rounded.rest_bytes == 0
 
 
-def test_bytes_grow_with_what_changes_and_those_of_sh_rest_stand_apart():
+def test_bytes_grow_with_the_changes_and_sh_rest_is_listed_separately():
     begun, fitted = _fit("carried")
     carried = round_rung(begun, fitted)
     start = fitted.attributes
@@ -219,7 +219,7 @@ def test_bytes_grow_with_what_changes_and_those_of_sh_rest_stand_apart():
     assert more.changed["SH rest"] == len(fitted.alive)
 
 
-def test_a_gaussian_on_its_own_is_as_fast_as_its_anchors_together():
+def test_a_free_gaussian_moves_as_fast_as_its_anchors_together():
     levels = 1 + 2 + 4  # SMALL doubles the rate from level to level
     begun, fitted = _fit("own", 1)
     shift = (fitted.attributes.means - _start(begun).means).abs().max()
@@ -231,7 +231,7 @@ def test_a_gaussian_on_its_own_is_as_fast_as_its_anchors_together():
     assert float(shift) == pytest.approx(rate, rel=1e-2)
 
 
-def test_sh_rest_may_be_trained_as_fast_as_dc():
+def test_sh_rest_can_be_trained_as_fast_as_dc():
     ratio = (
         canonical_learning_rates(SMALL.canonical, 1.0)[4]
         / canonical_learning_rates(SMALL.canonical, 1.0)[5]
@@ -242,7 +242,7 @@ def test_sh_rest_may_be_trained_as_fast_as_dc():
     assert fast > 5 * slow
 
 
-def test_standing_still_is_listed_once_and_short_fits_come_first():
+def test_a_static_scene_is_listed_once_and_short_fits_come_first():
     rungs = [RUNGS["still"], RUNGS["own"]]
 
     assert [task.name for task in list_tasks(rungs, [1, 5], [30, 10])] == [
@@ -251,7 +251,7 @@ def test_standing_still_is_listed_once_and_short_fits_come_first():
     ]  # fmt: skip
 
 
-def test_rows_that_are_there_are_not_made_again(tmp_path):
+def test_existing_rows_are_not_computed_again(tmp_path):
     capture = make_capture()
     begin = partial(Ladder, capture, capture.cameras, _state())
     task, other = Task(RUNGS["own"], 1, 3), Task(RUNGS["own"], 1, 4)
@@ -275,7 +275,7 @@ def folder(tmp_path_factory):
     return scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.plane_points())
 
 
-def test_the_command_encodes_where_to_begin_and_goes_on(folder, tmp_path, capsys):
+def test_the_command_encodes_the_initial_stream_and_continues(folder, tmp_path, capsys):
     words = [str(folder), "--out", str(tmp_path), *TINY]
     assert command.main(words) == 0
     first = capsys.readouterr()
@@ -302,7 +302,7 @@ def test_the_command_encodes_where_to_begin_and_goes_on(folder, tmp_path, capsys
         (["--stream", "nowhere.quarc"], "nowhere.quarc"),
     ],
 )
-def test_what_cannot_be_is_rejected_in_a_line(folder, tmp_path, capsys, words, said):
+def test_an_impossible_combination_is_rejected_in_one_line(folder, tmp_path, capsys, words, said):
     assert command.main([str(folder), "--out", str(tmp_path), *TINY]) == 0
     (stream,) = tmp_path.glob("*.quarc")
     capsys.readouterr()

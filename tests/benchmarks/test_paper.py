@@ -92,7 +92,7 @@ class _Words(HTMLParser):
         self.words.append(data)
 
 
-def test_tables_plots_and_page_are_there(study):
+def test_tables_plots_and_page_are_written(study):
     names = {path.name for path in study.iterdir() if path.is_file()}
     plots = {"full.png", "quantization.png", "gate.png", "levels.png"}
 
@@ -100,7 +100,7 @@ def test_tables_plots_and_page_are_there(study):
     assert "| plane | dB that quantization costs |" in (study / "paper.md").read_text()
 
 
-def test_csv_has_a_line_to_each_trial_of_each_experiment(study):
+def test_csv_has_a_line_for_each_trial_of_each_experiment(study):
     lines = list(csv.DictReader(io.StringIO((study / "paper.csv").read_text())))
     named = [(line["experiment"], line["name"]) for line in lines]
 
@@ -111,7 +111,7 @@ def test_csv_has_a_line_to_each_trial_of_each_experiment(study):
     assert "ssim_inria" in lines[0]["metric_ssim"]
 
 
-def test_the_page_carries_its_pictures_and_tells_the_protocol(study):
+def test_the_page_contains_its_pictures_and_states_the_protocol(study):
     text = (study / "index.html").read_text()
     words = " ".join(_Words(text).words)
     protocol = json.loads((study / "rows" / "full.json").read_text())["protocol"]
@@ -123,7 +123,7 @@ def test_the_page_carries_its_pictures_and_tells_the_protocol(study):
     assert protocol["versions"]["torch"] in words
 
 
-def test_what_is_done_is_not_run_again(folder, copy, here, capsys):
+def test_completed_trials_are_not_run_again(folder, copy, here, capsys):
     _run(folder, copy, *ONLY, "--json")
     rows = json.loads(capsys.readouterr().out)
 
@@ -132,7 +132,7 @@ def test_what_is_done_is_not_run_again(folder, copy, here, capsys):
     assert rows[-1]["changes"] == {"stream.level_count": "2"}
 
 
-def test_an_ended_run_goes_on_where_it_was(folder, copy, here):
+def test_an_interrupted_run_resumes(folder, copy, here):
     (copy / "rows" / "levels-1.json").unlink()
     _run(folder, copy, *ONLY)
 
@@ -149,14 +149,16 @@ def test_an_ended_run_goes_on_where_it_was(folder, copy, here):
         (("--workers", "0"), "workers and threads must be at least 1"),
     ],
 )
-def test_what_cannot_be_is_told_before_anything_runs(folder, tmp_path, here, capsys, more, told):
+def test_impossible_options_are_reported_before_anything_runs(
+    folder, tmp_path, here, capsys, more, told
+):
     assert _run(folder, tmp_path, *more) == 2
     assert told in capsys.readouterr().err
     assert here == []
     assert not any(tmp_path.iterdir())
 
 
-def test_in_processes_a_trial_that_fails_stops_no_other(folder, tmp_path, capsys):
+def test_a_failed_trial_does_not_stop_others_in_worker_processes(folder, tmp_path, capsys):
     (tmp_path / "rows" / "full.json").mkdir(parents=True)
     code = _run(folder, tmp_path, "--only", "rotation", "--workers", "2")
 
@@ -165,7 +167,7 @@ def test_in_processes_a_trial_that_fails_stops_no_other(folder, tmp_path, capsys
     assert (tmp_path / "rows" / "rotation-4.json").is_file()
 
 
-def test_rows_made_on_a_ray_cluster_are_those_made_here(folder, study, tmp_path, ray_cluster):
+def test_rows_from_a_ray_cluster_equal_local_ones(folder, study, tmp_path, ray_cluster):
     script = Path(command.__file__).parents[1] / "paper.py"
     words = [str(folder), "--out", str(tmp_path), *TINY, "--only", "rotation"]
     subprocess.run([sys.executable, script, *words, "--ray", ray_cluster], check=True)
@@ -178,9 +180,7 @@ def test_rows_made_on_a_ray_cluster_are_those_made_here(folder, study, tmp_path,
     assert mine["per_frame"] == theirs["per_frame"]
 
 
-def test_several_captures_come_to_one_table_of_scenes_and_their_mean(
-    folder, tmp_path, here, capsys
-):
+def test_several_captures_give_one_table_of_scenes_and_their_mean(folder, tmp_path, here, capsys):
     data = tmp_path / "N3DV"
     for name in ("one", "two"):
         shutil.copytree(folder, data / name)

@@ -24,7 +24,7 @@ def _points(base, name):
 
 
 @pytest.mark.parametrize("base", BASES.values(), ids=BASES)
-def test_all_of_the_paper_is_there_and_each_trial_once(base):
+def test_all_experiments_of_the_paper_are_listed_and_each_trial_once(base):
     experiments = list_experiments(base)
     trials = list_trials(experiments)
 
@@ -36,7 +36,7 @@ def test_all_of_the_paper_is_there_and_each_trial_once(base):
 
 
 @pytest.mark.parametrize("base", BASES.values(), ids=BASES)
-def test_the_sweep_changes_the_step_of_translations_and_nothing_else_in_world_units(base):
+def test_the_sweep_changes_only_the_step_of_translations_in_world_units(base):
     points = _points(base, "step")
 
     assert [point.x for point in points] == list(STEP_FACTORS)
@@ -51,12 +51,12 @@ def test_the_sweep_changes_the_step_of_translations_and_nothing_else_in_world_un
     assert points[3].trial.config == base
 
 
-def test_the_full_method_is_always_there_so_that_a_page_can_be_written_after_its_row():
+def test_the_full_method_is_always_included_so_that_a_page_can_follow_its_row():
     experiments = list_experiments(BASES["main"], ["gate"])
     assert [experiment.name for experiment in experiments] == ["full", "gate"]
 
 
-def test_the_gate_is_all_that_differs_between_two_trials_of_one_least_gradient():
+def test_trials_with_the_same_least_gradient_differ_only_in_the_gate():
     births = [point.trial.config.births for point in _points(BASES["demo"], "gradient")]
 
     assert births[::2] == [
@@ -68,14 +68,14 @@ def test_the_gate_is_all_that_differs_between_two_trials_of_one_least_gradient()
     assert gate == [point.trial for point in _points(BASES["demo"], "gradient")[:2]]
 
 
-def test_a_value_that_the_full_method_has_is_the_full_method_s_row():
+def test_a_value_of_the_full_method_shares_its_row():
     for name, place in (("levels", 2), ("anchors", 0), ("rotation", 0), ("resample", 0)):
         assert _points(BASES["main"], name)[place].trial.name == "full"
     assert _points(BASES["paper"], "gate")[0].trial.name == "full"
     assert _points(BASES["paper"], "rotation")[1].trial.name == "full"
 
 
-def test_bound_anew_is_tried_in_floats_and_against_the_same_but_for_that():
+def test_rebinding_is_tried_in_floats_against_the_same_method_without_it():
     fresh, kept, redone = (point.trial for point in _points(BASES["paper"], "rebinding"))
 
     assert {fresh.floats, kept.floats, redone.floats} == {"all"}
@@ -84,6 +84,6 @@ def test_bound_anew_is_tried_in_floats_and_against_the_same_but_for_that():
     assert fresh.config.stream.resample_interval == 1
 
 
-def test_an_experiment_that_is_not_there_is_told():
+def test_an_unknown_experiment_is_rejected():
     with pytest.raises(ValueError, match="no experiment stepp; there are full, quantization"):
         list_experiments(BASES["main"], ["full", "stepp"])

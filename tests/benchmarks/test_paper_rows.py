@@ -35,7 +35,7 @@ def row(task):
     return json.loads(task.row_path.read_text())
 
 
-def test_its_figures_are_those_of_the_stream_that_is_kept(task, row, folder):
+def test_its_figures_are_those_of_the_kept_stream(task, row, folder):
     data = task.stream_path.read_bytes()
     evaluation = evaluate_stream(data, folder, lambda *_: None)
     summary = inspect_stream(data)
@@ -49,7 +49,7 @@ def test_its_figures_are_those_of_the_stream_that_is_kept(task, row, folder):
     assert row["gaussians"] == [frame.gaussians for frame in summary.frames]
 
 
-def test_it_tells_all_that_it_hangs_on(row):
+def test_a_row_lists_everything_it_depends_on(row):
     assert row["seed"] == SMALL.seed
     assert row["renderer"]["training"] == "numba"
     assert row["protocol"]["cameras"]["held_out"] == ["cam00"]
@@ -59,7 +59,7 @@ def test_it_tells_all_that_it_hangs_on(row):
     assert row["quality"]["psnr_moving"] != row["quality"]["psnr"]
 
 
-def test_a_row_that_is_there_is_not_made_again(task, monkeypatch):
+def test_an_existing_row_is_not_computed_again(task, monkeypatch):
     monkeypatch.setattr(rows, "encode", None)
     before = task.row_path.stat().st_mtime_ns
     make_row(task)
@@ -79,7 +79,7 @@ def test_a_row_that_is_there_is_not_made_again(task, monkeypatch):
         {"device": "cuda"},
     ],
 )
-def test_a_row_of_something_else_is_not_taken_for_it(task, folder, change):
+def test_a_row_of_other_inputs_is_not_reused(task, folder, change):
     fingerprint = open_capture(folder).fingerprint
 
     assert task.recall(fingerprint) is not None
@@ -87,7 +87,7 @@ def test_a_row_of_something_else_is_not_taken_for_it(task, folder, change):
     assert task.recall("f" * 64) is None
 
 
-def test_frame_0_is_trained_once_for_trials_that_differ_in_motion_alone(task, monkeypatch):
+def test_frame_0_is_trained_once_for_trials_that_differ_only_in_motion(task, monkeypatch):
     motion = replace(SMALL.motion, iterations=2)
     trial = Trial("short", "short", replace(SMALL, motion=motion))
     monkeypatch.setattr(canonical_once, "train_canonical", None)
@@ -101,7 +101,7 @@ def test_frame_0_is_trained_once_for_trials_that_differ_in_motion_alone(task, mo
     assert first["seconds"]["canonical"] == second["seconds"]["canonical"]
 
 
-def test_other_canonical_settings_are_trained_anew(task, monkeypatch):
+def test_other_canonical_settings_train_again(task, monkeypatch):
     called = []
 
     def stop(*_):

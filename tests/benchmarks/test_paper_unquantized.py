@@ -73,7 +73,7 @@ def test_a_residual_of_a_third_of_a_step_is_not_lost():
     assert not shift[:, 1:].any()
 
 
-def test_refined_steps_are_finer_and_those_of_residuals_are_not():
+def test_refinement_makes_attribute_steps_finer_but_not_those_of_residuals():
     header = StreamHeader()
     fine = refine_header(header, 3.0)
 
@@ -96,7 +96,7 @@ def test_scenes_in_floats_follow_the_pictures(frames):
     assert min(psnr[1:]) > psnr[0] - 1.5
 
 
-def test_with_motion_alone_in_floats_the_canonical_frame_is_in_steps(frames):
+def test_with_only_motion_in_floats_the_canonical_frame_is_quantized(frames):
     def opacities(made):
         return made.state.scene.codes[OPACITY] % _FINER
 
@@ -104,13 +104,13 @@ def test_with_motion_alone_in_floats_the_canonical_frame_is_in_steps(frames):
     assert not opacities(_walk(SLOW, "motion", 1)[0]).any()
 
 
-def test_between_samplings_the_binding_is_kept(frames):
+def test_the_binding_is_kept_between_samplings(frames):
     begun = begin_frame(frames[1].state, frames[2].deaths)
 
     assert np.array_equal(frames[2].state.known_anchors.binding, begun.known_anchors.binding)
 
 
-def test_between_samplings_the_nearest_anchor_is_found_anew_where_that_is_the_rule():
+def test_with_rebinding_the_nearest_anchor_is_found_again_between_samplings():
     frames = _walk(SLOW, "all", rebinds=True)
     begun = begin_frame(frames[1].state, frames[2].deaths)
     anchors, positions = frames[2].state.known_anchors, begun.scene.positions
@@ -122,7 +122,7 @@ def test_between_samplings_the_nearest_anchor_is_found_anew_where_that_is_the_ru
         assert np.allclose(found, least)
 
 
-def test_bytes_in_floats_are_four_to_a_number(frames):
+def test_floats_take_four_bytes_each(frames):
     trial = Trial("toy", "toy", SLOW, "all")
     first, second = (summarize_floats(made, trial) for made in frames[:2])
 
@@ -133,7 +133,7 @@ def test_bytes_in_floats_are_four_to_a_number(frames):
     assert second.births > 0
 
 
-def test_the_price_of_floats_is_the_entropy_of_their_values():
+def test_the_estimate_for_floats_is_the_entropy_of_their_values():
     same = np.zeros((6, 8))
     different = np.arange(48.0).reshape(6, 8) / 7
 

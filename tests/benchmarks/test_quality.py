@@ -57,7 +57,7 @@ def _read_csv(path):
     return list(csv.DictReader(io.StringIO(path.read_text())))
 
 
-def test_the_figures_are_those_of_the_stream_that_is_kept(study):
+def test_the_figures_are_those_of_the_kept_stream(study):
     row = _read_row(study, 1)
     data = (study / "streams" / f"{NAME}.set0.seed1.quarc").read_bytes()
     evaluation = evaluate_stream(data, study / "captures" / NAME, lambda *_: None)
@@ -75,7 +75,7 @@ def test_the_figures_are_those_of_the_stream_that_is_kept(study):
     assert summary.header.seed == row["seed"] == 1
 
 
-def test_training_views_are_measured_with_gains_and_what_moves_apart(study):
+def test_training_views_are_measured_with_gains_and_the_moving_region_separately(study):
     row = _read_row(study, 0)
     figures = row["figures"]
 
@@ -85,7 +85,7 @@ def test_training_views_are_measured_with_gains_and_what_moves_apart(study):
     assert len(row["per_frame"]["training"]) == 2
 
 
-def test_table_and_json_have_mean_and_deviation_of_the_seeds(study):
+def test_table_and_json_have_mean_and_deviation_over_seeds(study):
     rows = [_read_row(study, seed)["figures"]["held_out_psnr"] for seed in (0, 1)]
     (group,) = json.loads((study / "quality.json").read_text())["groups"]
     spread = group["figures"]["held_out_psnr"]
@@ -100,7 +100,7 @@ def test_table_and_json_have_mean_and_deviation_of_the_seeds(study):
     assert "| LPIPS |" not in (study / "quality.md").read_text()
 
 
-def test_there_is_a_line_to_each_frame_and_a_plot(study):
+def test_there_is_a_line_for_each_frame_and_a_plot(study):
     frames = _read_csv(study / "frames.csv")
 
     assert [line["frame"] for line in frames] == ["0", "1"]
@@ -108,7 +108,7 @@ def test_there_is_a_line_to_each_frame_and_a_plot(study):
     assert (study / "quality.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_what_is_done_is_not_run_again(copy, here):
+def test_completed_trials_are_not_run_again(copy, here):
     before = (copy / "quality.md").read_text()
 
     assert command.main([*WORDS, "--out", str(copy)]) == 0
@@ -116,14 +116,14 @@ def test_what_is_done_is_not_run_again(copy, here):
     assert (copy / "quality.md").read_text() == before
 
 
-def test_an_interrupted_study_goes_on(copy, here):
+def test_an_interrupted_study_resumes(copy, here):
     (copy / "rows" / f"{NAME}.set0.seed1.json").unlink()
 
     assert command.main([*WORDS, "--out", str(copy)]) == 0
     assert here == [f"{NAME}.set0.seed1"]
 
 
-def test_ctrl_c_leaves_the_table_of_what_is_done(copy, monkeypatch, capsys):
+def test_ctrl_c_leaves_the_table_of_completed_rows(copy, monkeypatch, capsys):
     def interrupt(*_arguments):
         raise KeyboardInterrupt
 
@@ -135,7 +135,7 @@ def test_ctrl_c_leaves_the_table_of_what_is_done(copy, monkeypatch, capsys):
     assert f"| {NAME}/0 | 1 |" in (copy / "quality.md").read_text()
 
 
-def test_rows_of_other_settings_are_made_anew(copy, here):
+def test_rows_with_other_settings_are_computed_again(copy, here):
     words = [*WORDS, "--set", "motion.iterations=4", "--out", str(copy)]
 
     assert command.main(words) == 0
@@ -181,7 +181,7 @@ def test_a_real_capture_has_four_held_out_sets(study, tmp_path):
         (["--against", "nowhere"], "quality.json does not exist: run the study first"),
     ],
 )
-def test_what_cannot_be_is_rejected_before_anything_runs(words, told, tmp_path, here, capsys):
+def test_impossible_options_are_rejected_before_anything_runs(words, told, tmp_path, here, capsys):
     assert command.main([*words, "--out", str(tmp_path)]) == 2
     assert told in capsys.readouterr().err
     assert here == []

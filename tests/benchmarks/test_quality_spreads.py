@@ -19,7 +19,7 @@ _SEEDS = st.lists(_NUMBERS, min_size=2, max_size=8)
 
 
 @given(values=_SEEDS)
-def test_a_spread_is_mean_and_deviation_of_a_sample(values):
+def test_a_spread_is_the_mean_and_deviation_of_a_sample(values):
     spread = summarize(values)
 
     assert spread.mean == pytest.approx(np.mean(values), abs=1e-9)
@@ -28,13 +28,13 @@ def test_a_spread_is_mean_and_deviation_of_a_sample(values):
 
 
 @given(value=_NUMBERS)
-def test_a_single_seed_tells_no_deviation(value):
+def test_a_single_seed_has_no_deviation(value):
     assert summarize([value]) == Spread(value, None, 1)
     assert summarize([value]).variance_of_mean is None
 
 
 @given(values=_SEEDS, shift=_NUMBERS)
-def test_a_shift_moves_the_mean_and_nothing_else(values, shift):
+def test_a_shift_changes_only_the_mean(values, shift):
     difference = subtract(summarize([value + shift for value in values]), summarize(values))
 
     assert difference.amount == pytest.approx(shift, abs=1e-6)
@@ -43,7 +43,7 @@ def test_a_shift_moves_the_mean_and_nothing_else(values, shift):
 
 
 @given(ours=_SEEDS, theirs=_SEEDS)
-def test_turned_about_a_difference_has_the_other_sign_and_the_same_error(ours, theirs):
+def test_a_reversed_difference_has_the_opposite_sign_and_the_same_error(ours, theirs):
     there, back = (
         subtract(summarize(first), summarize(second))
         for first, second in ((ours, theirs), (theirs, ours))
@@ -54,7 +54,7 @@ def test_turned_about_a_difference_has_the_other_sign_and_the_same_error(ours, t
 
 
 @given(values=_SEEDS, single=_NUMBERS)
-def test_against_a_single_seed_no_error_is_told(values, single):
+def test_a_single_seed_gives_no_error(values, single):
     assert subtract(summarize(values), summarize([single])).error is None
 
 
@@ -69,14 +69,14 @@ def test_errors_of_several_captures_average_out(differences):
     assert mean.error == pytest.approx(math.sqrt(squares) / len(differences))
 
 
-def test_an_error_that_is_not_known_makes_that_of_the_mean_unknown():
+def test_an_unknown_error_makes_the_error_of_the_mean_unknown():
     differences = [Difference(1.0, 0.1), Difference(2.0, None)]
 
     assert average_differences(differences) == Difference(1.5, None)
 
 
 @given(values=st.lists(st.none() | _NUMBERS, min_size=1, max_size=8))
-def test_rows_without_a_figure_do_not_count(values):
+def test_rows_without_a_figure_are_not_counted(values):
     spreads = summarize_figures([{"x": value, "y": 1.0} for value in values])
     found = [value for value in values if value is not None]
 

@@ -28,7 +28,7 @@ def test_too_few_cameras_are_rejected():
         rotate_held_out(["a", "b", "c"])
 
 
-def test_all_variants_are_traced_and_the_playroom_by_more_cameras_and_pixels():
+def test_all_variants_are_traced_and_the_playroom_with_more_cameras_and_pixels():
     options = [parse_traced(name) for name in TRACED]
 
     assert {it.variant for it in options} == set(VARIANTS)
@@ -38,7 +38,7 @@ def test_all_variants_are_traced_and_the_playroom_by_more_cameras_and_pixels():
     assert len(set(TRACED)) == len(TRACED)
 
 
-def test_a_name_tells_variant_cameras_and_size():
+def test_a_name_states_variant_cameras_and_size():
     assert parse_traced("dark-stage-5-32x24") == SynthOptions(
         32, 24, frames=40, cameras=4, variant="dark-stage"
     )

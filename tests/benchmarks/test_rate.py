@@ -35,7 +35,7 @@ def _run(monkeypatch, capsys, *arguments):
     return capsys.readouterr().out
 
 
-def test_everything_is_told_that_can_be_told_without_npm(capture, streams, monkeypatch, capsys):
+def test_everything_that_needs_no_npm_is_measured(capture, streams, monkeypatch, capsys):
     options = ("--streams", streams, "--preset", "main", "--json")
     told = json.loads(_run(monkeypatch, capsys, capture, *options))
 
@@ -52,7 +52,7 @@ def test_everything_is_told_that_can_be_told_without_npm(capture, streams, monke
     assert {path.name for path in streams.iterdir()} >= FILES
 
 
-def test_tables_and_csv_tell_the_same(capture, streams, monkeypatch, capsys):
+def test_tables_and_csv_agree(capture, streams, monkeypatch, capsys):
     options = ("--streams", streams, "--preset", "main", "--no-paper")
     told = _run(monkeypatch, capsys, capture, *options)
 
@@ -61,7 +61,7 @@ def test_tables_and_csv_tell_the_same(capture, streams, monkeypatch, capsys):
     assert "| plane | paper |" not in told
 
 
-def test_quality_is_not_measured_again_of_the_same_bytes(capture, streams, monkeypatch, capsys):
+def test_quality_of_the_same_bytes_is_measured_once(capture, streams, monkeypatch, capsys):
     options = ("--streams", streams, "--preset", "main", "--no-paper")
     first = _run(monkeypatch, capsys, capture, *options)
     monkeypatch.setattr("rate.measure.evaluate_stream", None)

@@ -42,7 +42,7 @@ def _change(summary, index, **fields):
         (None, False, None),
     ],
 )
-def test_a_claim_holds_up_to_its_bound(value, is_ceiling, holds):
+def test_a_claim_holds_up_to_its_limit(value, is_ceiling, holds):
     assert Claim("some", value, 0.5, is_ceiling).holds is holds
 
 
@@ -51,7 +51,7 @@ def test_a_canonical_frame_serves_300_frames():
     assert amortize(3000, []) == 10
 
 
-def test_the_file_is_amortized_with_all_that_is_in_it(stream):
+def test_the_whole_file_is_amortized(stream):
     data, summary = stream
     moved = [frame.chunk_bytes for frame in summary.frames[1:]]
 
@@ -59,7 +59,7 @@ def test_the_file_is_amortized_with_all_that_is_in_it(stream):
     assert amortize_file(summary) == pytest.approx(wanted)
 
 
-def test_the_estimate_is_amortized_without_what_the_paper_leaves_out(stream):
+def test_the_estimate_leaves_out_what_the_paper_leaves_out(stream):
     _, summary = stream
     estimates = [frame.estimate_bytes for frame in summary.frames]
 
@@ -68,7 +68,7 @@ def test_the_estimate_is_amortized_without_what_the_paper_leaves_out(stream):
     assert amortize_estimate(summary) == pytest.approx(wanted)
 
 
-def test_motion_and_births_are_weighed_over_all_frames(stream):
+def test_motion_and_births_are_compared_over_all_frames(stream):
     _, summary = stream
     whole, _, newborn = claim_motion(summary)
 
@@ -88,7 +88,7 @@ def test_one_bad_frame_is_the_worst(stream):
     assert claim_motion(bad)[1].holds is False
 
 
-def test_frames_that_stand_still_have_no_ratio(stream):
+def test_static_frames_have_no_ratio(stream):
     _, summary = stream
     price = {"canonical": 0.0, "motion": 0.0, "births": 0.0}
     still = summary
@@ -99,13 +99,13 @@ def test_frames_that_stand_still_have_no_ratio(stream):
     assert claim_motion(still)[1].value is None
 
 
-def test_a_stream_of_one_frame_claims_nothing_of_motion():
+def test_a_stream_of_one_frame_makes_no_claim_about_motion():
     summary = inspect_stream(make_stream(frame_count=1)[0])
 
     assert [claim.value for claim in claim_motion(summary)] == [None, None, None]
 
 
-def test_a_canonical_frame_is_weighed_in_bytes_and_in_quality():
+def test_a_canonical_frame_is_compared_in_bytes_and_in_quality():
     ratio, gain = claim_canonical(70, 30.0, "SPZ v4", (100, 30.5), 0.8)
 
     assert (ratio.value, ratio.holds) == (0.7, True)
@@ -113,7 +113,7 @@ def test_a_canonical_frame_is_weighed_in_bytes_and_in_quality():
     assert [each.holds for each in claim_canonical(70, 30.0, "SOG", None, 1.0)] == [None, None]
 
 
-def test_a_stream_can_be_weighed_against_its_own_estimate(stream):
+def test_a_stream_can_be_compared_with_its_own_estimate(stream):
     _, summary = stream
     whole, motion, gain = claim_against_paper(summary, [30, 31], summary, [30.5, 30.5])
 
@@ -122,7 +122,7 @@ def test_a_stream_can_be_weighed_against_its_own_estimate(stream):
     assert (gain.value, gain.holds) == (0, True)
 
 
-def test_4dgs_is_weighed_whole_and_over_300_frames(stream):
+def test_4dgs_is_compared_as_a_whole_and_over_300_frames(stream):
     _, summary = stream
     whole, amortized = claim_fourdgs(summary, 6000, 6000 + 3 * 500)
 
@@ -130,7 +130,7 @@ def test_4dgs_is_weighed_whole_and_over_300_frames(stream):
     assert amortized.value == pytest.approx(amortize_file(summary) / (6000 / 300 + 500))
 
 
-def test_4dgs_is_weighed_only_where_it_is_at_hand_and_something_moves(stream):
+def test_4dgs_is_compared_only_if_installed_and_something_moves(stream):
     _, summary = stream
     still = inspect_stream(make_stream(frame_count=1)[0])
 

@@ -11,12 +11,12 @@ from rate.converters import (
 from tests.export.frames import make_frame
 
 
-def test_the_version_of_spz_is_what_its_bytes_tell():
+def test_the_version_of_spz_is_read_from_its_bytes():
     assert name_spz(b"NGSP\x04\x00\x00\x00rest") == "SPZ v4"
     assert name_spz(b"\x1f\x8b\x08") == "SPZ, gzipped, v3 or older"
 
 
-def test_without_npm_the_program_is_not_at_hand(tmp_path, monkeypatch):
+def test_without_npm_the_program_is_unavailable(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
 
     assert tell_version(tmp_path) is None
@@ -24,7 +24,7 @@ def test_without_npm_the_program_is_not_at_hand(tmp_path, monkeypatch):
         install(tmp_path / "node")
 
 
-def test_a_program_that_fails_is_not_at_hand_and_says_why(tmp_path, monkeypatch):
+def test_a_program_that_fails_is_unavailable_and_says_why(tmp_path, monkeypatch):
     program = tmp_path / "fails"
     program.write_text("#!/bin/sh\necho first >&2\necho the reason >&2\nexit 3\n")
     program.chmod(0o755)

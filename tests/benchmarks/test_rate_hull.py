@@ -36,7 +36,7 @@ def test_known_gaps(label, gap):
 
 
 @given(POINTS)
-def test_the_hull_is_of_the_points_and_rises_ever_less(points):
+def test_the_hull_contains_points_and_its_slope_falls(points):
     hull = upper_hull(points)
     gains = [
         (right.psnr - left.psnr) / (right.kilobytes - left.kilobytes)
@@ -61,7 +61,7 @@ def test_no_point_and_no_mixture_of_two_is_above_the_hull(points):
 
 
 @given(POINTS, st.sampled_from([0.25, 0.5, 2.0]))
-def test_a_gap_is_what_lifts_a_point_onto_the_hull(points, lift):
+def test_a_gap_lifts_a_point_onto_the_hull(points, lift):
     hull = upper_hull(points)
 
     for point in points:
@@ -72,7 +72,7 @@ def test_a_gap_is_what_lifts_a_point_onto_the_hull(points, lift):
 
 
 @given(POINTS)
-def test_the_best_quality_and_the_least_rate_are_on_the_hull(points):
+def test_the_best_quality_and_the_lowest_rate_are_on_the_hull(points):
     hull = upper_hull(points)
 
     assert hull[-1].psnr == max(point.psnr for point in points)

@@ -29,7 +29,7 @@ def test_every_difference_between_jobs_is_in_the_name():
     assert len({job.file_name() for job in different}) == len(different)
 
 
-def test_many_changes_leave_a_name_that_a_file_can_have():
+def test_many_changes_give_a_valid_file_name():
     many = tuple((f"motion.setting_{place}", "0.125") for place in range(20))
     both = [replace(JOB, changes=many), replace(JOB, changes=many[:-1])]
     names = [job.file_name() for job in both]
@@ -41,7 +41,7 @@ def test_many_changes_leave_a_name_that_a_file_can_have():
         assert len(f".{name}.psnr.json.0123456789abcdef.part") < 255
 
 
-def test_changes_are_made_to_the_settings():
+def test_changes_are_applied_to_the_settings():
     config = replace(JOB, changes=(("motion.lr", "0.5"), ("seed", "7"))).config()
 
     assert (config.motion.lr, config.seed) == (0.5, 7)
@@ -58,20 +58,20 @@ def test_a_stream_made_with_these_settings_has_no_differences(preset):
     assert list_differences(job, _metadata(job)) == []
 
 
-def test_a_stream_made_with_other_settings_is_told():
+def test_a_stream_made_with_other_settings_is_detected():
     other = replace(JOB, changes=(("motion.lr", "0.5"), ("births.split_iters", "3,4")))
 
     assert list_differences(JOB, _metadata(other)) == ["births.split_iters", "motion.lr"]
     assert list_differences(JOB, {}) == []
 
 
-def test_a_stream_that_is_there_is_taken_as_it_is(tmp_path):
+def test_an_existing_stream_is_reused(tmp_path):
     (tmp_path / "plane.main.quarc").write_bytes(b"a stream")
 
     assert provide_stream(JOB, tmp_path) == b"a stream"
 
 
-def test_what_cannot_be_gone_on_with_is_named(tmp_path, monkeypatch):
+def test_a_stream_that_cannot_be_resumed_is_named(tmp_path, monkeypatch):
     def reject(*_):
         message = "begun otherwise"
         raise ResumeError(message)

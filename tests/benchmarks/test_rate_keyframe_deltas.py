@@ -15,7 +15,7 @@ def data():
     return make_stream(gaussian_count=60, frame_count=5)[0]
 
 
-def test_the_frames_that_are_written_are_those_of_the_stream(data, monkeypatch):
+def test_the_written_frames_are_those_of_the_stream(data, monkeypatch):
     from fourdgs import keyframe_delta_file
 
     write, written = keyframe_delta_file.write_sequence, []
@@ -37,7 +37,7 @@ def test_the_frames_that_are_written_are_those_of_the_stream(data, monkeypatch):
             assert near.max() <= 0.51 * step + 1e-6
 
 
-def test_the_settings_of_fewest_bytes_take_the_fewest(data):
+def test_the_settings_with_the_fewest_bytes_are_chosen(data):
     fewest, defaults = keyframe_deltas.count_bytes(decode(data))
 
     assert fewest.settings != defaults.settings
@@ -45,6 +45,6 @@ def test_the_settings_of_fewest_bytes_take_the_fewest(data):
     assert fewest.first < defaults.first
 
 
-def test_a_stream_of_one_frame_takes_what_its_first_takes():
+def test_a_stream_of_one_frame_costs_what_its_first_frame_costs():
     for sizes in keyframe_deltas.count_bytes(decode(make_stream(frame_count=1)[0])):
         assert sizes.total == sizes.first > 0

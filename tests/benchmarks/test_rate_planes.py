@@ -45,7 +45,7 @@ def _unpack(data, lists):
 
 
 @given(ROWS)
-def test_planes_are_packed_as_narrow_as_each_row_allows(lists):
+def test_planes_are_packed_as_narrowly_as_each_row_allows(lists):
     assert _unpack(pack_planes(_as_rows(lists)), lists) == lists
 
 
@@ -68,14 +68,14 @@ def test_the_symbols_of_every_frame_are_those_of_the_stream(made):
         assert newborn == state.next_id - before.next_id
 
 
-def test_a_frame_gives_a_block_of_each_kind_that_it_has(made):
+def test_a_frame_gives_a_block_for_each_kind_it_has(made):
     _, frames = made
 
     kinds = [set(pack_frame(frame)) for frame in frames]
     assert kinds[:3] == [{"canonical"}, {"motion", "births"}, {"motion"}]
 
 
-def test_symbols_of_motion_take_a_byte_each(made):
+def test_symbols_of_motion_take_one_byte_each(made):
     _, frames = made
 
     assert len(pack_frame(frames[1])["motion"]) == sum(level.size for level in frames[1].motion)
@@ -90,7 +90,7 @@ def test_sizes_are_summed_over_frames_by_kind(made):
         assert sizes[kind] == sum((len(block.get(kind, b"")) + 1) // 2 for block in blocks)
 
 
-def test_floats_are_92_bytes_to_a_gaussian_and_28_to_an_anchor(made):
+def test_floats_are_92_bytes_per_gaussian_and_28_per_anchor(made):
     _, frames = made
     gaussians = sum(frame.canonical.count for frame in frames if frame.canonical)
     newborn = sum(frame.births.newborn.count for frame in frames if frame.births)
@@ -104,12 +104,12 @@ def test_floats_are_92_bytes_to_a_gaussian_and_28_to_an_anchor(made):
 
 
 @given(st.binary(max_size=300))
-def test_lzma_gives_the_block_back(block):
+def test_lzma_restores_the_block(block):
     assert lzma.decompress(compress_lzma(block)) == block
 
 
 @given(st.binary(max_size=300))
-def test_zstd_gives_the_block_back(block):
+def test_zstd_restores_the_block(block):
     zstandard = pytest.importorskip("zstandard")
 
     decompressor = zstandard.ZstdDecompressor().decompressobj()

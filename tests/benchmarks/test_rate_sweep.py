@@ -23,7 +23,7 @@ def _settle(preset):
 
 
 @pytest.mark.parametrize("preset", sorted(PRESETS))
-def test_settled_steps_are_those_that_suit_the_capture(preset):
+def test_fixed_steps_are_those_adapted_to_the_capture(preset):
     suited = adapt_steps_to_capture(PRESETS[preset], _CAPTURE)
 
     assert _settle(preset) == replace(suited, steps=StepSettings())

@@ -35,7 +35,7 @@ def test_sizes_are_in_kilobytes_and_motion_per_moved_frame():
     assert missing[11] == "not at hand: npm is not installed"
 
 
-def test_nothing_is_told_per_frame_of_a_stream_without_moved_frames():
+def test_a_stream_without_moved_frames_has_no_figures_per_frame():
     file = _cells(format_rows(ROWS[:1], {("plane", "main"): 0}))[2]
 
     assert file[3:7] == ["2.0", "0.0", "", ""]
@@ -61,7 +61,7 @@ def test_points_say_whether_they_are_on_the_hull():
     ]
 
 
-def test_records_come_back_from_csv():
+def test_records_survive_a_round_trip_through_csv():
     for records in (list_row_records(ROWS), list_claim_records(CLAIMS), list_point_records(POINTS)):
         read = list(csv.DictReader(io.StringIO(write_csv(records).decode())))
 

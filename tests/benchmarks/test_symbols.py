@@ -11,7 +11,7 @@ def begun():
 
 
 @pytest.mark.parametrize("share", [0.01, 0.07])
-def test_symbols_are_as_sparse_as_asked_for(begun, share):
+def test_symbols_are_as_sparse_as_requested(begun, share):
     scenery = symbols.make_scenery(begun, np.random.default_rng(1))
 
     assert symbols.share_of_nonzero(symbols.make_symbols(begun, scenery, share)) == pytest.approx(
@@ -19,7 +19,7 @@ def test_symbols_are_as_sparse_as_asked_for(begun, share):
     )
 
 
-def test_an_anchor_moves_more_often_where_its_parent_does(begun):
+def test_an_anchor_moves_more_often_if_its_parent_moves(begun):
     scenery = symbols.make_scenery(begun, np.random.default_rng(1))
     fine, coarse, _ = symbols.make_symbols(begun, scenery, 0.07)
     parents = begun.known_anchors.levels[0].parents

@@ -4,7 +4,7 @@ import today
 
 
 @pytest.mark.parametrize("plot", today.PLOTS, ids=lambda plot: plot.name)
-def test_the_plots_are_those_of_the_figures(plot):
+def test_the_plots_show_the_figures(plot):
     drawn = today.draw(plot)
 
     assert drawn.count(b"<path") > 20

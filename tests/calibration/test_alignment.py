@@ -30,7 +30,7 @@ def test_planted_shifts_are_found_and_their_median_is_0():
     assert min(shift.confidence for shift in found) > 3
 
 
-def test_a_signal_of_something_else_is_not_clear():
+def test_an_unrelated_signal_is_not_clear():
     signals = [*shifted([0, 4, 9, -6]), RANDOM.standard_normal((200, 1))]
 
     found = find(signals)
@@ -40,13 +40,13 @@ def test_a_signal_of_something_else_is_not_clear():
     assert found[4].confidence < 2
 
 
-def test_signals_without_any_change_are_not_clear():
+def test_constant_signals_are_not_clear():
     found = find([np.zeros((50, 1))] * 3)
 
     assert [(shift.samples, shift.confidence) for shift in found] == [(0, 0)] * 3
 
 
-def test_pairs_with_nothing_in_common_are_left_to_others():
+def test_pairs_with_nothing_in_common_are_ignored():
     signals = shifted([0, 5, -8])
 
     found = align(

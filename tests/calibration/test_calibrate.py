@@ -24,7 +24,7 @@ def write_flat(path, pictures=(FLAT,)):
         write_video_file(file, pictures, VideoForm(64, 48, Fraction(30)))
 
 
-def test_all_cameras_of_bare_videos_join_with_their_true_poses(rig, traced):
+def test_all_cameras_of_uncalibrated_videos_are_registered_with_their_true_poses(rig, traced):
     angle, place = compare(rig.world.cameras, traced.true)
 
     assert rig.solution.left_out == {}
@@ -33,7 +33,7 @@ def test_all_cameras_of_bare_videos_join_with_their_true_poses(rig, traced):
     assert place < 0.01
 
 
-def test_what_is_written_is_a_capture_that_opens_with_the_same_cameras(rig, tmp_path):
+def test_the_written_capture_opens_with_the_same_cameras(rig, tmp_path):
     with written_folder(tmp_path / "capture") as folder:
         write_capture(rig, folder)
     capture = open_capture(tmp_path / "capture")
@@ -48,7 +48,7 @@ def test_what_is_written_is_a_capture_that_opens_with_the_same_cameras(rig, tmp_
     assert (notes.up, notes.meters_per_unit) == ((0, -1, 0), 1)
 
 
-def test_recordings_are_in_the_capture_without_a_copy(rig, traced, tmp_path):
+def test_recordings_are_not_copied_into_the_capture(rig, traced, tmp_path):
     with written_folder(tmp_path / "capture") as folder:
         write_capture(rig, folder)
 
@@ -84,7 +84,7 @@ def test_a_camera_that_sees_nothing_is_left_out_with_the_reason(traced, tmp_path
     assert "only 0 features" in found.solution.left_out["gray"]
 
 
-def test_recordings_of_nothing_are_refused_with_what_to_do(tmp_path):
+def test_recordings_without_content_are_rejected_with_advice(tmp_path):
     for name in "abc":
         write_flat(tmp_path / f"{name}.mp4")
 
@@ -103,14 +103,14 @@ def test_two_cameras_are_too_few(tmp_path):
         find_recordings(tmp_path)
 
 
-def test_names_of_any_kind_become_plain_ones_and_keep_their_order(tmp_path):
+def test_names_are_made_safe_and_keep_their_order(tmp_path):
     for name in ("GOPR 2 (left).MP4", "GOPR 10.mov", "GOPR 1.mp4"):
         write_flat(tmp_path / name)
 
     assert find_recordings(tmp_path).names == ("GOPR_1", "GOPR_2_left_", "GOPR_10")
 
 
-def test_names_that_would_be_one_are_refused(tmp_path):
+def test_names_that_would_collide_are_rejected(tmp_path):
     for name in ("a b.mp4", "a+b.mp4", "c.mp4"):
         write_flat(tmp_path / name)
 

@@ -24,7 +24,7 @@ def _turn(camera, degrees=20):
 
 
 @pytest.mark.parametrize("degrees", [0, 20])
-def test_a_camera_of_few_points_is_left_out_if_its_picture_contradicts_its_pose(
+def test_a_camera_with_few_points_is_left_out_if_its_picture_contradicts_its_pose(
     rig, traced, monkeypatch, degrees
 ):
     solution, name = rig.solution, "cam07"

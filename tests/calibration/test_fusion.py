@@ -8,7 +8,7 @@ def keypoint(x, y, size=2.0, angle=0.0):
     return [x, y, c, -s, s, c]
 
 
-def test_a_feature_that_stands_still_is_one_feature_at_its_mean_place():
+def test_a_static_feature_is_one_feature_at_its_mean_position():
     moments = [np.float32([keypoint(10, 10)]), np.float32([keypoint(10.4, 10), keypoint(50, 5)])]
 
     fused, places = fuse_keypoints(moments)
@@ -17,7 +17,7 @@ def test_a_feature_that_stands_still_is_one_feature_at_its_mean_place():
     np.testing.assert_allclose(fused[:, :2], [[10.2, 10], [50, 5]], atol=1e-4)
 
 
-def test_features_of_another_size_or_orientation_are_others():
+def test_features_of_another_size_or_orientation_stay_separate():
     same, larger, turned = keypoint(10, 10), keypoint(10, 10, size=3.0), keypoint(10, 10, angle=1.0)
 
     _, places = fuse_keypoints([np.float32([same]), np.float32([larger, turned, same])])
@@ -25,7 +25,7 @@ def test_features_of_another_size_or_orientation_are_others():
     assert places[1].tolist() == [1, 2, 0]
 
 
-def test_two_features_of_one_moment_stay_two():
+def test_two_features_of_the_same_moment_stay_separate():
     near = [keypoint(10, 10), keypoint(10.2, 10)]
 
     _, places = fuse_keypoints([np.float32([keypoint(10.1, 10)]), np.float32(near)])
@@ -33,14 +33,14 @@ def test_two_features_of_one_moment_stay_two():
     assert sorted(places[1].tolist()) == [0, 1]
 
 
-def test_a_moment_without_features_is_no_fault():
+def test_a_moment_without_features_is_valid():
     fused, places = fuse_keypoints([np.zeros((0, 6), np.float32), np.float32([keypoint(1, 2)])])
 
     assert len(fused) == 1
     assert [place.tolist() for place in places] == [[], [0]]
 
 
-def test_of_matches_that_contradict_the_most_frequent_stays():
+def test_of_contradicting_matches_the_most_frequent_stays():
     pairs = np.array([[0, 0], [0, 1], [0, 1], [2, 1], [2, 2]])
 
     assert keep_one_to_one(pairs).tolist() == [[0, 1], [2, 2]]

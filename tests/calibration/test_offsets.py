@@ -75,7 +75,7 @@ def draw_motion(camera, places):
     return np.float32(drawn)
 
 
-def test_planted_offsets_are_found_by_where_things_move(monkeypatch):
+def test_planted_offsets_are_found_by_motion(monkeypatch):
     monkeypatch.setattr("quarc_ref.calibration.epipolar_motion.find_step", lambda _width: 2)
     random = np.random.default_rng(1)
     steps = 0.12 * random.standard_normal((75, 3)) * [1, 0.6, 1]
@@ -97,7 +97,7 @@ def test_silent_recordings_cannot_be_synchronized_by_sound(traced):
         find_offsets(find_recordings(traced.folder), SyncMethod.SOUND, ignore)
 
 
-def test_recordings_of_a_moment_are_taken_to_begin_together(traced):
+def test_recordings_of_a_single_moment_have_no_offsets(traced):
     found, _ = find_offsets(find_recordings(traced.folder), SyncMethod.AUTO, ignore)
 
     assert found.method is SyncMethod.NONE

@@ -49,7 +49,7 @@ def test_folders_of_pictures_are_recordings_too(shared, traced):
     assert (angle < 1, place < 0.03) == (True, True)
 
 
-def test_shared_lenses_are_one_and_each_camera_may_have_its_own(few, shared):
+def test_shared_lenses_are_estimated_together_and_each_camera_can_have_its_own(few, shared):
     each = _calibrate(few, LensOptions(shared=False))
     assert len({camera.lens.fx for camera in shared.world.cameras}) == 1
     assert len({camera.lens.fx for camera in each.world.cameras}) == len(each.world.cameras) > 2
@@ -104,7 +104,7 @@ def test_nothing_is_matched_where_a_mask_is_black(few, tmp_path):
         ("elsewhere", (240, 320), MaskNameError, "masks named elsewhere, which match no camera"),
     ],
 )
-def test_masks_that_do_not_fit_are_rejected(few, tmp_path, name, size, error, message):
+def test_masks_of_another_size_are_rejected(few, tmp_path, name, size, error, message):
     assert cv2.imwrite(str(tmp_path / f"{name}.png"), np.zeros(size, np.uint8))
     with pytest.raises(error, match=message):
         read_masks(tmp_path, find_recordings(few))

@@ -15,7 +15,7 @@ def tumbled(cameras):
 
 
 @pytest.mark.parametrize(("up", "height"), [("level", 0.5), ("plane", 0.5), ("cam03", 0.0)])
-def test_a_tumbled_ring_stands_upright_again(up, height):
+def test_a_tilted_ring_becomes_upright(up, height):
     rig = ring(height=height)
 
     world = define_world(tumbled(rig), POINTS, up)
@@ -45,7 +45,7 @@ def test_a_known_distance_makes_a_unit_a_meter():
     assert world.meters_per_unit == 1.0
 
 
-def test_cameras_that_all_look_the_same_way_give_their_mean_up():
+def test_parallel_cameras_give_their_mean_up_axis():
     row = [look_at(f"cam{i}", (i, 0.0, 0.0), (i, 0.0, 9.0)) for i in range(4)]
 
     middle = 0.3 * np.array([[1.5, 0, 5.0]]) @ TURN.T + np.array([4, -2, 7])
@@ -64,6 +64,6 @@ def test_a_rig_that_fills_space_has_no_plane():
         define_world(cameras, POINTS, "plane")
 
 
-def test_a_camera_that_did_not_join_is_named():
+def test_an_unregistered_camera_is_named():
     with pytest.raises(UnknownCameraError, match="camera cam99 was not calibrated"):
         define_world(ring(), POINTS, "cam99")

@@ -56,7 +56,7 @@ def test_the_versions_of_package_and_format_are_printed():
 
 
 @pytest.mark.parametrize("arguments", [["nonsense"], ["info", "--nonsense"], ["info"]])
-def test_a_command_line_that_does_not_exist_is_a_usage_error(arguments):
+def test_an_invalid_command_line_is_a_usage_error(arguments):
     assert run(*arguments).exit_code == 2
 
 
@@ -67,9 +67,7 @@ def test_a_command_line_that_does_not_exist_is_a_usage_error(arguments):
         (["--width", "0"], "greater than or equal to 1"),
     ],
 )
-def test_a_value_that_an_option_does_not_take_is_rejected_in_plain_words(
-    arguments, said, stream_file
-):
+def test_an_invalid_value_of_an_option_is_rejected_in_plain_words(arguments, said, stream_file):
     result = run("render", stream_file, "-o", "out", *arguments)
 
     words = " ".join(result.stderr.replace("\u2502", " ").split())
@@ -79,15 +77,15 @@ def test_a_value_that_an_option_does_not_take_is_rejected_in_plain_words(
     assert "Value error" not in words
 
 
-def test_help_loads_nothing_that_takes_time():
+def test_help_loads_no_slow_modules():
     assert not _loaded("--help") & (HEAVY | {"numpy", "construct", "constriction"})
     assert not _loaded("encode", "--help") & (HEAVY | {"numpy", "construct", "constriction"})
 
 
 @pytest.mark.parametrize("verb", ["info", "verify", "inspect"])
-def test_what_needs_a_stream_alone_loads_nothing_that_pictures_need(verb, stream_file):
+def test_verbs_that_need_only_a_stream_load_no_image_libraries(verb, stream_file):
     assert not _loaded(verb, stream_file, "--json") & HEAVY
 
 
-def test_decoding_loads_nothing_that_pictures_need(stream_file, tmp_path):
+def test_decoding_loads_no_image_libraries(stream_file, tmp_path):
     assert not _loaded("decode", stream_file, "-o", tmp_path / "out", "--json") & HEAVY

@@ -2,7 +2,7 @@ from tests.cli.commands import run, run_json
 from tests.small_streams import make_stream
 
 
-def test_a_stream_is_benched(tmp_path):
+def test_a_stream_is_measured_by_bench(tmp_path):
     path = tmp_path / "a.quarc"
     path.write_bytes(make_stream()[0])
 

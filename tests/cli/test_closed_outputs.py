@@ -28,9 +28,7 @@ def _run(redirection, *arguments):
         (">/dev/full 2>/dev/full", 3, ""),
     ],
 )
-def test_a_stream_is_verified_whatever_becomes_of_what_is_said(
-    redirection, code, said, stream_file
-):
+def test_a_stream_is_verified_even_if_standard_output_fails(redirection, code, said, stream_file):
     assert _run(redirection, "verify", stream_file, "--json", "-q") == (code, said)
 
 
@@ -38,7 +36,7 @@ def test_a_stream_is_verified_whatever_becomes_of_what_is_said(
 @pytest.mark.parametrize(
     "arguments", [["inspect"], ["info", "--json"], ["cut", "--frames", ":", "-o", "-"]]
 )
-def test_a_pipe_whose_reader_has_gone_ends_a_verb_as_a_shell_counts_sigpipe(
+def test_a_closed_pipe_ends_a_verb_with_the_exit_code_of_sigpipe(
     arguments, environment, stream_file
 ):
     reading, writing = os.pipe()
@@ -52,7 +50,7 @@ def test_a_pipe_whose_reader_has_gone_ends_a_verb_as_a_shell_counts_sigpipe(
     assert (done.returncode, done.stderr) == (128 + signal.SIGPIPE, b"")
 
 
-def test_standard_error_may_go_to_a_pipe_that_nobody_reads(stream_file):
+def test_standard_error_can_be_a_closed_pipe(stream_file):
     stream_file.write_bytes(stream_file.read_bytes()[:-1])
     reading, writing = os.pipe()
     os.close(reading)
@@ -63,7 +61,7 @@ def test_standard_error_may_go_to_a_pipe_that_nobody_reads(stream_file):
     assert done.returncode == 1
 
 
-def test_a_bad_stream_stays_bad_where_nothing_can_be_said(stream_file):
+def test_a_bad_stream_is_reported_even_if_all_output_fails(stream_file):
     stream_file.write_bytes(stream_file.read_bytes()[:-1])
 
     code, said = _run(">/dev/full", "verify", stream_file, "--json", "-q")

@@ -30,7 +30,7 @@ def test_every_kind_of_bytes_that_info_prints_is_explained(stream_file):
     ("verb", "meanings", "guide"),
     [("eval", EVAL, "comparing"), ("compare", COMPARE, "comparing"), ("info", INFO, "streams")],
 )
-def test_help_and_guide_have_a_line_to_each(verb, meanings, guide):
+def test_help_and_guide_have_a_line_for_each(verb, meanings, guide):
     printed = " ".join(run(verb, "--help").stdout.split())
     text = (ROOT / "docs" / "guides" / f"{guide}.md").read_text("utf-8")
 

@@ -23,7 +23,7 @@ def measured(encoded, plys, capture, tmp_path_factory):
     return run_json("compare", *entries, "--capture", capture, "--report", folder), folder
 
 
-def test_compare_puts_the_figures_of_eval_side_by_side(measured, encoded, capture):
+def test_compare_shows_the_figures_of_eval_side_by_side(measured, encoded, capture):
     printed, _ = measured
     ours, theirs = printed["points"]
     evaluated = run_json("eval", encoded.file, capture)
@@ -42,7 +42,7 @@ def test_compare_puts_the_figures_of_eval_side_by_side(measured, encoded, captur
     assert printed["bd"] == []
 
 
-def test_the_report_has_a_page_its_pictures_and_tables(measured):
+def test_the_report_has_a_page_with_pictures_and_tables(measured):
     printed, folder = measured
     page = (folder / "index.html").read_text("utf-8")
     named = set(re.findall(r"view\d_\d\.png", page))
@@ -54,7 +54,7 @@ def test_the_report_has_a_page_its_pictures_and_tables(measured):
     assert "ours@a, run 2" in page
 
 
-def test_people_are_shown_a_table(encoded, plys, capture):
+def test_a_table_is_printed_without_json(encoded, plys, capture):
     result = run("compare", encoded.file, plys, "--capture", capture, "--frames", "1:")
 
     assert result.exit_code == 0, result.stderr
@@ -62,7 +62,7 @@ def test_people_are_shown_a_table(encoded, plys, capture):
     assert re.search(r"^theirs +PLY per frame .* of 2$", result.stdout, re.MULTILINE)
 
 
-def test_without_labels_two_files_of_one_name_are_told_apart(encoded, tmp_path):
+def test_without_labels_two_files_of_the_same_name_are_distinguished(encoded, tmp_path):
     (tmp_path / "other").mkdir()
     other = shutil.copy(encoded.file, tmp_path / "other")
     printed = run_json("compare", encoded.file, encoded.file, other)
@@ -78,7 +78,7 @@ def test_equal_pictures_count_as_100_db_and_are_reported(encoded):
     assert ": 1 frame " in result.stdout
 
 
-def test_renders_have_the_bytes_that_are_stated(encoded, capture, tmp_path):
+def test_renders_have_the_given_size_in_bytes(encoded, capture, tmp_path):
     run("render", encoded.file, "--to", "png", "-o", tmp_path / "drawn")
     printed = run_json(
         "compare", encoded.file, tmp_path / "drawn", "--capture", capture,
@@ -104,7 +104,7 @@ def weights(tmp_path_factory):
     return path
 
 
-def test_lpips_is_measured_where_weights_are_given(encoded, plys, capture, weights):
+def test_lpips_is_measured_if_weights_are_given(encoded, plys, capture, weights):
     compared = run_json("compare", encoded.file, plys, "--capture", capture, "--lpips", weights)
     evaluated = run_json("eval", encoded.file, capture, "--lpips", weights)
 
@@ -114,7 +114,7 @@ def test_lpips_is_measured_where_weights_are_given(encoded, plys, capture, weigh
     assert evaluated["protocol"]["metrics"] == evaluated["metrics"]
 
 
-def test_eval_measures_the_frames_that_are_asked_for(encoded, capture, tmp_path):
+def test_eval_measures_the_requested_frames(encoded, capture, tmp_path):
     whole = run_json("eval", encoded.file, capture)
     part = run_json(
         "eval", encoded.file, capture, "--frames", "1:3", "--report", tmp_path / "report"
@@ -138,7 +138,7 @@ def test_eval_measures_the_frames_that_are_asked_for(encoded, capture, tmp_path)
         ("{stream} {empty}", "has no pictures of cam00"),
     ],
 )
-def test_what_cannot_be_compared_is_a_usage_error(line, said, encoded, tmp_path):
+def test_entries_that_cannot_be_compared_are_a_usage_error(line, said, encoded, tmp_path):
     (tmp_path / "empty").mkdir()
     places = {"stream": encoded.file, "out": tmp_path / "out", "empty": tmp_path / "empty"}
     result = run("compare", *line.format(**places).split(), "--report", tmp_path / "report")
@@ -148,7 +148,7 @@ def test_what_cannot_be_compared_is_a_usage_error(line, said, encoded, tmp_path)
     assert list_names(tmp_path) == ["empty"]
 
 
-def test_a_stream_of_another_capture_is_compared_only_if_asked_for(encoded, capture, tmp_path):
+def test_a_stream_of_another_capture_is_compared_only_on_request(encoded, capture, tmp_path):
     other = shutil.copytree(capture, tmp_path / "plane")
     shutil.copy(other / "cam01.mp4", other / "cam00.mp4")
     line = ["compare", encoded.file, encoded.file, "--capture", other]

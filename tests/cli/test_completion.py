@@ -36,24 +36,24 @@ def _complete(line):
         ("quarc-ref info ", []),  # for which bash takes the names of files
     ],
 )
-def test_verbs_options_presets_and_settings_are_offered(line, offered):
+def test_verbs_options_presets_and_settings_are_completed(line, offered):
     assert _complete(line) == offered
 
 
-def test_every_setting_is_offered():
+def test_every_setting_is_completed():
     names = [f"{name}=" for name, _ in list_settings(choose_preset("main"))]
 
     assert _complete("quarc-ref encode cap --set ") == names
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_the_script_of_a_shell_asks_the_command(shell):
+def test_the_completion_script_calls_the_command(shell):
     script = _ask("--show-completion", shell, _TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION="1")
 
     assert f"_QUARC_REF_COMPLETE=complete_{shell}" in script
 
 
-def test_zsh_is_told_what_a_setting_is():
+def test_zsh_shows_the_description_of_a_setting():
     line = "quarc-ref encode cap --set canonical.lambda"
     offered = _ask(_TYPER_COMPLETE_ARGS=line, _QUARC_REF_COMPLETE="complete_zsh")
 

@@ -11,7 +11,9 @@ from tests.cli.commands import list_names, make_folder, read_json, run, run_json
 
 
 @pytest.mark.parametrize("kind", ["ply", "npz"])
-def test_decode_writes_what_the_exporters_make_of_every_frame(kind, stream_file, made, tmp_path):
+def test_decode_writes_the_output_of_the_exporters_for_every_frame(
+    kind, stream_file, made, tmp_path
+):
     printed = run_json("decode", stream_file, "-o", tmp_path / "out", "--to", kind)
 
     names = [f"frame_{frame:04}.{kind}" for frame in range(4)]
@@ -36,7 +38,7 @@ def test_a_range_of_frames_is_decoded_alone(frames, wanted, stream_file, tmp_pat
 
 
 @pytest.mark.parametrize("frames", ["4:", "9:12", "3:1", "2:2", "a:b", "4", "", "-1:2", "1:2:3"])
-def test_a_range_without_frames_makes_nothing(frames, stream_file, tmp_path):
+def test_an_empty_range_writes_nothing(frames, stream_file, tmp_path):
     result = run("decode", stream_file, "-o", tmp_path / "out", "--frames", frames)
 
     assert result.exit_code == 2
@@ -44,14 +46,14 @@ def test_a_range_without_frames_makes_nothing(frames, stream_file, tmp_path):
     assert list_names(tmp_path) == ["small.quarc"]
 
 
-def test_a_stream_that_is_still_growing_gives_the_frames_asked_for(stream_file, made, tmp_path):
+def test_a_growing_stream_gives_the_requested_frames(stream_file, made, tmp_path):
     stream_file.write_bytes(made.data[:-60])
     printed = run_json("decode", stream_file, "-o", tmp_path / "out", "--frames", "0:2")
 
     assert printed["files"] == ["frame_0000.ply", "frame_0001.ply"]
 
 
-def test_one_file_is_named_as_it_was_given(stream_file, tmp_path, monkeypatch):
+def test_a_single_file_has_the_given_name(stream_file, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = run("decode", stream_file, "-o", "one.ply", "--frames", "0")
 
@@ -61,7 +63,7 @@ def test_one_file_is_named_as_it_was_given(stream_file, tmp_path, monkeypatch):
     ]
 
 
-def test_a_damaged_stream_leaves_no_folder_behind_and_the_old_one_whole(
+def test_a_damaged_stream_leaves_no_folder_behind_and_keeps_the_old_one(
     stream_file, made, tmp_path
 ):
     make_folder(tmp_path / "out", "frame_0000.ply")
@@ -73,7 +75,7 @@ def test_a_damaged_stream_leaves_no_folder_behind_and_the_old_one_whole(
     assert (tmp_path / "out" / "frame_0000.ply").read_text() == "old"
 
 
-def test_frames_of_another_decode_are_replaced_when_asked_for_alone(stream_file, tmp_path):
+def test_frames_of_another_decode_are_replaced_only_on_request(stream_file, tmp_path):
     command = ["decode", stream_file, "-o", tmp_path / "out"]
     assert run(*command).exit_code == 0
 
@@ -96,7 +98,7 @@ def test_decoded_arrays_are_those_of_the_scene(stream_file, made, tmp_path):
 
 
 @pytest.mark.parametrize(("options", "end"), [([], "/4"), (["--follow"], "")])
-def test_progress_counts_frames_also_where_nobody_knows_how_many(
+def test_progress_counts_frames_even_if_their_number_is_unknown(
     options, end, stream_file, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(output, "_SECONDS_BETWEEN_LINES", 0.0)
@@ -106,7 +108,7 @@ def test_progress_counts_frames_also_where_nobody_knows_how_many(
     assert told.splitlines() == [f"decode {frame}{end}" for frame in range(1, 5)]
 
 
-def test_the_sidecar_tells_rate_axes_and_cameras_as_its_schema_has_them(stream_file, tmp_path):
+def test_the_sidecar_has_rate_axes_and_cameras_as_in_its_schema(stream_file, tmp_path):
     run("decode", stream_file, "-o", tmp_path / "out", "--frames", "2:")
     told = read_json((tmp_path / "out" / "sequence.json").read_text())
 
@@ -116,7 +118,7 @@ def test_the_sidecar_tells_rate_axes_and_cameras_as_its_schema_has_them(stream_f
     assert [camera["name"] for camera in told["cameras"]] == ["cam00"]
 
 
-def test_all_frames_go_into_one_file_where_the_format_holds_all(stream_file, tmp_path):
+def test_all_frames_go_into_one_file_if_the_format_allows_it(stream_file, tmp_path):
     pytest.importorskip("fourdgs")
     in_folder = run_json("decode", stream_file, "-o", tmp_path / "out", "--to", "4dgs")
     alone = run_json("decode", stream_file, "-o", tmp_path / "all.4dgs")
@@ -127,7 +129,7 @@ def test_all_frames_go_into_one_file_where_the_format_holds_all(stream_file, tmp
     assert made.read_bytes() == (tmp_path / "all.4dgs").read_bytes()
 
 
-def test_a_missing_library_is_named_with_the_extra_that_brings_it(
+def test_a_missing_library_is_named_with_the_extra_that_installs_it(
     stream_file, tmp_path, monkeypatch
 ):
     monkeypatch.setitem(sys.modules, "gaussforge", None)
@@ -138,7 +140,7 @@ def test_a_missing_library_is_named_with_the_extra_that_brings_it(
     assert list_names(tmp_path) == ["small.quarc"]
 
 
-def test_an_unknown_format_is_refused_with_those_that_are_known(stream_file, tmp_path):
+def test_an_unknown_format_is_rejected_with_the_known_ones(stream_file, tmp_path):
     result = run("decode", stream_file, "-o", tmp_path / "out", "--to", "obj")
 
     assert result.exit_code == 2

@@ -32,7 +32,7 @@ def test_findings_are_in_the_json(dark):
     assert [each["kind"] for each in printed["findings"]] == ["count-mismatch"]
 
 
-def test_a_capture_that_can_be_opened_is_described_and_forecast(capture):
+def test_a_valid_capture_is_described_and_forecast(capture):
     printed = read_json(run("doctor", capture, "--quick", "--preset", "demo", "--json").stdout)
 
     assert [camera["name"] for camera in printed["capture"]["cameras"]] == [
@@ -60,7 +60,7 @@ def test_an_unknown_held_out_camera_is_a_usage_error(capture):
     assert "--held-out: cannot hold out camera cam99" in result.stderr
 
 
-def test_masks_have_findings_of_their_own(capture, tmp_path):
+def test_masks_have_their_own_findings(capture, tmp_path):
     folder = shutil.copytree(capture, tmp_path / "plane")
     (folder / "masks").mkdir()
     for name, size, kind in (("left", (64, 48), "mask-name"), ("cam01", (8, 8), "mask-size")):

@@ -6,7 +6,7 @@ from quarc_ref.streams import decode
 from tests.cli.commands import list_names, run, run_json
 
 
-def test_colors_alone_are_changed_exactly(stream_file, tmp_path):
+def test_colors_are_changed_exactly(stream_file, tmp_path):
     out = tmp_path / "out.quarc"
     printed = run_json("edit", stream_file, "-o", out, "--recolor", "gain=1.5")
 
@@ -15,7 +15,7 @@ def test_colors_alone_are_changed_exactly(stream_file, tmp_path):
     assert (printed["frames"], printed["bytes"]) == (4, out.stat().st_size)
 
 
-def test_all_else_is_fitted_anew_within_bounds(stream_file, made, tmp_path):
+def test_other_edits_are_fitted_again_within_bounds(stream_file, made, tmp_path):
     out = tmp_path / "out.quarc"
     printed = run_json("edit", stream_file, "-o", out, "--crop", "-0.2,-1,-1,1,1,1")
 
@@ -26,7 +26,7 @@ def test_all_else_is_fitted_anew_within_bounds(stream_file, made, tmp_path):
     assert all(0 < few < state.scene.count for few, state in zip(counts, made.states, strict=True))
 
 
-def test_the_table_says_which_it_was(stream_file, tmp_path):
+def test_the_table_says_which_kind_of_edit_it_was(stream_file, tmp_path):
     exact = run("edit", stream_file, "-o", tmp_path / "a.quarc", "--recolor", "red=0.1")
     fitted = run("edit", stream_file, "-o", tmp_path / "b.quarc", "--drop", "0,0,0,0.05")
 
@@ -48,7 +48,7 @@ def test_the_table_says_which_it_was(stream_file, tmp_path):
         (["--recolor", "red=nan"], "1 numbers"),
     ],
 )
-def test_what_cannot_be_meant_is_a_fault_of_the_command_line(options, said, stream_file, tmp_path):
+def test_contradicting_options_are_a_usage_error(options, said, stream_file, tmp_path):
     result = run("edit", stream_file, "-o", tmp_path / "out.quarc", *options)
 
     assert result.exit_code == 2
@@ -56,7 +56,7 @@ def test_what_cannot_be_meant_is_a_fault_of_the_command_line(options, said, stre
     assert list_names(tmp_path) == ["small.quarc"]
 
 
-def test_an_edit_that_leaves_nothing_makes_nothing(stream_file, tmp_path):
+def test_an_edit_that_removes_everything_writes_nothing(stream_file, tmp_path):
     result = run("edit", stream_file, "-o", tmp_path / "out.quarc", "--drop", "0,0,0,100")
 
     assert result.exit_code == 3

@@ -36,7 +36,7 @@ def test_a_cut_has_the_frames_of_the_range_with_their_ordinals(
     assert found == list(enumerate(_DIGESTS))[first:last]
 
 
-def test_the_parts_joined_are_the_whole(long_file, tmp_path):
+def test_the_joined_parts_equal_the_whole(long_file, tmp_path):
     parts = []
     for frames in (":3", "3:6", "6:"):
         parts.append(tmp_path / f"{len(parts)}.quarc")
@@ -58,9 +58,7 @@ def test_the_parts_joined_are_the_whole(long_file, tmp_path):
         ("3-6", "A:B"),
     ],
 )
-def test_a_cut_that_cannot_be_made_is_a_usage_error_and_makes_nothing(
-    frames, said, long_file, tmp_path
-):
+def test_an_impossible_cut_is_a_usage_error_and_writes_nothing(frames, said, long_file, tmp_path):
     result = run("cut", long_file, "--frames", frames, "-o", tmp_path / "cut.quarc")
 
     assert result.exit_code == 2
@@ -68,7 +66,7 @@ def test_a_cut_that_cannot_be_made_is_a_usage_error_and_makes_nothing(
     assert list_names(tmp_path) == ["long.quarc"]
 
 
-def test_streams_that_do_not_fit_are_a_usage_error_that_names_why(long_file, tmp_path):
+def test_streams_that_do_not_match_are_a_usage_error_that_names_the_reason(long_file, tmp_path):
     other, _ = make_stream(StreamHeader(position_step=3), frame_count=1)
     (tmp_path / "other.quarc").write_bytes(other)
     result = run("join", long_file, tmp_path / "other.quarc", "-o", tmp_path / "joined.quarc")
@@ -96,7 +94,7 @@ def test_the_frames_before_damage_can_be_cut_out(long_file, tmp_path):
 
 
 @pytest.mark.parametrize("verb", ["cut", "join"])
-def test_a_target_that_exists_is_replaced_by_force_alone(verb, long_file, tmp_path):
+def test_an_existing_target_is_replaced_only_with_force(verb, long_file, tmp_path):
     target = tmp_path / "old.quarc"
     target.write_text("mine")
     command = [verb, long_file, "-o", target, *(["--frames", ":"] if verb == "cut" else [])]
@@ -110,7 +108,7 @@ def test_a_target_that_exists_is_replaced_by_force_alone(verb, long_file, tmp_pa
     assert target.read_bytes() == _DATA
 
 
-def test_join_shows_once_that_it_takes_several_streams():
+def test_the_usage_of_join_shows_several_streams_once():
     usage = run("join", "-h").stdout.split("Write")[0]
 
     assert "FILE}..." in usage
@@ -125,7 +123,7 @@ def test_join_cannot_read_a_pipe_twice(long_file, tmp_path):
 
 
 @pytest.mark.parametrize("verb", ["cut", "join", "inspect"])
-def test_a_stream_that_is_not_there_is_a_usage_error(verb, tmp_path):
+def test_a_missing_stream_is_a_usage_error(verb, tmp_path):
     more = {"cut": ["--frames", ":", "-o", tmp_path / "x"], "join": ["-o", tmp_path / "x"]}
     for path in (tmp_path / "none.quarc", tmp_path):
         result = run(verb, path, *more.get(verb, []))
@@ -134,7 +132,7 @@ def test_a_stream_that_is_not_there_is_a_usage_error(verb, tmp_path):
 
 
 @pytest.mark.parametrize("verb", ["cut", "join"])
-def test_a_stream_and_json_do_not_both_go_to_standard_output(verb, long_file):
+def test_a_stream_and_json_cannot_both_go_to_standard_output(verb, long_file):
     more = ["--frames", ":"] if verb == "cut" else []
     result = run(verb, long_file, *more, "-o", "-", "--json")
 

@@ -27,7 +27,7 @@ def _command(capture, file, *options):
 
 
 @pytest.mark.usefixtures("found")
-def test_findings_are_said_on_stderr_and_listed_in_json(capture, tmp_path):
+def test_findings_are_printed_on_stderr_and_listed_in_json(capture, tmp_path):
     result = run(*_command(capture, tmp_path / "a.quarc", "--json", "--quiet"))
 
     assert result.exit_code == 0
@@ -42,14 +42,14 @@ def test_findings_are_said_on_stderr_and_listed_in_json(capture, tmp_path):
 
 
 @pytest.mark.usefixtures("found")
-def test_without_checks_only_the_first_frame_is_judged(capture, tmp_path):
+def test_without_checks_only_the_first_frame_is_checked(capture, tmp_path):
     printed = run_json(*_command(capture, tmp_path / "a.quarc", "--no-checks"))
 
     assert [finding["kind"] for finding in printed["findings"]] == ["first-frame-coarse"]
 
 
 @pytest.mark.usefixtures("found")
-def test_findings_of_a_pipe_are_said_on_stderr(capture):
+def test_findings_of_a_piped_encode_are_printed_on_stderr(capture):
     result = run(*_command(capture, "-"))
 
     assert result.stderr.count("warning: ") == 2
@@ -61,7 +61,9 @@ def _run_here(function, jobs, *_):
 
 
 @pytest.mark.usefixtures("found")
-def test_a_capture_in_segments_is_checked_once_and_each_first_frame(capture, tmp_path, monkeypatch):
+def test_a_capture_in_segments_is_checked_once_and_each_first_frame_too(
+    capture, tmp_path, monkeypatch
+):
     monkeypatch.setattr(segments, "run_jobs", _run_here)
     printed = run_json(*_command(capture, tmp_path / "a.quarc", "--segments", 2))
 
@@ -103,14 +105,14 @@ def test_one_training_camera_is_encoded_without_checks(narrow_capture, tmp_path)
     assert printed["frames"] == 2
 
 
-def test_points_that_no_view_sees_are_rejected(lost_capture, tmp_path):
+def test_points_outside_all_views_are_rejected(lost_capture, tmp_path):
     result = run(*_command(lost_capture, tmp_path / "a.quarc"))
 
     assert result.exit_code == 3
     assert "initial points of capture lost is visible in a training view" in result.stderr
 
 
-def test_a_rejected_segment_is_never_begun(narrow_capture, tmp_path, monkeypatch):
+def test_a_rejected_segment_is_never_started(narrow_capture, tmp_path, monkeypatch):
     def reject(*_):
         message = "a segment was begun"
         raise AssertionError(message)

@@ -23,7 +23,7 @@ def _read_cameras(path):
     return decoder.cameras
 
 
-def test_a_capture_becomes_a_stream_that_is_verified(encoded):
+def test_a_capture_is_encoded_and_the_stream_verified(encoded):
     assert encoded.printed["frames"] == 3
     assert run_json("verify", encoded.file) == {
         "valid": True,
@@ -33,13 +33,13 @@ def test_a_capture_becomes_a_stream_that_is_verified(encoded):
     assert len(list(decode(encoded.file.read_bytes()))) == 3
 
 
-def test_what_encode_prints_is_what_info_prints(encoded):
+def test_encode_prints_the_same_as_info(encoded):
     assert encoded.printed["seconds"] > 0
     assert encoded.printed["file"] == str(encoded.file)
     assert encoded.printed.items() >= run_json("info", encoded.file).items()
 
 
-def test_options_of_the_capture_are_heard(capture, tmp_path):
+def test_options_of_the_capture_are_applied(capture, tmp_path):
     options = ["--frames", 1, "--downscale", 2, "--held-out", "cam03", "--held-out", "cam01"]
     result = run("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, *options)
 
@@ -63,7 +63,7 @@ def test_progress_goes_to_stderr(capture, tmp_path, monkeypatch):
     assert "canonical 8/8" not in result.stdout
 
 
-def test_a_long_encode_says_before_it_starts_how_long_and_how_large(capture, tmp_path, monkeypatch):
+def test_a_long_encode_forecasts_its_time_and_size_at_the_start(capture, tmp_path, monkeypatch):
     monkeypatch.setattr(encode_monitors, "_WORTH_TELLING", 0.0)
     result = run("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, "--frames", 2)
 
@@ -91,9 +91,7 @@ def test_every_step_and_frame_is_a_line_of_json(capture, encoded, tmp_path):
     assert file.read_bytes() == encoded.file.read_bytes()
 
 
-def test_a_log_that_exists_is_replaced_by_force_and_goes_on_where_an_encode_resumes(
-    capture, tmp_path
-):
+def test_an_existing_log_is_replaced_by_force_and_continued_by_resume(capture, tmp_path):
     log, file = tmp_path / "log.jsonl", tmp_path / "a.quarc"
     log.write_text("mine\n")
     line = ["encode", capture, "-o", file, *TINY_OPTIONS, "--frames", 1, "--log-json", log]
@@ -122,7 +120,7 @@ def test_tensorboard_shows_losses_and_sizes(capture, encoded, tmp_path):
     assert file.read_bytes() == encoded.file.read_bytes()
 
 
-def test_logs_do_not_go_with_segments(capture, tmp_path):
+def test_logs_cannot_be_combined_with_segments(capture, tmp_path):
     result = run(
         "encode", capture, "-o", tmp_path / "a.quarc", "--segments", 2, "--log-json", tmp_path / "l"
     )
@@ -160,7 +158,7 @@ def test_logs_do_not_go_with_segments(capture, tmp_path):
         (["--device", "tpu"], "--device"),
     ],
 )
-def test_a_bad_option_is_a_usage_error_and_makes_nothing(options, said, capture, tmp_path):
+def test_a_bad_option_is_a_usage_error_and_writes_nothing(options, said, capture, tmp_path):
     result = run("encode", capture, "-o", tmp_path / "a.quarc", *options)
 
     assert result.exit_code == 2
@@ -178,7 +176,9 @@ def uneven_capture(capture, tmp_path):
 
 
 @pytest.mark.parametrize("options", [[], ["--segments", 2]])
-def test_videos_of_unequal_length_are_cut_to_one_and_named(uneven_capture, tmp_path, options):
+def test_videos_of_unequal_length_are_cut_to_the_shortest_and_named(
+    uneven_capture, tmp_path, options
+):
     file = tmp_path / "a.quarc"
     result = run("encode", uneven_capture, "-o", file, *TINY_OPTIONS, *options)
 
@@ -187,7 +187,7 @@ def test_videos_of_unequal_length_are_cut_to_one_and_named(uneven_capture, tmp_p
     assert run_json("info", file)["frames"] == 2
 
 
-def test_the_frames_that_all_videos_have_are_encoded_and_measured(uneven_capture, tmp_path):
+def test_the_common_frames_of_all_videos_are_encoded_and_measured(uneven_capture, tmp_path):
     file = tmp_path / "a.quarc"
     printed = run_json("encode", uneven_capture, "-o", file, *TINY_OPTIONS, "--frames", 2)
 
@@ -207,19 +207,19 @@ def test_the_settings_are_listed_without_a_capture():
     assert rates == [["motion.lr", "0.001", "0.001", "0.0005", "a number at least 0", said]]
 
 
-def test_a_device_that_is_not_there_is_a_usage_error(capture, tmp_path):
+def test_a_missing_device_is_a_usage_error(capture, tmp_path):
     result = run("encode", capture, "-o", tmp_path / "a.quarc", "--device", "cuda")
 
     assert result.exit_code == 2
     assert "no CUDA device" in result.stderr
 
 
-def test_a_capture_that_is_not_there_is_a_usage_error(encoded, tmp_path):
+def test_a_missing_capture_is_a_usage_error(encoded, tmp_path):
     assert run("encode", tmp_path / "none", "-o", tmp_path / "a.quarc").exit_code == 2
     assert run("encode", encoded.file, "-o", tmp_path / "a.quarc").exit_code == 2
 
 
-def test_an_unreadable_capture_is_the_tools_failure_and_leaves_nothing(tmp_path):
+def test_an_unreadable_capture_is_a_failure_of_the_tool_and_leaves_nothing(tmp_path):
     (tmp_path / "empty").mkdir()
     result = run("encode", tmp_path / "empty", "-o", tmp_path / "a.quarc")
 
@@ -228,7 +228,7 @@ def test_an_unreadable_capture_is_the_tools_failure_and_leaves_nothing(tmp_path)
     assert list_names(tmp_path) == ["empty"]
 
 
-def test_an_output_that_exists_is_rejected_before_anything_is_read(tmp_path):
+def test_an_existing_output_is_rejected_before_anything_is_read(tmp_path):
     (tmp_path / "a.quarc").write_text("mine")
     (tmp_path / "empty").mkdir()
     result = run("encode", tmp_path / "empty", "-o", tmp_path / "a.quarc")
@@ -238,7 +238,7 @@ def test_an_output_that_exists_is_rejected_before_anything_is_read(tmp_path):
     assert (tmp_path / "a.quarc").read_text() == "mine"
 
 
-def test_every_nth_frame_can_be_canonical_and_the_metadata_says_so(capture, tmp_path):
+def test_every_nth_frame_can_be_canonical_as_the_metadata_states(capture, tmp_path):
     every = ["--keyframe-interval", 1, "--frames", 3]
     printed = run_json("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, *every)
     frames = run_json("inspect", tmp_path / "a.quarc")["per_frame"]
@@ -248,7 +248,7 @@ def test_every_nth_frame_can_be_canonical_and_the_metadata_says_so(capture, tmp_
     assert run_json("cut", tmp_path / "a.quarc", "--frames", "2:", "-o", tmp_path / "b")["frames"]
 
 
-def test_a_stream_goes_to_standard_output_alone(capture, encoded):
+def test_only_the_stream_goes_to_standard_output(capture, encoded):
     result = run("encode", capture, "-o", "-", *TINY_OPTIONS, "-q")
 
     assert result.exit_code == 0
@@ -265,14 +265,14 @@ def test_a_stream_goes_to_standard_output_alone(capture, encoded):
         ["--keyframe-interval", "x"],
     ],
 )
-def test_what_does_not_fit_a_stream_on_standard_output_is_a_usage_error(options, capture):
+def test_options_that_need_a_file_are_a_usage_error_with_standard_output(options, capture):
     result = run("encode", capture, "-o", "-", *TINY_OPTIONS, *options)
 
     assert result.exit_code == 2
     assert result.stdout == ""
 
 
-def test_a_live_encode_is_read_while_it_is_written_and_keeps_its_frames(
+def test_a_live_encode_can_be_read_while_it_is_written_and_keeps_its_frames(
     capture, encoded, tmp_path, monkeypatch
 ):
     file, seen = tmp_path / "a.quarc", []
@@ -301,7 +301,7 @@ def test_a_live_encode_is_read_while_it_is_written_and_keeps_its_frames(
     assert file.read_bytes() == whole
 
 
-def test_a_live_encode_that_ends_is_as_any_other(capture, encoded, tmp_path):
+def test_a_finished_live_encode_equals_any_other(capture, encoded, tmp_path):
     (tmp_path / "a.quarc").write_text("old")
     command = ["encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, "--live"]
     rejected = run(*command)

@@ -5,7 +5,7 @@ from quarc_ref.cli.errors import UsageError
 from quarc_ref.encoder.settings.presets import choose_preset
 
 
-def test_a_preset_without_settings_is_itself():
+def test_a_preset_without_settings_is_unchanged():
     assert configure("paper", [], 0) == choose_preset("paper")
 
 
@@ -14,14 +14,14 @@ def test_the_seed_is_an_option_and_a_setting():
     assert configure("main", ["seed=7"], 0).seed == 7
 
 
-def test_of_two_settings_of_a_name_the_last_counts():
+def test_the_last_of_two_values_of_a_setting_counts():
     config = configure("main", ["motion.lr=1", "births.iterations=3", "motion.lr=2"], 0)
 
     assert config.motion.lr == 2
     assert config.births.iterations == 3
 
 
-def test_options_that_are_settings_change_them_and_those_not_given_do_not():
+def test_options_change_their_settings_and_missing_options_none():
     asked = as_settings(
         {"rd_lambda": 2.5, "target_kb_per_frame": None, "canonical.keyframe_interval": 30}
     )
@@ -32,6 +32,6 @@ def test_options_that_are_settings_change_them_and_those_not_given_do_not():
 
 
 @pytest.mark.parametrize("setting", ["motion.lr", "", "=1", "motion=1", "motion.lr=", "a=b=c"])
-def test_what_is_no_setting_is_a_usage_error(setting):
+def test_an_unknown_setting_is_a_usage_error(setting):
     with pytest.raises(UsageError):
         configure("main", [setting], 0)

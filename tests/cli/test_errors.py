@@ -53,7 +53,7 @@ def _leave(error):
         (VerificationError("two results"), 3, "two results"),
     ],
 )
-def test_a_fault_becomes_one_line_and_its_code(error, code, said, capsys):
+def test_an_error_becomes_one_line_and_its_exit_code(error, code, said, capsys):
     assert _leave(error) == code
 
     shown = capsys.readouterr()
@@ -63,14 +63,14 @@ def test_a_fault_becomes_one_line_and_its_code(error, code, said, capsys):
     assert said in shown.err
 
 
-def test_an_interruption_that_says_what_is_kept_ends_with_the_code_of_its_signal():
+def test_an_interruption_says_what_is_kept_and_ends_with_the_code_of_its_signal():
     said = KeyboardInterrupt("interrupted; the file holds")
     said.__cause__ = Termination()
 
     assert _leave(said) == 143
 
 
-def test_our_own_fault_shows_where_it_is_and_does_not_blame_the_stream(capsys):
+def test_an_internal_error_shows_its_location_and_does_not_blame_the_stream(capsys):
     assert _leave(ZeroDivisionError("oops")) == 3
 
     shown = capsys.readouterr().err
@@ -78,13 +78,13 @@ def test_our_own_fault_shows_where_it_is_and_does_not_blame_the_stream(capsys):
     assert shown.splitlines()[-1] == "quarc-ref: internal error: ZeroDivisionError('oops')"
 
 
-def test_a_message_cannot_steer_the_terminal(capsys):
+def test_a_message_cannot_control_the_terminal(capsys):
     _leave(UsageError("name \x1b[2J\nsecond"))
 
     assert capsys.readouterr().err == "quarc-ref: name \\x1b[2J\\nsecond\n"
 
 
-def test_what_goes_well_is_left_alone():
+def test_success_is_not_changed():
     with report_errors():
         value = 3
 

@@ -37,7 +37,7 @@ def test_eval_adds_quality_to_what_info_prints(measured, encoded):
     assert 0 < printed["ssim"] < 1
 
 
-def test_without_three_frames_nothing_is_said_of_what_moves(tmp_path):
+def test_without_three_frames_there_are_no_figures_of_the_moving_region(tmp_path):
     shots = scenes.make_shots()
     folder = scenes.write_n3dv(tmp_path / "short", shots, 2, scenes.plane_points())
     cameras = open_capture(folder).cameras
@@ -52,7 +52,7 @@ def test_without_three_frames_nothing_is_said_of_what_moves(tmp_path):
     assert last.split()[-6:] == ["-"] * 6
 
 
-def test_the_report_lies_where_it_was_asked_for(measured):
+def test_the_report_is_written_to_the_given_folder(measured):
     printed, folder = measured
 
     assert printed["report"] == str(folder / "index.html")
@@ -61,7 +61,7 @@ def test_the_report_lies_where_it_was_asked_for(measured):
     assert list_names(folder.parent) == ["report"]
 
 
-def test_people_are_shown_the_means_and_the_report(encoded, capture, measured, tmp_path):
+def test_the_means_and_the_report_are_printed(encoded, capture, measured, tmp_path):
     result = run("eval", encoded.file, capture, "--report", tmp_path / "new")
 
     assert result.exit_code == 0
@@ -72,7 +72,7 @@ def test_people_are_shown_the_means_and_the_report(encoded, capture, measured, t
     assert "index.html" in result.stdout
 
 
-def test_a_report_that_exists_is_rejected_and_unharmed(encoded, capture, tmp_path):
+def test_an_existing_report_is_rejected_and_unchanged(encoded, capture, tmp_path):
     (tmp_path / "index.html").write_text("mine")
     result = run("eval", encoded.file, capture, "--report", tmp_path)
 
@@ -130,9 +130,7 @@ def test_json_names_the_capture_that_a_stream_was_made_from(encoded, capture, ot
     assert run_json("eval", encoded.file, capture)["same_capture"] is True
 
 
-def test_a_stream_of_another_capture_is_measured_if_asked_for_and_still_told(
-    encoded, other_capture
-):
+def test_a_stream_of_another_capture_is_measured_on_request_with_a_warning(encoded, other_capture):
     result = run("eval", encoded.file, other_capture, "--json", "--other-capture", "--quiet")
     printed = read_json(result.stdout)
 
@@ -143,7 +141,9 @@ def test_a_stream_of_another_capture_is_measured_if_asked_for_and_still_told(
     assert printed["psnr"] > 0
 
 
-def test_a_stream_that_does_not_name_its_capture_is_measured_and_told(encoded, capture, tmp_path):
+def test_a_stream_that_does_not_name_its_capture_is_measured_with_a_warning(
+    encoded, capture, tmp_path
+):
     chunks = split_chunks(encoded.file.read_bytes())
     unnamed = [(each.kind, each.payload.replace(b"fingerprint", b"thumb-print")) for each in chunks]
     (tmp_path / "unnamed.quarc").write_bytes(rebuild_stream(unnamed))
@@ -155,7 +155,7 @@ def test_a_stream_that_does_not_name_its_capture_is_measured_and_told(encoded, c
 
 
 @pytest.mark.parametrize("name", ["-", "http://example.org/a.quarc"])
-def test_eval_takes_a_file_only(name, capture):
+def test_eval_accepts_only_files(name, capture):
     result = run("eval", name, capture)
 
     assert result.exit_code == 2
@@ -172,7 +172,7 @@ def test_eval_reads_a_named_pipe(encoded, capture):
     assert printed["frames"] == 3
 
 
-def test_an_unreadable_capture_is_the_tools_failure(encoded, capture, tmp_path):
+def test_an_unreadable_capture_is_a_failure_of_the_tool(encoded, capture, tmp_path):
     broken = shutil.copytree(capture, tmp_path / "broken")
     (broken / "cam01.mp4").write_bytes(b"no video")
     result = run("eval", encoded.file, broken)
@@ -189,7 +189,7 @@ def test_a_damaged_stream_is_rejected(encoded, capture, tmp_path):
     assert "truncated" in result.stderr
 
 
-def test_a_stream_of_later_frames_is_measured_on_these(capture, tmp_path):
+def test_a_stream_of_later_frames_is_measured_on_these_frames(capture, tmp_path):
     file = tmp_path / "later.quarc"
     run_json("encode", capture, "-o", file, *TINY_OPTIONS, "--start", 1, "--frames", 2)
     measured = run_json("eval", file, capture)

@@ -39,11 +39,11 @@ def _list_unnoticed(places, mask, path):
     return unnoticed
 
 
-def test_a_byte_turned_over_anywhere_ends_the_command_with_1_and_a_name(tmp_path):
+def test_a_flipped_byte_anywhere_ends_the_command_with_1_and_a_reject_id(tmp_path):
     assert _list_unnoticed(range(len(_DATA)), 0xFF, tmp_path / "damaged.quarc") == []
 
 
-def test_a_letter_of_the_other_case_is_no_other_type_of_chunk(tmp_path):
+def test_a_letter_of_the_other_case_does_not_give_another_chunk_type(tmp_path):
     framing = [
         chunk.offset + place for chunk in split_chunks(_DATA) for place in range(CHUNK_HEADER_BYTES)
     ]
@@ -51,7 +51,7 @@ def test_a_letter_of_the_other_case_is_no_other_type_of_chunk(tmp_path):
     assert _list_unnoticed(framing, 0x20, tmp_path / "damaged.quarc") == []
 
 
-def test_what_is_damaged_is_told_by_name(tmp_path):
+def test_damage_is_reported_by_name(tmp_path):
     chunk = list(split_chunks(_DATA))[1]
     places = {
         0: "bad-magic",
@@ -72,7 +72,7 @@ def test_what_is_damaged_is_told_by_name(tmp_path):
         assert message.startswith(f"{reject_id} at byte ")
 
 
-def test_the_whole_stream_is_not_rejected(tmp_path):
+def test_the_intact_stream_is_not_rejected(tmp_path):
     (tmp_path / "whole.quarc").write_bytes(_DATA)
 
     assert run("verify", tmp_path / "whole.quarc").exit_code == 0

@@ -31,7 +31,7 @@ def _read_all(folder):
         ("render", ["frame_0000.png"]),
     ],
 )
-def test_force_deletes_no_file_of_the_user_whatever_its_name(
+def test_force_deletes_no_file_of_the_user_of_any_name(
     verb, names, stream_file, encoded, capture, tmp_path
 ):
     mine = _fill(tmp_path / "mine", *names)
@@ -64,7 +64,7 @@ def test_segments_of_the_user_are_not_deleted(option, capture, tmp_path):
     assert "holds frames_0.quarc" in result.stderr
 
 
-def test_a_folder_that_the_command_made_says_so_and_is_replaced(stream_file, tmp_path):
+def test_a_folder_of_the_command_has_a_marker_and_is_replaced(stream_file, tmp_path):
     out = tmp_path / "out"
     assert run("decode", stream_file, "-o", out, "--frames", ":2").exit_code == 0
     marker = (out / _MARKER).read_text()
@@ -78,7 +78,7 @@ def test_a_folder_that_the_command_made_says_so_and_is_replaced(stream_file, tmp
     assert list_names(tmp_path) == ["out", "small.quarc"]
 
 
-def test_a_demo_is_replaced_with_all_that_it_made(tmp_path):
+def test_a_demo_is_replaced_with_all_its_files(tmp_path):
     out = tmp_path / "out"
     command = ["demo", "-o", out, "--frames", 2, *TINY_OPTIONS]
     assert run(*command).exit_code == 0
@@ -97,7 +97,7 @@ def test_a_demo_is_replaced_with_all_that_it_made(tmp_path):
 @pytest.mark.parametrize(
     "planted", ["../victim.txt", "/etc/victim", "..", "sub/victim.txt", "a\\b", "C:victim", ""]
 )
-def test_a_planted_marker_leads_nowhere_else(planted, stream_file, tmp_path):
+def test_a_planted_marker_cannot_lead_outside(planted, stream_file, tmp_path):
     victim = tmp_path / "victim.txt"
     victim.write_text("mine")
     out = tmp_path / "out"
@@ -113,7 +113,7 @@ def test_a_planted_marker_leads_nowhere_else(planted, stream_file, tmp_path):
 
 
 @pytest.mark.parametrize("kind", ["link", "folder"])
-def test_what_took_the_place_of_a_file_that_was_made_is_not_deleted(kind, stream_file, tmp_path):
+def test_a_replacement_of_a_listed_file_is_not_deleted(kind, stream_file, tmp_path):
     victim = tmp_path / "victim"
     victim.mkdir()
     (victim / "a").write_text("mine")

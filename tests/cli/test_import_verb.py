@@ -17,7 +17,7 @@ def folder(stream_file, tmp_path):
     return tmp_path / "plys"
 
 
-def test_what_decode_writes_import_reads(folder, tmp_path, made):
+def test_import_reads_the_output_of_decode(folder, tmp_path, made):
     printed = run_json("import", folder, "-o", tmp_path / "again.quarc")
     data = (tmp_path / "again.quarc").read_bytes()
 
@@ -30,7 +30,7 @@ def test_what_decode_writes_import_reads(folder, tmp_path, made):
         assert error <= printed["bounds"][name] * 1.001
 
 
-def test_bounds_rate_axes_and_canonical_frames_are_chosen(folder, tmp_path):
+def test_bounds_rate_axes_and_canonical_frames_can_be_set(folder, tmp_path):
     options = ["--bound", "position=0.001", "--bound", "rotation=0.03"]
     options += ["--fps", 24, "--up", "+z", "--keyframe-interval", 2]
     printed = run_json("import", folder, "-o", tmp_path / "a.quarc", *options)
@@ -60,7 +60,7 @@ def test_one_file_is_one_frame(made, tmp_path):
         (["--bound", "position=1e-9"], 3),
     ],
 )
-def test_what_cannot_be_done_leaves_nothing(options, code, folder, tmp_path):
+def test_a_failed_import_leaves_nothing(options, code, folder, tmp_path):
     result = run("import", folder, "-o", tmp_path / "a.quarc", *options)
 
     assert result.exit_code == code
@@ -96,7 +96,7 @@ def test_a_broken_ply_has_one_exit_code_in_import_and_compare(stream_file, tmp_p
 
 
 @pytest.mark.parametrize("axis", ["+y", "y"])
-def test_an_axis_may_have_a_plus_sign(axis, folder, tmp_path):
+def test_an_axis_can_have_a_plus_sign(axis, folder, tmp_path):
     run("import", folder, "-o", tmp_path / "a.quarc", "--up", axis)
 
     assert next(decode((tmp_path / "a.quarc").read_bytes())).header.up_axis == 3

@@ -29,7 +29,7 @@ def _tables(text):
     return tables
 
 
-def test_every_chunk_is_listed_also_one_that_is_unknown(tmp_path):
+def test_every_chunk_is_listed_even_unknown_ones(tmp_path):
     chunks = [(chunk.kind, chunk.payload) for chunk in _CHUNKS[:-2]]
     tail = (_CHUNKS[-1].kind, _CHUNKS[-1].payload[:8] + bytes(8))
     data = rebuild_stream([*chunks, (b"nOte", b"hello"), tail])
@@ -76,7 +76,7 @@ def test_the_symbols_are_those_of_the_stream_by_magnitude(file):
     assert sums[0] == sums[4] == 0
 
 
-def test_people_are_shown_the_same_figures(file):
+def test_the_same_figures_are_printed_as_text(file):
     printed, tables = run_json("inspect", file), _tables(run("inspect", file).stdout)
 
     assert [*tables] == ["some.quarc: chunks", "frames", "symbols", "bytes"]
@@ -99,7 +99,7 @@ def test_people_are_shown_the_same_figures(file):
     assert float(by_kind["motion"][2]) == pytest.approx(ratio, abs=1e-3)
 
 
-def test_figures_that_are_wider_than_the_terminal_are_whole(file, monkeypatch):
+def test_figures_wider_than_the_terminal_are_not_truncated(file, monkeypatch):
     monkeypatch.setenv("COLUMNS", "30")
 
     shown = run("inspect", file).stdout

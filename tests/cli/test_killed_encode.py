@@ -59,7 +59,7 @@ def _await(file, holds_frames):
 
 
 @pytest.mark.parametrize("seed", range(_KILLS))
-def test_an_encode_that_is_killed_is_gone_on_with_to_the_same_file(seed, job, tmp_path):
+def test_a_killed_encode_is_resumed_to_the_same_file(seed, job, tmp_path):
     command, whole, seconds = job
     file, part = tmp_path / "a.quarc", tmp_path / "a.quarc.part"
     holds_frames = seed % 3 > 0  # every third dies while frame 0 is trained, as a rule

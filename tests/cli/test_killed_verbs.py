@@ -35,9 +35,7 @@ def _kill(program, *command):
 
 @pytest.mark.parametrize("options", [[], ["--force"]])
 @pytest.mark.parametrize("verb", ["decode", "render"])
-def test_a_folder_that_was_half_written_is_gone_after_the_next_run(
-    verb, options, stream_file, tmp_path
-):
+def test_a_partly_written_folder_is_removed_by_the_next_run(verb, options, stream_file, tmp_path):
     pytest.importorskip("fcntl")
     out = tmp_path / "made" / "out"
     out.parent.mkdir()

@@ -12,7 +12,7 @@ from quarc_ref.synth.variants import VARIANTS
 from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
 
 
-def test_synth_makes_a_capture_of_the_size_asked_for(tmp_path):
+def test_synth_makes_a_capture_of_the_requested_size(tmp_path):
     size = ["--width", 32, "--height", 24, "--frames", 2, "--seed", 4]
     printed = run_json("synth", tmp_path / "room", *size)
 
@@ -29,14 +29,14 @@ def test_synth_makes_a_capture_of_the_size_asked_for(tmp_path):
     assert capture.image(12, 1).shape == (24, 32, 3)
 
 
-def test_synth_says_what_it_has_made(tmp_path):
+def test_synth_prints_what_it_has_written(tmp_path):
     result = run("synth", tmp_path / "room", "--width", 16, "--height", 16, "--frames", 1)
 
     assert result.exit_code == 0
     assert "13 with 1 frame each, 16 x 16; hold out cam00" in result.stdout
 
 
-def test_every_variant_can_be_asked_for_and_is_explained():
+def test_every_variant_is_available_and_explained():
     options = typer.main.get_command(app).commands["synth"].params
     (explained,) = (option.help for option in options if option.name == "variant")
 
@@ -45,7 +45,7 @@ def test_every_variant_can_be_asked_for_and_is_explained():
         assert f"{name}: {variant.summary}" in explained
 
 
-def test_synth_traces_the_variant_and_the_cameras_asked_for(tmp_path):
+def test_synth_traces_the_requested_variant_and_cameras(tmp_path):
     size = ["--width", 16, "--height", 16, "--frames", 1, "--cameras", 3]
     dark = run_json("synth", tmp_path / "dark", *size, "--variant", "dark-stage")
     run_json("synth", tmp_path / "bright", *size, "--variant", "bright-stage")
@@ -71,7 +71,7 @@ def test_synth_traces_the_variant_and_the_cameras_asked_for(tmp_path):
         (["--seed", -1], "--seed"),
     ],
 )
-def test_what_cannot_be_traced_is_a_usage_error(options, said, tmp_path):
+def test_impossible_sizes_are_a_usage_error(options, said, tmp_path):
     result = run("synth", tmp_path / "room", *options)
 
     assert result.exit_code == 2
@@ -79,7 +79,7 @@ def test_what_cannot_be_traced_is_a_usage_error(options, said, tmp_path):
     assert list_names(tmp_path) == []
 
 
-def test_synth_rejects_a_folder_with_something_in_it(tmp_path):
+def test_synth_rejects_a_nonempty_folder(tmp_path):
     (tmp_path / "mine.txt").write_text("keep")
     rejected, forced = run("synth", tmp_path), run("synth", tmp_path, "--force")
 
@@ -89,7 +89,7 @@ def test_synth_rejects_a_folder_with_something_in_it(tmp_path):
     assert list_names(tmp_path) == ["mine.txt"]
 
 
-def test_a_traced_capture_is_replaced_by_force_alone(tmp_path):
+def test_a_traced_capture_is_replaced_only_with_force(tmp_path):
     size = ["--width", 16, "--height", 16, "--frames", 1]
     (tmp_path / "room").mkdir()
     run_json("synth", tmp_path / "room", *size)
@@ -102,7 +102,7 @@ def test_a_traced_capture_is_replaced_by_force_alone(tmp_path):
     assert list_names(tmp_path) == ["room"]
 
 
-def test_force_takes_no_filmed_capture_for_a_traced_one(tmp_path):
+def test_force_does_not_replace_a_filmed_capture(tmp_path):
     for name in ("cam00.mp4", "cam13.mp4", "poses_bounds.npy"):
         (tmp_path / name).write_text("filmed")
     result = run("synth", tmp_path, "--force")
@@ -119,7 +119,7 @@ def shown(tmp_path_factory):
     return run_json("demo", "-o", folder, "--frames", 2, *TINY_OPTIONS), folder
 
 
-def test_the_demo_makes_capture_stream_and_report(shown):
+def test_the_demo_writes_capture_stream_and_report(shown):
     printed, folder = shown
 
     assert list_names(folder) == ["capture", "demo.quarc", "report"]
@@ -129,7 +129,7 @@ def test_the_demo_makes_capture_stream_and_report(shown):
     assert (folder / "report" / "index.html").is_file()
 
 
-def test_the_demo_prints_what_eval_prints_of_its_files(shown):
+def test_the_demo_prints_the_same_as_eval_of_its_files(shown):
     printed, folder = shown
 
     again = run_json("eval", folder / "demo.quarc", folder / "capture")
@@ -137,7 +137,7 @@ def test_the_demo_prints_what_eval_prints_of_its_files(shown):
     assert {key: printed[key] for key in again} == again
 
 
-def test_a_demo_is_replaced_by_force_alone(shown, monkeypatch):
+def test_a_demo_is_replaced_only_with_force(shown, monkeypatch):
     def fail(*_arguments, **_named):
         pytest.fail("the demo was run")
 
@@ -150,7 +150,7 @@ def test_a_demo_is_replaced_by_force_alone(shown, monkeypatch):
     assert list_names(folder) == ["capture", "demo.quarc", "report"]
 
 
-def test_a_demo_that_fails_leaves_the_old_one_whole(shown, monkeypatch):
+def test_a_failed_demo_keeps_the_old_one(shown, monkeypatch):
     def fail(folder, *_arguments):
         folder.write("half", b"half")
         raise KeyboardInterrupt

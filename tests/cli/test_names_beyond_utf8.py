@@ -35,7 +35,7 @@ def _copy(capture, place):
         pytest.skip("this file system has no such names")
 
 
-def test_a_file_that_cannot_be_is_named(capture, tmp_path):
+def test_an_impossible_file_name_is_reported(capture, tmp_path):
     folder = _copy(capture, tmp_path / "film")
     (folder / "poses_bounds.npy").unlink()
     document = scenes.video_document(scenes.make_shots(), ply_file_path="points\ud800.ply")
@@ -44,13 +44,13 @@ def test_a_file_that_cannot_be_is_named(capture, tmp_path):
     assert "points\\ud800.ply" in _rejected(folder, tmp_path)
 
 
-def test_a_capture_whose_name_a_stream_cannot_hold_is_named(capture, tmp_path):
+def test_a_capture_name_that_a_stream_cannot_hold_is_reported(capture, tmp_path):
     folder = _copy(capture, tmp_path / f"film{_ODD}")
 
     assert "'film\\udcff' is not valid UTF-8" in _rejected(folder, tmp_path)
 
 
-def test_a_camera_whose_name_a_stream_cannot_hold_is_named(capture, tmp_path):
+def test_a_camera_name_that_a_stream_cannot_hold_is_reported(capture, tmp_path):
     folder = _copy(capture, tmp_path / "film")
     try:
         (folder / "cam03.mp4").rename(folder / f"cam03{_ODD}.mp4")
@@ -61,7 +61,7 @@ def test_a_camera_whose_name_a_stream_cannot_hold_is_named(capture, tmp_path):
 
 
 @pytest.mark.parametrize("verb", ["info", "verify"])
-def test_a_stream_may_be_called_anything(verb, stream_file):
+def test_a_stream_file_can_have_any_name(verb, stream_file):
     try:
         odd = stream_file.rename(stream_file.with_name(f"odd{_ODD}.quarc"))
     except OSError:

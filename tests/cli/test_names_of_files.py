@@ -8,7 +8,7 @@ from quarc_ref.export.gaussian_ply import build_ply
 from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
 
 
-def test_one_frame_is_decoded_into_the_file_that_is_named(stream_file, made, tmp_path):
+def test_one_frame_is_decoded_into_the_named_file(stream_file, made, tmp_path):
     printed = run_json("decode", stream_file, "-o", tmp_path / "one.ply", "--frames", "2:3")
 
     assert printed == {"folder": str(tmp_path), "files": ["one.ply"], "sidecar": None}
@@ -18,7 +18,7 @@ def test_one_frame_is_decoded_into_the_file_that_is_named(stream_file, made, tmp
 
 
 @pytest.mark.parametrize("options", [[], ["--to", "npz"]])
-def test_the_name_says_what_a_frame_is_written_as(options, stream_file, tmp_path):
+def test_the_suffix_selects_the_format_of_a_frame(options, stream_file, tmp_path):
     run_json("decode", stream_file, "-o", tmp_path / "one.NPZ", "--frames", "3:", *options)
 
     assert (tmp_path / "one.NPZ").read_bytes().startswith(b"PK")
@@ -26,7 +26,7 @@ def test_the_name_says_what_a_frame_is_written_as(options, stream_file, tmp_path
 
 @pytest.mark.parametrize("name", ["one.ply", "one.npz"])
 @pytest.mark.parametrize("options", [[], ["--frames", "1:3"], ["--follow"]])
-def test_several_frames_do_not_go_into_one_file(options, name, stream_file, tmp_path):
+def test_several_frames_cannot_be_written_into_one_file(options, name, stream_file, tmp_path):
     result = run("decode", stream_file, "-o", tmp_path / name, *options)
 
     assert result.exit_code == 2
@@ -43,7 +43,7 @@ def test_a_name_that_contradicts_to_is_rejected(stream_file, tmp_path):
     assert list_names(tmp_path) == ["small.quarc"]
 
 
-def test_a_file_that_is_there_is_replaced_by_force_alone(stream_file, tmp_path):
+def test_an_existing_file_is_replaced_only_with_force(stream_file, tmp_path):
     (tmp_path / "one.ply").write_text("mine")
     command = ["decode", stream_file, "-o", tmp_path / "one.ply", "--frames", ":1"]
     rejected, kept = run(*command), (tmp_path / "one.ply").read_text()
@@ -60,7 +60,7 @@ def test_a_frame_that_cannot_be_decoded_leaves_no_file(stream_file, made, tmp_pa
     assert list_names(tmp_path) == ["small.quarc"]
 
 
-def test_one_frame_is_rendered_into_the_picture_that_is_named(stream_file, tmp_path):
+def test_one_frame_is_rendered_into_the_named_picture(stream_file, tmp_path):
     printed = run_json("render", stream_file, "-o", tmp_path / "a.png", "--frames", "1:2")
 
     assert (printed["folder"], printed["files"]) == (str(tmp_path), ["a.png"])
@@ -68,7 +68,7 @@ def test_one_frame_is_rendered_into_the_picture_that_is_named(stream_file, tmp_p
 
 
 @pytest.mark.parametrize("options", [[], ["--to", "png"]])
-def test_several_frames_are_not_rendered_into_one_picture(options, stream_file, tmp_path):
+def test_several_frames_cannot_be_rendered_into_one_picture(options, stream_file, tmp_path):
     result = run("render", stream_file, "-o", tmp_path / "a.png", *options)
 
     assert result.exit_code == 2
@@ -78,7 +78,7 @@ def test_several_frames_are_not_rendered_into_one_picture(options, stream_file, 
 
 @pytest.mark.parametrize("name", ["a.quarc", "a.mp4", "a.png", "a.html", "A.PLY"])
 @pytest.mark.parametrize("verb", ["decode", "render", "synth", "demo", "eval"])
-def test_no_folder_is_made_of_a_name_of_a_file(verb, name, stream_file, encoded, capture, tmp_path):
+def test_a_file_name_does_not_become_a_folder(verb, name, stream_file, encoded, capture, tmp_path):
     target = tmp_path / name
     lines = {
         "decode": ["decode", stream_file, "-o", target],

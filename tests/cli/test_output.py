@@ -16,14 +16,14 @@ def clock(monkeypatch):
     return seconds
 
 
-def test_json_has_no_numbers_that_json_lacks(capsys):
+def test_json_has_only_numbers_that_json_allows(capsys):
     with pytest.raises(ValueError, match="not JSON compliant"):
         print_json("eval/1", {"psnr": math.inf})
 
     assert capsys.readouterr().out == ""
 
 
-def test_a_table_folds_long_values_and_loses_no_letter(capsys):
+def test_a_table_wraps_long_values_and_loses_no_letter(capsys):
     digest = "0123456789" * 20
     print_table("title", {"name": digest})
 
@@ -32,23 +32,23 @@ def test_a_table_folds_long_values_and_loses_no_letter(capsys):
     assert "".join(shown.split()[2:]) == digest
 
 
-def test_a_long_title_is_in_one_piece(capsys):
+def test_a_long_title_is_not_wrapped(capsys):
     print_table("a-very-long-name.quarc" * 9, {"name": "1"})
 
     assert capsys.readouterr().out.split() == ["a-very-long-name.quarc" * 9, "name", "1"]
 
 
 @given(st.text())
-def test_escaped_text_is_one_line_of_letters(text):
+def test_escaped_text_is_one_printable_line(text):
     assert escape_controls(text).isprintable()
 
 
 @given(st.text().filter(str.isprintable))
-def test_text_without_controls_is_shown_as_it_is(text):
+def test_text_without_control_characters_is_unchanged(text):
     assert escape_controls(text) == text
 
 
-def test_quick_work_writes_no_line(clock, capsys):
+def test_short_work_writes_no_progress_line(clock, capsys):
     with TerminalProgress(quiet=False) as progress:
         for done in range(1, 5):
             clock[0] += 1
@@ -57,7 +57,7 @@ def test_quick_work_writes_no_line(clock, capsys):
     assert capsys.readouterr().err == ""
 
 
-def test_long_work_writes_a_line_now_and_then_and_one_at_its_end(clock, capsys):
+def test_long_work_writes_a_line_now_and_then_and_one_at_the_end(clock, capsys):
     with TerminalProgress(quiet=False) as progress:
         for done in range(1, 13):
             clock[0] += 2
@@ -69,7 +69,7 @@ def test_long_work_writes_a_line_now_and_then_and_one_at_its_end(clock, capsys):
     assert shown.out == ""
 
 
-def test_quiet_work_writes_nothing_however_long(clock, capsys):
+def test_quiet_work_writes_nothing_even_if_long(clock, capsys):
     with TerminalProgress(quiet=True) as progress:
         clock[0] += 100
         progress.advance("frames", 1, 2)
@@ -77,7 +77,7 @@ def test_quiet_work_writes_nothing_however_long(clock, capsys):
     assert capsys.readouterr().err == ""
 
 
-def test_a_terminal_is_shown_bars_on_stderr(monkeypatch, capsys):
+def test_a_terminal_shows_bars_on_stderr(monkeypatch, capsys):
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("TERM", "xterm")
     with TerminalProgress(quiet=False) as progress:

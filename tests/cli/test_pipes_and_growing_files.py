@@ -33,7 +33,7 @@ def test_a_stream_on_standard_input_is_a_stream(verb, key, tmp_path):
     assert read_json(done.stdout)[key] == run_json(verb, tmp_path / "a.quarc")[key]
 
 
-def test_deep_proofs_of_a_pipe_are_those_of_a_file(tmp_path):
+def test_deep_checks_of_a_pipe_equal_those_of_a_file(tmp_path):
     (tmp_path / "a.quarc").write_bytes(_DATA)
     done = run_piped("verify", "-", "--deep", "--json", data=_DATA)
 
@@ -52,7 +52,7 @@ def test_frames_of_a_pipe_are_decoded_and_faults_named(tmp_path):
     assert len(list_names(tmp_path / "past")) == 9
 
 
-def test_a_cut_goes_from_pipe_to_pipe_and_nothing_else_with_it():
+def test_a_cut_from_pipe_to_pipe_writes_nothing_else():
     done = run_piped("cut", "-", "--frames", "3:", "-o", "-", data=_DATA)
 
     assert done.stderr == b""
@@ -60,7 +60,7 @@ def test_a_cut_goes_from_pipe_to_pipe_and_nothing_else_with_it():
     assert found == [(frame, compute_digest(_STATES[frame].scene)) for frame in range(3, 9)]
 
 
-def test_a_reader_that_goes_away_is_no_fault_of_the_stream(tmp_path):
+def test_a_closed_reader_is_not_a_fault_of_the_stream(tmp_path):
     reading, writing = os.pipe()
     os.close(reading)
     (tmp_path / "a.quarc").write_bytes(_DATA)
@@ -91,7 +91,7 @@ def _next_frame(encoder):
     return int(encoder.stdout.readline())
 
 
-def test_a_stream_is_played_while_another_process_writes_it(growing, tmp_path):
+def test_a_stream_is_decoded_while_another_process_writes_it(growing, tmp_path):
     path, encoder = growing
     out = tmp_path / "out"
     player = start("decode", path, "-o", out, "--follow", "-q", "--json", stdout=subprocess.PIPE)
@@ -111,7 +111,7 @@ def test_a_stream_is_played_while_another_process_writes_it(growing, tmp_path):
         assert (out / name).read_bytes() == (tmp_path / "after" / name).read_bytes()
 
 
-def test_a_stream_that_stops_growing_is_cut_once_patience_is_over(growing, tmp_path):
+def test_a_stream_that_stops_growing_is_truncated_after_the_timeout(growing, tmp_path):
     path, encoder = growing
     _next_frame(encoder)
     begun = time.monotonic()
@@ -139,7 +139,7 @@ def test_a_stream_is_verified_as_it_grows(growing):
     assert (printed["valid"], printed["frames"]) == (True, 3)
 
 
-def test_whole_frames_are_left_of_an_encoder_that_is_killed(growing, tmp_path):
+def test_a_killed_encoder_leaves_complete_frames(growing, tmp_path):
     path, encoder = growing
     _next_frame(encoder)
     encoder.kill()
@@ -150,7 +150,7 @@ def test_whole_frames_are_left_of_an_encoder_that_is_killed(growing, tmp_path):
     assert list_names(tmp_path / "out") == ["frame_0000.ply", "frame_0001.ply"]
 
 
-def test_a_stream_that_is_not_there_yet_is_waited_for(tmp_path):
+def test_follow_waits_for_a_stream_that_does_not_exist_yet(tmp_path):
     path, out = tmp_path / "live.quarc", tmp_path / "out"
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     with start("decode", path, "-o", out, "--follow", "-q", **pipes) as player:
@@ -165,7 +165,7 @@ def test_a_stream_that_is_not_there_yet_is_waited_for(tmp_path):
     assert list_names(out) == [f"frame_{frame:04}.ply" for frame in range(9)]
 
 
-def test_a_stream_that_does_not_come_is_told_of_and_leaves_nothing(tmp_path):
+def test_a_stream_that_never_appears_is_reported_and_leaves_nothing(tmp_path):
     path, patient = tmp_path / "live.quarc", ["--follow", "--patience", "0.2"]
     missing = [run("verify", path, *patient), run("decode", path, "-o", tmp_path / "out", *patient)]
     path.write_bytes(b"")
@@ -178,7 +178,7 @@ def test_a_stream_that_does_not_come_is_told_of_and_leaves_nothing(tmp_path):
 
 
 @pytest.mark.parametrize("options", [["--force"], []])
-def test_a_followed_folder_is_emptied_by_force_alone(options, tmp_path):
+def test_a_followed_folder_is_replaced_only_with_force(options, tmp_path):
     (tmp_path / "a.quarc").write_bytes(make_stream(gaussian_count=5, frame_count=1)[0])
     make_folder(tmp_path / "out", "frame_0007.ply")
     result = run("decode", tmp_path / "a.quarc", "-o", tmp_path / "out", "--follow", *options)

@@ -18,7 +18,7 @@ def victim(tmp_path):
 
 @pytest.mark.parametrize("suffix", ["part", "old"])
 @pytest.mark.parametrize("verb", ["cut", "decode", "render"])
-def test_a_link_at_a_name_of_this_process_is_neither_followed_nor_in_the_way(
+def test_a_link_at_a_temporary_name_is_neither_followed_nor_an_obstacle(
     verb, suffix, stream_file, victim, tmp_path
 ):
     out = tmp_path / "made" / ("out.quarc" if verb == "cut" else "out")
@@ -36,7 +36,9 @@ def test_a_link_at_a_name_of_this_process_is_neither_followed_nor_in_the_way(
 
 @pytest.mark.parametrize("options", [[], ["--resume"], ["--force"]])
 @pytest.mark.parametrize("dangles", [False, True])
-def test_an_encode_writes_through_no_link_at_its_part(options, dangles, capture, victim, tmp_path):
+def test_an_encode_does_not_write_through_a_link_at_its_part(
+    options, dangles, capture, victim, tmp_path
+):
     if dangles:
         victim.unlink()
     (tmp_path / "a.quarc.part").symlink_to(victim)
@@ -48,7 +50,7 @@ def test_an_encode_writes_through_no_link_at_its_part(options, dangles, capture,
     assert dangles or victim.read_text() == "mine"
 
 
-def test_the_training_is_kept_beside_a_link_at_its_old_temporary_name(
+def test_the_checkpoint_is_kept_next_to_a_link_at_its_old_temporary_name(
     capture, encoded, victim, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(checkpoint, "_SECONDS_APART", 0.0)
@@ -60,9 +62,7 @@ def test_the_training_is_kept_beside_a_link_at_its_old_temporary_name(
     assert (tmp_path / "a.quarc").read_bytes() == encoded.file.read_bytes()
 
 
-def test_a_link_that_is_the_target_is_replaced_by_force_and_not_followed(
-    stream_file, victim, tmp_path
-):
+def test_a_link_at_the_target_is_replaced_by_force_and_not_followed(stream_file, victim, tmp_path):
     target = tmp_path / "a.quarc"
     target.symlink_to(victim)
     command = ["cut", stream_file, "--frames", ":", "-o", target]
@@ -74,7 +74,7 @@ def test_a_link_that_is_the_target_is_replaced_by_force_and_not_followed(
     assert not target.is_symlink()
 
 
-def test_a_named_pipe_at_the_place_of_a_training_stops_nobody(capture, encoded, tmp_path):
+def test_a_named_pipe_in_place_of_a_checkpoint_does_not_block(capture, encoded, tmp_path):
     os.mkfifo(tmp_path / "a.quarc.part.training")
     result = run("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, "--resume")
 

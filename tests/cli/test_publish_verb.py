@@ -7,7 +7,7 @@ from tests.cli.processes import run_piped
 from tests.small_streams import CAMERA
 
 
-def test_a_folder_has_all_that_a_page_needs(stream_file, tmp_path):
+def test_a_folder_has_everything_that_a_page_needs(stream_file, tmp_path):
     site = tmp_path / "site"
     printed = run_json("publish", stream_file, "-o", site)
 
@@ -19,7 +19,7 @@ def test_a_folder_has_all_that_a_page_needs(stream_file, tmp_path):
     assert printed["iframe"].startswith('<iframe src="site/" title="small" width="960"')
 
 
-def test_the_poster_is_what_the_camera_sees(stream_file, tmp_path):
+def test_the_poster_shows_the_view_of_the_camera(stream_file, tmp_path):
     run_json("publish", stream_file, "-o", tmp_path / "site")
     run_json("render", stream_file, "-o", tmp_path / "frame.png", "--frames", 0)
     poster, drawn = (read_still(tmp_path / name) for name in ("site/poster.jpg", "frame.png"))
@@ -28,7 +28,7 @@ def test_the_poster_is_what_the_camera_sees(stream_file, tmp_path):
     assert abs(poster.astype(float) - drawn).mean() < 4
 
 
-def test_options_go_into_the_page(stream_file, tmp_path):
+def test_options_are_written_into_the_page(stream_file, tmp_path):
     options = ["--title", "A <b>", "--camera", "cam00", "--up", "-y", "--autoplay", "--loop"]
     printed = run_json(
         "publish", stream_file, "-o", tmp_path / "site", *options, "--url", "https://example.org/s"
@@ -55,7 +55,7 @@ def test_a_stream_of_a_pipe_is_published(made, tmp_path):
     assert (tmp_path / "site" / "stream.quarc").read_bytes() == made.data
 
 
-def test_nothing_is_made_of_a_stream_that_is_damaged_or_cut(stream_file, made, tmp_path):
+def test_a_damaged_or_truncated_stream_is_not_published(stream_file, made, tmp_path):
     place = len(made.data) - 60
     wrong = [
         made.data[:-1],
@@ -70,7 +70,7 @@ def test_nothing_is_made_of_a_stream_that_is_damaged_or_cut(stream_file, made, t
         assert not (tmp_path / "site").exists()
 
 
-def test_a_camera_that_is_not_there_is_named_with_those_that_are(stream_file, tmp_path):
+def test_an_unknown_camera_is_rejected_with_the_known_ones(stream_file, tmp_path):
     result = run("publish", stream_file, "-o", tmp_path / "site", "--camera", "cam99")
 
     assert result.exit_code == 2
@@ -88,14 +88,14 @@ def test_a_stream_without_cameras_has_no_poster(tmp_path):
     assert "poster" not in (tmp_path / "site" / "index.html").read_text("utf-8")
 
 
-def test_an_address_that_is_none_is_rejected(stream_file, tmp_path):
+def test_an_invalid_url_is_rejected(stream_file, tmp_path):
     result = run("publish", stream_file, "-o", tmp_path / "site", "--url", "example.org")
 
     assert result.exit_code == 2
     assert "--url" in result.stderr
 
 
-def test_a_folder_is_replaced_with_force_alone(stream_file, tmp_path):
+def test_a_folder_is_replaced_only_with_force(stream_file, tmp_path):
     first = run("publish", stream_file, "-o", tmp_path / "site")
     again = run("publish", stream_file, "-o", tmp_path / "site")
     forced = run("publish", stream_file, "-o", tmp_path / "site", "--force", "--title", "new")

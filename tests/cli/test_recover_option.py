@@ -36,7 +36,7 @@ def file(tmp_path):
         (_DATA[: _FRAMES[5].offset + 9], [0, 1, 2, 3, 4]),
     ],
 )
-def test_frames_past_damage_are_written_and_gaps_reported(data, kept, file, tmp_path):
+def test_frames_after_damage_are_written_and_gaps_reported(data, kept, file, tmp_path):
     file.write_bytes(data)
     result = run("decode", file, "-o", tmp_path / "out", "--recover", "--json", "-q")
 
@@ -54,7 +54,7 @@ def test_frames_past_damage_are_written_and_gaps_reported(data, kept, file, tmp_
         assert gap.message in line
 
 
-def test_a_whole_stream_has_no_gaps_and_ends_well(file, tmp_path):
+def test_an_intact_stream_has_no_gaps_and_ends_without_error(file, tmp_path):
     file.write_bytes(_DATA)
     printed = run_json("decode", file, "-o", tmp_path / "out", "--recover")
 
@@ -62,7 +62,7 @@ def test_a_whole_stream_has_no_gaps_and_ends_well(file, tmp_path):
     assert printed["files"] == _files(*range(9))
 
 
-def test_a_range_past_damage_has_the_frames_that_are_left_of_it(file, tmp_path):
+def test_of_a_range_with_damage_the_remaining_frames_are_written(file, tmp_path):
     file.write_bytes(_damage(1))
     result = run("decode", file, "-o", tmp_path / "out", "--recover", "--frames", "2:5")
 
@@ -71,14 +71,14 @@ def test_a_range_past_damage_has_the_frames_that_are_left_of_it(file, tmp_path):
     assert list_names(tmp_path / "out") == _files(3, 4)
 
 
-def test_damage_behind_the_range_is_not_met(file, tmp_path):
+def test_damage_after_the_range_is_not_reached(file, tmp_path):
     file.write_bytes(_damage(7))
 
     printed = run_json("decode", file, "-o", tmp_path / "out", "--recover", "--frames", "2:5")
     assert printed["files"] == _files(2, 3, 4)
 
 
-def test_where_nothing_is_left_nothing_is_made(file, tmp_path):
+def test_if_nothing_can_be_recovered_nothing_is_written(file, tmp_path):
     file.write_bytes(_damage(0, _damage(3, _damage(6))))
     result = run("decode", file, "-o", tmp_path / "out", "--recover", "--json", "-q")
 
@@ -108,7 +108,7 @@ def test_a_stream_without_a_head_is_rejected(file, tmp_path):
         (_DATA[:-1], ["--frames", "2:"], "complete frames of --frames 2: before the error: 7"),
     ],
 )
-def test_a_decode_that_breaks_off_says_how_many_frames_can_be_kept(
+def test_an_interrupted_decode_says_how_many_frames_can_be_recovered(
     data, options, said, file, tmp_path
 ):
     file.write_bytes(data)
@@ -128,7 +128,7 @@ def test_a_decode_that_breaks_off_says_how_many_frames_can_be_kept(
 @pytest.mark.parametrize(
     "data", [_DATA[: _FRAMES[0].offset + 9], _DATA[:12], b"not a stream at all"]
 )
-def test_where_no_frame_is_whole_nothing_is_promised(data, file, tmp_path):
+def test_without_a_complete_frame_nothing_is_promised(data, file, tmp_path):
     file.write_bytes(data)
     result = run("decode", file, "-o", tmp_path / "out")
 
@@ -136,7 +136,7 @@ def test_where_no_frame_is_whole_nothing_is_promised(data, file, tmp_path):
     assert "--recover" not in result.stderr
 
 
-def test_what_a_decode_that_follows_has_written_needs_no_recovery(file, tmp_path):
+def test_a_followed_decode_keeps_its_frames_without_recovery(file, tmp_path):
     file.write_bytes(_DATA[: _FRAMES[5].offset + 9])
     options = ["--follow", "--patience", "0"]
     result = run("decode", file, "-o", tmp_path / "out", *options)
@@ -146,7 +146,7 @@ def test_what_a_decode_that_follows_has_written_needs_no_recovery(file, tmp_path
     assert list_names(tmp_path / "out") == _files(*range(5))
 
 
-def test_a_stream_that_no_recovery_passes_is_rejected_without_a_promise(tmp_path):
+def test_an_unrecoverable_stream_is_rejected_without_a_promise(tmp_path):
     result = run("decode", _INVALID / "critical.quarc", "-o", tmp_path / "out")
 
     assert result.exit_code == 1

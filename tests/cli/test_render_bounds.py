@@ -43,7 +43,7 @@ def _measure(*arguments):
         (3000, (32_767, 192), 1, "out"),
     ],
 )
-def test_a_stream_of_a_kilobyte_is_drawn_within_a_gibibyte(count, size, frames, name, tmp_path):
+def test_a_stream_of_a_kilobyte_is_rendered_within_a_gibibyte(count, size, frames, name, tmp_path):
     data = make_blankets(count, *size, frames)
     (tmp_path / "s.quarc").write_bytes(data)
 
@@ -52,7 +52,7 @@ def test_a_stream_of_a_kilobyte_is_drawn_within_a_gibibyte(count, size, frames, 
 
 
 @pytest.mark.parametrize("size", [(8192, 8192), (3073, 2048)])
-def test_pictures_of_more_pixels_are_made_for_who_asks_for_them_alone(size, tmp_path):
+def test_pictures_with_more_pixels_are_rendered_only_on_request(size, tmp_path):
     (tmp_path / "s.quarc").write_bytes(make_blankets(3000, *size))
     result = run("render", tmp_path / "s.quarc", "-o", tmp_path / "out")
 
@@ -62,7 +62,7 @@ def test_pictures_of_more_pixels_are_made_for_who_asks_for_them_alone(size, tmp_
     assert list_names(tmp_path) == ["s.quarc"]
 
 
-def test_the_bound_on_pixels_is_the_users_to_choose(stream_file, tmp_path):
+def test_the_limit_of_pixels_can_be_set(stream_file, tmp_path):
     options = ("render", stream_file, "--frames", ":1", "--max-pixels")
     rejected = run(*options, 64 * 48 - 1, "-o", tmp_path / "out")
     printed = run_json(*options, 64 * 48, "-o", tmp_path / "out")
@@ -74,7 +74,7 @@ def test_the_bound_on_pixels_is_the_users_to_choose(stream_file, tmp_path):
 
 
 @pytest.mark.parametrize("size", [(1, 100_000), (100_000, 1), (1 << 31, 1 << 31)])
-def test_no_picture_is_longer_than_files_of_pictures_can_be(size, tmp_path):
+def test_pictures_cannot_exceed_the_limits_of_picture_files(size, tmp_path):
     (tmp_path / "s.quarc").write_bytes(make_blankets(10, *size))
     result = run("render", tmp_path / "s.quarc", "-o", tmp_path / "o", "--max-pixels", 1 << 62)
 
@@ -82,7 +82,7 @@ def test_no_picture_is_longer_than_files_of_pictures_can_be(size, tmp_path):
     assert "at most 32,767 pixels a side" in result.stderr
 
 
-def test_a_large_video_holds_what_it_was_given(tmp_path):
+def test_a_large_video_has_the_rendered_pictures(tmp_path):
     (tmp_path / "s.quarc").write_bytes(make_blankets(20, 2048, 1026, frames=5))
     run_json("render", tmp_path / "s.quarc", "-o", tmp_path / "o.mp4")
     reader = VideoReader(tmp_path / "o.mp4")
@@ -92,7 +92,7 @@ def test_a_large_video_holds_what_it_was_given(tmp_path):
 
 
 @pytest.mark.parametrize("pace", [((1 << 32) - 1, 1), (1, 1 << 31)])
-def test_a_pace_that_no_video_can_have_is_rejected(pace, tmp_path):
+def test_a_frame_rate_that_no_video_can_have_is_rejected(pace, tmp_path):
     header = StreamHeader(timescale=pace[0], frame_ticks=pace[1])
     (tmp_path / "s.quarc").write_bytes(make_stream(header)[0])
     result = run("render", tmp_path / "s.quarc", "-o", tmp_path / "o.mp4")

@@ -22,7 +22,7 @@ def stream(encoded):
 
 
 @pytest.mark.parametrize("name", ["orbit", "spiral", "interpolate"])
-def test_a_path_has_a_picture_to_each_frame(name, stream, tmp_path):
+def test_a_path_has_a_picture_for_each_frame(name, stream, tmp_path):
     printed = run_json("render", stream, "-o", tmp_path / "o", "--path", name)
     first, last = (_read_png(tmp_path / "o" / f"frame_{at:04}.png") for at in (0, 2))
 
@@ -32,7 +32,7 @@ def test_a_path_has_a_picture_to_each_frame(name, stream, tmp_path):
     assert not np.array_equal(first, last)
 
 
-def test_frames_are_spread_over_the_pictures_that_are_asked_for(stream, tmp_path):
+def test_frames_are_spread_over_the_requested_pictures(stream, tmp_path):
     printed = run_json(
         "render", stream, "-o", tmp_path / "o.mp4", "--path", "orbit", "--pictures", 7,
         "--frames", "1:2",
@@ -42,7 +42,7 @@ def test_frames_are_spread_over_the_pictures_that_are_asked_for(stream, tmp_path
     assert VideoReader(tmp_path / "o.mp4").frame_count == 7
 
 
-def test_a_path_of_a_camera_of_the_stream_shows_what_that_camera_sees(stream, tmp_path):
+def test_a_path_of_a_camera_shows_the_view_of_that_camera(stream, tmp_path):
     path = tmp_path / "path.json"
     keyframes = [{"time": 0, "camera": "cam03", "frame": 1}]
     path.write_text(json.dumps({"schema": "quarc-ref/camera-path/1", "keyframes": keyframes}))
@@ -101,7 +101,7 @@ def test_depth_is_the_distance_along_the_axis_in_levels_or_floats(stream, tmp_pa
         (["--depth", "--pixels", "yuv444p"], "--pixels is for videos"),
     ],
 )
-def test_what_does_not_fit_a_path_or_depth_is_explained(options, said, stream, tmp_path):
+def test_invalid_options_of_paths_and_depth_are_explained(options, said, stream, tmp_path):
     filled = [option.format(stream=stream) for option in options]
     result = run("render", stream, "-o", tmp_path / "o", *filled)
 

@@ -15,7 +15,7 @@ def _measure(pictures, truths):
 
 
 @pytest.mark.parametrize("kind", ["mp4", "png"])
-def test_what_is_rendered_has_the_quality_that_eval_states(kind, encoded, capture, tmp_path):
+def test_rendered_pictures_have_the_quality_that_eval_states(kind, encoded, capture, tmp_path):
     """To 0.1 dB; the toy's pictures are rough, and a video has to keep up with them."""
     output = tmp_path / ("out.mp4" if kind == "mp4" else "out")
     printed = run_json("render", encoded.file, "--camera", "cam00", "-o", output)
@@ -31,7 +31,7 @@ def test_what_is_rendered_has_the_quality_that_eval_states(kind, encoded, captur
     assert _measure(pictures, truths) == pytest.approx(stated["psnr"], abs=0.1)
 
 
-def test_a_range_is_rendered_as_files_that_keep_their_numbers(stream_file, tmp_path):
+def test_a_range_is_rendered_as_files_with_frame_numbers(stream_file, tmp_path):
     printed = run_json("render", stream_file, "-o", tmp_path / "out", "--frames", "1:3")
 
     assert printed["files"] == ["frame_0001.png", "frame_0002.png"]
@@ -39,7 +39,7 @@ def test_a_range_is_rendered_as_files_that_keep_their_numbers(stream_file, tmp_p
     assert read_still(tmp_path / "out" / "frame_0001.png").shape == (48, 64, 3)
 
 
-def test_a_width_brings_its_height(stream_file, tmp_path):
+def test_the_height_follows_from_a_given_width(stream_file, tmp_path):
     printed = run_json("render", stream_file, "-o", tmp_path / "o.mp4", "--width", 32)
 
     assert (printed["camera"], printed["width"], printed["height"]) == ("cam00", 32, 24)
@@ -47,14 +47,14 @@ def test_a_width_brings_its_height(stream_file, tmp_path):
     assert printed["bytes"] == (tmp_path / "o.mp4").stat().st_size
 
 
-def test_the_kind_can_be_said(stream_file, tmp_path):
+def test_the_kind_of_output_can_be_given(stream_file, tmp_path):
     run_json("render", stream_file, "-o", tmp_path / "film", "--to", "mp4", "--pixels", "yuv420p")
 
     assert VideoReader(tmp_path / "film").frame_count == 4
 
 
 @pytest.mark.parametrize("name", ["film.avi", "v.mov", "out.v1"])
-def test_a_name_that_does_not_say_what_to_make_makes_nothing(name, stream_file, tmp_path):
+def test_a_name_without_a_known_suffix_writes_nothing(name, stream_file, tmp_path):
     result = run("render", stream_file, "-o", tmp_path / name, "--frames", ":1")
 
     assert result.exit_code == 2
@@ -63,7 +63,7 @@ def test_a_name_that_does_not_say_what_to_make_makes_nothing(name, stream_file, 
     assert list_names(tmp_path) == ["small.quarc"]
 
 
-def test_a_folder_may_have_a_suffix_that_no_file_has(stream_file, tmp_path):
+def test_a_folder_can_have_any_suffix_that_is_not_of_a_file(stream_file, tmp_path):
     run_json("render", stream_file, "-o", tmp_path / "out.v1", "--frames", ":1", "--to", "png")
 
     assert list_names(tmp_path / "out.v1") == ["frame_0000.png"]
@@ -78,7 +78,7 @@ def test_a_folder_may_have_a_suffix_that_no_file_has(stream_file, tmp_path):
         ("o.mp4", "0", "1 frame of 64 x 48, H.264"),
     ],
 )
-def test_people_are_told_what_was_made(name, frames, said, stream_file, tmp_path):
+def test_the_written_files_are_reported(name, frames, said, stream_file, tmp_path):
     result = run("render", stream_file, "-o", tmp_path / name, "--frames", frames)
 
     assert result.exit_code == 0
@@ -108,9 +108,7 @@ def test_a_stream_of_standard_input_is_rendered_too(made, tmp_path):
         (["--to", "mp4", "--width", f"1{'0' * 400}"], "too large"),
     ],
 )
-def test_what_cannot_be_rendered_makes_nothing_and_is_explained(
-    options, said, stream_file, tmp_path
-):
+def test_impossible_renders_write_nothing_and_are_explained(options, said, stream_file, tmp_path):
     result = run("render", stream_file, "-o", tmp_path / "out", *options)
 
     assert result.exit_code == 2
@@ -126,7 +124,7 @@ def test_a_damaged_stream_leaves_nothing_behind(stream_file, made, tmp_path):
     assert list_names(tmp_path) == ["small.quarc"]
 
 
-def test_what_exists_is_replaced_by_force_alone(stream_file, tmp_path):
+def test_existing_output_is_replaced_only_with_force(stream_file, tmp_path):
     (tmp_path / "o.mp4").write_text("mine")
     rejected = run("render", stream_file, "-o", tmp_path / "o.mp4")
     kept = (tmp_path / "o.mp4").read_text()

@@ -29,7 +29,7 @@ app.main()
         (RuntimeError("out of memory"), 3, "out of memory"),
     ],
 )
-def test_a_failed_encode_leaves_the_old_file_whole_and_a_part_to_go_on_with(
+def test_a_failed_encode_keeps_the_old_file_and_a_part_to_resume(
     fault, code, said, capture, encoded, tmp_path
 ):
     (tmp_path / "old.quarc").write_text("mine")
@@ -86,7 +86,7 @@ def test_an_encode_is_not_disturbed_by_another_into_the_same_file(
     assert "being written by another process" in others[0].stderr
 
 
-def test_force_begins_anew_where_a_part_is_left(capture, encoded, tmp_path):
+def test_force_starts_again_although_a_part_exists(capture, encoded, tmp_path):
     (tmp_path / "a.quarc.part").write_text("not a stream")
     command = ["encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS]
     rejected = run(*command, "--resume")
@@ -98,16 +98,14 @@ def test_force_begins_anew_where_a_part_is_left(capture, encoded, tmp_path):
     assert list_names(tmp_path) == ["a.quarc"]
 
 
-def test_resume_without_anything_to_go_on_with_begins(capture, encoded, tmp_path):
+def test_resume_without_a_part_starts_a_new_encode(capture, encoded, tmp_path):
     command = ["encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, "--resume"]
 
     assert run(*command).exit_code == 0
     assert (tmp_path / "a.quarc").read_bytes() == encoded.file.read_bytes()
 
 
-def test_resume_leaves_a_finished_file_as_it_is_and_rejects_other_settings(
-    capture, encoded, tmp_path
-):
+def test_resume_keeps_a_finished_file_and_rejects_other_settings(capture, encoded, tmp_path):
     file = tmp_path / "a.quarc"
     file.write_bytes(encoded.file.read_bytes())
     before = file.stat().st_mtime_ns
@@ -124,9 +122,7 @@ def test_resume_leaves_a_finished_file_as_it_is_and_rejects_other_settings(
 
 
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
-def test_a_training_that_a_signal_ends_in_its_first_minute_is_kept_to_the_step(
-    ending, capture, tmp_path
-):
+def test_a_training_interrupted_in_its_first_minute_is_kept_to_the_step(ending, capture, tmp_path):
     whole, file = tmp_path / "whole.quarc", tmp_path / "a.quarc"
     training = tmp_path / "a.quarc.part.training"
     long = ["--frames", 1, "--set", "canonical.iterations=400", "--device", "cpu"]
@@ -150,7 +146,7 @@ def test_a_training_that_a_signal_ends_in_its_first_minute_is_kept_to_the_step(
     assert list_names(tmp_path) == [file.name, whole.name]
 
 
-def test_an_encode_that_is_interrupted_in_frame_0_goes_on_with_its_training(
+def test_an_encode_interrupted_in_frame_0_resumes_its_training(
     capture, encoded, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(checkpoint, "_SECONDS_APART", 0.0)
@@ -178,7 +174,7 @@ def test_an_encode_that_is_interrupted_in_frame_0_goes_on_with_its_training(
     assert list_names(tmp_path) == [file.name]
 
 
-def test_forced_to_begin_anew_an_encode_forgets_a_training(capture, encoded, tmp_path):
+def test_force_discards_a_saved_training(capture, encoded, tmp_path):
     file = tmp_path / "a.quarc"
     (tmp_path / "a.quarc.part.training").write_text("of another")
 

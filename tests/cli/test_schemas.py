@@ -29,7 +29,7 @@ def places(stream_file, encoded, capture, recordings):
 
 
 @pytest.mark.parametrize("verb", [name for name in VERBS if name != "view"])
-def test_what_a_verb_prints_is_as_its_schema_has_it(verb, places, tmp_path):
+def test_the_output_of_a_verb_matches_its_schema(verb, places, tmp_path):
     pytest.importorskip(VERBS[verb].needs)
     result = run(verb, *VERBS[verb].fill({**places, "out": tmp_path / "out"}), "--json")
     printed = json.loads(result.stdout)
@@ -44,7 +44,7 @@ def test_what_a_verb_prints_is_as_its_schema_has_it(verb, places, tmp_path):
             validate(wrong)
 
 
-def test_what_view_prints_is_as_its_schema_has_it(stream_file):
+def test_the_output_of_view_matches_its_schema(stream_file):
     with start("view", stream_file, "--no-open", "--json", stdout=subprocess.PIPE) as viewer:
         printed = json.loads(b"".join(iter(viewer.stdout.readline, b"}\n")) + b"}")
         viewer.terminate()
@@ -68,7 +68,7 @@ def test_what_view_prints_is_as_its_schema_has_it(stream_file):
         "eval {encoded} {capture}",
     ],
 )
-def test_so_it_is_in_every_other_case(line, places, made, tmp_path):
+def test_the_output_of_other_cases_matches_too(line, places, made, tmp_path):
     for name, data in _damaged(made.data).items():
         places[name] = tmp_path / f"{name}.quarc"
         places[name].write_bytes(data)
@@ -87,7 +87,7 @@ def test_every_verb_has_a_schema():
     assert {command.name for command in app.registered_commands} <= _SCHEMAS.keys()
 
 
-def test_every_object_that_is_printed_has_a_schema_of_its_version():
+def test_every_printed_object_has_a_schema_of_its_version():
     package = Path(quarc_ref.__file__).parent
     modules = [*(package / "cli").rglob("*.py"), *(package / "export").rglob("*.py")]
     modules += [*(package / "encoder").rglob("*.py"), *(package / "viewing").rglob("*.py")]
@@ -101,13 +101,13 @@ def test_every_object_that_is_printed_has_a_schema_of_its_version():
 
 
 @pytest.mark.parametrize("name", load_schemas())
-def test_a_schema_is_one(name):
+def test_every_schema_is_valid(name):
     Draft202012Validator.check_schema(load_schemas()[name])
     assert load_schemas()[name]["$id"] == f"{name}.json"
 
 
 @pytest.mark.parametrize("name", _SCHEMAS)
-def test_a_schema_names_itself_and_knows_every_key(name):
+def test_a_schema_names_itself_and_every_key(name):
     schema = _SCHEMAS[name]
 
     assert schema["additionalProperties"] is False
@@ -115,7 +115,7 @@ def test_a_schema_names_itself_and_knows_every_key(name):
     assert re.fullmatch(f"quarc-ref/{name}/[0-9]+", schema["properties"]["schema"]["const"])
 
 
-def test_the_page_lists_every_schema():
+def test_the_schema_page_lists_every_schema():
     page = (FOLDER / "README.md").read_text("utf-8")
     rows = dict(re.findall(r"^\| `(quarc-ref/.*?)` \|.*\]\((.*)\) \|$", page, re.MULTILINE))
 
@@ -125,7 +125,7 @@ def test_the_page_lists_every_schema():
     assert "quarc-ref/conformance-report/1" in named
 
 
-def test_the_example_of_the_page_runs(stream_file):
+def test_the_example_of_the_schema_page_runs(stream_file):
     page = (FOLDER / "README.md").read_text("utf-8")
     (program,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     printed = {"schema": "quarc-ref/info/2", **run_json("info", stream_file)}

@@ -38,21 +38,21 @@ class _Endless(io.RawIOBase):
         return piece
 
 
-def test_what_can_be_read_again_is_left_as_it_is():
+def test_seekable_sources_are_used_directly():
     source = BytesSource(_DATA)
     with seekable_stream(source) as held:
         assert held is source
 
 
 @pytest.mark.parametrize("size", [0, 5, 30, _CHUNKS[2].offset + 7, len(_DATA) - 1, len(_DATA)])
-def test_a_pipe_is_held_as_far_as_it_goes(size):
+def test_a_pipe_is_buffered_as_far_as_it_is_intact(size):
     with seekable_stream(PipeSource(io.BytesIO(_DATA[:size]))) as held:
         assert held.size() == size
         assert held.read(0, len(_DATA)) == _DATA[:size]
         assert held.read(3, 5) == _DATA[:size][3:8]
 
 
-def test_a_chunk_whose_payload_is_damaged_is_held_and_what_follows_it():
+def test_a_chunk_with_a_damaged_payload_is_buffered_with_what_follows():
     data = bytearray(_DATA)
     data[_CHUNKS[3].offset + 25] ^= 1
     with seekable_stream(PipeSource(io.BytesIO(data))) as held:
@@ -60,7 +60,7 @@ def test_a_chunk_whose_payload_is_damaged_is_held_and_what_follows_it():
 
 
 @pytest.mark.parametrize("size", [0, 8, _CHUNKS[3].offset, len(_DATA)])
-def test_what_is_not_a_stream_is_held_no_further(size):
+def test_data_that_is_not_a_stream_is_not_buffered(size):
     pipe = _Endless(_DATA[:size])
     with seekable_stream(PipeSource(pipe)) as held:
         assert size < held.size() < size + 100
@@ -68,7 +68,7 @@ def test_what_is_not_a_stream_is_held_no_further(size):
     assert pipe.count < size + 100
 
 
-def test_a_long_stream_is_held_in_little_memory():
+def test_a_long_stream_is_buffered_in_little_memory():
     data = _DATA[: _CHUNKS[1].offset] + build_chunk(b"oDds", 1, bytes(_LONG))
     pipe = PipeSource(io.BytesIO(data), kept_bytes=0)
     tracemalloc.start()
@@ -93,7 +93,7 @@ def test_a_full_disk_is_named(monkeypatch):
 
 
 @pytest.mark.parametrize("verb", ["verify --deep", "render -o {out}", "view --no-open", "info"])
-def test_standard_input_that_is_no_stream_and_does_not_end_is_rejected_at_once(verb, tmp_path):
+def test_endless_standard_input_that_is_not_a_stream_is_rejected_at_once(verb, tmp_path):
     words = verb.format(out=tmp_path / "out").split()
     limited = ["sh", "-c", f'ulimit -v {_MOST_KIBIBYTES}; exec "$@" </dev/zero', "sh", *COMMAND]
     done = subprocess.run(

@@ -43,7 +43,7 @@ def _run_here(function, jobs, pool, told):
     return results
 
 
-def test_segments_are_encoded_apart_and_joined(capture, encoded, parts, tmp_path, monkeypatch):
+def test_segments_are_encoded_separately_and_joined(capture, encoded, parts, tmp_path, monkeypatch):
     monkeypatch.setattr(segments, "run_jobs", _run_here)
     file = tmp_path / "a.quarc"
     printed = run_json(*_command(capture, file, "--segments", 2, "--workers", 2))
@@ -56,7 +56,7 @@ def test_segments_are_encoded_apart_and_joined(capture, encoded, parts, tmp_path
     assert list_names(tmp_path) == ["a.quarc"]
 
 
-def test_segments_that_are_done_are_kept_and_those_begun_gone_on_with(
+def test_completed_segments_are_kept_and_partial_ones_resumed(
     capture, parts, tmp_path, monkeypatch
 ):
     file, folder = tmp_path / "a.quarc", tmp_path / "a.quarc.segments"
@@ -83,7 +83,7 @@ def _interrupt(*_arguments):
     raise KeyboardInterrupt
 
 
-def test_a_finished_file_is_left_as_it_is(capture, parts, tmp_path):
+def test_a_finished_file_is_unchanged(capture, parts, tmp_path):
     file = tmp_path / "a.quarc"
     file.write_bytes(join_bytes(*parts))
     before = file.stat().st_mtime_ns
@@ -97,9 +97,7 @@ def test_a_finished_file_is_left_as_it_is(capture, parts, tmp_path):
     assert list_names(tmp_path) == ["a.quarc"]
 
 
-def test_a_segment_that_cannot_be_encoded_is_named_and_the_others_are_kept(
-    capture, tmp_path, monkeypatch
-):
+def test_a_failed_segment_is_named_and_the_others_are_kept(capture, tmp_path, monkeypatch):
     def fail(parts, *_where):
         parts[0].file.write_bytes(b"whole")
         raise JobsError({parts[1].name: Outcome(fault="BadMagicError: no stream")}, 2)
@@ -113,7 +111,7 @@ def test_a_segment_that_cannot_be_encoded_is_named_and_the_others_are_kept(
     assert list_names(tmp_path / "a.quarc.segments") == ["frames_000000_000001.quarc"]
 
 
-def test_a_folder_with_other_things_is_not_touched(capture, tmp_path):
+def test_a_folder_with_other_files_is_not_touched(capture, tmp_path):
     folder = tmp_path / "a.quarc.segments"
     folder.mkdir()
     (folder / "thesis.tex").write_text("mine")
@@ -135,7 +133,7 @@ def test_a_folder_with_other_things_is_not_touched(capture, tmp_path):
         (["--segments", 2, "--workers", 0], "--workers"),
     ],
 )
-def test_what_does_not_fit_segments_is_a_usage_error_and_makes_nothing(
+def test_options_that_segments_do_not_allow_are_a_usage_error_and_write_nothing(
     options, said, capture, tmp_path
 ):
     result = run(*_command(capture, tmp_path / "a.quarc", *options))
@@ -156,13 +154,13 @@ def test_what_does_not_fit_segments_is_a_usage_error_and_makes_nothing(
         ((2, None, "host:6379", "cuda"), 8, WorkerPool(2, 1, "host:6379", 1.0)),
     ],
 )
-def test_processors_are_shared_out(asked, processors, pool, monkeypatch):
+def test_processors_are_shared_evenly(asked, processors, pool, monkeypatch):
     monkeypatch.setattr("os.cpu_count", lambda: processors)
 
     assert encode_job.choose_pool(*asked) == pool
 
 
-def test_segments_of_a_cluster_are_those_of_this_machine(capture, parts, tmp_path, ray_cluster):
+def test_segments_of_a_cluster_equal_local_ones(capture, parts, tmp_path, ray_cluster):
     file = tmp_path / "a.quarc"
     result = run(*_command(capture, file, "--segments", 2, "--ray", ray_cluster))
 

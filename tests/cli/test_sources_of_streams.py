@@ -8,7 +8,7 @@ from tests.cli.commands import run, run_json
 from tests.small_streams import CountedSource, make_stream
 
 
-def test_a_range_of_frames_is_sought_and_less_than_half_of_the_file_read(tmp_path, monkeypatch):
+def test_for_a_range_of_frames_less_than_half_of_the_file_is_read(tmp_path, monkeypatch):
     data, _ = make_stream(gaussian_count=30, frame_count=60, canonical_every=20)
     (tmp_path / "long.quarc").write_bytes(data)
     source = CountedSource(data)
@@ -23,7 +23,7 @@ def test_a_range_of_frames_is_sought_and_less_than_half_of_the_file_read(tmp_pat
 
 
 @pytest.mark.parametrize("verb", ["info", "inspect", "verify", "decode", "cut", "join"])
-def test_a_server_that_cannot_be_read_is_the_ways_fault_and_not_the_streams(
+def test_an_unreadable_server_is_a_transport_error_and_not_a_fault_of_the_stream(
     verb, tmp_path, monkeypatch
 ):
     asked = []
@@ -45,7 +45,7 @@ def test_a_server_that_cannot_be_read_is_the_ways_fault_and_not_the_streams(
     assert [*tmp_path.iterdir()] == []
 
 
-def test_a_stream_on_a_server_has_the_name_of_its_file(tmp_path, monkeypatch):
+def test_a_stream_on_a_server_is_named_after_its_file(tmp_path, monkeypatch):
     data, _ = make_stream(gaussian_count=5, frame_count=1)
     monkeypatch.setattr(
         "quarc_ref.streams.http_source.HttpSource._fetch",

@@ -9,7 +9,7 @@ from tests.cli.commands import list_names
 
 
 @pytest.mark.parametrize("live", [False, True])
-def test_a_whole_stream_outlasts_a_power_failure(live, tmp_path, monkeypatch):
+def test_a_complete_stream_survives_a_power_failure(live, tmp_path, monkeypatch):
     target, synced = tmp_path / "a.quarc", []
 
     def note(number):
@@ -24,7 +24,7 @@ def test_a_whole_stream_outlasts_a_power_failure(live, tmp_path, monkeypatch):
     assert synced == [("file", [place]), ("folder", ["a.quarc"])]
 
 
-def test_a_stream_that_breaks_off_stays_and_is_not_synced(tmp_path, monkeypatch):
+def test_an_interrupted_stream_stays_and_is_not_synced(tmp_path, monkeypatch):
     fault = OSError("disk full")
 
     def break_off():
@@ -41,7 +41,7 @@ def test_a_stream_that_breaks_off_stays_and_is_not_synced(tmp_path, monkeypatch)
 
 
 @pytest.mark.parametrize("options", [{"live": True}, {"live": False}])
-def test_a_stream_does_not_grow_through_a_link(options, tmp_path):
+def test_a_stream_is_not_written_through_a_link(options, tmp_path):
     (tmp_path / "victim").write_text("mine")
     name = "a.quarc" if options["live"] else "a.quarc.part"
     (tmp_path / name).symlink_to(tmp_path / "victim")
@@ -54,7 +54,7 @@ def test_a_stream_does_not_grow_through_a_link(options, tmp_path):
     assert (tmp_path / "victim").read_text() == "mine"
 
 
-def test_segments_go_with_what_is_left_of_them_and_with_nothing_else(tmp_path):
+def test_only_the_segments_and_their_remains_are_removed(tmp_path):
     target = tmp_path / "a.quarc"
     with kept_segments(target, force=False, resume=False) as folder:
         for name in ("frames_0.quarc", "frames_0.quarc.training"):

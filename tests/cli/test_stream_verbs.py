@@ -48,7 +48,7 @@ def test_the_kinds_of_bytes_add_up_to_the_file(stream_file):
     assert min(sizes.values()) > 0
 
 
-def test_info_shows_the_same_figures_to_people(stream_file):
+def test_info_prints_the_same_figures_as_text(stream_file):
     printed, shown = run_json("info", stream_file), run("info", stream_file).stdout
 
     for kind in ("canonical", "motion", "births"):
@@ -61,7 +61,7 @@ def test_info_shows_the_same_figures_to_people(stream_file):
     assert "made by hand" in shown
 
 
-def test_metadata_is_shown_as_it_is_and_covers_nothing(tmp_path):
+def test_metadata_is_printed_unchanged_and_hides_nothing(tmp_path):
     metadata = {"[red]": "[/nonsense] :smile:", "steer": "\x1b[2J", "frames": "999"}
     _write_stream(tmp_path / "odd.quarc", metadata)
 
@@ -74,7 +74,7 @@ def test_metadata_is_shown_as_it_is_and_covers_nothing(tmp_path):
     assert "999" not in shown
 
 
-def test_a_stream_without_frames_is_a_stream(tmp_path):
+def test_a_stream_without_frames_is_valid(tmp_path):
     _write_stream(tmp_path / "empty.quarc", {}, frames=0)
 
     assert run_json("info", tmp_path / "empty.quarc")["gaussians"] == 0
@@ -83,7 +83,7 @@ def test_a_stream_without_frames_is_a_stream(tmp_path):
     assert "None" not in run("verify", tmp_path / "empty.quarc").stdout
 
 
-def test_info_says_which_frames_a_cut_stream_has(tmp_path):
+def test_info_states_the_frames_of_a_truncated_stream(tmp_path):
     (tmp_path / "a.quarc").write_bytes(make_stream(frame_count=6, canonical_every=3)[0])
     run("cut", tmp_path / "a.quarc", "--frames", "3:6", "-o", tmp_path / "cut.quarc")
 
@@ -91,7 +91,7 @@ def test_info_says_which_frames_a_cut_stream_has(tmp_path):
     assert "  6 at" in run("info", tmp_path / "a.quarc").stdout
 
 
-def test_verify_names_the_last_state(stream_file, made):
+def test_verify_prints_the_crc_of_the_last_state(stream_file, made):
     digest = compute_digest(made.states[-1].scene)
 
     assert run_json("verify", stream_file) == {"valid": True, "frames": 4, "state_sha256": digest}
@@ -109,7 +109,7 @@ def test_verify_names_the_fault_and_the_frames_before_it(stream_file, made):
 
 
 @pytest.mark.parametrize("verb", ["info", "verify", "decode", "eval"])
-def test_what_is_no_stream_is_rejected_by_every_verb(verb, tmp_path):
+def test_a_file_that_is_not_a_stream_is_rejected_by_every_verb(verb, tmp_path):
     (tmp_path / "text.quarc").write_text("no stream at all")
     more = {"decode": ["-o", tmp_path / "out"], "eval": [tmp_path]}
     result = run(verb, tmp_path / "text.quarc", *more.get(verb, []))
@@ -121,14 +121,14 @@ def test_what_is_no_stream_is_rejected_by_every_verb(verb, tmp_path):
 
 
 @pytest.mark.parametrize("verb", ["info", "verify", "decode", "eval"])
-def test_a_file_that_is_not_there_is_a_usage_error(verb, tmp_path):
+def test_a_missing_file_is_a_usage_error(verb, tmp_path):
     more = {"decode": ["-o", tmp_path / "out"], "eval": [tmp_path]}
 
     assert run(verb, tmp_path / "none.quarc", *more.get(verb, [])).exit_code == 2
     assert run(verb, tmp_path, *more.get(verb, [])).exit_code == 2
 
 
-def test_progress_is_told_on_stderr_unless_quiet(stream_file, monkeypatch):
+def test_progress_goes_to_stderr_unless_quiet(stream_file, monkeypatch):
     monkeypatch.setattr(output, "_SECONDS_BETWEEN_LINES", 0.0)
 
     told, silent = run("verify", stream_file, "--json"), run("verify", stream_file, "--json", "-q")

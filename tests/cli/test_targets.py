@@ -35,7 +35,7 @@ def old_folder(tmp_path):
     return make_folder(tmp_path / "out", "frame_0.ply")
 
 
-def test_a_file_is_not_seen_before_it_is_whole(tmp_path):
+def test_a_file_is_invisible_until_complete(tmp_path):
     target = tmp_path / "a.quarc"
     with written_file(target, force=False) as sink:
         sink.write(b"half")
@@ -48,7 +48,7 @@ def test_a_file_is_not_seen_before_it_is_whole(tmp_path):
 
 @pytest.mark.parametrize("fault", [OSError("disk full"), KeyboardInterrupt()])
 @pytest.mark.parametrize("force", [False, True])
-def test_an_interrupted_file_leaves_nothing_and_the_old_one_whole(fault, force, tmp_path):
+def test_an_interrupted_file_leaves_nothing_and_keeps_the_old_one(fault, force, tmp_path):
     if force:
         (tmp_path / "a.quarc").write_bytes(b"old")
     with pytest.raises(type(fault)):
@@ -58,7 +58,7 @@ def test_an_interrupted_file_leaves_nothing_and_the_old_one_whole(fault, force, 
 
 
 @pytest.mark.parametrize("make", [written_file, written_frame])
-def test_a_file_that_exists_is_replaced_by_force_alone(make, tmp_path):
+def test_an_existing_file_is_replaced_only_with_force(make, tmp_path):
     target = tmp_path / "a.quarc"
     target.write_bytes(b"old")
     with pytest.raises(UsageError, match="--force"), make(target, force=False):
@@ -72,7 +72,7 @@ def test_a_file_that_exists_is_replaced_by_force_alone(make, tmp_path):
 
 
 @pytest.mark.parametrize("make", [written_file, written_frame, written_stream])
-def test_a_file_takes_no_folder_s_place(make, old_folder):
+def test_a_file_does_not_replace_a_folder(make, old_folder):
     with pytest.raises(UsageError, match="folder"), make(old_folder, force=True):
         pytest.fail("the target was opened")
 
@@ -81,7 +81,7 @@ def test_a_file_takes_no_folder_s_place(make, old_folder):
 
 @pytest.mark.skipif(os.name == "nt", reason="no named pipes")
 @pytest.mark.parametrize("make", [written_file, written_frame, written_stream])
-def test_a_file_takes_no_pipe_s_or_device_s_place(make, tmp_path):
+def test_a_file_does_not_replace_a_pipe_or_device(make, tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for target in (tmp_path / "pipe", Path(os.devnull)):
         with pytest.raises(UsageError, match="not a regular file"), make(target, force=True):
@@ -91,14 +91,14 @@ def test_a_file_takes_no_pipe_s_or_device_s_place(make, tmp_path):
 
 
 @pytest.mark.parametrize("make", [written_file, *_FOLDERS])
-def test_a_target_in_no_folder_is_rejected(make, tmp_path):
+def test_a_target_in_a_missing_folder_is_rejected(make, tmp_path):
     with pytest.raises(UsageError, match="not a folder"), make(tmp_path / "a" / "b", force=False):
         pytest.fail("the target was opened")
 
 
 @pytest.mark.parametrize("make", [written_file, *_FOLDERS])
 @pytest.mark.parametrize("force", [False, True])
-def test_what_is_no_stream_does_not_go_to_standard_output(make, force, tmp_path, monkeypatch):
+def test_only_streams_go_to_standard_output(make, force, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with (
         pytest.raises(UsageError, match="cannot be written to standard output"),
@@ -109,7 +109,7 @@ def test_what_is_no_stream_does_not_go_to_standard_output(make, force, tmp_path,
     assert list_names(tmp_path) == []
 
 
-def test_a_folder_may_have_the_name_of_standard_output_by_its_whole_path(tmp_path):
+def test_a_folder_named_like_a_device_needs_its_full_path(tmp_path):
     with written_folder(tmp_path / "-", force=False):
         pass
 
@@ -117,7 +117,7 @@ def test_a_folder_may_have_the_name_of_standard_output_by_its_whole_path(tmp_pat
 
 
 @pytest.mark.parametrize("make", _FOLDERS)
-def test_a_folder_is_replaced_by_force_alone(make, old_folder):
+def test_a_folder_is_replaced_only_with_force(make, old_folder):
     with pytest.raises(OutputPathError, match="out exists"):
         _write_frame(make, old_folder)
     kept = list_names(old_folder)
@@ -128,22 +128,20 @@ def test_a_folder_is_replaced_by_force_alone(make, old_folder):
     assert list_names(old_folder.parent) == ["out"]
 
 
-def test_a_terminal_is_sent_no_stream(monkeypatch):
+def test_a_stream_is_not_written_to_a_terminal(monkeypatch):
     monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
     with pytest.raises(UsageError, match="pipe"), written_stream(Path("-"), force=False):
         pytest.fail("standard output was opened")
 
 
-def test_a_growing_folder_that_is_interrupted_says_what_stays(old_folder):
+def test_an_interrupted_growing_folder_says_what_stays(old_folder):
     with pytest.raises(KeyboardInterrupt, match="out holds the frames that were written"):
         _write_frame(growing_folder, old_folder, force=True, fault=KeyboardInterrupt())
 
     assert (old_folder / "frame_1.ply").read_bytes() == b"new"
 
 
-def test_files_that_were_put_into_a_folder_while_it_is_replaced_are_kept_and_named(
-    old_folder, capsys
-):
+def test_files_added_to_a_folder_during_replacement_are_kept_and_named(old_folder, capsys):
     with written_folder(old_folder, force=True) as made:
         made.write("frame_1.ply", b"new")
         (old_folder / "notes.txt").write_text("mine")

@@ -54,7 +54,7 @@ def test_every_verb_has_a_row():
 
 
 @pytest.mark.parametrize(("name", "what"), READING)
-def test_what_is_not_there_cannot_be_read(name, what, place, monkeypatch):
+def test_a_missing_input_cannot_be_read(name, what, place, monkeypatch):
     monkeypatch.chdir(place.beside)
     result = _run(name, place, **{what: "no_such_thing"})
 
@@ -63,7 +63,7 @@ def test_what_is_not_there_cannot_be_read(name, what, place, monkeypatch):
 
 
 @pytest.mark.parametrize(("name", "what"), READING)
-def test_a_folder_is_no_stream_and_a_file_no_capture(name, what, place, monkeypatch):
+def test_a_folder_is_not_a_stream_and_a_file_not_a_capture(name, what, place, monkeypatch):
     if name == "compare" and what != "capture":
         pytest.skip("compares folders too")
     monkeypatch.chdir(place.beside)
@@ -75,7 +75,7 @@ def test_a_folder_is_no_stream_and_a_file_no_capture(name, what, place, monkeypa
 
 
 @pytest.mark.parametrize(("name", "what"), READING)
-def test_what_is_something_else_is_told_so(name, what, place):
+def test_an_input_of_another_kind_is_reported(name, what, place):
     other = place.beside / "other"
     other.mkdir() if what == "capture" else other.write_bytes(b"no stream at all")
     result = _run(name, place, **{what: other})
@@ -85,7 +85,7 @@ def test_what_is_something_else_is_told_so(name, what, place):
 
 
 @pytest.mark.parametrize(("name", "what"), READING)
-def test_what_may_not_be_read_is_told_so(name, what, place):
+def test_an_unreadable_input_is_reported(name, what, place):
     if name in ("compare", "doctor", "encode", "eval", "publish", "render"):
         pytest.skip("loads compiled code, which must be found by whoever runs it")
     with tempfile.TemporaryDirectory() as folder:
@@ -100,7 +100,7 @@ def test_what_may_not_be_read_is_told_so(name, what, place):
 
 
 @pytest.mark.parametrize("name", MAKING)
-def test_nothing_is_made_in_a_folder_that_is_not_there(name, place):
+def test_nothing_is_written_into_a_missing_folder(name, place):
     result = _run(name, place, out=place.made / "no" / "out")
 
     assert "is not a folder" in _said(result, 2)
@@ -108,7 +108,7 @@ def test_nothing_is_made_in_a_folder_that_is_not_there(name, place):
 
 
 @pytest.mark.parametrize("name", [name for name in MAKING if VERBS[name].makes == "folder"])
-def test_a_folder_does_not_go_to_standard_output(name, place, monkeypatch):
+def test_a_folder_cannot_go_to_standard_output(name, place, monkeypatch):
     monkeypatch.chdir(place.made)
     result = _run(name, place, out="-")
 
@@ -117,7 +117,7 @@ def test_a_folder_does_not_go_to_standard_output(name, place, monkeypatch):
 
 
 @pytest.mark.parametrize("name", MAKING)
-def test_what_is_there_is_not_replaced_unasked(name, place):
+def test_existing_output_is_not_replaced_without_force(name, place):
     old = _put_old(name, place.made)
     result = _run(name, place)
 
@@ -144,7 +144,7 @@ def _put_old(name, folder):
 
 
 @pytest.mark.parametrize("name", MAKING)
-def test_a_file_takes_no_folder_s_place_and_no_folder_a_file_s(name, place):
+def test_a_file_does_not_replace_a_folder_nor_the_reverse(name, place):
     out = place.made / "out"
     out.mkdir() if VERBS[name].makes == "file" else out.write_text("old")
     result = _run(name, place, "--force")
@@ -154,7 +154,7 @@ def test_a_file_takes_no_folder_s_place_and_no_folder_a_file_s(name, place):
 
 
 @pytest.mark.parametrize("name", MAKING)
-def test_where_nothing_may_be_written_nothing_is(name, place):
+def test_in_a_readonly_folder_nothing_is_written(name, place):
     with locked(place.made):
         result = _run(name, place)
 
@@ -163,7 +163,7 @@ def test_where_nothing_may_be_written_nothing_is(name, place):
 
 
 @pytest.mark.parametrize("name", MAKING)
-def test_a_full_disk_leaves_what_was_there_as_it_was(name, place):
+def test_a_full_disk_leaves_existing_files_unchanged(name, place):
     with mounted(place.made, "size=64k"):
         old = _put_old(name, place.made)
         before = [*list_names(place.made), "filler"]
@@ -187,7 +187,7 @@ def _signals_as_in_the_command():
 @pytest.mark.usefixtures("_signals_as_in_the_command")
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("name", VERBS)
-def test_an_interruption_in_the_middle_leaves_nothing_half_made(name, ending, place, monkeypatch):
+def test_an_interruption_leaves_nothing_incomplete(name, ending, place, monkeypatch):
     verb = VERBS[name]
     pytest.importorskip(verb.needs)
     reached = _raise_in(verb.middle, ending, monkeypatch)
@@ -228,9 +228,7 @@ def _find(dotted):
 
 
 @pytest.mark.parametrize("name", VERBS)
-def test_a_standard_output_that_is_closed_is_no_fault_of_the_stream(
-    name, place, monkeypatch, capfd
-):
+def test_a_closed_standard_output_is_not_a_fault_of_the_stream(name, place, monkeypatch, capfd):
     reading, writing = os.pipe()
     os.close(reading)
     words = [name, *VERBS[name].fill({**place.reads, "out": place.made / "out"})]

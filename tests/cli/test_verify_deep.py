@@ -16,7 +16,7 @@ def file(tmp_path):
     return path
 
 
-def test_what_was_proved_is_said(file):
+def test_completed_checks_are_listed(file):
     printed = run_json("verify", file, "--deep")
 
     assert (printed["valid"], printed["frames"]) == (True, 7)
@@ -41,7 +41,7 @@ def test_a_fault_is_named_with_the_frames_before_it(size, file):
     assert '"refused": "truncated"' in deep.stdout
 
 
-def test_decoders_that_differ_are_the_tools_failure_and_not_the_streams(file, monkeypatch):
+def test_differing_decoders_are_a_failure_of_the_tool_and_not_of_the_stream(file, monkeypatch):
     class Wrong(PythonBitDecoder):
         def take(self, count, weight):
             return ~super().take(count, weight)
@@ -55,7 +55,7 @@ def test_decoders_that_differ_are_the_tools_failure_and_not_the_streams(file, mo
     assert run("verify", file, "--deep").exit_code == 0
 
 
-def test_where_there_is_one_decoder_no_more_is_said_to_be_proved(file, monkeypatch):
+def test_with_one_decoder_no_comparison_is_claimed(file, monkeypatch):
     monkeypatch.setattr(verify_stream, "HAS_CONSTRICTION", False)
 
     assert run_json("verify", file, "--deep")["deep"]["entropy_decoders"] == 1

@@ -53,7 +53,7 @@ def test_page_player_and_stream_are_served_until_ctrl_c(stream_file, made):
         assert _load(f"{url}stream.quarc", Range="bytes=9-19") == made.data[9:20]
 
 
-def test_options_go_into_the_page(stream_file):
+def test_options_are_written_into_the_page(stream_file):
     options = ["--camera", "cam00", "--up", "-z", "--no-autoplay", "--no-loop", "--title", "Toys"]
     with _viewing(stream_file, *options) as (_, printed):
         page = _load(printed["url"]).decode()
@@ -62,7 +62,7 @@ def test_options_go_into_the_page(stream_file):
     assert "<title>Toys</title>" in page
 
 
-def test_a_stream_that_is_being_written_is_followed(tmp_path):
+def test_a_growing_stream_is_followed(tmp_path):
     path = tmp_path / "live.quarc"
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     with start(path, program=SLOW_ENCODER, **pipes) as writer:
@@ -80,7 +80,7 @@ def test_a_stream_that_is_being_written_is_followed(tmp_path):
     assert stream + more + end == path.read_bytes()
 
 
-def test_a_stream_on_standard_input_plays_while_it_comes(made):
+def test_a_stream_on_standard_input_plays_while_it_arrives(made):
     half = list(split_chunks(made.data))[-3].offset  # a whole number of chunks
     with _viewing("-", data=made.data[:half], stdin=subprocess.PIPE) as (viewer, printed):
         stream, url = b"", f"{printed['url']}stream.quarc"
@@ -95,7 +95,7 @@ def test_a_stream_on_standard_input_plays_while_it_comes(made):
     assert stream == made.data
 
 
-def test_a_stream_without_an_end_is_told_how_to_be_followed(tmp_path, made):
+def test_for_a_stream_without_an_end_follow_is_suggested(tmp_path, made):
     (tmp_path / "cut.quarc").write_bytes(made.data[:-1])
     with start(
         "view",
@@ -114,7 +114,7 @@ def test_a_stream_without_an_end_is_told_how_to_be_followed(tmp_path, made):
     assert viewer.returncode == 128 + signal.SIGTERM
 
 
-def test_a_damaged_beginning_opens_no_page(stream_file, made):
+def test_a_stream_damaged_at_the_start_opens_no_page(stream_file, made):
     stream_file.write_bytes(made.data[:60] + bytes([made.data[60] ^ 1]) + made.data[61:])
     result = run("view", stream_file, "--no-open")
 
@@ -122,7 +122,7 @@ def test_a_damaged_beginning_opens_no_page(stream_file, made):
     assert result.stdout == ""
 
 
-def test_a_camera_that_is_not_there_is_named_with_those_that_are(stream_file):
+def test_an_unknown_camera_is_rejected_with_the_known_ones(stream_file):
     result = run("view", stream_file, "--no-open", "--camera", "cam99")
 
     assert result.exit_code == 2
@@ -137,7 +137,7 @@ def test_a_stream_without_frames_opens_no_page():
     assert "the stream has no frame" in result.stderr
 
 
-def test_an_address_of_another_machine_is_the_tools_failure(stream_file):
+def test_an_address_of_another_machine_is_a_failure_of_the_tool(stream_file):
     result = run("view", stream_file, "--no-open", "--host", "192.0.2.1")
 
     assert result.exit_code == 3
@@ -146,7 +146,7 @@ def test_an_address_of_another_machine_is_the_tools_failure(stream_file):
 
 
 @pytest.mark.parametrize("name", ["https://viewer.example", "viewer.example:80", ""])
-def test_what_is_no_name_of_a_host_is_rejected(name, stream_file):
+def test_an_invalid_host_name_is_rejected(name, stream_file):
     result = run("view", stream_file, "--no-open", "--allow-host", name)
 
     assert result.exit_code == 2
@@ -167,7 +167,7 @@ def test_the_page_is_opened_in_a_browser(stream_file, monkeypatch):
     assert result.exit_code == 130
 
 
-def test_a_page_for_everybody_is_named_for_others_too(stream_file, monkeypatch):
+def test_a_page_on_all_interfaces_is_printed_with_its_public_address(stream_file, monkeypatch):
     monkeypatch.setattr(socket, "gethostname", lambda: "box.example")
     monkeypatch.setattr(Server, "serve_forever", lambda *_, **__: None)
     printed = " ".join(run("view", stream_file, "--no-open", "--host", "0.0.0.0").stdout.split())

@@ -69,7 +69,7 @@ def test_a_damaged_stream_is_rejected_there_too(stream_file, made):
 
 
 @pytest.mark.parametrize("arguments", [["bench"], ["verify"], ["decode", "-o", "{out}"]])
-def test_a_missing_fast_engine_is_told_once_where_it_would_pay(
+def test_a_missing_fast_engine_is_mentioned_once_if_it_would_help(
     arguments, large_file, stream_file, tmp_path
 ):
     verb, *options = [each.format(out=tmp_path / "out") for each in arguments]
@@ -87,12 +87,12 @@ def test_a_missing_fast_engine_is_told_once_where_it_would_pay(
 
 
 @needs_fast
-def test_nothing_is_told_where_the_fast_engine_is_or_is_not_wanted(large_file):
+def test_nothing_is_mentioned_if_the_fast_engine_is_installed_or_not_wanted(large_file):
     for engine in ("", "fast", "reference"):
         assert _run("verify", large_file, engine=engine).stderr == ""
 
 
-def test_an_engine_that_there_is_not_is_named(stream_file):
+def test_an_unknown_engine_is_named(stream_file):
     done = _run("verify", stream_file, engine="warp")
 
     assert done.returncode != 0
@@ -100,7 +100,7 @@ def test_an_engine_that_there_is_not_is_named(stream_file):
 
 
 @pytest.mark.parametrize("verb", ["encode", "render", "eval", "synth", "demo"])
-def test_what_needs_more_says_what_to_install(verb, stream_file, tmp_path):
+def test_verbs_that_need_more_packages_say_which(verb, stream_file, tmp_path):
     arguments = {
         "encode": [tmp_path, "-o", tmp_path / "new.quarc"],
         "render": [stream_file, "-o", tmp_path / "new.mp4"],
@@ -123,7 +123,7 @@ def test_settings_are_listed():
     assert "\nmotion.lr " in done.stdout
 
 
-def test_a_page_without_what_draws_a_poster_is_published_all_the_same(stream_file, tmp_path):
+def test_without_a_renderer_a_page_is_published_without_a_poster(stream_file, tmp_path):
     done = _run("publish", stream_file, "-o", tmp_path / "site", "--json")
 
     assert done.returncode == 0, done.stderr

@@ -14,7 +14,7 @@ _DATA, _STATES = make_stream()
 
 
 @pytest.mark.parametrize(("data", "code"), [(_DATA, 0), (_DATA[:-1], 1)])
-def test_the_command_ends_with_a_code(data, code, monkeypatch, capsys):
+def test_the_command_returns_an_exit_code(data, code, monkeypatch, capsys):
     monkeypatch.setattr(sys, "stdin", types.SimpleNamespace(buffer=io.BytesIO(data)))
     monkeypatch.setattr(sys, "argv", ["quarc_ref.conformance"])
 
@@ -25,7 +25,7 @@ def test_the_command_ends_with_a_code(data, code, monkeypatch, capsys):
     assert len(capsys.readouterr().out.splitlines()) == len(_STATES) + code
 
 
-def test_the_command_does_nothing_when_it_is_only_loaded(monkeypatch, capsys):
+def test_importing_the_command_does_nothing(monkeypatch, capsys):
     monkeypatch.setattr(sys, "stdin", None)
 
     loaded = runpy.run_module("quarc_ref.conformance.__main__")
@@ -34,7 +34,7 @@ def test_the_command_does_nothing_when_it_is_only_loaded(monkeypatch, capsys):
     assert capsys.readouterr().out == ""
 
 
-def test_the_command_prints_a_line_to_each_frame():
+def test_the_command_prints_a_line_for_each_frame():
     program = (
         "import sys\n"
         "for name in ('torch', 'cv2', 'matplotlib', 'numba', 'scipy', 'av'):\n"

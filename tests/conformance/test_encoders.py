@@ -49,11 +49,11 @@ def judged(born, change):
         (lambda lines: lines[-1]["bounds"].update(shift=1e-9), "bounds"),
     ],
 )
-def test_what_is_declared_must_be_so(born, change, verdict):
+def test_declared_properties_must_hold(born, change, verdict):
     assert judged(born, change) == verdict
 
 
-def test_a_level_above_what_is_needed_is_seen(born):
+def test_a_higher_level_than_needed_is_detected(born):
     scene, declared, stream, said = born
     lines = [json.loads(line) for line in declared.splitlines()]
     lines[-1]["level"] = 20
@@ -62,7 +62,7 @@ def test_a_level_above_what_is_needed_is_seen(born):
     assert judge_encoder(scene, lines, raised, said).name == "level"
 
 
-def test_a_stream_that_is_rejected_is_told(born):
+def test_a_rejected_stream_is_reported(born):
     scene, declared, stream, said = born
     lines = [json.loads(line) for line in declared.splitlines()]
 
@@ -88,7 +88,7 @@ def test_an_encoder_that_writes_nothing_fails(tmp_path):
 
 
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
-def test_scenes_keep_to_their_schema(path):
+def test_scenes_match_their_schema(path):
     schema = json.loads((SUITE / "schema" / "scene.schema.json").read_text())
 
     jsonschema.validate(json.loads(path.read_text()), schema)

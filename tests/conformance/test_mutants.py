@@ -13,7 +13,7 @@ LEAST = 20
 
 
 @pytest.mark.parametrize("mutant", MUTANTS, ids=lambda mutant: mutant.name)
-def test_every_text_to_replace_is_there_exactly_once(mutant):
+def test_every_text_to_replace_occurs_exactly_once(mutant):
     for file, old, new in mutant.edits:
         source = (ROOT / "quarc_ref" / file).read_text("utf-8")
 
@@ -21,26 +21,26 @@ def test_every_text_to_replace_is_there_exactly_once(mutant):
         assert compile(source.replace(old, new), file, "exec")
 
 
-def test_there_are_many_mutants_and_every_category_has_one_of_its_own():
+def test_there_are_many_mutants_and_one_specific_to_each_category():
     assert len(MUTANTS) >= LEAST
     assert {mutant.alone for mutant in MUTANTS} - {""} == set(CATEGORIES)
 
 
-def test_a_mutant_that_does_not_apply_is_a_fault(tmp_path):
+def test_a_mutant_that_does_not_apply_is_an_error(tmp_path):
     stray = Mutant("stray", (("format/coding/ans.py", "no such text", ""),))
 
     with pytest.raises(ValueError, match="0 times"):
         break_package(stray, ROOT / "quarc_ref", tmp_path)
 
 
-def test_a_survivor_is_told_and_fails():
+def test_a_surviving_mutant_is_reported_and_fails():
     outcome = Outcome(Mutant("quiet", ()), {})
 
     assert "SURVIVES" in describe(outcome)
     assert conclude([outcome])[1] is False
 
 
-def test_a_category_that_is_not_needed_fails():
+def test_an_unneeded_category_fails():
     alone = Mutant("lonely", (), alone="traps")
 
     assert conclude([Outcome(alone, {"traps": "a"})])[1] is True

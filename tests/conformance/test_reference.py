@@ -26,7 +26,7 @@ def test_every_case_of_a_category_passes(category):
     assert failed == {}
 
 
-def test_all_that_the_suite_asks_for_is_claimed():
+def test_every_claim_of_the_suite_is_covered():
     functions = {unit["function"] for unit in SUITE.units}
 
     assert functions == set(CAPABILITIES["units"])

@@ -47,7 +47,7 @@ def verdicts(done):
         (['print(\'{"refused": "field"}\')'], "status"),
     ],
 )
-def test_what_is_no_decoder_has_a_verdict_of_its_own(tmp_path, lines, verdict):
+def test_a_command_that_is_not_a_decoder_has_its_own_verdict(tmp_path, lines, verdict):
     seconds = "2" if verdict == "timeout" else "60"  # a machine may be busy
     limits = ("--timeout", seconds, "--memory", "100")
     done = run(decoder_that(tmp_path, *lines), *limits, "--alone")
@@ -56,7 +56,7 @@ def test_what_is_no_decoder_has_a_verdict_of_its_own(tmp_path, lines, verdict):
     assert done.returncode == 1
 
 
-def test_a_decoder_that_always_refuses_fails_with_every_stream_that_is_valid(tmp_path):
+def test_a_decoder_that_always_rejects_fails_with_every_valid_stream(tmp_path):
     command = decoder_that(tmp_path, 'print(\'{"refused": "bad-magic"}\')', "sys.exit(1)")
     report = tmp_path / "report.json"
 
@@ -68,7 +68,7 @@ def test_a_decoder_that_always_refuses_fails_with_every_stream_that_is_valid(tmp
     assert cases["invalid/magic"] == "pass"
 
 
-def test_a_decoder_that_gives_frames_and_goes_on_past_a_fault_is_not_refusing(tmp_path):
+def test_a_decoder_that_continues_after_a_fault_does_not_count_as_rejecting(tmp_path):
     report = tmp_path / "report.json"
     recovering = tmp_path / "decoder.py"
     recovering.write_text(
@@ -111,11 +111,11 @@ def test_an_empty_suite_fails(tmp_path, manifest):
     assert str(tmp_path) in done.stderr
 
 
-def test_a_selection_of_nothing_fails():
+def test_an_empty_selection_fails():
     assert run(REFERENCE, only=("nothing",)).returncode == 2
 
 
-def test_a_stream_that_is_not_the_one_of_the_manifest_is_a_fault_of_the_suite(tmp_path):
+def test_a_stream_that_differs_from_the_manifest_is_an_error_of_the_suite(tmp_path):
     suite = ROOT / "conformance"
     manifest = json.loads((suite / "manifest.json").read_text("utf-8"))
     kept = [entry for entry in manifest["vectors"] if entry["name"] == STILL]
@@ -141,7 +141,7 @@ def test_a_stream_that_is_not_the_one_of_the_manifest_is_a_fault_of_the_suite(tm
     ],
 )
 @pytest.mark.parametrize("options", [[], ["--alone"], ["--encoder"]])
-def test_a_command_that_cannot_be_started_is_not_a_decoder_that_fails(options, command, why):
+def test_a_command_that_cannot_be_started_is_not_a_failing_decoder(options, command, why):
     as_encoder = options == ["--encoder"]
     done = run(REFERENCE if as_encoder else command, *options, *[command] * as_encoder)
 

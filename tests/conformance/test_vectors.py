@@ -17,7 +17,7 @@ MOST_BYTES = 3 << 20
 LEAST_BROKEN = 120
 
 
-def test_every_file_made_anew_is_the_one_that_is_there():
+def test_regenerated_files_equal_the_committed_ones():
     command = [sys.executable, str(SUITE / "generate.py"), "--check"]
 
     done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -38,7 +38,7 @@ def test_many_streams_are_invalid_or_damaged():
     assert all("parent" in vector and vector["patch"] for vector in broken)
 
 
-def test_every_reject_id_has_an_invalid_stream_that_is_refused_by_it_alone():
+def test_every_reject_id_has_an_invalid_stream_with_that_fault_alone():
     known = {row[0] for row in spec_text.table(spec_text.text(), "rejects")}
     said = {
         vector["decode"]["refused"][0]
@@ -54,16 +54,16 @@ def validator(name):
     return jsonschema.Draft202012Validator(schema)
 
 
-def test_the_manifest_keeps_to_its_schema():
+def test_the_manifest_matches_its_schema():
     validator("manifest").validate(MANIFEST)
 
 
 @pytest.mark.parametrize("name", MANIFEST["units"])
-def test_known_answers_keep_to_their_schema(name):
+def test_known_answers_match_their_schema(name):
     validator("unit").validate(json.loads((SUITE / name).read_text("utf-8")))
 
 
-def test_a_report_keeps_to_its_schema(tmp_path):
+def test_a_report_matches_its_schema(tmp_path):
     report = tmp_path / "report.json"
     reference = f"{sys.executable} -m quarc_ref.conformance"
     command = [sys.executable, str(SUITE / "run.py"), "--decoder", reference]

@@ -18,25 +18,25 @@ def make_videos(folder, **moments):
     return [VideoReader(folder / f"{name}.mkv") for name in moments]
 
 
-def test_videos_of_one_rate_and_length_agree(tmp_path):
+def test_videos_of_the_same_rate_and_length_agree(tmp_path):
     videos = make_videos(tmp_path, cam00=EVEN, cam01=EVEN)
 
     require_one_rate(videos)
     assert compare_lengths(["cam00", "cam01"], [12, 12]) is None
 
 
-def test_moments_rounded_to_milliseconds_are_even(tmp_path):
+def test_times_rounded_to_milliseconds_are_regular(tmp_path):
     fast = [round(index * 1000 / 240) for index in range(30)]
 
     require_one_rate(make_videos(tmp_path, cam00=fast))
 
 
-def test_one_or_two_frames_are_even(tmp_path):
+def test_one_or_two_frames_are_regular(tmp_path):
     require_one_rate(make_videos(tmp_path, cam00=[0], cam01=[0, 33]))
 
 
 @pytest.mark.parametrize("left_out", [1, 5, 10])
-def test_a_frame_that_was_left_out_makes_the_rate_variable(tmp_path, left_out):
+def test_a_dropped_frame_makes_the_rate_variable(tmp_path, left_out):
     moments = EVEN[:left_out] + EVEN[left_out + 1 :]
     videos = make_videos(tmp_path, cam00=EVEN, cam01=moments)
     mean = 1000 * (len(moments) - 1) / moments[-1]
@@ -64,7 +64,7 @@ def folder(tmp_path, shots, points):
     return scenes.write_n3dv(tmp_path / "capture", shots, points=points)
 
 
-def test_a_video_of_another_rate_is_named_and_no_other(folder, pictures):
+def test_a_video_of_another_rate_is_the_only_one_named(folder, pictures):
     scenes.write_video(folder / "cam03.mp4", pictures[2], rate=25)
 
     with pytest.raises(FrameRateError) as caught:
@@ -81,7 +81,7 @@ def test_a_variable_rate_of_one_camera_is_rejected(folder):
         open_capture(folder)
 
 
-def test_a_shorter_and_a_longer_video_are_named_and_all_are_cut(folder, pictures):
+def test_shorter_and_longer_videos_are_named_and_all_are_cut(folder, pictures):
     scenes.write_video(folder / "cam01.mp4", pictures[1][:4])
     scenes.write_video(folder / "cam04.mp4", [*pictures[3], pictures[3][0]])
     capture = open_capture(folder)
@@ -95,7 +95,7 @@ def test_a_shorter_and_a_longer_video_are_named_and_all_are_cut(folder, pictures
     )
 
 
-def test_frames_that_all_videos_have_are_enough(folder, pictures):
+def test_enough_common_frames_suffice(folder, pictures):
     scenes.write_video(folder / "cam01.mp4", pictures[1][:4])
     capture = open_capture(folder)
 
@@ -105,7 +105,7 @@ def test_frames_that_all_videos_have_are_enough(folder, pictures):
         capture.require_frames(5)
 
 
-def test_all_frames_of_a_bounded_capture_are_those_within_the_bound(folder, pictures):
+def test_the_frames_of_a_limited_capture_are_those_within_the_limit(folder, pictures):
     scenes.write_video(folder / "cam01.mp4", pictures[1][:4])
 
     capture = open_capture(folder, CaptureOptions(max_frames=3))
@@ -114,7 +114,7 @@ def test_all_frames_of_a_bounded_capture_are_those_within_the_bound(folder, pict
     assert open_capture(folder, CaptureOptions(max_frames=5)).findings
 
 
-def test_many_odd_videos_are_counted_and_not_all_named():
+def test_of_many_unusual_videos_only_some_are_named():
     names = [f"cam{index:02}" for index in range(14)]
     told = compare_lengths(names, [3 + index % 7 for index in range(14)])
 

@@ -18,7 +18,7 @@ coordinates = st.tuples(*[st.floats(-5.0, 5.0)] * 3)
 
 @settings(deadline=None, max_examples=50)
 @given(eye=coordinates, target=coordinates, points=st.lists(coordinates, min_size=1, max_size=5))
-def test_a_pose_projects_as_dot_products_with_the_axes_do(eye, target, points):
+def test_a_pose_projects_like_dot_products_with_the_axes(eye, target, points):
     reach = np.subtract(target, eye)
     if np.linalg.norm(np.cross(reach, (0, 0, 1))) < 1e-3:
         return
@@ -49,7 +49,7 @@ def test_axes_with_four_digits_become_a_rotation():
         (np.full((3, 3), np.nan), "non-finite"),
     ],
 )
-def test_axes_that_are_no_rotation_are_rejected(axes, fault):
+def test_axes_that_are_not_a_rotation_are_rejected(axes, fault):
     with pytest.raises(ValueError, match=fault):
         make_pose(axes, np.zeros(3))
 
@@ -63,12 +63,12 @@ def test_a_center_that_is_not_finite_is_rejected():
     "lens",
     [(0, 32, 40, 40, 24, 16), (48, 32, -40, 40, 24, 16), (48, 32, 40, 40, float("nan"), 16)],
 )
-def test_a_lens_that_cannot_be_is_rejected(lens):
+def test_an_impossible_lens_is_rejected(lens):
     with pytest.raises(ValueError, match=r"positive|finite"):
         Lens(*lens)
 
 
-def test_only_a_perspective_without_distortion_is_a_pinhole():
+def test_only_a_perspective_lens_without_distortion_is_a_pinhole():
     assert Lens(48, 32, 40, 40, 24, 16, (0.0, 0.0)).is_pinhole
     assert not Lens(48, 32, 40, 40, 24, 16, (0.0, 1e-3)).is_pinhole
     assert not Lens(48, 32, 40, 40, 24, 16, (), fisheye=True).is_pinhole
@@ -90,7 +90,7 @@ def test_depths_are_those_in_front_and_inside():
     assert measure_depths(camera, positions).tolist() == [2, 2]
 
 
-def test_a_near_bound_leaves_one_in_a_hundred_beneath():
+def test_a_near_bound_excludes_one_point_in_a_hundred():
     depths = np.random.default_rng(0).permutation(np.linspace(1, 2, 1001))
 
     assert choose_near(depths) == pytest.approx(1.01)
@@ -98,7 +98,7 @@ def test_a_near_bound_leaves_one_in_a_hundred_beneath():
 
 
 @pytest.mark.parametrize("size", [(1 << 15, 4), (4, 10**30), (1 << 14, 1 << 14)])
-def test_a_size_by_which_no_maps_should_be_made_is_rejected(size):
+def test_a_size_too_large_for_undistortion_maps_is_rejected(size):
     with pytest.raises(
         ValueError, match="too large: at most 32,767 pixels a side, and 134,217,728"
     ):
@@ -113,6 +113,6 @@ def test_a_size_that_no_video_has_is_rejected(size):
 
 
 @pytest.mark.parametrize(("axes", "center"), [(1e200, 0.0), (1.0, 1.7e308)])
-def test_numbers_beyond_what_can_be_multiplied_are_no_pose(axes, center):
+def test_numbers_too_large_to_multiply_are_not_a_pose(axes, center):
     with pytest.raises(ValueError, match=r"orthonormal|far away"):
         make_pose(axes * scenes.look_at((1, -3, 2), (0, 0, 0)), (center, center, -center))

@@ -28,13 +28,13 @@ def make_capture(source, cache_bytes=1 << 20):
     return Capture("gray", cameras, 9, 30.0, scenes.plane_points(), source, "00", cache_bytes)
 
 
-def test_cameras_are_either_trained_with_or_held_out():
+def test_cameras_are_either_for_training_or_held_out():
     capture = make_capture(CountingPictures())
 
     assert (capture.training, capture.held_out) == ((0, 2), (1,))
 
 
-def test_a_picture_is_read_once_and_cannot_be_written():
+def test_a_picture_is_read_once_and_is_read_only():
     source = CountingPictures()
     capture = make_capture(source)
 
@@ -44,7 +44,7 @@ def test_a_picture_is_read_once_and_cannot_be_written():
     assert not capture.image(2, 3).flags.writeable
 
 
-def test_the_pictures_used_last_are_kept_within_the_bound():
+def test_the_most_recent_pictures_are_cached_within_the_limit():
     source = CountingPictures()
     capture = make_capture(source, cache_bytes=2 * np.prod(SIZE))
     for frame in (0, 1, 0, 2):
@@ -56,7 +56,7 @@ def test_the_pictures_used_last_are_kept_within_the_bound():
     assert source.reads == [(0, 1)]
 
 
-def test_a_picture_beyond_the_bound_is_given_all_the_same():
+def test_a_picture_beyond_the_limit_is_returned_uncached():
     source = CountingPictures()
     capture = make_capture(source, cache_bytes=1)
 
@@ -65,6 +65,6 @@ def test_a_picture_beyond_the_bound_is_given_all_the_same():
 
 
 @pytest.mark.parametrize("frame", [-1, 9])
-def test_a_frame_that_is_not_there_is_rejected(frame):
+def test_a_missing_frame_is_rejected(frame):
     with pytest.raises(ValueError, match="not among the 9 frames"):
         make_capture(CountingPictures()).image(0, frame)

@@ -12,7 +12,7 @@ from quarc_ref.datasets.capture_notes import (
 from quarc_ref.datasets.errors import MissingCameraError, UnreadableNotesError
 
 
-def test_notes_are_read_as_they_were_written(tmp_path):
+def test_notes_survive_a_round_trip(tmp_path):
     notes = CaptureNotes({"cam01": 2.5, "cam02": -3}, (0.0, -1.0, 0.0), 0.25)
 
     write_capture_notes(tmp_path / NOTES_NAME, notes)
@@ -24,7 +24,7 @@ def test_a_capture_without_the_file_has_empty_notes(tmp_path):
     assert read_capture_notes(tmp_path) == CaptureNotes({}, None, None)
 
 
-def test_what_is_unknown_is_left_out_of_the_file(tmp_path):
+def test_unknown_values_are_left_out_of_the_file(tmp_path):
     write_capture_notes(tmp_path / NOTES_NAME, CaptureNotes({"a": 1}))
 
     assert json.loads((tmp_path / NOTES_NAME).read_text()) == {"offsets": {"a": 1}}
@@ -37,7 +37,7 @@ def test_up_has_unit_length():
     )
 
 
-def test_first_frames_are_rounded_offsets_of_which_the_least_is_0():
+def test_first_frames_are_rounded_offsets_with_a_minimum_of_0():
     notes = CaptureNotes({"a": -2.4, "b": 3.6})
 
     assert notes.first_frames(["a", "b", "c"]) == {"a": 0, "b": 6, "c": 2}

@@ -31,7 +31,7 @@ def dense(stage):
     return Points(points.positions[:count], points.colors[:count])
 
 
-def test_most_pixels_become_points_of_the_plane_that_the_pictures_show(dense):
+def test_most_pixels_become_points_on_the_plane_in_the_pictures(dense):
     away = np.abs(dense.positions[:, 1])
 
     # A pixel is 0.027 units wide at the plane, 4 units away.
@@ -61,7 +61,7 @@ def test_a_sparse_point_that_cameras_see_through_is_dropped(stage):
     assert (points.positions == PLANE.positions[7]).all(axis=1).any()
 
 
-def test_two_cameras_are_no_three_that_agree(stage):
+def test_two_cameras_cannot_confirm_a_point(stage):
     cameras, pictures = stage
 
     points = densify(cameras[:2], pictures[:2], PLANE)

@@ -30,7 +30,7 @@ def change(path, position):
     path.write_bytes(data)
 
 
-def test_numbers_in_names_count_as_numbers():
+def test_numbers_in_names_are_compared_as_numbers():
     names = ["cam_10", "cam_2", "cam", "cam_2b", "10", "9", "b1"]
 
     assert sorted(names, key=natural_order) == ["9", "10", "b1", "cam", "cam_2", "cam_2b", "cam_10"]
@@ -47,7 +47,7 @@ def test_numbers_are_sorted_however_many_digits_they_have():
     assert sorted(names, key=natural_order) == ["0", "007", "08", names[1], names[0]]
 
 
-def test_a_fingerprint_is_that_of_the_files_wherever_they_are(files, tmp_path):
+def test_a_fingerprint_does_not_depend_on_the_location_of_the_files(files, tmp_path):
     other = tmp_path / "elsewhere"
     other.mkdir()
 
@@ -94,7 +94,7 @@ def test_a_fingerprint_skips_the_middle_of_a_large_file(files):
     assert compute_fingerprint(folder, listed) == before
 
 
-def test_a_file_that_has_gone_is_named(files):
+def test_a_deleted_file_is_named(files):
     folder, listed = files
     (folder / "c.png").unlink()
 

@@ -47,7 +47,7 @@ def test_a_capture_without_masks_has_none(n3dv_folder):
     assert capture.mask(0, 0) is None
 
 
-def test_one_mask_is_for_all_frames_of_its_camera(n3dv_folder, tmp_path):
+def test_one_mask_applies_to_all_frames_of_its_camera(n3dv_folder, tmp_path):
     folder = _copy(n3dv_folder, tmp_path)
     write_picture(folder / "masks" / "cam01.png", _draw())
     capture = open_capture(folder)
@@ -71,7 +71,7 @@ def test_masks_of_frames_follow_start_and_offsets(n3dv_folder, tmp_path):
     assert _kept(open_capture(folder, CaptureOptions(start=1)), 1, 1) == 20 + 2 + 1 + 1
 
 
-def test_a_video_of_masks_is_black_and_white_again(n3dv_folder, tmp_path):
+def test_a_video_of_masks_is_converted_back_to_black_and_white(n3dv_folder, tmp_path):
     folder = _copy(n3dv_folder, tmp_path)
     (folder / "masks").mkdir()
     write_video(folder / "masks" / "cam01.mp4", [_draw(2 * frame) for frame in range(FRAMES)])
@@ -93,7 +93,7 @@ def test_transforms_name_their_masks(tmp_path):
     assert _kept(capture, 3, 1) == 20 + 21 + 1
 
 
-def test_a_colmap_project_has_masks_beside_its_images(tmp_path):
+def test_a_colmap_project_has_masks_next_to_its_images(tmp_path):
     shots = make_shots()
     folder = tmp_path / "project"
     write_model(folder / "sparse" / "0", shots, plane_points())
@@ -112,7 +112,7 @@ def test_a_mask_changes_the_fingerprint(n3dv_folder, tmp_path):
     assert len({before, one, open_capture(folder).fingerprint}) == 3
 
 
-def test_a_downscaled_pixel_counts_if_all_of_it_does(n3dv_folder, tmp_path):
+def test_a_downscaled_pixel_counts_only_if_all_of_it_is_unmasked(n3dv_folder, tmp_path):
     folder = _copy(n3dv_folder, tmp_path)
     write_picture(folder / "masks" / "cam01.png", _draw(1))
     capture = open_capture(folder, CaptureOptions(downscale=2))
@@ -120,7 +120,7 @@ def test_a_downscaled_pixel_counts_if_all_of_it_does(n3dv_folder, tmp_path):
     assert _kept(capture, 1, 0) == 10
 
 
-def test_a_mask_is_straightened_like_its_picture():
+def test_a_mask_is_undistorted_like_its_picture():
     rectifier = Rectifier(Lens(320, 240, 300.0, 300.0, 160.0, 120.0, (-0.2, 0.05)))
     y, x = np.mgrid[:240, :320]
     mask = np.sin(x / 9) * np.sin(y / 11) > 0
@@ -128,14 +128,14 @@ def test_a_mask_is_straightened_like_its_picture():
     assert (rectifier.rectify_mask(mask) != shown).mean() < 0.001
 
 
-def test_masks_that_are_of_no_camera_are_rejected(n3dv_folder, tmp_path):
+def test_masks_without_a_camera_are_rejected(n3dv_folder, tmp_path):
     folder = _copy(n3dv_folder, tmp_path)
     write_picture(folder / "masks" / "left.png", _draw())
     with pytest.raises(MaskNameError, match=r"masks named left, .* such as cam00\.png"):
         open_capture(folder)
 
 
-def test_a_mask_that_is_of_no_camera_is_found_among_others(n3dv_folder, tmp_path):
+def test_a_mask_without_a_camera_is_found_among_others(n3dv_folder, tmp_path):
     folder = _copy(n3dv_folder, tmp_path)
     for name in ("cam01.png", "cam03.png.png", "left.png"):
         write_picture(folder / "masks" / name, _draw())
@@ -151,7 +151,7 @@ def test_a_mask_that_is_of_no_camera_is_found_among_others(n3dv_folder, tmp_path
     ("count", "shape", "error"),
     [(3, (48, 32), MaskCountError), (1, (24, 16), MaskSizeError)],
 )
-def test_masks_that_do_not_fit_are_rejected(n3dv_folder, tmp_path, count, shape, error):
+def test_masks_of_another_size_are_rejected(n3dv_folder, tmp_path, count, shape, error):
     folder = _copy(n3dv_folder, tmp_path)
     for frame in range(count):
         write_picture(folder / "masks" / "cam01" / f"{frame:04d}.png", _draw(size=shape))

@@ -65,7 +65,7 @@ def folder(n3dv_folder, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("text", _TEXTS)
-def test_text_that_names_other_places_is_no_video(folder, text):
+def test_text_that_names_other_paths_is_not_a_video(folder, text):
     (folder / "cam00.mp4").write_text(_TEXTS[text])
     raised = in_time(VideoReader, folder / "cam00.mp4")
 
@@ -74,7 +74,7 @@ def test_text_that_names_other_places_is_no_video(folder, text):
 
 
 @pytest.mark.parametrize("text", _TEXTS)
-def test_text_that_names_other_places_is_no_picture(folder, text):
+def test_text_that_names_other_paths_is_not_a_picture(folder, text):
     (folder / "cam00.png").write_text(_TEXTS[text])
     raised = in_time(read_still, folder / "cam00.png")
 
@@ -136,7 +136,7 @@ def test_an_address_in_transforms_json_is_not_fetched(folder, shots, requests, k
         "crypto:cam00.mp4",
     ],
 )
-def test_a_protocol_in_transforms_json_is_but_a_name(folder, shots, name):
+def test_a_protocol_in_transforms_json_is_treated_as_a_file_name(folder, shots, name):
     document = scenes.video_document(shots)
     document["frames"][0]["file_path"] = name
     scenes.write_transforms(folder, document)
@@ -150,7 +150,7 @@ def test_a_protocol_in_transforms_json_is_but_a_name(folder, shots, name):
     "name",
     ["100%d", "%05d", "a:b", "file:a", "concat:a", "subfile,,a", "http:a", "a|b", "a*b?[c]", "-i"],
 )
-def test_a_name_means_nothing_but_a_file(folder, pictures, name):
+def test_a_name_can_only_mean_a_file(folder, pictures, name):
     (folder / "cam00.mp4").rename(folder / f"{name}.mp4")
     scenes.write_picture(folder / "a.png", pictures[0][0])
     (folder / "a.png").rename(folder / f"{name}.png")
@@ -188,7 +188,7 @@ def test_only_a_regular_file_is_opened(tmp_path, monkeypatch, read, make):
 
 @pytest.mark.parametrize("read", [VideoReader, read_still])
 @pytest.mark.parametrize("name", ["a\0b", "\ud800", "x" * 300])
-def test_a_name_that_no_file_can_have_is_rejected(tmp_path, read, name):
+def test_an_impossible_file_name_is_rejected(tmp_path, read, name):
     with pytest.raises(MissingFileError, match="is missing or cannot be opened"):
         read(tmp_path / name)
 
@@ -239,7 +239,7 @@ def test_a_frame_that_would_fill_the_memory_is_rejected_in_mid_stream(tmp_path):
         reader.read(12)
 
 
-def test_a_video_that_no_decoder_is_there_for_is_rejected_by_name(folder):
+def test_a_video_without_an_available_decoder_is_rejected_by_name(folder):
     data = (folder / "cam00.mp4").read_bytes().replace(b"avc1", b"zzzz")
     (folder / "cam00.mp4").write_bytes(data)
 
@@ -247,7 +247,7 @@ def test_a_video_that_no_decoder_is_there_for_is_rejected_by_name(folder):
         VideoReader(folder / "cam00.mp4")
 
 
-def test_a_picture_file_without_end_is_not_read_whole(tmp_path, monkeypatch):
+def test_a_picture_file_without_end_is_not_read_completely(tmp_path, monkeypatch):
     monkeypatch.setattr("quarc_ref.datasets.media._MOST_STILL_BYTES", 1 << 10)
     path = tmp_path / "a.png"
     with path.open("wb") as file:

@@ -53,7 +53,7 @@ KINDS = {
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("way", ["../{}", "frames/../../{}", "{above}/{}", "link/{}", "linked_{}"])
-def test_a_file_outside_of_the_folder_is_rejected_by_name(layout, shots, kind, way):
+def test_a_file_outside_the_folder_is_rejected_by_name(layout, shots, kind, way):
     name = way.format(kind, above=layout)
     folder = KINDS[kind](layout, shots, name)
     (folder / "frames").mkdir(exist_ok=True)
@@ -69,7 +69,7 @@ def test_a_file_outside_of_the_folder_is_rejected_by_name(layout, shots, kind, w
 @pytest.mark.parametrize(
     "name", ["C:\\Windows\\{}", "C:{}", "\\\\host\\share\\{}", "..\\{}", "a\0{}", "\ud800{}", "{}/"]
 )
-def test_a_name_that_is_no_file_here_is_rejected_by_name(layout, shots, kind, name):
+def test_an_invalid_file_name_is_rejected_by_name(layout, shots, kind, name):
     folder = KINDS[kind](layout, shots, name.format(f"no_{kind}"))
 
     with pytest.raises(CaptureError, match=f"transforms.json names.*no_{kind}|no_{kind}.*names"):
@@ -86,7 +86,7 @@ def test_links_in_a_circle_are_rejected_by_name(layout, shots, kind):
         read_nerfstudio(folder)
 
 
-def test_paths_within_the_folder_are_read_however_they_are_written(layout, shots, pictures):
+def test_paths_within_the_folder_can_be_written_in_any_way(layout, shots, pictures):
     folder = layout / "videos"
     document = scenes.video_document(shots, ply_file_path=str(folder / "points.ply"))
     names = ["./cam00.mp4", str(folder / "cam01.mp4"), "frames/../cam03.mp4", "linked.mp4"]
@@ -100,9 +100,7 @@ def test_paths_within_the_folder_are_read_however_they_are_written(layout, shots
     assert len(footage.points.positions) == 200
 
 
-def test_a_folder_that_is_itself_reached_by_a_link_or_from_within_is_read(
-    layout, shots, monkeypatch
-):
+def test_a_folder_reached_by_a_link_or_from_within_is_read(layout, shots, monkeypatch):
     scenes.write_transforms(layout / "videos", scenes.video_document(shots))
     (layout / "link").symlink_to(layout / "videos")
     monkeypatch.chdir(layout / "videos")
@@ -111,7 +109,7 @@ def test_a_folder_that_is_itself_reached_by_a_link_or_from_within_is_read(
         assert read_nerfstudio(folder).frame_count == 6
 
 
-def test_a_folder_and_a_file_that_is_not_there_are_missing(tmp_path):
+def test_a_missing_folder_or_file_is_reported_as_missing(tmp_path):
     (tmp_path / "folder").mkdir()
     named = NamedFiles(tmp_path / "transforms.json")
 

@@ -63,7 +63,7 @@ def test_every_layout_gives_the_same_capture(folders, layout, downscale):
 
 
 @pytest.mark.parametrize("layout", ["n3dv", "videos", "pictures", "colmap"])
-def test_a_fingerprint_tells_captures_apart_and_not_options(folders, layout):
+def test_a_fingerprint_distinguishes_captures_but_not_options(folders, layout):
     fingerprint = open_capture(folders[layout]).fingerprint
     others = {open_capture(path).fingerprint for name, path in folders.items() if name != layout}
 
@@ -85,7 +85,7 @@ def test_the_first_camera_is_held_out_unless_others_are_named(n3dv_folder):
     assert (chosen.held_out, chosen.training) == ((1, 3), (0, 2))
 
 
-def test_an_unknown_held_out_camera_is_named_beside_those_there_are(n3dv_folder):
+def test_an_unknown_held_out_camera_is_rejected_with_the_known_ones(n3dv_folder):
     with pytest.raises(
         MissingCameraError,
         match=r"hold out camera cam02: the cameras are cam00, cam01, cam03",
@@ -101,11 +101,11 @@ def test_holding_out_every_camera_is_rejected(n3dv_folder):
 
 
 @pytest.mark.parametrize(("most", "count"), [(1, 1), (5, 5), (100, 6)])
-def test_frames_are_taken_up_to_a_bound(n3dv_folder, most, count):
+def test_the_number_of_frames_can_be_limited(n3dv_folder, most, count):
     assert open_capture(n3dv_folder, CaptureOptions(max_frames=most)).frame_count == count
 
 
-def test_frames_are_taken_from_a_start_on(n3dv_folder, pictures):
+def test_frames_can_start_later(n3dv_folder, pictures):
     capture = open_capture(n3dv_folder, CaptureOptions(start=2, max_frames=3))
 
     assert (capture.start, capture.frame_count) == (2, 3)
@@ -118,7 +118,7 @@ def test_a_start_after_the_last_frame_is_rejected(n3dv_folder):
         open_capture(n3dv_folder, CaptureOptions(start=6))
 
 
-def test_cameras_are_lined_up_by_the_offsets_in_the_notes(n3dv_folder, pictures, tmp_path):
+def test_cameras_are_synchronized_by_the_offsets_in_the_notes(n3dv_folder, pictures, tmp_path):
     folder = shutil.copytree(n3dv_folder, tmp_path / "copy")
     write_capture_notes(folder / NOTES_NAME, CaptureNotes({"cam01": 2.2, "cam04": -1}))
     capture = open_capture(folder, CaptureOptions(start=1))
@@ -144,22 +144,22 @@ def test_options_that_make_no_sense_are_rejected(options):
         CaptureOptions(**options)
 
 
-def test_a_downscale_beyond_the_picture_is_rejected(n3dv_folder):
+def test_a_downscale_larger_than_the_picture_is_rejected(n3dv_folder):
     with pytest.raises(ValueError, match="48x32 cannot be downscaled by 40"):
         open_capture(n3dv_folder, CaptureOptions(downscale=40))
 
 
-def test_a_folder_of_no_known_layout_is_rejected(tmp_path):
+def test_a_folder_of_unknown_layout_is_rejected(tmp_path):
     with pytest.raises(UnknownLayoutError, match=r"poses_bounds.npy.*transforms.json.*sparse/0"):
         open_capture(tmp_path)
 
 
-def test_a_folder_that_is_not_there_is_rejected(tmp_path):
+def test_a_missing_folder_is_rejected(tmp_path):
     with pytest.raises(UnknownLayoutError, match="nowhere"):
         open_capture(tmp_path / "nowhere")
 
 
-def test_a_near_bound_that_no_file_tells_comes_from_the_points_in_sight(folders, shots, points):
+def test_an_unknown_near_bound_is_computed_from_the_visible_points(folders, shots, points):
     capture = open_capture(folders["videos"])
 
     for camera, shot in zip(capture.cameras, shots, strict=True):
@@ -178,7 +178,7 @@ def test_points_that_a_camera_cannot_see_are_rejected(folders, tmp_path, shots, 
         open_capture(folder)
 
 
-def test_points_that_no_file_has_are_triangulated_from_the_training_cameras(tmp_path):
+def test_missing_points_are_triangulated_from_the_training_cameras(tmp_path):
     shots = scenes.make_shots(count=5, size=(160, 120), focal=150.0)
     pictures = [[scenes.render(shot, painting=scenes.paint_grains, samples=4)] for shot in shots]
     pictures[0][0] = np.random.default_rng(1).integers(0, 256, pictures[0][0].shape, np.uint8)
@@ -191,7 +191,7 @@ def test_points_that_no_file_has_are_triangulated_from_the_training_cameras(tmp_
     assert all(3.0 < camera.near < 4.5 for camera in capture.cameras)
 
 
-def test_bent_pictures_are_seen_by_the_pinhole_that_the_camera_is(tmp_path, shots, points):
+def test_distorted_pictures_become_those_of_the_pinhole_camera(tmp_path, shots, points):
     bent = replace(shots[0], width=96, height=64, fx=70.0, fy=72.0, cx=50.0, cy=30.0)
     dots = bent.project(points.positions)[:, :2]
     u, v = bend(BARREL, (dots[:, 0] - bent.cx) / bent.fx, (dots[:, 1] - bent.cy) / bent.fy)
@@ -222,7 +222,7 @@ def draw_spot(u, v, shot):
     return np.repeat(spot[..., None], 3, axis=2).astype(np.uint8)
 
 
-def test_a_lens_that_cannot_be_straightened_is_named_with_its_camera(folders, tmp_path, shots):
+def test_a_lens_that_cannot_be_undistorted_is_named_with_its_camera(folders, tmp_path, shots):
     folder = shutil.copytree(folders["videos"], tmp_path / "copy")
     document = scenes.video_document(shots, camera_model="OPENCV_FISHEYE")
     document["frames"][2] |= {"fl_x": 5.0, "fl_y": 5.0}

@@ -21,7 +21,7 @@ TURNS = {
 
 
 @pytest.mark.parametrize("how", TURNS)
-def test_the_pictures_of_a_turned_video_are_upright(n3dv_folder, pictures, tmp_path, how):
+def test_the_pictures_of_a_rotated_video_are_upright(n3dv_folder, pictures, tmp_path, how):
     path = tmp_path / "cam00.mp4"
     path.write_bytes(forgeries.show_video((n3dv_folder / "cam00.mp4").read_bytes(), how))
     reader = VideoReader(path)
@@ -32,7 +32,7 @@ def test_the_pictures_of_a_turned_video_are_upright(n3dv_folder, pictures, tmp_p
 
 
 @pytest.mark.parametrize("how", TURNS)
-def test_a_video_is_turned_as_opencv_turns_it(n3dv_folder, tmp_path, how):
+def test_a_video_is_rotated_as_by_opencv(n3dv_folder, tmp_path, how):
     path = tmp_path / "cam00.mp4"
     path.write_bytes(forgeries.show_video((n3dv_folder / "cam00.mp4").read_bytes(), how))
     found, picture = cv2.VideoCapture(str(path)).read()
@@ -43,7 +43,7 @@ def test_a_video_is_turned_as_opencv_turns_it(n3dv_folder, tmp_path, how):
     assert np.abs(ours - picture[..., ::-1]).mean() < 4
 
 
-def test_a_video_that_is_shown_as_stored_is_not_turned(n3dv_folder, pictures, tmp_path):
+def test_a_video_displayed_as_stored_is_not_rotated(n3dv_folder, pictures, tmp_path):
     path = tmp_path / "cam00.mp4"
     path.write_bytes(forgeries.show_video((n3dv_folder / "cam00.mp4").read_bytes(), "as stored"))
 
@@ -59,7 +59,9 @@ def test_a_video_that_is_shown_as_stored_is_not_turned(n3dv_folder, pictures, tm
         ("transposed", "mirrored"),
     ],
 )
-def test_a_video_that_no_quarter_turn_makes_upright_is_rejected(n3dv_folder, tmp_path, how, said):
+def test_a_video_with_another_angle_than_quarter_turns_is_rejected(
+    n3dv_folder, tmp_path, how, said
+):
     path = tmp_path / "cam00.mp4"
     path.write_bytes(forgeries.show_video((n3dv_folder / "cam00.mp4").read_bytes(), how))
 
@@ -94,7 +96,7 @@ def test_intrinsics_are_those_of_upright_pictures(
         assert np.abs(difference).mean() < 6
 
 
-def test_poses_of_pictures_as_stored_are_rejected(filmed_on_its_side, shots):
+def test_poses_of_unrotated_pictures_are_rejected(filmed_on_its_side, shots):
     rows = [scenes.poses_row(shot, size=(32, 48)) for shot in shots]
     np.save(filmed_on_its_side / "poses_bounds.npy", np.array(rows))
 

@@ -29,7 +29,7 @@ def test_videos_and_files_give_the_same_pictures(n3dv_folder, shots, pictures, t
         assert np.array_equal(files.read(camera, frame), pictures[camera][frame])
 
 
-def test_videos_of_other_lengths_have_the_frames_that_both_have(n3dv_folder, tmp_path, pictures):
+def test_videos_of_different_lengths_have_their_common_frames(n3dv_folder, tmp_path, pictures):
     scenes.write_video(tmp_path / "cam01.mp4", pictures[1][:4])
     readers = [VideoReader(n3dv_folder / "cam00.mp4"), VideoReader(tmp_path / "cam01.mp4")]
     videos = VideoPictures(readers)
@@ -38,7 +38,7 @@ def test_videos_of_other_lengths_have_the_frames_that_both_have(n3dv_folder, tmp
     assert LaterPictures(videos, (0, 0)).frame_count == 4
 
 
-def test_cameras_that_began_apart_are_together_from_their_offsets_on(n3dv_folder, pictures):
+def test_cameras_that_started_apart_are_synchronized_by_their_offsets(n3dv_folder, pictures):
     readers = [VideoReader(n3dv_folder / f"{name}.mp4") for name in ("cam00", "cam01")]
     later = LaterPictures(VideoPictures(readers), (0, 2))
 
@@ -64,7 +64,7 @@ def test_a_file_of_another_size_than_its_calibration_is_rejected_before_it_is_de
         files.read(0, 0)
 
 
-def test_rectified_pictures_are_made_smaller(n3dv_folder, pictures):
+def test_rectified_pictures_are_downscaled(n3dv_folder, pictures):
     videos = VideoPictures([VideoReader(n3dv_folder / "cam00.mp4")])
     rectifier = Rectifier(Lens(48, 32, 80, 80, 48, 32), 4)
     small = RectifiedPictures(videos, ["cam00"], [rectifier]).read(0, 3)

@@ -43,7 +43,7 @@ def bare(n3dv_folder, tmp_path):
     return folder
 
 
-def test_a_second_opening_has_the_same_points_without_finding_them(bare, found, caplog):
+def test_a_second_opening_has_the_same_points_without_triangulation(bare, found, caplog):
     caplog.set_level(logging.INFO)
     first, second = open_capture(bare), open_capture(bare)
 
@@ -54,7 +54,7 @@ def test_a_second_opening_has_the_same_points_without_finding_them(bare, found, 
     assert "using the initial points triangulated earlier" in caplog.messages[1]
 
 
-def test_other_pictures_cameras_or_frames_have_points_of_their_own(bare, found):
+def test_other_pictures_cameras_or_frames_have_their_own_points(bare, found):
     open_capture(bare)
     open_capture(bare, CaptureOptions(held_out=("cam01",)))
     open_capture(bare, CaptureOptions(start=1))
@@ -65,7 +65,7 @@ def test_other_pictures_cameras_or_frames_have_points_of_their_own(bare, found):
     assert len(found) == 5
 
 
-def test_a_damaged_file_is_found_and_written_again(bare, found, cache):
+def test_a_damaged_file_is_detected_and_rewritten(bare, found, cache):
     open_capture(bare)
     (kept,) = cache.iterdir()
     whole = kept.read_bytes()

@@ -33,7 +33,7 @@ def ply(body, fields=FIELDS, count="1", form="binary_little_endian 1.0", newline
 
 @settings(deadline=None, max_examples=50)
 @given(positions=positions_of, seed=st.integers(0, 99))
-def test_points_come_back_as_they_were_written(path, positions, seed):
+def test_points_survive_a_round_trip(path, positions, seed):
     colors = np.random.default_rng(seed).integers(0, 256, positions.shape, dtype=np.uint8)
     write_points_ply(path, Points(positions, colors))
     points = read_points_ply(path)
@@ -43,7 +43,7 @@ def test_points_come_back_as_they_were_written(path, positions, seed):
     assert (points.positions.dtype, points.colors.dtype) == (np.float32, np.uint8)
 
 
-def test_nothing_is_left_beside_the_file_that_is_written(tmp_path):
+def test_writing_leaves_nothing_next_to_the_file(tmp_path):
     write_points_ply(
         tmp_path / "a.ply", Points(np.zeros((1, 3), np.float32), np.zeros((1, 3), "u1"))
     )

@@ -45,23 +45,23 @@ def test_a_malformed_orientation_is_none(jpeg, exif):
     assert read_still_header(forgeries.forge_png(48, 32, exif)).orientation == 1
 
 
-def test_stray_bytes_and_fill_bytes_between_segments_are_passed_over(jpeg):
+def test_stray_bytes_and_fill_bytes_between_segments_are_skipped(jpeg):
     stray = jpeg[:2] + b"\xff\xff\xff" + jpeg[3:20] + b"\0\xff\0" + jpeg[20:]
 
     assert read_still_header(stray) == read_still_header(jpeg)
 
 
-def test_segments_without_a_length_are_passed_over(jpeg):
+def test_segments_without_a_length_are_skipped(jpeg):
     assert read_still_header(jpeg[:2] + b"\xff\x01\xff\xd0" + jpeg[2:]) == read_still_header(jpeg)
 
 
 @pytest.mark.parametrize("data", [b"", b"GIF89a", b"RIFF....WEBP", b"\x89PN", b"\xff\xd8"])
-def test_another_format_is_named_as_such(data):
+def test_another_format_is_named(data):
     with pytest.raises(ValueError, match="neither PNG nor JPEG"):
         read_still_header(data)
 
 
-def test_a_header_that_breaks_off_is_rejected(jpeg):
+def test_a_truncated_header_is_rejected(jpeg):
     png = forgeries.forge_png(48, 32)
     frame_end = jpeg.index(b"\xff\xc0") + 9
 
@@ -73,7 +73,7 @@ def test_a_header_that_breaks_off_is_rejected(jpeg):
             read_still_header(data)
 
 
-def test_a_png_that_begins_with_another_chunk_is_rejected():
+def test_a_png_with_another_first_chunk_is_rejected():
     png = forgeries.forge_png(48, 32)
     chunk = struct.pack(">I4s", 0, b"tEXt") + bytes(4)
 
@@ -82,7 +82,7 @@ def test_a_png_that_begins_with_another_chunk_is_rejected():
 
 
 @pytest.mark.parametrize("filling", [b"\xff\xd0", b"\xff\xfe\0\x02", b"\xff", b"\0"])
-def test_a_jpeg_that_never_comes_to_its_picture_is_given_up(jpeg, filling):
+def test_a_jpeg_without_a_frame_header_is_rejected(jpeg, filling):
     endless = jpeg[:2] + b"\xff\xfe\0\x02" + filling * 2_000_000
 
     with pytest.raises(ValueError, match=r"is truncated|no JPEG frame header"):

@@ -30,7 +30,7 @@ def triangulated(stage):
     return triangulate(*stage)
 
 
-def test_points_lie_on_the_plane_that_the_pictures_show(triangulated):
+def test_points_lie_on_the_plane_in_the_pictures(triangulated):
     away = np.abs(triangulated.positions[:, 1])
 
     # A pixel is 0.027 units wide at the plane, 4 units away.
@@ -71,7 +71,7 @@ def test_wrong_poses_give_too_few_points(stage):
         triangulate(rolled, pictures)
 
 
-def test_pictures_of_nothing_give_no_points_and_leave_the_log_alone(stage, capfd):
+def test_pictures_without_content_give_no_points_and_leave_the_log_alone(stage, capfd):
     cameras, pictures = stage
     before = pycolmap.logging.minloglevel
 

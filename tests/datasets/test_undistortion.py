@@ -40,7 +40,7 @@ def draw_straight(lens):
 
 
 @pytest.mark.parametrize("lens", BENT)
-def test_a_bent_picture_becomes_the_pinholes_up_to_its_border(lens):
+def test_a_distorted_picture_becomes_the_pinholes_up_to_its_border(lens):
     rectifier = Rectifier(lens)
     straight = rectifier.rectify(draw(lens))
 
@@ -53,7 +53,7 @@ def test_a_bent_picture_becomes_the_pinholes_up_to_its_border(lens):
 
 
 @pytest.mark.parametrize("lens", BENT)
-def test_the_pinhole_sees_nothing_beyond_the_picture_and_touches_its_border(lens):
+def test_the_pinhole_sees_only_the_picture_and_touches_its_border(lens):
     pinhole = Rectifier(lens).lens
     u, v = pixel_centers(pinhole)
     across, down = bend(lens, (u - pinhole.cx) / pinhole.fx, (v - pinhole.cy) / pinhole.fy)
@@ -63,7 +63,7 @@ def test_the_pinhole_sees_nothing_beyond_the_picture_and_touches_its_border(lens
         assert values.max() == pytest.approx(size - 0.5, abs=0.03)
 
 
-def test_one_picture_after_another_is_made_straight():
+def test_pictures_are_undistorted_one_after_another():
     rectifier = Rectifier(BARREL)
     picture = draw(BARREL)
     first = rectifier.rectify(picture)
@@ -73,7 +73,7 @@ def test_one_picture_after_another_is_made_straight():
     assert np.array_equal(rectifier.rectify(picture), first)
 
 
-def test_a_pinholes_picture_is_left_as_it_is():
+def test_a_pinholes_picture_is_unchanged():
     lens = Lens(96, 64, 70.0, 72.0, 50.0, 30.0, (0.0, 0.0))
     picture = draw(lens)
     rectifier = Rectifier(lens)
@@ -82,7 +82,7 @@ def test_a_pinholes_picture_is_left_as_it_is():
     assert rectifier.rectify(picture) is picture
 
 
-def test_a_smaller_picture_is_the_mean_of_its_pixels_less_the_remainder():
+def test_a_downscaled_picture_is_the_mean_of_its_pixels_without_the_remainder():
     picture = np.random.default_rng(0).integers(0, 256, (64, 96, 3), dtype=np.uint8)
     rectifier = Rectifier(Lens(96, 64, 70.0, 72.0, 50.0, 30.0), 5)
     small = rectifier.rectify(picture)
@@ -92,7 +92,7 @@ def test_a_smaller_picture_is_the_mean_of_its_pixels_less_the_remainder():
     assert np.abs(small - blocks).max() <= 0.5
 
 
-def test_a_smaller_pictures_lens_sees_the_same_directions():
+def test_the_lens_of_a_downscaled_picture_has_the_same_directions():
     lens = Lens(96, 64, 70.0, 72.0, 50.0, 30.0)
     rectifier = Rectifier(lens, 2)
     small = rectifier.rectify(draw(lens))
@@ -101,7 +101,7 @@ def test_a_smaller_pictures_lens_sees_the_same_directions():
     assert np.abs(small - draw_straight(rectifier.lens)).max() < 2.0
 
 
-def test_a_bent_picture_is_made_straight_before_it_is_made_smaller():
+def test_a_distorted_picture_is_undistorted_before_it_is_downscaled():
     rectifier = Rectifier(BARREL, 2)
     small = rectifier.rectify(draw(BARREL))
 
@@ -110,7 +110,7 @@ def test_a_bent_picture_is_made_straight_before_it_is_made_smaller():
 
 
 @pytest.mark.parametrize("downscale", [0, -1, 65])
-def test_a_downscale_that_leaves_nothing_is_rejected(downscale):
+def test_a_downscale_that_leaves_no_pixels_is_rejected(downscale):
     with pytest.raises(ValueError, match="cannot be downscaled"):
         Rectifier(Lens(96, 64, 70.0, 72.0, 50.0, 30.0), downscale)
 
@@ -122,6 +122,6 @@ def test_a_downscale_that_leaves_nothing_is_rejected(downscale):
         Lens(96, 64, 20.0, 20.0, 48.0, 32.0, (-0.9, 0.0)),  # folds back on itself
     ],
 )
-def test_a_lens_that_no_pinhole_can_follow_is_rejected(lens):
+def test_a_lens_without_a_matching_pinhole_is_rejected(lens):
     with pytest.raises(UnsupportedCameraError, match=r"too wide|cannot be inverted"):
         Rectifier(lens)

@@ -36,14 +36,14 @@ def test_size_rate_and_count_are_those_of_the_video(video):
     [range(FRAMES), reversed(range(FRAMES)), [6, 0, 10, 3, 3, 9, 5, 4, 1, 8]],
     ids=["onward", "backward", "any"],
 )
-def test_a_frame_is_the_same_in_whatever_order_frames_are_read(video, decoded, order):
+def test_a_frame_does_not_depend_on_the_order_of_reading(video, decoded, order):
     reader = VideoReader(video)
 
     for frame in order:
         assert np.array_equal(reader.read(frame), decoded[frame])
 
 
-def test_a_picture_outlives_the_next_read(video, decoded):
+def test_a_picture_stays_valid_after_the_next_read(video, decoded):
     reader = VideoReader(video)
     first = reader.read(0)
     reader.read(1)
@@ -52,12 +52,12 @@ def test_a_picture_outlives_the_next_read(video, decoded):
 
 
 @pytest.mark.parametrize("frame", [-1, FRAMES])
-def test_a_frame_that_is_not_there_is_rejected(video, frame):
+def test_a_missing_frame_is_rejected(video, frame):
     with pytest.raises(TruncatedVideoError, match=f"but no frame {frame}"):
         VideoReader(video).read(frame)
 
 
-def test_a_video_that_lost_its_end_is_truncated(video, tmp_path):
+def test_a_video_without_its_end_is_truncated(video, tmp_path):
     data = video.read_bytes()
     path = tmp_path / "cut.mp4"
     path.write_bytes(data[: len(data) * 3 // 4])
@@ -67,7 +67,7 @@ def test_a_video_that_lost_its_end_is_truncated(video, tmp_path):
 
 
 @pytest.mark.parametrize("count", [8, 9, 10, 11])
-def test_a_video_that_lost_one_byte_is_truncated(tmp_path, decoded, count):
+def test_a_video_without_its_last_byte_is_truncated(tmp_path, decoded, count):
     path = tmp_path / "cut.mp4"
     scenes.write_video(path, decoded[:count], faststart=True)
     path.write_bytes(path.read_bytes()[:-1])
@@ -95,7 +95,7 @@ def test_every_cut_of_a_video_is_rejected_by_name(video, tmp_path):
             VideoReader(path)
 
 
-def test_a_file_that_is_no_video_is_unreadable(tmp_path):
+def test_a_file_that_is_not_a_video_is_unreadable(tmp_path):
     path = tmp_path / "cam00.mp4"
     path.write_text("no video")
 
@@ -155,7 +155,7 @@ def test_frames_after_a_lost_one_are_read_from_the_next_key_frame(video, tmp_pat
     assert not {0, 8, 9, 10} & set(rejected)
 
 
-def test_a_frame_that_the_decoder_patches_up_is_rejected(video, tmp_path, decoded):
+def test_a_frame_with_concealed_errors_is_rejected(video, tmp_path, decoded):
     data = bytearray(video.read_bytes())
     with av.open(str(video)) as container:
         packets = sorted((p.pts, p.pos, p.size) for p in container.demux(video=0) if p.size)
@@ -199,7 +199,7 @@ def test_other_containers_are_read(tmp_path, decoded, suffix, codec):
 
 
 @pytest.mark.parametrize("codec", ["libx264", "mpeg4", "mjpeg"])
-def test_a_video_trimmed_without_recoding_is_whole(tmp_path, decoded, codec):
+def test_a_video_trimmed_without_recoding_is_complete(tmp_path, decoded, codec):
     path = tmp_path / "trimmed.mp4"
     trimmed = 3
     with av.open(str(path), "w") as container:

@@ -21,7 +21,7 @@ def _write(path, form, count=4):
 
 
 @pytest.mark.parametrize("pixel_format", ["yuv444p", "yuv420p"])
-def test_a_video_decodes_to_what_was_written(pixel_format, tmp_path):
+def test_a_video_decodes_to_the_written_pictures(pixel_format, tmp_path):
     form = VideoForm(48, 32, Fraction(30000, 1001), {"crf": "4"}, pixel_format)
     pictures = _write(tmp_path / "a.mp4", form)
     reader = VideoReader(tmp_path / "a.mp4")
@@ -32,14 +32,14 @@ def test_a_video_decodes_to_what_was_written(pixel_format, tmp_path):
         assert np.abs(reader.read(frame).astype(float) - picture).mean() < 2
 
 
-def test_the_full_detail_of_colors_takes_any_size(tmp_path):
+def test_full_chroma_resolution_takes_any_size(tmp_path):
     _write(tmp_path / "odd.mp4", VideoForm(47, 33, Fraction(30)))
     reader = VideoReader(tmp_path / "odd.mp4")
 
     assert (reader.width, reader.height) == (47, 33)
 
 
-def test_a_video_says_what_its_colors_are(tmp_path):
+def test_a_video_states_its_color_space(tmp_path):
     _write(tmp_path / "a.mp4", VideoForm(48, 32, Fraction(30)))
     with av.open(str(tmp_path / "a.mp4")) as container:
         context = container.streams.video[0].codec_context
@@ -48,12 +48,12 @@ def test_a_video_says_what_its_colors_are(tmp_path):
     assert said == (av.video.reformatter.Colorspace.ITU601.value, 1, "yuv444p")
 
 
-def test_an_encoder_that_rejects_is_an_error_of_the_system(tmp_path):
+def test_a_failing_encoder_is_a_system_error(tmp_path):
     with pytest.raises(OSError, match=r"H\.264"):
         _write(tmp_path / "odd.mp4", VideoForm(47, 33, Fraction(30), {}, "yuv420p"))
 
 
-def test_a_png_is_the_picture(tmp_path):
+def test_a_png_equals_the_picture(tmp_path):
     picture = np.random.default_rng(1).integers(0, 256, (13, 7, 3), dtype=np.uint8)
     (tmp_path / "a.png").write_bytes(build_png(picture))
 

@@ -45,7 +45,7 @@ def clouds(least: int = 1) -> st.SearchStrategy:
     st.integers(1, 9),
     st.integers(2, 5),
 )
-def test_anchors_and_binding_are_those_of_the_text(positions, phase, seed, m, ratio):
+def test_anchors_and_binding_match_the_specification(positions, phase, seed, m, ratio):
     header = StreamHeader(seed=seed, gaussians_per_anchor=m, anchor_ratio=ratio)
     scene = make_scene(header, positions, phase)
     counts = count_anchors(scene.count, header)
@@ -64,7 +64,7 @@ def test_anchors_and_binding_are_those_of_the_text(positions, phase, seed, m, ra
 
 
 @given(clouds(least=9))
-def test_the_parent_of_an_anchor_is_what_its_gaussian_follows_one_level_up(positions):
+def test_the_parent_of_an_anchor_is_the_coarser_anchor_that_its_gaussian_follows(positions):
     scene = make_scene(StreamHeader(gaussians_per_anchor=2, anchor_ratio=2), positions, 1)
 
     anchors = sample_anchors(scene)
@@ -78,7 +78,7 @@ def test_the_parent_of_an_anchor_is_what_its_gaussian_follows_one_level_up(posit
 @pytest.mark.parametrize(
     ("gaussians", "counts"), [(244_000, (61_000, 20_333, 6_777)), (1, (1, 1, 1)), (9, (3, 1, 1))]
 )
-def test_the_numbers_of_anchors_are_those_of_the_text(gaussians, counts):
+def test_the_numbers_of_anchors_match_the_specification(gaussians, counts):
     header = StreamHeader(gaussians_per_anchor=4, anchor_ratio=3)
 
     assert count_anchors(gaussians, header) == counts

@@ -22,7 +22,7 @@ def _array(points):
 
 
 @given(_CLOUD, _CLOUD, st.integers(0, 24))
-def test_any_cells_give_the_exhaustive_answer(points, anchors, shift):
+def test_any_cells_give_the_exhaustive_result(points, anchors, shift):
     expected = oracle.bind(points, anchors)
 
     assert bind(_array(points), _array(anchors), shift).tolist() == expected
@@ -35,7 +35,7 @@ def test_of_equally_near_anchors_the_first_is_taken():
     assert bind(_array([(0, 0, 0), (-4, 0, 0)]), anchors, 2).tolist() == [0, 1]
 
 
-def test_anchors_at_one_place_cost_no_more_than_one():
+def test_anchors_at_the_same_position_cost_no_more_than_one():
     """They cost N x A distances, minutes of them, before one was held for all."""
     points = np.full((3, 1 << 16), 17, dtype=np.int32)
     points[0, ::2] = -POSITION_LIMIT
@@ -45,7 +45,7 @@ def test_anchors_at_one_place_cost_no_more_than_one():
     assert answers.tolist() == [0, 1] * (1 << 15)
 
 
-def test_many_gaussians_are_bound_as_few():
+def test_many_gaussians_are_bound_like_few():
     rng = np.random.default_rng(0)
     points = rng.integers(-5000, 5000, (3, 4000)).astype(np.int32)
     points[:, 2000:] //= 50

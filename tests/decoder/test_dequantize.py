@@ -9,7 +9,7 @@ from tests.small_streams import make_gaussians
 
 
 @given(data=st.data(), count=st.sampled_from([1, 9, 63, 64, 65, 130]))
-def test_every_number_is_its_code_times_its_step_rounded_once(data, count):
+def test_every_value_is_its_code_times_its_step_rounded_once(data, count):
     header = data.draw(strategies.headers())
     scene = begin_canonical(header, 0, make_gaussians(header, count)).scene
 

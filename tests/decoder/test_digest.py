@@ -18,13 +18,13 @@ def _serialize(scene, *, codes):
     return numbers.astype("<i4").tobytes()
 
 
-def test_a_crc_covers_the_codes_every_few_frames():
+def test_a_crc_includes_the_codes_every_few_frames():
     for phase in range(7):
         scene = replace(_SCENE, phase=phase)
         assert state_crc(scene) == zlib.crc32(_serialize(scene, codes=phase % 3 == 0))
 
 
-def test_planes_that_do_not_lie_together_are_serialized_the_same():
+def test_noncontiguous_planes_are_serialized_the_same():
     apart = replace(_SCENE, positions=np.asfortranarray(_SCENE.positions))
 
     assert state_crc(apart) == state_crc(_SCENE)

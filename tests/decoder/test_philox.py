@@ -21,14 +21,14 @@ _WORD = st.integers(0, (1 << 32) - 1)
         ),
     ],
 )
-def test_the_published_answers_of_random123_come_out(counter, seed, words):
+def test_the_published_results_of_random123_are_reproduced(counter, seed, words):
     drawn = philox(np.array(counter, dtype=np.uint64)[:, None], seed)[:, 0]
 
     assert " ".join(f"{word:08x}" for word in drawn) == words
 
 
 @given(st.tuples(_WORD, _WORD, _WORD, _WORD), st.integers(0, (1 << 64) - 1))
-def test_every_draw_is_that_of_plain_integers(counter, seed):
+def test_every_draw_matches_plain_integers(counter, seed):
     drawn = philox(np.array(counter, dtype=np.uint64)[:, None], seed)
 
     assert drawn[:, 0].tolist() == oracle.philox(counter, [seed & 0xFFFFFFFF, seed >> 32])

@@ -29,7 +29,7 @@ def _begun(header=_HEADER, count=30, deaths=0):
 
 
 @given(st.integers(0, 1000), st.sampled_from([3, 4]))
-def test_motion_is_that_of_plain_integers(seed, components):
+def test_motion_matches_plain_integers(seed, components):
     header = replace(_HEADER, rotation_components=components)
     begun = _begun(header)
     symbols = make_symbols(begun, seed)
@@ -62,7 +62,7 @@ def test_a_sum_of_zero_keeps_a_rotation_to_the_bit():
     assert np.array_equal(moved.scene.rotations, begun.scene.rotations)
 
 
-def test_a_w_that_undoes_the_identity_is_rejected():
+def test_a_w_that_cancels_the_identity_is_rejected():
     header = replace(_HEADER, rotation_components=4, rotation_unity=10, level_count=1)
     begun = _begun(header)
     symbols = [np.zeros((7, level.owners.size), dtype=int) for level in begun.known_anchors.levels]
@@ -80,7 +80,7 @@ def test_a_gaussian_that_leaves_the_lattice_is_rejected():
         move(begun, symbols)
 
 
-def test_the_dead_are_those_of_least_opacity_and_then_of_least_id():
+def test_the_dead_are_those_of_lowest_opacity_and_then_of_lowest_id():
     state = begin_canonical(_HEADER, 0, make_gaussians(_HEADER, 30))
     codes = state.scene.codes.copy()
     codes[3] = [5, -7, 5, -7, *range(10, 36)]
@@ -97,7 +97,7 @@ def test_the_last_gaussian_cannot_die(deaths):
         _begun(deaths=deaths)
 
 
-def test_a_newborn_without_an_id_left_is_rejected():
+def test_births_without_a_free_id_are_rejected():
     moved = move(_begun(), make_symbols(_begun()))
     births = make_births(moved, 4)
 
@@ -108,7 +108,7 @@ def test_a_newborn_without_an_id_left_is_rejected():
         append_births(replace(moved, next_id=(1 << 32) - 3), births)
 
 
-def test_the_newborn_follow_from_the_next_frame_and_the_bound_keep_their_anchors():
+def test_births_follow_anchors_from_the_next_frame_and_bound_gaussians_keep_theirs():
     moved = move(_begun(), make_symbols(_begun()))
     grown = append_births(moved, make_births(moved, 4))
 
@@ -121,7 +121,7 @@ def test_the_newborn_follow_from_the_next_frame_and_the_bound_keep_their_anchors
     assert after[:, 30:].tolist() == [oracle.bind(newborn, level) for level in levels]
 
 
-def test_anchors_are_drawn_anew_after_the_interval_and_not_before():
+def test_anchors_are_sampled_again_after_the_interval_and_not_before():
     state = _begun()
     drawn = [state.known_anchors.levels]
     for _ in range(3):
@@ -135,7 +135,7 @@ def test_anchors_are_drawn_anew_after_the_interval_and_not_before():
     ]
 
 
-def test_a_dead_newborn_leaves_the_binding_of_the_others():
+def test_a_dead_newborn_does_not_change_the_binding_of_others():
     moved = move(_begun(), make_symbols(_begun()))
     births = make_births(moved, 4)
     lowered = births.newborn.codes.copy()
@@ -171,7 +171,7 @@ def _changed(births, **fields):
     return replace(births, newborn=replace(births.newborn, **fields))
 
 
-def test_newborn_out_of_range_are_rejected_by_name():
+def test_births_out_of_range_are_rejected_by_name():
     moved = move(_begun(), make_symbols(_begun()))
     births = make_births(moved, 2)
     far = np.full((3, 2), POSITION_LIMIT)
@@ -186,7 +186,7 @@ def test_newborn_out_of_range_are_rejected_by_name():
         )
 
 
-def test_more_gaussians_than_the_level_bears_are_rejected(monkeypatch):
+def test_more_gaussians_than_the_level_allows_are_rejected(monkeypatch):
     moved = move(_begun(), make_symbols(_begun()))
     small = _HEADER.limits._replace(gaussians=31)
     monkeypatch.setitem(__import__("quarc_ref").format.records.LEVELS, 10, small)
@@ -205,7 +205,7 @@ def test_a_canonical_position_off_the_lattice_is_rejected():
         )
 
 
-def test_contexts_tell_what_the_gaussian_of_each_anchor_did():
+def test_contexts_reflect_what_the_gaussian_of_each_anchor_did():
     begun = _begun()
     moved = move(begun, make_symbols(begun))
     following = begin_frame(moved, 0)

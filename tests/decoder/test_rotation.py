@@ -12,7 +12,7 @@ _SUMS = st.tuples(_SUM, _SUM, _SUM, _SUM)
 
 
 @given(_SUMS)
-def test_sums_are_normalized_as_plain_integers_would(sums):
+def test_sums_are_normalized_as_in_plain_integers(sums):
     assume(any(sums))
 
     unit = normalize_sums(np.array(sums)[:, None])
@@ -22,7 +22,7 @@ def test_sums_are_normalized_as_plain_integers_would(sums):
 
 
 @given(_SUMS, _SUMS)
-def test_a_turn_is_that_of_plain_integers(first, second):
+def test_a_rotation_matches_plain_integers(first, second):
     assume(any(first))
     assume(any(second))
     rotation = normalize_sums(np.array(first)[:, None]).astype(np.int32)
@@ -45,7 +45,7 @@ def test_a_sum_of_zero_is_rejected():
 
 
 @given(st.integers(1, 14), st.data())
-def test_rotation_codes_are_expanded_as_plain_integers_would(bits, data):
+def test_rotation_codes_are_expanded_as_in_plain_integers(bits, data):
     component = st.integers(-(1 << bits), 1 << bits)
     others = data.draw(st.tuples(component, component, component))
     largest = data.draw(st.integers(0, 3))

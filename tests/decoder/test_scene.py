@@ -13,7 +13,7 @@ _STATE = begin_canonical(_HEADER, 0, make_gaussians(_HEADER, 9))
 
 
 @pytest.mark.parametrize("name", ["positions", "rotations", "codes"])
-def test_a_scene_has_planes_of_one_length_and_kind(name):
+def test_a_scene_has_planes_of_the_same_length_and_dtype(name):
     plane = getattr(_STATE.scene, name)
 
     for wrong in (plane[:, 1:], plane[1:], plane.astype(np.int64)):
@@ -21,7 +21,7 @@ def test_a_scene_has_planes_of_one_length_and_kind(name):
             replace(_STATE.scene, **{name: wrong})
 
 
-def test_the_gaussians_that_are_left_keep_their_order():
+def test_the_remaining_gaussians_keep_their_order():
     scene = _STATE.scene.without(np.array([1, 3, 5, 7]))
 
     assert scene.count == 5
@@ -30,7 +30,7 @@ def test_the_gaussians_that_are_left_keep_their_order():
     assert np.array_equal(scene.codes, _STATE.scene.codes[:, ::2])
 
 
-def test_a_canonical_frame_has_no_anchors_to_ask_for():
+def test_a_canonical_frame_has_no_anchors():
     with pytest.raises(ValueError, match="begin_frame"):
         _ = _STATE.known_anchors
     assert begin_frame(_STATE, 0).known_anchors.levels

@@ -52,7 +52,7 @@ def _plain(state: State) -> list[PlainGaussian]:
 
 
 @given(st.data(), st.integers(0, 100))
-def test_updates_do_what_plain_integers_say(data, seed):
+def test_updates_match_plain_integers(data, seed):
     moved = _moved(seed=seed)
     updates = data.draw(strategies.updates(moved.scene.count))
     changes = {
@@ -68,7 +68,7 @@ def test_updates_do_what_plain_integers_say(data, seed):
     assert _plain(moved) == before  # a state is a value
 
 
-def test_those_that_stay_keep_their_anchors():
+def test_surviving_gaussians_keep_their_anchors():
     moved = _moved()
     updates = _updates([1, 4, 9], [(0, 100)], dies=[True, False, True])
 
@@ -78,7 +78,7 @@ def test_those_that_stay_keep_their_anchors():
     assert np.array_equal(updated.known_anchors.binding, moved.known_anchors.binding[:, kept])
 
 
-def test_a_frame_goes_on_after_updates_as_after_motion():
+def test_a_frame_continues_after_updates_as_after_motion():
     moved = update(_moved(), make_updates(_moved(), 3))
     grown = append_births(moved, make_births(moved, 3))
 
@@ -100,7 +100,7 @@ def test_recency_counts_the_frames_since():
     assert seen == [0, 1, 2, 3]
 
 
-def test_all_but_one_may_leave_and_not_all():
+def test_all_but_one_gaussian_can_leave_but_not_all():
     count = _moved().scene.count
     gone = _updates(range(count), dies=[True] * count)
 
@@ -110,7 +110,7 @@ def test_all_but_one_may_leave_and_not_all():
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-def test_the_lattice_ends_where_it_ends(sign):
+def test_the_limits_of_the_lattice_are_exact(sign):
     header = replace(_HEADER, translation_step=1)
     moved = _moved(header)
     scene = moved.scene
@@ -126,7 +126,7 @@ def test_the_lattice_ends_where_it_ends(sign):
 
 
 @pytest.mark.parametrize("row", range(7))
-def test_codes_end_where_they_end(row):
+def test_the_limits_of_codes_are_exact(row):
     moved = _moved()
     room = CODE_LIMIT - int(moved.scene.codes[row, 2])
 
@@ -137,7 +137,7 @@ def test_codes_end_where_they_end(row):
         update(moved, _updates([2], [(6 + row, room + 1)]))
 
 
-def test_a_turn_of_more_than_the_greatest_unity_is_rejected():
+def test_a_rotation_beyond_the_limit_is_rejected():
     update(_moved(), _updates([2], [(4, -256)]))
     with pytest.raises(SymbolRangeError):
         update(_moved(), _updates([2], [(4, -257)]))

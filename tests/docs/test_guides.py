@@ -84,5 +84,5 @@ def test_the_papers_table(tmp_path):
     assert (tmp_path / "paper" / "index.html").exists()
 
 
-def test_a_decoder_of_your_own(tmp_path):
+def test_writing_a_decoder(tmp_path):
     follow("decoder.md", tmp_path)

@@ -28,7 +28,7 @@ def _loop():
     return ClosedLoop(io.BytesIO(), _HEADER, (CAMERA,), {})
 
 
-def test_what_seeds_the_next_frame_is_the_decoders_state_integer_by_integer():
+def test_the_next_frame_starts_from_exactly_the_decoders_state():
     sink = io.BytesIO()
     loop = ClosedLoop(sink, _HEADER, (CAMERA,), {})
     seeds = [loop.commit_canonical(make_gaussians(_HEADER, 50), 0)]
@@ -52,7 +52,7 @@ def test_what_seeds_the_next_frame_is_the_decoders_state_integer_by_integer():
             assert np.array_equal(mine.anchors.binding, theirs.known_anchors.binding)
 
 
-def test_a_loop_that_has_replayed_its_frames_goes_on_as_if_it_had_written_them():
+def test_a_loop_that_has_replayed_its_frames_continues_as_if_it_had_written_them():
     data, _ = make_stream(_HEADER, frame_count=4, canonical_every=3)
     chunks = [chunk for chunk in split_chunks(data) if chunk.kind in (CANO, FRAM)]
     held = chunks[2].offset
@@ -82,7 +82,7 @@ def test_a_frame_that_the_decoder_rejects_cannot_be_replayed():
         loop.replay(Chunk(b"came", wire.build_cameras(()), 0, 0))
 
 
-def test_a_committed_motion_is_what_the_decoder_makes_of_the_bytes():
+def test_a_committed_motion_equals_the_decoded_one():
     loop = _loop()
     loop.commit_canonical(make_gaussians(_HEADER, 50), 0)
     start = loop.start_frame(0)
@@ -94,7 +94,7 @@ def test_a_committed_motion_is_what_the_decoder_makes_of_the_bytes():
     assert compute_digest(moved.scene) != compute_digest(start.state.scene)
 
 
-def test_an_encoder_that_has_another_state_than_the_decoder_is_stopped(monkeypatch):
+def test_an_encoder_whose_state_differs_from_the_decoders_is_stopped(monkeypatch):
     loop = _loop()
     monkeypatch.setattr(loop.engine, "state_crc", lambda _: 0)
 
@@ -102,7 +102,7 @@ def test_an_encoder_that_has_another_state_than_the_decoder_is_stopped(monkeypat
         loop.commit_canonical(make_gaussians(_HEADER, 50), 0)
 
 
-def test_a_frame_is_decoded_once_and_anew_where_a_byte_differs(monkeypatch):
+def test_a_frame_is_decoded_once_and_again_if_a_byte_differs(monkeypatch):
     loop, moved = _moved(_HEADER)
     decoded_whole = []
     decode_frame = loop.engine.decode_frame
@@ -133,7 +133,7 @@ def test_a_frame_is_decoded_once_and_anew_where_a_byte_differs(monkeypatch):
     assert (loop.state.scene.frame, loop.state.scene.count) == (2, 49)
 
 
-def test_a_motion_that_cannot_be_written_is_the_scenes_fault_and_not_the_streams():
+def test_a_motion_that_cannot_be_written_is_an_error_of_the_scene():
     loop = ClosedLoop(io.BytesIO(), StreamHeader(translation_step=65_535), (CAMERA,), {})
     loop.commit_canonical(make_gaussians(_HEADER, 50), 0)
     start = loop.start_frame(0)
@@ -143,7 +143,7 @@ def test_a_motion_that_cannot_be_written_is_the_scenes_fault_and_not_the_streams
         loop.move_frame(start, far)
 
 
-def test_a_newborn_that_cannot_be_written_is_the_scenes_fault_and_not_the_streams():
+def test_a_newborn_that_cannot_be_written_is_an_error_of_the_scene():
     loop = _loop()
     loop.commit_canonical(make_gaussians(_HEADER, 50), 0)
     moved = _move(loop, 0)
@@ -154,7 +154,7 @@ def test_a_newborn_that_cannot_be_written_is_the_scenes_fault_and_not_the_stream
         loop.commit_frame(moved, births)
 
 
-def test_a_frame_is_committed_after_the_one_that_it_was_started_from():
+def test_a_frame_is_committed_only_after_the_frame_it_started_from():
     loop, moved = _moved(_HEADER)
     loop.commit_frame(moved, None)
 
@@ -214,7 +214,7 @@ def _check_near(scene, exact, header):
     assert matches.any(axis=1).all()
 
 
-def test_a_frame_that_canonical_steps_cannot_hold_is_the_scenes_fault():
+def test_a_frame_out_of_range_of_canonical_steps_is_an_error_of_the_scene():
     header = StreamHeader(position_step=5000, translation_step=1, gaussians_per_anchor=1)
     loop = ClosedLoop(io.BytesIO(), header, (CAMERA,), {})
     gaussians = make_gaussians(header, 20)
@@ -236,7 +236,7 @@ def test_a_frame_that_canonical_steps_cannot_hold_is_the_scenes_fault():
 
 
 @pytest.mark.parametrize(("width", "fits"), [((1 << 20) - 1, True), (1 << 20, False)])
-def test_a_scene_that_is_too_wide_for_a_canonical_frame_is_the_scenes_fault(width, fits):
+def test_a_scene_too_large_for_a_canonical_frame_is_an_error_of_the_scene(width, fits):
     header = StreamHeader(position_step=2, sh_degree=0)
     positions = np.array([[0, 2 * width], [0, 0], [0, 0]], np.int32) - 1000
     rotations = np.array([[ROTATION_ONE] * 2, [0] * 2, [0] * 2, [0] * 2], np.int32)
@@ -249,7 +249,7 @@ def test_a_scene_that_is_too_wide_for_a_canonical_frame_is_the_scenes_fault(widt
 
 
 @given(st.integers(1, 14), st.integers(0, (1 << 32) - 1))
-def test_every_rotation_can_be_put_on_every_grid(bits, seed):
+def test_every_rotation_can_be_requantized_on_every_grid(bits, seed):
     rng = np.random.default_rng(seed)
     header = StreamHeader(rotation_bits=bits, sh_degree=0)
     quaternions = rng.normal(size=(4, 200)) * rng.choice([1, 1, 0.01, 0], (4, 200))
@@ -266,7 +266,7 @@ def test_every_rotation_can_be_put_on_every_grid(bits, seed):
     assert np.all(1 - dots <= 3 * (1 / (1 << bits)) ** 2 + 1e-6)
 
 
-def test_contexts_of_the_last_frame_are_used_where_they_save_bytes():
+def test_contexts_of_the_last_frame_are_used_if_they_save_bytes():
     def second_frame(symbols):
         loop = _loop()
         loop.commit_canonical(make_gaussians(_HEADER, 400), 0)

@@ -7,7 +7,7 @@ from quarc_ref.encoder.settings.frames import MotionSettings
 from tests.encoder.toys import make_capture
 
 
-def test_a_stream_says_what_it_is_made_from_and_by_what():
+def test_a_stream_names_its_source_and_encoder():
     metadata = describe_encode(make_capture(), EncoderConfig(), "cpu")
 
     assert metadata["capture"] == "toy"
@@ -16,7 +16,7 @@ def test_a_stream_says_what_it_is_made_from_and_by_what():
     assert "torch" in metadata["encoder"]
 
 
-def test_every_setting_is_said_that_is_not_the_default():
+def test_every_changed_setting_is_recorded():
     config = replace(EncoderConfig(seed=7), motion=MotionSettings(lr=0.25))
 
     assert describe_encode(make_capture(), EncoderConfig(), "cpu")["settings"] == ""

@@ -36,7 +36,7 @@ def find(folder, **options):
     return examine(folder, Examination(config=_DEMO, device="cpu", **options)).findings
 
 
-def test_an_honest_capture_has_no_findings(honest):
+def test_a_correct_capture_has_no_findings(honest):
     found = examine(honest, Examination(config=_DEMO, device="cpu"))
 
     assert found.findings == ()
@@ -54,7 +54,7 @@ def test_an_honest_variant_has_no_findings(tmp_path, variant):
     assert find(tmp_path / "room") == ()
 
 
-def test_an_honest_capture_of_one_moment_has_no_findings(honest):
+def test_a_correct_capture_of_one_moment_has_no_findings(honest):
     assert find(honest, opening=CaptureOptions(max_frames=1)) == ()
 
 
@@ -82,7 +82,7 @@ def test_a_planted_fault_is_named(folder, plant):
     assert not cameras or cameras[0] in finding.message
 
 
-def test_memory_and_disk_that_are_too_small_are_named(honest, monkeypatch):
+def test_insufficient_memory_and_disk_are_reported(honest, monkeypatch):
     monkeypatch.setattr(doctor, "measure_machine", lambda: Machine(1 << 20, 1 << 20))
     memory, disk = find(honest, quick=True)
 
@@ -90,13 +90,13 @@ def test_memory_and_disk_that_are_too_small_are_named(honest, monkeypatch):
     assert "0.0 GiB are free: use --downscale 2" in memory.message
 
 
-def test_a_quick_look_reads_the_first_frame_alone(folder):
+def test_a_quick_check_reads_only_the_first_frame(folder):
     damage_a_frame(folder)
 
     assert find(folder, quick=True) == ()
 
 
-def test_the_offset_that_is_named_is_the_one_that_mends_the_capture(folder):
+def test_the_reported_offset_repairs_the_capture(folder):
     start_late(folder)
     (finding,) = (each for each in find(folder) if each.kind == "out-of-sync")
     offsets = finding.message.split("write ")[1].split(" into")[0]

@@ -66,7 +66,7 @@ def _error(scene, capture) -> float:
     return float(np.mean(errors))
 
 
-def test_every_frame_is_there_and_near_to_its_own_pictures(stream):
+def test_every_frame_is_present_and_close_to_its_own_pictures(stream):
     capture = make_capture()
     scenes = list(decode(stream))
 
@@ -85,7 +85,7 @@ def test_another_seed_gives_another_stream(stream):
     assert _encode(replace(SMALL, seed=1)) != stream
 
 
-def test_births_join_and_as_many_die_in_the_next_frame(stream):
+def test_births_are_added_and_as_many_die_in_the_next_frame(stream):
     frames = inspect_stream(stream).frames
 
     assert any(frame.births for frame in frames)
@@ -94,11 +94,11 @@ def test_births_join_and_as_many_die_in_the_next_frame(stream):
     assert {frame.gaussians - frame.births for frame in frames} == {frames[0].gaussians}
 
 
-def test_only_as_many_frames_are_encoded_as_asked_for():
+def test_only_the_requested_number_of_frames_is_encoded():
     assert [scene.frame for scene in decode(_encode(frames=2))] == [0, 1]
 
 
-def test_what_trains_a_frame_is_what_the_decoder_has_of_the_one_before(monkeypatch):
+def test_a_frame_is_trained_from_the_decoders_previous_state(monkeypatch):
     sink, seeds = io.BytesIO(), []
     fit, measure, losses = encode_stream.fit_motion, encode_stream.measure_loss, []
     monkeypatch.setattr(
@@ -120,7 +120,7 @@ def test_what_trains_a_frame_is_what_the_decoder_has_of_the_one_before(monkeypat
         assert np.array_equal(before.motion, decoded.motion)
 
 
-def test_how_dear_bytes_are_follows_from_the_file_so_far(monkeypatch):
+def test_lambda_follows_from_the_file_so_far(monkeypatch):
     config = replace(SMALL, target_kb_per_frame=0.2, rd_lambda=3.0)
     sink, seen = io.BytesIO(), []
     fit, measure, losses = encode_stream.fit_motion, encode_stream.measure_loss, []
@@ -161,7 +161,7 @@ def test_the_mean_of_the_frames_meets_its_target(monkeypatch):
 
 
 @pytest.mark.parametrize("preset_part", ["paper rules", "no births", "degree 0"])
-def test_other_rules_encode_and_decode_too(preset_part):
+def test_other_settings_encode_and_decode_too(preset_part):
     changes = {
         "paper rules": replace(
             SMALL,
@@ -184,7 +184,7 @@ def test_other_rules_encode_and_decode_too(preset_part):
     assert sum(frame.coded_bytes["motion"] for frame in summary.frames) > 0
 
 
-def test_newborn_on_errors_join_and_only_the_faint_die_for_them():
+def test_births_at_errors_are_added_and_only_faint_gaussians_die_for_them():
     births = replace(SMALL.births, placement="errors", error_threshold=0.03, death_opacity=0.05)
 
     frames = inspect_stream(_encode(replace(SMALL, births=births))).frames
@@ -202,7 +202,7 @@ def _make_state():
 
 
 @given(st.integers(0, 60), st.floats(0, 1))
-def test_as_many_die_as_are_too_many_and_faint_enough(target, deaths_below):
+def test_only_surplus_and_faint_gaussians_die(target, deaths_below):
     state = _make_state()
 
     deaths = encode_stream.count_deaths(state, target, BirthSettings(death_opacity=deaths_below))
@@ -212,7 +212,7 @@ def test_as_many_die_as_are_too_many_and_faint_enough(target, deaths_below):
     assert deaths == min(max(0, state.scene.count - target), faint)
 
 
-def test_progress_is_told_of_every_stage():
+def test_progress_reports_every_stage():
     told = []
 
     class Notes:
@@ -226,7 +226,7 @@ def test_progress_is_told_of_every_stage():
 
 
 @pytest.mark.parametrize("frames", [0, 6])
-def test_frames_that_the_capture_does_not_have_are_rejected_before_training(frames):
+def test_missing_frames_of_the_capture_are_rejected_before_training(frames):
     class Nobody:
         def advance(self, *told):
             raise AssertionError(told)
@@ -237,7 +237,7 @@ def test_frames_that_the_capture_does_not_have_are_rejected_before_training(fram
     assert sink.getvalue() == b""
 
 
-def test_what_was_written_before_an_interruption_is_whole_frames(monkeypatch):
+def test_an_interrupted_stream_consists_of_complete_frames(monkeypatch):
     sink = io.BytesIO()
     start = ClosedLoop.start_frame
 
@@ -253,7 +253,7 @@ def test_what_was_written_before_an_interruption_is_whole_frames(monkeypatch):
     assert [state.scene.frame for state in _whole_frames(sink.getvalue())] == [0, 1, 2]
 
 
-def test_every_nth_frame_is_canonical_and_near_to_its_own_pictures():
+def test_every_nth_frame_is_canonical_and_close_to_its_own_pictures():
     capture = make_capture()
     config = replace(SMALL, canonical=replace(SMALL.canonical, keyframe_interval=2))
 

@@ -53,7 +53,7 @@ def guarded(tmp_path, monkeypatch) -> tuple[Path, list[_Guarded]]:
     return tmp_path, guards
 
 
-def test_no_held_out_picture_is_read_from_opening_to_the_end_of_the_stream(guarded):
+def test_held_out_pictures_are_never_read_during_an_encode(guarded):
     folder, guards = guarded
     capture = open_capture(folder, CaptureOptions(held_out=(_HELD_OUT,)))
     sink = io.BytesIO()
@@ -67,7 +67,7 @@ def test_no_held_out_picture_is_read_from_opening_to_the_end_of_the_stream(guard
     assert len(sink.getvalue()) > 1000
 
 
-def test_the_guard_sees_a_peek(guarded):
+def test_the_guard_detects_a_read(guarded):
     folder, _ = guarded
     capture = open_capture(folder, CaptureOptions(held_out=(_HELD_OUT,)))
 

@@ -22,7 +22,7 @@ _OPTIONS = EncodeOptions(_CONFIG, device="cpu")
 
 
 @given(st.integers(1, 500), st.data())
-def test_segments_are_all_frames_once_and_of_even_length(frame_count, data):
+def test_segments_cover_all_frames_once_in_even_lengths(frame_count, data):
     segment_count = data.draw(st.integers(1, frame_count))
     spans = split_frames(frame_count, segment_count)
 
@@ -39,7 +39,7 @@ def test_more_segments_than_frames_are_rejected(segment_count):
         split_frames(5, segment_count)
 
 
-def test_some_frames_of_a_capture_have_their_own_pictures():
+def test_a_segment_of_a_capture_has_its_own_pictures():
     capture = make_capture(5)
     part = slice_capture(capture, 2, 3)
 
@@ -63,7 +63,7 @@ def joined():
     return join_bytes(*parts)
 
 
-def test_a_joined_stream_is_known_again(joined, tmp_path):
+def test_a_joined_stream_is_recognized(joined, tmp_path):
     path = tmp_path / "a.quarc"
     path.write_bytes(joined)
 

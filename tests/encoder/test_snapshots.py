@@ -60,14 +60,14 @@ def _digests(data: bytes, start: int = 0, stop: int | None = None) -> list[str]:
     return [compute_digest(scene) for scene in decode(data, start, stop)]
 
 
-def test_a_stream_with_snapshots_is_decoded_as_it_was_written():
+def test_a_stream_with_snapshots_decodes_as_written():
     assert [c.kind for c in _CHUNKS].count(container.SNAP) == len(_SNAPSHOTS)
     assert _digests(_DATA) == _DIGESTS
 
 
 @pytest.mark.parametrize("frame", range(_FRAMES))
 @pytest.mark.parametrize("indexed", [True, False])
-def test_every_frame_is_come_to_by_one_canonical_frame_and_one_snapshot(frame, indexed):
+def test_every_frame_is_reached_through_one_canonical_frame_and_one_snapshot(frame, indexed):
     source = CountedSource(_DATA if indexed else _DATA[: _CHUNKS[-2].offset])
 
     scene = next(iter(decode(source, frame, frame + 1)))
@@ -85,7 +85,7 @@ def test_every_frame_is_come_to_by_one_canonical_frame_and_one_snapshot(frame, i
 
 @pytest.mark.parametrize("start", [0, _CANONICAL, *_SNAPSHOTS])
 @pytest.mark.parametrize("stop", [7, 12, None])
-def test_a_cut_begins_at_a_snapshot_too_and_keeps_every_digest(start, stop):
+def test_a_cut_can_start_at_a_snapshot_and_keeps_every_digest(start, stop):
     if stop is not None and stop <= start:
         return
 
@@ -102,7 +102,7 @@ def test_later_snapshots_of_a_cut_stay_snapshots():
 
 
 @pytest.mark.parametrize(("kind", "place"), [(container.CANO, 4), (container.SNAP, 8)])
-def test_a_cut_makes_no_room_for_more_gaussians_than_the_level_allows(kind, place):
+def test_a_cut_does_not_exceed_the_gaussians_of_its_level(kind, place):
     pieces = [(chunk.kind, bytearray(chunk.payload)) for chunk in _CHUNKS]
     payload = next(payload for each, payload in pieces if each == kind)
     payload[place : place + 4] = b"\xff" * 4  # gaussian_count, newborn_count
@@ -111,14 +111,14 @@ def test_a_cut_makes_no_room_for_more_gaussians_than_the_level_allows(kind, plac
         cut_bytes(rebuild_stream([(each, bytes(data)) for each, data in pieces]), 3, None)
 
 
-def test_parts_are_joined_to_the_whole():
+def test_parts_join_to_the_whole():
     parts = [cut_bytes(_DATA, 0, 6), cut_bytes(_DATA, 6, None)]
 
     assert _digests(join_bytes(*parts)) == _DIGESTS
 
 
 @pytest.mark.parametrize("number", range(3, len(_CHUNKS) - 2))
-def test_after_damage_decoding_goes_on_at_a_snapshot_whose_canonical_frame_is_there(number):
+def test_after_damage_decoding_resumes_at_a_snapshot_with_its_canonical_frame(number):
     damaged = bytearray(_DATA)
     damaged[_CHUNKS[number].offset + 25] ^= 1
 
@@ -132,7 +132,7 @@ def test_after_damage_decoding_goes_on_at_a_snapshot_whose_canonical_frame_is_th
     assert all(compute_digest(scene) == _DIGESTS[scene.frame] for scene in found)
 
 
-def test_snapshots_need_a_stream_that_has_them():
+def test_snapshots_need_a_header_that_allows_them():
     loop = ClosedLoop(io.BytesIO(), replace(_HEADER, snapshots=False), (CAMERA,), {})
     loop.commit_canonical(make_gaussians(_HEADER, 9), 0)
     start = loop.start_frame(0)
@@ -142,7 +142,7 @@ def test_snapshots_need_a_stream_that_has_them():
         loop.commit_as_snapshot(moved, None)
 
 
-def test_an_encode_with_snapshots_goes_on_to_the_same_bytes(tmp_path):
+def test_an_encode_with_snapshots_resumes_to_the_same_bytes(tmp_path):
     canonical = replace(SMALL.canonical, iterations=30, keyframe_interval=4, snapshot_interval=2)
     options = EncodeOptions(replace(SMALL, canonical=canonical), 7, "cpu")
     encode_file(make_capture(7), tmp_path / "a.quarc", options)
@@ -158,14 +158,14 @@ def test_an_encode_with_snapshots_goes_on_to_the_same_bytes(tmp_path):
         assert (tmp_path / "a.quarc").read_bytes() == whole
 
 
-def test_snapshots_are_in_the_header_if_they_are_asked_for():
+def test_snapshots_are_declared_in_the_header_on_request():
     plain = make_header(SMALL, 30.0, 9)
     asked = replace(SMALL, canonical=replace(SMALL.canonical, snapshot_interval=30))
 
     assert (plain.snapshots, make_header(asked, 30.0, 9).snapshots) == (False, True)
 
 
-def test_what_a_frame_is_to_be_is_said_once():
+def test_the_kind_of_a_frame_is_given_once():
     settings = CanonicalSettings(keyframe_interval=6, snapshot_interval=2)
 
     kinds = [settings.kind_due(frame) for frame in range(8)]

@@ -19,7 +19,7 @@ class _Ticks:
         return self.now
 
 
-def test_seconds_go_to_the_stage_that_ends_and_to_what_is_between_two():
+def test_seconds_between_two_stages_count_for_the_next():
     clock = _Ticks()
     timer = StageTimer(clock=clock)
     steps = [
@@ -36,7 +36,7 @@ def test_seconds_go_to_the_stage_that_ends_and_to_what_is_between_two():
     }  # fmt: skip
 
 
-def test_another_is_told_and_its_seconds_do_not_count():
+def test_seconds_of_another_timer_are_excluded():
     clock, told = _Ticks(), []
 
     class Slow:
@@ -54,7 +54,7 @@ def test_another_is_told_and_its_seconds_do_not_count():
     assert told == [("motion", 1, 2), ("motion", 2, 2)]
 
 
-def test_what_others_do_in_between_is_left_out():
+def test_time_of_other_work_in_between_is_excluded():
     clock = _Ticks()
     timer = StageTimer(clock=clock)
     clock.now += 1
@@ -67,7 +67,7 @@ def test_what_others_do_in_between_is_left_out():
     assert timer.seconds == {"frames": 1, "anchors": 2}
 
 
-def test_an_encode_has_all_stages_and_no_others():
+def test_an_encode_times_all_stages_and_no_others():
     timer = StageTimer()
     begun = timer._clock()
     encode(make_capture(2), io.BytesIO(), EncodeOptions(SMALL, device="cpu", progress=timer))

@@ -43,7 +43,7 @@ def _propose(factor: float = 1.0, settings: StepSettings = _ASKED) -> StreamHead
     return propose_steps(StreamHeader(), settings, *_scaled(factor), _PICTURES)
 
 
-def test_a_pixel_is_as_wide_as_the_median_point_is_far_over_the_focal_length():
+def test_a_pixel_is_as_wide_as_the_median_depth_over_the_focal_length():
     camera = replace(make_cameras()[0], rotation=(1.0, 0, 0, 0, 1, 0, 0, 0, 1))
     depths = np.array([1.0, 2, 3, -3, 2])
     positions = np.stack([[0, 0, 0, 0, 9], np.zeros(5), depths - 3], axis=1)
@@ -52,14 +52,14 @@ def test_a_pixel_is_as_wide_as_the_median_point_is_far_over_the_focal_length():
     assert measure_pixel([camera], points) == pytest.approx(2 / 50)
 
 
-def test_a_picture_is_as_sharp_as_it_changes_from_pixel_to_pixel():
+def test_sharpness_is_the_change_from_pixel_to_pixel():
     across = 2 / 255 * (38 * 57) / (38 * 57 + 37 * 58)  # and nothing downward
 
     assert measure_sharpness([_fade(2 / 255)]) == pytest.approx(across)
     assert measure_sharpness([_fade(2 / 255), _fade(0.0)]) == pytest.approx(across / 2)
 
 
-def test_noise_makes_pictures_hardly_sharper():
+def test_noise_hardly_increases_sharpness():
     rng = np.random.default_rng(1)
     truth = _fade(4 / 255).astype(np.float64)
     noisy = np.clip(np.round(truth + rng.normal(0, 2, truth.shape)), 0, 255).astype(np.uint8)
@@ -68,7 +68,7 @@ def test_noise_makes_pictures_hardly_sharper():
     assert measure_sharpness([noisy]) - measure_sharpness([_fade(4 / 255)]) < plain / 5
 
 
-def test_steps_are_the_pixels_and_the_change_of_pictures_asked_for():
+def test_steps_match_the_requested_pixels_and_change_of_pictures():
     pixel = measure_pixel(*_TOY)
     shift = 0.002 / measure_sharpness(_PICTURES)
 
@@ -79,21 +79,21 @@ def test_steps_are_the_pixels_and_the_change_of_pictures_asked_for():
     assert 8 <= header.position_step <= 16
 
 
-def test_a_step_is_a_pixel_at_most_however_little_there_is_to_see():
+def test_a_step_is_at_most_a_pixel_even_without_texture():
     for flat in ([_fade(0.0)], [_fade(0.5, (3, 3))], []):
         header = propose_steps(StreamHeader(), _ASKED, *_TOY, flat)
 
         assert translation_step(header) == pytest.approx(measure_pixel(*_TOY), rel=1 / 16)
 
 
-def test_a_capture_in_units_of_an_eighth_differs_in_the_lattice_exponent_alone():
+def test_a_capture_in_units_of_an_eighth_differs_only_in_the_lattice_exponent():
     header, larger = _propose(), _propose(8.0)
 
     assert larger == replace(header, lattice_exponent=header.lattice_exponent - 3)
 
 
 @given(st.floats(1e-2, 1e3))
-def test_steps_in_pixels_do_not_hang_on_the_unit_of_length(factor):
+def test_steps_in_pixels_do_not_depend_on_the_unit_of_length(factor):
     header, other = _propose(), _propose(factor)
 
     assert position_step(other) == pytest.approx(factor * position_step(header), rel=1 / 7)
@@ -101,7 +101,7 @@ def test_steps_in_pixels_do_not_hang_on_the_unit_of_length(factor):
 
 
 @given(st.floats(1e-4, 1.0))
-def test_the_lattice_reaches_beyond_the_cameras_and_the_points(pixels):
+def test_the_lattice_extends_beyond_the_cameras_and_the_points(pixels):
     cameras, points = _TOY
     far = Points(np.concatenate([points.positions, [[9e3, 0, 0]]]), points.colors)
 
@@ -110,18 +110,18 @@ def test_the_lattice_reaches_beyond_the_cameras_and_the_points(pixels):
     assert 4 * 9e3 * 2.0**header.lattice_exponent <= POSITION_LIMIT
 
 
-def test_without_pixels_the_steps_of_the_stream_stand():
+def test_without_pixels_the_steps_of_the_stream_are_used():
     assert _propose(settings=StepSettings()) == StreamHeader()
 
 
-def test_one_step_can_stand_in_world_units_while_the_other_is_in_pixels():
+def test_one_step_can_be_in_world_units_and_the_other_in_pixels():
     header = _propose(settings=StepSettings(position_pixels=0.25))
 
     assert translation_step(header) == pytest.approx(translation_step(StreamHeader()), rel=1 / 16)
     assert position_step(header) == pytest.approx(position_step(_propose()), rel=1 / 16)
 
 
-def test_points_that_no_view_sees_give_no_steps():
+def test_points_outside_all_views_give_no_steps():
     cameras, points = _TOY
     behind = Points(points.positions + np.float32(1e3), points.colors)
 
@@ -140,7 +140,7 @@ def test_the_stream_of_an_encode_has_the_steps_of_its_training_views():
     assert suited.stream == proposed != StreamHeader()
 
 
-def test_a_part_of_a_capture_has_the_steps_of_the_whole():
+def test_a_segment_of_a_capture_has_the_steps_of_the_whole():
     capture = make_capture()
     config = EncoderConfig(steps=_ASKED)
 

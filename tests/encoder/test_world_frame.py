@@ -9,16 +9,16 @@ from quarc_ref.format.records import StreamHeader
     ("up", "axis"),
     [((1, 0, 0), 1), ((0, -1, 0), 4), ((0, 0, 2), 5), ((0.001, -1, 0), 4), ((0, 0.5, 1), 0)],
 )
-def test_up_is_named_where_it_is_an_axis(up, axis):
+def test_an_up_axis_is_named_in_the_header(up, axis):
     assert name_up_axis(CaptureNotes(up=up)) == axis
 
 
-def test_a_direction_between_axes_is_metadata():
+def test_an_up_direction_between_axes_is_metadata():
     assert describe_up(CaptureNotes(up=(0, 3, 4))) == {"up": "0.000000 0.600000 0.800000"}
     assert describe_up(CaptureNotes(up=(0, -1, 0))) == describe_up(CaptureNotes()) == {}
 
 
-def test_the_header_says_what_the_notes_know():
+def test_the_header_states_what_the_notes_know():
     known = set_world_frame(StreamHeader(), CaptureNotes(up=(0, -1, 0), meters_per_unit=0.1))
 
     assert known.up_axis == 4

@@ -18,7 +18,7 @@ def _measure(group, scenes):
     return [group.measure(*scene) for scene in scenes]
 
 
-def test_each_camera_is_measured_before_a_background_of_its_own(capture, scenes):
+def test_each_camera_is_measured_against_its_own_background(capture, scenes):
     group = CameraGroup(capture, capture.cameras, (1, 3))
     seen = _measure(group, scenes)
 
@@ -30,7 +30,7 @@ def test_each_camera_is_measured_before_a_background_of_its_own(capture, scenes)
         assert np.array_equal(seen[2][place].image, pictures[2])
 
 
-def test_training_cameras_are_measured_as_well_with_another_correction(capture, scenes):
+def test_training_cameras_can_be_measured_too_with_another_correction(capture, scenes):
     group = CameraGroup(capture, capture.cameras, capture.training, GAIN)
     _measure(group, scenes)
 

@@ -45,7 +45,7 @@ def test_an_error_in_the_moving_region_is_seen_there_and_not_in_the_static_one()
     assert figures["moving_psnr"] < figures["psnr"] < figures["static_psnr"]
 
 
-def test_what_does_not_move_has_no_figure_of_the_moving_region():
+def test_a_static_scene_has_no_figure_of_the_moving_region():
     figures = _measure({0: _film()[0] + 5.0})
 
     assert figures["moving_psnr"] is figures["moving_cc_psnr"] is None
@@ -63,7 +63,7 @@ def test_without_a_background_there_are_no_regions():
     }  # fmt: skip
 
 
-def test_another_exposure_is_corrected_for_in_both_regions():
+def test_another_exposure_is_corrected_in_both_regions():
     figures = _measure({4: 0.8 * _film()[4]})
 
     assert figures["psnr"] < 25
@@ -80,7 +80,7 @@ def test_figures_after_a_correction_have_its_name():
     assert "cc_psnr" not in figures
 
 
-def test_flicker_is_how_much_the_static_region_changes_from_frame_to_frame():
+def test_flicker_is_the_change_of_the_static_region_between_frames():
     first, last = (picture.astype(float) for picture in _film()[3:])
     last += 3.0
     last[_SQUARE] = 0
@@ -94,6 +94,6 @@ def test_the_first_frame_does_not_flicker():
     assert _measure({4: _film()[4]})["flicker"] is None
 
 
-def test_every_figure_says_how_it_is_measured():
+def test_every_figure_states_its_metric():
     for name, told in (("cc", "cc_*"), ("moving", "static_*"), ("flicker", "truth_flicker")):
         assert told in VARIANTS[name]

@@ -21,7 +21,7 @@ def _truth(seed=0, size=(12, 16)):
     mix=st.floats(-0.08, 0.08),
     offset=st.floats(-0.03, 0.03),
 )
-def test_a_truth_of_other_exposure_and_colors_is_corrected_perfectly(seed, gains, mix, offset):
+def test_a_truth_with_other_exposure_and_colors_is_corrected_perfectly(seed, gains, mix, offset):
     truth = _truth(seed)
     film = np.diag(gains) + mix * (1 - np.eye(3))
     picture = np.clip(truth @ film + offset, 0, 1).astype(np.float32)
@@ -30,7 +30,7 @@ def test_a_truth_of_other_exposure_and_colors_is_corrected_perfectly(seed, gains
 
 
 @given(gains=st.lists(st.floats(0.5, 1.2), min_size=3, max_size=3))
-def test_a_truth_of_other_exposure_is_corrected_perfectly_by_gains(gains):
+def test_a_truth_with_other_exposure_is_corrected_perfectly_by_gains(gains):
     truth = _truth()
     picture = (truth * gains).astype(np.float32)
 
@@ -51,7 +51,7 @@ def test_no_correction_makes_a_picture_worse(correct, picture, truth):
 
 
 @CORRECTIONS
-def test_what_is_missing_stays_missing(correct):
+def test_missing_values_stay_missing(correct):
     truth = _truth()
     blurred = np.full_like(truth, 0.5)
     blurred[::2] = 0.4
@@ -60,7 +60,7 @@ def test_what_is_missing_stays_missing(correct):
 
 
 @CORRECTIONS
-def test_a_black_picture_is_corrected_without_a_fault(correct):
+def test_a_black_picture_is_corrected_without_error(correct):
     assert np.isfinite(correct(np.zeros_like(_truth()), _truth())).all()
 
 

@@ -46,11 +46,11 @@ def test_the_first_middle_and_last_frame_of_the_first_held_out_camera_are_shown(
         assert view.decoded.max() <= 1
 
 
-def test_what_is_summed_up_is_the_stream_itself(evaluation, stream):
+def test_the_summary_is_of_the_stream_itself(evaluation, stream):
     assert evaluation.summary == inspect_stream(stream)
 
 
-def test_json_has_a_number_to_each_frame_and_their_means(evaluation):
+def test_json_has_a_number_for_each_frame_and_their_means(evaluation):
     printed = evaluation.quality.as_json()
 
     assert printed["psnr_per_frame"] == list(evaluation.quality.psnr)
@@ -59,7 +59,7 @@ def test_json_has_a_number_to_each_frame_and_their_means(evaluation):
     assert len(printed["ssim_per_frame"]) == 4
 
 
-def test_both_passes_are_noted(stream, folder):
+def test_both_passes_report_progress(stream, folder):
     told = []
     evaluate_stream(stream, folder, lambda *note: told.append(note))
 
@@ -67,7 +67,7 @@ def test_both_passes_are_noted(stream, folder):
     assert told == stages
 
 
-def test_a_stream_is_measured_at_the_size_it_was_made_at(folder):
+def test_a_stream_is_measured_at_its_own_resolution(folder):
     half = open_capture(folder, CaptureOptions(downscale=2))
     evaluation = evaluate_stream(write_stream(half.cameras, 2), folder, ignore)
 
@@ -75,7 +75,7 @@ def test_a_stream_is_measured_at_the_size_it_was_made_at(folder):
     assert evaluation.shown[0].truth == pytest.approx(half.image(0, 0) / 255, abs=1e-6)
 
 
-def test_the_cameras_are_the_stream_s_own(capture, folder):
+def test_the_cameras_of_the_stream_are_used(capture, folder):
     moved = [replace(camera, translation=(50.0, 0.0, 4.0)) for camera in capture.cameras]
     evaluation = evaluate_stream(write_stream(moved, 1), folder, ignore)
 
@@ -107,7 +107,7 @@ def _held_in(camera):
         (lambda cameras: [replace(camera, width=1) for camera in cameras], 2, "downscaled by 48"),
     ],
 )
-def test_what_does_not_belong_together_is_rejected(change, frames, said, folder):
+def test_streams_and_captures_that_do_not_match_are_rejected(change, frames, said, folder):
     data = write_stream(change(open_capture(folder).cameras), frames)
 
     with pytest.raises(MismatchError, match=said):

@@ -37,7 +37,7 @@ def _picture(seed=0, size=(24, 32)):
     return np.random.default_rng(seed).uniform(0, 1, (*size, 3)).astype(np.float32)
 
 
-def test_equal_pictures_are_at_no_distance_and_worse_ones_farther_off(lpips):
+def test_equal_pictures_have_distance_zero_and_worse_ones_more(lpips):
     truth = _picture()
     near, far = (truth + amount * (_picture(1) - truth) for amount in (0.1, 0.6))
 
@@ -53,7 +53,7 @@ def test_the_variant_names_network_range_and_weights(lpips, weights, tmp_path):
     assert Lpips(tmp_path / "others.pth").variant != lpips.variant
 
 
-def test_files_that_are_no_weights_are_rejected_by_name(weights, tmp_path):
+def test_files_that_are_not_weights_are_rejected_by_name(weights, tmp_path):
     (tmp_path / "text.pth").write_text("no weights")
     torch.save({name: weights[name] for name in list(weights)[:-1]}, tmp_path / "part.pth")
 
@@ -65,6 +65,6 @@ def test_files_that_are_no_weights_are_rejected_by_name(weights, tmp_path):
         Lpips(tmp_path / "part.pth")
 
 
-def test_pictures_that_the_network_would_shrink_to_nothing_are_rejected(lpips):
+def test_pictures_too_small_for_the_network_are_rejected(lpips):
     with pytest.raises(ValueError, match="16 pixels"):
         lpips.measure(_picture(size=(15, 40)), _picture(size=(15, 40)))

@@ -42,7 +42,7 @@ def _ssim_of_scikit_image(picture, truth):
 
 
 @pytest.mark.parametrize("size", _SIZES)
-def test_psnr_is_that_of_scikit_image(size):
+def test_psnr_equals_that_of_scikit_image(size):
     picture, truth = _pictures(size)
     theirs = peak_signal_noise_ratio(
         truth.astype(np.float64), picture.astype(np.float64), data_range=1.0
@@ -53,7 +53,7 @@ def test_psnr_is_that_of_scikit_image(size):
 
 @pytest.mark.parametrize("size", _SIZES)
 @pytest.mark.parametrize("noise", [0.02, 0.3])
-def test_ssim_is_that_of_scikit_image_with_zeros_around(size, noise):
+def test_ssim_equals_that_of_scikit_image_with_zero_padding(size, noise):
     picture, truth = _pictures(size, noise=noise)
 
     # Ours sums in binary32: 121 products of numbers up to 1.
@@ -61,7 +61,7 @@ def test_ssim_is_that_of_scikit_image_with_zeros_around(size, noise):
     assert measure_ssim(picture, truth) == pytest.approx(wanted, abs=1e-5)
 
 
-def test_a_picture_has_the_greatest_psnr_to_itself():
+def test_equal_pictures_have_the_maximum_psnr():
     picture, _ = _pictures((24, 24))
 
     assert measure_psnr(picture, picture) == MOST_DECIBELS
@@ -70,7 +70,7 @@ def test_a_picture_has_the_greatest_psnr_to_itself():
 
 
 @given(st.integers(1, 255))
-def test_an_error_of_the_same_size_everywhere_has_its_own_psnr(levels):
+def test_a_constant_error_has_its_known_psnr(levels):
     truth = np.zeros((4, 5, 3), dtype=np.float32)
     picture = truth + np.float32(levels / 255)
 
@@ -78,7 +78,7 @@ def test_an_error_of_the_same_size_everywhere_has_its_own_psnr(levels):
 
 
 @given(st.integers(0, 1 << 30))
-def test_which_of_two_pictures_is_the_truth_makes_no_difference(seed):
+def test_metrics_are_symmetric(seed):
     first, second = _pictures((13, 17), seed)
 
     assert measure_psnr(first, second) == measure_psnr(second, first)
@@ -94,7 +94,7 @@ def test_more_noise_is_farther_from_the_truth():
         assert values == sorted(values, reverse=True)
 
 
-def test_pictures_are_left_as_they_are():
+def test_pictures_are_not_modified():
     picture, truth = _pictures((12, 12))
     before = picture.copy(), truth.copy()
     measure_psnr(picture, truth)

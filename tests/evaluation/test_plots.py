@@ -18,14 +18,14 @@ def _read(png):
 
 
 @given(arrays(np.uint8, (3, 5, 3)))
-def test_a_picture_comes_back_as_it_was(levels):
+def test_a_picture_survives_a_round_trip(levels):
     picture = levels.astype(np.float32) / np.float32(255)
 
     assert np.array_equal(np.round(_read(encode_picture(picture)) * 255), levels)
 
 
 @given(st.floats(-1, 2, width=32))
-def test_a_number_is_written_as_the_nearest_level(number):
+def test_a_value_is_rounded_to_the_nearest_level(number):
     picture = np.full((1, 1, 3), number, dtype=np.float32)
 
     written = _read(encode_picture(picture))[0, 0, 0]
@@ -33,7 +33,7 @@ def test_a_number_is_written_as_the_nearest_level(number):
 
 
 @pytest.mark.parametrize("frame_count", [1, 2, 5])
-def test_plots_are_pictures_of_the_stream_at_any_length(frame_count):
+def test_streams_of_any_length_can_be_plotted(frame_count):
     data, _ = make_stream(frame_count=frame_count)
     summary = inspect_stream(data)
 
@@ -46,7 +46,7 @@ def test_plots_are_pictures_of_the_stream_at_any_length(frame_count):
         assert np.unique((255 * picture).astype(np.int64) @ (1, 256, 65536)).size > 10
 
 
-def test_other_numbers_make_another_plot():
+def test_other_values_give_another_plot():
     summary = inspect_stream(make_stream()[0])
 
     assert plot_frames(summary, Curve(range(4), [30, 31, 32, 33])) != plot_frames(
@@ -60,7 +60,7 @@ def test_a_frame_without_any_error_can_be_plotted():
     assert _read(plot_frames(summary, Curve(range(4), [30, math.inf, 32, 33]))).size > 0
 
 
-def test_the_scatter_of_seeds_is_shown_also_where_a_group_has_no_number():
+def test_the_scatter_of_seeds_is_shown_even_if_a_group_has_no_number():
     panels = {"dB": {"a": [30.0, 31.0], "b": [29.0]}, "moving": {"a": [20.0, 20.5], "b": []}}
     wider = {"dB": {"a": [28.0, 33.0], "b": [29.0]}, "moving": panels["moving"]}
 

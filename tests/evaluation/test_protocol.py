@@ -17,7 +17,7 @@ def protocol(evaluation):
     return evaluation.protocol.as_json()
 
 
-def test_it_tells_all_that_a_figure_hangs_on(protocol, capture):
+def test_the_protocol_lists_everything_that_affects_a_figure(protocol, capture):
     assert protocol["fingerprint"] == capture.fingerprint
     assert protocol["cameras"] == {"training": ["cam00", "cam03"], "held_out": ["cam01", "cam04"]}
     assert protocol["resolution"] == [48, 32]
@@ -28,17 +28,17 @@ def test_it_tells_all_that_a_figure_hangs_on(protocol, capture):
     assert "mean of the frames" in protocol["metrics"]["psnr"]
 
 
-def test_versions_are_those_that_are_installed(protocol):
+def test_the_versions_are_those_installed(protocol):
     for package in ("numpy", "numba", "torch"):
         assert protocol["versions"][package] == version(package)
     assert protocol["versions"]["format"] == "1.1"
 
 
-def test_it_is_json(protocol):
+def test_the_protocol_is_json(protocol):
     assert json.loads(json.dumps(protocol)) == protocol
 
 
-def test_a_stream_that_names_its_capture_is_held_against_it(folder, capture):
+def test_the_capture_that_a_stream_names_is_compared(folder, capture):
     data = write_stream(capture.cameras, 1, {"fingerprint": capture.fingerprint})
     measured = evaluate_stream(data, folder, ignore).protocol
 
@@ -47,7 +47,7 @@ def test_a_stream_that_names_its_capture_is_held_against_it(folder, capture):
     assert measured.same_capture is True
 
 
-def test_a_stream_of_another_capture_is_measured_only_if_asked_for(folder, capture):
+def test_a_stream_of_another_capture_is_measured_only_on_request(folder, capture):
     data = write_stream(capture.cameras, 1, {"fingerprint": "f" * 64})
 
     with pytest.raises(OtherCaptureError, match="another capture") as rejected:
@@ -62,14 +62,14 @@ def test_a_stream_of_another_capture_is_measured_only_if_asked_for(folder, captu
     assert measured.same_capture is False
 
 
-def test_a_stream_that_names_none_is_told_to(capture):
+def test_a_stream_that_names_no_capture_is_reported(capture):
     protocol = describe_protocol(capture, capture.cameras, 4, 0, None)
 
     assert protocol.as_lines()["encoded from"] == "unknown: the stream has no fingerprint"
     assert protocol.same_capture is None
 
 
-def test_the_page_shows_it(evaluation, capture, tmp_path):
+def test_the_page_shows_the_protocol(evaluation, capture, tmp_path):
     with written_folder(tmp_path / "report") as made:
         page = write_report(evaluation, made).read_text("utf-8")
 

@@ -17,14 +17,14 @@ def _figures(**changes):
 
 
 @given(values=st.lists(_VALUES, min_size=1, max_size=9))
-def test_a_mean_is_over_those_that_have_the_figure(values):
+def test_a_mean_includes_only_cameras_with_the_figure(values):
     (mean,) = average({"x": value} for value in values).values()
     found = [value for value in values if value is not None]
 
     assert mean == (pytest.approx(fmean(found)) if found else None)
 
 
-def test_each_camera_counts_alike_however_many_of_its_frames_have_the_figure():
+def test_cameras_have_equal_weight_for_any_number_of_frames():
     moving = {"a": (20.0, 22.0), "b": (None, 30.0), "c": (None, None)}
     quality = Quality({
         camera: [_figures(moving_psnr=value) for value in values]
@@ -36,7 +36,7 @@ def test_each_camera_counts_alike_however_many_of_its_frames_have_the_figure():
     assert quality.mean()["moving_psnr"] == pytest.approx(25.5)
 
 
-def test_per_frame_there_is_the_mean_over_the_cameras():
+def test_per_frame_figures_are_means_over_the_cameras():
     quality = Quality({
         "a": [_figures(psnr=30.0), _figures(psnr=28.0)],
         "b": [_figures(psnr=20.0), _figures(psnr=24.0)],
@@ -59,7 +59,7 @@ def test_json_has_means_and_every_frame():
     assert printed["metrics"] == VARIANTS
 
 
-def test_a_table_has_a_line_to_each_camera_and_one_to_the_mean():
+def test_a_table_has_a_line_for_each_camera_and_one_for_the_mean():
     lines = Quality({
         "a": [_figures(psnr=30.0, moving_psnr=None)],
         "b": [_figures(psnr=31.0, moving_psnr=None)],

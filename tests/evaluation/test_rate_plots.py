@@ -15,7 +15,7 @@ def _colors(png):
     return np.unique((255 * picture).astype(np.int64) @ (1, 256, 65536)).size
 
 
-def test_coders_and_points_make_pictures():
+def test_coders_and_points_are_plotted():
     assert _colors(plot_coders(PANELS)) > 10
     assert _colors(plot_rate_distortion(POINTS, HULL)) > 10
 
@@ -24,7 +24,7 @@ def test_a_default_alone_can_be_plotted():
     assert _colors(plot_rate_distortion(POINTS[:1], [POINTS[0][:2]])) > 10
 
 
-def test_other_sizes_make_another_plot():
+def test_other_sizes_give_another_plot():
     panels = {**PANELS, "births, KB": {"file": 0.6}}
 
     assert plot_coders(panels) != plot_coders(PANELS)
@@ -36,7 +36,7 @@ def test_the_default_is_marked():
     assert plot_rate_distortion(turned, HULL) != plot_rate_distortion(POINTS, HULL)
 
 
-def test_curves_in_panels_over_one_axis():
+def test_panels_share_one_axis():
     panels = {
         "dB": {"gate": Curve([0, 1, 2], [30, 31, 30.5]), "no gate": Curve([0, 1], [30, 32])},
         "births": {"gate": Curve([0, 1, 2], [0, 5, 9])},

@@ -19,7 +19,7 @@ def _film(frame_count, step=6, side=4):
 
 
 @given(count=st.integers(1, 500))
-def test_the_frames_of_the_median_are_few_and_spread_from_end_to_end(count):
+def test_the_frames_of_the_median_are_few_and_spread_over_the_capture(count):
     frames = choose_frames(count)
     gaps = np.diff(frames)
 
@@ -30,7 +30,7 @@ def test_the_frames_of_the_median_are_few_and_spread_from_end_to_end(count):
 
 
 @given(picture=PICTURES, count=st.integers(3, 9))
-def test_a_still_capture_has_no_moving_region(picture, count):
+def test_a_static_capture_has_no_moving_region(picture, count):
     background = find_background([picture] * count)
 
     assert not find_moving(picture, background).any()
@@ -40,7 +40,7 @@ def test_a_still_capture_has_no_moving_region(picture, count):
     picture=arrays(np.uint8, (6, 7, 3), elements=st.integers(8, 247)),
     noise=arrays(np.int8, (6, 7, 3), elements=st.integers(-7, 7)),
 )
-def test_noise_does_not_move(picture, noise):
+def test_noise_is_not_motion(picture, noise):
     noisy = (picture + noise).astype(np.uint8)
     background = find_background([picture, noisy, picture])
 
@@ -48,7 +48,7 @@ def test_noise_does_not_move(picture, noise):
 
 
 @pytest.mark.parametrize("frame", range(6))
-def test_a_square_that_moves_is_found_with_a_margin_of_two_pixels(frame):
+def test_a_moving_square_is_found_with_a_margin_of_two_pixels(frame):
     pictures, places = _film(6)
     moving = find_moving(pictures[frame], find_background(pictures))
 
@@ -59,7 +59,7 @@ def test_a_square_that_moves_is_found_with_a_margin_of_two_pixels(frame):
 
 
 @pytest.mark.parametrize(("levels", "moves"), [(15, False), (16, True)])
-def test_more_than_fifteen_levels_in_one_color_move(levels, moves):
+def test_more_than_fifteen_levels_in_one_color_are_motion(levels, moves):
     wall = np.full((5, 5, 3), 100, dtype=np.uint8)
     changed = wall.copy()
     changed[2, 2, 1] += levels
@@ -70,5 +70,5 @@ def test_more_than_fifteen_levels_in_one_color_move(levels, moves):
 
 
 @pytest.mark.parametrize("count", [1, 2])
-def test_fewer_than_three_frames_do_not_tell_what_moves(count):
+def test_fewer_than_three_frames_give_no_moving_region(count):
     assert find_background(list(_film(count)[0])) is None

@@ -65,7 +65,7 @@ def _read(png):
     return np.round(matplotlib.image.imread(io.BytesIO(png))[..., :3] * 255)
 
 
-def test_the_page_needs_nothing_but_itself(report, page):
+def test_the_page_is_self_contained(report, page):
     text = (report / "index.html").read_text("utf-8")
 
     assert page.references == []
@@ -79,7 +79,7 @@ def test_the_page_needs_nothing_but_itself(report, page):
     assert page.open == []
 
 
-def test_the_pictures_in_the_page_are_the_files_beside_it(report, page):
+def test_the_pictures_in_the_page_equal_the_files_next_to_it(report, page):
     embedded = {base64.b64decode(source.removeprefix(_PNG)) for source in page.sources}
     files = {path.name: path.read_bytes() for path in report.glob("*.png")}
 
@@ -119,12 +119,12 @@ def test_the_figures_are_those_of_the_evaluation(page, evaluation):
     assert "motion.lr=0.1" in text
 
 
-def test_what_a_stream_says_of_itself_is_text_and_no_markup(page):
+def test_text_from_a_stream_is_escaped(page):
     assert "b" not in page.tags
     assert "<b>plane</b>: 4 frames" in page.text()
 
 
-def test_a_camera_s_name_leads_to_no_other_folder(evaluation, tmp_path):
+def test_a_camera_name_cannot_lead_to_another_folder(evaluation, tmp_path):
     shown = tuple(replace(view, camera="../../up\\<i>") for view in evaluation.shown)
     odd = replace(evaluation, shown=shown)
     (tmp_path / "a").mkdir()
@@ -136,7 +136,7 @@ def test_a_camera_s_name_leads_to_no_other_folder(evaluation, tmp_path):
     assert "i" not in _Page(page.read_text("utf-8")).tags
 
 
-def test_a_report_takes_the_place_of_an_older_one(report, evaluation, tmp_path):
+def test_a_report_replaces_an_older_one(report, evaluation, tmp_path):
     folder = tmp_path / "report"
     _write(evaluation, folder)
     (folder / "index.html").write_text("old")
@@ -147,7 +147,7 @@ def test_a_report_takes_the_place_of_an_older_one(report, evaluation, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["report"]
 
 
-def test_the_page_has_a_line_to_each_held_out_camera_and_to_their_mean(page, evaluation):
+def test_the_page_has_a_line_for_each_held_out_camera_and_for_their_mean(page, evaluation):
     text = page.text()
 
     for cells in evaluation.quality.as_rows():

@@ -23,7 +23,7 @@ def _read(data):
         return {name: archive[name] for name in archive.files}
 
 
-def test_the_integer_state_is_there_as_it_is(frame):
+def test_the_integer_state_is_exported_unchanged(frame):
     scene, splats = frame
     arrays = _read(build_npz(scene, splats))
 
@@ -32,7 +32,7 @@ def test_the_integer_state_is_there_as_it_is(frame):
         assert arrays[name].dtype == (np.int64 if field == "ids" else np.int32)
 
 
-def test_the_floats_are_there_to_the_last_bit(frame):
+def test_the_floats_are_exported_exactly(frame):
     scene, splats = frame
     arrays = _read(build_npz(scene, splats))
 
@@ -42,7 +42,7 @@ def test_the_floats_are_there_to_the_last_bit(frame):
         assert arrays[name].tobytes() == getattr(splats, name).tobytes()
 
 
-def test_nothing_else_is_there(frame):
+def test_nothing_else_is_exported(frame):
     assert _read(build_npz(*frame)).keys() == {*_STATE.values(), *_FLOATS}
 
 
@@ -52,6 +52,6 @@ def test_arrays_are_stored_uncompressed(frame):
         assert {entry.compress_type for entry in archive.infolist()} == {zipfile.ZIP_STORED}
 
 
-def test_the_archive_does_not_depend_on_when_it_was_made(frame):
+def test_the_archive_does_not_depend_on_the_time_of_writing(frame):
     with zipfile.ZipFile(io.BytesIO(build_npz(*frame))) as archive:
         assert {entry.date_time for entry in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}

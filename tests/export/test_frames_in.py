@@ -36,7 +36,7 @@ def write_folder(folder, clip, frames, kind):
         (folder / f"f{number}.{kind}").write_bytes(row.builder()(frame, clip))
 
 
-def test_a_folder_of_ply_is_read_in_the_order_of_its_numbers(clip_and_frames, tmp_path):
+def test_a_folder_of_ply_is_read_in_numeric_order(clip_and_frames, tmp_path):
     clip, frames = clip_and_frames
     write_folder(tmp_path / "in", clip, [frames[number % 4] for number in range(12)], "ply")
     found = open_frames(tmp_path / "in")
@@ -49,7 +49,7 @@ def test_a_folder_of_ply_is_read_in_the_order_of_its_numbers(clip_and_frames, tm
         assert np.array_equal(splats.sh, frames[number % 4].splats.sh)
 
 
-def test_a_sidecar_tells_rate_axes_and_cameras(clip_and_frames, tmp_path):
+def test_a_sidecar_gives_rate_axes_and_cameras(clip_and_frames, tmp_path):
     clip, frames = clip_and_frames
     write_folder(tmp_path / "in", clip, frames, "ply")
     (tmp_path / "in" / NAME).write_bytes(build_sidecar(clip, "f{frame}.ply", 0))
@@ -61,7 +61,7 @@ def test_a_sidecar_tells_rate_axes_and_cameras(clip_and_frames, tmp_path):
     assert found.sidecar.metadata == {"title": "small"}
 
 
-def test_spz_is_read_upright(clip_and_frames, tmp_path):
+def test_spz_is_read_with_its_axes(clip_and_frames, tmp_path):
     clip, frames = clip_and_frames
     write_folder(tmp_path / "in", clip, frames, "spz")
     found = open_frames(tmp_path / "in")
@@ -89,7 +89,7 @@ def test_spz_opacities_of_one_have_a_finite_logit(clip_and_frames, tmp_path):
     assert splats.opacities[0] > 5
 
 
-def test_4dgs_has_ids_and_its_own_pace(clip_and_frames, tmp_path):
+def test_4dgs_has_ids_and_its_own_frame_rate(clip_and_frames, tmp_path):
     pytest.importorskip("fourdgs")
     clip, frames = clip_and_frames
     sequence = EXPORTS["4dgs"].begin(clip)
@@ -118,7 +118,7 @@ def test_4dgs_has_ids_and_its_own_pace(clip_and_frames, tmp_path):
         ({"a.ply": b"ply\n", NAME: b"{"}, NAME),
     ],
 )
-def test_what_cannot_be_read_is_named(files, said, tmp_path):
+def test_unreadable_inputs_are_named(files, said, tmp_path):
     for name, data in files.items():
         (tmp_path / name).write_bytes(data)
 
@@ -127,7 +127,7 @@ def test_what_cannot_be_read_is_named(files, said, tmp_path):
 
 
 @pytest.mark.parametrize("data", [b"", b"4dgs", bytes(200)])
-def test_a_4dgs_that_is_none_is_named(data, tmp_path):
+def test_an_invalid_4dgs_is_named(data, tmp_path):
     pytest.importorskip("fourdgs")
     (tmp_path / "a.4dgs").write_bytes(data)
 
@@ -146,7 +146,7 @@ def test_a_4dgs_that_is_none_is_named(data, tmp_path):
         ('"title": "small"', '"title": 1'),
     ],
 )
-def test_a_sidecar_that_is_changed_is_rejected(before, after, clip_and_frames):
+def test_a_modified_sidecar_is_rejected(before, after, clip_and_frames):
     text = build_sidecar(clip_and_frames[0], "", 0).decode()
     assert before in text
 
@@ -154,7 +154,7 @@ def test_a_sidecar_that_is_changed_is_rejected(before, after, clip_and_frames):
         parse_sidecar(text.replace(before, after).encode())
 
 
-def test_a_4dgs_of_gaussians_that_move_along_lines_is_sampled(tmp_path):
+def test_a_4dgs_with_linear_motion_is_sampled(tmp_path):
     fourdgs = pytest.importorskip("fourdgs")
     rng = np.random.default_rng(0)
     positions = rng.uniform(-1, 1, (20, 3)).astype(np.float32)

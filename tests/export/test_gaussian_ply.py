@@ -43,7 +43,7 @@ def test_the_header_is_that_of_3dgs(frame):
     ]
 
 
-def test_every_gaussian_has_its_numbers(frame):
+def test_every_gaussian_has_its_values(frame):
     scene, splats = frame
     _, vertices = _read(build_ply(splats))
 
@@ -57,7 +57,7 @@ def test_every_gaussian_has_its_numbers(frame):
         assert [vertex[f"rot_{i}"] for i in range(4)] == splats.rotations[index].tolist()
 
 
-def test_numbers_are_codes_times_steps():
+def test_values_are_codes_times_steps():
     scene, splats = make_frame(1)
     header = scene.header
     _, vertices = _read(build_ply(splats))
@@ -70,7 +70,7 @@ def test_numbers_are_codes_times_steps():
         assert vertex["f_dc_1"] == scene.codes[5, index] * header.sh_dc_step
 
 
-def test_the_rest_of_the_harmonics_is_stored_channel_by_channel():
+def test_sh_rest_is_stored_channel_by_channel():
     scene, splats = make_frame(1)
     _, vertices = _read(build_ply(splats))
 
@@ -93,7 +93,7 @@ def test_quaternions_are_unit_and_begin_with_w():
 
 
 @pytest.mark.parametrize("degree", [0, 1])
-def test_a_written_frame_is_read_back(degree):
+def test_a_frame_survives_a_round_trip(degree):
     _, splats = make_frame(degree)
     read = parse_ply(build_ply(splats))
 
@@ -103,7 +103,7 @@ def test_a_written_frame_is_read_back(degree):
 
 
 @pytest.mark.parametrize("coefficients", [9, 16])
-def test_harmonics_of_other_methods_are_read_in_full(coefficients):
+def test_harmonics_of_other_methods_are_read_completely(coefficients):
     _, splats = make_frame(0)
     count = len(splats.positions)
     sh = np.random.default_rng(0).normal(size=(count, coefficients, 3)).astype(np.float32)
@@ -114,7 +114,7 @@ def test_harmonics_of_other_methods_are_read_in_full(coefficients):
     assert np.array_equal(parse_ply(written).sh, sh)
 
 
-def test_rotations_come_back_as_units_and_numbers_may_be_doubles_or_text():
+def test_rotations_are_normalized_and_values_can_be_doubles_or_text():
     _, splats = make_frame(0)
     doubled = Splats(
         splats.positions, 2 * splats.rotations, splats.log_scales, splats.opacities, splats.sh
@@ -148,7 +148,7 @@ def _with_number(value):
         (lambda _: _with_number(np.inf), "not finite"),
     ],
 )
-def test_what_is_not_a_ply_of_gaussians_is_rejected_by_name(data, said):
+def test_other_files_than_gaussian_ply_are_rejected_by_name(data, said):
     with pytest.raises(ValueError, match=said):
         parse_ply(data(build_ply(make_frame(0)[1])))
 

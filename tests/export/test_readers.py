@@ -94,7 +94,7 @@ def align(positions, wanted):
     return order
 
 
-def test_ply_has_every_number_for_gaussforge():
+def test_gaussforge_reads_all_values_of_ply():
     clip, frames = make_clip()
     read = read_by_gaussforge(export("ply", clip, frames), "ply")
     splats = frames[-1].splats
@@ -108,7 +108,7 @@ def test_ply_has_every_number_for_gaussforge():
 
 
 @pytest.mark.parametrize("degree", [0, 1])
-def test_spz_has_the_scene_upright_within_its_steps(degree):
+def test_spz_has_the_upright_scene_within_its_steps(degree):
     clip, frames = make_clip(sh_degree=degree, up_axis=4)
     read = read_by_gaussforge(export("spz", clip, frames), "spz")
     splats = frames[-1].splats
@@ -127,7 +127,7 @@ def test_spz_has_the_scene_upright_within_its_steps(degree):
         assert read["sh"] == pytest.approx(splats.sh[:, 1:] * signs, abs=1 / 16)
 
 
-def test_spz_refuses_what_is_farther_off_than_it_can_say():
+def test_spz_rejects_positions_out_of_its_range():
     clip, frames = make_clip()
     far = replace(frames[-1].splats, positions=frames[-1].splats.positions + 3000)
 
@@ -136,7 +136,7 @@ def test_spz_refuses_what_is_farther_off_than_it_can_say():
 
 
 @pytest.mark.parametrize("degree", [0, 1])
-def test_sog_has_the_scene_in_the_frame_of_the_stream(degree):
+def test_sog_has_the_scene_in_the_axes_of_the_stream(degree):
     clip, frames = make_clip(sh_degree=degree)
     read = read_by_gaussforge(export("sog", clip, frames), "sog")
     splats = frames[-1].splats
@@ -152,7 +152,7 @@ def test_sog_has_the_scene_in_the_frame_of_the_stream(degree):
 
 
 @pytest.mark.parametrize("name", ["spz", "sog"])
-def test_splat_transform_reads_what_gaussforge_writes(name, tmp_path):
+def test_splat_transform_reads_files_of_gaussforge(name, tmp_path):
     program = shutil.which("splat-transform")
     if program is None:
         pytest.skip("npm install -g @playcanvas/splat-transform brings it")
@@ -170,7 +170,7 @@ def test_splat_transform_reads_what_gaussforge_writes(name, tmp_path):
 
 
 @pytest.mark.parametrize("up", [3, 4, 5])
-def test_glb_has_the_scene_upright_and_in_meters_for_fourdgs(up, tmp_path):
+def test_fourdgs_reads_glb_upright_and_in_meters(up, tmp_path):
     fourdgs = pytest.importorskip("fourdgs")
     clip, frames = make_clip(up_axis=up, meters_per_unit=0.5)
     path = tmp_path / "frame.glb"
@@ -185,7 +185,7 @@ def test_glb_has_the_scene_upright_and_in_meters_for_fourdgs(up, tmp_path):
     assert read.colors[:, 3] == pytest.approx(opacity_of(splats), abs=1e-6)
 
 
-def test_glb_says_what_the_extension_asks_for():
+def test_glb_has_the_properties_required_by_the_extension():
     gltf = pytest.importorskip("pygltflib")
     clip, frames = make_clip()
     model = gltf.GLTF2().load_from_bytes(export("glb", clip, frames))
@@ -199,7 +199,7 @@ def test_glb_says_what_the_extension_asks_for():
     assert np.all(np.array(bounds.min) <= bounds.max)
 
 
-def test_usd_has_a_time_sample_per_frame_for_openusd(tmp_path):
+def test_openusd_reads_a_time_sample_per_frame(tmp_path):
     usd = pytest.importorskip("pxr.Usd")
     from pxr import UsdGeom, UsdVol
 
@@ -238,7 +238,7 @@ def test_usd_shows_the_first_frame_to_readers_without_time(tmp_path):
     assert read.colors[:, :3] == pytest.approx(color_of(splats), abs=1e-6)
 
 
-def test_4dgs_has_every_frame_at_its_time_for_fourdgs():
+def test_fourdgs_reads_every_frame_of_4dgs_at_its_time():
     module = pytest.importorskip("fourdgs.keyframe_delta_file")
     clip, frames = make_clip()
     decoded = module.decode_streamed(export("4dgs", clip, frames))
@@ -253,7 +253,7 @@ def test_4dgs_has_every_frame_at_its_time_for_fourdgs():
         assert read["opacity"] == pytest.approx(opacity_of(frame.splats), abs=_COLOR_STEP)
 
 
-def test_rrd_has_every_frame_on_its_time_line_for_rerun(tmp_path):
+def test_rerun_reads_every_frame_of_rrd_on_its_timeline(tmp_path):
     chunks = pytest.importorskip("rerun.chunk", reason="pip install 'quarc-ref[rerun]' brings it")
     clip, frames = make_clip()
     path = tmp_path / "frames.rrd"
@@ -276,7 +276,7 @@ def test_rrd_has_every_frame_on_its_time_line_for_rerun(tmp_path):
         assert alpha / 255 == pytest.approx(opacity_of(frame.splats), abs=_COLOR_STEP)
 
 
-def test_npz_is_read_by_numpy():
+def test_numpy_reads_npz():
     clip, frames = make_clip()
     with np.load(io.BytesIO(export("npz", clip, frames)), allow_pickle=False) as arrays:
         assert np.array_equal(arrays["positions"], dequantize(frames[-1].scene).positions)

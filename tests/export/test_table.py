@@ -8,7 +8,7 @@ from quarc_ref.export.table import EXPORTS
 
 
 @pytest.mark.parametrize("row", EXPORTS.values(), ids=EXPORTS)
-def test_every_row_has_a_module_that_does_what_the_row_says(row):
+def test_every_row_of_the_table_has_a_module_with_its_properties(row):
     module = importlib.import_module(f"quarc_ref.export.{row.module}")
 
     assert hasattr(module, "Sequence") == row.is_sequence
@@ -16,7 +16,7 @@ def test_every_row_has_a_module_that_does_what_the_row_says(row):
     assert (row.package is None) == (row.extra is None)
 
 
-def test_the_table_alone_imports_no_numpy_and_no_library():
+def test_importing_the_table_loads_no_numpy_and_no_library():
     code = "import sys, quarc_ref.export.table; print(*sys.modules)"
     loaded = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True

@@ -36,7 +36,7 @@ def colors(splats, directions):
 
 @pytest.mark.parametrize("right_handed", [True, False])
 @pytest.mark.parametrize("up", range(7))
-def test_shapes_places_and_colors_turn_together(up, right_handed):
+def test_rotations_positions_and_colors_rotate_together(up, right_handed):
     _, splats = make_frame(1)
     splats = replace(splats, log_scales=splats.log_scales / 4)
     clip = Clip(StreamHeader(up_axis=up, right_handed=right_handed))
@@ -59,5 +59,5 @@ def test_shapes_places_and_colors_turn_together(up, right_handed):
     )
 
 
-def test_an_unknown_up_axis_is_that_of_a_ply():
+def test_an_unknown_up_axis_is_treated_as_in_ply():
     assert Clip(StreamHeader(up_axis=0)).up == "-y"

@@ -12,7 +12,7 @@ def _list(folder):
     return sorted(os.listdir(folder))
 
 
-def test_a_file_is_written_beside_its_target_under_a_random_name(tmp_path):
+def test_a_file_is_written_next_to_its_target_under_a_random_name(tmp_path):
     names = set()
     for data in (b"one", b"two"):
         with atomic_file(tmp_path / "a.bin") as file:
@@ -53,7 +53,7 @@ def test_a_link_at_the_target_is_replaced_and_not_followed(tmp_path):
 
 
 @pytest.mark.parametrize("fault", [OSError("disk full"), KeyboardInterrupt()])
-def test_a_file_that_fails_leaves_the_old_one_and_nothing_else(fault, tmp_path):
+def test_a_failed_write_keeps_the_old_file_and_nothing_else(fault, tmp_path):
     def fail():
         with atomic_file(tmp_path / "a.bin") as file:
             file.write(b"half")
@@ -90,7 +90,7 @@ def test_a_file_has_the_permissions_of_a_new_one(tmp_path):
 
 
 @pytest.mark.parametrize("durable", [False, True])
-def test_a_durable_file_is_synced_before_it_is_seen_and_its_folder_after(
+def test_a_durable_file_is_synced_before_the_rename_and_its_folder_after(
     durable, tmp_path, monkeypatch
 ):
     synced = []

@@ -27,7 +27,7 @@ def old(tmp_path):
     return _make(tmp_path / "out", "a.ply", "b.ply")
 
 
-def test_a_folder_is_not_seen_before_it_is_whole(tmp_path):
+def test_a_folder_is_invisible_until_complete(tmp_path):
     with written_folder(tmp_path / "out") as made:
         made.write("a.ply", b"made")
         assert not (tmp_path / "out").exists()
@@ -36,7 +36,7 @@ def test_a_folder_is_not_seen_before_it_is_whole(tmp_path):
     assert _list(tmp_path / "out") == [MARKER, "a.ply"]
 
 
-def test_files_of_a_growing_folder_are_seen_at_once_and_whole(tmp_path):
+def test_files_of_a_growing_folder_appear_at_once_when_complete(tmp_path):
     with growing_folder(tmp_path / "out") as made:
         with made.open("a.ply") as file:
             file.write(b"half")
@@ -45,13 +45,13 @@ def test_files_of_a_growing_folder_are_seen_at_once_and_whole(tmp_path):
         assert (tmp_path / "out" / "a.ply").read_bytes() == b"half"
 
 
-def test_a_file_is_in_the_marker_before_it_is_made(tmp_path):
+def test_a_file_is_in_the_marker_before_it_is_created(tmp_path):
     with growing_folder(tmp_path / "out") as made, made.open("a.ply"):
         assert _lines(tmp_path / "out") == ["a.ply"]
 
 
 @pytest.mark.parametrize("make", [written_folder, growing_folder])
-def test_an_empty_folder_is_taken(make, tmp_path):
+def test_an_empty_folder_is_used(make, tmp_path):
     (tmp_path / "out").mkdir()
     _make(tmp_path / "out", "a.ply", make=make)
 
@@ -60,7 +60,7 @@ def test_an_empty_folder_is_taken(make, tmp_path):
 
 
 @pytest.mark.parametrize("fault", [OSError("disk full"), KeyboardInterrupt()])
-def test_a_folder_that_fails_leaves_nothing_and_the_old_one_whole(fault, old):
+def test_a_failed_folder_leaves_nothing_and_keeps_the_old_one(fault, old):
     for target in (old, old.parent / "new"):
         with pytest.raises(type(fault)):
             _make(target, "c.ply", replace=True, fault=fault)
@@ -80,14 +80,14 @@ def test_a_growing_folder_that_fails_keeps_its_files_and_can_be_replaced(tmp_pat
     assert _lines(tmp_path / "out") == ["b.ply"]
 
 
-def test_a_growing_folder_in_which_nothing_was_made_is_removed(old):
+def test_an_empty_growing_folder_is_removed(old):
     _make(old, make=growing_folder, replace=True)
     _make(old.parent / "new", make=growing_folder)
 
     assert _list(old.parent) == []
 
 
-def test_a_growing_folder_may_keep_what_it_has(old):
+def test_a_growing_folder_can_keep_its_files(old):
     with growing_folder(old, replace=True, keep=True) as made:
         before = _list(old)
         made.write("a.ply", b"new")
@@ -99,7 +99,7 @@ def test_a_growing_folder_may_keep_what_it_has(old):
 
 
 @pytest.mark.parametrize("make", [written_folder, growing_folder])
-def test_a_folder_is_replaced_if_that_is_asked_for_alone(make, old):
+def test_a_folder_is_replaced_only_on_request(make, old):
     with pytest.raises(OutputPathError, match="out exists") as caught:
         _make(old, make=make)
     _make(old, "c.ply", make=make, replace=True)
@@ -110,7 +110,7 @@ def test_a_folder_is_replaced_if_that_is_asked_for_alone(make, old):
 
 
 @pytest.mark.parametrize("make", [written_folder, growing_folder])
-def test_a_folder_with_files_of_others_is_left_as_it_is(make, old):
+def test_a_folder_with_foreign_files_is_unchanged(make, old):
     (old / "thesis.tex").write_text("mine")
     with pytest.raises(OutputPathError, match=r"out holds thesis\.tex, which") as caught:
         _make(old, make=make, replace=True)
@@ -121,7 +121,7 @@ def test_a_folder_with_files_of_others_is_left_as_it_is(make, old):
 
 @pytest.mark.parametrize("make", [written_folder, growing_folder])
 @pytest.mark.parametrize("kind", ["file", "link"])
-def test_a_file_or_a_link_is_not_taken_for_a_folder(kind, make, old):
+def test_a_file_or_a_link_is_not_treated_as_a_folder(kind, make, old):
     place = old.parent / kind
     place.write_text("mine") if kind == "file" else place.symlink_to(old)
     with pytest.raises(OutputPathError, match="is a symbolic link or not a folder"):
@@ -132,7 +132,7 @@ def test_a_file_or_a_link_is_not_taken_for_a_folder(kind, make, old):
 
 
 @pytest.mark.parametrize("make", [written_folder, growing_folder])
-def test_a_folder_that_another_process_writes_is_rejected(make, tmp_path):
+def test_a_folder_being_written_by_another_process_is_rejected(make, tmp_path):
     pytest.importorskip("fcntl")
     with growing_folder(tmp_path / "out") as made:
         made.write("a.ply", b"made")
@@ -142,7 +142,7 @@ def test_a_folder_that_another_process_writes_is_rejected(make, tmp_path):
     assert _list(tmp_path / "out") == [MARKER, "a.ply"]
 
 
-def test_folders_in_a_folder_have_markers_of_their_own_and_go_with_it(tmp_path):
+def test_nested_folders_have_their_own_markers_and_are_removed_together(tmp_path):
     for replace in (False, True):
         with written_folder(tmp_path / "out", replace=replace) as made:
             with made.folder("inner") as inner:
@@ -156,7 +156,7 @@ def test_folders_in_a_folder_have_markers_of_their_own_and_go_with_it(tmp_path):
     assert _list(tmp_path / "out") == [MARKER, "c.ply"]
 
 
-def test_a_folder_deeper_than_any_that_is_made_is_one_of_others(tmp_path):
+def test_a_folder_nested_too_deeply_is_foreign(tmp_path):
     with (
         written_folder(tmp_path / "out") as made,
         made.folder("inner") as inner,
@@ -168,7 +168,7 @@ def test_a_folder_deeper_than_any_that_is_made_is_one_of_others(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["../a", "a/b", "a\\b", "..", ".", "", ".hidden", "C:a", "a\nb"])
-def test_a_name_that_is_not_plain_is_not_made(name, tmp_path):
+def test_an_unsafe_name_is_rejected(name, tmp_path):
     with growing_folder(tmp_path / "out") as made, pytest.raises(ValueError, match="plain"):
         made.write(name, b"made")
 
@@ -177,9 +177,7 @@ def test_a_name_that_is_not_plain_is_not_made(name, tmp_path):
 
 @pytest.mark.parametrize("when", ["first", "second"])
 @pytest.mark.parametrize("fault", [OSError("no"), KeyboardInterrupt()])
-def test_an_old_folder_stays_whole_if_the_new_one_cannot_take_its_place(
-    when, fault, old, monkeypatch
-):
+def test_an_old_folder_is_kept_if_the_new_one_cannot_replace_it(when, fault, old, monkeypatch):
     renames, rename = [], type(old).rename
 
     def fail(path, target):
@@ -197,7 +195,7 @@ def test_an_old_folder_stays_whole_if_the_new_one_cannot_take_its_place(
     assert _list(old) == [MARKER, "a.ply", "b.ply"]
 
 
-def test_files_that_others_put_into_the_old_folder_meanwhile_are_kept(old):
+def test_foreign_files_added_to_the_old_folder_are_kept(old):
     with written_folder(old, replace=True) as made:
         made.write("c.ply", b"made")
         (old / "notes.txt").write_text("mine")
@@ -209,7 +207,7 @@ def test_files_that_others_put_into_the_old_folder_meanwhile_are_kept(old):
 
 
 @pytest.mark.parametrize("replace", [False, True])
-def test_a_folder_that_others_made_meanwhile_is_not_replaced(replace, tmp_path):
+def test_a_foreign_folder_created_in_the_meantime_is_not_replaced(replace, tmp_path):
     target = tmp_path / "out"
 
     def make():

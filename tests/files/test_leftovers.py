@@ -92,7 +92,7 @@ def _make(target, *names, **options):
 
 
 @pytest.mark.parametrize("program", [_IN_A_FILE, _IN_A_FOLDER, _BEFORE_THE_MARKER])
-def test_what_a_killed_process_has_begun_is_removed(program, tmp_path):
+def test_temporary_files_of_a_killed_process_are_removed(program, tmp_path):
     target = tmp_path / "out"
     _kill(program, target)
     left = _list(tmp_path)
@@ -103,7 +103,7 @@ def test_what_a_killed_process_has_begun_is_removed(program, tmp_path):
     assert _list(tmp_path) == []
 
 
-def test_the_next_folder_is_made_and_nothing_else_is_left(tmp_path):
+def test_the_next_folder_is_created_and_nothing_else_is_left(tmp_path):
     for _ in range(2):
         _kill(_IN_A_FOLDER, tmp_path / "out")
     _make(tmp_path / "out", "a.ply")
@@ -112,7 +112,7 @@ def test_the_next_folder_is_made_and_nothing_else_is_left(tmp_path):
     assert _list(tmp_path / "out") == [MARKER, "a.ply"]
 
 
-def test_a_growing_folder_keeps_whole_files_and_is_replaced_with_all_that_is_left(tmp_path):
+def test_a_growing_folder_keeps_complete_files_and_is_replaced_with_all_remains(tmp_path):
     target = tmp_path / "out"
     _kill(_IN_A_GROWING_FOLDER, target)
     left = _list(target)
@@ -125,7 +125,7 @@ def test_a_growing_folder_keeps_whole_files_and_is_replaced_with_all_that_is_lef
 
 
 @pytest.mark.parametrize("call", [1, 2])
-def test_a_folder_that_was_to_be_replaced_is_put_back(call, tmp_path):
+def test_a_folder_in_the_middle_of_replacement_is_restored(call, tmp_path):
     target = _make(tmp_path / "out", "a.ply", "b.ply")
     _kill(_IN_A_SWAP.format(call=call), target)
     is_aside = not target.exists()
@@ -137,7 +137,7 @@ def test_a_folder_that_was_to_be_replaced_is_put_back(call, tmp_path):
     assert _list(target) == [MARKER, "a.ply", "b.ply"]
 
 
-def test_a_folder_that_was_replaced_is_removed(tmp_path):
+def test_a_replaced_folder_is_removed(tmp_path):
     target = _make(tmp_path / "out", "a.ply")
     _kill(_AFTER_A_SWAP, target)
     left = _list(tmp_path)
@@ -148,7 +148,7 @@ def test_a_folder_that_was_replaced_is_removed(tmp_path):
     assert _list(target) == [MARKER, "new.ply"]
 
 
-def test_files_of_others_in_what_is_left_are_kept(tmp_path):
+def test_foreign_files_in_leftovers_are_kept(tmp_path):
     _kill(_IN_A_FOLDER, tmp_path / "out")
     part = next(tmp_path.iterdir())
     (part / "mine.txt").write_text("mine")
@@ -157,7 +157,7 @@ def test_files_of_others_in_what_is_left_are_kept(tmp_path):
     assert (part / "mine.txt").read_text() == "mine"
 
 
-def test_what_a_living_process_is_writing_is_left_alone(tmp_path):
+def test_files_of_a_running_process_are_not_removed(tmp_path):
     with written_folder(tmp_path / "out") as made, atomic_file(tmp_path / "out.bin") as file:
         for name in ("out", "out.bin"):
             remove_leftovers(tmp_path / name)
@@ -182,7 +182,7 @@ _RANDOM = "0123456789abcdef"
         f".oxt.{_RANDOM}.part",
     ],
 )
-def test_a_name_that_is_not_exactly_ours_is_left_alone(name, tmp_path):
+def test_similar_names_are_not_removed(name, tmp_path):
     (tmp_path / name).write_text("mine")
     (tmp_path / f"{name}.d").mkdir()
     write_file(tmp_path / "o.t", b"")
@@ -193,7 +193,7 @@ def test_a_name_that_is_not_exactly_ours_is_left_alone(name, tmp_path):
 
 
 @pytest.mark.parametrize("suffix", ["part", "old"])
-def test_a_link_under_such_a_name_is_left_alone(suffix, tmp_path):
+def test_a_link_under_such_a_name_is_not_removed(suffix, tmp_path):
     victim = _make(tmp_path / "victim", "a.ply")
     link = tmp_path / f".out.{_RANDOM}.{suffix}"
     link.symlink_to(victim)
@@ -204,7 +204,7 @@ def test_a_link_under_such_a_name_is_left_alone(suffix, tmp_path):
     assert _list(tmp_path / "out") == [MARKER, "b.ply"]
 
 
-def test_a_folder_under_such_a_name_without_a_marker_is_left_alone(tmp_path):
+def test_a_folder_under_such_a_name_without_a_marker_is_not_removed(tmp_path):
     folder = tmp_path / f".out.{_RANDOM}.old"
     folder.mkdir()
     (folder / "mine.txt").write_text("mine")
@@ -214,7 +214,7 @@ def test_a_folder_under_such_a_name_without_a_marker_is_left_alone(tmp_path):
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="needs root")
-def test_what_another_user_has_left_is_left_alone(tmp_path):
+def test_leftovers_of_another_user_are_not_removed(tmp_path):
     _kill(_IN_A_FILE, tmp_path / "out")
     os.chown(next(tmp_path.iterdir()), 65534, 65534)
     remove_leftovers(tmp_path / "out")

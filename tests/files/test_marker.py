@@ -21,7 +21,7 @@ def _replace(folder):
     "line", [b"../victim", b"/victim", b"..", b".", b"", b"a/b", b"a//", b"a\\b", b"C:a", b"\xff",
              b"a\0", b"a\r", b".a", b"*"]
 )  # fmt: skip
-def test_a_marker_with_a_name_that_is_not_plain_is_not_trusted(line, made):
+def test_a_marker_with_an_unsafe_name_is_not_trusted(line, made):
     (made.parent / "victim").write_text("mine")
     with (made / MARKER).open("ab") as marker:
         marker.write(line + b"\n")
@@ -33,7 +33,7 @@ def test_a_marker_with_a_name_that_is_not_plain_is_not_trusted(line, made):
 
 
 @pytest.mark.parametrize("text", ["a.ply\n", "other\na.ply\n", "x", "[1, 2]\n"])
-def test_a_marker_of_something_else_is_not_trusted(text, made):
+def test_a_foreign_marker_is_not_trusted(text, made):
     (made / MARKER).write_text(text)
     with pytest.raises(OutputPathError, match="damaged"):
         _replace(made)
@@ -42,7 +42,7 @@ def test_a_marker_of_something_else_is_not_trusted(text, made):
 
 
 @pytest.mark.parametrize("kind", ["link", "folder", "pipe"])
-def test_a_marker_must_be_a_file(kind, made, tmp_path):
+def test_a_marker_must_be_a_regular_file(kind, made, tmp_path):
     (made / MARKER).rename(tmp_path / "marker")
     if kind == "link":
         (made / MARKER).symlink_to(tmp_path / "marker")
@@ -56,7 +56,7 @@ def test_a_marker_must_be_a_file(kind, made, tmp_path):
     assert sorted(os.listdir(made)) == [MARKER, "a.ply"]
 
 
-def test_a_line_that_was_not_written_whole_names_nothing(made):
+def test_an_incomplete_line_names_nothing(made):
     (made / "b").write_text("mine")
     with (made / MARKER).open("ab") as marker:
         marker.write(b"b")
@@ -70,7 +70,7 @@ def test_a_line_that_was_not_written_whole_names_nothing(made):
 
 
 @pytest.mark.parametrize("size", [0, 10])
-def test_a_folder_whose_maker_was_killed_in_the_first_line_is_as_good_as_empty(size, made):
+def test_a_folder_with_an_incomplete_first_line_counts_as_empty(size, made):
     (made / "a.ply").unlink()
     (made / MARKER).write_bytes((made / MARKER).read_bytes()[:size])
     _replace(made)

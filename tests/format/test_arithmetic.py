@@ -16,7 +16,7 @@ _DENOMINATORS = st.integers(1, 1 << 60)
 @example(-1, 2)
 @example(-3, 2)
 @example(1 << 60, 1 << 60)
-def test_divide_round_goes_to_the_nearest_and_halves_away_from_zero(numerator, denominator):
+def test_divide_round_rounds_to_the_nearest_with_halves_away_from_zero(numerator, denominator):
     quotient = arithmetic.divide_round(np.array([numerator]), denominator)
 
     assert quotient.tolist() == [oracle.divide_round(numerator, denominator)]
@@ -37,5 +37,5 @@ def test_isqrt_is_the_floor_of_the_root(value):
 @example(1)
 @example((1 << 61) - 1)
 @example(1 << 61)
-def test_bit_length_is_that_of_python(value):
+def test_bit_length_equals_that_of_python(value):
     assert arithmetic.bit_length(np.array([value])).tolist() == [value.bit_length()]

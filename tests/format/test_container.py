@@ -32,7 +32,7 @@ _U32 = st.integers(0, (1 << 32) - 1)
 
 
 @given(st.binary(min_size=4, max_size=4), _U32, st.binary(max_size=50), st.integers(0, 1 << 40))
-def test_a_chunk_comes_back(kind, sequence, payload, offset):
+def test_a_chunk_survives_a_round_trip(kind, sequence, payload, offset):
     data = build_chunk(kind, sequence, payload)
 
     header = parse_header(data[:CHUNK_HEADER_BYTES], offset)
@@ -43,7 +43,7 @@ def test_a_chunk_comes_back(kind, sequence, payload, offset):
     assert chunk == Chunk(kind, payload, offset, sequence)
 
 
-def test_a_header_that_is_cut_is_that_and_damage_is_damage():
+def test_a_header_is_reported_as_truncated_or_damaged():
     header = build_chunk(b"meta", 3, b"")[:CHUNK_HEADER_BYTES]
 
     for size in range(CHUNK_HEADER_BYTES):
@@ -59,7 +59,7 @@ def test_a_header_that_is_cut_is_that_and_damage_is_damage():
             parse_header(bytes(damaged)[: size + 1][:19], 5)
 
 
-def test_a_payload_that_is_cut_is_that_and_damage_is_damage():
+def test_a_payload_is_reported_as_truncated_or_damaged():
     data = build_chunk(b"meta", 3, b"payload")
     header, rest = parse_header(data[:CHUNK_HEADER_BYTES], 5), data[CHUNK_HEADER_BYTES:]
 
@@ -73,7 +73,7 @@ def test_a_payload_that_is_cut_is_that_and_damage_is_damage():
             take_payload(header, bytes(damaged))
 
 
-def test_a_header_crc_is_of_the_sixteen_bytes_before_it():
+def test_a_header_crc_covers_the_sixteen_bytes_before_it():
     header = build_chunk(b"FRAM", 9, b"x")[:CHUNK_HEADER_BYTES]
 
     assert header[16:] == zlib.crc32(header[:16]).to_bytes(4, "little")
@@ -96,11 +96,11 @@ def _is_rejected(kind: bytes, stream: StreamHeader | None = None) -> type[Except
         ([b"SNaP", b"SNAp", b"me1a", b"\0\0\0\0", b"meT\xe4", b"mETA"], BadChunkTypeError),
     ],
 )
-def test_types_are_told_by_the_case_of_their_letters(kinds, error):
+def test_the_case_of_letters_classifies_types(kinds, error):
     assert [_is_rejected(kind) for kind in kinds] == [error] * len(kinds)
 
 
-def test_a_snapshot_is_known_where_a_stream_has_snapshots():
+def test_snapshots_are_known_only_in_streams_that_declare_them():
     assert _is_rejected(container.SNAP, StreamHeader()) is UnknownCriticalError
     assert _is_rejected(container.SNAP, StreamHeader(snapshots=True)) is None
 
@@ -119,9 +119,7 @@ def test_a_snapshot_is_known_where_a_stream_has_snapshots():
         (b"FRAM", 6, b"INDX", False),
     ],
 )
-def test_head_is_first_and_nothing_comes_between_the_index_and_the_end(
-    kind, sequence, before, is_in_place
-):
+def test_head_is_first_and_nothing_lies_between_index_and_end(kind, sequence, before, is_in_place):
     header = ChunkHeader(kind, sequence, 0, 77)
     if is_in_place:
         check_place(header, before)
@@ -132,7 +130,7 @@ def test_head_is_first_and_nothing_comes_between_the_index_and_the_end(
 
 
 @pytest.mark.parametrize("level", [10, 20, 30])
-def test_a_level_bounds_payloads(level):
+def test_a_level_limits_payloads(level):
     most = LEVELS[level].chunk_bytes
 
     check_length(most, StreamHeader(level=level), 0)
@@ -140,7 +138,7 @@ def test_a_level_bounds_payloads(level):
         check_length(most + 1, StreamHeader(level=level), 0)
 
 
-def test_the_header_of_a_stream_is_bounded_before_its_level_is_known():
+def test_the_header_of_a_stream_is_limited_before_its_level_is_known():
     check_length(HEAD_BYTES_LIMIT, None, 0)
     with pytest.raises(ChunkSizeError):
         check_length(HEAD_BYTES_LIMIT + 1, None, 0)

@@ -7,7 +7,7 @@ from tests.small_streams import CAMERA
 
 
 @pytest.mark.parametrize(("timescale", "ticks", "pace"), [(30, 1, 30), (30_000, 1001, 29.97)])
-def test_the_pace_of_a_stream_is_its_clock_over_its_ticks(timescale, ticks, pace):
+def test_the_frame_rate_is_the_time_base_over_the_ticks(timescale, ticks, pace):
     header = StreamHeader(timescale=timescale, frame_ticks=ticks)
 
     assert header.frames_per_second == pytest.approx(pace, abs=1e-3)
@@ -23,6 +23,6 @@ def test_the_pace_of_a_stream_is_its_clock_over_its_ticks(timescale, ticks, pace
         ({"near": -1.0}, "positive"),
     ],
 )
-def test_an_impossible_camera_cannot_be_made(changes, message):
+def test_an_impossible_camera_is_rejected(changes, message):
     with pytest.raises(ValueError, match=message):
         replace(CAMERA, **changes)

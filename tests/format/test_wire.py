@@ -51,11 +51,11 @@ def _comparable(record):
 
 
 @given(strategies.headers())
-def test_a_header_comes_back(header):
+def test_a_header_survives_a_round_trip(header):
     assert wire.parse_stream_header(wire.build_stream_header(header)) == header
 
 
-def test_a_header_is_rejected_in_part_and_with_more():
+def test_a_truncated_or_longer_header_is_rejected():
     header = StreamHeader()
     data = wire.build_stream_header(header)
 
@@ -64,7 +64,7 @@ def test_a_header_is_rejected_in_part_and_with_more():
 
 
 @pytest.mark.parametrize("major", [0, constants.VERSION_MAJOR + 1])
-def test_another_major_version_is_rejected_by_that_name(major):
+def test_another_major_version_is_rejected_by_its_reject_id(major):
     data = bytearray(wire.build_stream_header(StreamHeader()))
     data[0] = major
 
@@ -79,7 +79,7 @@ def test_a_later_minor_version_is_read():
     assert wire.parse_stream_header(bytes(data)) == StreamHeader()
 
 
-def test_an_incompatible_feature_is_rejected_by_that_name():
+def test_an_incompatible_feature_is_rejected_by_its_reject_id():
     data = bytearray(wire.build_stream_header(StreamHeader()))
     data[2] = 1
 
@@ -87,7 +87,7 @@ def test_an_incompatible_feature_is_rejected_by_that_name():
         wire.parse_stream_header(bytes(data))
 
 
-def test_a_compatible_feature_is_let_pass():
+def test_a_compatible_feature_is_accepted():
     data = bytearray(wire.build_stream_header(StreamHeader()))
     data[6] = 1
 
@@ -141,12 +141,12 @@ def test_a_header_field_out_of_range_is_rejected(name, value):
         wire.parse_stream_header(bytes(data))
 
 
-def test_a_step_that_binary32_does_not_hold_cannot_be_in_a_header():
+def test_a_step_that_binary32_cannot_represent_cannot_be_written():
     with pytest.raises(ValueError, match="binary32"):
         replace(StreamHeader(), sh_dc_step=0.01)
 
 
-def test_a_canonical_chunk_comes_back():
+def test_a_canonical_chunk_survives_a_round_trip():
     sections = tuple(_section([i, 7]) for i in range(constants.CANONICAL_SECTIONS))
     chunk = CanonicalChunk(3, 5, (-1, 2, -3), 9, sections, 0xDEADBEEF)
 
@@ -155,7 +155,7 @@ def test_a_canonical_chunk_comes_back():
     assert _comparable(parsed) == _comparable(chunk)
 
 
-def test_a_frame_chunk_comes_back():
+def test_a_frame_chunk_survives_a_round_trip():
     chunk = FrameChunk(3, True, 4, 5, _section([1]), _section([]), 12)
 
     parsed = wire.parse_frame(wire.build_frame(chunk))
@@ -163,7 +163,7 @@ def test_a_frame_chunk_comes_back():
     assert _comparable(parsed) == _comparable(chunk)
 
 
-def test_a_frame_chunk_with_updates_comes_back():
+def test_a_frame_chunk_with_updates_survives_a_round_trip():
     chunk = FrameChunk(3, True, 4, 5, _section([1]), _section([]), 12, _section([7, 8]))
 
     parsed = wire.parse_frame(wire.build_frame(chunk), updates=True)
@@ -171,7 +171,7 @@ def test_a_frame_chunk_with_updates_comes_back():
     assert _comparable(parsed) == _comparable(chunk)
 
 
-def test_a_stream_without_updates_is_of_version_1_0():
+def test_a_stream_without_updates_has_version_1_0():
     plain, updating = (wire.build_stream_header(StreamHeader(updates=u)) for u in (False, True))
 
     assert (plain[:6], updating[:6]) == (bytes([1, 0, 0, 0, 0, 0]), bytes([1, 1, 2, 0, 0, 0]))
@@ -198,7 +198,7 @@ def test_a_section_of_four_billion_words_is_rejected_at_once():
         wire.parse_frame(bytes(data))
 
 
-def test_cameras_come_back_to_binary32():
+def test_cameras_survive_a_round_trip_in_binary32():
     exact = wire.build_cameras((CAMERA, replace(CAMERA, name="zweite Kamera ö", held_out=False)))
 
     cameras = wire.parse_cameras(exact)
@@ -208,11 +208,11 @@ def test_cameras_come_back_to_binary32():
     assert [camera.held_out for camera in cameras] == [True, False]
 
 
-def test_cameras_are_rejected_in_part_and_with_more():
+def test_truncated_or_longer_cameras_are_rejected():
     check_reader(wire.parse_cameras, wire.build_cameras((CAMERA,)), (CAMERA,))
 
 
-def test_a_count_of_cameras_is_proved_before_one_of_them_is_parsed():
+def test_the_number_of_cameras_is_checked_before_parsing():
     data = bytearray(wire.build_cameras((replace(CAMERA, name="a"),)))
     data[0], data[3] = 2, 0xFF  # the name is no UTF-8
 
@@ -230,34 +230,34 @@ def test_a_camera_with_an_impossible_near_bound_is_rejected(value):
 
 
 @given(_TEXTS)
-def test_metadata_come_back(metadata):
+def test_metadata_survives_a_round_trip(metadata):
     assert wire.parse_metadata(wire.build_metadata(metadata)) == metadata
 
 
-def test_metadata_are_rejected_in_part_and_with_more():
+def test_truncated_or_longer_metadata_is_rejected():
     metadata = {"a": "1", "ß": "two"}
 
     check_reader(wire.parse_metadata, wire.build_metadata(metadata), metadata)
 
 
-def test_metadata_that_are_no_utf8_are_rejected():
+def test_metadata_that_is_not_utf8_is_rejected():
     data = wire.build_metadata({"key": "value"}).replace(b"value", b"va\xffue")
 
     with pytest.raises(FieldError):
         wire.parse_metadata(data)
 
 
-def test_a_tail_is_rejected_in_part_and_with_more():
+def test_a_truncated_or_longer_tail_is_rejected():
     check_reader(wire.parse_tail, wire.build_tail(Tail(7, 1, 1 << 40)), Tail(7, 1, 1 << 40))
 
 
-def test_a_tail_is_as_long_as_the_format_says():
+def test_the_length_of_a_tail_matches_the_specification():
     assert len(wire.build_tail(Tail(1, 1, 0))) == constants.TAIL_BYTES == layouts.TAIL.sizeof()
     assert layouts.STREAM_HEADER.sizeof() <= constants.HEAD_BYTES_LIMIT
 
 
 @given(st.lists(st.builds(SeekPoint, st.integers(0, (1 << 64) - 1), _U32, _U32), max_size=3))
-def test_an_index_is_rejected_in_part_and_with_more(points):
+def test_a_truncated_or_longer_index_is_rejected(points):
     check_reader(wire.parse_index, wire.build_index(points), SeekPoints.of(points))
     assert list(wire.parse_index(wire.build_index(points))) == points
 
@@ -283,6 +283,6 @@ def test_a_count_beyond_its_field_cannot_be_written():
         wire.build_tail(Tail(1 << 32, 0, 0))
 
 
-def test_bytes_after_the_last_field_have_a_name_of_their_own():
+def test_bytes_after_the_last_field_have_their_own_reject_id():
     with pytest.raises(TrailingDataError):
         wire.parse_tail(wire.build_tail(Tail(1, 1, 0)) + b"\0")

@@ -41,11 +41,11 @@ def _told(stream):
 
 @settings(deadline=None)
 @given(_MUTANTS)
-def test_a_mutant_is_the_same_in_memory_and_from_a_pipe(data):
+def test_a_mutant_decodes_the_same_in_memory_and_from_a_pipe(data):
     assert _told(PipeSource(io.BytesIO(data))) == _told(data)
 
 
-def test_mutants_are_the_same_from_a_server():
+def test_mutants_decode_the_same_from_a_server():
     for number in range(40):
         data = _MUTATOR.make(number).data
         with _serve(data or b"x") as server:
@@ -55,7 +55,7 @@ def test_mutants_are_the_same_from_a_server():
 @needs_fast
 @settings(deadline=None)
 @given(_MUTANTS)
-def test_the_fast_engine_makes_the_same_of_a_mutant_as_the_reference(data):
+def test_the_fast_engine_decodes_a_mutant_like_the_reference(data):
     with use_engine(REFERENCE):
         expected = _told(data)
     with use_engine(FAST):
@@ -69,7 +69,7 @@ def _places(told):
 
 @settings(deadline=None)
 @given(_MUTANTS)
-def test_recovery_gives_out_all_that_decoding_does_and_says_what_is_missing(data):
+def test_recovery_returns_at_least_the_decoded_frames_and_lists_the_missing_ones(data):
     told = _told(data)
     assume("declined" not in told)
     frames = [each for each in told if isinstance(each, str)]
@@ -95,7 +95,7 @@ _VERBS = {
 
 
 @pytest.mark.parametrize("verb", _VERBS, ids=" ".join)
-def test_a_verb_tells_what_is_wrong_with_a_mutant(verb, tmp_path):
+def test_a_verb_reports_the_fault_of_a_mutant(verb, tmp_path):
     for number in range(12):
         data, out = _MUTATOR.make(number).data, tmp_path / f"{number}"
         (tmp_path / "mutant.quarc").write_bytes(data)

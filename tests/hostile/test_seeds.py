@@ -12,7 +12,7 @@ def _outcome(data):
         return error.reject_id
 
 
-def test_the_seeds_that_are_committed_are_those_that_are_made():
+def test_the_committed_seeds_can_be_regenerated():
     made = dict(make_seeds.files())
     paths = [path for path in make_seeds.FOLDER.rglob("*.*") if "colmap" not in path.parts]
     committed = {
@@ -22,7 +22,7 @@ def test_the_seeds_that_are_committed_are_those_that_are_made():
     assert committed == made
 
 
-def test_the_colmap_models_that_are_committed_are_those_that_are_made(tmp_path):
+def test_the_committed_colmap_models_can_be_regenerated(tmp_path):
     pytest.importorskip("pycolmap")
     make_seeds.write_models(tmp_path)
     made, committed = (
@@ -34,7 +34,7 @@ def test_the_colmap_models_that_are_committed_are_those_that_are_made(tmp_path):
     assert committed == made
 
 
-def test_seeds_are_tiny_and_whole_or_rejected_for_what_they_are_named_after():
+def test_seeds_are_tiny_and_either_valid_or_rejected_as_their_name_says():
     outcomes = {name: _outcome(data) for name, data in make_seeds.streams()}
 
     assert {name: found for name, found in outcomes.items() if isinstance(found, str)} == {

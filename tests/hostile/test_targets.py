@@ -23,7 +23,7 @@ def test_seeds_do_not_fail(name):
 @settings(deadline=None)
 @pytest.mark.parametrize("name", TARGETS)
 @given(number=_NUMBERS)
-def test_damaged_seeds_raise_nothing_else(name, number):
+def test_damaged_seeds_raise_only_expected_errors(name, number):
     rng = random.Random(number)
     data, _ = damage_bytes(rng, rng.choice(_SEEDS[name]), rng.choice(_SEEDS[name]))
     TARGETS[name](data)
@@ -32,5 +32,5 @@ def test_damaged_seeds_raise_nothing_else(name, number):
 @settings(deadline=None)
 @pytest.mark.parametrize("name", TARGETS)
 @given(data=st.binary(max_size=200))
-def test_any_bytes_raise_nothing_else(name, data):
+def test_random_bytes_raise_only_expected_errors(name, data):
     TARGETS[name](data)

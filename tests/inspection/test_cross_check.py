@@ -41,7 +41,7 @@ def _decode(coders):
     return bits
 
 
-def test_both_give_the_bits_and_are_counted():
+def test_both_decoders_return_the_bits_which_are_counted():
     coders = CrossCheckingDecoder()
 
     assert _decode(coders).tolist() == _BITS.tolist()
@@ -50,7 +50,7 @@ def test_both_give_the_bits_and_are_counted():
 
 
 @pytest.mark.parametrize("fault", ["bit", "finish"])
-def test_what_only_one_of_them_does_is_a_fault_of_ours(fault, monkeypatch):
+def test_a_difference_of_the_decoders_is_an_internal_error(fault, monkeypatch):
     monkeypatch.setattr(cross_check, "PythonBitDecoder", _Wrong)
     monkeypatch.setattr(_Wrong, "fault", fault)
 
@@ -62,7 +62,7 @@ def test_what_only_one_of_them_does_is_a_fault_of_ours(fault, monkeypatch):
     st.lists(st.integers(0, (1 << 32) - 1), max_size=5),
     st.lists(st.tuples(st.integers(0, 40), st.integers(1, WEIGHT_TOTAL - 1)), max_size=4),
 )
-def test_any_words_are_decoded_alike_or_rejected_alike(words, runs):
+def test_random_words_are_decoded_or_rejected_by_both(words, runs):
     words = np.array(words, dtype=np.uint32)
 
     def outcome(opener):
@@ -81,7 +81,7 @@ def test_any_words_are_decoded_alike_or_rejected_alike(words, runs):
     )
 
 
-def test_another_decoder_is_opened_only_as_long_as_it_is_asked_for():
+def test_the_second_decoder_is_used_only_within_its_context():
     before = type(open_words(_WORDS))
     with decoding_with(ans.PythonBitDecoder):
         assert type(open_words(_WORDS)) is ans.PythonBitDecoder
@@ -91,7 +91,7 @@ def test_another_decoder_is_opened_only_as_long_as_it_is_asked_for():
     assert type(open_words(_WORDS)) is before
 
 
-def test_the_streams_of_these_tests_are_decoded_by_both(both_entropy_decoders):
+def test_the_test_streams_decode_the_same_with_both(both_entropy_decoders):
     before = both_entropy_decoders.section_count
     data, states = make_stream()
     list(decode(data))

@@ -32,21 +32,21 @@ def _bytes_of(rows):
 
 
 @given(CHANNELS)
-def test_bits_are_the_entropy_of_every_channel_on_its_own(channels):
+def test_bits_are_the_sum_of_the_entropies_of_the_channels(channels):
     wanted = sum(entropy(channel) for channel in channels.tolist())
 
     assert estimate_bits(channels) == pytest.approx(wanted, abs=1e-9)
 
 
 @given(CHANNELS, st.randoms(use_true_random=False))
-def test_bits_depend_neither_on_order_nor_on_the_values_themselves(channels, random):
+def test_bits_depend_neither_on_order_nor_on_the_values(channels, random):
     order = list(range(channels.shape[1]))
     random.shuffle(order)
 
     assert estimate_bits(7 - 3 * channels[:, order]) == pytest.approx(estimate_bits(channels))
 
 
-def test_known_channels_have_known_prices():
+def test_known_channels_have_known_estimates():
     alternating = np.array([[0, 1] * 32])
     constant = np.full((3, 64), 9)
 
@@ -54,7 +54,7 @@ def test_known_channels_have_known_prices():
     assert estimate_bits(constant) == 0
 
 
-def test_the_price_of_motion_is_that_of_each_channel_over_all_levels():
+def test_the_estimate_of_motion_takes_each_channel_over_all_levels():
     _, states = make_stream()
     levels = states[1].symbols
 
@@ -64,7 +64,7 @@ def test_the_price_of_motion_is_that_of_each_channel_over_all_levels():
 
 
 @pytest.mark.parametrize("degree", [0, 1])
-def test_the_price_of_a_canonical_frame_counts_every_number_of_a_gaussian(degree):
+def test_the_estimate_of_a_canonical_frame_counts_every_attribute_of_a_gaussian(degree):
     gaussians = make_gaussians(StreamHeader(sh_degree=degree), 30)
 
     rows = [*gaussians.positions, *gaussians.rotations, *gaussians.codes]
@@ -72,7 +72,7 @@ def test_the_price_of_a_canonical_frame_counts_every_number_of_a_gaussian(degree
     assert estimate_gaussians(gaussians) == pytest.approx(_bytes_of(rows))
 
 
-def test_the_price_of_the_newborn_counts_their_parents_too():
+def test_the_estimate_of_births_counts_their_parents_too():
     _, states = make_stream()
     births = make_births(states[0], 20)
 

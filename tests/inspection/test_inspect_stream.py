@@ -17,7 +17,7 @@ _SUMMARY = inspect_stream(_DATA)
 _CHUNKS = [chunk for chunk in split_chunks(_DATA) if chunk.kind in (b"CANO", b"FRAM")]
 
 
-def test_every_frame_is_told_as_the_decoder_has_it():
+def test_every_frame_is_described_as_decoded():
     assert [frame.frame for frame in _SUMMARY.frames] == [0, 1, 2, 3, 4]
     assert [frame.canonical for frame in _SUMMARY.frames] == [True, False, False, False, False]
     assert [frame.gaussians for frame in _SUMMARY.frames] == [s.scene.count for s in _STATES]
@@ -67,7 +67,7 @@ def test_the_estimate_is_of_the_symbols_of_the_same_frames():
     assert min(prices[1::2]) > 0
 
 
-def test_cameras_metadata_and_counts_are_told():
+def test_cameras_metadata_and_counts_are_described():
     printed = _SUMMARY.as_json()
 
     assert _SUMMARY.cameras == (CAMERA,)
@@ -79,7 +79,7 @@ def test_cameras_metadata_and_counts_are_told():
     assert printed["level"] == 1.0
 
 
-def test_a_stream_of_one_frame_has_no_rate_without_it():
+def test_a_stream_of_one_frame_has_no_rate_for_later_frames():
     data, _ = make_stream(frame_count=1)
     summary = inspect_stream(data)
 
@@ -87,7 +87,7 @@ def test_a_stream_of_one_frame_has_no_rate_without_it():
     assert summary.anchor_count == 0
 
 
-def test_every_frame_is_noted():
+def test_progress_reports_every_frame():
     told = []
     inspect_stream(_DATA, lambda *note: told.append(note))
 
@@ -95,18 +95,18 @@ def test_every_frame_is_noted():
 
 
 @given(st.integers(0, len(_DATA)))
-def test_the_frames_before_the_end_are_counted_undecoded(size):
+def test_the_frames_of_the_chunks_are_counted_without_decoding(size):
     ends = [chunk.offset + chunk.byte_count() for chunk in _CHUNKS]
 
     assert count_frames(_DATA[:size]) == sum(end <= size for end in ends)
 
 
-def test_a_stream_that_does_not_decode_is_not_summed_up():
+def test_a_stream_that_does_not_decode_is_not_summarized():
     with pytest.raises(BitstreamError):
         inspect_stream(_DATA[:-1])
 
 
-def test_a_canonical_frame_that_comes_again_is_canonical_there_too():
+def test_a_repeated_canonical_frame_is_canonical_too():
     again = bytearray(_CHUNKS[0].payload)
     again[:4] = (5).to_bytes(4, "little")
     data = _DATA[: _CHUNKS[-1].offset + _CHUNKS[-1].byte_count()]

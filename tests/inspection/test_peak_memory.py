@@ -15,11 +15,11 @@ def _ask_elsewhere(mebibytes):
     return float(done.stdout)
 
 
-def test_what_was_needed_once_is_told():
+def test_the_peak_is_kept_after_memory_is_freed():
     assert _ask_elsewhere(200) > _ask_elsewhere(0) + 150
 
 
-def test_what_the_parent_had_is_not_counted():
+def test_memory_of_the_parent_process_is_not_counted():
     held = bytes([1]) * (400 << 20)
 
     assert 5 < _ask_elsewhere(0) < 300 < len(held) >> 20

@@ -18,7 +18,7 @@ _DATA, _STATES = make_stream(gaussian_count=30, frame_count=8, canonical_every=3
 _CHUNKS = list(split_chunks(_DATA))
 
 
-def test_what_is_said_to_be_proved_is_what_there_is():
+def test_the_listed_checks_were_made():
     told = []
     proof = verify_stream(BytesSource(_DATA), lambda *note: told.append(note))
 
@@ -41,7 +41,7 @@ def test_what_is_said_to_be_proved_is_what_there_is():
     assert {total for _, _, total in told} == {8}
 
 
-def test_a_stream_without_frames_is_proved_to_have_none():
+def test_a_stream_without_frames_is_verified():
     data, _ = make_stream(gaussian_count=5, frame_count=1)
     chunks = list(split_chunks(data))
     tail = wire.build_tail(wire.Tail(0, 0, 0))
@@ -51,7 +51,7 @@ def test_a_stream_without_frames_is_proved_to_have_none():
     assert (proof.frames, proof.sha256, proof.seek_points) == (0, None, 0)
 
 
-def test_a_seek_point_that_leads_to_another_state_is_found(monkeypatch):
+def test_a_seek_point_that_gives_another_state_is_detected(monkeypatch):
     decode = proving.decode
 
     def decode_another(source, start, stop):
@@ -67,7 +67,7 @@ def test_a_seek_point_that_leads_to_another_state_is_found(monkeypatch):
 
 
 @pytest.mark.parametrize("size", range(0, len(_DATA), 211))
-def test_a_stream_that_is_cut_is_not_proved(size):
+def test_a_truncated_stream_is_not_verified(size):
     with pytest.raises(TruncatedError):
         verify_stream(BytesSource(_DATA[:size]))
     with pytest.raises(TruncatedError):

@@ -21,7 +21,7 @@ def _is_gone(process):
     return False
 
 
-def test_two_workers_of_a_cluster_work_at_once_and_results_keep_the_order(ray_cluster):
+def test_two_workers_of_a_cluster_run_in_parallel_and_results_keep_the_order(ray_cluster):
     told = []
     jobs = _make_jobs(3, 1, 2, 5)
 
@@ -34,20 +34,20 @@ def test_two_workers_of_a_cluster_work_at_once_and_results_keep_the_order(ray_cl
     assert [done for _, done, _ in told] == [1, 2, 3, 4]
 
 
-def test_jobs_that_fail_on_a_cluster_are_named(ray_cluster):
+def test_failed_jobs_on_a_cluster_are_named(ray_cluster):
     with pytest.raises(JobsError) as caught:
         run_jobs(works.fail_if_odd, _make_jobs(1, 2), WorkerPool(ray=ray_cluster))
 
     assert caught.value.faults == {"job 1": "ValueError: 1 is odd"}
 
 
-def test_a_job_of_a_cluster_has_its_threads(ray_cluster):
+def test_a_job_on_a_cluster_has_its_threads(ray_cluster):
     pool = WorkerPool(threads=2, ray=ray_cluster)
 
     assert run_jobs(works.name_threads, _make_jobs(1), pool) == [(2, "2")]
 
 
-def test_a_cluster_that_is_started_here_ends_with_its_jobs(ray_cluster):
+def test_a_local_cluster_ends_with_its_jobs(ray_cluster):
     del ray_cluster  # what it sets holds for this one too
     processes = run_jobs(works.name_processes, _make_jobs(1), WorkerPool(ray="local"))
 

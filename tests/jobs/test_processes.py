@@ -49,7 +49,7 @@ def test_no_job_outlives_its_caller(signal_name, tmp_path):
     assert [_is_quiet(note) for note in notes] == [True, True]
 
 
-def test_jobs_end_with_an_interruption_of_the_caller(tmp_path):
+def test_an_interruption_of_the_caller_ends_its_jobs(tmp_path):
     note = tmp_path / "note"
 
     def interrupt(*_of):
@@ -63,7 +63,7 @@ def test_jobs_end_with_an_interruption_of_the_caller(tmp_path):
     assert _is_quiet(note)
 
 
-def test_a_job_that_is_ended_can_keep_what_it_has_done(tmp_path, capfd):
+def test_an_interrupted_job_can_save_its_work(tmp_path, capfd):
     note = tmp_path / "note"
 
     def interrupt(*_of):

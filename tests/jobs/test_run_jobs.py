@@ -13,7 +13,7 @@ def _make_jobs(*arguments):
 
 
 @pytest.mark.parametrize("workers", [1, 2, 5])
-def test_results_come_in_the_order_of_the_jobs(workers):
+def test_results_are_in_the_order_of_the_jobs(workers):
     assert run_jobs(works.square, _make_jobs(3, 1, 2), WorkerPool(workers)) == [9, 1, 4]
 
 
@@ -21,14 +21,14 @@ def test_no_jobs_have_no_results():
     assert run_jobs(works.square, [], TWO) == []
 
 
-def test_every_job_that_ends_is_told():
+def test_every_finished_job_is_reported():
     told = []
     run_jobs(works.square, _make_jobs(3, 1), WorkerPool(), lambda *of: told.append(of))
 
     assert told == [("job 3", 1, 2), ("job 1", 2, 2)]
 
 
-def test_every_job_has_a_process_and_threads_of_its_own(monkeypatch):
+def test_every_job_has_its_own_process_and_threads(monkeypatch):
     monkeypatch.setenv("NUMBA_NUM_THREADS", "7")
     before = dict(os.environ)
     processes = run_jobs(works.name_processes, _make_jobs(1, 2), TWO)
@@ -39,7 +39,7 @@ def test_every_job_has_a_process_and_threads_of_its_own(monkeypatch):
     assert os.environ == before
 
 
-def test_jobs_that_fail_are_named_once_all_others_are_done():
+def test_failed_jobs_are_named_when_all_others_are_done():
     told = []
     with pytest.raises(JobsError) as caught:
         run_jobs(works.fail_if_odd, _make_jobs(1, 2, 3), TWO, lambda *of: told.append(of))
@@ -53,19 +53,19 @@ def test_jobs_that_fail_are_named_once_all_others_are_done():
     assert len(told) == 3
 
 
-def test_a_process_that_dies_fails_its_own_job_alone():
+def test_a_crashed_process_fails_only_its_own_job():
     with pytest.raises(JobsError) as caught:
         run_jobs(works.end_if_odd, _make_jobs(1, 2), WorkerPool())
 
     assert caught.value.faults == {"job 1": "the process ended with exit code -9"}
 
 
-def test_a_result_that_cannot_be_handed_over_is_the_job_s_fault():
+def test_a_result_that_cannot_be_pickled_is_an_error_of_the_job():
     with pytest.raises(JobsError, match=r"job 1: .*pickle"):
         run_jobs(works.return_no_value, _make_jobs(1), WorkerPool())
 
 
 @pytest.mark.parametrize("numbers", [{"workers": 0}, {"threads": 0}, {"gpus": -1}])
-def test_places_that_cannot_be_are_rejected(numbers):
+def test_invalid_places_are_rejected(numbers):
     with pytest.raises(ValueError, match="at least"):
         WorkerPool(**numbers)

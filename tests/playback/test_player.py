@@ -32,7 +32,7 @@ def _numbers(splats):
 
 @pytest.mark.parametrize("threads", [1, 2, 4])
 @engines
-def test_the_frames_are_those_that_were_encoded(threads, engine):
+def test_the_frames_equal_the_encoded_ones(threads, engine):
     expected = [_numbers(dequantize(state.scene)) for state in _STATES]
     with use_engine(engine), Player(_STREAM, threads=threads) as player:
         for frame, digest, numbers in zip(player, _DIGESTS, expected, strict=True):
@@ -53,7 +53,7 @@ def test_a_part_is_played_from_its_seek_point(threads):
 
 
 @both
-def test_any_frame_can_be_had_in_any_order(threads):
+def test_any_frame_can_be_requested_in_any_order(threads):
     with Player(_STREAM, threads=threads) as player:
         for ordinal in (11, 3, 4, 6, 6, 0, 11, 2):
             assert compute_digest(player.frame(ordinal).scene) == _DIGESTS[ordinal]
@@ -88,7 +88,7 @@ def _frames_until_rejected(player):
 
 @both
 @pytest.mark.parametrize("number", [3, 4, 6])
-def test_a_fault_comes_where_its_frame_would_have(number, threads):
+def test_a_fault_is_raised_at_its_frame(number, threads):
     spoilt = bytearray(_STREAM)
     chunk = list(split_chunks(_STREAM))[number]
     spoilt[chunk.offset + CHUNK_HEADER_BYTES + 9] ^= 1
@@ -108,7 +108,7 @@ def _frames_until_rejected_by_decode(data):
 
 
 @both
-def test_a_state_that_is_not_what_was_encoded_is_never_given_out(threads):
+def test_a_state_with_a_wrong_crc_is_never_returned(threads):
     number = next(
         index for index, chunk in enumerate(split_chunks(_STREAM)) if chunk.kind == container.FRAM
     )
@@ -137,7 +137,7 @@ def _frames_or_fault(scenes):
 
 @engines
 @pytest.mark.parametrize("prefetch", [1, 2])
-def test_arrays_last_for_as_long_as_somebody_has_them(engine, prefetch):
+def test_arrays_stay_valid_as_long_as_they_are_referenced(engine, prefetch):
     with use_engine(engine), Player(_STREAM, threads=2, prefetch=prefetch) as player:
         frames = player.frames()
         first = next(frames)
@@ -149,7 +149,7 @@ def test_arrays_last_for_as_long_as_somebody_has_them(engine, prefetch):
 
 
 @both
-def test_after_a_fault_a_frame_can_be_asked_for_again(threads):
+def test_after_a_fault_a_frame_can_be_requested_again(threads):
     source = _Broken(_STREAM)
     with Player(source, threads=threads) as player:
         player.frame(1)
@@ -174,7 +174,7 @@ class _Broken(BytesSource):
         return super().read(offset, length)
 
 
-def test_a_player_of_a_stream_that_does_not_grow_closes_at_once():
+def test_a_player_of_a_complete_stream_closes_at_once():
     whole = list(split_chunks(_STREAM))[4].offset
     player = Player(_STREAM[:whole], follow=Follow(interval=0.01, patience=3600))
     frames = player.frames()
@@ -187,7 +187,7 @@ def test_a_player_of_a_stream_that_does_not_grow_closes_at_once():
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_a_player_that_nobody_holds_leaves_no_thread_behind(threads):
+def test_a_player_without_references_leaves_no_thread_behind(threads):
     before = threading.active_count()
     next(iter(Player(_STREAM, threads=threads)))
     gc.collect()
@@ -199,12 +199,12 @@ def test_a_player_that_nobody_holds_leaves_no_thread_behind(threads):
 
 
 @pytest.mark.parametrize("counts", [{"threads": 0}, {"threads": -2}, {"prefetch": 0}])
-def test_there_must_be_a_thread_and_a_frame(counts):
+def test_at_least_one_thread_and_one_frame_are_required(counts):
     with pytest.raises(ValueError, match="at least"):
         Player(_STREAM, **counts)
 
 
-def test_what_a_source_takes_is_not_decoding(monkeypatch):
+def test_the_time_of_the_source_is_not_decoding_time(monkeypatch):
     source = CountedSource(_STREAM)
     clock = SimpleNamespace(perf_counter_ns=lambda: len(source.reads))
     monkeypatch.setattr(frame_pipeline, "time", clock)
@@ -214,7 +214,7 @@ def test_what_a_source_takes_is_not_decoding(monkeypatch):
     assert len(source.reads) > 12
 
 
-def test_a_player_that_is_closed_leaves_no_thread_behind():
+def test_a_closed_player_leaves_no_thread_behind():
     before = threading.active_count()
     player = Player(BytesSource(_STREAM), threads=2)
     next(player.frames())

@@ -7,7 +7,7 @@ import pytest
 from quarc_ref.playback.prefetcher import Prefetcher
 
 
-def test_items_come_in_order_and_from_another_thread():
+def test_items_come_in_order_from_another_thread():
     def make():
         for number in range(5):
             yield number, threading.get_ident()
@@ -18,7 +18,7 @@ def test_items_come_in_order_and_from_another_thread():
     assert threading.get_ident() not in {thread for _, thread in items}
 
 
-def test_a_fault_comes_after_all_items_before_it():
+def test_an_error_is_raised_after_all_items_before_it():
     def make():
         yield "first"
         message = "broken"
@@ -33,7 +33,7 @@ def test_a_fault_comes_after_all_items_before_it():
         next(ahead)
 
 
-def test_no_more_are_made_than_may_wait():
+def test_no_more_items_are_made_than_the_queue_holds():
     made, asked = [], threading.Event()
 
     def make():
@@ -51,7 +51,7 @@ def test_no_more_are_made_than_may_wait():
     assert len(made) == 5
 
 
-def test_what_is_closed_ends_its_iterator_and_gives_no_more():
+def test_closing_ends_the_iterator():
     closed = threading.Event()
 
     def make():
@@ -68,7 +68,7 @@ def test_what_is_closed_ends_its_iterator_and_gives_no_more():
     assert list(ahead) == []
 
 
-def test_whoever_waits_for_an_item_is_told_when_it_is_closed():
+def test_closing_wakes_a_waiting_consumer():
     taken, let_go, items = threading.Event(), threading.Event(), []
 
     def make():
@@ -96,7 +96,7 @@ def test_whoever_waits_for_an_item_is_told_when_it_is_closed():
     assert items[:1] == [0]
 
 
-def test_an_iterator_need_not_wait_when_it_is_closed():
+def test_closing_does_not_wait_for_the_iterator():
     closed, waits = threading.Event(), threading.Event()
 
     def make():
@@ -112,7 +112,7 @@ def test_an_iterator_need_not_wait_when_it_is_closed():
     assert closed.is_set()
 
 
-def test_the_thread_of_what_is_let_go_ends():
+def test_the_thread_of_a_dropped_prefetcher_ends():
     ended = threading.Event()
 
     def make():
@@ -129,7 +129,7 @@ def test_the_thread_of_what_is_let_go_ends():
     assert ended.wait(10)
 
 
-def test_what_was_never_asked_for_is_closed_without_beginning():
+def test_an_unused_prefetcher_is_closed_without_starting():
     def make():
         pytest.fail("nobody asked")
         yield

@@ -30,7 +30,7 @@ def _with_gradients(draw, gaussians: Gaussians):
     [(NumbaRasterizer(), torch.float32), (TorchRasterizer(), torch.float64)],
 )
 @pytest.mark.parametrize(("count", "added"), [(60, 10), (800, 3), (800, 200), (2, 1)])
-def test_a_picture_on_a_backdrop_is_that_of_all_together(rasterizer, dtype, count, added):
+def test_a_picture_on_a_backdrop_equals_that_of_all_gaussians(rasterizer, dtype, count, added):
     drawn, background = _make_drawn(count, dtype), _BACKGROUND.to(dtype)
     backdrop = rasterizer.render_backdrop(_rows(drawn, slice(-added)), _CAMERA, background)
 
@@ -47,7 +47,7 @@ def test_a_picture_on_a_backdrop_is_that_of_all_together(rasterizer, dtype, coun
         assert float(error) <= 1e-5 * float(gradient[-added:].norm())
 
 
-def test_of_equal_depths_the_fixed_are_in_front():
+def test_of_equal_depths_the_fixed_gaussians_are_in_front():
     rasterizer, drawn = NumbaRasterizer(), _make_drawn(40, torch.float32)
     brighter = Gaussians(*drawn.tensors()[:4], drawn.sh + 0.3)
     pairs = zip(drawn.tensors(), brighter.tensors(), strict=True)
@@ -59,7 +59,7 @@ def test_of_equal_depths_the_fixed_are_in_front():
     assert torch.equal(wanted.image, got.image)
 
 
-def test_a_backdrop_is_the_picture_of_its_gaussians_and_stays_so():
+def test_a_backdrop_equals_the_picture_of_its_gaussians_and_is_not_changed():
     rasterizer, drawn = NumbaRasterizer(), _make_drawn(300, torch.float32)
     alone = rasterizer.render(_rows(drawn, slice(200)), _CAMERA, _BACKGROUND)
 
@@ -71,7 +71,7 @@ def test_a_backdrop_is_the_picture_of_its_gaussians_and_stays_so():
     assert torch.equal(alone.alpha, backdrop.alpha)
 
 
-def test_gaussians_beside_the_picture_change_nothing():
+def test_gaussians_outside_the_picture_change_nothing():
     rasterizer, drawn = NumbaRasterizer(), _make_drawn(100, torch.float32)
     drawn.means[90:, 2] = -5
 

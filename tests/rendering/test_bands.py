@@ -59,9 +59,7 @@ def pairs(monkeypatch):
 @pytest.mark.parametrize("slice_pairs", [0, 1, 50, 1 << 22])
 @pytest.mark.parametrize("size", [(100, 60), (1, 700), (700, 1), (33, 17)])
 @pytest.mark.parametrize("scale", [0.02, 0.5])
-def test_pictures_in_bands_and_slices_are_those_drawn_at_once(
-    band_pixels, slice_pairs, size, scale, monkeypatch
-):
+def test_bands_and_slices_give_the_same_picture(band_pixels, slice_pairs, size, scale, monkeypatch):
     camera, drawn = make_camera(*size), _make_drawn(300, scale)
     monkeypatch.setattr(bands, "BAND_PIXELS", band_pixels)
     monkeypatch.setattr(bands, "SLICE_PAIRS", slice_pairs)
@@ -72,7 +70,7 @@ def test_pictures_in_bands_and_slices_are_those_drawn_at_once(
     assert picture.max() > 0
 
 
-def test_lists_have_no_more_pairs_than_a_slice_may_have(pairs, monkeypatch):
+def test_lists_have_at_most_the_pairs_of_a_slice(pairs, monkeypatch):
     monkeypatch.setattr(bands, "SLICE_PAIRS", 100)
     _draw_in_bands(make_camera(160, 96), _make_drawn(500, 0.1))
 
@@ -80,7 +78,7 @@ def test_lists_have_no_more_pairs_than_a_slice_may_have(pairs, monkeypatch):
     assert max(count for _, count in pairs) <= 100
 
 
-def test_a_gaussian_of_more_pairs_than_a_slice_may_have_is_a_slice_of_its_own(pairs, monkeypatch):
+def test_a_gaussian_with_too_many_pairs_is_its_own_slice(pairs, monkeypatch):
     monkeypatch.setattr(bands, "SLICE_PAIRS", 10)
     drawn = _make_drawn(6, 0.1)
     drawn.scales[:] = 100
@@ -89,7 +87,7 @@ def test_a_gaussian_of_more_pairs_than_a_slice_may_have_is_a_slice_of_its_own(pa
     assert set(pairs) == {(1, 60)}
 
 
-def test_what_lies_behind_pixels_that_have_all_stopped_is_not_listed(pairs, monkeypatch):
+def test_gaussians_behind_saturated_pixels_are_not_listed(pairs, monkeypatch):
     monkeypatch.setattr(bands, "SLICE_PAIRS", 600)
     drawn = _make_drawn(1000, 0.1)
     drawn.scales[:] = 100
@@ -99,7 +97,7 @@ def test_what_lies_behind_pixels_that_have_all_stopped_is_not_listed(pairs, monk
     assert pairs == [(10, 600)]
 
 
-def test_a_picture_of_no_gaussian_is_black():
+def test_a_picture_without_gaussians_is_black():
     camera, drawn = make_camera(50, 40), _make_drawn(5, 0.1)
     drawn.means[:, 2] = -5
 
@@ -107,7 +105,7 @@ def test_a_picture_of_no_gaussian_is_black():
 
 
 @pytest.mark.parametrize("coefficients", [1, 4])
-def test_a_stream_without_directions_of_color_is_drawn_too(coefficients):
+def test_a_stream_without_view_dependent_color_can_be_rendered(coefficients):
     rng = np.random.default_rng(0)
     shapes = ((30, 3), (30, 4), (30, 3), (30,), (30, coefficients, 3))
     splats = Splats(*(rng.normal(size=shape).astype(np.float32) for shape in shapes))

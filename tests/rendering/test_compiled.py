@@ -25,7 +25,7 @@ assert invert(np.diag([1.0, 2.0])).tolist() == [[1, 0], [0, 0.25]]
 """
 
 
-def test_scipy_is_loaded_only_when_somebody_compiles_what_needs_it():
+def test_scipy_is_loaded_only_to_compile_kernels_that_need_it():
     subprocess.run([sys.executable, "-c", _SCRIPT], check=True)
 
 
@@ -38,7 +38,7 @@ print(sum(ssim_moments.stats.cache_hits.values()), "numba.np.npyimpl" not in sys
 """
 
 
-def test_machine_code_is_made_anew_when_any_kernel_has_changed(tmp_path):
+def test_machine_code_is_compiled_again_after_any_change_of_a_kernel(tmp_path):
     package = tmp_path / "quarc_ref"
     sources = Path(quarc_ref.__file__).parent
     shutil.copytree(sources, package, ignore=shutil.ignore_patterns("__pycache__"))

@@ -26,20 +26,20 @@ def _walls(*walls):
     )
 
 
-def test_depth_is_that_of_the_wall_however_faint_it_is():
+def test_depth_is_that_of_the_wall_even_if_faint():
     for logit in (-1.0, 4.0):
         depth, opacity = render_depth(_walls((3.0, logit)), _CAMERA)
         assert depth == pytest.approx(np.full((24, 32), 3.0), rel=1e-4)
         assert opacity == pytest.approx(np.full((24, 32), 1 / (1 + np.exp(-logit))), rel=2e-2)
 
 
-def test_a_wall_before_another_has_its_share_of_the_depth():
+def test_the_front_one_of_two_walls_contributes_its_share_of_the_depth():
     depth, _ = render_depth(_walls((2.0, 0.0), (6.0, 9.0)), _CAMERA)
 
     assert depth[12, 16] == pytest.approx((0.5 * 2 + 0.5 * 0.99 * 6) / (0.5 + 0.5 * 0.99), rel=1e-2)
 
 
-def test_where_nothing_is_there_is_no_depth():
+def test_empty_pixels_have_no_depth():
     depth, opacity = render_depth(_walls((-3.0, 4.0)), _CAMERA)
 
     assert not depth.any()

@@ -26,7 +26,7 @@ def _real_harmonic(degree, order, directions):
     return np.sqrt(2) * (value.imag if order < 0 else value.real)
 
 
-def test_the_basis_is_that_of_scipy():
+def test_the_basis_equals_that_of_scipy():
     directions = _directions()
     expected = [
         _real_harmonic(degree, order, directions)
@@ -48,7 +48,7 @@ def _splats(coefficients, count=30):
     )
 
 
-def test_folded_colors_are_those_that_the_kernels_shade():
+def test_folded_colors_equal_those_of_the_kernels():
     splats = _splats(4)
     eye = np.array([0.0, 0.0, -4.0])
     folded = Splats(
@@ -65,7 +65,7 @@ def test_folded_colors_are_those_that_the_kernels_shade():
 
 
 @pytest.mark.parametrize("coefficients", [9, 16])
-def test_higher_degrees_are_drawn_and_zeros_of_them_change_nothing(coefficients):
+def test_higher_degrees_are_rendered_and_zeros_change_nothing(coefficients):
     splats = _splats(coefficients)
     low = Splats(
         splats.positions, splats.rotations, splats.log_scales, splats.opacities, splats.sh[:, :4]

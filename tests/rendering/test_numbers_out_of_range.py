@@ -46,7 +46,7 @@ def _list(mean, conic, reach):
 
 @pytest.mark.parametrize("value", _STRANGE)
 @pytest.mark.parametrize("place", range(6))
-def test_whatever_a_projected_number_is_tiles_and_rows_are_those_of_the_picture(value, place):
+def test_any_projected_number_gives_valid_tiles_and_rows(value, place):
     numbers = [40.0, 30.0, 0.1, 0.02, 0.1, 5.0]
     numbers[place] = value
     tiles, rows = _list(numbers[:2], numbers[2:5], numbers[5])
@@ -74,7 +74,7 @@ for place, value in itertools.product((0, 1, 2, 4, 5), (math.nan, math.inf, 1e30
 """
 
 
-def test_only_numbers_that_integers_stand_for_become_integers():
+def test_only_integral_numbers_become_integers():
     """Python refuses to convert the others, which compiled code does not."""
     done = subprocess.run(
         [sys.executable, "-c", _UNCOMPILED],
@@ -88,7 +88,7 @@ def test_only_numbers_that_integers_stand_for_become_integers():
 
 
 @pytest.mark.parametrize("far", [0.0, 1e9, 2e9])
-def test_a_gaussian_far_larger_than_the_picture_meets_all_of_it(far):
+def test_a_gaussian_far_larger_than_the_picture_covers_all_of_it(far):
     tiles, rows = _list([far, -far], [4e-19, 0, 1e-18], 5.0)
 
     assert sorted(tiles.tolist()) == list(range(20))
@@ -103,7 +103,7 @@ def _spoil(leaves, name, value):
 
 @pytest.mark.parametrize("value", _STRANGE)
 @pytest.mark.parametrize("name", ["means", "quaternions", "log_scales", "sh"])
-def test_one_gaussian_out_of_range_leaves_the_others_as_they_are(name, value):
+def test_one_gaussian_out_of_range_does_not_affect_others(name, value):
     leaves, background = make_leaves(30, torch.float32), torch.zeros(3)
     spoilt = _spoil(leaves, name, value)
     width = leaves[name][0].numel()
@@ -144,7 +144,7 @@ def test_a_gaussian_that_is_not_finite_has_no_gradient():
         {"near": 1e-40},
     ],
 )
-def test_a_camera_of_any_numbers_sees_a_picture_of_finite_colors(spoilt):
+def test_a_camera_with_any_numbers_gives_finite_colors(spoilt):
     camera = replace(_CAMERA, **spoilt)
     rng = np.random.default_rng(0)
     splats = Splats(

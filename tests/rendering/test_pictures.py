@@ -11,7 +11,7 @@ from tests.rendering.scenes import make_camera
 from tests.small_streams import make_gaussians
 
 
-def test_a_picture_without_torch_is_the_one_with_it():
+def test_pictures_are_the_same_with_and_without_torch():
     scene = begin_canonical(StreamHeader(), 0, make_gaussians(StreamHeader(), 300)).scene
     splats, camera = dequantize(scene), make_camera(60, 40, near=0.01)
 

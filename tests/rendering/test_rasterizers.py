@@ -15,7 +15,7 @@ from tests.rendering.slow_renderer import draw_slowly
 _SIZES = [(6, 17, 13), (60, 70, 50), (400, 70, 50), (3000, 100, 60)]
 
 
-def test_the_reference_draws_what_the_text_says():
+def test_the_reference_renders_the_equations():
     leaves, camera = make_leaves(40, torch.float64), make_camera(20, 15)
     gaussians = activate({name: leaf.detach() for name, leaf in leaves.items()})
     background = torch.tensor([0.2, 0.5, 0.1], dtype=torch.float64)
@@ -26,7 +26,7 @@ def test_the_reference_draws_what_the_text_says():
     assert float((image - slow).abs().max()) < 1e-12
 
 
-def test_the_gradients_of_the_reference_are_finite_differences():
+def test_the_gradients_of_the_reference_equal_finite_differences():
     leaves, camera = make_leaves(7, torch.float64, seed=2), make_camera(17, 13)
     background = torch.tensor([0.2, 0.5, 0.1], dtype=torch.float64)
     _, gradients = render_with_gradients(TorchRasterizer(), leaves, camera)
@@ -48,7 +48,7 @@ def test_the_gradients_of_the_reference_are_finite_differences():
 
 
 @pytest.mark.parametrize(("count", "width", "height"), _SIZES)
-def test_numba_draws_and_differentiates_as_the_reference(count, width, height):
+def test_numba_renders_and_differentiates_like_the_reference(count, width, height):
     camera = make_camera(width, height)
 
     exact, wanted = render_with_gradients(
@@ -67,7 +67,7 @@ def test_numba_draws_and_differentiates_as_the_reference(count, width, height):
         assert float(error) < 1e-5, name
 
 
-def test_a_gaussian_that_no_pixel_sees_has_no_gradient():
+def test_an_invisible_gaussian_has_no_gradient():
     leaves = make_leaves(50, torch.float32)
     rendering, gradients = render_with_gradients(NumbaRasterizer(), leaves, make_camera(30, 20))
     hidden = rendering.radii == 0
@@ -78,7 +78,7 @@ def test_a_gaussian_that_no_pixel_sees_has_no_gradient():
 
 
 @pytest.mark.parametrize("rasterizer", [NumbaRasterizer(), TorchRasterizer()])
-def test_nothing_nearer_than_the_near_bound_allows_is_drawn(rasterizer):
+def test_gaussians_nearer_than_the_near_bound_are_not_rendered(rasterizer):
     leaves = make_leaves(1, torch.float32)
     leaves["means"] = torch.tensor([[-0.3, 0.2, 1.0]])
     depth = 0.3 * math.sin(0.3) + math.cos(0.3) + 0.3
@@ -92,7 +92,7 @@ def test_nothing_nearer_than_the_near_bound_allows_is_drawn(rasterizer):
     assert drawn(depth / 0.8 * 1.001) == 0
 
 
-def test_the_number_of_threads_does_not_reach_the_result():
+def test_the_result_does_not_depend_on_the_number_of_threads():
     camera, results = make_camera(100, 60), []
     for threads in (1, numba.config.NUMBA_NUM_THREADS):
         numba.set_num_threads(threads)
@@ -113,13 +113,13 @@ def test_a_scene_without_gaussians_is_background():
         assert not bool(rendering.alpha.any())
 
 
-def test_ndc_gradients_are_those_of_half_the_picture():
+def test_ndc_gradients_are_pixel_gradients_times_half_the_size():
     gradient = torch.tensor([[[1.0, 1.0], [0.0, 2.0]]])
 
     assert to_ndc(gradient, make_camera(40, 30)).tolist() == [[20.0, 15.0], [0.0, 30.0]]
 
 
-def test_a_cpu_draws_by_numba():
+def test_cpus_render_with_numba():
     assert choose_rasterizer(torch.device("cpu")).name == "numba"
 
 
@@ -127,7 +127,9 @@ def test_a_cpu_draws_by_numba():
     ("has_cuda", "has_gsplat", "device"),
     [(True, True, "cuda"), (True, False, "cpu"), (False, True, "cpu")],
 )
-def test_auto_is_cuda_only_where_gsplat_can_draw_on_it(monkeypatch, has_cuda, has_gsplat, device):
+def test_auto_chooses_cuda_only_if_gsplat_can_render_on_it(
+    monkeypatch, has_cuda, has_gsplat, device
+):
     monkeypatch.setattr(torch.cuda, "is_available", lambda: has_cuda)
     monkeypatch.setattr(backends, "find_spec", lambda _: object() if has_gsplat else None)
 
@@ -137,7 +139,7 @@ def test_auto_is_cuda_only_where_gsplat_can_draw_on_it(monkeypatch, has_cuda, ha
 
 @pytest.mark.gpu
 @pytest.mark.parametrize(("count", "width", "height"), _SIZES)
-def test_gsplat_draws_and_differentiates_as_numba(count, width, height):
+def test_gsplat_renders_and_differentiates_like_numba(count, width, height):
     if not torch.cuda.is_available():
         pytest.skip("no CUDA device")
     pytest.importorskip("gsplat")

@@ -16,7 +16,7 @@ def _pictures(height, width, dtype, seed=0):
 
 
 @pytest.mark.parametrize(("height", "width"), [(1, 1), (7, 9), (40, 33), (64, 100)])
-def test_numba_has_the_value_and_the_gradient_of_the_convolutions(height, width):
+def test_numba_and_convolutions_give_the_same_value_and_gradient(height, width):
     fast, truth = _pictures(height, width, torch.float32)
     exact, truth64 = _pictures(height, width, torch.float64)
 
@@ -28,7 +28,7 @@ def test_numba_has_the_value_and_the_gradient_of_the_convolutions(height, width)
     assert float((gradient - got).norm() / gradient.norm()) < 1e-5
 
 
-def test_away_from_the_borders_it_is_the_ssim_of_scikit_image():
+def test_away_from_the_borders_it_equals_ssim_of_scikit_image():
     image, truth = _pictures(80, 90, torch.float64)
     ours = _convolved_ssim(image.detach(), truth)[:, 12:-12, 12:-12]
 
@@ -47,7 +47,7 @@ def test_away_from_the_borders_it_is_the_ssim_of_scikit_image():
     assert np.abs(ours.permute(1, 2, 0).numpy() - theirs[12:-12, 12:-12]).max() < 1e-5
 
 
-def test_the_loss_weighs_l1_and_dssim():
+def test_the_loss_weights_l1_and_dssim():
     image, truth = _pictures(20, 30, torch.float32)
     l1 = float((image - truth).abs().mean().detach())
     dssim = 1 - float(mean_ssim(image, truth).detach())
@@ -58,7 +58,7 @@ def test_the_loss_weighs_l1_and_dssim():
     assert float(photometric_loss(truth, truth, 0.2)) == pytest.approx(0, abs=1e-6)
 
 
-def test_what_is_kept_of_a_truth_goes_with_it(monkeypatch):
+def test_cached_moments_are_freed_with_their_picture(monkeypatch):
     image, truth = _pictures(20, 30, torch.float32)
     known = len(losses._MOMENTS)
 

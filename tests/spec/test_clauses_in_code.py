@@ -20,13 +20,13 @@ def _named():
     return {name for comment in comments for name in re.findall(r"\[([\d.]+-\d+)\]", comment)}
 
 
-def test_every_clause_that_binds_decoders_is_named_in_the_code():
+def test_every_clause_for_decoders_is_named_in_the_code():
     known = {clause.number for clause in clauses(spec_text.text())}
 
     assert known - _WHOLE - _OF_ENCODERS - _named() == set()
 
 
-def test_the_code_names_no_clause_that_there_is_not():
+def test_the_code_names_only_existing_clauses():
     known = {clause.number for clause in clauses(spec_text.text())}
 
     assert _named() - known == set()

@@ -19,7 +19,7 @@ from tests.strategies import headers
 
 @settings(max_examples=12)
 @given(headers(), st.integers(1, 14))
-def test_both_decoders_find_the_same_states(header: StreamHeader, count: int):
+def test_both_decoders_give_the_same_states(header: StreamHeader, count: int):
     data, states = make_stream(header, gaussian_count=count, frame_count=5)
 
     plain = [frame.state.digest() for frame in decode_plain(spec_text.text(), data).frames]
@@ -28,7 +28,7 @@ def test_both_decoders_find_the_same_states(header: StreamHeader, count: int):
     assert plain == [compute_digest(state.scene) for state in states]
 
 
-def test_a_parent_that_undoes_its_own_parent_is_a_parent_that_moves():
+def test_a_parent_that_cancels_its_own_parent_counts_as_moving():
     """What is done is 0, but the parent's symbols are not: P is 1 and E is 0."""
     still = LevelContext(np.zeros(1, dtype=np.int64), np.zeros((6, 1), dtype=np.int64))
     levels = [PlainLevel([0], [[0, 0, 0]], [0], {}) for _ in range(3)]

@@ -18,7 +18,7 @@ CHECKS = (
 
 
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
-def test_the_text_is_in_step_with_the_code(check):
+def test_the_specification_agrees_with_the_code(check):
     check(spec_text.text())
 
 
@@ -38,7 +38,7 @@ def test_every_section_that_the_code_names_exists():
     assert missing == {}
 
 
-def test_the_sizes_of_the_fixed_parts_are_those_of_the_text():
+def test_the_sizes_of_fixed_parts_match_the_specification():
     assert layouts.CHUNK_HEADER.sizeof() == constants.CHUNK_HEADER_BYTES
     said = re.search(r"The payload of HEAD has (\d+) bytes", spec_text.text())
     assert len(wire.build_stream_header(StreamHeader())) == int(said[1])
@@ -47,7 +47,7 @@ def test_the_sizes_of_the_fixed_parts_are_those_of_the_text():
     )
 
 
-def test_no_line_of_the_text_is_longer_than_125():
+def test_no_line_of_the_specification_is_longer_than_125():
     tables = ("|", "    ", "<!--")
     lines = spec_text.text().splitlines()
 

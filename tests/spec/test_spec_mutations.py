@@ -78,7 +78,7 @@ def _expect_red(texts: Iterator[str], check: Check, at_least: int) -> None:
 
 
 @pytest.mark.parametrize("mutate", [_next_number, _other_name])
-def test_a_wrong_constant_is_seen(mutate):
+def test_a_wrong_constant_is_detected(mutate):
     def values(line: str) -> Iterator[str]:
         name, value, meaning = spec_text.cells_of(line)
         for other in mutate(f"| {name} | {value} |"):
@@ -88,22 +88,22 @@ def test_a_wrong_constant_is_seen(mutate):
 
 
 @pytest.mark.parametrize("mutate", [_next_number, _other_name])
-def test_a_wrong_level_is_seen(mutate):
+def test_a_wrong_level_is_detected(mutate):
     _expect_red(_mutate_lines("levels", mutate), check_tables.check_levels, 8)
 
 
-def test_a_wrong_reject_id_is_seen():
+def test_a_wrong_reject_id_is_detected():
     _expect_red(_mutate_lines("rejects", _other_name), check_tables.check_rejects, 58)
 
 
 @pytest.mark.parametrize("name", check_tables.SYNTAX)
 @pytest.mark.parametrize("mutate", [_other_name, _other_type])
-def test_a_wrong_row_of_syntax_is_seen(name, mutate):
+def test_a_wrong_row_of_syntax_is_detected(name, mutate):
     _expect_red(_mutate_lines(f"syntax {name}", mutate), check_tables.check_syntax, 2)
 
 
 @pytest.mark.parametrize("name", ["STREAM_HEADER", "CANONICAL", "FRAME"])
-def test_a_wrong_range_is_seen(name):
+def test_a_wrong_range_is_detected(name):
     def ranges(line: str) -> Iterator[str]:
         field, kind, said, meaning = spec_text.cells_of(line)
         others = _next_number(said) if said and not said.startswith("of") else iter(())
@@ -115,7 +115,7 @@ def test_a_wrong_range_is_seen(name):
     _expect_red(_mutate_lines(f"syntax {name}", ranges), check_ranges.check_ranges, 2)
 
 
-def test_a_wrong_number_of_a_formula_is_seen():
+def test_a_wrong_number_in_a_formula_is_detected():
     def others() -> Iterator[str]:
         for number, digits in (
             ("6.2", "0x[0-9A-F]{7}"),
@@ -132,7 +132,7 @@ def test_a_wrong_number_of_a_formula_is_seen():
     _expect_red(others(), check_tables.check_formulas, 12)
 
 
-def test_two_rows_of_syntax_in_another_order_are_seen():
+def test_swapped_rows_of_syntax_are_detected():
     def swapped() -> Iterator[str]:
         for name in check_tables.SYNTAX:
             start, end = _block(TEXT, f"syntax {name}")
@@ -145,7 +145,7 @@ def test_two_rows_of_syntax_in_another_order_are_seen():
 
 
 @pytest.mark.parametrize("name", ["A", "B", "C"])
-def test_a_wrong_byte_of_a_dump_is_seen(name):
+def test_a_wrong_byte_of_a_dump_is_detected(name):
     data = spec_text.dump(name)
     for place in range(len(data)):
         other = bytes([*data[:place], data[place] ^ 1, *data[place + 1 :]])
@@ -154,17 +154,17 @@ def test_a_wrong_byte_of_a_dump_is_seen(name):
 
 
 @pytest.mark.parametrize("name", ["A", "B", "C"])
-def test_a_wrong_cell_of_the_fields_is_seen(name):
+def test_a_wrong_cell_of_the_fields_is_detected(name):
     _expect_red(_mutate_lines(f"fields {name}", _other_cell), check_annexes.check_regions, 300)
 
 
 @pytest.mark.parametrize("name", ["A", "B", "C"])
-def test_a_wrong_digest_or_number_of_a_frame_is_seen(name):
+def test_a_wrong_digest_or_number_of_a_frame_is_detected(name):
     _expect_red(_mutate_lines(f"digests {name}", _other_cell), check_annexes.check_regions, 6)
 
 
 @pytest.mark.parametrize("name", [table.marker for table in TABLES])
-def test_a_wrong_known_answer_is_seen(name):
+def test_a_wrong_known_answer_is_detected(name):
     def answers(line: str) -> Iterator[str]:
         *cells, answer = spec_text.cells_of(line)
         other = answer[:-1] + ("1" if answer[-1] != "1" else "2")
@@ -174,11 +174,11 @@ def test_a_wrong_known_answer_is_seen(name):
 
 
 @pytest.mark.parametrize("name", ["widths", "vectors codes", "planes A0", "state B3", "notes B3"])
-def test_a_wrong_cell_of_a_made_table_is_seen(name):
+def test_a_wrong_cell_of_a_generated_table_is_detected(name):
     _expect_red(_mutate_lines(name, _other_cell), check_annexes.check_regions, 12)
 
 
-def test_a_clause_without_its_id_and_an_id_without_its_clause_are_seen():
+def test_a_clause_without_id_and_an_id_without_clause_are_detected():
     ids = list(re.finditer(r" \[(?:\d+(?:\.\d+)?)-\d+\]", TEXT))
     without = (TEXT[: found.start()] + TEXT[found.end() :] for found in ids)
     words = re.finditer(r'(?<!")\bMUST\b(?! NOT"|")', TEXT)
@@ -188,14 +188,14 @@ def test_a_clause_without_its_id_and_an_id_without_its_clause_are_seen():
     _expect_red(weaker, clauses.check_clause_ids, 40)
 
 
-def test_a_clause_that_names_another_reject_id_is_seen():
+def test_a_clause_with_another_reject_id_is_detected():
     named = re.finditer(r"\(`([a-z]+(?:-[a-z]+)*)`\) \[", TEXT)
     wrong = (TEXT[: n.start(1)] + "no-such-id" + TEXT[n.end(1) :] for n in named)
 
     _expect_red(wrong, clauses.check_reject_ids_of_clauses, 20)
 
 
-def test_a_link_or_a_reference_to_nowhere_is_seen():
+def test_a_broken_link_or_reference_is_detected():
     links = re.finditer(r"\]\(#", TEXT)
     references = re.finditer(r"(?<!\d, )\b(?:section |Annex [A-J]\.)\d+", TEXT)
 

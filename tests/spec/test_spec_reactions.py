@@ -21,11 +21,11 @@ def _recover(data: bytes) -> tuple[list[int], list[Gap]]:
     return [scene.frame for scene in scenes], gaps
 
 
-def test_the_stream_without_a_fault_is_whole():
+def test_the_stream_without_a_fault_is_valid():
     assert _recover(WHOLE) == (list(range(FRAME_COUNT)), [])
 
 
-def test_every_reaction_of_the_text_has_a_case_and_no_other():
+def test_every_reaction_in_the_specification_has_a_case_and_no_other():
     said = {
         (row["reject id"], reaction)
         for row in spec_text.records(spec_text.text(), "rejects")
@@ -36,7 +36,7 @@ def test_every_reaction_of_the_text_has_a_case_and_no_other():
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.reject_id}, {case.reaction}")
-def test_a_reader_that_recovers_reacts_as_the_text_says(case: Case):
+def test_a_recovering_reader_reacts_as_specified(case: Case):
     with pytest.raises(BitstreamError) as met:
         list(decode(case.data))
     assert met.value.reject_id == case.reject_id

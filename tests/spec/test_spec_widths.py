@@ -41,7 +41,7 @@ def rotations(draw) -> list[int]:
 
 
 @given(rotations(), sums())
-def test_a_step_of_rotation_stays_within_the_widths(rotation, vector):
+def test_a_rotation_of_one_step_stays_within_the_widths(rotation, vector):
     squared = sum(v * v for v in vector)
     residual = oracle.normalize(vector, 20)
     products = oracle.hamilton(rotation, residual)

@@ -41,7 +41,7 @@ def _forged(kind: bytes, length: int, sequence: int = 0) -> bytes:
     return bytes(header)
 
 
-def test_known_chunks_come_out_with_their_places():
+def test_known_chunks_are_returned_with_their_positions():
     chunks = list(split_chunks(_SMALL))
 
     assert [chunk.kind for chunk in chunks] == [b"HEAD", b"meta", b"FRAM", b"TAIL"]
@@ -51,7 +51,7 @@ def test_known_chunks_come_out_with_their_places():
     assert _ENDS[-1] == len(_SMALL)
 
 
-def test_a_stream_that_is_cut_gives_its_whole_chunks_and_says_so():
+def test_a_truncated_stream_gives_its_complete_chunks_and_an_error():
     for size in range(len(_SMALL)):
         whole = sum(end <= size for index, end in enumerate(_ENDS) if index != 3)
         chunks = split_chunks(_SMALL[:size])
@@ -61,7 +61,7 @@ def test_a_stream_that_is_cut_gives_its_whole_chunks_and_says_so():
             next(chunks)
 
 
-def test_a_reader_that_met_the_end_can_be_asked_again():
+def test_a_reader_at_the_end_can_be_polled_again():
     class Growing(BytesSource):
         def read(self, offset, length):
             return self._data[:there][offset : offset + length]
@@ -77,7 +77,7 @@ def test_a_reader_that_met_the_end_can_be_asked_again():
     assert reader.read_chunk() is None
 
 
-def test_a_flipped_byte_is_found_wherever_it_is():
+def test_a_flipped_byte_is_detected_anywhere():
     for place in range(len(_SMALL)):
         damaged = bytearray(_SMALL)
         damaged[place] ^= 0x20
@@ -98,7 +98,7 @@ def test_a_flipped_byte_is_found_wherever_it_is():
         (_ENDS[3] - 5, PayloadCrcError, _ENDS[2]),
     ],
 )
-def test_damage_has_a_name_by_its_place(place, error, offset):
+def test_damage_is_named_by_its_position(place, error, offset):
     damaged = bytearray(_SMALL)
     damaged[place] ^= 1
 
@@ -124,7 +124,7 @@ def test_bytes_after_the_tail_are_rejected():
         (rebuild_stream([(b"HEAD", b"\xff" * 100)]), UnsupportedVersionError),
     ],
 )
-def test_order_and_types_are_minded(data, error):
+def test_order_and_types_are_checked(data, error):
     with pytest.raises(error) as caught:
         list(split_chunks(data))
     assert caught.value.offset is not None
@@ -141,7 +141,7 @@ def test_order_and_types_are_minded(data, error):
         (_SMALL[:_FIRST_END] + _forged(b"FRAM", LEVELS[10].chunk_bytes, 1), TruncatedError),
     ],
 )
-def test_a_length_is_held_against_the_level_before_any_of_the_payload_is_read(data, error):
+def test_a_length_is_checked_against_the_level_before_the_payload_is_read(data, error):
     source = CountedSource(data + b"\0")
 
     with pytest.raises(error) as caught:
@@ -152,7 +152,7 @@ def test_a_length_is_held_against_the_level_before_any_of_the_payload_is_read(da
     assert caught.value.offset == len(data) - CHUNK_HEADER_BYTES
 
 
-def test_an_unknown_ancillary_chunk_is_proved_in_pieces():
+def test_the_crc_of_an_unknown_ancillary_chunk_is_checked_in_pieces():
     large = bytes(range(256)) * 1024
     chunks = [(b"HEAD", _HEAD), (b"biGg".lower(), large), (b"TAIL", b"")]
     data = rebuild_stream(chunks)

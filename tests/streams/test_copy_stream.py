@@ -20,11 +20,11 @@ def _copy(source):
     return copy_stream(source, sink), sink.getvalue()
 
 
-def test_a_copy_is_the_stream_and_its_frames_are_counted(data):
+def test_a_copy_equals_the_stream_and_its_frames_are_counted(data):
     assert _copy(BytesSource(data)) == (5, data)
 
 
-def test_a_stream_that_comes_once_can_be_copied(data):
+def test_a_stream_from_a_pipe_can_be_copied(data):
     assert _copy(PipeSource(io.BytesIO(data), kept_bytes=1 << 16)) == (5, data)
 
 
@@ -37,14 +37,14 @@ def test_chunks_of_unknown_types_are_copied(data):
     assert _copy(BytesSource(stream))[1] == stream
 
 
-def test_every_byte_of_a_chunk_is_proved(data):
+def test_every_byte_of_a_chunk_is_checked(data):
     for place in range(0, len(data), 7):
         damaged = data[:place] + bytes([data[place] ^ 4]) + data[place + 1 :]
         with pytest.raises(BitstreamError):
             _copy(BytesSource(damaged))
 
 
-def test_an_end_that_is_missing_or_not_the_end_is_refused(data):
+def test_a_missing_or_premature_end_is_rejected(data):
     with pytest.raises(TruncatedError):
         _copy(BytesSource(data[:-1]))
     with pytest.raises(TrailingDataError):

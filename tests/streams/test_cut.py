@@ -40,7 +40,7 @@ def test_a_cut_has_the_ordinals_and_digests_of_the_whole(start, length):
 
 
 @given(st.sampled_from([0, 4, 8]), st.integers(1, 12))
-def test_every_chunk_is_taken_over_as_it_is(start, length):
+def test_every_chunk_is_copied_unchanged(start, length):
     before = {(chunk.kind, chunk.payload) for chunk in list_all_chunks(_with_notes(_DATA))}
 
     after = list_all_chunks(cut_bytes(_with_notes(_DATA), start, start + length))
@@ -53,7 +53,7 @@ def test_every_chunk_is_taken_over_as_it_is(start, length):
     assert [kind for kind, _ in kept[5::2]] == [b"nOte"] * frames
 
 
-def test_the_whole_can_be_cut_out_and_gives_the_same_bytes():
+def test_cutting_out_the_whole_gives_the_same_bytes():
     assert cut_bytes(_DATA) == _DATA
     assert cut_bytes(_DATA, 0, 99) == _DATA
 
@@ -73,7 +73,7 @@ def test_a_part_can_be_cut_again():
         (4, 4, "no frame between frame 4 and frame"),
     ],
 )
-def test_a_cut_that_cannot_be_made_says_where_one_can(start, stop, message):
+def test_an_impossible_cut_says_where_one_is_possible(start, stop, message):
     sink = io.BytesIO()
     with pytest.raises(EditError, match=message):
         cut(CountedSource(_DATA), start, stop, sink)
@@ -81,7 +81,7 @@ def test_a_cut_that_cannot_be_made_says_where_one_can(start, stop, message):
     assert sink.getvalue() == b""
 
 
-def test_frames_before_the_first_are_not_there():
+def test_frames_before_the_first_do_not_exist():
     part = cut_bytes(_DATA, 4)
 
     with pytest.raises(EditError, match="no frame 2; the nearest canonical frame is 4"):
@@ -90,7 +90,7 @@ def test_frames_before_the_first_are_not_there():
         cut_bytes(part, None, 3)
 
 
-def test_a_stream_without_frames_has_none_to_cut_out():
+def test_a_stream_without_frames_cannot_be_cut():
     chunks = list(split_chunks(_DATA))[:3]
     tail = (container.TAIL, wire.build_tail(wire.Tail(0, 0, 0)))
     data = rebuild_stream([*((chunk.kind, chunk.payload) for chunk in chunks), tail])
@@ -99,7 +99,7 @@ def test_a_stream_without_frames_has_none_to_cut_out():
         cut_bytes(data)
 
 
-def test_the_cameras_and_metadata_that_hold_at_the_first_frame_are_kept():
+def test_the_cameras_and_metadata_in_effect_at_the_first_frame_are_kept():
     chunks = []
     for chunk in split_chunks(_DATA):
         if chunk.kind == container.CANO:
@@ -121,7 +121,7 @@ def test_the_cameras_and_metadata_that_hold_at_the_first_frame_are_kept():
     assert decoder.cameras
 
 
-def test_what_lies_behind_the_frames_may_be_damaged():
+def test_data_after_the_frames_can_be_damaged():
     chunk = [chunk for chunk in split_chunks(_DATA) if chunk.kind in _FRAMES][6]
     damaged = bytearray(_DATA)
     damaged[chunk.offset + 30] ^= 1
@@ -130,7 +130,7 @@ def test_what_lies_behind_the_frames_may_be_damaged():
     assert cut_bytes(bytes(damaged), 8) == cut_bytes(_DATA, 8)
 
 
-def test_of_frames_that_are_passed_over_only_headers_are_read():
+def test_only_headers_of_skipped_frames_are_read():
     source = CountedSource(_DATA)
     cut(source, 8, None, io.BytesIO())
     passed = [chunk for chunk in split_chunks(_DATA) if chunk.kind in _FRAMES][:8]
@@ -142,7 +142,7 @@ def test_of_frames_that_are_passed_over_only_headers_are_read():
 
 
 @given(st.integers(0, len(_DATA) - 1))
-def test_a_stream_that_is_cut_gives_no_frames_that_it_does_not_have(size):
+def test_a_truncated_stream_cannot_be_cut_beyond_its_end(size):
     with pytest.raises(TruncatedError):
         cut_bytes(_DATA[:size])
 

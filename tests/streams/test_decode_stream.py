@@ -61,7 +61,7 @@ def _frames(data):
         (container.FRAM, 9, 0xFFFFFFFF),
     ],
 )
-def test_what_no_level_bounds_is_declined_and_not_rejected(kind, place, value):
+def test_a_frame_beyond_the_decoders_limits_is_declined_and_not_rejected(kind, place, value):
     def change(of, payload):
         if of == container.HEAD:
             return payload[:10] + bytes([31]) + payload[11:]
@@ -75,21 +75,21 @@ def _put_number(payload, place, value):
     return payload[:place] + value.to_bytes(4, "little") + payload[place + 4 :]
 
 
-def test_a_decoder_has_the_states_that_the_writer_had():
+def test_a_decoder_has_the_states_of_the_writer():
     digests = [compute_digest(scene) for scene in decode(_DATA)]
 
     assert digests == [compute_digest(state.scene) for state in _STATES]
     assert len(set(digests)) == len(_STATES)
 
 
-def test_decoding_twice_is_decoding_once():
+def test_decoding_twice_gives_the_same():
     assert [compute_digest(s) for s in decode(_DATA)] == [compute_digest(s) for s in decode(_DATA)]
 
 
 @pytest.mark.parametrize(
     ("start", "stop", "frames"), [(0, 2, [0, 1]), (2, None, [2, 3]), (9, 10, [])]
 )
-def test_a_range_of_frames_comes_out_alone(start, stop, frames):
+def test_a_range_of_frames_is_decoded_alone(start, stop, frames):
     assert [scene.frame for scene in decode(_DATA, start, stop)] == frames
 
 
@@ -105,7 +105,7 @@ def test_a_flipped_byte_anywhere_is_rejected_by_name():
     assert unnoticed == []
 
 
-def test_a_stream_cut_anywhere_gives_its_whole_frames_and_says_that_it_was_cut():
+def test_a_truncated_stream_gives_its_complete_frames_and_an_error():
     ends = [
         chunk.offset + chunk.byte_count()
         for chunk in split_chunks(_SMALL)
@@ -161,7 +161,7 @@ def test_a_wrong_state_crc_is_rejected_after_the_frames_before():
         (container.INDX, 16, 1, IndexMismatchError),
     ],
 )
-def test_counts_are_proved_before_they_are_used(kind, place, value, error):
+def test_counts_are_checked_before_use(kind, place, value, error):
     def change(of, payload):
         number = value.to_bytes(4, "little")
         return payload[:place] + number + payload[place + 4 :] if of == kind else payload
@@ -182,7 +182,7 @@ def test_a_chunk_before_the_header_is_rejected():
         StreamDecoder().push(Chunk(container.META, wire.build_metadata({}), 8, 1))
 
 
-def test_a_canonical_frame_may_come_again():
+def test_a_canonical_frame_can_be_repeated():
     chunks = list(split_chunks(_DATA))
     decoder = StreamDecoder()
     for chunk in chunks[:-1]:
@@ -210,14 +210,14 @@ def test_no_frame_follows_the_last_ordinal():
     assert isinstance(error, FrameOrderError)
 
 
-def test_an_unknown_chunk_that_is_pushed_all_the_same_changes_nothing():
+def test_a_pushed_unknown_chunk_changes_nothing():
     decoder = StreamDecoder()
     decoder.push(Chunk(container.HEAD, wire.build_stream_header(StreamHeader()), 8, 0))
 
     assert decoder.push(Chunk(b"oDds", b"whatever", 0, 1)) is None
 
 
-def test_nothing_is_skipped_where_nothing_was_sought():
+def test_without_seeking_nothing_is_skipped():
     decoder = StreamDecoder()
     decoder.skip_to(())
     for chunk in split_chunks(_DATA):
@@ -234,7 +234,7 @@ def test_a_payload_beyond_the_level_is_rejected():
         decoder.push(Chunk(container.META, bytes((1 << 22) + 1), 8, 1))
 
 
-def test_a_rejected_frame_leaves_the_decoder_as_it_was():
+def test_a_rejected_frame_does_not_change_the_decoder():
     chunks = list(split_chunks(_DATA))
     decoder = StreamDecoder()
     for chunk in chunks[:4]:
@@ -252,13 +252,13 @@ def test_a_rejected_frame_leaves_the_decoder_as_it_was():
 @pytest.mark.parametrize(
     "changes", [{"sh_degree": 0}, {"rotation_components": 4}, {"level_count": 1}]
 )
-def test_streams_of_other_headers_come_back(changes):
+def test_streams_with_other_headers_survive_a_round_trip(changes):
     data, states = make_stream(StreamHeader(seed=3, **changes))
 
     assert [compute_digest(s) for s in decode(data)] == [compute_digest(s.scene) for s in states]
 
 
-def test_every_full_crc_interval_the_codes_are_covered_too():
+def test_the_codes_are_included_at_every_full_crc_interval():
     header = StreamHeader(full_crc_interval=2)
     data, _ = make_stream(header, frame_count=5)
     decoder = StreamDecoder()

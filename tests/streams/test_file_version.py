@@ -34,12 +34,12 @@ _MARKS = {
         (FileVersion(101, '"two"', "Tuesday"), Change.GROWN),
     ],
 )
-def test_a_file_is_known_by_its_tag_or_else_its_time_and_by_its_size(later, change):
+def test_a_file_is_identified_by_tag_or_time_and_by_size(later, change):
     assert _ONE.compare(later) is change
     assert FileVersion().compare(later) is Change.NONE
 
 
-def test_what_a_later_answer_does_not_say_is_known_still():
+def test_values_missing_from_a_later_response_are_kept():
     assert _ONE.updated(FileVersion(101)) == FileVersion(101, '"one"', "Monday")
     assert _ONE.updated(FileVersion(None, '"two"')) == FileVersion(100, '"two"', "Monday")
 
@@ -57,7 +57,7 @@ def server(request):
         yield server
 
 
-def test_a_stream_that_grows_is_followed_whatever_its_server_says_of_it(server):
+def test_a_growing_stream_is_followed_for_any_response_headers(server):
     server.file = lambda request: DATA[: 20 * request.number]
     scenes = decode(HttpSource(server.url), follow=Follow(interval=0, patience=20))
 
@@ -65,7 +65,7 @@ def test_a_stream_that_grows_is_followed_whatever_its_server_says_of_it(server):
 
 
 @pytest.mark.parametrize("data", [OTHER, _LONGER, DATA[:-100], b""])
-def test_a_file_that_is_swapped_while_it_is_read_is_rejected(server, data):
+def test_a_file_replaced_during_reading_is_rejected(server, data):
     source = HttpSource(server.url)
     assert source.read(100, 200) == DATA[100:300]
     server.file = lambda _: data
@@ -76,7 +76,7 @@ def test_a_file_that_is_swapped_while_it_is_read_is_rejected(server, data):
         source.read(300, 200)
 
 
-def test_a_file_that_was_shorter_when_it_was_first_asked_for_is_not_another(server):
+def test_a_growing_file_is_not_another_file(server):
     source = HttpSource(server.url)
     for size in (0, 5, 40, len(DATA)):
         server.file = lambda _, size=size: DATA[:size]

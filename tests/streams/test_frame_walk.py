@@ -24,7 +24,7 @@ class _Counting(BytesSource):
 
 
 @pytest.mark.parametrize("place", range(1, len(_CHUNKS)))
-def test_a_chunk_that_is_passed_over_must_end_in_the_stream(place):
+def test_a_skipped_chunk_must_end_within_the_stream(place):
     chunk = _CHUNKS[place]
     end = _CHUNKS[place + 1].offset if place + 1 < len(_CHUNKS) else len(_DATA)
 
@@ -33,14 +33,14 @@ def test_a_chunk_that_is_passed_over_must_end_in_the_stream(place):
     assert caught.value.offset == chunk.offset
 
 
-def test_the_size_is_asked_for_once():
+def test_the_size_is_requested_once():
     source = _Counting(_DATA)
 
     assert len(list(FrameWalk(source))) == len(_CHUNKS) - 3
     assert source.asked == 1
 
 
-def test_what_has_come_since_is_there():
+def test_appended_bytes_are_found():
     source = _Counting(_DATA, grows_by=len(_DATA) - _CHUNKS[-3].offset)
 
     assert len(list(FrameWalk(source))) == len(_CHUNKS) - 3

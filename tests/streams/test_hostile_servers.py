@@ -45,7 +45,7 @@ def _decode(url):
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-def test_a_hostile_server_is_given_up_in_time_with_a_sentence(name):
+def test_a_hostile_server_is_given_up_in_time_with_a_message(name):
     answer, fault = HOSTILE[name]
     with serve(answer) as server:
         said = _reject(server.url, _SOON)
@@ -91,18 +91,18 @@ def test_a_redirect_out_of_tls_is_rejected(tls):
         assert plain.asked == []
 
 
-def test_a_certificate_that_nobody_knows_is_rejected(tls, monkeypatch):
+def test_an_untrusted_certificate_is_rejected(tls, monkeypatch):
     monkeypatch.delenv("SSL_CERT_FILE")
     with serve(hostile_servers.Request.answer, tls) as server:
         assert "certificate" in _reject(server.url)
 
 
-def test_a_body_at_a_byte_a_time_is_given_up_over_tls_too(tls):
+def test_a_slow_body_times_out_over_tls_too(tls):
     with serve(hostile_servers.drip, tls) as server:
         assert _LATE in _reject(server.url, _SOON)
 
 
-def test_a_handshake_at_a_byte_a_time_is_given_up():
+def test_a_slow_handshake_times_out():
     with socket.create_server(("127.0.0.1", 0)) as server:
         thread = threading.Thread(target=_drip_handshake, args=(server,))
         thread.start()
@@ -143,7 +143,7 @@ def test_a_few_redirects_are_followed_and_more_are_not():
         assert "redirects more than 5 times" in _reject(server.url)
 
 
-def test_one_deadline_is_for_all_redirects():
+def test_all_redirects_share_one_deadline():
     def answer(request):
         request.let_go.wait(0.4 * _SOON)
         redirect(request, f"{request.path}x")
@@ -163,7 +163,7 @@ def test_one_deadline_is_for_all_redirects():
         ("a b\xe9", "https://a.org/streams/a%20b%E9"),
     ],
 )
-def test_a_redirect_leads_to_a_url(location, target):
+def test_a_redirect_is_resolved_against_its_url(location, target):
     assert follow_redirect("https://a.org/streams/here?x=y", location) == target
     assert follow_redirect("http://a.org/", "https://b.org/") == "https://b.org/"
 
@@ -177,7 +177,7 @@ def test_a_redirect_to_no_server_or_out_of_tls_is_rejected(location):
         follow_redirect("https://a.org/", location)
 
 
-def test_a_chunked_answer_is_read_where_it_is_the_range_asked_for():
+def test_a_chunked_response_with_the_requested_range_is_read():
     def answer(request):
         body = request.send_head(more="Transfer-Encoding: chunked\n\n")
         for place in range(0, len(body), 7):
@@ -193,7 +193,7 @@ def test_a_chunked_answer_is_read_where_it_is_the_range_asked_for():
 
 
 @pytest.mark.parametrize("end", ["5\nabc", "0\n\n", ""])
-def test_a_chunked_answer_that_ends_too_early_is_rejected(end):
+def test_a_truncated_chunked_response_is_rejected(end):
     def answer(request):
         request.send_head(more="Transfer-Encoding: chunked\n\n")
         request.send(f"3\nabc\n{end}")
@@ -203,7 +203,7 @@ def test_a_chunked_answer_that_ends_too_early_is_rejected(end):
 
 
 @pytest.mark.parametrize("length", ["Content-Length: 9\n", ""])
-def test_a_body_that_is_longer_than_its_range_is_rejected(length):
+def test_a_body_longer_than_its_range_is_rejected(length):
     def answer(request):
         request.send("", request.send_head(more=f"{length}\n"))
         request.send_for_ever(b"more")
@@ -212,7 +212,7 @@ def test_a_body_that_is_longer_than_its_range_is_rejected(length):
         assert "sends more than the 8 bytes that were requested" in _reject(server.url)
 
 
-def test_a_server_that_denies_bytes_that_it_has_is_rejected():
+def test_a_server_that_denies_existing_bytes_is_rejected():
     def answer(request):
         request.send(f"HTTP/1.1 416 No\nContent-Range: bytes */{len(DATA)}\n\n")
 
@@ -220,7 +220,7 @@ def test_a_server_that_denies_bytes_that_it_has_is_rejected():
         assert f"does not send byte 0 of {len(DATA)}" in _reject(server.url)
 
 
-def test_the_first_address_that_answers_is_read_from(monkeypatch):
+def test_the_first_address_that_responds_is_used(monkeypatch):
     with socket.socket() as closed, serve(hostile_servers.Request.answer) as server:
         closed.bind(("127.0.0.1", 0))
         kind = (socket.AF_INET, socket.SOCK_STREAM, 0, "")
@@ -229,7 +229,7 @@ def test_the_first_address_that_answers_is_read_from(monkeypatch):
         assert _decode(server.url) == _DIGESTS
 
 
-def test_a_name_that_is_not_found_in_time_is_given_up(monkeypatch):
+def test_a_name_lookup_times_out(monkeypatch):
     let_go = threading.Event()
     monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: let_go.wait(30))
     said = _reject("http://example.org/stream", _SOON)
@@ -252,7 +252,7 @@ def through_proxy(monkeypatch):
     return set_proxy
 
 
-def test_a_proxy_of_the_environment_is_asked(through_proxy):
+def test_the_proxy_of_the_environment_is_used(through_proxy):
     with serve(hostile_servers.Request.answer) as proxy:
         through_proxy(proxy.url)
         assert _decode("http://example.org/stream") == _DIGESTS
@@ -283,7 +283,7 @@ def _pump(source, sink):
     sink.shutdown(socket.SHUT_WR)
 
 
-def test_a_tunnel_at_a_byte_a_time_is_given_up(through_proxy):
+def test_a_slow_tunnel_times_out(through_proxy):
     def answer(request):
         request.send("HTTP/1.0 200 OK\nX: ")
         request.send_for_ever(b"x", hostile_servers.PAUSE)

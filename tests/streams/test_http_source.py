@@ -92,7 +92,7 @@ def test_a_range_of_frames_takes_less_than_half_of_the_bytes():
         assert sum(last + 1 - first for first, last in server.ranges) < len(_DATA) / 2
 
 
-def test_a_read_is_short_at_the_end_alone():
+def test_only_a_read_at_the_end_is_short():
     with _serve() as server:
         source = HttpSource(server.url)
         assert source.read(len(_DATA) - 3, 10) == _DATA[-3:]
@@ -101,14 +101,14 @@ def test_a_read_is_short_at_the_end_alone():
         assert source.read(5, 0) == b""
 
 
-def test_a_cut_stream_on_a_server_is_cut():
+def test_a_truncated_stream_on_a_server_is_rejected_as_truncated():
     with _serve(_DATA[:-1]) as server:
         with pytest.raises(TruncatedError):
             list(decode(HttpSource(server.url)))
         assert list(recover(HttpSource(server.url)))[-1].reject_id == "truncated"
 
 
-def test_a_stream_that_grows_on_a_server_can_be_followed():
+def test_a_growing_stream_on_a_server_can_be_followed():
     with _serve(_DATA[:500]) as server:
         scenes = decode(HttpSource(server.url), follow=Follow(interval=0.01, patience=20))
         timer = threading.Timer(0.1, lambda: setattr(server, "data", _DATA))
@@ -122,7 +122,7 @@ def test_an_empty_stream_has_a_size():
         assert HttpSource(server.url).size() == 0
 
 
-def test_a_server_that_keeps_the_size_to_itself_is_read_all_the_same():
+def test_a_server_without_a_content_length_is_read():
     def fault(handler, first, last):
         if first < len(_DATA):
             handler.answer_range(first, _DATA[first : last + 1], "*")
@@ -181,7 +181,7 @@ def _babble(handler, _first, _last):
         (_babble, "cannot be read"),
     ],
 )
-def test_a_server_that_answers_otherwise_is_named(fault, message):
+def test_a_server_with_another_response_is_named(fault, message):
     with _serve(fault=fault) as server:
         with pytest.raises(SourceError, match=message) as caught:
             list(decode(HttpSource(server.url)))
@@ -220,7 +220,7 @@ def _trickle(handler, first, last):
 
 
 @pytest.mark.parametrize("fault", [_stall_at_once, _stall_in_the_body, _trickle])
-def test_a_server_that_stalls_is_given_up(fault):
+def test_a_stalling_server_times_out(fault):
     with _serve(fault=fault) as server:
         begun = time.monotonic()
         with pytest.raises(SourceError, match=r"takes more than 0\.2 seconds"):
@@ -231,12 +231,12 @@ def test_a_server_that_stalls_is_given_up(fault):
 @pytest.mark.parametrize(
     "url", ["http://127.0.0.1:1/x", "http://", "http://[", "ftp://127.0.0.1/x", "file:///etc/x"]
 )
-def test_a_server_that_cannot_be_asked_is_a_source_error(url):
+def test_an_unreachable_server_is_a_source_error(url):
     with pytest.raises(SourceError):
         HttpSource(url, timeout=1).read(0, 8)
 
 
-def test_why_a_server_cannot_be_asked_is_said_and_nothing_more():
+def test_the_message_of_an_unreachable_server_has_only_the_reason():
     with pytest.raises(SourceError) as caught:
         HttpSource("http://127.0.0.1:1/x", timeout=5).read(0, 8)
 
@@ -245,7 +245,7 @@ def test_why_a_server_cannot_be_asked_is_said_and_nothing_more():
 
 
 @pytest.mark.parametrize("frame", [3, 4, 6, 8, 11])
-def test_frames_at_and_after_a_snapshot_are_come_to_by_ranges(frame):
+def test_frames_at_and_after_a_snapshot_are_read_by_ranges(frame):
     header = StreamHeader(snapshots=True, gaussians_per_anchor=4)
     data, states = make_stream(header, 40, 12, snapshot_every=4)
 

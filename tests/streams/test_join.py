@@ -39,7 +39,7 @@ def _read(data):
     return decoder
 
 
-def test_the_parts_of_a_stream_joined_are_the_stream():
+def test_the_joined_parts_of_a_stream_are_the_stream():
     parts = [cut_bytes(_DATA, 0, 4), cut_bytes(_DATA, 4, 8), cut_bytes(_DATA, 8)]
 
     assert join_bytes(*parts) == _DATA
@@ -78,7 +78,7 @@ def test_only_the_ordinals_of_canonical_frames_change():
     assert all(a.payload[4:] == b.payload[4:] for a, b in zip(before, after, strict=True))
 
 
-def test_every_frame_of_a_joined_stream_can_be_sought():
+def test_every_frame_of_a_joined_stream_can_be_found_by_seeking():
     data = join_bytes(_SHORT, _DATA)
     digests = [digest for _, digest in (*_SHORT_DIGESTS, *_DIGESTS)]
 
@@ -87,7 +87,7 @@ def test_every_frame_of_a_joined_stream_can_be_sought():
         assert (scene.frame, compute_digest(scene)) == (frame, digest)
 
 
-def test_the_greatest_level_is_taken():
+def test_the_highest_level_is_used():
     header = wire.build_stream_header(replace(_HEADER, level=20))
 
     joined = join_bytes(_SHORT, _replaced(_SHORT, {b"HEAD": header}), _SHORT)
@@ -102,7 +102,7 @@ def test_headers_that_differ_are_named_field_by_field():
         join_bytes(_SHORT, other)
 
 
-def test_features_that_this_version_does_not_know_must_be_the_same():
+def test_unknown_features_must_be_the_same():
     head = bytearray(wire.build_stream_header(_HEADER))
     head[6] = 1
     other = _replaced(_SHORT, {b"HEAD": bytes(head)})
@@ -120,7 +120,7 @@ def test_cameras_must_be_the_same(cameras):
         join_bytes(_SHORT, other)
 
 
-def test_metadata_that_all_say_alike_is_kept():
+def test_metadata_shared_by_all_parts_is_kept():
     said = [{"a": "1", "b": "2", "c": "3"}, {"c": "3", "b": "0", "a": "1"}, {"a": "1", "c": "3"}]
     parts = [_replaced(_SHORT, {b"meta": wire.build_metadata(each)}) for each in said]
 
@@ -128,14 +128,14 @@ def test_metadata_that_all_say_alike_is_kept():
     assert _read(join_bytes(*parts, _replaced(_SHORT, {b"meta": None}))).metadata == {}
 
 
-def test_without_cameras_and_metadata_there_is_none():
+def test_streams_without_cameras_and_metadata_join_without_them():
     bare = _replaced(_SHORT, {b"meta": None, b"came": None})
 
     kinds = [chunk.kind for chunk in list_all_chunks(join_bytes(bare, bare))]
     assert kinds == [b"HEAD", *[b"CANO", b"FRAM", b"FRAM"] * 2, b"INDX", b"TAIL"]
 
 
-def test_unknown_ancillary_chunks_are_kept_and_what_all_begin_with_once():
+def test_unknown_ancillary_chunks_are_kept_and_common_ones_at_the_start_once():
     def noted(first, last):
         chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(_SHORT)][:-2]
         tail = (b"TAIL", wire.build_tail(wire.Tail(3, 1, 0)))
@@ -147,7 +147,7 @@ def test_unknown_ancillary_chunks_are_kept_and_what_all_begin_with_once():
     assert notes == [b"same", b"x", b"x", b"other", b"y"]
 
 
-def test_ordinals_end_where_their_field_does():
+def test_ordinals_beyond_their_field_are_rejected():
     late = list(split_chunks(_SHORT))
     cano = (COUNTER_LIMIT - 1).to_bytes(4, "little") + late[3].payload[4:]
     tail = wire.build_tail(wire.Tail(1, 1, 0))
@@ -160,20 +160,20 @@ def test_ordinals_end_where_their_field_does():
         join_bytes(last, last, last)
 
 
-def test_nothing_at_all_cannot_be_joined():
+def test_joining_no_streams_is_rejected():
     with pytest.raises(EditError, match="no streams to join"):
         join_bytes()
 
 
 @given(st.integers(0, len(_SHORT) - 1))
-def test_a_part_that_is_cut_is_rejected(size):
+def test_a_truncated_part_is_rejected(size):
     with pytest.raises(TruncatedError, match="stream 2: the stream ends ") as caught:
         join_bytes(_DATA, _SHORT[:size])
     assert caught.value.offset <= size
 
 
 @pytest.mark.parametrize("number", [1, 2, 3])
-def test_what_is_no_stream_is_named(number):
+def test_a_file_that_is_not_a_stream_is_named(number):
     parts = [_SHORT, _SHORT]
     parts.insert(number - 1, b"this is text")
 
@@ -181,7 +181,7 @@ def test_what_is_no_stream_is_named(number):
         join_bytes(*parts)
 
 
-def test_a_fault_of_what_is_only_copied_is_named():
+def test_a_fault_in_copied_data_is_named():
     place = list_all_chunks(_SHORT)[3].offset + 40  # in the payload of the canonical frame
     damaged = _SHORT[:place] + bytes([_SHORT[place] ^ 1]) + _SHORT[place + 1 :]
 
@@ -196,7 +196,7 @@ class _Unsized(BytesSource):
         return None
 
 
-def test_a_stream_that_does_not_say_how_long_it_is_is_joined_all_the_same():
+def test_streams_without_a_frame_count_can_be_joined():
     sink = io.BytesIO()
     join([_Unsized(_DATA), _Unsized(_SHORT)], sink)
 

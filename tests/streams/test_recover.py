@@ -46,12 +46,12 @@ def _from(frame):
     return list(range(-(-frame // 3) * 3, 9))
 
 
-def test_a_whole_stream_has_no_gaps():
+def test_an_intact_stream_has_no_gaps():
     assert _recover(_DATA) == (list(range(9)), [])
     assert _recover(PipeSource(io.BytesIO(_DATA))) == (list(range(9)), [])
 
 
-def test_a_stream_cut_anywhere_gives_its_whole_frames_and_says_that_it_was_cut():
+def test_a_truncated_stream_gives_its_complete_frames_and_an_error():
     data, _ = make_stream(gaussian_count=3, frame_count=3, canonical_every=2)
     chunks = list(split_chunks(data))
     ends = [c.offset + c.byte_count() for c in chunks if c.kind in (b"CANO", b"FRAM")]
@@ -69,7 +69,7 @@ def test_a_stream_cut_anywhere_gives_its_whole_frames_and_says_that_it_was_cut()
 
 
 @pytest.mark.parametrize("lost", range(1, len(_CHUNKS)))
-def test_a_single_lost_chunk_costs_the_frames_up_to_the_next_canonical_one(lost):
+def test_a_single_lost_chunk_loses_the_frames_up_to_the_next_canonical_one(lost):
     pieces = _PIECES[:lost] + _PIECES[lost + 1 :]
     frame = max(0, lost - _FIRST)
     kept = list(range(min(frame, 9)))
@@ -91,7 +91,7 @@ def test_a_single_lost_chunk_costs_the_frames_up_to_the_next_canonical_one(lost)
 @pytest.mark.parametrize(
     ("place", "reject_id"), [(0, "bad-sync"), (9, "header-crc"), (21, "payload-crc")]
 )
-def test_damage_costs_the_frames_up_to_the_next_canonical_one(damaged, place, reject_id):
+def test_damage_loses_the_frames_up_to_the_next_canonical_one(damaged, place, reject_id):
     data = bytearray(_DATA)
     data[_CHUNKS[damaged].offset + place] ^= 1
     frame = damaged - _FIRST
@@ -123,14 +123,14 @@ def test_a_megabyte_of_junk_between_chunks_is_skipped_and_reported(junk, source)
 
 @given(st.permutations(range(_FIRST, len(_CHUNKS))))
 @settings(max_examples=25)
-def test_reordered_chunks_never_let_a_wrong_or_an_earlier_frame_out(order):
+def test_reordered_chunks_never_give_a_wrong_or_an_earlier_frame(order):
     frames, gaps = _recover(_joined(_PIECES[:_FIRST] + [_PIECES[i] for i in order]))
 
     assert frames == sorted(set(frames))
     assert bool(gaps) == (order != sorted(order))
 
 
-def test_swapped_chunks_cost_the_frames_up_to_the_next_canonical_one():
+def test_swapped_chunks_lose_the_frames_up_to_the_next_canonical_one():
     order = [*range(_FIRST + 1), _FIRST + 2, _FIRST + 1, *range(_FIRST + 3, len(_CHUNKS))]
 
     frames, gaps = _recover(_joined([_PIECES[i] for i in order]))
@@ -139,7 +139,7 @@ def test_swapped_chunks_cost_the_frames_up_to_the_next_canonical_one():
     assert [(gap.reject_id, gap.frames_lost) for gap in gaps] == [("sequence", 2)]
 
 
-def test_a_canonical_chunk_after_a_lost_one_is_gone_on_at_itself():
+def test_decoding_resumes_at_a_canonical_chunk_after_a_lost_one():
     pieces = _PIECES[: _FIRST + 2] + _PIECES[_FIRST + 3 :]
 
     frames, gaps = _recover(_joined(pieces))
@@ -155,7 +155,7 @@ def _changed(change):
     )
 
 
-def test_a_payload_that_is_rejected_is_a_gap_as_well():
+def test_a_rejected_payload_is_a_gap_as_well():
     data = _changed({_FIRST + 3: lambda payload: payload[:-1] + bytes([payload[-1] ^ 1])})
 
     frames, gaps = _recover(data)
@@ -176,7 +176,7 @@ def test_frames_between_two_rejected_canonical_chunks_are_counted_once():
 
 
 @pytest.mark.parametrize("sequence", [1, 2])
-def test_an_ancillary_chunk_that_is_damaged_is_left_out_alone(sequence):
+def test_of_a_damaged_ancillary_chunk_only_itself_is_left_out(sequence):
     damaged = bytearray(_DATA)
     damaged[_CHUNKS[sequence].offset + 20] ^= 1
     spoilt = _changed({sequence: lambda payload: payload[:-1] + b"\xff"})
@@ -187,7 +187,7 @@ def test_an_ancillary_chunk_that_is_damaged_is_left_out_alone(sequence):
         assert [(gap.reject_id, gap.frames_lost) for gap in gaps] == [(reject_id, 0)]
 
 
-def test_a_private_chunk_that_is_damaged_is_left_out_alone():
+def test_of_a_damaged_private_chunk_only_itself_is_left_out():
     odd = build_chunk(b"oDds", _FIRST, b"whatever")
     pieces = [*_PIECES[:_FIRST], odd[:-1] + bytes([odd[-1] ^ 1])]
     pieces += [build_chunk(c.kind, c.sequence + 1, c.payload) for c in _CHUNKS[_FIRST:-2]]
@@ -198,7 +198,7 @@ def test_a_private_chunk_that_is_damaged_is_left_out_alone():
     assert [gap.reject_id for gap in gaps] == ["payload-crc", "truncated"]
 
 
-def test_an_index_that_lies_costs_no_frame():
+def test_a_wrong_index_loses_no_frame():
     frames, gaps = _recover(_changed({len(_CHUNKS) - 2: lambda payload: payload[:4] + bytes(48)}))
 
     assert frames == list(range(9))
@@ -206,7 +206,7 @@ def test_an_index_that_lies_costs_no_frame():
 
 
 @pytest.mark.parametrize(("frame_count", "lost"), [(12, 4), (3, None)])
-def test_what_the_tail_says_is_believed_after_damage_unless_it_cannot_be(frame_count, lost):
+def test_the_frame_count_of_the_tail_is_used_after_damage_if_plausible(frame_count, lost):
     def say(_):
         return wire.build_tail(Tail(frame_count, 3, 0))
 
@@ -219,7 +219,7 @@ def test_what_the_tail_says_is_believed_after_damage_unless_it_cannot_be(frame_c
     assert [(gap.reject_id, gap.frames_lost) for gap in gaps] == [("payload-crc", lost)]
 
 
-def test_the_tail_tells_nothing_where_the_first_frame_is_lost():
+def test_the_tail_is_ignored_if_the_first_frame_is_lost():
     pieces = [*_PIECES[:_FIRST], *_PIECES[_FIRST + 1 : _FIRST + 8], *_PIECES[_FIRST + 9 :]]
 
     frames, gaps = _recover(_joined(pieces))
@@ -245,7 +245,7 @@ def _forge_nested_chunks(kind, count, canonical):
 
 @pytest.mark.parametrize("kind", [b"CANO", b"FRAM"])
 @pytest.mark.parametrize("canonical", [bytes(2000), _CHUNKS[_FIRST].payload])
-def test_what_is_proved_in_vain_has_one_budget_for_the_whole_stream(kind, canonical):
+def test_failed_crc_checks_have_one_budget_for_the_whole_stream(kind, canonical):
     chunks = _forge_nested_chunks(kind, 1024, canonical)
     source = CountedSource(_joined([*_PIECES[:_FIRST], *chunks, bytes(2100)]))
     limit = LEVELS[10].chunk_bytes
@@ -264,7 +264,7 @@ def test_bytes_after_the_tail_are_a_gap(source):
     assert gap.byte_count == (4 if source is BytesSource else None)
 
 
-def test_damage_up_to_the_end_of_a_cut_stream_says_both():
+def test_damage_up_to_the_end_of_a_truncated_stream_is_reported_as_both():
     damaged = bytearray(_DATA[: _CHUNKS[-2].offset])
     damaged[_CHUNKS[_FIRST + 7].offset + 21] ^= 1
 
@@ -275,7 +275,7 @@ def test_damage_up_to_the_end_of_a_cut_stream_says_both():
     assert [gap.offset + gap.byte_count for gap in gaps] == [len(damaged)] * 2
 
 
-def test_bytes_lost_from_within_a_chunk_do_not_hide_the_next():
+def test_bytes_lost_within_a_chunk_do_not_hide_the_next():
     place = _CHUNKS[_FIRST + 5].offset + 30
 
     frames, _ = _recover(_DATA[:place] + _DATA[place + 5 :])
@@ -283,7 +283,7 @@ def test_bytes_lost_from_within_a_chunk_do_not_hide_the_next():
     assert frames == [0, 1, 2, 3, 4, 6, 7, 8]
 
 
-def test_what_cannot_be_recovered_is_rejected():
+def test_an_unrecoverable_stream_is_rejected():
     with pytest.raises(BitstreamError):
         _recover(_DATA[:9] + b"\0" + _DATA[10:])
     with pytest.raises(BitstreamError):
@@ -292,7 +292,7 @@ def test_what_cannot_be_recovered_is_rejected():
         _recover(_joined(_PIECES[:1]) + build_chunk(b"SNAP", 1, b""))
 
 
-def test_a_stream_that_stops_growing_is_given_up():
+def test_a_stream_that_stops_growing_times_out():
     frames, gaps = _recover(_DATA[:-50], follow=Follow(interval=0.001, patience=0.01))
 
     assert frames == list(range(9))

@@ -41,26 +41,26 @@ def test_a_chunk_on_the_edge_of_a_window_is_found(shift):
 
 
 @pytest.mark.parametrize("changes", [{"sequence": 10}, {"frame": 31}, {"limit": 20}, {"offset": 1}])
-def test_a_chunk_that_may_not_come_is_passed_by(changes):
+def test_a_chunk_type_that_cannot_follow_is_skipped(changes):
     assert _find(_CANO).offset == 0
     with pytest.raises(TruncatedError) as caught:
         _find(_CANO, **changes)
     assert caught.value.offset == len(_CANO)
 
 
-def test_other_chunks_are_passed_by():
+def test_other_chunks_are_skipped():
     others = build_chunk(b"FRAM", 7, b"x" * 20) + build_chunk(b"CANO", 8, b"abc")
 
     assert _find(others + _CANO).offset == len(others)
 
 
-def test_a_tail_is_taken_at_the_very_end_alone():
+def test_a_tail_is_accepted_only_at_the_very_end():
     assert _find(b"junk" + _TAIL).kind == b"TAIL"
     assert _find(_TAIL + b"junk" + _CANO).kind == b"CANO"
     assert _find(build_chunk(b"TAIL", 9, b"short") + _CANO).kind == b"CANO"
 
 
-def test_a_damaged_or_cut_chunk_is_passed_by():
+def test_a_damaged_or_truncated_chunk_is_skipped():
     damaged = _CANO[:-1] + bytes([_CANO[-1] ^ 1])
 
     assert _find(damaged + _CANO).offset == len(_CANO)
@@ -88,7 +88,7 @@ def _forge_headers(count: int, length: int) -> bytes:
     ],
     ids=["zeros", "sync words", "half sync words", "headers", "long headers", "longer headers"],
 )
-def test_a_megabyte_of_junk_is_passed_in_no_time(junk, seconds):
+def test_a_megabyte_of_junk_is_skipped_quickly(junk, seconds):
     source = CountedSource(junk + bytes(_MEGABYTE) + _CANO)
     begun = time.process_time()
 

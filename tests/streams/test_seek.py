@@ -69,7 +69,7 @@ _FORMS = {
 }
 
 
-def test_the_index_names_every_canonical_frame():
+def test_the_index_lists_every_canonical_frame():
     assert [point.frame for point in _INDEX] == [0, 20, 40]
     assert [point.offset for point in _INDEX] == [chunk.offset for chunk in _CANONICAL]
     assert [point.sequence for point in _INDEX] == [chunk.sequence for chunk in _CANONICAL]
@@ -78,7 +78,7 @@ def test_the_index_names_every_canonical_frame():
 @pytest.mark.parametrize("form", _FORMS)
 @given(st.data())
 @settings(max_examples=10)
-def test_every_range_comes_out_as_it_does_of_the_whole(form, data):
+def test_every_range_decodes_as_in_the_whole_stream(form, data):
     start = data.draw(st.integers(0, 59))
     stop = data.draw(st.integers(start, 60))
 
@@ -98,7 +98,7 @@ def test_less_than_half_of_the_bytes_is_read_for_a_frame(data):
     assert source.byte_count() < len(data) / 2
 
 
-def test_with_an_index_only_the_chunks_on_the_way_are_read():
+def test_with_an_index_only_the_needed_chunks_are_read():
     source = CountedSource(_DATA)
     list(decode(source, 23, 25))
 
@@ -115,7 +115,7 @@ def test_with_an_index_only_the_chunks_on_the_way_are_read():
     assert owners == wanted
 
 
-def test_without_an_index_of_other_chunks_only_headers_are_read():
+def test_without_an_index_only_headers_of_other_chunks_are_read():
     source = CountedSource(_without_index())
     list(decode(source, 41, 42))
 
@@ -129,7 +129,7 @@ def test_without_an_index_of_other_chunks_only_headers_are_read():
         assert inside == ([4] if chunk.kind == container.CANO else [])
 
 
-def test_beyond_the_last_frame_there_is_nothing():
+def test_there_are_no_frames_after_the_last():
     assert list(decode(_DATA, 60)) == []
     assert list(decode(_without_index(), 70, 80)) == []
 
@@ -147,7 +147,7 @@ def test_beyond_the_last_frame_there_is_nothing():
     ],
     ids=["frame", "offset", "sequence", "no canonical", "far away", "too few", "too many"],
 )
-def test_an_index_that_lies_is_rejected_by_name_on_the_way_and_in_passing(index):
+def test_a_wrong_index_is_rejected_by_name_when_used_or_passed(index):
     data = _with_end(index)
 
     with pytest.raises(IndexMismatchError):
@@ -166,7 +166,7 @@ def test_an_index_that_lies_is_rejected_by_name_on_the_way_and_in_passing(index)
         {"canonical_count": 2},
     ],
 )
-def test_a_tail_that_lies_about_the_index_is_rejected_by_name(changes):
+def test_a_tail_with_a_wrong_index_position_is_rejected_by_name(changes):
     data = _with_end(list(_INDEX), **changes)
 
     with pytest.raises(IndexMismatchError):
@@ -176,7 +176,7 @@ def test_a_tail_that_lies_about_the_index_is_rejected_by_name(changes):
 
 
 @pytest.mark.parametrize("start", [0, 1])
-def test_a_million_seek_points_that_are_not_there_are_rejected_at_once(start):
+def test_a_million_missing_seek_points_are_rejected_at_once(start):
     count = (1 << 20) - 1  # as many as level 2.0 has room for
     data, _ = make_stream(StreamHeader(level=20), gaussian_count=5, frame_count=2)
     *chunks, indx, _ = split_chunks(data)
@@ -206,7 +206,7 @@ def test_an_index_that_does_not_end_at_the_tail_is_rejected():
         list(decode(body + indx + bytes(3) + tail, 22, 23))
 
 
-def test_who_reads_on_from_a_seek_point_still_checks_the_end():
+def test_reading_on_from_a_seek_point_still_checks_the_end():
     assert len(list(decode(_with_end(list(_INDEX)), 45))) == 15
     with pytest.raises(TailMismatchError):
         list(decode(_with_end(list(_INDEX), frame_count=59), 45))
@@ -218,7 +218,7 @@ def _tail(frames: int, sequence: int) -> bytes:
     return build_chunk(container.TAIL, sequence, wire.build_tail(Tail(frames, 3, 0)))
 
 
-def test_what_is_read_is_proved():
+def test_crcs_of_all_read_chunks_are_checked():
     for chunk in (_CANONICAL[1], _CHUNKS[_CANONICAL[1].sequence + 1], _CHUNKS[-2]):
         damaged = bytearray(_DATA)
         damaged[chunk.offset + 30] ^= 1
@@ -229,13 +229,13 @@ def test_what_is_read_is_proved():
 
 @given(st.integers(0, len(_DATA) - 1), st.integers(0, 59))
 @settings(max_examples=25)
-def test_a_stream_that_is_cut_gives_the_same_frames_when_sought(size, start):
+def test_a_truncated_stream_gives_the_same_frames_when_seeking(size, start):
     whole = _drain(_DATA[:size], 0)
 
     assert _drain(_DATA[:size], start) == [frame for frame in whole if frame >= start]
 
 
-def test_a_canonical_frame_that_is_cut_in_its_ordinal_is_no_seek_point():
+def test_a_canonical_frame_truncated_in_its_ordinal_is_not_a_seek_point():
     size = _CANONICAL[1].offset + 20 + 2
 
     assert _drain(_DATA[:size], 15) == [15, 16, 17, 18, 19]
@@ -244,7 +244,7 @@ def test_a_canonical_frame_that_is_cut_in_its_ordinal_is_no_seek_point():
 
 @given(st.integers(0, len(_DATA) - 1), st.integers(1, 255))
 @settings(max_examples=25)
-def test_damage_never_lets_another_scene_out(place, mask):
+def test_damage_never_gives_another_scene(place, mask):
     damaged = bytearray(_DATA)
     damaged[place] ^= mask
     try:
@@ -254,7 +254,7 @@ def test_damage_never_lets_another_scene_out(place, mask):
         return
 
 
-def test_a_stream_that_begins_with_a_later_ordinal_can_be_sought():
+def test_seeking_works_in_a_stream_that_begins_with_a_later_ordinal():
     part = _CHUNKS[_CANONICAL[1].sequence : -2]
     data = rebuild_stream([(c.kind, c.payload) for c in (_CHUNKS[0], *part)])
 
@@ -262,14 +262,14 @@ def test_a_stream_that_begins_with_a_later_ordinal_can_be_sought():
         assert _drain(data, start) == list(range(max(20, start), 60))
 
 
-def test_a_chunk_that_only_is_as_long_as_a_tail_is_none():
+def test_another_chunk_as_long_as_a_tail_is_not_a_tail():
     body = [(chunk.kind, chunk.payload) for chunk in _CHUNKS[:-2]]
     data = rebuild_stream([*body, (b"oDds", bytes(16))])
 
     assert _drain(data, 57) == [57, 58, 59]
 
 
-def test_a_pipe_goes_forward_only(tmp_path):
+def test_a_pipe_can_only_be_read_forward(tmp_path):
     (tmp_path / "stream").write_bytes(_DATA)
     with (tmp_path / "stream").open("rb") as file:
         scenes = list(decode(PipeSource(file, kept_bytes=0), 41, 43))

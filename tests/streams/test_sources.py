@@ -29,7 +29,7 @@ def path(tmp_path_factory):
 
 
 @given(_PLACES, _PLACES)
-def test_a_source_reads_as_a_slice_does(path, offset, length):
+def test_a_source_reads_like_a_slice(path, offset, length):
     expected = _BYTES[offset : offset + length]
 
     with path.open("rb") as file:
@@ -38,21 +38,21 @@ def test_a_source_reads_as_a_slice_does(path, offset, length):
     assert PipeSource(io.BytesIO(_BYTES)).read(offset, length) == expected
 
 
-def test_the_size_is_told_where_it_is_known(path):
+def test_the_size_is_returned_if_known(path):
     with open_source(str(path)) as source:
         assert source.size() == len(_BYTES)
     assert BytesSource(_BYTES).size() == len(_BYTES)
     assert PipeSource(io.BytesIO(_BYTES)).size() is None
 
 
-def test_far_beyond_the_end_of_a_file_there_is_nothing(path):
+def test_reading_far_beyond_the_end_of_a_file_returns_nothing(path):
     with open_source(str(path)) as source:
         assert source.read(1 << 63, 1 << 40) == b""
         assert source.read(len(_BYTES) - 1, 1 << 40) == _BYTES[-1:]
 
 
 @given(st.lists(st.tuples(st.integers(0, 60), st.integers(0, 60)), max_size=30))
-def test_a_pipe_goes_back_as_far_as_it_keeps_bytes(steps):
+def test_a_pipe_can_go_back_as_far_as_its_buffer(steps):
     source, farthest = PipeSource(io.BytesIO(_BYTES), kept_bytes=60), 0
     for back, length in steps:
         offset = max(0, farthest - back)
@@ -60,7 +60,7 @@ def test_a_pipe_goes_back_as_far_as_it_keeps_bytes(steps):
         farthest = max(farthest, min(offset + length, len(_BYTES)))
 
 
-def test_a_pipe_that_must_go_back_farther_says_so():
+def test_going_back_beyond_the_buffer_of_a_pipe_is_an_error():
     source = PipeSource(io.BytesIO(bytes(1 << 20)), kept_bytes=100)
     source.read((1 << 20) - 10, 10)
 
@@ -69,7 +69,7 @@ def test_a_pipe_that_must_go_back_farther_says_so():
         source.read(0, 1)
 
 
-def test_a_claim_of_four_billion_bytes_makes_no_room_for_them(path):
+def test_a_claimed_size_of_four_billion_bytes_is_not_allocated(path):
     with open_source(str(path)) as source:
         assert source.read(0, (1 << 32) - 1) == _BYTES
     assert PipeSource(io.BytesIO(_BYTES)).read(0, (1 << 32) - 1) == _BYTES
@@ -94,7 +94,7 @@ def test_a_named_pipe_is_a_source(tmp_path):
     writer.join()
 
 
-def test_a_file_of_which_the_system_gives_a_piece_at_a_time_is_read_whole(path):
+def test_a_file_read_in_small_pieces_is_read_completely(path):
     class Slow(io.FileIO):
         def read(self, size):
             return super().read(min(size, 7))
@@ -103,7 +103,7 @@ def test_a_file_of_which_the_system_gives_a_piece_at_a_time_is_read_whole(path):
         assert FileSource(file).read(5, 500) == _BYTES[5:505]
 
 
-def test_frames_come_out_of_a_pipe_before_it_ends():
+def test_frames_are_decoded_from_a_pipe_before_it_ends():
     reading, writing = os.pipe()
     half = next(chunk.offset for chunk in list(split_chunks(_DATA))[5:])
     os.write(writing, _DATA[:half])
@@ -141,7 +141,7 @@ def test_a_file_can_be_played_while_it_grows(tmp_path):
     assert digests == _DIGESTS
 
 
-def test_a_frame_of_a_file_that_still_grows_can_be_sought(tmp_path):
+def test_seeking_works_in_a_growing_file(tmp_path):
     path = tmp_path / "growing"
     fifth = [chunk for chunk in split_chunks(_DATA) if chunk.kind in (b"CANO", b"FRAM")][4]
     path.write_bytes(_DATA[: fifth.offset + 30])
@@ -155,7 +155,7 @@ def test_a_frame_of_a_file_that_still_grows_can_be_sought(tmp_path):
     assert digests == _DIGESTS[3:]
 
 
-def test_a_file_that_stops_growing_is_cut(tmp_path):
+def test_a_file_that_stops_growing_is_truncated(tmp_path):
     path = tmp_path / "cut"
     path.write_bytes(_DATA[:-1])
     begun = time.monotonic()

@@ -32,7 +32,7 @@ def _write(sink, body, check=None):
     return writer
 
 
-def test_the_chunks_of_a_stream_written_again_are_the_stream():
+def test_rewriting_the_chunks_of_a_stream_reproduces_it():
     sink = io.BytesIO()
     writer = _write(sink, _BODY)
     writer.finish()
@@ -43,7 +43,7 @@ def test_the_chunks_of_a_stream_written_again_are_the_stream():
 
 
 @pytest.mark.parametrize("count", range(1, len(_BODY) + 2))
-def test_chunks_that_the_sink_has_already_are_counted_and_not_written(count):
+def test_chunks_that_are_already_in_the_sink_are_counted_and_not_written(count):
     held = _CHUNKS[count].offset
     sink = io.BytesIO(_DATA[:held])
     sink.seek(held)
@@ -55,14 +55,14 @@ def test_chunks_that_the_sink_has_already_are_counted_and_not_written(count):
     assert sink.getvalue() == _DATA
 
 
-def test_every_chunk_is_flushed_whole():
+def test_every_chunk_is_flushed_completely():
     sink = _Sink()
     _write(sink, _BODY).finish()
 
     assert sink.flushed == [chunk.offset + chunk.byte_count() for chunk in _CHUNKS]
 
 
-def test_what_is_checked_is_what_is_read_and_comes_before_it_is_written():
+def test_chunks_are_checked_as_by_the_reader_before_they_are_written():
     sink, seen = io.BytesIO(), []
 
     def check(chunk):
@@ -75,7 +75,7 @@ def test_what_is_checked_is_what_is_read_and_comes_before_it_is_written():
 
 
 @pytest.mark.parametrize("rejected", [0, 3, len(_CHUNKS) - 2])
-def test_what_is_rejected_is_not_written_and_leaves_no_trace(rejected):
+def test_a_rejected_chunk_is_not_written_and_changes_nothing(rejected):
     sink, answers = io.BytesIO(), iter([*[True] * rejected, False])
 
     def check(_chunk):
@@ -101,7 +101,7 @@ def test_what_is_rejected_is_not_written_and_leaves_no_trace(rejected):
 
 
 @pytest.mark.parametrize("room", [4 + 16 * 3, 4 + 16 * 3 - 1])
-def test_an_index_that_the_level_does_not_allow_is_left_out(room, monkeypatch):
+def test_an_index_beyond_the_limits_of_the_level_is_left_out(room, monkeypatch):
     monkeypatch.setitem(LEVELS, 10, Level(100, 100, room))
     sink = io.BytesIO()
     writer = StreamWriter(sink, wire.build_stream_header(StreamHeader()))

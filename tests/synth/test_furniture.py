@@ -8,17 +8,17 @@ _PALETTE = choose_palette(0)
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.1, 0.2])
-def test_the_door_is_shut_at_first_and_open_before_the_default_clip_ends(delay):
+def test_the_door_is_closed_at_first_and_open_before_the_default_clip_ends(delay):
     assert compute_opening(0.0, delay) == 0
     assert compute_opening(0.75 * 23 / 30, delay) > 0.8
 
 
-def test_the_door_shuts_again_and_the_show_repeats():
+def test_the_door_closes_again_and_the_motion_repeats():
     assert compute_opening(2.9, 0.0) == 0
     assert compute_opening(3.4, 0.1) == pytest.approx(compute_opening(0.4, 0.1))
 
 
-def test_only_the_door_of_the_cabinet_moves_and_along_itself():
+def test_only_the_door_of_the_cabinet_moves_along_its_rail():
     shut, wide = (make_cabinet(share, 0.2, _PALETTE) for share in (0.0, 1.0))
     moves = [b.matrix - a.matrix for a, b in zip(shut, wide, strict=True)]
     moved = [index for index, move in enumerate(moves) if move.any()]
@@ -29,7 +29,7 @@ def test_only_the_door_of_the_cabinet_moves_and_along_itself():
     assert abs(moves[moved[0]][:3, 3] @ door.matrix[:3, 0]) == pytest.approx(2 * door.sizes[0] ** 2)
 
 
-def test_the_screen_stays_where_it_is_and_shows_how_far_the_wipe_is():
+def test_the_screen_does_not_move_and_shows_the_progress_of_the_wipe():
     (before,), (after,) = make_screen(0.0, _PALETTE), make_screen(0.75, _PALETTE)
 
     np.testing.assert_array_equal(before.matrix, after.matrix)

@@ -16,22 +16,22 @@ from quarc_ref.synth.options import SynthOptions, draw
         ("cameras", 100),
     ],
 )
-def test_a_number_that_cannot_be_is_rejected_by_name(name, value):
+def test_an_invalid_number_is_rejected_by_name(name, value):
     with pytest.raises(ValueError, match=name):
         SynthOptions(**{name: value})
 
 
-def test_the_defaults_are_a_capture_of_twelve_cameras_and_the_held_out_one():
+def test_the_defaults_are_twelve_cameras_and_a_held_out_one():
     options = SynthOptions()
 
     assert (options.width, options.height, options.frames, options.cameras) == (160, 120, 24, 12)
 
 
-def test_one_more_number_for_a_purpose_changes_none_before_it():
+def test_another_number_for_a_purpose_changes_no_earlier_one():
     assert np.array_equal(draw(3, "phases", 9)[:5], draw(3, "phases", 5))
 
 
-def test_purposes_and_seeds_have_numbers_of_their_own():
+def test_purposes_and_seeds_have_their_own_numbers():
     numbers = [draw(0, "phases", 4), draw(0, "palette", 4), draw(1, "phases", 4)]
 
     assert len({tuple(row) for row in numbers}) == 3

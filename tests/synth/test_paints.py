@@ -10,7 +10,7 @@ def test_a_color_without_chroma_is_gray_and_its_lightness_a_cube_root():
     assert color(0.6, 0.0, 0.3) == pytest.approx((0.216,) * 3, abs=1e-6)
 
 
-def test_hues_go_around_in_one_turn():
+def test_hues_repeat_after_one_turn():
     assert color(0.6, 0.1, 0.25) == pytest.approx(color(0.6, 0.1, 1.25))
 
 
@@ -30,7 +30,7 @@ def test_toys_of_every_seed_differ_in_color(seed):
     assert distances.min() > 0.1
 
 
-def test_a_mix_is_as_far_between_as_asked():
+def test_a_mix_interpolates_linearly():
     assert mix((0.0, 0.2, 1.0), (1.0, 0.2, 0.0), 0.25) == pytest.approx((0.25, 0.2, 0.75))
 
 

@@ -25,7 +25,7 @@ def test_the_held_out_camera_is_between_two_neighbors_on_the_arc(count):
     assert others == sorted(others)
 
 
-def test_cameras_span_about_a_hundred_and_twenty_degrees_at_two_heights():
+def test_cameras_span_about_120_degrees_at_two_heights():
     cameras = place_cameras(SynthOptions())[1:]
     heights = np.array([camera.center[1] for camera in cameras])
 
@@ -34,7 +34,7 @@ def test_cameras_span_about_a_hundred_and_twenty_degrees_at_two_heights():
     assert (heights[1::2] - heights[::2] > 0.4).all()
 
 
-def test_every_camera_has_the_stage_in_the_middle_of_its_picture():
+def test_every_camera_has_the_stage_in_the_center_of_its_picture():
     for camera in place_cameras(SynthOptions()):
         x, y, depth = camera.axes @ (np.array([0.0, 0.7, 0.0]) - camera.center)
 
@@ -55,7 +55,7 @@ def test_a_pose_is_down_right_backwards_and_center_then_height_width_focal():
     assert 5 < pose[16] < 5.5
 
 
-def test_a_point_of_the_picture_and_its_depth_lead_back_to_the_world():
+def test_a_pixel_and_its_depth_give_the_world_point():
     camera = place_cameras(SynthOptions())[5]
     points = np.array([[0.3, 0.5, -0.4], [-1.0, 0.1, 0.6]])
     x, y, depth = camera.axes @ (points - camera.center).T

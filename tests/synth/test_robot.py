@@ -37,7 +37,7 @@ def test_one_foot_is_on_the_floor(time):
     assert min(lowest) == pytest.approx(0, abs=1e-9)
 
 
-def test_the_hand_that_waves_moves_more_than_the_body():
+def test_the_waving_hand_moves_more_than_the_body():
     uppers = [make_robot(i / 30, 0.3, _PALETTE)[1] for i in range(30)]
     travels = [
         np.ptp([upper[index].matrix[:3, 3] for upper in uppers], axis=0).max() for index in (0, 10)

@@ -22,7 +22,7 @@ def _speeds(seed):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_moving_things_move_by_a_few_pixels_and_none_by_more_than_eight(seed):
+def test_moving_objects_move_by_a_few_pixels_and_none_by_more_than_eight(seed):
     speeds = _speeds(seed)
     moving = speeds[:, speeds.max(axis=0) > 0.3]
 
@@ -47,7 +47,7 @@ def test_solids_are_within_the_room_at_any_time(seed, time):
     assert (solids[:, 1] > 0).all()
 
 
-def test_pictures_change_from_frame_to_frame_but_not_all_over():
+def test_pictures_change_from_frame_to_frame_but_not_everywhere():
     scene, camera = make_scene(0), place_cameras(_SMALL)[0]
     pictures = [trace_view(scene.at_time(i / 30), camera).picture.astype(float) for i in range(4)]
     changes = np.abs(np.diff(pictures, axis=0)).max(axis=3)
@@ -58,7 +58,7 @@ def test_pictures_change_from_frame_to_frame_but_not_all_over():
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_picture_of_every_seed_is_neither_dark_nor_blown_out(seed):
+def test_a_picture_of_every_seed_is_neither_dark_nor_overexposed(seed):
     camera = place_cameras(replace(_SMALL, seed=seed))[0]
     picture = trace_view(make_scene(seed).at_time(0.3), camera).picture
 

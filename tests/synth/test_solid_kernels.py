@@ -33,13 +33,13 @@ def test_a_ray_enters_where_the_surface_is(shape, origin, direction, distance):
 
 
 @pytest.mark.parametrize("shape", _SHAPES)
-def test_a_ray_that_passes_or_leaves_meets_nothing(shape):
+def test_a_ray_that_misses_or_leaves_hits_nothing(shape):
     assert entry(shape, 0.5, 3.0, 0.0, 2.0, -1.0, 0.0, 0.0) == MISS
     assert entry(shape, 0.5, 3.0, 0.0, 0.0, 1.0, 0.0, 0.0) == MISS
 
 
 @pytest.mark.parametrize("shape", _SHAPES)
-def test_the_outward_direction_faces_a_ray_that_enters(shape):
+def test_the_normal_faces_an_entering_ray(shape):
     generator = np.random.default_rng(shape)
     for target in generator.uniform(-0.5, 0.5, (40, 3)):
         origin = 4 * generator.standard_normal(3)
@@ -52,7 +52,7 @@ def test_the_outward_direction_faces_a_ray_that_enters(shape):
         assert np.dot(out, direction) < 0
 
 
-def test_a_blob_waves_about_a_ball():
+def test_a_blob_oscillates_around_a_ball():
     generator = np.random.default_rng(0)
     origins = generator.standard_normal((40, 3))
     origins *= 4 / np.linalg.norm(origins, axis=1, keepdims=True)

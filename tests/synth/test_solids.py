@@ -25,7 +25,7 @@ _FRAME = at(1.0, 2.0, 3.0) @ rotate_y(0.7) @ rotate_x(0.4)
 @pytest.mark.parametrize(
     ("turn", "start", "end"), [(rotate_x, 1, 2), (rotate_y, 2, 0), (rotate_z, 0, 1)]
 )
-def test_a_quarter_turn_takes_an_axis_to_the_next(turn, start, end):
+def test_a_quarter_turn_maps_an_axis_to_the_next(turn, start, end):
     turned = turn(math.pi / 2) @ np.eye(4)[:, start]
 
     np.testing.assert_allclose(turned, np.eye(4)[:, end], atol=1e-12)
@@ -46,7 +46,7 @@ def test_bounds_are_a_sphere_around_the_solid(solid, radius):
     np.testing.assert_allclose(solid.bounds(), (1, 2, 3, radius))
 
 
-def test_a_capsule_reaches_from_end_to_end_with_caps():
+def test_a_capsule_includes_its_caps():
     solid = capsule(at(0.0, 0.0, 0.0), at(0.6, 0.0, 0.8), 0.1, _PAINT)
     ends = solid.matrix @ np.array([[0, -solid.bend, 0, 1], [0, solid.bend, 0, 1]]).T
 

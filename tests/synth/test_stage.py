@@ -21,7 +21,7 @@ def test_groups_follow_one_another(stage):
     assert stage.groups[:, 4:].tolist() == [[0, 2], [2, 3]]
 
 
-def test_the_sphere_of_a_group_is_around_its_solids(stage):
+def test_the_sphere_of_a_group_contains_its_solids(stage):
     center, radius = stage.groups[0, :3], stage.groups[0, 3]
     reaches = np.linalg.norm(stage.solids[:2, :3] - center, axis=1) + stage.solids[:2, 3]
 
@@ -29,7 +29,7 @@ def test_the_sphere_of_a_group_is_around_its_solids(stage):
     assert radius < 2
 
 
-def test_matrices_lead_from_the_world_to_the_shape(stage):
+def test_matrices_map_the_world_to_the_shape(stage):
     corner = _SECOND.matrix @ (1.0, 1.0, -1.0, 1.0)
     inverse = stage.solids[1, 4:16].reshape(3, 4)
 

@@ -9,13 +9,13 @@ _PALETTE = choose_palette(0)
 _PHASES = [0.0, 0.3, 0.77]
 
 
-def test_a_wave_begins_anew_after_its_period():
+def test_a_wave_repeats_after_its_period():
     assert wave(0.5, 2.0, 0.0) == pytest.approx(1)
     assert wave(3.4, 1.7, 0.2) == pytest.approx(wave(0.0, 1.7, 0.2))
 
 
 @pytest.mark.parametrize("phase", _PHASES)
-def test_the_ball_bounces_on_the_floor_and_never_goes_through_it(phase):
+def test_the_ball_bounces_on_the_floor_and_never_falls_through(phase):
     balls = [make_ball(i / 120, phase, _PALETTE)[0].matrix for i in range(160)]
     lowest = [matrix[1, 3] - np.linalg.norm(matrix[1, :3]) for matrix in balls]
 
@@ -25,7 +25,7 @@ def test_the_ball_bounces_on_the_floor_and_never_goes_through_it(phase):
 
 
 @pytest.mark.parametrize("phase", _PHASES)
-def test_the_ball_gives_way_but_keeps_its_volume(phase):
+def test_the_ball_deforms_but_keeps_its_volume(phase):
     balls = [make_ball(i / 60, phase, _PALETTE)[0].matrix for i in range(60)]
     heights = [np.linalg.norm(matrix[1, :3]) for matrix in balls]
 
@@ -34,7 +34,7 @@ def test_the_ball_gives_way_but_keeps_its_volume(phase):
     assert max(heights) > 0.21
 
 
-def test_the_crate_turns_about_its_table():
+def test_the_crate_rotates_around_its_table():
     before, after = (make_crate(time, 0.1, _PALETTE)[1].matrix for time in (0.0, 0.2))
 
     np.testing.assert_allclose(before[:3, 3], after[:3, 3])

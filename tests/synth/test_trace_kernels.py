@@ -27,7 +27,7 @@ def test_a_ray_leaves_the_room_through_the_nearest_wall(direction, distance, fac
     assert found == (pytest.approx(distance), face)
 
 
-def test_every_ball_that_a_ray_between_two_balls_meets_is_listed():
+def test_every_ball_on_a_ray_between_two_balls_is_listed():
     generator = np.random.default_rng(0)
     centers, radii = generator.uniform(-2, 2, (60, 3)), generator.uniform(0.01, 0.3, 60)
     solids = [ball(at(*c), r, _PAINT) for c, r in zip(centers, radii, strict=True)]
@@ -46,7 +46,7 @@ def test_every_ball_that_a_ray_between_two_balls_meets_is_listed():
     assert 5 < len(met) <= count < 60
 
 
-def test_a_ball_lists_what_reaches_into_it():
+def test_a_ball_lists_what_overlaps_it():
     solids = [ball(at(x, 0.0, 0.0), 0.2, _PAINT) for x in (0.0, 0.69, 0.71)]
     stage = pack_stage([solids], make_room(0.0, choose_palette(0)))
     listed = np.empty(3, dtype=np.int64)

@@ -38,7 +38,7 @@ def _project(camera, point):
     return int(row), int(column), depth
 
 
-def test_a_ball_is_seen_by_every_camera_where_its_center_projects_to(stage, cameras):
+def test_every_camera_sees_a_ball_at_the_projection_of_its_center(stage, cameras):
     for camera in cameras:
         row, column, depth = _project(camera, _CENTER)
         red, green, blue = trace_view(stage, camera).picture[row, column].astype(int)
@@ -49,7 +49,7 @@ def test_a_ball_is_seen_by_every_camera_where_its_center_projects_to(stage, came
         assert measured[0] == pytest.approx(depth - 0.3, abs=0.01)
 
 
-def test_depths_are_from_the_floor_before_the_camera_to_the_wall_behind(stage, cameras):
+def test_depths_range_from_the_floor_in_front_to_the_back_wall(stage, cameras):
     view = trace_view(stage, cameras[0])
     corners = np.array([(x, y, -2.7) for x in (-3.7, 3.7) for y in (0, 3.2)])
     depths = (corners - cameras[0].center) @ cameras[0].axes[2]
@@ -70,7 +70,7 @@ def test_points_lie_on_the_surfaces_and_have_their_colors(stage, cameras):
     assert (np.abs(distances - 0.3) < 0.01).mean() > 0.8
 
 
-def test_points_keep_to_the_noise_of_two_millimeters(stage, cameras):
+def test_noise_of_points_is_within_two_millimeters(stage, cameras):
     picture = trace_view(stage, cameras[2]).picture
     points = trace_points(stage, cameras[2], picture, 3000, make_generator(0, "points"))
     heights = points.positions[points.positions[:, 1] < 0.008, 1]
@@ -79,7 +79,7 @@ def test_points_keep_to_the_noise_of_two_millimeters(stage, cameras):
     assert abs(heights.mean()) < 0.001
 
 
-def test_a_thing_keeps_the_light_off_the_floor_below_it(cameras):
+def test_an_object_shadows_the_floor_below_it(cameras):
     camera = cameras[0]
     hidden, lit = (
         _stage([box(at(0, 0.5, 0), (0.3, 0.02, 0.3), _RED)]),
@@ -91,7 +91,7 @@ def test_a_thing_keeps_the_light_off_the_floor_below_it(cameras):
     assert dark < 0.85 * bright
 
 
-def test_what_is_left_out_of_the_lists_does_not_change_a_picture(cameras):
+def test_culling_does_not_change_a_picture(cameras):
     stage = make_scene(2).at_time(0.6)
     solids, groups = stage.solids.copy(), stage.groups.copy()
     solids[:, 3] = groups[:, 3] = 50.0
@@ -102,7 +102,7 @@ def test_what_is_left_out_of_the_lists_does_not_change_a_picture(cameras):
         np.testing.assert_array_equal(listed.picture, whole.picture)
 
 
-def test_parts_are_joined_in_their_order(stage, cameras):
+def test_parts_are_joined_in_order(stage, cameras):
     picture = trace_view(stage, cameras[1]).picture
     parts = [
         trace_points(stage, cameras[1], picture, count, make_generator(0, "points"))

@@ -22,14 +22,14 @@ def _find_subject(time):
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_every_variant_is_a_picture_that_differs_from_the_playrooms(variant):
+def test_every_variant_differs_from_the_playroom(variant):
     picture = _trace(variant)
 
     assert picture.std() > 15
     assert (variant == "playroom") == np.array_equal(picture, _trace("playroom"))
 
 
-def test_a_variant_that_does_not_exist_is_rejected_with_those_that_do():
+def test_an_unknown_variant_is_rejected_with_the_known_ones():
     with pytest.raises(ValueError, match="'night', not one of playroom, bright-stage"):
         SynthOptions(variant="night")
 
@@ -38,7 +38,7 @@ def test_the_subject_of_the_stages_is_small():
     assert 0.005 < _find_subject(0.3).mean() < 0.06
 
 
-def test_the_subject_has_the_same_light_in_the_dark_and_in_the_bright():
+def test_the_subject_has_the_same_light_on_both_stages():
     dark, bright = (_trace(f"{light}-stage", width=288) for light in ("dark", "bright"))
     lit = dark.max(axis=2) > 60
     shifts = [(x, y) for x in (-3, 0, 3) for y in (-3, 0, 3)]
@@ -49,14 +49,14 @@ def test_the_subject_has_the_same_light_in_the_dark_and_in_the_bright():
     assert same.mean() > 0.95  # all but some slits between limbs, where the hall is seen
 
 
-def test_the_dark_stage_is_black_but_for_the_subject_and_the_lamps():
+def test_the_dark_stage_is_black_except_for_the_subject_and_the_lamps():
     dark, bright = _trace("dark-stage"), _trace("bright-stage")
 
     assert np.median(dark) < 25 < 80 < np.median(bright)
     assert (dark.min(axis=2) > 200).any()
 
 
-def test_cameras_differ_in_gain_and_color_in_one_variant_alone():
+def test_only_one_variant_has_cameras_of_different_gain_and_color():
     films = np.stack([each.film for each in place_cameras(SynthOptions(variant="mixed-cameras"))])
     gains = np.diagonal(films, axis1=1, axis2=2)
 
@@ -65,7 +65,7 @@ def test_cameras_differ_in_gain_and_color_in_one_variant_alone():
     assert all(np.array_equal(each.film, np.eye(3)) for each in place_cameras(SynthOptions()))
 
 
-def test_what_is_fast_is_where_the_playroom_is_three_times_as_late():
+def test_the_fast_variant_is_the_playroom_at_triple_speed():
     np.testing.assert_array_equal(_trace("fast", 0.2), _trace("playroom", 0.6))
 
 

@@ -14,13 +14,13 @@ from quarc_ref.synth.write_capture import write_synthetic_capture
 _VIDEOS = ["cam00.mp4", "cam01.mp4", "cam02.mp4", "cam03.mp4", "cam04.mp4"]
 
 
-def test_a_capture_has_a_video_to_each_camera_and_poses_and_points(folder):
+def test_a_capture_has_a_video_for_each_camera_and_poses_and_points(folder):
     names = sorted(path.name for path in folder.iterdir())
 
     assert names == [MARKER, *_VIDEOS, "points3D_init.ply", "poses_bounds.npy"]
 
 
-def test_every_video_has_the_size_pace_and_frames_that_were_asked_for(folder, options):
+def test_every_video_has_the_requested_size_rate_and_frames(folder, options):
     readers = [VideoReader(folder / name) for name in _VIDEOS]
 
     assert {(r.width, r.height) for r in readers} == {(options.width, options.height)}
@@ -28,14 +28,14 @@ def test_every_video_has_the_size_pace_and_frames_that_were_asked_for(folder, op
     assert {r.frame_count for r in readers} == {options.frames}
 
 
-def test_poses_have_a_row_of_seventeen_to_a_camera(folder):
+def test_poses_have_a_row_of_seventeen_for_each_camera(folder):
     poses = np.load(folder / "poses_bounds.npy")
 
     assert poses.shape == (5, 17)
     assert poses.dtype == np.float64
 
 
-def test_the_bounds_of_a_pose_hold_all_that_its_camera_sees(folder):
+def test_the_bounds_of_a_pose_contain_everything_its_camera_sees(folder):
     poses = np.load(folder / "poses_bounds.npy")
 
     assert (poses[:, 15] > 1).all()
@@ -50,7 +50,7 @@ def test_points_are_about_eight_thousand_within_the_room(folder):
     assert np.abs(points.positions).max() < 4.05
 
 
-def test_the_loader_of_the_layout_opens_it_with_the_first_camera_held_out(folder, options):
+def test_the_loader_opens_the_capture_with_the_first_camera_held_out(folder, options):
     capture = open_capture(folder)
 
     assert capture.held_out == (0,)
@@ -58,7 +58,7 @@ def test_the_loader_of_the_layout_opens_it_with_the_first_camera_held_out(folder
     assert capture.image(2, 1).shape == (options.height, options.width, 3)
 
 
-def test_points_have_the_colors_that_other_cameras_see_there(folder, options):
+def test_points_have_the_colors_seen_by_other_cameras(folder, options):
     points = read_points_ply(folder / "points3D_init.ply")
     matches = []
     for index, camera in enumerate(place_cameras(options)):
@@ -95,7 +95,7 @@ def test_progress_counts_every_picture(options, tmp_path):
     assert told == [(done, 10) for done in range(1, 11)]
 
 
-def test_a_folder_with_something_in_it_is_rejected_and_left_as_it_is(options, tmp_path):
+def test_a_nonempty_folder_is_rejected_and_unchanged(options, tmp_path):
     (tmp_path / "mine.txt").write_text("keep")
     with pytest.raises(FileExistsError, match=r"mine\.txt"):
         write_synthetic_capture(tmp_path, options)
@@ -103,20 +103,20 @@ def test_a_folder_with_something_in_it_is_rejected_and_left_as_it_is(options, tm
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
 
 
-def test_a_file_of_that_name_is_rejected(options, tmp_path):
+def test_an_existing_file_is_rejected(options, tmp_path):
     (tmp_path / "taken").write_text("keep")
     with pytest.raises(FileExistsError, match="taken"):
         write_synthetic_capture(tmp_path / "taken", options)
 
 
-def test_an_empty_folder_is_taken(options, tmp_path):
+def test_an_empty_folder_is_used(options, tmp_path):
     (tmp_path / "empty").mkdir()
     write_synthetic_capture(tmp_path / "empty", replace(options, frames=1))
 
     assert (tmp_path / "empty" / "cam04.mp4").is_file()
 
 
-def test_a_capture_that_cannot_be_finished_leaves_nothing(options, tmp_path, monkeypatch):
+def test_an_unfinished_capture_leaves_nothing(options, tmp_path, monkeypatch):
     def fail(*_arguments):
         message = "disk full"
         raise OSError(message)

@@ -11,7 +11,7 @@ def _smooth_picture(options, shift):
     return np.stack(channels, axis=2).astype(np.uint8)
 
 
-def test_a_video_decodes_to_the_colors_that_were_written(options, tmp_path):
+def test_a_video_decodes_to_the_written_colors(options, tmp_path):
     pictures = [_smooth_picture(options, 5 * frame) for frame in range(3)]
     write_video(tmp_path / "smooth.mp4", pictures, options)
     reader = VideoReader(tmp_path / "smooth.mp4")
@@ -22,6 +22,6 @@ def test_a_video_decodes_to_the_colors_that_were_written(options, tmp_path):
         assert np.abs(difference.mean(axis=(0, 1))).max() < 2
 
 
-def test_a_folder_that_is_not_there_is_an_error_that_names_the_file(options, tmp_path):
+def test_a_missing_folder_is_an_error_that_names_the_file(options, tmp_path):
     with pytest.raises(OSError, match="no_such"):
         write_video(tmp_path / "no_such" / "cam.mp4", [_smooth_picture(options, 0)], options)

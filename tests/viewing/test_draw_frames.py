@@ -7,7 +7,7 @@ from quarc_ref.viewing.draw_frames import draw_frames
 from tests.small_streams import CAMERA, make_stream
 
 
-def test_pictures_are_those_of_evaluation_but_for_their_rounding():
+def test_pictures_equal_those_of_evaluation_up_to_rounding():
     data, states = make_stream()
     drawn = dict(draw_frames(BytesSource(data), CAMERA, 1, 3))
 

@@ -28,20 +28,20 @@ def _digest_sources(kind):
     return hashlib.sha256("".join(sorted(lines)).encode()).hexdigest()
 
 
-def test_the_player_is_the_one_that_was_built():
+def test_the_kept_player_matches_its_build():
     player = (_KEPT / "quarc-player.js").read_bytes()
 
     assert hashlib.sha256(player).hexdigest() == _STAMP["bytes"]
 
 
-def test_a_server_that_compresses_sends_at_most_150_kb():
+def test_a_compressing_server_sends_at_most_150_kb():
     player = (_KEPT / "quarc-player.js").read_bytes()
 
     assert len(gzip.compress(player, 9)) <= _MOST_BYTES
 
 
 @pytest.mark.parametrize("kind", ["player", "core"])
-def test_its_sources_have_not_changed_since(kind):
+def test_the_sources_are_unchanged_since_the_build(kind):
     assert _digest_sources(kind) == _STAMP[kind], "`make player` builds the player anew"
 
 

@@ -44,7 +44,7 @@ def test_frames_of_a_range_are_counted(start, stop, count, data):
     assert outline_stream(BytesSource(data)).count_frames(start, stop) == count
 
 
-def test_ordinals_of_a_part_of_a_stream_stay(data):
+def test_a_part_of_a_stream_keeps_its_ordinals(data):
     chunks = [chunk for chunk in split_chunks(data) if chunk.kind != container.INDX]
     head, came = chunks[0], chunks[1]
     later = [chunk for chunk in chunks[2:] if chunk.kind != container.TAIL][-2:]
@@ -55,7 +55,7 @@ def test_ordinals_of_a_part_of_a_stream_stay(data):
     assert outline.count_frames(0, 4) == 1
 
 
-def test_the_last_cameras_count(data):
+def test_the_last_cameras_chunk_is_used(data):
     chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(data)]
     chunks.insert(3, (container.CAME, wire.build_cameras((OTHER,))))
 
@@ -70,7 +70,7 @@ def test_payloads_of_frames_are_not_read(data):
     assert source.byte_count() < len(data) - wanted / 2
 
 
-def test_a_stream_that_is_cut_has_the_frames_before(data):
+def test_a_truncated_stream_has_the_frames_before(data):
     whole = outline_stream(BytesSource(data))
     cut = outline_stream(BytesSource(data[: whole.chunks[-1].end - 1]))
 
@@ -78,36 +78,36 @@ def test_a_stream_that_is_cut_has_the_frames_before(data):
     assert cut.cameras == (CAMERA,)
 
 
-def test_what_is_no_stream_is_refused():
+def test_a_file_that_is_not_a_stream_is_rejected():
     with pytest.raises(BitstreamError, match="bad-magic"):
         outline_stream(BytesSource(b"no stream at all"))
 
 
-def test_a_pipe_is_outlined_too(data, tmp_path):
+def test_a_pipe_can_be_outlined_too(data, tmp_path):
     (tmp_path / "a.quarc").write_bytes(data)
     with (tmp_path / "a.quarc").open("rb") as pipe:
         assert outline_stream(PipeSource(pipe)) == outline_stream(BytesSource(data))
 
 
-def test_a_camera_is_found_by_its_name_or_is_the_first():
+def test_a_camera_is_found_by_name_and_the_first_is_the_default():
     assert find_camera([CAMERA, OTHER], "cam01") == OTHER
     assert find_camera([CAMERA, OTHER], None) == CAMERA
 
 
-def test_a_camera_that_is_not_there_is_answered_with_those_that_are():
+def test_an_unknown_camera_is_rejected_with_the_known_ones():
     with pytest.raises(CameraChoiceError, match="cam02; it has cam00, cam01"):
         find_camera([CAMERA, OTHER], "cam02")
     with pytest.raises(CameraChoiceError, match="no cameras"):
         find_camera([], None)
 
 
-def test_a_height_is_found_for_any_width():
+def test_the_height_follows_from_the_width():
     assert fit_height(CAMERA, 1) == 1
     assert fit_height(CAMERA, 10**400) == 3 * 10**400 // 4
 
 
 @pytest.mark.parametrize("width", [1, 33, 64, 200])
-def test_a_camera_of_another_size_sees_the_same(width):
+def test_a_resized_camera_sees_the_same(width):
     resized = resize_camera(CAMERA, width)
 
     assert resized.width == width
@@ -118,7 +118,7 @@ def test_a_camera_of_another_size_sees_the_same(width):
         assert v / resized.height == pytest.approx(y / CAMERA.height)
 
 
-def test_cameras_are_read_without_a_frame(data):
+def test_cameras_are_read_without_decoding_a_frame(data):
     source = CountedSource(data)
     first = outline_stream(BytesSource(data)).chunks[0]
 
@@ -126,7 +126,7 @@ def test_cameras_are_read_without_a_frame(data):
     assert source.byte_count() < first.payload_offset + 8
 
 
-def test_a_stream_without_frames_has_no_cameras_to_look_through(data):
+def test_a_stream_without_frames_has_no_cameras(data):
     chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(data)][:1]
     writer = io.BytesIO()
     StreamWriter(writer, chunks[0][1]).finish()
@@ -134,6 +134,6 @@ def test_a_stream_without_frames_has_no_cameras_to_look_through(data):
     assert read_cameras(BytesSource(writer.getvalue())) is None
 
 
-def test_a_beginning_that_is_damaged_has_no_cameras(data):
+def test_a_stream_damaged_at_the_start_has_no_cameras(data):
     with pytest.raises(BitstreamError):
         read_cameras(BytesSource(data[:60] + bytes([data[60] ^ 1]) + data[61:]))

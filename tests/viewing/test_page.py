@@ -26,7 +26,7 @@ def _read(options, **more):
     return Elements(build_page(options, **more).decode())
 
 
-def test_the_player_has_the_attributes_that_are_asked_for():
+def test_the_player_has_the_requested_attributes():
     page = _read(PageOptions("t", camera="cam03", up="-y", autoplay=True, loop=True, live=True))
 
     assert page.found["quarc-player"] == [
@@ -41,14 +41,14 @@ def test_the_player_has_the_attributes_that_are_asked_for():
     ]
 
 
-def test_an_attribute_that_is_not_asked_for_is_left_out():
+def test_an_attribute_that_is_not_requested_is_left_out():
     assert _read(PageOptions("t")).found["quarc-player"] == [{"src": "stream.quarc"}]
 
 
 @pytest.mark.parametrize(
     "text", ['"><script>alert(1)</script>', "a & b", "'quoted'", "$title ${x}"]
 )
-def test_text_stays_text(text):
+def test_text_is_escaped(text):
     page = _read(PageOptions(text, camera=text))
 
     assert page.title == text
@@ -56,7 +56,7 @@ def test_text_stays_text(text):
     assert len(page.found["script"]) == 2
 
 
-def test_a_poster_is_there_before_the_player_and_in_it():
+def test_a_poster_is_shown_before_the_player_and_in_it():
     page = _read(PageOptions("t"), has_poster=True)
 
     assert page.found["quarc-player"][0]["poster"] == "poster.jpg"
@@ -67,7 +67,7 @@ def _find_meta(page):
     return {it["property"]: it["content"] for it in page.found["meta"] if "property" in it}
 
 
-def test_a_preview_of_a_link_names_the_poster_by_its_whole_address():
+def test_a_link_preview_has_the_full_url_of_the_poster():
     page = _read(PageOptions("Steak"), has_poster=True, url="https://example.org/steak/")
 
     assert _find_meta(page) == {

@@ -31,5 +31,5 @@ def test_a_range_beyond_the_end_has_no_bytes(header, size):
 @pytest.mark.parametrize(
     "header", [None, "", "bytes=-", "bytes=5-4", "bytes=0-1,4-5", "items=0-1", "bytes=a-b", "0-1"]
 )
-def test_what_is_not_one_range_asks_for_the_whole_file(header):
+def test_an_invalid_range_is_treated_as_the_whole_file(header):
     assert find_range(header, 10) is None

@@ -31,7 +31,7 @@ def _is_let_in(request_filter, *headers, path=None, address=_ADDRESS):
         ["Host: 127.0.0.1:8080", "Origin: http://127.0.0.1:8080"],
     ],
 )
-def test_the_page_itself_is_let_in(headers, request_filter):
+def test_the_page_itself_is_allowed(headers, request_filter):
     assert _is_let_in(request_filter, *headers)
 
 
@@ -69,26 +69,26 @@ def test_a_foreign_host_or_origin_is_rejected_even_with_the_token(headers, reque
         ("localhost:9000", "http://localhost:9000"),
     ],
 )
-def test_proxies_and_tunnels_are_let_in_under_names_that_were_given(host, origin, request_filter):
+def test_proxies_and_tunnels_are_allowed_under_configured_names(host, origin, request_filter):
     assert _is_let_in(request_filter, f"Host: {host}", f"Origin: {origin}")
 
 
 @pytest.mark.parametrize(
     "path", ["", "/", "/no/", "//", "/index.html", "/é/", "/{token}x/", "/x/{token}/"]
 )
-def test_without_the_token_nothing_is_let_in(path, request_filter):
+def test_without_the_token_nothing_is_allowed(path, request_filter):
     path = path.format(token=request_filter.token)
     assert not _is_let_in(request_filter, "Host: 127.0.0.1", path=path)
 
 
-def test_every_server_has_a_token_of_its_own(request_filter):
+def test_every_server_has_its_own_token(request_filter):
     other = RequestFilter(_ADDRESS)
 
     assert not _is_let_in(other, "Host: 127.0.0.1", path=f"/{request_filter.token}/")
     assert not _is_let_in(other, f"Host: {_NAME}")
 
 
-def test_the_address_at_which_a_request_comes_in_is_a_name():
+def test_the_address_of_a_request_is_an_allowed_host():
     everywhere = RequestFilter("0.0.0.0")
 
     assert _is_let_in(everywhere, "Host: 10.0.0.7:8080", address="10.0.0.7")

@@ -87,7 +87,7 @@ def _ask(client, server, name, method="GET", **headers):
     return answer.status, answer.headers, answer.read()
 
 
-def test_the_page_is_at_the_address_itself(client, server):
+def test_the_page_is_served_at_the_root(client, server):
     status, headers, body = _ask(client, server, "")
 
     assert (status, body) == (200, b"<page>")
@@ -99,14 +99,14 @@ def test_a_query_does_not_change_what_is_served(client, server):
     assert _ask(client, server, "?camera=cam03&loop")[2] == b"<page>"
 
 
-def test_a_whole_stream_says_that_it_has_ranges(client, server):
+def test_a_whole_stream_is_served_with_accept_ranges(client, server):
     status, headers, body = _ask(client, server, "stream.quarc")
 
     assert (status, body) == (200, _STREAM)
     assert headers["Accept-Ranges"] == "bytes"
 
 
-def test_a_range_is_answered_with_its_place(client, server):
+def test_a_range_is_served_with_its_position(client, server):
     wanted = {"Range": f"bytes=1000-{len(_STREAM) - 2}"}
     status, headers, body = _ask(client, server, "stream.quarc", **wanted)
 
@@ -138,16 +138,16 @@ def test_without_the_token_nothing_is_served(path, client):
 
 
 @pytest.mark.parametrize("headers", [{"Host": "evil.example"}, {"Origin": "http://evil.example"}])
-def test_requests_of_other_sites_are_rejected(headers, client, server):
+def test_cross_site_requests_are_rejected(headers, client, server):
     assert _ask(client, server, "stream.quarc", **headers)[0] == 403
 
 
-def test_a_path_leads_nowhere_else(client, server):
+def test_other_paths_are_not_found(client, server):
     assert _ask(client, server, "../stream.quarc")[0] == 404
     assert _ask(client, server, "%2e%2e/stream.quarc")[0] == 404
 
 
-def test_what_a_stream_gets_while_it_is_waited_for_is_served(client, server, growing):
+def test_bytes_that_arrive_during_a_wait_are_served(client, server, growing):
     growing.data = b"first"
     timer = threading.Timer(0.05, lambda: setattr(growing, "data", b"first, and more"))
     timer.start()
@@ -157,20 +157,20 @@ def test_what_a_stream_gets_while_it_is_waited_for_is_served(client, server, gro
     assert headers["Content-Range"] == "bytes 5-14/15"
 
 
-def test_a_stream_that_does_not_grow_is_not_waited_for_for_ever(client, server, growing):
+def test_waiting_for_a_stream_that_does_not_grow_ends(client, server, growing):
     growing.data = b"first"
 
     assert _ask(client, server, "live.quarc", Range="bytes=5-")[0] == 416
 
 
-def test_what_cannot_be_read_is_reported_and_cut(client, server, reports):
+def test_an_unreadable_stream_is_reported_and_the_response_truncated(client, server, reports):
     with pytest.raises(http.client.IncompleteRead):
         _ask(client, server, "gone.quarc")
 
     assert reports == ["the server of the stream has gone"]
 
 
-def test_what_is_not_a_request_is_not_reported(server, reports, capfd):
+def test_an_invalid_request_is_not_reported(server, reports, capfd):
     before = len(reports)
     with socket.create_connection((_HOST, server.server_address[1]), timeout=30) as stranger:
         stranger.sendall(b"\x00 no request\r\n\r\n")
@@ -180,7 +180,7 @@ def test_what_is_not_a_request_is_not_reported(server, reports, capfd):
     assert len(reports) == before
 
 
-def test_a_server_for_everybody_is_found_on_this_machine():
+def test_a_server_on_all_interfaces_is_reachable_on_this_machine():
     with _serving(
         ("0.0.0.0", 20_100), {"": Resource("text/plain", BytesSource(b"here"))}
     ) as server:
@@ -223,7 +223,7 @@ def _listen_at_two_neighbours(stack):
             return port
 
 
-def test_where_a_port_is_taken_one_of_the_next_is():
+def test_if_a_port_is_in_use_one_of_the_next_is_chosen():
     with ExitStack() as stack:
         port = _listen_at_two_neighbours(stack)
         server = stack.enter_context(Server((_HOST, port), {}))
@@ -232,7 +232,7 @@ def test_where_a_port_is_taken_one_of_the_next_is():
 
 
 @pytest.mark.parametrize("limit", ["_PORTS_TRIED", "_LAST_PORT"])
-def test_not_all_ports_are_tried(limit, monkeypatch):
+def test_only_a_few_ports_are_tried(limit, monkeypatch):
     with ExitStack() as stack:
         port = _listen_at_two_neighbours(stack)
         monkeypatch.setattr(server_module, limit, 2 if limit == "_PORTS_TRIED" else port + 1)
@@ -243,7 +243,7 @@ def test_not_all_ports_are_tried(limit, monkeypatch):
 
 
 @pytest.mark.parametrize("host", ["300.1.1.1", "192.0.2.1", "nosuchhost.invalid", "a..b", "x" * 70])
-def test_a_host_that_is_not_this_machine_is_named(host):
+def test_an_invalid_host_is_named(host):
     with pytest.raises(OSError, match=rf"^cannot listen on {host}: \S+") as caught:
         Server((host, 8080), {})
 

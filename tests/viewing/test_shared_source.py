@@ -29,7 +29,7 @@ def test_reads_are_those_of_the_source():
     assert shared.size() == 7
 
 
-def test_one_reads_at_a_time():
+def test_only_one_thread_reads_at_a_time():
     place = Place()
     shared = SharedSource(place)
 
@@ -53,7 +53,7 @@ class Growing:
         return self._bytes
 
 
-def test_a_byte_that_is_still_to_come_is_waited_for(monkeypatch):
+def test_a_read_waits_for_bytes_that_are_still_to_come(monkeypatch):
     monkeypatch.setattr("quarc_ref.viewing.shared_source._POLL_SECONDS", 0.01)
     growing = GrowingSource(Growing(most=5), patience=60)
     growing.wait_for_data(3)
@@ -61,7 +61,7 @@ def test_a_byte_that_is_still_to_come_is_waited_for(monkeypatch):
     assert growing.size() == 5
 
 
-def test_a_byte_that_does_not_come_is_waited_for_no_longer_than_that():
+def test_a_read_waits_at_most_until_its_timeout():
     begun = time.monotonic()
     GrowingSource(Growing(most=3), patience=0.05).wait_for_data(3)
 

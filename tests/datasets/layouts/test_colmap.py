@@ -38,7 +38,7 @@ def rewrite_model(folder, shots, points, **choices):
 
 
 @pytest.mark.parametrize("text", [False, True])
-def test_cameras_project_as_the_shots_do(folder, shots, points, text):
+def test_cameras_project_like_the_original_ones(folder, shots, points, text):
     rewrite_model(folder, shots, points, text=text)
     footage = read(folder)
 
@@ -48,7 +48,7 @@ def test_cameras_project_as_the_shots_do(folder, shots, points, text):
         assert np.allclose(scenes.project(camera, points.positions), expected, atol=1e-6)
 
 
-def test_frames_and_points_are_those_of_the_files(source_folder, pictures, points):
+def test_frames_and_points_equal_those_of_the_files(source_folder, pictures, points):
     footage = read(source_folder)
 
     assert (footage.frame_count, footage.frames_per_second) == (6, 30.0)
@@ -57,7 +57,7 @@ def test_frames_and_points_are_those_of_the_files(source_folder, pictures, point
     assert np.array_equal(footage.points.colors, points.colors)
 
 
-def test_a_near_bound_comes_from_the_points_that_the_camera_sees(source_folder, shots, points):
+def test_a_near_bound_follows_from_the_points_that_the_camera_sees(source_folder, shots, points):
     footage = read(source_folder)
 
     for camera, shot in zip(footage.cameras, shots, strict=True):
@@ -65,7 +65,7 @@ def test_a_near_bound_comes_from_the_points_that_the_camera_sees(source_folder, 
         assert camera.near == pytest.approx(np.quantile(depths, 0.01))
 
 
-def test_a_model_without_points_leaves_them_and_near_bounds_open(folder, shots):
+def test_a_model_without_points_has_neither_points_nor_near_bounds(folder, shots):
     rewrite_model(folder, shots, None)
     footage = read(folder)
 
@@ -80,7 +80,7 @@ def test_a_model_is_found_in_its_usual_places(tmp_path, shots, place):
     assert find_model(tmp_path) == tmp_path / place
 
 
-def test_no_model_is_found_where_there_is_none(tmp_path):
+def test_without_a_model_none_is_found(tmp_path):
     (tmp_path / "sparse" / "0").mkdir(parents=True)
 
     assert find_model(tmp_path) is None
@@ -96,13 +96,13 @@ def test_cameras_are_sorted_by_their_numbers(folder, shots, pictures):
     assert np.array_equal(footage.source.read(3, 1), pictures[0][1])
 
 
-def test_images_in_folders_are_named_after_these(folder, shots):
+def test_images_in_folders_are_named_after_their_folders(folder, shots):
     rewrite_model(folder, scenes.rename(shots, [f"{shot.name}/0000" for shot in shots]), None)
 
     assert [camera.name for camera in read(folder).cameras] == [shot.name for shot in shots]
 
 
-def test_a_model_of_several_images_to_a_camera_is_rejected(folder, shots):
+def test_a_model_with_several_images_per_camera_is_rejected(folder, shots):
     rewrite_model(folder, scenes.rename(shots, ["a/0", "a/1", "b/0", "b/1"]), None)
 
     with pytest.raises(UnreadablePoseError, match="one image per camera"):
@@ -158,7 +158,7 @@ def test_a_missing_picture_is_named_by_frame_and_camera(folder):
         read(folder)
 
 
-def test_a_jpeg_stands_in_for_a_png(folder, pictures):
+def test_a_jpeg_can_replace_a_png(folder, pictures):
     path = folder / "frames" / "0003" / "cam01.png"
     path.unlink()
     scenes.write_picture(path.with_suffix(".jpg"), pictures[1][3])

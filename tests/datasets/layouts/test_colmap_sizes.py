@@ -22,18 +22,18 @@ def copy(tmp_path_factory):
     return tmp_path_factory.mktemp("copy")
 
 
-def test_what_colmap_writes_is_whole(model):
+def test_output_of_colmap_is_complete(model):
     require_complete_files(model)
 
 
-def test_a_text_model_is_passed_over(tmp_path):
+def test_a_text_model_is_ignored(tmp_path):
     require_complete_files(scenes.write_model(tmp_path, scenes.make_shots(), text=True))
 
 
 @settings(deadline=None, max_examples=50)
 @given(data=st.data())
 @pytest.mark.parametrize("name", _WALKED)
-def test_a_file_cut_anywhere_or_prolonged_is_rejected(model, copy, name, data):
+def test_a_truncated_or_prolonged_file_is_rejected(model, copy, name, data):
     whole = (model / name).read_bytes()
     length = data.draw(st.integers(0, len(whole) - 1))
     for path in copy.iterdir():
@@ -55,7 +55,7 @@ def test_a_count_beyond_the_file_is_rejected(tmp_path, model, name):
 
 
 @pytest.mark.parametrize("name", ["points3D.bin", "images.bin"])
-def test_a_count_that_no_place_in_a_file_can_have_is_rejected(tmp_path, model, name):
+def test_a_count_beyond_any_file_size_is_rejected(tmp_path, model, name):
     whole = (model / name).read_bytes()
     (tmp_path / name).write_bytes(whole[:-8] + b"\xff" * 8 + whole)
 
@@ -63,7 +63,7 @@ def test_a_count_that_no_place_in_a_file_can_have_is_rejected(tmp_path, model, n
         require_complete_files(tmp_path)
 
 
-def test_a_rig_of_several_sensors_is_whole(tmp_path):
+def test_a_rig_of_several_sensors_is_complete(tmp_path):
     model = pycolmap.Reconstruction()
     rig = pycolmap.Rig(rig_id=1)
     for number, pose in enumerate((None, pycolmap.Rigid3d(), None), 1):

@@ -29,7 +29,7 @@ def rows(shots):
     return np.array([scenes.poses_row(shot) for shot in shots])
 
 
-def test_cameras_project_as_the_shots_do(n3dv_folder, shots, points):
+def test_cameras_project_like_the_original_ones(n3dv_folder, shots, points):
     footage = read_n3dv(n3dv_folder)
 
     assert [camera.name for camera in footage.cameras] == ["cam00", "cam01", "cam03", "cam04"]
@@ -39,7 +39,7 @@ def test_cameras_project_as_the_shots_do(n3dv_folder, shots, points):
         assert camera.near == 1.5
 
 
-def test_frames_and_points_are_those_of_the_files(n3dv_folder, pictures, points):
+def test_frames_and_points_equal_those_of_the_files(n3dv_folder, pictures, points):
     footage = read_n3dv(n3dv_folder)
 
     assert (footage.frame_count, footage.frames_per_second) == (6, 30.0)
@@ -56,7 +56,9 @@ angles = st.floats(-3.1, 3.1)
     center=st.tuples(*[st.floats(-100, 100)] * 3),
     focal=st.floats(10, 5000),
 )
-def test_any_pose_comes_back_from_its_row(tmp_path_factory, n3dv_folder, turns, center, focal):
+def test_every_pose_survives_a_round_trip_through_its_row(
+    tmp_path_factory, n3dv_folder, turns, center, focal
+):
     folder = tmp_path_factory.mktemp("pose")
     shutil.copy(n3dv_folder / "cam00.mp4", folder)
     axes = np.eye(3)
@@ -119,7 +121,7 @@ def test_another_number_of_poses_than_videos_is_rejected(folder):
         read_n3dv(folder)
 
 
-def test_names_that_sort_in_two_ways_are_taken_by_their_numbers_and_this_is_said(folder):
+def test_names_with_two_possible_orders_are_sorted_by_number_with_a_message(folder):
     for name in ("cam00", "cam01", "cam03", "cam04"):
         (folder / f"{name}.mp4").rename(folder / f"cam_{int(name[3:]) + 7}.mp4")
     footage = read_n3dv(folder)
@@ -187,7 +189,7 @@ def test_an_archive_of_arrays_is_rejected(folder, rows):
         read_n3dv(folder)
 
 
-def test_a_header_that_promises_too_much_is_rejected_unallocated(folder):
+def test_a_header_with_a_huge_shape_is_rejected_without_allocation(folder):
     with (folder / "poses_bounds.npy").open("wb") as file:
         header = {"descr": "<f8", "fortran_order": False, "shape": (1 << 40, 17)}
         np.lib.format.write_array_header_1_0(file, header)
@@ -226,7 +228,7 @@ def test_a_wrong_byte_in_the_poses_gives_poses_or_a_named_error(
         (lambda row: row.__setitem__(16, 1.0), "cam01: .*not positive and ascending"),
     ],
 )
-def test_numbers_that_are_no_pose_are_rejected_with_the_camera(folder, rows, change, fault):
+def test_rows_that_are_not_poses_are_rejected_with_the_camera(folder, rows, change, fault):
     change(rows[1])
     np.save(folder / "poses_bounds.npy", rows)
 
@@ -234,7 +236,7 @@ def test_numbers_that_are_no_pose_are_rejected_with_the_camera(folder, rows, cha
         read_n3dv(folder)
 
 
-def test_other_points_are_found_where_the_initial_ones_are_missing(folder, points):
+def test_missing_initial_points_are_replaced_by_other_ones(folder, points):
     (folder / "points3D_init.ply").unlink()
     assert read_n3dv(folder).points is None
 

@@ -97,7 +97,7 @@ def test_every_layout_is_listed_with_what_is_missing(tmp_path):
     assert "intri.yml" not in message
 
 
-def test_videos_without_poses_are_sent_to_calibrate(traced, tmp_path):
+def test_for_videos_without_poses_calibrate_is_suggested(traced, tmp_path):
     traced.copy_videos(tmp_path)
 
     with pytest.raises(
@@ -122,7 +122,7 @@ def test_a_camera_without_pictures_is_named(built, tmp_path):
         read(folder)
 
 
-def test_poses_without_any_pictures_tell_where_these_were_looked_for(traced, tmp_path):
+def test_for_poses_without_pictures_the_searched_places_are_named(traced, tmp_path):
     write_model(traced, tmp_path)
 
     with pytest.raises(MissingFileError, match=r"cameras cam00, .*frames/0000/NAME.png.*images/"):
@@ -138,7 +138,7 @@ def test_a_gap_among_the_pictures_of_a_camera_is_named(built, tmp_path):
         read(folder)
 
 
-def test_only_cameras_of_the_panoptic_studio_that_have_pictures_are_taken(built):
+def test_of_the_panoptic_studio_only_cameras_with_pictures_are_used(built):
     names = [camera.name for camera in read(built("panoptic_videos")).cameras]
 
     assert names == ["00_00", "00_01", "00_02", "00_03"]

@@ -25,7 +25,7 @@ def read(path, document):
     return read_transforms(path)
 
 
-def test_shared_intrinsics_hold_for_every_entry_and_its_own_come_first(path):
+def test_shared_intrinsics_hold_for_every_entry_unless_it_has_its_own(path):
     own = {**FRAME, "file_path": "b.png", "fl_x": 50, "k1": 0.1}
     first, second = read(path, {**SHARED, "k2": 0.2, "frames": [FRAME, own]}).entries
 
@@ -53,7 +53,7 @@ class Shared(dict):
         return super().items()
 
 
-def test_what_is_shared_is_not_gone_through_for_every_entry(path, monkeypatch):
+def test_shared_values_are_parsed_once_for_all_entries(path, monkeypatch):
     document = Shared(SHARED, frames=[FRAME] * 50)
     monkeypatch.setattr(
         "quarc_ref.datasets.layouts.transforms_entries.json.loads", lambda _: document
@@ -64,7 +64,7 @@ def test_what_is_shared_is_not_gone_through_for_every_entry(path, monkeypatch):
     assert document.walks == 0
 
 
-def test_a_path_a_pose_or_a_time_for_all_entries_is_nobodys(path):
+def test_a_shared_path_pose_or_time_is_ignored(path):
     for key, value in {"file_path": "a.png", "transform_matrix": np.eye(4).tolist()}.items():
         lacking = {name: FRAME[name] for name in FRAME if name != key}
         with pytest.raises(UnreadablePoseError, match=r"'file_path' is missing|not 4x4"):
@@ -72,7 +72,7 @@ def test_a_path_a_pose_or_a_time_for_all_entries_is_nobodys(path):
     assert read(path, {**SHARED, "time": 3, "frames": [FRAME]}).entries[0].time is None
 
 
-def test_coefficients_come_in_the_order_of_opencv(path):
+def test_coefficients_are_in_the_order_of_opencv(path):
     named = {"k1": 1, "k2": 2, "k3": 3, "k4": 4, "k5": 5, "k6": 6, "p1": 7, "p2": 8}
     document = {**SHARED, **named, "frames": [FRAME]}
     perspective = read(path, {**document, "camera_model": "OPENCV"}).entries[0].lens
@@ -83,7 +83,7 @@ def test_coefficients_come_in_the_order_of_opencv(path):
     assert fisheye.fisheye
 
 
-def test_a_pose_is_turned_from_the_axes_of_opengl(path):
+def test_a_pose_is_converted_from_the_axes_of_opengl(path):
     shot = scenes.make_shots()[1]
     frame = {**FRAME, "transform_matrix": scenes.opengl_matrix(shot)}
     (entry,) = read(path, {**SHARED, "frames": [frame]}).entries
@@ -99,7 +99,7 @@ def test_a_matrix_of_three_rows_is_enough(path):
     assert len(read(path, {**SHARED, "frames": [frame]}).entries[0].matrix) == 12
 
 
-def test_rate_points_and_times_are_read_where_they_are_told(path):
+def test_rate_points_and_times_are_read_from_their_keys(path):
     told = read(
         path,
         {**SHARED, "fps": 25, "ply_file_path": "p.ply", "frames": [{**FRAME, "time": 0.5}]},
@@ -148,7 +148,7 @@ def test_a_missing_intrinsic_is_named(path, key):
 
 
 @pytest.mark.parametrize("data", [b"", b"{", b"\xff\xfe", b"[" * 100_000])
-def test_a_file_that_is_no_json_is_rejected(path, data):
+def test_a_file_that_is_not_json_is_rejected(path, data):
     path.write_bytes(data)
 
     with pytest.raises(UnreadablePoseError, match=r"transforms.json is no"):

@@ -25,7 +25,7 @@ def frames_folder(tmp_path, shots, pictures):
     return scenes.write_frames(tmp_path / "frames_only", shots, pictures)
 
 
-def test_videos_become_cameras_that_project_as_the_shots_do(folder, shots, points, pictures):
+def test_videos_become_cameras_that_project_like_the_original_ones(folder, shots, points, pictures):
     scenes.write_transforms(folder, scenes.video_document(shots), points)
     footage = read_nerfstudio(folder)
 
@@ -39,7 +39,7 @@ def test_videos_become_cameras_that_project_as_the_shots_do(folder, shots, point
     assert np.array_equal(footage.points.positions, points.positions)
 
 
-def test_pictures_are_gathered_by_camera_and_sorted_by_time(frames_folder, shots, pictures):
+def test_pictures_are_grouped_by_camera_and_sorted_by_time(frames_folder, shots, pictures):
     scenes.write_transforms(frames_folder, scenes.picture_document(shots))
     footage = read_nerfstudio(frames_folder)
 
@@ -50,7 +50,7 @@ def test_pictures_are_gathered_by_camera_and_sorted_by_time(frames_folder, shots
         assert np.array_equal(footage.source.read(camera, frame), pictures[camera][frame])
 
 
-def test_the_rate_that_is_told_counts(folder, frames_folder, shots):
+def test_a_given_rate_is_used(folder, frames_folder, shots):
     scenes.write_transforms(folder, scenes.video_document(shots, fps=24))
     scenes.write_transforms(frames_folder, {**scenes.picture_document(shots), "fps": 12.5})
 
@@ -66,7 +66,9 @@ def test_the_rate_that_is_told_counts(folder, frames_folder, shots):
         ("all/{name}_{frame:04d}.png", ["cam00", "cam01", "cam02", "cam03"]),
     ],
 )
-def test_cameras_are_named_after_what_their_paths_share(tmp_path, shots, pictures, pattern, names):
+def test_cameras_are_named_after_the_common_parts_of_their_paths(
+    tmp_path, shots, pictures, pattern, names
+):
     for shot, row in zip(shots, pictures, strict=True):
         for frame, picture in enumerate(row):
             scenes.write_picture(tmp_path / pattern.format(frame=frame, name=shot.name), picture)
@@ -103,7 +105,7 @@ def test_a_missing_video_or_points_file_is_named(folder, shots, points, name):
         read_nerfstudio(folder)
 
 
-def test_a_camera_without_a_picture_of_some_time_is_named(frames_folder, shots):
+def test_a_camera_without_a_picture_for_some_time_is_named(frames_folder, shots):
     document = scenes.picture_document(shots)
     del document["frames"][1]
     scenes.write_transforms(frames_folder, document)
@@ -112,7 +114,7 @@ def test_a_camera_without_a_picture_of_some_time_is_named(frames_folder, shots):
         read_nerfstudio(frames_folder)
 
 
-def test_two_pictures_of_one_time_are_rejected(frames_folder, shots):
+def test_two_pictures_for_one_time_are_rejected(frames_folder, shots):
     document = scenes.picture_document(shots)
     for index, frame in enumerate(document["frames"]):
         frame["time"] = min(index // 4, 4)
@@ -141,7 +143,7 @@ def test_two_videos_of_one_camera_are_rejected(folder, shots):
         read_nerfstudio(folder)
 
 
-def test_pictures_without_a_time_are_no_capture(frames_folder, shots):
+def test_pictures_without_times_are_rejected(frames_folder, shots):
     document = scenes.picture_document(shots)
     del document["frames"][7]["time"]
     scenes.write_transforms(frames_folder, document)
@@ -150,7 +152,7 @@ def test_pictures_without_a_time_are_no_capture(frames_folder, shots):
         read_nerfstudio(frames_folder)
 
 
-def test_a_matrix_that_is_no_pose_is_rejected_with_the_camera(folder, shots):
+def test_a_matrix_that_is_not_a_pose_is_rejected_with_the_camera(folder, shots):
     document = scenes.video_document(shots)
     document["frames"][1]["transform_matrix"][0][0] += 0.2
     scenes.write_transforms(folder, document)

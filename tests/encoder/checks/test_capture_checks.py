@@ -94,7 +94,7 @@ def test_two_cameras_side_by_side_are_too_few(trace):
     assert "100% of the initial points are seen by fewer than 3" in finding.message
 
 
-def test_cameras_in_one_place_are_told(honest):
+def test_cameras_in_one_place_are_reported(honest):
     source = honest.cameras[3]
     center = camera_center(source)
     cameras = [
@@ -118,7 +118,7 @@ def test_points_of_another_scene_are_rejected(honest):
         check_capture(move_points(honest, 1.0, (500.0, 0.0, 0.0)))
 
 
-def test_many_points_outside_all_views_are_told(honest):
+def test_many_points_outside_all_views_are_reported(honest):
     (finding,) = check_capture(move_points(honest, 0.4, (0.0, 0.0, 90.0)))
 
     assert finding.kind == "points-outside-views"
@@ -128,7 +128,7 @@ def test_many_points_outside_all_views_are_told(honest):
     )
 
 
-def test_a_few_points_outside_all_views_are_no_finding(honest):
+def test_a_few_points_outside_all_views_are_not_a_finding(honest):
     assert check_capture(move_points(honest, 0.1, (0.0, 0.0, 90.0))) == []
 
 
@@ -160,20 +160,20 @@ def test_a_shuffled_order_of_poses_is_found(honest):
 @pytest.mark.parametrize(
     ("axis", "degrees"), [(1, 3), (1, -8), (0, 5), (0, 15), (2, 30), thorough(2, 180)]
 )
-def test_a_camera_that_is_turned_is_named(trace, variant, axis, degrees):
+def test_a_rotated_camera_is_named(trace, variant, axis, degrees):
     (finding,) = check_capture(turn_camera(trace(variant=variant), 7, axis, degrees))
 
     assert (finding.kind, finding.cameras) == ("pose-disagrees", ("cam07",))
 
 
 @pytest.mark.parametrize("step", [(0.3, 0, 0), (0, -0.3, 0), (0, 0, -1.0)])
-def test_a_camera_that_is_moved_is_named(honest, step):
+def test_a_displaced_camera_is_named(honest, step):
     (finding,) = check_capture(move_camera(honest, 2, step))
 
     assert (finding.kind, finding.cameras) == ("pose-disagrees", ("cam02",))
 
 
-def test_points_in_colors_of_nothing_disagree_with_all_pictures(honest):
+def test_points_with_wrong_colors_disagree_with_all_pictures(honest):
     colors = np.random.default_rng(0).integers(0, 256, honest.points.colors.shape, dtype=np.uint8)
     (finding,) = check_capture(paint_points(honest, colors))
 
@@ -182,7 +182,7 @@ def test_points_in_colors_of_nothing_disagree_with_all_pictures(honest):
     assert "cam01, cam02, cam03, cam04, cam05 and 7 more" in finding.message
 
 
-def test_points_of_one_color_tell_nothing_of_poses(honest):
+def test_points_of_one_color_give_no_evidence_about_poses(honest):
     colors = np.full_like(honest.points.colors, 127)
 
     assert check_capture(paint_points(honest, colors)) == []
@@ -212,6 +212,6 @@ def test_one_fault_does_not_hide_another(honest):
     assert _list_kinds(faulty) == ["camera-sees-no-points", "pose-disagrees"]
 
 
-def test_names_beyond_the_fifth_are_counted():
+def test_names_after_the_fifth_are_counted():
     assert list_names([*"abcde"]) == "a, b, c, d, e"
     assert list_names([*"abcdefg"]) == "a, b, c, d, e and 2 more"

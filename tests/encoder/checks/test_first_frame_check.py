@@ -23,7 +23,7 @@ def test_views_above_their_coarse_pictures_have_no_findings():
     assert _list_findings(5, 4, 8, 3, 0.5) == []
 
 
-def test_views_below_their_coarse_pictures_are_told():
+def test_views_below_their_coarse_pictures_are_reported():
     (finding,) = judge_views(_make_views(-1.5, -2, 1, -4, -3))
 
     assert finding.kind == "first-frame-coarse"
@@ -39,21 +39,21 @@ def test_a_view_far_below_the_others_is_named():
     assert "(median 28.0 dB)" in finding.message
 
 
-def test_a_difficult_picture_is_not_held_against_its_camera():
+def test_a_difficult_picture_is_not_blamed_on_its_camera():
     views = _make_views(5, 4, 4, 6, 3)
     views[2] = replace(views[2], psnr=18.0, coarse=14.0)
 
     assert list(judge_views(views)) == []
 
 
-def test_exposure_does_not_count():
+def test_exposure_is_ignored():
     picture = torch.rand(30, 40, 3, generator=torch.Generator().manual_seed(0))
     (view,) = measure_views(["a"], [(picture * 0.8, picture)])
 
     assert view.psnr > 60
 
 
-def test_a_picture_of_squares_is_coarse_to_the_last_decibel():
+def test_a_picture_of_squares_equals_its_coarse_picture():
     squares = torch.rand(6, 20, 3, generator=torch.Generator().manual_seed(0))
     picture = squares.repeat_interleave(6, 0).repeat_interleave(6, 1)
     (flat,) = measure_views(["a"], [(picture, picture)])
@@ -62,7 +62,7 @@ def test_a_picture_of_squares_is_coarse_to_the_last_decibel():
     assert flat.coarse == cut.coarse == pytest.approx(100)
 
 
-def test_squares_show_no_stripes():
+def test_squares_do_not_reveal_stripes():
     picture = torch.zeros(30, 40, 3)
     picture[:, ::2] = 1.0
     (view,) = measure_views(["a"], [(torch.zeros_like(picture), picture)])
@@ -86,17 +86,17 @@ def _encode(capture, tmp_path, **changes):
     return findings
 
 
-def test_an_encode_that_is_not_trained_is_told(tmp_path):
+def test_an_untrained_encode_is_reported(tmp_path):
     findings = _encode(make_capture(), tmp_path, iterations=1, exposure_lr=0.0)
 
     assert [finding.kind for finding in findings] == ["first-frame-coarse"]
 
 
-def test_an_encode_that_is_trained_has_no_findings(tmp_path):
+def test_a_trained_encode_has_no_findings(tmp_path):
     assert _encode(make_capture(), tmp_path) == []
 
 
-def test_a_stream_that_is_gone_on_with_is_not_judged_again(tmp_path, monkeypatch):
+def test_a_resumed_stream_is_not_checked_again(tmp_path, monkeypatch):
     monkeypatch.setattr(encode_options, "check_capture", None)
     monkeypatch.setattr(encode_stream, "check_first_frame", None)
     from quarc_ref.encoder.stream_file import encode_file

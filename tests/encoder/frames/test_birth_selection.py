@@ -66,31 +66,31 @@ def _cost(objective: BirthObjective, weight: float) -> ByteCost:
     return ByteCost(weight, lambda births: _count_bytes(objective, births))
 
 
-def test_what_is_missing_is_worth_most_and_what_is_wrong_less_than_nothing(objective):
+def test_missing_gaussians_gain_most_and_wrong_ones_less_than_nothing(objective):
     large, wrong, small = measure_gains(objective, _blobs()).tolist()
 
     assert large > small > 0 > wrong
 
 
-def test_a_newborns_worth_is_near_to_what_the_loss_falls_by(objective):
+def test_the_gain_of_a_newborn_is_close_to_the_decrease_of_the_loss(objective):
     red = _blobs().rows(torch.tensor([0]))
 
     fall = objective.mean_loss_without() - objective.mean_loss(red)
     assert float(measure_gains(objective, red)) == pytest.approx(fall, rel=0.5)
 
 
-def test_those_that_do_not_pay_are_left_out_and_the_others_stay(objective):
+def test_births_that_gain_too_little_are_left_out_and_the_others_stay(objective):
     births = select_births(objective, _blobs(), _PARENTS, _cost(objective, 1e-9))
 
     assert births is not None
     assert births.parents.tolist() == [3, 20]
 
 
-def test_no_one_is_born_where_bytes_are_too_dear(objective):
+def test_a_high_lambda_allows_no_births(objective):
     assert select_births(objective, _blobs(), _PARENTS, _cost(objective, 1.0)) is None
 
 
-def test_all_stay_or_none_where_bytes_cost_nothing(objective):
+def test_without_a_cost_of_bytes_all_births_or_none_stay(objective):
     births = select_births(objective, _blobs(), _PARENTS, _cost(objective, 0))
     wrong = torch.tensor([1])
 
@@ -101,7 +101,7 @@ def test_all_stay_or_none_where_bytes_cost_nothing(objective):
     )
 
 
-def test_what_they_gain_is_set_against_the_bytes_of_their_section(objective):
+def test_gains_are_compared_with_the_bytes_of_the_section(objective):
     red = _blobs().rows(torch.tensor([0, 2]))
     born = select_births(objective, red, _PARENTS[[0, 2]], _cost(objective, 0.0))
     assert born is not None
@@ -116,7 +116,7 @@ def test_what_they_gain_is_set_against_the_bytes_of_their_section(objective):
     assert select_births(objective, red, _PARENTS[[0, 2]], _cost(objective, 0.2 * even)) is not None
 
 
-def test_the_scene_is_as_the_decoder_has_it(objective):
+def test_the_scene_equals_the_decoders(objective):
     splats = dequantize(objective.decoded)
     picture = render_picture(splats, objective.context.camera(0))
 

@@ -6,7 +6,7 @@ from quarc_ref.encoder.training.trainable import from_splats
 from tests.encoder.toys import make_context, make_splats
 
 
-def test_the_gate_opens_where_the_picture_changes_and_not_elsewhere():
+def test_the_gate_opens_only_where_the_picture_changes():
     context = make_context()
     splats = make_splats(1)
     attributes = from_splats(splats, torch.device("cpu"))
@@ -20,7 +20,7 @@ def test_the_gate_opens_where_the_picture_changes_and_not_elsewhere():
     assert np.median(blobs) > 2 * np.median(wall)
 
 
-def test_between_equal_pictures_it_stays_shut(monkeypatch):
+def test_between_equal_pictures_the_gate_stays_closed(monkeypatch):
     context = make_context()
     still = context.truth(0, 0)
     monkeypatch.setattr(type(context), "truth", lambda *_: still)
@@ -29,7 +29,7 @@ def test_between_equal_pictures_it_stays_shut(monkeypatch):
     assert not measure_change(context, attributes, frame=1, view_count=3).any()
 
 
-def test_without_views_it_is_open_for_all():
+def test_without_views_the_gate_is_open_everywhere():
     attributes = from_splats(make_splats(0), torch.device("cpu"))
 
     assert measure_change(make_context(), attributes, frame=1, view_count=0).unique().tolist() == [

@@ -86,7 +86,7 @@ def test_a_capture_in_other_units_moves_by_the_same_symbols():
     assert np.mean(here == far) > 0.95  # a few hang on the last bits of floats
 
 
-def test_the_rate_of_translations_is_in_world_units_where_it_is_not_in_steps():
+def test_the_learning_rate_of_translations_is_in_world_units_or_in_steps():
     context, state = make_context(), _make_state()
     step = _HEADER.translation_step * 2.0**-_HEADER.lattice_exponent
 
@@ -97,7 +97,7 @@ def test_the_rate_of_translations_is_in_world_units_where_it_is_not_in_steps():
     assert np.abs(rows[0]).sum() == pytest.approx(np.abs(rows[1]).sum(), rel=0.2)
 
 
-def test_the_dearer_symbols_are_the_fewer_there_are():
+def test_a_higher_lambda_gives_fewer_symbols():
     context, state = make_context(), _make_state()
 
     counts = [
@@ -107,7 +107,7 @@ def test_the_dearer_symbols_are_the_fewer_there_are():
     assert counts[0] > counts[1] > counts[2]
 
 
-def test_residuals_are_the_symbols_unless_nothing_is_rounded():
+def test_residuals_are_the_symbols_unless_rounding_is_off():
     context, state = make_context(), _make_state()
     start = FrameStart(state, begin_frame(state, 0), 0)
 

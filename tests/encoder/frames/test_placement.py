@@ -48,7 +48,7 @@ def context(monkeypatch):
     return context
 
 
-def test_newborn_start_where_the_picture_is_wrong_in_the_color_of_the_truth(context):
+def test_births_start_at_wrong_pixels_with_the_color_of_the_truth(context):
     scene = FixedScene(context, from_splats(make_splats(0), _CPU))
 
     newborn, parents = place_on_errors(context, scene, frame=1, settings=_SETTINGS)
@@ -62,7 +62,7 @@ def test_newborn_start_where_the_picture_is_wrong_in_the_color_of_the_truth(cont
     assert np.max(np.min(apart, axis=0)) < 4
 
 
-def test_they_lie_on_the_surface_that_the_camera_sees(context):
+def test_births_lie_on_the_visible_surface(context):
     scene = FixedScene(context, from_splats(make_splats(0), _CPU))
 
     newborn, _ = place_on_errors(context, scene, frame=1, settings=_SETTINGS)
@@ -72,7 +72,7 @@ def test_they_lie_on_the_surface_that_the_camera_sees(context):
     assert depths.max() < 1.3
 
 
-def test_the_worst_pixels_come_first_and_the_bound_holds(context):
+def test_the_worst_pixels_come_first_up_to_the_limit(context):
     scene = FixedScene(context, from_splats(make_splats(0), _CPU))
 
     many, _ = place_on_errors(context, scene, frame=1, settings=_SETTINGS)
@@ -81,7 +81,7 @@ def test_the_worst_pixels_come_first_and_the_bound_holds(context):
     assert torch.equal(few.means, many.means[:4])
 
 
-def test_no_one_is_born_into_a_picture_that_is_right(context):
+def test_a_correct_picture_gets_no_births(context):
     scene = FixedScene(context, from_splats(_with_a_red_blob(make_splats(0)), _CPU))
 
     _, parents = place_on_errors(context, scene, frame=1, settings=_SETTINGS)
@@ -90,7 +90,7 @@ def test_no_one_is_born_into_a_picture_that_is_right(context):
 
 
 @given(st.integers(1, 60), st.integers(0, 20), st.integers(0, 1000))
-def test_the_nearest_is_the_nearest(scene_count, place_count, seed):
+def test_the_nearest_neighbor_is_found(scene_count, place_count, seed):
     rng = np.random.default_rng(seed)
     scene = torch.from_numpy(rng.normal(size=(scene_count, 3)).astype(np.float32))
     places = torch.from_numpy(rng.normal(size=(place_count, 3)).astype(np.float32))
@@ -113,7 +113,7 @@ def _pixels_apart(camera, places: np.ndarray, center: np.ndarray) -> np.ndarray:
 
 
 @given(st.integers(1, 9), st.integers(1, 9), st.integers(0, 3), st.integers(0, 1 << 30))
-def test_the_largest_around_is_that_of_the_window(rows, columns, reach, seed):
+def test_the_maximum_is_that_of_the_window(rows, columns, reach, seed):
     numbers = torch.rand((rows, columns), generator=torch.Generator().manual_seed(seed))
 
     wanted = torch.nn.functional.max_pool2d(

@@ -28,35 +28,35 @@ def _encode(target: float, elasticity: float, dearth: float, noise: float, seed:
     dearth=st.floats(0.2, 5),
     seed=st.integers(0, 1 << 16),
 )
-def test_the_mean_meets_the_target_whatever_the_content(target, elasticity, dearth, seed):
+def test_the_mean_meets_the_target_for_any_content(target, elasticity, dearth, seed):
     sizes = _encode(target, elasticity, dearth, 0.1, seed)
 
     assert sum(sizes) / len(sizes) == pytest.approx(target, rel=0.05)
 
 
 @given(sizes_so_far, targets)
-def test_the_factor_is_bounded_whatever_was_written(sizes, target):
+def test_the_factor_is_bounded_for_any_sizes(sizes, target):
     assert 1 / 257 < control_rate(sizes, target) < 257
 
 
 @given(st.lists(st.integers(0, 1 << 30), min_size=1, max_size=60), targets)
-def test_a_frame_changes_the_factor_by_no_more_than_three(sizes, target):
+def test_a_frame_changes_the_factor_by_at_most_three(sizes, target):
     before, after = control_rate(sizes[:-1], target), control_rate(sizes, target)
 
     assert 1 / 3.01 < after / before < 3.01
 
 
 @given(targets)
-def test_the_first_frame_costs_what_the_settings_say(target):
+def test_the_first_frame_uses_the_lambda_of_the_settings(target):
     assert control_rate([], target) == 1
 
 
 @pytest.mark.parametrize("name", PRESETS)
-def test_without_a_target_the_sizes_do_not_matter(name):
+def test_without_a_target_sizes_are_ignored(name):
     assert choose_lambda(choose_preset(name), [1, 1 << 20]) == 1
 
 
-def test_lambda_is_a_factor_and_so_is_the_target():
+def test_lambda_is_a_factor_as_is_the_rate_control():
     config = change_setting(choose_preset("main"), "rd_lambda", "3")
     assert choose_lambda(config, []) == 3
 
@@ -65,7 +65,7 @@ def test_lambda_is_a_factor_and_so_is_the_target():
 
 
 @pytest.mark.parametrize(("quality", "factor"), [("50", 1), ("30", 2), ("90", 0.25), ("10", 4)])
-def test_twenty_more_of_quality_halve_lambda(quality, factor):
+def test_increasing_quality_by_twenty_halves_lambda(quality, factor):
     config = change_setting(choose_preset("main"), "quality", quality)
 
     assert choose_lambda(config, []) == pytest.approx(factor)

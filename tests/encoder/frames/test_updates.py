@@ -43,7 +43,7 @@ def _fit(state: State, settings: UpdateSettings | None = _UPDATES) -> FittedMoti
     )
 
 
-def test_what_is_drawn_in_training_is_what_the_decoder_makes_of_it():
+def test_the_scene_in_training_equals_the_decoders():
     begun = begin_frame(_make_state(), 0)
     still = [np.zeros((6, level.owners.size), np.int64) for level in begun.known_anchors.levels]
     moved = move(begun, still)
@@ -71,7 +71,7 @@ def _none(trained, before):
     return np.zeros(trained.updates(before).count, dtype=np.bool_)
 
 
-def test_a_color_that_is_wrong_is_put_right():
+def test_a_wrong_color_is_corrected():
     wrong = _with_codes(_make_state(), SH_DC.start, [4, 50], 12)
 
     updates = _fit(wrong).updates
@@ -80,7 +80,7 @@ def test_a_color_that_is_wrong_is_put_right():
     assert max(there[4][10], there[50][10]) < -2
 
 
-def test_what_has_been_faded_out_leaves():
+def test_faded_gaussians_leave():
     state = _make_state()
     before = from_splats(dequantize(state.scene), _CPU)
     trained = TrainedUpdates(state.scene.count, _HEADER, _UPDATES, _CPU)
@@ -94,7 +94,7 @@ def test_what_has_been_faded_out_leaves():
     assert updates.residuals[9].tolist() == [-3, 0]
 
 
-def test_statistics_of_those_that_leave_are_dropped():
+def test_statistics_of_deleted_gaussians_are_dropped():
     statistics = ScreenStatistics(3, _CPU)
     statistics.restore({name: torch.tensor([4.0, 5.0, 6.0]) for name in ("sums", "views", "radii")})
 
@@ -104,7 +104,7 @@ def test_statistics_of_those_that_leave_are_dropped():
     assert left.mean_gradients().tolist() == [1.0, 1.0]
 
 
-def test_the_dearer_updates_are_the_fewer_there_are():
+def test_a_higher_lambda_gives_fewer_updates():
     wrong = _with_codes(_make_state(), SH_DC.start, list(range(40)), 3)
 
     counts = [
@@ -114,7 +114,7 @@ def test_the_dearer_updates_are_the_fewer_there_are():
     assert counts[0] > counts[1] > counts[2]
 
 
-def test_what_gains_too_little_is_no_update():
+def test_an_update_that_gains_too_little_is_left_out():
     wrong = _with_codes(_make_state(), SH_DC.start, list(range(40)), 3)
 
     counts = [
@@ -127,7 +127,7 @@ def test_what_gains_too_little_is_no_update():
 @pytest.mark.parametrize(
     ("updates", "settings"), [(False, _UPDATES), (True, None), (True, replace(_UPDATES, lr=0.0))]
 )
-def test_without_updates_motion_is_what_it_was(updates, settings):
+def test_without_updates_motion_is_unchanged(updates, settings):
     plain = replace(_HEADER, updates=False)
 
     fitted = _fit(_make_state(replace(_HEADER, updates=updates)), settings)
@@ -137,7 +137,7 @@ def test_without_updates_motion_is_what_it_was(updates, settings):
         assert np.array_equal(mine, wanted)
 
 
-def test_one_gaussian_is_left():
+def test_at_least_one_gaussian_is_left():
     state = _make_state()
     before = from_splats(dequantize(state.scene), _CPU)
     trained = TrainedUpdates(state.scene.count, _HEADER, _UPDATES, _CPU)

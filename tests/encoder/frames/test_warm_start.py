@@ -40,7 +40,7 @@ def test_new_anchors_take_over_the_mean_of_the_nearest_three():
         assert np.allclose(start[index], before.symbols[0][:, nearest].mean(axis=1))
 
 
-def test_a_motion_that_all_share_is_projected_onto_the_coarsest_level():
+def test_a_common_motion_is_projected_onto_the_coarsest_level():
     before, begun = _two_frames(resample_interval=1)
     motion = np.tile(np.arange(1.0, 7.0)[:, None], (1, 60)).astype(np.int64)
     begun = replace(begun, motion=motion)

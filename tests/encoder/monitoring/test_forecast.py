@@ -21,14 +21,14 @@ def _plan(first_frame=0):
     return EncodePlan("room", 11, first_frame, 0, 10, 100, 50, 20)
 
 
-def test_before_anything_is_measured_nothing_is_forecast(clock):
+def test_there_is_no_forecast_before_the_first_measurement(clock):
     forecast = Forecast(_plan(), clock)
     assert forecast.seconds_left() is None
     forecast.note_step("canonical", 1)
     assert forecast.seconds_left() is None
 
 
-def test_frame_0_tells_of_all_frames(clock):
+def test_frame_0_gives_a_forecast_for_all_frames(clock):
     forecast = Forecast(_plan(), clock)
     for step in range(1, 41):
         clock.now += 0.5
@@ -41,7 +41,7 @@ def test_frame_0_tells_of_all_frames(clock):
     assert forecast.seconds_left() == pytest.approx(rest)
 
 
-def test_frames_tell_of_frames(clock):
+def test_later_frames_improve_the_forecast(clock):
     forecast = Forecast(_plan(), clock)
     forecast.note_frame(0)
     for frame in range(1, 5):
@@ -56,7 +56,7 @@ def test_frames_tell_of_frames(clock):
     assert forecast.seconds_left() == 0
 
 
-def test_an_encode_that_resumes_forecasts_what_is_left(clock):
+def test_a_resumed_encode_forecasts_the_remaining_time(clock):
     forecast = Forecast(_plan(first_frame=8), clock)
     assert forecast.seconds_left() is None
     clock.now += 4
@@ -68,5 +68,5 @@ def test_an_encode_that_resumes_forecasts_what_is_left(clock):
     ("seconds", "said"),
     [(0.4, "0 s"), (59.4, "59 s"), (200, "3 min 20 s"), (7500, "2 h 5 min")],
 )
-def test_times_are_said_as_people_say_them(seconds, said):
+def test_durations_are_printed_in_readable_units(seconds, said):
     assert format_duration(seconds) == said

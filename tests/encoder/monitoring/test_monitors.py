@@ -32,7 +32,7 @@ def _encode(monitor=None):
     return sink.getvalue()
 
 
-def test_monitors_are_called_for_everything_and_change_no_byte():
+def test_monitors_are_called_for_every_event_and_change_no_byte():
     first, second = _Notes(), _Notes()
     data = _encode(Monitors([first, second]))
 

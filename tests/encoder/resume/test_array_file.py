@@ -45,7 +45,7 @@ def _build(arrays=None, header=None):
     return json.dumps(json.loads(line) | (header or {})).encode() + b"\n" + body
 
 
-def test_arrays_come_back_as_they_were_written_and_can_be_changed(tmp_path):
+def test_arrays_survive_a_round_trip_and_are_writable(tmp_path):
     for count in (1, 8):
         arrays = _arrays(count)
         found = _read(tmp_path / "a", _build(arrays))
@@ -109,7 +109,7 @@ _SHAPES = json.loads(_build().partition(b"\n")[0])["arrays"]
         {"arrays": _SHAPES | {"rows": ["<f4", [10**30, 3]]}},
     ],
 )
-def test_a_header_that_makes_no_sense_is_rejected(header, tmp_path):
+def test_an_invalid_header_is_rejected(header, tmp_path):
     with pytest.raises(ArrayFileError):
         _read(tmp_path / "a", header if isinstance(header, bytes) else _build(header=header))
 

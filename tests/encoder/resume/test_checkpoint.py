@@ -64,7 +64,7 @@ def _break_off(path, step):
 
 
 @pytest.mark.parametrize("step", [1, 15, 25, 48, 60])
-def test_a_training_that_broke_off_ends_in_the_same_bytes(step, tmp_path, unbroken):
+def test_an_interrupted_training_gives_the_same_bytes(step, tmp_path, unbroken):
     path = tmp_path / "toy.quarc"
     _break_off(path, step)
     options = _options()
@@ -76,7 +76,7 @@ def test_a_training_that_broke_off_ends_in_the_same_bytes(step, tmp_path, unbrok
     assert [each.name for each in tmp_path.iterdir()] == ["toy.quarc"]
 
 
-def test_a_training_that_broke_off_twice_ends_in_the_same_bytes(tmp_path, unbroken):
+def test_a_training_interrupted_twice_gives_the_same_bytes(tmp_path, unbroken):
     path = tmp_path / "toy.quarc"
     _break_off(path, 12)
     _break_off(path, 40)
@@ -110,7 +110,7 @@ def _put_text(file):
 
 
 @pytest.mark.parametrize("damage", [_cut, _flip, _empty, _put_other, _put_text])
-def test_a_file_that_is_not_whole_or_another_s_is_as_good_as_none(damage, tmp_path, unbroken):
+def test_an_incomplete_or_foreign_file_is_ignored(damage, tmp_path, unbroken):
     path = tmp_path / "toy.quarc"
     _break_off(path, 30)
     damage(checkpoint_path(path))
@@ -126,7 +126,7 @@ def test_a_file_that_is_not_whole_or_another_s_is_as_good_as_none(damage, tmp_pa
 @pytest.mark.parametrize(
     "config", [replace(_CONFIG, seed=1), replace(_CONFIG, rd_lambda=2.0)], ids=["seed", "rate"]
 )
-def test_other_settings_begin_anew(config, tmp_path):
+def test_other_settings_start_again(config, tmp_path):
     path = tmp_path / "toy.quarc"
     _break_off(path, 30)
     options = _options(config=config)
@@ -136,7 +136,7 @@ def test_other_settings_begin_anew(config, tmp_path):
     assert options.progress.first == 1
 
 
-def test_a_capture_of_other_cameras_begins_anew(tmp_path):
+def test_a_capture_with_other_cameras_starts_again(tmp_path):
     path = tmp_path / "toy.quarc"
     _break_off(path, 30)
     capture, options = make_capture(), _options()
@@ -148,7 +148,7 @@ def test_a_capture_of_other_cameras_begins_anew(tmp_path):
     assert options.progress.first == 1
 
 
-def test_a_file_is_renewed_when_it_is_a_minute_old(tmp_path, monkeypatch):
+def test_a_file_is_rewritten_after_a_minute(tmp_path, monkeypatch):
     monkeypatch.setattr(checkpoint, "_SECONDS_APART", 60.0)
     now = [0.0]
     monkeypatch.setattr(checkpoint.time, "monotonic", lambda: now[0])
@@ -162,7 +162,7 @@ def test_a_file_is_renewed_when_it_is_a_minute_old(tmp_path, monkeypatch):
     assert saved == [None, None, 60.0, 60.0, 60.0, 121.0]
 
 
-def test_what_a_writing_that_was_killed_has_left_is_removed(tmp_path):
+def test_temporary_files_of_a_killed_process_are_removed(tmp_path):
     pytest.importorskip("fcntl")
     kept = Checkpoint(tmp_path / "kept", "this")
     kept.save_if_due(dict)
@@ -173,7 +173,7 @@ def test_what_a_writing_that_was_killed_has_left_is_removed(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_file_outlasts_a_power_failure(tmp_path, monkeypatch):
+def test_a_file_survives_a_power_failure(tmp_path, monkeypatch):
     synced = []
     monkeypatch.setattr("os.fsync", lambda _: synced.append((tmp_path / "kept").exists()))
     Checkpoint(tmp_path / "kept", "this").save_if_due(dict)

@@ -44,7 +44,7 @@ def test_a_signal_takes_effect_when_the_work_is_done(arriving):
     assert arrived.value.args == (arriving[0],)
 
 
-def test_handlers_are_again_what_they_were():
+def test_signal_handlers_are_restored():
     _work([])
     with pytest.raises(AttributeError):
         _work("no list")
@@ -52,7 +52,7 @@ def test_handlers_are_again_what_they_were():
     assert [signal.getsignal(number) for number in _SIGNALS] == [_handle, _handle]
 
 
-def test_a_signal_that_is_ignored_or_left_to_the_system_stays_so():
+def test_an_ignored_or_default_signal_stays_so():
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
@@ -62,7 +62,7 @@ def test_a_signal_that_is_ignored_or_left_to_the_system_stays_so():
     assert within == [signal.SIG_IGN, signal.SIG_DFL]
 
 
-def test_another_thread_works_as_it_would_without():
+def test_other_threads_are_not_affected():
     done = []
     thread = threading.Thread(target=_work, args=(done,))
     thread.start()

@@ -51,7 +51,7 @@ def _ends(data):
 
 @pytest.mark.parametrize("frame", range(4))
 @pytest.mark.parametrize("more", [0, 1, 25])
-def test_a_stream_that_breaks_off_is_gone_on_with_to_the_same_bytes(
+def test_an_interrupted_stream_is_resumed_to_the_same_bytes(
     frame, more, whole, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(encode_stream, "train_canonical", None)  # frame 0 is there
@@ -61,14 +61,14 @@ def test_a_stream_that_breaks_off_is_gone_on_with_to_the_same_bytes(
 
 
 @pytest.mark.parametrize("share", [0, 0.3, 0.999])
-def test_without_a_whole_frame_the_stream_begins_anew(share, whole, tmp_path):
+def test_without_a_complete_frame_the_stream_starts_again(share, whole, tmp_path):
     before_frames, frame_0 = _ends(whole)[2:4]
     broken = whole[: int(share * before_frames)] if share < 0.5 else whole[: frame_0 - 1]
 
     assert _go_on(tmp_path / "a.quarc", broken) == whole
 
 
-def test_damage_ends_what_is_whole(whole, tmp_path):
+def test_damage_ends_the_intact_part(whole, tmp_path):
     ends = _ends(whole)
     garbled = bytearray(whole)
     garbled[ends[4] + 30] ^= 1  # in frame 2
@@ -79,13 +79,13 @@ def test_damage_ends_what_is_whole(whole, tmp_path):
 
 
 @pytest.mark.parametrize("left_out", [0, 1])
-def test_a_stream_without_its_end_gets_it(left_out, whole, tmp_path, monkeypatch):
+def test_a_stream_without_its_end_is_completed(left_out, whole, tmp_path, monkeypatch):
     monkeypatch.setattr(encode_stream, "fit_motion", None)  # all frames are there
 
     assert _go_on(tmp_path / "a.quarc", whole[: _ends(whole)[-2 - left_out]]) == whole
 
 
-def test_a_finished_file_is_left_as_it_is(whole, tmp_path):
+def test_a_finished_file_is_unchanged(whole, tmp_path):
     path = tmp_path / "a.quarc"
     path.write_bytes(whole)
     before = path.stat().st_mtime_ns
@@ -166,13 +166,13 @@ def test_a_stream_that_quotes_old_names_of_settings_is_resumed(whole, tmp_path):
         ("encoder", "encoder"),
     ],
 )
-def test_another_capture_and_another_encoder_are_rejected(name, said, whole, tmp_path):
+def test_another_capture_or_encoder_is_rejected(name, said, whole, tmp_path):
     other = _with_metadata(whole, **{name: "another"})
     with pytest.raises(ResumeError, match=f"encoded with different inputs; these differ: {said}$"):
         _go_on(tmp_path / "a.quarc", other)
 
 
-def test_other_cameras_and_another_clock_are_rejected(whole, tmp_path):
+def test_other_cameras_or_another_time_base_are_rejected(whole, tmp_path):
     capture = make_capture(5)
     capture.cameras = (replace(capture.cameras[0], fx=51.0), *capture.cameras[1:])
     capture.frames_per_second = 25.0
@@ -181,7 +181,7 @@ def test_other_cameras_and_another_clock_are_rejected(whole, tmp_path):
         encode_file(capture, tmp_path / "a.quarc", _OPTIONS)
 
 
-def test_frames_that_do_not_fit_are_rejected(whole, tmp_path):
+def test_frames_that_do_not_match_are_rejected(whole, tmp_path):
     with pytest.raises(ResumeError, match="complete with 5 frames, not 4"):
         _go_on(tmp_path / "a.quarc", whole, replace(_OPTIONS, frames=4))
     with pytest.raises(ResumeError, match="complete with 5 frames, not 6"):
@@ -198,7 +198,7 @@ def test_an_edited_stream_is_rejected(whole, tmp_path):
         _go_on(tmp_path / "b.quarc", twice, replace(_OPTIONS, frames=10), frames=10)
 
 
-def test_what_is_no_stream_is_left_as_it_is(tmp_path):
+def test_a_file_that_is_not_a_stream_is_unchanged(tmp_path):
     with pytest.raises(BadMagicError):
         _go_on(tmp_path / "a.quarc", b"my thesis")
 
@@ -215,7 +215,7 @@ def test_chunks_that_the_encoder_does_not_write_are_rejected():
             )
 
 
-def test_what_is_whole_is_told():
+def test_complete_frames_are_reported():
     data, states = make_stream(gaussian_count=8, frame_count=3)
     ends = _ends(data)
 

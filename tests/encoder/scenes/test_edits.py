@@ -55,7 +55,7 @@ def measure_psnr(first, second):
     return 10 * np.log10(1 / max(1e-12, float(np.mean((first - second) ** 2))))
 
 
-def test_a_crop_leaves_what_is_in_the_box_in_every_frame(stream):
+def test_a_crop_keeps_the_inside_of_the_box_in_every_frame(stream):
     box = (-0.2, -0.3, -0.5, 0.3, 0.3, 0.5)
     for before, after in zip(
         frames_of(stream), frames_of(edited(stream, Edit(boxes=(box,)))), strict=True
@@ -64,7 +64,7 @@ def test_a_crop_leaves_what_is_in_the_box_in_every_frame(stream):
         assert 0 < inside.sum() == len(after.positions) < len(inside)
 
 
-def test_a_drop_leaves_what_is_outside_of_the_sphere(stream):
+def test_a_drop_keeps_the_outside_of_the_sphere(stream):
     sphere = (0.1, 0.0, 0.0, 0.4)
     for before, after in zip(
         frames_of(stream), frames_of(edited(stream, Edit(spheres=(sphere,)))), strict=True
@@ -84,7 +84,7 @@ def test_a_transformed_scene_looks_to_its_cameras_as_before(stream):
     assert header.meters_per_unit == 1.5
 
 
-def test_the_up_axis_turns_along_or_is_unknown():
+def test_the_up_axis_is_rotated_as_well_or_becomes_unknown():
     header = StreamHeader(up_axis=3)
     about_x = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0]], dtype=float)
     half = np.sqrt(0.5)
@@ -94,7 +94,7 @@ def test_the_up_axis_turns_along_or_is_unknown():
     assert Similarity.of(slanted).apply_to_header(header).up_axis == 0
 
 
-def test_recoloring_with_a_crop_is_done_on_what_is_left(stream):
+def test_recoloring_with_a_crop_changes_the_remaining_gaussians(stream):
     box = (-0.2, -0.3, -0.5, 0.3, 0.3, 0.5)
     plain = frames_of(edited(stream, Edit(boxes=(box,))))[0]
     colored = frames_of(edited(stream, Edit((box,), recoloring=Recoloring(offset=(0.1, 0, 0)))))[0]
@@ -103,7 +103,7 @@ def test_recoloring_with_a_crop_is_done_on_what_is_left(stream):
     assert red == pytest.approx(0.1, abs=0.005)
 
 
-def test_an_edit_that_leaves_nothing_is_rejected(stream):
+def test_an_edit_that_removes_everything_is_rejected(stream):
     with pytest.raises(EncodeError, match="removes all Gaussians"):
         edited(stream, Edit(boxes=((5, 5, 5, 6, 6, 6),)))
 
@@ -118,14 +118,14 @@ def test_an_edit_that_leaves_nothing_is_rejected(stream):
         np.full((3, 4), np.nan),
     ],
 )
-def test_a_matrix_of_anything_else_is_rejected(matrix):
+def test_a_matrix_that_is_not_a_similarity_is_rejected(matrix):
     with pytest.raises(ValueError, match="rotation"):
         Similarity.of(matrix)
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
 @pytest.mark.parametrize("angle", [0.0, 0.5, np.pi / 2, np.pi, -2.5])
-def test_shapes_turn_as_positions_do(axis, angle):
+def test_sh_coefficients_rotate_like_positions(axis, angle):
     c, s = np.cos(angle), np.sin(angle)
     rotation = np.roll(np.array([[1, 0, 0], [0, c, -s], [0, s, c]]), axis, axis=(0, 1))
     splats = make_splats(50)

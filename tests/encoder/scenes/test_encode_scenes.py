@@ -61,7 +61,7 @@ def test_one_frame_is_within_the_bounds(coefficients):
     assert report.dropped_sh_degree == {1: 0, 4: 0, 9: 2, 16: 3}[coefficients]
 
 
-def test_what_moves_and_turns_keeps_its_identity():
+def test_moving_and_rotating_gaussians_keep_their_identity():
     first = make_splats()
     scenes = [first, move(first, (0.03, 0, 0), 0.1), move(first, (0.05, 0.01, 0), 0.15)]
     data, _ = encode(scenes)
@@ -72,7 +72,7 @@ def test_what_moves_and_turns_keeps_its_identity():
     assert any(np.any(level) for level in states[1].symbols)
 
 
-def test_what_is_recolored_is_updated_or_born_anew():
+def test_recolored_gaussians_are_updated_or_replaced():
     first = make_splats()
     sh, rest = first.sh.copy(), first.sh.copy()
     sh[10:15, 0] += 0.2
@@ -87,7 +87,7 @@ def test_what_is_recolored_is_updated_or_born_anew():
 
 
 @pytest.mark.parametrize("with_ids", [True, False])
-def test_what_leaves_and_comes_is_told_by_ids_or_by_order(with_ids):
+def test_arrivals_and_departures_are_found_by_ids_or_by_order(with_ids):
     first, others = make_splats(), make_splats(12, seed=9)
     kept = np.delete(np.arange(200), [3, 50, 51, 120])
     second = join(move(take(first, kept), (0.02, 0, 0)), others)
@@ -102,7 +102,7 @@ def test_what_leaves_and_comes_is_told_by_ids_or_by_order(with_ids):
     assert np.count_nonzero(last.scene.ids < 200) == 196
 
 
-def test_ids_tell_who_is_who_in_any_order():
+def test_ids_identify_gaussians_in_any_order():
     first = make_splats()
     shuffled = np.random.default_rng(2).permutation(200)
     second = take(move(first, (0.01, 0, 0)), shuffled)
@@ -120,7 +120,7 @@ def test_a_frame_that_is_mostly_new_is_canonical():
     assert [scene.phase for scene in decode(data)] == [0, 0]
 
 
-def test_canonical_frames_come_as_often_as_asked_for():
+def test_canonical_frames_are_as_frequent_as_requested():
     first = make_splats()
     scenes = [first] * 5
     data, _ = encode(scenes, replace(_OPTIONS, keyframe_interval=2))
@@ -129,7 +129,7 @@ def test_canonical_frames_come_as_often_as_asked_for():
     assert [scene.phase for scene in decode(data)] == [0, 1, 0, 1, 0]
 
 
-def test_a_stream_that_is_decoded_and_encoded_again_loses_nothing_of_its_first_frame():
+def test_a_decoded_stream_encoded_again_keeps_its_first_frame_exactly():
     header = StreamHeader(seed=7, updates=True, rotation_bits=8)
     original, _ = make_stream(header, 60)
     scenes = [dequantize(scene) for scene in decode(original)]
@@ -142,7 +142,7 @@ def test_a_stream_that_is_decoded_and_encoded_again_loses_nothing_of_its_first_f
     assert report.errors.log_scale == report.errors.sh_dc == 0
 
 
-def test_the_bounds_are_in_the_metadata_and_the_errors_keep_them():
+def test_the_bounds_are_in_the_metadata_and_the_errors_stay_within_them():
     first = make_splats()
     data, report = encode([first, move(first, (0.02, 0, 0))])
 
@@ -151,7 +151,7 @@ def test_the_bounds_are_in_the_metadata_and_the_errors_keep_them():
         assert 0 <= getattr(report.errors, name) <= bound * 1.001
 
 
-def test_bounds_grow_where_an_error_shows_less():
+def test_bounds_are_wider_where_errors_are_less_visible():
     first = make_splats()
     second = move(first, (0.006, 0, 0), turn=0.03)
     strict, _ = encode([first, second])
@@ -169,7 +169,7 @@ def test_bounds_grow_where_an_error_shows_less():
     assert errors.max() > 0.002
 
 
-def test_slack_is_of_what_is_large_round_or_faint():
+def test_large_round_or_faint_gaussians_have_slack():
     splats = make_splats(5)
     splats.log_scales[:] = [(0, 0, 0), (1, 1, 1), (-1, -1, 1), (0, 0, 0.25), (0, 0, 2)]
     splats.opacities[:] = (9, 9, 9, 9, 0)
@@ -184,7 +184,7 @@ def test_a_slack_below_1_is_rejected():
         Bounds(most_slack=0.5)
 
 
-def test_positions_are_bounded_by_the_scale_of_the_scene_where_nothing_else_is_said():
+def test_by_default_positions_are_bounded_by_the_scale_of_the_scene():
     splats = make_splats()
     _, report = encode([splats], SceneOptions())
 
@@ -200,7 +200,7 @@ def test_positions_are_bounded_by_the_scale_of_the_scene_where_nothing_else_is_s
         ({"log_scales": np.full((200, 3), 1e6, np.float32)}, r"exceeds|not finite"),
     ],
 )
-def test_what_no_stream_can_hold_is_rejected_with_its_frame(change, said):
+def test_frames_that_no_stream_can_hold_are_rejected_by_number(change, said):
     splats = make_splats()
 
     with pytest.raises(EncodeError, match=said):
@@ -215,7 +215,7 @@ def test_bounds_that_are_too_narrow_for_the_extent_are_rejected():
         encode([wide], SceneOptions(bounds=Bounds(position=1e-3)))
 
 
-def test_nothing_is_rejected():
+def test_an_empty_input_is_rejected():
     with pytest.raises(EncodeError, match="no frames"):
         encode([])
 
@@ -226,7 +226,7 @@ def test_a_bound_is_a_positive_number(value):
         Bounds(sh_dc=value)
 
 
-def test_frames_are_read_one_by_one():
+def test_frames_are_read_one_at_a_time():
     first = make_splats()
     read = []
 
@@ -247,7 +247,7 @@ def test_frames_are_read_one_by_one():
     assert written == [2, 2, 2, 3, 4, 5]
 
 
-def test_no_torch_is_loaded():
+def test_torch_is_not_loaded():
     code = "import sys; from quarc_ref.encoder import encode_scenes; print('torch' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
 

@@ -26,7 +26,7 @@ def recolored(data, recoloring):
 
 @pytest.mark.parametrize("updates", [True, False])
 @pytest.mark.parametrize("canonical_every", [2, 99])
-def test_all_but_the_base_colors_stays_integer_by_integer(updates, canonical_every):
+def test_everything_but_the_base_colors_is_unchanged(updates, canonical_every):
     header = StreamHeader(seed=7, gaussians_per_anchor=4, updates=updates, rotation_components=4)
     data, _ = make_stream(header, frame_count=6, canonical_every=canonical_every)
     other = recolored(data, Recoloring(offset=(0.1, 0.0, -0.2)))
@@ -42,7 +42,7 @@ def test_all_but_the_base_colors_stays_integer_by_integer(updates, canonical_eve
         assert not np.any(np.delete(apart, np.r_[SH_DC], axis=0))
 
 
-def test_a_gain_multiplies_what_is_seen():
+def test_a_gain_multiplies_the_visible_color():
     data, _ = make_stream(StreamHeader(seed=7, gaussians_per_anchor=4))
     gain = 1.3
     other = recolored(data, Recoloring(gain=gain))
@@ -66,21 +66,21 @@ def test_snapshots_become_canonical_frames_of_the_same_state():
         assert np.array_equal(before.rotations, after.rotations)
 
 
-def test_nothing_to_recolor_gives_the_same_bytes():
+def test_an_identity_recoloring_gives_the_same_bytes():
     data, _ = make_stream(StreamHeader(seed=7, gaussians_per_anchor=4, updates=True))
 
     assert recolored(data, Recoloring()) == data
 
 
 @pytest.mark.parametrize("gain", [1e-40, 1e9])
-def test_a_gain_that_no_header_holds_is_rejected(gain):
+def test_a_gain_that_no_header_can_hold_is_rejected(gain):
     data, _ = make_stream()
 
     with pytest.raises(EncodeError, match="gain"):
         recolored(data, Recoloring(gain=gain))
 
 
-def test_offsets_beyond_all_codes_are_rejected():
+def test_offsets_beyond_the_range_of_codes_are_rejected():
     data, _ = make_stream()
 
     with pytest.raises(EncodeError):

@@ -16,7 +16,7 @@ from quarc_ref.encoder.settings.presets import (
 from quarc_ref.encoder.settings.renamed import RENAMED, update_names
 
 
-def test_paper_is_what_the_paper_states():
+def test_paper_has_the_settings_of_the_paper():
     paper = choose_preset("paper")
 
     assert paper.canonical == CanonicalSettings(iterations=15_000, quantize_from=1.0)
@@ -34,7 +34,7 @@ def test_the_papers_attribute_steps_are_a_hundredth_to_float_precision(name):
     assert getattr(choose_preset("paper").stream, name) == pytest.approx(0.01, rel=1e-7)
 
 
-def test_no_setting_means_the_main_preset():
+def test_the_main_preset_is_the_default():
     assert EncodeOptions().config == choose_preset("main")
 
 
@@ -51,7 +51,7 @@ def test_no_setting_means_the_main_preset():
         ("seed", "12", 12),
     ],
 )
-def test_a_leaf_can_be_changed_by_its_name(path, text, value):
+def test_a_setting_can_be_changed_by_its_name(path, text, value):
     changed = change_setting(choose_preset("main"), path, text)
 
     assert dict(list_settings(changed))[path] == value
@@ -78,7 +78,7 @@ def test_a_value_out_of_range_is_rejected_by_name(path, text):
         change_setting(choose_preset("main"), path, text)
 
 
-def test_changing_a_leaf_leaves_all_others():
+def test_changing_a_setting_leaves_all_others():
     before = dict(list_settings(choose_preset("main")))
     after = dict(list_settings(change_setting(choose_preset("main"), "motion.lr", "0.5")))
 
@@ -99,7 +99,7 @@ def test_changing_a_leaf_leaves_all_others():
         ("stream.level_count", "9", "level_count"),
     ],
 )
-def test_what_cannot_be_set_is_said(path, text, said):
+def test_an_unknown_setting_is_rejected(path, text, said):
     with pytest.raises(SettingError, match=said):
         change_setting(choose_preset("main"), path, text)
 
@@ -118,20 +118,20 @@ def test_what_cannot_be_set_is_said(path, text, said):
         ("births.placement", "here", "gate, errors"),
     ],
 )
-def test_what_no_value_can_be_made_of_is_told_what_the_setting_takes(path, text, takes):
+def test_an_unparsable_value_is_rejected_with_the_type_of_the_setting(path, text, takes):
     with pytest.raises(SettingError) as caught:
         change_setting(choose_preset("main"), path, text)
 
     assert str(caught.value) == f"{path} takes {takes}, not {text!r}"
 
 
-def test_an_unknown_preset_names_those_there_are():
+def test_an_unknown_preset_is_rejected_with_the_known_ones():
     with pytest.raises(SettingError, match="paper"):
         choose_preset("best")
 
 
 @pytest.mark.parametrize("config", PRESETS.values(), ids=PRESETS)
-def test_a_header_can_be_made_of_every_preset(config: EncoderConfig):
+def test_every_preset_gives_a_valid_header(config: EncoderConfig):
     header = make_header(config, 29.97, 40_000)
 
     assert header.frames_per_second == pytest.approx(29.97, rel=1e-5)
@@ -141,7 +141,7 @@ def test_a_header_can_be_made_of_every_preset(config: EncoderConfig):
 @pytest.mark.parametrize(
     ("count", "level"), [(61_000, 10), (62_000, 20), (1 << 18, 30), (1 << 20, 31)]
 )
-def test_the_level_bears_the_scene_and_its_births(count, level):
+def test_the_level_allows_the_scene_and_its_births(count, level):
     config = replace(choose_preset("paper"), births=BirthSettings(max_births=4096))
 
     assert make_header(config, 30.0, count).level == level

@@ -40,11 +40,11 @@ def test_numbers_within_the_bounds_of_their_types_pass_and_no_others(steps, shar
         ({"steps": -1}, "steps takes an integer at least 0, not -1"),
     ],
 )
-def test_what_a_number_may_be_is_said_in_words(changes, said):
+def test_the_range_of_a_number_is_described_in_words(changes, said):
     with pytest.raises(ValueError, match=f"^{said}$"):
         _Settings(**changes)
 
 
-def test_what_is_no_number_is_rejected():
+def test_a_value_that_is_not_a_number_is_rejected():
     with pytest.raises(ValueError, match="share"):
         _Settings(share=float("nan"))

@@ -12,7 +12,7 @@ class _Bare:
 
 
 @pytest.mark.parametrize("config", PRESETS.values(), ids=PRESETS)
-def test_every_setting_is_there_with_its_meaning(config):
+def test_every_setting_is_listed_with_its_meaning(config):
     described = list(describe_settings(config))
 
     assert [each.name for each in described] == list(dict(list_settings(config)))
@@ -21,7 +21,7 @@ def test_every_setting_is_there_with_its_meaning(config):
 
 
 @pytest.mark.parametrize("config", PRESETS.values(), ids=PRESETS)
-def test_the_texts_are_those_that_settings_are_changed_by(config):
+def test_the_listed_texts_are_accepted_as_settings(config):
     changed = PRESETS["paper"]
     for each in describe_settings(config):
         changed = change_setting(changed, each.name, each.text)

@@ -27,7 +27,7 @@ def _start(points, **settings):
     return start_from_points(points, CanonicalSettings(**settings), generator, _CPU)
 
 
-def test_a_gaussian_is_as_large_as_its_point_is_far_from_the_nearest_three():
+def test_a_gaussian_is_as_large_as_the_distance_to_the_nearest_three_points():
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3]], dtype=np.float32)
 
     attributes = _start(Points(corners, np.zeros((4, 3), dtype=np.uint8)))
@@ -46,7 +46,7 @@ def test_a_gaussian_has_the_color_of_its_point():
     assert torch.allclose(shown, torch.tensor([1.0, 0.0, 128 / 255]), atol=1e-6)
 
 
-def test_too_many_points_are_drawn_from():
+def test_too_many_points_are_subsampled():
     points = make_capture().points
 
     attributes = _start(points, initial_gaussians=20)
@@ -68,7 +68,7 @@ def _errors(context, attributes):
         ]
 
 
-def test_training_comes_nearer_to_the_pictures_and_ends_on_the_grid():
+def test_training_approaches_the_pictures_and_ends_on_the_grid():
     context, header = make_context(), StreamHeader()
     points = make_capture().points
     before = start_from_points(points, SMALL.canonical, torch.Generator().manual_seed(0), _CPU)
@@ -82,7 +82,7 @@ def test_training_comes_nearer_to_the_pictures_and_ends_on_the_grid():
     assert quantize_gaussians(after, header).count == after.means.shape[0]
 
 
-def test_half_the_pixels_at_first_and_all_at_last(monkeypatch):
+def test_training_starts_at_half_resolution_and_ends_at_full(monkeypatch):
     widths = []
     render = NumbaRasterizer.render
     monkeypatch.setattr(
@@ -125,7 +125,7 @@ def test_without_spherical_harmonics_none_are_trained():
     assert not after.sh_rest.any()
 
 
-def test_haze_is_thinned_out_where_opacity_and_size_have_a_price():
+def test_opacity_and_scale_penalties_thin_out_haze():
     context = make_context()
     points = make_capture().points
     priced = replace(SMALL.canonical, opacity_reg=1.0, scale_reg=1.0)
@@ -139,7 +139,7 @@ def test_haze_is_thinned_out_where_opacity_and_size_have_a_price():
     assert torch.exp(thin.log_scales).mean() < torch.exp(free.log_scales).mean()
 
 
-def test_what_the_pictures_do_not_ask_for_fades_away():
+def test_gaussians_without_gradient_fade_away():
     context, points = make_context(), make_capture().points
     fading = replace(SMALL.canonical, opacity_decay=0.02)
 
@@ -152,7 +152,7 @@ def test_what_the_pictures_do_not_ask_for_fades_away():
     assert np.mean(_errors(context, faded)) < 1.5 * np.mean(_errors(context, lasting))
 
 
-def test_noise_along_the_axes_changes_training_and_is_gone_in_fine_tuning(monkeypatch):
+def test_noise_along_the_axes_changes_training_and_ends_before_fine_tuning(monkeypatch):
     drawn = []
     render = NumbaRasterizer.render
     monkeypatch.setattr(
@@ -177,7 +177,7 @@ def test_noise_along_the_axes_changes_training_and_is_gone_in_fine_tuning(monkey
     assert all(on_grid[fine:])
 
 
-def test_what_the_pictures_would_not_miss_is_gone_where_gaussians_have_a_price():
+def test_gaussians_of_low_contribution_are_pruned_with_a_gaussian_lambda():
     context, points = make_context(), make_capture().points
     priced = replace(SMALL.canonical, prune_rd_lambda=0.02)
 
@@ -190,7 +190,7 @@ def test_what_the_pictures_would_not_miss_is_gone_where_gaussians_have_a_price()
     assert np.mean(_errors(context, few)) < 1.5 * np.mean(_errors(context, free))
 
 
-def test_rates_fall_to_their_end_over_fine_tuning_alone():
+def test_learning_rates_decay_only_during_fine_tuning():
     settings = replace(SMALL.canonical, lr_end_factor=0.1, quantize_from=0.8)
 
     shares = [
@@ -202,7 +202,7 @@ def test_rates_fall_to_their_end_over_fine_tuning_alone():
     assert shares == pytest.approx([1, 1, 1, 0.55, 0.1])
 
 
-def test_codes_are_smaller_where_they_have_a_price():
+def test_codes_are_smaller_with_a_regularizer():
     context, points = make_context(), make_capture().points
     priced = replace(SMALL.canonical, code_rd_lambda=0.01)
 

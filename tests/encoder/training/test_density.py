@@ -41,13 +41,13 @@ def _densified(attributes, gradients, **settings) -> Attributes:
     return trainer.attributes.detached()
 
 
-def test_a_small_gaussian_that_the_loss_would_move_is_cloned():
+def test_a_small_gaussian_with_a_large_gradient_is_cloned():
     after = _densified(_attributes([0.01, 0.01]), [1.0, 0.1])
 
     assert after.means.tolist() == [[0, 1, 2], [3, 4, 5], [0, 1, 2]]
 
 
-def test_a_large_gaussian_that_the_loss_would_move_is_split_in_two_smaller():
+def test_a_large_gaussian_with_a_large_gradient_is_split_into_two_smaller_ones():
     after = _densified(_attributes([0.5, 0.5]), [1.0, 0.1])
 
     assert after.means.shape[0] == 3
@@ -55,13 +55,13 @@ def test_a_large_gaussian_that_the_loss_would_move_is_split_in_two_smaller():
     assert torch.allclose(after.log_scales[1:], torch.full((2, 3), math.log(0.5 / 1.6)))
 
 
-def test_a_transparent_gaussian_goes():
+def test_a_transparent_gaussian_is_pruned():
     after = _densified(_attributes([0.01, 0.01], [0.0, -9.0]), [0.0, 0.0])
 
     assert after.means.tolist() == [[0, 1, 2]]
 
 
-def test_no_more_gaussians_are_made_than_there_is_room_for():
+def test_densification_respects_the_maximum_number_of_gaussians():
     after = _densified(_attributes([0.01] * 4), [1.0, 4.0, 3.0, 2.0], max_gaussians=6)
 
     assert after.means[4:].tolist() == [[3, 4, 5], [6, 7, 8]]
@@ -79,7 +79,7 @@ def test_gradients_are_means_over_the_views_that_see_a_gaussian():
     assert statistics.largest_radii().tolist() == [5.0, 1.0]
 
 
-def test_adam_goes_on_with_the_rows_that_stay():
+def test_adam_continues_with_the_remaining_rows():
     def steps(trainer, count):
         for _ in range(count):
             means = trainer.attributes.means
@@ -97,7 +97,7 @@ def test_adam_goes_on_with_the_rows_that_stay():
     assert changed.count == 3
 
 
-def test_parts_of_a_gaussian_are_drawn_from_it():
+def test_parts_of_a_split_gaussian_are_sampled_from_it():
     wide = _attributes([1.0] * 4000)
     wide = Attributes(
         0 * wide.means,

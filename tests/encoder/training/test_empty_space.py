@@ -42,17 +42,17 @@ def _measure(context, points, attributes, times=40):
     return sum(space.measure_haze(attributes, context.rasterizer, generator) for _ in range(times))
 
 
-def test_a_surface_where_the_points_are_is_no_haze(context, points, surface):
+def test_a_surface_at_the_points_is_not_haze(context, points, surface):
     assert _measure(context, points, surface) == 0
 
 
-def test_what_is_close_to_a_camera_is_haze_for_the_cameras_around_it(context, points, surface):
+def test_gaussians_close_to_a_camera_are_haze_for_its_neighbors(context, points, surface):
     hazy = _put_before(context.camera(0), surface, 0.2)
 
     assert float(_measure(context, points, hazy)) > 0
 
 
-def test_only_the_opacity_of_what_is_close_has_a_gradient(context, points, surface):
+def test_only_the_opacity_of_close_gaussians_has_a_gradient(context, points, surface):
     hazy = _put_before(context.camera(0), surface, 0.2)
     leaves = [tensor.requires_grad_() for tensor in hazy.tensors()]
 

@@ -23,20 +23,20 @@ def _image(seed=0):
 
 
 @given(st.tuples(*[st.floats(0.55, 1.5)] * 3))
-def test_a_gain_is_what_an_image_was_multiplied_by(factors):
+def test_a_gain_is_the_factor_that_an_image_was_multiplied_by(factors):
     gain = estimate_gain(_image(), _image() * torch.tensor(factors))
 
     assert torch.allclose(gain, torch.tensor(factors), rtol=1e-4)
 
 
-def test_saturated_pixels_say_nothing():
+def test_saturated_pixels_are_ignored():
     image, picture = _image(), _image() * 1.2
     picture[:5] = 1.0
 
     assert torch.allclose(estimate_gain(image, picture), torch.tensor(1.2), rtol=1e-4)
 
 
-def test_of_a_black_image_nothing_is_learnt():
+def test_a_black_image_gives_no_gain():
     assert torch.equal(estimate_gain(torch.zeros(4, 4, 3), _image()[:4, :4]), torch.ones(3))
 
 
@@ -96,5 +96,5 @@ def _held_out_error(exposure_rate):
     return float(np.square(picture - capture.image(0, 0) / 255).mean())
 
 
-def test_uneven_cameras_cost_the_held_out_view_less_when_their_gains_are_found():
+def test_correcting_gains_of_uneven_cameras_helps_the_held_out_view():
     assert _held_out_error(0.2) < 0.9 * _held_out_error(0.0)

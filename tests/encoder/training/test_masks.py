@@ -95,7 +95,7 @@ def test_masks_that_keep_everything_change_no_byte(clean, unmasked_stream):
     assert _encode(_mask(clean, masks=_Masks(WIDTH)), EVERYTHING) == unmasked_stream
 
 
-def test_what_is_kept_is_trained_as_well_as_without_the_fault(
+def test_kept_pixels_are_trained_as_well_as_without_the_fault(
     clean, unmasked_stream, spoiled_stream
 ):
     faulty = _mask(clean, _Spoiled(clean))
@@ -110,7 +110,7 @@ def test_what_is_kept_is_trained_as_well_as_without_the_fault(
     assert masked > 20
 
 
-def test_figures_are_of_the_kept_pixels_alone(unmasked_stream):
+def test_figures_include_only_kept_pixels(unmasked_stream):
     clean = make_capture(3)
     drawn = next(iter(decode(unmasked_stream)))
     figures = []
@@ -121,7 +121,7 @@ def test_figures_are_of_the_kept_pixels_alone(unmasked_stream):
     assert figures[0] == figures[1]
 
 
-def test_a_mask_halves_with_its_picture():
+def test_a_mask_is_halved_with_its_picture():
     views = TrainingViews(_mask(make_capture(), masks=_Masks(BORDER - 1)), torch.device("cpu"))
     mask, half = views.mask(0, 0), views.halved().mask(0, 0)
     assert mask.shape == (HEIGHT, WIDTH, 1)

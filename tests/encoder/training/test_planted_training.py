@@ -91,7 +91,7 @@ def _same(one, other):
     return all(map(np.array_equal, one.tensors(), other.tensors()))
 
 
-def test_a_training_that_was_saved_is_gone_on_with(saved, unbroken, tmp_path):
+def test_a_saved_training_is_resumed(saved, unbroken, tmp_path):
     _plant(tmp_path / "a", saved[1], {})
     trained, first = _train(tmp_path / "a")
 
@@ -126,7 +126,7 @@ _CHANGES = {
 
 
 @pytest.mark.parametrize("changes", _CHANGES.values(), ids=_CHANGES)
-def test_odd_arrays_begin_the_training_anew(changes, saved, unbroken, tmp_path):
+def test_invalid_arrays_restart_the_training(changes, saved, unbroken, tmp_path):
     _plant(tmp_path / "a", saved[1], changes)
     trained, first = _train(tmp_path / "a")
 
@@ -136,7 +136,7 @@ def test_odd_arrays_begin_the_training_anew(changes, saved, unbroken, tmp_path):
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("name", ["means", "gains", "log_scales.exp_avg_sq", "sums"])
-def test_numbers_that_are_not_finite_begin_the_training_anew(name, value, saved, tmp_path):
+def test_numbers_that_are_not_finite_restart_the_training(name, value, saved, tmp_path):
     odd = saved[1][name].copy()
     odd.flat[-1] = value
     _plant(tmp_path / "a", saved[1], {name: odd})
@@ -144,14 +144,14 @@ def test_numbers_that_are_not_finite_begin_the_training_anew(name, value, saved,
     assert _train(tmp_path / "a")[1] == 1
 
 
-def test_a_mean_square_below_zero_begins_the_training_anew(saved, tmp_path):
+def test_a_negative_mean_square_restarts_the_training(saved, tmp_path):
     _plant(tmp_path / "a", saved[1], {"means.exp_avg_sq": -saved[1]["means.exp_avg_sq"]})
 
     assert _train(tmp_path / "a")[1] == 1
 
 
 @pytest.mark.parametrize("kind", ["link", "folder", "pipe"])
-def test_what_is_no_file_is_as_good_as_none(kind, saved, tmp_path):
+def test_anything_but_a_regular_file_is_ignored(kind, saved, tmp_path):
     path, victim = tmp_path / "a", tmp_path / "victim"
     victim.write_bytes(saved[0].read_bytes())
     if kind == "link":

@@ -35,7 +35,7 @@ def _generator():
     return torch.Generator().manual_seed(1)
 
 
-def test_presence_is_what_a_view_that_sees_the_gaussian_would_miss(context, attributes):
+def test_presence_is_the_change_of_a_view_without_the_gaussian(context, attributes):
     full = _render(context, attributes)
     every = torch.arange(attributes.opacities.numel())
     sampled = every[::9]
@@ -58,9 +58,7 @@ def test_presence_is_what_a_view_that_sees_the_gaussian_would_miss(context, attr
     np.testing.assert_allclose(estimate, changes / seen.clamp(min=1), rtol=0.25, atol=1e-6)
 
 
-def test_the_error_around_a_gaussian_is_that_of_the_pixels_it_shows_in(
-    context, attributes, monkeypatch
-):
+def test_the_error_around_a_gaussian_is_that_of_its_pixels(context, attributes, monkeypatch):
     pictures = _render(context, attributes)
     pictures[:, :, : context.camera(0).width // 2] += 0.3
     monkeypatch.setattr(type(context), "truth", lambda _, view, __: pictures[view])
@@ -72,7 +70,7 @@ def test_the_error_around_a_gaussian_is_that_of_the_pixels_it_shows_in(
     assert float((share < 1e-3).float().mean()) > 0.1
 
 
-def test_an_error_where_few_gaussians_show_keeps_all_others(context, attributes, monkeypatch):
+def test_an_error_at_few_gaussians_keeps_all_others(context, attributes, monkeypatch):
     pictures = _render(context, attributes) + 0.1
     monkeypatch.setattr(type(context), "truth", lambda _, view, __: pictures[view])
     counts = []
@@ -86,7 +84,7 @@ def test_an_error_where_few_gaussians_show_keeps_all_others(context, attributes,
     assert counts[1] == pytest.approx(counts[0], abs=2)
 
 
-def test_gaussians_that_no_view_sees_go_and_the_others_stay(context, attributes):
+def test_gaussians_outside_all_views_are_pruned_and_the_others_stay(context, attributes):
     hidden = attributes.rows(torch.arange(5))
     hidden.means[:] = torch.tensor([0.0, 0.0, -1e3])
     trainer = Trainer(attributes.joined(hidden), (0.1,) * 6)
@@ -99,7 +97,7 @@ def test_gaussians_that_no_view_sees_go_and_the_others_stay(context, attributes)
     assert trainer.attributes.means[:, 2].min() > -1e3
 
 
-def test_a_higher_price_keeps_fewer_and_never_less_than_half(context, attributes):
+def test_a_higher_lambda_keeps_fewer_and_at_least_half(context, attributes):
     seen = int((measure_contributions(context, attributes, _generator())[0] > 0).sum())
     counts = []
     for price in (0.0, 0.005, 0.02, 1e9):

@@ -76,7 +76,7 @@ def test_codes_beyond_their_range_cannot_be_written():
         quantize_gaussians(attributes, header)
 
 
-def test_stragglers_off_the_lattice_are_left_out():
+def test_outliers_off_the_lattice_are_dropped():
     header = StreamHeader()
     attributes = _attributes(header)
     attributes.means[5, 1] = 1e7
@@ -87,7 +87,7 @@ def test_stragglers_off_the_lattice_are_left_out():
     quantize_gaussians(kept, header)
 
 
-def test_a_scene_of_which_no_gaussian_can_be_carried_is_an_encode_error():
+def test_a_scene_without_any_valid_gaussian_is_an_encode_error():
     header = StreamHeader()
     attributes = _attributes(header)
     attributes.means[:] = 1e30
@@ -105,7 +105,7 @@ def test_a_number_beyond_all_integers_is_an_encode_error():
         quantize_gaussians(attributes, header)
 
 
-def test_newborn_come_out_where_they_were_trained():
+def test_births_are_decoded_where_they_were_trained():
     header = StreamHeader()
     begun = begin_frame(begin_canonical(header, 0, make_gaussians(header, 30)), 0)
     moved = move(begun, make_symbols(begun))

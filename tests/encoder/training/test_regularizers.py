@@ -24,17 +24,17 @@ def _codes(**changed: torch.Tensor) -> float:
     return float(code_rate_nats(replace(_BLANK, **changed), _HEADER))
 
 
-def test_haze_costs_the_mean_opacity_and_the_mean_scale():
+def test_the_haze_penalty_is_the_mean_opacity_and_the_mean_scale():
     settings = CanonicalSettings(opacity_reg=2.0, scale_reg=3.0)
 
     assert float(opacity_scale_penalty(_BLANK, settings)) == pytest.approx(2 * 0.5 + 3 * 1.0)
 
 
-def test_haze_costs_nothing_without_a_weight():
+def test_the_haze_penalty_is_zero_without_a_weight():
     assert opacity_scale_penalty(_BLANK, CanonicalSettings()) == 0
 
 
-def test_alike_codes_are_free_and_so_is_the_component_that_is_not_coded():
+def test_equal_codes_are_free_and_so_is_the_component_that_is_not_coded():
     assert _codes() == 0
 
 
@@ -45,7 +45,7 @@ def test_a_code_of_sh_rest_costs_its_logarithm():
     assert _codes(sh_rest=rest) == pytest.approx(math.log(1 + 3) / 2)
 
 
-def test_a_turn_costs_the_logarithm_of_its_smaller_components():
+def test_a_rotation_costs_the_logarithm_of_its_smaller_components():
     rotations = torch.tensor([[2.0, 0, 0, 0], [0.6, 0, 0, -0.8]])
 
     assert _codes(rotations=rotations) == pytest.approx(math.log(1 + 0.6 * 16) / 2)
@@ -59,7 +59,7 @@ def test_scales_and_colors_cost_the_logarithm_of_their_spread_in_every_row():
     assert _codes(log_scales=log_scales, sh_dc=colors) == pytest.approx(spread)
 
 
-def test_turning_less_is_the_way_down():
+def test_the_gradient_reduces_rotations():
     rotations = torch.tensor([[1.0, 0.2, -0.1, 0]]).requires_grad_()
     attributes = replace(_BLANK.rows(torch.tensor([0])), rotations=rotations)
 

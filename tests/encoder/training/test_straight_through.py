@@ -58,7 +58,7 @@ def test_the_gradient_of_rounded_rotations_is_that_of_the_normalization():
     assert torch.equal(leaf.grad, plain.grad)
 
 
-def test_nothing_is_rounded_where_no_stream_is_to_be_written():
+def test_nothing_is_rounded_if_no_stream_will_be_written():
     values, quaternion = torch.tensor([0.3, 7.7]), torch.tensor([[2.0, 1.0, 0.3, 0.0]])
     unit = quaternion / quaternion.norm()
 

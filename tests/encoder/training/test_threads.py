@@ -19,11 +19,11 @@ def _threads_as_they_were():
     torch.set_num_threads(before)
 
 
-def test_sums_do_not_hang_on_the_threads_that_torch_was_given():
+def test_sums_do_not_depend_on_the_threads_of_torch():
     assert len({_sum_in_pieces(threads) for threads in (1, 2, 3, 4)}) == 1
 
 
-def test_torch_has_its_threads_back_afterwards():
+def test_the_threads_of_torch_are_restored():
     torch.set_num_threads(3)
     with pytest.raises(KeyboardInterrupt), fixed_threads():
         raise KeyboardInterrupt

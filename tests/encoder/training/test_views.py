@@ -10,7 +10,7 @@ from quarc_ref.encoder.training.views import TrainingViews, measure_extent
 from tests.encoder.toys import make_cameras, make_capture
 
 
-def test_held_out_cameras_are_not_reachable(monkeypatch):
+def test_held_out_cameras_are_unreachable(monkeypatch):
     capture = make_capture()
     looked_at = set()
     image = Capture.image
@@ -28,7 +28,7 @@ def test_held_out_cameras_are_not_reachable(monkeypatch):
     assert [camera.name for camera in views.cameras] == ["cam01", "cam02", "cam03"]
 
 
-def test_pictures_are_shares_of_white():
+def test_pictures_are_scaled_to_1_for_white():
     capture = make_capture()
 
     picture = TrainingViews(capture, torch.device("cpu")).picture(0, 1)
@@ -50,7 +50,7 @@ def test_a_pixel_of_a_halved_picture_is_the_mean_of_four():
 
 
 @given(place=arrays(np.float64, 3, elements=st.floats(-2, 2)))
-def test_a_halved_camera_sees_a_point_at_half_its_place(place):
+def test_a_halved_camera_projects_a_point_to_half_the_coordinates(place):
     views = TrainingViews(make_capture(), torch.device("cpu"))
 
     for whole, half in zip(views.cameras, views.halved().cameras, strict=True):
@@ -63,7 +63,7 @@ def _project(camera, place):
     return np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy])
 
 
-def test_every_view_comes_once_before_any_comes_again():
+def test_every_view_is_used_once_before_any_repeats():
     views = TrainingViews(make_capture(), torch.device("cpu"))
     order = views.shuffled(torch.Generator().manual_seed(0))
 
@@ -71,7 +71,7 @@ def test_every_view_comes_once_before_any_comes_again():
         assert sorted(next(order) for _ in range(3)) == [0, 1, 2]
 
 
-def test_the_extent_is_the_radius_of_the_cameras_and_a_tenth():
+def test_the_extent_is_1_1_times_the_radius_of_the_cameras():
     cameras = tuple(make_cameras(2))
     centers = [
         -np.array(camera.rotation).reshape(3, 3).T @ np.array(camera.translation)

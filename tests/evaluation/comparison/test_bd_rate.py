@@ -12,7 +12,7 @@ _TEST = list(
 )
 
 
-def test_the_package_s_own_example_has_its_figures():
+def test_the_example_of_the_package_is_reproduced():
     delta = compare_curves(_ANCHOR, _TEST)
 
     assert delta.rate == pytest.approx(-4.4252, abs=1e-4)
@@ -20,7 +20,7 @@ def test_the_package_s_own_example_has_its_figures():
     assert delta.remark == ""
 
 
-def test_half_the_bytes_for_the_same_quality_are_minus_50_percent_in_any_order_and_unit():
+def test_half_the_bytes_at_equal_quality_give_minus_50_percent_in_any_order_and_unit():
     rates = np.array([1.0, 2.0, 4.0, 8.0, 16.0])
     quality = [30.0, 32.0, 33.5, 34.5, 35.0]
     reference = list(zip(rates, quality, strict=True))
@@ -37,14 +37,14 @@ def test_three_rates_are_too_few():
     assert "3 points of known size; 4 are needed" in delta.remark
 
 
-def test_a_curve_that_falls_is_no_curve():
+def test_a_falling_curve_is_rejected():
     delta = compare_curves([*_ANCHOR, (20000.0, 30.0)], _TEST)
 
     assert delta.rate is None
     assert "does not increase" in delta.remark
 
 
-def test_curves_that_hardly_overlap_are_remarked_on_and_those_that_do_not_have_no_figure():
+def test_curves_with_little_overlap_get_a_remark_and_those_without_have_no_figure():
     higher = [(rate, quality + 3) for rate, quality in _TEST]
     beyond = [(rate, quality + 30) for rate, quality in _TEST]
 

@@ -17,7 +17,7 @@ def _means(comparison, name="psnr"):
     return [each.quality.mean()[name] for each in comparison.measured]
 
 
-def test_a_stream_has_the_figures_that_eval_gives_it(rivals, compare):
+def test_a_stream_has_the_same_figures_as_in_eval(rivals, compare):
     place = rivals.place
     comparison = compare(place / "a.quarc", place / "plys", capture=rivals.capture)
     evaluation = evaluate_stream((place / "a.quarc").read_bytes(), rivals.capture, ignore)
@@ -82,7 +82,7 @@ def test_without_a_capture_the_first_entry_is_the_truth(rivals, compare):
     assert _means(comparison, "moving_psnr") == [None, None]
 
 
-def test_only_frames_that_all_have_are_compared(rivals, compare, tmp_path):
+def test_only_common_frames_are_compared(rivals, compare, tmp_path):
     shutil.copytree(rivals.place / "plys", tmp_path / "few")
     (tmp_path / "few" / "point_cloud_00000.ply").unlink()
     stream = rivals.place / "a.quarc"
@@ -96,7 +96,7 @@ def test_only_frames_that_all_have_are_compared(rivals, compare, tmp_path):
         compare(stream, tmp_path / "few", capture=rivals.capture, span=(0, 1))
 
 
-def test_views_of_every_entry_are_kept_to_look_at(rivals, compare):
+def test_views_of_every_entry_are_kept_for_inspection(rivals, compare):
     comparison = compare(rivals.place / "a.quarc", rivals.place / "renders", capture=rivals.capture)
     places = [(it.camera, it.frame) for it in comparison.shown]
 
@@ -137,7 +137,7 @@ def _shrink(folder):
         ("renders", lambda it: shutil.rmtree(it / "cam04"), "pictures of cam01, cam04"),
     ],
 )
-def test_a_rival_that_cannot_be_used_is_named(source, spoil, said, rivals, compare, tmp_path):
+def test_an_unusable_rival_is_named(source, spoil, said, rivals, compare, tmp_path):
     folder = shutil.copytree(rivals.place / source, tmp_path / source)
     spoil(folder)
 
@@ -145,7 +145,7 @@ def test_a_rival_that_cannot_be_used_is_named(source, spoil, said, rivals, compa
         compare(rivals.place / "a.quarc", folder, capture=rivals.capture)
 
 
-def test_a_folder_that_is_the_truth_or_holds_one_file_is_pointed_out(rivals, compare, tmp_path):
+def test_a_folder_that_is_the_truth_or_holds_one_file_is_reported(rivals, compare, tmp_path):
     stream = rivals.place / "a.quarc"
     (tmp_path / "whole").mkdir()
     (tmp_path / "whole" / "frames.4dgs").write_bytes(b"")
@@ -212,7 +212,7 @@ def test_a_fourdgs_file_of_births_has_its_harmonics(tmp_path):
     assert first.sh[mine, 1:] == pytest.approx(expected[order], abs=0.2)
 
 
-def test_a_file_that_is_no_fourdgs_is_refused_by_name(rivals, compare, tmp_path):
+def test_a_file_that_is_not_fourdgs_is_rejected_by_name(rivals, compare, tmp_path):
     pytest.importorskip("fourdgs")
     (tmp_path / "a.4dgs").write_bytes(b"\x00" * 64)
 

@@ -33,7 +33,7 @@ def _comparison(*measured):
     )
 
 
-def test_runs_of_a_point_become_their_mean_and_deviation():
+def test_runs_of_a_point_are_summarized_by_mean_and_deviation():
     summary = summarize(
         _comparison(*(_measured("a", "x", psnr, 2048) for psnr in (30.0, 31.0, 35.0)))
     )
@@ -67,7 +67,7 @@ def test_views_equal_to_the_truth_count_as_100_db_and_are_named():
     ]
 
 
-def test_points_of_unknown_size_are_missing_in_a_curve_and_it_says_so():
+def test_points_of_unknown_size_are_missing_from_a_curve_with_a_remark():
     entries = [_measured(method, point, 30.0, None) for method in "ab" for point in "xy"]
     summary = summarize(_comparison(*entries))
 
@@ -76,7 +76,7 @@ def test_points_of_unknown_size_are_missing_in_a_curve_and_it_says_so():
     assert format_point_rows(summary)[1][point_headings(summary).index("bytes")] == "-"
 
 
-def test_methods_of_four_rates_are_compared_by_bjontegaard():
+def test_methods_with_four_rates_are_compared_by_bjontegaard():
     rates = (1000, 2000, 4000, 8000)
     ours = [_measured("ours", str(rate), 30 + step, rate) for step, rate in enumerate(rates)]
     theirs = [
@@ -91,7 +91,7 @@ def test_methods_of_four_rates_are_compared_by_bjontegaard():
     assert format_delta_rows(summary)[0][:2] == ["theirs", "+100.0 %"]
 
 
-def test_a_method_of_one_point_beside_a_curve_is_named_with_what_it_lacks():
+def test_a_method_with_one_point_beside_a_curve_is_reported():
     rates = (1000, 2000, 4000, 8000)
     curve = [_measured("ours", str(rate), 30 + step, rate) for step, rate in enumerate(rates)]
     summary = summarize(_comparison(*curve, _measured("theirs", "a", 31.0, 10)))
@@ -102,7 +102,7 @@ def test_a_method_of_one_point_beside_a_curve_is_named_with_what_it_lacks():
     ]
 
 
-def test_csv_has_a_line_to_each_point_and_to_each_view():
+def test_csv_has_a_line_for_each_point_and_view():
     comparison = _comparison(_measured("a", "x", 30.0, 10), _measured("a", "x", 31.0, None))
     points = list(csv.DictReader(io.StringIO(format_points_csv(summarize(comparison)).decode())))
     views = list(csv.DictReader(io.StringIO(format_views_csv(comparison).decode())))

@@ -23,7 +23,7 @@ def _weight(zeros, ones):
 
 
 @given(st.lists(_SEEN, max_size=4))
-def test_the_weight_is_that_of_the_counts_halved_when_there_are_too_many(planes):
+def test_the_weight_follows_from_the_counts_which_are_halved_when_too_large(planes):
     known = [(0, 0)] * 3
     for plane in planes:
         known = [_halved(a + c, b + d) for (a, b), (c, d) in zip(known, plane, strict=True)]
@@ -40,20 +40,20 @@ def _halved(zeros, ones):
 
 
 @given(_SEEN)
-def test_a_weight_leaves_room_for_both_bits(plane):
+def test_a_weight_leaves_probability_for_both_bits(plane):
     weights = _after(plane).weights("some", _CONTEXTS)
 
     assert 0 < weights.min() <= weights.max() < WEIGHT_TOTAL
 
 
-def test_a_context_that_has_seen_nothing_takes_both_bits_for_alike():
+def test_a_new_context_gives_both_bits_the_same_probability():
     assert _after([(9, 0)] * 3).weights("other", np.array([7])).tolist() == [WEIGHT_TOTAL // 2]
     assert _after([(9, 0)] * 3).weights("some", np.array([6, 9000])).tolist() == (
         [WEIGHT_TOTAL // 2] * 2
     )
 
 
-def test_a_copy_goes_its_own_way():
+def test_a_copy_is_independent():
     first = _after([(3, 1)] * 3)
     before = first.weights("some", _CONTEXTS).tolist()
 

@@ -28,7 +28,7 @@ def test_both_coders_write_the_same_words(runs):
 
 @pytest.mark.parametrize("open_words", _DECODERS)
 @given(_RUNS)
-def test_both_decoders_give_back_the_bits_and_end_empty(open_words, runs):
+def test_both_decoders_return_the_bits_and_end_empty(open_words, runs):
     decoder = open_words(entropy.encode_bits(runs))
 
     for bits, weight in runs:
@@ -36,7 +36,7 @@ def test_both_decoders_give_back_the_bits_and_end_empty(open_words, runs):
     decoder.finish()
 
 
-def test_the_words_of_a_small_message_are_these():
+def test_the_words_of_a_small_message_are_known():
     runs = [(np.array([1, 0, 0, 1, 1], dtype=bool), 1 << 20), (np.array([0, 1], dtype=bool), 256)]
 
     assert ans.encode_bits(runs) == [1458569216, 19]
@@ -50,7 +50,7 @@ def test_a_last_word_of_zero_is_rejected(open_words):
 
 @pytest.mark.parametrize("open_words", _DECODERS)
 @pytest.mark.parametrize("words", [[7], [1, 2, 3], [0, 9]])
-def test_words_that_are_left_are_rejected(open_words, words):
+def test_remaining_words_are_rejected(open_words, words):
     decoder = open_words(np.array(words, dtype=np.uint32))
     decoder.take(1, 1 << 23)
 
@@ -58,7 +58,7 @@ def test_words_that_are_left_are_rejected(open_words, words):
         decoder.finish()
 
 
-def test_without_constriction_the_twin_decodes(monkeypatch):
+def test_without_constriction_the_python_coder_decodes(monkeypatch):
     monkeypatch.setitem(sys.modules, "constriction", None)
     spec = importlib.util.spec_from_file_location("entropy_alone", entropy.__file__)
     alone = importlib.util.module_from_spec(spec)

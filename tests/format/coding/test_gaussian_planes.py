@@ -28,7 +28,7 @@ def _fields(gaussians):
 
 
 @given(st.data())
-def test_a_canonical_frame_comes_back_in_morton_order(data):
+def test_a_canonical_frame_is_decoded_in_morton_order(data):
     header = data.draw(strategies.headers())
     drawn = data.draw(strategies.gaussians(header, data.draw(st.integers(1, 30))))
     origin, axis_bits, ordered = sort_canonical(drawn)
@@ -41,7 +41,7 @@ def test_a_canonical_frame_comes_back_in_morton_order(data):
 
 
 @given(st.data())
-def test_sorting_keeps_every_gaussian_whole(data):
+def test_sorting_keeps_the_attributes_of_a_gaussian_together(data):
     header = StreamHeader()
     drawn = data.draw(strategies.gaussians(header, 20))
     _, _, ordered = sort_canonical(drawn)
@@ -62,7 +62,7 @@ def test_positions_outside_the_box_are_rejected():
 
 
 @given(st.data())
-def test_the_newborn_of_a_frame_come_back(data):
+def test_births_survive_a_round_trip(data):
     header = data.draw(strategies.headers())
     count = data.draw(st.integers(0, 20))
     drawn = data.draw(strategies.births(header, count, scene_count=50))
@@ -74,7 +74,7 @@ def test_the_newborn_of_a_frame_come_back(data):
     assert _fields(decoded.newborn) == _fields(drawn.newborn)
 
 
-def test_newborn_like_those_of_the_frame_before_are_cheaper():
+def test_births_like_those_of_the_previous_frame_cost_less():
     header, counts = StreamHeader(), ContextCounts()
     made = make_gaussians(header, 40)
     births = Births(np.arange(40), replace(made, positions=made.positions % 9))
@@ -85,7 +85,7 @@ def test_newborn_like_those_of_the_frame_before_are_cheaper():
     assert write_births(births, seen).byte_count() < first.byte_count()
 
 
-def test_colors_that_are_too_far_apart_cannot_be_written():
+def test_colors_too_far_apart_cannot_be_written():
     made = make_gaussians(StreamHeader(), 1)
     codes = made.codes.copy()
     codes[SH_DC] = [[CODE_LIMIT], [-CODE_LIMIT], [0]]
@@ -94,7 +94,7 @@ def test_colors_that_are_too_far_apart_cannot_be_written():
         write_canonical(replace(made, codes=codes), tuple(made.positions[:, 0].tolist()))
 
 
-def test_a_parent_that_is_farther_than_any_number_may_be_is_rejected():
+def test_a_parent_beyond_the_largest_number_is_rejected():
     writer = PlaneWriter(ContextCounts())
     far = np.array([1 << 61], dtype=np.int64)
     code_unsigned(writer, "births parents", np.zeros_like(far), KEY_CLASS_BITS, far)
@@ -103,7 +103,7 @@ def test_a_parent_that_is_farther_than_any_number_may_be_is_rejected():
         read_births(writer.section(), 7, 1, ContextCounts())
 
 
-def test_the_order_of_the_sections_is_by_what_a_picture_needs_first():
+def test_sections_are_ordered_by_importance_for_a_picture():
     header = StreamHeader()
     origin, _, ordered = sort_canonical(make_gaussians(header, 500))
     blank = write_canonical(

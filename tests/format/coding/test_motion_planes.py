@@ -11,7 +11,7 @@ _NEW = ContextCounts()
 
 
 @given(strategies.motions())
-def test_the_symbols_of_a_frame_come_back(frame):
+def test_symbols_of_a_frame_survive_a_round_trip(frame):
     contexts, symbols = frame
 
     decoded, _ = read_motion(write_motion(contexts, symbols, _NEW), contexts, _NEW)
@@ -25,7 +25,7 @@ def _one_level(symbols):
 
 
 @pytest.mark.parametrize("symbol", [65, -65])
-def test_the_largest_symbols_come_back(symbol):
+def test_the_largest_symbols_survive_a_round_trip(symbol):
     contexts, symbols = _one_level(np.array([[symbol], [0], [0], [0], [0], [symbol]]))
 
     decoded, _ = read_motion(write_motion(contexts, symbols, _NEW), contexts, _NEW)
@@ -38,7 +38,7 @@ def test_a_larger_symbol_cannot_be_written():
         write_motion(*_one_level(np.full((6, 1), 66)), _NEW)
 
 
-def test_a_frame_that_stands_still_like_the_one_before_costs_nothing():
+def test_a_static_frame_after_another_costs_nothing():
     contexts, symbols = _one_level(np.zeros((6, 1000), dtype=int))
 
     _, counts = read_motion(write_motion(contexts, symbols, _NEW), contexts, _NEW)
@@ -48,7 +48,7 @@ def test_a_frame_that_stands_still_like_the_one_before_costs_nothing():
     assert not read_motion(section, contexts, counts)[0][0].any()
 
 
-def test_what_the_last_frame_did_makes_the_same_motion_cheaper():
+def test_repeated_motion_costs_less():
     rng = np.random.default_rng(0)
     moving = rng.random(3000) < 0.1
     symbols = rng.integers(1, 3, (6, 3000)) * moving
@@ -60,7 +60,7 @@ def test_what_the_last_frame_did_makes_the_same_motion_cheaper():
     )
 
 
-def test_what_the_parent_has_done_already_is_expected_of_nobody():
+def test_residuals_of_the_parent_are_not_expected_again():
     """Half of what the last frame did: where the parent does it, its children stand still."""
     last = np.zeros((6, 3000), dtype=int)
     last[:, ::20] = 2
@@ -74,7 +74,7 @@ def test_what_the_parent_has_done_already_is_expected_of_nobody():
     assert by_parent < 0.7 * by_children
 
 
-def test_frames_that_are_alike_become_cheaper():
+def test_similar_frames_cost_less_over_time():
     rng = np.random.default_rng(0)
     symbols = rng.integers(1, 4, (6, 400)) * (rng.random(400) < 0.1)
     contexts, _ = _one_level(symbols)

@@ -38,14 +38,14 @@ def _constant(bit, count):
 
 
 @given(_PLANES, _PLANES)
-def test_a_reader_gives_the_answers_that_a_writer_was_told(first, second):
+def test_a_reader_returns_the_bits_of_the_writer(first, second):
     counts = ContextCounts()
     for planes in (first, second):
         answers, counts = _read(_write(planes, counts), planes, counts)
         assert answers == [plane[:, 1].astype(bool).tolist() for plane in planes]
 
 
-def test_what_a_context_has_seen_makes_the_same_cheaper():
+def test_adapted_contexts_make_the_same_bits_cheaper():
     rng = np.random.default_rng(0)
     plane = np.stack([rng.integers(0, 9, 900), rng.random(900) < 0.02], axis=1).astype(int)
     _, counts = _read(_write([plane], ContextCounts()), [plane], ContextCounts())
@@ -55,7 +55,7 @@ def test_what_a_context_has_seen_makes_the_same_cheaper():
     assert again < anew
 
 
-def test_a_context_that_turns_states_its_probability():
+def test_a_context_that_changes_states_its_probability():
     turned, counts = [_constant(1, 4000)], ContextCounts()
     _, counts = _read(_write([_constant(0, 4000)], counts), [_constant(0, 4000)], counts)
 
@@ -82,7 +82,7 @@ def test_a_stated_code_that_is_undefined_is_rejected():
         reader.code("some", np.array([0]), np.zeros(1, dtype=bool))
 
 
-def test_planes_that_are_not_asked_for_are_rejected():
+def test_unread_planes_are_rejected():
     rng = np.random.default_rng(0)
     section = _write(
         [np.stack([np.zeros(400), rng.integers(0, 2, 400)], axis=1).astype(int)], ContextCounts()
@@ -94,7 +94,7 @@ def test_planes_that_are_not_asked_for_are_rejected():
         reader.finish()
 
 
-def test_raw_bits_take_a_bit_each_and_teach_nothing():
+def test_raw_bits_cost_one_bit_each_and_adapt_nothing():
     writer = PlaneWriter(ContextCounts())
     bits = np.arange(64) % 3 == 0
     writer.code_raw(bits)
@@ -106,7 +106,7 @@ def test_raw_bits_take_a_bit_each_and_teach_nothing():
     assert reader.finish().weights("some", np.array([0])).tolist() == [WEIGHT_TOTAL // 2]
 
 
-def test_a_plane_without_elements_takes_nothing():
+def test_a_plane_without_elements_costs_nothing():
     writer = PlaneWriter(ContextCounts())
     nothing = np.zeros(0, dtype=int)
     writer.code("some", nothing, nothing.astype(bool))

@@ -16,7 +16,7 @@ def _bits(zeros, ones, weight):
 
 
 @given(st.integers(0, 5000), st.integers(0, 5000), _WEIGHTS, _WEIGHTS)
-def test_a_probability_is_stated_where_it_saves_more_than_its_14_bits(zeros, ones, known, fitting):
+def test_a_probability_is_stated_if_it_saves_more_than_its_14_bits(zeros, ones, known, fitting):
     saved = _bits(zeros, ones, known) - _bits(zeros, ones, fitting)
 
     told = is_worth_stating(*(np.array([number]) for number in (zeros, ones, known, fitting)))

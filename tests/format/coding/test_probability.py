@@ -10,7 +10,7 @@ from quarc_ref.format.constants import PROBABILITY_CODES, WEIGHT_TOTAL
 from quarc_ref.format.errors import BadProbabilityError
 
 
-def test_codes_stand_for_distinct_weights_that_leave_room_for_both_bits():
+def test_codes_give_distinct_weights_with_probability_for_both_bits():
     weights = [weight_of_code(code) for code in range(PROBABILITY_CODES)]
 
     assert len(set(weights)) == PROBABILITY_CODES
@@ -18,7 +18,7 @@ def test_codes_stand_for_distinct_weights_that_leave_room_for_both_bits():
     assert max(weights) == WEIGHT_TOTAL - 256
 
 
-def test_the_weights_are_those_of_the_text():
+def test_the_weights_match_the_specification():
     assert [weight_of_code(code) for code in (0, 7, 8, 119, 120, 239)] == [
         256,
         480,
@@ -36,7 +36,7 @@ def test_undefined_codes_are_rejected(code):
 
 
 @given(st.integers(1, 100_000).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
-def test_the_chosen_code_costs_little_more_than_the_exact_share(counts):
+def test_the_chosen_code_costs_little_more_than_the_exact_probability(counts):
     ones, count = counts
     exact = sum(
         part * math.log2(count / part) for part in (ones, count - ones) if part

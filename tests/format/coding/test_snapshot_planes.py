@@ -60,7 +60,7 @@ def _changes(draw):
 
 
 @given(_changes())
-def test_a_frame_comes_back_as_a_canonical_one_would(changes):
+def test_a_snapshot_decodes_like_a_canonical_frame(changes):
     canonical, later, roots = changes
 
     coded = write_snapshot(canonical, later, roots)
@@ -84,7 +84,7 @@ def _scene(count: int = 400) -> Gaussians:
     return sort_canonical(made)[2]
 
 
-def test_a_scene_that_stands_still_costs_next_to_nothing():
+def test_a_static_scene_costs_almost_nothing():
     scene = _scene()
 
     coded = write_snapshot(scene, scene, np.arange(scene.count))
@@ -93,7 +93,7 @@ def test_a_scene_that_stands_still_costs_next_to_nothing():
     assert not compare(_read(coded, scene), scene).any()
 
 
-def test_neighbors_that_move_alike_are_cheap():
+def test_neighbors_with_similar_motion_cost_little():
     scene, rng = _scene(), np.random.default_rng(2)
     alike = replace(scene, positions=scene.positions + np.array([[9], [-7], [4]]))
     apart = replace(scene, positions=scene.positions + rng.integers(-9, 10, (3, scene.count)))
@@ -106,7 +106,7 @@ def test_neighbors_that_move_alike_are_cheap():
     assert 4 * sizes[0] < sizes[1]
 
 
-def test_what_has_changed_too_much_is_newborn():
+def test_gaussians_that_changed_too_much_are_coded_as_new():
     scene = _scene(5)
     far = replace(scene, positions=scene.positions + np.array([[0, 0, 1 << 15, 0, 0]]))
     dull = replace(scene, codes=scene.codes.copy())
@@ -118,7 +118,7 @@ def test_what_has_changed_too_much_is_newborn():
         assert _same(_read(coded, scene).gaussians, coded.gaussians)
 
 
-def test_a_frame_that_is_too_wide_is_rejected():
+def test_a_frame_with_too_large_a_range_is_rejected():
     scene = _scene(3)
     far = replace(scene, positions=scene.positions + np.array([[0, 0, 1 << 20]]))
 
@@ -127,7 +127,7 @@ def test_a_frame_that_is_too_wide_is_rejected():
 
 
 @given(st.lists(st.integers(0, (1 << 32) - 1), max_size=12))
-def test_any_words_are_survivors_or_rejected(words):
+def test_random_words_give_survivors_or_are_rejected(words):
     scene = _scene(20)
     coded = write_snapshot(scene, scene, np.arange(20))
     chunk = replace(_chunk(coded), survivors=Section(np.array(words, dtype=np.uint32)))

@@ -41,7 +41,7 @@ def _compare(one: Updates, other: Updates) -> None:
 
 
 @given(_frames())
-def test_the_updates_of_a_frame_come_back(frame):
+def test_updates_of_a_frame_survive_a_round_trip(frame):
     context, updates = frame
 
     decoded, _ = read_updates(write_updates(context, updates, _NEW), context, _NEW)
@@ -50,7 +50,7 @@ def test_the_updates_of_a_frame_come_back(frame):
 
 
 @given(_frames())
-def test_counts_go_on_as_the_writer_has_them(frame):
+def test_counts_continue_as_in_the_writer(frame):
     context, updates = frame
     _, counts = read_updates(write_updates(context, updates, _NEW), context, _NEW)
 
@@ -59,13 +59,13 @@ def test_counts_go_on_as_the_writer_has_them(frame):
     _compare(again, updates)
 
 
-def test_a_frame_without_updates_costs_nothing_after_another():
+def test_a_second_frame_without_updates_costs_nothing():
     _, counts = read_updates(write_updates(_still(50), _updates([]), _NEW), _still(50), _NEW)
 
     assert write_updates(_still(50), _updates([]), counts).words.size == 0
 
 
-def test_the_greatest_residuals_come_back():
+def test_the_largest_residuals_survive_a_round_trip():
     residuals = np.full((RESIDUAL_ROWS, 2), 32767)
     residuals[ROTATION] = -256
     updates = _updates([0, 2], residuals * [1, -1])
@@ -76,7 +76,7 @@ def test_the_greatest_residuals_come_back():
 
 
 @pytest.mark.parametrize(("row", "value"), [(0, 32768), (12, -32768), (3, 257), (5, -257)])
-def test_a_greater_residual_cannot_be_written(row, value):
+def test_a_larger_residual_cannot_be_written(row, value):
     residuals = np.zeros((RESIDUAL_ROWS, 1), dtype=np.int64)
     residuals[row] = value
 
@@ -84,7 +84,7 @@ def test_a_greater_residual_cannot_be_written(row, value):
         write_updates(_still(3), _updates([1], residuals), _NEW)
 
 
-def test_what_moved_or_changed_lately_changes_for_less():
+def test_recently_changed_gaussians_cost_less():
     rng = np.random.default_rng(0)
     count = 4000
     chosen = np.flatnonzero(rng.random(count) < 0.05)
@@ -102,7 +102,7 @@ def test_what_moved_or_changed_lately_changes_for_less():
 
 
 @given(st.lists(st.integers(0, (1 << 32) - 1), max_size=12), st.integers(1, 40))
-def test_any_words_are_updates_or_rejected(words, count):
+def test_random_words_give_updates_or_are_rejected(words, count):
     section = Section(np.array(words, dtype=np.uint32))
 
     try:

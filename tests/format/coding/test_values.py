@@ -26,7 +26,7 @@ def _arrays(least, most):
 
 
 @given(_arrays(0, 31))
-def test_numbers_of_fixed_width_come_back(values):
+def test_numbers_of_fixed_width_survive_a_round_trip(values):
     contexts = np.arange(values.size) % 2
     walk = lambda planes, given: code_fixed(planes, "some", contexts, 5, given)  # noqa: E731
 
@@ -34,7 +34,7 @@ def test_numbers_of_fixed_width_come_back(values):
 
 
 @given(_arrays(0, _MOST))
-def test_numbers_of_0_or_more_come_back(values):
+def test_unsigned_numbers_survive_a_round_trip(values):
     contexts = np.arange(values.size) % 3
     walk = lambda planes, given: code_unsigned(planes, "some", contexts, _CLASS_BITS, given)  # noqa: E731
 
@@ -42,14 +42,14 @@ def test_numbers_of_0_or_more_come_back(values):
 
 
 @given(_arrays(-_MOST, _MOST))
-def test_signed_numbers_come_back(values):
+def test_signed_numbers_survive_a_round_trip(values):
     contexts = np.arange(values.size) % 3
     walk = lambda planes, given: code_signed(planes, "some", contexts, _CLASS_BITS, given)  # noqa: E731
 
     assert _both_ways(walk, values) == values.tolist()
 
 
-def test_the_largest_class_holds_62_bits():
+def test_the_largest_class_has_62_bits():
     values = np.array([(1 << 62) - 1, 0, 1 << 61])
     contexts = np.zeros(3, dtype=np.int64)
     walk = lambda planes, given: code_unsigned(planes, "some", contexts, 6, given)  # noqa: E731
@@ -57,7 +57,7 @@ def test_the_largest_class_holds_62_bits():
     assert _both_ways(walk, values) == values.tolist()
 
 
-def test_equal_small_numbers_cost_next_to_nothing():
+def test_equal_small_numbers_cost_almost_nothing():
     writer = PlaneWriter(ContextCounts())
     contexts = np.zeros(10_000, dtype=np.int64)
     code_signed(writer, "some", contexts, _CLASS_BITS, np.full(10_000, -5))

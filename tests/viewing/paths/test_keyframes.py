@@ -18,7 +18,7 @@ def _parse(*keyframes, **more):
     return parse_keyframes(json.dumps(found).encode(), _RING, _RING[0], 0)
 
 
-def test_keyframes_are_cameras_of_the_stream_or_places():
+def test_keyframes_are_cameras_of_the_stream_or_poses():
     path = [
         {"time": 1, "camera": "cam3"},
         {"time": 2.5, "position": [0, -2, 1], "target": [0, 0, 1], "fov": 30},
@@ -37,7 +37,7 @@ def test_keyframes_are_cameras_of_the_stream_or_places():
     assert found.poses[2].view_angle == pytest.approx(pose_of(_RING[0]).view_angle)
 
 
-def test_there_is_a_picture_to_every_moment_and_one_at_the_end():
+def test_there_is_a_picture_for_every_moment_and_one_at_the_end():
     found = _parse({"time": 0, "camera": "cam0"}, {"time": 0.5, "camera": "cam1"})
 
     assert found.count_pictures(30) == 16
@@ -52,7 +52,7 @@ def test_the_stream_plays_on_and_holds_its_last_frame():
     assert found.frames_at(10, 3, 8) == [3, 4, 5, 6, 7, 8, 8, 8, 8, 8, 8]
 
 
-def test_frames_that_are_named_stand_still_or_play_at_their_own_pace():
+def test_named_frames_freeze_or_play_at_their_own_rate():
     found = _parse(
         {"time": 0, "camera": "cam0", "frame": 2},
         {"time": 0.4, "camera": "cam1", "frame": 2},
@@ -86,7 +86,7 @@ def test_frames_that_are_named_stand_still_or_play_at_their_own_pace():
         ),
     ],
 )
-def test_what_cannot_be_followed_is_named(keyframes, said):
+def test_an_impossible_path_is_rejected_by_name(keyframes, said):
     with pytest.raises(PathError, match=said):
         _parse(*keyframes)
 
@@ -101,7 +101,7 @@ def test_other_files_are_rejected_by_name(tmp_path):
         _parse({"time": 0, "camera": "cam0"}, more=1)
 
 
-def test_a_path_without_end_is_not_drawn():
+def test_an_endless_path_is_not_rendered():
     found = _parse({"time": 0, "camera": "cam0"}, {"time": 9e8, "camera": "cam1"})
 
     with pytest.raises(PathError, match="at most 1,048,576"):

@@ -10,7 +10,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 _CENTER = np.array([1.0, 2.0, 0.5])
 
 
-def test_a_pose_and_its_camera_are_the_same():
+def test_poses_and_cameras_convert_exactly():
     (camera, *_) = make_ring(_CENTER)
     again = pose_of(camera).as_camera(camera)
 
@@ -19,7 +19,7 @@ def test_a_pose_and_its_camera_are_the_same():
     assert (again.fx, again.fy) == pytest.approx((camera.fx, camera.fy))
 
 
-def test_cameras_tell_what_they_look_at_and_what_is_up():
+def test_the_point_looked_at_and_the_up_axis_follow_from_the_cameras():
     ring = make_ring(_CENTER)
 
     assert find_center(ring) == pytest.approx(_CENTER, abs=1e-6)
@@ -27,7 +27,7 @@ def test_cameras_tell_what_they_look_at_and_what_is_up():
     assert find_up(ring, 4).tolist() == [0, -1, 0]
 
 
-def test_a_lone_camera_looks_at_something_before_it():
+def test_a_single_camera_looks_at_a_point_in_front_of_it():
     (camera, *_) = make_ring(_CENTER)
     pose = pose_of(camera)
     toward = find_center([camera]) - pose.eye
@@ -35,7 +35,7 @@ def test_a_lone_camera_looks_at_something_before_it():
     assert toward / np.linalg.norm(toward) == pytest.approx(pose.axes[2])
 
 
-def test_an_orbit_goes_round_the_center_at_one_height_and_distance():
+def test_an_orbit_goes_around_the_center_at_constant_height_and_distance():
     ring = make_ring(_CENTER)
     poses = orbit(ring, ring[2], 0, 8)
     offsets = np.array([pose.eye for pose in poses]) - _CENTER
@@ -60,7 +60,7 @@ def test_a_spiral_stays_among_the_cameras_and_looks_at_the_center():
         assert np.linalg.norm(pose.eye - eyes.mean(axis=0)) < np.ptp(eyes, axis=0).max()
 
 
-def test_a_tour_begins_at_its_camera_and_passes_all_others():
+def test_a_tour_starts_at_its_camera_and_passes_all_others():
     ring = make_ring(_CENTER)
     poses = tour(ring, ring[3], 0, 600)
     places = np.array([pose.eye for pose in poses])
@@ -85,6 +85,6 @@ def test_interpolation_passes_through_its_poses():
 @pytest.mark.parametrize(
     ("target", "said"), [((0, 0, 0), "are the same point"), ((0, 0, 3), "straight")]
 )
-def test_there_are_places_that_cannot_be_looked_at(target, said):
+def test_a_camera_cannot_look_at_its_own_position(target, said):
     with pytest.raises(PathError, match=said):
         look_at(np.zeros(3), np.array(target, dtype=float), _UP, 1.0)
