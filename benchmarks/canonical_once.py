@@ -1,7 +1,7 @@
-"""Frame 0 trained once from the seed, for all trials that train it alike.
+"""Trains frame 0 only once for all trials with the same canonical settings.
 
-What trials compare is the motion after it; training it again would give the same
-scene in every one of them, and take a good part of their time.
+The trials differ in the motion after it. Training it again would give the same scene each time, and
+take a large part of their time.
 """
 
 import hashlib
@@ -32,11 +32,11 @@ _NAMES = ("means", "rotations", "log_scales", "opacities", "sh_dc", "sh_rest")
 
 
 class CanonicalOnce:
-    """Trains the canonical frame, or takes it from where another trial has left it.
+    """Trains the canonical frame, or loads it if another trial has trained it.
 
     Args:
-        folder: Where scenes are kept.
-        said: Everything that the training depends on besides settings and steps.
+        folder: Folder for canonical scenes.
+        said: Everything that the training depends on, except settings and steps.
 
     Attributes:
         seconds: Duration of the training; 0 before it.
@@ -54,7 +54,7 @@ class CanonicalOnce:
         objective: CanonicalObjective,
         checkpoint: Checkpoint | None = None,
     ) -> Attributes:
-        """Return what `train_canonical` does."""
+        """Load or train the canonical frame; a replacement for `train_canonical`."""
         path = self._folder / f"{self._digest(objective)}.npz"
         if not path.is_file():
             begun = time.perf_counter()
@@ -67,7 +67,7 @@ class CanonicalOnce:
 
     @contextmanager
     def within_encode(self) -> Iterator[None]:
-        """Within this context `encode` takes the canonical frame from here."""
+        """Make `encode` take the canonical frame from here within this context."""
         with patch.object(encode_stream, "train_canonical", self.train):
             yield
 

@@ -1,9 +1,9 @@
-"""The main job on a capture: encode, decode the file, measure on the held-out cameras.
+"""Encodes a capture, decodes the file, and measures it on the held-out cameras.
 
     python benchmarks/capture.py CAPTURE... [--preset P] [--frames N] [--json]
 
-Prints a row per capture: quality decoded from the file, real bytes and the
-paper's estimate beside, seconds of the canonical scene and of a frame.
+Prints a row per capture: quality of the decoded file, its size next to the paper's estimate, and
+seconds for frame 0 and for a later frame.
 """
 
 import argparse
@@ -21,7 +21,7 @@ from quarc_ref.evaluation.evaluate import evaluate_stream
 
 
 class StageClock:
-    """Notes when each stage was last heard of."""
+    """Records the time of the last report of each stage."""
 
     def __init__(self) -> None:
         self.begun = time.monotonic()
@@ -84,7 +84,7 @@ def print_markdown(rows: list[dict[str, object]]) -> None:
 
 
 def main() -> None:
-    """Measure every capture named."""
+    """Measure all captures given on the command line."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("captures", nargs="+", type=Path, metavar="CAPTURE")
     parser.add_argument("--preset", choices=sorted(PRESETS), default="main")

@@ -1,13 +1,12 @@
-"""How fast the decoder plays streams of many Gaussians.
+"""Measures the decoder on streams of many Gaussians.
 
     python benchmarks/decode.py --gaussians N --anchors-per 4 --resample 2 --threads 2 --json
     python benchmarks/decode.py --table [--plot decode.png]
 
-The stream is made once, by `moving_stream`, and kept in `--cache`. It is
-decoded by `quarc-ref bench` in a process of its own, by the fast engine or, with
-`--reference`, by the reference. `stolen` is the
-share of the time that processors had work in which the host of a virtual
-machine gave them to others: runs that lost much of it say little.
+The stream is generated once by `moving_stream` and kept in `--cache`. `quarc-ref bench` decodes it
+in a separate process, with the fast engine or, with `--reference`, with the reference engine.
+`stolen` is the share of busy time in which the host of a virtual machine gave the processors to
+others: runs with a large share are not reliable.
 """
 
 import argparse
@@ -29,7 +28,7 @@ _COMMAND = "from quarc_ref.cli.app import main; main()"
 
 
 def make_stream(job: Job, cache: Path) -> Path:
-    """Return the stream of a job, made if it is not in the cache."""
+    """Return the stream of a job, generated if it is not in the cache."""
     cache.mkdir(parents=True, exist_ok=True)
     numbers = (*astuple(job)[:5], round(1000 * job.updated), *["sparse"] * job.sparse)
     maker = hashlib.sha256(Path(moving_stream.__file__).read_bytes()).hexdigest()[:8]
@@ -40,7 +39,7 @@ def make_stream(job: Job, cache: Path) -> Path:
 
 
 def measure(path: Path, threads: int, engine: str) -> dict[str, object]:
-    """Return what `quarc-ref bench` says of a stream, in a process of its own."""
+    """Return the result of `quarc-ref bench`, run in a separate process."""
     command = [sys.executable, "-c", _COMMAND, "bench", str(path), "--threads", str(threads)]
     done = subprocess.run(
         [*command, "--json", "--quiet"],
@@ -53,7 +52,7 @@ def measure(path: Path, threads: int, engine: str) -> dict[str, object]:
 
 
 def measure_all(cache: Path, births: int) -> list[dict[str, object]]:
-    """Return a row to each size, number of threads, and stream: the harsh and the sparse one."""
+    """Return a row for each size, number of threads, and stream (harsh or sparse)."""
     rows = []
     for size in SIZES:
         for sparse in (False, True):
@@ -116,7 +115,7 @@ def plot(rows: list[dict[str, object]], path: Path) -> None:
 
 
 def main() -> None:
-    """Measure one size, or all."""
+    """Measure one size, or all sizes."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--births", type=int, default=150)
     one = [

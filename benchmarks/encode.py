@@ -1,10 +1,9 @@
-"""Where the seconds of an encode go, stage by stage.
+"""Measures the time of an encode by stage.
 
     python benchmarks/encode.py CAPTURE [--preset P] [--set KEY=VALUE] [--frames N] [--json]
 
-The canonical scene's seconds are those of all its iterations, the kernels' loading
-among them; a frame's are the mean of the frames from the third, when all that is
-loaded or compiled at its first use is there.
+Seconds of the canonical scene include all iterations and the loading of kernels. Seconds of a frame
+are the mean from the third frame on, when everything that loads or compiles at first use is ready.
 """
 
 import argparse
@@ -24,7 +23,7 @@ from steady_timer import FIRST_FRAME, STAGES, SteadyTimer
 
 
 def measure(folder: Path, config: EncoderConfig, frames: int) -> dict[str, object]:
-    """Return the seconds of an encode, and how many Gaussians it was of."""
+    """Return the seconds of an encode and its number of Gaussians."""
     steady, sink = SteadyTimer(), io.BytesIO()
     encode(open_capture(folder), sink, EncodeOptions(config, frames, "cpu", steady))
     counted = frames - FIRST_FRAME

@@ -1,16 +1,15 @@
-"""Mutated streams, decoded: whatever the bytes, there come frames or a rejection, soon.
+"""Decodes mutated streams: any bytes must give frames or a rejection, within limits.
 
     python benchmarks/hostile.py --streams 1000000 [--processes P] [--series S] [--json]
     python benchmarks/hostile.py --structured --streams 20000
 
-Structured streams have hostile values coded anew, with CRCs that hold; each is
-decoded by the reference and by the fast engine, which must agree.
+Structured streams contain hostile values with correct CRCs. The reference and the fast engine both
+decode them, and must agree.
 
-A run that is ended goes on where it was. A stream is named by its series and number:
-`--only N` judges one again, and what failed is in OUT/failures. The exit code is
-1 if any decoded for more than 2 seconds of the processor, took more than 512 MiB,
-or ended in anything but frames and rejections, and if no structured stream came to
-one of the reject ids.
+An interrupted run resumes. A series and a number identify a stream: `--only N` judges one stream
+again, and failures are saved in OUT/failures. The exit code is 1 if a stream took more than 2
+seconds of processor time or 512 MiB, or ended in anything except frames and rejections; or if the
+structured streams did not reach every reject id.
 """
 
 import sys

@@ -1,10 +1,10 @@
-"""Small streams that ask for as much as their level allows, and what that costs.
+"""Measures small streams that use the limits of their level.
 
     python benchmarks/hostile_bombs.py [--engine reference] [--json]
 
-A level bounds Gaussians and newborn; the bytes do not, since a bit may cost
-next to nothing. Each stream is decoded in a process of its own; times are the
-processor's, code is loaded and compiled before.
+A level limits the number of Gaussians and births, but the size of a stream does not, because a bit
+can cost almost nothing. Each stream is decoded in a separate process; times are processor time,
+after loading and compiling.
 """
 
 import argparse
@@ -46,7 +46,7 @@ def _on_a_sphere(count: int) -> Int64:
 
 
 def _half_in_a_corner(count: int) -> Int64:
-    """Positions far apart, which make the cells of a search large, and as many in one cell."""
+    """Positions far apart, which give the search many cells, and positions in a single cell."""
     rng = np.random.default_rng(0)
     points = rng.integers(0, _REACH, (3, count))
     points[:, count // 2 :] = rng.integers(0, 64, (3, count - count // 2))
@@ -61,12 +61,12 @@ _PLACES: dict[str, Callable[[int], Int64]] = {
 
 
 def build(level: int, place: str, *, newborn: bool) -> bytes:
-    """Return a stream of as many Gaussians as a level allows, an anchor to each.
+    """Return a stream with the maximum number of Gaussians of its level, each with its own anchor.
 
     Args:
         level: Which.
-        place: Where they are, one of `_PLACES`.
-        newborn: Whether each frame has as many newborn as the level allows.
+        place: Arrangement of the Gaussians, one of `_PLACES`.
+        newborn: Whether each frame has the maximum number of births.
     """
     births = LEVELS[level].births if newborn else 0
     header = StreamHeader(level=level, gaussians_per_anchor=1, anchor_ratio=2)
@@ -91,7 +91,7 @@ def _plain(header: StreamHeader, positions: Int64) -> Gaussians:
 
 
 def measure(path: Path, engine: str) -> dict[str, float | None]:
-    """Decode a stream in this process; return its slowest frame's seconds, and peak memory."""
+    """Decode a stream in this process; return the seconds of its slowest frame and peak memory."""
     with use_engine(engine):
         list(decode(_WARM.read_bytes()))
         times = [time.process_time()]
@@ -106,7 +106,7 @@ def measure(path: Path, engine: str) -> dict[str, float | None]:
 
 
 def main() -> None:
-    """Build every stream of at most a MiB, and measure it."""
+    """Build every stream of at most a MiB and measure it."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--engine", choices=(FAST, REFERENCE), default=FAST)
     parser.add_argument("--out", type=Path, default=Path("out/bombs"), metavar="DIR")

@@ -1,4 +1,4 @@
-"""Files that are whole or not there, whoever else writes the same one."""
+"""Files that appear only when they are complete, even with several writers."""
 
 from pathlib import Path
 
@@ -6,9 +6,9 @@ from quarc_ref.files import write_file
 
 
 def keep_file(path: Path, data: bytes) -> None:
-    """Write a file, and the folders above it, so that it is seen only when it is whole.
+    """Write a file and its parent folders; the file appears when it is complete.
 
-    Two processes may do so at once: the last one stays.
+    Several processes may write the same file; the last one remains.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     write_file(path, data)

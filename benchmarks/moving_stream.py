@@ -1,9 +1,8 @@
-"""A stream of simulated Gaussians in motion, for timing decoders: no training, no torch.
+"""Generates a stream of simulated Gaussians in motion, for timing decoders; needs no torch.
 
-A room with furniture, dense clusters and sparse outskirts, coded at the steps
-of the preset `main`. A few things move, each with a motion of its own that goes
-on from frame to frame; a level's anchors take a third of it each, give or take
-a step. Every frame as many Gaussians die as are born.
+The scene is a room with furniture, dense clusters and sparse outskirts, coded with the steps of the
+preset `main`. A few objects move, each with its own steady motion; the anchors of each level take a
+third of it, within a step. In every frame as many Gaussians die as are born.
 """
 
 from collections.abc import Callable, Iterator
@@ -45,17 +44,17 @@ _NOTHING = Section(np.zeros(0, dtype=np.uint32))
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """What stream to make.
+    """Options of a stream.
 
     Attributes:
-        gaussians: N, of every frame.
-        anchors_per: Gaussians to an anchor of level 1.
-        resample: Frames from one sampling of anchors to the next.
-        births: Newborn of every frame, and deaths.
-        frames: With the canonical one.
-        updated: Share of the Gaussians that every frame updates; 0 for a stream of 1.0.
-        sparse: Whether as few Gaussians follow an anchor that moves as in streams of the real
-            capture: 10 % at level 1, 25 % at level 2, 45 % at level 3.
+        gaussians: Number of Gaussians of every frame, N.
+        anchors_per: Gaussians per anchor of level 1.
+        resample: Frames between samplings of anchors.
+        births: Number of births and deaths of every frame.
+        frames: Number of frames, including the canonical one.
+        updated: Share of the Gaussians that every frame updates; 0 for a stream of version 1.0.
+        sparse: Whether as few Gaussians follow a moving anchor as in streams of the real capture:
+            10 % at level 1, 25 % at level 2, 45 % at level 3.
     """
 
     gaussians: int
@@ -67,7 +66,7 @@ class Job:
     sparse: bool = False
 
     def header(self) -> StreamHeader:
-        """Return the header of a stream of the least level that serves."""
+        """Return the header of a stream of the lowest sufficient level."""
         level = min(number for number, most in LEVELS.items() if most.gaussians >= self.gaussians)
         return StreamHeader(
             level=level,
@@ -84,12 +83,12 @@ class Job:
 
 @dataclass(slots=True)
 class _Movers:
-    """What moves: where it is, how fast, and how far it reaches.
+    """Moving objects: positions, velocities and extents.
 
     Attributes:
         centers: `[3, m]` lattice units.
         velocities: `[c, m]` steps per frame.
-        reach: Lattice units, of each level.
+        reach: Extent of their influence in lattice units, for each level.
     """
 
     centers: np.ndarray
@@ -103,7 +102,7 @@ class _Movers:
         self.centers = self.centers + step * self.velocities[:3]
 
     def draw(self, positions: np.ndarray, number: int, seed: int) -> Int64:
-        """Return symbols `[c, a]` of the anchors of a level, from 0, at positions `[3, a]`."""
+        """Return symbols `[c, a]` of anchors at positions `[3, a]`."""
         distances = np.stack([_lengths(positions - at[:, None]) for at in self.centers.T])
         nearest = distances.argmin(axis=0)
         moving = distances.min(axis=0) < self.reach[number]
@@ -113,7 +112,7 @@ class _Movers:
 
 
 def write_moving_stream(path: Path, job: Job) -> None:
-    """Write the stream; the file is there when it is whole."""
+    """Write the stream; the file appears when it is complete."""
     with atomic_file(path) as sink:
         header = job.header()
         writer = StreamWriter(sink, wire.build_stream_header(header))
@@ -123,7 +122,7 @@ def write_moving_stream(path: Path, job: Job) -> None:
 
 
 def make_gaussians(count: int, rng: np.random.Generator) -> Gaussians:
-    """Return Gaussians of a scene, positions in steps of 4 lattice units."""
+    """Return Gaussians of a scene, with positions in steps of 4 lattice units."""
     points = _make_points(count, rng) * _METER / 4
     coarse = np.floor(points / _METER).astype(np.int64)
     colors = (coarse * [[31], [17], [7]] % 23).sum(axis=0) - 30
@@ -159,13 +158,13 @@ def _make_points(count: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def _draw_thirds(count: int, rng: np.random.Generator) -> np.ndarray:
-    """Return `[3, count]` the three smaller components of unit quaternions, 6 fraction bits."""
+    """Return `[3, count]` three components of unit quaternions with 6 fraction bits."""
     quaternions = np.sort(np.abs(_unit(rng.normal(size=(4, count)))), axis=0)[:3]
     return np.trunc(quaternions * 64 * rng.choice([-1, 1], (3, count))).astype(np.int64)
 
 
 def _make_births(state: FrameState, count: int, rng: np.random.Generator) -> Births:
-    """Return newborn near drawn parents, alike to them."""
+    """Return births near random parents and similar to them."""
     parents = np.sort(rng.integers(0, state.scene.count, count))
     codes = state.scene.codes[:, parents] + rng.normal(0, 2, (16, count)).astype(np.int64)
     rotations = np.concatenate([rng.integers(0, 4, (1, count)), _draw_thirds(count, rng)])
@@ -206,7 +205,7 @@ def _make_canonical(
 def _make_movers(
     state: FrameState, levels: list[np.ndarray], rng: np.random.Generator, *, sparse: bool
 ) -> _Movers:
-    """Return movers that reach so far that as much moves as is asked for."""
+    """Return movers with an extent that moves the requested share of Gaussians."""
     channels = np.arange(state.scene.header.symbol_planes)
     velocities = rng.normal(size=(channels.size, _MOVERS))
     velocities *= np.where(channels < 3, 5.0, 1.2)[:, None]
@@ -219,7 +218,7 @@ def _make_movers(
             _SHARE_NOT_ZERO,
         )
         return _Movers(centers, velocities, (reach,) * len(levels))
-    # A Gaussian stands for the anchor that it follows, which is near.
+    # A Gaussian represents the nearby anchor that it follows.
     gaussians = state.scene.positions.astype(np.float64)
     reaches = [
         _find_reach(
@@ -242,7 +241,7 @@ def _find_reach(share_at: Callable[[float], float], wanted: float) -> float:
 
 
 def _make_updates(state: FrameState, share: float, rng: np.random.Generator) -> Updates:
-    """Return small changes of drawn Gaussians, each of some fields; none leaves."""
+    """Return small changes of random Gaussians in some fields; none is deleted."""
     chosen = np.flatnonzero(rng.random(state.scene.count) < share)
     residuals = rng.laplace(0, 2, (RESIDUAL_ROWS, chosen.size)).astype(np.int64)
     for rows in UPDATE_FIELDS.values():

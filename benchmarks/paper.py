@@ -1,11 +1,11 @@
-"""The paper's experiments on any captures, by one command.
+"""Runs the paper's experiments on any captures.
 
     python benchmarks/paper.py CAPTURE... --out DIR [--preset P] [--frames N] [--only full,step]
                                [--workers N | --ray ADDRESS] [--lpips WEIGHTS] [--set KEY=VALUE]
 
-Writes DIR/index.html, CSV, Markdown and plots; rows and streams are kept in DIR, so
-that a run that was ended goes on where it was. Several captures have a folder each in
-DIR, and a table of all scenes and their mean, DIR/scenes.md and DIR/scenes.csv.
+Writes DIR/index.html, CSV, Markdown and plots. Rows and streams are kept in DIR, so that an
+interrupted run resumes. Each of several captures has a folder in DIR; a table of all scenes and
+their mean is written to DIR/scenes.md and DIR/scenes.csv.
 """
 
 import sys

@@ -1,10 +1,10 @@
-"""The CPU rasterizer against pure torch: forward and backward, in one run.
+"""Compares the CPU rasterizer with pure torch: forward and backward, in one run.
 
     python benchmarks/raster.py [--gaussians N] [--width W] [--height H] [--json]
 
-Both backends draw the same random scene from the same camera; the pure-torch
-reference runs in float32 here, as one would train with it. Random Gaussians
-overlap more than a trained scene's: the ratio counts, not the milliseconds.
+Both backends render the same random scene from the same camera; the pure torch reference runs in
+float32 here, as for training. Random Gaussians overlap more than those of a trained scene: the
+ratio matters, not the milliseconds.
 """
 
 import argparse

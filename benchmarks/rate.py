@@ -1,10 +1,10 @@
-"""Real bytes beside the paper's estimate, general compressors and other splat formats.
+"""Compares the size of streams with the paper's estimate, compressors and other splat formats.
 
     python benchmarks/rate.py CAPTURE... [--streams DIR] [--preset P] [--sweep] [--json]
 
-A CAPTURE is a folder, or `synth`: the built-in one, traced as `make demo` has
-it. Streams are encoded into DIR unless they are there, so that a run that was
-ended goes on where it was. Tables, CSV and plots are written into DIR as well.
+A CAPTURE is a folder, or `synth` for the built-in capture of `make demo`. Streams are encoded into
+DIR unless they exist, so that an interrupted run resumes. Tables, CSV and plots are written into
+DIR as well.
 """
 
 from rate.command import main

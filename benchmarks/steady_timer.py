@@ -1,4 +1,4 @@
-"""Seconds of frame 0 and of steady frames, told apart."""
+"""Separates the seconds of frame 0 from those of steady frames."""
 
 from quarc_ref.encoder.stage_timer import StageTimer
 
@@ -7,11 +7,11 @@ STAGES = ("anchors", "motion", "placement", "births", "commit")
 
 
 class SteadyTimer:
-    """Tells the seconds of the canonical scene from those of steady frames.
+    """Measures the seconds of the canonical scene and of steady frames.
 
     Attributes:
         canonical: Seconds of the canonical scene's training.
-        timer: Of the frames from the third, once it has begun.
+        timer: Timer of the frames from the third on, once they are reached.
     """
 
     def __init__(self) -> None:

@@ -1,7 +1,7 @@
-"""Studies of many jobs, each of which keeps a row: what is done is not run again.
+"""Studies of many jobs, each of which saves a row: completed jobs are not run again.
 
-A row is a JSON file, kept under a key that tells what it was made of. A study
-that was interrupted continues with the missing rows.
+A row is a JSON file with a key that identifies its inputs. An interrupted study continues with the
+missing rows.
 """
 
 import json
@@ -25,14 +25,14 @@ def keep_row(path: Path, key: str, row: Row) -> None:
 
     Args:
         path: Of its file.
-        key: Digest of all that it was made of.
+        key: Digest of all inputs.
         row: What was measured.
     """
     keep_file(path, json.dumps({"key": key, **row}, indent=1).encode())
 
 
 def recall_row(path: Path, key: str) -> Row | None:
-    """Return a row; None if there is no such file, or it was made of something else."""
+    """Return a row; None if there is no such file, or it has other inputs."""
     if not path.is_file():
         return None
     row: Row = json.loads(path.read_text())
@@ -45,16 +45,16 @@ def run_waiting(
     pool: WorkerPool,
     write_tables: Callable[[], object],
 ) -> None:
-    """Run the jobs whose rows are missing; tables are written anew now and then.
+    """Run the jobs whose rows are missing; tables are updated from time to time.
 
     Args:
-        make_row: Makes a job's row and keeps it.
-        jobs: Whose rows are missing.
-        pool: In processes, or on a Ray cluster.
-        write_tables: Writes them from the rows that are there.
+        make_row: Computes a job's row and saves it.
+        jobs: Jobs whose rows are missing.
+        pool: Worker processes, or a Ray cluster.
+        write_tables: Writes the tables of the existing rows.
 
     Raises:
-        JobsError: Some jobs failed; all others are done.
+        JobsError: Some jobs failed; all others are complete.
     """
     written = time.monotonic()
 
@@ -73,7 +73,7 @@ def sum_seconds(seconds: dict[str, float], frames: int) -> dict[str, float]:
 
     Args:
         seconds: Of a `StageTimer`.
-        frames: How many there are, the canonical one among them.
+        frames: Number of frames, including the canonical one.
     """
     once = {name: seconds.get(name, 0.0) for name in ("canonical", "canonical commit")}
     later = {
@@ -89,7 +89,7 @@ def note(text: str) -> None:
 
 
 class ProgressLines:
-    """Writes a line to standard error now and then, of how far a job is.
+    """Writes the progress of a job to standard error from time to time.
 
     Args:
         name: Of the job.

@@ -1,12 +1,11 @@
-"""Decoding all symbols of a frame on one thread: milliseconds.
+"""Times the decoding of all symbols of a frame on one thread.
 
     python benchmarks/symbols.py [--gaussians N] [--births N] [--repeats N] [--json]
 
-The symbols are simulated: a few things move, each with a motion of its own
-that goes on from frame to frame, and a level's anchors take a third of it
-each, give or take a step. So they hang on their parents and on the frame
-before, as those of a trained stream do; how much of the scene moves is set so
-that the share of symbols that are not 0 is the one asked for.
+The symbols are simulated: a few objects move, each with its own steady motion, and the anchors of
+each level take a third of it, within a step. The symbols therefore correlate with those of parents
+and of the previous frame, as in a trained stream. The moving part of the scene is chosen to give
+the requested share of nonzero symbols.
 """
 
 import argparse
@@ -31,7 +30,7 @@ from quarc_ref.format.coding.gaussian_planes import read_births, write_births
 from quarc_ref.format.coding.motion_planes import read_motion, write_motion
 from quarc_ref.format.records import Births, Gaussians, StreamHeader
 
-Seen = dict[str, ContextCounts]  # by the fields of a state
+Seen = dict[str, ContextCounts]  # indexed by the fields of a state
 
 REGIMES = {"paper": 0.07, "sparse": 0.01}
 _MOVERS = 8
@@ -42,11 +41,11 @@ _HEADER = StreamHeader(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scenery:
-    """What moves, and how far from it everything is.
+    """Moving objects, and the distance of every Gaussian to them.
 
     Attributes:
-        distance: `[N]` of each Gaussian to the nearest mover, lattice units.
-        mover: `[N]` which that is.
+        distance: `[N]` distance of each Gaussian to the nearest mover, lattice units.
+        mover: `[N]` index of this mover.
         velocity: `[c, movers]` steps per frame.
     """
 
@@ -55,7 +54,7 @@ class Scenery:
     velocity: np.ndarray
 
     def advance(self, rng: np.random.Generator) -> "Scenery":
-        """Return the next frame's: motions go on, a little changed."""
+        """Return the scenery of the next frame: motions continue with small changes."""
         noise = rng.normal(size=self.velocity.shape) * self.velocity.std(axis=1, keepdims=True)
         return Scenery(self.distance, self.mover, 0.95 * self.velocity + 0.3 * noise)
 
@@ -70,7 +69,7 @@ def make_canonical(count: int, rng: np.random.Generator) -> State:
 
 
 def make_scenery(state: State, rng: np.random.Generator) -> Scenery:
-    """Return movers at drawn Gaussians."""
+    """Return movers at random Gaussians."""
     positions = state.scene.positions.astype(np.float64)
     centers = positions[:, rng.integers(0, state.scene.count, _MOVERS)]
     distances = np.stack([np.linalg.norm(positions - at[:, None], axis=0) for at in centers.T])
@@ -80,12 +79,12 @@ def make_scenery(state: State, rng: np.random.Generator) -> Scenery:
 
 
 def make_symbols(state: State, scenery: Scenery, share: float) -> list[Int64]:
-    """Return symbols of which about a share is not 0, level 1 first.
+    """Return symbols with about the given share of nonzero ones, level 1 first.
 
     Args:
         state: After `begin_frame`.
         scenery: Of the frame.
-        share: From 0 to the count when everything moves.
+        share: From 0 to the share when everything moves.
     """
     low, high = 0.0, float(scenery.distance.max())
     for _ in range(12):
@@ -101,7 +100,7 @@ def share_of_nonzero(symbols: list[Int64]) -> float:
 
 
 def make_births(state: State, count: int, rng: np.random.Generator) -> Births:
-    """Return newborn near drawn parents."""
+    """Return births near random parents."""
 
     def draw(rows: int, width: float) -> Int64:
         return rng.laplace(0, width, (rows, count)).astype(np.int64)
@@ -112,11 +111,10 @@ def make_births(state: State, count: int, rng: np.random.Generator) -> Births:
 
 
 def prepare(state: State, symbols: list[Int64], births: Births) -> tuple[Callable[[], Seen], int]:
-    """Code a frame's symbols; the one place that knows how the format is called.
+    """Codes a frame's symbols; the only place that calls the format.
 
     Returns:
-        What decodes them and gives back what contexts have seen since, and how
-        many bytes they take.
+        Return a function that decodes them and returns the new context counts, and their bytes.
     """
     levels = motion_contexts(state, previous=True)
     motion = write_motion(levels, symbols, state.motion_counts)
@@ -136,7 +134,7 @@ def prepare(state: State, symbols: list[Int64], births: Births) -> tuple[Callabl
 
 
 def time_regime(state: State, share: float, births: int, repeats: int) -> list[dict[str, object]]:
-    """Return a row to each reader: milliseconds of the second of two moved frames."""
+    """Return a row for each decoder: milliseconds of the second of two moved frames."""
     rng = np.random.default_rng(1)
     scenery = make_scenery(state, rng)
     begun = begin_frame(state, 0)
@@ -158,7 +156,7 @@ def time_regime(state: State, share: float, births: int, repeats: int) -> list[d
 
 
 def choose_readers() -> dict[str, AbstractContextManager[None]]:
-    """Return what has sections be read by each reader there is, the fastest first."""
+    """Return contexts that select the available decoders, by name, the fastest first."""
     readers: dict[str, AbstractContextManager[None]] = {}
     if HAS_CONSTRICTION:
         readers["constriction"] = decoding_with(open_fastest)
@@ -167,9 +165,9 @@ def choose_readers() -> dict[str, AbstractContextManager[None]]:
 
 
 def time_calls(call: Callable[[], object], repeats: int) -> dict[str, float]:
-    """Return the medians of a call's milliseconds, by the clock and of the processor.
+    """Return the median milliseconds of a call, by the clock and of the processor.
 
-    They are alike where nobody else uses the processor.
+    They are equal if no other process uses the processor.
     """
     spent = []
     for _ in range(repeats):
@@ -181,7 +179,7 @@ def time_calls(call: Callable[[], object], repeats: int) -> dict[str, float]:
 
 
 def main() -> None:
-    """Time both regimes with every reader."""
+    """Time both regimes with every decoder."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--gaussians", type=int, default=244_000)
     parser.add_argument("--births", type=int, default=150)

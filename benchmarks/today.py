@@ -16,7 +16,7 @@ _HERE = Path(__file__).parent / "today"
 
 @dataclass(frozen=True)
 class Plot:
-    """A plot of `name`.csv, whose first column is x and every other one a line.
+    """A plot of `name`.csv: the first column is x, and every other column a line.
 
     Attributes:
         name: Of the files.
@@ -59,7 +59,7 @@ def draw(plot: Plot, folder: Path = _HERE) -> bytes:
 
 
 def main() -> None:
-    """Write the SVG beside each CSV."""
+    """Write the SVG next to each CSV."""
     for plot in PLOTS:
         (_HERE / f"{plot.name}.svg").write_bytes(draw(plot))
 

@@ -1,8 +1,8 @@
-"""Whether the backend of the device draws and differentiates as the others do.
+"""Checks that the device's backend agrees with the others on pictures and gradients.
 
-Pictures, alphas and gradients of random scenes: gsplat's (numba's in a dry run) beside
-numba's in float32 and the float64 reference in torch. Single pixels may differ, where
-one backend stops or skips at a threshold and another just does not.
+Compares pictures, alphas and gradients of random scenes: gsplat (numba in a dry run), numba in
+float32, and the float64 reference in torch. Single pixels can differ where one backend stops or
+skips at a threshold and another narrowly does not.
 """
 
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
         ours = _draw(drawn, count)
         for other in others:
             if other.rasterizer.name == "torch" and count > 2000:
-                continue  # it would take minutes
+                continue  # torch would take minutes
             notebook.add(_compare(ours, _draw(other, count), (drawn, other), count))
 
 

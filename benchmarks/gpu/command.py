@@ -16,10 +16,10 @@ _INTERRUPTED = 130
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Do what a command line asks.
+    """Run the command.
 
     Returns:
-        0 if all is done and as asked, 1 if anything is not, 130 after an interruption.
+        0 if all steps ran and all checks passed, 1 otherwise, 130 after an interruption.
     """
     parser = argparse.ArgumentParser(
         description=__import__("gpu").__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -42,14 +42,14 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _work(name: str, folder: Path, *, dry: bool) -> int:
-    """Do one step in this process."""
+    """Run one step in this process."""
     (step,) = (step for step in STEPS if step.name == name)
     step.load()(DRY if dry else REAL, folder, Notebook(folder / name_file(step, "jsonl")))
     return 0
 
 
 def _run_all(asked: argparse.Namespace) -> int:
-    """Run all steps, and write the tables after each."""
+    """Run all steps and write the tables after each."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     asked.out.mkdir(parents=True, exist_ok=True)
     rows: list[Row] = []

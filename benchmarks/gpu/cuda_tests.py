@@ -14,16 +14,16 @@ _MARK = re.compile(r"pytest\.mark\.gpu\b")
 
 
 def list_files() -> list[Path]:
-    """Return the files that have such tests; no other is imported."""
+    """Return the files that contain such tests; no other file is imported."""
     tests = sorted((_ROOT / "tests").rglob("test_*.py"))
     return [path for path in tests if _MARK.search(path.read_text())]
 
 
 def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
-    """Run the tests by pytest and count them."""
+    """Run the tests with pytest and count them."""
     report = folder / "tests.xml"
     command = [sys.executable, "-m", "pytest", "-q", "-m", "gpu", "-p", "no:cacheprovider"]
-    command += ["-W", "default"]  # compilers warn of what is not ours
+    command += ["-W", "default"]  # warnings of compilers about code of others
     command += [f"--junitxml={report}", *map(str, list_files())]
     done = subprocess.run(command, cwd=_ROOT, check=False, capture_output=True, text=True)
     if not report.exists():
@@ -33,11 +33,11 @@ def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
 
 
 def count_tests(report: Path, most_skipped: int | None) -> Row:
-    """Return the row of a report of pytest.
+    """Return the row for a pytest report.
 
     Args:
         report: JUnit XML.
-        most_skipped: Tests that may be skipped; None for any number.
+        most_skipped: Maximum number of skipped tests; None for no limit.
     """
     suite = ElementTree.parse(report).getroot().find("testsuite")
     if suite is None:

@@ -1,4 +1,4 @@
-"""Frame 0 at full length: its seconds, and the PSNR of its training views."""
+"""Trains frame 0 at full length; measures its time and the PSNR of training views."""
 
 from pathlib import Path
 from statistics import mean

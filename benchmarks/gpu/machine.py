@@ -1,4 +1,4 @@
-"""What the run is made on."""
+"""Describes the machine."""
 
 import os
 import platform

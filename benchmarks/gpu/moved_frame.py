@@ -1,4 +1,4 @@
-"""The seconds of a frame at the paper's size, stage by stage."""
+"""Times a frame of the paper's size by stage."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ _GOAL, _BAR = 2.3, 5.0
 
 
 def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
-    """Encode frames whose Gaussians are as many as points, hardly trained, and time the last."""
+    """Encode frames with as many Gaussians as points, hardly trained, and time the last one."""
     config = make_config(
         {
             "canonical.iterations": sizes.iterations,

@@ -1,4 +1,4 @@
-"""The steps, in order, how long each may take, and in which sizes."""
+"""The steps in order, with their time limits and sizes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,17 +11,17 @@ from gpu.rows import Notebook
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """How much of everything.
+    """Sizes of the measurements.
 
     Attributes:
         device: `cuda`, or `cpu` for a dry run.
-        width: Pixels of a picture.
-        height: Pixels of a picture.
+        width: Width of pictures in pixels.
+        height: Height of pictures in pixels.
         views: Training views.
-        gaussians: Of the frame that is timed.
-        iterations: Of its motion, and as many of its births.
+        gaussians: Number of Gaussians of the timed frame.
+        iterations: Iterations of its motion, and of its births.
         canonical: Iterations of frame 0.
-        random: Gaussians of the random scenes that backends draw.
+        random: Number of Gaussians of the random scenes for comparing backends.
     """
 
     device: str
@@ -39,14 +39,14 @@ DRY = Sizes("cpu", 48, 36, 3, 200, 3, 10, (20, 60))
 
 
 class Work(Protocol):
-    """What a step does."""
+    """The work of a step."""
 
     def __call__(self, sizes: Sizes, folder: Path, notebook: Notebook) -> None:
-        """Find out, and write rows.
+        """Run the step and write its rows.
 
         Args:
             sizes: Of everything.
-            folder: That steps share, for what one makes for another.
+            folder: Folder shared by all steps.
             notebook: To write into.
         """
         ...
@@ -54,13 +54,13 @@ class Work(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A part of the run, in a process of its own.
+    """A part of the run, in a separate process.
 
     Attributes:
         name: In the table.
-        seconds: It may take; what earlier steps leave of the whole time is a limit, too.
-        module: That has it, as its function `work`.
-        is_vital: Whether no other step can do anything if this one fails.
+        seconds: Time limit; the step is also limited by the time that earlier steps leave.
+        module: Module with the function `work`.
+        is_vital: Whether no other step can run if this one fails.
     """
 
     name: str
@@ -69,7 +69,7 @@ class Step:
     is_vital: bool = False
 
     def load(self) -> Callable[[Sizes, Path, Notebook], None]:
-        """Return what the step does, its libraries loaded."""
+        """Import the step's module and return its function."""
         work: Work = import_module(self.module).work
         return work
 

@@ -1,4 +1,4 @@
-"""What a step finds out, row by row, and the table of all rows."""
+"""The results of steps, row by row, and the table of all rows."""
 
 import json
 import math
@@ -14,12 +14,12 @@ class Row:
     """A line of the table.
 
     Attributes:
-        step: That found it out.
+        step: Name of the step.
         what: Was measured.
         result: As text.
-        asked: Of it, as text; empty if nothing is.
-        holds: Whether it is as asked; None if nothing is asked.
-        figures: The numbers in the result, by name.
+        asked: Requirement for the result; empty if there is none.
+        holds: Whether the requirement is met; None without one.
+        figures: Numbers of the result by name.
     """
 
     step: str
@@ -31,7 +31,7 @@ class Row:
 
 
 class Notebook:
-    """A file to which a step writes rows as it finds them, so that none is lost if it is ended."""
+    """A file into which a step writes each row at once, so that none is lost if it is stopped."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -41,11 +41,11 @@ class Notebook:
         self._write({"row": asdict(row)})
 
     def note(self, progress: str) -> None:
-        """Write how far the step is."""
+        """Write the progress of the step."""
         self._write({"progress": progress})
 
     def read(self) -> tuple[list[Row], str]:
-        """Return the rows so far, and how far the step was when it last wrote."""
+        """Return the rows so far and the last progress of the step."""
         if not self._path.exists():
             return [], ""
         whole = self._path.read_text().rpartition("\n")[0]
@@ -68,7 +68,7 @@ def format_table(rows: Sequence[Row]) -> str:
 
 
 def write_tables(rows: Sequence[Row], folder: Path) -> None:
-    """Write the rows as `gpu.md` and `gpu.json` into a folder, over those of before."""
+    """Write the rows as `gpu.md` and `gpu.json` into a folder, replacing older ones."""
     finite = [{**asdict(row), "figures": _drop_infinite(row.figures)} for row in rows]
     (folder / "gpu.md").write_text(format_table(rows))
     (folder / "gpu.json").write_text(json.dumps({"rows": finite}, indent=2, allow_nan=False) + "\n")

@@ -1,4 +1,4 @@
-"""Steps run one after the other, each in a process of its own that is ended at its limit."""
+"""Runs steps one after another, each in a separate process with a time limit."""
 
 import os
 import subprocess
@@ -23,8 +23,8 @@ class Place:
 
     Attributes:
         folder: That they share.
-        dry: Whether on the CPU, in tiny sizes.
-        packages: Folder of packages that the machine lacks; None if it lacks none.
+        dry: Whether to run on the CPU in tiny sizes.
+        packages: Folder with the packages that the machine lacks; None if it has all.
     """
 
     folder: Path
@@ -33,13 +33,13 @@ class Place:
 
 
 def run_step(step: Step, limit: float, place: Place, rows: list[Row]) -> None:
-    """Add the rows of a step to those of others: all that it finds, and how it ends.
+    """Run a step; add its rows, and one that says how it ended.
 
     Args:
         step: To be run.
         limit: Seconds, at most.
         place: Where it works.
-        rows: Are added to, even if the run is interrupted.
+        rows: List that is extended, even if the run is interrupted.
     """
     notebook = Notebook(place.folder / name_file(step, "jsonl"))
     begun, fault = time.monotonic(), "interrupted"
@@ -51,7 +51,7 @@ def run_step(step: Step, limit: float, place: Place, rows: list[Row]) -> None:
 
 
 def name_file(step: Step, ending: str) -> str:
-    """Return the name of a file of a step."""
+    """Return the file name of a step."""
     return f"{step.name.replace(' ', '_')}.{ending}"
 
 
@@ -63,7 +63,7 @@ def _close(step: Step, fault: str, progress: str, seconds: float) -> Row:
 
 
 def _run(step: Step, limit: float, place: Place) -> str:
-    """Return why a step failed; nothing if it did not."""
+    """Return why a step failed; empty if it succeeded."""
     command = [sys.executable, str(_PROGRAM), "--step", step.name, "--out", str(place.folder)]
     command += ["--dry-run"] if place.dry else []
     log = place.folder / name_file(step, "log")
@@ -82,7 +82,7 @@ def _run(step: Step, limit: float, place: Place) -> str:
 
 
 def _end(child: "subprocess.Popen[bytes]") -> None:
-    """End a step and all that it has started, such as compilers."""
+    """Kill a step and all processes that it has started, such as compilers."""
     if child.poll() is None:
         if os.name == "posix":
             os.killpg(child.pid, 9)
@@ -95,7 +95,7 @@ def _make_environment(packages: Path | None) -> dict[str, str]:
     root = str(_PROGRAM.parents[1])
     paths = [root, *([str(packages)] if packages else []), os.environ.get("PYTHONPATH", "")]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
-    if packages:  # programs that packages bring, such as ninja
+    if packages:  # programs in these packages, such as ninja
         environment["PATH"] = os.pathsep.join([str(packages / "bin"), os.environ.get("PATH", "")])
     return environment
 
@@ -106,7 +106,7 @@ def _take_last_line(log: Path, code: int) -> str:
 
 
 def spread_time(steps: tuple[Step, ...], seconds: float) -> Iterator[tuple[Step, float]]:
-    """Yield steps, each with how long it may take when it is its turn."""
+    """Yield the steps with their time limits."""
     end = time.monotonic() + seconds
     for step in steps:
         yield step, min(step.seconds, end - time.monotonic())

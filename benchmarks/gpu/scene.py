@@ -1,4 +1,4 @@
-"""A traced capture in memory, of which one step keeps the pictures for the others."""
+"""A traced capture in memory; one step stores its pictures for the others."""
 
 import os
 from concurrent.futures import ThreadPoolExecutor
@@ -21,7 +21,7 @@ _NAME = "scene.npz"
 
 
 def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
-    """Trace all pictures of the training views, and as many points as Gaussians are wanted."""
+    """Trace all pictures of the training views, and as many points as Gaussians are needed."""
     options = _choose_options(sizes)
     cameras = place_cameras(options)[1:]
     scene = make_scene(options.seed, options.scene)
@@ -54,10 +54,10 @@ def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
 
 
 def load_capture(sizes: Sizes, folder: Path) -> Capture:
-    """Return the traced capture, all of whose cameras are to train with.
+    """Return the traced capture, in which all cameras are for training.
 
     Raises:
-        RuntimeError: It was not traced.
+        RuntimeError: The capture has not been traced.
     """
     if not (folder / _NAME).exists():
         message = "the scene was not traced"

@@ -1,4 +1,4 @@
-"""An encode of the traced capture, timed and watched."""
+"""Encodes the traced capture and measures its time and memory."""
 
 import io
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ _NOTES_EVERY = 100
 
 @dataclass(frozen=True, slots=True)
 class Training:
-    """An encode that is done.
+    """A finished encode.
 
     Attributes:
         stream: Its bytes.
@@ -40,7 +40,7 @@ def make_config(changes: dict[str, object]) -> EncoderConfig:
 def train(
     sizes: Sizes, folder: Path, notebook: Notebook, config: EncoderConfig, frames: int
 ) -> Training:
-    """Encode frames of the traced capture, and note how far it is."""
+    """Encode frames of the traced capture and report the progress."""
     watch = _Watch(notebook)
     options = EncodeOptions(config, frames, sizes.device, watch, checks=False)
     sink = io.BytesIO()
@@ -51,7 +51,7 @@ def train(
 
 
 def describe_memory(step: str, sizes: Sizes) -> Row:
-    """Return the row of the most GPU memory that was allocated since training began."""
+    """Return the row of the peak GPU memory allocated since the start of training."""
     if sizes.device != "cuda":
         return Row(step, "peak GPU memory", "none: no GPU")
     peak = torch.cuda.max_memory_allocated() / 2**30
@@ -59,7 +59,7 @@ def describe_memory(step: str, sizes: Sizes) -> Row:
 
 
 class _Watch:
-    """Times the stages; notes every hundredth step, which also waits for the GPU."""
+    """Times the stages; reports every hundredth step, which also waits for the GPU."""
 
     def __init__(self, notebook: Notebook) -> None:
         self.timer = SteadyTimer()

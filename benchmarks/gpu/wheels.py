@@ -1,4 +1,4 @@
-"""The packages that a machine with a GPU may lack: fetched where there is a network, used there."""
+"""Packages that a machine with a GPU may lack: downloads their wheels and installs them."""
 
 import subprocess
 import sys
@@ -9,7 +9,7 @@ LIST = Path(__file__).with_name("wheels.txt")
 
 
 def read_list() -> list[str]:
-    """Return the requirements of `wheels.txt`, `name==version` each."""
+    """Return the requirements of `wheels.txt`, each of the form `name==version`."""
     lines = (line.partition("#")[0].strip() for line in LIST.read_text().splitlines())
     return [line for line in lines if line]
 
@@ -18,8 +18,8 @@ def fetch(folder: Path, python: str) -> int:
     """Download the wheels into a folder.
 
     Args:
-        folder: Is made if it does not exist.
-        python: Version that the wheels are for, such as 3.12.
+        folder: Created if it does not exist.
+        python: Python version of the wheels, such as 3.12.
 
     Returns:
         pip's exit code.
@@ -35,21 +35,21 @@ def fetch(folder: Path, python: str) -> int:
 def name_packages(wheels: Path) -> Path:
     """Return the folder of installed packages for `PYTHONPATH`.
 
-    It stays from run to run: gsplat's kernels are compiled anew if its sources move.
+    It is kept between runs, because gsplat compiles its kernels again if its sources move.
     """
     return wheels.absolute() / "installed"
 
 
 def install_missing(wheels: Path) -> str:
-    """Install the listed packages that cannot be found, from wheels alone.
+    """Install the missing packages of the list, only from wheels.
 
-    What the machine has, of whatever version, stays as it is: its PyTorch was built with it.
+    Installed packages of any version are kept, because the machine's PyTorch was built for them.
 
     Args:
         wheels: What `fetch` filled.
 
     Returns:
-        What was installed, as a sentence.
+        A sentence that lists the installed packages.
 
     Raises:
         RuntimeError: pip cannot install them.

@@ -1,4 +1,4 @@
-"""Streams damaged at random, and what decoding them costs: what `benchmarks/hostile.py` runs.
+"""Mutated streams and the cost of decoding them: the code of `benchmarks/hostile.py`.
 
 mutations ──> judge, one stream ──> blocks of them, kept (command)
 """

@@ -1,7 +1,7 @@
-"""Mutants judged in blocks, so that a run can be ended and gone on with.
+"""Judges mutants in blocks, so that an interrupted run can resume.
 
-Of every block a line of JSON is kept. What fails is kept as a file, under the
-number that makes it again.
+Each block is saved as a line of JSON. A failed mutant is saved as a file named after its number,
+from which it can be generated again.
 """
 
 import json
@@ -19,22 +19,22 @@ from quarc_ref.inspection.peak_memory import measure_peak_mebibytes
 BLOCK = 1000
 _OTHER_WAYS = tuple(way for way in judge.WAYS if way != "decode")
 _SHOWN = 20  # failures, by number
-_SHARE = 40  # of so many mutants, each other way gets one
+_SHARE = 40  # number of mutants of which each other way gets one
 
 
 @dataclass(slots=True)
 class Tally:
-    """What came of mutants.
+    """Results of mutants.
 
     Attributes:
-        outcomes: How many of each.
-        ways: How many were decoded in each way.
-        frames: Frames that came out.
-        seconds: Of the processor, spent on decoding.
+        outcomes: Number of mutants for each outcome.
+        ways: Number of mutants decoded in each way.
+        frames: Number of decoded frames.
+        seconds: Processor time of decoding.
         slowest: Seconds of the slowest mutant.
         slowest_number: Its number.
-        peak_rss_mib: The most memory that a process has had.
-        failures: Numbers of the mutants that failed, with outcome.
+        peak_rss_mib: Peak memory of any process.
+        failures: Numbers of failed mutants, with their outcomes.
     """
 
     outcomes: Counter[str] = field(default_factory=Counter)
@@ -58,7 +58,7 @@ class Tally:
             self.failures[number] = verdict.outcome
 
     def add(self, other: "Tally") -> None:
-        """Count all of another."""
+        """Add the results of another tally."""
         self.outcomes += other.outcomes
         self.ways += other.ways
         self.frames += other.frames
@@ -69,12 +69,12 @@ class Tally:
         self.failures |= other.failures
 
     def list_unreached(self) -> list[str]:
-        """Return the reject ids of SPEC 3.3 that no stream has come to."""
+        """Return the reject ids of SPEC 3.3 that no stream has reached."""
         kinds = [leaf for kind in BitstreamError.__subclasses__() for leaf in kind.__subclasses__()]
         return [leaf.reject_id for leaf in kinds if not self.outcomes[leaf.reject_id]]
 
     def as_json(self) -> dict[str, Any]:
-        """Return what is printed."""
+        """Return the results as they are printed."""
         rejections = {
             name: count
             for name, count in self.outcomes.most_common()
@@ -105,10 +105,10 @@ def choose_way(number: int) -> str:
 
 
 class Maker(Protocol):
-    """Makes streams that may be anything."""
+    """Generates streams with arbitrary contents."""
 
     def make(self, number: int) -> Mutant:
-        """Return the stream of a number, the same one every time."""
+        """Return the stream of a number, always the same."""
         ...
 
 
@@ -128,14 +128,14 @@ class Series:
 def judge_block(
     series: Series, first: int, count: int, folder: Path, begin: Callable[[int], object] = int
 ) -> Tally:
-    """Judge the streams from a number on; keep those that fail in a folder.
+    """Judge consecutive streams and save the failures in a folder.
 
     Args:
         series: The streams.
-        first: Number of the first.
+        first: Number of the first stream.
         count: How many.
-        folder: For those that fail.
-        begin: Called with every number before its stream is made.
+        folder: Folder for failures.
+        begin: Called with every number before its stream is generated.
     """
     tally = Tally()
     for number in range(first, first + count):
@@ -152,7 +152,7 @@ def judge_block(
 
 
 def append_block(path: Path, first: int, count: int, tally: Tally) -> None:
-    """Keep what came of a block."""
+    """Append the results of a block."""
     kept = {
         "first": first,
         "count": count,
@@ -170,7 +170,7 @@ def append_block(path: Path, first: int, count: int, tally: Tally) -> None:
 
 
 def read_blocks(path: Path) -> dict[tuple[int, int], Tally]:
-    """Return the blocks that were kept, by first number and count; a line cut short is none."""
+    """Return the saved blocks by first number and count; incomplete lines are ignored."""
     blocks: dict[tuple[int, int], Tally] = {}
     lines = path.read_text("utf-8").split("\n") if path.exists() else []
     for line in lines[:-1]:

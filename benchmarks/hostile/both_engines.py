@@ -1,4 +1,4 @@
-"""The reference and the fast engine side by side: the same frames, and both reject or neither."""
+"""Decodes with both engines: they must give the same frames and reject the same streams."""
 
 import zlib
 from collections.abc import Iterator
@@ -13,15 +13,15 @@ _End = BitstreamError | LimitError | None
 
 
 def decode_by_both_engines(data: bytes) -> Iterator[str]:
-    """Decode a stream with the reference engine, and with the fast one.
+    """Decode a stream with the reference engine and with the fast engine.
 
     Yields:
         A digest of every frame.
 
     Raises:
-        VerificationError: They differ in a frame, or in how the stream ends.
-        BitstreamError: What is wrong with the stream.
-        LimitError: It asks for more than this decoder gives.
+        VerificationError: The engines differ in a frame or in how the stream ends.
+        BitstreamError: The stream is malformed.
+        LimitError: The stream exceeds the limits of the decoder.
         EnvironmentVariableError: The fast engine is not installed.
     """
     (frames, end), (fast, other) = (_tell(data, engine) for engine in (REFERENCE, FAST))
@@ -34,12 +34,12 @@ def decode_by_both_engines(data: bytes) -> Iterator[str]:
 
 
 def _place(end: _End) -> int | str | None:
-    """Return where a stream was rejected: of two faults of a chunk either may be named."""
+    """Return where a stream was rejected; either of two faults in a chunk may be reported."""
     return end.offset if isinstance(end, BitstreamError) else type(end).__name__
 
 
 def _tell(data: bytes, engine: str) -> tuple[list[str], _End]:
-    """Return a digest of every frame, its floats included, and how the stream ends."""
+    """Return a digest of every frame, including its floats, and how the stream ends."""
     told = []
     with use_engine(engine), Player(data, threads=1) as player:
         try:

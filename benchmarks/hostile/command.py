@@ -1,4 +1,4 @@
-"""The command: which mutants are wanted, in how many processes, and what came of them."""
+"""The command line of benchmarks/hostile.py."""
 
 import argparse
 import json
@@ -9,7 +9,7 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
-# Before NumPy is loaded: threads that it would start count as memory here.
+# Set before NumPy is loaded, because the threads it would start count as memory here.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -21,12 +21,12 @@ from hostile.structured.maker import StructuredMaker
 _SEEDS = Path(__file__).parents[2] / "tests" / "hostile" / "seeds" / "streams"
 _WHAT = "Mutated streams, decoded: whatever the bytes, there come frames or a rejection, soon."
 _Block = tuple[int, int]
-_AT = "at_"  # files of processes, each with the number that it is at
+_AT = "at_"  # files of the processes with the number of their current mutant
 _series: list[Series] = []  # of this process
 
 
 def main() -> int:
-    """Judge as many mutants as asked for, and tell what came of them."""
+    """Judge the requested mutants and print the results."""
     arguments = _parse_arguments()
     if arguments.only is not None:
         return _judge_one(arguments)
@@ -68,7 +68,7 @@ def _parse_arguments() -> argparse.Namespace:
 
 
 def _list_blocks(streams: int) -> list[_Block]:
-    """Return first number and count of every block."""
+    """Return the first number and the count of every block."""
     return [(first, min(BLOCK, streams - first)) for first in range(0, streams, BLOCK)]
 
 
@@ -85,7 +85,7 @@ def _judge_blocks(blocks: list[_Block], folder: Path, arguments: argparse.Namesp
 
 
 def _wait(future: "Future[Tally]", failures: Path) -> Tally:
-    """Return what came of a block; end all if a process has died of a mutant."""
+    """Return the results of a block; stop everything if a mutant has killed a process."""
     try:
         return future.result()
     except BrokenProcessPool:
@@ -104,7 +104,7 @@ def _begin(arguments: argparse.Namespace) -> None:
 
 
 def _judge_block(block: _Block, failures: Path) -> Tally:
-    """Judge a block; a file says at which number, should the process die."""
+    """Judge a block; a file names the current mutant in case it kills the process."""
     place = failures / f"{_AT}{os.getpid()}"
     with place.open("wb", buffering=0) as file:
         tally = judge_block(

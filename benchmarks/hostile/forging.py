@@ -1,4 +1,4 @@
-"""State CRCs made good again, as a forger would: decoders then go beyond what a CRC shows."""
+"""Corrects state CRCs after mutations, to reach code that a CRC would otherwise protect."""
 
 import contextlib
 import zlib
@@ -12,16 +12,16 @@ from quarc_ref.format.constants import CHUNK_CRC_BYTES
 from quarc_ref.format.errors import BitstreamError, LimitError
 from quarc_ref.streams.chunk_reader import split_chunks
 
-_STATE_CRC_BYTES = 4  # the last of the payload of every frame
+_STATE_CRC_BYTES = 4  # at the end of the payload of every frame
 
 
 def forge_state_crcs(data: bytes) -> bytes:
-    """Return a stream in which each frame has the CRC of the state that it decodes to.
+    """Return a stream in which the CRC of each frame matches its decoded state.
 
-    Frames from the first fault of another kind on stay as they are.
+    Frames after the first fault of another kind are unchanged.
 
     Args:
-        data: A stream that may be anything.
+        data: A stream with arbitrary contents.
     """
     forged = bytearray(data)
     decoder = StreamDecoder(ReferenceEngine())
@@ -41,7 +41,7 @@ def forge_state_crcs(data: bytes) -> bytes:
 
 
 class _AnyCrc(int):
-    """Equal to every number."""
+    """Compares equal to every number."""
 
     __hash__ = int.__hash__
 

@@ -1,4 +1,4 @@
-"""What comes of a stream that may be anything: frames, a rejection, or an escape."""
+"""Decodes an arbitrary stream and classifies the result: frames, a rejection, or a failure."""
 
 import contextlib
 import io
@@ -34,13 +34,14 @@ _MIB = 1 << 20
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What came of a stream.
+    """Result of decoding a stream.
 
     Attributes:
-        outcome: `decoded`, `declined`, the reject id of a rejection, `hang`, or `escape`.
+        outcome: `decoded`, `declined`, the reject id of a rejection, `hang`, or `escape` (an
+            unexpected exception).
         seconds: Of the processor.
-        frames: How many came out.
-        detail: A traceback where it is a hang or an escape.
+        frames: Number of decoded frames.
+        detail: Traceback of a hang or an escape.
     """
 
     outcome: str
@@ -50,21 +51,21 @@ class Verdict:
 
     @property
     def is_failure(self) -> bool:
-        """Whether a decoder must not do so."""
+        """Whether the outcome is a fault of the decoder."""
         return self.outcome in ("hang", "escape")
 
 
 class _TooLongError(BaseException):
-    """The processor's time is over; not an Exception, so that nothing catches it."""
+    """The processor time is used up; not an Exception, so that no handler catches it."""
 
 
 def judge(way: str, data: bytes, *, forged: bool) -> Verdict:
-    """Decode a stream in one of the `WAYS`, and see what comes of it.
+    """Decode a stream in one of the `WAYS` and classify the result.
 
     Args:
         way: Which.
         data: The stream.
-        forged: Whether to make its state CRCs good before.
+        forged: Whether to correct its state CRCs first.
     """
     begun, count, detail = time.process_time(), 0, ""
     signal.setitimer(signal.ITIMER_PROF, SECONDS)
@@ -78,7 +79,7 @@ def judge(way: str, data: bytes, *, forged: bool) -> Verdict:
         outcome = "declined"
     except _TooLongError:
         outcome, detail = "hang", traceback.format_exc()
-    except Exception:  # an escape, whatever it is
+    except Exception:  # any other exception is an escape
         outcome, detail = "escape", traceback.format_exc()
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)
@@ -86,11 +87,11 @@ def judge(way: str, data: bytes, *, forged: bool) -> Verdict:
 
 
 def prepare(seeds: Iterable[bytes]) -> None:
-    """Let this process judge: limits are set, and warnings are errors.
+    """Prepare this process for judging: set limits and turn warnings into errors.
 
     Args:
-        seeds: Streams by which all code is loaded and compiled before, so that
-            neither its time nor its memory counts.
+        seeds: Streams that load and compile all code first, so that neither its time nor its memory
+            is counted.
     """
     for way in WAYS.values():
         for seed in seeds:
@@ -117,7 +118,7 @@ def _decode(data: bytes) -> Iterator[object]:
 
 
 def _decode_twice(data: bytes) -> Iterator[object]:
-    """Decode by both entropy decoders: where they differ, it is an escape."""
+    """Decode with both entropy decoders; a difference counts as an escape."""
     with decoding_with(CrossCheckingDecoder().open):
         yield from decode(data)
 

@@ -1,9 +1,8 @@
-"""Streams turned hostile: a valid stream and a number make a mutant, the same one every time.
+"""Mutates streams: a valid stream and a number determine a mutant.
 
-Half of the mutations damage bytes as they lie, which the CRCs should find. The
-other half is by someone who can write CRCs: chunks are taken apart, changed,
-and put together again with numbers, lengths and CRCs that hold, so that what
-is behind the container is reached.
+Half of the mutations damage bytes, which the CRCs should detect. The other half act like an
+attacker who can compute CRCs: they split the stream into chunks, change these, and assemble them
+with correct numbers, lengths and CRCs, to reach the code behind the container.
 """
 
 import random
@@ -18,7 +17,7 @@ from quarc_ref.streams.chunk_reader import split_chunks
 Chunks = list[tuple[bytes, bytes]]
 """Type and payload of each."""
 
-# Numbers at which fields and counts have their limits, or just miss them.
+# Numbers at or next to the limits of fields and counts.
 _EDGES = (
     *(
         0,
@@ -51,12 +50,12 @@ _MOST_BYTES = 1 << 16
 
 @dataclass(frozen=True, slots=True)
 class Mutant:
-    """A stream that may be anything.
+    """A stream with arbitrary contents.
 
     Attributes:
         data: Its bytes.
-        recipe: Names of the seed and of what was done to it.
-        forged: Whether its state CRCs are to be made good again, too: see `forging`.
+        recipe: Names of the seed and of the mutations.
+        forged: Whether to correct its state CRCs as well; see `forging`.
     """
 
     data: bytes
@@ -65,11 +64,11 @@ class Mutant:
 
 
 class Mutator:
-    """Makes mutants of seeds.
+    """Generates mutants of seeds.
 
     Args:
-        seeds: Valid streams by name. The shorter ones are taken more often.
-        series: Which series of mutants.
+        seeds: Valid streams by name. Shorter ones are chosen more often.
+        series: Series of mutants.
     """
 
     def __init__(self, seeds: dict[str, bytes], series: int) -> None:
@@ -102,7 +101,7 @@ def damage_bytes(rng: random.Random, data: bytes, other: bytes) -> tuple[bytes, 
     Args:
         rng: Draws them.
         data: What is mutated.
-        other: What parts are taken from.
+        other: Stream from which parts are taken.
     """
     done = []
     for _ in range(rng.choice((1, 1, 1, 2, 4))):
@@ -116,13 +115,13 @@ def take_apart(stream: bytes) -> Chunks:
     """Return the chunks of a stream.
 
     Raises:
-        BitstreamError: It cannot be taken apart.
+        BitstreamError: It cannot be split into chunks.
     """
     return [(chunk.kind, chunk.payload) for chunk in split_chunks(stream)]
 
 
 def put_together(chunks: Chunks) -> bytes:
-    """Return a stream of chunks, whatever these are, with numbers, lengths and CRCs that hold."""
+    """Return a stream of arbitrary chunks with correct numbers, lengths and CRCs."""
     pieces = [MAGIC]
     for number, (kind, payload) in enumerate(chunks):
         header = SYNC + kind + struct.pack("<II", number, len(payload))
@@ -176,7 +175,7 @@ def _swap_bytes(rng: random.Random, data: bytes, _other: bytes) -> bytes:
 
 
 def _in_payload(damage: Callable[[random.Random, bytes, bytes], bytes]) -> "Forgery":
-    """Return the forgery that damages one payload."""
+    """Return the mutation that damages one payload."""
 
     def forge(rng: random.Random, chunks: Chunks, other: Chunks) -> Chunks:
         if not chunks:
@@ -191,7 +190,7 @@ def _in_payload(damage: Callable[[random.Random, bytes, bytes], bytes]) -> "Forg
 
 
 def _change_words(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
-    """Change the words of a section, their number too, where a chunk has sections."""
+    """Change the words of a section, and their number, if the chunk has sections."""
     places = [place for place, (kind, _) in enumerate(chunks) if kind in _FIRST_SECTION]
     if not places:
         return chunks
@@ -219,7 +218,7 @@ def _draw_words(rng: random.Random, words: bytes) -> bytes:
 
 
 def _edit_count(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
-    """Write another number into a field that something is sized, numbered or counted by."""
+    """Write another number into a field that holds a size, number or count."""
     places = [place for place, (kind, _) in enumerate(chunks) if kind in _COUNTS]
     if not places:
         return chunks

@@ -1,4 +1,4 @@
-"""The ladder of fields: what `benchmarks/ladder.py` runs.
+"""The ladder of fields: the code of `benchmarks/ladder.py`.
 
 stream ──> start (decoded frame T) ──> fit a rung (fitting) ──> floats ──────────┐
                                                                  │               ├──> judge
@@ -6,5 +6,5 @@ stream ──> start (decoded frame T) ──> fit a rung (fitting) ──> floa
                                                    │
                                                    └──> bytes
 
-A rung is a JSON file (rows); the table is made of those that are there (tables).
+A rung is a JSON file (rows); the table contains the rungs that exist (tables).
 """

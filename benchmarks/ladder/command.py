@@ -1,4 +1,4 @@
-"""The command: what it starts from, which rungs are wanted, and the table of them."""
+"""The command line of benchmarks/ladder.py."""
 
 import argparse
 import hashlib
@@ -35,10 +35,10 @@ from studies import ProgressLines, note
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Start:
-    """What all rungs begin at.
+    """The common start of all rungs.
 
     Attributes:
-        capture: Opened as the stream needs it.
+        capture: The capture, opened at the stream's resolution.
         state: The decoded frame.
         ladder: Its rows.
     """
@@ -52,7 +52,7 @@ def main(words: Sequence[str] | None = None) -> int:
     """Run the command.
 
     Returns:
-        0; 2 if what is asked for cannot be, 130 after Ctrl-C.
+        0; 2 for impossible options, 130 after Ctrl-C.
     """
     arguments = _parse_arguments(words)
     tasks = list_tasks([RUNGS[name] for name in arguments.rungs], arguments.ahead,
@@ -72,7 +72,7 @@ def main(words: Sequence[str] | None = None) -> int:
 
 
 def _climb(start: Start, tasks: list[Task], config: EncoderConfig, folder: Path) -> str:
-    """Make the rows that are missing, and keep the table of all; return it."""
+    """Compute the missing rows, keep the table up to date, and return it."""
     context = open_studio(start.capture, "cpu", config.seed, NullProgress())
     start.ladder.climb(tasks, context)
     rows = [row for task in tasks if (row := start.ladder.recall(task)) is not None]
@@ -83,12 +83,12 @@ def _climb(start: Start, tasks: list[Task], config: EncoderConfig, folder: Path)
 
 
 def _open_start(arguments: argparse.Namespace, config: EncoderConfig) -> Start:
-    """Return what all rungs begin at; frames that no stream has are encoded.
+    """Return the common start of all rungs; missing frames are encoded.
 
     Raises:
         MismatchError: The stream cannot be measured on the capture, or lacks the frame.
         CaptureError: The capture cannot be read, or is too short.
-        QuarcError: The stream is malformed, or cannot be made.
+        QuarcError: The stream is malformed or cannot be encoded.
         OSError: A file cannot be read or written.
     """
     path = arguments.stream or _provide_stream(arguments, config)
@@ -110,7 +110,7 @@ def _open_start(arguments: argparse.Namespace, config: EncoderConfig) -> Start:
 
 
 def _provide_stream(arguments: argparse.Namespace, config: EncoderConfig) -> Path:
-    """Return a stream up to the frame that all begin at, encoded if it is not there yet."""
+    """Return a stream up to the start frame, encoded if it does not exist."""
     capture = open_capture(arguments.capture, CaptureOptions(held_out=tuple(arguments.held_out)))
     names = [capture.cameras[index].name for index in capture.held_out]
     settings = [[name, f"{value}"] for name, value in list_settings(config)]

@@ -1,9 +1,9 @@
-"""Who had better leave: chosen by what the pictures of a frame would gain.
+"""Selects Gaussians to delete, by the gain in the pictures of a frame.
 
-A picture is linear in the opacity of one Gaussian, the others as they are, so that the slope
-of the loss by it foretells what comes of its leaving. The slopes forget that Gaussians which
-lie upon each other cannot all leave, and that a loss bends: how many of the most promising
-leave is tried out.
+A picture is linear in the opacity of one Gaussian while the others are constant, so the slope of
+the loss predicts the effect of deleting it. This ignores that overlapping Gaussians cannot all be
+deleted and that the loss is not linear. The number of deleted Gaussians is therefore found by
+trials.
 """
 
 from dataclasses import replace
@@ -15,13 +15,13 @@ from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.losses import photometric_loss
 from quarc_ref.encoder.training.trainable import Attributes
 
-_FEWER = 4  # times, from a trial to the next
+_FEWER = 4  # factor from one trial to the next
 
 
 def choose_dying(
     context: TrainingContext, attributes: Attributes, frame: int, dssim: float
 ) -> Tensor:
-    """Return the mask `[N]` of those without which the training views lose least.
+    """Return the mask `[N]` of the Gaussians whose deletion reduces the loss most.
 
     Args:
         context: Views and renderer.
@@ -45,7 +45,7 @@ def choose_dying(
 
 
 def _foretell(context: TrainingContext, attributes: Attributes, frame: int, dssim: float) -> Tensor:
-    """Return `[N]` by how much the loss would fall if each left alone, by its slope."""
+    """Return `[N]` the decrease of the loss if each Gaussian alone is deleted, from the slope."""
     logits = attributes.opacities.detach().clone().requires_grad_()
     free = replace(attributes, opacities=logits)
     slopes = torch.zeros_like(attributes.opacities)
@@ -53,7 +53,7 @@ def _foretell(context: TrainingContext, attributes: Attributes, frame: int, dssi
         image = context.render(free.activated(), view).image
         loss = photometric_loss(image, context.truth(view, frame), dssim)
         slopes += torch.autograd.grad(loss, logits)[0]
-    return slopes * (1 + torch.exp(attributes.opacities))  # o dL/do, where d o = o (1 - o) d logit
+    return slopes * (1 + torch.exp(attributes.opacities))  # o dL/do, with d o = o (1 - o) d logit
 
 
 def _measure(context: TrainingContext, attributes: Attributes, frame: int, dssim: float) -> float:

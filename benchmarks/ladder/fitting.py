@@ -1,4 +1,4 @@
-"""A rung fitted: from standing still, in floats, at no price."""
+"""Fits a rung in floats without regularizers, starting from the static scene."""
 
 from dataclasses import dataclass, replace
 
@@ -26,17 +26,17 @@ Rates = list[float]  # in the order of `Attributes`
 
 _ORDER = ("translation", "rotation", "log-scales", "opacity", "SH DC", "SH rest")
 _TRANSLATION, _ROTATION, *_, _REST = range(len(_ORDER))
-_DIES_AT = 0.5  # of the iterations: the others have the rest to take its place
+_DIES_AT = 0.5  # of the iterations; the others have the rest to compensate for it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fitted:
-    """What a rung came to.
+    """Result of a rung.
 
     Attributes:
-        attributes: `K` rows, in floats.
-        alive: `[K]` which Gaussians of the start these are.
-        symbols: `[c, a]` of each level, where anchors moved; None where they stood still.
+        attributes: `K` rows in floats.
+        alive: `[K]` indices of these Gaussians at the start.
+        symbols: `[c, a]` for each level if anchors moved; None otherwise.
     """
 
     attributes: Attributes
@@ -50,8 +50,8 @@ def fit_rung(
     """Fit a rung to the pictures of a frame.
 
     Args:
-        context: Views, renderer and draws.
-        begun: After `begin_frame`; its scene has the ordinal of the frame to fit.
+        context: Views, renderer and random numbers.
+        begun: Frame start; its scene has the ordinal of the frame to fit.
         rung: What is free.
         iterations: How many.
         config: Rates and losses.
@@ -111,10 +111,10 @@ def _fit_single(
 
 
 def _choose_rates(rung: Rung, header: StreamHeader, config: EncoderConfig, extent: float) -> Rates:
-    """Return the rate of each attribute, 0 where nothing is free.
+    """Return the learning rate of each attribute, 0 if it is not free.
 
-    A Gaussian on its own moves and turns as fast as all its anchors together would move it;
-    all else changes as fast as in canonical training.
+    A free Gaussian moves and rotates as fast as all its anchors together would move it; all else
+    changes as fast as in canonical training.
     """
     rates = list(canonical_learning_rates(config.canonical, extent))
     if not rung.canonical_learning_rates:

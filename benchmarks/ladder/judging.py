@@ -1,4 +1,4 @@
-"""How near scenes are to a frame's pictures: all training views, and the held-out ones."""
+"""Measures scenes on a frame's pictures: all training views and the held-out cameras."""
 
 from collections.abc import Sequence
 
@@ -16,11 +16,11 @@ FIGURES = ("gain_psnr", "moving_gain_psnr", "static_gain_psnr", "psnr", "gain_ss
 
 
 class Judge:
-    """Measures scenes that are given in no order; every picture after a gain per color.
+    """Measures scenes in any order; every picture is corrected by a gain per color.
 
     Args:
-        capture: Whose pictures are the truth.
-        cameras: To draw with, in the order of the capture.
+        capture: Capture with the true pictures.
+        cameras: Cameras for rendering, in the order of the capture.
 
     Raises:
         CaptureError: A picture cannot be read.
@@ -36,7 +36,7 @@ class Judge:
         }
 
     def measure(self, splats: Splats, frame: int) -> dict[str, Measures]:
-        """Return the figures of a scene, means over the cameras of each group.
+        """Return the figures of a scene as means over the cameras of each group.
 
         Raises:
             CaptureError: A picture cannot be read.

@@ -1,4 +1,4 @@
-"""A fitted rung in the steps of the codes: what the decoder would make of it, and its bytes."""
+"""Rounds a fitted rung to the steps of the codes; gives its decoded form and its bytes."""
 
 from dataclasses import dataclass, replace
 
@@ -29,7 +29,7 @@ from quarc_ref.format.records import SH_REST, StreamHeader
 from quarc_ref.format.updates import CODES, ROTATION, UPDATE_FIELDS, Updates
 from quarc_ref.inspection.estimate import estimate_bits, estimate_updates
 
-Changes = dict[str, int]  # Gaussians of which a field changes, by its name
+Changes = dict[str, int]  # numbers of Gaussians of which a field changes, by its name
 
 _LEAST_W = 1e-6
 _REST_NAME = "SH rest"
@@ -37,16 +37,16 @@ _REST_NAME = "SH rest"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rounded:
-    """A rung in steps.
+    """A rounded rung.
 
     Attributes:
         splats: As decoded.
-        coded_bytes: Of anchors' symbols, or of updates without SH rest, as the format
-            codes them, contexts knowing nothing at first.
-        estimated_bytes: Zero-order estimate of the same updates; None of anchors.
-        rest_bytes: Zero-order estimate of SH rest, which no update has.
-        changed: How many Gaussians change, under `any`, and of which each field does;
-            `deaths`, how many leave.
+        coded_bytes: Bytes of the anchors' symbols, or of updates without SH rest, as coded by the
+            format with empty contexts.
+        estimated_bytes: Zero-order estimate of the same updates; None for anchors.
+        rest_bytes: Zero-order estimate of SH rest, which updates do not contain.
+        changed: Number of Gaussians that change: under `any`, and for each field; `deaths` is the
+            number of deleted ones.
     """
 
     splats: Splats
@@ -57,7 +57,7 @@ class Rounded:
 
 
 def allow_updates(state: State) -> State:
-    """Return a state as it is in a stream with updates; of one without, nobody has had any."""
+    """Return a state as in a stream with updates, with empty updates if it has none."""
     if state.scene.header.updates:
         return state
     header = replace(state.scene.header, updates=True)
@@ -66,15 +66,15 @@ def allow_updates(state: State) -> State:
 
 
 def round_rung(begun: State, fitted: Fitted) -> Rounded:
-    """Return what is left of a rung in steps.
+    """Round the result of a rung to steps.
 
     Args:
-        begun: That the rung was fitted from, of `allow_updates`.
+        begun: Frame start that the rung was fitted from, of `allow_updates`.
         fitted: The rung.
 
     Raises:
         StateError: A Gaussian is off the lattice.
-        EncodeError: A residual is beyond what the format carries.
+        EncodeError: A residual exceeds the range of the format.
     """
     if fitted.symbols is not None:
         return _round_motion(begun, fitted.symbols)
@@ -85,7 +85,7 @@ def round_rung(begun: State, fitted: Fitted) -> Rounded:
 
 
 def to_splats(attributes: Attributes) -> Splats:
-    """Return attributes in floats as evaluation draws them."""
+    """Convert attributes in floats to the splats that evaluation renders."""
     with torch.no_grad():
         unit = torch.nn.functional.normalize(attributes.rotations, dim=1)
         sh = torch.cat([attributes.sh_dc, attributes.sh_rest], dim=1)
@@ -120,7 +120,7 @@ def _round_updates(moved: State, fitted: Fitted) -> Rounded:
 
 
 def find_updates(moved: State, fitted: Fitted) -> tuple[Updates, Int64]:
-    """Return the nearest updates to a fitted rung, and what they lack: `[9, N]` of SH rest."""
+    """Return the updates nearest to a fitted rung, and the `[9, N]` of SH rest that they lack."""
     scene, alive = moved.scene, fitted.alive.cpu().numpy()
     start = from_splats(dequantize(scene), torch.device("cpu")).rows(fitted.alive.cpu())
     found = _find_residuals(start, fitted.attributes, scene.header)
@@ -139,7 +139,7 @@ def find_updates(moved: State, fitted: Fitted) -> tuple[Updates, Int64]:
 
 
 def _find_residuals(before: Attributes, after: Attributes, header: StreamHeader) -> Int64:
-    """Return `[13 + 9, K]` what leads from attributes to others, in steps: SH rest is last."""
+    """Return `[13 + 9, K]` differences of attributes in steps; SH rest is last."""
     turns = _find_turns(_to_floats(before.rotations), _to_floats(after.rotations))
     planes = [
         (_to_floats(after.means - before.means), translation_step(header)),
@@ -159,7 +159,7 @@ def _to_floats(tensor: Tensor) -> NDArray[np.float64]:
 
 
 def _find_turns(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return `[K, 3]` from the identity what turns rotations `[K, 4]` into others (SPEC 7.8)."""
+    """Return `[K, 3]` the updates that turn rotations `[K, 4]` into others (SPEC 7.8)."""
     first, last = (Rotation.from_quat(np.roll(each, -1, axis=1)) for each in (before, after))
     quaternions = (first.inv() * last).as_quat()
     w = quaternions[:, 3:]

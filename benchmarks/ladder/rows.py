@@ -1,4 +1,4 @@
-"""A row: one rung, fitted to one frame for so many iterations, measured and kept."""
+"""A row: one rung, fitted to one frame with a number of iterations, measured and kept."""
 
 import hashlib
 import json
@@ -28,8 +28,8 @@ class Task:
 
     Attributes:
         rung: What is free.
-        ahead: Frames from the decoded one to the one that is fitted.
-        iterations: How many; 0 for the rung on which nothing is free.
+        ahead: Number of frames from the decoded one to the fitted one.
+        iterations: Number of iterations; 0 for the rung on which nothing is free.
     """
 
     rung: Rung
@@ -38,14 +38,14 @@ class Task:
 
     @property
     def name(self) -> str:
-        """What tells it from the other tasks."""
+        """Name that distinguishes it from other tasks."""
         return f"ahead{self.ahead}.{self.rung.name}.{self.iterations}"
 
 
 def list_tasks(
     rungs: Sequence[Rung], ahead: Sequence[int], iterations: Sequence[int]
 ) -> list[Task]:
-    """Return all fits, the short ones first."""
+    """Return all fits, short ones first."""
     tasks = [
         Task(rung, far, 0 if rung.name == STILL else count)
         for count in sorted(iterations)
@@ -59,12 +59,12 @@ class Ladder:
     """The rows of a ladder.
 
     Args:
-        capture: Whose frames are fitted.
-        cameras: As the stream has them.
-        state: The decoded frame that all begin at.
-        origin: Tells the bytes that it was decoded from.
+        capture: Capture whose frames are fitted.
+        cameras: Cameras of the stream.
+        state: The decoded start frame.
+        origin: Identifies the stream that it was decoded from.
         config: Rates and losses.
-        folder: Where rows are kept.
+        folder: Folder of the rows.
     """
 
     def __init__(
@@ -82,16 +82,16 @@ class Ladder:
         self._origin = [capture.fingerprint, origin, state.scene.frame, settings]
 
     def recall(self, task: Task) -> Row | None:
-        """Return the row of a task that was kept; None if there is none, or one of others."""
+        """Return the kept row of a task; None if there is none, or one of other inputs."""
         return recall_row(self._path(task), self._key(task))
 
     def climb(self, tasks: Sequence[Task], context: TrainingContext) -> None:
-        """Make the rows that are missing.
+        """Compute the missing rows.
 
         Raises:
             CaptureError: A picture cannot be read.
             StateError: A Gaussian has left the lattice.
-            EncodeError: A residual is beyond what the format carries.
+            EncodeError: A residual exceeds the range of the format.
         """
         waiting = [task for task in tasks if self.recall(task) is None]
         note(f"{len(tasks) - len(waiting)} of {len(tasks)} rows are there already")
@@ -136,7 +136,7 @@ class Ladder:
         return self._folder / "rows" / f"{task.name}.json"
 
     def _key(self, task: Task) -> str:
-        """Return a digest of all that the row depends on but the code."""
+        """Return a digest of everything that the row depends on, except the code."""
         rung = task.rung
         rung_said = [sorted(rung.free), rung.canonical_learning_rates, rung.rest_factor]
         said = [*self._origin, rung_said, task.ahead, task.iterations]

@@ -1,4 +1,4 @@
-"""The rungs: what is free to change between two frames."""
+"""The rungs: which fields can change between two frames."""
 
 from dataclasses import dataclass
 
@@ -8,13 +8,13 @@ class Rung:
     """What is free.
 
     Attributes:
-        name: Tells it from all others, and names its files.
+        name: Unique name, also used for its files.
         title: For people.
-        free: `anchors`, or what of single Gaussians is free: names of `UPDATE_FIELDS`,
-            `deaths` and `SH rest`.
-        canonical_learning_rates: Whether Gaussians on their own also move and turn at the learning
-            rates of canonical training, and not at those of motion.
-        rest_factor: Of the learning rate of SH rest, which canonical training has at a
+        free: `anchors`, or the free fields of single Gaussians: names of `UPDATE_FIELDS`, `deaths`
+            and `SH rest`.
+        canonical_learning_rates: Whether free Gaussians also move and rotate at the learning rates
+            of canonical training instead of those of motion.
+        rest_factor: Factor on the learning rate of SH rest, which in canonical training is a
             twentieth of that of SH DC.
     """
 

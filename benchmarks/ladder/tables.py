@@ -22,7 +22,7 @@ _HEAD = (
 
 
 def format_rows(rows: Iterable[Row]) -> str:
-    """Return the table, a line to each row."""
+    """Return the table, with a line for each row."""
     return format_table(_HEAD, [_format_row(row) for row in rows])
 
 

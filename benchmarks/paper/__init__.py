@@ -1,4 +1,4 @@
-"""The paper's experiments on any capture: what `benchmarks/paper.py` runs.
+"""The paper's experiments on any capture: the code of `benchmarks/paper.py`.
 
 experiments ──> trials ──> rows, one JSON file to each (run_trial)
                               │

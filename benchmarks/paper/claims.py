@@ -1,4 +1,4 @@
-"""What the paper says of its ablations, compared with what was measured here."""
+"""Compares the paper's claims about its ablations with the measurements."""
 
 from collections.abc import Iterator, Mapping
 from statistics import fmean
@@ -18,7 +18,7 @@ Rows = Mapping[str, Row]
 
 
 def list_claims(experiments: Mapping[str, Mapping[str, Row]]) -> list[Claim]:
-    """Return the claims that the rows at hand can tell of, each once.
+    """Return the claims that can be judged from the rows, each once.
 
     Args:
         experiments: `{experiment: {label: row}}` in the experiments' order.

@@ -1,4 +1,4 @@
-"""The command: which trials are wanted, where they run, and what is written of them."""
+"""The command line of benchmarks/paper.py."""
 
 import argparse
 import json
@@ -30,10 +30,10 @@ class Study:
     Attributes:
         capture: Its name.
         fingerprint: Of its files.
-        preset: The full method's settings: their name, and what is changed of them.
+        preset: Settings of the full method: preset and changes.
         experiments: What is compared.
-        tasks: A task to each trial.
-        folder: Where everything is kept.
+        tasks: A task for each trial.
+        folder: Folder of all files.
     """
 
     capture: str
@@ -44,7 +44,7 @@ class Study:
     folder: Path
 
     def rows(self) -> dict[str, Row]:
-        """Return the rows that are done, by name, each with what its trial changes."""
+        """Return the completed rows by name, each with the changes of its trial."""
         base = self.tasks[0].trial.config
         done = {}
         for task in self.tasks:
@@ -54,7 +54,7 @@ class Study:
         return done
 
     def write(self) -> Path | None:
-        """Write the tables and plots so far; return the page, None before the first row."""
+        """Write the tables and plots so far; return the page, or None before the first row."""
         rows = self.rows()
         if not rows:
             return None
@@ -62,10 +62,10 @@ class Study:
 
 
 def run_study(study: Study, pool: WorkerPool) -> None:
-    """Run what is not done yet; tables and page are written anew now and then.
+    """Run the missing trials; tables and page are updated from time to time.
 
     Raises:
-        JobsError: Some trials failed; all others are done.
+        JobsError: Some trials failed; all others are complete.
     """
     done = study.rows()
     waiting = [task for task in study.tasks if task.trial.name not in done]
@@ -75,13 +75,12 @@ def run_study(study: Study, pool: WorkerPool) -> None:
 
 
 def plan_studies(arguments: argparse.Namespace) -> list[Study]:
-    """Return what is asked for, a study to each capture.
+    """Return a study for each requested capture.
 
-    Several captures have a folder each, named after the folder that the capture is in and
-    after the capture.
+    Each of several captures has a folder, named after the capture and its parent folder.
 
     Raises:
-        ValueError: As for `plan_study`, or two captures have the same names.
+        ValueError: As for `plan_study`, or two captures have the same name.
         CaptureError: A capture cannot be read.
     """
     captures = [path.resolve() for path in arguments.capture]
@@ -98,7 +97,7 @@ def plan_studies(arguments: argparse.Namespace) -> list[Study]:
 
 
 def write_scenes(studies: Sequence[Study], out: Path) -> str:
-    """Write the tables of several captures; return them as Markdown."""
+    """Write the tables of several captures and return them as Markdown."""
     scenes = {(study.folder.parent.name, study.folder.name): study.rows() for study in studies}
     experiments = studies[0].experiments
     text = format_scenes(experiments, scenes)
@@ -108,12 +107,12 @@ def write_scenes(studies: Sequence[Study], out: Path) -> str:
 
 
 def plan_study(arguments: argparse.Namespace, folder: Path, out: Path) -> Study:
-    """Return what is asked for of one capture.
+    """Return the study of one capture.
 
     Args:
-        arguments: Of the command line.
+        arguments: Parsed command line.
         folder: Of the capture.
-        out: Where everything is kept.
+        out: Folder of all files.
 
     Raises:
         ValueError: A preset, a setting, an experiment or a camera does not exist.
@@ -144,12 +143,12 @@ def main(words: Sequence[str] | None = None) -> int:
     """Run the command.
 
     Returns:
-        0; 2 if what is asked for cannot be, 3 if some trials failed.
+        0; 2 for impossible options, 3 if some trials failed.
     """
     arguments = _parse_arguments(words)
     try:
         if arguments.lpips:
-            Lpips(arguments.lpips)  # rejected now, not after the first hour
+            Lpips(arguments.lpips)  # reject a bad file now, not after the first hour
         studies = plan_studies(arguments)
         pool = WorkerPool(arguments.workers, arguments.threads, arguments.ray)
     except (ValueError, CaptureError, EncodeError) as error:
@@ -169,7 +168,7 @@ def main(words: Sequence[str] | None = None) -> int:
 
 
 def _show(studies: Sequence[Study], arguments: argparse.Namespace) -> None:
-    """Write what all captures have come to, and print it."""
+    """Write the results of all captures, and print them."""
     tables = write_scenes(studies, arguments.out) if len(studies) > 1 else ""
     if arguments.json:
         print(json.dumps([row for study in studies for row in study.rows().values()], indent=1))
@@ -184,7 +183,7 @@ def _show(studies: Sequence[Study], arguments: argparse.Namespace) -> None:
 
 
 def _settle_base(arguments: argparse.Namespace, capture: Capture) -> EncoderConfig:
-    """Return the full method's settings, with the steps that suit the capture in world units."""
+    """Return the settings of the full method, with steps adapted to the capture in world units."""
     config = choose_preset(arguments.preset)
     for setting in [*arguments.set, f"seed={arguments.seed}"]:
         name, _, value = setting.partition("=")

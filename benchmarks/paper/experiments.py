@@ -1,4 +1,4 @@
-"""The paper's experiments: which trials each compares, and along which axis."""
+"""The paper's experiments: the trials of each, and the axis along which they differ."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -10,7 +10,7 @@ from quarc_ref.format.constants import LATTICE_EXPONENT_LIMIT
 
 STEP_FACTORS = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 GRADIENT_FACTORS = (1, 2, 4, 8)
-_STEP_DOUBLINGS = 3  # of the lattice, so that the finest step is a whole number of its units
+_STEP_DOUBLINGS = 3  # of the lattice, for which the finest step is a whole number of units
 _LEVELS = (1, 2, 3)
 _GAUSSIANS_PER_ANCHOR = (2, 4, 16, 24)
 _RESAMPLE_INTERVALS = (1, 2, 4)
@@ -21,13 +21,13 @@ _FULL = "full"
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """One trial's place in an experiment.
+    """Place of a trial in an experiment.
 
     Attributes:
         label: What is changed.
-        x: Along the axis; None where there is none.
+        x: Position along the axis; None without an axis.
         trial: What is measured.
-        series: Points of one are joined along the axis.
+        series: Name of the curve to which the point belongs.
     """
 
     label: str
@@ -38,14 +38,14 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """Trials that are compared with each other.
+    """Trials to compare.
 
     Attributes:
         name: For `--only`.
         title: For people.
-        axis: Label of the axis; nothing where there is none.
+        axis: Label of the axis; empty without an axis.
         points: In order.
-        remark: What the reader should know.
+        remark: Remark for readers.
     """
 
     name: str
@@ -56,14 +56,14 @@ class Experiment:
 
 
 def list_experiments(base: EncoderConfig, only: Sequence[str] = ()) -> list[Experiment]:
-    """Return the experiments around settings.
+    """Return the experiments around given settings.
 
     Args:
-        base: The full method, its steps in world units.
-        only: Names of those wanted beside the full method; none for all.
+        base: Settings of the full method, with steps in world units.
+        only: Names of the requested experiments besides the full method; None for all.
 
     Raises:
-        ValueError: There is no such experiment.
+        ValueError: An experiment does not exist.
     """
     unknown = sorted(set(only) - set(EXPERIMENTS))
     if unknown:
@@ -118,7 +118,7 @@ def _make_gradient(base: EncoderConfig) -> Experiment:
 
 
 def _with_and_without_gate(base: EncoderConfig, factor: int) -> tuple[Point, Point]:
-    """Return the paper's births above so many times its least gradient, gated and not."""
+    """Return the paper's births with multiples of its least gradient, with and without the gate."""
     gradient = BirthSettings().grad_threshold * factor
     above, ending = (f", gradient x {factor}", f"-{factor}") if factor != 1 else ("", "")
     gated = replace(base, births=BirthSettings(grad_threshold=gradient))
@@ -171,7 +171,7 @@ def _every_frame(base: EncoderConfig) -> Trial:
 def _sweep(
     name: str, title: str, setting: str, values: Sequence[int], axis: str
 ) -> Callable[[EncoderConfig], Experiment]:
-    """Return what makes the experiment of one whole number of the stream's header."""
+    """Return a function that makes an experiment of one integer field of the header."""
 
     def make(base: EncoderConfig) -> Experiment:
         points = [
@@ -192,7 +192,7 @@ def _full(base: EncoderConfig) -> Trial:
 
 
 def _try(base: EncoderConfig, name: str, config: EncoderConfig, floats: Floats = "") -> Trial:
-    """Return a trial; the full method's, where nothing is changed."""
+    """Return a trial; that of the full method if nothing is changed."""
     if config == base and not floats:
         return _full(base)
     return Trial(name, name.replace("-", " "), config, floats)
@@ -203,9 +203,9 @@ def _change_stream(base: EncoderConfig, setting: str, value: int) -> EncoderConf
 
 
 def _change_step(base: EncoderConfig, factor: float) -> EncoderConfig:
-    """Return settings with a translation step so many times as wide, and rates as they were.
+    """Return settings with a multiple of the translation step, and unchanged learning rates.
 
-    The lattice gets finer, so that the step can be; no other step changes.
+    The lattice becomes finer to allow this; no other step changes.
     """
     if factor == 1:
         return base

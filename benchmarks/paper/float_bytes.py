@@ -1,4 +1,4 @@
-"""What a frame in floats would weigh: float32 as it is, and the paper's price of it."""
+"""The size of a frame in floats: raw float32, and the paper's estimate."""
 
 import numpy as np
 
@@ -15,10 +15,10 @@ _FLOATS_OF_PLACE = 7  # position and quaternion
 
 
 def summarize_floats(made: FloatFrame, trial: Trial) -> FrameSummary:
-    """Return what a frame of a trial in floats is made of.
+    """Return the parts of a frame of a trial in floats.
 
-    The paper's price of floats is that of any symbols: of each channel, the sum
-    of -log2 of every value's share. What is left in no steps is counted as it is.
+    The paper estimates floats like symbols: for each channel, the sum of -log2 of the share of each
+    value. Values without a quantization step are counted like that.
     """
     state = made.state
     scene, births = state.scene, state.births
@@ -29,7 +29,7 @@ def summarize_floats(made: FloatFrame, trial: Trial) -> FrameSummary:
     coded = {
         "canonical": each * scene.count if canonical else 0,
         "motion": _FLOAT_BYTES * scene.header.symbol_planes * anchors,
-        **dict.fromkeys(("snapshots", "updates"), 0),  # the paper has none
+        **dict.fromkeys(("snapshots", "updates"), 0),  # the paper does not have any
         "births": each * newborn,
     }
     price = {
@@ -45,7 +45,7 @@ def summarize_floats(made: FloatFrame, trial: Trial) -> FrameSummary:
 
 
 def estimate_floats(levels: tuple[np.ndarray, ...]) -> float:
-    """Return the paper's price of residuals `[c, a]` of each level that are in no steps, bytes."""
+    """Return the paper's estimate in bytes of unrounded residuals `[c, a]` of each level."""
     return estimate_bits(np.concatenate(levels, axis=1).astype(np.float32)) / 8
 
 

@@ -1,4 +1,4 @@
-"""The experiments on one page, which carries its pictures within itself."""
+"""Writes the experiments as one page with embedded pictures."""
 
 import html
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ class Section:
 
     Attributes:
         experiment: What is compared.
-        rows: Those at hand, in its order.
+        rows: Rows in the experiment's order.
         plots: PNG files by name.
     """
 
@@ -35,7 +35,7 @@ def compose_page(title: str, sections: Sequence[Section], claims: Sequence[Claim
 
     Args:
         title: Its heading.
-        sections: At least one of them with a row.
+        sections: Sections, at least one of them with a row.
         claims: Of the paper.
     """
     rows = list({row["name"]: row for section in sections for row in section.rows}.values())

@@ -1,4 +1,4 @@
-"""Quality on the held-out cameras, frame by frame, of scenes wherever they come from."""
+"""Measures the quality of scenes on the held-out cameras, frame by frame."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ from quarc_ref.evaluation.metrics import measure_psnr
 from quarc_ref.evaluation.views import View, measure_views
 from quarc_ref.format.cameras import Camera
 
-_MOVED = 16  # of 255: more than a codec's noise between two frames
+_MOVED = 16  # of 255: more than the noise of a video codec between two frames
 MOVING_VARIANT = (
     "psnr_moving: as psnr, over the pixels of which a channel differs by more than 16 of 255 "
     "from the frame before"
@@ -22,13 +22,13 @@ MOVING_VARIANT = (
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """A number to each frame, the mean over the held-out cameras.
+    """Numbers for each frame, as means over the held-out cameras.
 
     Attributes:
         psnr: dB.
         ssim: As `ssim_inria`.
-        psnr_moving: dB where the picture moved; None in frame 0, and where nothing did.
-        lpips: Where there are weights for it.
+        psnr_moving: dB in the moving region; None in frame 0 and if nothing moved.
+        lpips: LPIPS, if weights were given.
     """
 
     psnr: list[float] = field(default_factory=list)
@@ -46,9 +46,9 @@ def measure_quality(
     """Return the quality of frames.
 
     Args:
-        frames: Ordinal and scene of each.
-        cameras: To draw with, in the order of the capture.
-        capture: Whose held-out pictures are the truth.
+        frames: Ordinal and scene of each frame.
+        cameras: Cameras for rendering, in the order of the capture.
+        capture: Capture with the held-out pictures.
         lpips: None to leave it out.
     """
     quality = Quality()
@@ -63,7 +63,7 @@ def measure_quality(
 
 
 def fit_slope(psnr: Sequence[float]) -> float | None:
-    """Return the drift of a stream by least squares, dB per 100 frames; None below two frames."""
+    """Return the drift in dB per 100 frames, by least squares; None for a single frame."""
     if len(psnr) < 2:
         return None
     return 100 * float(np.polyfit(range(len(psnr)), psnr, 1)[0])
@@ -81,5 +81,5 @@ def _measure_moving(views: Sequence[View], frame: int, capture: Capture) -> floa
 
 
 def _find_moved(now: Image, before: Image) -> np.ndarray:
-    """Return `[H, W]` whether a pixel has moved."""
+    """Return `[H, W]` whether each pixel has moved."""
     return np.abs(now.astype(np.int16) - before).max(axis=2) > _MOVED

@@ -1,4 +1,4 @@
-"""What the rows at hand show: tables, plots, claims and the page, written into the folder."""
+"""Writes the results: tables, plots, claims and the page."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,20 +15,20 @@ from studies import Row
 
 Rows = Mapping[str, Row]
 
-_DOUBLED = ("step", "gradient")  # axes of which each value is twice the one before
+_DOUBLED = ("step", "gradient")  # axes with values that double from one to the next
 
 
 def write_results(
     experiments: Sequence[Experiment], rows: Rows, folder: Path, capture: str, preset: str
 ) -> Path:
-    """Write all that the rows show; return the path of the page.
+    """Write all results; return the path of the page.
 
     Args:
         experiments: What is compared.
-        rows: Those that are done, by the trial's name; at least one.
+        rows: Completed rows by the trial's name, at least one.
         folder: Where to.
         capture: Its name.
-        preset: The full method's settings, for people.
+        preset: Settings of the full method, as text.
     """
     title = f"{capture}: the paper's experiments, preset {preset}"
     sections = [_make_section(experiment, rows) for experiment in experiments]
@@ -67,7 +67,7 @@ def _make_section(experiment: Experiment, rows: Rows) -> Section:
 
 
 def _plot(experiment: Experiment, done: Sequence[tuple[Point, Row]]) -> bytes:
-    """Return what an experiment looks like: along its axis, or frame by frame if it has none."""
+    """Return the plot of an experiment: along its axis, or by frame if it has none."""
     if experiment.axis and len(done) > 1:
         panels = {
             "PSNR, held out (dB)": _join(done, lambda row: row["quality"]["psnr"]),
@@ -84,7 +84,7 @@ def _plot(experiment: Experiment, done: Sequence[tuple[Point, Row]]) -> bytes:
 
 
 def _join(done: Sequence[tuple[Point, Row]], tell) -> dict[str, Curve]:  # noqa: ANN001
-    """Return the curves along the axis, one to a series."""
+    """Return the curves along the axis, one for each series."""
     curves = {}
     for series in dict.fromkeys(point.series for point, _ in done):
         mine = [(point.x, tell(row)) for point, row in done if point.series == series]

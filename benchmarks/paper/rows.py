@@ -1,7 +1,6 @@
-"""A row of the tables: one trial encoded, decoded, measured, and kept as a file.
+"""A row of the tables: one trial, encoded, decoded, measured, and saved as a file.
 
-A row that is there is not made again, as long as it was made of the same
-capture with the same settings.
+A row is reused if it was made from the same capture with the same settings.
 """
 
 import hashlib
@@ -37,15 +36,15 @@ from studies import ProgressLines, Row, keep_row, recall_row, sum_seconds
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A trial on a capture, all that a process must know to make its row.
+    """A trial on a capture, with everything that a process needs for its row.
 
     Attributes:
         trial: What is tried.
         capture: Folder of the capture.
-        options: At what size it is opened, and what is held out.
-        frames: How many, from the first.
-        folder: Where rows and streams are kept.
-        lpips: File of the weights; None to leave LPIPS out.
+        options: Resolution and held-out cameras.
+        frames: Number of frames, from the first.
+        folder: Folder of rows and streams.
+        lpips: File of the weights; None to leave out LPIPS.
         device: Where training runs.
     """
 
@@ -59,16 +58,16 @@ class Task:
 
     @property
     def row_path(self) -> Path:
-        """Where the row is kept."""
+        """Path of the row."""
         return self.folder / "rows" / f"{self.trial.name}.json"
 
     @property
     def stream_path(self) -> Path:
-        """Where the stream is kept, if there is one."""
+        """Path of the stream, if there is one."""
         return self.folder / "streams" / f"{self.trial.name}.quarc"
 
     def canonical(self, fingerprint: str) -> CanonicalOnce:
-        """Return what trains frame 0."""
+        """Return the object that trains frame 0."""
         trial = self.trial
         rounds = trial.floats != "all"
         said = [fingerprint, asdict(self.options), trial.config.seed, self.device, rounds]
@@ -89,12 +88,12 @@ class Task:
         return hashlib.sha256(json.dumps(said).encode()).hexdigest()
 
     def recall(self, fingerprint: str) -> Row | None:
-        """Return the row that was kept; None if there is none, or one of something else."""
+        """Return the saved row; None if there is none, or one of other inputs."""
         return recall_row(self.row_path, self.key(fingerprint))
 
 
 def make_row(task: Task) -> None:
-    """Run a trial and keep its row."""
+    """Run a trial and save its row."""
     capture = open_capture(task.capture, task.options)
     if task.recall(capture.fingerprint) is not None:
         return
@@ -189,7 +188,7 @@ def _sum_quality(quality: Quality) -> Row:
 
 
 def _sum_bytes(frames: tuple[FrameSummary, ...], total: int) -> Row:
-    """Return bytes by kind: the canonical frame's as they are, all else per later frame."""
+    """Return bytes by kind: of the canonical frame, and per later frame."""
     moved = [frame for frame in frames if not frame.canonical]
     count = max(len(moved), 1)
     sums = {kind: sum(frame.coded_bytes[kind] for frame in frames) for kind in KINDS}

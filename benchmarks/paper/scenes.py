@@ -1,6 +1,6 @@
-"""Several captures side by side: the paper's tables, a line to each scene and one to their mean.
+"""The paper's tables for several captures: a line for each scene and one for their mean.
 
-Scenes are grouped by the folder that their captures are in, such as `N3DV` and `MeetRoom`.
+Scenes are grouped by the parent folders of their captures, such as `N3DV` and `MeetRoom`.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,10 +11,10 @@ from paper.experiments import Experiment
 from rate.tables import format_table, write_csv
 from studies import Row
 
-AMORTIZED_FRAMES = 300  # over which the paper spreads frame 0
+AMORTIZED_FRAMES = 300  # over which the paper amortizes frame 0
 _MEAN = "mean"
 
-# Heading, value, format: what the paper's tables of scenes have.
+# Heading, value, and format of each column of the paper's tables of scenes.
 _COLUMNS = (
     ("PSNR", lambda row: row["quality"]["psnr"], ".2f"),
     ("SSIM", lambda row: row["quality"]["ssim"], ".4f"),
@@ -27,15 +27,15 @@ _COLUMNS = (
 )
 
 Scene = tuple[str, str]  # group and name
-Scenes = Mapping[Scene, Mapping[str, Row]]  # the rows of each, by the trial's name
+Scenes = Mapping[Scene, Mapping[str, Row]]  # rows of each scene, by the trial's name
 
 
 def format_scenes(experiments: Sequence[Experiment], scenes: Scenes) -> str:
-    """Return the tables as Markdown: of the full method each scene, of all else the means.
+    """Return the tables as Markdown: each scene of the full method, and means of all other trials.
 
     Args:
         experiments: What is compared.
-        scenes: The rows that are done.
+        scenes: Completed rows.
     """
     parts = []
     for group in dict.fromkeys(group for group, _ in scenes):
@@ -50,7 +50,7 @@ def format_scenes(experiments: Sequence[Experiment], scenes: Scenes) -> str:
 
 
 def write_scenes_csv(experiments: Sequence[Experiment], scenes: Scenes) -> bytes:
-    """Return a line of numbers to every trial of every scene."""
+    """Return a line of numbers for every trial of every scene."""
     return write_csv(
         [
             {"group": group, "scene": name, "experiment": experiment.name, "label": point.label}
@@ -66,7 +66,7 @@ def write_scenes_csv(experiments: Sequence[Experiment], scenes: Scenes) -> bytes
 def _list_lines(
     experiment: Experiment, chosen: Mapping[str, Mapping[str, Row]]
 ) -> Iterator[list[str]]:
-    """Yield the lines of an experiment: each scene of a single trial, else the mean of each."""
+    """Yield the lines of an experiment: each scene of a single trial, otherwise the means."""
     for point in experiment.points:
         found = {name: rows[point.trial.name] for name, rows in chosen.items()
                  if point.trial.name in rows}  # fmt: skip
@@ -80,7 +80,7 @@ def _list_lines(
 
 
 def _format(rows: Any) -> list[str]:  # noqa: ANN401
-    """Return the means of rows as cells; empty where none has a number."""
+    """Return the means of rows as cells; empty if no row has a number."""
     cells = []
     for _, get, how in _COLUMNS:
         values = [value for row in rows if (value := get(row)) is not None]

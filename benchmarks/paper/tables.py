@@ -1,4 +1,4 @@
-"""Rows as tables: CSV for programs, HTML and Markdown for people."""
+"""Formats rows as tables: CSV, HTML and Markdown."""
 
 import csv
 import html
@@ -37,13 +37,13 @@ _OPTIONAL = ("LPIPS",)
 
 
 def format_cells(row: Row, columns: Sequence[Column]) -> list[str]:
-    """Return a row's cells as text; empty where there is no number."""
+    """Return the cells of a row as text; empty without a number."""
     values = [(get(row), how) for _, get, how in columns]
     return ["" if value is None else format(value, how) for value, how in values]
 
 
 def choose_columns(rows: Iterable[Row]) -> list[Column]:
-    """Return the columns of which any row has a number, all but the optional in any case."""
+    """Return the columns for which any row has a number, and all that are not optional."""
     listed = list(rows)
     return [
         column
@@ -53,7 +53,7 @@ def choose_columns(rows: Iterable[Row]) -> list[Column]:
 
 
 def write_csv(rows: Sequence[tuple[str, Row]]) -> bytes:
-    """Return a line of every number of each row, under `experiment` and the row's own names."""
+    """Return a line with every number of each row, under `experiment` and the row's own names."""
     lines = [{"experiment": experiment, **flatten(row)} for experiment, row in rows]
     names = list(dict.fromkeys(name for line in lines for name in line))
     text = io.StringIO()
@@ -64,7 +64,7 @@ def write_csv(rows: Sequence[tuple[str, Row]]) -> bytes:
 
 
 def flatten(row: Row) -> dict[str, Any]:
-    """Return the numbers of a row under plain names; of lists the mean, and nothing per frame."""
+    """Return the numbers of a row by name; of lists the mean, without values per frame."""
     flat = {name: row[name] for name in ("name", "title", "label", "floats", "rebinds", "frames")}
     for group in ("quality", "bytes", "seconds"):
         flat |= {f"{group}_{name}": value for name, value in row[group].items()}
@@ -78,7 +78,7 @@ def flatten(row: Row) -> dict[str, Any]:
 
 
 def format_html(rows: Sequence[Row]) -> str:
-    """Return a table, a line to each row."""
+    """Return a table with a line for each row."""
     columns = choose_columns(rows)
     head = "".join(f"<th>{html.escape(name)}</th>" for name in ("", *(c[0] for c in columns)))
     lines = []
@@ -89,7 +89,7 @@ def format_html(rows: Sequence[Row]) -> str:
 
 
 def format_stages(rows: Sequence[Row]) -> str:
-    """Return the table of the seconds of a frame by stage."""
+    """Return the table of seconds per frame by stage."""
     head = "".join(f"<th>{name}</th>" for name in ("", *_STAGES, "frame", "canonical, once"))
     lines = []
     for row in rows:
@@ -101,7 +101,7 @@ def format_stages(rows: Sequence[Row]) -> str:
 
 
 def format_markdown(rows: Sequence[Row]) -> str:
-    """Return the same table in Markdown."""
+    """Return the same table as Markdown."""
     columns = choose_columns(rows)
     lines = [["", *(column[0] for column in columns)], ["---"] * (len(columns) + 1)]
     lines += [[row["label"], *format_cells(row, columns)] for row in rows]

@@ -1,4 +1,4 @@
-"""What is tried: settings, and what of an encode is left in floats."""
+"""Trials: settings, and the parts of an encode that stay in floats."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -14,16 +14,15 @@ class Trial:
     """One encode of the capture.
 
     Attributes:
-        name: Tells it from all others, and names its files.
+        name: Unique name, also used for its files.
         title: For people.
         config: Its settings.
-        floats: What is never rounded: nothing, which gives a stream; `motion`,
-            motion and births; or `all`, the canonical frame too. Floats fit no
-            stream: such a trial is measured without one (`unquantized`).
-        rebinds: Whether every Gaussian is bound anew in every frame, to anchors
-            that stay where they were sampled, as the release of the paper has
-            it. The format keeps the binding between two samplings, so that
-            this is tried in floats alone.
+        floats: What is not rounded: nothing, for a normal stream; `motion`, for motion and births;
+            or `all`, including the canonical frame. A stream cannot contain floats: such a trial is
+            measured without one (`unquantized`).
+        rebinds: Whether every Gaussian is bound again in every frame to anchors that stay at their
+            sampled positions, as in the released code of the paper. The format keeps the binding
+            between two samplings, so this is possible only in floats.
     """
 
     name: str
@@ -33,6 +32,6 @@ class Trial:
     rebinds: bool = False
 
     def list_changes(self, base: EncoderConfig) -> dict[str, str]:
-        """Return the settings that are not those of another tree."""
+        """Return the settings that differ between two trees of settings."""
         ours, theirs = dict(list_settings(self.config)), dict(list_settings(base))
         return {name: f"{value}" for name, value in ours.items() if theirs[name] != value}

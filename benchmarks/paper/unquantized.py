@@ -1,9 +1,9 @@
-"""The encoder's loop in floats: what the method gives before anything is rounded.
+"""Runs the encoder's loop in floats: the result of the method before rounding.
 
-The schedule, the draws and the rules are those of `encoder.encode_stream`; what
-it commits through bytes stays as it was trained here. Scenes are held on a
-lattice so fine that it is as good as floats, since anchors are drawn by
-integers; residuals are applied as they are. No stream comes of it.
+Schedule, random numbers and rules are those of `encoder.encode_stream`, but frames continue from
+the trained values instead of the decoded ones. Anchors are sampled with integers, so scenes are
+kept on a lattice that is as fine as floats; residuals are applied without rounding. The result is
+not a stream.
 """
 
 import math
@@ -56,8 +56,8 @@ class FloatFrame:
     """A frame of a trial without quantization.
 
     Attributes:
-        state: After the frame; `motion` and `symbols` are in steps and not whole.
-        deaths: How many Gaussians left.
+        state: State after the frame; `motion` and `symbols` are in steps, not rounded.
+        deaths: Number of deleted Gaussians.
     """
 
     state: State
@@ -74,11 +74,11 @@ def encode_unquantized(
     """Yield the frames of a trial whose `floats` are not rounded.
 
     Args:
-        capture: Its held-out cameras are not looked at.
-        trial: Settings, and what stays in floats.
+        capture: Capture; its held-out cameras are not used.
+        trial: Settings, and the parts that stay in floats.
         frames: How many.
         context: Of `open_studio`.
-        train: How the canonical frame is trained.
+        train: Function that trains the canonical frame.
     """
     config = adapt_steps_to_capture(trial.config, capture)
     state = _make_canonical(context, capture, trial, train)
@@ -112,11 +112,11 @@ def encode_unquantized(
 
 
 def refine_header(header: StreamHeader, reach: float) -> StreamHeader:
-    """Return a header with the same residuals' steps, and all others so fine as not to matter.
+    """Return a header with the same steps of residuals, and all other steps negligibly fine.
 
     Args:
-        header: Of the stream that is not written.
-        reach: Largest coordinate, world units; the lattice reaches twice as far.
+        header: Header of a stream with the trial's settings.
+        reach: Largest coordinate in world units; the lattice extends twice as far.
     """
     room = math.log2(POSITION_LIMIT / (2 * reach)) - header.lattice_exponent
     doublings = max(0, min(_LATTICE_DOUBLINGS, math.floor(room)))
@@ -134,11 +134,11 @@ def refine_header(header: StreamHeader, reach: float) -> StreamHeader:
 
 
 def move_freely(begun: State, residuals: torch.Tensor) -> State:
-    """Return the state moved by residuals that are not rounded (SPEC 7.5, Eq. 2).
+    """Return the state moved by unrounded residuals (SPEC 7.5, Eq. 2).
 
     Args:
         begun: After `begin_frame`.
-        residuals: `[A, c]` in steps, levels one after the other.
+        residuals: `[A, c]` in steps, one level after another.
     """
     scene, anchors = begun.scene, begun.known_anchors
     borders = np.cumsum([level.owners.size for level in anchors.levels])[:-1]
@@ -158,7 +158,7 @@ def move_freely(begun: State, residuals: torch.Tensor) -> State:
 
 
 def _turn(begun: State, residuals: NDArray[np.float64]) -> NDArray[np.int32]:
-    """Return `[4, N]` the rotations turned by residuals `[3 or 4, N]` from the identity."""
+    """Return `[4, N]` the rotations multiplied by residuals `[3 or 4, N]` added to the identity."""
     splats = from_splats(dequantize(begun.scene), torch.device("cpu"))
     still = torch.zeros_like(splats.means)
     turned = deform(splats, still, torch.from_numpy(residuals.T), begun.scene.header)
@@ -168,7 +168,7 @@ def _turn(begun: State, residuals: NDArray[np.float64]) -> NDArray[np.int32]:
 
 
 def _rebind(begun: State) -> State:
-    """Return the state with every Gaussian bound anew, as the release of the paper does it."""
+    """Return the state with every Gaussian bound again, as in the released code of the paper."""
     anchors, positions = begun.known_anchors, begun.scene.positions.T
     binding = [cKDTree(level.positions.T).query(positions)[1] for level in anchors.levels]
     return replace(begun, anchors=Anchors(anchors.levels, np.stack(binding)))
@@ -177,11 +177,11 @@ def _rebind(begun: State) -> State:
 def open_studio(
     capture: Capture, device_name: str, seed: int, progress: Progress
 ) -> TrainingContext:
-    """Return the training views of a capture and the means to draw them.
+    """Return the training context of a capture.
 
     Args:
-        capture: Its held-out cameras are not reachable from there.
-        device_name: As `choose_device` takes it.
+        capture: Capture; its held-out cameras are not reachable from the context.
+        device_name: Device, as for `choose_device`.
         seed: Of every draw.
         progress: Called after every step.
     """

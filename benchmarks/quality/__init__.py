@@ -1,4 +1,4 @@
-"""The protocol of picture quality: what `benchmarks/quality.py` runs.
+"""The protocol of picture quality: the code of `benchmarks/quality.py`.
 
 subjects ──> tasks ──> rows, one JSON file to each (make_row)
                           │

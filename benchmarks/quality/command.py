@@ -1,4 +1,4 @@
-"""The command: which encodes are wanted, where they run, and what is written of them."""
+"""The command line of benchmarks/quality.py."""
 
 import argparse
 from collections.abc import Sequence
@@ -25,10 +25,10 @@ class Study:
     """All encodes of a run.
 
     Attributes:
-        settings: Preset and changes, for people.
-        tasks: In the order of captures, held-out sets and seeds.
-        fingerprints: Of the captures, by name.
-        folder: Where everything is kept.
+        settings: Preset and changes, as text.
+        tasks: Tasks in the order of captures, held-out sets and seeds.
+        fingerprints: Fingerprints of the captures, by name.
+        folder: Folder of all files.
     """
 
     settings: str
@@ -37,22 +37,22 @@ class Study:
     folder: Path
 
     def run(self, pool: WorkerPool) -> None:
-        """Run what is not done yet.
+        """Run the missing tasks.
 
         Raises:
-            JobsError: Some encodes failed; all others are done.
+            JobsError: Some encodes failed; all others are complete.
         """
         waiting = [task for task in self.tasks if self._recall(task) is None]
         note(f"{len(self.tasks) - len(waiting)} of {len(self.tasks)} rows are there already")
         run_waiting(make_row, [Job(task.name, task) for task in waiting], pool, self.write)
 
     def groups(self) -> list[Group]:
-        """Return the rows that are done, by capture and held-out set."""
+        """Return the completed rows by capture and held-out set."""
         rows = (self._recall(task) for task in self.tasks)
         return group_rows(row for row in rows if row is not None)
 
     def write(self) -> None:
-        """Write tables and plot of the rows that are done."""
+        """Write tables and plot of the completed rows."""
         groups = self.groups()
         if groups:
             write_results(groups, self.settings, self.folder)
@@ -62,10 +62,10 @@ class Study:
 
 
 def plan_study(arguments: argparse.Namespace) -> Study:
-    """Return what is asked for; traced captures that are missing are traced.
+    """Return the requested study; missing traced captures are traced.
 
     Raises:
-        ValueError: A variant, a preset or a setting does not exist, or nothing is asked for.
+        ValueError: A variant, a preset or a setting does not exist, or nothing is requested.
         CaptureError: A capture cannot be read.
     """
     config = _settle_config(arguments)
@@ -82,7 +82,7 @@ def main(words: Sequence[str] | None = None) -> int:
     """Run the command.
 
     Returns:
-        0; 2 if what is asked for cannot be, 3 if some encodes failed, 130 after Ctrl-C.
+        0; 2 for impossible options, 3 if some encodes failed, 130 after Ctrl-C.
     """
     arguments = _parse_arguments(words)
     try:
@@ -90,7 +90,7 @@ def main(words: Sequence[str] | None = None) -> int:
             print(compare_studies(arguments.out, arguments.against))
             return 0
         if arguments.lpips:
-            Lpips(arguments.lpips)  # rejected now, not after the first hour
+            Lpips(arguments.lpips)  # reject a bad file now, not after the first hour
         pool = WorkerPool(arguments.workers, arguments.threads, arguments.ray)
         study = plan_study(arguments)
     except (ValueError, CaptureError) as error:
@@ -119,7 +119,7 @@ def _list_subjects(arguments: argparse.Namespace) -> list[Subject]:
         first = open_capture(arguments.still).cameras[0].name
         subjects.append(Subject("still", arguments.still.resolve(), ((first,),)))
     for name in arguments.variants:
-        parse_traced(name)  # rejected before any is traced
+        parse_traced(name)  # reject before any capture is traced
     traced = (arguments.captures or arguments.out / "captures").resolve()
     subjects += [provide_traced(name, traced) for name in arguments.variants]
     if not subjects:
@@ -131,7 +131,7 @@ def _list_subjects(arguments: argparse.Namespace) -> list[Subject]:
 def _list_tasks(
     arguments: argparse.Namespace, subject: Subject, capture: Capture, config: EncoderConfig
 ) -> list[Task]:
-    """Return the tasks of a capture; one that is shorter than asked for is encoded whole."""
+    """Return the tasks of a capture; a capture with fewer frames is encoded completely."""
     return [
         Task(
             subject.name,

@@ -1,4 +1,4 @@
-"""Two finished studies beside each other: differences of means, with their standard errors."""
+"""Compares two finished studies: differences of means with their standard errors."""
 
 import json
 from collections.abc import Mapping
@@ -11,15 +11,15 @@ from quality.spreads import Difference, Spread, average_differences, subtract
 from rate.tables import format_table
 from studies import note
 
-Groups = Mapping[str, Mapping[str, Any]]  # of a study, by capture and held-out set
+Groups = Mapping[str, Mapping[str, Any]]  # groups of a study by capture and held-out set
 
 
 class ComparisonError(ValueError):
-    """Two studies that cannot be compared."""
+    """Two studies cannot be compared."""
 
 
 def compare_studies(ours: Path, theirs: Path) -> str:
-    """Return the table of what one study is above another.
+    """Return the table of the differences between two studies.
 
     Args:
         ours: Folder of a study.

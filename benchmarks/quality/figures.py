@@ -1,4 +1,4 @@
-"""The figures of a stream: size by kind, and quality on held-out and on training cameras."""
+"""Measures a stream: size by kind, and quality on held-out and training cameras."""
 
 from collections.abc import Callable, Sequence
 from statistics import fmean
@@ -16,7 +16,7 @@ from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.inspection.stream_summary import StreamSummary
 from quarc_ref.streams import decode
 
-Figures = dict[str, float | None]  # by name; None where there is nothing to measure
+Figures = dict[str, float | None]  # by name; None if there is nothing to measure
 
 _SIDE_CHUNKS = {kind.decode() for kind in (container.HEAD, container.CAME, container.META)}
 _CANONICAL = container.CANO.decode()
@@ -25,18 +25,17 @@ _CANONICAL = container.CANO.decode()
 def measure_stream(
     data: bytes, capture: Capture, lpips: Lpips | None
 ) -> tuple[Figures, dict[str, list[Measures]]]:
-    """Return the figures of a stream, and those of every frame.
+    """Return the figures of a stream and of each of its frames.
 
     Args:
         data: The stream.
-        capture: That it was made from.
-        lpips: None to leave LPIPS out.
+        capture: Capture that it was made from.
+        lpips: The metric; None to leave out LPIPS.
 
     Returns:
-        Figures of the whole stream, those of the cameras after `held_out_` and
-        `training_`; means over the cameras frame by frame, under `held_out` and
-        `training`. Held-out cameras are corrected by an affine color transform
-        (`cc`), training cameras by gains (`gain`).
+        Figures of the whole stream, with the prefixes `held_out_` and `training_` for those of
+        cameras; means over the cameras by frame, under `held_out` and `training`. Held-out cameras
+        are corrected by an affine color transform (`cc`), training cameras by gains (`gain`).
     """
     summary = inspect_stream(data)
     held_out = CameraGroup(capture, summary.cameras, capture.held_out)
@@ -65,8 +64,8 @@ def measure_size(summary: StreamSummary) -> Figures:
         summary: Of the stream.
 
     Returns:
-        Chunks of canonical frames are counted whole; of the other frames the coded
-        planes, and their framing as `bytes_other`, with index and end.
+        Chunks of canonical frames are counted completely. For other frames, the coded planes are
+        counted by kind; their framing is counted as `bytes_other`, with index and end.
     """
     coded = summary.coded_bytes()
     side = sum(chunk.byte_count for chunk in summary.chunks if chunk.kind in _SIDE_CHUNKS)

@@ -1,4 +1,4 @@
-"""Rows by capture and held-out set, and what is shown of them."""
+"""Groups rows by capture and held-out set."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from quality.spreads import Spread, summarize_figures
 from studies import Row
 
-# Heading, name of the figure, format.
+# Heading, name of the figure, and format.
 COLUMNS = (
     ("PSNR", "held_out_psnr", ".2f"),
     ("cc", "held_out_cc_psnr", ".2f"),
@@ -36,7 +36,7 @@ COLUMN_NAMES = tuple(name for _, name, _ in COLUMNS)
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """The rows of a capture with one set of cameras held out, which differ in the seed alone.
+    """The rows of a capture with one held-out set, which differ only in the seed.
 
     Attributes:
         capture: Name of the capture.
@@ -50,7 +50,7 @@ class Group:
 
     @property
     def label(self) -> str:
-        """For tables and plots."""
+        """Name for tables and plots."""
         return f"{self.capture}/{self.held_out_set}"
 
     def spreads(self) -> dict[str, Spread]:
@@ -58,7 +58,7 @@ class Group:
         return summarize_figures(row["figures"] for row in self.rows)
 
     def frame_spreads(self) -> list[dict[str, Spread]]:
-        """Return the spread of every figure of cameras, frame by frame."""
+        """Return the spread of every figure of cameras, by frame."""
         return [
             summarize_figures(
                 {
@@ -72,7 +72,7 @@ class Group:
         ]
 
     def as_json(self) -> dict[str, object]:
-        """Return the group as JSON has it."""
+        """Return the group as JSON."""
         return {
             "capture": self.capture,
             "held_out_set": self.held_out_set,
@@ -84,7 +84,7 @@ class Group:
 
 
 def group_rows(rows: Iterable[Row]) -> list[Group]:
-    """Return rows by capture and held-out set, in the order in which they come."""
+    """Return rows by capture and held-out set, in order of appearance."""
     grouped: dict[tuple[str, int], list[Row]] = {}
     for row in rows:
         grouped.setdefault((row["capture"], row["held_out_set"]), []).append(row)

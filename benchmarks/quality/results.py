@@ -1,4 +1,4 @@
-"""What a study shows: a table in Markdown and CSV, all figures as JSON, and one plot."""
+"""Writes the results of a study: Markdown, CSV, JSON and a plot."""
 
 import json
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ def write_results(groups: Sequence[Group], settings: str, folder: Path) -> None:
 
     Args:
         groups: At least one.
-        settings: Preset and changes, for people.
+        settings: Preset and changes, as text.
         folder: Where to.
     """
     whole = {
@@ -52,7 +52,7 @@ def write_results(groups: Sequence[Group], settings: str, folder: Path) -> None:
 
 
 def format_groups(groups: Sequence[Group]) -> str:
-    """Return the table: mean over seeds and deviation, a line to each capture and held-out set."""
+    """Return the table of means and deviations, with a line for each capture and held-out set."""
     listed = [(group, group.spreads()) for group in groups]
     columns = [column for column in COLUMNS if any(column[1] in spreads for _, spreads in listed)]
     head = ["capture/held-out set", "seeds", *(heading for heading, *_ in columns)]
@@ -113,7 +113,7 @@ def _parts(spread: Spread | None) -> dict[str, float | None]:
 
 
 def _plot(groups: Sequence[Group]) -> bytes:
-    """Return a dot to each seed and a bar to each mean, of every capture and held-out set."""
+    """Plot a dot for each seed and a bar for each mean, for every capture and held-out set."""
     panels = {}
     for heading, name in _PANELS.items():
         values = {

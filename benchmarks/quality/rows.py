@@ -1,4 +1,4 @@
-"""A row: one capture encoded with one seed, decoded from the file, measured, and kept."""
+"""A row: one capture encoded with one seed, decoded from the file, measured and saved."""
 
 import hashlib
 import io
@@ -20,17 +20,17 @@ from studies import ProgressLines, Row, keep_row, recall_row, sum_seconds
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One encode, all that a process must know to make its row.
+    """One encode, with everything that a process needs for its row.
 
     Attributes:
         capture: Name of the capture.
         held_out_set: Ordinal of the set of held-out cameras.
         source: Folder of the capture.
-        options: At what size it is opened, and what is held out.
-        config: Settings of the encoder, the seed among them.
-        frames: How many, from the first.
-        folder: Where rows and streams are kept.
-        lpips: File of the weights; None to leave LPIPS out.
+        options: Resolution and held-out cameras.
+        config: Settings of the encoder, including the seed.
+        frames: Number of frames, from the first.
+        folder: Folder of rows and streams.
+        lpips: File of the weights; None to leave out LPIPS.
         device: Where training runs.
     """
 
@@ -46,21 +46,21 @@ class Task:
 
     @property
     def name(self) -> str:
-        """What tells it from the other tasks of the study."""
+        """Name that distinguishes it from other tasks of the study."""
         return f"{self.capture}.set{self.held_out_set}.seed{self.config.seed}"
 
     @property
     def row_path(self) -> Path:
-        """Where the row is kept."""
+        """Path of the row."""
         return self.folder / "rows" / f"{self.name}.json"
 
     @property
     def stream_path(self) -> Path:
-        """Where the stream is kept."""
+        """Path of the stream."""
         return self.folder / "streams" / f"{self.name}.quarc"
 
     def recall(self, fingerprint: str) -> Row | None:
-        """Return the row that was kept; None if there is none, or one of something else."""
+        """Return the saved row; None if there is none, or one of other inputs."""
         return recall_row(self.row_path, self._key(fingerprint))
 
     def keep(self, fingerprint: str, row: Row) -> None:
@@ -68,7 +68,7 @@ class Task:
         keep_row(self.row_path, self._key(fingerprint), row)
 
     def _key(self, fingerprint: str) -> str:
-        """Return a digest of all that the row depends on but the code."""
+        """Return a digest of everything that the row depends on, except the code."""
         said = {
             "capture": fingerprint,
             "size": asdict(self.options),
@@ -81,7 +81,7 @@ class Task:
 
 
 def make_row(task: Task) -> None:
-    """Encode, decode from the file, measure, and keep the row, unless it is there."""
+    """Encode, decode from the file, measure, and save the row, unless it exists."""
     capture = open_capture(task.source, task.options)
     if task.recall(capture.fingerprint) is not None:
         return

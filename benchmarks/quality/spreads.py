@@ -1,4 +1,4 @@
-"""Means over seeds, how far the seeds scatter, and what two means differ by."""
+"""Statistics over seeds: means, deviations, and differences of means."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -14,8 +14,8 @@ class Spread:
 
     Attributes:
         mean: Over the seeds.
-        deviation: Standard deviation of a seed, by n - 1; None of a single one.
-        count: How many seeds there are.
+        deviation: Standard deviation over seeds, by n - 1; None for a single seed.
+        count: Number of seeds.
     """
 
     mean: float
@@ -24,21 +24,21 @@ class Spread:
 
     @property
     def variance_of_mean(self) -> float | None:
-        """Square of the standard error of the mean; None of a single seed."""
+        """Square of the standard error of the mean; None for a single seed."""
         return None if self.deviation is None else self.deviation**2 / self.count
 
     def as_json(self) -> dict[str, float | None]:
-        """Return it by name."""
+        """Return the spread by name."""
         return asdict(self)
 
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """What a mean is above another.
+    """Difference of two means.
 
     Attributes:
-        amount: The first less the second.
-        error: Its standard error; None where a single seed does not tell.
+        amount: The first minus the second.
+        error: Its standard error; None if a mean is of a single seed.
     """
 
     amount: float
@@ -49,13 +49,13 @@ def summarize(values: Sequence[float]) -> Spread:
     """Return mean and deviation of a figure.
 
     Args:
-        values: One to a seed, at least one.
+        values: One value for each seed, at least one.
     """
     return Spread(fmean(values), stdev(values) if len(values) > 1 else None, len(values))
 
 
 def summarize_figures(rows: Iterable[Figures]) -> dict[str, Spread]:
-    """Return the spread of every figure that any of the rows has, over those that have it."""
+    """Return the spread of every figure, over the rows that have it."""
     found: dict[str, list[float]] = {}
     for row in rows:
         for name, value in row.items():
@@ -65,16 +65,16 @@ def summarize_figures(rows: Iterable[Figures]) -> dict[str, Spread]:
 
 
 def subtract(ours: Spread, theirs: Spread) -> Difference:
-    """Return by how much the mean of one study is above that of another, seeds taken as drawn."""
+    """Return the difference between the means of two studies, with seeds as random samples."""
     return Difference(
         ours.mean - theirs.mean, _join_errors([ours.variance_of_mean, theirs.variance_of_mean])
     )
 
 
 def average_differences(differences: Sequence[Difference]) -> Difference:
-    """Return the mean of differences on several captures and held-out sets.
+    """Return the mean of differences over several captures and held-out sets.
 
-    Its error is that of the seeds alone: it tells nothing of other captures.
+    Its error describes only the variation between seeds, not between captures.
 
     Args:
         differences: At least one.
@@ -87,6 +87,6 @@ def average_differences(differences: Sequence[Difference]) -> Difference:
 
 
 def _join_errors(variances: Sequence[float | None]) -> float | None:
-    """Return the standard error of a sum; None where the error of a part is not known."""
+    """Return the standard error of a sum; None if an error is unknown."""
     known = [variance for variance in variances if variance is not None]
     return math.sqrt(sum(known)) if len(known) == len(variances) else None

@@ -1,4 +1,4 @@
-"""What is encoded: captures on disk and traced ones, and which of their cameras are held out."""
+"""The captures to encode, on disk or traced, and their held-out cameras."""
 
 import re
 from collections.abc import Sequence
@@ -10,9 +10,9 @@ from quarc_ref.synth.variants import VARIANTS
 from studies import note
 
 TRACED = (*VARIANTS, "playroom-4", "playroom-8", "playroom-30", "playroom-640x480")
-_FILM_FRAMES = 40  # also where frame 0 alone is encoded: they tell what moves
+_FILM_FRAMES = 40  # even if only frame 0 is encoded: they show what moves
 _HELD_OUT_SETS = 4
-_LEAST_CAMERAS = 4  # three to hold out and one to train with
+_LEAST_CAMERAS = 4  # three held-out cameras and one for training
 _TRACED_NAME = re.compile(
     rf"(?P<variant>{'|'.join(VARIANTS)})(-(?P<cameras>\d+))?(-(?P<width>\d+)x(?P<height>\d+))?"
 )
@@ -25,9 +25,9 @@ class Subject:
     """A capture of the study.
 
     Attributes:
-        name: Tells it from the others.
+        name: Unique name of the subject.
         folder: Where it is.
-        held_out_sets: Names of the cameras that are held out together, a tuple to each set.
+        held_out_sets: Names of the cameras of each held-out set.
     """
 
     name: str
@@ -36,13 +36,13 @@ class Subject:
 
 
 def rotate_held_out(cameras: Sequence[str]) -> tuple[HeldOut, ...]:
-    """Return four sets of three cameras that are a third of the rig apart.
+    """Return four sets of three cameras each, a third of the rig apart.
 
     Args:
         cameras: Their names.
 
     Raises:
-        ValueError: There are too few cameras to train with.
+        ValueError: There are too few cameras left for training.
     """
     names, count = sorted(cameras), len(cameras)
     if count < _LEAST_CAMERAS:
@@ -60,11 +60,11 @@ def parse_traced(name: str) -> SynthOptions:
     """Return the options of a traced capture.
 
     Args:
-        name: `VARIANT`, `VARIANT-CAMERAS` or `VARIANT-WIDTHxHEIGHT`, or both after each
-            other; the held-out camera is counted as well.
+        name: `VARIANT`, `VARIANT-CAMERAS`, `VARIANT-WIDTHxHEIGHT`, or both suffixes; the number of
+            cameras includes the held-out one.
 
     Raises:
-        ValueError: There is no such variant, or it cannot be traced so.
+        ValueError: The variant does not exist, or cannot be traced like this.
     """
     match = _TRACED_NAME.fullmatch(name)
     if match is None:
@@ -80,14 +80,14 @@ def parse_traced(name: str) -> SynthOptions:
 
 
 def provide_traced(name: str, folder: Path) -> Subject:
-    """Return a traced capture, traced into a folder unless it is there.
+    """Return a traced capture; trace it into a folder if it does not exist.
 
     Args:
         name: As for `parse_traced`.
-        folder: Of all traced captures.
+        folder: Folder of all traced captures.
 
     Raises:
-        ValueError: There is no such variant, or it cannot be traced so.
+        ValueError: The variant does not exist, or cannot be traced like this.
     """
     options, target = parse_traced(name), folder / name
     if not target.is_dir():

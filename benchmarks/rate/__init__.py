@@ -1,4 +1,4 @@
-"""Bytes and quality beside others: what `benchmarks/rate.py` runs.
+"""Rate and quality compared with other formats: the code of `benchmarks/rate.py`.
 
 jobs ──> streams, one file to each (measure)
             │

@@ -1,4 +1,4 @@
-"""What is claimed of the rates: each as a number, the bound asked for, and whether it holds."""
+"""Claims about rates: each has a number, a limit, and whether it holds."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,13 +10,13 @@ AMORTIZED_FRAMES = 300
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """A number and its bound.
+    """A number and its limit.
 
     Attributes:
-        name: What the number is.
-        value: None where it could not be measured.
-        bound: What is asked for.
-        is_ceiling: Whether the number may not be above the bound, or not below it.
+        name: Description of the number.
+        value: None if it could not be measured.
+        bound: The limit.
+        is_ceiling: Whether the limit is a maximum; otherwise it is a minimum.
     """
 
     name: str
@@ -26,13 +26,13 @@ class Claim:
 
     @property
     def holds(self) -> bool | None:
-        """Whether the number keeps to the bound; None where there is no number."""
+        """Whether the number is within the limit; None without a number."""
         if self.value is None:
             return None
         return self.value <= self.bound if self.is_ceiling else self.value >= self.bound
 
     def as_json(self) -> dict[str, object]:
-        """Return the claim as `--json` prints it."""
+        """Return the claim as printed by `--json`."""
         asked = "at most" if self.is_ceiling else "at least"
         return {
             "claim": self.name,
@@ -46,20 +46,20 @@ def amortize(canonical: float, moved: Sequence[float]) -> float:
     """Return bytes per frame of a stream whose first frame serves `AMORTIZED_FRAMES`.
 
     Args:
-        canonical: Bytes of that frame, and of all that is there once.
-        moved: Bytes of every later frame; their mean stands for all.
+        canonical: Bytes of that frame, and of everything that occurs once.
+        moved: Bytes of every later frame, represented by their mean.
     """
     return canonical / AMORTIZED_FRAMES + mean(moved)
 
 
 def amortize_file(summary: StreamSummary) -> float:
-    """Return the real bytes per frame, framing, headers and index included."""
+    """Return the real bytes per frame, including framing, headers and index."""
     moved = [frame.chunk_bytes for frame in list_moved(summary)]
     return amortize(summary.total_bytes - sum(moved), moved)
 
 
 def amortize_estimate(summary: StreamSummary) -> float:
-    """Return bytes per frame as the paper prices a stream: zero-order, nothing else."""
+    """Return bytes per frame by the paper's estimate: zero-order, without overhead."""
     moved = [
         frame.estimate_bytes["motion"] + frame.estimate_bytes["births"]
         for frame in list_moved(summary)
@@ -68,7 +68,7 @@ def amortize_estimate(summary: StreamSummary) -> float:
 
 
 def claim_motion(summary: StreamSummary) -> list[Claim]:
-    """Return what is claimed of motion and births beside the estimate of the same symbols."""
+    """Return the claims that compare motion and births with the estimate of the same symbols."""
     moved = list_moved(summary)
     worst = max(map(_motion_ratio, moved), key=lambda ratio: ratio or 0.0, default=None)
     coded, newborn = summary.coded_bytes(), sum(frame.births for frame in moved)
@@ -83,14 +83,14 @@ def claim_motion(summary: StreamSummary) -> list[Claim]:
 def claim_canonical(
     mine: int, my_psnr: float, name: str, theirs: tuple[float, float] | None, bound: float
 ) -> list[Claim]:
-    """Return what is claimed of frame 0 beside another format's file of it.
+    """Return the claims that compare frame 0 with its file in another format.
 
     Args:
         mine: Bytes of the canonical frame.
-        my_psnr: Of frame 0, dB.
-        name: Of the other format.
-        theirs: Bytes and PSNR of its file; None where it is not at hand.
-        bound: On the ratio of bytes.
+        my_psnr: PSNR of frame 0 in dB.
+        name: Name of the other format.
+        theirs: Bytes and PSNR of its file; None if unavailable.
+        bound: Limit of the ratio of bytes.
     """
     ratio, gain = (mine / theirs[0], my_psnr - theirs[1]) if theirs else (None, None)
     return [
@@ -102,7 +102,7 @@ def claim_canonical(
 def claim_against_paper(
     summary: StreamSummary, psnr: Sequence[float], paper: StreamSummary, paper_psnr: Sequence[float]
 ) -> list[Claim]:
-    """Return what is claimed beside the stream of the preset `paper`, priced as the paper does."""
+    """Return the claims that compare the stream with the estimate of the preset `paper`."""
     motion = mean([frame.coded_bytes["motion"] for frame in list_moved(summary)])
     paper_motion = mean([frame.estimate_bytes["motion"] for frame in list_moved(paper)])
     whole = divide(amortize_file(summary), amortize_estimate(paper))
@@ -114,11 +114,11 @@ def claim_against_paper(
 
 
 def claim_fourdgs(summary: StreamSummary, first: float | None, total: float | None) -> list[Claim]:
-    """Return what is claimed beside the decoded frames in a `4dgs` file.
+    """Return the claims that compare the stream with the decoded frames in a `4dgs` file.
 
     Args:
         summary: Of the stream.
-        first: Bytes of its first frame there; None where the package is not at hand.
+        first: Bytes of its first frame; None if the package is not installed.
         total: Bytes of all.
     """
     whole, amortized, moved = None, None, len(list_moved(summary))
@@ -138,15 +138,15 @@ def list_moved(summary: StreamSummary) -> list[FrameSummary]:
 
 
 def mean(numbers: Sequence[float]) -> float:
-    """Return the mean; 0 of nothing."""
+    """Return the mean; 0 of an empty list."""
     return sum(numbers) / len(numbers) if numbers else 0.0
 
 
 def divide(part: float, whole: float) -> float | None:
-    """Return a ratio; None where there is nothing to divide by."""
+    """Return a ratio; None if the divisor is 0."""
     return part / whole if whole else None
 
 
 def _motion_ratio(frame: FrameSummary) -> float | None:
-    """Return a frame's real motion over its estimate; None of a frame in which all stands still."""
+    """Return the ratio of a frame's motion to its estimate; None if nothing moves."""
     return divide(frame.coded_bytes["motion"], frame.estimate_bytes["motion"])

@@ -1,4 +1,4 @@
-"""The command: which streams are wanted, what they are compared with, what is written of them."""
+"""The command line of benchmarks/rate.py."""
 
 import argparse
 import json
@@ -32,7 +32,7 @@ _STILL_BOUNDS = {"spz": 0.8, "sog": 1.0}
 
 
 def compare(job: Job, folder: Path, results: Results, *, with_paper: bool) -> None:
-    """Take in the rows and the claims of a capture."""
+    """Add the rows and the claims of a capture."""
     mine = measure(job, folder)
     own = list_own_rows(mine)
     still = {ending: make_still_row(mine, ending, folder) for ending in STILL_FORMATS}
@@ -50,7 +50,7 @@ def compare(job: Job, folder: Path, results: Results, *, with_paper: bool) -> No
 
 
 def main() -> None:
-    """Make the tables of all captures named."""
+    """Make the tables of all captures given on the command line."""
     arguments = _parse_arguments()
     folder: Path = arguments.streams
     folder.mkdir(parents=True, exist_ok=True)

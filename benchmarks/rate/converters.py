@@ -1,7 +1,7 @@
-"""The canonical scene in other programs' formats: SPZ and SOG, by way of PLY and back.
+"""Converts the canonical scene to other formats, SPZ and SOG, through PLY and back.
 
-PlayCanvas's splat-transform, a program of npm, does the conversions; what it
-gives back is drawn by the renderer that draws the stream's own frames.
+PlayCanvas's splat-transform, a program from npm, does the conversions; its output is rendered like
+the stream's own frames.
 """
 
 import os
@@ -20,17 +20,17 @@ _SPZ_MAGIC = b"NGSP"
 
 
 class NotAtHandError(Exception):
-    """A program that others wrote is not here, or did not do its work."""
+    """An external program is not installed, or fails."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Converted:
-    """A scene after a way through another format.
+    """A scene after conversion to another format and back.
 
     Attributes:
-        byte_count: The file of that format.
-        label: The format, and its version where the bytes tell it.
-        splats: What is read from the file.
+        byte_count: Size of the file in that format.
+        label: Name of the format, with its version if the file states it.
+        splats: Contents of the file.
     """
 
     byte_count: int
@@ -44,10 +44,10 @@ def convert_scene(splats: Splats, ending: str, folder: Path) -> Converted:
     Args:
         splats: The scene.
         ending: `spz` or `sog`.
-        folder: Where programs and files are kept.
+        folder: Folder of programs and files.
 
     Raises:
-        NotAtHandError: The program is not here and cannot be installed, or fails.
+        NotAtHandError: The program cannot be installed, or fails.
     """
     program = install(folder / "node")
     with TemporaryDirectory(dir=folder) as beside:
@@ -63,10 +63,10 @@ def convert_scene(splats: Splats, ending: str, folder: Path) -> Converted:
 
 
 def install(folder: Path) -> Path:
-    """Return the program, put into a folder by npm if it is not there.
+    """Return the program; install it into a folder with npm if it is missing.
 
     Raises:
-        NotAtHandError: There is no Node or npm, or npm fails.
+        NotAtHandError: Node or npm is missing, or npm fails.
     """
     program = folder / "node_modules" / ".bin" / "splat-transform"
     if program.exists():
@@ -81,13 +81,13 @@ def install(folder: Path) -> Path:
 
 
 def tell_version(folder: Path) -> str | None:
-    """Return what the program says of its version; None where it is not installed."""
+    """Return the version that the program prints; None if it is not installed."""
     program = folder / "node" / "node_modules" / ".bin" / "splat-transform"
     return _run([program, "--version"]).strip() if program.exists() else None
 
 
 def name_spz(data: bytes) -> str:
-    """Return `SPZ v` and the version that a file's own bytes tell."""
+    """Return `SPZ v` and the version stated in a file."""
     if data[:4] == _SPZ_MAGIC:
         return f"SPZ v{int.from_bytes(data[4:8], 'little')}"
     return "SPZ, gzipped, v3 or older"

@@ -1,4 +1,4 @@
-"""The upper hull of rate and quality: what no mixture of other settings betters."""
+"""The upper convex hull of rate and quality."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,9 +10,9 @@ class Point:
     """Settings measured.
 
     Attributes:
-        label: What is changed of the default; empty for the default itself.
-        kilobytes: Per frame, the canonical frame spread over 300.
-        psnr: Held out, mean of the frames, dB.
+        label: Changes from the default; empty for the default itself.
+        kilobytes: KB per frame, with the canonical frame amortized over 300.
+        psnr: PSNR of held-out cameras in dB, mean of the frames.
     """
 
     label: str
@@ -21,7 +21,7 @@ class Point:
 
 
 def upper_hull(points: Sequence[Point]) -> list[Point]:
-    """Return the points on the upper convex hull, from the least rate to the best quality."""
+    """Return the points on the upper convex hull, from the lowest rate to the best quality."""
     hull: list[Point] = []
     for point in sorted(points, key=lambda each: (each.kilobytes, -each.psnr)):
         if hull and point.psnr <= hull[-1].psnr:
@@ -33,14 +33,14 @@ def upper_hull(points: Sequence[Point]) -> list[Point]:
 
 
 def gap_below(point: Point, hull: Sequence[Point]) -> float:
-    """Return by how many dB a point is below a hull at its own rate; 0 on the hull.
+    """Return how many dB a point is below a hull at its own rate; 0 on the hull.
 
     Args:
-        point: One of those that the hull is of.
-        hull: As `upper_hull` gives it.
+        point: One of the points of the hull.
+        hull: Result of `upper_hull`.
     """
     if point in hull:
-        return 0.0  # and not what rounding makes of it
+        return 0.0  # not a rounding error
     for left, right in pairwise(hull):
         if left.kilobytes <= point.kilobytes <= right.kilobytes:
             reached = left.psnr + _gain(left, right) * (point.kilobytes - left.kilobytes)
@@ -50,5 +50,5 @@ def gap_below(point: Point, hull: Sequence[Point]) -> float:
 
 
 def _gain(left: Point, right: Point) -> float:
-    """Return dB per KB from a point to one of a greater rate."""
+    """Return dB per KB from a point to one of a higher rate."""
     return (right.psnr - left.psnr) / (right.kilobytes - left.kilobytes)

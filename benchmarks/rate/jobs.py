@@ -1,4 +1,4 @@
-"""Which streams the rate tables need, and the folder that keeps them: a run resumes from there."""
+"""The streams for the rate tables, and their folder, from which a run resumes."""
 
 import hashlib
 import os
@@ -24,15 +24,15 @@ _SETTING = re.compile(r"(\S+?)=(.*?)(?= \S+=|$)")
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """A stream to make or to load.
+    """A stream to encode or load.
 
     Attributes:
         capture: Folder of the capture.
         preset: Name of the settings.
         changes: Settings that differ from the preset: path and value.
-        frames: How many, from the first; None for all.
-        downscale: Times that pictures are made smaller.
-        held_out: Names of the cameras to keep for measuring; none for the first.
+        frames: Number of frames from the first; None for all.
+        downscale: Factor by which pictures are downscaled.
+        held_out: Names of held-out cameras; empty for the first.
     """
 
     capture: Path
@@ -43,9 +43,9 @@ class Job:
     held_out: tuple[str, ...] = ()
 
     def file_name(self) -> str:
-        """Return a name that tells this stream from all others of the folder.
+        """Return a unique name for this stream in the folder.
 
-        A long one ends in a digest: file systems take no more than 255 bytes.
+        A long one ends in a digest, because file systems allow at most 255 bytes.
         """
         parts = [self.capture.resolve().name, self.preset]
         parts += [f"{name}={value}" for name, value in self.changes]
@@ -65,7 +65,7 @@ class Job:
         """Return the settings of the encode.
 
         Raises:
-            SettingError: No such preset, setting or value.
+            SettingError: A preset or setting does not exist, or a value is invalid.
         """
         config = choose_preset(self.preset)
         for name, value in self.changes:
@@ -87,10 +87,10 @@ def provide_capture(name: str, folder: Path) -> Path:
 
 
 def provide_stream(job: Job, folder: Path) -> bytes:
-    """Return a stream; one that is not in `folder` is encoded into it first.
+    """Return a stream, encoded into `folder` if it does not exist.
 
     Raises:
-        ResumeError: What an earlier run left of it was begun otherwise.
+        ResumeError: A partial stream of an earlier run has other inputs.
     """
     path = folder / job.file_name()
     if not path.is_file():
@@ -109,11 +109,11 @@ def provide_stream(job: Job, folder: Path) -> bytes:
 
 
 def list_differences(job: Job, metadata: dict[str, str]) -> list[str]:
-    """Return the settings in which a stream of the folder is not what is asked for now.
+    """Return the settings in which an existing stream differs from those requested.
 
     Args:
-        job: What is asked for.
-        metadata: Of the stream, which says how it was made, where that is not the default.
+        job: Requested stream.
+        metadata: Metadata of the stream, which lists the settings that are not the default.
     """
     if "settings" not in metadata:
         return []

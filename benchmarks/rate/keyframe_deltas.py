@@ -1,10 +1,9 @@
-"""The decoded frames of a stream in the `4dgs` container, by the package `fourdgs`.
+"""Writes the decoded frames of a stream to the `4dgs` container with the package `fourdgs`.
 
-Its temporal model `keyframe-delta` states one frame outright and every later
-one by what has changed of each Gaussian since the frame before: the nearest
-that there is to this format without anchors. In this model it has no SH beyond
-the base color: the rest is left out, in its favor. Error bounds are those of
-its profile `default`.
+Its temporal model `keyframe-delta` codes the first frame completely, and every later one by the
+changes of each Gaussian: the model most similar to this format without anchors. It has no SH beyond
+the base color in this model, which reduces its size. Error bounds are those of its profile
+`default`.
 """
 
 from collections.abc import Iterable, Iterator
@@ -26,9 +25,9 @@ class Sizes:
     """Bytes of a `4dgs` file.
 
     Attributes:
-        settings: That it is written with.
-        first: Of a file of the first frame alone.
-        total: Of the file of all frames.
+        settings: Settings that it is written with.
+        first: Bytes of a file of only the first frame.
+        total: Bytes of the file of all frames.
     """
 
     settings: str
@@ -37,7 +36,7 @@ class Sizes:
 
 
 def count_bytes(scenes: Iterable[Scene]) -> list[Sizes]:
-    """Return the sizes of the frames in `4dgs` files, that of fewest bytes first.
+    """Return the sizes of the frames in `4dgs` files, the smallest first.
 
     Args:
         scenes: All frames of a stream, in order.

@@ -1,4 +1,4 @@
-"""A stream measured: what it is made of, and its quality on the held-out cameras."""
+"""Measures a stream: its size by kind, and its quality on the held-out cameras."""
 
 import hashlib
 import json
@@ -23,15 +23,14 @@ from studies import note
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measured:
-    """A stream and what was measured of it.
+    """A stream and its measurements.
 
     Attributes:
-        job: What was asked for.
+        job: Requested stream.
         data: The stream.
-        summary: What it is made of.
-        psnr: Held out, a number to each frame, dB.
-        differences: Settings in which it is not what the job asks for now: it
-            was in the folder before they were changed.
+        summary: Its frames and sizes.
+        psnr: PSNR of held-out cameras for each frame, dB.
+        differences: Settings in which it differs from the job: it existed before they were changed.
     """
 
     job: Job
@@ -42,10 +41,10 @@ class Measured:
 
 
 def measure(job: Job, folder: Path) -> Measured:
-    """Return a stream measured; what the folder has already is not made again.
+    """Return a measured stream; existing files are reused.
 
     Raises:
-        MismatchError: The stream of that name in the folder is of another capture.
+        MismatchError: The existing stream of that name is of another capture.
     """
     data = provide_stream(job, folder)
     summary = inspect_stream(data)
@@ -69,7 +68,7 @@ def measure_first_frame(splats: Splats, measured: Measured) -> float:
 
 
 def _recall_psnr(job: Job, data: bytes, path: Path) -> tuple[float, ...]:
-    """Return the quality of these very bytes, measured unless a file tells it."""
+    """Return the quality of the given bytes, from a file if it was measured before."""
     digest = hashlib.sha256(data).hexdigest()
     if path.is_file() and (known := json.loads(path.read_text()))["sha256"] == digest:
         return tuple(known["psnr"])

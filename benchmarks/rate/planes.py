@@ -1,8 +1,8 @@
-"""The symbols of a stream as general-purpose compressors would get them, and their sizes.
+"""The symbols of a stream as input of general-purpose compressors, and the resulting sizes.
 
-Every frame is compressed on its own, as the stream codes it: motion as one
-block, the newborn as another, a canonical frame as one. A block is planes, a
-row of numbers each, in the narrowest signed integers that hold the row.
+Every frame is compressed separately, as in the stream: motion as one block, births as another, and
+a canonical frame as one. A block consists of planes, each a row of numbers in the narrowest signed
+integer type that can hold it.
 """
 
 import lzma
@@ -30,12 +30,12 @@ _FLOATS_OF_PLACE = 7  # position and quaternion of a Gaussian
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameSymbols:
-    """What a frame codes, as integers.
+    """The integers that a frame codes.
 
     Attributes:
         canonical: The Gaussians of a canonical frame.
-        motion: `[c, a]` of each level's anchors, level 1 first; none in a canonical frame.
-        births: The newborn; None, or none of them, where there are none.
+        motion: `[c, a]` of each level's anchors, level 1 first; empty in a canonical frame.
+        births: The births; None in a canonical frame.
     """
 
     canonical: Gaussians | None
@@ -47,7 +47,7 @@ def read_symbols(data: bytes) -> Iterator[FrameSymbols]:
     """Yield the symbols of every frame of a stream.
 
     Raises:
-        BitstreamError: What is wrong with the bytes.
+        BitstreamError: The stream is malformed.
     """
     reader, decoder = ChunkReader(as_source(data)), StreamDecoder()
     while (chunk := reader.read_chunk()) is not None:
@@ -62,12 +62,12 @@ def read_symbols(data: bytes) -> Iterator[FrameSymbols]:
 
 
 def pack_planes(rows: Iterable[Int64]) -> bytes:
-    """Return rows one after another, each in the narrowest signed integers that hold it."""
+    """Return rows one after another, each in the narrowest signed integer type that can hold it."""
     return b"".join(_narrow(row).tobytes() for row in rows)
 
 
 def pack_frame(frame: FrameSymbols) -> dict[Kind, bytes]:
-    """Return the blocks of a frame by kind, without those of which it has nothing."""
+    """Return the non-empty blocks of a frame by kind."""
     blocks = {}
     if frame.canonical is not None:
         blocks["canonical"] = pack_planes(_list_rows(frame.canonical))
@@ -80,7 +80,7 @@ def pack_frame(frame: FrameSymbols) -> dict[Kind, bytes]:
 
 
 def sum_compressed(frames: Iterable[FrameSymbols], compress: Compressor) -> dict[Kind, int]:
-    """Return the bytes of all blocks, compressed one by one, by kind."""
+    """Return the bytes of all separately compressed blocks, by kind."""
     sizes: Counter[Kind] = Counter()
     for frame in frames:
         sizes.update({kind: len(compress(block)) for kind, block in pack_frame(frame).items()})
@@ -90,8 +90,8 @@ def sum_compressed(frames: Iterable[FrameSymbols], compress: Compressor) -> dict
 def sum_floats(frames: Iterable[FrameSymbols]) -> dict[Kind, int]:
     """Return the bytes of the same numbers as raw float32, by kind.
 
-    23 numbers to a Gaussian with SH of degree 1, and 7 to an anchor, whether
-    or not the stream codes a w.
+    A Gaussian with SH of degree 1 has 23 numbers and an anchor 7, even if the stream does not code
+    w.
     """
     sizes: Counter[Kind] = Counter()
     for frame in frames:
@@ -105,12 +105,12 @@ def sum_floats(frames: Iterable[FrameSymbols]) -> dict[Kind, int]:
 
 
 def compress_lzma(block: bytes) -> bytes:
-    """Compress as `xz -9e` does, in the container of fewest bytes."""
+    """Compress like `xz -9e`, in the smallest container."""
     return lzma.compress(block, format=lzma.FORMAT_ALONE, preset=9 | lzma.PRESET_EXTREME)
 
 
 def compress_zstd(block: bytes) -> bytes:
-    """Compress as `zstd -19` does, without checksum and content size.
+    """Compress like `zstd -19`, without checksum and content size.
 
     Raises:
         ImportError: The package `zstandard` is not installed.

@@ -1,4 +1,4 @@
-"""What a run of the rate tables has found: shown, and written into its folder."""
+"""Results of the rate tables, which are printed and written into the folder."""
 
 import os
 import platform
@@ -29,7 +29,7 @@ _PACKAGES = ("numpy", "constriction", "torch", "numba", "zstandard", "fourdgs")
 
 @dataclass(frozen=True, slots=True)
 class Results:
-    """All that is shown, by name of the capture."""
+    """All results, by name of the capture."""
 
     rows: list[Row] = field(default_factory=list)
     moved: dict[tuple[str, str], int] = field(default_factory=dict)
@@ -37,7 +37,7 @@ class Results:
     points: dict[str, list[Point]] = field(default_factory=dict)
 
     def add(self, measured: Measured, rows: list[Row]) -> None:
-        """Take in the rows of a stream."""
+        """Add the rows of a stream."""
         self.rows.extend(rows)
         self.moved[rows[0].capture, rows[0].preset] = len(list_moved(measured.summary))
 
@@ -47,7 +47,7 @@ class Results:
         return "\n".join([*tables, *([format_points(self.points)] if self.points else [])])
 
     def as_json(self, folder: Path) -> dict[str, object]:
-        """Return what `--json` prints."""
+        """Return the output of `--json`."""
         return {
             "machine": describe_machine(folder),
             "rows": list_row_records(self.rows),
@@ -74,7 +74,7 @@ def write_files(results: Results, folder: Path) -> None:
 
 
 def describe_machine(folder: Path) -> dict[str, object]:
-    """Return the kind of the machine, and the versions of what was used."""
+    """Return the type of the machine, and the versions of the software."""
     return {
         "processor": _read_processor(),
         "cores": os.cpu_count(),
@@ -88,7 +88,7 @@ def describe_machine(folder: Path) -> dict[str, object]:
 def _panels(results: Results, capture: str) -> dict[str, dict[str, float]]:
     """Return `{axis: {coder: KB}}` of a capture's streams.
 
-    Left out are floats, which would dwarf all others, and what has no SH.
+    Floats, which are far larger than all others, and formats without SH are left out.
     """
     panels: dict[str, dict[str, float]] = {}
     for kind in KINDS:
@@ -111,7 +111,7 @@ def _plot_points(points: list[Point]) -> bytes:
 
 
 def _read_processor() -> str:
-    """Return the processor's kind, as Linux tells it."""
+    """Return the model of the processor, as reported by Linux."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:

@@ -1,4 +1,4 @@
-"""The rows of the rate table: one stream, coded by this format and by others."""
+"""The rows of the rate table: one stream in this format and in others."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,23 +18,22 @@ STILL_FORMATS = {"spz": "SPZ", "sog": "SOG"}
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A stream in one coding; bytes of the whole stream, None where there is none to tell.
+    """A stream in one coding, with bytes of the whole stream; None if unknown.
 
     Attributes:
         capture: Name of the capture.
         preset: Of the stream.
         coder: What codes it.
-        canonical: Bytes of canonical frames; of a file of the first frame alone
-            where a format has no such thing.
+        canonical: Bytes of canonical frames; of a file of the first frame in formats without them.
         motion: Bytes of the anchors' residuals.
         snapshots: Bytes of canonical frames that are coded against others.
-        updates: Bytes of what changes single Gaussians.
-        births: Bytes of the newborn.
+        updates: Bytes of changes of single Gaussians.
+        births: Bytes of births.
         rest: Bytes of headers, index, cameras and metadata.
         total: Bytes of all.
-        psnr_first: Held out, of frame 0, dB.
-        psnr_mean: Held out, mean of the frames, dB.
-        remark: Why a number is missing, or with what settings it was made.
+        psnr_first: PSNR of held-out cameras in frame 0, dB.
+        psnr_mean: PSNR of held-out cameras, mean of the frames, dB.
+        remark: Why a number is missing, or the settings of the format.
     """
 
     capture: str
@@ -53,7 +52,7 @@ class Row:
 
 
 def list_own_rows(measured: Measured) -> list[Row]:
-    """Return the file's row, and that of the estimate of its symbols."""
+    """Return the row of the file, and that of the estimate of its symbols."""
     blank = _blank(measured)
     coded, psnr = measured.summary.coded_bytes(), measured.psnr
     estimate = {
@@ -67,7 +66,7 @@ def list_own_rows(measured: Measured) -> list[Row]:
 
 
 def list_generic_rows(measured: Measured) -> list[Row]:
-    """Return the rows of general-purpose compressors and of raw floats, on the same symbols."""
+    """Return the rows of general-purpose compressors and raw floats for the same symbols."""
     frames, blank = list(read_symbols(measured.data)), _blank(measured)
     rows = []
     for name, compress in COMPRESSORS.items():
@@ -81,7 +80,7 @@ def list_generic_rows(measured: Measured) -> list[Row]:
 
 
 def make_still_row(measured: Measured, ending: str, folder: Path) -> Row:
-    """Return the row of another format's file of frame 0."""
+    """Return the row of frame 0 as a file of another format."""
     blank = replace(_blank(measured), coder=STILL_FORMATS[ending])
     splats = dequantize(next(decode(measured.data)))
     try:
@@ -93,7 +92,7 @@ def make_still_row(measured: Measured, ending: str, folder: Path) -> Row:
 
 
 def list_fourdgs_rows(measured: Measured) -> list[Row]:
-    """Return the rows of the decoded frames in `4dgs` files; that of fewest bytes first."""
+    """Return the rows of the decoded frames in `4dgs` files, the smallest first."""
     blank = replace(_blank(measured), coder=FOURDGS)
     try:
         sizes = keyframe_deltas.count_bytes(decode(measured.data))

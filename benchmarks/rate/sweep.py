@@ -1,7 +1,7 @@
-"""Rate and quality of settings around the default: what the sweep encodes.
+"""The settings around the default that the sweep encodes.
 
-All points begin with the same canonical frame, trained once: canonical scenes that are
-trained alike differ by tenths of a dB on one camera, more than most settings do.
+All points start with the same canonical frame, trained once: repeated trainings differ by tenths of
+a dB on one camera, more than the effect of most settings.
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,12 +28,12 @@ _ANCHOR_FACTORS = (0.5, 2.0)
 
 
 def list_changes(config: EncoderConfig) -> Iterator[tuple[str, Changes]]:
-    """Yield what is changed of the default, in words and by name; first nothing.
+    """Yield the changes from the default, as text and by name; the first is empty.
 
-    The training of frame 0 depends on none of it.
+    The training of frame 0 does not depend on them.
 
     Args:
-        config: Its steps are in world units, as `settle_steps` makes them.
+        config: Settings with steps in world units, as from `settle_steps`.
     """
     yield "", ()
     for factor in _RATE_FACTORS:
@@ -50,7 +50,7 @@ def list_changes(config: EncoderConfig) -> Iterator[tuple[str, Changes]]:
 
 
 def settle_steps(config: EncoderConfig, capture: Capture) -> Changes:
-    """Return the changes that put steps which follow from a capture in world units."""
+    """Return the changes that fix the steps adapted to a capture in world units."""
     stream = adapt_steps_to_capture(config, capture).stream
     return (
         ("steps.position_pixels", "0"),
@@ -62,7 +62,7 @@ def settle_steps(config: EncoderConfig, capture: Capture) -> Changes:
 
 
 def sweep(job: Job, folder: Path) -> list[Point]:
-    """Return rate and quality of every setting; the default first."""
+    """Return rate and quality of every setting, the default first."""
     options = CaptureOptions(job.downscale, job.held_out)
     capture = open_capture(job.capture, options)
     job = replace(job, changes=(*job.changes, *settle_steps(job.config(), capture)))
@@ -76,13 +76,13 @@ def sweep(job: Job, folder: Path) -> list[Point]:
 
 
 def claim_hull(points: Sequence[Point]) -> Claim:
-    """Return the claim that the default, the first of the points, is on their upper hull."""
+    """Return the claim that the default, the first point, is on the upper hull of all points."""
     gap = gap_below(points[0], upper_hull(points))
     return Claim("dB of the default below the upper hull", gap, 0.0)
 
 
 def _change_step(config: EncoderConfig, factor: float) -> Changes:
-    """Return a translation step, and with it a rotation step, that is so many times as wide."""
+    """Return the changes that multiply the translation step and the rotation step."""
     unity = min(_scale(config.stream.rotation_unity, 1 / factor), ROTATION_UNITY_LIMIT)
     step = _scale(config.stream.translation_step, factor)
     return (("stream.translation_step", f"{step}"), ("stream.rotation_unity", f"{unity}"))

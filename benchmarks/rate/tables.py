@@ -1,4 +1,4 @@
-"""The rate tables as text: Markdown for people, CSV for programs."""
+"""Formats the rate tables as Markdown and CSV."""
 
 import csv
 import io
@@ -18,7 +18,7 @@ def format_rows(rows: Iterable[Row], moved: Mapping[tuple[str, str], int]) -> st
 
     Args:
         rows: To show.
-        moved: Frames that are not canonical, of every capture and preset.
+        moved: Number of frames that are not canonical, for every capture and preset.
     """
     head = (
         "capture", "preset", "coded as", "canonical KB", "snapshots KB", "motion KB per frame",
@@ -40,7 +40,7 @@ def format_rows(rows: Iterable[Row], moved: Mapping[tuple[str, str], int]) -> st
 
 
 def format_claims(claims: Mapping[str, Sequence[Claim]]) -> str:
-    """Return the table of claims, `{capture: its claims}`."""
+    """Return the table of claims, given as `{capture: claims}`."""
     lines = [
         [
             capture,
@@ -56,7 +56,7 @@ def format_claims(claims: Mapping[str, Sequence[Claim]]) -> str:
 
 
 def format_points(points: Mapping[str, Sequence[Point]]) -> str:
-    """Return the table of sweeps, `{capture: its points}`."""
+    """Return the table of sweeps, given as `{capture: points}`."""
     lines = []
     for capture, swept in points.items():
         hull = upper_hull(swept)
@@ -68,13 +68,13 @@ def format_points(points: Mapping[str, Sequence[Point]]) -> str:
 
 
 def format_table(head: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
-    """Return a table in Markdown."""
+    """Return a table as Markdown."""
     rows = [head, ["---"] * len(head), *lines]
     return "".join(f"| {' | '.join(row)} |\n" for row in rows)
 
 
 def write_csv(records: Sequence[Mapping[str, object]]) -> bytes:
-    """Return records of the same names as CSV, one line to each; None is an empty cell."""
+    """Return records with the same keys as CSV, one line for each; None is an empty cell."""
     text = io.StringIO()
     writer = csv.DictWriter(text, list(records[0]) if records else [], lineterminator="\n")
     writer.writeheader()
@@ -83,12 +83,12 @@ def write_csv(records: Sequence[Mapping[str, object]]) -> bytes:
 
 
 def list_row_records(rows: Iterable[Row]) -> list[dict[str, object]]:
-    """Return rows with the names of their columns."""
+    """Return rows by the names of their columns."""
     return [asdict(row) for row in rows]
 
 
 def list_claim_records(claims: Mapping[str, Sequence[Claim]]) -> list[dict[str, object]]:
-    """Return claims with the names of their columns, `{capture: its claims}`."""
+    """Return claims by the names of their columns, given as `{capture: claims}`."""
     return [
         {"capture": capture, **claim.as_json()}
         for capture, listed in claims.items()
@@ -97,7 +97,7 @@ def list_claim_records(claims: Mapping[str, Sequence[Claim]]) -> list[dict[str, 
 
 
 def list_point_records(points: Mapping[str, Sequence[Point]]) -> list[dict[str, object]]:
-    """Return points with the names of their columns, `{capture: its points}`."""
+    """Return points by the names of their columns, given as `{capture: points}`."""
     return [
         {"capture": capture, **asdict(point), "on_hull": point in upper_hull(swept)}
         for capture, swept in points.items()

@@ -109,7 +109,7 @@ def test_only_streams_go_to_standard_output(make, force, tmp_path, monkeypatch):
     assert list_names(tmp_path) == []
 
 
-def test_a_folder_named_like_a_device_needs_its_full_path(tmp_path):
+def test_a_folder_can_be_called_dash_by_its_full_path(tmp_path):
     with written_folder(tmp_path / "-", force=False):
         pass
 

@@ -1,5 +1,5 @@
-"""Hostile streams by construction: records with values that no encoder writes, coded anew.
+"""Generates hostile streams: records with values that no encoder writes, coded correctly.
 
-CRCs, numbers, index and totals are right unless one of them is the hostility, so
-that the fault lies as deep as it was put.
+CRCs, numbers, index and totals are correct unless the fault is in them, so that decoders reach the
+fault.
 """

@@ -1,7 +1,7 @@
-"""Frames coded one after the other, each with the CRC of what it makes of the state.
+"""Codes frames one after another, each with the CRC of its decoded state.
 
-A frame that is rejected leaves the state as it was, and has a CRC of 0. The reference
-engine says what a state is.
+A rejected frame leaves the state unchanged and has a CRC of 0. The reference engine computes the
+states.
 """
 
 from collections.abc import Callable, Iterator
@@ -48,7 +48,7 @@ from quarc_ref.format.records import (
 Record = CanonicalChunk | SnapshotChunk | FrameChunk
 _TRIALS = 4
 _FIRST_FRAMES = (0, 0, 0, 0, 0, 0, 5, COUNTER_LIMIT - 3)
-_ANY_STEP = (1 << 63) - 1  # of parents, which no encoder writes beyond its limit
+_ANY_STEP = (1 << 63) - 1  # differences of parents, beyond the limit of encoders
 EMPTY = Section(np.zeros(0, dtype=np.uint32))
 _AT_BEGINNINGS = (Stage.SCENE, Stage.CANONICAL, Stage.SNAPSHOT)
 _KINDS: dict[type, tuple[bytes, Callable[[Any], bytes]]] = {
@@ -59,17 +59,17 @@ _KINDS: dict[type, tuple[bytes, Callable[[Any], bytes]]] = {
 
 
 class Builder:
-    """Makes the chunks of a stream.
+    """Generates the chunks of a stream.
 
     Args:
-        draws: What is drawn, is drawn here.
+        draws: Source of random values.
         header: Of the stream.
 
     Attributes:
         header: As given.
         pieces: The chunks so far.
-        records: Of the frames so far.
-        state: Of the last frame that a decoder takes.
+        records: Records of the frames so far.
+        state: State after the last valid frame.
         reference: The CANO that snapshots are coded against, if there is one.
     """
 
@@ -83,7 +83,7 @@ class Builder:
         self._hostility: Hostility | None = None
 
     def add_calm_frame(self) -> None:
-        """Draw a frame that a decoder takes, and code it; none if all that are drawn go too far."""
+        """Draw and code a valid frame; nothing if all drawn frames exceed a limit."""
         self._hostility = None
         is_last = self.state is not None and self.state.scene.frame == COUNTER_LIMIT
         for _ in range(0 if is_last else _TRIALS):
@@ -94,7 +94,7 @@ class Builder:
                 return
 
     def add_hostile_frame(self, hostility: Hostility) -> None:
-        """Draw a frame, and code it with what is wrong with it."""
+        """Draw a frame and code it with its fault."""
         self._hostility = hostility
         with self._stating():
             record = self._draw(begins=hostility.stage in _AT_BEGINNINGS)
@@ -110,7 +110,7 @@ class Builder:
         self.pieces.append(Piece(kind, self._change(Stage.PAYLOAD, build(proved))))
 
     def end(self, *, index: bool) -> None:
-        """Append what ends a stream."""
+        """Append the end of a stream."""
         if index:
             self.pieces.append(Piece(container.INDX, None))
         self.pieces.append(Piece(container.TAIL, None))
@@ -119,12 +119,12 @@ class Builder:
         if not begins and self.state is not None:
             return self._draw_moved(self.state)
         if self._is_at(Stage.SNAPSHOT) or self._draws.rng.random() < 0.5:
-            with suppress(BitstreamError):  # a frame that is wider than a snapshot can say
+            with suppress(BitstreamError):  # a frame with a larger range than a snapshot can code
                 return self._draw_snapshot() or self._draw_canonical()
         return self._draw_canonical()
 
     def _draw_snapshot(self) -> SnapshotChunk | None:
-        """Return a snapshot, if the stream may have one here."""
+        """Return a snapshot if the stream can have one here."""
         known, state = self.reference, self.state
         if known is None or state is None or not self.header.snapshots:
             return None
@@ -166,7 +166,7 @@ class Builder:
         return self._change(Stage.FRAME, chunk)
 
     def _go_on(self, begun: State, chunk: FrameChunk) -> FrameChunk:
-        """Return the chunk of a frame with updates and newborn, where what is before them leads."""
+        """Add updates and births to the chunk of a frame, if its motion is valid."""
         with suppress(BitstreamError):
             moved = decode_motion(begun, chunk.motion, previous=chunk.previous_contexts)
             if self.header.updates:
@@ -185,14 +185,14 @@ class Builder:
             return write_updates(update_context(moved), updates, moved.update_counts)
 
     def _try(self, record: Record) -> tuple[State | None, int]:
-        """Return the state that a record leads to, and its CRC; None and 0 if it is rejected."""
+        """Return the state after a record, and its CRC; None and 0 if the record is rejected."""
         with suppress(BitstreamError, LimitError), patch.object(frames, "check_state"):
             if isinstance(record, CanonicalChunk):
                 state, _ = decode_canonical(self.header, record)
             elif isinstance(record, SnapshotChunk) and self.reference is not None:
                 state, _ = decode_snapshot(self.header, record, self.reference.gaussians)
             elif isinstance(record, FrameChunk) and self.state is not None:
-                # A frame of another stream may have updates where this one has none.
+                # A frame of another stream can have updates where this stream allows none.
                 payload = wire.build_frame(record)
                 read = wire.parse_frame(payload, updates=self.header.updates)
                 state = decode_frame(self.state, read)
@@ -202,7 +202,7 @@ class Builder:
         return None, 0
 
     def _change(self, stage: Stage, value: Any, *known: Any) -> Any:  # noqa: ANN401
-        """Return what a hostility makes of a value at its stage; the value at all others."""
+        """Return a value as changed by the hostility of its stage, otherwise unchanged."""
         if self._hostility is None or not self._is_at(stage):
             return value
         return self._hostility.change(self._draws, value, *known)
@@ -212,7 +212,7 @@ class Builder:
 
     @contextmanager
     def _stating(self) -> Iterator[None]:
-        """Have a hostile writer of planes code a frame, if that is the hostility."""
+        """Code a frame with a hostile writer of planes, if that is the hostility."""
         if not self._is_at(Stage.WRITER):
             yield
             return

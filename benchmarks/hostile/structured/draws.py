@@ -1,4 +1,4 @@
-"""Valid records, drawn: small scenes at all places and with all numbers that streams may have."""
+"""Draws valid records: small scenes at any position, with any numbers that streams can have."""
 
 import random
 from dataclasses import dataclass, replace
@@ -41,7 +41,7 @@ _BOX = 1 << 20
 
 @dataclass(slots=True)
 class Draws:
-    """Draws of one stream.
+    """Random values of one stream.
 
     Attributes:
         rng: Of single choices.
@@ -53,7 +53,7 @@ class Draws:
 
     @classmethod
     def seeded(cls, *seed: int) -> "Draws":
-        """Return the draws of a series and a number."""
+        """Return the random values of a series and a number."""
         rng = random.Random(repr(seed))
         return cls(rng, np.random.default_rng(rng.getrandbits(64)))
 
@@ -72,7 +72,7 @@ class Draws:
         )
 
     def symbols(self, begun: State) -> list[Int64]:
-        """Draw symbols of the anchors of a frame that has begun."""
+        """Draw symbols of the anchors of a frame start."""
         most = self.rng.choice((0, 1, 3, 3, SYMBOL_LIMIT))
         share = self.rng.choice((0.1, 0.5, 1.0))
         levels = []
@@ -84,7 +84,7 @@ class Draws:
         return levels
 
     def updates(self, moved: State) -> Updates:
-        """Draw updates of a frame that has moved."""
+        """Draw updates of a moved frame."""
         count = moved.scene.count
         chosen = np.flatnonzero(self.numbers.random(count) < self.rng.choice((0, 0.1, 0.5, 1)))
         dies = self.numbers.random(chosen.size) < self.rng.choice((0, 0, 0.3))
@@ -97,10 +97,10 @@ class Draws:
         return Updates(chosen, dies, residuals)
 
     def changed(self, header: StreamHeader, canonical: Gaussians) -> tuple[Gaussians, Int64]:
-        """Draw what has become of the Gaussians of a canonical frame, and others.
+        """Draw a snapshot: changed Gaussians of a canonical frame, and others.
 
         Returns:
-            The Gaussians, and `[N]` the index of each in the canonical frame, or -1.
+            The Gaussians, and `[N]` the index of each in the canonical frame, or -1 for new ones.
         """
         share = self.rng.choice((0, 0.5, 1, 1))
         left = np.flatnonzero(self.numbers.random(canonical.count) < share)
@@ -114,7 +114,7 @@ class Draws:
         if left.size and self.rng.random() < 0.5:
             return kept, left
         new = self.gaussians(header)
-        near = canonical.positions[:, :1] - new.positions[:, :1]  # so that a box holds them all
+        near = canonical.positions[:, :1] - new.positions[:, :1]  # for a box that contains them all
         rows = [
             np.hstack(pair)
             for pair in (
@@ -130,7 +130,7 @@ class Draws:
         return self.numbers.integers(-most, most + 1, (rows, columns)) * moves
 
     def births(self, moved: State) -> Births:
-        """Draw newborn of a frame."""
+        """Draw births of a frame."""
         header, count = moved.scene.header, self.rng.choice((1, 2, 7, 30))
         parents = np.sort(self.numbers.integers(0, moved.scene.count, count))
         most = self.rng.choice((0, 1, 20))
@@ -150,7 +150,7 @@ class Draws:
         return center + self.numbers.integers(-reach, reach + 1, (3, count))
 
     def _rotations(self, header: StreamHeader, count: int) -> Int64:
-        """Draw components that are half of 1 at the most, or 1 itself and zeros."""
+        """Draw quaternion components: at most half of 1, or one of 1 and zeros."""
         one = 1 << header.rotation_bits
         components = self.numbers.integers(-(one // 2), one // 2 + 1, (3, count))
         if self.rng.random() < 0.2:
@@ -160,7 +160,7 @@ class Draws:
         return np.concatenate([self.numbers.integers(0, 4, (1, count)), components])
 
     def _codes(self, header: StreamHeader, count: int) -> Int64:
-        """Draw codes that, like those differences of them that are coded, are in their range."""
+        """Draw codes that are in range, as are their coded differences."""
         most = self.rng.choice((0, 3, 60, 60, CODE_LIMIT))
         codes = self.numbers.integers(-most, most + 1, (header.code_planes, count))
         for first, other in ((SH_DC.start + 1, SH_DC.start), (SH_DC.start + 1, SH_DC.stop - 1)):
@@ -175,8 +175,8 @@ def with_row(gaussians: Gaussians, which: int, **columns: list[int]) -> Gaussian
 
     Args:
         gaussians: The Gaussians.
-        which: Index of the one.
-        columns: The numbers, by attribute.
+        which: Index of this Gaussian.
+        columns: Its numbers by attribute.
     """
     changed = {}
     for name, numbers in columns.items():

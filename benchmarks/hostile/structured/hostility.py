@@ -1,4 +1,4 @@
-"""What may be wrong with a stream, and at which stage of its making that is done."""
+"""Possible faults of a stream, and the stages at which they are applied."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -7,7 +7,7 @@ from typing import Any
 
 
 class Stage(Enum):
-    """What a hostility changes."""
+    """The part of a stream that a hostility changes."""
 
     SCENE = auto()
     """Gaussians of a canonical frame, before they are coded; knows the stream's header."""
@@ -35,13 +35,13 @@ class Stage(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Hostility:
-    """One thing that is wrong.
+    """A kind of fault.
 
     Attributes:
-        name: What it is called.
+        name: Name of the fault.
         stage: What it changes.
-        change: Takes draws, what is to be changed and what is known; returns it changed.
-        header: Fields that the stream's header must have for it.
+        change: Changes a value; takes random values, the value and the known state.
+        header: Fields that the stream's header must have.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Streams that are hostile in one or two respects, the same ones every time."""
+"""Generates streams with one or two faults, always the same for a number."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -20,12 +20,12 @@ _DONORS = 24
 
 
 class StructuredMaker:
-    """Makes streams by series and number.
+    """Generates streams by series and number.
 
-    The numbers go round all hostilities; a second one is drawn now and then.
+    The numbers cycle through all hostilities; occasionally, a second one is drawn.
 
     Args:
-        series: Which series of streams.
+        series: Series of streams.
     """
 
     def __init__(self, series: int) -> None:
@@ -33,7 +33,7 @@ class StructuredMaker:
         with use_engine(REFERENCE):
             self._donors = [_build(Draws.seeded(number), ()) for number in range(_DONORS)]
         self.hostilities: Sequence[Hostility | None] = (
-            None,  # nothing is wrong, whatever the numbers
+            None,  # for numbers without a fault
             *HOSTILE_VALUES,
             *list_hostile_records([record for donor in self._donors for record in donor.records]),
             *list_hostile_streams([donor.pieces for donor in self._donors]),
@@ -54,12 +54,12 @@ class StructuredMaker:
 
 
 def _build(draws: Draws, chosen: Sequence[Hostility], like: Builder | None = None) -> Builder:
-    """Return a stream of a few frames, of which some are hostile.
+    """Return a stream of a few frames, some of which are hostile.
 
     Args:
-        draws: What is drawn, is drawn here.
+        draws: Source of random values.
         chosen: What is wrong.
-        like: A stream whose header it is to have.
+        like: A stream with the header to use.
     """
     header = draws.header() if like is None else like.header
     for hostility in chosen:

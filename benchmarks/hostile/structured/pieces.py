@@ -1,4 +1,4 @@
-"""Chunks that may lie in one respect, put together to a stream whose index and totals are right."""
+"""Assembles chunks, which may be wrong in one respect, to a stream with index and totals."""
 
 import struct
 import zlib
@@ -13,15 +13,15 @@ from quarc_ref.streams.resync import canonical_frame
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A chunk to be.
+    """A chunk to assemble.
 
     Attributes:
         kind: Its type.
-        payload: What it holds; None of INDX and TAIL, which are made to fit.
-        sequence: The number that it states; None for its own.
-        length: The length that it states; None for that of the payload.
-        sync: What it begins with.
-        spoiled: Which of its bytes has a bit turned after the CRCs are made.
+        payload: Its payload; None for INDX and TAIL, which are generated.
+        sequence: Stated number; None for the correct one.
+        length: Stated length; None for that of the payload.
+        sync: Sync word.
+        spoiled: Index of a byte in which a bit is flipped after the CRCs are computed.
     """
 
     kind: bytes
@@ -32,7 +32,7 @@ class Piece:
     spoiled: int | None = None
 
     def pack(self, number: int, payload: bytes) -> bytes:
-        """Return the chunk as it stands at a place in the stream."""
+        """Return the chunk as written at an offset of the stream."""
         sequence = number if self.sequence is None else self.sequence
         length = len(payload) if self.length is None else self.length
         header = self.sync + self.kind + struct.pack("<II", sequence, length)

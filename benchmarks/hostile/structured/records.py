@@ -1,4 +1,4 @@
-"""Records that lie about counts, and sections that are none of theirs."""
+"""Records with wrong counts, and sections taken from elsewhere."""
 
 import random
 from collections.abc import Callable, Sequence
@@ -20,7 +20,7 @@ _ORIGINS = (0, POSITION_LIMIT, -POSITION_LIMIT - 1, 1 << 30, (1 << 31) - 1, -(1 
 
 
 def _lie(name: str, *values: int) -> Callable[[Draws, Record], Record]:
-    """Return what writes a number into a field: one of these, or one near what is there."""
+    """Return a function that writes one of these numbers, or a similar one, into a field."""
 
     def change(draws: Draws, record: Record) -> Record:
         now = getattr(record, name)
@@ -76,7 +76,7 @@ def _draw_words(rng: random.Random, _words: UInt32) -> UInt32:
 def _in_section(
     change: Callable[[random.Random, UInt32], UInt32],
 ) -> Callable[[Draws, Record], Record]:
-    """Return what changes the words of a section."""
+    """Return a function that changes the words of a section."""
 
     def change_section(draws: Draws, record: Record) -> Record:
         sections = _sections(record)
@@ -94,7 +94,7 @@ def _swap_sections(draws: Draws, record: Record) -> Record:
 
 
 def _splice(donors: Sequence[Record]) -> Callable[[Draws, Record], Record]:
-    """Return what takes sections from another stream's frame of the same kind."""
+    """Return a function that takes sections from a frame of the same kind in another stream."""
 
     def splice(draws: Draws, record: Record) -> Record:
         sections = _sections(record)
@@ -108,7 +108,7 @@ def _splice(donors: Sequence[Record]) -> Callable[[Draws, Record], Record]:
 
 
 def _replace(donors: Sequence[Record]) -> Callable[[Draws, Record], Record]:
-    """Return what takes another stream's frame, in the turn of the one that was due."""
+    """Return a function that replaces a frame by one of another stream."""
 
     def take(draws: Draws, record: Record) -> Record:
         donor = draws.rng.choice([donor for donor in donors if type(donor) is type(record)])
@@ -129,7 +129,7 @@ def _resize(draws: Draws, payload: bytes) -> bytes:
 
 
 def _lie_of_words(draws: Draws, payload: bytes) -> bytes:
-    """State more words in the first section than there are, or other flags."""
+    """State more words in the first section than it has, or other flags."""
     rng = draws.rng
     at, size = rng.choice(((21, 4), (13, 4), (20, 1), (4, 1)))
     number = rng.choice((2, 21, 255, 1 << 20, 1 << 30, _MOST)) % (1 << 8 * size)
@@ -141,10 +141,10 @@ def _damage(draws: Draws, payload: bytes) -> bytes:
 
 
 def list_hostile_records(donors: Sequence[Record]) -> list[Hostility]:
-    """Return what may be wrong with records.
+    """Return the possible faults of records.
 
     Args:
-        donors: Of other streams, some of every kind.
+        donors: Records of other streams, some of every kind.
     """
     both: dict[str, Callable[[Draws, Any], Any]] = {
         "a word of 0 at the end": _in_section(_end_in_zero),
@@ -191,7 +191,7 @@ def list_hostile_records(donors: Sequence[Record]) -> list[Hostility]:
         *(Hostility(f"canonical: {name}", Stage.CANONICAL, canonical[name]) for name in canonical),
         *(Hostility(f"moved: {name}", Stage.FRAME, moved[name]) for name in moved),
         *(Hostility(name, Stage.PAYLOAD, payload[name]) for name in payload),
-        # At other levels damage may ask for a million Gaussians, which takes its time.
+        # At other levels, damage can request a million Gaussians, which takes long.
         Hostility("bytes of a payload", Stage.PAYLOAD, _damage, {"level": 10}),
     ]
 

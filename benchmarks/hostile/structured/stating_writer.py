@@ -1,4 +1,4 @@
-"""A writer of planes that states probabilities where no encoder would, and codes that are none."""
+"""Writes planes with stated probabilities where no encoder would, and with undefined codes."""
 
 import random
 
@@ -15,12 +15,12 @@ _EVEN = WEIGHT_TOTAL // 2
 
 
 class StatingWriter:
-    """Gathers planes as `PlaneWriter` does; what it states is drawn.
+    """Collects planes as `PlaneWriter` does, but states probabilities at random.
 
     Args:
-        counts: What contexts have seen before; it stays as it is.
-        rng: Draws what is stated.
-        codes: To draw from; those from PROBABILITY_CODES on are undefined.
+        counts: Initial counts of the contexts; not modified.
+        rng: Source of random values.
+        codes: Range of the codes; those from PROBABILITY_CODES on are undefined.
     """
 
     def __init__(self, counts: ContextCounts, rng: random.Random, codes: range) -> None:
@@ -53,7 +53,7 @@ class StatingWriter:
         return bits
 
     def section(self) -> Section:
-        """Return what was written."""
+        """Return the written words."""
         return Section(encode_bits(self._runs))
 
     def _draw(self) -> int | None:
@@ -61,7 +61,7 @@ class StatingWriter:
 
 
 def _weigh(code: int) -> int:
-    """Return the weight of a code; an even one where it has none, which a decoder never sees."""
+    """Return the weight of a code; one half for undefined codes, which no decoder uses."""
     return weight_of_code(code) if code < PROBABILITY_CODES else _EVEN
 
 

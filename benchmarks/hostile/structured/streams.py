@@ -1,4 +1,4 @@
-"""Lies of the container: HEAD, the order and the headers of chunks, the end, and single bytes."""
+"""Faults of the container: HEAD, order and headers of chunks, the end, and single bytes."""
 
 import math
 import struct
@@ -44,7 +44,7 @@ def _lie_in_head(draws: Draws, pieces: Pieces) -> Pieces:
 
 
 def _other_version(draws: Draws, pieces: Pieces) -> Pieces:
-    """Be of another version, or need a feature."""
+    """Set another version, or require a feature."""
     head = bytearray(pieces[0].payload or b"")
     head[draws.rng.choice((0, 0, 1, 2, 5, 6))] = draws.rng.choice((0, 2, 128, 255))
     return [replace(pieces[0], payload=bytes(head)), *pieces[1:]]
@@ -60,7 +60,7 @@ def _resize_head(draws: Draws, pieces: Pieces) -> Pieces:
 
 
 def _one(**lies: Callable[[Draws, Piece], Any]) -> Callable[[Draws, Pieces], Pieces]:
-    """Return what has one piece lie."""
+    """Return a function that makes one piece wrong."""
 
     def change(draws: Draws, pieces: Pieces) -> Pieces:
         place = draws.rng.randrange(len(pieces))
@@ -88,7 +88,7 @@ def _repeat(draws: Draws, pieces: Pieces) -> Pieces:
 
 
 def _put_in(*kinds: bytes) -> Callable[[Draws, Pieces], Pieces]:
-    """Return what puts in a chunk of one of these types."""
+    """Return a function that inserts a chunk of one of these types."""
 
     def put_in(draws: Draws, pieces: Pieces) -> Pieces:
         place = draws.rng.randrange(1, len(pieces))
@@ -99,7 +99,7 @@ def _put_in(*kinds: bytes) -> Callable[[Draws, Pieces], Pieces]:
 
 
 def _splice(donors: Sequence[Pieces]) -> Callable[[Draws, Pieces], Pieces]:
-    """Return what goes on with another stream from some chunk on, or takes one of its chunks."""
+    """Return a function that continues with another stream, or inserts one of its chunks."""
 
     def splice(draws: Draws, pieces: Pieces) -> Pieces:
         other, rng = draws.rng.choice(donors), draws.rng
@@ -112,7 +112,7 @@ def _splice(donors: Sequence[Pieces]) -> Callable[[Draws, Pieces], Pieces]:
 
 
 def _damage_ancillary(draws: Draws, pieces: Pieces) -> Pieces:
-    """Put in cameras or metadata, damaged."""
+    """Insert damaged cameras or metadata."""
     kind, payload = draws.rng.choice(_LARGE)
     damaged = damage_bytes(draws.rng, payload, payload)[0]
     place = draws.rng.randrange(1, len(pieces))
@@ -120,7 +120,7 @@ def _damage_ancillary(draws: Draws, pieces: Pieces) -> Pieces:
 
 
 def _lie_in_index(draws: Draws, pieces: Pieces) -> Pieces:
-    """Have INDX say something else than what is due."""
+    """Write wrong seek points into INDX."""
     points = [SeekPoint(*draws.rng.choices((0, 1, 8, _MOST), k=3)) for _ in range(3)]
     index = wire.build_index(points[: draws.rng.randrange(4)])
     lie = Piece(container.INDX, draws.rng.choice((index, index, index, b"\xff" * 4)))
@@ -129,7 +129,7 @@ def _lie_in_index(draws: Draws, pieces: Pieces) -> Pieces:
 
 
 def _lie_in_tail(draws: Draws, pieces: Pieces) -> Pieces:
-    """Have TAIL say something else than what is due."""
+    """Write wrong totals into TAIL."""
     tail = wire.build_tail(Tail(*draws.rng.choices((0, 1, 2, 8, _MOST), k=3)))
     lie = draws.rng.choice((tail, tail, tail, tail[:-1], tail + b"\0"))
     return [*pieces[:-1], replace(pieces[-1], payload=lie)]
@@ -156,7 +156,7 @@ _LENGTHS = (0, 1, (1 << 22) + 1, (1 << 26) + 1, _MOST)
 
 
 def list_hostile_streams(donors: Sequence[Pieces]) -> list[Hostility]:
-    """Return what may be wrong with a stream as a whole.
+    """Return the possible faults of a stream as a whole.
 
     Args:
         donors: Other streams.

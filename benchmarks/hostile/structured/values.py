@@ -1,4 +1,4 @@
-"""Hostile values: each can be coded, and no encoder would."""
+"""Hostile values: each can be coded, but no encoder writes them."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -31,12 +31,12 @@ from quarc_ref.format.records import (
 )
 from quarc_ref.format.updates import CODES, ROTATION, TRANSLATION, Updates
 
-# Steps of numbers that ascend: beyond what may be, or so that their sum is beyond or wraps.
+# Steps of ascending numbers: out of range, or with a sum that overflows.
 _STEPS = (1, 1 << 31, 1 << 32, 1 << 59, 1 << 60, (1 << 60) + 1, 1 << 62, (1 << 63) - 1)
 
 
 def exceed_codes(draws: Draws, gaussians: Gaussians, _header: StreamHeader) -> Gaussians:
-    """Give a Gaussian a color that is out of range, though its differences are not."""
+    """Give a Gaussian a color out of range whose coded differences are in range."""
     sign = draws.rng.choice((-1, 1))
     most, more = sign * CODE_LIMIT, sign * draws.rng.choice((1, 2, CODE_LIMIT))
     codes = gaussians.codes.copy()
@@ -58,7 +58,7 @@ def exceed_rotations(draws: Draws, gaussians: Gaussians, header: StreamHeader) -
 
 
 def degenerate(draws: Draws, symbols: list[Int64], begun: State) -> list[Int64]:
-    """Have residuals of w take back the identity: of all Gaussians, or of one anchor's."""
+    """Make residuals of w cancel the identity: of all Gaussians, or of one anchor."""
     identity = begun.scene.header.rotation_unity * begun.scene.header.level_count
     still = [np.zeros_like(level) for level in symbols]
     if draws.rng.random() < 0.5:
@@ -69,7 +69,7 @@ def degenerate(draws: Draws, symbols: list[Int64], begun: State) -> list[Int64]:
 
 
 def move_far(draws: Draws, symbols: list[Int64], _begun: State) -> list[Int64]:
-    """Move everything along an axis as far as symbols can say, in every level."""
+    """Move everything along an axis as far as symbols allow, in every level."""
     axis, sign = draws.rng.randrange(3), draws.rng.choice((-1, 1))
     for level in symbols:
         level[axis] = sign * SYMBOL_LIMIT
@@ -77,21 +77,21 @@ def move_far(draws: Draws, symbols: list[Int64], _begun: State) -> list[Int64]:
 
 
 def turn_much(draws: Draws, symbols: list[Int64], _begun: State) -> list[Int64]:
-    """Turn everything by residuals of any size."""
+    """Rotate everything by residuals of any size."""
     for level in symbols:
         level[3:] = draws.numbers.integers(-SYMBOL_LIMIT, SYMBOL_LIMIT + 1, level[3:].shape)
     return symbols
 
 
 def update_all_away(_draws: Draws, _updates: Updates, moved: State) -> Updates:
-    """Have all Gaussians leave."""
+    """Delete all Gaussians by updates."""
     count = moved.scene.count
     nothing = np.zeros((RESIDUAL_ROWS, count), dtype=np.int64)
     return Updates(np.arange(count), np.ones(count, dtype=np.bool_), nothing)
 
 
 def update_far(draws: Draws, _updates: Updates, moved: State) -> Updates:
-    """Move a Gaussian, or change its codes, as far as residuals can say."""
+    """Move a Gaussian, or change its codes, as far as residuals allow."""
     updates = _update_one(draws, moved)
     rows = draws.rng.choice((TRANSLATION, CODES))
     updates.residuals[rows] = draws.rng.choice((-CODE_LIMIT, CODE_LIMIT))
@@ -99,7 +99,7 @@ def update_far(draws: Draws, _updates: Updates, moved: State) -> Updates:
 
 
 def update_turned(draws: Draws, _updates: Updates, moved: State) -> Updates:
-    """Turn a Gaussian by a residual that is too large, or by the largest."""
+    """Rotate a Gaussian by a residual that is too large, or by the largest."""
     updates = _update_one(draws, moved)
     most = ROTATION_UNITY_LIMIT
     turn = draws.rng.choice((most, most + 1, -most - 1, CODE_LIMIT))
@@ -113,7 +113,7 @@ def _update_one(draws: Draws, moved: State) -> Updates:
 
 
 def leave_parents(draws: Draws, births: Births, moved: State) -> Births:
-    """Have parents that are not in the scene: just beyond it, far beyond, or beyond 64 bits."""
+    """Use parents outside the scene: just beyond it, far beyond, or beyond 64 bits."""
     count = moved.scene.count
     steps = np.zeros_like(births.parents)
     steps[draws.rng.randrange(steps.size)] = draws.rng.choice((count, count + 1, *_STEPS[1:]))
@@ -123,13 +123,13 @@ def leave_parents(draws: Draws, births: Births, moved: State) -> Births:
 
 
 def bear_far(draws: Draws, births: Births, _moved: State) -> Births:
-    """Put newborn as far from their parents as can be said."""
+    """Place births as far from their parents as their codes allow."""
     positions = draws.numbers.choice([-CODE_LIMIT, CODE_LIMIT], births.newborn.positions.shape)
     return replace(births, newborn=replace(births.newborn, positions=positions))
 
 
 def bear_codes(draws: Draws, births: Births, moved: State) -> Births:
-    """Have newborn whose codes are out of range by differences alone."""
+    """Add births whose codes go out of range by their differences."""
     if draws.rng.random() < 0.5:
         return replace(births, newborn=exceed_codes(draws, births.newborn, moved.scene.header))
     codes = births.newborn.codes.copy()
@@ -139,13 +139,13 @@ def bear_codes(draws: Draws, births: Births, moved: State) -> Births:
 
 
 def bear_rotations(draws: Draws, births: Births, moved: State) -> Births:
-    """Have a newborn whose rotation is too long."""
+    """Add a newborn whose rotation is too long."""
     newborn = exceed_rotations(draws, births.newborn, moved.scene.header)
     return replace(births, newborn=newborn)
 
 
 def exceed_keys(draws: Draws, chunk: CanonicalChunk) -> CanonicalChunk:
-    """Code other keys than those of the box: too large, or summing up beyond 64 bits."""
+    """Code keys outside the box: too large, or with a sum beyond 64 bits."""
     steps = draws.numbers.choice([0, 0, 1], chunk.gaussian_count)
     for _ in range(draws.rng.choice((1, 1, 4))):
         steps[draws.rng.randrange(steps.size)] = draws.rng.choice(_STEPS)
@@ -156,12 +156,12 @@ def exceed_keys(draws: Draws, chunk: CanonicalChunk) -> CanonicalChunk:
 
 
 def state_any(draws: Draws, counts: ContextCounts) -> StatingWriter:
-    """State probabilities at will."""
+    """State probabilities at random."""
     return _open_stating(draws, counts, range(PROBABILITY_CODES))
 
 
 def state_undefined(draws: Draws, counts: ContextCounts) -> StatingWriter:
-    """State probabilities at will, now and then one that is undefined."""
+    """State probabilities at random, occasionally an undefined one."""
     return _open_stating(draws, counts, range(draws.rng.choice((0, 200)), 256))
 
 
