@@ -16,7 +16,7 @@ from plain.coder import Counts
 from plain.fields import FieldReader, PlainChunk, Row
 from plain.motion import read_motion
 from plain.planes import PlainSection, Run, open_section, rows_alike, rows_apart
-from plain.snapshots import read_survivors, sort
+from plain.snapshots import add_differences, read_survivors, sort
 from plain.state import PlainCoded, PlainGaussian, PlainLevel, PlainState, Vector
 from plain.updates import apply_updates, read_updates
 
@@ -105,11 +105,13 @@ class FrameDecoder:
         frame, gaussians = before.canonical
         assert self.fields["canonical"] == frame, "frame-order"
         section = self._open("survivors", self.fields["survivors"], {})
-        survivors = read_survivors(section, gaussians)
+        survivors = read_survivors(section, len(gaussians))
         self._close(section)
+        for number, differences in survivors.items():
+            self._note(f"differences of {number} of the CANO", differences)
         newborn = self._coded(self.fields["newborn_count"])
         assert survivors or newborn, "count"
-        state = self._state_of(sort(survivors + newborn))
+        state = self._state_of(sort(add_differences(gaussians, survivors) + newborn))
         state.canonical = before.canonical
         return state
 
@@ -238,6 +240,7 @@ class FrameDecoder:
 
     def _update(self, state: PlainState) -> None:
         """SPEC 8.8 and 7.8."""
+        self._note("recency of the Gaussians", [g.recency for g in state.gaussians])
         section = self._open("updates", self.fields["updates"], state.counts)
         changes = read_updates(section, state.gaussians)
         self._close(section)

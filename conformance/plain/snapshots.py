@@ -3,6 +3,9 @@
 from plain.planes import PlainSection, fixed, signed
 from plain.state import PlainCoded, Vector
 
+# By index in the CANO: the differences of a Gaussian that is left.
+Survivors = dict[int, Vector]
+
 _FIELDS = {
     "position": range(3),
     "rotation": range(3, 7),
@@ -12,10 +15,10 @@ _FIELDS = {
 }
 
 
-def read_survivors(section: PlainSection, canonical: list[PlainCoded]) -> list[PlainCoded]:
-    """The Gaussians of the CANO that are left, each as it is now."""
-    lives = section.plane("survivors, lives", "", [0] * len(canonical))
-    kept = [g for g, bit in zip(canonical, lives, strict=True) if bit]
+def read_survivors(section: PlainSection, count: int) -> Survivors:
+    """Which of the Gaussians of the CANO are left, and how they differ."""
+    lives = section.plane("survivors, lives", "", [0] * count)
+    kept = [i for i, bit in enumerate(lives) if bit]
     differences: list[Vector] = [[0] * 14 for _ in kept]
     answers = [0] * len(kept)
     for number, name in enumerate(_FIELDS):
@@ -37,7 +40,12 @@ def read_survivors(section: PlainSection, canonical: list[PlainCoded]) -> list[P
             for difference, value in zip(there, coded, strict=True):
                 last = value + last if name == "position" else value
                 difference[r] = last
-    return [_add(g, d) for g, d in zip(kept, differences, strict=True)]
+    return dict(zip(kept, differences, strict=True))
+
+
+def add_differences(canonical: list[PlainCoded], survivors: Survivors) -> list[PlainCoded]:
+    """The Gaussians of the CANO that are left, each as it is now."""
+    return [_add(canonical[i], difference) for i, difference in survivors.items()]
 
 
 def sort(gaussians: list[PlainCoded]) -> list[PlainCoded]:

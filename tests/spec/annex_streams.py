@@ -6,13 +6,16 @@ import numpy as np
 
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.digest import compute_state_crc, state_crc
-from quarc_ref.decoder.frames import decode_births, decode_motion
+from quarc_ref.decoder.frames import decode_births, decode_motion, decode_updates
 from quarc_ref.decoder.reconstruct import begin_frame, motion_contexts
 from quarc_ref.decoder.state import State
+from quarc_ref.decoder.updates import update_context
 from quarc_ref.format import wire
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.coding.gaussian_planes import sort_canonical, write_births, write_canonical
 from quarc_ref.format.coding.motion_planes import write_motion
+from quarc_ref.format.coding.snapshot_planes import write_snapshot
+from quarc_ref.format.coding.update_planes import write_updates
 from quarc_ref.format.constants import MAGIC
 from quarc_ref.format.container import build_chunk
 from quarc_ref.format.records import (
@@ -22,9 +25,11 @@ from quarc_ref.format.records import (
     Gaussians,
     Section,
     SeekPoint,
+    SnapshotChunk,
     StreamHeader,
     Tail,
 )
+from quarc_ref.format.updates import Updates
 from tests.small_streams import CAMERA
 
 EMPTY = Section(np.zeros(0, dtype=np.uint32))
@@ -39,6 +44,7 @@ class StreamWriter:
     sequence: int = 0
     states: list[State] = field(default_factory=list)
     seek_points: list[SeekPoint] = field(default_factory=list)
+    reference: tuple[int, Gaussians] | None = None  # the last CANO: its ordinal, its Gaussians
 
     def chunk(self, kind: bytes, payload: bytes) -> None:
         self.data += build_chunk(kind, self.sequence, payload)
@@ -50,15 +56,45 @@ class StreamWriter:
         crc = compute_state_crc(state.scene, all_fields=True)
         sections = write_canonical(ordered, origin)
         chunk = CanonicalChunk(frame, ordered.count, origin, axis_bits, sections, crc)
-        self.seek_points.append(SeekPoint(len(self.data), self.sequence, frame))
-        self.chunk(b"CANO", wire.build_canonical(chunk))
+        self.reference = (frame, ordered)
+        self._enter(b"CANO", wire.build_canonical(chunk), state)
+
+    def snapshot(self, gaussians: Gaussians, roots: list[int]) -> None:
+        """Write a SNAP chunk; `roots` has indices in the last CANO, and -1 for newborn."""
+        assert self.reference is not None
+        canonical, known = self.reference
+        coded = write_snapshot(known, gaussians, np.array(roots, dtype=np.int64))
+        frame = self.states[-1].frame + 1
+        state = begin_canonical(self.header, frame, coded.gaussians)
+        chunk = SnapshotChunk(
+            frame,
+            canonical,
+            coded.newborn_count,
+            coded.origin,
+            coded.axis_bits,
+            coded.survivors,
+            coded.sections,
+            compute_state_crc(state.scene, all_fields=True),
+        )
+        self._enter(b"SNAP", wire.build_snapshot(chunk), state)
+
+    def _enter(self, kind: bytes, payload: bytes, state: State) -> None:
+        """Write a chunk at which decoding can begin."""
+        self.seek_points.append(SeekPoint(len(self.data), self.sequence, state.frame))
+        self.chunk(kind, payload)
         self.states.append(state)
 
     def begin(self, deaths: int) -> State:
         return begin_frame(self.states[-1], deaths)
 
     def frame(
-        self, begun: State, symbols: list[Int64], births: Births | None, *, previous: bool
+        self,
+        begun: State,
+        symbols: list[Int64],
+        births: Births | None,
+        *,
+        previous: bool,
+        updates: Updates | None = None,
     ) -> None:
         """Write a FRAM chunk; the number of deaths is what `begun` lacks."""
         deaths = self.states[-1].scene.count - begun.scene.count
@@ -66,12 +102,18 @@ class StreamWriter:
             motion_contexts(begun, previous=previous), symbols, begun.motion_counts
         )
         state = decode_motion(begun, motion, previous=previous)
+        changes = None
+        if updates is not None:
+            changes = write_updates(update_context(state), updates, state.update_counts)
+            state = decode_updates(state, changes)
         section, count = EMPTY, 0
         if births is not None:
             section, count = write_births(births, state.birth_counts), births.newborn.count
             state = decode_births(state, section, count)
         crc = state_crc(state.scene)
-        chunk = FrameChunk(state.scene.phase, previous, deaths, count, motion, section, crc)
+        chunk = FrameChunk(
+            state.scene.phase, previous, deaths, count, motion, section, crc, changes
+        )
         self.chunk(b"FRAM", wire.build_frame(chunk))
         self.states.append(state)
 

@@ -1,4 +1,4 @@
-"""Checks of the annexes of a text: known answers, widths, and the three streams."""
+"""Checks of the annexes of a text: known answers, widths, and the four streams."""
 
 import re
 

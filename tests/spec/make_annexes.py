@@ -13,15 +13,17 @@ from plain import spec_text
 from plain.decoder import PlainStream, decode_plain
 from tests.spec import annex_examples, annex_pages, annex_widths, vector_tables
 from tests.spec.annex_stream_c import make_deep
+from tests.spec.annex_stream_d import make_changing
 from tests.spec.annex_streams import make_moving, make_still
 
-# Of stream C the planes of its first frame alone: the others show nothing more.
-_WITH_PLANES = ("A", "B", "C1001")
+# The planes of the other frames show nothing more.
+_WITH_PLANES = ("A", "B", "C1001", "D11", "D12", "D13", "D14")
 
 
 @cache
 def streams() -> dict[str, bytes]:
-    return {"A": make_still().data, "B": make_moving().data, "C": make_deep().data}
+    makers = {"A": make_still, "B": make_moving, "C": make_deep, "D": make_changing}
+    return {name: make().data for name, make in makers.items()}
 
 
 def make_regions(spec: str) -> dict[str, str]:

@@ -1,4 +1,4 @@
-/** The three streams of Annex G. */
+/** The four streams of Annex G. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -8,7 +8,7 @@ import { MemorySource } from "../src/source.js";
 import type { State } from "../src/state.js";
 import { integers, streamBytes, table } from "./spec.js";
 
-for (const name of ["A", "B", "C"]) {
+for (const name of ["A", "B", "C", "D"]) {
   test(`the states of stream ${name} have the digests of Annex G`, () => {
     const states = [...decodeStream(new MemorySource(streamBytes(name)))].map(({ state }) => state);
 
