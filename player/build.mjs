@@ -1,8 +1,8 @@
 /**
- * Builds dist/: quarc-player.js for pages and quarc-decode.js for programs, each one file with all
- * that it needs; with --test the tests, for node --test.
+ * Builds dist/: quarc-player.js for pages and quarc-decode.js for programs, each a single file; with --test, builds the
+ * tests for node --test.
  *
- * `worker:NAME` is the code of src/NAME.ts as text, and `wasm:quarc` the decoder, compressed.
+ * The import `worker:NAME` is the code of src/NAME.ts as text, and `wasm:quarc` is the compressed decoder.
  */
 
 import { existsSync, readFileSync, rmSync } from "node:fs";
@@ -45,7 +45,7 @@ const workers = {
 };
 
 if (!existsSync(WASM)) {
-  console.error(`player/build.mjs: there is no ${WASM}; core/wasm/build.sh --player makes it`);
+  console.error(`player/build.mjs: ${WASM} is missing; run core/wasm/build.sh --player`);
   process.exit(1);
 }
 const plugins = [workers, wasm];

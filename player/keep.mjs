@@ -1,14 +1,13 @@
 /**
- * Keeps the built player in the Python package, where `quarc-ref view` and `publish` take it from:
+ * Stores the built player in the Python package, which `quarc-ref view` and `publish` use:
  *
- *     node keep.mjs           builds it anew if its sources have changed
- *     node keep.mjs --check   fails if they have, or if a new build gives something else
+ *     node keep.mjs           builds it again if its sources have changed
+ *     node keep.mjs --check   fails if they have changed, or if a new build differs
  *
- * Beside the player lies a stamp: digests of the sources that it was built from, the tools that
- * built it. While the sources of the decoder are the same, its module is taken out of the player
- * that is kept, so that a change of player/src needs npm only. `make player` hands over a module
- * that it has just built ($QUARC_WASM); one that differs although its sources are the same is an
- * error, unless other tools have made it.
+ * A stamp beside the player has digests of its sources, and the tools that built it. If the sources of the decoder have
+ * not changed, its module is taken from the stored player, so that a change of player/src needs only npm. `make player`
+ * passes a module that it has just built ($QUARC_WASM); if that differs although the sources are the same, it is an
+ * error, unless other tools have built it.
  */
 
 import { execFileSync, spawnSync } from "node:child_process";
@@ -34,7 +33,7 @@ function listFiles(path) {
   return readdirSync(at(path)).flatMap((name) => listFiles(`${path}/${name}`));
 }
 
-/** One digest of the names and the bytes of files; tests/viewing/test_kept_player.py has the same. */
+/** One digest of the names and contents of files; tests/viewing/test_kept_player.py computes the same. */
 function digestSources(paths) {
   const lines = paths.flatMap(listFiles).map((path) => `${sha256(readFileSync(at(path)))}  ${path}\n`);
   return sha256(lines.sort().join(""));
@@ -42,7 +41,7 @@ function digestSources(paths) {
 
 const takeModule = (player) => gunzipSync(Buffer.from(MODULE.exec(player)[0], "base64"));
 
-/** The player with its module as a digest: how well zlib compresses depends on its version. */
+/** The player with its module replaced by a digest, because zlib versions compress differently. */
 const normalize = (player) => player.replace(MODULE, () => sha256(takeModule(player)));
 
 function nameTools() {
@@ -84,7 +83,7 @@ const isCurrent = { player: stamp.player === digests.player, core: stamp.core ==
 const isKept = kept !== null && stamp.bytes === sha256(kept);
 
 if (isCheck && !(isKept && isCurrent.player && isCurrent.core)) {
-  fail(`${KEPT} is not of these sources: \`make player\` refreshes it`);
+  fail(`${KEPT} is out of date: run \`make player\``);
 }
 const given = process.env.QUARC_WASM ? readFileSync(process.env.QUARC_WASM) : null;
 let wasm = given;
@@ -92,20 +91,20 @@ if (isKept && isCurrent.core) {
   wasm = takeModule(kept);
   if (given !== null && !given.equals(wasm)) {
     const tools = JSON.stringify(nameTools());
-    const said = `the decoder that is kept was built by ${JSON.stringify(stamp.tools)}, and ${tools} give another`;
+    const said = `the stored decoder was built with ${JSON.stringify(stamp.tools)}, and ${tools} build a different one`;
     if (tools === JSON.stringify(stamp.tools)) fail(said);
-    console.log(`${said}: it stays`);
+    console.log(`${said}: kept the stored one`);
   }
 }
 wasm ??= buildModule();
 const built = buildPlayer(wasm);
 if (isKept && isCurrent.player && isCurrent.core) {
-  if (normalize(built) !== normalize(kept)) fail(`the same sources give another player than ${KEPT} has`);
-  console.log(`${KEPT} is of these sources`);
+  if (normalize(built) !== normalize(kept)) fail(`the build differs from ${KEPT} although the sources are the same`);
+  console.log(`${KEPT} is up to date`);
 } else {
   mkdirSync(at(KEPT), { recursive: true });
   writeFileSync(PLAYER, built);
   const written = { ...digests, bytes: sha256(built), wasm: sha256(wasm), tools: nameTools() };
   writeFileSync(STAMP, `${JSON.stringify(written, null, 2)}\n`);
-  console.log(`${KEPT} is new`);
+  console.log(`${KEPT} was updated`);
 }

@@ -1,8 +1,8 @@
 #!/bin/sh
-# Fuzzes a target: run.sh TARGET [options of libFuzzer], as run.sh decode -max_total_time=60.
+# Fuzzes a target: run.sh TARGET [libFuzzer options], such as run.sh decode -max_total_time=60.
 #
-# Begins with the streams of the conformance suite and the seeds of tests/hostile, and goes on
-# with what has been found. Needs cargo-fuzz; the compiler may be a stable one.
+# The corpus starts with the streams of the conformance suite and the seeds of tests/hostile, and
+# keeps what is found. Needs cargo-fuzz; a stable compiler suffices.
 set -eu
 cd "$(dirname "$0")"
 target=${1:?decode, seek, recover or interface}
@@ -12,7 +12,7 @@ command -v cargo-fuzz >/dev/null || {
     exit 1
 }
 
-# Of `interface` the first 48 bytes are calls: how to open, push all, pull.
+# The first 48 bytes of an input of `interface` are calls: how to open, push all, pull.
 calls() {
     printf '%b' "\\0$1\\0001"
     head -c 46 /dev/zero | tr '\000' '\005'
@@ -30,5 +30,5 @@ for seed in ../../conformance/streams/*.quarc ../../tests/hostile/seeds/streams/
     *) cp "$seed" "corpus/$target/$name" ;;
     esac
 done
-export RUSTC_BOOTSTRAP=1 # the compiler instruments what it builds
+export RUSTC_BOOTSTRAP=1 # enables instrumentation
 exec cargo fuzz run "$target" -- -max_len=16384 -timeout=30 -rss_limit_mb=2048 "$@"

@@ -1,4 +1,4 @@
-"""The portable core: see quarc_ref.decoder.fast_engine, which alone calls it."""
+"""The portable core. Only quarc_ref.decoder.fast_engine calls it."""
 
 from collections.abc import Sequence
 

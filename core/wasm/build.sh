@@ -1,11 +1,11 @@
 #!/bin/sh
-# Builds the decoder as one module for the web: quarc.wasm beside this file. With --player it is
-# quarc-player.wasm, with the functions that the player calls and no others; with --conformance
-# quarc-conformance.wasm, which also answers the suite's cases of building blocks.
+# Builds the decoder as one WebAssembly module: quarc.wasm in this folder. With --player, it is
+# quarc-player.wasm, which exports only the functions that the player calls; with --conformance,
+# quarc-conformance.wasm, which also answers the test cases of building blocks.
 #
-# The standard library is built along, for size. So it takes the compiler of the version in
-# `toolchain`, with the library's source: $RUSTC and $CARGO, that on the path, the distribution's,
-# or rustup's, whichever of them is the first to fit.
+# To reduce the size, the standard library is built, too. This needs the compiler version in
+# `toolchain` with the source of its library. Searched in this order: $RUSTC and $CARGO, the
+# compiler on the path, that of the distribution, that of rustup.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 version=$(cat "$here/toolchain")
@@ -16,7 +16,7 @@ fail() {
     exit 1
 }
 
-# Whether a compiler fits.
+# Use a compiler, if it has the right version and its source.
 take() {
     rustc=$1 cargo=$2
     found=$($rustc --version 2>/dev/null | cut -d ' ' -f 2)
@@ -36,7 +36,7 @@ find_linker() {
     command -v wasm-ld || command -v wasm-ld-22
 }
 
-# Drop all functions of a module but those that player/src/decode/functions.ts declares.
+# Drop all functions of the module except those that player/src/decode/functions.ts declares.
 keep_player_functions() {
     graph=$built.json
     {
@@ -55,7 +55,7 @@ case ${1:-} in
 '') ;;
 --player) module=quarc-player ;;
 --conformance) module=quarc-conformance features="--features conformance" ;;
-*) fail "there is no option $1; only --player and --conformance" ;;
+*) fail "unknown option $1; the options are --player and --conformance" ;;
 esac
 take "${RUSTC:-none}" "${CARGO:-cargo}" || take rustc cargo || take /usr/bin/rustc /usr/bin/cargo ||
     take "rustc +$version" "cargo +$version" ||
@@ -65,7 +65,7 @@ command -v wasm-opt >/dev/null || fail "no wasm-opt: Debian's package binaryen"
 linker=$(find_linker) || fail "no linker for WebAssembly: rustup's rust-lld, or Debian's package lld-22"
 
 case $rustc in
-*+*) ;; # rustup's cargo knows it
+*+*) ;; # rustup's cargo selects it
 *) export RUSTC="$rustc" ;;
 esac
 export RUSTC_BOOTSTRAP=1 # for -Z

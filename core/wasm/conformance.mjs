@@ -1,7 +1,7 @@
 /**
- * The module as conformance/RUNNER.md asks for it: a stream on standard input, --jobs, or
- * --capabilities. Streams are decoded by quarc.wasm through quarc.mjs, as a page would; units are
- * answered by quarc-conformance.wasm, where that has been built.
+ * The decoder of the WebAssembly module for conformance/RUNNER.md: a stream on standard input,
+ * --jobs, or --capabilities. Streams are decoded by quarc.wasm through quarc.mjs, as in a page;
+ * unit cases are answered by quarc-conformance.wasm, if it has been built.
  */
 
 import { createHash } from "node:crypto";
@@ -21,7 +21,7 @@ const compiled = compile(process.env.QUARC_WASM ?? new URL("quarc.wasm", import.
 const unitsFile = new URL("quarc-conformance.wasm", import.meta.url);
 const units = existsSync(unitsFile) ? start(compile(unitsFile)) : null;
 
-/** A module without a past: what a stream made it grow to is gone with the stream. */
+/** A new instance, whose memory is freed with the stream. */
 function start(module = compiled) {
   return new Quarc(new WebAssembly.Instance(module, {}));
 }
@@ -35,7 +35,7 @@ function write(text) {
   for (let done = 0; done < bytes.length; ) done += writeSync(OUTPUT, bytes, done);
 }
 
-/** What is there of standard input, at most a piece; nothing at its end. */
+/** Read at most one piece of standard input; empty at its end. */
 function readSome() {
   const piece = Buffer.allocUnsafe(PIECE_BYTES);
   try {
@@ -46,7 +46,7 @@ function readSome() {
   }
 }
 
-/** Say what a decoder gives; returns whether it waits for more bytes. */
+/** Report the frames and gaps of a decoder; returns whether it waits for more bytes. */
 function tell(decoder, job) {
   for (;;) {
     const { state, gap, isOver } = decoder.pull();
@@ -70,7 +70,7 @@ function tellFrame(decoder, { frame, count }, job) {
   say(line);
 }
 
-/** What a state dequantizes to, row by row as it is serialized. */
+/** The floats of a state, row by row in the order of the serialization. */
 function serialize({ count, positions, rotations, logScales, opacities, sh, shCoefficients }) {
   const arrays = [positions, rotations, logScales, opacities, sh];
   const widths = [3, 4, 3, 1, 3 * shCoefficients];
@@ -86,7 +86,7 @@ function serialize({ count, positions, rotations, logScales, opacities, sh, shCo
   return bytes;
 }
 
-/** Say what becomes of a stream; returns the exit status. */
+/** Report the outcome of a stream; returns the exit status. */
 function answer(decoder, decode) {
   try {
     decode(decoder);
@@ -101,7 +101,7 @@ function answer(decoder, decode) {
   }
 }
 
-/** The stream on standard input, as it comes. */
+/** Decode the stream on standard input as it arrives. */
 function answerStream() {
   return answer(start().open(), (decoder) => {
     for (let bytes = readSome(); bytes.length > 0; bytes = readSome()) {
@@ -130,11 +130,11 @@ function answerJob(job, stream, line) {
   });
 }
 
-/** What the other module answers to a line, bytes; to none what can be asked of it. */
+/** The answer of quarc-conformance.wasm to a request; to an empty one, its capabilities. */
 function answerUnit(line) {
   const { quarc_conformance_job: ask, quarc_free: free } = units.functions;
   return units.lend(line, (place) => {
-    if (ask(place, line.length, units.scratch) !== 0) throw new Error("this is no job");
+    if (ask(place, line.length, units.scratch) !== 0) throw new Error("malformed job");
     const [size, lines] = units.view(Uint32Array, units.scratch, 2);
     const text = Buffer.from(units.view(Uint8Array, lines, size)).toString();
     free(lines, size);
@@ -142,7 +142,7 @@ function answerUnit(line) {
   });
 }
 
-/** Jobs, until standard input ends. */
+/** Do jobs until standard input ends. */
 function answerJobs() {
   let pending = Buffer.alloc(0);
   const fill = () => {

@@ -11,17 +11,17 @@
  *     decoder.finish();          // then pull to the end once more
  *     decoder.close();
  *
- * Arrays that are given out lie in the module's memory: they last until the next call of anything
- * here, and are not to be written to. Who keeps them takes a `slice()`.
+ * Returned arrays are views of the module's memory: they are valid until the next call of any
+ * function here, and must not be modified. Use `slice()` to keep a copy.
  */
 
 const STATUS = { FRAME: 1, GAP: 2, END: 3, REJECTED: -1, LIMIT: -2, MISUSE: -3, BROKEN: -4 };
-const SCRATCH_BYTES = 72; // the greatest thing that the module writes for us, a digest
+const SCRATCH_BYTES = 72; // enough for the largest result that the module writes, a digest
 const DIGEST_DIGITS = 64;
 const POSITION_ROWS = 3;
 const ROTATION_ROWS = 4;
 
-/** What is wrong with a stream; `rejectId` is that of SPEC 3.3, null where the decoder declines. */
+/** A stream cannot be decoded; `rejectId` is that of SPEC 3.3, or null if the decoder declines it. */
 export class QuarcError extends Error {
   constructor(message, rejectId) {
     super(message);
@@ -35,7 +35,7 @@ export class Quarc {
   #functions;
   #scratch;
 
-  /** Of a response, the bytes of quarc.wasm, or a module that is compiled already. */
+  /** Load from a response, from the bytes of quarc.wasm, or from a compiled module. */
   static async load(source) {
     const given = await source;
     if (given instanceof WebAssembly.Module) {
@@ -51,12 +51,12 @@ export class Quarc {
     this.#scratch = this.#functions.quarc_allocate(SCRATCH_BYTES);
   }
 
-  /** What the module exports. */
+  /** The exports of the module. */
   get functions() {
     return this.#functions;
   }
 
-  /** The bytes that the module has taken of its host. */
+  /** The size of the module's memory in bytes. */
   get memoryBytes() {
     return this.#functions.memory.buffer.byteLength;
   }
@@ -65,42 +65,42 @@ export class Quarc {
     return this.text(this.#functions.quarc_version());
   }
 
-  /** A decoder of frames in their order, as their bytes come. */
+  /** A decoder of frames in order, as their bytes arrive. */
   open() {
     return new Decoder(this, this.#functions.quarc_open());
   }
 
-  /** A decoder of the frames from one on; it needs the whole stream. */
+  /** A decoder of the frames from `start` on; it needs the whole stream. */
   openSeek(start) {
     return new Decoder(this, this.#functions.quarc_open_seek(start));
   }
 
-  /** A decoder of what is left of a damaged stream; it needs the whole stream. */
+  /** A decoder of the intact frames of a damaged stream; it needs the whole stream. */
   openRecover() {
     return new Decoder(this, this.#functions.quarc_open_recover());
   }
 
-  /** Where the module writes what is asked of it. */
+  /** The address at which the module writes results. */
   get scratch() {
     return this.#scratch;
   }
 
-  /** The text at a place, up to a zero; null of none. */
+  /** The zero-terminated text at an address; null for address 0. */
   text(place) {
     if (place === 0) return null;
     const bytes = new Uint8Array(this.#functions.memory.buffer, place);
     return new TextDecoder().decode(bytes.slice(0, bytes.indexOf(0)));
   }
 
-  /** Numbers at a place. */
+  /** Numbers at an address. */
   view(type, place, length) {
     return new type(this.#functions.memory.buffer, place, length);
   }
 
-  /** Bytes, copied into the module while `use` looks at them. */
+  /** Copy bytes into the module for the duration of `use`. */
   lend(bytes, use) {
     const place = this.#functions.quarc_allocate(bytes.length);
-    if (place === 0) throw new RangeError(`no room for ${bytes.length} bytes`);
+    if (place === 0) throw new RangeError(`cannot allocate ${bytes.length} bytes`);
     this.view(Uint8Array, place, bytes.length).set(bytes);
     try {
       return use(place);
@@ -122,21 +122,21 @@ class Decoder {
     this.#handle = handle;
   }
 
-  /** Hand over the next bytes of the stream. */
+  /** Append the next bytes of the stream. */
   push(bytes) {
     this.#quarc.lend(bytes, (place) => {
       this.#check(this.#functions.quarc_push(this.#handle, place, bytes.length));
     });
   }
 
-  /** Say that no more bytes will come. */
+  /** Declare the end of the stream. */
   finish() {
     this.#check(this.#functions.quarc_finish(this.#handle));
   }
 
   /**
-   * Go on: `{state}` of the next frame, `{gap}` in a damaged stream, or `{}` where more bytes are
-   * needed, or the stream is over (`{isOver: true}`).
+   * Decode: `{state}` of the next frame, `{gap}` in a damaged stream, `{}` if more bytes are
+   * needed, `{isOver: true}` at the end.
    */
   pull() {
     const status = this.#check(this.#functions.quarc_pull(this.#handle, this.#quarc.scratch));
@@ -145,7 +145,7 @@ class Decoder {
     return status === STATUS.END ? { isOver: true } : {};
   }
 
-  /** What the stream chose for itself; null before that is known. */
+  /** The parameters of the stream; null before HEAD has been read. */
   get head() {
     const { scratch } = this.#quarc;
     if (this.#functions.quarc_head(this.#handle, scratch) !== 0) return null;
@@ -161,7 +161,7 @@ class Decoder {
     };
   }
 
-  /** The SHA-256 of the state that was pulled last (SPEC 9.1). */
+  /** The SHA-256 of the last state (SPEC 9.1). */
   digest() {
     const { scratch } = this.#quarc;
     this.#check(this.#functions.quarc_digest(this.#handle, scratch));
@@ -170,8 +170,8 @@ class Decoder {
   }
 
   /**
-   * The state that was pulled last, in floats, a row to a Gaussian as 3DGS has them. `changed`
-   * tells which arrays are others than those of the state that was dequantized before.
+   * The last state as floats, one row per Gaussian, as 3DGS stores them. `changed` says which
+   * arrays differ from the state that was dequantized before.
    */
   dequantize() {
     this.#check(this.#functions.quarc_dequantize(this.#handle, this.#quarc.scratch));
@@ -194,7 +194,7 @@ class Decoder {
     };
   }
 
-  /** Free the decoder and all that it has given out; a second time this does nothing. */
+  /** Free the decoder and all memory that it returned; a second call does nothing. */
   close() {
     const { scratch } = this.#quarc;
     this.#quarc.view(Uint32Array, scratch, 1)[0] = this.#handle;
@@ -233,14 +233,14 @@ class Decoder {
     };
   }
 
-  /** Words that the module has written for us. */
+  /** Words that the module has written to the scratch memory. */
   #numbers(count) {
     return this.#quarc.view(Uint32Array, this.#quarc.scratch, count);
   }
 
   #check(status) {
     if (status >= 0) return status;
-    if (status === STATUS.MISUSE) throw new Error("a call that has no meaning here");
+    if (status === STATUS.MISUSE) throw new Error("invalid call");
     const message = this.#quarc.text(this.#functions.quarc_message(this.#handle));
     const rejectId = this.#quarc.text(this.#functions.quarc_reject_id(this.#handle));
     throw new QuarcError(message ?? "the decoder is broken", rejectId);

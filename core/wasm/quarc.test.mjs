@@ -1,4 +1,4 @@
-/** `node --test core/wasm`, after build.sh: what a page sees of streams, whole and damaged. */
+/** `node --test core/wasm`, after build.sh: the module as a page uses it, with intact and damaged streams. */
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
@@ -13,7 +13,7 @@ const MUTATIONS = 300;
 const read = (name) => readFileSync(new URL(`${name}.quarc`, STREAMS));
 const load = () => Quarc.load(readFileSync(new URL("quarc.wasm", import.meta.url)));
 
-/** The digest of SPEC 9.1, of the arrays that a page sees. */
+/** The digest of SPEC 9.1, computed from the arrays of the page. */
 function digest({ phase, count, ids, positions, rotations, codes }) {
   const hash = createHash("sha256").update(Uint32Array.of(count, phase)).update(ids);
   for (const row of [...positions, ...rotations]) hash.update(row);
@@ -25,7 +25,7 @@ function* pull(decoder) {
   for (let found = decoder.pull(); found.state || found.gap; found = decoder.pull()) yield found;
 }
 
-/** Numbers that are the same every time. */
+/** A deterministic generator of numbers. */
 function* numbers(seed) {
   for (let state = seed; ; ) {
     state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
@@ -33,7 +33,7 @@ function* numbers(seed) {
   }
 }
 
-test("the arrays of a state are what the digest is of", async () => {
+test("the arrays of a state match its digest", async () => {
   const quarc = await load();
   for (const name of NAMES) {
     const decoder = quarc.open();
@@ -53,7 +53,7 @@ test("the arrays of a state are what the digest is of", async () => {
   }
 });
 
-test("floats are the integers times the steps of the head", async () => {
+test("floats are the integers times the steps in HEAD", async () => {
   const decoder = (await load()).open();
   assert.equal(decoder.head, null);
   decoder.push(read("journey"));
@@ -82,7 +82,7 @@ test("floats are the integers times the steps of the head", async () => {
   assert.ok(head.upAxis <= 6 && head.metersPerUnit >= 0 && typeof head.isRightHanded === "boolean");
 });
 
-test("frames are sought, and gaps are told", async () => {
+test("seeking returns frames, and recovery reports gaps", async () => {
   const quarc = await load();
   const stream = read("journey");
   const seeking = quarc.openSeek(4);
@@ -104,7 +104,7 @@ test("frames are sought, and gaps are told", async () => {
   assert.ok(gaps[0].offset + gaps[0].bytes > stream.length >> 1);
 });
 
-test("what is wrong is said by its reject id, and a decoder that is closed is of no use", async () => {
+test("errors have their reject id, and a closed decoder cannot be used", async () => {
   const decoder = (await load()).open();
   decoder.push(read("journey").subarray(0, -1));
   decoder.finish();
@@ -113,10 +113,10 @@ test("what is wrong is said by its reject id, and a decoder that is closed is of
   assert.throws(() => decoder.pull(), isCut);
   decoder.close();
   decoder.close();
-  assert.throws(() => decoder.pull(), /no meaning/);
+  assert.throws(() => decoder.pull(), /invalid call/);
 });
 
-test("changed streams break nothing, and their memory is used again", async () => {
+test("modified streams cause no crash, and memory is reused", async () => {
   const quarc = await load();
   const random = numbers(7);
   const below = (bound) => random.next().value % bound;

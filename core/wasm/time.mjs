@@ -1,6 +1,6 @@
 /**
- * What decoding takes in Node: node time.mjs FILE [FRAMES]. Processor time, pulled frames alone;
- * no digests. QUARC_WASM names another module than quarc.wasm.
+ * Measures decoding in Node: node time.mjs FILE [FRAMES]. Processor time of pulling frames, without
+ * digests. QUARC_WASM names another module than quarc.wasm.
  */
 
 import { readFileSync } from "node:fs";

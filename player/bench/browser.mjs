@@ -1,13 +1,12 @@
 /**
- * How fast a stream plays in Chromium, and when its first picture is there (Linux):
+ * Measures playback in Chromium, and the time to the first picture (Linux):
  *
  *     node bench/browser.mjs FILE [FRAMES]     after npm run build
  *
- * Prints frames per second of decoding, sorting and uploading, by the processor time of the decode
- * worker, of the sort worker and of the page, which also runs the player and issues the drawing;
- * what a graphics card would do is left out. Then how many frames are late in real time, and when
- * the first picture and the first frame are shown behind a connection of 2 Mbit/s.
- * $QUARC_CHROMIUM names the browser.
+ * Prints frames per second of decoding, sorting and uploading, from the processor time of the decode worker, of the
+ * sort worker and of the page, which also runs the player and issues the draw calls; the work of a graphics card is not
+ * included. Then the number of late frames in real time, and the time to the first picture and the first frame over a
+ * connection of 2 Mbit/s. $QUARC_CHROMIUM names the browser.
  */
 
 import { readFileSync } from "node:fs";
@@ -59,7 +58,7 @@ const open = async () => {
   return page;
 };
 
-/** Make a player that shows the first frame. Runs on the page. */
+/** Make a player and wait for its first frame. Runs on the page. */
 async function begin() {
   const { Player } = await import("/quarc-player.js");
   globalThis.player = new Player(document.querySelector("canvas"), { controls: false });

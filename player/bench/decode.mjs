@@ -1,7 +1,7 @@
 /**
- * How fast frames come: node bench/decode.mjs FILE [FRAMES], after npm run build.
+ * Measures decoding: node bench/decode.mjs FILE [FRAMES], after npm run build.
  *
- * Processor time of decoding and of making packets; the first frame apart.
+ * Processor time of decoding frames to packets; the first frame is reported separately.
  */
 
 import { readFileSync } from "node:fs";

@@ -2,7 +2,7 @@
 
 import { readdirSync, readFileSync } from "node:fs";
 
-/** Milliseconds so far of the one page that has a player: of the page, its sorter, its decoder. */
+/** Processor time so far of the page with the player, of its sort worker and its decode worker, in milliseconds. */
 export async function measureThreads(browser) {
   const session = await browser.newBrowserCDPSession();
   const { processInfo } = await session.send("SystemInfo.getProcessInfo");

@@ -1,7 +1,7 @@
 /**
- * Prints what a stream is, and how each frame changes it: node examples/node.mjs FILE-OR-URL [FROM]
+ * Prints a summary of a stream and the changes in each frame: node examples/node.mjs FILE-OR-URL [FROM]
  *
- * In a project of its own: import { readFrames, StreamError } from "quarc-player/decode".
+ * In your own project: import { readFrames, StreamError } from "quarc-player/decode".
  */
 
 import { readFileSync } from "node:fs";

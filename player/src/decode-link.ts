@@ -1,8 +1,8 @@
 /**
- * The decode worker as the page sees it: runs, and replies to them.
+ * The page's side of the decode worker: runs, and the replies to them.
  *
- * A run is an opening, a seek or a lap of a loop. Replies to a run that another has replaced are
- * dropped, except for what they say of the stream as a whole.
+ * A run is an opening, a seek or a lap of a loop. Replies to a replaced run are dropped, except for information on the
+ * stream as a whole.
  */
 
 import type { DecodeReply, DecodeRequest, PlayerFault, StreamSource } from "./protocol.js";
@@ -24,7 +24,7 @@ export class DecodeLink {
     };
   }
 
-  /** Open a stream, and allow so many frames to be decoded. */
+  /** Open a stream, and allow a number of frames to be decoded. */
   open(source: StreamSource, frames: number): void {
     this.#runOpened = ++this.run;
     const transferred = "bytes" in source ? [source.bytes] : [];
@@ -32,19 +32,19 @@ export class DecodeLink {
     this.allow(frames);
   }
 
-  /** Go on at a frame, or at the last one of the stream if that comes first. */
+  /** Continue at a frame, or at the last one of the stream if that comes first. */
   seek(frame: number, frames: number): void {
     this.run += 1;
     this.#request({ kind: "seek", frame, run: this.run, orLast: true });
     this.allow(frames);
   }
 
-  /** Allow so many more frames to be decoded. */
+  /** Allow more frames to be decoded. */
   allow(frames: number): void {
     this.#request({ kind: "more", frames, run: this.run });
   }
 
-  /** Drop what still comes of the last run, and return the number of one without replies. */
+  /** Drop further replies to the last run, and return the number of a run without replies. */
   abandon(): number {
     return ++this.run;
   }

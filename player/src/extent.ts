@@ -1,4 +1,4 @@
-/** What is known of the stream that is open: what it says of itself, and how far it goes. */
+/** The extent of the open stream, and its description. */
 
 import type { StreamInfo } from "./protocol.js";
 
@@ -17,34 +17,34 @@ export class Extent {
     return this.#counted;
   }
 
-  /** Ordinal after the last frame, where it is known. */
+  /** Ordinal after the last frame, if known. */
   get end(): number | null {
     const count = this.info?.frameCount ?? null;
     return this.#counted ?? (count === null ? null : this.firstFrame + count);
   }
 
-  /** Ordinal of the newest frame of a live stream; null if it is not live, or while that is not known. */
+  /** Ordinal of the newest frame of a live stream; null if it is not live, or not yet known. */
   get liveEdge(): number | null {
     return this.#counted === null ? this.#liveEdge : null;
   }
 
-  /** How long a frame lasts at the speed of the capture, milliseconds. */
+  /** Duration of a frame at the speed of the capture, milliseconds. */
   get frameMs(): number {
     const { timescale = 30, frameTicks = 1 } = this.info ?? {};
     return (1000 * frameTicks) / timescale;
   }
 
-  /** Take note that the live stream goes up to a frame so far. */
+  /** Note that the live stream has grown to a frame. */
   grow(frame: number): void {
     this.#liveEdge = frame;
   }
 
-  /** Take note that all frames have been decoded. */
+  /** Note that all frames have been decoded. */
   finish(frameCount: number): void {
     this.#counted = this.firstFrame + frameCount;
   }
 
-  /** The frame of the stream that is nearest to an ordinal; where the end is not known, Infinity may be left. */
+  /** The frame of the stream nearest to an ordinal; may be Infinity if the end is unknown. */
   clamp(frame: number): number {
     const last = this.end === null ? Infinity : this.end - 1;
     return Math.max(this.firstFrame, Math.min(last, Math.round(frame)));

@@ -1,4 +1,4 @@
-/** The promises that a player has given out, until the frames that they are about are shown. */
+/** The promises of a player, which are pending until their frames are shown. */
 
 import type { PlayerFault, StreamInfo } from "./protocol.js";
 import { StreamError } from "./stream-error.js";
@@ -12,12 +12,12 @@ export class Pending {
   #opening: Waiting<StreamInfo> | null = null;
   #seeks: Waiting<number>[] = [];
 
-  /** Resolves when the first frame of the stream that is opened now is shown. */
+  /** Resolves when the first frame of the stream being opened is shown. */
   open(): Promise<StreamInfo> {
     return promise((waiting) => (this.#opening = waiting));
   }
 
-  /** Resolves when the seek or step that is under way has shown its frame. */
+  /** Resolves when the current seek or step has shown its frame. */
   seek(): Promise<number> {
     return promise((waiting) => this.#seeks.push(waiting));
   }

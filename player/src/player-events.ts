@@ -2,11 +2,11 @@
 
 import type { PlayerFault, StreamInfo } from "./protocol.js";
 
-/** The events of a player; `detail` is what a listener receives. */
+/** The events of a player; `detail` is passed to listeners. */
 export interface PlayerEvents {
   /** The stream is known; again when its index has been read, or a live stream has ended. */
   info: StreamInfo;
-  /** A part of the first frame is on the screen: a picture while loading. */
+  /** A part of the first frame is on the screen, while loading. */
   preview: null;
   /** A frame is on the screen. */
   frame: { readonly frame: number };
@@ -14,7 +14,7 @@ export interface PlayerEvents {
   pause: null;
   /** The last frame has been shown, and playback does not loop. */
   ended: null;
-  /** Frames are being waited for, or no longer. */
+  /** Playback waits for frames, or no longer waits. */
   waiting: { readonly isWaiting: boolean };
   /** A live stream has grown: `frame` is the ordinal of its newest frame. */
   liveedge: { readonly frame: number };

@@ -32,7 +32,7 @@ export class Player extends PlayerEventTarget {
   #wasPlaying = false;
   #decoded: ((packet: FramePacket) => void) | null = null;
 
-  /** Throws DrawingError where the browser has no WebGL2. */
+  /** Throws DrawingError if the browser has no WebGL2. */
   constructor(canvas: HTMLCanvasElement, { controls = true }: PlayerOptions = {}) {
     super();
     this.#stage = new Stage(canvas, makeSorter(), {
@@ -85,13 +85,11 @@ export class Player extends PlayerEventTarget {
   }
 
   /**
-   * Go to a frame, by its ordinal; to the last one (of a live stream: the newest) if the stream
-   * does not go so far.
+   * Go to a frame by its ordinal; to the last one (for a live stream, the newest) if the stream ends before it.
    *
-   * Resolves to the ordinal of the frame that is shown then. If another seek replaces this one, both
-   * resolve with its frame. Rejects with a StreamError if the frame cannot be received or decoded.
-   * Before a stream is open nothing is sought, and it resolves at once, to null. Rejects with a
-   * RangeError if `frame` is NaN.
+   * Resolves to the ordinal of the frame that is then shown. If another seek replaces this one, both resolve with its
+   * frame. Rejects with a StreamError if the frame cannot be received or decoded. Resolves immediately to null if no
+   * stream is open. Rejects with a RangeError if `frame` is NaN.
    */
   setFrame(frame: number): Promise<number | null> {
     if (Number.isNaN(frame)) {
@@ -101,7 +99,7 @@ export class Player extends PlayerEventTarget {
     return this.#sought();
   }
 
-  /** Pause, and go so many frames on; negative numbers go back. As `setFrame`. */
+  /** Pause, and move by a number of frames; negative numbers go back. As `setFrame`. */
   step(by = 1): Promise<number | null> {
     this.#playing.step(by);
     return this.#sought();
@@ -112,14 +110,14 @@ export class Player extends PlayerEventTarget {
     return this.setFrame(Infinity);
   }
 
-  /** Release the workers and the graphics card. The player is of no use afterwards. */
+  /** Release the workers and the graphics card. The player cannot be used afterwards. */
   dispose(): void {
     this.#controls?.dispose();
     this.#playing.close();
     this.#stage.dispose();
   }
 
-  /** What the stream says of itself; null before its first frame. */
+  /** The description of the stream; null before its first frame. */
   get info(): StreamInfo | null {
     return this.#playing.extent.info;
   }
@@ -129,7 +127,7 @@ export class Player extends PlayerEventTarget {
     return this.#playing.frame;
   }
 
-  /** The frame that is shown or, while a seek is under way, its target. */
+  /** The frame that is shown or, during a seek, its target. */
   get targetFrame(): number | null {
     return this.#playing.target;
   }
@@ -139,29 +137,29 @@ export class Player extends PlayerEventTarget {
     return this.#playing.extent.end;
   }
 
-  /** Ordinal after the last frame that is decoded. */
+  /** Ordinal after the last decoded frame. */
   get bufferedTo(): number {
     return this.#playing.bufferedTo;
   }
 
-  /** Seconds from the first frame to the one that is shown. */
+  /** Seconds from the first frame to the current one. */
   get currentTime(): number {
     const { info, frame } = this;
     return info === null || frame === null ? 0 : (frame - info.firstFrame) / rateOf(info);
   }
 
-  /** Seconds from the first frame to the end; null while it is not known. */
+  /** Seconds from the first frame to the end; null while unknown. */
   get duration(): number | null {
     const { info, endFrame } = this;
     return info === null || endFrame === null ? null : (endFrame - info.firstFrame) / rateOf(info);
   }
 
-  /** Ordinal of the newest frame of a live stream; null where it is not known, and at its end. */
+  /** Ordinal of the newest frame of a live stream; null if unknown, and at its end. */
   get liveEdge(): number | null {
     return this.#playing.extent.liveEdge;
   }
 
-  /** Seconds from the frame that is shown to the live edge; null where there is none. */
+  /** Seconds from the current frame to the live edge; null if there is none. */
   get latency(): number | null {
     const { info } = this;
     const { framesBehind } = this.#playing;
@@ -172,7 +170,7 @@ export class Player extends PlayerEventTarget {
     return this.#playing.isPlaying;
   }
 
-  /** Whether frames are being waited for. */
+  /** Whether playback waits for frames. */
   get isWaiting(): boolean {
     return this.#playing.isWaiting;
   }
@@ -185,7 +183,7 @@ export class Player extends PlayerEventTarget {
     this.#playing.isLooping = loop;
   }
 
-  /** Speed of playback; 1 is that of the capture. */
+  /** Speed of playback; 1 is the speed of the capture. */
   get speed(): number {
     return this.#playing.speed;
   }
@@ -196,17 +194,17 @@ export class Player extends PlayerEventTarget {
     this.#takeState();
   }
 
-  /** Figures of the frame that is shown; null before the first. */
+  /** Figures of the current frame; null before the first. */
   get statistics(): Statistics | null {
     return this.#recorder.read(this.#playing);
   }
 
-  /** The cameras of the capture or, if the stream has none, one that sees the whole scene. */
+  /** The cameras of the capture; if the stream has none, one that sees the whole scene. */
   get cameras(): readonly CaptureCamera[] {
     return this.#viewer.cameras;
   }
 
-  /** Name of the camera that the view is that of; null if the view has been moved. */
+  /** Name of the camera of the view; null if the view has been moved. */
   get camera(): string | null {
     const { cameras, cameraIndex, isAtCamera } = this.#viewer;
     return isAtCamera ? (cameras[cameraIndex]?.name ?? null) : null;
@@ -219,7 +217,7 @@ export class Player extends PlayerEventTarget {
     this.#viewer.lookThrough(name === null ? cameraIndex : cameras.findIndex((camera) => camera.name === name));
   }
 
-  /** The axis that points up, about which the view orbits; null for that of the stream. */
+  /** The axis that points up, about which the view orbits; null for the one of the stream. */
   get up(): Axis | null {
     return this.#viewer.axis;
   }
@@ -234,21 +232,21 @@ export class Player extends PlayerEventTarget {
   }
 
   /**
-   * Draw what a camera sees of the frame that is shown, at the camera's size.
+   * Draw what a camera sees of the current frame, at the camera's size.
    *
-   * Resolves to red, green and blue from 0 to 1, row by row. `float` blends in 32-bit floats,
-   * `bytes` in 8 bits, as on the screen. Rejects with a DrawingError.
+   * Resolves to red, green and blue from 0 to 1, row by row. `float` blends in 32-bit floats, `bytes` in 8 bits, as on
+   * the screen. Rejects with a DrawingError.
    */
   takePicture(camera: CaptureCamera, depth: Depth = "bytes"): Promise<Float32Array> {
     return this.#stage.takePicture(camera, depth);
   }
 
-  /** Call a function with every packet that is decoded, before it is shown. */
+  /** Call a function with every decoded packet, before it is shown. */
   onDecoded(receive: (packet: FramePacket) => void): void {
     this.#decoded = receive;
   }
 
-  /** Resolves when the seek or step that is under way has shown its frame. */
+  /** Resolves when the current seek or step has shown its frame. */
   #sought(): Promise<number | null> {
     if (this.info === null || !this.#playing.isSeeking) return Promise.resolve(this.frame);
     return this.#pending.seek();

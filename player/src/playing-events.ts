@@ -1,8 +1,8 @@
-/** What playback needs of its surroundings. */
+/** The interfaces that playback needs. */
 
 import type { FramePacket, PlayerFault, StreamInfo } from "./protocol.js";
 
-/** What frames are shown on. */
+/** A screen that shows frames. */
 export interface Screen {
   readonly isBusy: boolean;
   begin(info: StreamInfo): void;
@@ -15,9 +15,9 @@ export interface PlayingEvents {
   onState(): void;
   onEnded(): void;
   onProgress(bytes: number, byteLength: number | null): void;
-  /** A live stream has grown, or it is known now how far it goes. */
+  /** A live stream has grown, or its extent has become known. */
   onLiveEdge(frame: number): void;
-  /** A frame has been decoded; it is shown later, unless a seek comes first. */
+  /** A frame has been decoded; it will be shown, unless a seek comes first. */
   onDecoded(packet: FramePacket): void;
   onError(fault: PlayerFault): void;
 }

@@ -1,8 +1,8 @@
 /**
- * Playback: frames are decoded ahead in a worker and shown when they are due.
+ * Playback: a worker decodes frames ahead, and they are shown when they are due.
  *
- * If a frame is late, the one before stays on the screen and time waits for it: no frame is left
- * out. In a loop the first frames are decoded while the last ones are shown, so it has no seam.
+ * If a frame is late, the previous one stays on the screen and playback pauses: no frame is skipped. In a loop, the
+ * first frames are decoded while the last ones are shown, so that there is no gap.
  */
 
 import { DecodeLink } from "./decode-link.js";
@@ -11,7 +11,7 @@ import type { PlayingEvents, Screen } from "./playing-events.js";
 import type { DecodeReply, FramePacket, StreamInfo, StreamSource } from "./protocol.js";
 
 const RING = 12; // frames decoded ahead
-const SEEK_PATIENCE_MS = 150; // before a seek that has shown nothing gives way to the next one
+const SEEK_PATIENCE_MS = 150; // until a seek that has shown nothing is replaced by the next one
 
 export class Playing {
   readonly #link: DecodeLink;
@@ -23,16 +23,16 @@ export class Playing {
   #start: number | null = null; // the frame to show first
   #shown: number | null = null;
   #dueAt = 0;
-  #isFirst = true; // no frame of the last opening or seek has been shown
+  #isFirst = true; // no frame has been shown since the last opening or seek
   #timer = 0;
-  #sought: number | null = null; // by the present seek
-  #wanted: number | null = null; // where to seek when that is done
+  #sought: number | null = null; // target of the current seek
+  #wanted: number | null = null; // target of the next seek
   #soughtAt = 0;
-  #steps = 0; // to frames that follow, which are still to be shown
+  #steps = 0; // number of following frames still to be shown
   #isPlaying = false;
   #isLooping = false;
 
-  /** Frames that were not there when they were due. */
+  /** Number of frames that were not decoded when they were due. */
   lateFrames = 0;
   speed = 1;
 
@@ -42,7 +42,7 @@ export class Playing {
     this.#link = new DecodeLink(decoder, (reply) => this.#take(reply), (fault) => events.onError(fault));
   }
 
-  /** What is known of the stream. */
+  /** The extent of the stream, as far as known. */
   get extent(): Extent {
     return this.#extent;
   }
@@ -66,42 +66,42 @@ export class Playing {
     return this.#shown;
   }
 
-  /** Ordinal of the frame that is shown or, while a seek is under way, of that one. */
+  /** Ordinal of the frame that is shown or, during a seek, of its target. */
   get target(): number | null {
     const target = this.#wanted ?? this.#sought ?? this.#shown;
-    return target === Infinity ? (this.#extent.liveEdge ?? this.#shown) : target; // the last frame, whichever that is
+    return target === Infinity ? (this.#extent.liveEdge ?? this.#shown) : target; // the last frame, whose ordinal is not known yet
   }
 
-  /** Frames from the one that is shown to the newest of a live stream; null where there is none. */
+  /** Frames from the current one to the newest of a live stream; null if there is none. */
   get framesBehind(): number | null {
     const { liveEdge } = this.#extent;
     return this.#shown === null || liveEdge === null ? null : Math.max(0, liveEdge - this.#shown);
   }
 
-  /** Whether a seek or a step is under way: its frame is not shown yet. */
+  /** Whether a seek or step is in progress: its frame is not shown yet. */
   get isSeeking(): boolean {
     const isUnderWay = this.#isFirst || this.#sought !== null || this.#wanted !== null || this.#steps > 0;
     return isUnderWay || this.#screen.isBusy;
   }
 
-  /** Frames that are decoded and not shown yet. */
+  /** Number of decoded frames that are not shown yet. */
   get bufferedFrames(): number {
     return this.#ring.length;
   }
 
-  /** Ordinal after the last frame that is decoded, in one piece with the one that is shown. */
+  /** Ordinal after the last decoded frame of the range that contains the current one. */
   get bufferedTo(): number {
     const last = this.#ring.filter(({ run }) => run === this.#runShown).at(-1);
     return (last?.frame ?? this.#shown ?? -1) + 1;
   }
 
-  /** Whether there is nothing to show: while playing, or until a seek or an opening is done. */
+  /** Whether playback waits for frames, or a seek or opening is in progress. */
   get isWaiting(): boolean {
     const wants = this.#isPlaying || this.#isFirst;
     return this.#link.run > 0 && wants && this.#ring.length === 0 && !this.#screen.isBusy && !this.#isAtEnd;
   }
 
-  /** Open a stream at a frame; null for its first one. */
+  /** Open a stream at a frame; null for its first. */
   open(source: StreamSource, start: number | null = null): void {
     this.#restart();
     this.#start = start;
@@ -128,8 +128,8 @@ export class Playing {
   }
 
   /**
-   * Show a frame as soon as it is decoded; Infinity is the last one, and so is a frame behind it.
-   * Of seeks in quick succession some are left out.
+   * Show a frame as soon as it is decoded; Infinity, or any frame after the end, means the last one. If seeks follow
+   * each other quickly, some are skipped.
    */
   setFrame(frame: number): void {
     if (this.#extent.info === null) return;
@@ -143,7 +143,7 @@ export class Playing {
     this.#events.onState();
   }
 
-  /** Pause, and show the frame so many frames on. */
+  /** Pause, and show the frame `count` frames later. */
   step(by: number): void {
     this.pause();
     const { target } = this;
@@ -156,9 +156,9 @@ export class Playing {
     }
   }
 
-  /** Take note that a frame is on the screen. */
+  /** Note that a frame is on the screen. */
   shown(packet: FramePacket): void {
-    const isOld = packet.run < this.#link.run && this.#isFirst; // a seek has begun since
+    const isOld = packet.run < this.#link.run && this.#isFirst; // a seek has started since
     if (!isOld && !packet.isPreview) {
       this.#shown = packet.frame;
       this.#runShown = packet.run;
@@ -191,7 +191,7 @@ export class Playing {
     const isNew = this.#extent.info === null;
     if (isNew) this.#screen.begin(info);
     this.#extent.info = info;
-    // What is being decoded now, the first frame or a part of it, is not to be shown.
+    // The frame being decoded, or a part of it, must not be shown.
     if (isNew && this.#start !== null && this.#start > info.firstFrame) this.#seek(this.#start);
     this.#events.onInfo(info);
   }
@@ -218,7 +218,7 @@ export class Playing {
     this.#wait();
   }
 
-  /** In a loop, go on decoding at the first frame. */
+  /** In a loop, continue decoding at the first frame. */
   #decodeAgain(): void {
     const { firstFrame, counted } = this.#extent;
     const isLong = counted !== null && counted > firstFrame + 1;
@@ -244,7 +244,7 @@ export class Playing {
     const isSeam = next !== undefined && !this.#isFirst && next.run !== this.#runShown;
     if (this.#isAtEnd || (isSeam && !this.#isLooping)) this.#stopAtEnd();
     else if (next !== undefined) this.#showNext();
-    else this.#events.onState(); // it may be waiting
+    else this.#events.onState(); // playback may have to wait from now on
   }
 
   #showNext(): void {
@@ -268,7 +268,7 @@ export class Playing {
       this.#decodeAgain();
       if (this.#link.run !== this.#runShown) return;
     }
-    this.#ring = []; // of a loop that has been switched off
+    this.#ring = []; // of a loop that has been disabled
     if (this.#link.run !== this.#runShown) this.#runShown = this.#link.abandon();
     this.pause();
     this.#events.onEnded();
@@ -286,7 +286,7 @@ export class Playing {
     this.#link.seek(frame, RING);
   }
 
-  /** Nothing that was asked for before is wanted any longer. */
+  /** Cancel all previous requests. */
   #restart(): void {
     clearTimeout(this.#timer);
     this.#ring = [];

@@ -11,7 +11,7 @@
 /** A capture camera (SPEC 5.6): a world point p is at R p + t, x right, y down, z ahead. */
 export interface CaptureCamera {
   readonly name: string;
-  /** Whether the encoder left it out of training. */
+  /** Whether the encoder excluded it from training. */
   readonly isHeldOut: boolean;
   /** Pixels. */
   readonly width: number;
@@ -26,7 +26,7 @@ export interface CaptureCamera {
   readonly rotation: readonly number[];
   /** t, world units. */
   readonly translation: readonly number[];
-  /** Least depth of what the camera sees, world units. */
+  /** Minimum visible depth, world units. */
   readonly near: number;
 }
 
@@ -46,7 +46,7 @@ export interface StreamInfo {
   /** 0 unknown; 1 +x, 2 -x, 3 +y, 4 -y, 5 +z, 6 -z (SPEC 5.3). */
   readonly upAxis: number;
   readonly isRightHanded: boolean;
-  /** Size of a world unit; 0 where unknown. */
+  /** Meters per world unit; 0 if unknown. */
   readonly metersPerUnit: number;
   readonly cameras: readonly CaptureCamera[];
   readonly metadata: Readonly<Record<string, string>>;
@@ -54,9 +54,9 @@ export interface StreamInfo {
   readonly firstFrame: number;
   /** Number of frames; null while a live stream grows, and until the index has been read. */
   readonly frameCount: number | null;
-  /** Ordinals of the canonical frames, which a seek starts at, if the stream has an index. */
+  /** Ordinals of the canonical frames, at which a seek starts, if the stream has an index. */
   readonly canonicalFrames: readonly number[];
-  /** Size of the stream in bytes, if the server tells. */
+  /** Size of the stream in bytes, if known. */
   readonly byteLength: number | null;
   readonly isLive: boolean;
 }
@@ -65,16 +65,16 @@ export interface StreamInfo {
 export interface FramePacket {
   /** Ordinal of the frame in the stream. */
   readonly frame: number;
-  /** The opening or seek that the packet answers. Packets of older runs are dropped. */
+  /** The opening or seek that the packet belongs to. Packets of older runs are dropped. */
   readonly run: number;
-  /** Whether nothing of the frame before is kept: slots that are not listed are free. */
+  /** Whether the packet replaces the previous frame: unlisted slots are then free. */
   readonly isFull: boolean;
   /**
-   * Whether this is a part of a canonical frame that is still arriving, not yet proved by its CRC:
-   * a picture while loading. Attributes that have not arrived are guessed.
+   * Whether this is a part of a canonical frame that is still arriving and not yet verified by its CRC: a picture while
+   * loading. Missing attributes are guessed.
    */
   readonly isPreview: boolean;
-  /** Gaussians of the frame. */
+  /** Number of Gaussians in the frame. */
   readonly count: number;
   /** All slots in use are below this. */
   readonly slotLimit: number;
@@ -90,9 +90,9 @@ export interface FramePacket {
   readonly codes: Int16Array;
   /** [F] slots whose Gaussian died and that no birth reused, ascending. */
   readonly freedSlots: Uint32Array;
-  /** Size of the frame's chunks in the stream; null if not known, as right after a seek. */
+  /** Size of the frame's chunks in the stream; null if unknown, as right after a seek. */
   readonly bytes: number | null;
-  /** Time that decoding took in the worker, milliseconds. */
+  /** Decode time in the worker, milliseconds. */
   readonly decodeMs: number;
   /** Whether the frame is canonical (CANO or SNAP), so that a seek can start at it. */
   readonly isCanonical: boolean;
@@ -112,14 +112,14 @@ export type DecodeRequest =
       readonly kind: "seek";
       readonly frame: number;
       readonly run: number;
-      /** Whether the last frame is meant where the stream does not go so far; default false. */
+      /** Whether the last frame is meant if the stream ends before the frame; default false. */
       readonly orLast?: boolean;
     }
-  /** Allow so many more frames to be sent. */
+  /** Allow more frames to be sent. */
   | { readonly kind: "more"; readonly frames: number; readonly run: number }
   | { readonly kind: "close" };
 
-/** Where a stream is read from. `bytes` is transferred to the worker. */
+/** The source of a stream. `bytes` is transferred to the worker. */
 export type StreamSource =
   | {
       readonly url: string;
@@ -135,16 +135,16 @@ export type DecodeReply =
   /** Sent before the first packet, and again when the index has been read. */
   | { readonly kind: "info"; readonly info: StreamInfo; readonly run: number }
   | { readonly kind: "frame"; readonly packet: FramePacket }
-  /** Bytes that have been received so far. */
+  /** Number of bytes received so far. */
   | { readonly kind: "progress"; readonly bytes: number; readonly byteLength: number | null; readonly run: number }
   /** Ordinal of the newest frame of a live stream: its live edge. */
   | { readonly kind: "edge"; readonly frame: number; readonly run: number }
   | { readonly kind: "end"; readonly frameCount: number; readonly run: number }
   | { readonly kind: "error"; readonly error: PlayerFault; readonly run: number };
 
-/** An error, in words for people, and by its reject id where the stream is at fault. */
+/** An error, as text for people, with the reject id if the stream is invalid. */
 export interface PlayerFault {
-  /** "rejected": the stream is invalid; "network"; "limit": of this machine; "player": a bug. */
+  /** "rejected": the stream is invalid; "network"; "limit": exceeds this machine; "player": a bug. */
   readonly kind: "rejected" | "network" | "limit" | "player";
   readonly message: string;
   /** The reject id of SPEC 3.3; null unless `kind` is "rejected". */
@@ -153,10 +153,10 @@ export interface PlayerFault {
   readonly frame: number | null;
 }
 
-/** A viewing direction, by which Gaussians are sorted: depth = forward . position. */
+/** A viewing direction for sorting Gaussians: depth = forward . position. */
 export type Direction = readonly [number, number, number];
 
-/** From the page to the sort worker. `token` comes back with the reply. */
+/** From the page to the sort worker. `token` is returned with the reply. */
 export type SortRequest =
   | { readonly kind: "frame"; readonly packet: SortPacket; readonly forward: Direction; readonly token: number }
   | { readonly kind: "view"; readonly forward: Direction; readonly token: number };

@@ -1,4 +1,4 @@
-/** Gaussians as floats, for renderers of others: SPEC 10.1 and 10.2, less the colors' direction. */
+/** Gaussians as floats, for other renderers: SPEC 10.1 and 10.2, without view-dependent color. */
 
 import type { FramePacket, StreamInfo } from "./protocol.js";
 
@@ -7,14 +7,14 @@ const ROTATION_UNITY = 2 ** 22;
 const OPACITY_MOST = 0.99; // SPEC 10.3
 
 /**
- * The Gaussians of a frame, each in its slot from birth to death. Packets are applied in order.
+ * The Gaussians of a frame. Each keeps its slot from birth to death. Packets are applied in order.
  *
- * Colors are those of SH degree 0, the same from all sides.
+ * Colors have SH degree 0, the same from all directions.
  */
 export class Splats {
-  /** All slots in use are below this. A slot that is not in use has opacity 0. */
+  /** All slots in use are below this. An unused slot has opacity 0. */
   slotLimit = 0;
-  /** [n, 3] xyz, world units; arrays grow, and are then others. */
+  /** [n, 3] xyz, world units; the array is replaced when it grows. */
   positions = new Float32Array(0);
   /** [n, 4] xyzw, unit quaternions. */
   rotations = new Float32Array(0);
@@ -31,7 +31,7 @@ export class Splats {
     this.#info = info;
   }
 
-  /** Apply the changes of a frame; return the slots that have changed, ascending. */
+  /** Apply the changes of a frame; returns the changed slots, ascending. */
   apply(packet: FramePacket): Uint32Array {
     this.#reserve(packet.slotLimit);
     if (packet.isFull) this.#clear();
@@ -47,7 +47,7 @@ export class Splats {
     movedSlots.forEach((slot, row) => {
       this.#mark(slot);
       for (let k = 0; k < 3; k++) this.positions[3 * slot + k] = unit * positions[3 * row + k]!;
-      for (let k = 0; k < 4; k++) { // w comes first in a packet
+      for (let k = 0; k < 4; k++) { // w is first in a packet
         this.rotations[4 * slot + k] = rotations[4 * row + ((k + 1) & 3)]! / ROTATION_UNITY;
       }
     });

@@ -3,41 +3,41 @@
 import type { FrameCost } from "./draw/stage.js";
 import type { FramePacket, StreamInfo } from "./protocol.js";
 
-const WINDOW_MS = 1000; // in which frames are counted
+const WINDOW_MS = 1000; // over which frames are counted
 
-/** Figures of the frame that is shown and of playback so far. Times are in milliseconds. */
+/** Figures of the current frame and of playback so far. Times are in milliseconds. */
 export interface Statistics {
   readonly gaussians: number;
   /** Gaussians that the frame moved or recoded. */
   readonly changed: number;
-  /** Size of the frame in the stream; null right after a seek, where it is not known. */
+  /** Size of the frame in the stream; null if unknown, as right after a seek. */
   readonly frameBytes: number | null;
   readonly isCanonical: boolean;
   readonly decodeMs: number;
   readonly sortMs: number;
   readonly uploadMs: number;
-  /** Frames that are decoded and not shown yet. */
+  /** Number of decoded frames that are not shown yet. */
   readonly bufferedFrames: number;
   /** Frames shown in the last second. */
   readonly framesPerSecond: number;
-  /** Frames that were not there when they were due. */
+  /** Number of frames that were not decoded when they were due. */
   readonly lateFrames: number;
-  /** Frames from the one that is shown to the newest of a live stream; null where there is none. */
+  /** Frames from the current one to the newest of a live stream; null if there is none. */
   readonly framesBehind: number | null;
   readonly receivedBytes: number;
 }
 
-/** The part that playback counts. */
+/** The figures that playback counts. */
 type PlaybackCounts = Pick<Statistics, "bufferedFrames" | "lateFrames" | "framesBehind">;
 
-/** Counts what is shown. */
+/** Counts the frames on the screen. */
 export class Recorder {
   receivedBytes = 0;
   readonly #times: number[] = [];
   #packet: FramePacket | null = null;
   #cost: FrameCost = { sortMs: 0, uploadMs: 0 };
 
-  /** Take note of a frame that is on the screen. */
+  /** Count a frame that is on the screen. */
   add(packet: FramePacket, cost: FrameCost): void {
     this.#times.push(performance.now());
     this.#forget();

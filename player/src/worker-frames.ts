@@ -1,4 +1,4 @@
-/** The frames of a stream for pages that draw them with a renderer of their own. */
+/** The frames of a stream for pages with their own renderer. */
 
 import { generateFrames, type DecodeChannel, type FramesOptions } from "./decode/frames.js";
 import type { DecodeReply, FramePacket, StreamSource } from "./protocol.js";
@@ -7,16 +7,16 @@ import { makeDecoder } from "./workers.js";
 const AHEAD = 3;
 
 /**
- * The frames of a stream in order, each as the changes to the one before; the first is full. A
- * worker decodes them, a few ahead of the one that is asked for.
+ * The frames of a stream in order, each as the changes to the previous one; the first is complete. A worker decodes
+ * them, a few ahead of the requested one.
  *
- * Throws StreamError, after all frames before the fault.
+ * Throws StreamError, after returning all frames before the error.
  */
 export function readFrames(
   source: StreamSource,
   options: FramesOptions = {},
 ): AsyncGenerator<FramePacket, void, void> {
-  // A worker has no page that an address could be relative to.
+  // The worker cannot resolve relative addresses.
   const absolute = "url" in source ? { ...source, url: new URL(source.url, document.baseURI).href } : source;
   return generateFrames(startDecoder, absolute, options, AHEAD);
 }
@@ -33,7 +33,7 @@ function startDecoder(receive: (reply: DecodeReply) => void): DecodeChannel {
     take(request) {
       if ("run" in request) run = request.run;
       const transferred = request.kind === "open" && "bytes" in request.source ? [request.source.bytes] : [];
-      worker.postMessage(request, transferred); // on "close" the worker ends itself
+      worker.postMessage(request, transferred); // on "close" the worker terminates itself
     },
   };
 }

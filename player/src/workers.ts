@@ -1,4 +1,4 @@
-/** The workers, whose code the bundle carries: a page needs no second file. */
+/** The workers, whose code is part of the bundle, so that a page needs only one file. */
 
 import decoderCode from "worker:decode/worker";
 import sorterCode from "worker:sort/worker";

@@ -1,8 +1,8 @@
 /**
  * Headless Chromium for the tests of the player and of the examples.
  *
- * Without a browser at hand, tests that need one are skipped: `QUARC_CHROMIUM` names it, else it is
- * Debian's chromium-headless-shell or chromium.
+ * `QUARC_CHROMIUM` names the browser; the default is Debian's chromium-headless-shell or chromium. Without a browser,
+ * the tests that need one are skipped.
  */
 
 import assert from "node:assert/strict";
@@ -15,7 +15,7 @@ import { readPlayerFile, readRoom, StreamServer, type ServerOptions } from "./se
 
 const NAMES = ["chromium-headless-shell", "chromium", "chromium-browser", "google-chrome"];
 const ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--js-flags=--expose-gc"];
-const PATIENCE_MS = 60_000; // machines of CI are slow, and share their processors
+const PATIENCE_MS = 60_000; // CI machines are slow, and share their processors
 
 const executable = findChromium();
 let running: Promise<Browser> | null = null;
@@ -31,11 +31,11 @@ export interface PageOptions extends ServerOptions {
   readonly width?: number;
   readonly height?: number;
   readonly isTouch?: boolean;
-  /** Console errors that the test is about. */
+  /** Console errors that the test expects. */
   readonly expectedErrors?: RegExp;
 }
 
-/** A page of its own with its server; it fails the test if anything is logged as an error. */
+/** A page with its own server; the test fails if anything is logged as an error. */
 export class PlayerPage {
   readonly errors: string[] = [];
 
@@ -69,23 +69,23 @@ export class PlayerPage {
     return opened;
   }
 
-  /** Run something on the page with its player; `argument` goes along as JSON. */
+  /** Run a function on the page with its player; `argument` is passed as JSON. */
   run<T, A>(act: (player: PlayerElement, argument: A) => T | Promise<T>, argument?: A): Promise<T> {
     const json = JSON.stringify(argument ?? null);
     return this.page.evaluate(`(${String(act)})(document.querySelector("quarc-player"), ${json})`);
   }
 
-  /** Wait until something holds of the player. */
+  /** Wait until a condition on the player holds. */
   async until(holds: (player: PlayerElement) => boolean): Promise<void> {
     await this.page.waitForFunction(`(${String(holds)})(document.querySelector("quarc-player"))`);
   }
 
-  /** What is on the screen. */
+  /** A screenshot. */
   async look(): Promise<Pixels> {
     return decodePng(await this.page.screenshot());
   }
 
-  /** Seek, and wait until the frame is on the screen. */
+  /** Seek, and wait until the frame is shown. */
   async setFrame(frame: number): Promise<void> {
     await this.run((player, to) => player.setFrame(to), frame);
     await this.page.waitForFunction(`document.querySelector("quarc-player").frame === ${frame}`);
@@ -99,7 +99,7 @@ export class PlayerPage {
   }
 }
 
-/** The part of the component that tests use; it is not imported, as its module needs a page. */
+/** The part of the component that tests use; not imported, because its module needs a page. */
 export type PlayerElement = import("../src/component/quarc-player.js").QuarcPlayer;
 
 /** A test that needs a browser. */

@@ -1,4 +1,4 @@
-/** The walk over chunk headers finds the frames that the decoder finds. */
+/** The walk over chunk headers finds the same frames as the decoder. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -9,7 +9,7 @@ import { readVector } from "./server.js";
 
 const inMemory = (stream: Uint8Array): StreamBytes => makeStreamBytes({ bytes: Uint8Array.from(stream).buffer });
 
-/** The beginning of a stream of this size, the rest of which has not arrived. */
+/** The start of a stream of this size, whose rest has not arrived. */
 function arrived(bytes: Uint8Array, size: number | null): StreamBytes {
   const find = (place: number): Uint8Array | null => (place < bytes.length ? bytes.subarray(place) : null);
   return { ...inMemory(bytes), size, find };
@@ -27,7 +27,7 @@ function listChunks(stream: Uint8Array): { end: number; kind: string }[] {
 }
 
 for (const name of ["journey", "snapshots-journey", "births-and-deaths", "updates-journey"]) {
-  test(`${name}: the last frame is the one that is decoded last`, async () => {
+  test(`${name}: the last frame is that of the decoder`, async () => {
     const stream = readVector(`streams/${name}`);
     const walk = new ChunkWalk(inMemory(stream));
     assert.ok(walk.advance() && walk.isEnded);
@@ -37,13 +37,13 @@ for (const name of ["journey", "snapshots-journey", "births-and-deaths", "update
   });
 }
 
-test("while a stream grows, a frame counts from its last byte on", () => {
+test("in a growing stream, a frame counts once its last byte has arrived", () => {
   const stream = readVector("streams/journey");
   let frames = 0;
   for (const { end, kind } of listChunks(stream)) {
     const before = new ChunkWalk(inMemory(stream.subarray(0, end - 1)));
     assert.ok(before.advance() && !before.isEnded);
-    assert.equal(before.place, end - 1, "what is at hand is not asked for again");
+    assert.equal(before.place, end - 1, "available bytes are not requested again");
     assert.equal(before.lastFrame, frames === 0 ? null : frames - 1);
     if (["CANO", "SNAP", "FRAM"].includes(kind)) frames += 1;
     const after = new ChunkWalk(inMemory(stream.subarray(0, end)));
@@ -53,7 +53,7 @@ test("while a stream grows, a frame counts from its last byte on", () => {
   }
 });
 
-test("where bytes are missing it says which, and that more may come", () => {
+test("missing bytes are named, and more frames are expected", () => {
   const stream = readVector("streams/journey");
   const half = stream.subarray(0, stream.length >> 1);
   for (const size of [stream.length, null]) {
@@ -63,7 +63,7 @@ test("where bytes are missing it says which, and that more may come", () => {
   }
 });
 
-test("what is no stream has no frames", () => {
+test("a file that is not a stream has no frames", () => {
   const walk = new ChunkWalk(inMemory(new TextEncoder().encode("<!doctype html><p>There is no stream here.")));
   assert.ok(walk.advance() && walk.isEnded);
   assert.equal(walk.lastFrame, null);

@@ -1,12 +1,12 @@
-/** The component's controls: keys, pointers, touch, cameras, and how a picture lies on the page. */
+/** The component's controls: keys, pointers, touch, cameras, and the layout of the picture on the page. */
 
 import assert from "node:assert/strict";
 import { browserTest, PlayerPage } from "./browser.js";
 
-/** Where the view is that of no camera any longer, it has been moved. */
+/** The selected camera is null once the view has been moved. */
 const camera = (page: PlayerPage): Promise<string | null> => page.run((player) => player.player?.camera ?? null);
 
-/** The first and the last column of a row of the screen that are not black. */
+/** The first and last column of a screen row that are not black. */
 async function measure(page: PlayerPage, y: number): Promise<[number, number]> {
   const { width, at } = await page.look();
   const isLit = (x: number): boolean => at(x, y).reduce((sum, value) => sum + value, 0) > 12;
@@ -39,7 +39,7 @@ browserTest("keys play, step, loop, choose a camera, change the speed and flip",
   await page.until((player) => player.frame === 23);
 });
 
-browserTest("a drag orbits, a wheel zooms, and the list leads back to a camera", async () => {
+browserTest("a drag orbits, a wheel zooms, and the list returns to a camera", async () => {
   await using page = await PlayerPage.open();
   await page.until((player) => player.frame === 0);
   const { mouse } = page.page;

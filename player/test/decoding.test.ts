@@ -1,4 +1,4 @@
-/** Requests and replies: how far ahead is decoded, seeks in a hurry, memory. */
+/** Requests and replies: decoding ahead, quick seeks, memory. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -9,7 +9,7 @@ import { readVector, StreamServer } from "./server.js";
 
 const LAPS = 120; // of nine frames
 
-/** A page: keeps what it is told, and waits for what it wants. */
+/** A page: stores the replies, and waits for those it wants. */
 class Page {
   readonly replies: DecodeReply[] = [];
   readonly decoding = new Decoding((reply) => {
@@ -42,7 +42,7 @@ class Page {
 const quiet = (milliseconds: number): Promise<void> =>
   new Promise((resolve) => setTimeout(resolve, milliseconds));
 
-test("no more frames come than have been asked for", async () => {
+test("only the allowed number of frames is sent", async () => {
   const page = new Page();
   page.open("journey");
   page.decoding.take({ kind: "more", frames: 2, run: 0 });
@@ -56,7 +56,7 @@ test("no more frames come than have been asked for", async () => {
   page.decoding.take({ kind: "close" });
 });
 
-test("of seeks in a hurry the last one is done, and its frames say so", async () => {
+test("of several quick seeks the last one is done, and its frames carry its number", async () => {
   const page = new Page();
   page.open("journey");
   for (let run = 1; run <= 20; run++) {
@@ -71,7 +71,7 @@ test("of seeks in a hurry the last one is done, and its frames say so", async ()
   assert.deepEqual(frames.map(({ isFull }) => isFull), [true, false, false, false]);
 });
 
-test("a stream that is played again and again takes no more memory, and stays the same", async () => {
+test("playing a stream repeatedly takes no more memory, and gives the same frames", async () => {
   const page = new Page();
   page.open("snapshots-updates");
   page.decoding.take({ kind: "more", frames: 100, run: 0 });
@@ -94,7 +94,7 @@ test("a stream that is played again and again takes no more memory, and stays th
   assert.ok(rss() < settled + 32, `${settled.toFixed()} MiB, then ${rss().toFixed()}`);
 });
 
-test("a seek asks for nothing that is at hand", async () => {
+test("a seek does not request available bytes", async () => {
   await using server = await StreamServer.start(readVector("streams/journey"));
   const page = new Page();
   page.decoding.take({ kind: "open", source: { url: server.url }, run: 0 });
@@ -105,5 +105,5 @@ test("a seek asks for nothing that is at hand", async () => {
   page.decoding.take({ kind: "more", frames: 9, run: 1 });
   await page.until(() => page.has("end", 1));
   assert.deepEqual(page.frames.map(({ frame }) => frame), [0, 7, 8]);
-  assert.equal(server.requests.length, asked, "a stream of one piece is at hand already");
+  assert.equal(server.requests.length, asked, "a stream of one piece is already available");
 });

@@ -1,4 +1,4 @@
-/** The pages of examples/ show the stream, with the packages of npm in place of a CDN. */
+/** The pages in examples/ show the stream, with npm packages in place of a CDN. */
 
 import assert from "node:assert/strict";
 import { existsSync, readFileSync } from "node:fs";
@@ -11,12 +11,12 @@ import { readPlayerFile, readRoom, StreamServer } from "./server.js";
 const CDN = "https://cdn.jsdelivr.net/npm/";
 const PATIENCE_MS = 60_000;
 const SIZE = { width: 160, height: 120 }; // of the camera `front`
-const LEAST_DB = 24; // the ball moves, and others draw as they do
+const LEAST_DB = 24; // the ball moves, and other renderers differ a little
 const PAGES = ["component.html", "three.html", "playcanvas.html"];
 
 const at = (path: string): string => fileURLToPath(new URL(`../${path}`, import.meta.url));
 
-/** Run something on an example's page; nothing may be logged as an error. */
+/** Run a function on an example's page; no error may be logged. */
 async function onExample(name: string, act: (page: Page) => Promise<void>): Promise<void> {
   const files = {
     [`/examples/${name}`]: readPlayerFile(`examples/${name}`),
@@ -43,7 +43,7 @@ async function onExample(name: string, act: (page: Page) => Promise<void>): Prom
   }
 }
 
-/** PSNR of a PNG in base64 against what the camera `front` sees of a frame. Runs on a page. */
+/** PSNR of a PNG in base64 against the view of the camera `front` in a frame. Runs on a page. */
 async function compare(player: PlayerElement, png: string): Promise<number> {
   const picture = await player.takePicture(0);
   const image = await createImageBitmap(await (await fetch(`data:image/png;base64,${png}`)).blob());
@@ -88,7 +88,7 @@ for (const name of ["three.html", "playcanvas.html"]) {
   });
 }
 
-browserTest("component.html steers the component", () =>
+browserTest("component.html controls the component", () =>
   onExample("component.html", async (page) => {
     await page.waitForFunction(`/^Frame \\d+ of 24, \\d+ Gaussians$/.test(caption.textContent)`);
     await page.click("#slow");
@@ -100,14 +100,14 @@ browserTest("component.html steers the component", () =>
   }),
 );
 
-test("no example is longer than a screen", () => {
+test("every example fits on a screen", () => {
   for (const name of [...PAGES, "node.mjs"]) {
     const lines = readFileSync(at(`examples/${name}`), "utf8").split("\n").length - 1;
     assert.ok(lines <= 60, `${name} has ${lines} lines`);
   }
 });
 
-test("examples ask for the versions that are tested", () => {
+test("examples use the tested versions", () => {
   for (const name of PAGES) {
     for (const [, id = "", version] of readFileSync(at(`examples/${name}`), "utf8").matchAll(/npm\/((?:@[\w-]+\/)?[\w-]+)@([\d.]+)/g)) {
       const { version: here } = JSON.parse(readFileSync(at(`node_modules/${id}/package.json`), "utf8")) as { version: string };

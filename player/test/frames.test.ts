@@ -1,4 +1,4 @@
-/** Packets are the states of the decoder, whatever way the bytes come. */
+/** Packets match the states of the decoder, for all sources of bytes. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -15,7 +15,7 @@ interface Shown {
   readonly digest: string;
 }
 
-/** What the decoder itself gives; its own digests are held to the suite by core/. */
+/** The states of the decoder itself; core/ checks its digests against the suite. */
 async function decode(stream: Uint8Array): Promise<Shown[]> {
   const decoder = (await Quarc.load()).open(0);
   decoder.put(0, stream);
@@ -40,14 +40,14 @@ async function show(source: StreamSource, from = 0): Promise<Shown[]> {
 const inMemory = (stream: Uint8Array): StreamSource => ({ bytes: Uint8Array.from(stream).buffer });
 
 for (const name of STREAMS) {
-  test(`${name}: what packets build up is the state of every frame`, async () => {
+  test(`${name}: packets reproduce the state of every frame`, async () => {
     const stream = readVector(`streams/${name}`);
     const due = await decode(stream);
     assert.ok(due.length > 0);
     assert.deepEqual(await show(inMemory(stream)), due);
   });
 
-  test(`${name}: a seek gives the frames that going there gives`, async () => {
+  test(`${name}: a seek gives the same frames as playing`, async () => {
     const stream = readVector(`streams/${name}`);
     const due = await decode(stream);
     await using server = await StreamServer.start(stream);
@@ -58,7 +58,7 @@ for (const name of STREAMS) {
   });
 }
 
-test("a server that gives no ranges is read as it comes, also after a seek", async () => {
+test("a server without range requests is read sequentially, even after a seek", async () => {
   const stream = readVector("streams/journey");
   const due = await decode(stream);
   await using server = await StreamServer.start(stream, { ranges: false });
@@ -66,7 +66,7 @@ test("a server that gives no ranges is read as it comes, also after a seek", asy
   assert.deepEqual(await show({ url: server.url }, 4), due.slice(4));
 });
 
-test("a server that hangs up is asked for the rest", async () => {
+test("after a broken connection the rest is requested", async () => {
   const stream = readVector("streams/journey");
   for (const ranges of [true, false]) {
     const diesAfter = ranges ? 700 : stream.length - 1;
@@ -77,7 +77,7 @@ test("a server that hangs up is asked for the rest", async () => {
   }
 });
 
-test("what is wrong is told by its kind, and by its reject id", async () => {
+test("errors have a kind, and a reject id if the stream is invalid", async () => {
   const stream = readVector("streams/journey");
   await using missing = await StreamServer.start(stream, { status: 404 });
   await assert.rejects(show({ url: missing.url }), isFault("network", null));
@@ -102,7 +102,7 @@ function isFault(kind: string, rejectId: string | null): (error: unknown) => boo
   };
 }
 
-test("a live stream is followed as it grows, to its end", async () => {
+test("a live stream is followed to its end", async () => {
   const stream = readVector("streams/journey");
   const due = await decode(stream);
   await using server = await StreamServer.start(stream.subarray(0, 900));
@@ -125,7 +125,7 @@ async function learn(name: string): Promise<StreamInfo> {
   return info;
 }
 
-test("before the first frame it is told what the stream is", async () => {
+test("the description of the stream precedes the first frame", async () => {
   const indexed = await learn("journey");
   assert.equal(indexed.frameCount, 9);
   assert.deepEqual(indexed.canonicalFrames, [0, 3, 6]);
@@ -135,5 +135,5 @@ test("before the first frame it is told what the stream is", async () => {
   for (const { name, width, fx, rotation } of cameras) {
     assert.ok(name.length > 0 && width > 0 && fx > 0 && rotation.length === 9);
   }
-  assert.deepEqual(metadata, {}); // which comes later in this stream
+  assert.deepEqual(metadata, {}); // which come later in this stream
 });

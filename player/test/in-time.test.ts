@@ -1,4 +1,4 @@
-/** A stream as large and as sparse as that of the real capture is played in time. */
+/** A stream as large and as sparse as that of the real capture plays in real time. */
 
 import assert from "node:assert/strict";
 import { availableParallelism, loadavg } from "node:os";
@@ -30,7 +30,7 @@ async function openStream(): Promise<PlayerPage> {
   return page;
 }
 
-/** Step to the next frame, and wait until as many are decoded ahead as before. Runs on the page. */
+/** Step to the next frame, and wait until the same number of frames is decoded ahead. Runs on the page. */
 async function step(): Promise<number | null> {
   const { player } = globalThis as unknown as Opened;
   const frame = await player.step();
@@ -54,8 +54,8 @@ async function play(): Promise<{ frames: number[]; late: number }> {
   });
 }
 
-// What decodes, sorts and uploads are three threads, which share one core at worst.
-browserTest("no frame takes the processor as long as it is shown", async (context) => {
+// Decoding, sorting and uploading run in three threads, which in the worst case share one core.
+browserTest("every frame takes less processor time than its duration", async (context) => {
   if (skipReference) return context.skip(skipReference);
   await using page = await openStream();
   const browser = await launch();

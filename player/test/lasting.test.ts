@@ -1,4 +1,4 @@
-/** Memory over many frames, and over many lives of the component. */
+/** Memory over many frames, and over many insertions and removals of the component. */
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -7,9 +7,9 @@ import { browserTest, launch, PlayerPage, type PlayerElement } from "./browser.j
 
 const MOST_GROWTH_MIB = 48;
 const MOST_PRIVATE_GROWTH_MIB = 8;
-const SETTLING_MS = 1000; // until the processes have returned what was collected
+const SETTLING_MS = 1000; // until the processes have returned freed memory
 
-/** Resident memory of the browser's processes; "private": the renderers' own, MiB. */
+/** Resident memory of the browser's processes in MiB; "private": only that of the renderers. */
 async function measureMemory(what: "all" | "private"): Promise<number> {
   const session = await (await launch()).newBrowserCDPSession();
   const { processInfo } = await session.send("SystemInfo.getProcessInfo");
@@ -23,7 +23,7 @@ async function measureMemory(what: "all" | "private"): Promise<number> {
   return sizes.reduce((sum, size) => sum + size, 0);
 }
 
-/** What the page and its workers no longer use does not count. */
+/** Collect the garbage of the page and its workers. */
 async function collectGarbage({ page }: PlayerPage): Promise<void> {
   const collect = "new Promise((resolve) => setTimeout(() => resolve(gc()), 100))";
   for (const worker of page.workers()) await worker.evaluate(collect);
@@ -31,7 +31,7 @@ async function collectGarbage({ page }: PlayerPage): Promise<void> {
   await setTimeout(SETTLING_MS);
 }
 
-/** Wait until so many more frames have been shown. Runs on the page. */
+/** Wait until a number of further frames has been shown. Runs on the page. */
 function playOn(player: PlayerElement, count: number): Promise<void> {
   return new Promise((resolve) => {
     let shown = 0;
@@ -44,7 +44,7 @@ function playOn(player: PlayerElement, count: number): Promise<void> {
   });
 }
 
-/** Count the objects of WebGL that live from now on. Runs on the page, before there is a player. */
+/** Count the WebGL objects created from now on. Runs on the page, before there is a player. */
 function countGraphicsObjects(): void {
   const prototype = WebGL2RenderingContext.prototype as unknown as Record<string, (...given: unknown[]) => unknown>;
   const counter = globalThis as unknown as { graphicsObjects: number };
@@ -60,9 +60,8 @@ function countGraphicsObjects(): void {
   }
 }
 
-// Heaps, workers and modules are in the renderer's private memory. The browser's buffers to the
-// process of the graphics driver grow by 8 MiB at a time, and count in both; of what lies there,
-// the objects are counted.
+// Heaps, workers and modules are in the renderer's private memory. The browser's buffers to the graphics driver's
+// process grow by 8 MiB at a time, and count in both; for that process, WebGL objects are counted instead.
 browserTest("memory stays flat over a thousand frames", async (context) => {
   await using page = await PlayerPage.open({ attributes: null, width: 160, height: 200 });
   await page.page.evaluate(countGraphicsObjects);

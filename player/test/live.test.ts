@@ -1,4 +1,4 @@
-/** Streams that grow while they are watched, and seeks to a last frame that is not known yet. */
+/** Growing streams while they are played, and seeks to a last frame that is not known yet. */
 
 import assert from "node:assert/strict";
 import { browserTest, PlayerPage, type PageOptions } from "./browser.js";
@@ -15,7 +15,7 @@ const openLive = (attributes = "", options: PageOptions = {}): Promise<PlayerPag
 const button = (page: PlayerPage) => page.page.locator("quarc-player #live");
 
 for (const ranges of [true, false]) {
-  browserTest(`a live stream is followed, ${ranges ? "with" : "without"} ranges; while nothing comes the last frame stays`, async () => {
+  browserTest(`a live stream is followed, ${ranges ? "with" : "without"} ranges; the last frame stays while it does not grow`, async () => {
     await using page = await openLive('autoplay speed="4"', { ranges });
     await page.page.locator("quarc-player .waiting").waitFor();
     const stopped = await page.run((player) => player.frame);
@@ -23,16 +23,16 @@ for (const ranges of [true, false]) {
     assert.equal(await page.run(({ player }) => player?.liveEdge), stopped);
     assert.equal(await button(page).getAttribute("aria-pressed"), "true");
     const [red, green, blue] = (await page.look()).at(240, 220);
-    assert.ok(red + green + blue > 60, "the picture has gone");
+    assert.ok(red + green + blue > 60, "the picture has disappeared");
     page.server.grow(room);
     await page.until((player) => player.frame === 23 && !player.isPlaying);
     assert.equal(await page.page.locator("quarc-player .waiting").isVisible(), false);
     await button(page).waitFor({ state: "hidden" });
-    assert.equal(await page.run(({ player }) => player?.liveEdge), null, "it is live no longer");
+    assert.equal(await page.run(({ player }) => player?.liveEdge), null, "it is no longer live");
   });
 }
 
-browserTest("a paused live stream says how far it is behind, and a button leads to its newest frame", async () => {
+browserTest("a paused live stream shows its latency, and a button jumps to its newest frame", async () => {
   await using page = await openLive();
   await page.until((player) => player.frame === 0 && (player.player?.liveEdge ?? 0) > 0);
   const first = await page.run(({ player }) => player?.liveEdge ?? 0);
@@ -44,16 +44,16 @@ browserTest("a paused live stream says how far it is behind, and a button leads 
   const grown = await page.run((player) => Number(player.dataset["edge"]));
   const figures = await page.run(({ player }) => [player?.statistics?.framesBehind, player?.latency]);
   assert.deepEqual(figures, [grown, grown / 30]);
-  await page.run((player) => player.setAttribute("speed", "0.25")); // so that the next frames are not at once there
+  await page.run((player) => player.setAttribute("speed", "0.25")); // so that the next frames are not available at once
   await button(page).click();
   await page.until(({ frame, isPlaying, player }) => frame === player?.liveEdge && isPlaying);
   assert.equal(await page.run(({ player }) => player?.latency), 0);
 });
 
-browserTest("a live stream that is far behind says so on its button", async () => {
+browserTest("a large latency is shown on the live button", async () => {
   await using page = await openLive();
   await page.until((player) => player.frame === 0);
-  // 24 frames are less than a second: as seen by a program, the stream has gone on.
+  // 24 frames last less than a second, so the latency is replaced.
   await page.run(({ player }) => Object.defineProperty(player, "latency", { value: 12.34 }));
   await page.run(({ player }) => player?.dispatchEvent(new CustomEvent("view", { detail: null })));
   await page.page.waitForFunction(
@@ -62,7 +62,7 @@ browserTest("a live stream that is far behind says so on its button", async () =
   assert.equal(await button(page).getAttribute("aria-pressed"), "false");
 });
 
-browserTest("a seek behind the newest frame of a live stream leads to that", async () => {
+browserTest("a seek past the newest frame of a live stream goes to that frame", async () => {
   await using page = await openLive();
   await page.until((player) => player.frame === 0);
   const [shown, edge] = await page.run(async (player) => [await player.setFrame(1000), player.player?.liveEdge]);
@@ -74,7 +74,7 @@ browserTest("a seek behind the newest frame of a live stream leads to that", asy
 });
 
 for (const ranges of [true, false]) {
-  browserTest(`a seek behind the end leads to the last frame before the end is known, ${ranges ? "with" : "without"} ranges`, async () => {
+  browserTest(`a seek past an unknown end goes to the last frame, ${ranges ? "with" : "without"} ranges`, async () => {
     for (const to of ["100", "Infinity"]) {
       await using page = await PlayerPage.open({ ranges, attributes: null, bitsPerSecond: 2e6 });
       const shown = await page.page.evaluate(async (frame) => {
@@ -89,12 +89,12 @@ for (const ranges of [true, false]) {
   });
 }
 
-browserTest("a stream is opened at its last frame if it does not go as far as the one that is asked for", async () => {
+browserTest("opening at a frame past the end shows the last frame", async () => {
   await using page = await PlayerPage.open({ attributes: 'frame="99"' });
   await page.until((player) => player.frame === 23);
 });
 
-browserTest("what is no ordinal is refused by name", async () => {
+browserTest("an invalid ordinal is rejected by name", async () => {
   await using page = await PlayerPage.open();
   await page.until((player) => player.frame === 0);
   const name = await page.run((player) => player.setFrame(NaN).catch((error: Error) => error.name));

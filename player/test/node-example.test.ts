@@ -1,4 +1,4 @@
-/** The example for Node does what it says. */
+/** The Node example prints what it should. */
 
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
@@ -13,7 +13,7 @@ function run(vector: string, ...more: string[]): { status: number | null; out: s
   return { status: done.status, out: String(done.stdout), error: String(done.stderr) };
 }
 
-test("it lists the frames from one on", () => {
+test("it lists the frames from a given one on", () => {
   const { status, out } = run("streams/journey", "7");
   assert.equal(status, 0);
   const [head, ...frames] = out.trim().split("\n");
@@ -21,7 +21,7 @@ test("it lists the frames from one on", () => {
   assert.deepEqual(frames.map((line) => line.split(":")[0]), ["frame 7", "frame 8"]);
 });
 
-test("it names the rule that a damaged stream breaks", () => {
+test("it prints the reject id of a damaged stream", () => {
   const { status, error } = run("damaged/byte-lost");
   assert.equal(status, 1);
   assert.match(error, /^rejected \([a-z-]+\): /);

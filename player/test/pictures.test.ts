@@ -1,4 +1,4 @@
-/** The player's pictures are those of `quarc-ref render`, up to the rounding of the target. */
+/** The player's pictures match those of `quarc-ref render`, up to the rounding of the target. */
 
 import assert from "node:assert/strict";
 import { browserTest, PlayerPage, type PlayerElement } from "./browser.js";
@@ -9,7 +9,7 @@ const FRAMES = [0, 11, 23];
 const CAMERAS = ["front", "upright"];
 const LEAST_DB = { float: 45, bytes: 40 } as const;
 
-/** The PSNR of what a camera sees against a PNG, by a picture of this depth. Runs on the page. */
+/** The PSNR of a camera's view against a PNG, for a picture of this depth. Runs on the page. */
 async function compare(
   player: PlayerElement,
   { camera, path, depth }: { camera: string; path: string; depth: "float" | "bytes" },
@@ -29,7 +29,7 @@ async function compare(
   return 4 * image.width * image.height === pixels.length ? -10 * Math.log10(sum / picture.length) : 0;
 }
 
-browserTest("pictures are those of quarc-ref render", async (context) => {
+browserTest("pictures match those of quarc-ref render", async (context) => {
   if (skipReference) return context.skip(skipReference);
   const room = readRoom();
   const files: Record<string, Uint8Array> = {};

@@ -1,17 +1,17 @@
-/** Playback in a browser: seeks, loops, steps, the ends of a stream. */
+/** Playback in a browser: seeks, loops, steps, start and end of a stream. */
 
 import assert from "node:assert/strict";
 import { browserTest, PlayerPage, type PlayerElement } from "./browser.js";
 import type { StreamError } from "../src/stream-error.js";
 import { readRoom } from "./server.js";
 
-/** Bytes of what the first camera sees. Runs on the page. */
+/** The picture of the first camera as bytes. Runs on the page. */
 async function see(player: PlayerElement): Promise<number[]> {
   const picture = await player.takePicture(0);
   return Array.from(picture, (value) => Math.round(255 * value));
 }
 
-/** Step through frames up to one, and tell which were shown. Runs on the page. */
+/** Step to a frame, and return the frames that were shown. Runs on the page. */
 async function stepTo(player: PlayerElement, last: number): Promise<number[]> {
   const frames = [];
   while ((player.frame ?? last) < last) {
@@ -23,7 +23,7 @@ async function stepTo(player: PlayerElement, last: number): Promise<number[]> {
   return frames;
 }
 
-/** The frames that are shown from now on, so many of them. Runs on the page. */
+/** The next frames that are shown, `count` of them. Runs on the page. */
 function watch(player: PlayerElement, count: number): Promise<number[]> {
   const frames: number[] = [];
   return new Promise((resolve) => {
@@ -35,7 +35,7 @@ function watch(player: PlayerElement, count: number): Promise<number[]> {
   });
 }
 
-browserTest("a seek shows the picture that playing up to the frame shows", async () => {
+browserTest("a seek shows the same picture as playing up to the frame", async () => {
   await using page = await PlayerPage.open();
   await page.until((player) => player.frame === 0);
   const due = new Map<number, number[]>();
@@ -48,11 +48,11 @@ browserTest("a seek shows the picture that playing up to the frame shows", async
     await page.setFrame(frame);
     const seen = await page.run(see);
     const differences = seen.map((value, at) => Math.abs(value - (due.get(frame)?.[at] ?? 0)));
-    assert.ok(Math.max(...differences) <= 2, `frame ${frame}`); // of Gaussians at one depth
+    assert.ok(Math.max(...differences) <= 2, `frame ${frame}`); // from Gaussians at the same depth
   }
 });
 
-browserTest("steps go forward and back, over canonical frames, and stop at the ends", async () => {
+browserTest("steps go forward and back across canonical frames, and stop at both ends", async () => {
   await using page = await PlayerPage.open();
   await page.until((player) => player.frame === 0);
   assert.deepEqual(await page.run(stepTo, 13), [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13]);
@@ -71,8 +71,8 @@ browserTest("a loop shows every frame in order, again and again", async () => {
   await page.until((player) => player.frame === 0);
   const frames = await page.run(watch, 60);
   assert.deepEqual(frames, Array.from({ length: 60 }, (_, at) => (at + 1) % 24));
-  assert.equal(page.server.requests.length, 1, "a lap asks the server for nothing");
-  // Frames of the next lap are decoded already: they are not shown when the loop is switched off.
+  assert.equal(page.server.requests.length, 1, "a lap sends no requests");
+  // Frames of the next lap are already decoded; they are not shown if the loop is disabled.
   const ended = page.run(
     (player) => new Promise((resolve) => player.addEventListener("ended", () => resolve(player.frame))),
   );
@@ -80,13 +80,13 @@ browserTest("a loop shows every frame in order, again and again", async () => {
   assert.equal(await ended, 23);
 });
 
-browserTest("at the end it pauses, and plays from the beginning", async () => {
+browserTest("playback pauses at the end, and restarts from the beginning", async () => {
   await using page = await PlayerPage.open({ attributes: 'autoplay speed="8"' });
   await page.until((player) => player.frame === 23 && !player.isPlaying);
   assert.deepEqual((await page.run(watch, 5)).slice(0, 3), [0, 1, 2]);
 });
 
-browserTest("a stream that is opened at a frame shows no other before it", async () => {
+browserTest("opening at a frame shows no other frame before it", async () => {
   await using page = await PlayerPage.open({ attributes: null, bitsPerSecond: 1e6 });
   const shown = await page.page.evaluate(async () => {
     const player = document.createElement("quarc-player") as PlayerElement;
@@ -128,7 +128,7 @@ browserTest("a seek to a damaged frame rejects with the reject id", async () => 
   assert.equal(rejectId, "payload-crc");
 });
 
-browserTest("scrubbing shows pictures on the way, and ends where it was let go", async () => {
+browserTest("scrubbing shows intermediate pictures, and ends at the last position", async () => {
   await using page = await PlayerPage.open();
   await page.until((player) => player.frame === 0);
   const shown = await page.run(async (player) => {
@@ -146,7 +146,7 @@ browserTest("scrubbing shows pictures on the way, and ends where it was let go",
   assert.equal(shown.at(-1), 22);
 });
 
-browserTest("a program draws on its own canvas, and learns what went wrong", async () => {
+browserTest("a program draws on its own canvas, and receives errors", async () => {
   await using page = await PlayerPage.open({ attributes: null, expectedErrors: /404/ });
   const seen = await page.page.evaluate(async () => {
     const { Player, StreamError } = await import(`${location.origin}/quarc-player.js`);
@@ -172,6 +172,6 @@ browserTest("a program draws on its own canvas, and learns what went wrong", asy
   const { gaussians, bufferedFrames, decodeMs, sortMs, receivedBytes, frameBytes } = seen.statistics;
   assert.ok(gaussians > 3000 && bufferedFrames >= 0 && decodeMs > 0 && sortMs > 0);
   assert.ok(receivedBytes > 60_000);
-  assert.equal(frameBytes, null, "right after a seek it is not known");
+  assert.equal(frameBytes, null, "unknown right after a seek");
   assert.deepEqual([seen.fault.kind, seen.fault.rejectId], ["network", null]);
 });

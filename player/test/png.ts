@@ -1,4 +1,4 @@
-/** Screenshots as pixels: 8-bit PNG files of RGB or RGBA without interlacing, as Chromium writes them. */
+/** Decodes screenshots: 8-bit PNG files in RGB or RGBA without interlacing, as written by Chromium. */
 
 import { inflateSync } from "node:zlib";
 
@@ -49,7 +49,7 @@ function unfilter(filtered: Buffer, rowBytes: number, height: number, channels: 
   return rows;
 }
 
-/** Of left, up and corner, the one nearest to left + up - corner (filter type 4). */
+/** The one of left, up and corner that is nearest to left + up - corner (filter type 4). */
 function nearestOf(left: number, up: number, corner: number): number {
   const [a, b, c] = [Math.abs(up - corner), Math.abs(left - corner), Math.abs(left + up - 2 * corner)];
   if (a <= b && a <= c) return left;

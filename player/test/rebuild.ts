@@ -1,10 +1,10 @@
-/** What packets say of a frame, as a digest of its Gaussians whatever their order. */
+/** Reconstructs frames from packets; the digest does not depend on the order of Gaussians. */
 
 import { createHash } from "node:crypto";
 import type { FramePacket } from "../src/protocol.js";
 import type { State } from "../src/decode/quarc.js";
 
-/** Gaussians by slot, as a page keeps them. */
+/** Gaussians by slot, as on a page. */
 export class Rebuilt {
   readonly #motion = new Map<number, readonly number[]>();
   readonly #codes = new Map<number, readonly number[]>();

@@ -1,4 +1,4 @@
-/** Pictures of `quarc-ref render`, where its Python is at hand. */
+/** Pictures of `quarc-ref render`, if its Python is available. */
 
 import { spawn, spawnSync, type ChildProcess } from "node:child_process";
 import { createHash } from "node:crypto";
@@ -10,7 +10,7 @@ const ROOT = fileURLToPath(new URL("../../", import.meta.url));
 const KEPT = join(ROOT, "player/.reference");
 const python = findPython();
 
-/** Why there are no reference pictures; false where there are. */
+/** Why there are no reference pictures; false if there are. */
 export const skipReference =
   python === null && "no quarc_ref with its renderer here: QUARC_PYTHON names a Python that has it";
 
@@ -39,13 +39,13 @@ export function makeMovingStream(job: string): Uint8Array {
   return readFileSync(path);
 }
 
-/** Run a command of Python to its end. */
+/** Run a Python command to its end. */
 export function runPython(more: readonly string[]): void {
   const { status, stderr } = spawnSync(python ?? "", more, { cwd: ROOT });
   if (status !== 0) throw new Error(`python ${more.join(" ")}: ${String(stderr)}`);
 }
 
-/** Start a command of Python, whose output is not held back. */
+/** Start a Python command with unbuffered output. */
 export function startPython(more: readonly string[]): ChildProcess {
   return spawn(python ?? "", ["-u", ...more], { cwd: ROOT, stdio: ["ignore", "pipe", "inherit"] });
 }

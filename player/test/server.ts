@@ -1,4 +1,4 @@
-/** A server of one stream, with the properties and the faults that servers have. */
+/** A server of one stream, with the features and faults of real servers. */
 
 import { readFileSync } from "node:fs";
 import { createServer, type IncomingMessage, type Server, type ServerResponse } from "node:http";
@@ -7,7 +7,7 @@ import { fileURLToPath } from "node:url";
 
 const PLAYER = fileURLToPath(new URL("../", import.meta.url));
 const SUITE = new URL("../../conformance/", import.meta.url);
-const PIECES_PER_SECOND = 50; // of an answer of limited speed
+const PIECES_PER_SECOND = 50; // for a response of limited speed
 
 /** A stream of the conformance suite. */
 export const readVector = (path: string): Uint8Array => readFileSync(new URL(`${path}.quarc`, SUITE));
@@ -15,17 +15,17 @@ export const readVector = (path: string): Uint8Array => readFileSync(new URL(`${
 /** A file of player/. */
 export const readPlayerFile = (path: string): Uint8Array => readFileSync(`${PLAYER}${path}`);
 
-/** The stream that the browser tests play (test/streams/make_room.py). */
+/** The stream for the browser tests (test/streams/make_room.py). */
 export const readRoom = (): Uint8Array => readPlayerFile("test/streams/room.quarc");
 
 export interface ServerOptions {
-  /** Whether it answers range requests with 206; otherwise every answer is 200. */
+  /** Whether it answers range requests with 206; otherwise all responses are 200. */
   readonly ranges?: boolean;
-  /** The connection breaks after so many bytes of every answer. */
+  /** Break the connection after this number of bytes of every response. */
   readonly diesAfter?: number;
   /** Answer every request for the stream with this status. */
   readonly status?: number | null;
-  /** Send the stream no faster than this. */
+  /** Limit of the transfer rate. */
   readonly bitsPerSecond?: number;
   /** Other files, by path: "/" is the page. */
   readonly files?: Readonly<Record<string, Uint8Array | string>>;
@@ -65,7 +65,7 @@ export class StreamServer {
     return `${this.origin}/stream.quarc`;
   }
 
-  /** Serve another stream from now on, as while one is being written. */
+  /** Serve another stream from now on, as if one was being written. */
   grow(stream: Uint8Array): void {
     this.#stream = stream;
   }

@@ -1,15 +1,15 @@
-/** Servers and streams of all kinds, as a page shows them. */
+/** All kinds of servers and streams, as seen by a page. */
 
 import assert from "node:assert/strict";
 import { browserTest, PlayerPage, type PlayerElement } from "./browser.js";
 import { readRoom } from "./server.js";
 
-const CANONICAL_BYTES = 30_000; // of the room's first frame, roughly
+const CANONICAL_BYTES = 30_000; // approximate size of the first frame
 
 const text = (page: PlayerPage, selector: string): Promise<string> =>
   page.page.locator("quarc-player").locator(selector).innerText();
 
-/** The next error of the player; the one of its beginning may be missed. Runs on the page. */
+/** The next error of the player; an error at startup may be missed. Runs on the page. */
 function nextFault(player: PlayerElement): Promise<{ kind: string; rejectId: string | null; frame: number | null }> {
   return new Promise((resolve) => {
     player.addEventListener("error", ({ detail }) => resolve(detail), { once: true });
@@ -17,7 +17,7 @@ function nextFault(player: PlayerElement): Promise<{ kind: string; rejectId: str
   });
 }
 
-browserTest("from a server without ranges the stream is read once, also for seeks", async () => {
+browserTest("without range requests the stream is read once, even for seeks", async () => {
   await using page = await PlayerPage.open({ ranges: false });
   await page.until((player) => player.frame === 0);
   await page.setFrame(20);
@@ -25,7 +25,7 @@ browserTest("from a server without ranges the stream is read once, also for seek
   assert.equal(page.server.requests.length, 1);
 });
 
-browserTest("what is missing is said, and can be tried again", async () => {
+browserTest("a missing stream is reported, and can be retried", async () => {
   await using page = await PlayerPage.open({ status: 404, attributes: 'frame="4"', expectedErrors: /404/ });
   await page.page.locator("quarc-player .fault h2").waitFor();
   assert.equal(await text(page, ".fault h2"), "The stream cannot be loaded");
@@ -36,7 +36,7 @@ browserTest("what is missing is said, and can be tried again", async () => {
   assert.equal(await page.page.locator("quarc-player .fault").isVisible(), false);
 });
 
-browserTest("a server that dies in the middle is asked for the rest", async () => {
+browserTest("after a broken connection the rest is requested", async () => {
   await using page = await PlayerPage.open({
     diesAfter: 20_000,
     attributes: 'autoplay speed="8"',
@@ -46,7 +46,7 @@ browserTest("a server that dies in the middle is asked for the rest", async () =
   assert.ok(page.server.requests.length > 3);
 });
 
-browserTest("a damaged stream plays up to the damage, and names the rule", async () => {
+browserTest("a damaged stream plays up to the damage, and shows the reject id", async () => {
   const stream = Uint8Array.from(readRoom());
   stream[stream.length >> 1] = (stream[stream.length >> 1] ?? 0) ^ 1;
   await using page = await PlayerPage.open({ stream, attributes: 'autoplay speed="8"' });
@@ -57,7 +57,7 @@ browserTest("a damaged stream plays up to the damage, and names the rule", async
   assert.match(await text(page, ".fault code"), /payload-crc/);
 });
 
-browserTest("a truncated stream plays up to its end, and says that it is truncated", async () => {
+browserTest("a truncated stream plays up to its end, and is reported as truncated", async () => {
   const stream = readRoom();
   await using page = await PlayerPage.open({ stream: stream.subarray(0, stream.length - 100), attributes: 'autoplay speed="8"' });
   const fault = await page.run(nextFault);
@@ -65,7 +65,7 @@ browserTest("a truncated stream plays up to its end, and says that it is truncat
   await page.until((player) => (player.frame ?? -1) >= 0);
 });
 
-browserTest("what is no stream at all is refused by name", async () => {
+browserTest("a file that is not a stream is rejected by name", async () => {
   await using page = await PlayerPage.open({ stream: new TextEncoder().encode("<!doctype html>") });
   const fault = await page.run(nextFault);
   assert.deepEqual([fault.kind, fault.rejectId], ["rejected", "bad-magic"]);

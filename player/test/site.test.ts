@@ -1,4 +1,4 @@
-/** What `quarc-ref publish` makes and `quarc-ref view` serves, in a browser. */
+/** The output of `quarc-ref publish` and `quarc-ref view`, in a browser. */
 
 import assert from "node:assert/strict";
 import { appendFileSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -21,7 +21,7 @@ before(() => {
 });
 after(() => rmSync(folder, { recursive: true }));
 
-/** Serve something by a command of Python, whose output says where. */
+/** Start a server by a Python command that prints its address. */
 async function serving(command: readonly string[], address: RegExp, act: (url: string) => Promise<void>): Promise<void> {
   const server = startPython(command);
   try {
@@ -39,7 +39,7 @@ async function serving(command: readonly string[], address: RegExp, act: (url: s
   }
 }
 
-/** Open an address; `act` gets what runs something with the player of the page. */
+/** Open an address; `act` receives a function that runs code with the player of the page. */
 async function visiting(
   url: string,
   act: (visit: {
@@ -116,7 +116,7 @@ browserTest("the address of the page sets camera, frame, speed and up, and stops
   );
 });
 
-browserTest("view answers range requests, and the player seeks by them", async (context) => {
+browserTest("view answers range requests, and the player uses them to seek", async (context) => {
   if (skipReference) return context.skip(skipReference);
   await serving(...viewer(ROOM, "--no-autoplay", "--camera", "upright"), (url) =>
     visiting(url, async ({ run, until, requests }) => {
@@ -129,7 +129,7 @@ browserTest("view answers range requests, and the player seeks by them", async (
   );
 });
 
-browserTest("a stream that is being written is played to its end", async (context) => {
+browserTest("a growing stream is played to its end", async (context) => {
   if (skipReference) return context.skip(skipReference);
   const room = readFileSync(ROOM);
   const path = join(folder, "live.quarc");
@@ -143,8 +143,8 @@ browserTest("a stream that is being written is played to its end", async (contex
   );
 });
 
-browserTest("the poster is shown until the first frame is, and no longer", async () => {
-  const poster = readRoom(); // not a picture: it is hidden at once
+browserTest("the poster is shown until the first frame is shown", async () => {
+  const poster = readRoom(); // not a picture: hidden at once
   const isShown = "(player) => !player.shadowRoot.querySelector('.poster').hidden";
   const options = { attributes: 'poster="poster.png"', bitsPerSecond: 100_000 };
   await using broken = await PlayerPage.open({ ...options, files: { "/poster.png": poster } });

@@ -1,4 +1,4 @@
-/** Splats are the state of a frame in floats, slot by slot. */
+/** Splats match the state of a frame, slot by slot. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -19,7 +19,7 @@ const used = (splats: Splats): number[] =>
   [...splats.opacities.keys()].filter((slot) => (splats.opacities[slot] ?? 0) > 0);
 
 for (const name of ["births-and-deaths", "journey", "updates-journey"]) {
-  test(`${name}: changes add up to what a seek to the frame gives`, async () => {
+  test(`${name}: changes add up to the result of a seek`, async () => {
     const { info, packets } = await decode(name);
     const splats = new Splats(info);
     for (const packet of packets) {
@@ -39,7 +39,7 @@ for (const name of ["births-and-deaths", "journey", "updates-journey"]) {
   });
 }
 
-test("the slots that change are those of the packet, and all of a full one", async () => {
+test("the changed slots are those of the packet, and all slots of a full packet", async () => {
   const { info, packets } = await decode("births-and-deaths");
   const splats = new Splats(info);
   for (const packet of packets) {
@@ -50,7 +50,7 @@ test("the slots that change are those of the packet, and all of a full one", asy
   assert.equal(splats.apply(packets[0] as FramePacket).length, Math.max(all, packets[0]?.slotLimit ?? 0));
 });
 
-test("numbers are those of SPEC 10", async () => {
+test("floats match SPEC 10", async () => {
   const { info, packets } = await decode("brief");
   const [packet] = packets as [FramePacket];
   const splats = new Splats(info);
@@ -59,7 +59,7 @@ test("numbers are those of SPEC 10", async () => {
   const width = packet.codes.length / packet.codedSlots.length;
   const code = (k: number): number => packet.codes[width * row + k] ?? 0;
   const near = (found: number | undefined, due: number): void =>
-    assert.ok(Math.abs((found ?? NaN) - due) <= 1e-6 * Math.max(1, Math.abs(due)), `${found} is not ${due}`);
+    assert.ok(Math.abs((found ?? NaN) - due) <= 1e-6 * Math.max(1, Math.abs(due)), `${found}; expected ${due}`);
   near(splats.positions[3 * slot + 1], (packet.positions[1] ?? 0) / 2 ** info.latticeExponent);
   near(splats.scales[3 * slot + 2], Math.exp(code(2) * info.logScaleStep));
   near(splats.colors[3 * slot], Math.max(0, 0.5 + 0.28209479177387814 * code(4) * info.shDcStep));

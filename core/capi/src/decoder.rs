@@ -150,7 +150,7 @@ impl AnyDecoder {
         let Way::Reading(parts, _, Some(decoder)) = &mut self.way else { return None };
         let missing = parts.0.borrow().missing;
         let found = decoder.preview();
-        parts.0.borrow_mut().missing = missing; // what `pull` lacks is still that
+        parts.0.borrow_mut().missing = missing; // `pull` is still missing the same bytes
         let (sections, state) = found?;
         Some((sections, self.preview.insert(state)))
     }
@@ -213,7 +213,7 @@ impl AnyDecoder {
                     Ok(Pulled::Gap)
                 }
             },
-            Way::None => Ok(Pulled::End), // not come to: the failure is told again
+            Way::None => Ok(Pulled::End), // unreachable: `pull` has returned the error before
         }
     }
 

@@ -1,4 +1,4 @@
-//! The interface as C calls it: pointers, statuses, and calls that have no meaning.
+//! The interface as C calls it: pointers, statuses and invalid calls.
 
 use quarc::floats::Dequantizer;
 use quarc::state::State;
@@ -13,10 +13,10 @@ use std::slice::from_raw_parts;
 
 fn read(name: &str) -> Vec<u8> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../conformance/streams");
-    fs::read(folder.join(name).with_extension("quarc")).expect("the suite stands beside the crate")
+    fs::read(folder.join(name).with_extension("quarc")).expect("the conformance suite")
 }
 
-/// What a function writes where it says that it is done, else what it says.
+/// The value that a function writes if its status is QUARC_OK, otherwise the status.
 fn fill<T>(function: impl FnOnce(*mut T) -> i32) -> Result<T, i32> {
     let mut room = MaybeUninit::uninit();
     match function(room.as_mut_ptr()) {
@@ -30,7 +30,7 @@ unsafe fn text(place: *const c_char) -> Option<String> {
     (!place.is_null()).then(|| CStr::from_ptr(place).to_str().expect("UTF-8").to_owned())
 }
 
-/// Hold all that is pointed to against the library's own.
+/// Compare all memory behind the pointers with the state of the library.
 unsafe fn compare(decoder: *mut DecoderHandle, view: &StateView, state: &State) {
     assert_eq!(view.frame, state.frame_ordinal());
     assert_eq!(view.phase, state.phase());
@@ -64,7 +64,7 @@ unsafe fn compare_floats(splats: &SplatsView, state: &State) {
 }
 
 #[test]
-fn states_are_those_of_the_library() {
+fn states_match_those_of_the_library() {
     for name in ["journey", "births-and-deaths", "snapshots-journey", "updates-journey"] {
         let (stream, mut library) = (read(name), Decoder::new());
         library.push(&stream);
@@ -97,7 +97,7 @@ fn states_are_those_of_the_library() {
 }
 
 #[test]
-fn what_has_not_changed_is_said() {
+fn unchanged_arrays_are_reported() {
     let stream = read("journey");
     let mut decoder = quarc_open();
     unsafe {
@@ -108,13 +108,13 @@ fn what_has_not_changed_is_said() {
         assert_eq!(changed(), Ok(all));
         assert_eq!(changed(), Ok(0));
         assert_eq!(quarc_pull(decoder, null_mut()), QUARC_FRAME);
-        assert_eq!(changed(), Ok(QUARC_POSITIONS | QUARC_ROTATIONS)); // nobody is born or dies
+        assert_eq!(changed(), Ok(QUARC_POSITIONS | QUARC_ROTATIONS)); // no deaths or births
         quarc_close(&mut decoder);
     }
 }
 
 #[test]
-fn frames_are_sought_and_gaps_are_told() {
+fn seeking_returns_frames_and_recovery_reports_gaps() {
     let mut stream = read("journey");
     unsafe {
         let mut decoder = quarc_open_seek(4);
@@ -148,7 +148,7 @@ fn frames_are_sought_and_gaps_are_told() {
 }
 
 #[test]
-fn a_fault_is_told_again_and_again() {
+fn an_error_is_repeated_by_every_later_call() {
     let mut stream = read("journey");
     let last = stream.len() - 1;
     stream[last] ^= 1;
@@ -172,7 +172,7 @@ fn a_fault_is_told_again_and_again() {
 }
 
 #[test]
-fn null_is_taken_everywhere() {
+fn every_function_accepts_null() {
     unsafe {
         assert_eq!(quarc_push(null_mut(), null(), 0), QUARC_MISUSE);
         assert_eq!(quarc_finish(null_mut()), QUARC_MISUSE);
@@ -202,9 +202,9 @@ fn null_is_taken_everywhere() {
     }
 }
 
-/// Streams that are cut and changed, through calls in any order: nothing breaks.
+/// Truncated and modified streams, through calls in any order, cause no crash.
 #[test]
-fn nothing_breaks_whatever_comes() {
+fn arbitrary_calls_cause_no_crash() {
     let mut seed = 0x9E37_79B9_7F4A_7C15_u64;
     let mut below = |bound: usize| {
         seed ^= seed << 13;

@@ -1,4 +1,4 @@
-//! Streams that are read in parts, as a player reads them from a server.
+//! Streams read by byte ranges, as a player reads them from a server.
 
 use quarc_capi::*;
 use std::fs;
@@ -10,7 +10,7 @@ type Digest = [std::ffi::c_char; QUARC_DIGEST_SIZE];
 
 fn read(name: &str) -> Vec<u8> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../conformance/streams");
-    fs::read(folder.join(name).with_extension("quarc")).expect("the suite stands beside the crate")
+    fs::read(folder.join(name).with_extension("quarc")).expect("the conformance suite")
 }
 
 unsafe fn digest(decoder: *mut DecoderHandle) -> Digest {
@@ -32,7 +32,8 @@ unsafe fn decode(stream: &[u8]) -> Vec<Digest> {
     digests
 }
 
-/// The same from a frame on, by nothing but the bytes that are asked for; and how many these are.
+/// Decode from a frame on with only the requested bytes. Returns the digests, and the number of
+/// bytes passed.
 unsafe fn read_parts(stream: &[u8], start: u32) -> (Vec<Digest>, usize) {
     let mut decoder = quarc_open_parts(start);
     assert_eq!(quarc_limit(decoder, stream.len() as u64), QUARC_OK);
@@ -56,7 +57,7 @@ unsafe fn read_parts(stream: &[u8], start: u32) -> (Vec<Digest>, usize) {
 }
 
 #[test]
-fn a_frame_is_reached_by_the_bytes_that_it_needs() {
+fn seeking_reads_only_the_necessary_bytes() {
     for name in ["journey", "snapshots-journey", "journey-without-index"] {
         let stream = read(name);
         let due = unsafe { decode(&stream) };
@@ -73,14 +74,14 @@ fn a_frame_is_reached_by_the_bytes_that_it_needs() {
 }
 
 #[test]
-fn the_end_of_a_stream_tells_its_frames() {
+fn the_end_of_a_stream_lists_its_frames() {
     let stream = read("journey");
     let mut decoder = quarc_open_parts(0);
     let (mut numbers, mut frames) = ([0; 2], [u32::MAX; 2]);
     let room = frames.len();
     unsafe {
         let mut ask = || quarc_index(decoder, numbers.as_mut_ptr(), frames.as_mut_ptr(), room);
-        assert_eq!(ask(), QUARC_OK, "nothing is there yet");
+        assert_eq!(ask(), QUARC_OK, "no bytes were put yet");
         quarc_put(decoder, 0, stream.as_ptr(), stream.len());
         quarc_limit(decoder, stream.len() as u64);
         assert_eq!(ask(), QUARC_FRAME);
@@ -93,7 +94,7 @@ fn the_end_of_a_stream_tells_its_frames() {
 }
 
 #[test]
-fn cameras_and_metadata_are_those_that_came_last() {
+fn cameras_and_metadata_are_the_latest_ones() {
     let stream = read("cameras-and-metadata");
     let mut decoder = quarc_open();
     unsafe {
@@ -106,7 +107,7 @@ fn cameras_and_metadata_are_those_that_came_last() {
         let name = std::slice::from_raw_parts(camera.name.bytes, camera.name.length);
         assert!(std::str::from_utf8(name).is_ok() && camera.width > 0 && camera.focal[0] > 0.0);
         quarc_finish(decoder);
-        while quarc_pull(decoder, null_mut()) == QUARC_FRAME {} // the metadata comes behind them
+        while quarc_pull(decoder, null_mut()) == QUARC_FRAME {} // the metadata follows the frames
         let mut entry = MaybeUninit::<EntryView>::uninit();
         assert_eq!(quarc_metadata(decoder, 0, entry.as_mut_ptr()), QUARC_OK);
         let entry = entry.assume_init();
@@ -118,7 +119,7 @@ fn cameras_and_metadata_are_those_that_came_last() {
 }
 
 #[test]
-fn a_canonical_frame_is_seen_while_it_arrives() {
+fn a_canonical_frame_can_be_previewed_while_it_arrives() {
     let stream = read("journey");
     let mut sections_seen = Vec::new();
     unsafe {
@@ -154,7 +155,7 @@ fn a_canonical_frame_is_seen_while_it_arrives() {
 }
 
 #[test]
-fn damage_is_not_told_by_a_preview() {
+fn a_preview_does_not_report_damage() {
     let mut stream = read("journey");
     let canonical = stream.windows(4).position(|bytes| bytes == b"CANO").expect("a frame");
     stream[canonical + 4 + 12 + 21] ^= 0x40; // the number of words of the first section
@@ -177,7 +178,7 @@ fn damage_is_not_told_by_a_preview() {
 }
 
 #[test]
-fn a_stream_without_an_index_lacks_no_bytes_for_it() {
+fn reading_a_missing_index_requests_no_bytes() {
     let stream = read("journey-without-index");
     let (mut numbers, mut range) = ([0; 2], [0; 2]);
     unsafe {

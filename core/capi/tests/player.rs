@@ -1,4 +1,4 @@
-//! examples/player.c, built by the C compiler of this machine, against the conformance suite.
+//! examples/player.c, built with the C compiler of this machine, against the conformance suite.
 
 use serde_json::Value;
 use std::env;
@@ -10,20 +10,20 @@ use std::process::{Command, Output};
 const STREAMS: [&str; 5] =
     ["journey", "births-and-deaths", "snapshots-journey", "updates-journey", "rotation"];
 
-/// What Rust's library needs of the system, where it is linked statically.
+/// System libraries that a statically linked Rust library needs.
 const SYSTEM: [&str; 3] = ["-lpthread", "-ldl", "-lm"];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// Where cargo puts the libraries of this crate while its tests are built.
+/// The folder in which cargo puts the libraries of this crate for its tests.
 fn libraries() -> PathBuf {
     let test = env::current_exe().expect("the test has a name");
     test.parent().expect("a folder").to_owned()
 }
 
-/// The player, linked to a library; `None` where there is no C compiler.
+/// The player, linked to a library; `None` if there is no C compiler.
 fn build(name: &str, link: &[&str]) -> Option<PathBuf> {
     let compiler = env::var("CC").unwrap_or_else(|_| "cc".to_owned());
     if Command::new(&compiler).arg("--version").output().is_err() {
@@ -48,7 +48,7 @@ fn play(player: &Path, stream: &Path) -> Output {
     Command::new(player).arg(stream).output().expect("the player starts")
 }
 
-/// What the suite says of a stream, in the lines of the player.
+/// The frames of a stream in the manifest, formatted like the output of the player.
 fn expected(manifest: &Value, name: &str) -> String {
     let vectors = manifest["vectors"].as_array().expect("vectors");
     let vector = vectors.iter().find(|vector| vector["name"] == format!("streams/{name}"));
@@ -81,7 +81,7 @@ fn check(player: &Path) {
 }
 
 #[test]
-fn the_player_decodes_by_the_shared_library() {
+fn the_player_decodes_with_the_shared_library() {
     let folder = libraries();
     let path = folder.to_str().expect("UTF-8");
     let link = [&format!("-L{path}"), "-lquarc_capi", &format!("-Wl,-rpath,{path}")];
@@ -91,7 +91,7 @@ fn the_player_decodes_by_the_shared_library() {
 }
 
 #[test]
-fn the_player_decodes_by_the_static_library() {
+fn the_player_decodes_with_the_static_library() {
     let library = libraries().join("libquarc_capi.a");
     let mut link = vec![library.to_str().expect("UTF-8")];
     link.extend(SYSTEM);

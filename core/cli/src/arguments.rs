@@ -7,28 +7,28 @@ use lexopt::prelude::{Long, Short, Value, ValueExt};
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-/// What `quarc --help` says.
+/// The text of `quarc --help`.
 pub const USAGE: &str = "\
 quarc: moving Gaussian splats in .quarc streams
 
-  quarc verify FILE            decode a stream from end to end and check all that it says
-  quarc info FILE [--json]     say what a stream is made of
-  quarc decode FILE -o DIR     write every frame as a PLY file of 3DGS, frame-00000000.ply, ...
-      --start F, --stop F      from frame F on, up to before frame F
-      --recover                go on past damage, and say what is missing
+  quarc verify FILE            decode the whole stream and check its CRCs and totals
+  quarc info FILE [--json]     describe the stream without decoding frames
+  quarc decode FILE -o DIR     write every frame as a 3DGS PLY file, frame-00000000.ply, ...
+      --start F, --stop F      only frames from F on, and only frames before F
+      --recover                continue after damage and report what is missing
   quarc conformance            answer the runner of conformance/: a stream on standard input
-      --jobs, --capabilities   many in one process; what can be asked
+      --jobs, --capabilities   many streams in one process; list what is supported
 
-FILE may be `-`, standard input, but not with --recover.
-Exit status: 0; 1 the stream is rejected, or has gaps; 2 anything else is wrong; 3 the stream
-of the unlimited level asks for more than this decoder gives.
+FILE may be `-` for standard input, except with --recover.
+Exit status: 0 success; 1 the stream is rejected or has gaps; 2 any other error; 3 the stream
+exceeds the limits of this decoder.
 ";
 
-/// What is to be done.
+/// A parsed command line.
 pub enum Task {
-    /// Say how the command is used.
+    /// Print the usage.
     Help,
-    /// Say which version it is.
+    /// Print the version.
     Version,
     /// Check a stream.
     Verify {
@@ -39,16 +39,16 @@ pub enum Task {
     Info {
         /// Its file.
         file: PathBuf,
-        /// Whether as JSON.
+        /// Whether to print JSON.
         json: bool,
     },
-    /// Write frames.
+    /// Write frames as PLY files.
     Decode(Wanted),
-    /// Be tested.
+    /// Answer the runner of the conformance suite.
     Conformance(Ask),
 }
 
-/// What the command line asks for.
+/// Parse the command line.
 pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Task, Failure> {
     let mut parser = lexopt::Parser::from_iter(arguments);
     read_verb(&mut parser).map_err(|error| Failure::Usage(error.to_string()))
@@ -101,7 +101,7 @@ impl Found {
             return Ok(Task::Conformance(self.ask));
         }
         if !["verify", "info", "decode"].contains(&verb) {
-            return Err(format!("there is no verb {verb:?}").into());
+            return Err(format!("unknown command {verb:?}").into());
         }
         let file = self.file.ok_or_else(|| format!("{verb} needs the name of a stream"))?;
         match verb {

@@ -1,23 +1,23 @@
-//! `quarc conformance`: what conformance/RUNNER.md asks of a decoder.
+//! `quarc conformance`: the decoder side of conformance/RUNNER.md.
 
 use crate::failure::Failure;
 use quarc_conformance::{answer_capabilities, answer_jobs, answer_stream};
 use std::io;
 use std::process::ExitCode;
 
-/// What is asked.
+/// A request of the runner.
 #[derive(Clone, Copy, Default)]
 pub enum Ask {
-    /// To decode the stream on standard input.
+    /// Decode the stream on standard input.
     #[default]
     Stream,
-    /// To do jobs.
+    /// Do the jobs on standard input.
     Jobs,
-    /// To say what can be asked.
+    /// List what the decoder supports.
     Capabilities,
 }
 
-/// Answer on standard output; returns the exit status.
+/// Answer on standard output and return the exit status.
 pub fn answer(ask: Ask) -> Result<ExitCode, Failure> {
     let (mut input, output) = (io::stdin().lock(), io::stdout().lock());
     let answered = match ask {

@@ -1,4 +1,4 @@
-//! `quarc decode`: frames as PLY files.
+//! `quarc decode`: write frames as PLY files.
 
 use crate::failure::Failure;
 use crate::files;
@@ -15,23 +15,23 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Which frames are wanted, and where.
+/// The frames to decode, and the folder to write them to.
 pub struct Wanted {
     /// The stream.
     pub file: PathBuf,
-    /// What the frames are written to.
+    /// The output folder.
     pub folder: PathBuf,
     /// Ordinal of the first frame.
     pub start: u32,
-    /// Ordinal after the last.
+    /// Ordinal after the last frame.
     pub stop: Option<u32>,
-    /// Whether to go on past damage.
+    /// Whether to continue after damage.
     pub recover: bool,
 }
 
-/// Why no further frame is decoded.
+/// Why decoding ends.
 enum End {
-    /// All that are wanted have been.
+    /// All requested frames are decoded.
     Stopped,
     Failed(Failure),
     Stream(Error),
@@ -43,7 +43,7 @@ impl From<Error> for End {
     }
 }
 
-/// What has been written.
+/// Totals of what has been written.
 #[derive(Default)]
 struct Written {
     frames: u64,
@@ -51,7 +51,7 @@ struct Written {
     numbers: Dequantizer,
 }
 
-/// Write the frames that are wanted; the exit status is 1 where some are missing.
+/// Write the requested frames; the exit status is 1 if some are missing.
 pub fn decode(wanted: &Wanted) -> Result<ExitCode, Failure> {
     fs::create_dir_all(&wanted.folder).map_err(|error| Failure::file(&wanted.folder, &error))?;
     let mut written = Written::default();
@@ -72,7 +72,8 @@ pub fn decode(wanted: &Wanted) -> Result<ExitCode, Failure> {
         return Ok(ExitCode::FAILURE);
     }
     if written.frames == 0 {
-        let message = format!("{}: the stream has no frame that is wanted", name(&wanted.file));
+        let message =
+            format!("{}: the stream has none of the requested frames", name(&wanted.file));
         return Err(Failure::File(message));
     }
     Ok(ExitCode::SUCCESS)
@@ -100,7 +101,7 @@ fn recover(file: File, wanted: &Wanted, written: &mut Written) -> Result<(), End
     Ok(())
 }
 
-/// Say on standard error what is missing; nobody need listen.
+/// Report a gap on standard error; a closed standard error is ignored.
 fn tell(gap: &Gap) {
     let Gap { offset, bytes, message, .. } = gap;
     let lost = gap.frames_lost.map_or_else(|| "unknown".to_owned(), |lost| lost.to_string());

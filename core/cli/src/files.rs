@@ -1,11 +1,11 @@
-//! Streams that are read and files that are written.
+//! Reading of streams and writing of files.
 
 use crate::failure::Failure;
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::Path;
 
-/// Print a text on standard output; nobody need read it to its end.
+/// Print text on standard output; a reader may close it early.
 pub fn print(text: &str) -> Result<(), Failure> {
     match io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
@@ -15,7 +15,7 @@ pub fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Whether a name is that of standard input.
+/// Whether a path means standard input.
 pub fn is_standard_input(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
@@ -28,12 +28,12 @@ pub fn open(path: &Path) -> Result<Box<dyn Read>, Failure> {
     Ok(Box::new(open_file(path)?))
 }
 
-/// Open a stream that is read anywhere.
+/// Open a stream with random access.
 pub fn open_file(path: &Path) -> Result<File, Failure> {
     File::open(path).map_err(|error| Failure::file(path, &error))
 }
 
-/// Write a file beside its target, and give it its name once it is whole.
+/// Write a file under a temporary name beside its target, and rename it when complete.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(format!(".part-{}", std::process::id()));
@@ -42,7 +42,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
         .and_then(|mut file| file.write_all(bytes))
         .and_then(|()| fs::rename(&beside, path));
     written.map_err(|error| {
-        let _ = fs::remove_file(&beside); // the fault that is told came first
+        let _ = fs::remove_file(&beside); // report the first error
         Failure::file(path, &error)
     })
 }

@@ -1,4 +1,4 @@
-//! `quarc info`: what a stream is made of, chunk by chunk; no frame is decoded.
+//! `quarc info`: the contents of a stream, chunk by chunk, without decoding frames.
 
 use crate::failure::Failure;
 use crate::files;
@@ -14,7 +14,7 @@ use std::fmt::Write as _;
 use std::io::Read;
 use std::path::Path;
 
-/// What is said of a stream.
+/// The summary of a stream.
 #[derive(Default)]
 struct Summary {
     header: Option<Header>,
@@ -25,14 +25,14 @@ struct Summary {
     bytes: u64,
 }
 
-/// Chunks of one type.
+/// Totals of the chunks of one type.
 #[derive(Clone, Copy, Default)]
 struct Sum {
     count: u64,
     bytes: u64,
 }
 
-/// Describe a stream, for people or as JSON.
+/// Print a summary of a stream, as text or JSON.
 pub fn info(path: &Path, json: bool) -> Result<(), Failure> {
     let summary = if files::is_standard_input(path) {
         let mut stream = Vec::new();
@@ -127,13 +127,13 @@ impl Summary {
         let canonical = self.count(&[CANO, SNAP]);
         let first = self.first_frame.map_or_else(String::new, |first| format!(", from {first} on"));
         let mut say = |what: &str, value: String| {
-            let _ = writeln!(text, "  {what:<12}{value}"); // a String takes whatever it is given
+            let _ = writeln!(text, "  {what:<12}{value}"); // writing to a String cannot fail
         };
         if let Some(header) = &self.header {
             let Header { level, sh_degree, level_count, .. } = header;
             say("level", format!("{}.{}", level / 10, level % 10));
             say("features", describe_features(header).join(", "));
-            say("gaussians", format!("SH degree {sh_degree}, {level_count} levels of anchors"));
+            say("gaussians", format!("SH degree {sh_degree}, {level_count} anchor levels"));
         }
         say("frames", format!("{frames}, of which {canonical} canonical{first}"));
         say("seconds", format!("{:.3}", self.seconds()));

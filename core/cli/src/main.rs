@@ -1,4 +1,4 @@
-//! The command `quarc`: checks, describes and decodes `.quarc` streams.
+//! The command `quarc`: verifies, describes and decodes `.quarc` streams.
 
 #![forbid(unsafe_code)]
 
@@ -20,7 +20,7 @@ fn main() -> ExitCode {
     match arguments::parse(std::env::args_os()).and_then(run) {
         Ok(code) => code,
         Err(failure) => {
-            // Where nobody reads standard error any more nothing can be said.
+            // If standard error is closed, the message is lost.
             let _ = writeln!(std::io::stderr(), "quarc: {failure}");
             failure.code()
         }

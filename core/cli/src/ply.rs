@@ -1,11 +1,11 @@
-//! A frame as the PLY file of 3DGS, which every splat viewer opens: SPEC Annex C.1.
+//! A frame as a 3DGS PLY file, which every splat viewer opens: SPEC Annex C.1.
 
 use quarc::floats::Splats;
 
-/// The bytes of a binary little-endian PLY. Coordinates stay those of the stream.
+/// The bytes of a binary little-endian PLY file, in the coordinates of the stream.
 pub fn build_ply(splats: &Splats) -> Vec<u8> {
     let count = splats.opacities.len();
-    let coefficients = splats.sh.len() / (3 * count).max(1); // 1 or 4, as no frame is empty
+    let coefficients = splats.sh.len() / (3 * count).max(1); // 1 or 4, as frames are never empty
     let names = names(coefficients.saturating_sub(1));
     let mut file = build_header(count, &names);
     file.reserve(4 * names.len() * count);
@@ -15,7 +15,8 @@ pub fn build_ply(splats: &Splats) -> Vec<u8> {
         push(&mut file, &[0.0; 3]); // normals
         push(&mut file, &sh[..3]);
         for color in 0..3 {
-            // All of red first, where a state has the colors of a coefficient together.
+            // Channel by channel, red first; a state stores the three channels of a coefficient
+            // together.
             (1..coefficients).for_each(|i| push(&mut file, &[sh[3 * i + color]]));
         }
         push(&mut file, row(&splats.opacities, gaussian, 1));
@@ -33,7 +34,7 @@ fn build_header(count: usize, names: &[String]) -> Vec<u8> {
     lines.join("\n").into_bytes()
 }
 
-/// The properties in their order, by the SH coefficients beyond the first.
+/// The property names in order, for a number of SH rest coefficients.
 fn names(rest: usize) -> Vec<String> {
     let numbered = |name: &'static str, count| (0..count).map(move |i| format!("{name}_{i}"));
     let mut names: Vec<String> = ["x", "y", "z", "nx", "ny", "nz"].map(str::to_owned).into();
@@ -43,7 +44,7 @@ fn names(rest: usize) -> Vec<String> {
     names
 }
 
-/// The numbers of a Gaussian in an array that has so many of each.
+/// The numbers of a Gaussian in an array with `width` numbers each.
 fn row(array: &[f32], gaussian: usize, width: usize) -> &[f32] {
     &array[gaussian * width..][..width]
 }

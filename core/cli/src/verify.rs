@@ -1,11 +1,11 @@
-//! `quarc verify`: decode a stream from end to end.
+//! `quarc verify`: decode a whole stream.
 
 use crate::failure::Failure;
 use crate::files;
 use quarc::stream::{decode_all, Decoder};
 use std::path::Path;
 
-/// Check all that a stream says, and say what it is.
+/// Decode a stream, check all its CRCs and totals, and print a summary.
 pub fn verify(path: &Path) -> Result<(), Failure> {
     let mut input = files::open(path)?;
     let name = path.display().to_string();

@@ -1,4 +1,4 @@
-//! The command as it is started: what it prints, what it writes, how it ends.
+//! The `quarc` executable: output, files and exit status.
 
 use serde_json::Value;
 use std::ffi::OsStr;
@@ -11,11 +11,11 @@ fn stream(name: &str) -> PathBuf {
     folder.join(name).with_extension("quarc")
 }
 
-/// A folder of a test's own, empty.
+/// An empty folder for one test.
 fn folder(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
     if folder.exists() {
-        fs::remove_dir_all(&folder).expect("the folder of the last run goes");
+        fs::remove_dir_all(&folder).expect("removing the folder of the last run");
     }
     fs::create_dir(&folder).expect("a folder");
     folder
@@ -33,7 +33,7 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// One line on standard error, and nothing on standard output.
+/// Check for one line on standard error, and no standard output.
 fn assert_fails(output: &Output, status: i32, says: &str) {
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(status), "{said}");
@@ -42,7 +42,7 @@ fn assert_fails(output: &Output, status: i32, says: &str) {
     assert!(output.stdout.is_empty());
 }
 
-/// A stream that is cut inside its last frame.
+/// A stream that is truncated inside its last frame.
 fn cut(folder: &Path) -> PathBuf {
     let whole = fs::read(stream("journey")).expect("a stream");
     let path = folder.join("cut.quarc");
@@ -60,14 +60,14 @@ fn a_stream_is_verified() {
 }
 
 #[test]
-fn what_is_wrong_is_one_line_and_a_status() {
+fn failures_are_one_line_and_an_exit_status() {
     let folder = folder("wrong");
     let path = cut(&folder);
     assert_fails(&quarc(&["verify".as_ref(), path.as_os_str()]), 1, "truncated at byte ");
     assert_fails(&quarc(&["info".as_ref(), path.as_os_str()]), 1, "truncated at byte ");
     assert_fails(&quarc(&["verify".as_ref(), folder.join("none").as_os_str()]), 2, "none: ");
     assert_fails(&quarc(&["verify"]), 2, "needs the name of a stream");
-    assert_fails(&quarc(&["dance", "a"]), 2, "no verb");
+    assert_fails(&quarc(&["dance", "a"]), 2, "unknown command");
     assert_fails(&quarc(&["verify", "a", "b"]), 2, "unexpected argument");
     let large = stream("journey").with_file_name("../resource/gaussians.quarc");
     assert_fails(&quarc(&["verify".as_ref(), large.as_os_str()]), 3, "exceed this decoder");
@@ -88,14 +88,14 @@ fn a_stream_is_described() {
 }
 
 #[test]
-fn frames_are_written_whole() {
+fn all_frames_are_written_completely() {
     let folder = folder("frames");
     let mut arguments = vec!["decode".into(), stream("journey").into_os_string()];
     arguments.extend(["-o".into(), folder.clone().into_os_string()]);
     let output = quarc(&arguments);
     assert_eq!(output.status.code(), Some(0));
     let due: Vec<_> = (0..9).map(|frame| format!("frame-{frame:08}.ply")).collect();
-    assert_eq!(names(&folder), due); // and nothing that was beside them
+    assert_eq!(names(&folder), due); // and no temporary files
     let file = fs::read(folder.join(&due[0])).expect("a frame");
     let end = b"end_header\n";
     let body = file.windows(end.len()).position(|word| word == end).expect("a header") + end.len();
@@ -110,7 +110,7 @@ fn frames_are_written_whole() {
 }
 
 #[test]
-fn some_frames_are_written() {
+fn only_requested_frames_are_written() {
     let folder = folder("some");
     let mut arguments = vec!["decode".into(), stream("journey").into_os_string()];
     arguments.extend(["-o".into(), folder.clone().into_os_string()]);
@@ -120,7 +120,7 @@ fn some_frames_are_written() {
 }
 
 #[test]
-fn what_is_left_of_a_damaged_stream_is_written_and_told() {
+fn recovery_writes_intact_frames_and_reports_gaps() {
     let folder = folder("damaged");
     let frames = folder.join("frames");
     let mut arguments = vec!["decode".into(), cut(&folder).into_os_string(), "-o".into()];

@@ -1,4 +1,4 @@
-//! Every stream of the conformance suite, in all the ways that a stream can be read.
+//! Every stream of the conformance suite, with every way of reading.
 
 use quarc::error::{Error, Result};
 use quarc::recover::{Recovered, Recovery};
@@ -18,14 +18,14 @@ struct Suite {
 impl Suite {
     fn load() -> Self {
         let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../conformance");
-        let text = fs::read(root.join("manifest.json")).expect("the suite stands beside the crate");
+        let text = fs::read(root.join("manifest.json")).expect("the conformance suite");
         let manifest: Value = serde_json::from_slice(&text).expect("JSON");
         let vectors = manifest["vectors"].as_array().expect("vectors").iter();
         let name = |vector: &Value| vector["name"].as_str().expect("a name").to_owned();
         Suite { vectors: vectors.map(|vector| (name(vector), vector.clone())).collect(), root }
     }
 
-    /// The bytes of a vector: committed, or its parent with bytes in place of others.
+    /// The bytes of a vector: a committed file, or its parent with a patch.
     fn stream(&self, name: &str) -> Vec<u8> {
         let vector = &self.vectors[name];
         if let Some(file) = vector["file"].as_str() {
@@ -45,7 +45,7 @@ impl Suite {
         stream
     }
 
-    /// Show every vector that has an entry of this name, and the entry.
+    /// Pass each vector that has an entry `mode` to `show`, with the entry.
     fn each(&self, mode: &str, least: usize, mut show: impl FnMut(&str, &[u8], &Value)) {
         let mut shown = 0;
         for (name, vector) in &self.vectors {
@@ -67,7 +67,7 @@ fn describe(state: &State) -> Value {
     json!([state.frame_ordinal(), state.count(), state.digest()])
 }
 
-/// Hold what came out against what was to come.
+/// Compare frames and outcome with the manifest.
 fn compare(name: &str, expected: &Value, frames: &[Value], ended: &Result<()>) {
     if let (Err(Error::Limit(_)), Some(true)) = (ended, expected["may_decline"].as_bool()) {
         return;
@@ -75,10 +75,13 @@ fn compare(name: &str, expected: &Value, frames: &[Value], ended: &Result<()>) {
     assert_eq!(json!(frames), expected["frames"], "{name}: {ended:?}");
     let refused = expected["refused"].as_array().map_or(&[][..], Vec::as_slice);
     match ended {
-        Ok(()) => assert!(refused.is_empty(), "{name} must be refused: {refused:?}"),
+        Ok(()) => assert!(refused.is_empty(), "{name} must be rejected: {refused:?}"),
         Err(error) => {
-            let id = error.reject().expect("the bytes are at fault").id();
-            assert!(refused.iter().any(|known| known == id), "{name}: {error}, not {refused:?}");
+            let id = error.reject().expect("a rejection").id();
+            assert!(
+                refused.iter().any(|known| known == id),
+                "{name}: {error}; expected one of {refused:?}"
+            );
         }
     }
 }
@@ -99,7 +102,7 @@ fn decode(stream: &[u8], piece: usize, frames: &mut Vec<Value>) -> Result<()> {
     decoder.finish();
     let ended = pull_all(&mut decoder, frames);
     assert!(decoder.is_over() || ended.is_err());
-    assert_eq!(pull_all(&mut decoder, frames), ended, "a fault stays what it is");
+    assert_eq!(pull_all(&mut decoder, frames), ended, "the error is repeated");
     ended
 }
 
@@ -126,7 +129,7 @@ fn streams_decode_from_pieces_of_any_size() {
 }
 
 #[test]
-fn frames_are_sought() {
+fn seeking_returns_the_expected_frames() {
     let seek = |stream: &[u8], start, frames: &mut Vec<Value>| -> Result<()> {
         let mut decoder = SeekDecoder::new(stream, start)?;
         while let Some(state) = decoder.pull()? {
@@ -145,7 +148,7 @@ fn frames_are_sought() {
 }
 
 #[test]
-fn damage_is_recovered_from() {
+fn recovery_returns_the_expected_frames_and_gaps() {
     let recover = |stream: &[u8], frames: &mut Vec<Value>, gaps: &mut Vec<Value>| -> Result<()> {
         let mut recovery = Recovery::new(stream)?;
         while let Some(found) = recovery.pull()? {
@@ -164,13 +167,13 @@ fn damage_is_recovered_from() {
         let ended = recover(stream, &mut frames, &mut gaps);
         compare(name, expected, &frames, &ended);
         let due = expected["gaps"].as_array().map_or(&[][..], Vec::as_slice);
-        assert_eq!(gaps.len(), due.len(), "{name}: {gaps:?}, not {due:?}");
+        assert_eq!(gaps.len(), due.len(), "{name}: {gaps:?}; expected {due:?}");
         for (gap, due) in gaps.iter().zip(due) {
             for key in ["offset", "bytes", "frames_lost"] {
-                assert_eq!(gap[key], due[key], "{name}: {gap}, not {due}");
+                assert_eq!(gap[key], due[key], "{name}: {gap}; expected {due}");
             }
             let allowed = due["refused"].as_array().expect("reject ids");
-            assert!(allowed.contains(&gap["refused"]), "{name}: {gap}, not {due}");
+            assert!(allowed.contains(&gap["refused"]), "{name}: {gap}; expected {due}");
         }
     });
 }

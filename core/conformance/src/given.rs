@@ -1,9 +1,9 @@
-//! The input of a case: fields of JSON, in which a great integer may be a string.
+//! The input of a test case: JSON fields, in which large integers may be strings.
 
 use quarc::error::{Error, Result};
 use serde_json::Value;
 
-/// Fields by their names.
+/// Access to JSON fields by name.
 pub struct Given<'a>(pub &'a Value);
 
 impl Given<'_> {
@@ -17,12 +17,12 @@ impl Given<'_> {
         read_numbers(&self.0[name]).ok_or_else(|| missing(name))
     }
 
-    /// So many integers.
+    /// `N` integers.
     pub fn array<T: TryFrom<i128>, const N: usize>(&self, name: &str) -> Result<[T; N]> {
         self.numbers(name)?.try_into().map_err(|_| missing(name))
     }
 
-    /// Lists of integers of equal length, turned: an answer has an integer of each list.
+    /// Transpose lists of integers of equal length: result i has element i of each list.
     pub fn columns<T: TryFrom<i128> + Copy>(&self, name: &str) -> Result<Vec<Vec<T>>> {
         let read = |lists: &Vec<Value>| lists.iter().map(read_numbers).collect();
         let rows: Option<Vec<Vec<T>>> = self.0[name].as_array().and_then(read);
@@ -42,7 +42,7 @@ impl Given<'_> {
         (0..text.len()).step_by(2).map(|place| byte(place).ok_or_else(|| missing(name))).collect()
     }
 
-    /// A binary32 in hexadecimal, the highest digit first.
+    /// A binary32 in hexadecimal, most significant digit first.
     pub fn binary32(&self, name: &str) -> Result<f32> {
         let bytes = self.bytes(name)?.try_into().map_err(|_| missing(name))?;
         Ok(f32::from_be_bytes(bytes))
@@ -62,7 +62,7 @@ fn read_number<T: TryFrom<i128>>(value: &Value) -> Option<T> {
     number.and_then(|number: i128| T::try_from(number).ok())
 }
 
-/// A case that is not as it should be is no fault of a stream.
+/// A malformed test case, which says nothing about a stream.
 fn missing(name: &str) -> Error {
-    Error::Source(format!("the case has no {name} of this kind"))
+    Error::Source(format!("the test case has no valid {name}"))
 }

@@ -1,4 +1,4 @@
-//! Many streams in one process: lines of JSON, maybe with the bytes of a stream behind them.
+//! Many streams in one process: lines of JSON, each optionally followed by the bytes of a stream.
 
 use crate::given::Given;
 use crate::lines::{Lines, Numbers};
@@ -6,7 +6,7 @@ use crate::{units, Said};
 use serde_json::{json, Value};
 use std::io::{BufRead, Error, ErrorKind, Read, Write};
 
-/// Do jobs until there are no more.
+/// Do jobs until the input ends.
 pub fn answer<W: Write>(requests: &mut impl BufRead, lines: &mut Lines<W>) -> Said<()> {
     let mut request = Vec::new();
     while requests.read_until(b'\n', &mut request)? > 0 {
@@ -23,7 +23,10 @@ fn read_stream(requests: &mut impl BufRead, count: u64) -> Said<Vec<u8>> {
     let mut stream = Vec::new();
     requests.by_ref().take(count).read_to_end(&mut stream)?;
     if (stream.len() as u64) < count {
-        return Err(Error::new(ErrorKind::UnexpectedEof, "a job has fewer bytes than it says"));
+        return Err(Error::new(
+            ErrorKind::UnexpectedEof,
+            "the input ends inside the stream of a job",
+        ));
     }
     Ok(stream)
 }

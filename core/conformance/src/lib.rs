@@ -1,7 +1,6 @@
-//! What conformance/RUNNER.md asks of a decoder, answered by the core.
+//! The decoder side of conformance/RUNNER.md for the core.
 //!
-//! The command and the module for the web both answer by this crate, so that one suite tests
-//! both.
+//! The command and the WebAssembly module both use this crate, so that one suite tests both.
 
 #![forbid(unsafe_code)]
 
@@ -14,38 +13,38 @@ use lines::{Lines, Numbers};
 use serde_json::json;
 use std::io::{self, BufRead, Read, Write};
 
-/// What cannot be written or read ends the conversation.
+/// The result of answering; errors of input or output end the session.
 type Said<T> = io::Result<T>;
 
-/// Answer with the frames of a stream, as its bytes come. Returns the exit status.
+/// Answer with the frames of a stream, as its bytes arrive. Returns the exit status.
 ///
 /// # Errors
-/// What cannot be written.
+/// Errors of `output`.
 pub fn answer_stream(input: &mut dyn Read, output: impl Write) -> io::Result<u8> {
     Lines::new(output).stream(input, Numbers::None)
 }
 
-/// Do jobs until there are no more.
+/// Do jobs until the requests end.
 ///
 /// # Errors
-/// What cannot be read or written, and what is no job.
+/// Errors of `requests` and `output`, and malformed jobs.
 pub fn answer_jobs(requests: &mut impl BufRead, output: impl Write) -> io::Result<()> {
     jobs::answer(requests, &mut Lines::new(output))
 }
 
-/// Do one job: its line, and the stream that it is about, if any.
+/// Do one job: its request, and its stream, if any.
 ///
 /// # Errors
-/// What cannot be written, and what is no job.
+/// Errors of `output`, and a malformed job.
 pub fn answer_job(request: &[u8], stream: &[u8], output: impl Write) -> io::Result<()> {
     let job = serde_json::from_slice(request)?;
     jobs::answer_job(&job, stream, &mut Lines::new(output))
 }
 
-/// Say what can be asked.
+/// List what the decoder supports.
 ///
 /// # Errors
-/// What cannot be written.
+/// Errors of `output`.
 pub fn answer_capabilities(output: impl Write) -> io::Result<()> {
     Lines::new(output).say(&json!({
         "capabilities": [

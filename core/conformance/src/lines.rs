@@ -1,4 +1,4 @@
-//! The lines that are said of a stream.
+//! The output lines about a stream.
 
 use crate::Said;
 use quarc::error::Error;
@@ -11,10 +11,10 @@ use serde_json::{json, Value};
 use sha2::{Digest, Sha256};
 use std::io::{self, Read, Write};
 
-/// What is said of the numbers that a frame dequantizes to.
+/// How to report the floats of a frame.
 #[derive(Clone, Copy)]
 pub enum Numbers {
-    /// Nothing.
+    /// Omit them.
     None,
     /// Their SHA-256.
     Digest,
@@ -22,7 +22,7 @@ pub enum Numbers {
     Values,
 }
 
-/// What became of a stream, and of saying so.
+/// Why decoding stopped: an error of the stream, or of the output.
 enum Fault {
     Stream(Error),
     Output(io::Error),
@@ -50,7 +50,7 @@ impl<W: Write> Lines<W> {
         Lines { output }
     }
 
-    /// Write a line at once: who feeds the stream may wait for it.
+    /// Write a line and flush it, because the sender of the stream may wait for it.
     pub fn say(&mut self, line: &Value) -> Said<()> {
         let mut text = line.to_string();
         text.push('\n');
@@ -58,25 +58,25 @@ impl<W: Write> Lines<W> {
         self.output.flush()
     }
 
-    /// The frames of a stream that comes in order. Returns the exit status.
+    /// The frames of a stream that arrives in order. Returns the exit status.
     pub fn stream(&mut self, input: &mut dyn Read, numbers: Numbers) -> Said<u8> {
         let told = decode_all(input, &mut Decoder::new(), |state| self.frame(state, numbers));
         self.end(told)
     }
 
-    /// The frames from one on.
+    /// The frames from `start` on.
     pub fn seek(&mut self, stream: &[u8], start: u32, numbers: Numbers) -> Said<u8> {
         let told = self.try_seek(stream, start, numbers);
         self.end(told)
     }
 
-    /// Frames and gaps.
+    /// The frames and gaps of a damaged stream.
     pub fn recovery(&mut self, stream: &[u8]) -> Said<u8> {
         let told = self.try_recovery(stream);
         self.end(told)
     }
 
-    /// The answer of a function, or its rejection.
+    /// The result of a function, or its rejection.
     pub fn unit(&mut self, answer: Result<Value, Error>) -> Said<u8> {
         let told = match answer {
             Ok(output) => self.say(&json!({ "output": output })).map_err(Fault::from),
@@ -117,7 +117,7 @@ impl<W: Write> Lines<W> {
         Ok(())
     }
 
-    /// The last line, if the stream was not decoded to its end; returns the exit status.
+    /// Write the last line, if decoding failed, and return the exit status.
     fn end(&mut self, told: Result<(), Fault>) -> Said<u8> {
         let error = match told {
             Ok(()) => return Ok(0),
@@ -142,7 +142,7 @@ fn describe_gap(gap: &Gap) -> Value {
     } })
 }
 
-/// What a state dequantizes to, row by row as it is serialized.
+/// The floats of a state, row by row in the order of the serialization.
 fn serialize(state: &State) -> Vec<u8> {
     let mut dequantizer = Dequantizer::default();
     let splats = dequantizer.dequantize(state);

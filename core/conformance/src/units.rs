@@ -1,4 +1,4 @@
-//! Building blocks one by one: the functions of conformance/unit.
+//! Single building blocks: the functions of conformance/unit.
 
 use crate::given::Given;
 use quarc::anchors::{count_anchors, Anchors};
@@ -21,7 +21,7 @@ use quarc::state::{choose_deaths, State};
 use serde_json::{json, Value};
 use std::sync::Arc;
 
-/// A function: fields of a case in, the answer out.
+/// A function from the fields of a test case to the result.
 pub type Unit = fn(&Given) -> Result<Value>;
 
 const UNITS: [(&str, Unit); 23] = [
@@ -50,12 +50,12 @@ const UNITS: [(&str, Unit); 23] = [
     ("weight_of_code", |given| Ok(json!(weight_of_code(given.number("code")?)?))),
 ];
 
-/// What can be asked for.
+/// The names of all functions.
 pub fn names() -> Vec<&'static str> {
     UNITS.iter().map(|(name, _)| *name).collect()
 }
 
-/// The function of a name.
+/// The function with a name.
 pub fn find(name: &str) -> Option<Unit> {
     UNITS.iter().find(|(known, _)| *known == name).map(|(_, unit)| *unit)
 }
@@ -66,7 +66,7 @@ fn answer_anchor_counts(given: &Given) -> Result<Value> {
 }
 
 fn answer_ascending(given: &Given) -> Result<Value> {
-    const MOST: i64 = 1 << 61; // above whatever a case has
+    const MOST: i64 = 1 << 61; // above all numbers of the cases
     let sequence = Sequence::unsigned(0, 1, KEY_CLASS_BITS);
     let mut numbers = vec![0; given.number("count")?];
     read_planes(given, &sequence, |reader| {
@@ -86,7 +86,7 @@ fn answer_numbers(given: &Given, form: fn(usize, usize, u32) -> Sequence) -> Res
     Ok(json!(numbers))
 }
 
-/// Read words to their end, from counts of 0.
+/// Decode all words, with counts that start at 0.
 fn read_planes(
     given: &Given,
     sequence: &Sequence,
@@ -136,7 +136,7 @@ fn answer_morton(given: &Given) -> Result<Value> {
     Ok(json!(interleave(x, y, z)))
 }
 
-/// A header of which nothing but the anchors matters.
+/// A header in which only the anchor fields matter.
 fn sampler_header(given: &Given, seed: u64) -> Result<Header> {
     Ok(Header {
         gaussians_per_anchor: given.number("gaussians_per_anchor")?,
@@ -155,7 +155,7 @@ fn answer_sample(given: &Given) -> Result<Value> {
     Ok(anchors.levels().iter().map(|level| json!(level.ids)).collect())
 }
 
-/// With one Gaussian to an anchor all are anchors, in their order; newborn are bound to them.
+/// With one Gaussian per anchor, all Gaussians are anchors, in order; new ones are bound to them.
 fn answer_bind(given: &Given) -> Result<Value> {
     let places = read_rows(given, "anchors")?;
     let ids: Vec<u32> = (0..).take(places.columns()).collect();
@@ -170,7 +170,7 @@ fn answer_deaths(given: &Given) -> Result<Value> {
     Ok(json!(choose_deaths(&opacities, given.number("count")?)))
 }
 
-/// The code is that of the opacity of the one Gaussian of a state.
+/// The code is the opacity of the only Gaussian of a state.
 fn answer_dequantize(given: &Given) -> Result<Value> {
     let header = Header { opacity_step: given.binary32("step")?, ..plain_header() };
     let mut gaussians = blank(header.code_planes(), 1);
@@ -207,7 +207,7 @@ where
     Ok(rows)
 }
 
-/// A header of which nothing matters: all Gaussians are anchors of its one level.
+/// A header whose contents do not matter: all Gaussians are anchors of its one level.
 fn plain_header() -> Header {
     Header {
         level: 10,

@@ -1,5 +1,5 @@
-//! Any bytes, and what they are once their framing is right: in one piece or in many, the same
-//! comes of them.
+//! Arbitrary bytes, and the same bytes with their framing corrected, decode to the same result in
+//! one piece and in many.
 
 #![no_main]
 

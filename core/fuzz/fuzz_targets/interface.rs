@@ -1,4 +1,4 @@
-//! The C interface, called in any order: nothing breaks, and all that it points at is there.
+//! The C interface, called in any order, does not crash, and its pointers are valid.
 
 #![no_main]
 
@@ -25,7 +25,7 @@ fuzz_target!(|data: &[u8]| {
     };
     let mut rest = &stream[..];
     for &call in calls.iter().skip(1).chain([&5; 64]) {
-        // SAFETY: the decoder is open or null, and all that is pointed to is there.
+        // SAFETY: the decoder is open or null, and all pointers are valid.
         unsafe { act(call, &mut decoder, &mut rest) };
     }
     unsafe {

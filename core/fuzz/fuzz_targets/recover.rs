@@ -1,5 +1,5 @@
-//! Past damage: the frames before it are those that come in order, what is whole has no gap, and
-//! gaps lie in the stream, in their order.
+//! Recovery: the frames before the first gap are those of decoding in order, an intact stream has
+//! no gaps, and gaps are inside the stream and ascending.
 
 #![no_main]
 
@@ -14,7 +14,7 @@ fuzz_target!(|data: &[u8]| {
         let Outcome { frames, ended } = &recovered;
         if frames.is_empty() && gaps.is_empty() {
             assert!(ended.is_err() || all.frames.is_empty());
-            continue; // HEAD is not whole
+            continue; // HEAD is damaged
         }
         assert!(frames.starts_with(&all.frames), "{all:?} {recovered:?} {gaps:?}");
         assert!(gaps.is_empty() || all.ended.is_err(), "{gaps:?}");

@@ -1,4 +1,4 @@
-//! From a frame on: of a stream that decodes in order come the same frames.
+//! Seeking: a stream that decodes in order gives the same frames.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! What the fuzz targets share: streams that are put right again, and what came of them.
+//! Shared by the fuzz targets: corrected streams, and the results of decoding.
 
 pub mod mend;
 
@@ -8,18 +8,18 @@ use quarc::seek::SeekDecoder;
 use quarc::state::State;
 use quarc::stream::Decoder;
 
-/// Frames that are looked at, at most: the time of one input is bounded.
+/// Maximum frames to decode, to bound the time per input.
 const FRAMES: usize = 64;
 
-/// A frame that came out: its ordinal, and its digest.
+/// A decoded frame: its ordinal and its digest.
 pub type Frame = (u32, String);
 
-/// What came of a stream.
+/// The result of decoding a stream.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Outcome {
-    /// All frames, but for those beyond a bound.
+    /// All frames, up to the bound.
     pub frames: Vec<Frame>,
-    /// What it was rejected for; `Ok` is the end, or the bound.
+    /// Why it was rejected; `Ok` at the end or at the bound.
     pub ended: Result<(), Fault>,
 }
 
@@ -35,7 +35,7 @@ impl From<Error> for Fault {
         match error {
             Error::Rejected { reject, .. } => Fault::Rejected(reject),
             Error::Limit(_) => Fault::Declined,
-            other => panic!("of bytes in memory nothing else can be said: {other}"),
+            other => panic!("unexpected error for bytes in memory: {other}"),
         }
     }
 }
@@ -44,7 +44,7 @@ fn name(state: &State) -> Frame {
     (state.frame_ordinal(), state.digest())
 }
 
-/// Decode in order, from pieces of so many bytes.
+/// Decode in order, from pieces of `piece` bytes.
 pub fn decode(stream: &[u8], piece: usize) -> Outcome {
     let (mut decoder, mut frames) = (Decoder::new(), Vec::new());
     let mut pieces = stream.chunks(piece.max(1));
@@ -64,7 +64,7 @@ pub fn decode(stream: &[u8], piece: usize) -> Outcome {
     }
 }
 
-/// Decode from a frame on.
+/// Decode from frame `start` on.
 pub fn seek(stream: &[u8], start: u32) -> Outcome {
     let mut frames = Vec::new();
     let mut run = || -> Result<(), Error> {
@@ -81,7 +81,7 @@ pub fn seek(stream: &[u8], start: u32) -> Outcome {
     Outcome { frames, ended }
 }
 
-/// Decode past damage.
+/// Decode a stream that may be damaged.
 pub fn recover(stream: &[u8]) -> (Outcome, Vec<Gap>) {
     let (mut frames, mut gaps) = (Vec::new(), Vec::new());
     let mut run = || -> Result<(), Error> {

@@ -1,5 +1,5 @@
-//! Bytes as a stream whose framing is right, whatever they are: magic, sync words, lengths, CRCs
-//! of chunks and CRCs of states. What is mutated gets as far into the decoder as it can.
+//! Correct the framing of arbitrary bytes: magic, sync words, lengths, CRCs of chunks and of
+//! states. Mutated bytes then get as far as possible into the decoder.
 
 use quarc::chunks::{
     build_chunk, read_fields, Kind, CANO, CHUNK_CRC_BYTES, CHUNK_HEADER_BYTES, FRAM, HEAD, MAGIC,
@@ -13,10 +13,10 @@ use quarc::state::State;
 use quarc::wire;
 use std::sync::Arc;
 
-/// Scenes of more Gaussians are left as they are: the time of one input is bounded.
+/// Scenes with more Gaussians are not corrected, to bound the time per input.
 pub const GAUSSIANS: usize = 1 << 12;
 
-/// Frame bytes anew as a stream.
+/// Frame the bytes of a stream again.
 pub fn mend(data: &[u8]) -> Vec<u8> {
     let mut stream = MAGIC.to_vec();
     let mut mender = Mender::default();
@@ -31,7 +31,7 @@ pub fn mend(data: &[u8]) -> Vec<u8> {
     stream
 }
 
-/// Goes along with the states, to know their CRCs.
+/// Decodes the states to know their CRCs.
 #[derive(Default)]
 struct Mender {
     header: Option<Arc<Header>>,
@@ -40,7 +40,7 @@ struct Mender {
 }
 
 impl Mender {
-    /// A payload with the CRC of its state, as far as there is a state.
+    /// Correct the state CRC of a payload, as long as a state can be decoded.
     fn mend(&mut self, kind: Kind, payload: &[u8]) -> Vec<u8> {
         let mended = match kind {
             HEAD => {
@@ -100,7 +100,7 @@ impl Mender {
     }
 }
 
-/// The steps of a frame, but for the last, its CRC.
+/// The steps of a frame without the last one, its CRC.
 fn advance(state: &mut State, chunk: &FrameChunk) -> Result<()> {
     state.begin_frame(chunk.death_count)?;
     let symbols = state.read_motion(&chunk.motion, chunk.previous_contexts)?;
@@ -120,7 +120,7 @@ fn require_few(count: usize) -> Result<()> {
     Ok(())
 }
 
-/// Why a payload is left as it is.
+/// Why a payload cannot be corrected.
 fn left(why: &str) -> Error {
     Error::new(Reject::Count, why)
 }

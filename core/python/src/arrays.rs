@@ -1,7 +1,7 @@
-//! Arrays of NumPy from and to the records of the core.
+//! Conversion between NumPy arrays and the records of the core.
 //!
-//! What a state holds is looked at in place; what is small, or stands otherwise in Python, is
-//! copied.
+//! The rows of a state are exposed without a copy; small data, and data with another layout in
+//! Python, is copied.
 
 use numpy::ndarray::{ArrayView1, ArrayView2, ShapeBuilder};
 use numpy::{
@@ -16,20 +16,20 @@ use quarc::rows::Rows;
 use std::any::Any;
 use std::sync::Arc;
 
-/// Positions, rotations and codes `[r, n]`, as `Gaussians` has them.
+/// Positions, rotations and codes `[r, n]`, as in `Gaussians`.
 pub type CodedArrays<'py> =
     (Bound<'py, PyArray2<i64>>, Bound<'py, PyArray2<i64>>, Bound<'py, PyArray2<i64>>);
 /// The same as arguments.
 pub type CodedArguments<'py> =
     (PyReadonlyArray2<'py, i64>, PyReadonlyArray2<'py, i64>, PyReadonlyArray2<'py, i64>);
 
-/// Keeps the memory of an array for as long as somebody looks at it.
+/// Keeps the memory of an array alive while the array exists.
 #[pyclass(frozen)]
 struct Keeper {
     _kept: Arc<dyn Any + Send + Sync>,
 }
 
-/// `[r, N]` the rows of a state, looked at where they are; nobody may write to them.
+/// `[r, N]` read-only view of the rows of a state.
 pub fn view<'py, T>(py: Python<'py>, rows: &Arc<Rows<T>>) -> PyResult<Bound<'py, PyArray2<T>>>
 where
     T: Element + Copy + Default + Send + Sync + 'static,
@@ -38,14 +38,14 @@ where
     let shape = (rows.rows(), rows.columns()).strides((rows.stride(), 1));
     let seen = ArrayView2::from_shape(shape, rows.numbers())
         .map_err(|error| PyValueError::new_err(error.to_string()))?;
-    // SAFETY: the keeper holds the rows, whose numbers do not move: an `Arc` that is shared is
-    // copied before it is written to.
+    // SAFETY: the keeper owns the rows, and their numbers do not move: a shared `Arc` is copied
+    // before it is written to.
     let array = unsafe { PyArray2::borrow_from_array(&seen, keeper.into_any()) };
     array.readwrite().make_nonwriteable();
     Ok(array)
 }
 
-/// `[n]` numbers that something holds, looked at where they are; nobody may write to them.
+/// `[n]` read-only view of numbers that `owner` keeps alive.
 pub fn look_at<'py, T: Element, O: Send + Sync + 'static>(
     py: Python<'py>,
     owner: Arc<O>,
@@ -53,13 +53,13 @@ pub fn look_at<'py, T: Element, O: Send + Sync + 'static>(
 ) -> PyResult<Bound<'py, PyArray1<T>>> {
     let keeper = Bound::new(py, Keeper { _kept: owner })?;
     let seen = ArrayView1::from(numbers);
-    // SAFETY: the keeper holds what holds the numbers, which nobody changes while it is shared.
+    // SAFETY: the keeper owns the numbers, which nobody changes while they are shared.
     let array = unsafe { PyArray1::borrow_from_array(&seen, keeper.into_any()) };
     array.readwrite().make_nonwriteable();
     Ok(array)
 }
 
-/// A section from the words of a chunk.
+/// A section with the words of an array.
 pub fn section(words: &PyReadonlyArray1<'_, u32>) -> Section {
     words.as_array().to_vec()
 }
@@ -70,10 +70,10 @@ pub fn sections(words: &[PyReadonlyArray1<'_, u32>]) -> PyResult<[Section; 6]> {
     all.try_into().map_err(|_| PyValueError::new_err("a canonical frame has six sections"))
 }
 
-/// Gaussians from arrays `[r, n]`.
+/// Coded Gaussians from arrays `[r, n]`.
 pub fn gaussians(arrays: &CodedArguments<'_>) -> PyResult<Gaussians> {
     let (positions, rotations, codes) = arrays;
-    let wrong = || PyValueError::new_err("an array of Gaussians has other rows than it must");
+    let wrong = || PyValueError::new_err("an array of Gaussians has the wrong number of rows");
     Ok(Gaussians {
         positions: narrow(positions)?.try_into().map_err(|_| wrong())?,
         rotations: narrow(rotations)?.try_into().map_err(|_| wrong())?,
@@ -81,7 +81,7 @@ pub fn gaussians(arrays: &CodedArguments<'_>) -> PyResult<Gaussians> {
     })
 }
 
-/// Gaussians as arrays `[r, n]`.
+/// Coded Gaussians as arrays `[r, n]`.
 pub fn gaussian_arrays<'py>(py: Python<'py>, gaussians: &Gaussians) -> PyResult<CodedArrays<'py>> {
     Ok((
         widen(py, &gaussians.positions, gaussians.count())?,
@@ -90,7 +90,7 @@ pub fn gaussian_arrays<'py>(py: Python<'py>, gaussians: &Gaussians) -> PyResult<
     ))
 }
 
-/// Births from their parents and newborn.
+/// Births from the indices of parents and the new Gaussians.
 pub fn births(
     parents: &PyReadonlyArray1<'_, i64>,
     newborn: &CodedArguments<'_>,
@@ -98,7 +98,8 @@ pub fn births(
     Ok(Births { parents: indices(parents)?, newborn: gaussians(newborn)? })
 }
 
-/// Updates from which Gaussians change, which of them leave, and residuals `[13, n]`.
+/// Updates from the indices of updated Gaussians, which of them are deleted, and residuals `[13,
+/// n]`.
 pub fn updates(
     which: &PyReadonlyArray1<'_, i64>,
     dies: &PyReadonlyArray1<'_, bool>,
@@ -111,7 +112,7 @@ pub fn updates(
     })
 }
 
-/// Symbols of levels from arrays `[c, a]`.
+/// Symbols of the levels from arrays `[c, a]`.
 pub fn symbols(levels: &[PyReadonlyArray2<'_, i64>]) -> PyResult<Vec<Vec<Channels>>> {
     levels.iter().map(level_symbols).collect()
 }
@@ -164,12 +165,12 @@ pub fn words<'py>(py: Python<'py>, section: &Section) -> Bound<'py, PyArray1<u32
 }
 
 fn indices(numbers: &PyReadonlyArray1<'_, i64>) -> PyResult<Vec<u32>> {
-    let wrong = |_| PyValueError::new_err("an index is out of its range");
+    let wrong = |_| PyValueError::new_err("an index is out of range");
     numbers.as_array().iter().map(|&number| u32::try_from(number).map_err(wrong)).collect()
 }
 
 fn narrow(rows: &PyReadonlyArray2<'_, i64>) -> PyResult<Vec<Vec<i32>>> {
-    let wrong = |_| PyValueError::new_err("a number of a Gaussian is out of its range");
+    let wrong = |_| PyValueError::new_err("a number of a Gaussian is out of range");
     let row = |row: ArrayView1<'_, i64>| {
         row.iter().map(|&number| i32::try_from(number).map_err(wrong)).collect()
     };

@@ -1,4 +1,4 @@
-//! Errors of the core as exceptions.
+//! Errors of the core as Python exceptions.
 
 use pyo3::create_exception;
 use pyo3::exceptions::PyException;
@@ -9,12 +9,17 @@ create_exception!(
     quarc_core,
     RejectedError,
     PyException,
-    "The bytes are no valid stream: id, message."
+    "The stream is malformed: reject id, message."
 );
-create_exception!(quarc_core, DeclinedError, PyException, "A stream asks for more than is given.");
-create_exception!(quarc_core, UnwritableError, PyException, "A scene cannot be written.");
+create_exception!(
+    quarc_core,
+    DeclinedError,
+    PyException,
+    "A stream exceeds the limits of this decoder."
+);
+create_exception!(quarc_core, UnwritableError, PyException, "A scene cannot be encoded.");
 
-/// The exception of an error.
+/// Convert an error to its exception.
 pub fn raise(error: Error) -> PyErr {
     match error {
         Error::Rejected { reject, message, .. } => RejectedError::new_err((reject.id(), message)),

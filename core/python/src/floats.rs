@@ -1,4 +1,4 @@
-//! The floats of states, for whoever draws them.
+//! Dequantized states, for renderers.
 
 use crate::arrays;
 use crate::state::State;
@@ -15,7 +15,7 @@ type SplatArrays<'py> = (
     Bound<'py, PyArray3<f32>>,
 );
 
-/// Makes floats of the states of a stream, in arrays that nobody looks at any more.
+/// Dequantizes the states of a stream, into arrays that Python no longer uses.
 #[pyclass(frozen)]
 #[derive(Default)]
 pub struct Dequantizer {
@@ -29,7 +29,7 @@ impl Dequantizer {
         Dequantizer::default()
     }
 
-    /// The floats of a state; the arrays stay as they are for as long as somebody has them.
+    /// The floats of a state. The arrays are not overwritten while Python refers to them.
     fn dequantize<'py>(&self, py: Python<'py>, state: &State) -> PyResult<SplatArrays<'py>> {
         let (owner, state) = (state, state.inner());
         let made = owner.workers().run_anywhere(py, || {

@@ -1,4 +1,4 @@
-//! What a frame has coded, and its anchors, as arrays of NumPy.
+//! The coded data of a frame, and its anchors, as NumPy arrays.
 
 use crate::arrays::{self, CodedArrays};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
@@ -6,11 +6,11 @@ use pyo3::prelude::*;
 use quarc::anchors::Anchors;
 use quarc::records::{Births, Updates};
 
-/// Which Gaussians changed, which of them left, and residuals `[13, n]`.
+/// Indices of updated Gaussians, which of them are deleted, and residuals `[13, n]`.
 pub type UpdateArrays<'py> =
     (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<bool>>, Bound<'py, PyArray2<i64>>);
 
-/// Parents, and newborn as they are coded.
+/// Indices of parents, and the new Gaussians as coded.
 pub type BirthArrays<'py> = (Bound<'py, PyArray1<i64>>, CodedArrays<'py>);
 
 /// The anchors of one level: ids of their Gaussians, positions `[3, a]`, parents.

@@ -1,7 +1,7 @@
 //! Chunks: SPEC 5.1 and 5.2.
 //!
-//! Every chunk names its length and proves its header and its payload by a CRC, so that nothing
-//! is parsed, let alone decoded, before it is known whole.
+//! Every chunk states its length and has CRCs of its header and payload, so that nothing is parsed
+//! or decoded before it is known to be intact.
 
 use crate::constants::Level;
 use crate::error::{Error, Reject, Result};
@@ -10,28 +10,28 @@ use crate::records::Header;
 /// The type of a chunk: four letters.
 pub type Kind = [u8; 4];
 
-/// What a stream begins with.
+/// Magic bytes at the start of a stream.
 pub const MAGIC: [u8; 8] = [0x89, 0x51, 0x52, 0x43, 0x0D, 0x0A, 0x1A, 0x0A];
-/// What a chunk begins with.
+/// Sync word at the start of a chunk.
 pub const SYNC: [u8; 4] = [0x9E, 0x51, 0x43, 0xF3];
-/// Bytes of a chunk before its payload.
+/// Bytes of a chunk header.
 pub const CHUNK_HEADER_BYTES: usize = 20;
-/// Bytes of a chunk after its payload.
+/// Bytes of the CRC after the payload.
 pub const CHUNK_CRC_BYTES: usize = 4;
 /// Bytes of a TAIL payload (SPEC 5.8).
 pub const TAIL_BYTES: u32 = 16;
-/// Bytes of the payload of HEAD, at most.
+/// Maximum bytes of a HEAD payload.
 pub const HEAD_BYTES_LIMIT: u32 = 1024;
 
-/// What the stream chooses for itself (SPEC 5.3).
+/// Parameters of the stream (SPEC 5.3).
 pub const HEAD: Kind = *b"HEAD";
 /// A canonical frame (SPEC 5.4).
 pub const CANO: Kind = *b"CANO";
-/// A frame that moves the one before it (SPEC 5.5).
+/// A frame coded as changes to the previous frame (SPEC 5.5).
 pub const FRAM: Kind = *b"FRAM";
-/// A canonical frame that is coded against another (SPEC 5.10).
+/// A canonical frame coded against an earlier one (SPEC 5.10).
 pub const SNAP: Kind = *b"SNAP";
-/// Where the canonical frames stand (SPEC 5.9).
+/// Positions of the canonical frames in the stream (SPEC 5.9).
 pub const INDX: Kind = *b"INDX";
 /// The totals of the stream (SPEC 5.8).
 pub const TAIL: Kind = *b"TAIL";
@@ -42,80 +42,80 @@ pub const META: Kind = *b"meta";
 
 const ANCILLARY_BIT: u8 = 0x20;
 
-/// Whether a type is one of those of SPEC 5.
+/// Whether a type is defined in SPEC 5.
 #[must_use]
 pub fn is_known(kind: Kind) -> bool {
     [HEAD, CANO, FRAM, SNAP, INDX, TAIL, CAME, META].contains(&kind)
 }
 
-/// Whether a decoder may do without chunks of a type.
+/// Whether a decoder may ignore chunks of this type.
 #[must_use]
 pub const fn is_ancillary(kind: Kind) -> bool {
     kind[0] & ANCILLARY_BIT != 0
 }
 
-/// Whether chunks of a type hold a canonical frame.
+/// Whether chunks of this type contain a canonical frame.
 #[must_use]
 pub fn is_canonical(kind: Kind) -> bool {
     kind == CANO || kind == SNAP
 }
 
-/// Whether chunks of a type hold a frame.
+/// Whether chunks of this type contain a frame.
 #[must_use]
 pub fn is_frame(kind: Kind) -> bool {
     is_canonical(kind) || kind == FRAM
 }
 
-/// A type as text.
+/// The type as text.
 #[must_use]
 pub fn kind_name(kind: Kind) -> String {
     kind.escape_ascii().to_string()
 }
 
-/// What is known of a chunk before its payload is read.
+/// The fields of a chunk header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChunkHeader {
     /// Its type.
     pub kind: Kind,
-    /// Its ordinal in the stream.
+    /// Its sequence number in the stream.
     pub sequence: u32,
     /// Bytes of its payload.
     pub length: u32,
-    /// Where it begins in the stream.
+    /// Byte offset of the chunk in the stream.
     pub offset: u64,
 }
 
 impl ChunkHeader {
-    /// Where the payload begins in the stream.
+    /// Byte offset of the payload in the stream.
     #[must_use]
     pub const fn payload_offset(&self) -> u64 {
         self.offset.saturating_add(CHUNK_HEADER_BYTES as u64)
     }
 
-    /// Where the next chunk begins.
+    /// Byte offset of the next chunk.
     #[must_use]
     pub const fn end(&self) -> u64 {
         self.payload_offset().saturating_add(self.length as u64 + CHUNK_CRC_BYTES as u64)
     }
 }
 
-/// Whether the 20 bytes of a header match their CRC.
+/// Whether the 20 header bytes match their CRC.
 #[must_use]
 pub fn header_crc_holds(data: &[u8; CHUNK_HEADER_BYTES]) -> bool {
     crc32fast::hash(&data[..16]) == number_at(data, 16)
 }
 
-/// The fields of a header, whatever they are.
+/// Read the fields of a header without checking them.
 #[must_use]
 pub fn read_fields(data: &[u8; CHUNK_HEADER_BYTES], offset: u64) -> ChunkHeader {
     let kind = [data[4], data[5], data[6], data[7]];
     ChunkHeader { kind, sequence: number_at(data, 8), length: number_at(data, 12), offset }
 }
 
-/// The header of the chunk that begins with these bytes, proved by its CRC.
+/// Parse a chunk header and check its sync word and CRC.
 ///
 /// # Arguments
-/// 20 bytes, fewer where the stream ends, and where they are in the stream.
+/// `data` is 20 bytes, or fewer if the stream ends; `offset` is their position in the stream.
 ///
 /// # Errors
 /// `bad-sync`, `truncated`, `header-crc`.
@@ -136,8 +136,7 @@ pub fn parse_chunk_header(data: &[u8], offset: u64) -> Result<ChunkHeader> {
     Ok(read_fields(bytes, offset))
 }
 
-/// Hold the CRC of a payload against the bytes that are stored behind it; fewer than four where
-/// the stream ends.
+/// Check the CRC of a payload against the bytes stored after it: four, or fewer if the stream ends.
 ///
 /// # Errors
 /// `truncated`, `payload-crc`.
@@ -153,10 +152,10 @@ pub fn prove_payload(header: &ChunkHeader, crc: u32, stored: &[u8]) -> Result<()
     Ok(())
 }
 
-/// A payload in its frame.
+/// Build a chunk from its payload.
 ///
 /// # Errors
-/// [`Error::Encode`] where it is too long.
+/// [`Error::Encode`] if the payload is too long.
 pub fn build_chunk(kind: Kind, sequence: u32, payload: &[u8]) -> Result<Vec<u8>> {
     let length = u32::try_from(payload.len())
         .map_err(|_| Error::Encode(format!("a payload of {} bytes", payload.len())))?;
@@ -171,12 +170,12 @@ pub fn build_chunk(kind: Kind, sequence: u32, payload: &[u8]) -> Result<Vec<u8>>
     Ok(chunk)
 }
 
-/// Which chunk is due in a stream; holds the header of each against it.
+/// The chunk order of a stream. Checks each header against the state so far.
 #[derive(Clone, Debug)]
 pub struct ChunkOrder {
-    /// Where the next chunk begins.
+    /// Byte offset of the next chunk.
     pub offset: u64,
-    /// Its number, which no chunk has behind the last that there can be.
+    /// Sequence number of the next chunk; `None` after the last possible number.
     pub sequence: u64,
     before: Option<Kind>,
     limit: u32,
@@ -191,13 +190,13 @@ impl Default for ChunkOrder {
 }
 
 impl ChunkOrder {
-    /// Take it that HEAD says this.
+    /// Use the level and features of this HEAD for the checks that follow.
     pub fn keep_to(&mut self, header: &Header) {
         self.limit = header.limits().chunk_bytes;
         self.snapshots = header.snapshots;
     }
 
-    /// Bytes of the next payload, at most (SPEC 3.2).
+    /// Maximum bytes of the next payload (SPEC 3.2).
     #[must_use]
     pub const fn limit(&self) -> u32 {
         self.limit
@@ -209,10 +208,10 @@ impl ChunkOrder {
         self.before == Some(TAIL)
     }
 
-    /// The header of the chunk that is due, in the order of checks of SPEC 11.4.
+    /// Check the header of the next chunk, in the order of SPEC 11.4.
     ///
     /// # Arguments
-    /// The 20 bytes at `offset`, fewer where the stream ends.
+    /// `data` is the 20 bytes at `offset`, or fewer if the stream ends.
     ///
     /// # Errors
     /// `bad-sync`, `truncated`, `header-crc`, `sequence`, `bad-chunk-type`, `unknown-critical`,
@@ -223,14 +222,14 @@ impl ChunkOrder {
         Ok(header)
     }
 
-    /// Go on behind a chunk.
+    /// Advance past a chunk.
     pub fn pass(&mut self, header: &ChunkHeader) {
         self.offset = header.end();
         self.sequence = u64::from(header.sequence) + 1;
         self.before = Some(header.kind);
     }
 
-    /// Go on at a chunk that is said to begin somewhere; the one before it is not known.
+    /// Continue at a chunk whose predecessor is unknown.
     pub fn go_to(&mut self, offset: u64, sequence: u64) {
         self.offset = offset;
         self.sequence = sequence;
@@ -274,21 +273,21 @@ impl ChunkOrder {
     }
 }
 
-/// The bound on payloads by which the effort of a recovery is measured (SPEC 11.4).
+/// The payload limit in which the effort of a recovery is measured (SPEC 11.4).
 #[must_use]
 pub fn effort_limit(limit: u32) -> u32 {
     let bounded = Level::of(30).map_or(limit, |level| level.chunk_bytes);
     limit.min(bounded)
 }
 
-/// Whether the letters keep to the patterns of SPEC 5.2: all have the case of the first, but for
-/// the second, whose other case marks a private type.
+/// Whether the letters match a pattern of SPEC 5.2: all have the case of the first, except the
+/// second, where the other case marks a private type.
 fn is_type(kind: Kind) -> bool {
     let [first, _, third, fourth] = kind.map(|letter| letter & ANCILLARY_BIT);
     kind.iter().all(u8::is_ascii_alphabetic) && first == third && first == fourth
 }
 
-/// The little-endian u32 at a place.
+/// The little-endian u32 at a byte position.
 fn number_at(data: &[u8], place: usize) -> u32 {
     u32::from_le_bytes([data[place], data[place + 1], data[place + 2], data[place + 3]])
 }

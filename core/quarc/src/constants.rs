@@ -1,42 +1,42 @@
-//! What the format fixes once for all streams: SPEC 3.
+//! Constants of the format for all streams: SPEC 3.
 
-/// The version of the format that this crate reads (SPEC 3.1).
+/// The major version of the format that this crate reads (SPEC 3.1).
 pub const VERSION_MAJOR: u8 = 1;
 /// See [`VERSION_MAJOR`].
 pub const VERSION_MINOR: u8 = 1;
 
-/// Greatest magnitude of a coordinate, in lattice units (SPEC 3.1).
+/// Maximum magnitude of a coordinate, in lattice units (SPEC 3.1).
 pub const POSITION_LIMIT: i64 = (1 << 23) - 1;
-/// What makes every coordinate positive.
+/// Offset that makes every coordinate positive.
 pub const LATTICE_OFFSET: i32 = 1 << 23;
-/// Greatest magnitude of an attribute code.
+/// Maximum magnitude of an attribute code.
 pub const CODE_LIMIT: i64 = (1 << 15) - 1;
-/// Frames after which it is forgotten that a Gaussian was updated.
+/// Frames after which an update of a Gaussian no longer counts as recent.
 pub const RECENCY_LIMIT: u8 = 3;
-/// Fraction bits of the rotations of the state.
+/// Fraction bits of the rotations in a state.
 pub const ROTATION_FRACTION_BITS: u32 = 22;
-/// Levels of anchors, at most.
+/// Maximum number of anchor levels.
 pub const LEVEL_COUNT_LIMIT: usize = 3;
 /// Residuals of an update: translation 3, rotation 3, log-scales 3, opacity 1, SH DC 3.
 pub const RESIDUAL_ROWS: usize = 13;
 /// Differences of a survivor: position 3, rotation 4, codes 7.
 pub const SURVIVOR_ROWS: usize = 14;
-/// The greatest ordinal of a frame, id and count.
+/// The maximum frame ordinal, id and count.
 pub const COUNTER_LIMIT: u64 = (1 << 32) - 1;
 
-/// What a stream of a level may ask of a decoder (SPEC 3.2).
+/// Resource limits of a conformance level (SPEC 3.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Level {
-    /// Gaussians of a frame, at most.
+    /// Maximum Gaussians of a frame.
     pub gaussians: u32,
-    /// Births of a frame, at most.
+    /// Maximum births of a frame.
     pub births: u32,
-    /// Bytes of a payload, at most.
+    /// Maximum bytes of a payload.
     pub chunk_bytes: u32,
 }
 
 impl Level {
-    /// The limits of a level by its number; `None` if there is no such level.
+    /// The limits of a level by its number; `None` if the level is undefined.
     #[must_use]
     pub const fn of(number: u8) -> Option<Level> {
         match number {

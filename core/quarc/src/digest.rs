@@ -1,17 +1,17 @@
-//! The state as bytes, and what proves it: SPEC 9.
+//! The serialized state, its digest and its CRC: SPEC 9.
 
 use crate::error::{Error, Reject, Result};
 use crate::rows::Rows;
 use crate::state::State;
 use sha2::{Digest, Sha256};
 
-/// Numbers that are written at once.
+/// Numbers converted at a time.
 const BLOCK: usize = 1024;
 
-/// What a state is told apart by: the parts that are serialized, in their order (SPEC 9.1).
+/// The serialized parts of a state, in order (SPEC 9.1).
 #[derive(Clone, Copy, Debug)]
 pub struct Serialized<'a> {
-    /// Frames since the canonical one.
+    /// Frames since the canonical frame.
     pub phase: u32,
     /// `[N]`.
     pub ids: &'a [u32],
@@ -24,7 +24,7 @@ pub struct Serialized<'a> {
 }
 
 impl Serialized<'_> {
-    /// The SHA-256 of all of it, as hexadecimal digits (SPEC 9.1).
+    /// The SHA-256 of the serialization as hexadecimal digits (SPEC 9.1).
     #[must_use]
     pub fn digest(&self) -> String {
         let mut digest = Sha256::new();
@@ -32,7 +32,7 @@ impl Serialized<'_> {
         digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
-    /// The CRC of all of it, or of all but the codes (SPEC 9.2).
+    /// The CRC of the serialization, with or without the codes (SPEC 9.2).
     #[must_use]
     pub fn crc(&self, with_codes: bool) -> u32 {
         let mut crc = crc32fast::Hasher::new();
@@ -40,7 +40,7 @@ impl Serialized<'_> {
         crc.finalize()
     }
 
-    /// Hand out the bytes, piece by piece.
+    /// Pass on the serialized bytes in pieces.
     fn write(&self, with_codes: bool, mut to: impl FnMut(&[u8])) {
         let head = [self.ids.len() as u32, self.phase];
         write(&head, |&number| number.to_le_bytes(), &mut to);
@@ -54,7 +54,7 @@ impl Serialized<'_> {
 }
 
 impl State {
-    /// The SHA-256 of the state's serialization, as hexadecimal digits (SPEC 9.1).
+    /// The SHA-256 of the state's serialization as hexadecimal digits (SPEC 9.1).
     #[must_use]
     pub fn digest(&self) -> String {
         self.serialized().digest()
@@ -67,10 +67,10 @@ impl State {
         self.serialized().crc(with_codes)
     }
 
-    /// Hold the state against the CRC of its chunk.
+    /// Check the state against the CRC of its chunk.
     ///
     /// # Errors
-    /// `state-crc`: it is not the one that was encoded.
+    /// `state-crc`: it differs from the encoder's state.
     pub fn prove(&self, state_crc: u32) -> Result<()> {
         // [9.2-1] [9.2-2]
         if self.state_crc() != state_crc {
@@ -102,7 +102,7 @@ fn write_rows<T: Copy + Default>(
     }
 }
 
-/// Write numbers in blocks.
+/// Serialize numbers in blocks.
 fn write<T>(numbers: &[T], bytes_of: impl Fn(&T) -> [u8; 4], to: &mut impl FnMut(&[u8])) {
     let mut bytes = [0; 4 * BLOCK];
     for block in numbers.chunks(BLOCK) {

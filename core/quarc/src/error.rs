@@ -1,8 +1,8 @@
-//! Everything that can be rejected, by its stable name: SPEC 3.3.
+//! Errors, with a stable id for each reason to reject a stream: SPEC 3.3.
 
 use std::fmt;
 
-/// Why a stream is rejected: a row of the table of SPEC 3.3.
+/// Why a stream is rejected: a row of the table in SPEC 3.3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Reject {
     /// The stream does not begin with the magic (SPEC 5.1).
@@ -15,11 +15,11 @@ pub enum Reject {
     HeaderCrc,
     /// A payload does not match its CRC (SPEC 5.2).
     PayloadCrc,
-    /// A chunk's sequence number is not the next (SPEC 5.2).
+    /// A sequence number is not the next one (SPEC 5.2).
     Sequence,
-    /// A type is not four letters in one of the patterns (SPEC 5.2).
+    /// A type does not match one of the patterns of four letters (SPEC 5.2).
     BadChunkType,
-    /// A chunk stands where its type may not (SPEC 5.1).
+    /// A chunk of this type is not allowed at this place (SPEC 5.1).
     ChunkOrder,
     /// A critical chunk of an unknown type (SPEC 5.2).
     UnknownCritical,
@@ -27,13 +27,14 @@ pub enum Reject {
     ChunkExceedsLevel,
     /// Bytes follow TAIL, or the last field of a payload (SPEC 5.1, 5).
     TrailingData,
-    /// A field of TAIL, `index_offset` among them, is not that of the stream (SPEC 5.8).
+    /// A field of TAIL, such as `index_offset`, does not match the stream (SPEC 5.8).
     TailMismatch,
-    /// INDX is not that of the stream or, when seeking, TAIL or INDX points at nothing that fits (SPEC 5.9, 11.2).
+    /// INDX does not match the stream or, when seeking, the chunk that TAIL or INDX points at is
+    /// not the expected one (SPEC 5.9, 11.2).
     IndexMismatch,
-    /// The stream is of another version (SPEC 12).
+    /// The stream has another major version (SPEC 12).
     UnsupportedVersion,
-    /// An incompatible feature is not known (SPEC 12).
+    /// An incompatible feature is unknown (SPEC 12).
     UnsupportedFeature,
     /// A field is missing or outside its range (SPEC 5).
     Field,
@@ -43,13 +44,16 @@ pub enum Reject {
     InvalidWords,
     /// The coder is not empty after the last plane (SPEC 8.3).
     UnconsumedWords,
-    /// An ascending number grows too fast, a key is outside its box, an update turns too far, or a snapshot is too wide (SPEC 7.8, 7.9, 8.4, 8.5).
+    /// An ascending number grows by too much, a key is outside its box, an update rotates by too
+    /// much, or a snapshot is too wide (SPEC 7.8, 7.9, 8.4, 8.5).
     SymbolRange,
-    /// More Gaussians or births than the level allows, or ids than there are (SPEC 3.2, 7.6).
+    /// The level does not allow so many Gaussians or births, or the ids run out (SPEC 3.2, 7.6).
     CountExceedsLevel,
-    /// No Gaussian in a canonical frame, or none left by deaths or updates (SPEC 7.2, 7.4, 7.8, 7.9).
+    /// A canonical frame has no Gaussians, or deaths or updates leave none (SPEC 7.2, 7.4, 7.8,
+    /// 7.9).
     Count,
-    /// A frame's ordinal or phase is not the next, or a snapshot names another CANO than the last (SPEC 7.2, 7.4, 7.9).
+    /// A frame's ordinal or phase is not the next one, or a snapshot refers to another CANO than
+    /// the last one (SPEC 7.2, 7.4, 7.9).
     FrameOrder,
     /// A position is beyond POSITION_LIMIT (SPEC 7.2, 7.5, 7.6, 7.8, 7.9).
     PositionRange,
@@ -59,14 +63,14 @@ pub enum Reject {
     RotationRange,
     /// A rotation has norm zero (SPEC 7.3).
     DegenerateRotation,
-    /// A newborn's parent is not in the scene (SPEC 7.6).
+    /// The parent of a new Gaussian is not in the scene (SPEC 7.6).
     ParentRange,
     /// The state does not match the CRC of its frame (SPEC 9.2).
     StateCrc,
 }
 
 impl Reject {
-    /// The stable name of SPEC 3.3.
+    /// The stable id of SPEC 3.3.
     #[must_use]
     pub const fn id(self) -> &'static str {
         match self {
@@ -103,38 +107,38 @@ impl Reject {
     }
 }
 
-/// What goes wrong while a stream is read or written.
+/// An error of reading or writing a stream.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Error {
-    /// The bytes are no valid stream.
+    /// The stream is malformed.
     Rejected {
-        /// Why.
+        /// The reason.
         reject: Reject,
         /// What was found, for people.
         message: String,
-        /// Where in the stream it was found, in bytes, if known.
+        /// The byte offset in the stream at which it was found, if known.
         offset: Option<u64>,
     },
-    /// A stream of the unlimited level asks for more than this decoder gives (SPEC 3.2).
+    /// A stream of the unlimited level exceeds the limits of this decoder (SPEC 3.2).
     Limit(String),
-    /// A scene cannot be written into a stream.
+    /// A scene cannot be encoded.
     Encode(String),
-    /// What holds the bytes of a stream does not give them.
+    /// The source of the stream failed to read.
     Source(String),
 }
 
-/// What most functions of this crate return.
+/// The result type of most functions of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// A rejection at a place that is not known yet.
+    /// A rejection without a byte offset.
     #[must_use]
     #[cold]
     pub fn new(reject: Reject, message: impl Into<String>) -> Self {
         Error::Rejected { reject, message: message.into(), offset: None }
     }
 
-    /// The same, found at a byte of the stream, unless a place is known already.
+    /// Set the byte offset, unless it is set already.
     #[must_use]
     #[cold]
     pub fn at(self, place: u64) -> Self {
@@ -146,7 +150,7 @@ impl Error {
         }
     }
 
-    /// The row of SPEC 3.3, if the bytes are at fault.
+    /// The reason in SPEC 3.3, if the stream was rejected.
     #[must_use]
     pub const fn reject(&self) -> Option<Reject> {
         match self {

@@ -1,7 +1,7 @@
-//! From the integers of a state to the numbers that are drawn: SPEC 10.1.
+//! Dequantization of integer states to the floats that are rendered: SPEC 10.1.
 //!
-//! The only floats of the crate that leave it, one rounding from the state; nothing of them
-//! feeds the next frame.
+//! These are the only floats that the crate returns. Each is rounded once from the state, and the
+//! next frame does not depend on them.
 
 use crate::constants::ROTATION_FRACTION_BITS;
 use crate::parallel::both;
@@ -9,30 +9,30 @@ use crate::rows::Rows;
 use crate::state::State;
 use std::sync::{Arc, Weak};
 
-// Where the codes of a kind begin (SPEC 7.1).
+// First rows of the kinds of codes (SPEC 7.1).
 const LOG_SCALES: usize = 0;
 const OPACITY: usize = 3;
 const SH: usize = 4;
 
-/// Gaussians whose rows are written at once: they stay in the cache meanwhile.
+/// Gaussians whose rows are written together, while they are in the cache.
 const BLOCK: usize = 256;
 
-/// A scene in floats, a row to a Gaussian, as 3DGS stores it: not activated.
+/// A scene in floats, one row per Gaussian, with the unactivated attributes of 3DGS.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Splats {
     /// `[N, 3]` xyz, world units.
     pub positions: Vec<f32>,
-    /// `[N, 4]` wxyz; unit to within 2^-21.
+    /// `[N, 4]` wxyz; unit length to within 2^-21.
     pub rotations: Vec<f32>,
-    /// `[N, 3]` natural logarithms of the standard deviations, world units.
+    /// `[N, 3]` natural logarithms of the standard deviations in world units.
     pub log_scales: Vec<f32>,
     /// `[N]` logits.
     pub opacities: Vec<f32>,
-    /// `[N, 1 or 4, 3]` coefficient, then red, green, blue.
+    /// `[N, 1 or 4, 3]`: coefficient, then red, green, blue.
     pub sh: Vec<f32>,
 }
 
-/// Which arrays of [`Splats`] are others than those of the state before.
+/// Which arrays of [`Splats`] have changed since the previous state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Redone {
     /// Positions.
@@ -43,32 +43,32 @@ pub struct Redone {
     pub codes: bool,
 }
 
-/// Makes floats of one state after the other, in the same arrays; what has not changed since the
-/// state before stays as it is.
+/// Dequantizes successive states into the same arrays. Arrays that have not changed are not
+/// computed again.
 #[derive(Debug, Default)]
 pub struct Dequantizer {
     splats: Splats,
-    /// What the arrays were made of. Rows that somebody points to, if only so, are not written
-    /// to in place: those of equal address are equal.
+    /// The rows from which the arrays were computed. A weak reference keeps rows from being changed
+    /// in place, so that rows at the same address are equal.
     positions: Weak<Rows<i32>>,
     rotations: Weak<Rows<i32>>,
     codes: Weak<Rows<i16>>,
 }
 
 impl Dequantizer {
-    /// The numbers that a state stands for.
+    /// Dequantize a state.
     pub fn dequantize(&mut self, state: &State) -> &Splats {
         self.update(state);
         &self.splats
     }
 
-    /// The numbers of the state that was dequantized last.
+    /// The result of the last dequantization.
     #[must_use]
     pub const fn splats(&self) -> &Splats {
         &self.splats
     }
 
-    /// Make the arrays those of a state, and tell which of them have changed.
+    /// Update the arrays to a state, and return which of them have changed.
     pub fn update(&mut self, state: &State) -> Redone {
         let ([positions, rotations], codes) = (state.shared_places(), state.shared_codes());
         let redone = Redone {
@@ -76,7 +76,7 @@ impl Dequantizer {
             rotations: replace(&mut self.rotations, rotations),
             codes: replace(&mut self.codes, codes),
         };
-        // [10.1-1] Integers below 2^24 and powers of 2 are exact: a product is rounded once.
+        // [10.1-1] Integers below 2^24 and powers of 2 are exact, so each product is rounded once.
         let header = state.header();
         let splats = &mut self.splats;
         let (moved, turned) = (&mut splats.positions, &mut splats.rotations);
@@ -109,13 +109,13 @@ impl Dequantizer {
     }
 }
 
-/// Take note of rows; whether they are others than before.
+/// Remember rows, and return whether they have changed.
 fn replace<T>(known: &mut Weak<T>, rows: &Arc<T>) -> bool {
     let before = std::mem::replace(known, Arc::downgrade(rows));
     !Weak::ptr_eq(&before, known)
 }
 
-/// Write planes, from one on, as columns: each number times the step of its row.
+/// Write planes, from plane `first` on, as columns: each number times the step of its row.
 fn scale<T: Copy + Default, const WIDTH: usize>(
     planes: &Rows<T>,
     first: usize,

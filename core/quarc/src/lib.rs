@@ -1,7 +1,7 @@
-//! Decoder and coder of `.quarc` streams (SPEC.md 1.1), exact to the bit.
+//! Bit-exact decoder and encoder of `.quarc` streams (SPEC.md 1.1).
 //!
-//! The modules stand in the order of the text. Comments name the clause that a line carries
-//! out, as `[7.4-3]`.
+//! The modules follow the order of SPEC. Comments name the clause that a line implements, such as
+//! `[7.4-3]`.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -9,16 +9,16 @@
 pub mod constants; // SPEC 3
 pub mod error; // SPEC 3.3
 pub mod records; // SPEC 5
-pub mod rows; // how the planes of a state stand
+pub mod rows; // the memory layout of a state's planes
 
-mod parallel; // work that threads share
+mod parallel; // work shared among threads
 
 pub mod arithmetic; // SPEC 4
 pub mod chunks; // SPEC 5.1, 5.2
-pub mod reader; // the chunks of a stream that can be read anywhere
-pub mod source; // what a stream is read from
+pub mod reader; // chunks of a stream with random access
+pub mod source; // where the bytes of a stream come from
 pub mod wire; // SPEC 5
-pub mod writer; // a stream chunk by chunk
+pub mod writer; // writing a stream chunk by chunk
 
 pub mod anchors; // SPEC 6
 pub mod morton; // SPEC 6.3, 8.5

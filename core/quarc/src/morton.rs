@@ -1,9 +1,9 @@
 //! Morton keys: the order of canonical Gaussians (SPEC 8.5), and the cells of the sampler (6.3).
 //!
-//! Bit b of x, y and z becomes bit 3b + 2, 3b + 1 and 3b of the key, so that the points of a
-//! cell of side 2^s are neighbors in the order of their keys.
+//! Bit b of x, y and z is bit 3b + 2, 3b + 1 and 3b of the key, so that the points in a cell of
+//! side 2^s have adjacent keys.
 
-/// The Morton key of a point; each coordinate is below 2^21.
+/// The Morton key of a point whose coordinates are below 2^21.
 #[must_use]
 pub const fn interleave(x: u32, y: u32, z: u32) -> u64 {
     spread(x) << 2 | spread(y) << 1 | spread(z)
@@ -15,7 +15,7 @@ pub const fn deinterleave(key: u64) -> [u32; 3] {
     [gather(key >> 2), gather(key >> 1), gather(key)]
 }
 
-// Every step splits all groups of bits in halves that move apart.
+// Every step splits all groups of bits in half and moves the halves apart.
 const MASKS: [u64; 6] = [
     0x001F_FFFF,
     0x001F_0000_0000_FFFF,

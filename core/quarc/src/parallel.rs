@@ -1,14 +1,14 @@
-//! Work that is shared out among threads, where there are any; what comes of it is the same.
+//! Work that is split among threads, if there are any. The result does not depend on their number.
 //!
-//! With the feature `threads`, what is called within a pool of rayon is done by the threads of
-//! that pool. All else is done one thing after the other.
+//! With the feature `threads`, calls within a rayon pool use the threads of that pool. Otherwise,
+//! all work is sequential.
 
 use std::ops::Range;
 
-/// Pieces of work for each thread: more than one, as no two take equally long.
+/// Pieces of work per thread; more than one, because their durations differ.
 const PIECES: usize = 4;
 
-/// Do two things.
+/// Run two closures, in parallel if possible.
 pub fn both<A: Send, B: Send>(
     one: impl FnOnce() -> A + Send,
     other: impl FnOnce() -> B + Send,
@@ -20,7 +20,7 @@ pub fn both<A: Send, B: Send>(
     (one(), other())
 }
 
-/// Do the same with each of some items; the results stand in the order of the items.
+/// Apply `work` to each item; the results are in the order of the items.
 pub fn each<T: Send, R: Send>(mut items: Vec<T>, work: &(impl Fn(T) -> R + Sync)) -> Vec<R> {
     if items.len() < 2 || count_threads() < 2 {
         return items.into_iter().map(work).collect();
@@ -31,14 +31,14 @@ pub fn each<T: Send, R: Send>(mut items: Vec<T>, work: &(impl Fn(T) -> R + Sync)
     done
 }
 
-/// Cut so many elements into ranges that are worth a piece of work each: all of them into one
-/// where there is one thread.
+/// Split `count` elements into ranges of at least `least` elements; with one thread, into one
+/// range.
 pub fn ranges(count: usize, least: usize) -> Vec<Range<usize>> {
     let size = piece(count, least);
     (0..count).step_by(size).map(|first| first..(first + size).min(count)).collect()
 }
 
-/// How many of so many elements make a piece of work, the last piece aside: no fewer than `least`.
+/// Elements per piece of work, at least `least`; the last piece may be smaller.
 pub fn piece(count: usize, least: usize) -> usize {
     let pieces = match count_threads() {
         0 | 1 => 1,
@@ -47,7 +47,7 @@ pub fn piece(count: usize, least: usize) -> usize {
     ((count + pieces - 1) / pieces).max(least).max(1)
 }
 
-/// How many threads share the work of who calls.
+/// Number of threads in the pool of the caller.
 fn count_threads() -> usize {
     #[cfg(feature = "threads")]
     if rayon::current_thread_index().is_some() {

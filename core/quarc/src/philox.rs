@@ -1,15 +1,15 @@
-//! The generator behind the sampler: Philox4x32-10 (Salmon and others, 2011), SPEC 6.2.
+//! The generator of the sampler, Philox4x32-10 (Salmon et al., 2011): SPEC 6.2.
 
 const ROUNDS: usize = 10;
 const FACTORS: [u64; 2] = [0xD251_1F53, 0xCD9E_8D57];
 const KEY_STEPS: [u32; 2] = [0x9E37_79B9, 0xBB67_AE85];
 const WORD: u64 = 0xFFFF_FFFF;
 
-/// The four words drawn from a counter and a key.
+/// The four words for a counter and a key.
 #[inline]
 #[must_use]
 pub fn philox(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
-    // All in 64 bits, as then compilers draw several side by side.
+    // All in 64 bits, so that compilers vectorize it.
     let [mut c0, mut c1, mut c2, mut c3] = counter.map(u64::from);
     let [mut k0, mut k1] = key;
     for _ in 0..ROUNDS {

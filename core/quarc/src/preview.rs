@@ -1,8 +1,8 @@
-//! A canonical frame while its chunk is still arriving: SPEC 8.5.
+//! Preview of a canonical frame while its chunk is still arriving: SPEC 8.5.
 //!
-//! A player draws it before all of the payload is there. Nothing of it is proved: the CRCs of the
-//! payload and of the state come last. So it is never given out as a frame, and what is wrong with
-//! it is reported only when the chunk has arrived.
+//! A player renders it before the payload is complete. Nothing in it is verified, because the CRCs
+//! of payload and state come last. It is therefore never returned as a frame, and errors in it are
+//! reported only when the chunk is complete.
 
 use crate::chunks::{ChunkHeader, CANO, CHUNK_HEADER_BYTES};
 use crate::coding::canonical::{CanonicalReader, Grid};
@@ -16,10 +16,11 @@ use std::sync::Arc;
 const SECTIONS: usize = 6;
 const COUNT_BYTES: u64 = 4;
 const WORD_BYTES: u64 = 4;
-/// A frame of more Gaussians per byte is not worth a preview; a damaged count may ask for any.
+/// Maximum ratio of Gaussians to bytes for a preview, because a damaged count can be arbitrarily
+/// large.
 const GAUSSIANS_PER_BYTE: u64 = 8;
 
-/// Decodes the sections of a CANO chunk as they come.
+/// Decodes the sections of a CANO chunk as they arrive.
 #[derive(Debug)]
 pub struct Preview {
     header: Arc<Header>,
@@ -31,10 +32,11 @@ pub struct Preview {
 }
 
 impl Preview {
-    /// A preview of a chunk; `None` if it is not a CANO, or its header claims too much.
+    /// A preview of a chunk; `None` if it is not a CANO, or if its header states too many
+    /// Gaussians.
     ///
     /// # Errors
-    /// [`Error::Source`] while the beginning of the payload is missing; else what is wrong with it.
+    /// [`Error::Source`] if the start of the payload is missing; otherwise those of its fields.
     pub fn new<S: Source>(
         source: &mut S,
         header: &Arc<Header>,
@@ -62,22 +64,23 @@ impl Preview {
         }))
     }
 
-    /// Where the chunk begins in the stream.
+    /// Byte offset of the chunk in the stream.
     #[must_use]
     pub const fn offset(&self) -> u64 {
         self.offset
     }
 
-    /// Sections that have been decoded, in the order of SPEC 8.5.
+    /// Number of sections decoded, in the order of SPEC 8.5.
     #[must_use]
     pub const fn sections(&self) -> usize {
         self.reader.sections
     }
 
-    /// Decode the sections that have come since; returns whether there are any.
+    /// Decode the sections that have arrived since the last call, and return whether there were
+    /// any.
     ///
     /// # Errors
-    /// What is wrong with a section.
+    /// Those of decoding a section.
     pub fn advance<S: Source>(&mut self, source: &mut S) -> Result<bool> {
         let before = self.sections();
         while self.sections() < SECTIONS {
@@ -85,23 +88,23 @@ impl Preview {
             self.place += bytes.len() as u64;
             if let Err(error) = parse_section(&bytes).and_then(|section| self.reader.read(&section))
             {
-                self.end = 0; // no other section is tried
+                self.end = 0; // do not try further sections
                 return Err(error);
             }
         }
         Ok(self.sections() > before)
     }
 
-    /// What is known so far, as a state: rotations are the identity until their section has come,
-    /// and all other numbers 0.
+    /// The state so far: rotations are the identity until their section is decoded, and all other
+    /// missing numbers are 0.
     ///
     /// # Errors
-    /// A number is out of its range.
+    /// A number is out of range.
     pub fn state(&self) -> Result<State> {
         State::begin(&self.header, self.frame, &self.reader.gaussians)
     }
 
-    /// The bytes of the next section, if all of them are there.
+    /// The bytes of the next section, if it is complete.
     fn next_section<S: Source>(&self, source: &mut S) -> Result<Option<Vec<u8>>> {
         let Some(count) = read_some(source, self.place, COUNT_BYTES)? else { return Ok(None) };
         let words = count.iter().rev().fold(0, |number, &byte| number << 8 | u64::from(byte));
@@ -113,7 +116,7 @@ impl Preview {
     }
 }
 
-/// So many bytes; `None` unless all of them are there.
+/// Read `length` bytes; `None` unless all have arrived.
 fn read_some<S: Source>(source: &mut S, place: u64, length: u64) -> Result<Option<Vec<u8>>> {
     match read(source, place, length) {
         Ok(bytes) if bytes.len() as u64 == length => Ok(Some(bytes)),

@@ -1,7 +1,6 @@
-//! The chunks of a stream that can be read anywhere, in their order: SPEC 5.1.
+//! The chunks of a stream with random access, in order: SPEC 5.1.
 //!
-//! A chunk is rejected by its header where it can be, before its payload is read or room is made
-//! for it.
+//! Whenever possible, a chunk is rejected by its header, before its payload is read or allocated.
 
 use crate::chunks::{
     is_known, prove_payload, ChunkHeader, ChunkOrder, CHUNK_CRC_BYTES, CHUNK_HEADER_BYTES, MAGIC,
@@ -11,26 +10,26 @@ use crate::source::{read, Source};
 
 const PIECE_BYTES: u64 = 1 << 16;
 
-/// A chunk whose CRCs hold.
+/// A chunk with correct CRCs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Chunk {
-    /// What stands before the payload.
+    /// Its header.
     pub header: ChunkHeader,
-    /// What it holds; of a chunk of an unknown type nothing is kept.
+    /// Its payload; empty if the type is unknown.
     pub payload: Vec<u8>,
 }
 
-/// Reads a stream chunk by chunk. A read that is rejected leaves the reader where it was.
+/// Reads a stream chunk by chunk. A rejected read leaves the position unchanged.
 #[derive(Debug)]
 pub struct ChunkReader<S> {
     /// The stream.
     pub source: S,
-    /// Which chunk is due.
+    /// The position and the order of chunks.
     pub order: ChunkOrder,
 }
 
 impl<S: Source> ChunkReader<S> {
-    /// A reader that HEAD is due for.
+    /// A reader whose next chunk is HEAD.
     ///
     /// # Errors
     /// `bad-magic`, `truncated`.
@@ -39,10 +38,10 @@ impl<S: Source> ChunkReader<S> {
         Ok(ChunkReader { source, order: ChunkOrder::default() })
     }
 
-    /// The header of the next chunk, at which the reader stays; `None` behind TAIL.
+    /// Read the header of the next chunk without advancing; `None` after TAIL.
     ///
     /// # Errors
-    /// What [`ChunkOrder::accept`] rejects, and `trailing-data`.
+    /// Those of [`ChunkOrder::accept`], and `trailing-data`.
     pub fn read_header(&mut self) -> Result<Option<ChunkHeader>> {
         if self.order.is_past_tail() {
             return self.check_end().map(|()| None);
@@ -52,7 +51,7 @@ impl<S: Source> ChunkReader<S> {
         self.order.accept(&data).map(Some)
     }
 
-    /// The chunk whose header has been read, of whatever type; the reader goes on behind it.
+    /// Read the chunk of this header, of any type, and advance past it.
     ///
     /// # Errors
     /// `truncated`, `payload-crc`.
@@ -72,7 +71,7 @@ impl<S: Source> ChunkReader<S> {
         Ok(Chunk { header, payload })
     }
 
-    /// The next chunk, of whatever type; `None` behind TAIL.
+    /// Read the next chunk, of any type; `None` after TAIL.
     ///
     /// # Errors
     /// Those of `read_header` and `take`.
@@ -92,11 +91,12 @@ impl<S: Source> ChunkReader<S> {
     }
 }
 
-/// Hold the first bytes of a stream against the magic; fewer than eight where it ends. [5.1-1]
+/// Check the magic at the start of a stream; `bytes` has fewer than eight if the stream ends.
+/// [5.1-1]
 pub(crate) fn check_magic(bytes: &[u8]) -> Result<()> {
     let shown = bytes.len().min(MAGIC.len());
     if bytes[..shown] != MAGIC[..shown] {
-        return Err(Error::new(Reject::BadMagic, "this is no .quarc stream").at(0));
+        return Err(Error::new(Reject::BadMagic, "this is not a .quarc stream").at(0));
     }
     if shown < MAGIC.len() {
         return Err(Error::new(Reject::Truncated, "the stream ends inside its magic").at(0));
@@ -104,12 +104,12 @@ pub(crate) fn check_magic(bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// What follows TAIL at a place. [5.1-5]
+/// The rejection of bytes after TAIL. [5.1-5]
 pub(crate) fn trailing_data(place: u64) -> Error {
     Error::new(Reject::TrailingData, "bytes follow TAIL").at(place)
 }
 
-/// Check the CRC of a payload that is not kept, in pieces.
+/// Check the CRC of a payload in pieces, without keeping it.
 ///
 /// # Errors
 /// `truncated`, `payload-crc`.

@@ -1,4 +1,4 @@
-//! Unit quaternions w, x, y, z with 22 fraction bits, by integers alone: SPEC 7.2, 7.3, 7.5.
+//! Unit quaternions w, x, y, z with 22 fraction bits, in integer arithmetic: SPEC 7.2, 7.3, 7.5.
 
 use crate::arithmetic::{isqrt, shift_round, Divisor};
 use crate::constants::ROTATION_FRACTION_BITS;
@@ -13,15 +13,15 @@ pub const ROTATION_ONE: i32 = 1 << ROTATION_FRACTION_BITS;
 const SUM_GUARD_BITS: u32 = 20;
 const PRODUCT_GUARD_BITS: u32 = 8;
 
-/// The unit quaternion along a sum of residuals, components below 2^10 in magnitude (SPEC 7.5).
+/// Normalize a sum of residuals, with components below 2^10 in magnitude (SPEC 7.5).
 ///
 /// # Errors
-/// `degenerate-rotation`: all are 0.
+/// `degenerate-rotation`: all components are 0.
 pub fn normalize_sum(sum: [i32; 4]) -> Result<Quaternion> {
     normalize(sum, SUM_GUARD_BITS)
 }
 
-/// A rotation times a residual, both unit quaternions; the residual on the right (SPEC 7.5).
+/// Multiply a rotation by a residual on the right; both are unit quaternions (SPEC 7.5).
 ///
 /// # Errors
 /// `degenerate-rotation`: the product is 0.
@@ -39,11 +39,11 @@ pub fn turn(rotation: Quaternion, residual: Quaternion) -> Result<Quaternion> {
     normalize_product(rounded)
 }
 
-/// The unit quaternion of a coded rotation: which component is left out, and the three others
+/// The unit quaternion of a coded rotation: the index of the omitted component, and the other three
 /// in units of 2^-`rotation_bits` (SPEC 7.2).
 ///
 /// # Errors
-/// `rotation-range`: the three are longer than a unit quaternion.
+/// `rotation-range`: the three components are longer than a unit quaternion.
 pub fn expand(coded: [i32; 4], rotation_bits: u8) -> Result<Quaternion> {
     let most = 1 << rotation_bits;
     let [left_out, others @ ..] = coded;
@@ -71,9 +71,9 @@ pub fn expand(coded: [i32; 4], rotation_bits: u8) -> Result<Quaternion> {
     normalize_product(vector)
 }
 
-/// SPEC 7.3 with `PRODUCT_GUARD_BITS`, of a vector that is nearly a unit quaternion, as all are
-/// that come here from a decoder: then no root has to be drawn, and nothing be divided.
-#[inline(always)] // it is most of a frame's arithmetic
+/// SPEC 7.3 with `PRODUCT_GUARD_BITS`, for a vector that is nearly a unit quaternion, which is
+/// always the case in a decoder. This needs neither a root nor a division.
+#[inline(always)] // most of the arithmetic of a frame
 fn normalize_product(vector: Quaternion) -> Result<Quaternion> {
     const UNIT_BITS: u32 = ROTATION_FRACTION_BITS + PRODUCT_GUARD_BITS;
     let parts = vector.map(i64::from);
@@ -82,14 +82,15 @@ fn normalize_product(vector: Quaternion) -> Result<Quaternion> {
     if more.abs() >= 1 << 26 {
         return normalize(vector, PRODUCT_GUARD_BITS);
     }
-    // The norm is 2^30 + e, e the greatest with 2^60 + 2^31 e + e^2 <= 2^60 + 2^16 more. Without
-    // e^2, below 2^22, it is more / 2^15 rounded down, and 1 less if there is no place for e^2.
+    // The norm is 2^30 + e, where e is the largest with 2^60 + 2^31 e + e^2 <= 2^60 + 2^16 more.
+    // Without e^2, which is below 2^22, e is more / 2^15 rounded down, or 1 less if e^2 does not
+    // fit.
     let most = more >> 15;
     let e = most - i64::from(most * most > (more - (most << 15)) << 16);
     let doubled = 2 * ((1 << UNIT_BITS) + e);
     Ok(parts.map(|part| {
-        // part x 2^30 / norm is part - part e / norm: the rest, rounded, is a small number. It is
-        // guessed by 2^31 in the place of 2 norm, and then the guess is put right by 1.
+        // part x 2^30 / norm is part - part e / norm, where the rounded second term is small.
+        // Estimate it with 2^31 in place of 2 norm, then correct the estimate by 1.
         let rest = doubled / 2 - 2 * part * e + (part >> (i64::BITS - 1));
         let guess = rest >> (UNIT_BITS + 1);
         let left = rest - guess * doubled;
@@ -109,7 +110,7 @@ fn normalize(vector: [i32; 4], guard_bits: u32) -> Result<Quaternion> {
     Ok(vector.map(|part| norm.divide_round(i64::from(part) << shift) as i32))
 }
 
-/// Unit quaternions of sums of residuals, kept: a frame has few different sums.
+/// A cache of the unit quaternions of sums of residuals: a frame has few different sums.
 #[derive(Clone, Debug)]
 pub struct Residuals {
     slots: Vec<([i32; 4], Quaternion)>,
@@ -119,13 +120,13 @@ const SLOT_BITS: u32 = 12;
 
 impl Default for Residuals {
     fn default() -> Self {
-        // A sum of 0 has no quaternion and is never kept: it marks what is empty.
+        // A sum of 0 has no quaternion and is never stored: it marks an empty entry.
         Residuals { slots: vec![([0; 4], [0; 4]); 1 << SLOT_BITS] }
     }
 }
 
 impl Residuals {
-    /// As [`normalize_sum`].
+    /// Like [`normalize_sum`], cached.
     ///
     /// # Errors
     /// Those of [`normalize_sum`].
@@ -137,7 +138,7 @@ impl Residuals {
         Ok(slot.1)
     }
 
-    /// Where a sum is kept: parts of 16 bits together make a number, and this is spread.
+    /// The entry of a sum: its four parts of 16 bits form a number, which is hashed.
     fn place(sum: [i32; 4]) -> usize {
         let [w, x, y, z] = sum.map(|part| u64::from(part as u16));
         let number = w << 48 | x << 32 | y << 16 | z;

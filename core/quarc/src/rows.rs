@@ -1,10 +1,10 @@
-//! Rows of numbers of equal length in one piece, as the planes of a state stand (SPEC 7.1).
+//! Rows of equal length in one allocation: the memory layout of a state's planes (SPEC 7.1).
 
 use std::ops::Range;
 
-/// Rows of equal length in one allocation, with room behind each for more columns.
+/// Rows of equal length in one allocation, with room for more columns after each.
 ///
-/// A row begins `stride` numbers after the one before it, so that others may look at the rows
+/// A row begins `stride` numbers after the previous one, so that bindings can expose the rows
 /// without a copy.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Rows<T> {
@@ -15,32 +15,32 @@ pub struct Rows<T> {
 }
 
 impl<T: Copy + Default> Rows<T> {
-    /// Rows of zeros, with room for so many columns more.
+    /// Rows of zeros, with room for `room` more columns.
     #[must_use]
     pub fn zeros(rows: usize, columns: usize, room: usize) -> Self {
         let stride = columns + room;
         Rows { numbers: vec![T::default(); rows * stride], rows, columns, stride }
     }
 
-    /// How many rows.
+    /// Number of rows.
     #[must_use]
     pub const fn rows(&self) -> usize {
         self.rows
     }
 
-    /// How long each is.
+    /// Length of each row.
     #[must_use]
     pub const fn columns(&self) -> usize {
         self.columns
     }
 
-    /// How many numbers a row begins after the one before it.
+    /// Distance between the starts of consecutive rows, in numbers.
     #[must_use]
     pub const fn stride(&self) -> usize {
         self.stride
     }
 
-    /// All numbers, the room behind the rows among them.
+    /// All numbers, including the room after each row.
     #[must_use]
     pub fn numbers(&self) -> &[T] {
         &self.numbers
@@ -49,36 +49,36 @@ impl<T: Copy + Default> Rows<T> {
     /// A row.
     ///
     /// # Panics
-    /// If there is none.
+    /// If the row does not exist.
     #[must_use]
     pub fn row(&self, row: usize) -> &[T] {
         &self.numbers[row * self.stride..][..self.columns]
     }
 
-    /// A row, to be written to.
+    /// A mutable row.
     ///
     /// # Panics
-    /// If there is none.
+    /// If the row does not exist.
     pub fn row_mut(&mut self, row: usize) -> &mut [T] {
         &mut self.numbers[row * self.stride..][..self.columns]
     }
 
-    /// All rows, to be written to.
+    /// All rows, mutable.
     pub fn rows_mut(&mut self) -> impl Iterator<Item = &mut [T]> {
         let columns = self.columns;
         self.numbers.chunks_mut(self.stride.max(1)).map(move |row| &mut row[..columns])
     }
 
-    /// The first rows, to be written to side by side.
+    /// The first `R` rows, mutable.
     ///
     /// # Panics
     /// If there are fewer.
     pub fn first_mut<const R: usize>(&mut self) -> [&mut [T]; R] {
         let mut rows = self.rows_mut();
-        [(); R].map(|()| rows.next().expect("as many rows as are asked for"))
+        [(); R].map(|()| rows.next().expect("at least R rows"))
     }
 
-    /// Remove the columns of ascending indices; the others keep their order.
+    /// Remove the columns at ascending indices; the others keep their order.
     pub fn remove(&mut self, gone: &[u32]) {
         let columns = self.columns - gone.len();
         for row in self.rows_mut() {
@@ -94,7 +94,7 @@ impl<T: Copy + Default> Rows<T> {
         self.columns = columns;
     }
 
-    /// As `remove`, but these rows stay as they are.
+    /// A copy without the columns at ascending indices.
     #[must_use]
     pub fn without(&self, gone: &[u32]) -> Self {
         let mut numbers = Vec::with_capacity(self.numbers.len());
@@ -106,7 +106,7 @@ impl<T: Copy + Default> Rows<T> {
         Rows { numbers, columns: self.columns - gone.len(), ..*self }
     }
 
-    /// Append zeroed columns, in place where there is room.
+    /// Append columns of zeros, in place if there is room.
     pub fn grow(&mut self, columns: usize) {
         if self.columns + columns > self.stride {
             let room = columns + (self.columns + columns) / 16;
@@ -124,7 +124,7 @@ impl<T: Copy + Default> Rows<T> {
     }
 }
 
-/// Remove what stands at ascending indices; the others keep their order.
+/// Remove the entries at ascending indices; the others keep their order.
 pub fn remove_entries<T: Copy>(numbers: &mut Vec<T>, gone: &[u32]) {
     let mut to = 0;
     for kept in kept_ranges(gone, numbers.len()) {
@@ -137,7 +137,7 @@ pub fn remove_entries<T: Copy>(numbers: &mut Vec<T>, gone: &[u32]) {
     numbers.truncate(to);
 }
 
-/// What stands between ascending indices that are gone, in order.
+/// The ranges between the ascending indices to be removed.
 pub fn kept_ranges(gone: &[u32], columns: usize) -> impl Iterator<Item = Range<usize>> + '_ {
     let begins = std::iter::once(0).chain(gone.iter().map(|&index| index as usize + 1));
     let ends = gone.iter().map(|&index| index as usize).chain(std::iter::once(columns));

@@ -1,8 +1,8 @@
-//! The way to a frame without what lies before it: SPEC 11.2.
+//! Seeking to a frame: SPEC 11.2.
 //!
-//! Through INDX where a stream has one; else from chunk header to chunk header. Neither is
-//! trusted: the decoder holds the chunk that is come to against what led there. To a snapshot
-//! belongs the CANO that it is coded against.
+//! The position is taken from INDX if the stream has one, and otherwise found by reading chunk
+//! headers. Neither is trusted: the chunk found is checked against what pointed to it. A snapshot
+//! also needs the CANO that it is coded against.
 
 use crate::chunks::{
     is_canonical, is_frame, kind_name, parse_chunk_header, prove_payload, ChunkHeader, Kind, CANO,
@@ -21,9 +21,9 @@ use std::ops::Deref;
 const FRAME_BYTES: u32 = 4;
 const TAIL_CHUNK_BYTES: u64 = (CHUNK_HEADER_BYTES + TAIL_BYTES as usize + CHUNK_CRC_BYTES) as u64;
 
-/// Decodes the frames of a stream from one on; what lies before it is read only as far as it
-/// must be. What is known of the stream otherwise is asked of the [`StateDecoder`] that this
-/// one derefs to.
+/// Decodes the frames of a stream from a given one on, and reads only the necessary parts of what
+/// precedes it. The decoder derefs to its [`StateDecoder`], which has the other information on the
+/// stream.
 #[derive(Debug)]
 pub struct SeekDecoder<S> {
     reader: ChunkReader<S>,
@@ -42,10 +42,10 @@ impl<S> Deref for SeekDecoder<S> {
 }
 
 impl<S: Source> SeekDecoder<S> {
-    /// A decoder whose first frame is that of an ordinal, or the first after it.
+    /// A decoder whose first frame is that of ordinal `start`, or the first one after it.
     ///
     /// # Errors
-    /// What is wrong with HEAD, and with what leads to the frame.
+    /// Those of reading HEAD and of finding the frame.
     pub fn new(source: S, start: u32) -> Result<Self> {
         let mut reader = ChunkReader::new(source)?;
         let mut states = StateDecoder::default();
@@ -60,11 +60,11 @@ impl<S: Source> SeekDecoder<S> {
         Ok(SeekDecoder { reader, states, start, preview: None, failure: None })
     }
 
-    /// The state of the next frame that is wanted; `None` behind TAIL.
+    /// Return the state of the next frame; `None` after TAIL.
     ///
     /// # Errors
-    /// What is wrong with the stream, also if it is pulled again; all frames before the fault
-    /// have been given out. After [`Error::Source`] it goes on where it was.
+    /// The stream is malformed; further calls return the same error. All frames before it have been
+    /// returned. After [`Error::Source`], decoding can continue.
     pub fn pull(&mut self) -> Result<Option<&State>> {
         if let Some(failure) = &self.failure {
             return Err(failure.clone());
@@ -73,18 +73,18 @@ impl<S: Source> SeekDecoder<S> {
             Ok(true) => Ok(self.states.state()),
             Ok(false) => Ok(None),
             Err(error) => {
-                // What holds the bytes may have them later.
+                // The source may have the bytes later.
                 self.failure = (!matches!(error, Error::Source(_))).then(|| error.clone());
                 Err(error)
             }
         }
     }
 
-    /// What a canonical frame shows before its chunk has come whole, if another of its sections
-    /// has come since the last call: how many these are, and what is known of the state.
+    /// A preview of a canonical frame whose chunk has not fully arrived, if another section has
+    /// arrived since the last call: the number of sections decoded, and the state so far.
     ///
-    /// To be called after [`SeekDecoder::pull`] has found that bytes are missing. What is wrong
-    /// with the chunk is not told here but when it has come.
+    /// Call this after [`SeekDecoder::pull`] has reported missing bytes. Errors in the chunk are
+    /// reported only when it is complete.
     pub fn preview(&mut self) -> Option<(usize, State)> {
         self.advance_preview().ok().flatten()
     }
@@ -103,13 +103,13 @@ impl<S: Source> SeekDecoder<S> {
         Ok(Some((preview.sections(), preview.state()?)))
     }
 
-    /// Where the next chunk begins in the stream.
+    /// Byte offset of the next chunk in the stream.
     #[must_use]
     pub fn offset(&self) -> u64 {
         self.reader.order.offset
     }
 
-    /// Go on to the end of the next frame that is wanted; false where there is none.
+    /// Decode up to the next wanted frame; false at the end.
     fn advance(&mut self) -> Result<bool> {
         while let Some(chunk) = self.reader.read_chunk()? {
             let is_frame = self.states.push(&chunk.header, &chunk.payload)?;
@@ -136,20 +136,20 @@ pub(crate) fn take_head<S: Source>(
     Ok(())
 }
 
-/// What leads to a frame.
+/// The result of seeking to a frame.
 #[derive(Debug, Default)]
 pub struct Way {
-    /// All seek points up to the one that the reader is at; none where it has stayed, as the
-    /// stream has no such frame.
+    /// All seek points up to that of the reader's position; empty if the reader has not moved,
+    /// because the stream has no such frame.
     pub points: Vec<SeekPoint>,
-    /// If the frame there is a snapshot: the CANO that it is coded against, and its seek point.
+    /// If the frame found is a snapshot, the CANO that it is coded against, and its seek point.
     pub reference: Option<(Chunk, SeekPoint)>,
 }
 
-/// Move a reader that has read HEAD to the last canonical frame that is not after a frame.
+/// Move a reader that has read HEAD to the last canonical frame at or before `frame`.
 ///
 /// # Errors
-/// What is wrong with the bytes that were read.
+/// The bytes that were read are malformed.
 pub fn find_way<S: Source>(reader: &mut ChunkReader<S>, frame: u32) -> Result<Way> {
     let here = reader.order.clone();
     let mut points = if let Some(points) = read_index(reader)? {
@@ -172,7 +172,7 @@ pub fn find_way<S: Source>(reader: &mut ChunkReader<S>, frame: u32) -> Result<Wa
     Ok(Way { points, reference })
 }
 
-/// The CANO that a snapshot is coded against. [11.2-5]
+/// Read the CANO that a snapshot is coded against. [11.2-5]
 fn take_reference<S: Source>(
     reader: &mut ChunkReader<S>,
     header: &ChunkHeader,
@@ -187,7 +187,7 @@ fn take_reference<S: Source>(
     Ok((reader.take(found)?, point))
 }
 
-/// The entries of INDX; `None` in a stream without, or without its end yet.
+/// The entries of INDX; `None` if the stream has none or is not complete.
 fn read_index<S: Source>(reader: &mut ChunkReader<S>) -> Result<Option<Vec<SeekPoint>>> {
     let size = reader.source.size()?;
     let Some((header, tail)) = read_tail(&mut reader.source, size)? else { return Ok(None) };
@@ -197,7 +197,7 @@ fn read_index<S: Source>(reader: &mut ChunkReader<S>) -> Result<Option<Vec<SeekP
     let mismatch = |message: &str| {
         Error::new(Reject::IndexMismatch, message).at(tail.index_offset) // [11.2-2] [11.2-3]
     };
-    let before = u64::from(header.sequence).wrapping_sub(1); // of no chunk, if TAIL is the first
+    let before = u64::from(header.sequence).wrapping_sub(1); // matches no chunk if TAIL is the first
     let found = go_to(reader, tail.index_offset, before, &[INDX])?;
     let index = reader.take(found)?;
     if found.end() != header.offset {
@@ -205,15 +205,15 @@ fn read_index<S: Source>(reader: &mut ChunkReader<S>) -> Result<Option<Vec<SeekP
     }
     let points = wire::parse_index(&index.payload).map_err(|error| error.at(found.offset))?;
     if points.len() != tail.canonical_count as usize {
-        return Err(mismatch("INDX has not a seek point to each canonical frame"));
+        return Err(mismatch("INDX does not have one seek point per canonical frame"));
     }
     Ok(Some(points))
 }
 
-/// What TAIL and INDX say of a whole stream; `None` in one without, or without its end yet.
+/// TAIL and INDX of a complete stream; `None` if it has none or is not complete.
 ///
 /// # Errors
-/// What is wrong with HEAD, and with INDX.
+/// Those of reading HEAD and INDX.
 pub fn find_index<S: Source>(source: S) -> Result<Option<(Tail, Vec<SeekPoint>)>> {
     let mut reader = ChunkReader::new(source)?;
     take_head(&mut reader, &mut StateDecoder::default())?;
@@ -223,12 +223,12 @@ pub fn find_index<S: Source>(source: S) -> Result<Option<(Tail, Vec<SeekPoint>)>
     Ok(tail.map(|(_, tail)| tail).zip(points))
 }
 
-/// The TAIL chunk at the end of a stream; `None` where there is none that is proved.
+/// The TAIL chunk at the end of a stream; `None` if there is no valid one.
 fn read_tail<S: Source>(source: &mut S, size: u64) -> Result<Option<(ChunkHeader, Tail)>> {
     let Some(offset) = size.checked_sub(TAIL_CHUNK_BYTES) else { return Ok(None) };
     let data = read(source, offset, TAIL_CHUNK_BYTES)?;
     if data.len() as u64 != TAIL_CHUNK_BYTES {
-        return Ok(None); // cut meanwhile
+        return Ok(None); // truncated meanwhile
     }
     Ok(prove_tail(&data, offset).ok())
 }
@@ -236,14 +236,14 @@ fn read_tail<S: Source>(source: &mut S, size: u64) -> Result<Option<(ChunkHeader
 fn prove_tail(data: &[u8], offset: u64) -> Result<(ChunkHeader, Tail)> {
     let header = parse_chunk_header(data, offset)?;
     if header.kind != TAIL || header.length != TAIL_BYTES {
-        return Err(Error::new(Reject::ChunkOrder, "the last chunk is no TAIL"));
+        return Err(Error::new(Reject::ChunkOrder, "the last chunk is not a TAIL"));
     }
     let (payload, stored) = data[CHUNK_HEADER_BYTES..].split_at(TAIL_BYTES as usize);
     prove_payload(&header, crc32fast::hash(payload), stored)?;
     Ok((header, wire::parse_tail(payload)?))
 }
 
-/// The seek points up to a frame, and maybe one after it, from chunk header to chunk header.
+/// The seek points up to a frame, and possibly one after it, found by reading chunk headers.
 fn walk_headers<S: Source>(reader: &mut ChunkReader<S>, frame: u32) -> Result<Vec<SeekPoint>> {
     let mut points = Vec::new();
     let mut due = 0;
@@ -258,7 +258,7 @@ fn walk_headers<S: Source>(reader: &mut ChunkReader<S>, frame: u32) -> Result<Ve
     Ok(points)
 }
 
-/// Pass one chunk; returns the ordinal that is due behind it, `None` behind TAIL.
+/// Pass one chunk and return the ordinal expected after it; `None` after TAIL.
 fn walk_header<S: Source>(
     reader: &mut ChunkReader<S>,
     points: &mut Vec<SeekPoint>,
@@ -275,7 +275,7 @@ fn walk_header<S: Source>(
     Ok(Some(here + u64::from(is_frame(header.kind))))
 }
 
-/// The ordinal at a place of a payload, in bytes.
+/// Read an ordinal at an offset in a payload.
 fn read_number<S: Source>(
     reader: &mut ChunkReader<S>,
     header: &ChunkHeader,
@@ -292,7 +292,7 @@ fn read_number<S: Source>(
     number.map_err(|_| Error::new(Reject::Truncated, message).at(header.offset))
 }
 
-/// Move a reader to a chunk, and see that it is there and of one of these types.
+/// Move a reader to a chunk, and check that it exists and has one of these types.
 fn go_to<S: Source>(
     reader: &mut ChunkReader<S>,
     offset: u64,
@@ -303,7 +303,7 @@ fn go_to<S: Source>(
     let message = match reader.read_header() {
         Ok(Some(header)) if kinds.contains(&header.kind) => return Ok(header),
         Err(error) if error.reject().is_none() => return Err(error),
-        Err(error) => format!("there is no chunk where the stream states one: {error}"),
+        Err(error) => format!("no chunk at the stated position: {error}"),
         Ok(_) => format!("chunk {sequence} is not a {}", kind_name(kinds[0])),
     };
     Err(Error::new(Reject::IndexMismatch, message).at(offset))

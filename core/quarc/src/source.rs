@@ -1,21 +1,21 @@
-//! Where the bytes of a stream are: anything that reads at a place.
+//! Sources of a stream: anything that can be read at an offset.
 
 use crate::error::{Error, Result};
 use std::io::{Read, Seek, SeekFrom};
 
-/// The bytes of a stream, read where they are needed.
+/// The bytes of a stream, read on demand.
 pub trait Source {
-    /// Append `length` bytes from `offset` on; fewer only at the end of what there is. No more
-    /// room is to be made than for bytes that are there. [13-1]
+    /// Append `length` bytes from `offset` on; fewer only at the end of the source. Implementations
+    /// must not allocate more than the bytes that exist. [13-1]
     ///
     /// # Errors
-    /// [`Error::Source`] where the bytes cannot be had.
+    /// [`Error::Source`] if the bytes cannot be read.
     fn read(&mut self, offset: u64, length: u64, into: &mut Vec<u8>) -> Result<()>;
 
-    /// How many bytes there are now.
+    /// The current number of bytes.
     ///
     /// # Errors
-    /// [`Error::Source`] where that cannot be told.
+    /// [`Error::Source`] if it is unknown.
     fn size(&mut self) -> Result<u64>;
 }
 
@@ -34,7 +34,7 @@ impl Source for &[u8] {
     }
 }
 
-/// A stream in a file, or in whatever else can be read and sought in.
+/// A stream in a file, or in anything else that implements `Read` and `Seek`.
 #[derive(Debug)]
 pub struct IoSource<T>(pub T);
 

@@ -1,7 +1,7 @@
-//! A stream written chunk by chunk: SPEC 5.1, 5.8, 5.9.
+//! Writing of a stream chunk by chunk: SPEC 5.1, 5.8, 5.9.
 //!
-//! Numbers, seek points and totals are kept here; what the payloads say is the caller's
-//! business. Every method returns the bytes to be appended to the stream.
+//! The writer maintains sequence numbers, seek points and totals; the caller is responsible for the
+//! payloads. Every method returns the bytes to be appended to the stream.
 
 use crate::chunks::{
     build_chunk, is_canonical, is_frame, kind_name, Kind, HEAD, INDX, MAGIC, TAIL,
@@ -10,11 +10,11 @@ use crate::error::{Error, Result};
 use crate::records::{Header, SeekPoint, Tail};
 use crate::wire;
 
-/// Frames payloads, numbers them and keeps the index of a stream.
+/// Wraps payloads into numbered chunks and maintains the index of a stream.
 #[derive(Clone, Debug)]
 pub struct StreamWriter {
     offset: u64,
-    sequence: Option<u32>, // that of the next chunk, if there may be one
+    sequence: Option<u32>, // of the next chunk; None after the last possible number
     limit: u32,
     frame_count: u32,
     points: Vec<SeekPoint>,
@@ -24,7 +24,7 @@ impl StreamWriter {
     /// A writer, and the first bytes of the stream: magic and HEAD.
     ///
     /// # Errors
-    /// [`Error::Encode`] where a field of the header is outside its range.
+    /// [`Error::Encode`] if a field of the header is out of range.
     pub fn new(header: &Header) -> Result<(Self, Vec<u8>)> {
         let head = wire::build_header(header)?;
         let mut writer = StreamWriter {
@@ -39,23 +39,23 @@ impl StreamWriter {
         Ok((writer, bytes))
     }
 
-    /// Where the next chunk will begin.
+    /// Byte offset of the next chunk.
     #[must_use]
     pub const fn offset(&self) -> u64 {
         self.offset
     }
 
-    /// Chunks of frames so far.
+    /// Number of frame chunks so far.
     #[must_use]
     pub const fn frame_count(&self) -> u32 {
         self.frame_count
     }
 
-    /// A chunk of any type but HEAD, INDX and TAIL.
+    /// Write a chunk of any type but HEAD, INDX and TAIL.
     ///
     /// # Errors
-    /// [`Error::Encode`] where the payload is longer than the level allows, a canonical frame
-    /// has no ordinal, or there is no number left.
+    /// [`Error::Encode`] if the payload is longer than the level allows, a canonical frame has no
+    /// ordinal, or the sequence numbers are used up.
     pub fn write(&mut self, kind: Kind, payload: &[u8]) -> Result<Vec<u8>> {
         if payload.len() as u64 > u64::from(self.limit) {
             let (found, most) = (payload.len(), self.limit);
@@ -69,10 +69,10 @@ impl StreamWriter {
         Ok(bytes)
     }
 
-    /// INDX and TAIL; no INDX if it is longer than the level allows.
+    /// Write INDX and TAIL; INDX is omitted if it is longer than the level allows.
     ///
     /// # Errors
-    /// [`Error::Encode`] where there is no number left.
+    /// [`Error::Encode`] if the sequence numbers are used up.
     pub fn finish(mut self) -> Result<Vec<u8>> {
         let index = wire::build_index(&self.points)?;
         let (mut bytes, mut index_offset) = (Vec::new(), 0);
@@ -80,7 +80,7 @@ impl StreamWriter {
             index_offset = self.offset;
             bytes = self.append(INDX, &index)?;
         }
-        let canonical_count = self.points.len() as u32; // no more than chunks have been numbered
+        let canonical_count = self.points.len() as u32; // at most the number of chunks
         let tail = Tail { frame_count: self.frame_count, canonical_count, index_offset };
         bytes.extend(self.append(TAIL, &wire::build_tail(&tail))?);
         Ok(bytes)
@@ -95,7 +95,7 @@ impl StreamWriter {
         Ok(bytes)
     }
 
-    /// The seek point of a canonical frame that is to be written.
+    /// The seek point of a canonical frame before it is written.
     fn name(&self, payload: &[u8]) -> Result<SeekPoint> {
         let ordinal = payload.get(..4).and_then(|bytes| bytes.try_into().ok());
         let frame = ordinal

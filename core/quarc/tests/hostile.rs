@@ -1,5 +1,5 @@
-//! Streams that are changed at random and whose CRCs are made right again: whatever comes of
-//! them, nothing panics, and what is rejected is so in every way of reading.
+//! Streams with random changes and corrected CRCs never cause a panic, and all ways of reading
+//! reject the same ones.
 
 use quarc::chunks::{build_chunk, HEAD, MAGIC};
 use quarc::error::Error;
@@ -23,7 +23,7 @@ const CHANGES: u32 = 150;
 
 fn read(name: &str) -> Vec<u8> {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../conformance/streams");
-    fs::read(folder.join(name).with_extension("quarc")).expect("the suite stands beside the crate")
+    fs::read(folder.join(name).with_extension("quarc")).expect("the conformance suite")
 }
 
 fn chunks(stream: &[u8]) -> Vec<Chunk> {
@@ -34,14 +34,14 @@ fn chunks(stream: &[u8]) -> Vec<Chunk> {
         if header.kind == HEAD {
             reader.order.keep_to(&parse_header(&chunk.payload).expect("HEAD"));
         }
-        let from = header.payload_offset() as usize; // also where the reader keeps nothing
+        let from = header.payload_offset() as usize; // also if the reader keeps no payload
         chunk.payload = stream[from..][..header.length as usize].to_vec();
         chunks.push(chunk);
     }
     chunks
 }
 
-/// Xorshift: numbers that are the same every time.
+/// Xorshift: deterministic numbers.
 struct Numbers(u64);
 
 impl Numbers {
@@ -91,7 +91,7 @@ fn decode(stream: &[u8]) -> (Vec<String>, Option<Error>) {
     }
 }
 
-/// The frames before the first gap; all bytes are in chunks that were taken or in gaps.
+/// The frames before the first gap. Checks that all bytes are in decoded chunks or in gaps.
 fn recover(stream: &[u8]) -> Vec<String> {
     let (mut digests, mut whole) = (Vec::new(), true);
     let Ok(mut recovery) = Recovery::new(stream) else { return digests };
@@ -116,7 +116,7 @@ fn seek(stream: &[u8], start: u32) {
 }
 
 #[test]
-fn nothing_panics_and_all_ways_agree() {
+fn modified_streams_never_panic_and_all_readers_agree() {
     let mut numbers = Numbers(0x5DEE_CE66_D1CE_CAFE);
     let mut rejected = 0;
     for name in STREAMS {
@@ -142,7 +142,7 @@ fn nothing_panics_and_all_ways_agree() {
 }
 
 #[test]
-fn a_stream_that_is_cut_gives_its_whole_frames_and_is_truncated() {
+fn a_truncated_stream_gives_its_complete_frames() {
     let stream = read("journey");
     let (all, error) = decode(&stream);
     assert_eq!(error, None);

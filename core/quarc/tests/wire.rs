@@ -1,5 +1,5 @@
-//! Every stream of the suite: payloads come back from their records as they were, and chunks
-//! from their payloads.
+//! Every stream of the suite: serialized records equal the parsed payloads, and a stream written
+//! from payloads equals the original.
 
 use quarc::chunks::{CAME, CANO, FRAM, HEAD, INDX, META, SNAP, TAIL};
 use quarc::error::{Error, Reject};
@@ -12,7 +12,7 @@ use std::path::PathBuf;
 fn streams() -> Vec<(String, Vec<u8>)> {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../conformance/streams");
     let mut streams: Vec<_> = fs::read_dir(folder)
-        .expect("the suite stands beside the crate")
+        .expect("the conformance suite")
         .map(|entry| entry.expect("a file").path())
         .map(|path| (path.display().to_string(), fs::read(path).expect("a stream")))
         .collect();
@@ -44,23 +44,23 @@ fn rebuild(chunk: &Chunk, updates: bool) -> Result<Vec<u8>, Error> {
         META => wire::build_metadata(&wire::parse_metadata(payload)?),
         INDX => wire::build_index(&wire::parse_index(payload)?),
         TAIL => wire::parse_tail(payload).map(|tail| wire::build_tail(&tail)),
-        _ => Ok(Vec::new()), // nothing is kept of a chunk of an unknown type
+        _ => Ok(Vec::new()), // payloads of unknown types are not kept
     }
 }
 
 #[test]
-fn payloads_come_back_from_their_records() {
+fn payloads_are_rebuilt_from_their_records() {
     for (name, stream) in streams() {
         let chunks = chunks(&stream).unwrap_or_else(|error| panic!("{name}: {error}"));
         let header = wire::parse_header(&chunks[0].payload).expect("HEAD is right");
         for chunk in &chunks {
             let again = rebuild(chunk, header.updates);
-            // The version and compatible features are those of a writer of this version.
+            // The version and the compatible features are those of this writer.
             let skip = if chunk.header.kind == HEAD { 10 } else { 0 };
             let again = again.unwrap_or_else(|error| panic!("{name}: {error}"));
             if chunk.header.kind == META {
                 let entries = wire::parse_metadata(&chunk.payload);
-                assert_eq!(wire::parse_metadata(&again), entries, "{name}"); // no key comes twice
+                assert_eq!(wire::parse_metadata(&again), entries, "{name}"); // keys are unique
             } else {
                 assert_eq!(again.get(skip..), chunk.payload.get(skip..), "{name}");
             }
@@ -69,7 +69,7 @@ fn payloads_come_back_from_their_records() {
 }
 
 #[test]
-fn streams_come_back_from_their_payloads() {
+fn streams_are_rebuilt_from_their_payloads() {
     let mut same = 0;
     for (name, stream) in streams() {
         let chunks = chunks(&stream).expect("the streams of this folder are right");
@@ -90,11 +90,11 @@ fn streams_come_back_from_their_payloads() {
         assert!(written == stream, "{name}");
         same += 1;
     }
-    assert!(same >= 6, "{same} streams have an index and nothing that a writer does not know");
+    assert!(same >= 6, "{same} streams have an index and only known chunks");
 }
 
 #[test]
-fn a_payload_that_is_cut_lacks_a_field_and_one_that_goes_on_has_too_much() {
+fn truncated_and_extended_payloads_are_rejected() {
     for (name, stream) in streams() {
         let chunks = chunks(&stream).expect("the streams of this folder are right");
         let updates = wire::parse_header(&chunks[0].payload).expect("HEAD is right").updates;

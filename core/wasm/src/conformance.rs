@@ -1,11 +1,11 @@
-//! What the conformance suite asks of the building blocks, in a module of its own for it.
+//! Answers to the conformance suite, in a separate module with the building blocks.
 
 use crate::quarc_allocate;
 use std::ptr;
 
-/// Do a job of the conformance suite (conformance/RUNNER.md): `request` is a line of JSON of
-/// `size` bytes, or nothing to be told what can be asked. The answer's lines are `answer[0]`
-/// bytes at `answer[1]`, which `quarc_free` takes back. Returns 0, or -1 where this is no job.
+/// Do a job of the conformance suite (conformance/RUNNER.md): `request` is a line of JSON of `size`
+/// bytes, or empty to ask for the capabilities. The answer is `answer[0]` bytes at `answer[1]`, to
+/// be freed with `quarc_free`. Returns 0, or -1 if the job is malformed.
 ///
 /// # Safety
 /// `request` points to `size` bytes, `answer` to two numbers.
@@ -15,7 +15,7 @@ pub unsafe extern "C" fn quarc_conformance_job(
     size: usize,
     answer: *mut [usize; 2],
 ) -> i32 {
-    // SAFETY: as the caller says.
+    // SAFETY: guaranteed by the caller.
     let line = unsafe { std::slice::from_raw_parts(request, size) };
     let mut lines = Vec::new();
     let answered = match line {
@@ -26,7 +26,7 @@ pub unsafe extern "C" fn quarc_conformance_job(
     if place.is_null() {
         return -1;
     }
-    // SAFETY: there is room for as many bytes; `answer` is as the caller says.
+    // SAFETY: the allocation has the length of the bytes; `answer` is guaranteed by the caller.
     unsafe {
         ptr::copy_nonoverlapping(lines.as_ptr(), place, lines.len());
         answer.write([lines.len(), place as usize]);

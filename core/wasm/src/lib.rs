@@ -1,5 +1,5 @@
-//! The C interface as a module for the web: functions on linear memory, without glue of their
-//! own. What C does by itself, the page does by `quarc_allocate` and `quarc_free`.
+//! The C interface as a WebAssembly module: functions on linear memory, without generated glue
+//! code. The page manages memory with `quarc_allocate` and `quarc_free`.
 
 #![deny(unsafe_op_in_unsafe_fn)]
 #![warn(missing_docs)]
@@ -12,10 +12,10 @@ pub use quarc_capi::*;
 use std::alloc::{alloc_zeroed, dealloc, Layout};
 use std::ptr;
 
-/// What all that the page writes to is aligned to.
+/// Alignment of all memory that the page writes to.
 const ALIGNMENT: usize = 8;
 
-/// Room for `size` bytes, zeroed; null where there is none. `quarc_free` takes it back.
+/// Allocate `size` zeroed bytes; null if this fails. Free them with `quarc_free`.
 #[no_mangle]
 pub extern "C" fn quarc_allocate(size: usize) -> *mut u8 {
     match Layout::from_size_align(size.max(1), ALIGNMENT) {
@@ -25,15 +25,15 @@ pub extern "C" fn quarc_allocate(size: usize) -> *mut u8 {
     }
 }
 
-/// Take back room.
+/// Free memory.
 ///
 /// # Safety
-/// `place` is null, or room for `size` bytes that `quarc_allocate` gave and that is not yet back.
+/// `place` is null, or `size` bytes that `quarc_allocate` returned and that have not been freed.
 #[no_mangle]
 pub unsafe extern "C" fn quarc_free(place: *mut u8, size: usize) {
     if let (false, Ok(layout)) = (place.is_null(), Layout::from_size_align(size.max(1), ALIGNMENT))
     {
-        // SAFETY: as the caller says.
+        // SAFETY: guaranteed by the caller.
         unsafe { dealloc(place, layout) };
     }
 }

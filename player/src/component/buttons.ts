@@ -4,7 +4,7 @@ import { ICONS } from "./icons.js";
 import { SPEEDS, type ButtonName } from "./layout.js";
 import type { Session } from "./session.js";
 
-const LIVE_TOLERANCE_S = 1; // a live stream comes in pieces, so that a viewer lags a little
+const LIVE_TOLERANCE_S = 1; // a live stream arrives in pieces, so a viewer is always a little behind
 
 /** Connect the controls of a session. */
 export function connectControls(session: Session, root: ShadowRoot, signal: AbortSignal): void {
@@ -24,13 +24,13 @@ export function connectControls(session: Session, root: ShadowRoot, signal: Abor
 /** Show on the play button what it does next. */
 export function showPlaying(button: HTMLButtonElement, isPlaying: boolean): void {
   const label = isPlaying ? "Pause" : "Play";
-  if (button.ariaLabel === label) return; // a press must not lose the icon that it started on
+  if (button.ariaLabel === label) return; // replacing the icon during a press would lose the click
   button.innerHTML = isPlaying ? ICONS.pause : ICONS.play;
   button.ariaLabel = label;
   button.title = `${label} (Space)`;
 }
 
-/** Show on the live button how many seconds the picture is behind, unless it is about live. */
+/** Show on the live button how many seconds the picture is behind, unless it is nearly live. */
 export function showLive(button: HTMLButtonElement, latency: number | null): void {
   const isBehind = latency !== null && latency > LIVE_TOLERANCE_S;
   button.ariaPressed = String(latency !== null && !isBehind);

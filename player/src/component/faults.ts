@@ -1,4 +1,4 @@
-/** Errors in words for people. */
+/** Error messages for people. */
 
 import type { PlayerFault } from "../protocol.js";
 

@@ -1,9 +1,9 @@
-/** Figures in words for people. */
+/** Figures as text. */
 
 import type { StreamInfo } from "../protocol.js";
 import { rateOf, type Statistics } from "../statistics.js";
 
-/** A number of bytes; a KB is 1024 of them, as in all figures of quarc-ref. */
+/** A number of bytes; a KB is 1024 bytes, as everywhere in quarc-ref. */
 export function formatBytes(bytes: number | null): string {
   if (bytes === null) return "size unknown";
   if (bytes < 1024) return `${bytes} bytes`;

@@ -1,4 +1,4 @@
-/** What is on the buttons: icons of 24 by 24, drawn in the color of the text, and a word. */
+/** The contents of the buttons: icons of 24 by 24 in the color of the text, and a word. */
 
 const draw = (shapes: string): string =>
   `<svg viewBox="0 0 24 24" aria-hidden="true" fill="none" stroke="currentColor" ` +

@@ -52,7 +52,7 @@ export class QuarcPlayer extends HTMLElement {
     this.#session?.refresh();
   }
 
-  /** The player behind the element; null while the element is on no page. */
+  /** The player of the element; null while the element is not on a page. */
   get player(): Player | null {
     return this.#session?.player ?? null;
   }
@@ -81,7 +81,7 @@ export class QuarcPlayer extends HTMLElement {
     return (await this.player?.setFrame(frame)) ?? null;
   }
 
-  /** Pause, and go so many frames on; negative numbers go back. As `Player.setFrame`. */
+  /** Pause, and move by a number of frames; negative numbers go back. As `Player.setFrame`. */
   async step(by = 1): Promise<number | null> {
     return (await this.player?.step(by)) ?? null;
   }
@@ -106,7 +106,7 @@ export class QuarcPlayer extends HTMLElement {
     return this.player?.frame ?? null;
   }
 
-  /** What the stream says of itself; null before its first frame. */
+  /** The description of the stream; null before its first frame. */
   get info(): StreamInfo | null {
     return this.player?.info ?? null;
   }
@@ -131,7 +131,7 @@ export class QuarcPlayer extends HTMLElement {
     const session = this.#session;
     const url = this.getAttribute("src");
     const isLive = this.hasAttribute("live");
-    // The worker has no page that an address could be relative to.
+    // The worker cannot resolve relative addresses.
     const addressed = url === null ? null : { url: new URL(url, document.baseURI).href, isLive };
     const source = this.#source ?? addressed;
     if (session === null || source === null) return;
@@ -166,7 +166,7 @@ export interface QuarcPlayer {
   ): void;
 }
 
-/** The speed that an attribute asks for; 1 unless it is a positive number. */
+/** The speed in an attribute; 1 unless it is a positive number. */
 function parseSpeed(text: string | null): number {
   const speed = Number(text);
   return text !== null && Number.isFinite(speed) && speed > 0 ? speed : 1;

@@ -1,4 +1,4 @@
-/** The user interface of the component, from when it is put on a page to when it is removed. */
+/** The user interface of the component, from its insertion into a page to its removal. */
 
 import { Player } from "../player.js";
 import type { PlayerEvents } from "../player-events.js";
@@ -10,7 +10,7 @@ import { describeLoading, listStatistics } from "./format.js";
 import { layOut, type Layout } from "./layout.js";
 import { Timeline } from "./timeline.js";
 
-const WAITING_MS = 400; // before it is shown that frames are waited for
+const WAITING_MS = 400; // before the waiting indicator is shown
 const FORWARDED: readonly (keyof PlayerEvents)[] = [
   ...(["info", "preview", "frame", "play", "pause", "ended"] as const),
   ...(["waiting", "progress", "view", "liveedge", "error"] as const),
@@ -27,7 +27,7 @@ export class Session {
   #refreshing = 0;
   #waiting = 0;
 
-  /** Throws DrawingError where the browser has no WebGL2. */
+  /** Throws DrawingError if the browser has no WebGL2. */
   constructor(host: HTMLElement, root: ShadowRoot) {
     this.#host = host;
     this.layout = layOut(root);
@@ -43,9 +43,9 @@ export class Session {
     signal.addEventListener("abort", () => resized.disconnect());
   }
 
-  /** Open a stream at a frame; until it is shown, show a poster, which is a picture's address. */
+  /** Open a stream at a frame; until it is shown, show the poster, the address of a picture. */
   open(source: StreamSource, poster: string | null = null, frame: number | null = null): void {
-    // Bytes are transferred: only an address can be opened again.
+    // Bytes are transferred, so only an address can be opened again.
     this.#source = "url" in source ? source : null;
     this.#start = frame;
     this.#timeline.clear();
@@ -65,7 +65,7 @@ export class Session {
 
   toggleFullscreen(): void {
     const isFull = document.fullscreenElement === this.#host;
-    // A page in an iframe may not be allowed to; then nothing happens.
+    // A page in an iframe may not have the permission; then nothing happens.
     void (isFull ? document.exitFullscreen() : this.#host.requestFullscreen()).catch(() => undefined);
   }
 
@@ -120,7 +120,7 @@ export class Session {
     else this.#waiting = window.setTimeout(() => this.#showWaiting(), WAITING_MS);
   }
 
-  /** Show that frames are waited for, unless it is said already. */
+  /** Show that frames are awaited, unless this is shown already. */
   #showWaiting(): void {
     const { waiting, loading, fault } = this.layout;
     waiting.hidden = !(loading.hidden && fault.hidden);
@@ -190,7 +190,7 @@ export class Session {
     showPlaying(layout.buttons.play, player.isPlaying);
     const isLive = info?.isLive === true && player.endFrame === null;
     layout.buttons.live.hidden = !isLive;
-    layout.buttons.loop.hidden = isLive; // there is no end to go on from
+    layout.buttons.loop.hidden = isLive; // it has no end at which to loop
     showLive(layout.buttons.live, player.latency);
     if (!layout.statistics.hidden) this.#listStatistics();
   }

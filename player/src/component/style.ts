@@ -1,4 +1,4 @@
-/** The style of the component: dark and calm, with one accent. */
+/** The style of the component: dark, with one accent color. */
 
 export const STYLE = `
 :host { display: block; position: relative; overflow: hidden; aspect-ratio: 16 / 10; min-height: 240px;

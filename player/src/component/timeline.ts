@@ -1,8 +1,8 @@
 /**
- * The chart under the slider: bytes and decode time of every frame, what is buffered, what is shown.
+ * The chart under the slider: bytes and decode time of every frame, the buffered range, the current frame.
  *
- * The height of a bar is the root of the bytes: frames with many births would otherwise leave
- * nothing to see of the others.
+ * The height of a bar is the square root of the bytes, because frames with many births would otherwise make all others
+ * invisible.
  */
 
 import { formatBytes } from "./format.js";
@@ -21,10 +21,10 @@ interface Bar {
   readonly isCanonical: boolean;
 }
 
-/** The extent of a stream, and where playback is. */
+/** The extent of a stream, and the position of playback. */
 export interface Extent {
   readonly first: number;
-  /** Ordinal after the last frame that is known of. */
+  /** Ordinal after the last known frame. */
   readonly end: number;
   readonly shown: number;
   readonly bufferedTo: number;
@@ -53,7 +53,7 @@ export class Timeline {
     if (!isCanonical) this.#tallest = Math.max(this.#tallest, bytes ?? 0);
   }
 
-  /** A frame in words, for the pointer over it. */
+  /** The description of a frame, shown when the pointer is over it. */
   describe(frame: number): string {
     const bar = this.#bars.get(frame);
     if (bar === undefined) return `frame ${frame}`;
@@ -73,7 +73,7 @@ export class Timeline {
     const count = extent.end - extent.first;
     if (count <= 0) return;
     const pitch = width / count;
-    const step = Math.max(1, Math.floor(1 / pitch)); // frames to a pixel
+    const step = Math.max(1, Math.floor(1 / pitch)); // frames per pixel
     for (let frame = extent.first; frame < extent.end; frame += step) {
       this.#drawBar(context, frame, this.#find(frame, step), extent, pitch * step, height);
     }

@@ -1,8 +1,8 @@
 /**
- * How many frames a stream has so far, from chunk header to chunk header (SPEC 5.2).
+ * Finds the frames of a stream that have arrived, by reading chunk headers (SPEC 5.2).
  *
- * It says where a live stream ends now, and which frame is the last one of a stream without an
- * index. Nothing is proved here: the decoder proves what is shown.
+ * This gives the current end of a live stream, and the last frame of a stream without an index. Headers are not
+ * verified here; the decoder verifies what is shown.
  */
 
 import type { StreamBytes } from "./stream-bytes.js";
@@ -10,28 +10,28 @@ import type { StreamBytes } from "./stream-bytes.js";
 const MAGIC_BYTES = 8;
 const HEADER_BYTES = 20;
 const CRC_BYTES = 4;
-const SYNC = 0xf343519e; // as it reads in little-endian order
+const SYNC = 0xf343519e; // the sync word in little-endian order
 const KIND_AT = 4;
 const LENGTH_AT = 12;
-const ORDINAL_BYTES = 4; // at the beginning of CANO and SNAP
+const ORDINAL_BYTES = 4; // at the start of CANO and SNAP
 
 export class ChunkWalk {
-  /** Ordinal of the last frame that was found complete; null before the first. */
+  /** Ordinal of the last complete frame; null before the first. */
   lastFrame: number | null = null;
-  /** The byte of the stream that is needed to go on. */
+  /** The next byte that is needed. */
   place = MAGIC_BYTES;
-  /** Whether the stream goes no further: behind TAIL, or where no chunk is. */
+  /** Whether the stream has ended: after TAIL, or where there is no chunk. */
   isEnded = false;
   readonly #bytes: StreamBytes;
-  #chunk = MAGIC_BYTES; // where the next one begins
+  #chunk = MAGIC_BYTES; // offset of the next chunk
 
   constructor(bytes: StreamBytes) {
     this.#bytes = bytes;
   }
 
   /**
-   * Go on through the bytes that are at hand. Returns whether no more frames are known of: those
-   * of a live stream that the server has not told of come later.
+   * Read on through the available bytes. Returns whether all known frames have been found; frames of a live stream that
+   * the server has not announced follow later.
    */
   advance(): boolean {
     while (!this.isEnded) {
@@ -59,7 +59,7 @@ export class ChunkWalk {
     this.isEnded = kind === "TAIL";
   }
 
-  /** Bytes of the stream; null, and `place` is the first that is missing, unless all are at hand. */
+  /** Bytes of the stream; if some are missing, sets `place` to the first of them and returns null. */
   #read(from: number, length: number): DataView | null {
     const bytes = new Uint8Array(length);
     for (let done = 0; done < length; ) {

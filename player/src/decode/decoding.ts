@@ -1,7 +1,7 @@
 /**
- * The decode worker without the worker: takes requests and posts frames as they are allowed.
+ * The decode worker without the worker: handles requests and posts frames within the allowed number.
  *
- * Needs neither a page nor a worker, so programs can run it directly.
+ * Needs neither a page nor a worker, so programs can use it directly.
  */
 
 import type { DecodeReply, DecodeRequest } from "../protocol.js";
@@ -37,7 +37,7 @@ export class Decoding {
     if (this.#stream === null) return;
     const run = new Run(request.run, this.#stream, this.#post);
     this.#run = run;
-    // The run before ends first: both use the memory of one module.
+    // The previous run must end first: both use the memory of one module.
     this.#done = this.#done.then(() => this.#play(run, request));
   }
 
@@ -57,7 +57,7 @@ export class Decoding {
   }
 }
 
-/** Whether the module can still be used after an error: not after a trap, nor if it did not load. */
+/** Whether the module can still be used after an error: not after a trap, nor if it failed to load. */
 function isUsable(error: unknown): boolean {
   return !(error instanceof WebAssembly.RuntimeError || error instanceof WebAssembly.CompileError);
 }

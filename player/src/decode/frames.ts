@@ -1,4 +1,4 @@
-/** Frames in order, from anything that takes requests and answers with replies. */
+/** Frames in order, from any decoder that handles requests and sends replies. */
 
 import type { DecodeReply, DecodeRequest, FramePacket, StreamInfo, StreamSource } from "../protocol.js";
 import { StreamError } from "../stream-error.js";
@@ -10,16 +10,16 @@ export interface FramesOptions {
   readonly onInfo?: (info: StreamInfo) => void;
 }
 
-/** A decoder, here or in a worker. */
+/** A decoder in this thread or in a worker. */
 export interface DecodeChannel {
   take(request: DecodeRequest): void;
 }
 
 /**
- * The frames of a stream in order, each as the changes to the one before; the first is full.
+ * The frames of a stream in order, each as the changes to the previous one; the first is complete.
  *
- * Up to `ahead` frames are decoded before they are asked for. Throws StreamError, after all frames
- * before the fault.
+ * Up to `ahead` frames are decoded before they are requested. Throws StreamError, after returning all frames before the
+ * error.
  */
 export async function* generateFrames(
   connect: (receive: (reply: DecodeReply) => void) => DecodeChannel,

@@ -1,6 +1,6 @@
 /**
- * The functions of core/capi/include/quarc.h that the player calls: `core/wasm/build.sh --player`
- * leaves all others out of the module.
+ * The functions of core/capi/include/quarc.h that the player calls. `core/wasm/build.sh --player` removes all others
+ * from the module.
  */
 
 export interface Functions {

@@ -1,4 +1,4 @@
-/** The frames of a stream for programs, in Node or on a page, without a worker or a picture. */
+/** The frames of a stream for programs in Node or on a page, without a worker or canvas. */
 
 import type { FramePacket, StreamSource } from "../protocol.js";
 import { StreamError } from "../stream-error.js";
@@ -10,10 +10,10 @@ export { Splats } from "../splats.js";
 export { StreamError, type FramesOptions };
 
 /**
- * The frames of a stream in order, each as the changes to the one before; the first is full. The
- * next frame is decoded when it is asked for.
+ * The frames of a stream in order, each as the changes to the previous one; the first is complete. The next frame is
+ * decoded on demand.
  *
- * Throws StreamError, after all frames before the fault.
+ * Throws StreamError, after returning all frames before the error.
  */
 export function readFrames(
   source: StreamSource,

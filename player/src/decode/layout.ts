@@ -1,8 +1,8 @@
-/** Structures of core/capi/include/quarc.h, as they lie in a memory of 32 bits. */
+/** Structures of core/capi/include/quarc.h, as laid out in 32-bit memory. */
 
 import type { CaptureCamera, StreamInfo } from "../protocol.js";
 
-/** The part of `StreamInfo` that HEAD says. */
+/** The fields of `StreamInfo` from HEAD. */
 export type Head = Pick<
   StreamInfo,
   | "timescale"

@@ -1,4 +1,4 @@
-/** The stream that is open: its bytes, its index, and how far it goes. */
+/** The open stream: its bytes, its index, and its extent. */
 
 import type { StreamSource } from "../protocol.js";
 import { ChunkWalk } from "./chunk-walk.js";
@@ -6,10 +6,10 @@ import type { Decoder, Index, Quarc } from "./quarc.js";
 import type { Piece } from "./source.js";
 import { makeStreamBytes, type StreamBytes } from "./stream-bytes.js";
 
-const LEAD_BYTES = 1 << 25; // of a live stream, received before they are decoded
+const LEAD_BYTES = 1 << 25; // of a live stream, received ahead of decoding
 const NEVER = new AbortController().signal; // a seek does not abort the search for the index
 
-/** Receives bytes from a place on; null where the stream ends. */
+/** Receives bytes from an offset on; null at the end of the stream. */
 export type Receive = (place: number) => Promise<Piece | null>;
 
 export class OpenStream {
@@ -18,9 +18,9 @@ export class OpenStream {
   readonly isIndexFirst: boolean;
   /** Ordinal of the first frame; null until it is known. */
   firstFrame: number | null = null;
-  /** Of INDX; null until it has been read, and in streams without one. */
+  /** From INDX; null until it has been read, and in streams without one. */
   index: Index | null = null;
-  /** Whether the page has been sent what the index says. */
+  /** Whether the contents of the index have been sent to the page. */
   isIndexPosted = false;
   readonly #walk: ChunkWalk;
   #search: Promise<void> | null = null;
@@ -31,21 +31,21 @@ export class OpenStream {
     this.#walk = new ChunkWalk(this.bytes);
   }
 
-  /** Tell a decoder where the stream ends, if that is known. */
+  /** Set the length of the stream in a decoder, if it is known. */
   limit(decoder: Decoder): void {
     const { size, isLive } = this.bytes;
     if (size !== null && !isLive) decoder.limit(size);
   }
 
   /**
-   * Look for the index beside the frames, so that the first picture does not wait for the end of
-   * the stream. What is wrong there is reported when a seek goes by it.
+   * Look for the index in parallel with the frames, so that the first picture does not wait for the end of the stream.
+   * Errors are reported when a seek uses the index.
    */
   async findIndex(quarc: Quarc): Promise<void> {
     if (this.bytes.isSeekable) await (this.#search ??= this.#searchIndex(quarc));
   }
 
-  /** A frame, or the last one of the stream if that comes first. */
+  /** The frame, or the last one of the stream if that comes first. */
   async clamp(frame: number, quarc: Quarc, receive: Receive): Promise<number> {
     await this.findIndex(quarc);
     const { index, firstFrame } = this;
@@ -57,12 +57,12 @@ export class OpenStream {
     return Math.min(frame, walk.lastFrame ?? 0);
   }
 
-  /** Ordinal of the newest frame of a live stream; null while it is not known. */
+  /** Ordinal of the newest frame of a live stream; null while unknown. */
   get liveEdge(): number | null {
     return this.bytes.isLive && this.#walk.advance() ? this.#walk.lastFrame : null;
   }
 
-  /** Receive more of a live stream, to know how far it goes; `place` is where decoding is. */
+  /** Receive more of a live stream to find its live edge; `place` is the position of decoding. */
   async readAhead(place: number, receive: Receive): Promise<void> {
     const walk = this.#walk;
     while (this.bytes.isLive && !walk.isEnded && walk.place < place + LEAD_BYTES) {

@@ -1,24 +1,24 @@
-/** A picture while loading: a packet of a canonical frame of which not all sections have arrived. */
+/** A picture while loading: a packet of a canonical frame whose sections have not all arrived. */
 
 import type { FramePacket, StreamInfo } from "../protocol.js";
 import type { State } from "./quarc.js";
 
-/** Positions come first, then colors (SPEC 8.5); with them there is something to see. */
+/** Positions come first, then colors (SPEC 8.5); with both, a picture makes sense. */
 export const SECTIONS_TO_SHOW = 2;
 const SECTIONS_TO_OPACITY = 3;
 const SECTIONS_TO_LOG_SCALES = 4;
 const SECTIONS_TO_ROTATIONS = 5;
 const NEIGHBORS = 3; // before and after, in the order of the positions
 const SPREAD = 0.5; // of the distance to the nearest of them: a standard deviation
-const LARGEST = Math.log(6); // more than the median guess, at most
-const LARGEST_BEFORE_OPACITY = Math.log(2); // what is large might hide everything
-const OPACITY_LOGIT = 2; // of Gaussians of median size whose opacity has not arrived: 0.88
-const FADING = 6; // the same is lower by so much where the guess is e times as large
+const LARGEST = Math.log(6); // upper limit, relative to the median guess
+const LARGEST_BEFORE_OPACITY = Math.log(2); // smaller, because large Gaussians might hide everything
+const OPACITY_LOGIT = 2; // of Gaussians of median size whose opacity has not arrived: an opacity of 0.88
+const FADING = 6; // by which it is lower for a size that is e times as large
 const LEAST_LOGIT = -6;
-const OPACITY_CODE = 3; // its place among the codes of a Gaussian
-const PLAIN_CODES = 7; // before those of SH rest, which come last
+const OPACITY_CODE = 3; // its row among the codes of a Gaussian
+const PLAIN_CODES = 7; // before those of SH rest
 
-/** Positions, and what they say of sizes: logarithms of guessed deviations, lattice units. */
+/** Positions, and the sizes guessed from them: logarithms of standard deviations, lattice units. */
 interface Places {
   readonly positions: Int32Array;
   readonly logSizes: Float32Array;
@@ -31,12 +31,12 @@ type Steps = Pick<StreamInfo, "logScaleStep" | "opacityStep" | "latticeExponent"
 export class Preview {
   #known: Places | null = null;
 
-  /** Take the positions, and guess sizes, while the colors are still being received. */
+  /** Take the positions, and guess sizes, while the colors are still arriving. */
   prepare({ count, positions }: State): Places {
     return (this.#known ??= measurePlaces(interleave(new Int32Array(3 * count), positions)));
   }
 
-  /** The packet of what is known, complete but for its run and its time. */
+  /** The packet of what is known; run and time are set by the caller. */
   make(state: State, sections: number, steps: Steps): Omit<FramePacket, "run" | "decodeMs"> {
     const { frame, count, rotations } = state;
     const slots = new Uint32Array(count).map((_, slot) => slot);
@@ -74,13 +74,13 @@ export class Preview {
   }
 }
 
-/** Sections with which a column of codes is known. */
+/** Number of sections after which a column of codes is known. */
 function sectionsTo(column: number): number {
   if (column < OPACITY_CODE) return SECTIONS_TO_LOG_SCALES;
   return column === OPACITY_CODE ? SECTIONS_TO_OPACITY : SECTIONS_TO_SHOW;
 }
 
-/** Guess sizes by how near the neighbors are. */
+/** Guess sizes from the distances to neighbors. */
 function measurePlaces(positions: Int32Array): Places {
   const count = positions.length / 3;
   const logSizes = new Float32Array(count);
@@ -100,14 +100,14 @@ function measurePlaces(positions: Int32Array): Places {
   return { positions, logSizes, median: Number.isFinite(median) ? median : 0 };
 }
 
-/** Give every Gaussian one size: how it is turned is not known yet. */
+/** Make every Gaussian a sphere, because rotations are not known yet. */
 function makeRound(codes: Int16Array, width: number): void {
   for (let at = 0; at < codes.length; at += width) {
     codes.fill(Math.round((codes[at]! + codes[at + 1]! + codes[at + 2]!) / 3), at, at + 3);
   }
 }
 
-/** Planes to rows, of the columns that are given. */
+/** Convert the given planes to rows. */
 function interleave<T extends Int32Array | Int16Array>(
   rows: T,
   planes: readonly T[],

@@ -12,7 +12,7 @@ import { readCamera, readHead, type Head } from "./layout.js";
 const STATUS = { OK: 0, FRAME: 1, END: 3, MISUSE: -3 };
 const SCRATCH_BYTES = 256;
 
-/** A stream is invalid by the rule `rejectId` of SPEC 3.3, or, where that is null, too large. */
+/** A stream is invalid by the rule `rejectId` of SPEC 3.3; or too large, if that is null. */
 export class QuarcError extends Error {
   override readonly name = "QuarcError";
   constructor(
@@ -36,16 +36,16 @@ export interface State {
   readonly codes: readonly Int16Array[];
 }
 
-/** What the index at the end of a stream says. */
+/** The contents of the index at the end of a stream. */
 export interface Index {
   readonly frameCount: number;
   readonly canonicalFrames: readonly number[];
 }
 
-/** What a stream says of itself before its first frame. */
+/** The description of a stream that precedes its first frame. */
 export type StreamHead = Head & Pick<StreamInfo, "cameras" | "metadata">;
 
-/** Bytes of a stream, from a place up to another. */
+/** A range of bytes of a stream; the end is exclusive. */
 export interface Range {
   readonly begin: number;
   readonly end: number;
@@ -74,7 +74,7 @@ export class Quarc {
     return this.functions.memory.buffer.byteLength;
   }
 
-  /** A decoder of the frames from one on. */
+  /** A decoder of the frames from `start` on. */
   open(start: number): Decoder {
     return new Decoder(this, this.functions.quarc_open_parts(start));
   }
@@ -87,17 +87,17 @@ export class Quarc {
     return new TextDecoder().decode(this.view(Uint8Array, place, length).slice());
   }
 
-  /** The text at a place, up to a zero; null of none. */
+  /** The zero-terminated text at an address; null for address 0. */
   textAt(place: number): string | null {
     if (place === 0) return null;
     const bytes = new Uint8Array(this.functions.memory.buffer, place);
     return this.text(place, bytes.indexOf(0));
   }
 
-  /** Room in the module while `use` needs it. */
+  /** Allocate memory in the module for the duration of `use`. */
   lend<T>(size: number, use: (place: number) => T): T {
     const place = this.functions.quarc_allocate(size);
-    if (place === 0) throw new QuarcError(`no room for ${size} bytes`, null);
+    if (place === 0) throw new QuarcError(`cannot allocate ${size} bytes`, null);
     try {
       return use(place);
     } finally {
@@ -106,7 +106,7 @@ export class Quarc {
   }
 }
 
-/** A decoder of a stream that is read in parts. */
+/** A decoder that reads byte ranges of a stream. */
 export class Decoder {
   readonly #quarc: Quarc;
   readonly #call: Functions;
@@ -118,7 +118,7 @@ export class Decoder {
     this.#handle = handle;
   }
 
-  /** Hand over bytes that stand at a place of the stream. */
+  /** Pass bytes at an offset of the stream. */
   put(offset: number, bytes: Uint8Array): void {
     this.#quarc.lend(bytes.length, (place) => {
       this.#quarc.view(Uint8Array, place, bytes.length).set(bytes);
@@ -126,12 +126,12 @@ export class Decoder {
     });
   }
 
-  /** Say how many bytes the whole stream has. */
+  /** Set the length of the whole stream in bytes. */
   limit(size: number): void {
     this.#check(this.#call.quarc_limit(this.#handle, BigInt(size)));
   }
 
-  /** The next frame, "end", or null where bytes are missing. */
+  /** The next frame, "end", or null if bytes are missing. */
   pull(): State | "end" | null {
     const { scratch } = this.#quarc;
     const status = this.#check(this.#call.quarc_pull(this.#handle, scratch));
@@ -140,8 +140,8 @@ export class Decoder {
   }
 
   /**
-   * After `pull` returned null: what is known of a canonical frame that is still arriving, and how
-   * many of its sections that is (SPEC 8.5); null if nothing was added since the last call.
+   * After `pull` returned null: a preview of a canonical frame that is still arriving, and the number of its sections
+   * that have been decoded (SPEC 8.5); null if there is nothing new since the last call.
    */
   preview(): { state: State; sections: number } | null {
     const { scratch } = this.#quarc;
@@ -151,7 +151,7 @@ export class Decoder {
     return { state: this.#readState(), sections };
   }
 
-  /** The bytes that `pull` or `findIndex` lacked; null where none are missing. */
+  /** The range of bytes that `pull` or `findIndex` lacked; null if none are missing. */
   missing(): Range | null {
     const { scratch } = this.#quarc;
     if (this.#call.quarc_missing(this.#handle, scratch) !== STATUS.OK) return null;
@@ -159,14 +159,14 @@ export class Decoder {
     return { begin: Number(begin), end: Number(end) };
   }
 
-  /** Where the chunk after the last frame begins. */
+  /** Offset of the chunk after the last frame. */
   get offset(): number {
     const { scratch } = this.#quarc;
     this.#check(this.#call.quarc_offset(this.#handle, scratch));
     return Number(this.#quarc.view(BigUint64Array, scratch, 1)[0]);
   }
 
-  /** Frames of the stream, and which of them are canonical; null while INDX is not at hand. */
+  /** The number of frames, and the canonical ones; null while INDX is not available. */
   findIndex(): Index | null {
     const { scratch } = this.#quarc;
     const ask = (place: number, room: number) =>
@@ -179,7 +179,7 @@ export class Decoder {
     });
   }
 
-  /** Header, cameras and metadata, once a frame or a preview is there. */
+  /** Header, cameras and metadata, available with the first frame or preview. */
   get streamHead(): StreamHead {
     const { head, cameras, metadata } = this;
     if (head === null) throw new Error("a frame before the header");
@@ -193,7 +193,7 @@ export class Decoder {
     return readHead(this.#memory, scratch);
   }
 
-  /** Whether frames may change the codes of Gaussians that live on. */
+  /** Whether frames may change the codes of existing Gaussians. */
   get hasUpdates(): boolean {
     const { scratch } = this.#quarc;
     this.#check(this.#call.quarc_head(this.#handle, scratch));
@@ -218,7 +218,7 @@ export class Decoder {
     return Object.fromEntries(entries);
   }
 
-  /** Free it and all that it has given out; a second time this does nothing. */
+  /** Free the decoder and all memory that it returned; a second call does nothing. */
   close(): void {
     const { scratch } = this.#quarc;
     this.#quarc.view(Uint32Array, scratch, 1)[0] = this.#handle;
@@ -254,7 +254,7 @@ export class Decoder {
 
   #check(status: number): number {
     if (status >= 0) return status;
-    if (status === STATUS.MISUSE) throw new Error("a call that has no meaning here");
+    if (status === STATUS.MISUSE) throw new Error("invalid call");
     const message = this.#quarc.textAt(this.#call.quarc_message(this.#handle));
     const rejectId = this.#quarc.textAt(this.#call.quarc_reject_id(this.#handle));
     throw new QuarcError(message ?? "the decoder is broken", rejectId);

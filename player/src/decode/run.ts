@@ -1,4 +1,4 @@
-/** One opening or seek: from the first byte that is read to the last frame that is posted. */
+/** One opening or seek, from the first byte read to the last frame posted. */
 
 import type { FramePacket, StreamInfo } from "../protocol.js";
 import type { Post } from "./decoding.js";
@@ -13,7 +13,7 @@ const PREVIEW_PAUSE_MS = 250;
 
 export class Run {
   readonly number: number;
-  /** Ordinal of the frame that was posted last. */
+  /** Ordinal of the last posted frame. */
   frame: number | null = null;
   readonly #stream: OpenStream;
   readonly #post: Post;
@@ -25,8 +25,8 @@ export class Run {
   #previewAt = -Infinity;
   #head: StreamHead | null = null;
   #hasUpdates = false;
-  #liveEdge: number | null = null; // as it was posted last
-  #place = 0; // of the stream, behind the frame that was posted last
+  #liveEdge: number | null = null; // as last posted
+  #place = 0; // offset in the stream, after the last posted frame
 
   constructor(number: number, stream: OpenStream, post: Post) {
     this.number = number;
@@ -42,20 +42,20 @@ export class Run {
     this.#ended.abort();
   }
 
-  /** Allow so many more frames to be posted. */
+  /** Allow more frames to be posted. */
   allow(frames: number): void {
     this.#credit += frames;
     this.#wake();
   }
 
   /**
-   * Post the frames from `start` to the end of the stream; with `orLast` the last frame if the
-   * stream ends before it.
+   * Post the frames from `start` to the end of the stream; with `orLast`, the last frame if the stream ends before
+   * `start`.
    */
   async play(quarc: Quarc, start: number, orLast = false): Promise<void> {
     const { bytes, isIndexFirst } = this.#stream;
     if (isIndexFirst) {
-      await bytes.next(0, this.#ended.signal); // its answer tells whether the end can be read
+      await bytes.next(0, this.#ended.signal); // the response tells whether the end can be read
       await this.#stream.findIndex(quarc);
     }
     const decoder = quarc.open(orLast ? await this.#clamp(start, quarc) : start);
@@ -92,11 +92,11 @@ export class Run {
     this.#postEnd();
   }
 
-  /** Hand over the bytes that the decoder is waiting for. */
+  /** Pass the bytes that the decoder needs. */
   async #readOn(decoder: Decoder): Promise<void> {
     const { bytes } = this.#stream;
     const range = decoder.missing();
-    if (range === null) throw new Error("the decoder waits for nothing");
+    if (range === null) throw new Error("the decoder lacks no bytes");
     const piece = await this.#receive(range.begin, this.#ended.signal);
     if (piece === null) decoder.limit(bytes.size ?? range.begin);
     else {
@@ -113,7 +113,7 @@ export class Run {
     return piece;
   }
 
-  /** A frame, or the last one of the stream if that comes first. */
+  /** The frame, or the last one of the stream if that comes first. */
   async #clamp(frame: number, quarc: Quarc): Promise<number> {
     const { signal } = this.#ended;
     const receive = (place: number): Promise<Piece | null> => this.#receive(place, signal);
@@ -128,7 +128,7 @@ export class Run {
       this.#postLiveEdge();
       return this.#receive(place, signal);
     };
-    // If the server fails, it is said when the bytes are decoded.
+    // If the server fails, the error is reported when the bytes are decoded.
     await this.#stream.readAhead(this.#place, receive).catch(() => undefined);
   }
 
@@ -153,7 +153,7 @@ export class Run {
     signal.throwIfAborted();
   }
 
-  /** Read the header of the stream at the first frame or preview, and post it if it is news. */
+  /** Read the header of the stream at the first frame or preview, and post it if it is new. */
   #learn(decoder: Decoder, frame: number): void {
     this.#head = decoder.streamHead;
     this.#hasUpdates = decoder.hasUpdates;
@@ -162,7 +162,7 @@ export class Run {
     this.#postInfo(this.#head);
   }
 
-  /** Look for the index, and post what it says. */
+  /** Look for the index, and post its contents. */
   async #findIndex(quarc: Quarc): Promise<void> {
     if (this.#stream.isIndexPosted) return;
     await this.#stream.findIndex(quarc);
@@ -184,7 +184,7 @@ export class Run {
     this.#post({ kind: "info", info, run: this.number }, []);
   }
 
-  /** Post what has arrived of the very first frame, if there is more to see than before. */
+  /** Post a preview of the first frame, if more of it has arrived. */
   #postPreview(decoder: Decoder): void {
     const isWanted = this.#stream.firstFrame === null || this.#previewAt > -Infinity;
     const begun = performance.now();
@@ -224,7 +224,7 @@ export class Run {
   }
 }
 
-/** Let messages in. */
+/** Let the worker receive messages. */
 function nextTask(): Promise<void> {
   return new Promise((resolve) => {
     const { port1, port2 } = new MessageChannel();

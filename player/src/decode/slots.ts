@@ -1,4 +1,4 @@
-/** States to packets: a slot to each Gaussian for as long as it lives, and what changed of it. */
+/** Converts states to packets: every Gaussian keeps a slot as long as it lives, and packets list the changes. */
 
 import type { FramePacket } from "../protocol.js";
 import type { State } from "./quarc.js";
@@ -6,7 +6,7 @@ import type { State } from "./quarc.js";
 const NO_SLOT = 0xffff_ffff;
 const MOTION_PLANES = 7;
 
-/** What a packet tells beside the Gaussians. */
+/** The fields of a packet that are not about Gaussians. */
 export type Extras = Pick<FramePacket, "run" | "bytes" | "decodeMs">;
 
 export class Slots {
@@ -16,13 +16,13 @@ export class Slots {
   #free: number[] = [];
   #limit = 0;
   #isFull = true;
-  // By slot: what is known of it, and what this frame did to it.
+  // Indexed by slot: the last known values, and what this frame changed.
   #motion = new Int32Array(0);
   #codes: Int16Array[] = [];
   #isMoved = new Uint8Array(0);
   #isCoded = new Uint8Array(0);
 
-  /** The packet of the next state; that of the first one is full. */
+  /** The packet of the next state; the first one is complete. */
   take(state: State, hasUpdates: boolean, extras: Extras): FramePacket {
     const freedSlots = this.#assign(state.ids);
     this.#grow(state.codes.length);
@@ -53,7 +53,7 @@ export class Slots {
     });
   }
 
-  /** Give every row its slot; returns the slots that nobody has any longer. Ids ascend. */
+  /** Give every row its slot; returns the slots that are no longer used. Ids ascend. */
   #assign(ids: Uint32Array): Uint32Array {
     const [before, known] = [this.#ids, this.#rows];
     const rows = new Uint32Array(ids.length);
@@ -78,7 +78,7 @@ export class Slots {
     return Uint32Array.from(left.filter((slot) => isFree.has(slot))).sort();
   }
 
-  /** Make room for all slots. */
+  /** Grow the arrays to all slots. */
   #grow(codePlanes: number): void {
     if (this.#limit <= this.#isMoved.length && this.#codes.length === codePlanes) return;
     const room = Math.ceil(1.25 * this.#limit);
@@ -91,7 +91,7 @@ export class Slots {
   }
 }
 
-/** Bring what is known of places and rotations up to date, and mark the slots where it was not. */
+/** Update the known positions and rotations, and mark the slots that changed. */
 function updateMotion(state: State, slots: Uint32Array, known: Int32Array, marks: Uint8Array): void {
   const [x, y, z] = state.positions as [Int32Array, Int32Array, Int32Array];
   const [w, i, j, k] = state.rotations as [Int32Array, Int32Array, Int32Array, Int32Array];
@@ -120,7 +120,7 @@ function updateMotion(state: State, slots: Uint32Array, known: Int32Array, marks
   }
 }
 
-/** The same of a plane of codes. */
+/** Update the known codes of one plane, likewise. */
 function updatePlane(plane: Int16Array, slots: Uint32Array, known: Int16Array, marks: Uint8Array): void {
   for (let row = 0; row < slots.length; row++) {
     const slot = slots[row] as number;
@@ -131,9 +131,9 @@ function updatePlane(plane: Int16Array, slots: Uint32Array, known: Int16Array, m
   }
 }
 
-/** The slots that are marked, ascending. */
+/** The marked slots, ascending. */
 function list(marks: Uint8Array): Uint32Array {
-  const slots = new Uint32Array(marks.length + 1); // written to before it is known whether to stay
+  const slots = new Uint32Array(marks.length + 1); // each slot is written before it is known whether it counts
   let count = 0;
   for (let slot = 0; slot < marks.length; slot++) {
     slots[count] = slot;

@@ -1,26 +1,26 @@
-/** A stream on a server: range requests where the server answers them, retries where it fails. */
+/** A stream on a server, by range requests if the server supports them, with retries. */
 
 import type { StreamSource } from "../protocol.js";
 
-const RETRIES = 4; // in a row, without a byte in between
+const RETRIES = 4; // in a row, without receiving a byte
 const FIRST_PAUSE_MS = 100;
 const LIVE_PAUSE_MS = 500;
 
-/** The stream cannot be received; says nothing about its contents. */
+/** The stream cannot be received; this says nothing about its contents. */
 export class NetworkError extends Error {
   override readonly name = "NetworkError";
 }
 
-/** Bytes at a place of a stream. */
+/** Bytes at an offset of a stream. */
 export interface Piece {
   readonly offset: number;
   readonly bytes: Uint8Array;
 }
 
 export class HttpSource {
-  /** Size of the stream in bytes, once the server has told; of a live stream, its size so far. */
+  /** Size of the stream in bytes, once known; for a live stream, its size so far. */
   size: number | null = null;
-  /** Whether the server answers range requests. */
+  /** Whether the server supports range requests. */
   hasRanges = false;
   readonly isLive: boolean;
   readonly #url: string;
@@ -33,8 +33,7 @@ export class HttpSource {
   }
 
   /**
-   * The bytes from a place to the end of the stream; of a live stream, also those that are written
-   * later.
+   * The bytes from an offset to the end of the stream; for a live stream, including those written later.
    */
   async *read(offset: number, signal: AbortSignal): AsyncGenerator<Piece, void, void> {
     let place = offset;
@@ -55,7 +54,7 @@ export class HttpSource {
     }
   }
 
-  /** The bytes of one answer from a place on. */
+  /** The bytes of one response from an offset on. */
   async *#request(place: number, signal: AbortSignal): AsyncGenerator<Piece, void, void> {
     const headers = { ...this.#headers, Range: `bytes=${place}-` };
     const response = await fetch(this.#url, { headers, signal, cache: this.isLive ? "no-store" : "no-cache" });
@@ -70,15 +69,15 @@ export class HttpSource {
         if (passed < value.length) yield { offset: offset + passed, bytes: value.subarray(passed) };
         offset += value.length;
       }
-      // A complete answer ends where the stream ends.
-      if (this.size !== null && offset < this.size) throw new TypeError("the answer was cut short");
+      // A complete response ends at the end of the stream.
+      if (this.size !== null && offset < this.size) throw new TypeError("the response was truncated");
       this.size = offset;
     } finally {
       void reader.cancel().catch(() => undefined);
     }
   }
 
-  /** Where the body of an answer begins; null if the stream has nothing there (yet). */
+  /** The offset of a response's body; null if the stream has no bytes there (yet). */
   #begin(response: Response, place: number): number | null {
     const { status, headers } = response;
     const range = /^bytes (?:(\d+)-\d+|\*)\/(\d+)$/.exec(headers.get("Content-Range") ?? "");

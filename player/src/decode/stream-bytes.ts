@@ -1,32 +1,32 @@
 /**
- * The bytes of a stream as the decoder asks for them: in memory, or received from a server.
+ * The bytes of a stream as the decoder requests them: in memory, or from a server.
  *
- * What a server has sent is kept, up to a limit, so that seeking back and playing in a loop ask
- * for nothing twice. One answer is read on for as long as it leads to the wanted bytes; it belongs
- * to the stream and not to a seek, so a seek does not start a download over.
+ * Received bytes are kept, up to a limit, so that seeking back and looping request nothing twice. A response is read on
+ * as long as it leads to the wanted bytes. It belongs to the stream and not to a seek, so that a seek does not restart
+ * a download.
  */
 
 import type { StreamSource } from "../protocol.js";
 import { HttpSource, type Piece } from "./source.js";
 
 const BLOCK_BYTES = 1 << 16;
-const BLOCKS = 1024; // that are kept: 64 MiB
-const SKIP_BYTES = 1 << 17; // reading on past so many bytes is faster than a new request
-const END_BYTES = 1 << 12; // hold TAIL and, of most streams, INDX
+const BLOCKS = 1024; // maximum number kept: 64 MiB
+const SKIP_BYTES = 1 << 17; // reading past so many bytes is faster than a new request
+const END_BYTES = 1 << 12; // contains TAIL and, for most streams, INDX
 
 export interface StreamBytes {
   /** Size of the stream, if known. */
   readonly size: number | null;
-  /** Whether its end can be read before what comes first. */
+  /** Whether its end can be read before its start. */
   readonly isSeekable: boolean;
   readonly isLive: boolean;
   /** Bytes received so far. */
   readonly received: number;
-  /** Return the bytes from a place on that are at hand without a request; null if there are none. */
+  /** Return the available bytes from an offset on without a request; null if there are none. */
   find(place: number): Uint8Array | null;
-  /** Return some bytes from a place on, or null where the stream ends. */
+  /** Return some bytes from an offset on, or null at the end of the stream. */
   next(place: number, signal: AbortSignal): Promise<Piece | null>;
-  /** Request the end of the stream beside what is being read, and keep it. */
+  /** Request the end of the stream in parallel, and keep it. */
   prefetchEnd(): Promise<void>;
   close(): void;
 }
@@ -66,13 +66,13 @@ class MemoryBytes implements StreamBytes {
   close(): void {}
 }
 
-/** An answer of the server that is still arriving. */
+/** A response that is still arriving. */
 interface Download {
   readonly pieces: AsyncGenerator<Piece, void, void>;
   readonly abort: AbortController;
-  /** Where its next piece begins. */
+  /** Offset of its next piece. */
   place: number;
-  /** Resolves when that piece has been kept: false if the answer is over. */
+  /** Resolves when that piece has been stored: false if the response has ended. */
   coming: Promise<boolean> | null;
 }
 
@@ -111,7 +111,7 @@ class ReceivedBytes implements StreamBytes {
       if (this.size !== null && place >= this.size && !this.isLive) return null;
       const download = this.#find(place);
       download.coming ??= this.#receive(download);
-      // If a seek aborts the wait, the piece is kept all the same for whoever asks next.
+      // If a seek aborts the wait, the piece is stored all the same.
       if (!(await unlessAborted(download.coming, signal))) return null;
     }
   }
@@ -129,7 +129,7 @@ class ReceivedBytes implements StreamBytes {
     this.#ended.abort();
   }
 
-  /** The download that leads to a place; a new one if the present one does not. */
+  /** The download that leads to an offset; a new one if the current one does not. */
   #find(place: number): Download {
     const known = this.#download;
     const reach = this.#source.hasRanges ? SKIP_BYTES : Infinity;
@@ -162,14 +162,14 @@ class ReceivedBytes implements StreamBytes {
   }
 }
 
-/** A block of a stream, of which the bytes from `begin` up to `end` are known. */
+/** A block of a stream whose bytes from `begin` up to `end` are known. */
 interface Block {
   readonly bytes: Uint8Array;
   begin: number;
   end: number;
 }
 
-/** Bytes by their place; the oldest blocks are dropped. */
+/** Bytes by offset; the oldest blocks are dropped. */
 class Kept {
   readonly #blocks = new Map<number, Block>();
 
@@ -186,7 +186,7 @@ class Kept {
     }
   }
 
-  /** The known bytes from a place on, within its block; null if there are none. */
+  /** The known bytes from an offset on, within its block; null if there are none. */
   find(place: number): Uint8Array | null {
     const block = this.#blocks.get(Math.floor(place / BLOCK_BYTES));
     const within = place % BLOCK_BYTES;
@@ -205,7 +205,7 @@ class Kept {
   }
 }
 
-/** What a promise resolves to, unless the signal aborts first. */
+/** The result of a promise, unless the signal aborts first. */
 export function unlessAborted<T>(promise: Promise<T>, signal: AbortSignal): Promise<T> {
   return new Promise((resolve, reject) => {
     const abort = (): void => reject(signal.reason as Error);

@@ -1,14 +1,14 @@
-/** Where pictures are taken from, and how they fit into the room that a page has for them. */
+/** Cameras from which pictures are taken, and how their pictures fit into the canvas. */
 
 /** Three numbers: x, y, z. */
 export type Vector = readonly [number, number, number];
 
 /**
- * A pinhole camera (SPEC 5.6): a point p of the world is at R p + t in it, x right, y down, z
- * ahead, and at pixel (fx x / z + cx, fy y / z + cy). A `CaptureCamera` is one.
+ * A pinhole camera (SPEC 5.6): a world point p is at R p + t in camera coordinates (x right, y down, z ahead) and at
+ * pixel (fx x / z + cx, fy y / z + cy). `CaptureCamera` has this type.
  */
 export interface Eye {
-  /** R, row by row. */
+  /** R, row-major. */
   readonly rotation: readonly number[];
   /** t, world units. */
   readonly translation: readonly number[];
@@ -19,11 +19,11 @@ export interface Eye {
   readonly fy: number;
   readonly cx: number;
   readonly cy: number;
-  /** Least depth of what is seen, world units. */
+  /** Minimum visible depth, world units. */
   readonly near: number;
 }
 
-/** A rectangle of pixels, from the upper left. */
+/** A rectangle of pixels, from the upper left corner. */
 export interface Area {
   readonly left: number;
   readonly top: number;
@@ -31,13 +31,13 @@ export interface Area {
   readonly height: number;
 }
 
-/** The row of R that says how far a point is to the right (0), down (1) or ahead (2). */
+/** The row of R for the distance of a point to the right (0), down (1) or ahead (2). */
 export function axisOf(eye: Eye, row: 0 | 1 | 2): Vector {
   const [x = 0, y = 0, z = 0] = eye.rotation.slice(3 * row, 3 * row + 3);
   return [x, y, z];
 }
 
-/** Where the eye is in the world: -R' t, for an R that turns and mirrors at most. */
+/** The position of the eye in the world: -R' t, if R only rotates and mirrors. */
 export function centerOf(eye: Eye): Vector {
   const [x = 0, y = 0, z = 0] = eye.translation;
   const [right, down, ahead] = [axisOf(eye, 0), axisOf(eye, 1), axisOf(eye, 2)];
@@ -45,7 +45,7 @@ export function centerOf(eye: Eye): Vector {
   return [along(0), along(1), along(2)];
 }
 
-/** The largest area of the eye's proportions in the middle of so many pixels. */
+/** The largest area with the eye's proportions in the middle of a canvas. */
 export function fitArea(eye: Eye, width: number, height: number): Area {
   const scale = Math.min(width / eye.width, height / eye.height);
   const size = { width: Math.round(eye.width * scale), height: Math.round(eye.height * scale) };
@@ -56,7 +56,7 @@ export function fitArea(eye: Eye, width: number, height: number): Area {
   };
 }
 
-/** The same picture in so many pixels. */
+/** The same picture with another number of pixels. */
 export function resizeEye(eye: Eye, width: number, height: number): Eye {
   const [across, down] = [width / eye.width, height / eye.height];
   return {
@@ -70,7 +70,7 @@ export function resizeEye(eye: Eye, width: number, height: number): Eye {
   };
 }
 
-/** All that there is to see around the picture in so many pixels: it stays as large in them. */
+/** A picture of another size that also shows the surroundings; the original picture keeps its scale. */
 export function widenEye(eye: Eye, width: number, height: number): Eye {
   const area = fitArea(eye, width, height);
   const inner = resizeEye(eye, area.width, area.height);

@@ -1,10 +1,10 @@
 /**
- * Draws the Gaussians of a frame as SPEC 10.3 says.
+ * Draws the Gaussians of a frame as in SPEC 10.3.
  *
- * They are blended back to front, so that eight bits serve: each blend rounds by half a step, and
- * what lies in front fades that away; front to back, small shares of the light would be rounded
- * to nothing. One thing blending cannot do: a pixel does not stop before T <= 1e-4. What differs
- * is the Gaussians that would have been left out there, one hundredth of the light at most.
+ * They are blended back to front, because eight bits suffice for this: each blend rounds by half a step, and Gaussians
+ * in front attenuate the error; front to back, small contributions would be rounded to nothing. One rule cannot be
+ * implemented by blending: a pixel does not stop at T <= 1e-4. The difference is the Gaussians behind, one hundredth of
+ * the light at most.
  */
 
 import type { FramePacket, StreamInfo } from "../protocol.js";
@@ -33,7 +33,7 @@ export class Painter {
   readonly #uniforms = new Map<string, WebGLUniformLocation | null>();
   #count = 0;
 
-  /** A painter of streams that have the header of this one. */
+  /** A painter of streams with the same header. */
   constructor(gl: WebGL2RenderingContext, info: StreamInfo) {
     this.gl = gl;
     this.#program = buildProgram(gl, splatVertexShader(info.shDegree), SPLAT_FRAGMENT_SHADER);
@@ -51,19 +51,19 @@ export class Painter {
     this.#setSteps(info);
   }
 
-  /** Take over what a frame changed; nothing is drawn yet. */
+  /** Upload the changes of a frame, without drawing. */
   apply(packet: FramePacket): void {
     this.#slots.apply(packet);
   }
 
-  /** Draw these slots from now on, farthest first. */
+  /** Set the slots to draw, farthest first. */
   setOrder(order: Uint32Array): void {
     this.gl.bindBuffer(this.gl.ARRAY_BUFFER, this.#orderBuffer);
     this.gl.bufferData(this.gl.ARRAY_BUFFER, order, this.gl.STREAM_DRAW);
     this.#count = order.length;
   }
 
-  /** Draw what an eye sees into an area of its size; all around it is black. */
+  /** Draw what an eye sees into an area of its size; the rest of the canvas is black. */
   paint(eye: Eye, area: Area, height: number, target: WebGLFramebuffer | null = null): void {
     const gl = this.gl;
     const bottom = height - area.top - area.height;
@@ -125,6 +125,6 @@ export class Painter {
 /** Open a canvas for drawing. */
 export function openContext(canvas: HTMLCanvasElement): WebGL2RenderingContext {
   const gl = canvas.getContext("webgl2", CONTEXT);
-  if (gl === null) throw new DrawingError("this browser has no WebGL2, or has it switched off");
+  if (gl === null) throw new DrawingError("this browser has no WebGL2, or it is disabled");
   return gl;
 }

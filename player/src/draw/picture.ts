@@ -1,4 +1,4 @@
-/** Pictures as numbers, drawn apart from the page. */
+/** Pictures as numbers, drawn off screen. */
 
 import type { Eye } from "./eye.js";
 import type { Painter } from "./painter.js";
@@ -7,7 +7,7 @@ import { DrawingError } from "./programs.js";
 /** The format of the target: 32-bit floats, or the 8 bits of the screen. */
 export type Depth = "float" | "bytes";
 
-/** Draw what an eye sees at its own size; return red, green, blue from 0 to 1, row by row. */
+/** Draw what an eye sees at its own size; returns red, green, blue from 0 to 1, row by row. */
 export function takePicture(painter: Painter, eye: Eye, depth: Depth): Float32Array {
   const { gl } = painter;
   if (depth === "float" && !canBlendFloats(gl)) {
@@ -35,7 +35,7 @@ function canBlendFloats(gl: WebGL2RenderingContext): boolean {
   return names.every((name) => gl.getExtension(name) !== null);
 }
 
-/** Read a framebuffer, whose first row is the lowest, from the top. */
+/** Read a framebuffer from top to bottom; its first row is the lowest. */
 function readPixels(
   gl: WebGL2RenderingContext,
   width: number,

@@ -1,6 +1,6 @@
-/** Programs of WebGL, built or rejected with what the driver says. */
+/** WebGL programs; errors include the messages of the driver. */
 
-/** What this machine cannot do, or does no longer. */
+/** Drawing is not possible on this machine, or no longer. */
 export class DrawingError extends Error {
   override readonly name = "DrawingError";
 }
@@ -25,7 +25,7 @@ export function buildProgram(
   return program;
 }
 
-/** Give textures and other samplers of a program the units 0, 1, 2, ... in this order. */
+/** Assign the units 0, 1, 2, ... to the samplers of a program in this order. */
 export function numberSamplers(
   gl: WebGL2RenderingContext,
   program: WebGLProgram,

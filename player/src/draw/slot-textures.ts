@@ -1,14 +1,14 @@
 /**
- * The state of all slots in textures of integers, as the stream has it.
+ * The state of all slots in textures of integers, as in the stream.
  *
- * What a frame changes goes up as vertices, one to a slot, and each is drawn as a point of one
- * pixel into all textures at once. So a frame costs what it changes, wherever its slots lie.
+ * The changes of a frame are uploaded as vertices, one per slot, and each is drawn as a point of one pixel into all
+ * textures at once. The cost of a frame thus depends on what it changes, not on which slots these are.
  */
 
 import type { FramePacket } from "../protocol.js";
 import { buildProgram, DrawingError } from "./programs.js";
 
-/** Slots lie in rows of so many: 2 ** ROW_BITS. */
+/** Slots per row of the textures: 2 ** ROW_BITS. */
 export const ROW_BITS = 11;
 const ROW = 1 << ROW_BITS;
 const ROWS_AT_FIRST = 8;
@@ -18,7 +18,7 @@ interface Layer {
   readonly format: GLenum;
   readonly componentType: GLenum;
   readonly bytesPerComponent: number;
-  /** Components of each texture that vertices bring along; the others are 0 or 1. */
+  /** Components of each texture that vertices supply; the others are 0 or 1. */
   readonly sizes: readonly number[];
   readonly program: WebGLProgram;
   readonly slotBuffer: WebGLBuffer;
@@ -45,7 +45,7 @@ export class SlotTextures {
     return [...this.#moved.textures, ...this.#coded.textures];
   }
 
-  /** Take over what a frame changed. */
+  /** Upload the changes of a frame. */
   apply(packet: FramePacket): void {
     this.#reserve(packet.slotLimit, !packet.isFull);
     this.#write(this.#moved, packet.movedSlots, [packet.positions, packet.rotations]);
@@ -83,13 +83,13 @@ export class SlotTextures {
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
 
-  /** Have room for so many slots. */
+  /** Grow the textures to a number of slots. */
   #reserve(slotLimit: number, isKept: boolean): void {
     const needed = Math.max(ROWS_AT_FIRST, Math.ceil(slotLimit / ROW));
     if (needed <= this.#rows) return;
     const most = this.#gl.getParameter(this.#gl.MAX_TEXTURE_SIZE) as number;
     if (needed > most) {
-      throw new DrawingError(`${slotLimit} Gaussians are more than this graphics card takes`);
+      throw new DrawingError(`${slotLimit} Gaussians exceed the limit of this graphics card`);
     }
     const rows = Math.min(most, Math.max(needed, Math.ceil(1.5 * this.#rows)));
     for (const layer of [this.#moved, this.#coded]) {
@@ -125,7 +125,7 @@ function makeLayer(
   return layer;
 }
 
-/** Say where the vertices of a layer have their slot and their values. */
+/** Describe the vertices of a layer: their slot and their values. */
 function describeVertices(gl: WebGL2RenderingContext, layer: Layer): void {
   const total = layer.sizes.reduce((sum, size) => sum + size, 0);
   let before = 0;
@@ -145,7 +145,7 @@ function describeVertices(gl: WebGL2RenderingContext, layer: Layer): void {
   gl.bindVertexArray(null);
 }
 
-/** Give a layer textures of so many rows, the first of which keep what they hold. */
+/** Give a layer textures with more rows; the first rows keep their contents. */
 function enlarge(gl: WebGL2RenderingContext, layer: Layer, rows: number, keptRows: number): void {
   const framebuffer = gl.createFramebuffer();
   const textures = layer.sizes.map((_, index) => {
@@ -168,7 +168,7 @@ function enlarge(gl: WebGL2RenderingContext, layer: Layer, rows: number, keptRow
   const isWhole = gl.checkFramebufferStatus(gl.DRAW_FRAMEBUFFER) === gl.FRAMEBUFFER_COMPLETE;
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   if (!isWhole && !gl.isContextLost()) {
-    throw new DrawingError("this graphics card does not draw into textures of integers");
+    throw new DrawingError("this graphics card cannot draw into integer textures");
   }
   for (const texture of layer.textures) gl.deleteTexture(texture);
   gl.deleteFramebuffer(layer.framebuffer);
@@ -181,7 +181,7 @@ function upload(gl: WebGL2RenderingContext, buffer: WebGLBuffer, data: ArrayBuff
   gl.bufferData(gl.ARRAY_BUFFER, data, gl.STREAM_DRAW);
 }
 
-/** Shaders that put values of a vertex where its slot is, in as many textures. */
+/** Shaders that write the values of a vertex to the texels of its slot. */
 function writeShaders(count: number): [string, string] {
   const each = (line: (index: number) => string): string =>
     Array.from({ length: count }, (_, index) => line(index)).join("\n");

@@ -1,14 +1,14 @@
-/** The shaders of a splat: SPEC 10.1 to 10.3, from the integers of the state to a pixel. */
+/** The shaders of a splat: SPEC 10.1 to 10.3, from integers of the state to pixels. */
 
 import { ROW_BITS } from "./slot-textures.js";
 
-/** Textures that the vertex shader reads, in the order of their units. */
+/** Textures of the vertex shader, in the order of their units. */
 export function samplerNames(shDegree: number): readonly string[] {
   const names = ["positions", "rotations", "shapes", "base"];
   return shDegree > 0 ? [...names, "rest0", "rest1"] : names;
 }
 
-/** A vertex is a corner of the box around the ellipse on which alpha falls to 1/255. */
+/** A vertex is a corner of the box around the ellipse at which alpha falls to 1/255. */
 export function splatVertexShader(shDegree: number): string {
   return `#version 300 es
 precision highp float;
@@ -54,7 +54,7 @@ void main() {
   reach = log(255.0 * opacity);
   if (!(seen.z > nearest && reach > 0.0)) return;
 
-  // S = (R M D) (R M D)', and its picture.
+  // S = (R M D) (R M D)', and its projection.
   vec4 q = normalize(vec4(texelFetch(rotations, at, 0))).yzwx;
   mat3 axes = transpose(rotation * turn(q));
   vec3 deviations = exp(steps.x * vec3(shape.xyz));
@@ -66,7 +66,7 @@ void main() {
   float det = a * c - b * b;
   if (!(det > 0.0 && det < LARGEST)) return;
 
-  // The axes of the ellipse. Of two ways to the longer one, take what cancels nothing.
+  // The axes of the ellipse. Of the two formulas for the longer one, use that without cancellation.
   float half_ = 0.5 * (a - c), root = length(vec2(half_, b));
   float longer = 0.5 * (a + c) + root, shorter = det / longer;
   vec2 along = half_ >= 0.0 ? vec2(half_ + root, b) : vec2(b, root - half_);
@@ -82,14 +82,13 @@ void main() {
 }`;
 }
 
-// The coefficients 1, 2, 3 of red, green and blue stand last in `base`,
-// then the eight of `rest0` and `rest1`.
+// The coefficients 1, 2, 3 of red, green and blue are the last in `base`, then the eight of `rest0` and `rest1`.
 const SHADE = `  vec3 toward = normalize(world - center);
   ivec4 first = texelFetch(rest0, at, 0), second = texelFetch(rest1, at, 0);
   vec3 s1 = vec3(base4.w, first.xy), s2 = vec3(first.zw, second.x), s3 = vec3(second.yzw);
   color += 0.4886025119029199 * steps.w * (toward.z * s2 - toward.y * s1 - toward.x * s3);`;
 
-/** Colors come out times alpha. */
+/** Outputs colors multiplied by alpha. */
 export const SPLAT_FRAGMENT_SHADER = `#version 300 es
 precision highp float;
 in vec2 place;

@@ -1,8 +1,8 @@
 /**
- * A canvas that shows frames, each in its own order.
+ * A canvas that shows frames with their sorted order.
  *
- * A frame goes to the sort worker first. Its changes are uploaded when its order is back, and both
- * are drawn together; until then the frame before stays, from whichever side it is looked at.
+ * A frame is first sent to the sort worker. When its order is back, its changes are uploaded and it is drawn; until
+ * then, the previous frame stays visible, even if the view changes.
  */
 
 import type { Direction, FramePacket, SortReply, SortRequest, StreamInfo } from "../protocol.js";
@@ -13,10 +13,10 @@ import { DrawingError } from "./programs.js";
 
 const MOST_PIXELS = 2560 * 1440;
 
-/** Whether an eye's picture is shown by itself, or with everything around it. */
+/** Whether to show only an eye's picture, or everything around it, too. */
 export type Framing = "picture" | "wide";
 
-/** What it took to bring a frame onto the screen, milliseconds. */
+/** The time to bring a frame onto the screen, milliseconds. */
 export interface FrameCost {
   readonly sortMs: number;
   readonly uploadMs: number;
@@ -24,12 +24,12 @@ export interface FrameCost {
 
 export interface StageEvents {
   onShown(packet: FramePacket, cost: FrameCost): void;
-  /** The graphics context was lost and is back, empty: a full packet is needed. */
+  /** The graphics context was lost and restored, but is empty: a full packet is needed. */
   onRestored(): void;
   onFault(message: string): void;
 }
 
-/** What to do with an order when it comes back from the sort worker. */
+/** What to do with an order when the sort worker returns it. */
 type Receive = (reply: SortReply) => void;
 
 export class Stage {
@@ -63,12 +63,12 @@ export class Stage {
     this.#resized.observe(canvas);
   }
 
-  /** Whether a frame is being sorted; the next one may be shown when it is on the screen. */
+  /** Whether a frame is being sorted; the next one can be shown when it is on the screen. */
   get isBusy(): boolean {
     return this.#coming !== null;
   }
 
-  /** Prepare for a stream; the picture of the one before stays until the first frame is shown. */
+  /** Prepare for a stream; the last picture stays until the first frame is shown. */
   begin(info: StreamInfo): void {
     this.#painter?.dispose();
     this.#info = info;
@@ -90,7 +90,7 @@ export class Stage {
     });
   }
 
-  /** Look from somewhere else. */
+  /** Set the view. */
   look(eye: Eye, framing: Framing): void {
     this.#eye = eye;
     this.#framing = framing;
@@ -98,12 +98,12 @@ export class Stage {
     this.#sortIfTurned();
   }
 
-  /** The eye as it is on the canvas, in pixels of the canvas. */
+  /** The eye as drawn on the canvas, in pixels of the canvas. */
   get shownEye(): Eye | null {
     return this.#eye === null ? null : this.#lay(this.#eye)[0];
   }
 
-  /** Draw what an eye sees of the frame that is shown, apart from the canvas. */
+  /** Draw what an eye sees of the current frame, off screen. */
   takePicture(eye: Eye, depth: Depth): Promise<Float32Array> {
     return new Promise((resolve, reject) => {
       const draw = ({ order }: SortReply): void => {
@@ -140,7 +140,7 @@ export class Stage {
   }
 
   #receive(reply: SortReply): void {
-    const receive = this.#asked.get(reply.token); // none if the stream has changed meanwhile
+    const receive = this.#asked.get(reply.token); // none if the stream has changed since
     this.#asked.delete(reply.token);
     receive?.(reply);
     this.#sortIfTurned();
@@ -195,7 +195,7 @@ export class Stage {
     return [resizeEye(eye, area.width, area.height), area];
   }
 
-  /** Give the canvas a pixel for each of the screen's, up to what graphics cards draw quickly. */
+  /** Match the canvas to the pixels of the screen, up to what graphics cards draw quickly. */
   #fitCanvas(): void {
     const { clientWidth, clientHeight } = this.#canvas;
     const most = Math.sqrt(MOST_PIXELS / Math.max(1, clientWidth * clientHeight));

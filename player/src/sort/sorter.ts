@@ -1,8 +1,8 @@
 /**
- * The order in which slots are drawn: farthest first.
+ * The drawing order of slots: farthest first.
  *
- * Depths become whole numbers of 22 bits, sorted by 11 bits at a time: two short tables of counts
- * stay in the cache, where one of 16 bits does not, and have 64 times as many steps of depth.
+ * Depths are converted to integers of 22 bits and sorted by 11 bits at a time. Two short tables of counts fit into the
+ * cache, unlike one of 16 bits, and resolve 64 times as many depths.
  */
 
 import type { Direction, SortPacket } from "../protocol.js";
@@ -22,7 +22,7 @@ export class Sorter {
   readonly #low = new Uint32Array(DIGITS);
   readonly #high = new Uint32Array(DIGITS);
 
-  /** Take over where a frame has its Gaussians. */
+  /** Update the positions of the Gaussians of a frame. */
   apply(packet: SortPacket): void {
     this.#reserve(packet.slotLimit);
     this.#slotLimit = packet.slotLimit;
@@ -38,7 +38,7 @@ export class Sorter {
     for (const slot of packet.freedSlots) this.#isUsed[slot] = 0;
   }
 
-  /** Return the slots in use, farthest along a direction first; equally far ones as they lie. */
+  /** Return the slots in use, sorted from the farthest along a direction; the sort is stable. */
   sort(forward: Direction): Uint32Array {
     const [count, least, most] = this.#measure(forward);
     this.#makeKeys(count, most, most > least ? LAST_KEY / (most - least) : 0);
@@ -50,7 +50,7 @@ export class Sorter {
     return order;
   }
 
-  /** List the slots in use with their depths; return how many they are, least and most depth. */
+  /** List the slots in use with their depths; returns their number, and the minimum and maximum depth. */
   #measure([x, y, z]: Direction): [number, number, number] {
     const [positions, isUsed, depths, slots] = [this.#positions, this.#isUsed, this.#depths, this.#slots];
     let [count, least, most] = [0, Infinity, -Infinity];
@@ -66,7 +66,7 @@ export class Sorter {
     return [count, least, most];
   }
 
-  /** Turn depths into keys, 0 for the farthest, and leave in the tables where digits begin. */
+  /** Convert depths to keys, 0 for the farthest, and set the tables to the start of each digit. */
   #makeKeys(count: number, most: number, scale: number): void {
     const [low, high, keys, depths] = [this.#low.fill(0), this.#high.fill(0), this.#keys, this.#depths];
     for (let index = 0; index < count; index++) {
@@ -85,7 +85,7 @@ export class Sorter {
     }
   }
 
-  /** Put indices where a digit of their keys says, in the order in which they come. */
+  /** Move indices to the positions of a digit of their keys; stable. */
   #pass(table: Uint32Array, from: Uint32Array | null, to: Uint32Array, count: number, shift: number): void {
     const keys = this.#keys;
     for (let place = 0; place < count; place++) {

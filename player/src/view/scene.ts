@@ -11,7 +11,7 @@ const SHARE_INSIDE = 0.8;
 export const AXES = ["x", "-x", "y", "-y", "z", "-z"] as const;
 export type Axis = (typeof AXES)[number];
 
-/** The up vector: the wanted axis, else the stream's, else the mean of its cameras' up vectors. */
+/** The up vector: the requested axis, else the stream's, else the mean of its cameras' up vectors. */
 export function findUp(info: StreamInfo, wanted: Axis | null): Vector {
   const axis = wanted ?? AXES[info.upAxis - 1];
   if (axis !== undefined) {
@@ -25,14 +25,14 @@ export function findUp(info: StreamInfo, wanted: Axis | null): Vector {
   return unit(total, [0, 1, 0]);
 }
 
-/** The unit vector that three numbers in a text give (SPEC I.4); null if they give none. */
+/** The unit vector given by three numbers in a text (SPEC I.4); null if there is none. */
 function parseVector(text = ""): Vector | null {
   const [x = NaN, y = NaN, z = NaN, ...more] = text.trim().split(/\s+/).map(Number);
   const length = Math.hypot(x, y, z);
   return length > 0 && Number.isFinite(length) && more.length === 0 ? scale([x, y, z], 1 / length) : null;
 }
 
-/** Median depth of the places that an eye sees; twice its near bound if it sees none. */
+/** Median depth of the positions that an eye sees; twice its near plane if it sees none. */
 export function findDistance(eye: Eye, places: Float32Array | null): number {
   const depths: number[] = [];
   const [right, down, ahead] = [axisOf(eye, 0), axisOf(eye, 1), axisOf(eye, 2)];

@@ -1,11 +1,11 @@
-/** Where a viewer stands and how a viewer moves, as pure functions. */
+/** Position and movement of a viewer, as pure functions. */
 
 import { axisOf, centerOf, type Eye, type Vector } from "../draw/eye.js";
 
-const LEAST_ANGLE = 0.05; // radians between the line of sight and up, or down
+const LEAST_ANGLE = 0.05; // minimum angle in radians between the line of sight and up or down
 const LEAST_DISTANCE = 1e-3;
 
-/** A place, a direction, and a pivot ahead that the viewer orbits. */
+/** A position, a direction, and a pivot ahead that the viewer orbits. */
 export interface Stand {
   readonly center: Vector;
   readonly right: Vector;
@@ -15,7 +15,7 @@ export interface Stand {
   readonly distance: number;
 }
 
-/** Stand where an eye is. */
+/** The stand of an eye. */
 export function standAt(eye: Eye, distance: number): Stand {
   return {
     center: centerOf(eye),
@@ -36,17 +36,17 @@ export function eyeAt(stand: Stand, eye: Eye): Eye {
   };
 }
 
-/** Orbit the pivot: the scene follows a finger that moves right and down, radians. */
+/** Orbit the pivot by angles in radians: the scene follows a finger to the right and down. */
 export function orbit(stand: Stand, up: Vector, across: number, along: number): Stand {
   const pivot = add(stand.center, stand.ahead, stand.distance);
   const turned = turn(stand, up, across, along);
   return { ...turned, center: add(pivot, turned.ahead, -stand.distance) };
 }
 
-/** Look around from the same place, radians. */
+/** Look around from the same position, by angles in radians. */
 export function turn(stand: Stand, up: Vector, across: number, along: number): Stand {
   const sense = dot(cross(stand.right, stand.down), stand.ahead) < 0 ? -1 : 1; // in a mirrored world
-  const upright = dot(stand.down, up) > 0 ? -1 : 1; // head down, left is right
+  const upright = dot(stand.down, up) > 0 ? -1 : 1; // upside down, left is right
   const yawed = rotate(stand, up, -across * sense * upright);
   const angle = Math.acos(Math.min(1, Math.max(-1, dot(yawed.ahead, up))));
   const most = upright * along;
@@ -66,7 +66,7 @@ export function approach(stand: Stand, factor: number): Stand {
   return { ...move(stand, 0, 0, stand.distance - distance), distance };
 }
 
-/** Turn by half a turn about the line of sight. */
+/** Rotate by 180 degrees about the line of sight. */
 export function flip(stand: Stand): Stand {
   return { ...stand, right: scale(stand.right, -1), down: scale(stand.down, -1) };
 }
@@ -88,13 +88,13 @@ export function add(a: Vector, b: Vector, times = 1): Vector {
   return [a[0] + b[0] * times, a[1] + b[1] * times, a[2] + b[2] * times];
 }
 
-/** The vector scaled to length 1; `instead` if it has no length. */
+/** The vector scaled to length 1; `instead` if its length is 0. */
 export function unit(a: Vector, instead: Vector): Vector {
   const length = Math.hypot(...a);
   return length > 1e-9 ? scale(a, 1 / length) : instead;
 }
 
-/** Turn the axes about a unit vector; they stay orthonormal. */
+/** Rotate the axes about a unit vector; they stay orthonormal. */
 function rotate(stand: Stand, about: Vector, angle: number): Stand {
   const turned = (axis: Vector): Vector => {
     const along = scale(about, dot(about, axis) * (1 - Math.cos(angle)));

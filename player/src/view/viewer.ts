@@ -1,4 +1,4 @@
-/** The view of the scene: a capture camera's picture, or wherever the controls have moved it. */
+/** The view of the scene: from a capture camera, or as moved by the controls. */
 
 import type { Eye, Vector } from "../draw/eye.js";
 import type { Stage } from "../draw/stage.js";
@@ -18,7 +18,7 @@ export class Viewer {
   #cameraIndex = 0;
   #places: Float32Array | null = null;
   #isMoved = false;
-  #isWhole = false; // the camera is one that was made here
+  #isWhole = false; // the camera was made here to see the whole scene
 
   constructor(stage: Stage, onMoved: () => void) {
     this.#stage = stage;
@@ -29,17 +29,17 @@ export class Viewer {
     return this.#cameras;
   }
 
-  /** Index of the camera that is looked through, or that the view was moved away from. */
+  /** Index of the camera of the view, or of the one from which the view was moved away. */
   get cameraIndex(): number {
     return this.#cameraIndex;
   }
 
-  /** Whether the view is that of a camera, and has not been moved. */
+  /** Whether the view is that of a camera and has not been moved. */
   get isAtCamera(): boolean {
     return !this.#isMoved;
   }
 
-  /** The axis that points up; null for that of the stream. */
+  /** The axis that points up; null for the one of the stream. */
   get axis(): Axis | null {
     return this.#axis;
   }
@@ -49,7 +49,7 @@ export class Viewer {
     if (this.#info !== null) this.#up = findUp(this.#info, axis);
   }
 
-  /** Look through a camera of a new stream: the named one, else the first. */
+  /** Look through a camera of a new stream: the named one, or else the first. */
   begin(info: StreamInfo, cameraName: string | null): void {
     this.#info = info;
     this.#cameras = info.cameras;
@@ -60,7 +60,7 @@ export class Viewer {
     if (info.cameras.length > 0) this.lookThrough(Math.max(0, named));
   }
 
-  /** Measure the scene by its first packet; without capture cameras, make one that sees it. */
+  /** Measure the scene in its first packet; without capture cameras, make one that sees it. */
   measure(packet: FramePacket, info: StreamInfo): void {
     this.#places = samplePlaces(packet, info);
     if (this.#cameras.length === 0) {
@@ -72,7 +72,7 @@ export class Viewer {
     }
   }
 
-  /** Look through a camera, by its index; without such a camera nothing changes. */
+  /** Look through a camera by its index; an invalid index changes nothing. */
   lookThrough(index: number): void {
     const camera = this.#cameras[index];
     if (camera === undefined) return;
@@ -91,7 +91,7 @@ export class Viewer {
     this.#go((stand) => turn(stand, this.#up, across, along));
   }
 
-  /** Move so that the pivot follows a pointer that moves by so many CSS pixels. */
+  /** Move so that the pivot follows a pointer, by a number of CSS pixels. */
   pan(right: number, down: number, pixelsAcross: number): void {
     this.#go((stand) => {
       const size = (stand.distance * (this.#eye?.width ?? 1)) / (this.#eye?.fx ?? 1) / pixelsAcross;
@@ -99,7 +99,7 @@ export class Viewer {
     });
   }
 
-  /** Move by shares of the distance to the pivot. */
+  /** Move by fractions of the distance to the pivot. */
   fly(right: number, down: number, ahead: number): void {
     this.#go((stand) => {
       const [x, y, z] = scale([right, down, ahead], stand.distance);
@@ -124,7 +124,7 @@ export class Viewer {
     this.#look();
   }
 
-  /** A camera's own picture has its proportions; any other view fills the canvas. */
+  /** A camera's own picture keeps its proportions; any other view fills the canvas. */
   #look(): void {
     if (this.#stand === null || this.#eye === null) return;
     if (this.#isMoved || this.#isWhole) this.#stage.look(eyeAt(this.#stand, this.#eye), "wide");

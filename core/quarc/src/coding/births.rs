@@ -1,4 +1,4 @@
-//! The newborn of a frame: SPEC 8.6.
+//! The births of a frame: SPEC 8.6.
 
 use super::canonical::{
     blank, code_colors, code_rotations, require_writable, PLAIN_CODES, ROTATION_INDEX_BITS,
@@ -19,31 +19,34 @@ const INDEX: Sequence = Sequence::fixed(LOG_SCALES.end(), 1, ROTATION_INDEX_BITS
 const ROTATIONS: Sequence = Sequence::signed(INDEX.end(), 3, CLASS_BITS);
 const SH_REST: Sequence = Sequence::signed(ROTATIONS.end(), 1, CLASS_BITS);
 
-/// The contexts of births, of which none has seen anything.
+/// Contexts of births in their initial state.
 #[must_use]
 pub fn birth_counts() -> Counts {
     Counts::new(SH_REST.end())
 }
 
-/// Code the newborn of a frame, whose parents ascend.
+/// Encode the births of a frame. Parents must be in ascending order.
 ///
 /// # Errors
-/// `Encode`: two colors or scales of a newborn are too far apart.
+/// `Encode`: two colors or scales of a new Gaussian differ by too much.
 pub fn write_births(births: &Births, counts: &Counts) -> Result<Section> {
     require_writable(&births.newborn)?;
     let ascend = births.parents.windows(2).all(|pair| pair[0] <= pair[1]);
     if !ascend || births.parents.len() != births.newborn.count() {
-        return Err(Error::Encode("newborn have no parents, or these do not ascend".into()));
+        return Err(Error::Encode(
+            "births have no parents, or the parents are not ascending".into(),
+        ));
     }
     let mut writer = PlaneWriter::new(counts.clone());
     walk(&mut writer, &mut births.clone(), i64::from(u32::MAX))?;
     Ok(writer.section())
 }
 
-/// Decode so many newborn of a scene of `parents` Gaussians; the count is proved by the level.
+/// Decode `count` births in a scene of `parents` Gaussians. The caller has checked the count
+/// against the level.
 ///
 /// # Errors
-/// Of the section; `parent-range`.
+/// Those of reading the section; `parent-range`.
 pub fn read_births(
     section: &Section,
     count: usize,
@@ -72,7 +75,7 @@ fn walk<P: Planes>(planes: &mut P, births: &mut Births, greatest_parent: i64) ->
     code_alike(planes, &SH_REST, &mut newborn.codes[PLAIN_CODES..])
 }
 
-/// Code x, y less x, and z less y.
+/// Code x, y - x and z - y.
 fn code_scales<P: Planes>(planes: &mut P, rows: &mut [Vec<i32>]) -> Result<()> {
     let mut before = vec![0; rows[0].len()];
     for row in rows.iter_mut() {

@@ -1,4 +1,4 @@
-//! Gaussians by themselves, as a canonical frame has them: SPEC 8.5.
+//! Independently coded Gaussians, as in a canonical frame: SPEC 8.5.
 
 use super::counts::Counts;
 use super::numbers::{code_ascending, code_numbers, Sequence, CLASS_BITS, KEY_CLASS_BITS};
@@ -10,11 +10,11 @@ use crate::error::{Error, Reject, Result};
 use crate::morton::{deinterleave, interleave};
 use crate::records::{Gaussians, Section};
 
-/// Bits of the index of a rotation.
+/// Bits of the index of the largest rotation component.
 pub const ROTATION_INDEX_BITS: u32 = 2;
-/// Rows of codes that every Gaussian has: all but SH rest.
+/// Rows of codes of every Gaussian, without SH rest.
 pub const PLAIN_CODES: usize = 7;
-/// Bits of a position less the origin, at most.
+/// Maximum bits of a position relative to the origin.
 pub const AXIS_BITS_LIMIT: u32 = 20;
 
 const KEYS: Sequence = Sequence::unsigned(0, 1, KEY_CLASS_BITS);
@@ -28,19 +28,19 @@ const SH_REST: Sequence = Sequence::signed(0, 9 * REST_CLASSES, CLASS_BITS);
 const CONTEXTS: [usize; 6] =
     [KEYS.end(), SH_DC.end(), OPACITY.end(), LOG_SCALES.end(), ROTATIONS.end(), SH_REST.end()];
 
-/// The box of positions: CANO and SNAP have one (SPEC 5.4).
+/// Bounding box of the positions in a CANO or SNAP (SPEC 5.4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grid {
-    /// Least xyz, in position steps.
+    /// Minimum xyz, in position steps.
     pub origin: [i32; 3],
-    /// Width of a position less the origin.
+    /// Bits per axis of a position relative to the origin.
     pub axis_bits: u8,
 }
 
 impl Grid {
-    /// The least that holds these positions, `[3, n]` in position steps.
+    /// The smallest box that contains the positions `[3, n]`, in position steps.
     ///
-    /// `None` where they are 2^20 steps or more apart.
+    /// `None` if they span 2^20 steps or more.
     #[must_use]
     pub fn around(positions: &[Vec<i32>; 3]) -> Option<Grid> {
         let mut grid = Grid { origin: [0; 3], axis_bits: 0 };
@@ -57,7 +57,7 @@ impl Grid {
         Some(grid)
     }
 
-    /// Whether all positions, `[3, n]`, are within.
+    /// Whether all positions `[3, n]` are inside the box.
     fn holds(&self, positions: &[Vec<i32>; 3]) -> bool {
         let within = |(row, &origin): (&Vec<i32>, &i32)| {
             let mut offsets = row.iter().map(|&number| i64::from(number) - i64::from(origin));
@@ -66,13 +66,13 @@ impl Grid {
         positions.iter().zip(&self.origin).all(within)
     }
 
-    /// The Morton key of a position that is within.
+    /// The Morton key of a position inside the box.
     fn key(&self, position: [i32; 3]) -> u64 {
         let [x, y, z] = [0, 1, 2].map(|axis| position[axis].wrapping_sub(self.origin[axis]) as u32);
         interleave(x, y, z)
     }
 
-    /// The keys of all positions, `[3, n]`.
+    /// The keys of all positions `[3, n]`.
     #[must_use]
     pub fn keys(&self, positions: &[Vec<i32>; 3]) -> Vec<u64> {
         let [xs, ys, zs] = positions;
@@ -80,7 +80,7 @@ impl Grid {
     }
 }
 
-/// No Gaussians, with as many rows of codes as a stream has.
+/// Gaussians with all numbers 0 and the given number of code planes.
 #[must_use]
 pub fn blank(code_planes: usize, count: usize) -> Gaussians {
     let row = || vec![0; count];
@@ -91,10 +91,10 @@ pub fn blank(code_planes: usize, count: usize) -> Gaussians {
     }
 }
 
-/// Put Gaussians into the order in which they are coded; where their positions lie.
+/// Sort Gaussians into coding order and return their bounding box.
 ///
 /// # Errors
-/// `Encode`: they are 2^20 position steps or more apart.
+/// `Encode`: they span 2^20 position steps or more.
 pub fn sort(gaussians: &Gaussians) -> Result<(Grid, Gaussians)> {
     let wide = || Error::Encode(format!("positions are 2^{AXIS_BITS_LIMIT} steps or more apart"));
     let grid = Grid::around(&gaussians.positions).ok_or_else(wide)?;
@@ -102,7 +102,7 @@ pub fn sort(gaussians: &Gaussians) -> Result<(Grid, Gaussians)> {
     Ok((grid, take(gaussians, &order)))
 }
 
-/// The indices of keys in ascending order, of equal keys in theirs.
+/// The indices that sort the keys; the sort is stable.
 #[must_use]
 pub fn order_of(keys: &[u64]) -> Vec<u32> {
     let mut entries: Vec<u128> =
@@ -111,7 +111,7 @@ pub fn order_of(keys: &[u64]) -> Vec<u32> {
     entries.into_iter().map(|entry| entry as u32).collect()
 }
 
-/// Some Gaussians, by their indices.
+/// The Gaussians at these indices.
 #[must_use]
 pub fn take(gaussians: &Gaussians, which: &[u32]) -> Gaussians {
     let some = |row: &Vec<i32>| which.iter().map(|&index| row[index as usize]).collect();
@@ -124,10 +124,10 @@ pub fn take(gaussians: &Gaussians, which: &[u32]) -> Gaussians {
     }
 }
 
-/// Code Gaussians that stand in the order of [`sort`].
+/// Encode Gaussians that are in the order of [`sort`].
 ///
 /// # Errors
-/// `Encode`: two colors of a Gaussian are too far apart, or Gaussians are not in their order.
+/// `Encode`: two colors of a Gaussian differ by too much, or the Gaussians are not in order.
 pub fn write_canonical(gaussians: &Gaussians, grid: Grid) -> Result<[Section; 6]> {
     require_writable(gaussians)?;
     let keys = grid.keys(&gaussians.positions);
@@ -145,7 +145,7 @@ pub fn write_canonical(gaussians: &Gaussians, grid: Grid) -> Result<[Section; 6]
     Ok(sections)
 }
 
-/// Reject Gaussians whose planes are not of one length, or not as many as a stream has.
+/// Check that all planes have the same length and that there are `code_planes` of them.
 ///
 /// # Errors
 /// `Encode`.
@@ -158,10 +158,10 @@ pub fn require_even(gaussians: &Gaussians, code_planes: usize) -> Result<()> {
     Err(Error::Encode(format!("Gaussians need {code_planes} planes of codes, all of one length")))
 }
 
-/// Reject Gaussians that no chunk can hold.
+/// Check that a chunk can hold the Gaussians.
 ///
 /// # Errors
-/// `Encode`: the planes have not the same length, or a number is out of its range.
+/// `Encode`: the planes differ in length, or a number is out of range.
 pub fn require_writable(gaussians: &Gaussians) -> Result<()> {
     require_even(gaussians, gaussians.codes.len().max(PLAIN_CODES))?;
     let indices = gaussians.rotations[0].iter().all(|index| (0..4).contains(index));
@@ -173,10 +173,11 @@ pub fn require_writable(gaussians: &Gaussians) -> Result<()> {
     Err(Error::Encode(format!("a rotation or a code exceeds {CODE_LIMIT}")))
 }
 
-/// Decode so many Gaussians; the count is proved by the level.
+/// Decode `count` Gaussians. The caller has checked the count against the level.
 ///
 /// # Errors
-/// Of the sections; `symbol-range`, a position is outside of the box; `position-range`.
+/// Those of reading the sections; `symbol-range` if a position is outside the box;
+/// `position-range`.
 pub fn read_canonical(
     sections: &[Section; 6],
     count: usize,
@@ -190,24 +191,24 @@ pub fn read_canonical(
     Ok(reader.gaussians)
 }
 
-/// Reads the sections of a canonical frame one by one.
+/// Decodes the sections of a canonical frame one by one.
 #[derive(Clone, Debug)]
 pub struct CanonicalReader {
-    /// What is known so far; the numbers of sections that have not been read are 0.
+    /// The Gaussians so far; numbers of sections not yet read are 0.
     pub gaussians: Gaussians,
-    /// Sections that have been read.
+    /// Number of sections decoded.
     pub sections: usize,
     grid: Grid,
 }
 
 impl CanonicalReader {
-    /// A reader of so many Gaussians; the count is within the level.
+    /// A decoder of `count` Gaussians. The caller has checked the count against the level.
     #[must_use]
     pub fn new(count: usize, grid: Grid, code_planes: usize) -> Self {
         CanonicalReader { gaussians: blank(code_planes, count), sections: 0, grid }
     }
 
-    /// Read the next section.
+    /// Decode the next section.
     ///
     /// # Errors
     /// Those of [`read_canonical`].
@@ -221,14 +222,15 @@ impl CanonicalReader {
         self.place(&keys)
     }
 
-    /// Take over the positions that Morton keys stand for.
+    /// Set the positions from their Morton keys.
     fn place(&mut self, keys: &[i64]) -> Result<()> {
         for (place, &key) in keys.iter().enumerate() {
             let offsets = deinterleave(key as u64);
             for (row, (origin, &offset)) in
                 self.gaussians.positions.iter_mut().zip(self.grid.origin.iter().zip(&offsets))
             {
-                // [7.2-3] What 32 bits do not hold is beyond the lattice at every step.
+                // [7.2-3] A position that does not fit into 32 bits is off the lattice for every
+                // step.
                 let beyond = || Error::new(Reject::PositionRange, "a Gaussian is off the lattice");
                 row[place] = origin.checked_add(offset as i32).ok_or_else(beyond)?;
             }
@@ -237,7 +239,7 @@ impl CanonicalReader {
     }
 }
 
-/// The planes of one of the six sections.
+/// Walk the planes of one of the six sections.
 fn walk_section<P: Planes>(
     planes: &mut P,
     section: usize,
@@ -260,7 +262,7 @@ fn walk_section<P: Planes>(
     }
 }
 
-/// Code red, green and blue as green, red less green, and blue less green.
+/// Code red, green and blue as green, red - green and blue - green.
 pub(super) fn code_colors<P: Planes>(
     planes: &mut P,
     sequence: &Sequence,
@@ -280,7 +282,7 @@ pub(super) fn code_colors<P: Planes>(
     Ok(())
 }
 
-/// Code the index of the component that is left out, then the three others.
+/// Code the index of the omitted component, then the other three.
 pub(super) fn code_rotations<P: Planes>(
     planes: &mut P,
     (index, components): (&Sequence, &Sequence),

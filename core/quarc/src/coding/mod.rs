@@ -1,6 +1,7 @@
-//! Entropy coding: SPEC 8. Numbers become planes of bits, and planes the words of a section.
+//! Entropy coding: SPEC 8. Numbers are split into planes of bits, and planes are coded as the words
+//! of a section.
 //!
-//! Every walk over planes is written once, for both directions: see [`planes::Planes`].
+//! Every walk over planes is written once for both directions: see [`planes::Planes`].
 
 pub mod births; // SPEC 8.6
 pub mod canonical; // SPEC 8.5
@@ -10,7 +11,7 @@ pub mod numbers; // SPEC 8.4
 mod parts; // SPEC 8.4
 pub mod planes; // SPEC 8.1
 pub mod probability; // SPEC 8.2
-mod rows; // rows of numbers, as 8.5, 8.6 and 8.9 have them
+mod rows; // rows of numbers, as in 8.5, 8.6 and 8.9
 pub mod snapshot; // SPEC 7.9
 pub mod sorting; // SPEC 8.1
 pub mod survivors; // SPEC 8.9

@@ -1,8 +1,8 @@
-//! The symbols of a frame's anchors: SPEC 8.7.
+//! The symbols of the anchors of a frame: SPEC 8.7.
 //!
-//! Levels go from coarse to fine. Of each anchor it is asked first whether it moves at all; only
-//! of those that do, channel by channel, whether a symbol is not 0; then the signs and, in unary,
-//! the magnitudes of those that are not.
+//! Levels are coded from coarse to fine. For each anchor, a bit states whether it moves; for those
+//! that do, and for each channel, whether the symbol is not 0; then follow the signs and the unary
+//! magnitudes of the nonzero symbols.
 
 use super::counts::{Counts, Model};
 use super::planes::{PlaneReader, PlaneWriter, Planes};
@@ -10,12 +10,12 @@ use crate::constants::LEVEL_COUNT_LIMIT;
 use crate::error::{Error, Result};
 use crate::records::Section;
 
-/// A number to each channel: translation x, y, z, maybe rotation w, rotation x, y, z; then 0.
+/// A number per channel: translation x, y, z, rotation w if present, rotation x, y, z, then zeros.
 pub type Channels = [i16; 8];
 
-/// Channels of translation: those of rotation stand behind.
+/// Number of translation channels; the rotation channels follow them.
 pub const TRANSLATION_CHANNELS: usize = 3;
-/// Greatest magnitude of a symbol.
+/// Maximum magnitude of a symbol.
 pub const SYMBOL_LIMIT: i16 = MAGNITUDE_PLANES + 1;
 
 const MAGNITUDE_PLANES: i16 = 64;
@@ -27,25 +27,26 @@ const SIGN: usize = 68;
 const MAGNITUDE: usize = 77;
 const LEVEL_CONTEXTS: usize = 110;
 
-/// What both sides know of all anchors before their symbols; of each level, level 1 first.
+/// What encoder and decoder know about all anchors before their symbols; per level, level 1 first.
 pub struct MotionContext<'a> {
-    /// Of each anchor the motion of its own Gaussian in the frame before.
+    /// For each anchor, the motion of its own Gaussian in the previous frame.
     pub own: &'a [Vec<Channels>],
-    /// Tells of each anchor of a level the index of its parent in the next coarser one; of those
-    /// parents that do anything. Others may be told as any that do nothing, or beyond all.
+    /// Returns for each anchor of a level the index of its parent in the next coarser level. The
+    /// slice marks the parents that matter. An anchor without one of these may get the index of
+    /// any other parent, or an index past the end.
     pub parents: &'a mut dyn FnMut(usize, &[bool]) -> Vec<u32>,
 }
 
-/// The contexts of motion, of which none has seen anything.
+/// Contexts of motion in their initial state.
 #[must_use]
 pub fn motion_counts() -> Counts {
     Counts::new(LEVEL_COUNT_LIMIT * LEVEL_CONTEXTS)
 }
 
-/// Code the symbols of a frame, of each level; level 1, the finest, first.
+/// Encode the symbols of a frame, per level; level 1, the finest, is first.
 ///
 /// # Errors
-/// `Encode`: a symbol is beyond `SYMBOL_LIMIT`, or they are not of these anchors.
+/// `Encode`: a symbol exceeds `SYMBOL_LIMIT`, or the symbols do not match these anchors.
 pub fn write_motion(
     context: &mut MotionContext<'_>,
     symbols: &[Vec<Channels>],
@@ -66,10 +67,10 @@ pub fn write_motion(
     Ok(writer.section())
 }
 
-/// Decode the symbols of a frame, of each level; level 1, the finest, first.
+/// Decode the symbols of a frame, per level; level 1, the finest, is first.
 ///
 /// # Errors
-/// Of the section.
+/// Those of reading the section.
 pub fn read_motion(
     section: &Section,
     context: &mut MotionContext<'_>,
@@ -90,7 +91,7 @@ fn walk<P: Planes>(
     symbols: &mut [Vec<Channels>],
     channels: usize,
 ) -> Result<()> {
-    // Above the coarsest level nothing is done, and nobody a parent.
+    // The coarsest level has no parents and no motion above it.
     let mut above = Done { sums: Vec::new(), classes: Vec::new() };
     for (number, (own, symbols)) in context.own.iter().zip(symbols).enumerate().rev() {
         let parents = if above.sums.is_empty() {
@@ -107,22 +108,22 @@ fn walk<P: Planes>(
     Ok(())
 }
 
-/// What the anchors of a level hand down to those whose parents they are.
+/// What the anchors of a level pass on to their children in the next finer level.
 struct Done {
-    /// Their symbols and what was done at their parents.
+    /// Their symbols plus the motion accumulated from their parents.
     sums: Vec<Channels>,
     /// The class P of their own symbols.
     classes: Vec<u8>,
 }
 
 impl Done {
-    /// Whose children are told anything.
+    /// Which anchors have values that their children use.
     fn matters(&self) -> Vec<bool> {
         let anchors = self.sums.iter().zip(&self.classes);
         anchors.map(|(sum, &class)| class != 0 || sum != &Channels::default()).collect()
     }
 
-    /// What was done at a parent, and its class.
+    /// The accumulated motion of a parent, and its class.
     fn at(&self, parent: u32) -> (Channels, u8) {
         let parent = parent as usize;
         match (self.sums.get(parent), self.classes.get(parent)) {
@@ -140,7 +141,7 @@ impl Done {
     }
 }
 
-/// A level on its way through its planes.
+/// Walk a level through its planes.
 struct Level<'a, P> {
     planes: &'a mut P,
     first: usize,
@@ -158,13 +159,13 @@ impl<P: Planes> Level<'_, P> {
         self.code_signed(&there, &expected, &moving, symbols)
     }
 
-    /// The own motion of an anchor less what is done already.
+    /// The anchor's own previous motion minus the motion accumulated so far.
     fn expected(&self, anchor: u32) -> Channels {
         let parent = self.parents[anchor as usize];
         subtract(&self.own[anchor as usize], &self.above.at(parent).0)
     }
 
-    /// Which anchors move: plane 1.
+    /// Code which anchors move: plane 1.
     fn code_moves(&mut self, symbols: &[Channels]) -> Result<Vec<u32>> {
         let context = |(own, &parent): (&Channels, &u32)| {
             let (done, class) = self.above.at(parent);
@@ -177,8 +178,8 @@ impl<P: Planes> Level<'_, P> {
         Ok(moving.map(|(anchor, _)| anchor as u32).collect())
     }
 
-    /// Which symbols of the anchors that move are not 0, as channel and place among them:
-    /// planes 2, a channel after the other.
+    /// Code which symbols of the moving anchors are not 0 (planes 2, channel by channel), and
+    /// return them as channel and index among these anchors.
     fn code_not_zero(
         &mut self,
         moving: &[u32],
@@ -205,7 +206,7 @@ impl<P: Planes> Level<'_, P> {
         Ok(there)
     }
 
-    /// What a channel is of: translation, w, rotation.
+    /// The kind of a channel: translation, w or rotation.
     fn kind(&self, channel: usize) -> usize {
         if channel < TRANSLATION_CHANNELS {
             0
@@ -216,7 +217,7 @@ impl<P: Planes> Level<'_, P> {
         }
     }
 
-    /// The symbols that are not 0: planes 3 and 4.
+    /// Code the nonzero symbols: planes 3 and 4.
     fn code_signed(
         &mut self,
         there: &[(usize, u32)],
@@ -244,7 +245,7 @@ impl<P: Planes> Level<'_, P> {
         Ok(())
     }
 
-    /// Magnitudes, by what is expected in their direction.
+    /// Code magnitudes, in contexts of the magnitude expected in their direction.
     fn code_magnitudes(
         &mut self,
         ahead: &[i16],
@@ -271,7 +272,7 @@ impl<P: Planes> Level<'_, P> {
     }
 }
 
-/// The sum of two, channel by channel.
+/// The sum per channel.
 #[must_use]
 pub fn add(one: &Channels, other: &Channels) -> Channels {
     let mut sum = *one;
@@ -285,7 +286,7 @@ fn subtract(one: &Channels, other: &Channels) -> Channels {
     rest
 }
 
-/// The sum of the magnitudes of all channels.
+/// The sum of the magnitudes over all channels.
 #[must_use]
 pub fn magnitude(channels: &Channels) -> u16 {
     channels.iter().map(|channel| channel.unsigned_abs()).sum()
@@ -310,7 +311,7 @@ fn sign_context(expected: i16) -> u16 {
     }
 }
 
-/// Where f - i lies.
+/// The class of f - i.
 fn ahead_class(ahead: i16) -> u16 {
     const LEAST: i16 = -9;
     const CLASSES: [u16; 20] = [0, 1, 1, 1, 1, 1, 2, 2, 3, 4, 5, 6, 7, 8, 8, 9, 9, 9, 9, 10];

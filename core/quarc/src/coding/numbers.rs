@@ -1,4 +1,4 @@
-//! Integers as planes: SPEC 8.4.
+//! Integers as planes of bits: SPEC 8.4.
 
 use super::parts::Walk;
 use super::planes::Planes;
@@ -6,7 +6,7 @@ use crate::error::{Error, Reject, Result};
 
 /// Bits of the class of most numbers.
 pub const CLASS_BITS: u32 = 4;
-/// Bits of the class of a difference of numbers that ascend.
+/// Bits of the class of a difference of ascending numbers.
 pub const KEY_CLASS_BITS: u32 = 6;
 
 pub(super) const MODELLED_BITS: u32 = 2;
@@ -32,17 +32,17 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// Numbers below 2^`width`, in so many outer contexts.
+    /// A sequence of numbers below 2^`width`, in `outer` outer contexts.
     ///
-    /// Of this and the others, `first` is the context of [`super::counts::Counts`] at which the
-    /// contexts of the sequence begin.
+    /// Here and below, `first` is the index in [`super::counts::Counts`] of the first context of
+    /// the sequence.
     #[must_use]
     pub const fn fixed(first: usize, outer: usize, width: u32) -> Self {
         let end = first + (outer << width);
         Sequence { form: Form::Fixed, width, class: first, sign: end, mantissa: end, end }
     }
 
-    /// Numbers from 0 on, whose bit lengths have `width` bits.
+    /// A sequence of nonnegative numbers whose bit lengths have `width` bits.
     #[must_use]
     pub const fn unsigned(first: usize, outer: usize, width: u32) -> Self {
         let mantissa = first + (outer << width);
@@ -50,7 +50,7 @@ impl Sequence {
         Sequence { form: Form::Unsigned, width, class: first, sign: mantissa, mantissa, end }
     }
 
-    /// Numbers of either sign; the bit lengths of their magnitudes have `width` bits.
+    /// A sequence of signed numbers whose magnitudes have bit lengths of `width` bits.
     #[must_use]
     pub const fn signed(first: usize, outer: usize, width: u32) -> Self {
         let sign = first + (outer << width);
@@ -59,7 +59,7 @@ impl Sequence {
         Sequence { form: Form::Signed, width, class: first, sign, mantissa, end }
     }
 
-    /// Where the contexts end: those of the next sequence may begin there.
+    /// The end of the contexts, at which those of the next sequence may begin.
     #[must_use]
     pub const fn end(&self) -> usize {
         self.end
@@ -68,10 +68,10 @@ impl Sequence {
 
 /// Code numbers in place, each in an outer context.
 ///
-/// What is written is within the range of the sequence; what is to be read is overwritten.
+/// Written numbers are within the range of the sequence; when reading, the numbers are overwritten.
 ///
 /// # Errors
-/// Of the section that is read.
+/// Those of reading the section.
 pub fn code_numbers<P: Planes>(
     planes: &mut P,
     sequence: &Sequence,
@@ -84,11 +84,11 @@ pub fn code_numbers<P: Planes>(
     Walk::begin(planes, sequence, contexts, numbers).code()
 }
 
-/// Code numbers from 0 on that do not descend, in place: Ascending.
+/// Code nonnegative numbers that do not descend, in place: the form Ascending.
 ///
 /// # Errors
-/// Of the section that is read; `symbol-range`, a difference is too large; `beyond`, a number is
-/// above `most`, which is at most 2^61.
+/// Those of reading the section; `symbol-range` if a difference is too large; `beyond` if a number
+/// is above `most`, which is at most 2^61.
 pub fn code_ascending<P: Planes>(
     planes: &mut P,
     sequence: &Sequence,

@@ -1,7 +1,7 @@
-//! How the numbers of a sequence go through the planes of SPEC 8.4.
+//! Code the numbers of a sequence as the planes of SPEC 8.4.
 //!
-//! The context of a bit is what is known of its number by then. So the numbers of one context
-//! stand together once and for all: a bit parts them in two, and nothing is sorted again.
+//! The context of a bit is what is already known about its number. Numbers with the same context
+//! are therefore kept adjacent: each bit splits such a part in two, and nothing is sorted again.
 
 use super::counts::Model;
 use super::numbers::{Form, Sequence, MODELLED_BITS};
@@ -10,25 +10,25 @@ use super::sorting::{Run, Sorted};
 use crate::arithmetic::bit_length;
 use crate::error::Result;
 
-/// Numbers of which the same is known.
+/// A range of numbers about which the same is known.
 #[derive(Clone, Copy)]
 struct Part {
     first: u32,
     last: u32,
-    /// The outer context at first, then what 8.4 makes of it.
+    /// The outer context at first, then the context of 8.4.
     context: u32,
-    /// Bit length, once it is known.
+    /// Bit length, once known.
     class: u32,
-    /// The bits that are known, behind a leading 1.
+    /// The known bits, after a leading 1.
     known: u32,
 }
 
-/// A sequence on its way through the planes.
+/// The planes of a sequence, coded one after the other.
 pub struct Walk<'a, P> {
     planes: &'a mut P,
     sequence: &'a Sequence,
     numbers: &'a mut [i64],
-    /// The numbers' indices, by part.
+    /// The indices of the numbers, grouped by part.
     order: Vec<u32>,
     parts: Vec<Part>,
     bits: Vec<bool>,
@@ -36,7 +36,7 @@ pub struct Walk<'a, P> {
 }
 
 impl<'a, P: Planes> Walk<'a, P> {
-    /// Begin with numbers, each in an outer context.
+    /// Start with numbers that each have an outer context.
     pub fn begin(
         planes: &'a mut P,
         sequence: &'a Sequence,
@@ -58,7 +58,7 @@ impl<'a, P: Planes> Walk<'a, P> {
         Walk { planes, sequence, numbers, order, parts, bits, spare }
     }
 
-    /// Code them, in place.
+    /// Code all planes, in place.
     pub fn code(mut self) -> Result<()> {
         self.code_classes()?;
         if self.sequence.form == Form::Signed {
@@ -71,7 +71,7 @@ impl<'a, P: Planes> Walk<'a, P> {
         Ok(())
     }
 
-    /// Code bit lengths, or the numbers of Fixed.
+    /// Code bit lengths, or the numbers themselves if the form is Fixed.
     fn code_classes(&mut self) -> Result<()> {
         let (width, fixed) = (self.sequence.width, self.sequence.form == Form::Fixed);
         for place in (0..width).rev() {
@@ -100,7 +100,7 @@ impl<'a, P: Planes> Walk<'a, P> {
         Ok(())
     }
 
-    /// Code the signs of those that are not 0; the context of a part then ends with it.
+    /// Code the signs of nonzero numbers, and append them to the contexts.
     fn code_signs(&mut self) -> Result<()> {
         let there = |part: &Part| part.class > 0;
         self.code_bit(self.sequence.sign, there, |part| part.context, |_, number| number < 0)?;
@@ -112,7 +112,7 @@ impl<'a, P: Planes> Walk<'a, P> {
         Ok(())
     }
 
-    /// Code the first bits below the leading 1, in their contexts.
+    /// Code the first bits below the leading 1, in contexts.
     fn code_mantissas(&mut self) -> Result<()> {
         for depth in 0..MODELLED_BITS {
             self.code_bit(
@@ -125,7 +125,7 @@ impl<'a, P: Planes> Walk<'a, P> {
         Ok(())
     }
 
-    /// Code all other bits, which are raw: in the order of the sequence.
+    /// Code the remaining, raw bits in the order of the sequence.
     fn code_rest(&mut self) -> Result<()> {
         let signed = self.sequence.form == Form::Signed;
         let mut classes = vec![0u8; self.numbers.len()];
@@ -166,7 +166,8 @@ impl<'a, P: Planes> Walk<'a, P> {
         Ok(())
     }
 
-    /// Code a bit of the numbers of some parts, and part them by it: `known` gets the bit.
+    /// Code one bit of the numbers of the selected parts, append it to `known`, and split the
+    /// parts.
     fn code_bit(
         &mut self,
         model: usize,
@@ -208,13 +209,13 @@ impl<'a, P: Planes> Walk<'a, P> {
     }
 }
 
-/// Answers by which the elements of runs are parted: those of 0 first, all else in their order.
+/// Reorders the elements of each run by their bit: zeros first, otherwise stable.
 struct Parting<'a> {
     order: &'a mut [u32],
-    /// What is to be written, in the order before.
+    /// The bits to write, in the previous order.
     bits: &'a [bool],
     spare: &'a mut [u32],
-    /// How many elements of each run are answered 0.
+    /// The number of zeros in each run.
     zeros: &'a mut Vec<u32>,
 }
 

@@ -1,8 +1,8 @@
 //! Planes of bits in contexts, and the sections that hold them: SPEC 8.1.
 //!
-//! A walk over the planes of a section is written once, for both directions. A [`PlaneWriter`]
-//! takes the answers that it is handed; a [`PlaneReader`] writes those of the section over them.
-//! So a walk hands in what it knows, and goes on from what it is given back.
+//! A walk over the planes of a section is written once for both directions. A [`PlaneWriter`]
+//! encodes the bits that are passed in; a [`PlaneReader`] overwrites them with the bits of the
+//! section. The walk passes in what it has and continues with what it gets back.
 
 use super::counts::{Counts, Model};
 use super::probability::{
@@ -13,36 +13,36 @@ use super::words::{encode_bits, WeighedBits, WordReader};
 use crate::error::Result;
 use crate::records::Section;
 
-/// The answers to a plane whose elements stand by context.
+/// The bits of a plane whose elements are sorted by context.
 pub trait Answers {
-    /// Append the answers of a run that are to be written.
+    /// Append the bits of a run that are to be written.
     fn known(&self, run: Run, bits: &mut Vec<bool>);
 
-    /// Take the answers of a run, in the order of its elements; how many are 1.
+    /// Store the bits of a run, in the order of its elements, and return how many are 1.
     fn take(&mut self, run: Run, next: impl FnMut() -> bool) -> u64;
 }
 
 /// One direction of a walk over planes.
 pub trait Planes {
-    /// Whether answers are written, and not read.
+    /// Whether this direction writes.
     const WRITES: bool;
 
-    /// Code a plane by its runs, which ascend in context, and of which none is empty.
+    /// Code a plane by its runs, which are not empty and ascend in context.
     ///
     /// # Errors
-    /// Of the section that is read.
+    /// Those of reading the section.
     fn code_runs(&mut self, model: Model, runs: &[Run], answers: &mut impl Answers) -> Result<()>;
 
-    /// Code bits that are as likely 0 as 1, without contexts.
+    /// Code bits with probability 1/2, without contexts.
     ///
     /// # Errors
-    /// Of the section that is read.
+    /// Those of reading the section.
     fn code_raw(&mut self, bits: &mut [bool]) -> Result<()>;
 
-    /// Code a plane: `contexts` and `bits` have an entry to each element.
+    /// Code a plane; `contexts` and `bits` have one entry per element.
     ///
     /// # Errors
-    /// Of the section that is read.
+    /// Those of reading the section.
     fn code(&mut self, model: Model, contexts: &[u16], bits: &mut [bool]) -> Result<()> {
         let mut sorted = std::mem::take(self.spare());
         sorted.sort(contexts);
@@ -52,7 +52,7 @@ pub trait Planes {
         Ok(())
     }
 
-    /// The bits of elements that are to be written; where they are read, room for them.
+    /// The bits of the elements when writing; a buffer for them when reading.
     fn known<T>(elements: &[T], bit: impl Fn(&T) -> bool) -> Vec<bool> {
         if Self::WRITES {
             elements.iter().map(bit).collect()
@@ -61,11 +61,11 @@ pub trait Planes {
         }
     }
 
-    /// Room that is used again from plane to plane.
+    /// Buffers that are reused from plane to plane.
     fn spare(&mut self) -> &mut Sorted;
 }
 
-/// Answers in the order of the elements, not of their contexts.
+/// Bits in the order of the elements, which are not sorted by context.
 struct Scattered<'a> {
     order: &'a [u32],
     bits: &'a mut [bool],
@@ -87,7 +87,7 @@ impl Answers for Scattered<'_> {
     }
 }
 
-/// Gives back the planes of a section.
+/// Reads the planes of a section.
 #[derive(Debug)]
 pub struct PlaneReader<'a> {
     words: WordReader<'a>,
@@ -97,7 +97,7 @@ pub struct PlaneReader<'a> {
 }
 
 impl<'a> PlaneReader<'a> {
-    /// Begin a section; the counts go on from what they are.
+    /// Start a section; the counts are updated in place.
     ///
     /// # Errors
     /// `invalid-words`.
@@ -114,9 +114,9 @@ impl<'a> PlaneReader<'a> {
         self.words.finish()
     }
 
-    /// Read which probabilities are stated, and find the others: `weights`, one to a run.
+    /// Read which probabilities are stated and derive the others: `weights` gets one per run.
     fn weigh(&mut self, model: Model, runs: &[Run]) -> Result<()> {
-        const STATED: u32 = 0; // no weight of a 1 is 0
+        const STATED: u32 = 0; // no valid weight of a 1 is 0
         self.weights.clear();
         for run in runs {
             let stated = self.words.take(STATED_WEIGHT);
@@ -139,7 +139,7 @@ impl Planes for PlaneReader<'_> {
     fn code_runs(&mut self, model: Model, runs: &[Run], answers: &mut impl Answers) -> Result<()> {
         self.weigh(model, runs)?;
         for (run, &weight) in runs.iter().zip(&self.weights) {
-            let mut words = self.words; // a copy, which stays in registers
+            let mut words = self.words; // a copy, so that it stays in registers
             let ones = answers.take(*run, || words.take(weight));
             self.words = words;
             self.counts.learn(model, run.context, run.range().len() as u64 - ones, ones);
@@ -159,7 +159,7 @@ impl Planes for PlaneReader<'_> {
     }
 }
 
-/// Gathers planes and makes a section of them.
+/// Collects planes and encodes them as a section.
 #[derive(Debug)]
 pub struct PlaneWriter {
     counts: Counts,
@@ -170,13 +170,13 @@ pub struct PlaneWriter {
 }
 
 impl PlaneWriter {
-    /// Begin a section; the counts go on from what they are.
+    /// Start a section that continues from these counts.
     #[must_use]
     pub fn new(counts: Counts) -> Self {
         PlaneWriter { counts, bits: Vec::new(), runs: Vec::new(), spare: Sorted::default() }
     }
 
-    /// What was written.
+    /// The section of all planes written.
     #[must_use]
     pub fn section(&self) -> Section {
         let begins = std::iter::once(0).chain(self.runs.iter().map(|&(_, end)| end));
@@ -192,7 +192,7 @@ impl PlaneWriter {
         self.runs.push((weight, self.bits.len()));
     }
 
-    /// Of a context with so many bits, the weight and the code to be stated, if it is worth it.
+    /// For a context with these bits, choose the weight, and the code to state if it pays.
     fn choose(&self, model: Model, context: u32, zeros: u64, ones: u64) -> (u32, Option<u8>) {
         let (code, fitting) = choose_code(ones, zeros + ones);
         let known = self.counts.of(model, context).weight();

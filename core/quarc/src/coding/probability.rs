@@ -2,13 +2,13 @@
 
 use crate::error::{Error, Reject, Result};
 
-/// A weight w of a 1 is a probability of w / 2^`WEIGHT_BITS`.
+/// A weight w of a 1 bit is the probability w / 2^`WEIGHT_BITS`.
 pub const WEIGHT_BITS: u32 = 24;
 /// Bits of a probability code.
 pub const CODE_BITS: usize = 8;
-/// The weight of bits that are as likely 0 as 1.
+/// The weight of probability 1/2.
 pub const EVEN_WEIGHT: u32 = 1 << (WEIGHT_BITS - 1);
-/// The weight of the bit that says that a code is stated.
+/// The weight of the bit that signals a stated code.
 pub const STATED_WEIGHT: u32 = 1 << 18;
 
 const WEIGHT_TOTAL: u32 = 1 << WEIGHT_BITS;
@@ -28,10 +28,10 @@ const fn make_weights() -> [u32; CODES] {
     weights
 }
 
-/// The weight that a code stands for.
+/// The weight of a probability code.
 ///
 /// # Errors
-/// `bad-probability`: there is no such code.
+/// `bad-probability`: the code is undefined.
 pub fn weight_of_code(code: u8) -> Result<u32> {
     // [8.2-1]
     WEIGHTS.get(usize::from(code)).copied().ok_or_else(|| {
@@ -39,7 +39,7 @@ pub fn weight_of_code(code: u8) -> Result<u32> {
     })
 }
 
-/// The code nearest to `ones` of `count` bits being 1, and its weight; `count` is at least 1.
+/// The code nearest to the probability `ones` / `count`, and its weight; `count` is at least 1.
 #[must_use]
 pub fn choose_code(ones: u64, count: u64) -> (u8, u32) {
     let share = (ones << WEIGHT_BITS) / count;
@@ -56,7 +56,7 @@ pub fn choose_code(ones: u64, count: u64) -> (u8, u32) {
     (ascending(low) as u8, WEIGHTS[ascending(low)])
 }
 
-/// The code of a rank in the order of weights: those of the upper half descend.
+/// The code of a rank in ascending order of weight; codes of the upper half descend.
 const fn ascending(rank: usize) -> usize {
     if rank < HALF {
         rank
@@ -65,9 +65,9 @@ const fn ascending(rank: usize) -> usize {
     }
 }
 
-/// Whether a stated weight, `fitting`, saves more bits than stating it costs.
+/// Whether stating the weight `fitting` saves more bits than it costs.
 ///
-/// No decoder asks this: a float does no harm here.
+/// Only encoders decide this, so floats are safe here.
 #[must_use]
 pub fn is_worth_stating(zeros: u64, ones: u64, known: u32, fitting: u32) -> bool {
     let cost = CODE_BITS as f64 + (f64::from(WEIGHT_TOTAL) / f64::from(STATED_WEIGHT)).log2();

@@ -6,10 +6,10 @@ use crate::arithmetic::bit_length;
 use crate::constants::CODE_LIMIT;
 use crate::error::{Error, Result};
 
-/// Classes of the sum of what stands before a number, where that is its context.
+/// Number of classes of the sum of the preceding rows, where it is the context.
 pub const REST_CLASSES: usize = 8;
 
-/// Code rows as one sequence, row after row, in place; the number of a row is its outer context.
+/// Code rows as one sequence, row after row, in place; the outer context is the row number.
 pub fn code_rows<P: Planes>(
     planes: &mut P,
     sequence: &Sequence,
@@ -46,8 +46,8 @@ fn code_joined<P: Planes>(
     Ok(())
 }
 
-/// Code rows as a sequence each, in place, from the outer contexts of row `first` on; how far
-/// the rows before are from 0 is part of the context.
+/// Code each row as its own sequence, in place, in outer contexts from row `first` on. The sum of
+/// magnitudes of the preceding rows is part of the context.
 pub fn code_one_by_one<P: Planes>(
     planes: &mut P,
     sequence: &Sequence,
@@ -71,7 +71,7 @@ pub fn code_one_by_one<P: Planes>(
     Ok(())
 }
 
-/// Reject to write what `Signed(CLASS_BITS)` cannot say.
+/// When writing, check that the numbers fit into `Signed(CLASS_BITS)`.
 pub fn require_within<P: Planes>(numbers: &[i64]) -> Result<()> {
     let beyond = |number: &i64| number.unsigned_abs() > CODE_LIMIT as u64;
     if P::WRITES && numbers.iter().any(beyond) {

@@ -1,4 +1,4 @@
-//! A canonical frame coded against an earlier one: SPEC 7.9.
+//! Snapshots, which are canonical frames coded against an earlier one: SPEC 7.9.
 
 use super::canonical::{
     order_of, read_canonical, require_writable, sort, take, write_canonical, Grid,
@@ -7,32 +7,31 @@ use super::survivors::{can_survive, read_survivors, write_survivors};
 use crate::error::{Error, Reject, Result};
 use crate::records::{Gaussians, Section, SnapshotChunk};
 
-/// What stands for the root of a Gaussian that is no survivor.
+/// The root of a Gaussian that does not survive from the CANO.
 pub const NEWBORN: i32 = -1;
 
-/// What a SNAP chunk says of a frame, and the frame.
+/// The content of a SNAP chunk, and the resulting frame.
 #[derive(Clone, Debug)]
 pub struct CodedSnapshot {
-    /// Gaussians that the CANO has not.
+    /// Number of new Gaussians, which are not in the CANO.
     pub newborn_count: u32,
-    /// Where these lie.
+    /// Bounding box of the new Gaussians.
     pub grid: Grid,
-    /// The Gaussians of the CANO that are still there.
+    /// Section of the survivors of the CANO.
     pub survivors: Section,
-    /// Of the newborn.
+    /// Sections of the new Gaussians.
     pub sections: [Section; 6],
-    /// All Gaussians, in the order that the frame has.
+    /// All Gaussians, in the order of the frame.
     pub gaussians: Gaussians,
 }
 
-/// Code Gaussians, in any order, against those of a CANO.
+/// Encode Gaussians, in any order, against those of a CANO.
 ///
-/// Of each, `roots` has the index in the CANO of what it was there, or [`NEWBORN`]. What has
-/// changed too much since is coded as newborn.
+/// `roots` holds for each Gaussian its index in the CANO, or [`NEWBORN`]. Gaussians that have
+/// changed too much since are coded as new.
 ///
 /// # Errors
-/// `Encode`: the frame is too wide, a number is out of its range, or roots are not in the CANO
-/// once each.
+/// `Encode`: the frame is too wide, a number is out of range, or a root is invalid or used twice.
 pub fn write_snapshot(
     canonical: &Gaussians,
     gaussians: &Gaussians,
@@ -50,13 +49,14 @@ pub fn write_snapshot(
     Ok(CodedSnapshot { newborn_count, grid, survivors: section, sections, gaussians })
 }
 
-/// The indices of survivors, in the order of the CANO, and those of all others.
+/// The indices of the survivors, in the order of the CANO, and the indices of all others.
 fn part(
     canonical: &Gaussians,
     gaussians: &Gaussians,
     roots: &[i32],
 ) -> Result<(Vec<u32>, Vec<u32>)> {
-    let unfit = || Error::Encode("survivors are not of the canonical frame, once each".into());
+    let unfit =
+        || Error::Encode("a survivor is not in the canonical frame, or occurs twice".into());
     if roots.len() != gaussians.count() || gaussians.codes.len() != canonical.codes.len() {
         return Err(unfit());
     }
@@ -75,13 +75,14 @@ fn part(
     Ok((survivors, newborn))
 }
 
-/// Decode a frame that is coded against a CANO: its Gaussians, in their order, and of each the
-/// index in the CANO or [`NEWBORN`].
+/// Decode a frame that is coded against a CANO: its Gaussians, in order, and for each its index in
+/// the CANO or [`NEWBORN`].
 ///
-/// `check` is asked for how many Gaussians there are to be, before they are made.
+/// `check` is called with the number of Gaussians before they are allocated.
 ///
 /// # Errors
-/// Of the sections and of `check`; `symbol-range`, the frame is too wide; `position-range`.
+/// Those of reading the sections and of `check`; `symbol-range` if the frame is too wide;
+/// `position-range`.
 pub fn read_snapshot(
     chunk: &SnapshotChunk,
     canonical: &Gaussians,
@@ -105,7 +106,7 @@ pub fn read_snapshot(
     Ok((take(&gaussians, &order), roots))
 }
 
-/// All of some Gaussians and then all of others.
+/// The Gaussians of `first` followed by those of `second`.
 fn join(mut first: Gaussians, mut second: Gaussians) -> Gaussians {
     let positions = first.positions.iter_mut().zip(&mut second.positions);
     let rotations = first.rotations.iter_mut().zip(&mut second.rotations);

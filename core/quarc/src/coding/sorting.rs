@@ -1,36 +1,36 @@
-//! The elements of a plane by context: how SPEC 8.1 asks them.
+//! The elements of a plane sorted by context, as SPEC 8.1 requires.
 
-/// Elements of one context that stand side by side.
+/// Adjacent elements of one context.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Run {
-    /// Of the plane's model.
+    /// Context within the model of the plane.
     pub context: u32,
-    /// Where they begin.
+    /// Index of the first element.
     pub first: u32,
-    /// Where they end; after `first`.
+    /// Index past the last element; above `first`.
     pub last: u32,
 }
 
 impl Run {
-    /// Its elements among all.
+    /// The index range of its elements.
     #[must_use]
     pub const fn range(self) -> std::ops::Range<usize> {
         self.first as usize..self.last as usize
     }
 }
 
-/// The elements of a plane, sorted; may be used again.
+/// The sorted elements of a plane. The buffers can be reused.
 #[derive(Clone, Debug, Default)]
 pub struct Sorted {
-    /// The elements by context, those of one context in their order.
+    /// The elements sorted by context; the sort is stable.
     pub order: Vec<u32>,
-    /// Where contexts begin in that order; ascending, and none empty.
+    /// The runs of equal contexts, ascending; none is empty.
     pub runs: Vec<Run>,
     places: Vec<[u32; LANES]>,
 }
 
-/// So many elements are looked at in turn, far from each other: none of them waits for what the
-/// one before has written.
+/// Number of interleaved positions that are processed in turn, far apart, so that no iteration
+/// waits for what the previous one has written.
 const LANES: usize = 4;
 
 impl Sorted {
@@ -53,7 +53,7 @@ impl Sorted {
         });
     }
 
-    /// Make of how many elements each context has where the next of them goes.
+    /// Convert the number of elements per context to the position of its next element.
     fn find_runs(&mut self) {
         self.runs.clear();
         let mut first = 0;

@@ -1,7 +1,7 @@
 //! The survivors of a snapshot: SPEC 8.9.
 //!
-//! They stand in the order of the CANO, which is Morton's: the one before is a neighbor, and has
-//! often moved alike.
+//! They are in the Morton order of the CANO, so that the preceding survivor is a neighbor, which
+//! has often moved similarly.
 
 use super::canonical::{code_index, PLAIN_CODES, ROTATION_INDEX_BITS};
 use super::counts::{Counts, Model};
@@ -16,8 +16,8 @@ use std::ops::Range;
 const POSITION: Range<usize> = 0..3;
 const ROTATION: Range<usize> = 3..7;
 const FIELDS: [Range<usize>; 5] = [POSITION, ROTATION, 7..10, 10..11, 11..14];
-/// Greatest magnitude of a difference that is written, so that the difference of two is a number
-/// of `Signed(CLASS_BITS)`.
+/// Maximum magnitude of a written difference, so that the difference of two of these fits into
+/// `Signed(CLASS_BITS)`.
 const MOST_CHANGE: i64 = (1 << 14) - 1;
 
 // The contexts, model after model.
@@ -27,9 +27,9 @@ const INDEX: Sequence = Sequence::fixed(32, 1, ROTATION_INDEX_BITS);
 const DIFFERENCES: Sequence =
     Sequence::signed(INDEX.end(), REST_CLASSES * SURVIVOR_ROWS, CLASS_BITS);
 
-/// Code which Gaussians of a CANO survive, `kept`, ascending, and what they are now.
+/// Encode which Gaussians of a CANO survive (`kept`, ascending) and their current values.
 ///
-/// Of each, [`can_survive`] holds.
+/// [`can_survive`] must hold for each of them.
 #[must_use]
 pub fn write_survivors(canonical: &Gaussians, kept: &[u32], survivors: &Gaussians) -> Section {
     let mut lives = vec![false; canonical.count()];
@@ -40,11 +40,12 @@ pub fn write_survivors(canonical: &Gaussians, kept: &[u32], survivors: &Gaussian
         rows.iter_mut().zip(differences).for_each(|(row, number)| row.push(number as i32));
     }
     let mut writer = PlaneWriter::new(Counts::new(DIFFERENCES.end()));
-    walk(&mut writer, lives, rows, |_| Ok(())).expect("what can survive can be written");
+    walk(&mut writer, lives, rows, |_| Ok(()))
+        .expect("survivors are within the range of the format");
     writer.section()
 }
 
-/// Whether a Gaussian can be coded as what is left of one of a CANO.
+/// Whether a Gaussian can be coded as the survivor of a given one of the CANO.
 #[must_use]
 pub fn can_survive(
     gaussians: &Gaussians,
@@ -59,12 +60,12 @@ pub fn can_survive(
             .all(|number| number.abs() <= MOST_CHANGE)
 }
 
-/// Decode the survivors of a CANO: their indices in it, ascending, and what they are now.
+/// Decode the survivors of a CANO: their indices in it, ascending, and their current values.
 ///
-/// `check` is asked once it is known how many they are, before they are made.
+/// `check` is called with the number of survivors before they are allocated.
 ///
 /// # Errors
-/// Of the section and of `check`; `position-range`.
+/// Those of reading the section and of `check`; `position-range`.
 pub fn read_survivors(
     section: &Section,
     canonical: &Gaussians,
@@ -79,7 +80,7 @@ pub fn read_survivors(
     Ok((kept, survivors))
 }
 
-/// The planes; `lives` has an entry to each Gaussian of the CANO, `rows` to each survivor.
+/// Walk the planes; `lives` has one entry per Gaussian of the CANO, `rows` one per survivor.
 fn walk<P: Planes>(
     planes: &mut P,
     mut lives: Vec<bool>,
@@ -113,7 +114,7 @@ fn walk<P: Planes>(
     Ok((kept, coded))
 }
 
-/// The differences of a field.
+/// Code the differences of a field.
 fn code_field<P: Planes>(
     planes: &mut P,
     field: Range<usize>,
@@ -141,7 +142,7 @@ fn code_field<P: Planes>(
     Ok(rows.into_iter().map(sum).collect())
 }
 
-/// What may differ of a Gaussian.
+/// The numbers of a Gaussian that can differ.
 fn numbers_of(gaussians: &Gaussians, place: usize) -> [i64; SURVIVOR_ROWS] {
     let mut numbers = [0; SURVIVOR_ROWS];
     let positions = gaussians.positions.iter().chain(&gaussians.rotations);
@@ -151,7 +152,8 @@ fn numbers_of(gaussians: &Gaussians, place: usize) -> [i64; SURVIVOR_ROWS] {
     numbers
 }
 
-/// How a Gaussian differs from another; of a rotation of another index its components themselves.
+/// The differences of a Gaussian from another. If the rotation index differs, the rotation
+/// components themselves.
 fn subtract(
     gaussians: &Gaussians,
     place: usize,
@@ -170,13 +172,13 @@ fn subtract(
     differences
 }
 
-/// The survivors (SPEC 7.9).
+/// Reconstruct the survivors (SPEC 7.9).
 fn add(canonical: &Gaussians, kept: &[u32], rows: &[Vec<i64>]) -> Result<Gaussians> {
     let mut survivors = super::canonical::take(canonical, kept);
     let far = || Error::new(Reject::PositionRange, "a survivor is off the lattice");
     for (row, differences) in survivors.positions.iter_mut().zip(&rows[POSITION]) {
         for (number, difference) in row.iter_mut().zip(differences) {
-            // [7.9-5] What 32 bits do not hold is beyond the lattice at every step.
+            // [7.9-5] A position that does not fit into 32 bits is off the lattice for every step.
             let sum = i64::from(*number) + difference;
             *number = sum as i32;
             if i64::from(*number) != sum {

@@ -1,7 +1,7 @@
 //! Updates of single Gaussians: SPEC 8.8.
 //!
-//! Most Gaussians of a frame do not change: the first plane is over all of them, all others are
-//! over the few that do.
+//! Most Gaussians of a frame are not updated: the first plane covers all Gaussians, and the other
+//! planes only the few that are.
 
 use super::counts::{Counts, Model};
 use super::motion::{magnitude, Channels};
@@ -13,13 +13,13 @@ use crate::error::{Error, Result};
 use crate::records::{Section, Updates};
 use std::ops::Range;
 
-/// Rows of residuals of translation.
+/// Rows of translation residuals.
 pub const TRANSLATION: Range<usize> = 0..3;
-/// Rows of residuals of rotation.
+/// Rows of rotation residuals.
 pub const ROTATION: Range<usize> = 3..6;
-/// Rows of residuals of codes.
+/// Rows of code residuals.
 pub const CODES: Range<usize> = 6..RESIDUAL_ROWS;
-/// Greatest magnitude of a residual of rotation.
+/// Maximum magnitude of a rotation residual.
 pub const TURN_LIMIT: u32 = 256;
 
 const FIELDS: [Range<usize>; 5] = [TRANSLATION, ROTATION, 6..9, 9..10, 10..13];
@@ -30,25 +30,26 @@ const DIES: usize = 16;
 const MAY_DIFFER: [usize; 5] = [20, 21, 23, 27, 35];
 const RESIDUALS: Sequence = Sequence::signed(51, 3 * RESIDUAL_ROWS, CLASS_BITS);
 
-/// What is known of the Gaussians of a frame before its updates.
+/// What is known about the Gaussians of a frame before its updates.
 #[derive(Clone, Copy, Debug)]
 pub struct UpdateContext<'a> {
-    /// What moved each in this frame.
+    /// The anchors' motion of each Gaussian in this frame.
     pub motion: &'a [Channels],
-    /// Frames since each was updated or born, at most `RECENCY_LIMIT`.
+    /// Frames since each Gaussian was updated or born, at most `RECENCY_LIMIT`.
     pub recency: &'a [u8],
 }
 
-/// The contexts of updates, of which none has seen anything.
+/// Contexts of updates in their initial state.
 #[must_use]
 pub fn update_counts() -> Counts {
     Counts::new(RESIDUALS.end())
 }
 
-/// Code the updates of a frame.
+/// Encode the updates of a frame.
 ///
 /// # Errors
-/// `Encode`: a residual is beyond what the format carries, or they are not of these Gaussians.
+/// `Encode`: a residual exceeds the range of the format, or the updates do not match these
+/// Gaussians.
 pub fn write_updates(
     context: UpdateContext<'_>,
     updates: &Updates,
@@ -67,7 +68,7 @@ pub fn write_updates(
 /// Decode the updates of a frame.
 ///
 /// # Errors
-/// Of the section.
+/// Those of reading the section.
 pub fn read_updates(
     section: &Section,
     context: UpdateContext<'_>,
@@ -80,7 +81,7 @@ pub fn read_updates(
     Ok(updates)
 }
 
-/// Whether updates have the shape that they need, for a scene of so many Gaussians.
+/// Check the shape of updates for a scene of `count` Gaussians.
 ///
 /// # Errors
 /// `Encode`.
@@ -93,7 +94,7 @@ pub fn require_shape(updates: &Updates, count: usize) -> Result<()> {
     if ascend && within && rows && updates.dies.len() == size {
         return Ok(());
     }
-    Err(Error::Encode("updates are not of ascending Gaussians of the scene".into()))
+    Err(Error::Encode("updates do not have ascending indices of Gaussians of the scene".into()))
 }
 
 fn require_writable(updates: &Updates, count: usize) -> Result<()> {
@@ -105,7 +106,7 @@ fn require_writable(updates: &Updates, count: usize) -> Result<()> {
     Ok(())
 }
 
-/// The planes; `changes` has an entry to each Gaussian, `known` is what is written.
+/// Walk the planes; `changes` has one entry per Gaussian, and `known` is what is written.
 fn walk<P: Planes>(
     planes: &mut P,
     context: UpdateContext<'_>,
@@ -129,7 +130,7 @@ fn walk<P: Planes>(
     Ok(Updates { gaussians, dies, residuals })
 }
 
-/// 4 M + R of each Gaussian: how far it was moved, and how lately it was changed.
+/// The context 4 M + R of each Gaussian: how far it was moved, and how recently it was updated.
 fn changes_contexts(context: UpdateContext<'_>) -> Vec<u16> {
     let own = |(motion, &recency): (&Channels, &u8)| {
         let far = [0, 1, 2, 2, 3][usize::from(magnitude(motion).min(4))];
@@ -138,7 +139,7 @@ fn changes_contexts(context: UpdateContext<'_>) -> Vec<u16> {
     context.motion.iter().zip(context.recency).map(own).collect()
 }
 
-/// Which fields of the Gaussians at some places differ, and by how much.
+/// Code which fields of the selected Gaussians change, and by how much.
 fn code_fields<P: Planes>(planes: &mut P, left: &[u32], residuals: &mut [Vec<i32>]) -> Result<()> {
     let mut answers = vec![0u16; left.len()];
     for (number, field) in FIELDS.iter().enumerate() {
@@ -157,7 +158,7 @@ fn code_fields<P: Planes>(planes: &mut P, left: &[u32], residuals: &mut [Vec<i32
     Ok(())
 }
 
-/// The residuals of a field; the sign of the sum of those before is part of the context.
+/// Code the residuals of a field; the sign of the sum of the preceding rows is part of the context.
 fn code_field<P: Planes>(
     planes: &mut P,
     there: &[u32],

@@ -1,4 +1,4 @@
-//! Bits to words and back, by ANS: SPEC 8.3.
+//! Bits to words and back, by asymmetric numeral systems (ANS): SPEC 8.3.
 
 use super::probability::WEIGHT_BITS;
 use crate::error::{Error, Reject, Result};
@@ -6,7 +6,7 @@ use crate::error::{Error, Reject, Result};
 const WEIGHT_TOTAL: u64 = 1 << WEIGHT_BITS;
 const WORD_BITS: u32 = 32;
 
-/// Takes bits from the words of a section.
+/// Decodes bits from the words of a section.
 #[derive(Clone, Copy, Debug)]
 pub struct WordReader<'a> {
     state: u64,
@@ -14,10 +14,10 @@ pub struct WordReader<'a> {
 }
 
 impl<'a> WordReader<'a> {
-    /// Begin with the words of a section.
+    /// Start with the words of a section.
     ///
     /// # Errors
-    /// `invalid-words`: the last of them is 0.
+    /// `invalid-words`: the last word is 0.
     pub fn new(words: &'a [u32]) -> Result<Self> {
         match words.split_last() {
             // [8.3-1]
@@ -27,7 +27,7 @@ impl<'a> WordReader<'a> {
         }
     }
 
-    /// Take a bit whose 1 has the given weight of 2^24.
+    /// Decode a bit; `weight` is that of a 1, of 2^24.
     #[inline]
     pub fn take(&mut self, weight: u32) -> bool {
         if self.state >> WORD_BITS == 0 {
@@ -40,7 +40,7 @@ impl<'a> WordReader<'a> {
         let zero = WEIGHT_TOTAL - one;
         let (high, part) = (self.state >> WEIGHT_BITS, self.state & (WEIGHT_TOTAL - 1));
         let bit = part >= zero;
-        // Both answers first: a branch before them would often be guessed wrong.
+        // Compute both outcomes first: a branch here would often be mispredicted.
         let if_zero = high * zero + part;
         let if_one = (high * one + part).wrapping_sub(zero);
         self.state = if bit { if_one } else { if_zero };
@@ -50,7 +50,7 @@ impl<'a> WordReader<'a> {
     /// End the section.
     ///
     /// # Errors
-    /// `unconsumed-words`: something is left.
+    /// `unconsumed-words`: words or state are left.
     pub fn finish(&self) -> Result<()> {
         // [8.3-2] [8.3-3]
         if self.state != 0 || !self.words.is_empty() {
@@ -60,16 +60,16 @@ impl<'a> WordReader<'a> {
     }
 }
 
-/// Bits of one weight that follow each other in a section.
+/// Consecutive bits of the same weight in a section.
 #[derive(Clone, Copy, Debug)]
 pub struct WeighedBits<'a> {
-    /// Of a 1, of 2^24.
+    /// Weight of a 1, of 2^24.
     pub weight: u32,
-    /// In the order in which a decoder takes them.
+    /// In decoding order.
     pub bits: &'a [bool],
 }
 
-/// The words of bits, in the order in which a section stores them.
+/// Encode bits to words, in the order in which a section stores them.
 #[must_use]
 pub fn encode_bits<'a>(runs: impl DoubleEndedIterator<Item = WeighedBits<'a>>) -> Vec<u32> {
     let mut state = 0u64;

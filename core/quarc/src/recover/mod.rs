@@ -1,7 +1,7 @@
-//! Decoding past damage: SPEC 11.4.
+//! Decoding of damaged streams: SPEC 11.4.
 //!
-//! What is lost is said: every byte of a stream is either in a chunk that was taken or in a gap
-//! that is reported.
+//! All losses are reported: every byte of a stream is either in a decoded chunk or in a reported
+//! gap.
 
 mod search;
 
@@ -16,43 +16,42 @@ use search::{Resumption, Searches, Wanted};
 use std::collections::VecDeque;
 use std::ops::Deref;
 
-/// A part of a stream that was left out. [11.4-2]
+/// A part of the stream that was skipped. [11.4-2]
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Gap {
-    /// Where it begins, bytes.
+    /// Byte offset of its start.
     pub offset: u64,
-    /// How many bytes it has.
+    /// Number of bytes.
     pub bytes: u64,
-    /// What was wrong at its beginning (SPEC 3.3).
+    /// Why its start was rejected (SPEC 3.3).
     pub reject: Reject,
-    /// The same for people.
+    /// The reason, for people.
     pub message: String,
-    /// How many frames are missing for it; `None` where this cannot be told.
+    /// Number of frames lost in it; `None` if unknown.
     pub frames_lost: Option<u64>,
 }
 
-/// What comes of a stream that may be damaged.
+/// An item of a stream that may be damaged.
 #[derive(Debug)]
 pub enum Recovered<'a> {
     /// The state of a frame.
     Frame(&'a State),
-    /// What is missing before the next frame.
+    /// A gap before the next frame.
     Gap(Gap),
 }
 
-/// Decodes the frames of a stream that may be damaged, and tells what is missing between them.
+/// Decodes the frames of a stream that may be damaged, and reports the gaps between them.
 ///
-/// After damage decoding goes on at the next CANO whose CRCs hold, or at a snapshot that is
-/// coded against a CANO which has been decoded; an ancillary chunk that is damaged is left out
-/// alone. What is known of the stream otherwise is asked of the [`StateDecoder`] that this one
-/// derefs to.
+/// After damage, decoding continues at the next CANO with correct CRCs, or at a snapshot coded
+/// against a CANO that was decoded. Damaged ancillary chunks are skipped alone. The decoder derefs
+/// to its [`StateDecoder`], which has the other information on the stream.
 #[derive(Debug)]
 pub struct Recovery<S> {
     reader: ChunkReader<S>,
     states: StateDecoder,
     searches: Searches,
-    first: Option<u32>, // ordinal of the stream's first frame, if it was decoded
-    due: Option<u64>,   // ordinal of the frame to come
+    first: Option<u32>, // ordinal of the first frame of the stream, if it was decoded
+    due: Option<u64>,   // ordinal of the next frame
     gaps: VecDeque<Gap>,
     is_over: bool,
     failure: Option<Error>,
@@ -67,10 +66,10 @@ impl<S> Deref for Recovery<S> {
 }
 
 impl<S: Source> Recovery<S> {
-    /// A decoder of a stream whose HEAD is whole.
+    /// A decoder of a stream whose HEAD is intact.
     ///
     /// # Errors
-    /// What is wrong with HEAD.
+    /// Those of reading HEAD.
     pub fn new(source: S) -> Result<Self> {
         let mut reader = ChunkReader::new(source)?;
         let mut states = StateDecoder::default();
@@ -87,10 +86,10 @@ impl<S: Source> Recovery<S> {
         })
     }
 
-    /// The next frame, or what is missing before it; `None` when the stream is over.
+    /// Return the next frame, or a gap before it; `None` at the end of the stream.
     ///
     /// # Errors
-    /// `unknown-critical`, also if it is pulled again; [`Error::Limit`]; [`Error::Source`].
+    /// `unknown-critical`, also on further calls; [`Error::Limit`]; [`Error::Source`].
     pub fn pull(&mut self) -> Result<Option<Recovered<'_>>> {
         if let Some(failure) = &self.failure {
             return Err(failure.clone());
@@ -105,7 +104,7 @@ impl<S: Source> Recovery<S> {
         }
     }
 
-    /// Go on to the end of the next frame; false where a gap comes first, or nothing.
+    /// Decode up to the next frame; false if a gap comes first or the stream ends.
     fn advance(&mut self) -> Result<bool> {
         while self.gaps.is_empty() && !self.is_over {
             let begin = self.reader.order.offset;
@@ -122,8 +121,8 @@ impl<S: Source> Recovery<S> {
         Ok(false)
     }
 
-    /// Read a chunk and decode it; returns whether it is a frame. `accepted` becomes its header
-    /// if that is accepted.
+    /// Read and decode a chunk; returns whether it is a frame. `accepted` is set to its header once
+    /// this is accepted.
     fn take_chunk(&mut self, accepted: &mut Option<ChunkHeader>) -> Result<bool> {
         let Some(header) = self.reader.read_header()? else { return Ok(false) };
         *accepted = Some(header);
@@ -142,7 +141,7 @@ impl<S: Source> Recovery<S> {
         Ok(is_frame)
     }
 
-    /// Behind TAIL.
+    /// Handle the end of the stream, after TAIL.
     fn end(&mut self) -> Result<()> {
         self.is_over = true;
         let (place, size) = (self.reader.order.offset, self.reader.source.size()?);
@@ -153,7 +152,7 @@ impl<S: Source> Recovery<S> {
         Ok(())
     }
 
-    /// Go on past a chunk that is rejected.
+    /// Continue after a rejected chunk.
     fn leave_out(
         &mut self,
         begin: u64,
@@ -191,7 +190,7 @@ impl<S: Source> Recovery<S> {
         Ok(())
     }
 
-    /// Nothing to resume at is left.
+    /// Report the rest of the stream as a gap, as decoding cannot resume in it.
     fn give_up(&mut self, begin: u64, reject: Reject, error: &Error) -> Result<()> {
         self.is_over = true;
         let size = self.reader.source.size()?;
@@ -204,8 +203,8 @@ impl<S: Source> Recovery<S> {
         Ok(())
     }
 
-    /// How many frames are missing before the chunk that decoding resumes at, whose ordinal is
-    /// due from now on; at TAIL that of the frame behind the last, if it can be told.
+    /// Return the number of frames lost before the chunk at which decoding resumes, and expect its
+    /// ordinal next; at TAIL, expect the ordinal after the last frame, if known.
     fn count_lost(&mut self, found: &Resumption) -> Option<u64> {
         let number = u64::from(found.number);
         let due = if found.header.kind == TAIL {

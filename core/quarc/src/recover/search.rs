@@ -1,8 +1,8 @@
-//! After damage: the next chunk that decoding can resume at (`resume` of SPEC 11.4).
+//! Search for the next chunk at which decoding can resume after damage (`resume` of SPEC 11.4).
 //!
-//! A search looks at every sync word once. Each payload whose CRC is checked in vain is counted
-//! over all searches of a stream, so that their time stays in proportion to the stream, also
-//! where it was made to look like chunks. [13-2]
+//! A search looks at every sync word once. Payloads whose CRC does not match are counted over all
+//! searches of a stream, so that the time stays proportional to the size of the stream, even for
+//! streams that contain many false chunks. [13-2]
 
 use crate::chunks::{
     effort_limit, header_crc_holds, read_fields, ChunkHeader, CANO, CHUNK_HEADER_BYTES, SNAP, SYNC,
@@ -12,35 +12,35 @@ use crate::error::{Reject, Result};
 use crate::reader::check_payload;
 use crate::source::{read, Source};
 
-const FIRST_WINDOW_BYTES: u64 = 1 << 12; // what is looked for is often near
+const FIRST_WINDOW_BYTES: u64 = 1 << 12; // the next chunk is often near
 const WINDOW_BYTES: u64 = 1 << 20;
 const EFFORT: u64 = 16;
 const CANONICAL_BYTES: u32 = 4; // the ordinal of the frame
 const SNAPSHOT_BYTES: u32 = 8; // and that of the CANO
 
-/// What a chunk must be that decoding can resume at.
+/// Requirements on a chunk at which decoding can resume.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wanted {
-    /// First byte to look at.
+    /// First byte to examine.
     pub offset: u64,
-    /// Least number of a chunk that is still to come.
+    /// Minimum sequence number of the chunk.
     pub sequence: u64,
-    /// Least ordinal of a frame that is still to come.
+    /// Minimum ordinal of its frame.
     pub frame: u64,
-    /// Ordinal of the CANO that a snapshot may be coded against, if there is one.
+    /// Ordinal of the CANO that a snapshot may be coded against, if any.
     pub canonical: Option<u32>,
 }
 
-/// A chunk that decoding can resume at.
+/// A chunk at which decoding can resume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Resumption {
     /// Its header.
     pub header: ChunkHeader,
-    /// The ordinal of its frame; at TAIL, how many frames the stream has.
+    /// The ordinal of its frame; for TAIL, the number of frames of the stream.
     pub number: u32,
 }
 
-/// All searches in one stream.
+/// The effort of all searches in a stream.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Searches {
     limit: u32,
@@ -48,17 +48,17 @@ pub(super) struct Searches {
 }
 
 impl Searches {
-    /// Searches in a stream whose payloads have so many bytes at most.
+    /// The searches of a stream whose payloads have at most `limit` bytes.
     pub fn new(limit: u32) -> Self {
         Searches { limit, spent: 0 }
     }
 
-    /// Count a payload that was checked in vain.
+    /// Count a payload whose CRC did not match.
     pub fn spend(&mut self, length: u32) {
         self.spent += u64::from(length);
     }
 
-    /// The first chunk that is wanted and whose CRCs hold; `None` where the stream has none.
+    /// The first wanted chunk with correct CRCs; `None` if there is none.
     pub fn find<S: Source>(
         &mut self,
         source: &mut S,
@@ -78,7 +78,7 @@ impl Searches {
             if (window.len() as u64) < size {
                 return Ok(None);
             }
-            start += size - CHUNK_HEADER_BYTES as u64 + 1; // no header is cut in both windows
+            start += size - CHUNK_HEADER_BYTES as u64 + 1; // windows overlap, so that no header is cut in both
             size = (2 * size).min(WINDOW_BYTES);
         }
     }
@@ -107,7 +107,7 @@ impl Searches {
         offset + u64::from(effort_limit(self.limit))
     }
 
-    /// Whether a chunk may be one to resume at, by its header.
+    /// Whether a header may be that of a wanted chunk.
     fn admits(&self, header: &ChunkHeader, wanted: &Wanted) -> bool {
         if u64::from(header.sequence) < wanted.sequence || header.length > self.limit {
             return false;
@@ -121,7 +121,7 @@ impl Searches {
     }
 }
 
-/// A chunk as one to resume at, if its payload CRC holds and it is still to come.
+/// Return the chunk if its payload CRC matches and its frame is wanted.
 fn prove<S: Source>(
     source: &mut S,
     header: &ChunkHeader,
@@ -145,7 +145,7 @@ fn prove<S: Source>(
     Ok(fits.then_some(Resumption { header: *header, number }))
 }
 
-/// Where sync words stand in some bytes.
+/// The positions of sync words in `bytes`.
 fn find_syncs(bytes: &[u8]) -> impl Iterator<Item = usize> + '_ {
     let places = bytes.windows(SYNC.len()).enumerate();
     places.filter(|(_, word)| *word == SYNC).map(|(place, _)| place)

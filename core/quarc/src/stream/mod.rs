@@ -1,4 +1,4 @@
-//! A stream whose bytes come in their order: push bytes, pull states.
+//! Decoding of a stream whose bytes arrive in order: push bytes, pull states.
 
 mod states;
 
@@ -16,11 +16,11 @@ use std::ops::Deref;
 
 const PIECE_BYTES: usize = 1 << 16;
 
-/// Takes the bytes of a stream as they come and gives the state of every frame.
+/// Takes the bytes of a stream as they arrive and returns the state of every frame.
 ///
-/// Push bytes, in pieces of any size, and pull until nothing comes; at the end of the bytes
-/// call [`Decoder::finish`] and pull once more. What is known of the stream otherwise is asked
-/// of the [`StateDecoder`] that this one derefs to.
+/// Push bytes, in pieces of any size, and pull until nothing is returned; at the end of the stream
+/// call [`Decoder::finish`] and pull once more. The decoder derefs to its [`StateDecoder`], which
+/// has the other information on the stream.
 ///
 /// ```
 /// use quarc::stream::Decoder;
@@ -35,18 +35,18 @@ const PIECE_BYTES: usize = 1 << 16;
 ///     }
 /// }
 /// decoder.finish();
-/// decoder.pull()?; // an error, if the stream is cut
+/// decoder.pull()?; // an error if the stream is truncated
 /// assert_eq!(gaussians, [12, 12, 13, 12, 12, 13, 12, 12, 13]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
     bytes: Vec<u8>,
-    taken: usize, // bytes at the front that are done with
+    taken: usize, // consumed bytes at the front
     is_begun: bool,
     is_finished: bool,
     order: ChunkOrder,
-    at_hand: Option<ChunkHeader>, // accepted; its payload is due
+    at_hand: Option<ChunkHeader>, // accepted; its payload is next
     passed_over: crc32fast::Hasher,
     passed_bytes: usize, // of a payload that is not kept
     states: StateDecoder,
@@ -62,13 +62,13 @@ impl Deref for Decoder {
 }
 
 impl Decoder {
-    /// A decoder that nothing has been pushed to.
+    /// A decoder without any bytes.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Take the next bytes of the stream; they are looked at when a state is pulled.
+    /// Append the next bytes of the stream; they are decoded by [`Decoder::pull`].
     pub fn push(&mut self, bytes: &[u8]) {
         if self.taken >= self.bytes.len() / 2 {
             self.bytes.drain(..self.taken);
@@ -77,23 +77,23 @@ impl Decoder {
         self.bytes.extend_from_slice(bytes);
     }
 
-    /// Take it that no more bytes will come.
+    /// Declare the end of the bytes.
     pub fn finish(&mut self) {
         self.is_finished = true;
     }
 
-    /// Whether the stream is over, from the magic to TAIL.
+    /// Whether the stream is complete, from the magic to TAIL.
     #[must_use]
     pub fn is_over(&self) -> bool {
         self.order.is_past_tail()
     }
 
-    /// The state of the next frame, once its CRC holds; `None` where more bytes are needed, or
-    /// the stream is over.
+    /// Return the state of the next frame, after checking its CRC; `None` if more bytes are needed
+    /// or the stream has ended.
     ///
     /// # Errors
-    /// What is wrong with the stream, also if it is pulled again; all frames before the fault
-    /// have been given out.
+    /// The stream is malformed; further calls return the same error. All frames before it have been
+    /// returned.
     pub fn pull(&mut self) -> Result<Option<&State>> {
         if let Some(failure) = &self.failure {
             return Err(failure.clone());
@@ -108,7 +108,7 @@ impl Decoder {
         }
     }
 
-    /// Go on to the end of the next frame; false if it has not come.
+    /// Decode up to the next frame; false if it has not arrived.
     fn advance(&mut self) -> Result<bool> {
         if !self.begin()? {
             return Ok(false);
@@ -137,7 +137,7 @@ impl Decoder {
         Ok(false)
     }
 
-    /// Pass the magic; false if it has not come.
+    /// Read the magic; false if it has not arrived.
     fn begin(&mut self) -> Result<bool> {
         if self.is_begun {
             return Ok(true);
@@ -151,7 +151,7 @@ impl Decoder {
         Ok(true)
     }
 
-    /// The header of the chunk at hand, accepted; `None` if it has not come.
+    /// Read and check the next chunk header; `None` if it has not arrived.
     fn take_header(&mut self) -> Result<Option<ChunkHeader>> {
         if self.at_hand.is_none() {
             let data = &self.bytes[self.taken..];
@@ -167,8 +167,8 @@ impl Decoder {
         Ok(self.at_hand)
     }
 
-    /// Hold the payload at hand against its CRC. Returns how many bytes the two still take, or
-    /// `None` if they have not all come.
+    /// Check the CRC of the next payload. Returns the number of bytes of payload and CRC that are
+    /// still buffered, or `None` if they have not all arrived.
     fn prove(&mut self, header: &ChunkHeader) -> Result<Option<usize>> {
         if !is_known(header.kind) {
             self.pass_over(header);
@@ -185,7 +185,7 @@ impl Decoder {
         Ok(Some(length + CHUNK_CRC_BYTES))
     }
 
-    /// Let go of what has come of a payload that nothing is made of.
+    /// Drop the buffered bytes of a payload that is not decoded.
     fn pass_over(&mut self, header: &ChunkHeader) {
         let data = &self.bytes[self.taken..];
         let count = data.len().min(header.length as usize - self.passed_bytes);
@@ -195,10 +195,10 @@ impl Decoder {
     }
 }
 
-/// Decode a stream from end to end as its bytes come, and show every state.
+/// Decode a whole stream as its bytes arrive, and pass every state to `show`.
 ///
 /// # Errors
-/// What is wrong with the bytes or with what holds them, and whatever `show` says.
+/// Those of the stream, of its source and of `show`.
 pub fn decode_all<E: From<Error>>(
     input: &mut dyn Read,
     decoder: &mut Decoder,

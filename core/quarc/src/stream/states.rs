@@ -1,4 +1,4 @@
-//! Chunks to states, and what is minded of a stream meanwhile: SPEC 5.8, 5.9, 7.2, 7.4, 7.9.
+//! From chunks to states, with the checks across chunks: SPEC 5.8, 5.9, 7.2, 7.4, 7.9.
 
 use crate::chunks::{ChunkHeader, CAME, CANO, FRAM, HEAD, INDX, META, SNAP, TAIL};
 use crate::error::{Error, Reject, Result};
@@ -7,30 +7,30 @@ use crate::state::State;
 use crate::wire;
 use std::sync::Arc;
 
-/// What snapshots are coded against (SPEC 7.9).
+/// The CANO that snapshots are coded against (SPEC 7.9).
 #[derive(Clone, Debug)]
 pub struct Reference {
-    /// Ordinal of the frame of a CANO.
+    /// Ordinal of its frame.
     pub frame: u32,
-    /// Its Gaussians, as they are coded.
+    /// Its Gaussians, as coded.
     pub gaussians: Gaussians,
 }
 
-/// Takes the chunks of a stream one by one and gives the state of every frame.
+/// Takes the chunks of a stream one by one and returns the state of every frame.
 ///
-/// Who has all bytes in their order needs [`Decoder`](super::Decoder) alone; this one is for
-/// those who read chunks at places of their own.
+/// If the bytes arrive in order, use [`Decoder`](super::Decoder); this type is for callers that
+/// read chunks from arbitrary positions.
 #[derive(Clone, Debug, Default)]
 pub struct StateDecoder {
     header: Option<Arc<Header>>,
     state: Option<State>,
-    previous: Option<u32>, // ordinal of the frame before; none where any may come
+    previous: Option<u32>, // ordinal of the previous frame; None if any may follow
     cameras: Vec<wire::Camera>,
     metadata: wire::Metadata,
     index: Option<Vec<SeekPoint>>,
     tail: Option<Tail>,
-    points: Vec<SeekPoint>, // those passed over among them
-    frame_count: i64,       // a stream that lies may say of less than none
+    points: Vec<SeekPoint>, // including those skipped
+    frame_count: i64,       // signed, because a malformed stream may skip a negative number
     index_offset: u64,
     sought: Option<SeekPoint>,
     lost: bool,
@@ -39,13 +39,13 @@ pub struct StateDecoder {
 }
 
 impl StateDecoder {
-    /// What HEAD says; `None` before it.
+    /// The content of HEAD; `None` before it.
     #[must_use]
     pub fn header(&self) -> Option<&Arc<Header>> {
         self.header.as_ref()
     }
 
-    /// The state of the last frame; `None` before the first, and after a fault.
+    /// The state of the last frame; `None` before the first, and after an error.
     #[must_use]
     pub fn state(&self) -> Option<&State> {
         self.state.as_ref()
@@ -75,24 +75,24 @@ impl StateDecoder {
         self.tail.as_ref()
     }
 
-    /// The CANO that a snapshot may be coded against; `None` before it, and in streams without
-    /// snapshots.
+    /// The CANO that a snapshot may be coded against; `None` before the first, and in streams
+    /// without snapshots.
     #[must_use]
     pub fn reference(&self) -> Option<&Reference> {
         self.reference.as_ref()
     }
 
-    /// Of each Gaussian of the last canonical frame its index in the CANO, -1 where that has it
-    /// not; nothing in streams without snapshots.
+    /// For each Gaussian of the last canonical frame, its index in the CANO, or -1 if it is new;
+    /// empty in streams without snapshots.
     #[must_use]
     pub fn roots(&self) -> &[i32] {
         &self.roots
     }
 
-    /// Take it that the next frame is that of the last of these seek points (SPEC 11.2).
+    /// Expect the frame of the last of these seek points next (SPEC 11.2).
     ///
     /// # Arguments
-    /// All seek points of the stream up to that one; nothing is skipped if there are none.
+    /// All seek points of the stream up to that one. If there are none, nothing is skipped.
     pub fn skip_to(&mut self, mut points: Vec<SeekPoint>) {
         if let Some(sought) = points.pop() {
             let first = points.first().unwrap_or(&sought).frame;
@@ -102,11 +102,11 @@ impl StateDecoder {
         }
     }
 
-    /// Take the CANO that the next snapshot is coded against, whose state is not wanted; it must
-    /// be that of the seek point.
+    /// Decode the CANO that the next snapshot is coded against, without returning its state; it
+    /// must match the seek point.
     ///
     /// # Errors
-    /// What is wrong with the chunk.
+    /// The chunk is malformed.
     pub fn refer_to(
         &mut self,
         chunk: &ChunkHeader,
@@ -118,19 +118,19 @@ impl StateDecoder {
             .map_err(|error| error.at(chunk.offset))
     }
 
-    /// Take it that chunks up to the next canonical frame, or TAIL, are lost (SPEC 11.4).
+    /// Mark the chunks up to the next canonical frame, or TAIL, as lost (SPEC 11.4).
     pub fn lose(&mut self) {
         self.state = None;
         self.previous = None;
         self.lost = true;
     }
 
-    /// Take the next chunk, whose CRCs hold. Returns whether it is a frame: its state is
-    /// [`StateDecoder::state`].
+    /// Decode the next chunk, whose CRCs are correct. Returns whether it is a frame, whose state is
+    /// then [`StateDecoder::state`].
     ///
     /// # Errors
-    /// What is wrong with the chunk. After that nothing but [`StateDecoder::lose`] makes sense,
-    /// unless the chunk was ancillary.
+    /// The chunk is malformed. After that, only [`StateDecoder::lose`] may be called, unless the
+    /// chunk was ancillary.
     pub fn push(&mut self, chunk: &ChunkHeader, payload: &[u8]) -> Result<bool> {
         self.take(chunk, payload).map_err(|error| error.at(chunk.offset))
     }
@@ -151,7 +151,7 @@ impl StateDecoder {
                 self.keep_canonical(chunk, state);
             }
             FRAM => self.take_frame(payload)?,
-            _ => {} // ancillary, of a type that is not known [5.2-10]
+            _ => {} // ancillary, of an unknown type [5.2-10]
         }
         Ok(matches!(chunk.kind, CANO | SNAP | FRAM))
     }
@@ -217,7 +217,7 @@ impl StateDecoder {
         self.state = Some(state);
     }
 
-    /// Reject a canonical frame that is not the one due.
+    /// Check the ordinal of a canonical frame, and the seek point that led to it.
     fn check_place(
         &self,
         chunk: &ChunkHeader,

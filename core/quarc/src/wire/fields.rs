@@ -1,4 +1,4 @@
-//! The types that fields have: SPEC 2.2 and 5.
+//! The types of fields: SPEC 2.2 and 5.
 
 use crate::error::{Error, Reject, Result};
 use crate::records::Section;
@@ -6,7 +6,7 @@ use std::fmt::Display;
 
 const WORD_BYTES: usize = 4;
 
-/// The bytes of a payload that are still to be read.
+/// The unread bytes of a payload.
 pub(super) struct Fields<'a> {
     rest: &'a [u8],
 }
@@ -16,7 +16,7 @@ impl<'a> Fields<'a> {
         Fields { rest: payload }
     }
 
-    /// The next bytes as they are.
+    /// The next bytes, unparsed.
     pub fn bytes(&mut self, count: usize) -> Result<&'a [u8]> {
         if count > self.rest.len() {
             return Err(Error::new(Reject::Field, "the payload ends too early"));
@@ -57,7 +57,7 @@ impl<'a> Fields<'a> {
         self.array().map(f32::from_le_bytes)
     }
 
-    /// So many numbers of 32 bits each.
+    /// `N` floats of 32 bits.
     pub fn f32s<const N: usize>(&mut self) -> Result<[f32; N]> {
         let mut numbers = [0.0; N];
         for number in &mut numbers {
@@ -73,7 +73,7 @@ impl<'a> Fields<'a> {
         Ok(number == 1)
     }
 
-    /// The bytes of a text, whose number has been read.
+    /// A UTF-8 text of `count` bytes.
     pub fn text(&mut self, count: usize) -> Result<String> {
         let bytes = self.bytes(count)?;
         let text = std::str::from_utf8(bytes)
@@ -81,14 +81,14 @@ impl<'a> Fields<'a> {
         Ok(text.to_owned())
     }
 
-    /// A section (SPEC 8.1). Room is made only for words that are there.
+    /// A section (SPEC 8.1). Memory is allocated only for words that are present.
     pub fn section(&mut self) -> Result<Section> {
         let count = self.u32()? as usize;
         let bytes = self.bytes(count.saturating_mul(WORD_BYTES))?;
         Ok(bytes.chunks_exact(WORD_BYTES).map(word).collect())
     }
 
-    /// See that nothing follows.
+    /// Check that no bytes follow.
     pub fn end(self) -> Result<()> {
         if self.rest.is_empty() {
             return Ok(());
@@ -102,7 +102,7 @@ fn word(bytes: &[u8]) -> u32 {
     bytes.iter().rev().fold(0, |number, &byte| number << 8 | u32::from(byte))
 }
 
-/// See that a number is within its range; NaN is within none. [5-3]
+/// Check that a number is in its range; NaN never is. [5-3]
 pub(super) fn within<T: PartialOrd + Display>(
     name: &str,
     number: T,
@@ -112,15 +112,15 @@ pub(super) fn within<T: PartialOrd + Display>(
     if number >= least && number <= most {
         return Ok(());
     }
-    Err(format!("{name} is {number}, not from {least} to {most}"))
+    Err(format!("{name} is {number}; it must be from {least} to {most}"))
 }
 
-/// What is outside its range was read.
+/// The rejection of a field outside its range.
 pub(super) fn rejected(message: String) -> Error {
     Error::new(Reject::Field, message)
 }
 
-/// A payload that is being built.
+/// A payload under construction.
 #[derive(Default)]
 pub(super) struct Payload {
     pub bytes: Vec<u8>,
@@ -153,14 +153,14 @@ impl Payload {
         }
     }
 
-    /// A text behind a u8, the number of its bytes.
+    /// A text after a u8 with its number of bytes.
     pub fn text8(&mut self, text: &str) -> Result<()> {
         self.u8(count(text.len(), "bytes of a name")?);
         self.bytes.extend_from_slice(text.as_bytes());
         Ok(())
     }
 
-    /// A text behind a u32, the number of its bytes.
+    /// A text after a u32 with its number of bytes.
     pub fn text32(&mut self, text: &str) -> Result<()> {
         self.u32(count(text.len(), "bytes of a text")?);
         self.bytes.extend_from_slice(text.as_bytes());
@@ -176,7 +176,7 @@ impl Payload {
     }
 }
 
-/// A count as the field that holds it.
+/// Convert a count to the type of its field.
 pub(super) fn count<T: TryFrom<usize>>(number: usize, what: &str) -> Result<T> {
-    T::try_from(number).map_err(|_| Error::Encode(format!("{number} {what} are too many")))
+    T::try_from(number).map_err(|_| Error::Encode(format!("{number} {what} exceed the limit")))
 }

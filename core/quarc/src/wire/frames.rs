@@ -23,7 +23,7 @@ pub fn parse_canonical(payload: &[u8]) -> Result<CanonicalChunk> {
     Ok(chunk)
 }
 
-/// Parse the beginning of a CANO payload, [`CANONICAL_START_BYTES`]: the fields before its sections.
+/// Parse the first [`CANONICAL_START_BYTES`] of a CANO payload: the fields before its sections.
 ///
 /// # Errors
 /// `field`.
@@ -39,7 +39,7 @@ pub fn parse_canonical_start(payload: &[u8]) -> Result<CanonicalChunk> {
     })
 }
 
-/// Parse a section by itself, with its number of words.
+/// Parse a single section, with its number of words.
 ///
 /// # Errors
 /// `field`.
@@ -47,10 +47,10 @@ pub fn parse_section(bytes: &[u8]) -> Result<Section> {
     Fields::new(bytes).section()
 }
 
-/// The payload of CANO.
+/// Build the payload of CANO.
 ///
 /// # Errors
-/// [`Error::Encode`] where a field is outside its range.
+/// [`Error::Encode`] if a field is out of range.
 pub fn build_canonical(chunk: &CanonicalChunk) -> Result<Vec<u8>> {
     let mut payload = Payload::default();
     payload.u32(chunk.frame);
@@ -63,7 +63,7 @@ pub fn build_canonical(chunk: &CanonicalChunk) -> Result<Vec<u8>> {
     Ok(payload.bytes)
 }
 
-/// Parse FRAM of a stream that has updates, or of one that has none.
+/// Parse FRAM; `updates` is whether the stream has updates.
 ///
 /// # Errors
 /// `field`, `trailing-data`.
@@ -83,10 +83,10 @@ pub fn parse_frame(payload: &[u8], updates: bool) -> Result<FrameChunk> {
     Ok(chunk)
 }
 
-/// The payload of FRAM, with updates where the chunk has them.
+/// Build the payload of FRAM, with updates if the chunk has them.
 ///
 /// # Errors
-/// [`Error::Encode`] where a section is too long.
+/// [`Error::Encode`] if a section is too long.
 pub fn build_frame(chunk: &FrameChunk) -> Result<Vec<u8>> {
     let mut payload = Payload::default();
     payload.u32(chunk.phase);
@@ -122,10 +122,10 @@ pub fn parse_snapshot(payload: &[u8]) -> Result<SnapshotChunk> {
     Ok(chunk)
 }
 
-/// The payload of SNAP.
+/// Build the payload of SNAP.
 ///
 /// # Errors
-/// [`Error::Encode`] where a field is outside its range.
+/// [`Error::Encode`] if a field is out of range.
 pub fn build_snapshot(chunk: &SnapshotChunk) -> Result<Vec<u8>> {
     let mut payload = Payload::default();
     payload.u32(chunk.frame);

@@ -20,7 +20,7 @@ const METERS_LIMIT: u32 = 1_000_000;
 /// `unsupported-version`, `unsupported-feature`, `field`, `trailing-data`.
 pub fn parse_header(payload: &[u8]) -> Result<Header> {
     let mut fields = Fields::new(payload);
-    let features = read_features(&mut fields)?; // [5.3-1] before any other field
+    let features = read_features(&mut fields)?; // [5.3-1] before all other fields
     let header = Header {
         level: fields.u8()?,
         timescale: fields.u32()?,
@@ -54,10 +54,10 @@ pub fn parse_header(payload: &[u8]) -> Result<Header> {
     Ok(header)
 }
 
-/// The payload of HEAD; its version is the least that has what the stream uses.
+/// Build the payload of HEAD, with the lowest version that has the features used.
 ///
 /// # Errors
-/// [`Error::Encode`] where a field is outside its range.
+/// [`Error::Encode`] if a field is out of range.
 pub fn build_header(header: &Header) -> Result<Vec<u8>> {
     check_ranges(header).map_err(Error::Encode)?;
     let mut payload = Payload::default();
@@ -86,7 +86,7 @@ pub fn build_header(header: &Header) -> Result<Vec<u8>> {
     Ok(payload.bytes)
 }
 
-/// The incompatible features, once the version and they are known.
+/// Check the version and the incompatible features, and return the features.
 fn read_features(fields: &mut Fields) -> Result<u32> {
     let (major, minor) = (fields.u8()?, fields.u8()?);
     if major != VERSION_MAJOR {
@@ -98,7 +98,7 @@ fn read_features(fields: &mut Fields) -> Result<u32> {
         let message = format!("incompatible features {features:#x}");
         return Err(Error::new(Reject::UnsupportedFeature, message)); // [12-2]
     }
-    fields.u32()?; // compatible features: any will do [12-3]
+    fields.u32()?; // any compatible features are accepted [12-3]
     Ok(features)
 }
 
@@ -125,10 +125,10 @@ fn steps(header: &Header) -> [(&'static str, f32); 4] {
     ]
 }
 
-/// The ranges of SPEC 5.3. [5-3]
+/// Check the ranges of SPEC 5.3. [5-3]
 fn check_ranges(header: &Header) -> std::result::Result<(), String> {
     if Level::of(header.level).is_none() {
-        return Err(format!("there is no level {}", header.level));
+        return Err(format!("level {} is undefined", header.level));
     }
     within("timescale", header.timescale, 1, u32::MAX)?;
     within("frame_ticks", header.frame_ticks, 1, u32::MAX)?;
@@ -140,7 +140,7 @@ fn check_ranges(header: &Header) -> std::result::Result<(), String> {
     within("rotation_bits", header.rotation_bits, 1, ROTATION_BITS_LIMIT)?;
     for (name, step) in steps(header) {
         if !(step > 0.0 && step <= STEP_LIMIT as f32) {
-            return Err(format!("{name} is not above 0 and at most {STEP_LIMIT}"));
+            return Err(format!("{name} must be above 0 and at most {STEP_LIMIT}"));
         }
     }
     within("sh_degree", header.sh_degree, 0, 1)?;
@@ -151,7 +151,7 @@ fn check_ranges(header: &Header) -> std::result::Result<(), String> {
     within("full_crc_interval", header.full_crc_interval, 1, u16::MAX)?;
     within("up_axis", header.up_axis, 0, 6)?;
     if !(0.0..=METERS_LIMIT as f32).contains(&header.meters_per_unit) {
-        return Err(format!("meters_per_unit is not from 0 to {METERS_LIMIT}"));
+        return Err(format!("meters_per_unit must be from 0 to {METERS_LIMIT}"));
     }
     within("color_space", header.color_space, 1, 1)
 }

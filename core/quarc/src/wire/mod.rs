@@ -1,7 +1,7 @@
 //! Payloads to records and back: SPEC 5.
 //!
-//! Each `parse` takes a payload whose CRC holds. It gives `field` where a field is missing or
-//! outside its range, and `trailing-data` where bytes follow the last field.
+//! Each `parse` function takes a payload with a correct CRC. It returns `field` if a field is
+//! missing or out of range, and `trailing-data` if bytes follow the last field.
 
 mod fields;
 mod frames;

@@ -1,16 +1,16 @@
-//! What stands beside the frames: `came`, `meta`, TAIL and INDX (SPEC 5.6 to 5.9).
+//! Chunks other than frames: `came`, `meta`, TAIL and INDX (SPEC 5.6 to 5.9).
 
 use super::fields::{count, rejected, within, Fields, Payload};
 use crate::error::{Error, Result};
 use crate::records::{SeekPoint, Tail};
 use std::collections::HashMap;
 
-/// A pinhole camera (SPEC 5.6), which looks along its +z, x to the right and y down.
+/// A pinhole camera (SPEC 5.6), which looks along its +z axis, with x to the right and y down.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
-    /// As the capture names it.
+    /// Its name in the capture.
     pub name: String,
-    /// Whether the encoder left it out of training.
+    /// Whether it was excluded from training.
     pub held_out: bool,
     /// Pixels.
     pub width: u32,
@@ -20,15 +20,15 @@ pub struct Camera {
     pub focal: [f32; 2],
     /// Principal point, pixels; the center of the first pixel is (0.5, 0.5).
     pub center: [f32; 2],
-    /// World to camera, row by row.
+    /// Rotation from world to camera, row by row.
     pub rotation: [f32; 9],
-    /// World to camera, world units.
+    /// Translation from world to camera, world units.
     pub translation: [f32; 3],
-    /// Least depth of what the camera sees, world units.
+    /// Minimum depth that the camera sees, world units.
     pub near: f32,
 }
 
-/// Texts by their keys, each key once, in the order of the stream (SPEC 5.7).
+/// Texts by unique keys, in the order of the stream (SPEC 5.7).
 pub type Metadata = Vec<(String, String)>;
 
 /// Parse `came`.
@@ -43,10 +43,10 @@ pub fn parse_cameras(payload: &[u8]) -> Result<Vec<Camera>> {
     Ok(cameras)
 }
 
-/// The payload of `came`.
+/// Build the payload of `came`.
 ///
 /// # Errors
-/// [`Error::Encode`] where a field is outside its range, or there are too many cameras.
+/// [`Error::Encode`] if a field is out of range, or if there are too many cameras.
 pub fn build_cameras(cameras: &[Camera]) -> Result<Vec<u8>> {
     let mut payload = Payload::default();
     payload.u16(count(cameras.len(), "cameras")?);
@@ -65,7 +65,7 @@ pub fn build_cameras(cameras: &[Camera]) -> Result<Vec<u8>> {
     Ok(payload.bytes)
 }
 
-/// Parse `meta`: of entries of the same key the last holds.
+/// Parse `meta`. If a key occurs more than once, the last entry counts.
 ///
 /// # Errors
 /// `field`, `trailing-data`.
@@ -89,10 +89,10 @@ pub fn parse_metadata(payload: &[u8]) -> Result<Metadata> {
     Ok(metadata)
 }
 
-/// The payload of `meta`.
+/// Build the payload of `meta`.
 ///
 /// # Errors
-/// [`Error::Encode`] where there is too much of something.
+/// [`Error::Encode`] if there are too many entries, or an entry is too long.
 pub fn build_metadata(metadata: &[(String, String)]) -> Result<Vec<u8>> {
     let mut payload = Payload::default();
     payload.u16(count(metadata.len(), "entries")?);
@@ -118,7 +118,7 @@ pub fn parse_tail(payload: &[u8]) -> Result<Tail> {
     Ok(tail)
 }
 
-/// The payload of TAIL.
+/// Build the payload of TAIL.
 #[must_use]
 pub fn build_tail(tail: &Tail) -> Vec<u8> {
     let mut payload = Payload::default();
@@ -144,10 +144,10 @@ pub fn parse_index(payload: &[u8]) -> Result<Vec<SeekPoint>> {
     Ok(points)
 }
 
-/// The payload of INDX.
+/// Build the payload of INDX.
 ///
 /// # Errors
-/// [`Error::Encode`] where there are too many seek points.
+/// [`Error::Encode`] if there are too many seek points.
 pub fn build_index(points: &[SeekPoint]) -> Result<Vec<u8>> {
     let mut payload = Payload::default();
     payload.u32(count(points.len(), "seek points")?);
@@ -176,13 +176,13 @@ fn read_camera(fields: &mut Fields) -> Result<Camera> {
     Ok(camera)
 }
 
-/// The ranges of SPEC 5.6. [5-3]
+/// Check the ranges of SPEC 5.6. [5-3]
 fn check_camera(camera: &Camera) -> std::result::Result<(), String> {
     within("width", camera.width, 1, u32::MAX)?;
     within("height", camera.height, 1, u32::MAX)?;
     let mut lengths = camera.focal.into_iter().chain([camera.near]);
     if !lengths.all(|number| number.is_finite() && number > 0.0) {
-        return Err("fx, fy or near is no finite number above 0".into());
+        return Err("fx, fy and near must be finite and above 0".into());
     }
     let mut numbers = camera.center.iter().chain(&camera.rotation).chain(&camera.translation);
     if !numbers.all(|number| number.is_finite()) {

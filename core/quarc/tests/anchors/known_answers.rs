@@ -1,4 +1,4 @@
-//! The anchors against the known answers of the conformance suite.
+//! The anchors against the unit vectors of the conformance suite.
 
 use crate::known::{known_answers, Json};
 use crate::scenes::{plain_header, rows};
@@ -23,7 +23,7 @@ fn points(json: &Json) -> Vec<[i32; 3]> {
 }
 
 #[test]
-fn philox_draws_the_known_words() {
+fn philox_matches_the_unit_vectors() {
     for (input, output) in known_answers("philox") {
         let (counter, key) = (input.get("counter").u32s(), input.get("key").u32s());
         let words = philox([0, 1, 2, 3].map(|i| counter[i]), [key[0], key[1]]);
@@ -32,7 +32,7 @@ fn philox_draws_the_known_words() {
 }
 
 #[test]
-fn morton_keys_are_the_known_ones_and_go_back() {
+fn morton_keys_match_the_unit_vectors_and_invert() {
     for (input, output) in known_answers("morton") {
         let at: Vec<u32> = input.get("position").u32s();
         let key = interleave(at[0], at[1], at[2]);
@@ -42,7 +42,7 @@ fn morton_keys_are_the_known_ones_and_go_back() {
 }
 
 #[test]
-fn levels_have_as_many_anchors_as_the_text_says() {
+fn anchor_counts_match_the_unit_vectors() {
     for (input, output) in known_answers("anchor_counts") {
         let gaussians = input.get("gaussians").number() as usize;
         let counts = count_anchors(&header(&input), gaussians);
@@ -51,7 +51,7 @@ fn levels_have_as_many_anchors_as_the_text_says() {
 }
 
 #[test]
-fn the_sampler_chooses_the_known_ids() {
+fn sampled_ids_match_the_unit_vectors() {
     for (input, output) in known_answers("sample") {
         let header = Header { seed: input.get("seed").number() as u64, ..header(&input) };
         let (ids, points) = (input.get("ids").u32s(), points(input.get("positions")));
@@ -62,9 +62,9 @@ fn the_sampler_chooses_the_known_ids() {
     }
 }
 
-/// With one Gaussian to an anchor all are anchors, in their order; newborn are bound to them.
+/// With one Gaussian per anchor, all Gaussians are anchors, in order; new ones are bound to them.
 #[test]
-fn gaussians_follow_the_known_anchors() {
+fn bindings_match_the_unit_vectors() {
     for (input, output) in known_answers("bind") {
         let (positions, places) = (points(input.get("positions")), points(input.get("anchors")));
         let ids: Vec<u32> = (0..places.len() as u32).collect();

@@ -1,14 +1,14 @@
-//! What stays and what changes from one sampling to the next: SPEC 6.5.
+//! Changes between two samplings: SPEC 6.5.
 
 use crate::oracle::follow;
 use crate::scenes::{any_header, any_ids, any_scene, rows, Point, Random, LIMIT};
 use quarc::anchors::{AnchorLevel, Anchors, NOBODY};
 
-/// A scene, its anchors, and whom each Gaussian follows at each level by the words of the text.
+/// A scene, its anchors, and the anchor of each Gaussian at each level, computed as the text says.
 struct Scene {
     ids: Vec<u32>,
     points: Vec<Point>,
-    /// Whether each has moved since the sampling.
+    /// Whether each Gaussian has moved since the sampling.
     moved: Vec<bool>,
     anchors: Anchors,
     binding: Vec<Vec<u32>>,
@@ -25,7 +25,7 @@ impl Scene {
     fn remove(&mut self, random: &mut Random) {
         let dies: Vec<bool> = self.ids.iter().map(|_| random.below(9) == 0).collect();
         let mut gone: Vec<u32> = (0..dies.len() as u32).filter(|&i| dies[i as usize]).collect();
-        gone.truncate(self.ids.len() - 1); // one is left
+        gone.truncate(self.ids.len() - 1); // keep one
         let keep = |i: usize| gone.binary_search(&(i as u32)).is_err();
         self.anchors.remove(&gone);
         self.ids = pick(&self.ids, keep);
@@ -61,7 +61,7 @@ impl Scene {
         }
     }
 
-    /// Ask who follows what moves, of some anchors that move.
+    /// Check the followers of some moving anchors.
     fn check_followed(&mut self, random: &mut Random) {
         for level in 0..self.binding.len() {
             let count = self.anchors.levels()[level].ids.len();
@@ -72,7 +72,7 @@ impl Scene {
             assert_eq!(followed.len(), self.binding[level].len());
             for (&found, &follows) in followed.iter().zip(&self.binding[level]) {
                 if found == NOBODY {
-                    assert!(!moves[follows as usize], "one that moves is not left out");
+                    assert!(!moves[follows as usize], "moving followers are complete");
                 } else {
                     assert_eq!(found, follows);
                 }
@@ -112,7 +112,7 @@ fn live(seed: u32, most: u32) {
             scene.move_some(&mut random);
         }
         scene.check_complete();
-        // Between, some die and some are born whom these anchors never hear of.
+        // Gaussians that are born and die in between are unknown to these anchors.
         phase += 3;
         let mut others = scene;
         others.remove(&mut random);
@@ -128,17 +128,17 @@ fn live(seed: u32, most: u32) {
 }
 
 #[test]
-fn small_scenes_live_as_the_text_says() {
+fn small_scenes_keep_matching_the_text() {
     (0..150).for_each(|seed| live(seed, 80));
 }
 
 #[test]
-fn wide_scenes_live_as_the_text_says() {
+fn wide_scenes_keep_matching_the_text() {
     (500..506).for_each(|seed| live(seed, 1500));
 }
 
 #[test]
-fn anchors_of_another_scene_are_no_worse_a_start() {
+fn anchors_of_another_scene_do_not_affect_the_result() {
     let mut random = Random::new(3);
     let header = any_header(&mut random, 3);
     let (one, other) = (any_scene(&mut random, 900), any_scene(&mut random, 500));

@@ -1,4 +1,4 @@
-//! The anchors (SPEC 6) against known answers and against the plain words of the text.
+//! The anchors (SPEC 6) against unit vectors and a direct implementation of the text.
 
 #[path = "../known/mod.rs"]
 mod known;

@@ -1,11 +1,11 @@
-//! SPEC 6 by its own words, however long it takes.
+//! A direct, slow implementation of SPEC 6.
 
 use crate::scenes::Point;
 use quarc::philox::philox;
 use quarc::records::Header;
 use std::collections::HashSet;
 
-/// The indices of the anchors of a level (from 1), of which there are `count`, ascending (6.3).
+/// The ascending indices of the `count` anchors of a level, counted from 1 (6.3).
 pub fn choose(
     header: &Header,
     phase: u32,
@@ -31,7 +31,7 @@ pub fn choose(
     chosen
 }
 
-/// The number of the anchor that a position follows (6.4).
+/// The index of the anchor that a position follows (6.4).
 pub fn follow(at: Point, anchors: &[Vec<i32>; 3]) -> u32 {
     let [xs, ys, zs] = anchors;
     let square = |apart: i32| i64::from(apart) * i64::from(apart);

@@ -1,4 +1,4 @@
-//! Scenes that are easily got wrong, or slow, and numbers to make them of.
+//! Scenes that provoke errors or long searches, and the random numbers for them.
 
 use quarc::philox::philox;
 use quarc::records::Header;
@@ -8,7 +8,7 @@ pub const LIMIT: i32 = 8_388_607;
 
 pub type Point = [i32; 3];
 
-/// Numbers that look random.
+/// A generator of pseudorandom numbers.
 pub struct Random {
     seed: u32,
     drawn: u32,
@@ -19,14 +19,14 @@ impl Random {
         Random { seed, drawn: 0 }
     }
 
-    /// A number below an end.
+    /// A number below `end`.
     pub fn below(&mut self, end: u32) -> u32 {
         self.drawn += 1;
         let word = philox([self.drawn, 0, 0, 0], [self.seed, 7])[0];
         ((u64::from(word) * u64::from(end)) >> 32) as u32
     }
 
-    /// A number of a range, both ends included.
+    /// A number in a range that includes both ends.
     pub fn within(&mut self, low: i32, high: i32) -> i32 {
         low + self.below((high - low) as u32 + 1) as i32
     }
@@ -36,7 +36,7 @@ impl Random {
     }
 }
 
-/// A header of a stream of the least everything.
+/// A header with the minimum of everything.
 pub fn plain_header() -> Header {
     Header {
         level: 30,
@@ -68,7 +68,7 @@ pub fn plain_header() -> Header {
     }
 }
 
-/// Any number of levels, of about `per` Gaussians to an anchor.
+/// Any number of levels, with about `per` Gaussians per anchor.
 pub fn any_header(random: &mut Random, per: u32) -> Header {
     Header {
         seed: u64::from(random.below(u32::MAX)) << 32 | u64::from(random.below(u32::MAX)),
@@ -89,7 +89,7 @@ pub fn rows(points: &[Point]) -> Rows<i32> {
     rows
 }
 
-/// Ascending ids, some of which are missing.
+/// Ascending ids with gaps.
 pub fn any_ids(random: &mut Random, count: usize) -> Vec<u32> {
     let mut next = random.below(5);
     let mut id = || {
@@ -112,24 +112,24 @@ fn place(random: &mut Random, kind: u32, i: usize) -> Point {
     match kind {
         0 => random.point(LIMIT),
         1 => random.point(300),
-        2 => random.point(2),                          // crowds and ties
-        3 => [LIMIT, -LIMIT, 0],                       // all at one place
-        4 => corner(random, 0),                        // crowds at the corners
-        5 => corner(random, 3),                        // nearly as far across the lattice
+        2 => random.point(2),                          // clusters and ties
+        3 => [LIMIT, -LIMIT, 0],                       // all at one position
+        4 => corner(random, 0),                        // clusters at the corners
+        5 => corner(random, 3),                        // extremely distant across the lattice
         6 => [i as i32 * 7 - 4000, 0, 0],              // a line
-        7 => random.point(3).map(|at| at * (1 << 21)), // a grid as wide as the lattice
+        7 => random.point(3).map(|at| at * (1 << 21)), // a grid as large as the lattice
         8 => random.point(6).map(|at| at * 512),       // a grid of ties
-        9 if i % 50 == 0 => random.point(LIMIT),       // a few far away
+        9 if i % 50 == 0 => random.point(LIMIT),       // a few outliers
         9 => random.point(40),
         10 => {
-            // On a sphere, about which all within are nearly as far from all without.
+            // On a sphere, so that all points have nearly the same distance from a center.
             let toward = [0; 3].map(|_| f64::from(random.within(-1000, 1000)));
             let length = toward.iter().map(|v| v * v).sum::<f64>().sqrt().max(1.0);
             let radius = if i % 2 == 0 { 20_000.0 } else { 30.0 };
             toward.map(|v| (v / length * radius) as i32)
         }
         _ => {
-            // Of every kind but the whole lattice's corners.
+            // All kinds except the corners of the lattice.
             let kind = [0, 1, 2, 6, 8, 10][random.below(6) as usize];
             place(random, kind, i)
         }

@@ -1,4 +1,4 @@
-//! Anchors, parents and bindings of many scenes, against the plain words of the text.
+//! Anchors, parents and bindings of many scenes, against a direct implementation of the text.
 
 use crate::oracle::{choose, follow};
 use crate::scenes::{any_header, any_ids, any_scene, plain_header, rows, Point, Random, LIMIT};
@@ -28,7 +28,7 @@ fn check(header: &Header, phase: u32, ids: &[u32], points: &[Point]) {
 }
 
 #[test]
-fn small_scenes_are_those_of_the_text() {
+fn small_scenes_match_the_text() {
     for seed in 0..400 {
         let mut random = Random::new(seed);
         let count = 1 + random.below(120) as usize;
@@ -39,7 +39,7 @@ fn small_scenes_are_those_of_the_text() {
 }
 
 #[test]
-fn wide_scenes_are_those_of_the_text() {
+fn wide_scenes_match_the_text() {
     for seed in 1000..1030 {
         let mut random = Random::new(seed);
         let count = 1000 + random.below(1500) as usize;
@@ -61,9 +61,9 @@ fn all_gaussians_may_be_anchors() {
     check(&plain_header(), 1, &ids, &points);
 }
 
-/// Squares of distances of which f32 cannot tell which is greater, at all scales.
+/// Squared distances whose order f32 cannot represent, at all scales.
 #[test]
-fn anchors_that_are_nearly_as_far_are_told_apart() {
+fn nearly_equidistant_anchors_are_distinguished() {
     for (seed, shift) in (0..19).enumerate() {
         let mut random = Random::new(seed as u32);
         let center = random.point(LIMIT - (16 << shift));
@@ -80,10 +80,10 @@ fn anchors_that_are_nearly_as_far_are_told_apart() {
     }
 }
 
-/// Scenes that a search through lists would be slow at if it did not take care: held one by one
-/// against all anchors, each would take minutes.
+/// Scenes that make naive searches slow: comparing every Gaussian with all anchors would take
+/// minutes for each.
 #[test]
-fn hostile_scenes_take_no_more_than_others() {
+fn hostile_scenes_take_no_longer_than_others() {
     let count = 60_000;
     let ids: Vec<u32> = (0..count).collect();
     let mut random = Random::new(1);

@@ -1,11 +1,11 @@
-//! Threads change nothing but the time that it takes.
+//! The number of threads does not change the result.
 
 use crate::scenes::{any_header, any_ids, any_scene, rows, Random};
 use quarc::anchors::{AnchorLevel, Anchors};
 
-const GAUSSIANS: usize = 40_000; // enough for several pieces of all work that is shared out
+const GAUSSIANS: usize = 40_000; // enough for several pieces of every shared task
 
-/// All that is known of the anchors of a scene after two samplings.
+/// Everything about the anchors of a scene after two samplings.
 fn live(seed: u32) -> (Vec<AnchorLevel>, Vec<Vec<u32>>) {
     let mut random = Random::new(seed);
     let header = any_header(&mut random, 4);
@@ -28,7 +28,7 @@ fn live(seed: u32) -> (Vec<AnchorLevel>, Vec<Vec<u32>>) {
 }
 
 #[test]
-fn a_pool_finds_what_one_thread_finds() {
+fn a_pool_gives_the_same_result_as_one_thread() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("a pool");
     for seed in 0..12 {
         assert_eq!(live(seed), pool.install(|| live(seed)), "seed {seed}");

@@ -1,4 +1,4 @@
-//! The numbers that are drawn, by the digests that the suite has of them.
+//! Dequantized floats, against the digests of the suite.
 
 use crate::known::{read_json, Json};
 use crate::streams::{chunks, vectors, Frames};
@@ -9,7 +9,7 @@ use quarc::state::State;
 use sha2::{Digest, Sha256};
 use std::sync::Arc;
 
-/// The SHA-256 of the numbers in the order of the serialization: plane after plane.
+/// The SHA-256 of the floats in the order of the serialization: plane after plane.
 fn digest_of(splats: &Splats) -> String {
     let count = splats.opacities.len();
     let mut digest = Sha256::new();
@@ -27,7 +27,7 @@ fn digest_of(splats: &Splats) -> String {
 }
 
 #[test]
-fn numbers_are_those_of_the_suite() {
+fn floats_match_the_suite() {
     let mut checked = 0;
     for (name, stream, vector) in vectors("streams/").into_iter().chain(vectors("traps/")) {
         let due = match vector.find("numbers") {
@@ -61,13 +61,13 @@ fn some_state() -> State {
 }
 
 #[test]
-fn what_has_not_changed_is_not_redone() {
+fn unchanged_arrays_are_not_computed_again() {
     let mut state = some_state();
     let mut dequantizer = Dequantizer::default();
     let redone = |all| Redone { positions: all, rotations: all, codes: all };
     assert_eq!(dequantizer.update(&state), redone(true));
     assert_eq!(dequantizer.update(&state.clone()), redone(false));
-    state.begin_frame(1).expect("one of several leaves");
+    state.begin_frame(1).expect("one of several dies");
     assert_eq!(dequantizer.update(&state), redone(true));
     assert_eq!(dequantizer.splats().opacities.len(), state.count());
 }

@@ -1,4 +1,4 @@
-//! What frames are made of, against the conformance suite.
+//! The parts of frames, against the conformance suite.
 
 #[path = "../known/mod.rs"]
 mod known;

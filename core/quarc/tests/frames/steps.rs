@@ -1,4 +1,4 @@
-//! Steps of a frame that are out of place, and states that are kept.
+//! Steps of a frame in the wrong order, and cloned states.
 
 use crate::streams::{chunks, vectors, Frames};
 use quarc::coding::canonical::blank;
@@ -19,7 +19,7 @@ fn states(name: &str) -> Vec<State> {
 }
 
 #[test]
-fn a_state_that_is_kept_stays_as_it_is() {
+fn a_cloned_state_does_not_change() {
     for name in ["streams/births-and-deaths", "streams/updates-leaving", "streams/journey"] {
         let (_, _, vector) = vectors(name).remove(0);
         let due = vector.get("decode").get("frames").list();
@@ -32,7 +32,7 @@ fn a_state_that_is_kept_stays_as_it_is() {
 }
 
 #[test]
-fn steps_out_of_place_are_refused() {
+fn steps_in_the_wrong_order_are_rejected() {
     let refused = |result: Result<(), Error>| matches!(result, Err(Error::Encode(_)));
     let begun = states("streams/still").remove(0);
     let mut state = begun.clone();
@@ -50,11 +50,11 @@ fn steps_out_of_place_are_refused() {
     state.bear(&births).expect("a newborn");
     assert_eq!((state.count(), state.next_id()), (begun.count() + 1, begun.count() as u64 + 1));
     assert!(refused(state.move_by(&[])), "a newborn is not bound");
-    assert_eq!(begun.digest(), states("streams/still")[0].digest(), "a clone is on its own");
+    assert_eq!(begun.digest(), states("streams/still")[0].digest(), "a clone is independent");
 }
 
 #[test]
-fn columns_are_removed_in_place_or_not() {
+fn columns_are_removed_in_place_or_in_a_copy() {
     let mut rows = Rows::zeros(2, 7, 3);
     for row in 0..2 {
         for column in 0..7 {

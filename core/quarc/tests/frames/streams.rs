@@ -1,4 +1,4 @@
-//! Whole streams: of each frame the digest that the suite's manifest has.
+//! Whole streams: the digest of each frame is that of the manifest.
 
 use crate::known::{read_json, suite_file, Json};
 use quarc::chunks::{
@@ -11,7 +11,7 @@ use quarc::state::State;
 use quarc::wire::{parse_canonical, parse_frame, parse_header, parse_snapshot};
 use std::sync::Arc;
 
-/// Kinds and payloads of the chunks of a stream, up to the first whose frame is damaged.
+/// Kinds and payloads of the chunks of a stream, up to the first damaged chunk.
 pub fn chunks(stream: &[u8]) -> Vec<(Kind, &[u8])> {
     let (mut order, mut place, mut chunks) = (ChunkOrder::default(), MAGIC.len(), Vec::new());
     while let Some(Ok(header)) = stream.get(place..).map(|rest| order.accept(rest)) {
@@ -34,7 +34,7 @@ pub fn chunks(stream: &[u8]) -> Vec<(Kind, &[u8])> {
     chunks
 }
 
-/// A decoder of frames, which leaves all about their chunks to others.
+/// A decoder of frames that ignores everything about their chunks.
 #[derive(Default)]
 pub struct Frames {
     header: Option<Arc<Header>>,
@@ -43,7 +43,7 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// The state of a frame, if a chunk is of one.
+    /// Decode a chunk and return its state, if it is a frame.
     pub fn push(&mut self, kind: Kind, payload: &[u8]) -> Result<Option<&State>> {
         match kind {
             HEAD => {
@@ -75,7 +75,7 @@ impl Frames {
     }
 }
 
-/// Ordinals, counts and digests of frames, up to the first that is rejected.
+/// Ordinals, counts and digests of the frames before the first rejection.
 fn decode(stream: &[u8]) -> (Vec<(i128, i128, String)>, Option<Error>) {
     let (mut frames, mut found) = (Frames::default(), Vec::new());
     for (kind, payload) in chunks(stream) {
@@ -91,7 +91,7 @@ fn decode(stream: &[u8]) -> (Vec<(i128, i128, String)>, Option<Error>) {
     (found, None)
 }
 
-/// The streams of a folder of the suite that are files, and what the manifest says of them.
+/// The streams of a folder of the suite that are files, with their manifest entries.
 pub fn vectors(folder: &str) -> Vec<(String, Vec<u8>, Json)> {
     let manifest = read_json("manifest.json");
     let mut vectors = Vec::new();
@@ -112,7 +112,7 @@ fn expected(vector: &Json) -> Vec<(i128, i128, String)> {
 }
 
 #[test]
-fn valid_streams_give_the_frames_that_are_due() {
+fn valid_streams_give_the_expected_frames() {
     for folder in ["streams/", "traps/", "levels/"] {
         for (name, stream, due) in vectors(folder) {
             let (frames, error) = decode(&stream);
@@ -123,15 +123,18 @@ fn valid_streams_give_the_frames_that_are_due() {
 }
 
 #[test]
-fn what_is_rejected_has_an_id_that_is_true() {
+fn invalid_streams_have_an_expected_reject_id() {
     let mut rejected = 0;
     for (name, stream, due) in vectors("invalid/") {
-        // Faults that are not in a frame's payload are not seen here: there may be more frames.
+        // Faults outside the payloads of frames are not detected here: there may be more frames.
         let (frames, error) = decode(&stream);
         assert_eq!(frames[..expected(&due).len().min(frames.len())], expected(&due)[..], "{name}");
         if let Some(id) = error.and_then(|error| error.reject()).map(Reject::id) {
             let ids = due.get("decode").get("refused").list();
-            assert!(ids.iter().any(|due| due.text() == id), "{name}: {id}, not {ids:?}");
+            assert!(
+                ids.iter().any(|due| due.text() == id),
+                "{name}: {id}; expected one of {ids:?}"
+            );
             rejected += 1;
         }
     }

@@ -1,4 +1,4 @@
-//! The building blocks, by the known answers of `conformance/unit`.
+//! The building blocks against the unit vectors of `conformance/unit`.
 
 use crate::known::{read_json, Json};
 use quarc::arithmetic::{bit_length, divide_round, isqrt, shift_round, Divisor};
@@ -13,7 +13,7 @@ use quarc::rotation::{expand, normalize_sum, turn, Residuals};
 use quarc::rows::Rows;
 use quarc::state::choose_deaths;
 
-/// Ask a function for all of its known answers, or refusals.
+/// Check a function against all of its unit vectors, rejections included.
 fn check(function: &str, answer: impl Fn(&Json) -> Result<Json, Error>) {
     let file = read_json(&format!("unit/{function}.json"));
     assert!(!file.get("cases").list().is_empty());
@@ -28,7 +28,7 @@ fn check(function: &str, answer: impl Fn(&Json) -> Result<Json, Error>) {
     }
 }
 
-/// Without numbers that are written as texts.
+/// Convert numbers that are written as texts.
 fn plain(json: &Json) -> Json {
     match json {
         Json::Text(text) => text.parse().map_or_else(|_| json.clone(), Json::Number),
@@ -49,7 +49,7 @@ fn four(json: &Json) -> [i32; 4] {
     json.i32s().try_into().expect("four numbers")
 }
 
-/// Rows of points, as the suite has them, row by row.
+/// Rows from a list of points.
 fn rows<T: Copy + Default>(points: &Json, narrow: impl Fn(i32) -> T) -> Rows<T> {
     let points: Vec<Vec<i32>> = points.list().iter().map(Json::i32s).collect();
     let mut rows = Rows::zeros(points[0].len(), points.len(), 0);
@@ -76,7 +76,7 @@ fn arithmetic() {
 }
 
 #[test]
-fn a_quotient_is_rounded_right_where_it_is_near_a_half() {
+fn quotients_near_a_half_are_rounded_correctly() {
     for divisor in [1, 2, 3, 255, 4_194_303, 4_194_304, (1 << 30) + 1, (1 << 31) - 1] {
         for quotient in [0, 1, 2, 4_194_303, 4_194_304, (1 << 24) - 2] {
             for near in [0, divisor / 2, (divisor + 1) / 2, divisor - 1] {
@@ -96,7 +96,7 @@ fn rotations() {
     check("turn", |input| {
         let mut residuals = Residuals::default();
         let residual = residuals.of(four(input.get("sums")))?;
-        assert_eq!(residuals.of(four(input.get("sums"))), Ok(residual), "what is kept");
+        assert_eq!(residuals.of(four(input.get("sums"))), Ok(residual), "the cached result");
         Ok(numbers(turn(four(input.get("rotation")), residual)?))
     });
     check("expand", |input| {
@@ -131,7 +131,7 @@ fn probabilities() {
 }
 
 #[test]
-fn the_code_that_is_chosen_is_the_nearest() {
+fn the_nearest_code_is_chosen() {
     for (ones, count) in [(0, 1), (1, 1), (1, 2), (1, 3), (2, 3), (1, 1000), (70_000, 70_001)] {
         let share = (ones << 24) / count;
         let weight = |code: u8| u64::from(weight_of_code(code).expect("a code"));
@@ -154,7 +154,7 @@ fn words() {
     });
 }
 
-/// A reader of a sequence of numbers, from counts of 0.
+/// Read a sequence of numbers, with counts that start at 0.
 fn read_numbers(input: &Json, form: impl Fn(usize, u32) -> Sequence) -> Result<Json, Error> {
     let contexts: Vec<u16> = input.get("contexts").u32s().iter().map(|&c| c as u16).collect();
     let outer = 1 + usize::from(*contexts.iter().max().expect("a number"));
@@ -186,7 +186,7 @@ fn integers_as_planes() {
 }
 
 #[test]
-fn a_context_learns_where_it_is() {
+fn counts_are_added_to_the_right_context() {
     let mut counts = Counts::new(5);
     counts.learn(Model::at(2), 1, 1, 2);
     assert_eq!(counts.of(Model::at(0), 3), Seen { zeros: 1, ones: 2 });
@@ -214,8 +214,8 @@ fn digests() {
 }
 
 #[test]
-fn a_product_is_normalized_as_the_text_says() {
-    // A vector of the text, by its very words: 7.3.
+fn products_are_normalized_as_the_text_says() {
+    // Normalize a vector exactly as 7.3 says.
     let by_the_text = |vector: [i32; 4]| {
         let squares: i64 = vector.iter().map(|&part| i64::from(part) * i64::from(part)).sum();
         let norm = isqrt(squares << 16);
@@ -231,7 +231,7 @@ fn a_product_is_normalized_as_the_text_says() {
         let near = |part| part + some(5) - 2;
         let vector =
             normalize_sum(if sum == [0; 4] { [1; 4] } else { sum }).expect("no zero").map(near);
-        // Times 1 a quaternion stays what it is, but for its norm.
+        // A product with 1 changes a quaternion only in its norm.
         assert_eq!(turn(vector, [1 << 22, 0, 0, 0]), Ok(by_the_text(vector)), "{vector:?}");
     }
     let far = [5_000_000, -4_000_000, 3, 77];

@@ -1,4 +1,4 @@
-//! What was read is written again: to the same sections, where the same encoder wrote it.
+//! Decoded frames are encoded again: to the same sections if the same encoder wrote them.
 
 use crate::known::{read_json, suite_file, Json};
 use crate::streams::chunks;
@@ -11,27 +11,27 @@ use quarc::state::State;
 use quarc::wire::{parse_canonical, parse_frame, parse_header, parse_snapshot};
 use std::sync::Arc;
 
-/// A CANO chunk of what a CANO chunk says.
+/// Encode the content of a CANO chunk again.
 fn rewrite_canonical(chunk: &CanonicalChunk, gaussians: &Gaussians) -> Result<CanonicalChunk> {
     let grid = Grid { origin: chunk.origin, axis_bits: chunk.axis_bits };
     let (least, sorted) = sort(gaussians)?;
     if grid == least {
-        assert_eq!(&sorted, gaussians, "they stand in their order");
+        assert_eq!(&sorted, gaussians, "Gaussians are sorted");
     }
     Ok(CanonicalChunk { sections: write_canonical(gaussians, grid)?, ..chunk.clone() })
 }
 
-/// The same of a SNAP chunk.
+/// Encode the content of a SNAP chunk again.
 fn rewrite_snapshot(chunk: &SnapshotChunk, canonical: &Gaussians) -> Result<SnapshotChunk> {
     let (gaussians, roots) = read_snapshot(chunk, canonical, |_| Ok(()))?;
     let written = write_snapshot(canonical, &gaussians, &roots)?;
-    assert_eq!(written.gaussians, gaussians, "they stand in their order");
+    assert_eq!(written.gaussians, gaussians, "Gaussians are sorted");
     let CodedSnapshot { newborn_count, grid, survivors, sections, .. } = written;
     let Grid { origin, axis_bits } = grid;
     Ok(SnapshotChunk { newborn_count, origin, axis_bits, survivors, sections, ..chunk.clone() })
 }
 
-/// The same of a FRAM chunk, step by step; the state becomes that of the frame.
+/// Encode the content of a FRAM chunk again, step by step; the state becomes that of the frame.
 fn rewrite_frame(state: &mut State, chunk: &FrameChunk) -> Result<FrameChunk> {
     let previous = chunk.previous_contexts;
     state.begin_frame(chunk.death_count)?;
@@ -58,7 +58,7 @@ fn rewrite_frame(state: &mut State, chunk: &FrameChunk) -> Result<FrameChunk> {
     Ok(FrameChunk { motion, updates, births, ..chunk.clone() })
 }
 
-/// Write all frames of a stream again; how many of them come out as they were.
+/// Encode all frames of a stream again; returns how many are identical, and how many there are.
 fn rewrite(stream: &[u8]) -> Result<(usize, usize)> {
     let (mut header, mut state) = (None, None);
     let mut canonical = Gaussians::default();
@@ -93,7 +93,7 @@ fn rewrite(stream: &[u8]) -> Result<(usize, usize)> {
 }
 
 #[test]
-fn what_the_reference_encoder_wrote_is_written_word_for_word() {
+fn streams_of_the_reference_encoder_are_reproduced_exactly() {
     for name in ["full", "updated_full", "snapshot_full", "cut_in_two", "births", "deaths"] {
         let path = suite_file(&format!("../tests/hostile/seeds/streams/{name}.quarc"));
         let stream = std::fs::read(path).expect("a stream of the package's tests");
@@ -103,7 +103,7 @@ fn what_the_reference_encoder_wrote_is_written_word_for_word() {
 }
 
 #[test]
-fn what_others_wrote_is_written_so_that_it_is_read_alike() {
+fn streams_of_other_encoders_decode_the_same_after_rewriting() {
     let manifest = read_json("manifest.json");
     let is_valid = |vector: &&Json| {
         let name = vector.get("name").text();
@@ -113,7 +113,7 @@ fn what_others_wrote_is_written_so_that_it_is_read_alike() {
     for vector in manifest.get("vectors").list().iter().filter(is_valid) {
         let stream = std::fs::read(suite_file(vector.get("file").text())).expect("a stream");
         match rewrite(&stream) {
-            // No encoder writes numbers of a rotation or a difference as large as a stream may.
+            // This encoder does not support rotations and differences as large as streams may have.
             Err(Error::Encode(_)) => {}
             Ok((_, all)) => rewritten += all,
             Err(error) => panic!("{}: {error}", vector.get("name").text()),

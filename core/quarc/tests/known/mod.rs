@@ -1,6 +1,6 @@
-//! The known answers of the conformance suite, read by a parser of just the JSON that they need.
+//! The unit vectors of the conformance suite, read by a minimal JSON parser.
 
-#![allow(dead_code)] // every test takes what it needs
+#![allow(dead_code)] // each test program uses only some of it
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -31,23 +31,23 @@ impl Json {
     pub fn text(&self) -> &str {
         match self {
             Json::Text(text) => text,
-            other => panic!("{other:?} is no text"),
+            other => panic!("{other:?} is not a text"),
         }
     }
 
     pub fn list(&self) -> &[Json] {
         match self {
             Json::List(items) => items,
-            other => panic!("{other:?} is no list"),
+            other => panic!("{other:?} is not a list"),
         }
     }
 
-    /// A number; one that does not fit a double is written as a text.
+    /// A number; those that do not fit a double are written as texts.
     pub fn number(&self) -> i128 {
         match self {
             Json::Number(number) => *number,
             Json::Text(text) => text.parse().expect("a number"),
-            other => panic!("{other:?} is no number"),
+            other => panic!("{other:?} is not a number"),
         }
     }
 
@@ -133,7 +133,7 @@ impl Parser<'_> {
         let length = rest.iter().position(|&byte| byte == b'"').expect("the end of a text");
         self.place += length + 2;
         let text = String::from_utf8(rest[..length].to_vec()).expect("UTF-8");
-        assert!(!text.contains('\\'), "no known answer needs an escape");
+        assert!(!text.contains('\\'), "unit vectors have no escapes");
         text
     }
 
