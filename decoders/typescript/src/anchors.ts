@@ -1,4 +1,4 @@
-/** The anchors of all levels, and who follows them until the next sampling (SPEC 6.3 to 6.5). */
+/** The anchors of all levels, and the bindings until the next sampling (SPEC 6.3 to 6.5). */
 
 import { pick, tabulate } from "./columns.js";
 import type { StreamHeader } from "./header.js";
@@ -7,16 +7,16 @@ import { sampleAnchors } from "./sampler.js";
 import { UNBOUND } from "./scene.js";
 import type { Scene } from "./scene.js";
 
-/** The anchors of a level, in the order of their numbers. */
+/** The anchors of a level, in order. */
 export interface AnchorLevel {
   /** The ids of their Gaussians, ascending. */
   readonly ids: Uint32Array;
   readonly search: AnchorSearch;
-  /** The numbers of their parents at the next coarser level; all 0 at level L, which has none. */
+  /** Index of each anchor's parent in the next coarser level; all 0 for level L, which has none. */
   readonly parents: Int32Array;
 }
 
-/** Sample anchors and bind every Gaussian: the levels, from 1 on, and the scene that follows them. */
+/** Sample anchors and bind every Gaussian. Returns the levels, from 1 on, and the scene with its bindings. */
 export function sampleAndBind(scene: Scene, phase: number, header: StreamHeader): [AnchorLevel[], Scene] {
   const indices = sampleAnchors(scene, phase, header);
   const searches = indices.map((of) => new AnchorSearch(scene.positions.map((column) => pick(column, of))));
@@ -29,7 +29,7 @@ export function sampleAndBind(scene: Scene, phase: number, header: StreamHeader)
   return [levels, { ...scene, binding }];
 }
 
-/** Bind the newborn of the frame before to the anchors as they stand. */
+/** Bind the new Gaussians of the previous frame to the current anchors. */
 export function bindNewborn(scene: Scene, levels: readonly AnchorLevel[]): Scene {
   const binding = scene.binding.map((column, level) =>
     column.map((anchor, i) => (anchor === UNBOUND ? nearest(scene, i, levels[level].search) : anchor)),

@@ -1,4 +1,4 @@
-/** came and meta (SPEC 5.6, 5.7): read for their faults alone, as no state hangs on them. */
+/** came and meta (SPEC 5.6, 5.7): only checked, because no state depends on them. */
 
 import { Fields } from "./fields.js";
 

@@ -1,4 +1,4 @@
-/** What is said of a stream: a line for every frame, and one for a stream that is not decoded to its end. */
+/** Output about a stream: one line per frame, and a last line if the stream is not decoded to its end. */
 
 import { decodeStream } from "./decode.js";
 import type { Frame } from "./decode.js";
@@ -12,7 +12,7 @@ import type { Source } from "./source.js";
 
 export type Line = Readonly<Record<string, unknown>>;
 
-/** The lines of a stream, of which one is written before the next frame is decoded. */
+/** The lines of a stream; each is produced before the next frame is decoded. */
 export function answerStream(source: Source, withNumbers = false): Generator<Line, void, undefined> {
   return answerFrames(() => decodeStream(source), withNumbers);
 }
@@ -33,7 +33,7 @@ function* answerFrames(frames: () => Iterable<Frame>, withNumbers: boolean): Gen
   }
 }
 
-/** The lines of a stream that is decoded past its damage: frames and gaps in its order. */
+/** The lines of a stream decoded with recovery: frames and gaps in order. */
 export function* answerRecovery(bytes: Uint8Array): Generator<Line, void, undefined> {
   try {
     for (const part of recoverStream(bytes)) {

@@ -1,9 +1,9 @@
 /**
- * Integer arithmetic (SPEC 4). A `number` is an exact integer up to 2^53, which Annex E shows to be enough
- * for all but normalization (7.3): these functions are for that, and take `bigint`.
+ * Integer arithmetic (SPEC 4). A `number` is exact for integers up to 2^53, which suffices for everything except
+ * normalization (7.3), as Annex E shows. These functions serve normalization and take `bigint`.
  */
 
-/** The integer nearest to numerator / denominator, denominator > 0; of two equally near, the one farther from 0. */
+/** Divide and round to the nearest integer, halves away from 0; denominator > 0. */
 export function divideRound(numerator: bigint, denominator: bigint): bigint {
   const magnitude = numerator < 0n ? -numerator : numerator;
   const quotient = (2n * magnitude + denominator) / (2n * denominator);
@@ -12,7 +12,7 @@ export function divideRound(numerator: bigint, denominator: bigint): bigint {
 
 /** The largest r with r x r <= value, for 0 <= value <= 2^62. */
 export function isqrt(value: bigint): bigint {
-  // The floating square root is at most 1 away from the root: the two loops make it exact.
+  // The floating-point square root is off by at most 1; the two loops correct it.
   let root = BigInt(Math.floor(Math.sqrt(Number(value))));
   while (root * root > value) root -= 1n;
   while ((root + 1n) * (root + 1n) <= value) root += 1n;

@@ -1,4 +1,4 @@
-/** What canonical and newborn Gaussians are coded with alike: rows, codes, rotations (SPEC 7.2, 8.5, 8.6). */
+/** Attributes that canonical and new Gaussians code in the same way: rows, codes, rotations (SPEC 7.2, 8.5, 8.6). */
 
 import { bitLength } from "./arithmetic.js";
 import { tabulate } from "./columns.js";
@@ -17,7 +17,7 @@ import type { Section } from "./planes.js";
 import { demand } from "./reject.js";
 import { expandRotation } from "./rotation.js";
 
-/** The models of the attributes that are coded alike; a canonical frame and the births have their own each. */
+/** The models of these attributes; canonical frames and births have separate ones. */
 export class AttributeModels {
   readonly shDc = sequenceModels(CLASS_BITS, SH_DC_PLANES);
   readonly opacity = sequenceModels(CLASS_BITS);
@@ -26,7 +26,7 @@ export class AttributeModels {
   readonly rotations = sequenceModels(CLASS_BITS, 3);
 }
 
-/** `rows` rows of `count` numbers: the outer context of a number is that of its row. */
+/** `rows` rows of `count` numbers; the outer context of a number is its row. */
 export function decodeRowsApart(section: Section, models: SequenceModels, rows: number, count: number): Int32Array[] {
   const outer = tabulate(rows * count, (i) => Math.floor(i / count));
   return splitRows(decodeSigned(section, models, rows * count, outer), rows);
@@ -37,15 +37,15 @@ export function decodeRowsAlike(section: Section, models: SequenceModels, rows: 
   return splitRows(decodeSigned(section, models, rows * count, 0), rows);
 }
 
-/** SH DC of red, green, blue, from green, red less green and blue less green. */
+/** SH DC of red, green, blue, from green, red - green and blue - green. */
 export function decodeShDc(section: Section, models: AttributeModels, count: number): Int32Array[] {
   const [green, redLess, blueLess] = decodeRowsApart(section, models.shDc, SH_DC_PLANES, count);
   return [sum(redLess, green), green, sum(blueLess, green)].map(checkCodes);
 }
 
-/** Rotations as they are coded (7.2). */
+/** Coded rotations (7.2). */
 export interface CodedRotations {
-  /** The indices j of the components left out. */
+  /** The indices j of the omitted components. */
   readonly indices: Uint8Array;
   /** The rows of the other three, a, b, c. */
   readonly parts: readonly Int32Array[];
@@ -56,7 +56,7 @@ export function decodeRotations(section: Section, models: AttributeModels, count
   return { indices, parts: decodeRowsApart(section, models.rotations, 3, count) };
 }
 
-/** Rotations w, x, y, z, from the index of a component and the other three. */
+/** Rotations w, x, y, z, from the index of the omitted component and the other three. */
 export function expandRotations({ indices, parts: [a, b, c] }: CodedRotations, rotationBits: number): Int32Array[] {
   const rotations = [0, 1, 2, 3].map(() => new Int32Array(indices.length));
   for (let i = 0; i < indices.length; i++) {
@@ -68,12 +68,12 @@ export function expandRotations({ indices, parts: [a, b, c] }: CodedRotations, r
   return rotations;
 }
 
-/** The outer contexts of the numbers of a row, each by the sum of the magnitudes that the rows before have there. */
+/** The outer contexts of a row, each from the sum of the magnitudes in the preceding rows. */
 export function contextsOfSums(row: number, sums: Int32Array): Int32Array {
   return sums.map((sum) => REST_CLASSES * row + Math.min(bitLength(sum), REST_CLASSES - 1));
 }
 
-/** The row, once every number of it is seen to be a code. */
+/** Check that every number of a row is a valid code, and return the row. */
 export function checkCodes(row: Int32Array): Int32Array {
   const greatest = row.reduce((most, code) => Math.max(most, Math.abs(code)), 0);
   demand(greatest <= CODE_LIMIT, "code-range", `a code of magnitude ${greatest}`);
@@ -84,7 +84,7 @@ export function sum(first: Int32Array, second: Int32Array): Int32Array {
   return first.map((number, i) => number + second[i]);
 }
 
-/** A coordinate, once it is seen to be one. */
+/** Check a coordinate and return it. */
 export function checkPosition(coordinate: number): number {
   demand(Math.abs(coordinate) <= POSITION_LIMIT, "position-range", `a coordinate of ${coordinate}`);
   return coordinate;

@@ -1,4 +1,4 @@
-/** Newborn, each placed relative to its parent (SPEC 7.6, 8.6). */
+/** Births, which are coded relative to their parents (SPEC 7.6, 8.6). */
 
 import {
   AttributeModels,
@@ -18,10 +18,10 @@ import type { Section } from "./planes.js";
 import { newScene } from "./scene.js";
 import type { Scene } from "./scene.js";
 
-/** The recency of a newborn (7.8). */
+/** The recency of a new Gaussian (7.8). */
 const NEWBORN_RECENCY = 0;
 
-/** The models of births, which go on from frame to frame. */
+/** The models of births, which persist from frame to frame. */
 export class BirthModels extends AttributeModels {
   readonly parents = sequenceModels(constants.KEY_CLASS_BITS);
   readonly positions = sequenceModels(constants.CLASS_BITS);
@@ -29,10 +29,10 @@ export class BirthModels extends AttributeModels {
 }
 
 /**
- * The newborn of a frame.
+ * Decode the births of a frame.
  *
- * @param scene the scene after the deaths, the motion and the updates of the frame, among which parents are
- * @param firstId the id of the first newborn
+ * @param scene the scene with the possible parents: after the deaths, motion and updates of the frame
+ * @param firstId the id of the first new Gaussian
  */
 export function decodeNewborn(
   section: Section,
@@ -59,7 +59,7 @@ export function decodeNewborn(
   return newScene({ ids, positions, rotations, codes }, header, NEWBORN_RECENCY);
 }
 
-/** Log-scales x, y, z, from x, y less x, and z less y. */
+/** Log-scales x, y, z, from x, y - x and z - y. */
 function decodeLogScales(section: Section, models: BirthModels, count: number): Int32Array[] {
   const [x, yLess, zLess] = decodeRowsApart(section, models.logScales, constants.LOG_SCALE_PLANES, count);
   const y = sum(x, yLess);

@@ -1,4 +1,4 @@
-/** CANO: a scene from nothing (SPEC 5.4, 7.2, 8.5). */
+/** CANO: a scene without a reference (SPEC 5.4, 7.2, 8.5). */
 
 import {
   AttributeModels,
@@ -22,7 +22,7 @@ import { Section } from "./planes.js";
 import { newScene } from "./scene.js";
 import type { Scene } from "./scene.js";
 
-/** Where coded positions are, in position steps. */
+/** The bounding box of coded positions, in position steps. */
 export interface PositionBox {
   readonly origin: readonly number[];
   readonly axisBits: number;
@@ -35,11 +35,11 @@ export interface CanonicalChunk extends PositionBox {
   readonly stateCrc: number;
 }
 
-/** The Gaussians of a canonical frame, in their order. */
+/** The Gaussians of a canonical frame, in order. */
 export interface CanonicalGaussians {
   /** x, y, z, in position steps. */
   readonly positions: readonly Int32Array[];
-  /** Their rotations as they are coded, and w, x, y, z as they are expanded. */
+  /** Rotations as coded, and expanded to w, x, y, z. */
   readonly coded: CodedRotations;
   readonly rotations: readonly Int32Array[];
   readonly codes: readonly Int32Array[];
@@ -58,7 +58,7 @@ export function parseCanonical(payload: Uint8Array): CanonicalChunk {
   return chunk;
 }
 
-/** The fields that say where coded positions are. */
+/** The fields of the bounding box. */
 export function parseBox(fields: Fields): PositionBox {
   return {
     origin: ["x", "y", "z"].map((axis) => fields.i32(`origin ${axis}`)),
@@ -66,12 +66,12 @@ export function parseBox(fields: Fields): PositionBox {
   };
 }
 
-/** The sections of Gaussians that are coded by themselves. */
+/** The sections of independently coded Gaussians. */
 export function parseSections(fields: Fields): Words[] {
   return Array.from({ length: constants.CANONICAL_SECTIONS }, (_, i) => fields.section(`sections[${i}]`));
 }
 
-/** Gaussians by themselves (8.5), as many as `count`, which has been compared with the level. */
+/** Decode `count` independently coded Gaussians (8.5). The caller has checked the count against the level. */
 export function decodeGaussians(
   sections: readonly Words[],
   count: number,
@@ -108,13 +108,13 @@ export function canonicalScene(gaussians: CanonicalGaussians, header: StreamHead
   return newScene({ ids, positions, rotations, codes }, header, constants.RECENCY_LIMIT);
 }
 
-/** A coordinate in position steps, once it is seen to be that of a position. */
+/** Check a coordinate in position steps and return it. */
 export function checkSteps(coordinate: number, positionStep: number): number {
   checkPosition(positionStep * coordinate);
   return coordinate;
 }
 
-/** Each section has its own words, and ends by itself. */
+/** Each section has its own words and must end with them. */
 export function readSection<Result>(words: Words, decode: (section: Section) => Result): Result {
   const section = new Section(words);
   const result = decode(section);
@@ -131,7 +131,7 @@ function decodePositions(section: Section, count: number, box: PositionBox, posi
   );
 }
 
-/** Nine rows; what the rows before hold of a Gaussian is the context of its number in the next. */
+/** Nine rows; the context of a number is derived from the preceding rows of the same Gaussian. */
 function decodeShRest(section: Section, count: number): Int32Array[] {
   const models = sequenceModels(constants.CLASS_BITS, constants.REST_CLASSES * constants.SH_REST_PLANES);
   const sums = new Int32Array(count);

@@ -1,6 +1,6 @@
 /**
- * A stream as chunks (SPEC 5.1, 5.2): framing, CRCs, types, sequence and order. What a payload says is not
- * this file's business; all that it needs to know is how long a payload may be.
+ * The chunks of a stream (SPEC 5.1, 5.2): framing, CRCs, types, sequence and order. Payloads are not interpreted here;
+ * only the limit of their length is needed.
  */
 
 import { CHUNK_CRC_BYTES, CHUNK_HEADER_BYTES, OWN_LIMITS } from "./constants.js";
@@ -16,17 +16,17 @@ const KNOWN_CRITICAL: ReadonlySet<string> = new Set(["HEAD", "CANO", "FRAM", "IN
 /** The critical type that is known only in streams with FEATURE_SNAPSHOTS (5.10). */
 const SNAPSHOT_TYPE = "SNAP";
 
-/** The patterns of 5.2: the third and the fourth letter have the case of the first, the second may have either. */
+/** The patterns of 5.2: the third and fourth letter have the case of the first, the second may have either. */
 const TYPE_PATTERN = /^(?:[A-Z][A-Za-z][A-Z]{2}|[a-z][A-Za-z][a-z]{2})$/;
 
-/** Where a chunk is due, and which. */
+/** Position and sequence number of the next chunk. */
 export interface Place {
   /** In bytes from the start of the stream. */
   readonly offset: number;
   readonly sequence: number;
 }
 
-/** Where HEAD is due. */
+/** The position of HEAD. */
 export const HEAD_PLACE: Place = { offset: MAGIC.length, sequence: 0 };
 
 export interface ChunkHeader {
@@ -40,42 +40,42 @@ export interface Chunk extends Place {
   readonly payload: Uint8Array;
 }
 
-/** The magic, at the head of a stream (5.1-1). */
+/** Read the magic at the start of a stream (5.1-1). */
 export function readMagic(source: Source): void {
   const magic = source.read(MAGIC.length);
   demand(beginsWith(MAGIC, magic), "bad-magic", "not a .quarc stream");
   demand(magic.length === MAGIC.length, "truncated", "the stream ends within the magic");
 }
 
-/** Whether bytes are as many as a chunk header has, and begin with the sync word (5.2-1). */
+/** Whether bytes have the length of a chunk header and start with the sync word (5.2-1). */
 export function isSynced(bytes: Uint8Array): boolean {
   return bytes.length === CHUNK_HEADER_BYTES && beginsWith(SYNC_WORD, bytes.subarray(0, 4));
 }
 
-/** Whether the first 16 of the 20 bytes of a chunk header have the CRC that the other 4 say (5.2-2). */
+/** Whether the first 16 bytes of a chunk header match the CRC in the other 4 (5.2-2). */
 export function headerCrcHolds(bytes: Uint8Array): boolean {
   const proved = CHUNK_HEADER_BYTES - CHUNK_CRC_BYTES;
   return crc32(bytes.subarray(0, proved)) === new Fields(bytes.subarray(proved)).u32("header_crc");
 }
 
-/** The fields of a chunk header whose CRC holds. */
+/** The fields of a chunk header with a correct CRC. */
 export function parseChunkHeader(bytes: Uint8Array): ChunkHeader {
   const fields = new Fields(bytes.subarray(8));
   const type = String.fromCharCode(...bytes.subarray(4, 8));
   return { type, sequence: fields.u32("sequence"), length: fields.u32("length") };
 }
 
-/** Whether a chunk of this type may be passed over where it is not known (5.2). */
+/** Whether a chunk of this type may be skipped if it is unknown (5.2). */
 export function isAncillary(type: string): boolean {
   return type >= "a";
 }
 
-/** The bytes of a chunk with its header and the CRC of its payload. */
+/** The length of a chunk with its header and the CRC of its payload. */
 export function chunkBytes({ length }: ChunkHeader): number {
   return CHUNK_HEADER_BYTES + length + CHUNK_CRC_BYTES;
 }
 
-/** Chunks one after the other, from a place on. */
+/** Reads consecutive chunks. */
 export class ChunkReader {
   readonly #source: Source;
   readonly #payloadLimit: number;
@@ -83,7 +83,7 @@ export class ChunkReader {
   #place: Place;
   #typeBefore = "";
 
-  /** `source` is at the first byte of the chunk that is due at `place`; `snapshots` says whether SNAP is known. */
+  /** `source` is at the first byte of the chunk at `place`; `snapshots` is whether SNAP is known. */
   constructor(source: Source, place: Place, payloadLimit: number, snapshots: boolean) {
     this.#source = source;
     this.#place = place;
@@ -91,7 +91,7 @@ export class ChunkReader {
     this.#snapshots = snapshots;
   }
 
-  /** Where the next chunk is due: behind the last whose payload was proved. */
+  /** The position after the last chunk whose payload CRC was correct. */
   get place(): Place {
     return this.#place;
   }
@@ -100,32 +100,32 @@ export class ChunkReader {
     return this.readPayload(this.readHeader());
   }
 
-  /** The header of the chunk that is due, once all is checked that can be without its payload. */
+  /** Read the next header, and check everything that does not need the payload. */
   readHeader(): ChunkHeader {
     const bytes = this.#readWhole(CHUNK_HEADER_BYTES);
     demand(beginsWith(SYNC_WORD, bytes.subarray(0, 4)), "bad-sync", "a chunk does not begin with the sync word");
     demand(headerCrcHolds(bytes), "header-crc", "a chunk header does not match its CRC");
     const header = parseChunkHeader(bytes);
     const due = this.#place.sequence;
-    demand(header.sequence === due, "sequence", `sequence is ${header.sequence}, not ${due}`);
+    demand(header.sequence === due, "sequence", `sequence number ${header.sequence} instead of ${due}`);
     this.#checkType(header.type);
     this.#checkLength(header);
     return header;
   }
 
-  /** The rest of the chunk of `header`, which was read just now. */
+  /** Read the rest of the chunk of `header`, which must have been read last. */
   readPayload(header: ChunkHeader): Chunk {
     const { payload, crc } = this.#readRest(header);
     demand(crc === crc32(payload), "payload-crc", "a payload does not match its CRC");
     return this.#advance(header, payload);
   }
 
-  /** Pass over the rest of the chunk of `header`, which was read just now: its payload is not proved. */
+  /** Skip the rest of the chunk of `header`, which must have been read last, without checking its payload. */
   passOver(header: ChunkHeader): Chunk {
     return this.#advance(header, this.#readRest(header).payload);
   }
 
-  /** Nothing follows the last chunk that was read (5.1-5). */
+  /** Check that nothing follows the last chunk (5.1-5). */
   finish(): void {
     demand(this.#source.read(1).length === 0, "trailing-data", "bytes follow TAIL");
   }
@@ -143,16 +143,16 @@ export class ChunkReader {
   }
 
   #checkType(type: string): void {
-    demand(TYPE_PATTERN.test(type), "bad-chunk-type", "a type is not four letters in one of the patterns");
+    demand(TYPE_PATTERN.test(type), "bad-chunk-type", "a chunk type matches none of the patterns");
     const first = this.#place.sequence === 0;
-    demand((type === "HEAD") === first, "chunk-order", "HEAD is the first chunk, and no other is");
+    demand((type === "HEAD") === first, "chunk-order", "the first chunk must be HEAD, and no other may be");
     const known = isAncillary(type) || KNOWN_CRITICAL.has(type) || (this.#snapshots && type === SNAPSHOT_TYPE);
-    demand(known, "unknown-critical", `no decoder of this version knows ${type}`);
+    demand(known, "unknown-critical", `unknown critical chunk ${type}`);
     demand(this.#typeBefore !== "INDX" || type === "TAIL", "chunk-order", `${type} follows INDX`);
   }
 
   #checkLength({ type, length }: ChunkHeader): void {
-    const message = `a payload of ${length} bytes: ${this.#payloadLimit} are allowed`;
+    const message = `a payload of ${length} bytes; the limit is ${this.#payloadLimit}`;
     demand(length <= this.#payloadLimit, "chunk-exceeds-level", message);
     if (length > OWN_LIMITS.payloadBytes) throw new Declined(`a ${type} payload of ${length} bytes`);
   }
@@ -164,7 +164,7 @@ export class ChunkReader {
   }
 }
 
-/** Whether `bytes` are the first ones of `whole`. */
+/** Whether `bytes` is a prefix of `whole`. */
 function beginsWith(whole: Uint8Array, bytes: Uint8Array): boolean {
   return bytes.every((byte, i) => byte === whole[i]);
 }

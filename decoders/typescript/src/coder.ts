@@ -1,13 +1,13 @@
 /**
- * The coder (SPEC 8.3): ANS with a state of 64 bits, which is kept as two halves of 32 bits.
+ * The entropy coder (SPEC 8.3): ANS with a state of 64 bits, stored as two halves of 32 bits.
  *
- * All arithmetic is on doubles, and exact. With state = high x 2^32 + low, floor(state / 2^24) is
- * a x 2^24 + b, a < 2^16 and b < 2^24, and the new state is
+ * All arithmetic uses doubles and is exact. With state = high x 2^32 + low, floor(state / 2^24) is a x 2^24 + b, a <
+ * 2^16 and b < 2^24, and the new state is
  *
  *     a x share x 2^24 + (b x share + part - left)        with share <= 2^24 and part - left < share.
  *
- * Both products are below 2^48. a x share is split once more at 2^8, so that its lower part times 2^24 is
- * below 2^32; the sum of what goes into the lower half is then below 2^49. Divisions are by powers of two.
+ * Both products are below 2^48. a x share is split again at 2^8, so that its lower part times 2^24 is below 2^32; the
+ * sum for the lower half is then below 2^49. All divisions are by powers of two.
  */
 
 import { HALF_WEIGHT, WEIGHT_TOTAL } from "./constants.js";
@@ -18,7 +18,7 @@ const WORD = 2 ** 32;
 
 export class Coder {
   readonly #words: Words;
-  /** Words that are not taken yet: they are taken from the end. */
+  /** Number of unread words; they are read from the end. */
   #left: number;
   #high = 0;
   #low = 0;
@@ -31,7 +31,7 @@ export class Coder {
     demand(this.#low !== 0, "invalid-words", "the last word of a section is 0");
   }
 
-  /** The next bit, of which a 1 has the weight `weight`. */
+  /** Decode the next bit; `weight` is that of a 1. */
   bit(weight: number): number {
     if (this.#high === 0 && this.#left > 0) {
       this.#high = this.#low;
@@ -44,14 +44,14 @@ export class Coder {
     return bit;
   }
 
-  /** A number of `count` bits of weight 2^23, the highest first. */
+  /** Decode a number of `count` bits of weight 2^23, most significant bit first. */
   bits(count: number): number {
     let value = 0;
     for (let i = 0; i < count; i++) value = 2 * value + this.bit(HALF_WEIGHT);
     return value;
   }
 
-  /** After the last plane nothing is left. */
+  /** Check that nothing is left after the last plane. */
   finish(): void {
     demand(this.#high === 0 && this.#low === 0, "unconsumed-words", "the coder's state is not 0 after the last plane");
     demand(this.#left === 0, "unconsumed-words", `${this.#left} words are left after the last plane`);

@@ -1,13 +1,13 @@
-/** Columns of integers, made number by number. */
+/** Columns of integers. */
 
-/** `count` numbers, number i being `value(i)`. */
+/** A column of `count` numbers, where number i is `value(i)`. */
 export function tabulate(count: number, value: (index: number) => number): Int32Array {
   const column = new Int32Array(count);
   for (let i = 0; i < count; i++) column[i] = value(i);
   return column;
 }
 
-/** The indices below `count` of which `holds` is true, ascending. */
+/** The indices below `count` for which `holds` is true, ascending. */
 export function indicesWhere(count: number, holds: (index: number) => boolean): Uint32Array {
   const indices = new Uint32Array(count);
   let found = 0;

@@ -1,4 +1,4 @@
-/** The numbers that SPEC 3.1 and 3.2 fix. Where the SPEC writes a number out, so does the code. */
+/** The constants of SPEC 3.1 and 3.2. Numbers that SPEC writes out in its clauses are written out in the code, too. */
 
 export const VERSION_MAJOR = 1;
 export const FEATURE_UPDATES = 2;
@@ -25,7 +25,7 @@ export const POSITION_LIMIT = 8388607;
 export const COUNTER_LIMIT = 4294967295;
 export const CODE_LIMIT = 32767;
 export const RECENCY_LIMIT = 3;
-/** The largest magnitude of a residual of rotation (SPEC 7.8). */
+/** Maximum magnitude of a rotation residual (SPEC 7.8). */
 export const TURN_LIMIT = 256;
 
 export const PHILOX_ROUNDS = 10;
@@ -59,7 +59,7 @@ export const OPACITY_PLANES = 1;
 export const SH_DC_PLANES = 3;
 export const SH_REST_PLANES = 9;
 
-/** What a level allows (SPEC 3.2). */
+/** The limits of a level (SPEC 3.2). */
 export interface LevelLimits {
   readonly gaussians: number;
   readonly births: number;
@@ -75,5 +75,5 @@ export const LEVELS: ReadonlyMap<number, LevelLimits> = new Map([
   [UNLIMITED_LEVEL, { gaussians: 4294967295, births: 4294967295, payloadBytes: 4294967295 }],
 ]);
 
-/** What this decoder takes of a stream of the unlimited level; beyond it, it declines (SPEC 3.2). */
+/** The limits of this decoder for streams of the unlimited level; it declines larger ones (SPEC 3.2). */
 export const OWN_LIMITS: LevelLimits = { gaussians: 4194304, births: 4194304, payloadBytes: 268435456 };

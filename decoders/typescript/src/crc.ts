@@ -1,4 +1,4 @@
-/** CRC-32/ISO-HDLC (SPEC 4.5), eight bits at a time by a table. */
+/** CRC-32/ISO-HDLC (SPEC 4.5), with a table for eight bits at a time. */
 
 const TABLE = Uint32Array.from({ length: 256 }, (_, byte) => {
   let crc = byte;
@@ -6,7 +6,7 @@ const TABLE = Uint32Array.from({ length: 256 }, (_, byte) => {
   return crc;
 });
 
-/** A CRC that bytes are added to piece by piece. */
+/** An incremental CRC. */
 export class Crc {
   #crc = 0xffffffff;
 
@@ -16,7 +16,7 @@ export class Crc {
     this.#crc = crc;
   }
 
-  /** The CRC of all that was added, as a u32. */
+  /** The CRC of all bytes so far, as a u32. */
   value(): number {
     return (this.#crc ^ 0xffffffff) >>> 0;
   }

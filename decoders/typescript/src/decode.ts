@@ -1,4 +1,4 @@
-/** A stream, from its first byte to its last: the state of every frame (SPEC 5.1, 7, 9.2). */
+/** Decoding of a whole stream: the state of every frame (SPEC 5.1, 7, 9.2). */
 
 import { ChunkReader, HEAD_PLACE, readMagic } from "./chunks.js";
 import type { Chunk, Place } from "./chunks.js";
@@ -9,24 +9,24 @@ import type { Source } from "./source.js";
 import type { State } from "./state.js";
 import { StateDecoder } from "./states.js";
 
-/** A frame that is given out. */
+/** A decoded frame. */
 export interface Frame {
   readonly header: StreamHeader;
   readonly state: State;
 }
 
 /**
- * The frames of a stream, each once the CRC of its state holds.
+ * The frames of a stream, each after its state CRC has been checked.
  *
- * @throws Rejection where the stream does not conform; the frames before have been given
- * @throws Declined where a stream of the unlimited level is too large for this decoder
+ * @throws Rejection if the stream does not conform; all frames before have been returned
+ * @throws Declined if a stream of the unlimited level exceeds the limits of this decoder
  */
 export function* decodeStream(source: Source): Generator<Frame, void, undefined> {
   const { header, reader } = openStream(source);
   yield* decodeChunks(header, reader, new StateDecoder(header));
 }
 
-/** The frames of all chunks from one on. */
+/** The frames of all chunks from the reader's position on. */
 export function* decodeChunks(
   header: StreamHeader,
   reader: ChunkReader,
@@ -41,7 +41,7 @@ export function* decodeChunks(
   reader.finish();
 }
 
-/** What HEAD says, and the chunks that follow it. */
+/** Read HEAD, and return it with a reader of the following chunks. */
 export function openStream(source: Source): { readonly header: StreamHeader; readonly reader: ChunkReader } {
   readMagic(source);
   const head = new ChunkReader(source, HEAD_PLACE, HEAD_BYTES_LIMIT, false);
@@ -49,7 +49,7 @@ export function openStream(source: Source): { readonly header: StreamHeader; rea
   return { header, reader: readerAt(source, head.place, header) };
 }
 
-/** The chunks from `place` on, where `source` is. */
+/** A reader of the chunks from `place` on, which is the position of `source`. */
 export function readerAt(source: Source, place: Place, header: StreamHeader): ChunkReader {
   return new ChunkReader(source, place, header.limits.payloadBytes, header.snapshots);
 }

@@ -1,16 +1,16 @@
-/** The numbers of a frame (SPEC 10.1): binary32, one rounding away from the state. Nothing of it feeds a state. */
+/** The floats of a frame (SPEC 10.1): binary32, rounded once from the state. No state depends on them. */
 
 import { createHash } from "node:crypto";
 import { LOG_SCALE_PLANES, OPACITY_PLANES, ROTATION_ONE, SH_DC_PLANES, SH_REST_PLANES } from "./constants.js";
 import type { StreamHeader } from "./header.js";
 import type { CodedScene } from "./scene.js";
 
-/** code x step in binary32. The product has at most 40 significant bits: as a double it is exact. */
+/** code x step in binary32. The product has at most 40 significant bits, so it is exact as a double. */
 export function dequantize(code: number, step: number): number {
   return Math.fround(code * step);
 }
 
-/** All numbers, column by column in the order of the serialization. */
+/** All floats, column by column in the order of the serialization. */
 export function* dequantizeScene(scene: CodedScene, header: StreamHeader): Generator<Float32Array> {
   for (const column of scene.positions) yield scale(column, 2 ** -header.latticeExponent);
   for (const column of scene.rotations) yield scale(column, 1 / ROTATION_ONE);
@@ -18,7 +18,7 @@ export function* dequantizeScene(scene: CodedScene, header: StreamHeader): Gener
   for (const [row, codes] of scene.codes.entries()) yield scale(codes, steps[row]);
 }
 
-/** The SHA-256 of the numbers as little-endian binary32, in hexadecimal. */
+/** The SHA-256 of the floats as little-endian binary32, in hexadecimal. */
 export function numbersDigest(scene: CodedScene, header: StreamHeader): string {
   const hash = createHash("sha256");
   for (const numbers of dequantizeScene(scene, header)) hash.update(toBytes(numbers));

@@ -1,4 +1,4 @@
-/** The bytes of a state, its CRC and its digest (SPEC 9). */
+/** The serialization of a state, its CRC and its digest (SPEC 9). */
 
 import { createHash } from "node:crypto";
 import { Crc } from "./crc.js";
@@ -11,14 +11,14 @@ export function stateDigest(scene: CodedScene, phase: number): string {
   return hash.digest("hex");
 }
 
-/** The CRC of the serialization, or of it without the codes. */
+/** The CRC of the serialization, with or without the codes. */
 export function stateCrc(scene: CodedScene, phase: number, withCodes: boolean): number {
   const crc = new Crc();
   for (const bytes of serialize(scene, phase, withCodes)) crc.add(bytes);
   return crc.value();
 }
 
-/** The serialization, column by column, so that no more than one is in memory twice. */
+/** The serialization, column by column, to keep only one copy of a column in memory. */
 export function* serialize(scene: CodedScene, phase: number, withCodes: boolean): Generator<Uint8Array> {
   yield toBytes([scene.ids.length, phase]);
   yield toBytes(scene.ids);
@@ -27,7 +27,7 @@ export function* serialize(scene: CodedScene, phase: number, withCodes: boolean)
   for (const row of scene.codes) yield toBytes(row);
 }
 
-/** Integers of 32 bits as bytes, least byte first; of an i32 and a u32 that are equal modulo 2^32 they are the same. */
+/** 32-bit integers as little-endian bytes; an i32 and a u32 that are equal modulo 2^32 have the same bytes. */
 function toBytes(numbers: ArrayLike<number>): Uint8Array {
   const bytes = new Uint8Array(4 * numbers.length);
   const view = new DataView(bytes.buffer);

@@ -1,10 +1,10 @@
-/** Fields of a payload, read one after the other (SPEC 5). */
+/** Reading of the fields of a payload (SPEC 5). */
 
 import { demand } from "./reject.js";
 
 const UTF8 = new TextDecoder("utf-8", { fatal: true, ignoreBOM: true });
 
-/** The words of a section, as they are stored (SPEC 8.1). */
+/** The words of a section, as stored (SPEC 8.1). */
 export interface Words {
   readonly length: number;
   at(index: number): number;
@@ -20,7 +20,7 @@ export class Fields {
     this.#view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   }
 
-  /** Bytes that are not read yet. */
+  /** Number of unread bytes. */
   get left(): number {
     return this.#bytes.length - this.#offset;
   }
@@ -45,14 +45,14 @@ export class Fields {
     return this.#view.getBigUint64(this.#take(name, 8), true);
   }
 
-  /** An f32 that is finite, and above 0. */
+  /** A finite f32 above 0. */
   positive(name: string, greatest = Number.MAX_VALUE): number {
     const value = this.finite(name, 0, greatest);
-    demand(value > 0, "field", `${name} is not above 0`);
+    demand(value > 0, "field", `${name} must be above 0`);
     return value;
   }
 
-  /** An f32 from `least` to `greatest`; NaN and the infinities are in no range, -0 counts as 0. */
+  /** An f32 from `least` to `greatest`; NaN and the infinities are rejected, and -0 counts as 0. */
   finite(name: string, least = -Number.MAX_VALUE, greatest = Number.MAX_VALUE): number {
     return within(this.#view.getFloat32(this.#take(name, 4), true), name, least, greatest);
   }
@@ -67,14 +67,14 @@ export class Fields {
     return this.#text(name, this.u32(name));
   }
 
-  /** The words of a section, which stay where they are in the payload. */
+  /** The words of a section, as a view of the payload. */
   section(name: string): Words {
     const length = this.u32(`${name}.word_count`);
     const start = this.#take(`${name}.words`, 4 * length);
     return { length, at: (index) => this.#view.getUint32(start + 4 * index, true) };
   }
 
-  /** A payload ends with its last field. */
+  /** Check that the payload ends after its last field. */
   end(): void {
     demand(this.left === 0, "trailing-data", `${this.left} bytes follow the last field of a payload`);
   }
@@ -101,6 +101,6 @@ function fail(name: string): never {
 }
 
 function within(value: number, name: string, least: number, greatest: number): number {
-  demand(value >= least && value <= greatest, "field", `${name} is ${value}, not from ${least} to ${greatest}`);
+  demand(value >= least && value <= greatest, "field", `${name} is ${value}; it must be from ${least} to ${greatest}`);
   return value;
 }

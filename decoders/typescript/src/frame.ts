@@ -1,4 +1,4 @@
-/** FRAM: the state of a frame from that of the frame before (SPEC 5.5, 7.4 to 7.6, 7.8). */
+/** FRAM: decodes a frame from the state of the previous one (SPEC 5.5, 7.4 to 7.6, 7.8). */
 
 import { bindNewborn, sampleAndBind } from "./anchors.js";
 import type { AnchorLevel } from "./anchors.js";
@@ -29,7 +29,7 @@ export interface FrameChunk {
   readonly deathCount: number;
   readonly birthCount: number;
   readonly motion: Words;
-  /** Null in streams without updates, whose frames have no such section. */
+  /** Null in streams without updates, which do not have this section. */
   readonly updates: Words | null;
   readonly births: Words;
   readonly stateCrc: number;
@@ -51,7 +51,7 @@ export function parseFrame(payload: Uint8Array, header: StreamHeader): FrameChun
   return chunk;
 }
 
-/** The next state; the counts of contexts of `before` go on in it, so that `before` is not to be used again. */
+/** Return the next state. It takes over the counts of `before`, so that `before` must not be used again. */
 export function decodeFrame(chunk: FrameChunk, before: State, header: StreamHeader): State {
   checkFrame(chunk, before, header);
   const survivors = select(before.scene, findSurvivors(before.scene.codes[OPACITY_ROW], chunk.deathCount));
@@ -75,7 +75,10 @@ export function decodeFrame(chunk: FrameChunk, before: State, header: StreamHead
   };
 }
 
-/** Hold the chunk against the state before. With updates it is not known yet how many Gaussians stay: at least one. */
+/**
+ * Check the chunk against the previous state. How many Gaussians updates delete is not known yet: at least one must
+ * stay.
+ */
 function checkFrame(chunk: FrameChunk, before: State, header: StreamHeader): void {
   const count = before.scene.ids.length;
   demand(chunk.phase === before.phase + 1, "frame-order", `phase ${chunk.phase} follows ${before.phase}`);
@@ -83,10 +86,10 @@ function checkFrame(chunk: FrameChunk, before: State, header: StreamHeader): voi
   demand(chunk.deathCount < count, "count", `${chunk.deathCount} deaths of ${count} Gaussians`);
   const staying = chunk.updates === null ? count - chunk.deathCount : 1;
   checkCounts(staying + chunk.birthCount, chunk.birthCount, header);
-  demand(before.nextId + chunk.birthCount - 1 <= COUNTER_LIMIT, "count-exceeds-level", "there are no more ids");
+  demand(before.nextId + chunk.birthCount - 1 <= COUNTER_LIMIT, "count-exceeds-level", "the ids are used up");
 }
 
-/** The indices of all but the `count` Gaussians of least (opacity code, id), ascending. */
+/** All indices except those of the `count` Gaussians with the lowest (opacity code, id), ascending. */
 export function findSurvivors(opacity: Int32Array, count: number): Uint32Array {
   const order = allIndices(opacity.length).sort((i, j) => opacity[i] - opacity[j] || i - j);
   return order.subarray(count).sort();
@@ -99,7 +102,7 @@ function decodeSymbols(chunk: FrameChunk, before: State, levels: readonly Anchor
   return symbols;
 }
 
-/** The scene, moved by the symbols of the anchors that its Gaussians follow (7.5). */
+/** Move the scene by the symbols of the anchors that its Gaussians follow (7.5). */
 function moveScene(scene: Scene, symbols: readonly Rows[], header: StreamHeader): Scene {
   const motion = scene.motion.map((row, channel) =>
     row.map((_, i) => symbols.reduce((sum, rows, level) => sum + rows[channel][scene.binding[level][i]], 0)),
@@ -110,7 +113,7 @@ function moveScene(scene: Scene, symbols: readonly Rows[], header: StreamHeader)
   return { ...scene, motion, positions, rotations: turnAll(scene, motion, header) };
 }
 
-/** The scene, with the updates of single Gaussians made (7.8). */
+/** Apply the updates of single Gaussians (7.8). */
 function updateScene(words: Words, before: State, moved: Scene, header: StreamHeader): Scene {
   const section = new Section(words);
   const updates = decodeUpdates(section, before.updateModels, moved);

@@ -1,4 +1,4 @@
-/** HEAD: what holds for the whole stream (SPEC 5.3, 12). */
+/** HEAD: the parameters of the stream (SPEC 5.3, 12). */
 
 import * as constants from "./constants.js";
 import { Fields } from "./fields.js";
@@ -51,12 +51,12 @@ export function parseHeader(payload: Uint8Array): StreamHeader {
   return header;
 }
 
-/** The channels of motion: translation x, y, z, maybe rotation w, rotation x, y, z. */
+/** The channels of motion: translation x, y, z, rotation w if present, rotation x, y, z. */
 export function channelCount(header: StreamHeader): number {
   return 3 + header.rotationComponents;
 }
 
-/** Nothing may be read of a version or a feature that is not known, so these are checked as they come. */
+/** Checked at once, because fields of an unknown version or feature must not be read. */
 function parseVersion(fields: Fields) {
   const major = fields.u8("version_major");
   demand(major === constants.VERSION_MAJOR, "unsupported-version", `version ${major}`);
@@ -72,7 +72,7 @@ function parseVersion(fields: Fields) {
 function parseLevel(fields: Fields) {
   const level = fields.u8("level");
   const limits = constants.LEVELS.get(level);
-  demand(limits !== undefined, "field", `level ${level} is none of 3.2`);
+  demand(limits !== undefined, "field", `level ${level} is undefined`);
   return { level, limits, timescale: fields.u32("timescale", 1), frameTicks: fields.u32("frame_ticks", 1) };
 }
 

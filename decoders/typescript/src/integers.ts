@@ -7,7 +7,7 @@ import type { Section } from "./planes.js";
 import { demand } from "./reject.js";
 import type { RejectId } from "./reject.js";
 
-/** The three models of a name, and the bits K of its classes. */
+/** The three models of a sequence, and the number K of bits of its classes. */
 export interface SequenceModels {
   readonly classBits: number;
   readonly class: Model;
@@ -15,10 +15,10 @@ export interface SequenceModels {
   readonly mantissa: Model;
 }
 
-/** The outer context of every number of a sequence: a number for each, or one for all. */
+/** The outer contexts of a sequence: one per number, or one for all. */
 export type OuterContexts = Int32Array | number;
 
-/** The models of a sequence whose outer contexts are below `outerCount`. */
+/** The models of a sequence with outer contexts below `outerCount`. */
 export function sequenceModels(classBits: number, outerCount = 1): SequenceModels {
   const classes = outerCount * 2 ** classBits;
   return {
@@ -29,7 +29,7 @@ export function sequenceModels(classBits: number, outerCount = 1): SequenceModel
   };
 }
 
-/** `count` numbers from 0 to 2^K - 1. */
+/** Read `count` numbers from 0 to 2^K - 1. */
 export function decodeFixed(section: Section, models: SequenceModels, count: number, outer: OuterContexts): Uint8Array {
   const numbers = 2 ** models.classBits;
   const nodes = new Uint8Array(count).fill(1);
@@ -42,7 +42,7 @@ export function decodeFixed(section: Section, models: SequenceModels, count: num
   return nodes.map((node) => node - numbers);
 }
 
-/** `count` numbers of magnitudes below 2^(2^K - 1), with K at most 5, so that a magnitude is of 31 bits. */
+/** Read `count` numbers with magnitudes below 2^(2^K - 1), where K is at most 5, so that magnitudes have 31 bits. */
 export function decodeSigned(
   section: Section,
   models: SequenceModels,
@@ -61,7 +61,7 @@ export function decodeSigned(
   return tabulate(count, (i) => (signs[i] ? -magnitudes.low[i] : magnitudes.low[i]));
 }
 
-/** `count` numbers from 0 to 2^(2^K - 1) - 1, with K at most 6. */
+/** Read `count` numbers from 0 to 2^(2^K - 1) - 1, where K is at most 6. */
 export function decodeUnsigned(
   section: Section,
   models: SequenceModels,
@@ -73,7 +73,7 @@ export function decodeUnsigned(
   return new BigUint64Array(count).map((_, i) => (BigInt(high[i]) << 32n) + BigInt(low[i]));
 }
 
-/** `count` numbers below `limit` that do not descend; those that are not below it are rejected with `rejectId`. */
+/** Read `count` numbers that do not descend; those not below `limit` are rejected with `rejectId`. */
 export function decodeAscending(
   section: Section,
   models: SequenceModels,
@@ -90,13 +90,13 @@ export function decodeAscending(
   });
 }
 
-/** Numbers of up to 63 bits, in halves. */
+/** Numbers of up to 63 bits, as two halves. */
 interface Magnitudes {
   readonly high: Uint32Array;
   readonly low: Uint32Array;
 }
 
-/** Numbers of the classes `classes`: a leading 1, and the bits below it, from the highest down. */
+/** Numbers of the given classes: a leading 1, and the bits below it, most significant first. */
 function decodeMantissas(section: Section, models: SequenceModels, classes: Uint8Array, base: Int32Array): Magnitudes {
   const magnitudes = { high: new Uint32Array(classes.length), low: new Uint32Array(classes.length) };
   classes.forEach((size, i) => {
@@ -120,7 +120,7 @@ function decodeMantissas(section: Section, models: SequenceModels, classes: Uint
   }
 }
 
-/** Of every number that is not 0: 1 if it is negative. */
+/** Of every nonzero number, 1 if it is negative. */
 function decodeSigns(section: Section, models: SequenceModels, classes: Uint8Array, base: Int32Array): Uint8Array {
   const asked = indicesWhere(classes.length, (i) => classes[i] > 0);
   const bits = section.plane(models.sign, pick(base, asked));
@@ -131,7 +131,7 @@ function decodeSigns(section: Section, models: SequenceModels, classes: Uint8Arr
   return signs;
 }
 
-/** c x 2^K + k of every number. */
+/** c x 2^K + k for every number. */
 function classContexts(models: SequenceModels, classes: Uint8Array, outer: OuterContexts): Int32Array {
   return tabulate(classes.length, (i) => outerAt(outer, i) * 2 ** models.classBits + classes[i]);
 }

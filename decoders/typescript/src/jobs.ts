@@ -1,4 +1,4 @@
-/** Many jobs in one process: lines of JSON on standard input, each maybe with the bytes of a stream behind it. */
+/** Many jobs in one process: lines of JSON on standard input, each optionally followed by the bytes of a stream. */
 
 import { answerRecovery, answerSeek, answerStream } from "./answers.js";
 import type { Line } from "./answers.js";
@@ -19,7 +19,7 @@ interface Job {
   readonly input?: unknown;
 }
 
-/** Answer every job of a file or a pipe, until it ends. */
+/** Answer all jobs of a file or a pipe. */
 export function* answerJobs(descriptor: number): Generator<Line, void, undefined> {
   const input = new JobInput(descriptor);
   for (let line = input.readLine(); line !== null; line = input.readLine()) {
@@ -36,7 +36,7 @@ export function* answerJobs(descriptor: number): Generator<Line, void, undefined
 const PIECE_BYTES = 1 << 16;
 const NEWLINE = 10;
 
-/** Lines and bytes, mixed. */
+/** Reads a mix of lines and bytes. */
 class JobInput {
   #pending: Uint8Array = new Uint8Array(0);
 
@@ -46,7 +46,7 @@ class JobInput {
     this.#source = new FileSource(descriptor);
   }
 
-  /** The next line without its end, or null where there is none. */
+  /** The next line without its terminator, or null at the end. */
   readLine(): string | null {
     let end = this.#pending.indexOf(NEWLINE);
     while (end < 0) {

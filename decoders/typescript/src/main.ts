@@ -1,5 +1,5 @@
 #!/usr/bin/env node
-/** The command line, as conformance/RUNNER.md has it: a stream on standard input, or jobs. */
+/** The command line of conformance/RUNNER.md: a stream on standard input, or jobs. */
 
 import { answerStream } from "./answers.js";
 import type { Line } from "./answers.js";
@@ -27,7 +27,7 @@ function main(argument: string | undefined): number {
   }
 }
 
-/** Decode the stream on standard input; return the exit status. */
+/** Decode the stream on standard input and return the exit status. */
 function decodeInput(): number {
   let status = 0;
   for (const line of answerStream(new FileSource(STANDARD_INPUT))) {
@@ -38,7 +38,10 @@ function decodeInput(): number {
   return status;
 }
 
-/** Write a line, at once where output is a file or a pipe: who feeds the stream may wait for it. Integers of any size are written in full. */
+/**
+ * Write a line, unbuffered for files and pipes, because the sender of the stream may wait for it. Integers of any size
+ * are written in full.
+ */
 function writeLine(line: Line): void {
   const text = JSON.stringify(line, (_, value: unknown) => (typeof value === "bigint" ? value.toString() : value));
   process.stdout.write(`${text}\n`);

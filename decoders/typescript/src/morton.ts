@@ -4,7 +4,7 @@ const HALF_KEY_BITS = 30;
 const HALF_KEY_MASK = (1n << 30n) - 1n;
 const HALF_AXIS_BITS = HALF_KEY_BITS / 3;
 
-/** The coordinate on an axis, 0 for x, 1 for y, 2 for z, of a key of up to 60 bits. */
+/** The coordinate on an axis (0 for x, 1 for y, 2 for z) in a key of up to 60 bits. */
 export function coordinateOfKey(key: bigint, axis: number): number {
   const high = gather(Number(key >> BigInt(HALF_KEY_BITS)), axis);
   const low = gather(Number(key & HALF_KEY_MASK), axis);
@@ -18,7 +18,7 @@ function gather(half: number, axis: number): number {
   return coordinate;
 }
 
-/** Compare two Gaussians by their cells, as for a sort that leaves those of a cell together, at every shift. */
+/** Compare two Gaussians by their cells; sorting with this keeps the Gaussians of a cell together at every shift. */
 export function compareMorton(columns: readonly Int32Array[], first: number, second: number): number {
   let decisive = columns[0];
   let leadingZeros = Math.clz32(decisive[first] ^ decisive[second]);

@@ -1,4 +1,6 @@
-/** The symbols of the anchors (SPEC 8.7): levels from the coarsest down, in contexts of what is expected. */
+/**
+ * The symbols of the anchors (SPEC 8.7): levels from the coarsest to the finest, in contexts of the expected symbols.
+ */
 
 import type { AnchorLevel } from "./anchors.js";
 import { allIndices, indicesWhere, pick, tabulate } from "./columns.js";
@@ -9,10 +11,10 @@ import type { Section } from "./planes.js";
 import { indexOfId } from "./scene.js";
 import type { Scene } from "./scene.js";
 
-/** Of each channel a row, with a number for every anchor of a level. */
+/** One row per channel, with a number for every anchor of a level. */
 export type Rows = readonly Int32Array[];
 
-/** The models of a level, which go on from frame to frame. */
+/** The models of a level, which persist from frame to frame. */
 export class MotionModels {
   readonly moves = new Model(contexts.MOVES_CONTEXTS);
   readonly translationNotZero = new Model(contexts.NOT_ZERO_CONTEXTS);
@@ -21,7 +23,7 @@ export class MotionModels {
   readonly sign = new Model(contexts.SIGN_CONTEXTS);
   readonly magnitude = new Model(contexts.MAGNITUDE_CONTEXTS);
 
-  /** The model of "not 0" of each of 6 or 7 channels, by its kind. */
+  /** The model of "not 0" for each of 6 or 7 channels, by its kind. */
   notZero(channelCount: number): Model[] {
     const { translationNotZero: t, wNotZero: w, rotationNotZero: r } = this;
     return channelCount === 6 ? [t, t, t, r, r, r] : [t, t, t, w, r, r, r];
@@ -29,9 +31,9 @@ export class MotionModels {
 }
 
 /**
- * The symbols of all levels, from 1 on.
+ * Decode the symbols of all levels, from 1 on.
  *
- * @param scene the scene before it moves, with the motion of the frame before
+ * @param scene the scene before the motion, with the motion of the previous frame
  */
 export function decodeMotion(
   section: Section,
@@ -54,7 +56,7 @@ export function decodeMotion(
   return symbols;
 }
 
-/** What the anchors' own Gaussians moved by in the frame before; 0 of those that have died. */
+/** The motion of the anchors' own Gaussians in the previous frame; 0 if they have died. */
 function ownMotion(anchors: AnchorLevel, scene: Scene): Rows {
   const indices = tabulate(anchors.ids.length, (anchor) => indexOfId(scene.ids, anchors.ids[anchor]));
   return scene.motion.map((row) => indices.map((i) => (i < 0 ? 0 : row[i])));
@@ -77,7 +79,7 @@ function decodeLevel(section: Section, models: MotionModels, expected: Rows, par
   return rows;
 }
 
-/** Where the symbols are that are not 0, channel by channel: a place is channel x anchors of the level + anchor. */
+/** The positions of the nonzero symbols, channel by channel: channel x anchors of the level + anchor. */
 function decodeNotZero(section: Section, models: MotionModels, expected: Rows, moving: Uint32Array): Uint32Array {
   const notZeroBefore = new Uint8Array(moving.length);
   const places = models.notZero(expected.length).map((model, channel) => {
@@ -92,7 +94,7 @@ function decodeNotZero(section: Section, models: MotionModels, expected: Rows, m
   return joinAll(places);
 }
 
-/** Symbols that are not 0, of which `expected` is expected: their signs, then their magnitudes. */
+/** Decode nonzero symbols, with `expected` as their expected values: signs, then magnitudes. */
 function decodeSymbols(section: Section, models: MotionModels, expected: Int32Array): Int32Array {
   const negative = section.plane(models.sign, expected.map(contexts.signContext));
   const towards = expected.map((wanted, i) => (negative[i] ? -wanted : wanted));
@@ -107,7 +109,7 @@ function decodeSymbols(section: Section, models: MotionModels, expected: Int32Ar
   return symbols.map((magnitude, i) => (negative[i] ? -magnitude : magnitude));
 }
 
-/** Of every anchor, the numbers of its parent; 0 where there is no coarser level. */
+/** For every anchor, the numbers of its parent; 0 if there is no coarser level. */
 function inheritRows(anchors: AnchorLevel, coarser: Rows | undefined, channelCount: number): Rows {
   if (coarser === undefined) return zeroRows(anchors.ids.length, channelCount);
   return coarser.map((row) => anchors.parents.map((parent) => row[parent]));
@@ -117,7 +119,7 @@ function addRows(first: Rows, second: Rows): Rows {
   return first.map((row, channel) => row.map((number, anchor) => number + second[channel][anchor]));
 }
 
-/** Of every element, the sum of its magnitudes over all channels. */
+/** For every anchor, the sum of its magnitudes over all channels. */
 export function sumOfMagnitudes(rows: Rows): Int32Array {
   return rows[0].map((_, anchor) => rows.reduce((sum, row) => sum + Math.abs(row[anchor]), 0));
 }

@@ -1,10 +1,10 @@
 /**
- * Exact search for the nearest anchor (SPEC 6.4), in a tree of boxes.
+ * Exact search for the nearest anchor (SPEC 6.4), in a tree of bounding boxes.
  *
- * Coordinates differ by less than 2^24, so that squared distances are below 2^50 and exact as they are. A box is
- * passed over if it is farther than the best anchor so far, or as far with no lower number in it: so the tree
- * gives the anchor of least (squared distance, number). The boxes are those of a binary heap: 1 is the root, the
- * halves of k are 2k and 2k + 1, and every box holds a run of the anchors in the order that the building gives.
+ * Coordinates differ by less than 2^24, so squared distances are below 2^50 and exact. A box is skipped if it is
+ * farther than the best anchor so far, or at the same distance without a lower index, so that the result is the anchor
+ * with the lowest (squared distance, index). The boxes form a binary heap: 1 is the root, and the halves of k are 2k
+ * and 2k + 1. Every box holds a range of the anchors, in the order that construction gives them.
  */
 
 import { bitLength } from "./arithmetic.js";
@@ -12,16 +12,16 @@ import { allIndices } from "./columns.js";
 
 export type Point = readonly [number, number, number];
 
-/** A run of at most so many anchors is not halved. */
+/** Maximum number of anchors in a leaf. */
 const LEAF_ANCHORS = 8;
 
-/** A squared distance and the number of an anchor. */
+/** A squared distance and the index of an anchor. */
 interface Best {
   distance: number;
   number: number;
 }
 
-/** Half of a box, with the least distance and the lowest number that an anchor in it may have. */
+/** Half of a box, with the minimum distance and the lowest index of the anchors in it. */
 interface Half extends Best {
   readonly box: number;
   readonly start: number;
@@ -30,15 +30,15 @@ interface Half extends Best {
 
 export class AnchorSearch {
   readonly #positions: readonly Int32Array[];
-  /** Numbers of anchors, those of a box together. */
+  /** Indices of the anchors, grouped by box. */
   readonly #numbers: Uint32Array;
-  /** Of every box, for every axis, the least and the greatest coordinate. */
+  /** For every box and axis, the minimum and maximum coordinate. */
   readonly #least: readonly Int32Array[];
   readonly #greatest: readonly Int32Array[];
-  /** Of every box, the lowest number of an anchor in it. */
+  /** For every box, the lowest index of its anchors. */
   readonly #lowest: Uint32Array;
 
-  /** @param positions x, y, z of the anchors, of which there is at least one */
+  /** @param positions x, y, z of the anchors, at least one */
   constructor(positions: readonly Int32Array[]) {
     const count = positions[0].length;
     const boxes = 2 ** (bitLength(Math.ceil(count / LEAF_ANCHORS)) + 1);
@@ -50,7 +50,7 @@ export class AnchorSearch {
     this.#build(1, 0, count);
   }
 
-  /** The number of the anchor that a Gaussian at `point` follows. */
+  /** The index of the anchor that a Gaussian at `point` follows. */
   nearest(point: Point): number {
     const best = { distance: Infinity, number: Infinity };
     this.#search(1, 0, this.#numbers.length, point, best);
@@ -66,14 +66,15 @@ export class AnchorSearch {
     });
     if (run.length <= LEAF_ANCHORS) return;
     const column = this.#positions[this.#widestAxis(box)];
-    // Equal coordinates in order of number: of many anchors at one place, the lowest is in the first half.
+    // Sort equal coordinates by index, so that among many anchors at one position the lowest index is in the first
+    // half.
     run.sort((m, n) => column[m] - column[n] || m - n);
     const middle = (start + end) >>> 1;
     this.#build(2 * box, start, middle);
     this.#build(2 * box + 1, middle, end);
   }
 
-  /** Search the halves of a box, or the anchors of a leaf, for what precedes `best`. */
+  /** Search the halves of a box, or the anchors of a leaf, for one that precedes `best`. */
   #search(box: number, start: number, end: number, point: Point, best: Best): void {
     if (end - start <= LEAF_ANCHORS) {
       for (let place = start; place < end; place++) this.#offer(this.#numbers[place], point, best);
@@ -102,7 +103,7 @@ export class AnchorSearch {
     best.number = number;
   }
 
-  /** Squared, from `point` to what is nearest of the box: 0 within. */
+  /** Squared distance from `point` to the box; 0 inside. */
   #distanceToBox(box: number, point: Point): number {
     let sum = 0;
     for (let axis = 0; axis < 3; axis++) {

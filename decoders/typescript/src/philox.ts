@@ -5,7 +5,7 @@ import { PHILOX_DOMAIN_SAMPLER, PHILOX_ROUNDS } from "./constants.js";
 export type Counter = readonly [number, number, number, number];
 export type Key = readonly [number, number];
 
-/** Four words from a counter of four and a key of two. */
+/** Four words from a counter of four words and a key of two. */
 export function philox(counter: Counter, key: Key): Counter {
   let [c0, c1, c2, c3] = counter;
   let [k0, k1] = key;
@@ -19,7 +19,7 @@ export function philox(counter: Counter, key: Key): Counter {
   return [c0, c1, c2, c3];
 }
 
-/** Of every level, word by word, what is drawn for each Gaussian: with its id, the word is its rank. */
+/** For every level, the drawn word of each Gaussian, which with its id is its rank. */
 export function drawRanks(ids: Uint32Array, phase: number, seed: bigint, levelCount: number): Uint32Array[] {
   const key: Key = [Number(seed & 0xffffffffn), Number(seed >> 32n)];
   const ranks = Array.from({ length: levelCount }, () => new Uint32Array(ids.length));
@@ -32,7 +32,7 @@ export function drawRanks(ids: Uint32Array, phase: number, seed: bigint, levelCo
   return ranks;
 }
 
-/** The product of two words as two words: of a word and half a word it is below 2^48, and exact. */
+/** The product of two words as two words. A word times half a word is below 2^48, and exact. */
 function multiply(first: number, second: number): [number, number] {
   const lower = (first & 0xffff) * second;
   const upper = (first >>> 16) * second + Math.floor(lower / 2 ** 16);

@@ -5,7 +5,7 @@ import { CODE_BITS, COUNT_LIMIT, HALF_WEIGHT, PROBABILITY_CODES, STATED_WEIGHT, 
 import type { Words } from "./fields.js";
 import { demand } from "./reject.js";
 
-/** The contexts of planes that ask alike, each with the zeros and the ones that it has had. */
+/** Contexts of planes with the same model, each with its counts of zeros and ones. */
 export class Model {
   readonly contextCount: number;
   readonly #zeros: Uint16Array;
@@ -21,18 +21,18 @@ export class Model {
     return weightOfCounts(this.#zeros[context], this.#ones[context]);
   }
 
-  /** Add what a plane had in a context. */
+  /** Add the counts of a plane to a context. */
   add(context: number, zeros: number, ones: number): void {
     [this.#zeros[context], this.#ones[context]] = halved(this.#zeros[context] + zeros, this.#ones[context] + ones);
   }
 }
 
-/** The weight of a 1 that follows from counts: the quotient is below 2^24, so that its floor is exact. */
+/** The weight of a 1 derived from counts. The quotient is below 2^24, so its floor is exact. */
 export function weightOfCounts(zeros: number, ones: number): number {
   return Math.floor(((2 * ones + 1) * WEIGHT_TOTAL) / (2 * (zeros + ones) + 2));
 }
 
-/** The weight of a 1 that a code stands for. */
+/** The weight of a 1 of a probability code. */
 export function weightOfCode(code: number): number {
   demand(code < PROBABILITY_CODES, "bad-probability", `a probability code of ${code}`);
   const half = PROBABILITY_CODES / 2;
@@ -40,7 +40,7 @@ export function weightOfCode(code: number): number {
   return (8 + (code % 8)) * 2 ** (Math.floor(code / 8) + 5);
 }
 
-/** Counts as they are after a plane. */
+/** Counts after a plane. */
 export function halved(zeros: number, ones: number): [number, number] {
   while (zeros + ones > COUNT_LIMIT) {
     zeros = Math.floor(zeros / 2);
@@ -49,7 +49,7 @@ export function halved(zeros: number, ones: number): [number, number] {
   return [zeros, ones];
 }
 
-/** A section, read plane by plane. */
+/** Reads a section plane by plane. */
 export class Section {
   readonly #coder: Coder;
 
@@ -57,7 +57,7 @@ export class Section {
     this.#coder = new Coder(words);
   }
 
-  /** The bits of a plane whose element i is in context `contexts[i]`. */
+  /** The bits of a plane; element i is in context `contexts[i]`. */
   plane(model: Model, contexts: Int32Array): Uint8Array {
     const { used, ends, elements } = groupByContext(contexts, model.contextCount);
     const weights = this.#readWeights(model, used);
@@ -83,12 +83,12 @@ export class Section {
     return bits;
   }
 
-  /** All planes of the section are read. */
+  /** End the section after its last plane. */
   finish(): void {
     this.#coder.finish();
   }
 
-  /** The weights of a plane: those of the counts, but for the contexts whose probability is stated. */
+  /** The weights of a plane: derived from the counts, except in contexts whose probability is stated. */
   #readWeights(model: Model, used: readonly number[]): number[] {
     const stated = used.map(() => this.#coder.bit(STATED_WEIGHT));
     return used.map((context, place) =>
@@ -98,11 +98,11 @@ export class Section {
 }
 
 interface Groups {
-  /** The contexts that have an element, ascending. */
+  /** The contexts that occur, ascending. */
   readonly used: readonly number[];
-  /** Where the elements of each of them end in `elements`. */
+  /** The end of each context's elements in `elements`. */
   readonly ends: readonly number[];
-  /** The elements, context by context, in their order within each. */
+  /** The elements, context by context, otherwise in order. */
   readonly elements: Uint32Array;
 }
 

@@ -1,4 +1,4 @@
-/** A stream past its damage: the frames that can be had, and the gaps between them (SPEC 11.4, 11.5). */
+/** Recovery of a damaged stream: its intact frames, and the gaps between them (SPEC 11.4, 11.5). */
 
 import { chunkBytes, isAncillary } from "./chunks.js";
 import type { Chunk, ChunkHeader, ChunkReader, Place } from "./chunks.js";
@@ -13,41 +13,41 @@ import { MemorySource } from "./source.js";
 import type { State } from "./state.js";
 import { StateDecoder } from "./states.js";
 
-/** A part of the stream that is left out. */
+/** A part of the stream that was skipped. */
 export interface Gap {
   readonly offset: number;
   readonly bytes: number;
   readonly rejectId: RejectId;
-  /** The frames that are missing for it, null where this cannot be told. */
+  /** The number of lost frames, or null if unknown. */
   readonly framesLost: number | null;
 }
 
 export type Recovered = { readonly frame: Frame } | { readonly gap: Gap };
 
 /**
- * The frames and the gaps of a stream, in its order: no frame whose CRC does not hold or whose ordinal is not above
- * those before (11.4-1), and every gap (11.4-2).
+ * The frames and gaps of a stream, in order: only frames with a correct CRC and with ordinals above those before
+ * (11.4-1), and all gaps (11.4-2).
  *
- * @throws Rejection where HEAD is rejected, or a critical chunk is of an unknown type (SPEC 3.3)
- * @throws Declined where a stream of the unlimited level is too large for this decoder
+ * @throws Rejection if HEAD is rejected, or a critical chunk has an unknown type (SPEC 3.3)
+ * @throws Declined if a stream of the unlimited level exceeds the limits of this decoder
  */
 export function* recoverStream(bytes: Uint8Array): Generator<Recovered, void, undefined> {
   const { header, reader } = openStream(new MemorySource(bytes));
   yield* new Recovery(bytes, header, reader).parts();
 }
 
-/** What became of a chunk: the state that it makes, if any, or why it is rejected. */
+/** The result of a chunk: its state, if it has one, or why it is rejected. */
 type Trial = { readonly rejectId: null; readonly chunk: Chunk; readonly state: State | null } | RejectedTrial;
 
 interface RejectedTrial {
   readonly rejectId: RejectId;
-  /** The header, if it is accepted. */
+  /** The header, if it was accepted. */
   readonly header: ChunkHeader | null;
 }
 
 /**
- * The loop of 11.4. Of its variables `place` and `number` are the reader's, `due` and `whole` the decoder's, and
- * `spent` is the search's.
+ * The loop of 11.4. Of its variables, `place` and `number` are in the reader, `due` and `whole` in the decoder, and
+ * `spent` is in the search.
  */
 class Recovery {
   readonly #bytes: Uint8Array;
@@ -55,7 +55,7 @@ class Recovery {
   readonly #decoder: StateDecoder;
   readonly #search: ChunkSearch;
   #reader: ChunkReader;
-  /** The ordinal of the first frame of the stream, null where it is not known. */
+  /** The ordinal of the first frame of the stream, or null if unknown. */
   #first: number | null = null;
 
   constructor(bytes: Uint8Array, header: StreamHeader, reader: ChunkReader) {
@@ -84,7 +84,7 @@ class Recovery {
     }
   }
 
-  /** Read the chunk that is due and decode it; the reader is behind it then only if the CRC of its payload holds. */
+  /** Read and decode the next chunk; the reader advances only if the payload CRC is correct. */
   #tryChunk(): Trial {
     const due = this.#decoder.due;
     let header: ChunkHeader | null = null;
@@ -100,14 +100,14 @@ class Recovery {
     }
   }
 
-  /** Leave out an ancillary chunk alone. */
+  /** Skip a single ancillary chunk. */
   #leaveOut({ offset, sequence }: Place, { rejectId, header }: LoneTrial): Recovered {
     const end = offset + chunkBytes(header);
     this.#goTo({ offset: end, sequence: sequence + 1 });
     return gap(offset, end, rejectId, 0);
   }
 
-  /** Go on at the next chunk that allows it; return whether there is one. */
+  /** Continue at the next suitable chunk; returns whether there is one. */
   *#resume({ offset }: Place, rejectId: RejectId): Generator<Recovered, boolean, undefined> {
     const before = this.#decoder.due;
     const found = this.#search.find(this.#reader.place, before, this.#decoder.canonical);
@@ -124,7 +124,7 @@ class Recovery {
     return true;
   }
 
-  /** The bytes behind TAIL. */
+  /** Handle the bytes after TAIL. */
   *#rest(): Generator<Recovered, void, undefined> {
     const { offset } = this.#reader.place;
     if (offset < this.#bytes.length) yield gap(offset, this.#bytes.length, "trailing-data", null);
@@ -138,18 +138,18 @@ class Recovery {
 
 type LoneTrial = RejectedTrial & { readonly header: ChunkHeader };
 
-/** Whether a chunk is ancillary, and whole, so that decoding goes on right behind it. */
+/** Whether a chunk is ancillary and intact, so that decoding can continue right after it. */
 function isLeftOutAlone(trial: RejectedTrial): trial is LoneTrial {
   return trial.header !== null && isAncillary(trial.header.type) && trial.rejectId !== "truncated";
 }
 
-/** The ordinal that is due where decoding goes on; at TAIL that of the frame behind the last, if it can be told. */
+/** The ordinal expected where decoding continues; at TAIL, that after the last frame, if known. */
 function ordinalDue(found: Resumption, first: number | null): number | null {
   if (found.type !== "TAIL") return found.frame;
   return first === null ? null : first + found.frameCount;
 }
 
-/** How many frames are missing where `before` was due and `due` is now; null where this cannot be told. */
+/** The number of frames between the expected ordinals `before` and `due`, or null if unknown. */
 function countLost(before: number | null, due: number | null): number | null {
   return before === null || due === null || due < before ? null : due - before;
 }

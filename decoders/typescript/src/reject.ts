@@ -1,4 +1,4 @@
-/** Why a stream is not decoded: it breaks a clause (SPEC 3.3), or is larger than this decoder takes (SPEC 3.2). */
+/** Why a stream is not decoded: it violates a clause (SPEC 3.3), or exceeds the limits of this decoder (SPEC 3.2). */
 
 export const REJECT_IDS = [
   "bad-magic",
@@ -34,7 +34,7 @@ export const REJECT_IDS = [
 
 export type RejectId = (typeof REJECT_IDS)[number];
 
-/** The stream does not conform; `rejectId` is one of those that are true of it. */
+/** The stream does not conform; `rejectId` is one of its applicable reject ids. */
 export class Rejection extends Error {
   constructor(
     readonly rejectId: RejectId,
@@ -45,7 +45,7 @@ export class Rejection extends Error {
   }
 }
 
-/** The stream is of the unlimited level and beyond this decoder's own limits: that is no rejection. */
+/** The stream is of the unlimited level and exceeds the limits of this decoder; this is not a rejection. */
 export class Declined extends Error {
   constructor(message: string) {
     super(message);

@@ -1,4 +1,4 @@
-/** Rotations as unit quaternions w, x, y, z of integers (SPEC 7.2, 7.3, 7.5). Products exceed 2^53: all is `bigint`. */
+/** Rotations as integer unit quaternions w, x, y, z (SPEC 7.2, 7.3, 7.5). Products exceed 2^53, so all are `bigint`. */
 
 import { divideRound, isqrt } from "./arithmetic.js";
 import { PRODUCT_GUARD_BITS, ROTATION_FRACTION_BITS, ROTATION_ONE, SUM_GUARD_BITS } from "./constants.js";
@@ -15,7 +15,7 @@ export function normalize(vector: Quaternion, guardBits: number): Quaternion {
   return toNumbers(normalizeBig(vector.map(BigInt), BigInt(guardBits)));
 }
 
-/** The rotation that is coded as the index of a component and the other three, in their order (7.2). */
+/** The rotation coded as the index of the omitted component and the other three in order (7.2). */
 export function expandRotation(index: number, three: readonly number[], rotationBits: number): Quaternion {
   const unity = 2 ** rotationBits;
   demand(
@@ -31,7 +31,7 @@ export function expandRotation(index: number, three: readonly number[], rotation
   return toNumbers(normalizeBig(parts, BigInt(PRODUCT_GUARD_BITS)));
 }
 
-/** `before`, turned by the vector (L x rotation_unity + W', X, Y, Z): the residual is on the right (7.5). */
+/** Multiply `before` by the residual (L x rotation_unity + W', X, Y, Z) on the right, and normalize (7.5). */
 export function turn(before: Quaternion, residual: Quaternion): Quaternion {
   const q = before.map(BigInt);
   const d = normalizeBig(residual.map(BigInt), BigInt(SUM_GUARD_BITS));

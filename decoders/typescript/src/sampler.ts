@@ -1,4 +1,4 @@
-/** Which Gaussians are anchors (SPEC 6.1 to 6.3). */
+/** Sampling of anchors (SPEC 6.1 to 6.3). */
 
 import { bitLength } from "./arithmetic.js";
 import { allIndices, indicesWhere, tabulate } from "./columns.js";
@@ -8,10 +8,10 @@ import { compareMorton } from "./morton.js";
 import { drawRanks } from "./philox.js";
 import type { Scene } from "./scene.js";
 
-/** The fields of HEAD that say how many anchors there are. */
+/** The fields of HEAD that determine the number of anchors. */
 type CountFields = Pick<StreamHeader, "gaussiansPerAnchor" | "anchorRatio" | "levelCount">;
 
-/** A_1 ... A_L of `count` Gaussians. */
+/** A_1 ... A_L for `count` Gaussians. */
 export function anchorCounts(count: number, header: CountFields): number[] {
   const counts = [Math.ceil(count / header.gaussiansPerAnchor)];
   while (counts.length < header.levelCount) {
@@ -20,7 +20,7 @@ export function anchorCounts(count: number, header: CountFields): number[] {
   return counts;
 }
 
-/** Of every level, from 1 on, the indices of the Gaussians that are its anchors, ascending. */
+/** For every level, from 1 on, the indices of the Gaussians that are its anchors, ascending. */
 export function sampleAnchors(
   scene: Pick<Scene, "ids" | "positions">,
   phase: number,
@@ -31,12 +31,12 @@ export function sampleAnchors(
   return anchorCounts(scene.ids.length, header).map((count, level) => sampleLevel(order, ranks[level], count));
 }
 
-/** The Gaussians in an order in which those of a cell are together, at every shift. */
+/** The Gaussians, sorted so that those of a cell are adjacent at every shift. */
 interface CellOrder {
   readonly indices: Uint32Array;
-  /** Of each place but the first: the least shift at which it is in one cell with the place before. */
+  /** For each entry except the first, the lowest shift at which it shares a cell with the previous entry. */
   readonly joined: Int32Array;
-  /** Of every shift, the cells that are occupied. */
+  /** For every shift, the number of occupied cells. */
   readonly cellCounts: readonly number[];
 }
 
@@ -52,7 +52,7 @@ function sortByCells(positions: readonly Int32Array[]): CellOrder {
   return { indices, joined, cellCounts };
 }
 
-/** The least shift at which two Gaussians are in one cell. */
+/** The lowest shift at which two Gaussians share a cell. */
 function firstCommonShift(columns: readonly Int32Array[], first: number, second: number): number {
   return bitLength(columns.reduce((differing, column) => differing | (column[first] ^ column[second]), 0));
 }
@@ -68,7 +68,7 @@ function sampleLevel(order: CellOrder, words: Uint32Array, count: number): Uint3
   return indicesWhere(words.length, (i) => isAnchor[i] === 1);
 }
 
-/** Of every cell that is occupied at `shift`, the Gaussian of least rank. */
+/** For every cell occupied at `shift`, the Gaussian with the lowest rank. */
 function leastOfCells(order: CellOrder, shift: number, byRank: (i: number, j: number) => number): number[] {
   const least: number[] = [];
   order.indices.forEach((index, place) => {

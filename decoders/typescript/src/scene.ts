@@ -4,7 +4,7 @@ import { pick } from "./columns.js";
 import type { StreamHeader } from "./header.js";
 import { channelCount } from "./header.js";
 
-/** The binding of a newborn, which follows no anchor before the next frame. */
+/** The binding of a new Gaussian, which follows no anchor before the next frame. */
 export const UNBOUND = -1;
 
 export interface Scene {
@@ -15,18 +15,18 @@ export interface Scene {
   readonly rotations: readonly Int32Array[];
   /** 7 rows, or 16 with SH rest. */
   readonly codes: readonly Int32Array[];
-  /** Of each channel, the sum of the symbols that moved the Gaussian in the last frame. */
+  /** For each channel, the sum of the symbols that moved the Gaussian in the last frame. */
   readonly motion: readonly Int32Array[];
-  /** Of each level, from 1 on, the number of the anchor that the Gaussian follows, or UNBOUND. */
+  /** For each level, from 1 on, the index of the anchor that the Gaussian follows, or UNBOUND. */
   readonly binding: readonly Int32Array[];
-  /** Frames since the Gaussian was born or changed, up to RECENCY_LIMIT (7.8); kept in streams with updates alone. */
+  /** Frames since the Gaussian was born or updated, up to RECENCY_LIMIT (7.8); only in streams with updates. */
   readonly recency: Int32Array;
 }
 
-/** The columns that a Gaussian is coded with, and that are serialized. */
+/** The columns that are coded and serialized. */
 export type CodedScene = Pick<Scene, "ids" | "positions" | "rotations" | "codes">;
 
-/** A scene of Gaussians that have not moved and follow no anchor, all of the same recency. */
+/** A scene of Gaussians that have not moved and follow no anchor, all with the same recency. */
 export function newScene(coded: CodedScene, header: StreamHeader, recency: number): Scene {
   const count = coded.ids.length;
   return {
@@ -37,7 +37,7 @@ export function newScene(coded: CodedScene, header: StreamHeader, recency: numbe
   };
 }
 
-/** The Gaussians of the indices `kept`, in this order. */
+/** The Gaussians at the indices `kept`, in this order. */
 export function select(scene: Scene, kept: Uint32Array): Scene {
   return {
     ids: kept.map((i) => scene.ids[i]),
@@ -50,7 +50,7 @@ export function select(scene: Scene, kept: Uint32Array): Scene {
   };
 }
 
-/** The Gaussians of `first`, then those of `second`. */
+/** The Gaussians of `first` followed by those of `second`. */
 export function append(first: Scene, second: Scene): Scene {
   return {
     ids: join(Uint32Array, first.ids, second.ids),

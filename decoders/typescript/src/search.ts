@@ -1,4 +1,4 @@
-/** The search for a chunk at which decoding goes on past damage (SPEC 11.4, `resume`). */
+/** Search for the next chunk at which decoding can resume after damage (SPEC 11.4, `resume`). */
 
 import { chunkBytes, headerCrcHolds, parseChunkHeader, SYNC_WORD } from "./chunks.js";
 import type { ChunkHeader, Place } from "./chunks.js";
@@ -8,22 +8,24 @@ import { Fields } from "./fields.js";
 import type { StreamHeader } from "./header.js";
 import { parseTail } from "./tail.js";
 
-/** The bytes of the ordinal at the head of a CANO, and of those of itself and its CANO at the head of a SNAP. */
+/** The bytes of the ordinal at the start of a CANO, and of the two ordinals at the start of a SNAP. */
 const CANONICAL_HEAD_BYTES = 4;
 const SNAPSHOT_HEAD_BYTES = 8;
 
-/** The level whose bound holds for the effort at the unlimited one. */
+/** The level whose limit measures the effort for the unlimited level. */
 const EFFORT_LEVEL = 30;
 
-/** Payloads may be checked in vain for so many times the bytes up to a chunk, and a payload more. */
+/** Payloads may be checked in vain for this multiple of the bytes up to a chunk, plus one payload. */
 const EFFORT = 16;
 
-/** A chunk to go on at: a CANO or a SNAP with the ordinal of its frame, or a TAIL with its count of frames. */
+/**
+ * A chunk at which decoding can resume: a CANO or SNAP with the ordinal of its frame, or a TAIL with its frame count.
+ */
 export type Resumption =
   | { readonly place: Place; readonly type: "CANO" | "SNAP"; readonly frame: number }
   | { readonly place: Place; readonly type: "TAIL"; readonly frameCount: number };
 
-/** All searches in one stream: they share what they may spend (13-2). */
+/** All searches in one stream, which share a limit of effort (13-2). */
 export class ChunkSearch {
   readonly #bytes: Buffer;
   readonly #payloadLimit: number;
@@ -37,16 +39,16 @@ export class ChunkSearch {
     this.#effortBound = (effortLimits ?? limits).payloadBytes;
   }
 
-  /** A payload was checked in vain. */
+  /** Count a payload that was checked in vain. */
   spend(length: number): void {
     this.#spent += length;
   }
 
   /**
-   * The first chunk from `from` on to go on at, or null where there is none.
+   * The first chunk from `from` on at which decoding can resume, or null if there is none.
    *
    * @param due as in 11.4
-   * @param canonical the ordinal of the last CANO taken, null where there is none or streams have no snapshots
+   * @param canonical the ordinal of the last decoded CANO; null if there is none, or in streams without snapshots
    */
   find(from: Place, due: number | null, canonical: number | null): Resumption | null {
     for (let at = this.#nextSync(from.offset); at >= 0; at = this.#nextSync(at + 1)) {
@@ -60,7 +62,7 @@ export class ChunkSearch {
     return null;
   }
 
-  /** Where a sync word stands, from `offset` on; -1 if there is none. */
+  /** The position of the next sync word from `offset` on; -1 if there is none. */
   #nextSync(offset: number): number {
     return this.#bytes.indexOf(SYNC_WORD, offset);
   }
@@ -77,7 +79,7 @@ export class ChunkSearch {
     return type === "TAIL" && length === TAIL_BYTES;
   }
 
-  /** The chunk at `at`, if its payload is whole and it is one to go on at. */
+  /** The chunk at `at`, if its payload is intact and decoding can resume at it. */
   #prove(at: number, header: ChunkHeader, due: number | null, canonical: number | null): Resumption | null {
     const end = at + chunkBytes(header);
     if (end > this.#bytes.length) return null;

@@ -1,4 +1,4 @@
-/** Random access: the frames from a given one on, without those before its seek point (SPEC 11.2). */
+/** Random access: frames from a given one on, without decoding what precedes its seek point (SPEC 11.2). */
 
 import { CHUNK_CRC_BYTES, CHUNK_HEADER_BYTES, TAIL_BYTES } from "./constants.js";
 import { chunkBytes, headerCrcHolds, isSynced, parseChunkHeader } from "./chunks.js";
@@ -15,10 +15,10 @@ import { StateDecoder } from "./states.js";
 import { parseIndex, parseTail } from "./tail.js";
 import type { SeekPoint } from "./tail.js";
 
-/** The bytes of the ordinal at the head of a CANO or a SNAP. */
+/** The bytes of the ordinal at the start of a CANO or SNAP. */
 const ORDINAL_BYTES = 4;
 
-/** The canonical frames up to a seek point, which is the last of them, and the frames before it. */
+/** The canonical frames up to a seek point, which is the last of them, and the number of frames before it. */
 interface Route {
   readonly points: readonly SeekPoint[];
   readonly frameCount: number;
@@ -27,8 +27,8 @@ interface Route {
 /**
  * The frames from ordinal `start` on.
  *
- * @throws Rejection where HEAD, INDX or a chunk from the seek point on does not conform
- * @throws Declined where a stream of the unlimited level is too large for this decoder
+ * @throws Rejection if HEAD, INDX or a chunk from the seek point on does not conform
+ * @throws Declined if a stream of the unlimited level exceeds the limits of this decoder
  */
 export function* seekStream(bytes: Uint8Array, start: number): Generator<Frame, void, undefined> {
   const { header, reader } = openStream(new MemorySource(bytes));
@@ -47,7 +47,7 @@ function* decodeRoute(bytes: Uint8Array, header: StreamHeader, { points, frameCo
   if (chunk.type === "SNAP") {
     const { canonical } = parseOrdinals(new Fields(chunk.payload));
     const base = points.filter(({ frame }) => frame === canonical).at(-1);
-    demand(base !== undefined, "index-mismatch", `a snapshot names frame ${canonical}, which no seek point has`);
+    demand(base !== undefined, "index-mismatch", `a snapshot refers to frame ${canonical}, which has no seek point`);
     decodePoint(decoder, readPoint(bytes, header, base, ["CANO"]), base);
   }
   decoder.seek(frameCount, before);
@@ -65,14 +65,14 @@ function decodeFrom(
   return decodeChunks(header, readerAt(new MemorySource(bytes, place.offset), place, header), decoder);
 }
 
-/** The state of the chunk of a seek point, which has its ordinal. */
+/** The state of the chunk at a seek point, whose ordinal must match. */
 function decodePoint(decoder: StateDecoder, chunk: Chunk, { frame }: SeekPoint) {
   const state = decoder.decode(chunk);
-  demand(state?.ordinal === frame, "index-mismatch", `a seek point of frame ${frame} leads to another`);
+  demand(state?.ordinal === frame, "index-mismatch", `the seek point of frame ${frame} leads to another frame`);
   return state;
 }
 
-/** Step 1: by INDX; null where there is none. */
+/** Step 1: by INDX; null if there is none. */
 function routeByIndex(bytes: Uint8Array, header: StreamHeader, start: number): Route | null {
   const found = readTail(bytes);
   if (found === null || found.tail.indexOffset === 0n) return null;
@@ -80,13 +80,14 @@ function routeByIndex(bytes: Uint8Array, header: StreamHeader, start: number): R
   const offset = numberOf(tail.indexOffset);
   const index = readPointed(bytes, header, { offset, sequence: place.sequence - 1 }, ["INDX"], place.offset);
   const points = parseIndex(index.payload);
-  demand(points.length === tail.canonicalCount, "index-mismatch", "INDX has not the seek points that TAIL counts");
+  const message = "INDX does not have as many seek points as TAIL says";
+  demand(points.length === tail.canonicalCount, "index-mismatch", message);
   while (points.length > 0 && points[points.length - 1].frame > start) points.pop();
   const frameCount = points.length === 0 ? 0 : points[points.length - 1].frame - points[0].frame;
   return { points, frameCount };
 }
 
-/** Step 2: from chunk header to chunk header, up to a fault at most: decoding comes to it again. */
+/** Step 2: from chunk header to chunk header, up to the first error, which decoding will find again. */
 function routeByHeaders(reader: ChunkReader, start: number): Route {
   const points: SeekPoint[] = [];
   let frameCount = 0;
@@ -106,13 +107,13 @@ function routeByHeaders(reader: ChunkReader, start: number): Route {
   return { points, frameCount: framesBefore };
 }
 
-/** The ordinal of the frame of a chunk, where `due` is due; null where it has none. */
+/** The ordinal of a chunk's frame, where `due` is expected; null if the chunk has none. */
 function ordinalOf({ type, payload }: Chunk, due: number | null): number | null {
   if (type === "FRAM" || (type === "SNAP" && due === null)) return due;
   return payload.length < ORDINAL_BYTES ? null : new Fields(payload).u32("frame");
 }
 
-/** The chunks up to TAIL, or to where the stream ends or a header is rejected; their payloads are not proved. */
+/** The chunks up to TAIL, the end of the stream, or a rejected header; payloads are not checked. */
 function* passOverAll(reader: ChunkReader): Generator<Chunk> {
   try {
     let type = "";
@@ -126,7 +127,7 @@ function* passOverAll(reader: ChunkReader): Generator<Chunk> {
   }
 }
 
-/** TAIL, if it is the end of the stream and its CRCs hold, and where it is. */
+/** TAIL and its position, if it ends the stream and its CRCs are correct. */
 function readTail(bytes: Uint8Array) {
   const offset = bytes.length - CHUNK_HEADER_BYTES - TAIL_BYTES - CHUNK_CRC_BYTES;
   const head = bytes.subarray(offset, offset + CHUNK_HEADER_BYTES);
@@ -142,7 +143,7 @@ function readPoint(bytes: Uint8Array, header: StreamHeader, point: SeekPoint, ty
   return readPointed(bytes, header, { offset: numberOf(point.offset), sequence: point.sequence }, types);
 }
 
-/** The chunk that an offset leads to, which is of one of `types` and, where it is said, ends at `end`. */
+/** The chunk at an offset, which must have one of `types` and, if `end` is given, end there. */
 function readPointed(
   bytes: Uint8Array,
   header: StreamHeader,
@@ -157,7 +158,7 @@ function readPointed(
   return reader.readPayload(head);
 }
 
-/** What an offset leads to; whatever is wrong with it, the offset is. */
+/** Read at an offset; any error is an error of the offset. */
 function followed<Result>(read: () => Result): Result {
   try {
     return read();
@@ -167,7 +168,7 @@ function followed<Result>(read: () => Result): Result {
   }
 }
 
-/** An offset, of which one beyond 2^53 is beyond every stream, also as the nearest double. */
+/** An offset. Offsets above 2^53 are beyond every stream, even when rounded to the nearest double. */
 function numberOf(offset: bigint): number {
   return Number(offset);
 }

@@ -19,16 +19,16 @@ import { demand } from "./reject.js";
 import { checkCounts, checkOrdinal } from "./state.js";
 import { decodeFields, indicesOfOnes } from "./updates.js";
 
-/** How many differences a field has: position, rotation, log-scales, opacity, SH DC. */
+/** Number of differences per field: position, rotation, log-scales, opacity, SH DC. */
 const FIELD_SIZES = [3, 4, constants.LOG_SCALE_PLANES, constants.OPACITY_PLANES, constants.SH_DC_PLANES];
 
-/** Where the differences of position, of the index j, of the other components and of codes begin. */
+/** First rows of the differences of position, of the index j, of the other components and of codes. */
 const POSITION_START = 0;
 const INDEX_ROW = 3;
 const PARTS_START = 4;
 const CODES_START = 7;
 
-/** Positions of a snapshot are less than so many position steps apart on each axis. */
+/** Positions of a snapshot span less than this number of position steps on each axis. */
 const EXTENT_LIMIT = 2 ** constants.AXIS_BITS_LIMIT;
 
 export interface SnapshotChunk extends PositionBox {
@@ -41,23 +41,23 @@ export interface SnapshotChunk extends PositionBox {
   readonly stateCrc: number;
 }
 
-/** What a snapshot is coded against. */
+/** The reference that a snapshot is coded against. */
 export interface Canonical {
   readonly frame: number;
   readonly gaussians: CanonicalGaussians;
 }
 
-/** Which Gaussians of a CANO are left, by their indices there, and how they differ. */
+/** Which Gaussians of a CANO survive, by their indices in it, and their differences. */
 export interface Survivors {
   readonly indices: Uint32Array;
   /** 14 rows, with a number for each survivor. */
   readonly differences: Rows;
 }
 
-/** The models of survivors, which each section has anew. */
+/** The models of survivors, which are new for each section. */
 export class SurvivorModels {
   readonly lives = new Model(1);
-  /** Of each field: the context says which of the fields before it were answered yes. */
+  /** For each field: the context says which of the preceding fields differ. */
   readonly fields = FIELD_SIZES.map((_, field) => new Model(2 ** field));
   readonly index = sequenceModels(constants.ROTATION_INDEX_BITS);
   readonly differences = sequenceModels(constants.CLASS_BITS, constants.REST_CLASSES * constants.SURVIVOR_ROWS);
@@ -77,12 +77,12 @@ export function parseSnapshot(payload: Uint8Array): SnapshotChunk {
   return chunk;
 }
 
-/** The ordinals of a snapshot and of its CANO, with which its payload begins. */
+/** The ordinals of a snapshot and of its CANO, at the start of its payload. */
 export function parseOrdinals(fields: Fields) {
   return { frame: fields.u32("frame"), canonical: fields.u32("canonical") };
 }
 
-/** The Gaussians of a snapshot, the ordinal of whose frame is `due`, or any where this is null. */
+/** Decode the Gaussians of a snapshot whose frame ordinal must be `due`, unless that is null. */
 export function decodeSnapshot(
   chunk: SnapshotChunk,
   canonical: Canonical,
@@ -91,7 +91,7 @@ export function decodeSnapshot(
 ): CanonicalGaussians {
   checkOrdinal(chunk.frame, due);
   const { frame, gaussians } = canonical;
-  demand(chunk.canonical === frame, "frame-order", `against frame ${chunk.canonical}, where ${frame} was the last CANO`);
+  demand(chunk.canonical === frame, "frame-order", `against frame ${chunk.canonical}, not the last CANO, ${frame}`);
   checkCounts(chunk.newbornCount, 0, header);
   const count = gaussians.positions[0].length;
   const survivors = readSection(chunk.survivors, (section) => decodeSurvivors(section, new SurvivorModels(), count));
@@ -103,7 +103,7 @@ export function decodeSnapshot(
   return sortGaussians(appendGaussians(left, newborn));
 }
 
-/** Which of `count` Gaussians survive, and their differences. */
+/** Decode which of `count` Gaussians survive, and their differences. */
 export function decodeSurvivors(section: Section, models: SurvivorModels, count: number): Survivors {
   const indices = indicesOfOnes(section.plane(models.lives, new Int32Array(count)));
   const members = decodeFields(section, models.fields, indices.length);
@@ -121,7 +121,7 @@ export function decodeSurvivors(section: Section, models: SurvivorModels, count:
   return { indices, differences };
 }
 
-/** The Gaussians that are left, in the order of the CANO, with the differences added. */
+/** The surviving Gaussians, in the order of the CANO, with the differences added. */
 export function applyDifferences(
   { indices, differences }: Survivors,
   gaussians: CanonicalGaussians,
@@ -139,7 +139,7 @@ export function applyDifferences(
   return { positions, coded, rotations: expandRotations(coded, header.rotationBits), codes };
 }
 
-/** The Gaussians in ascending Morton key, of equal keys in the order that they had. */
+/** The Gaussians in ascending order of Morton keys; the sort is stable. */
 export function sortGaussians(gaussians: CanonicalGaussians): CanonicalGaussians {
   const fromLeast = gaussians.positions.map((row) => {
     const least = row.reduce((before, coordinate) => Math.min(before, coordinate));
@@ -149,7 +149,7 @@ export function sortGaussians(gaussians: CanonicalGaussians): CanonicalGaussians
   return pickGaussians(gaussians, order);
 }
 
-/** The rows from `start` to `end` of a field, each a sequence in contexts of what the rows before hold. */
+/** Decode the rows from `start` to `end` of a field, each as a sequence in contexts of the preceding rows. */
 function decodeRows(section: Section, models: SequenceModels, start: number, end: number, count: number): Int32Array[] {
   const sums = new Int32Array(count);
   return Array.from({ length: end - start }, (_, i) => {
@@ -161,18 +161,18 @@ function decodeRows(section: Section, models: SequenceModels, start: number, end
   });
 }
 
-/** The differences of position, of which each number is what one has more than the one before it. */
+/** Decode the differences of position, each relative to that of the previous survivor. */
 function accumulate(row: Int32Array): Int32Array {
   let sum = 0;
   return row.map((more) => {
     sum += more;
-    // Two positions are not farther apart, even in steps of one lattice unit.
+    // Positions cannot differ by more than this, even in steps of one lattice unit.
     demand(Math.abs(sum) <= 2 * constants.POSITION_LIMIT, "position-range", `a difference of position of ${sum}`);
     return sum;
   });
 }
 
-/** A row of `count` numbers, 0 but at the places `asked`. */
+/** A row of `count` numbers, 0 except at the indices `asked`. */
 function spread(numbers: ArrayLike<number>, asked: Uint32Array, count: number): Int32Array {
   const row = new Int32Array(count);
   asked.forEach((place, i) => {
@@ -181,12 +181,12 @@ function spread(numbers: ArrayLike<number>, asked: Uint32Array, count: number): 
   return row;
 }
 
-/** The numbers of a row that are left, with their differences. */
+/** The numbers of the surviving Gaussians in a row, with their differences added. */
 function addRow(row: Int32Array, indices: Uint32Array, differences: Int32Array): Int32Array {
   return tabulate(indices.length, (i) => row[indices[i]] + differences[i]);
 }
 
-/** Where another component is left out, the three others are given anew. */
+/** If the index of the omitted component changes, the other three are coded absolutely. */
 function changeRotations({ indices, parts }: CodedRotations, differences: Rows): CodedRotations {
   const ofIndex = differences[INDEX_ROW];
   return {

@@ -1,14 +1,14 @@
-/** Bytes in their order, from memory or from a file, as many at a time as are asked for. */
+/** Sequential sources of bytes in memory or files. */
 
 import { readSync } from "node:fs";
 
-/** Where a stream comes from. */
+/** A source of a stream. */
 export interface Source {
-  /** The next `length` bytes, or fewer where the stream ends. */
+  /** The next `length` bytes, or fewer at the end of the stream. */
   read(length: number): Uint8Array;
 }
 
-/** A stream that is in memory, from `offset` on. */
+/** A stream in memory, from `offset` on. */
 export class MemorySource implements Source {
   readonly #bytes: Uint8Array;
   #offset: number;
@@ -25,12 +25,12 @@ export class MemorySource implements Source {
   }
 }
 
-/** Memory for a payload grows with the bytes that came, never by the length that a header states (SPEC 13-1). */
+/** Memory for a payload grows with the received bytes, not with the length in a header (SPEC 13-1). */
 const PIECE_BYTES = 1 << 20;
 
 const RETRY_MILLISECONDS = 5;
 
-/** A stream that is an open file or a pipe. */
+/** A stream in an open file or pipe. */
 export class FileSource implements Source {
   constructor(readonly descriptor: number) {}
 
@@ -59,7 +59,7 @@ export class FileSource implements Source {
   }
 }
 
-/** Read at least a byte, or none at the end; wait where a pipe has nothing yet. */
+/** Read at least one byte, or none at the end; waits for a pipe. */
 export function readSome(descriptor: number, piece: Uint8Array): number {
   for (;;) {
     try {

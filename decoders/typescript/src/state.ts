@@ -1,4 +1,4 @@
-/** The state of a frame, which seeds the next (SPEC 7.1). */
+/** The state of a frame, on which the next frame depends (SPEC 7.1). */
 
 import type { AnchorLevel } from "./anchors.js";
 import { BirthModels } from "./births.js";
@@ -15,17 +15,17 @@ export interface State {
   readonly ordinal: number;
   readonly phase: number;
   readonly scene: Scene;
-  /** The anchors of each level, from 1 on; none before the first sampling. */
+  /** The anchors of each level, from 1 on; empty before the first sampling. */
   readonly levels: readonly AnchorLevel[];
-  /** The id that the next newborn gets. */
+  /** The id of the next new Gaussian. */
   readonly nextId: number;
-  /** The counts of the contexts of motion, level by level from 1 on, of updates and of births. */
+  /** The counts of the contexts of motion (level by level, from 1 on), of updates and of births. */
   readonly motionModels: readonly MotionModels[];
   readonly updateModels: UpdateModels;
   readonly birthModels: BirthModels;
 }
 
-/** The Gaussians of a CANO (7.2), the ordinal of whose frame is `due`, or any where this is null. */
+/** Decode the Gaussians of a CANO (7.2) whose frame ordinal must be `due`, unless that is null. */
 export function decodeCanonical(chunk: CanonicalChunk, due: number | null, header: StreamHeader): CanonicalGaussians {
   checkOrdinal(chunk.frame, due);
   demand(chunk.gaussianCount >= 1, "count", "a canonical frame without Gaussians");
@@ -33,7 +33,7 @@ export function decodeCanonical(chunk: CanonicalChunk, due: number | null, heade
   return decodeGaussians(chunk.sections, chunk.gaussianCount, chunk, header);
 }
 
-/** The state of a canonical frame: it has nothing of a frame before. */
+/** The state of a canonical frame, which is independent of previous frames. */
 export function canonicalState(ordinal: number, gaussians: CanonicalGaussians, header: StreamHeader): State {
   const scene = canonicalScene(gaussians, header);
   return {
@@ -48,12 +48,12 @@ export function canonicalState(ordinal: number, gaussians: CanonicalGaussians, h
   };
 }
 
-/** Hold the ordinal of a canonical frame against that which is due, if any is. */
+/** Check the ordinal of a canonical frame, if one is expected. */
 export function checkOrdinal(frame: number, due: number | null): void {
-  demand(due === null || frame === due, "frame-order", `frame ${frame} where ${due} is due`);
+  demand(due === null || frame === due, "frame-order", `frame ${frame} where frame ${due} was expected`);
 }
 
-/** Hold counts against the level before memory is allocated by them (3.2). */
+/** Check counts against the level before they determine allocations (3.2). */
 export function checkCounts(gaussians: number, births: number, { limits }: StreamHeader): void {
   demand(gaussians <= limits.gaussians, "count-exceeds-level", `${gaussians} Gaussians`);
   demand(births <= limits.births, "count-exceeds-level", `${births} births`);

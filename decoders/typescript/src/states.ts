@@ -1,4 +1,4 @@
-/** From chunks to states: what each chunk makes of the state before (SPEC 5.1, 7, 9.2). */
+/** From chunks to states (SPEC 5.1, 7, 9.2). */
 
 import { checkCameras, checkMetadata } from "./ancillary.js";
 import { parseCanonical } from "./canonical.js";
@@ -19,24 +19,24 @@ export class StateDecoder {
   #record = new StreamRecord();
   #state: State | null = null;
   #due: number | null = null;
-  /** The last CANO, in streams with snapshots; it stays where critical chunks are left out. */
+  /** The last CANO, in streams with snapshots; it remains valid after lost critical chunks. */
   #canonical: Canonical | null = null;
 
   constructor(header: StreamHeader) {
     this.#header = header;
   }
 
-  /** The ordinal of the next frame, or null where it may have any. */
+  /** The ordinal of the next frame, or null if it may have any. */
   get due(): number | null {
     return this.#due;
   }
 
-  /** The ordinal of the frame of the last CANO, or null where no snapshot may come. */
+  /** The ordinal of the frame of the last CANO, or null if a snapshot is not allowed. */
   get canonical(): number | null {
     return this.#canonical?.frame ?? null;
   }
 
-  /** The state that a chunk makes, compared with its CRC, or null of a chunk that makes none. */
+  /** Decode a chunk: its state, after checking its CRC, or null if it has none. */
   decode(chunk: Chunk): State | null {
     switch (chunk.type) {
       case "CANO":
@@ -58,19 +58,19 @@ export class StateDecoder {
         checkMetadata(chunk.payload);
         return null;
       default:
-        // An ancillary chunk of a type that is not known: its CRCs and its length were checked.
+        // An ancillary chunk of unknown type: its CRCs and length have been checked.
         return null;
     }
   }
 
-  /** Go on at a canonical frame whose ordinal is `due`, or at TAIL, past critical chunks that were left out (11.4). */
+  /** After critical chunks were skipped, continue at a canonical frame with ordinal `due`, or at TAIL (11.4). */
   resume(due: number | null): void {
     this.#state = null;
     this.#due = due;
     this.#record.leaveOut();
   }
 
-  /** Go on at a canonical frame that INDX, or who counted, has led to, behind so many frames and seek points (11.2). */
+  /** After seeking, continue at a canonical frame, with the frames and seek points that precede it (11.2). */
   seek(frameCount: number, points: readonly SeekPoint[]): void {
     this.#state = null;
     this.#due = null;
@@ -103,7 +103,7 @@ export class StateDecoder {
     return state;
   }
 
-  /** A state, once it is compared with the CRC of its chunk. */
+  /** Check a state against the CRC of its chunk and return it. */
   #prove(state: State, crc: number): State {
     const found = stateCrc(state.scene, state.phase, state.phase % this.#header.fullCrcInterval === 0);
     demand(found === crc, "state-crc", `the state of frame ${state.ordinal} does not match its CRC`);

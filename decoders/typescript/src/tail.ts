@@ -1,41 +1,41 @@
-/** INDX and TAIL, compared with the stream that was read (SPEC 5.8, 5.9). */
+/** INDX and TAIL, checked against the stream (SPEC 5.8, 5.9). */
 
 import type { Chunk } from "./chunks.js";
 import { Fields } from "./fields.js";
 import { demand } from "./reject.js";
 
-/** Where a canonical frame is. */
+/** The position of a canonical frame. */
 export interface SeekPoint {
   readonly offset: bigint;
   readonly sequence: number;
   readonly frame: number;
 }
 
-/** What INDX and TAIL say of a stream, gathered while it is read. */
+/** Collects the expected contents of INDX and TAIL while a stream is read. */
 export class StreamRecord {
   readonly #seekPoints: SeekPoint[];
   #frameCount: number;
   #indexOffset = 0n;
   #whole = true;
 
-  /** A stream that is read from its beginning, or from behind so many frames and seek points. */
+  /** Starts at the beginning of a stream, or after the given frames and seek points. */
   constructor(frameCount = 0, points: readonly SeekPoint[] = []) {
     this.#frameCount = frameCount;
     this.#seekPoints = [...points];
   }
 
-  /** A CANO or a SNAP was decoded, whose frame has the ordinal `frame`. */
+  /** Count a decoded CANO or SNAP of frame `frame`. */
   addCanonical(chunk: Chunk, frame: number): void {
     this.#seekPoints.push({ offset: BigInt(chunk.offset), sequence: chunk.sequence, frame });
     this.#frameCount += 1;
   }
 
-  /** A FRAM chunk was decoded. */
+  /** Count a decoded FRAM chunk. */
   addFrame(): void {
     this.#frameCount += 1;
   }
 
-  /** Critical chunks were left out: INDX and TAIL are not compared with what is left (11.4-3). */
+  /** Critical chunks were skipped: INDX and TAIL are not checked against the rest (11.4-3). */
   leaveOut(): void {
     this.#whole = false;
   }
@@ -43,7 +43,7 @@ export class StreamRecord {
   checkIndex(chunk: Chunk): void {
     const points = parseIndex(chunk.payload);
     const same = points.length === this.#seekPoints.length && points.every((point, i) => this.#isPoint(point, i));
-    demand(same || !this.#whole, "index-mismatch", "INDX is not that of the stream");
+    demand(same || !this.#whole, "index-mismatch", "INDX does not match the stream");
     this.#indexOffset = BigInt(chunk.offset);
   }
 
@@ -53,7 +53,7 @@ export class StreamRecord {
       tail.frameCount === this.#frameCount &&
       tail.canonicalCount === this.#seekPoints.length &&
       tail.indexOffset === this.#indexOffset;
-    demand(same || !this.#whole, "tail-mismatch", "TAIL is not that of the stream");
+    demand(same || !this.#whole, "tail-mismatch", "TAIL does not match the stream");
   }
 
   #isPoint(point: SeekPoint, index: number): boolean {

@@ -1,4 +1,4 @@
-/** Building blocks, asked one by one: what goes in and what comes out is said in conformance/unit/. */
+/** Single building blocks; conformance/unit/ describes their inputs and outputs. */
 
 import { answerError } from "./answers.js";
 import type { Line } from "./answers.js";
@@ -21,7 +21,7 @@ import { expandRotation, normalize, turn } from "./rotation.js";
 import type { Quaternion } from "./rotation.js";
 import { anchorCounts, sampleAnchors } from "./sampler.js";
 
-/** An integer beyond 2^53 is a string. */
+/** Integers beyond 2^53 are strings. */
 type Integer = number | string;
 type Pair = readonly [number, number];
 
@@ -52,7 +52,7 @@ interface DigestInput {
   readonly codes: readonly (readonly number[])[];
 }
 
-/** Of each function that is asked for, its answer. */
+/** The functions by name. */
 export const UNITS: Readonly<Record<string, (input: never) => unknown>> = {
   anchor_counts: (input: CountInput & { gaussians: number }) => anchorCounts(input.gaussians, countFields(input)),
   ascending: ({ words, count }: { words: number[]; count: number }) =>
@@ -93,7 +93,7 @@ export const UNITS: Readonly<Record<string, (input: never) => unknown>> = {
   weight_of_code: ({ code }: { code: number }) => weightOfCode(code),
 };
 
-/** The answer of a function, or its rejection; `unsupported` where there is no function of the name. */
+/** The result of a function, or its rejection; `unsupported` if there is no such function. */
 export function answerUnit(name: string, input: unknown): Line {
   if (!Object.hasOwn(UNITS, name)) return { unsupported: name };
   try {

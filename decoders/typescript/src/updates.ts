@@ -1,4 +1,4 @@
-/** Updates: what a frame says of single Gaussians after the motion (SPEC 7.8, 8.8). */
+/** Updates of single Gaussians after the motion of a frame (SPEC 7.8, 8.8). */
 
 import { checkCodes, checkPosition } from "./attributes.js";
 import { indicesWhere, pick } from "./columns.js";
@@ -18,40 +18,40 @@ import type { Scene } from "./scene.js";
 /** Recency is from 0 to RECENCY_LIMIT. */
 const RECENCIES = constants.RECENCY_LIMIT + 1;
 
-/** Signs of the sum of the residuals before: -1, 0, 1. */
+/** The signs of the sum of the preceding residuals: -1, 0, 1. */
 const SIGNS = 3;
 
-/** How many residuals a field has: translation, rotation, log-scales, opacity, SH DC. */
+/** Number of residuals per field: translation, rotation, log-scales, opacity, SH DC. */
 const FIELD_SIZES = [3, 3, constants.LOG_SCALE_PLANES, constants.OPACITY_PLANES, constants.SH_DC_PLANES];
 
-/** Where the residuals of translation, rotation and codes begin. */
+/** First rows of the residuals of translation, rotation and codes. */
 const TRANSLATION_START = 0;
 const ROTATION_START = 3;
 const CODES_START = 6;
 
-/** The models of updates, which go on from frame to frame. */
+/** The models of updates, which persist from frame to frame. */
 export class UpdateModels {
   readonly changes = new Model(PARENT_CLASSES * RECENCIES);
   readonly dies = new Model(RECENCIES);
-  /** Of each field: the context says which of the fields before it were answered yes. */
+  /** For each field: the context says which of the preceding fields change. */
   readonly fields = FIELD_SIZES.map((_, field) => new Model(2 ** field));
   readonly residuals = sequenceModels(constants.CLASS_BITS, SIGNS * constants.RESIDUAL_ROWS);
 }
 
-/** The Gaussians that change, by their indices in the scene after the motion. */
+/** The updated Gaussians, by their indices in the scene after the motion. */
 export interface Updates {
   /** Those that change and stay, ascending. */
   readonly changed: Uint32Array;
-  /** Those that leave, ascending. */
+  /** Those that are deleted, ascending. */
   readonly leaving: Uint32Array;
-  /** 13 rows, with a number for each of those that change and stay. */
+  /** 13 rows, with a number for each Gaussian that changes and stays. */
   readonly residuals: Rows;
 }
 
 /**
- * The updates of a frame.
+ * Decode the updates of a frame.
  *
- * @param scene the scene after the motion of the frame, with the recency that the frame before left
+ * @param scene the scene after the motion of the frame, with the recency of the previous frame
  */
 export function decodeUpdates(section: Section, models: UpdateModels, scene: Scene): Updates {
   const motionSums = sumOfMagnitudes(scene.motion);
@@ -66,11 +66,11 @@ export function decodeUpdates(section: Section, models: UpdateModels, scene: Sce
   };
 }
 
-/** The scene after the updates: who changes has changed, who leaves is gone. */
+/** The scene after the updates. */
 export function applyUpdates(updates: Updates, scene: Scene, header: StreamHeader): Scene {
   const count = scene.ids.length;
   const { changed, leaving, residuals } = updates;
-  demand(leaving.length < count, "count", `all of ${count} Gaussians leave by updates`);
+  demand(leaving.length < count, "count", `updates delete all ${count} Gaussians`);
   const updated = {
     ...scene,
     positions: scene.positions.map((column, axis) =>
@@ -88,7 +88,7 @@ export function applyUpdates(updates: Updates, scene: Scene, header: StreamHeade
   );
 }
 
-/** 13 rows of `count` residuals: which fields have any, then those of each field, row by row. */
+/** Decode 13 rows of `count` residuals: which fields change, then the residuals of each field, row by row. */
 function decodeResiduals(section: Section, models: UpdateModels, count: number): Rows {
   const members = decodeFields(section, models.fields, count);
   const rows: Int32Array[] = [];
@@ -99,7 +99,7 @@ function decodeResiduals(section: Section, models: UpdateModels, count: number):
   return rows;
 }
 
-/** Of each field, the places among `count` where it was answered yes: the answers before are the context. */
+/** For each field, the indices below `count` where it changes; the preceding answers are the context. */
 export function decodeFields(section: Section, models: readonly Model[], count: number): Uint32Array[] {
   const answers = new Int32Array(count);
   return models.map((model, field) => {
@@ -111,7 +111,7 @@ export function decodeFields(section: Section, models: readonly Model[], count: 
   });
 }
 
-/** The residuals of a row, 0 but at the places `members`; they are added to `sums`, those of the field so far. */
+/** Decode a row of residuals, 0 except at the indices `members`, and add them to `sums`, those of the field so far. */
 function decodeRow(
   section: Section,
   models: UpdateModels,
@@ -147,14 +147,14 @@ function turnChanged(rotations: Rows, changed: Uint32Array, residuals: Rows, hea
   return [w, x, y, z];
 }
 
-/** A row of residuals of rotation, once every one is seen to be one. */
+/** Check a row of rotation residuals and return it. */
 function checkTurns(row: Int32Array): Int32Array {
   const greatest = row.reduce((most, residual) => Math.max(most, Math.abs(residual)), 0);
-  demand(greatest <= constants.TURN_LIMIT, "symbol-range", `a residual of rotation of magnitude ${greatest}`);
+  demand(greatest <= constants.TURN_LIMIT, "symbol-range", `a rotation residual of magnitude ${greatest}`);
   return row;
 }
 
-/** The codes with the residuals of their rows added; SH rest, which has none, as it is. */
+/** The codes with the residuals of their rows added; SH rest is not updated. */
 function updateCodes(codes: Rows, changed: Uint32Array, residuals: Rows): Int32Array[] {
   return codes.map((row, number) => {
     const updated = row.slice();
@@ -166,7 +166,7 @@ function updateCodes(codes: Rows, changed: Uint32Array, residuals: Rows): Int32A
   });
 }
 
-/** 0 where a Gaussian changes, else one more, up to RECENCY_LIMIT. */
+/** 0 if a Gaussian is updated, otherwise one more, up to RECENCY_LIMIT. */
 function nextRecency(recency: Int32Array, changed: Uint32Array): Int32Array {
   const next = recency.map((before) => Math.min(before + 1, constants.RECENCY_LIMIT));
   for (const i of changed) next[i] = 0;

@@ -1,4 +1,4 @@
-/** The sampler and the binding: the example of F.7, and the search against every anchor. */
+/** Sampling and binding: the example of F.7, and the search against brute force. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -19,7 +19,7 @@ const HEADER = {
   rotationComponents: 3,
 } as StreamHeader;
 
-test("the anchors are those of F.7, and so are their followers", () => {
+test("anchors and bindings match F.7", () => {
   const rows = sampler();
   const points = rows.map(([, position]) => integers(position));
   const scene = newScene(
@@ -50,7 +50,7 @@ test("40 Gaussians have 10, 3 and 1 anchors, as in 6.1", () => {
   assert.deepEqual(anchorCounts(40, header), [10, 3, 1]);
 });
 
-test("the search gives the anchor of least (distance, number), also where many are equally near", () => {
+test("the search finds the anchor with the lowest (distance, index), even among ties", () => {
   for (const width of [1, 3, 10, 1000]) {
     const anchors = [0, 1, 2].map((axis) => Int32Array.from({ length: 200 }, (_, i) => draw(i, axis, width)));
     const search = new AnchorSearch(anchors);

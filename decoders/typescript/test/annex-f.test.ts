@@ -1,4 +1,4 @@
-/** The known answers of Annex F. */
+/** The examples of Annex F. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -19,7 +19,7 @@ import { hexWords, integers, planesExamples, table } from "./spec.js";
 
 const words = (numbers: readonly number[]) => ({ length: numbers.length, at: (i: number) => numbers[i] });
 
-/** A sequence of the form that an example names. */
+/** A sequence of the form named in an example. */
 function decodeForm(
   form: string,
   section: Section,
@@ -41,7 +41,7 @@ function decodeForm(
 
 const quaternion = (cell: string) => integers(cell) as unknown as Quaternion;
 
-test("the constants are those of 3.1", () => {
+test("the constants match 3.1", () => {
   const ours = constants as unknown as Record<string, unknown>;
   const shared = table("constants").filter(([name]) => typeof ours[name] === "number");
 
@@ -49,21 +49,21 @@ test("the constants are those of 3.1", () => {
   for (const [name, value] of shared) assert.equal(ours[name], Number(value), name);
 });
 
-test("the levels are those of 3.2", () => {
+test("the levels match 3.2", () => {
   const rows = table("levels").map((row) => row.map(Number));
   const ours = [...constants.LEVELS].map(([level, at]) => [level, at.gaussians, at.births, at.payloadBytes]);
 
   assert.deepEqual(ours, rows);
 });
 
-test("the reject ids are those of 3.3", () => {
+test("the reject ids match 3.3", () => {
   assert.deepEqual(
     [...REJECT_IDS],
     table("rejects").map(([id]) => id),
   );
 });
 
-test("philox draws the words of F.1", () => {
+test("philox matches F.1", () => {
   for (const [counter, key, drawn] of table("vectors philox")) {
     assert.deepEqual(philox(hexWords(counter) as unknown as Counter, hexWords(key) as unknown as Key), hexWords(drawn));
   }
@@ -75,11 +75,11 @@ test("divisions round as in F.2", () => {
   }
 });
 
-test("square roots are those of F.2", () => {
+test("square roots match F.2", () => {
   for (const [value, root] of table("vectors isqrt")) assert.equal(isqrt(BigInt(value)), BigInt(root));
 });
 
-test("CRCs are those of F.3", () => {
+test("CRCs match F.3", () => {
   for (const [bytes, crc] of table("vectors crc")) {
     assert.equal(crc32(Uint8Array.from(hexWords(bytes))), Number(crc));
   }
@@ -97,13 +97,13 @@ test("rotations are expanded as in F.4", () => {
   }
 });
 
-test("rotations turn as in F.4", () => {
+test("rotations are multiplied as in F.4", () => {
   for (const [before, residual, turned] of table("vectors turn")) {
     assert.deepEqual(turn(quaternion(before), quaternion(residual)), integers(turned));
   }
 });
 
-test("weights follow from counts as in F.5", () => {
+test("weights are derived from counts as in F.5", () => {
   for (const [zeros, ones, weight] of table("vectors weights")) {
     assert.equal(weightOfCounts(Number(zeros), Number(ones)), Number(weight));
   }
@@ -118,7 +118,7 @@ test("counts are halved as in F.5", () => {
   }
 });
 
-test("codes stand for the weights of F.5", () => {
+test("probability codes have the weights of F.5", () => {
   const weights = table("vectors codes").flatMap(([, ...row]) => row.map(Number));
 
   assert.equal(weights.length, 120);
@@ -128,7 +128,7 @@ test("codes stand for the weights of F.5", () => {
   });
 });
 
-test("the coder reads the bits of F.6, and nothing is left", () => {
+test("the coder reads the bits of F.6 up to the end", () => {
   for (const [bits, weights, stored] of table("vectors coder")) {
     const coder = new Coder(words(hexWords(stored)));
 
@@ -140,7 +140,7 @@ test("the coder reads the bits of F.6, and nothing is left", () => {
   }
 });
 
-test("integers are the planes of F.8", () => {
+test("integers decode from the planes of F.8", () => {
   const examples = planesExamples();
 
   assert.equal(examples.length, 5);
@@ -153,7 +153,7 @@ test("integers are the planes of F.8", () => {
   }
 });
 
-test("Morton keys are those of F.9", () => {
+test("Morton keys match F.9", () => {
   for (const [point, key] of table("vectors morton")) {
     assert.deepEqual(
       [0, 1, 2].map((axis) => coordinateOfKey(BigInt(key), axis)),

@@ -18,7 +18,7 @@ for (const name of ["A", "B", "C", "D"]) {
     );
   });
 
-  test(`the states of stream ${name} are those of Annex G`, () => {
+  test(`the states of stream ${name} match Annex G`, () => {
     for (const { state } of decodeStream(new MemorySource(streamBytes(name)))) {
       const rows = table(`state ${name}${state.ordinal}`).map((row) => row.map(integers));
 

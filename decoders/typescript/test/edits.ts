@@ -1,4 +1,4 @@
-/** Changes of a stream, for the tests of what is rejected and of what is recovered. */
+/** Modifications of streams, for the tests of rejection and recovery. */
 
 import { crc32 } from "../src/crc.js";
 
@@ -6,7 +6,7 @@ const MAGIC_BYTES = 8;
 const HEADER_BYTES = 20;
 const LEVEL_PLACE = 10;
 
-/** Where the chunks begin. */
+/** The offsets of the chunks. */
 export function chunkOffsets(bytes: Uint8Array): number[] {
   const offsets = [];
   const view = new DataView(bytes.buffer);
@@ -15,7 +15,7 @@ export function chunkOffsets(bytes: Uint8Array): number[] {
   return offsets;
 }
 
-/** The stream with the byte at `place` of the payload of the chunk at `offset` changed, and its CRC made anew. */
+/** Change the payload byte at `place` of the chunk at `offset`, and correct the CRC. */
 export function changePayload(bytes: Uint8Array, offset: number, place: number, mask: number): Uint8Array {
   const changed = bytes.slice();
   const view = new DataView(changed.buffer);
@@ -26,19 +26,19 @@ export function changePayload(bytes: Uint8Array, offset: number, place: number, 
   return changed;
 }
 
-/** The stream at level 10, whose limits keep the tests short. */
+/** Set the stream to level 10, whose limits keep the tests short. */
 export function atLowestLevel(bytes: Uint8Array): Uint8Array {
   return changePayload(bytes, MAGIC_BYTES, LEVEL_PLACE, bytes[MAGIC_BYTES + HEADER_BYTES + LEVEL_PLACE] ^ 10);
 }
 
-/** The stream with the byte at `place` changed. */
+/** Change the byte at `place`. */
 export function changeByte(bytes: Uint8Array, place: number, mask = 1): Uint8Array {
   const changed = bytes.slice();
   changed[place] ^= mask;
   return changed;
 }
 
-/** The stream with the type of the chunk at `offset` changed, and the CRC of its header made anew. */
+/** Change the type of the chunk at `offset`, and correct the CRC of its header. */
 export function changeType(bytes: Uint8Array, offset: number, type: string): Uint8Array {
   const changed = bytes.slice();
   changed.set(Buffer.from(type), offset + 4);
@@ -46,7 +46,7 @@ export function changeType(bytes: Uint8Array, offset: number, type: string): Uin
   return changed;
 }
 
-/** A chunk header whose CRC is right. */
+/** A chunk header with a correct CRC. */
 export function chunkHeader(type: string, sequence: number, length: number): Uint8Array {
   const bytes = Uint8Array.of(0x9e, 0x51, 0x43, 0xf3, ...Buffer.from(type), ...new Uint8Array(12));
   const view = new DataView(bytes.buffer);
@@ -56,7 +56,7 @@ export function chunkHeader(type: string, sequence: number, length: number): Uin
   return bytes;
 }
 
-/** A chunk whose CRCs are right. */
+/** A chunk with correct CRCs. */
 export function chunk(type: string, sequence: number, payload: Uint8Array): Uint8Array {
   const crc = Buffer.alloc(4);
   crc.writeUInt32LE(crc32(payload));

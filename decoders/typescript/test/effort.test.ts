@@ -1,4 +1,4 @@
-/** Streams that are made to let a search take long: what is checked in vain is bounded (SPEC 11.4, 13-2). */
+/** Streams designed to make searches slow: the effort in vain is bounded (SPEC 11.4, 13-2). */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -9,7 +9,7 @@ import { streamBytes } from "./spec.js";
 const A = atLowestLevel(streamBytes("A"));
 const FIRST = chunkOffsets(A)[1];
 
-test("headers whose payloads all reach far are not all checked", { timeout: 60_000 }, () => {
+test("headers with long payloads are not all checked", { timeout: 60_000 }, () => {
   const header = chunkHeader("CANO", 1, 1 << 20);
   const count = 100_000;
   const bytes = Buffer.concat([A.subarray(0, FIRST), ...Array.from({ length: count }, () => header)]);
@@ -20,7 +20,7 @@ test("headers whose payloads all reach far are not all checked", { timeout: 60_0
   ]);
 });
 
-test("nor are payloads that are gone on to one gap after the other", () => {
+test("payloads after successive gaps are not all checked", () => {
   const reach = 1 << 22;
   const pieces = Array.from({ length: 2000 }, (_, i) => {
     const payload = Buffer.from(A.subarray(FIRST + 20, FIRST + 149));

@@ -1,4 +1,4 @@
-/** Jobs, units and numbers, as the runner asks for them. */
+/** Jobs, units and floats, as the runner requests them. */
 
 import assert from "node:assert/strict";
 import { closeSync, mkdtempSync, openSync, rmSync, writeFileSync } from "node:fs";
@@ -9,7 +9,7 @@ import { dequantize } from "../src/dequantize.js";
 import { answerJobs } from "../src/jobs.js";
 import { streamBytes, table } from "./spec.js";
 
-/** The lines that answer what is on standard input. */
+/** The lines of output for an input. */
 function answers(...input: readonly (object | Uint8Array)[]): object[] {
   const folder = mkdtempSync(join(tmpdir(), "jobs-"));
   const path = join(folder, "input");
@@ -24,7 +24,7 @@ function answers(...input: readonly (object | Uint8Array)[]): object[] {
   }
 }
 
-test("jobs are answered one after the other, each with its end", () => {
+test("jobs are answered in order, each with its end", () => {
   const stream = streamBytes("A");
   const decode = { job: "decode", bytes: stream.length };
   const frame = { frame: 0, gaussians: 3, sha256: table("digests A")[0][5] };
@@ -37,7 +37,7 @@ test("jobs are answered one after the other, each with its end", () => {
   ]);
 });
 
-test("recovery answers with frames and gaps in their order", () => {
+test("recovery answers with frames and gaps in order", () => {
   const stream = streamBytes("A").subarray(0, 260);
   const frame = { frame: 0, gaussians: 3, sha256: table("digests A")[0][5] };
   const gap = { offset: 254, bytes: 6, refused: "truncated", frames_lost: null };
@@ -45,7 +45,7 @@ test("recovery answers with frames and gaps in their order", () => {
   assert.deepEqual(answers({ job: "recover", bytes: stream.length }, stream), [frame, { gap }, { done: true }]);
 });
 
-test("a unit answers, or refuses", () => {
+test("a unit returns a result or a rejection", () => {
   const unit = (code: number) => ({ job: "unit", function: "weight_of_code", input: { code } });
 
   assert.deepEqual(answers(unit(0), unit(240)), [
@@ -54,14 +54,14 @@ test("a unit answers, or refuses", () => {
   ]);
 });
 
-test("a function that is not a unit is unsupported, whatever objects inherit by its name", () => {
+test("a function that is not a unit is unsupported, even if objects inherit its name", () => {
   for (const name of ["constructor", "__proto__", "toString", "nonsense"]) {
     const unit = { job: "unit", function: name, input: { code: 1 } };
     assert.deepEqual(answers(unit), [{ unsupported: name }, { done: true }]);
   }
 });
 
-test("numbers are those of F.10", () => {
+test("floats match F.10", () => {
   const bits = (hex: string) => Buffer.from(hex, "hex").readFloatBE();
   for (const [code, step, number] of table("vectors dequantize")) {
     assert.equal(dequantize(Number(code), bits(step)), bits(number));

@@ -1,4 +1,4 @@
-/** Streams that are cut or changed: each gives states or a reject id, and nothing else is thrown. */
+/** Truncated and modified streams give states or a reject id, and no other error. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -11,7 +11,7 @@ import { atLowestLevel, changeByte, changePayload, chunkOffsets } from "./edits.
 import { recovered } from "./recovered.js";
 import { streamBytes, table } from "./spec.js";
 
-/** The frames that are given, and the reject id; null of a stream that is decoded to its end. */
+/** The decoded frames and the reject id; null if the stream is decoded to its end. */
 function outcome(bytes: Uint8Array): [number, RejectId | null] {
   let frames = 0;
   try {
@@ -27,7 +27,7 @@ for (const name of ["A", "B", "C"]) {
   const bytes = atLowestLevel(streamBytes(name));
   const digests = new Map(table(`digests ${name}`).map((row) => [Number(row[0]), row[5]]));
 
-  test(`a stream ${name} that is cut gives the frames that are whole, and is refused`, () => {
+  test(`a stream ${name} that is truncated gives its complete frames and is rejected`, () => {
     const before = new Set<number>();
     for (let length = 0; length < bytes.length; length++) {
       const [frames, rejectId] = outcome(bytes.slice(0, length));
@@ -41,7 +41,7 @@ for (const name of ["A", "B", "C"]) {
     );
   });
 
-  test(`a stream ${name} with a byte changed is refused`, () => {
+  test(`a stream ${name} with a changed byte is rejected`, () => {
     for (let place = 0; place < bytes.length; place++) {
       const changed = changeByte(bytes, place, 1 << (place % 8));
 
@@ -49,7 +49,7 @@ for (const name of ["A", "B", "C"]) {
     }
   });
 
-  test(`a stream ${name} with a payload changed behind a good CRC gives states or a reject id`, () => {
+  test(`a stream ${name} with a changed payload and a correct CRC gives states or a reject id`, () => {
     const view = new DataView(bytes.buffer);
     const ids = new Set<RejectId | null>();
     for (const offset of chunkOffsets(bytes)) {
@@ -61,7 +61,7 @@ for (const name of ["A", "B", "C"]) {
     assert.ok(ids.size > 8, [...ids].join(" "));
   });
 
-  test(`whatever byte of a stream ${name} is changed: true frames, and parts in the order of the stream`, () => {
+  test(`recovery of a stream ${name} with any changed byte gives true frames, and gaps in order`, () => {
     for (let place = 0; place < bytes.length; place++) {
       const parts = recovered(changeByte(bytes, place, 1 << (place % 8)), digests);
       const frames = parts.filter((part) => typeof part === "number");
@@ -74,10 +74,10 @@ for (const name of ["A", "B", "C"]) {
   });
 }
 
-test("bytes that do not begin the magic are refused", () => {
+test("bytes that do not start with the magic are rejected", () => {
   assert.deepEqual(outcome(Uint8Array.of(0x89, 0x51, 0x52, 0x44)), [0, "bad-magic"]);
 });
 
-test("bytes behind TAIL are refused", () => {
+test("bytes after TAIL are rejected", () => {
   assert.deepEqual(outcome(Uint8Array.of(...streamBytes("A"), 0)), [1, "trailing-data"]);
 });

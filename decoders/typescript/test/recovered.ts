@@ -1,14 +1,14 @@
-/** What is recovered of a stream, in short. */
+/** A short form of what is recovered of a stream. */
 
 import assert from "node:assert/strict";
 import { stateDigest } from "../src/digest.js";
 import { recoverStream } from "../src/recover.js";
 import { Rejection } from "../src/reject.js";
 
-/** A frame by its ordinal; a gap by its offset, its bytes, its reject id and the frames that are missing. */
+/** A frame as its ordinal; a gap as its offset, length, reject id and number of lost frames. */
 export type Part = number | readonly [number, number, string, number | null];
 
-/** The frames and the gaps of a stream, and a gap at -1 if it is rejected; the frames have these digests. */
+/** The frames and gaps of a stream, and a gap at -1 if it is rejected; checks the digests of the frames. */
 export function recovered(bytes: Uint8Array, digests?: ReadonlyMap<number, string>): Part[] {
   const parts: Part[] = [];
   try {

@@ -1,4 +1,4 @@
-/** Sections whose bits a test says, compared with the planes that it expects. */
+/** Sections whose bits are given by a test, which also checks the requested planes. */
 
 import assert from "node:assert/strict";
 import type { Model, Section } from "../src/planes.js";
@@ -6,7 +6,7 @@ import type { Model, Section } from "../src/planes.js";
 /** The model of a plane, the contexts of its elements and their bits. */
 export type Plane = readonly [Model, number[], number[]];
 
-/** A section whose planes have these bits; it holds the contexts that it is asked for against those expected. */
+/** A section whose planes have these bits; it checks the requested contexts. */
 export function scripted(script: readonly Plane[]): Section {
   let next = 0;
   const plane = (model: Model, contexts: Int32Array) => {

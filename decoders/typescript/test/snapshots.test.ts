@@ -1,4 +1,4 @@
-/** Snapshots (7.9, 8.9): the planes that are asked, what becomes of a CANO, and streams that have them (5.10, 11). */
+/** Snapshots (7.9, 8.9): their planes, their effect on a CANO, and streams that contain them (5.10, 11). */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -33,17 +33,17 @@ function gaussiansOf(count: number): CanonicalGaussians {
   };
 }
 
-/** Survivors of whose differences those of `given` (row, place, difference) are not 0. */
+/** Survivors whose differences are 0 except those in `given` (row, index, difference). */
 function survivorsOf(indices: number[], ...given: [number, number, number][]): Survivors {
   const differences = Array.from({ length: 14 }, () => new Int32Array(indices.length));
   for (const [row, place, difference] of given) differences[row][place] = difference;
   return { indices: Uint32Array.from(indices), differences };
 }
 
-test("the planes of 8.9 are asked in their order and contexts", () => {
+test("planes are read in the order and contexts of 8.9", () => {
   const models = new SurvivorModels();
   const { class: classes, sign } = models.differences;
-  // Of Gaussians 0 to 3 all but 1 survive: 0 and 3 with position, 2 with rotation, 3 with opacity.
+  // Of Gaussians 0 to 3, all but 1 survive: 0 and 3 with position, 2 with rotation, 3 with opacity.
   const section = scripted([
     [models.lives, [0, 0, 0, 0], [1, 0, 1, 1]],
     [models.fields[0], [0, 0, 0], [1, 0, 1]],
@@ -58,7 +58,7 @@ test("the planes of 8.9 are asked in their order and contexts", () => {
     [sign, [145], [0]],
     ...classPlanes(classes, [17, 18], [0, 1]),
     [sign, [289], [1]],
-    // j: 2; a: -1, b: 1, c: 0, after sums of 0, 1 and 2: that of j is none of them.
+    // j: 2; a: -1, b: 1, c: 0, after sums of 0, 1 and 2, which do not include j.
     [models.index.class, [1], [1]],
     [models.index.class, [3], [0]],
     ...classPlanes(classes, [32], [1]),
@@ -77,7 +77,7 @@ test("the planes of 8.9 are asked in their order and contexts", () => {
   assert.deepEqual(survivors, survivorsOf([0, 2, 3], ...position, [3, 1, 2], [4, 1, -1], [5, 1, 1], [10, 2, 1]));
 });
 
-test("differences are added, but to the components of a rotation whose index changes", () => {
+test("differences are added, except to the components of a rotation whose index changes", () => {
   const before = gaussiansOf(4);
   const changed = applyDifferences(
     survivorsOf([1, 3], [0, 0, -3], [2, 1, 5], [3, 1, 3], [4, 0, 7], [4, 1, 9], [10, 0, -1], [13, 1, 6]),
@@ -93,18 +93,18 @@ test("differences are added, but to the components of a rotation whose index cha
 });
 
 const REFUSED: readonly (readonly [string, RejectId, Survivors])[] = [
-  ["a position is too far", "position-range", survivorsOf([0], [1, 0, 2097152])],
-  ["a code is too great", "code-range", survivorsOf([1], [11, 0, 32767])],
-  ["a component of a rotation is too great", "rotation-range", survivorsOf([0], [4, 0, 256])],
+  ["a position is off the lattice", "position-range", survivorsOf([0], [1, 0, 2097152])],
+  ["a code is too large", "code-range", survivorsOf([1], [11, 0, 32767])],
+  ["a rotation component is too large", "rotation-range", survivorsOf([0], [4, 0, 256])],
 ];
 
 for (const [what, rejectId, survivors] of REFUSED) {
-  test(`survivors of which ${what} are refused: ${rejectId}`, () => {
+  test(`survivors are rejected if ${what}: ${rejectId}`, () => {
     assert.throws(() => applyDifferences(survivors, gaussiansOf(2), HEADER), { rejectId });
   });
 }
 
-test("Gaussians are sorted by Morton key from the least of all, equal ones as they were, and are not too far apart", () => {
+test("Gaussians are sorted stably by Morton keys relative to their minimum, and must not be too far apart", () => {
   const at = (...x: number[]) => ({ ...gaussiansOf(x.length), positions: [x, x, x].map((row) => Int32Array.from(row)) });
   const sorted = sortGaussians(at(3, -5, 0, -5, 2));
 
@@ -114,17 +114,17 @@ test("Gaussians are sorted by Morton key from the least of all, equal ones as th
   assert.throws(() => sortGaussians(at(-1, 2 ** 20 - 1)), { rejectId: "symbol-range" });
 });
 
-/** Frames 1000 to 1006 of stream C, with the last canonical frame a snapshot in which none of the first survives. */
+/** Frames 1000 to 1006 of stream C, with the last canonical frame replaced by a snapshot without survivors. */
 const C = withSnapshot(streamBytes("C"), FEATURE_SNAPSHOTS, 1000);
 const [, , , SECOND, , , SNAPSHOT, , TAIL] = chunkOffsets(C);
 const DIGESTS = new Map(table("digests C").map((row) => [Number(row[0]), row[5]]));
 const ORDINALS = [...DIGESTS.keys()];
 
-test("a snapshot has the state of a CANO of the same Gaussians", () => {
+test("a snapshot has the same state as a CANO of the same Gaussians", () => {
   assert.deepEqual(outcome(() => decodeStream(new MemorySource(C))), [ORDINALS, null]);
 });
 
-test("a snapshot is sought by its own CANO, which is not given out", () => {
+test("seeking to a snapshot decodes its CANO without returning it", () => {
   for (let start = 998; start < 1009; start++) {
     const expected = ORDINALS.filter((ordinal) => ordinal >= start);
     assert.deepEqual(outcome(() => seekStream(C, start)), [expected, null]);
@@ -135,7 +135,7 @@ test("a snapshot is sought by its own CANO, which is not given out", () => {
   assert.deepEqual(outcome(() => seekStream(other, 1006)), [[], "index-mismatch"]);
 });
 
-test("streams are sought by INDX, and without it", () => {
+test("seeking works with and without INDX", () => {
   const stream = streamBytes("B");
   for (let start = 0; start < 5; start++) {
     const expected = [0, 1, 2, 3].filter((ordinal) => ordinal >= start);
@@ -146,7 +146,7 @@ test("streams are sought by INDX, and without it", () => {
   assert.throws(() => ordinals(seekStream(changeByte(stream, offset + 20), 1)), { rejectId: "payload-crc" });
 });
 
-test("decoding goes on at a snapshot whose CANO has been had, and at no other", () => {
+test("decoding resumes only at a snapshot whose CANO has been decoded", () => {
   const gap = [SECOND, SNAPSHOT - SECOND, "payload-crc", 3] as const;
   assert.deepEqual(recovered(changeByte(C, SECOND + 20), DIGESTS), [1000, 1001, gap, 1005, 1006]);
 
@@ -154,7 +154,7 @@ test("decoding goes on at a snapshot whose CANO has been had, and at no other", 
   assert.deepEqual(recovered(other), [1000, 1001, [SECOND, TAIL - SECOND, "payload-crc", 5]]);
 });
 
-test("a snapshot names the last CANO, and is known only where HEAD says so", () => {
+test("a snapshot must refer to the last CANO, and needs its feature in HEAD", () => {
   const first = ORDINALS.slice(0, 5);
   const decode = (features: number, canonical: number) =>
     outcome(() => decodeStream(new MemorySource(withSnapshot(streamBytes("C"), features, canonical))));
@@ -163,7 +163,9 @@ test("a snapshot names the last CANO, and is known only where HEAD says so", () 
   assert.deepEqual(decode(0, 1000), [first, "unknown-critical"]);
 });
 
-/** The ordinals of frames that have their digests, and the reject id; null of a stream that is decoded to its end. */
+/**
+ * Checks the digests of frames; returns their ordinals and the reject id, or null if the stream is decoded to its end.
+ */
 function outcome(frames: () => Iterable<{ state: Parameters<typeof ordinalOf>[0] }>): [number[], RejectId | null] {
   const given: number[] = [];
   try {
@@ -184,7 +186,7 @@ function ordinals(frames: ReturnType<typeof seekStream>): number[] {
   return [...frames].map(({ state }) => state.ordinal);
 }
 
-/** A stream of Annex G with these features, and its second CANO a snapshot against that of the ordinal `canonical`. */
+/** A stream of Annex G with these features, whose second CANO is replaced by a snapshot against frame `canonical`. */
 function withSnapshot(stream: Uint8Array, features: number, canonical: number): Uint8Array {
   const bytes = Buffer.from(stream);
   const parts: Uint8Array[] = [bytes.subarray(0, 8)];
@@ -199,7 +201,7 @@ function withSnapshot(stream: Uint8Array, features: number, canonical: number): 
   return Uint8Array.from(Buffer.concat(parts));
 }
 
-/** The payload of a CANO as one of SNAP: no survivors, and all Gaussians newborn. */
+/** The payload of a CANO as one of a SNAP: no survivors, all Gaussians new. */
 function asSnapshot(payload: Buffer, canonical: number): Uint8Array {
   const named = Buffer.alloc(4);
   named.writeUInt32LE(canonical);

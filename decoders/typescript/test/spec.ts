@@ -1,16 +1,16 @@
-/** The known answers of SPEC.md, read from the text itself. */
+/** The examples of SPEC.md, read from its text. */
 
 import { readFileSync } from "node:fs";
 
 const ROOT = new URL("../../../../", import.meta.url);
 const TEXT = readFileSync(new URL("SPEC.md", ROOT), "utf8");
 
-/** The cells of the table `<!-- spec:NAME -->`, row by row, without its head; code marks are taken off. */
+/** The cells of the table `<!-- spec:NAME -->`, row by row, without its head and without code marks. */
 export function table(name: string): string[][] {
   return rowsOf(after(`<!-- spec:${name} -->`).split("\n").slice(1).join("\n"));
 }
 
-/** The rows of a table, without its head, up to the first line that is none. */
+/** The rows of a table, without its head, up to the first other line. */
 function rowsOf(text: string): string[][] {
   const lines = text.split("\n");
   const end = lines.findIndex((line) => !line.startsWith("|"));
@@ -61,7 +61,7 @@ export function planesExamples(): PlanesExample[] {
   }));
 }
 
-/** Numbers in hexadecimal, of which there may be `none`. */
+/** Numbers in hexadecimal, or none if the text is `none`. */
 export function hexWords(cell: string): number[] {
   return cell === "none" ? [] : cell.split(/\s+/).map((word) => parseInt(word, 16));
 }

@@ -1,4 +1,4 @@
-/** Updates of single Gaussians (7.8, 8.8): the planes that are asked, what becomes of a scene, the layout of FRAM. */
+/** Updates of single Gaussians (7.8, 8.8): their planes, their effect on a scene, and the layout of FRAM. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -36,17 +36,17 @@ function sceneOf(count: number): Scene {
   };
 }
 
-/** Updates of `changed`, of whose residuals those of `given` (row, place, residual) are not 0. */
+/** Updates of `changed`, whose residuals are 0 except those in `given` (row, index, residual). */
 function updatesOf(changed: number[], leaving: number[], ...given: [number, number, number][]): Updates {
   const residuals = Array.from({ length: 13 }, () => new Int32Array(changed.length));
   for (const [row, place, residual] of given) residuals[row][place] = residual;
   return { changed: Uint32Array.from(changed), leaving: Uint32Array.from(leaving), residuals };
 }
 
-test("the planes of 8.8 are asked in their order and contexts", () => {
+test("planes are read in the order and contexts of 8.8", () => {
   const models = new UpdateModels();
   const { class: classes, sign } = models.residuals;
-  // Gaussians 0 to 4 have motion sums 0, 2, 4, 6, 8 and recencies 0, 1, 2, 3, 0: all but 3 change, 2 leaves.
+  // Gaussians 0 to 4 have motion sums 0, 2, 4, 6, 8 and recencies 0, 1, 2, 3, 0: all but 3 change, and 2 is deleted.
   const section = scripted([
     [models.changes, [0, 9, 14, 15, 12], [1, 1, 1, 0, 1]],
     [models.dies, [0, 1, 2, 0], [0, 0, 1, 0]],
@@ -75,7 +75,7 @@ test("the planes of 8.8 are asked in their order and contexts", () => {
   );
 });
 
-test("a section of zeros says that no Gaussian changes, and asks once", () => {
+test("a section of zeros changes no Gaussian, and has one plane", () => {
   const models = new UpdateModels();
   const section = scripted([[models.changes, [0, 9, 14], [0, 0, 0]]]);
   const updates = decodeUpdates(section, models, sceneOf(3));
@@ -84,7 +84,7 @@ test("a section of zeros says that no Gaussian changes, and asks once", () => {
   assert.deepEqual(updates, updatesOf([], []));
 });
 
-test("who changes gets residuals and recency 0, who leaves is gone, and all else is as it was", () => {
+test("changed Gaussians get residuals and recency 0, deleted ones are removed, and all others stay the same", () => {
   const scene = sceneOf(6);
   const updated = applyUpdates(
     updatesOf([1, 4], [2], [0, 0, 3], [2, 1, -2], [5, 1, 40], [6, 0, -5], [12, 1, 9]),
@@ -104,27 +104,27 @@ test("who changes gets residuals and recency 0, who leaves is gone, and all else
 });
 
 const REFUSED: readonly (readonly [string, RejectId, Updates])[] = [
-  ["all Gaussians leave", "count", updatesOf([], [0, 1])],
-  ["a position is too far", "position-range", updatesOf([1], [], [0, 0, 1198373])],
-  ["a code is too great", "code-range", updatesOf([0], [], [6, 0, 32768])],
-  ["a code of the other sign is too great", "code-range", updatesOf([0], [], [12, 0, -32767 - 601])],
-  ["a rotation is too great", "symbol-range", updatesOf([0], [], [4, 0, -257])],
+  ["all Gaussians are deleted", "count", updatesOf([], [0, 1])],
+  ["a position is off the lattice", "position-range", updatesOf([1], [], [0, 0, 1198373])],
+  ["a code is too large", "code-range", updatesOf([0], [], [6, 0, 32768])],
+  ["a negative code is too large", "code-range", updatesOf([0], [], [12, 0, -32767 - 601])],
+  ["a rotation is too large", "symbol-range", updatesOf([0], [], [4, 0, -257])],
 ];
 
 for (const [what, rejectId, updates] of REFUSED) {
-  test(`updates of which ${what} are refused: ${rejectId}`, () => {
+  test(`updates are rejected if ${what}: ${rejectId}`, () => {
     assert.throws(() => applyUpdates(updates, sceneOf(2), HEADER), { rejectId });
   });
 }
 
-test("updates up to the limits are none too many", () => {
+test("updates up to the limits are accepted", () => {
   const updates = updatesOf([0], [1], [1, 0, 1198372], [3, 0, 256], [6, 0, 32767], [12, 0, -32767 - 600]);
   const updated = applyUpdates(updates, sceneOf(2), HEADER);
 
   assert.deepEqual([updated.positions[1][0], updated.codes[0][0], updated.codes[6][0]], [8388604, 32767, -32767]);
 });
 
-test("FRAM has updates if and only if HEAD says so, and without any the states are the same", () => {
+test("FRAM has updates if and only if HEAD says so, and empty updates do not change the states", () => {
   for (const name of ["B", "C"]) {
     const digests = table(`digests ${name}`).map((row) => row[5]);
 
@@ -135,12 +135,12 @@ test("FRAM has updates if and only if HEAD says so, and without any the states a
   }
 });
 
-test("unknown bits of incompatible_features are refused, also beside that of updates", () => {
+test("unknown bits of incompatible_features are rejected, even together with that of updates", () => {
   for (const features of [1, 8, 2 ** 31, FEATURE_UPDATES + 1])
     assert.deepEqual(outcome(rebuilt("B", features, withoutChanges)), [[], "unsupported-feature"]);
 });
 
-/** The digests that a stream gives, and the reject id; null of a stream that is decoded to its end. */
+/** The digests of a stream's frames, and the reject id; null if the stream is decoded to its end. */
 function outcome(stream: Uint8Array): [string[], RejectId | null] {
   const digests: string[] = [];
   try {
@@ -152,7 +152,7 @@ function outcome(stream: Uint8Array): [string[], RejectId | null] {
   }
 }
 
-/** A stream of Annex G without its index, with these features and each payload of FRAM made another. */
+/** A stream of Annex G without its index, with these features and modified payloads of FRAM. */
 function rebuilt(name: string, features: number, ofFrame: (payload: Buffer) => Uint8Array): Uint8Array {
   const stream = streamBytes(name);
   const bytes = Buffer.from(stream);
@@ -168,7 +168,7 @@ function rebuilt(name: string, features: number, ofFrame: (payload: Buffer) => U
   return Buffer.concat(parts);
 }
 
-/** A payload of FRAM with a section of updates without words behind that of motion. */
+/** Insert a section of updates without words after that of motion into a payload of FRAM. */
 function withoutChanges(payload: Buffer): Uint8Array {
   const end = 17 + 4 * payload.readUInt32LE(13);
   return Buffer.concat([payload.subarray(0, end), Buffer.alloc(4), payload.subarray(end)]);
