@@ -20,8 +20,12 @@ def fill_page(template: str, parts: Mapping[str, str]) -> bytes:
 
 def format_lines(named: Mapping[str, object]) -> str:
     """Format names and values, one per line."""
-    lines = [f"{name}: {value}" for name, value in named.items()]
-    return "<p><code>" + "<br>".join(html.escape(line) for line in lines) + "</code></p>"
+    return format_texts(f"{name}: {value}" for name, value in named.items())
+
+
+def format_texts(texts: Iterable[str]) -> str:
+    """Format texts, one per line."""
+    return "<p><code>" + "<br>".join(map(html.escape, texts)) + "</code></p>"
 
 
 def format_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

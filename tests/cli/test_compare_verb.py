@@ -52,6 +52,8 @@ def test_the_report_has_a_page_with_pictures_and_tables(measured):
     assert len(named) == 3 * 4  # views, of the truth and three entries
     assert {"points.csv", "views.csv"} < set(list_names(folder))
     assert "ours@a, run 2" in page
+    assert "psnr: floats" in page
+    assert "psnr: psnr" not in page
 
 
 def test_a_table_is_printed_without_json(encoded, plys, capture):

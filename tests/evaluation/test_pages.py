@@ -2,7 +2,7 @@ import base64
 
 import pytest
 
-from quarc_ref.evaluation.pages import embed_png, fill_page, format_lines
+from quarc_ref.evaluation.pages import embed_png, fill_page, format_lines, format_texts
 
 
 def test_a_page_has_its_parts_and_the_common_style():
@@ -19,6 +19,10 @@ def test_a_missing_part_is_an_error():
 
 def test_values_are_escaped():
     assert format_lines({"a": 1, "<b>": "&"}) == ("<p><code>a: 1<br>&lt;b&gt;: &amp;</code></p>")
+
+
+def test_texts_are_escaped_and_one_per_line():
+    assert format_texts(["psnr: a", "<b>"]) == "<p><code>psnr: a<br>&lt;b&gt;</code></p>"
 
 
 def test_a_picture_is_embedded_as_a_data_url():

@@ -17,7 +17,7 @@ from quarc_ref.evaluation.comparison.tables import (
     note_equal_views,
     point_headings,
 )
-from quarc_ref.evaluation.pages import embed_png, fill_page, format_lines, format_table
+from quarc_ref.evaluation.pages import embed_png, fill_page, format_table, format_texts
 from quarc_ref.evaluation.plots import Curve, encode_picture, plot_curves, plot_rates
 from quarc_ref.files import OutputFolder
 from quarc_ref.inspection.wording import count_noun
@@ -70,7 +70,7 @@ def _compose(comparison: Comparison, summary: Summary, shown: Sequence[Sequence[
         ),
         "deltas": _compose_deltas(summary),
         "plots": "".join(plots),
-        "metrics": format_lines(comparison.variants),
+        "metrics": format_texts(comparison.variants.values()),
     }
     return fill_page(template, parts)
 
