@@ -125,7 +125,9 @@ def main() -> None:
         parser.add_argument("--frames", type=int, default=101),
         parser.add_argument("--updated", type=float, default=0.0, help="share of the Gaussians"),
         parser.add_argument("--threads", type=int, default=2),
-        parser.add_argument("--sparse", action="store_true", help="as few move as in real streams"),
+        parser.add_argument(
+            "--sparse", action="store_true", help="as few moving Gaussians as in real streams"
+        ),
         parser.add_argument("--reference", action="store_true", help="by the reference engine"),
     ]
     parser.add_argument("--table", action="store_true", help="all sizes, 1 and 2 threads")

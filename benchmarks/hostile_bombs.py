@@ -54,7 +54,7 @@ def _half_in_a_corner(count: int) -> Int64:
 
 
 _PLACES: dict[str, Callable[[int], Int64]] = {
-    "all at one place": _at_one_place,
+    "all at one position": _at_one_place,
     "on a sphere": _on_a_sphere,
     "half in a corner": _half_in_a_corner,
 }

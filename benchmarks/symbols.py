@@ -122,7 +122,7 @@ def prepare(state: State, symbols: list[Int64], births: Births) -> tuple[Callabl
     newborn = write_births(births, state.birth_counts)
     count, planes = births.newborn.count, _HEADER.code_planes
     if not all(map(np.array_equal, decoded, symbols)):
-        message = "the symbols do not come back"
+        message = "decoding does not reproduce the symbols"
         raise RuntimeError(message)
 
     def decode() -> Seen:

@@ -32,7 +32,7 @@ class Plot:
 
 
 PLOTS = (
-    Plot("what_moves", "frame", "PSNR of what moves, training views, dB"),
+    Plot("what_moves", "frame", "PSNR of the moving region, training views, dB"),
     Plot("decoder", "Gaussians", "ms per frame", log=True),
 )
 

@@ -1,10 +1,10 @@
-"""Make the vectors of conformance/ anew, from records made by hand.
+"""Generates the vectors of conformance/ from hand-written records.
 
     python conformance/generate.py            write what differs
     python conformance/generate.py --check    write nothing; fail if anything differs
 
-Deterministic: no training, no torch, no drawing of lots; plain integers alone.
-Streams that have been released do not change: a new fault gets a new file.
+The output is deterministic: no training, no torch and no random numbers, only plain integers.
+Released streams do not change: a new fault gets a new file.
 """
 
 import argparse
@@ -18,7 +18,7 @@ from making.writing_files import differing, write  # noqa: E402
 
 
 def main() -> int:
-    """Write the suite, or compare it with what is there."""
+    """Write the suite, or compare it with the existing files."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -1,10 +1,10 @@
-"""Test a decoder, or an encoder, against the vectors of conformance/.
+"""Tests a decoder or an encoder with the vectors of conformance/.
 
     python conformance/run.py --decoder "python -m quarc_ref.conformance"
     python conformance/run.py --decoder "./mydecoder" --only invalid/ --json report.json
 
-Needs Python 3.11 and nothing else. README.md begins where you are, RUNNER.md
-says what a decoder is asked and what counts as an answer.
+Needs only Python 3.11. README.md is the introduction; RUNNER.md describes the interface of
+decoders.
 """
 
 import argparse
@@ -26,7 +26,7 @@ _FAILED, _NOTHING_TO_ASK = 1, 2
 
 
 def main() -> int:
-    """Return 0 if every case passed, 1 if one did not, 2 if nothing or nobody could be asked."""
+    """Return 0 if all cases passed, 1 if any failed, 2 if none ran or a command did not start."""
     options = parse_arguments()
     limits = Limits(options.timeout, options.memory)
     try:
@@ -43,19 +43,23 @@ def main() -> int:
 
 
 def parse_arguments() -> argparse.Namespace:
-    """Return what the command line says."""
+    """Parse the command line."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     what = parser.add_mutually_exclusive_group(required=True)
-    what.add_argument("--decoder", help="a command, as a shell would take it")
-    parser.add_argument("--encoder", help="a command; what it writes is decoded by --decoder")
+    what.add_argument("--decoder", help="a command in shell syntax")
+    parser.add_argument("--encoder", help="a command; its streams are decoded by --decoder")
     what.add_argument("--write", type=Path, metavar="DIR", help="write all streams as files")
     parser.add_argument("--suite", type=Path, default=Path(__file__).resolve().parent)
-    parser.add_argument("--only", action="append", default=[], help="names of cases begin so")
-    parser.add_argument("--timeout", type=float, default=10.0, help="seconds for a case")
-    parser.add_argument("--memory", type=int, default=512, help="MiB for a case")
-    parser.add_argument("--alone", action="store_true", help="a process to every stream, no jobs")
+    parser.add_argument(
+        "--only", action="append", default=[], help="prefixes of the names of cases"
+    )
+    parser.add_argument(
+        "--timeout", type=float, default=10.0, help="time limit of a case in seconds"
+    )
+    parser.add_argument("--memory", type=int, default=512, help="memory limit of a case in MiB")
+    parser.add_argument("--alone", action="store_true", help="a process for every stream, no jobs")
     parser.add_argument("--clauses", action="store_true", help="list every clause in the text")
     parser.add_argument("--json", type=Path, help="write a report here")
     parser.add_argument("--junit", type=Path, help="write a JUnit report here")
@@ -63,7 +67,7 @@ def parse_arguments() -> argparse.Namespace:
 
 
 def run_suite(options: argparse.Namespace, limits: Limits) -> Report:
-    """Ask a decoder everything that it can do."""
+    """Test a decoder in everything that it supports."""
     suite = Suite.load(options.suite)
     known = {} if options.alone else ask_capabilities(options.decoder, limits)
     jobs = "jobs" in known.get("capabilities", [])
@@ -84,7 +88,7 @@ def run_suite(options: argparse.Namespace, limits: Limits) -> Report:
 
 
 def run_scenes(options: argparse.Namespace, limits: Limits) -> Report:
-    """Give an encoder every scene."""
+    """Test an encoder with every scene."""
     scenes = sorted((options.suite / "encoder").glob("*.json"))
     if not scenes:
         message = f"no scene in {options.suite / 'encoder'}"
@@ -98,7 +102,7 @@ def run_scenes(options: argparse.Namespace, limits: Limits) -> Report:
 
 
 def write_streams(suite: Suite, folder: Path) -> int:
-    """Write every stream of a suite, also those that are made on demand."""
+    """Write every stream of a suite, including those that are generated on demand."""
     for name in suite.vectors:
         path = folder / f"{name}.quarc"
         path.parent.mkdir(parents=True, exist_ok=True)

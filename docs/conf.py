@@ -1,4 +1,4 @@
-"""The documentation as a site: `make docs`. Its pages are the repository's own files."""
+"""The documentation as a site: `make docs`. Its pages are the files of the repository."""
 
 from pathlib import Path
 
@@ -25,14 +25,14 @@ exclude_patterns = ["**/node_modules", "**/target"]
 myst_heading_anchors = 4
 myst_links_external_new_tab = False
 
-# The API is read from the docstrings, without an import: no torch is needed here.
+# The API is read from the docstrings without importing the package: no torch is needed here.
 autoapi_dirs = [str(Path(__file__).parent.parent / "quarc_ref")]
 autoapi_root = "docs/api"
 autoapi_options = ["members", "show-module-summary"]
 autoapi_own_page_level = "module"
 autoapi_add_toctree_entry = False  # docs/index.md has it
 napoleon_use_ivar = True
-# Of the API: names that two modules have, imports of constants, marks of code in docstrings.
+# Warnings about names that two modules define, imports of constants, and markup in docstrings.
 suppress_warnings = ["ref.python", "autoapi.python_import_resolution", "docutils"]
 autoapi_keep_files = False
 autoapi_member_order = "bysource"

@@ -1,1 +1,1 @@
-"""Fuzzing of everything that takes bytes; `python -m fuzz` says how."""
+"""Fuzzes everything that takes bytes; see `python -m fuzz`."""

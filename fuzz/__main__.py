@@ -1,11 +1,11 @@
-"""Fuzzing guided by coverage: `python -m fuzz TARGET [options of libFuzzer]`.
+"""Coverage-guided fuzzing: `python -m fuzz TARGET [options of libFuzzer]`.
 
     pip install -e '.[fuzz]'
     python -m fuzz ply -max_total_time=60
     python -m fuzz streams crash-0123abcd        # one input again
 
-Targets are those of `fuzz.targets`. What has been found of each is kept in
-out/fuzz/TARGET, and goes on from there.
+Targets are those of `fuzz.targets`. The corpus of each is kept in out/fuzz/TARGET, and extended by
+the next run.
 """
 
 import os
@@ -26,7 +26,7 @@ _FOUND = Path("out/fuzz")
 
 
 def main() -> None:
-    """Fuzz a target until it fails, or time is over."""
+    """Fuzz a target until it fails or the time is over."""
     name = sys.argv[1] if len(sys.argv) > 1 else ""
     if name not in TARGETS:
         sys.exit(f"{__doc__}\nTargets: {', '.join(TARGETS)}")
@@ -39,7 +39,7 @@ def main() -> None:
 
 
 def _gather(name: str) -> Path:
-    """Return the folder of what has been found of a target, the seeds among it."""
+    """Return the folder with the corpus of a target, including the seeds."""
     folder = _FOUND / name
     folder.mkdir(parents=True, exist_ok=True)
     for number, seed in enumerate(list_seeds(name)):
@@ -48,7 +48,7 @@ def _gather(name: str) -> Path:
 
 
 def _mutate_stream(data: bytes, max_size: int, seed: int) -> bytes:
-    """Change a payload, and make all CRCs good again; every fourth time, and of ruins, any byte."""
+    """Change a payload and correct all CRCs; sometimes, and in damaged streams, change any byte."""
     try:
         chunks = take_apart(data) if seed % 4 else []
     except BitstreamError:

@@ -1,7 +1,7 @@
-"""What takes bytes, each as a function that must end, or raise what it says it does.
+"""Readers of bytes, each as a function that must end or raise a documented error.
 
-Anything else that comes out of one is a fault. atheris drives them from
-`fuzz.__main__`, hypothesis from `tests/hostile`; the seeds are the latter's.
+Any other exception is a fault. atheris calls them from `fuzz.__main__`, hypothesis from
+`tests/hostile`, which also has the seeds.
 """
 
 import io
@@ -54,7 +54,7 @@ _PARSERS = {
 
 
 def container(data: bytes) -> None:
-    """Take a stream apart."""
+    """Split a stream into chunks."""
     with suppress(BitstreamError):
         list(split_chunks(data))
 
@@ -67,7 +67,7 @@ def payloads(data: bytes) -> None:
 
 
 def streams(data: bytes) -> None:
-    """Decode a stream: strictly, from its middle, past damage, from a pipe, and cut it."""
+    """Decode a stream: strictly, from its middle, past damage, and from a pipe; then cut it."""
     ways: tuple[Callable[[Source], object], ...] = (
         lambda source: list(decode(source)),
         lambda source: list(decode(source, 1)),
@@ -82,7 +82,7 @@ def streams(data: bytes) -> None:
 
 
 def poses(data: bytes) -> None:
-    """Read `poses_bounds.npy`, and make cameras of it."""
+    """Read `poses_bounds.npy` and convert it to cameras."""
     with _file("poses_bounds.npy", data) as path, suppress(CaptureError):
         for row in n3dv._read_rows(path):
             with suppress(CaptureError):
@@ -91,7 +91,7 @@ def poses(data: bytes) -> None:
 
 @contextmanager
 def _file(name: str, data: bytes) -> Iterator[Path]:
-    """Write a file, and give its path."""
+    """Write a file and return its path."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / name
         path.write_bytes(data)
@@ -111,13 +111,13 @@ def gaussians(data: bytes) -> None:
 
 
 def spz(data: bytes) -> None:
-    """Hold the header of an SPZ against its size; what is behind it a process apart reads."""
+    """Check the header of an SPZ against its size; the rest is read in a separate process."""
     with suppress(ValueError):
         check_header(data)
 
 
 def fourdgs(data: bytes) -> None:
-    """Read a `.4dgs` file, and its first frames."""
+    """Read a `.4dgs` file and its first frames."""
     with suppress(ValueError, ImportError):
         list(islice(read_4dgs(data).read(), 2))
 
@@ -129,7 +129,7 @@ def sidecar(data: bytes) -> None:
 
 
 def keyframes(data: bytes) -> None:
-    """Read a camera path, and follow it."""
+    """Read a camera path and follow it."""
     with suppress(PathError):
         path = parse_keyframes(data, [_EYE], _EYE, 0)
         if path.count_pictures(2.0) < _MOST_PICTURES:
@@ -144,7 +144,7 @@ _MOST_PICTURES = 1000
 
 
 def transforms(data: bytes) -> None:
-    """Read `transforms.json`, make a rig of it, and look for the files that it names."""
+    """Read `transforms.json`, convert it to a rig, and look for its files."""
     with _file("transforms.json", data) as path, suppress(CaptureError):
         entries = read_transforms(path).entries
         transforms_json._build_rig(entries, path)
@@ -160,7 +160,7 @@ def notes(data: bytes) -> None:
 
 
 def opencv_yaml(data: bytes) -> None:
-    """Read a calibration of EasyMocap, and make cameras of it."""
+    """Read an EasyMocap calibration and convert it to cameras."""
     with suppress(ValueError):
         nodes = parse_yaml(data)
         for name in ("00", "01"):
@@ -181,7 +181,7 @@ def stills(data: bytes) -> None:
 
 
 def colmap_model(data: bytes) -> None:
-    """Read a COLMAP model, one file of which is the data after the first byte, which says which."""
+    """Read a COLMAP model; the first byte selects the file that consists of the remaining data."""
     which = data[0] if data else 0
     form, name = ("binary", "text")[which // len(_MODEL_FILES) % 2], _MODEL_FILES[which % 5]
     with tempfile.TemporaryDirectory() as folder:
@@ -193,14 +193,14 @@ def colmap_model(data: bytes) -> None:
 
 
 def training(data: bytes) -> None:
-    """Read what a training has saved."""
+    """Read a saved training."""
     layout = Layout({"step": ("<i8", ()), "means": ("<f4", ("rows", 3))}, {"rows": range(1, 9)})
     with _file("a.training", data) as path, path.open("rb") as file, suppress(ArrayFileError):
         read_arrays(file, "seed", layout)
 
 
 def marker(data: bytes) -> None:
-    """Read the marker of a folder, and go on with it."""
+    """Read the marker of a folder and continue it."""
     with _file(MARKER, data) as path:
         with suppress(OutputPathError):
             read_marker(path.parent)

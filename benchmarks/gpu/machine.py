@@ -22,10 +22,10 @@ def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
     notebook.add(Row("machine", "software", software))
     notebook.add(Row("machine", "processor", f"{processor}, {os.cpu_count()} cores"))
     if sizes.device == "cpu":
-        notebook.add(Row("machine", "device", "cpu: a dry run, whose figures mean nothing"))
+        notebook.add(Row("machine", "device", "cpu: a dry run, with meaningless figures"))
         return
     if not torch.cuda.is_available():
-        message = "torch finds no CUDA device; --dry-run does without"
+        message = "torch finds no CUDA device; --dry-run needs none"
         raise RuntimeError(message)
     memory = torch.cuda.get_device_properties(0).total_memory / 2**30
     name = torch.cuda.get_device_name(0)

@@ -19,7 +19,7 @@ from hostile.mutations import Mutator
 from hostile.structured.maker import StructuredMaker
 
 _SEEDS = Path(__file__).parents[2] / "tests" / "hostile" / "seeds" / "streams"
-_WHAT = "Mutated streams, decoded: whatever the bytes, there come frames or a rejection, soon."
+_WHAT = "Decodes mutated streams: any bytes must give frames or a rejection, within limits."
 _Block = tuple[int, int]
 _AT = "at_"  # files of the processes with the number of their current mutant
 _series: list[Series] = []  # of this process
@@ -57,12 +57,17 @@ def _parse_arguments() -> argparse.Namespace:
     add(
         *("--structured",),
         action="store_true",
-        help="streams with hostile values coded anew, each by the reference and by the fast engine",
+        help="streams with hostile values and correct CRCs, decoded by both engines",
     )
     add("--series", type=int, default=0, metavar="S", help="which mutants")
     add("--seeds", type=Path, default=_SEEDS, metavar="DIR", help="valid streams to mutate")
     add("--out", type=Path, default=Path("out/hostile"), metavar="DIR", help="kept between runs")
-    add("--only", type=int, metavar="N", help="judge one mutant, and write it to standard error")
+    add(
+        "--only",
+        type=int,
+        metavar="N",
+        help="judge one mutant and print the result to standard error",
+    )
     add("--json", action="store_true", help="print JSON")
     return parser.parse_args()
 

@@ -117,7 +117,7 @@ def _provide_stream(arguments: argparse.Namespace, config: EncoderConfig) -> Pat
     said = json.dumps([capture.fingerprint, names, arguments.frame, settings])
     path: Path = arguments.out / f"start.{hashlib.sha256(said.encode()).hexdigest()[:12]}.quarc"
     if not path.is_file():
-        note(f"encoding up to frame {arguments.frame}: --stream FILE spares that")
+        note(f"encoding up to frame {arguments.frame}: use --stream FILE to avoid this")
         sink, lines = io.BytesIO(), ProgressLines("start")
         arguments.out.mkdir(parents=True, exist_ok=True)
         options = EncodeOptions(
@@ -130,21 +130,27 @@ def _provide_stream(arguments: argparse.Namespace, config: EncoderConfig) -> Pat
 
 def _parse_arguments(words: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        prog="ladder.py", description="What binds the picture of a frame, field by field."
+        prog="ladder.py", description="Show which fields limit the quality of a frame."
     )
     add = parser.add_argument
     add("capture", type=Path, metavar="CAPTURE")
-    add("--stream", type=Path, metavar="FILE", help="made from the capture; none: encode one")
-    add("--frame", type=_count, default=0, metavar="T", help="decoded, to begin at")
-    add("--ahead", type=_positive, nargs="+", default=[1, 5], help="frames from there to what fits")
+    add("--stream", type=Path, metavar="FILE", help="stream of the capture; encoded if missing")
+    add("--frame", type=_count, default=0, metavar="T", help="decoded start frame")
+    add(
+        "--ahead",
+        type=_positive,
+        nargs="+",
+        default=[1, 5],
+        help="distances in frames to the fitted frames",
+    )
     add("--iterations", type=_positive, nargs="+", default=[300, 1000])
     add("--rungs", nargs="+", choices=list(RUNGS), default=list(RUNGS), metavar="NAME",
         help=f"of {', '.join(RUNGS)}")  # fmt: skip
     add("--out", type=Path, default=Path("out/ladder"), metavar="DIR", help="rows and table")
     add("--preset", choices=sorted(PRESETS), default="main")
     add("--set", action="append", default=[], metavar="KEY=VALUE", help="change of the preset")
-    add("--held-out", action="append", default=[], metavar="CAMERA", help="where none is given "
-        "by a stream")  # fmt: skip
+    add("--held-out", action="append", default=[], metavar="CAMERA", help="used if there "
+        "is no stream")  # fmt: skip
     add("--seed", type=_count, default=0)
     return parser.parse_args(words)
 

@@ -27,7 +27,7 @@ class Rung:
 
 STILL = "still"
 _GROWING = (
-    ("own", "every Gaussian moved on its own", "translation"),
+    ("own", "every Gaussian moves freely", "translation"),
     ("deaths", "+ deaths", "deaths"),
     ("opacity", "+ opacity", "opacity"),
     ("dc", "+ SH DC", "SH DC"),
@@ -48,9 +48,14 @@ def _climb() -> list[Rung]:
         Rung("anchors", "motion by anchors", frozenset({"anchors"})),
         *listed,
         Rung("carried", "all but SH rest", _FIELDS - {"SH rest"}),
-        Rung("turned", "moved and turned on its own", frozenset({"translation", "rotation"})),
-        Rung("fast-rest", "all, SH rest at the rate of SH DC", _FIELDS, rest_factor=20.0),
-        Rung("slow", "all, at canonical training's rates", _FIELDS, canonical_learning_rates=True),
+        Rung("turned", "free motion and rotation", frozenset({"translation", "rotation"})),
+        Rung("fast-rest", "all, SH rest at the learning rate of SH DC", _FIELDS, rest_factor=20.0),
+        Rung(
+            "slow",
+            "all, at the learning rates of canonical training",
+            _FIELDS,
+            canonical_learning_rates=True,
+        ),
     ]
 
 

@@ -88,7 +88,7 @@ def plan_studies(arguments: argparse.Namespace) -> list[Study]:
         return [plan_study(arguments, captures[0], arguments.out)]
     folders = [arguments.out / path.parent.name / path.name for path in captures]
     if len(set(folders)) < len(folders):
-        message = "two captures have the same name, in folders of the same name"
+        message = "two captures have the same name, and parent folders of the same name"
         raise ValueError(message)
     return [
         plan_study(arguments, capture, folder)
@@ -202,20 +202,32 @@ def _parse_arguments(words: Sequence[str] | None) -> argparse.Namespace:
         type=Path,
         nargs="+",
         metavar="CAPTURE",
-        help="a folder; quarc-ref synth makes one. Several, such as data/N3DV/*, are also put "
-        "into one table: every scene, and their mean",
+        help="a folder; quarc-ref synth makes one. Several captures, such as data/N3DV/*, "
+        "also get a common table with their mean",
     )
     add("--out", type=Path, default=Path("out/paper"), metavar="DIR", help="kept between runs")
     add("--preset", choices=sorted(PRESETS), default="main", help="the full method")
-    add("--set", action="append", default=[], metavar="KEY=VALUE", help="change of the preset")
-    add("--frames", type=int, help="of every trial; all by default")
-    add("--downscale", type=int, default=1, help="make the pictures smaller by this factor")
-    add("--held-out", action="append", default=[], metavar="NAME", help="the first by default")
+    add(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="change a setting of the preset",
+    )
+    add("--frames", type=int, help="number of frames; all by default")
+    add("--downscale", type=int, default=1, help="downscale pictures by this factor")
+    add(
+        "--held-out",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="held-out camera; the first by default",
+    )
     add("--seed", type=int, default=0)
     add("--only", type=_split, default=[], metavar="NAMES", help=f"some of {','.join(EXPERIMENTS)}")
     add("--lpips", type=Path, metavar="WEIGHTS", help="file of LPIPS's state_dict, VGG16")
     add("--device", choices=("auto", "cpu", "cuda"), default="cpu")
-    add("--workers", type=int, default=1, help="trials at a time")
+    add("--workers", type=int, default=1, help="number of parallel trials")
     add("--threads", type=int, default=1, help="of every trial")
     add("--ray", metavar="ADDRESS", help="run on a Ray cluster: HOST:PORT, auto or local")
     add("--json", action="store_true", help="print the rows as JSON")

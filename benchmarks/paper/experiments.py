@@ -90,8 +90,8 @@ def _make_quantization(base: EncoderConfig) -> Experiment:
         Point("all in floats", None, _try(base, "float", base, "all")),
     )
     remark = (
-        "Bytes of what is in floats: 4 to a number, nothing coded. The scenes of all three start "
-        "from the same seed and go through the same schedule."
+        "Sizes of floats are 4 bytes for each number, without coding. "
+        "All three scenes use the same seed and schedule."
     )
     return Experiment("quantization", "Quantization", "", points, remark)
 

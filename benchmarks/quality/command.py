@@ -123,7 +123,7 @@ def _list_subjects(arguments: argparse.Namespace) -> list[Subject]:
     traced = (arguments.captures or arguments.out / "captures").resolve()
     subjects += [provide_traced(name, traced) for name in arguments.variants]
     if not subjects:
-        message = "nothing to encode: name captures by --real, --still or --variants"
+        message = "nothing to encode: give captures with --real, --still or --variants"
         raise ValueError(message)
     return subjects
 
@@ -173,15 +173,28 @@ def _parse_arguments(words: Sequence[str] | None) -> argparse.Namespace:
         metavar="NAMES",
         help=f"traced captures, VARIANT[-CAMERAS][-WxH],...; all by default: {','.join(TRACED)}",
     )
-    add("--captures", type=Path, metavar="DIR", help="of traced captures; DIR/captures of --out")
-    add("--frames", type=_positive, default=1, help="of every encode; 1 by default")
-    add("--seeds", type=_positive, default=5, help="how many, from 0 on; 5 by default")
+    add(
+        "--captures",
+        type=Path,
+        metavar="DIR",
+        help="folder of traced captures; DIR/captures of --out",
+    )
+    add(
+        "--frames", type=_positive, default=1, help="number of frames of every encode; 1 by default"
+    )
+    add("--seeds", type=_positive, default=5, help="number of seeds, from 0; 5 by default")
     add("--preset", choices=sorted(PRESETS), default="main")
-    add("--set", action="append", default=[], metavar="KEY=VALUE", help="change of the preset")
-    add("--downscale", type=_positive, default=1, help="make the pictures smaller by this factor")
+    add(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="change a setting of the preset",
+    )
+    add("--downscale", type=_positive, default=1, help="downscale pictures by this factor")
     add("--lpips", type=Path, metavar="WEIGHTS", help="file of LPIPS's state_dict, VGG16")
     add("--device", choices=("auto", "cpu", "cuda"), default="cpu")
-    add("--workers", type=int, default=1, help="encodes at a time")
+    add("--workers", type=int, default=1, help="number of parallel encodes")
     add("--threads", type=int, default=1, help="of every encode")
     add("--ray", metavar="ADDRESS", help="run on a Ray cluster: HOST:PORT, auto or local")
     add("--against", type=Path, metavar="OTHER", help="compare with the study in OTHER instead")

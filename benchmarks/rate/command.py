@@ -27,7 +27,9 @@ from rate.rows import (
 from rate.sweep import claim_hull, sweep
 
 PAPER = "paper"
-_WHAT = "Real bytes beside the paper's estimate, general compressors and other splat formats."
+_WHAT = (
+    "Compare the size of streams with the paper's estimate, compressors and other splat formats."
+)
 _STILL_BOUNDS = {"spz": 0.8, "sog": 1.0}
 
 
@@ -78,12 +80,18 @@ def _parse_arguments() -> argparse.Namespace:
     add("captures", nargs="+", metavar="CAPTURE", help=f"a folder, or {BUILT_IN}")
     add("--streams", type=Path, default=Path("out/rate"), metavar="DIR", help="kept between runs")
     add("--preset", choices=sorted(PRESETS), default="main")
-    add("--frames", type=int, help="of every stream; all by default")
-    add("--downscale", type=int, default=1, help="make the pictures smaller by this factor")
-    add("--held-out", action="append", default=[], metavar="NAME", help="the first by default")
+    add("--frames", type=int, help="number of frames; all by default")
+    add("--downscale", type=int, default=1, help="downscale pictures by this factor")
+    add(
+        "--held-out",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="held-out camera; the first by default",
+    )
     add("--no-paper", action="store_true", help="leave out the stream of the preset paper")
     add("--sweep", action="store_true", help="rate and quality of settings around the preset")
-    add("--sweep-frames", type=int, metavar="N", help="of the sweep's streams")
+    add("--sweep-frames", type=int, metavar="N", help="number of frames of the sweep's streams")
     add("--json", action="store_true", help="print JSON instead of tables")
     return parser.parse_args()
 

@@ -113,4 +113,4 @@ def _sum(row: Row) -> Row:
 
 
 def _lack(error: Exception) -> str:
-    return f"not at hand: {error}"
+    return f"unavailable: {error}"

@@ -1,7 +1,7 @@
-"""The reference encoder as the runner asks for it: `encode_scene.py SCENE OUTPUT`.
+"""Wraps the reference encoder in the runner's interface: `encode_scene.py SCENE OUTPUT`.
 
-What training would end on is given by the scene; quantization, coding and the
-closed loop are those of the package.
+The scene takes the place of a trained one; quantization, coding and the closed loop are those of
+the package.
 """
 
 import json
@@ -25,7 +25,7 @@ _ROUNDING = 2.0**-20
 
 
 def main() -> int:
-    """Write the stream of a scene; print what is declared of it."""
+    """Write the stream of a scene, and print its declarations."""
     scene = json.loads(Path(sys.argv[1]).read_text("utf-8"))
     header = StreamHeader(**scene["header"])
     with Path(sys.argv[2]).open("wb") as sink:
@@ -52,7 +52,7 @@ def _attributes(gaussians: list[dict[str, Any]]) -> Attributes:
 
 
 def _shift(state: State, shift: tuple[float, float, float]) -> list[Int64]:
-    """Symbols by which the anchors of the coarsest level move everything."""
+    """Symbols with which the anchors of the coarsest level move everything."""
     header = state.scene.header
     step = header.translation_step * 2.0**-header.lattice_exponent
     levels = state.known_anchors.levels
@@ -69,7 +69,7 @@ def _births(state: State, gaussians: list[dict[str, Any]]) -> Births | None:
 
 
 def _bounds(header: StreamHeader) -> dict[str, float]:
-    """How far a number may be from the scene's: half a step, and what rounding adds."""
+    """Maximum error of a number: half a step, and rounding errors."""
     unit = 2.0**-header.lattice_exponent
     return {
         "position": header.position_step * unit / 2 + _ROUNDING,

@@ -1,4 +1,4 @@
-"""What is made by hand: Gaussians as they are coded, and what a frame does to them."""
+"""Hand-written content: Gaussians as they are coded, and the changes of a frame."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from making.writing import State
 
 Symbols = Callable[[int, int], Sequence[int] | None]
-"""Of a level and an anchor: its symbols; None for one that does not move."""
+"""The symbols of an anchor, given its level and index; None if it does not move."""
 
 
 def _stay(_level: int, _anchor: int) -> None:
@@ -23,10 +23,10 @@ class Coded:
     """A Gaussian as it is coded.
 
     Attributes:
-        position: In position steps; of a newborn, less the parent's.
+        position: In position steps; for a newborn, relative to the parent.
         rotation: j, a, b, c of SPEC 7.2.
-        codes: Log-scales 3, opacity, SH DC 3, maybe SH rest 9.
-        parent: Of a newborn, the index of its parent.
+        codes: 3 log-scales, opacity, 3 SH DC, and optionally 9 SH rest.
+        parent: For a newborn, the index of its parent.
     """
 
     position: tuple[int, int, int]
@@ -37,13 +37,12 @@ class Coded:
 
 @dataclass(frozen=True)
 class Update:
-    """What a frame does to one Gaussian (SPEC 7.8).
+    """The update of one Gaussian (SPEC 7.8).
 
     Attributes:
         gaussian: Its index in the scene after the motion.
-        residuals: The 13; None of one that leaves.
-        fields: The fields that are answered yes, a bit to each; None for those with a residual
-            that is not 0.
+        residuals: The 13 residuals; None if the Gaussian leaves.
+        fields: The changed fields, a bit for each; None for those with a nonzero residual.
     """
 
     gaussian: int
@@ -53,7 +52,7 @@ class Update:
 
 @dataclass(frozen=True)
 class Survivor:
-    """A Gaussian of the last CANO that a snapshot still has (SPEC 7.9).
+    """A Gaussian of the last CANO that a snapshot keeps (SPEC 7.9).
 
     Attributes:
         index: In the CANO.
@@ -68,18 +67,18 @@ class Survivor:
 
 @dataclass(frozen=True)
 class Change:
-    """What a FRAM chunk does.
+    """The content of a FRAM chunk.
 
     Attributes:
         symbols: Of the anchors.
-        births: The newborn, in ascending order of their parents.
+        births: The births, in ascending order of their parents.
         deaths: How many leave.
-        previous: Whether the last frame's motion gives contexts.
-        stating: Which codes the planes state.
-        motion: Words in place of those of the symbols.
-        newborn: Words in place of those of the births.
-        updates: Of single Gaussians, in ascending order of their indices.
-        updated: Words in place of those of the updates.
+        previous: Whether the motion of the previous frame provides contexts.
+        stating: Which probability codes the planes state.
+        motion: Words that replace those of the symbols.
+        newborn: Words that replace those of the births.
+        updates: Updates of single Gaussians, in ascending order of their indices.
+        updated: Words that replace those of the updates.
     """
 
     symbols: Symbols = _stay

@@ -1,4 +1,4 @@
-"""invalid/: one fault of the container to a stream (SPEC 5.1, 5.2, 5.8, 5.9, 12)."""
+"""invalid/: one fault in the container of a stream (SPEC 5.1, 5.2, 5.8, 5.9, 12)."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -12,7 +12,7 @@ from making.vectors import Gap, Outcome, Recovery, Valid, Vector, broken
 
 
 def make_container_faults(parent: Valid) -> list[Vector]:
-    """Return all of them, patches of the journey."""
+    """Return all vectors, as patches of the journey."""
     rows = [*_of_framing(parent), *_of_types(parent)]
     return [
         *faults_at(parent, FRAM, rows),
@@ -54,33 +54,33 @@ def _of_framing(parent: Valid) -> Iterable[Row]:
         "5.2-3",
         "payload-crc",
         _zero_crc(stream.pieces),
-        "a CRC of 0 does not stand for none",
+        "a CRC of 0 does not mean that there is none",
     )
     yield (
         "sequence-skipped",
         "5.2-4",
         "sequence",
         stream.replaced(FRAM, sequence=FRAM + 1),
-        "a number is left out",
+        "a number is skipped",
     )
     yield (
         "sequence-repeated",
         "5.2-4",
         "sequence",
         stream.replaced(FRAM, sequence=FRAM - 1),
-        "a number comes twice",
+        "a number is repeated",
     )
     yield (
         "sequence-from-zero",
         "5.2-4 5.1-2",
         "sequence",
         stream.replaced(FRAM, sequence=0),
-        "a number begins anew",
+        "numbering starts again",
     )
 
 
 def _zero_crc(pieces: list[Piece]) -> list[Piece]:
-    """A payload CRC of 0: nothing but its four bytes differ."""
+    """A payload CRC of 0: only its four bytes differ."""
     return [*pieces[:FRAM], _ZeroCrc(pieces[FRAM].kind, pieces[FRAM].payload), *pieces[FRAM + 1 :]]
 
 
@@ -96,7 +96,7 @@ def _of_types(parent: Valid) -> Iterable[Row]:
         "mixed-case": (b"FRaM", "bad-chunk-type", "the third letter in lower case"),
         "mixed-case-ancillary": (b"caMe", "bad-chunk-type", "the third letter in upper case"),
         "last-case": (b"FRAm", "bad-chunk-type", "the fourth letter in lower case"),
-        "latin-1": (b"FR\xc1M", "bad-chunk-type", "a letter that is not of ASCII"),
+        "latin-1": (b"FR\xc1M", "bad-chunk-type", "a letter that is not in ASCII"),
         "bracket": (b"[RAM", "bad-chunk-type", "the byte after Z"),
         "zeros": (bytes(4), "bad-chunk-type", "four zeros"),
     }
@@ -111,19 +111,19 @@ def _of_types(parent: Valid) -> Iterable[Row]:
 
 
 def _of_order(parent: Valid) -> list[Vector]:
-    """Chunks that stand where their types may not."""
+    """Chunks in places where their types are not allowed."""
     stream, ids = parent.stream, "chunk-order"
     head, index, tail = stream.pieces[HEAD], Piece(b"INDX", None), Piece(b"TAIL", None)
     later = stream.before(head, place=FRAM)
     early = [head, *stream.pieces[3:5], stream.pieces[2], *stream.pieces[5:]]
     between = [*stream.pieces[:INDX], index, Piece(b"meta", pack_metadata()), tail]
     twice, end = stream.before(index, place=TAIL), len(parent.frames)
-    note = "another HEAD, with the number that is due"
+    note = "another HEAD, with the expected number"
     rows = (
         ("head-not-first", "5.1-2", ids, stream.pieces[1:], 0, "the first chunk is `came`"),
         ("head-missing", "5.1-2", ids, stream.pieces[2:], 0, "the first chunk is CANO"),
-        ("frame-before-canonical", "5.1-3", ids, early, 0, "FRAM stands before any CANO"),
-        ("chunk-after-index", "5.1-6", ids, between, end, "`meta` stands between INDX and TAIL"),
+        ("frame-before-canonical", "5.1-3", ids, early, 0, "FRAM precedes any CANO"),
+        ("chunk-after-index", "5.1-6", ids, between, end, "`meta` is between INDX and TAIL"),
         ("index-twice", "5.1-6", ids, twice, end, "INDX comes twice"),
         *_of_criticals(parent),
     )
@@ -138,7 +138,7 @@ def _of_criticals(parent: Valid) -> Iterable[tuple[str, str, str, list[Piece], i
     reserved = stream.before(Piece(b"SNAP", bytes(8)), place=FRAM)
     private = stream.before(Piece(b"FrAM", bytes(8)), place=FRAM)
     number = stream.replaced(HEAD, sequence=1)
-    yield "critical", "5.2-9", ids, reserved, 4, "a critical chunk of a type that is reserved"
+    yield "critical", "5.2-9", ids, reserved, 4, "a critical chunk of a reserved type"
     yield "critical-private", "5.2-9", ids, private, 4, "a critical chunk of a private type"
     yield "head-number", "5.2-4", "sequence chunk-order", number, 0, "HEAD has the number 1"
 
@@ -146,13 +146,13 @@ def _of_criticals(parent: Valid) -> Iterable[tuple[str, str, str, list[Piece], i
 def _met_after(
     parent: Valid, name: str, clauses: str, ids: str, pieces: list[Piece], frames: int, note: str
 ) -> Vector:
-    """A fault that is met after so many frames, and is not recovered from here."""
+    """A fault that is found after a number of frames, and is not tested with recovery here."""
     said = Outcome(parent.frames[:frames], tuple(ids.split()))
     return broken(parent, f"invalid/{name}", clauses, pieces, said, note)
 
 
 def _of_ancillaries(parent: Valid) -> list[Vector]:
-    """Faults in the framing of chunks that are passed over."""
+    """Faults in the framing of skipped chunks."""
     stream = parent.stream
     vectors = []
     for name, place, spoil in (("note", NOTE, 22), ("came", CAME, 40), ("meta", META, 30)):
@@ -166,7 +166,7 @@ def _of_ancillaries(parent: Valid) -> list[Vector]:
             0,
         )
         outcome = Outcome(parent.frames[:before], ("payload-crc",))
-        note = f"a bit of the payload of `{name}`: checked all the same"
+        note = f"a bit of the payload of `{name}`, which is still checked"
         vector = broken(
             parent, f"invalid/payload-crc-of-{name}", "5.2-3 5.2-10", pieces, outcome, note
         )

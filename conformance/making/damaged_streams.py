@@ -1,7 +1,7 @@
-"""damaged/: what a channel does to a stream, and the frames that must still come out.
+"""damaged/: transmission errors, and the frames that can still be decoded.
 
-Truncation, flipped bits, loss, repetition, reordering, junk. Each vector says
-what reading it through gives, and what recovering gives (SPEC 11.4, 11.5).
+Truncation, flipped bits, loss, repetition, reordering, and junk. Each vector has the results of
+reading through the stream and of recovery (SPEC 11.4, 11.5).
 """
 
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ _FIRST_CANONICAL = 2
 
 
 def make_damaged(parent: Valid) -> list[Vector]:
-    """Return all of them, patches of the journey, but for the cuts at every byte."""
+    """Return all vectors as patches of the journey, except the cuts at every byte."""
     return [
         *_cuts(parent),
         *_flips(parent),
@@ -36,7 +36,7 @@ def make_damaged(parent: Valid) -> list[Vector]:
 
 
 def make_cut(parent: Valid, size: int, name: str, note: str) -> Vector:
-    """Return a stream of which only the first bytes are there."""
+    """Return a stream that is cut after a number of bytes."""
     offsets, pieces = parent.layout.offsets, parent.stream.pieces
     data = parent.layout.data[:size]
     if size < offsets[1]:
@@ -78,7 +78,7 @@ def _cuts(parent: Valid) -> list[Vector]:
 
 
 def _flips(parent: Valid) -> list[Vector]:
-    """A bit of the header and a bit of the payload of every chunk."""
+    """A flipped bit in the header and in the payload of every chunk."""
     places = enumerate(parent.stream.pieces)
     return [
         vector
@@ -88,7 +88,7 @@ def _flips(parent: Valid) -> list[Vector]:
 
 
 def flip(parent: Valid, place: int, name: str) -> list[Vector]:
-    """Return streams with a bit of the header, and of the payload, of a chunk turned."""
+    """Return streams with a flipped bit in the header, or in the payload, of a chunk."""
     vectors, kind = [], parent.stream.pieces[place].kind.decode()
     length = parent.layout.offsets[place + 1] - parent.layout.offsets[place]
     header, payload = pick(place, 1) % 20, 20 + pick(place, 2) % (length - 20)
@@ -124,7 +124,7 @@ def _flipped(
 
 
 def _untold(gap: Gap) -> Gap:
-    """A gap before the first frame: how many are missing cannot be told."""
+    """A gap before the first frame: the number of lost frames is unknown."""
     return Gap(gap.offset, gap.byte_count, gap.refused, None)
 
 
@@ -139,9 +139,9 @@ def _junk(parent: Valid) -> list[Vector]:
         "bytes": (bytes(range(1, 60)), "bytes between two chunks"),
         "zeros": (bytes(512), "a block of zeros between two chunks"),
         "sync-words": (bytes.fromhex("9E5143F3") * 9, "sync words without chunks"),
-        "header": (b"?" + fake, "a chunk header whose payload never comes"),
-        "old-canonical": (b"?" + old, "a CANO of a number that has been"),
-        "old-ordinal": (b"?" + low, "a CANO of a later number whose ordinal has been"),
+        "header": (b"?" + fake, "a chunk header without its payload"),
+        "old-canonical": (b"?" + old, "a CANO with an earlier number"),
+        "old-ordinal": (b"?" + low, "a CANO with a later number and an earlier ordinal"),
         "tail": (b"?" + tail, "a TAIL that is not at the end"),
     }
     vectors = []
@@ -168,7 +168,7 @@ def _junk(parent: Valid) -> list[Vector]:
             data[: at + 30] + b"\0" + data[at + 30 :],
             at,
             offsets[9] + 1 - at,
-            "a payload has a byte more",
+            "a payload has an additional byte",
         ),
         "block-of-zeros": (
             data[: at + 30] + bytes(64) + data[at + 94 :],
@@ -180,7 +180,7 @@ def _junk(parent: Valid) -> list[Vector]:
             data[: at + 30] + data[offsets[8] + 50 :],
             at,
             offsets[9] - at - (offsets[8] + 50 - at - 30),
-            "what two chunks have between them is missing",
+            "the bytes between two chunks are missing",
         ),
     }
     for name, (changed, start, size, note) in cut.items():

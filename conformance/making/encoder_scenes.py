@@ -1,4 +1,4 @@
-"""encoder/: scenes that an encoder is given, numbers made by hand."""
+"""encoder/: hand-written scenes for testing encoders."""
 
 from math import sqrt
 from typing import Any

@@ -1,4 +1,4 @@
-"""invalid/: INDX, TAIL and what follows them (SPEC 5.8, 5.9)."""
+"""invalid/: INDX, TAIL and data after them (SPEC 5.8, 5.9)."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -10,13 +10,13 @@ from making.vectors import Outcome, Valid, Vector, broken
 
 _MISLEADING = ("-offset", "-sequence", "-frame", "-less", "-more", "-empty")
 End = tuple[str, str, str, list[Piece] | bytes, str]
-"""Name, clauses, reject ids, what is there, and what is wrong."""
+"""Name, clauses, reject ids, bytes, and description."""
 
 
 def make_ends(parent: Valid) -> list[Vector]:
-    """Return all of them: every frame comes out before they are rejected."""
+    """Return all vectors: every frame is decoded before they are rejected."""
     vectors = []
-    # A payload that is too short may be judged by the fields that it has.
+    # A payload that is too short can also be rejected for the fields that it has.
     for name, clauses, ids, there, note in [
         *_of_payloads(parent),
         *_of_places(parent),
@@ -31,7 +31,7 @@ def make_ends(parent: Valid) -> list[Vector]:
 
 def _of_payloads(parent: Valid) -> Iterable[End]:
     index, tail = pack_index(_points(parent)), pack_tail(*_totals(parent))
-    endless, note = b"\xff" * 4 + index[4:], "INDX says to have 2^32 - 1 seek points"
+    endless, note = b"\xff" * 4 + index[4:], "INDX claims 2^32 - 1 seek points"
     cases = {
         "tail-shorter": (TAIL, bytes(15), "5-1", "field tail-mismatch", "TAIL of 15 bytes"),
         "tail-longer": (TAIL, tail + b"\0", "5-2", "trailing-data", "TAIL of 17 bytes"),
@@ -49,8 +49,8 @@ def _of_places(parent: Valid) -> Iterable[End]:
     behind = ("5.1-5", "trailing-data")
     yield "after-tail", *behind, data + b"\0", "a byte after TAIL"
     yield "after-tail-chunk", *behind, more, "a chunk after TAIL"
-    yield "after-tail-stream", *behind, data * 2, "the stream comes twice"
-    note = "TAIL tells where INDX is, and there is none"
+    yield "after-tail-stream", *behind, data * 2, "the stream is repeated"
+    note = "TAIL states an offset of INDX, which is missing"
     yield "index-offset-of-none", "5.8-1", "tail-mismatch", lone, note
     yield "no-tail", "5.1-4", "truncated", stream.pieces[:TAIL], "the stream ends after INDX"
 
@@ -58,12 +58,15 @@ def _of_places(parent: Valid) -> Iterable[End]:
 def _of_indexes(parent: Valid) -> Iterable[End]:
     first, (offset, sequence, frame), last = points = _points(parent)
     indexes = {
-        "index-offset": ([first, (offset + 1, sequence, frame), last], "an offset is a byte late"),
+        "index-offset": (
+            [first, (offset + 1, sequence, frame), last],
+            "an offset is too large by one",
+        ),
         "index-sequence": ([first, (offset, sequence + 1, frame), last], "a sequence number"),
         "index-frame": ([first, (offset, sequence, frame + 1), last], "an ordinal"),
-        "index-order": ([points[1], first, last], "two seek points change places"),
+        "index-order": ([points[1], first, last], "two seek points are swapped"),
         "index-less": (points[:2], "a seek point is missing"),
-        "index-more": ([*points, last], "a seek point comes twice"),
+        "index-more": ([*points, last], "a seek point is repeated"),
         "index-empty": ([], "INDX without seek points in a stream with frames"),
     }
     for name, (listed, note) in indexes.items():
@@ -77,7 +80,10 @@ def _of_tails(parent: Valid) -> Iterable[End]:
         "tail-frames": (pack_tail(frames + 1, canonicals, offset), "frame_count"),
         "tail-canonicals": (pack_tail(frames, canonicals - 1, offset), "canonical_count"),
         "tail-index": (pack_tail(frames, canonicals, offset + 1), "index_offset"),
-        "tail-no-index": (pack_tail(frames, canonicals, 0), "index_offset is 0 and INDX is there"),
+        "tail-no-index": (
+            pack_tail(frames, canonicals, 0),
+            "index_offset is 0 although INDX exists",
+        ),
     }
     for name, (payload, note) in tails.items():
         pieces = parent.stream.replaced(TAIL, payload=payload)
@@ -85,13 +91,13 @@ def _of_tails(parent: Valid) -> Iterable[End]:
 
 
 def _through(name: str) -> tuple[tuple[int, Outcome], ...]:
-    """What is to come of seeking by an INDX that says something else of the way to frame 4."""
+    """The results of seeking with an INDX that is wrong on the way to frame 4."""
     misleading = name.startswith("index-") and name.endswith(_MISLEADING)
     return ((4, Outcome((), ("index-mismatch",))),) if misleading else ()
 
 
 def _totals(parent: Valid) -> tuple[int, int, int]:
-    """What TAIL is to say."""
+    """The correct totals of TAIL."""
     return len(parent.frames), len(_points(parent)), parent.layout.offsets[INDX]
 
 

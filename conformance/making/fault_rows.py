@@ -1,4 +1,4 @@
-"""Rows of faults, met at a piece of the journey, and what is to come of them."""
+"""Rows of faults at a piece of the journey, and their expected results."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -11,11 +11,11 @@ HEAD, CAME, CANO, META, FRAM, NOTE, INDX, TAIL = 0, 1, 5, 6, 7, 11, 13, 14
 
 
 Row = tuple[str, str, str, list[Piece], str]
-"""Name, clauses, reject ids, pieces and what is wrong."""
+"""Name, clauses, reject ids, pieces and description."""
 
 
 def resumed(parent: Valid, pieces: list[Piece], place: int, ids: Sequence[str]) -> Recovery:
-    """Return what is to come of the journey where it goes on at the CANO after a fault."""
+    """Return the result of recovery if it resumes at the CANO after a fault."""
     layout = assemble(pieces)
     later = next(n for n in range(place + 1, len(pieces)) if pieces[n].kind in (b"CANO", b"TAIL"))
     before = count_frames(pieces[:place])
@@ -31,12 +31,12 @@ def resumed(parent: Valid, pieces: list[Piece], place: int, ids: Sequence[str]) 
 
 
 def count_frames(pieces: Iterable[Piece]) -> int:
-    """Return how many frames there are in pieces."""
+    """Return the number of frames in pieces."""
     return sum(piece.kind in FRAMES for piece in pieces)
 
 
 def faults_at(parent: Valid, place: int, rows: Iterable[Row]) -> list[Vector]:
-    """Return vectors whose fault is met at a piece of the journey."""
+    """Return vectors with a fault at a piece of the journey."""
     vectors = []
     for name, clauses, ids, pieces, note in rows:
         refused = tuple(ids.split())
@@ -61,7 +61,7 @@ def damaged_by(
     recovery: Recovery,
     note: str,
 ) -> Vector:
-    """Return a patch with what reading it through gives, and what recovering gives."""
+    """Return a patch with the results of reading through it and of recovery."""
     return replace(broken(parent, name, clauses, data, said, note), recover=recovery)
 
 
@@ -69,5 +69,5 @@ MOVED = 4
 
 
 def with_fields(parent: Valid, number: int, **said: object) -> list[Piece]:
-    """Return the pieces, with other fields in the payload of a frame."""
+    """Return the pieces with changed fields in the payload of a frame."""
     return parent.stream.frame_with(number, **said)

@@ -1,7 +1,7 @@
-"""Frames from records made by hand: what a CANO or a FRAM chunk holds, and its state.
+"""Frames of hand-written records: the content of a CANO or FRAM chunk, and its state.
 
-The state is that of `plain.decoder`, which follows the text in
-plain integers and shares no line with the package.
+The state is computed by `plain.decoder`, which follows SPEC in plain integers and shares no code
+with the package.
 """
 
 import zlib
@@ -26,7 +26,7 @@ from plain.state import PlainState, Vector
 
 
 class _Maker(FrameDecoder):
-    """A frame of fields whose sections are planes that are written as they are walked."""
+    """A frame with fields, whose sections are written while they are walked."""
 
     def __init__(self, head: Head, fields: dict[str, Any]) -> None:
         super().__init__({name: getattr(head, name) for name in head.__slots__}, fields)
@@ -46,7 +46,7 @@ class _Maker(FrameDecoder):
     def _expand(self, coded: Vector, bits: int) -> Vector:
         try:
             return super()._expand(coded, bits)
-        except ValueError:  # it is no rotation; what follows is to be written all the same
+        except ValueError:  # it is not a rotation; what follows must be written anyway
             self.has_state = False
             return [1 << 22, 0, 0, 0]
 
@@ -63,9 +63,9 @@ def make_canonical(
     Args:
         head: Of the stream.
         frame: Its ordinal.
-        gaussians: Are put in Morton order.
-        stating: Which codes the planes state.
-        said: Fields that are to say something else; the state is None if they break a clause.
+        gaussians: Gaussians, which are sorted in Morton order.
+        stating: Which probability codes the planes state.
+        said: Fields with other values; the state is None if they violate a clause.
     """
     origin = said.get("origin", tuple(min(g.position[a] for g in gaussians) for a in range(3)))
     ordered = sorted(gaussians, key=lambda g: morton(g.position, origin))
@@ -123,11 +123,11 @@ def make_snapshot(
 
     Args:
         head: Of the stream.
-        before: The state of the frame before.
-        survivors: In ascending order of their indices.
-        newborn: Are put in Morton order.
-        stating: Which codes the planes state.
-        said: Fields that are to say something else, `survivors` its words.
+        before: State of the previous frame.
+        survivors: Survivors in ascending order of their indices.
+        newborn: New Gaussians, which are sorted in Morton order.
+        stating: Which probability codes the planes state.
+        said: Fields with other values; `survivors` for its words.
     """
     frame, known = before.canonical or (0, [])
     places = [g.position for g in newborn] or [(0, 0, 0)]
@@ -153,7 +153,7 @@ def make_snapshot(
 
 
 def _try(maker: _Maker, before: PlainState | None) -> PlainState | None:
-    """Return the state; None if what was said leads to none."""
+    """Return the state; None if the given fields do not lead to one."""
     try:
         state = maker.state_after(before)
     except (AssertionError, ValueError, IndexError, ZeroDivisionError):

@@ -8,11 +8,11 @@ from making.payloads import MAGIC
 from making.vectors import Outcome, Recovery, Valid, Vector, broken
 
 HeadCase = tuple[str, bytes, str, str, str]
-"""Name, payload, reject id, clauses and what is wrong."""
+"""Name, payload, reject id, clauses and description."""
 
 
 def make_beginnings(parent: Valid) -> list[Vector]:
-    """Return patches of the journey whose fault is in the magic or in HEAD."""
+    """Return patches of the journey with a fault in the magic or in HEAD."""
     return [*_of_magic(parent), *_of_heads(parent)]
 
 
@@ -21,13 +21,13 @@ def _of_magic(parent: Valid) -> Iterable[Vector]:
     as_text, twice = MAGIC.replace(b"\r\n", b"\n"), MAGIC + data[8:first]
     cases = {
         "magic": (b"\x88" + data[1:], "a bit of the first byte"),
-        "magic-line-ends": (as_text + data[8:], "line ends that a transfer as text has turned"),
+        "magic-line-ends": (as_text + data[8:], "line ends converted by a transfer as text"),
         "magic-seven-bits": (b"\x09" + data[1:], "the eighth bit is lost"),
         "magic-missing": (data[8:], "the stream begins with HEAD"),
     }
     for name, (there, note) in cases.items():
         yield broken(parent, f"invalid/{name}", "5.1-1", there, Outcome((), ("bad-magic",)), note)
-    said, note = Outcome((), ("sequence", "chunk-order")), "HEAD comes twice, with one number"
+    said, note = Outcome((), ("sequence", "chunk-order")), "HEAD is repeated with the same number"
     yield broken(parent, "invalid/head-again", "5.1-2 5.2-4", twice + data[8:], said, note)
 
 
@@ -59,7 +59,13 @@ def _of_features(head: bytes) -> Iterable[HeadCase]:
     strange = first[:10] + b"\x63" + first[11:]
     yield "feature", first, ids, "12-2", "bit 0 of incompatible_features"
     yield "feature-31", last, ids, "12-2", "bit 31 of incompatible_features"
-    yield "feature-longer", first + b"\1", ids, parsed, "an unknown feature, and a field more"
+    yield (
+        "feature-longer",
+        first + b"\1",
+        ids,
+        parsed,
+        "an unknown feature, and an additional field",
+    )
     yield "feature-other-level", strange, ids, parsed, "an unknown feature, and level 99"
 
 
@@ -72,7 +78,7 @@ def _of_sizes(head: bytes) -> Iterable[HeadCase]:
 
 
 def make_head_faults(parent: Valid) -> list[Vector]:
-    """Return streams with a field of HEAD outside of its range, patches of a brief stream."""
+    """Return patches of a brief stream with a field of HEAD out of range."""
     vectors = []
     for name, value in HEAD_FAULTS:
         head = replace(parent.stream.head, **{name: value})

@@ -1,4 +1,4 @@
-"""levels/: streams at the bounds of their levels (SPEC 3.2), and one step beyond."""
+"""levels/: streams at the limits of their levels (SPEC 3.2), and one beyond."""
 
 import zlib
 from dataclasses import replace
@@ -19,7 +19,7 @@ _FEW = {"level": 10, "sh_degree": 0, "level_count": 1, "gaussians_per_anchor": 6
 
 
 def make_levels() -> list[Valid]:
-    """Return the streams that keep to their level."""
+    """Return the streams within the limits of their level."""
     most, births, _ = LEVELS[10]
     full = _replace_one(Stream(Head(**_FEW)).canonical(0, [_POINT] * most))
     grown = Stream(Head(level=10, sh_degree=0)).canonical(0, [_POINT] * 5)
@@ -30,18 +30,20 @@ def make_levels() -> list[Valid]:
     made = [
         valid(
             "levels/10-updates",
-            "as many Gaussians as level 1.0 allows, one of which leaves by an update; one is born",
+            "the maximum number of Gaussians of level 1.0; one leaves by an update, one is born",
             "3.2-1 3.2-2 7.8",
             full_updated.end(),
             **NEEDS,
         ),
         valid(
             "levels/10-gaussians",
-            "as many Gaussians as level 1.0 allows, in a few bytes; one dies, one is born",
+            "the maximum number of Gaussians of level 1.0 in a few bytes; one dies, one is born",
             "3.2-1 3.2-2",
             full.end(),
         ),
-        valid("levels/10-births", "as many births as level 1.0 allows", "3.2-3", grown.end()),
+        valid(
+            "levels/10-births", "the maximum number of births of level 1.0", "3.2-3", grown.end()
+        ),
         valid(
             "levels/20-births",
             "more births than level 1.0 allows, at level 2.0",
@@ -58,9 +60,9 @@ def make_levels() -> list[Valid]:
 
 
 def _replace_one(stream: Stream) -> Stream:
-    """Append a frame in which the first of equal Gaussians dies, and one like it is born.
+    """Append a frame in which the first of equal Gaussians dies, and an equal one is born.
 
-    Made without a walk through 65536 Gaussians: nothing moves, and no bit is 1.
+    Written without decoding 65536 Gaussians: nothing moves, and no bit is 1.
     """
     before = stream.states[0]
     assert before is not None
@@ -97,7 +99,7 @@ def _replace_by_update(stream: Stream) -> Stream:
 
 
 def make_larger(levels: list[Valid]) -> list[Vector]:
-    """Return streams that are made on demand, of payloads at the bound of their level."""
+    """Return streams that are generated on demand, with payloads at the limit of their level."""
     made = []
     for level, (_, _, size) in LEVELS.items():
         parent = next(each for each in levels if each.vector.name == f"levels/{level}")
@@ -116,7 +118,7 @@ def make_larger(levels: list[Valid]) -> list[Vector]:
 
 
 def _fill(parent: Valid, data: bytes, zeros: int) -> tuple[Splice, ...]:
-    """What makes the stream of its parent: the zeros of the payload as one byte many times."""
+    """The patch to the parent, with the zeros of the payload as one repeated byte."""
     place = parent.layout.offsets[1]
     header, rest = data[place : place + 20], data[place + 20 + zeros :]
     tail = len(parent.layout.data) - place

@@ -1,4 +1,4 @@
-"""damaged/: chunks that are lost, that come twice or in another order."""
+"""damaged/: chunks that are lost, repeated or reordered."""
 
 from dataclasses import replace
 
@@ -12,14 +12,14 @@ from making.vectors import Gap, Outcome, Recovery, Valid, Vector
 
 
 def make_losses(parent: Valid) -> list[Vector]:
-    """Return streams of which chunks are missing."""
+    """Return streams with missing chunks."""
     cases = {
         "cameras": ([1], 0, "`came`"),
         "first-canonical": ([2], 0, "the first CANO"),
         "frame": ([4], 2, "a FRAM"),
         "last-frame-of-a-segment": ([8], 5, "the FRAM before a CANO"),
         "canonical": ([5], 3, "a CANO"),
-        "canonical-and-frames": ([5, 6, 7, 8], 3, "a CANO and all that follows from it"),
+        "canonical-and-frames": ([5, 6, 7, 8], 3, "a CANO and all frames that depend on it"),
         "two-segments": ([4, 5, 6, 7], 2, "chunks of two segments"),
         "metadata": ([6], 4, "`meta`"),
         "last-frame": ([12], 8, "the last FRAM"),
@@ -30,7 +30,7 @@ def make_losses(parent: Valid) -> list[Vector]:
 
 
 def lose(parent: Valid, name: str, gone: list[int], before: int, what: str) -> Vector:
-    """Return a stream without some of its chunks, before which frames come out."""
+    """Return a stream without some of its chunks, and with frames before them."""
     stream, pieces = parent.stream, parent.stream.without(*gone)
     layout = _assemble_lost(parent, gone)
     offsets = {piece.sequence: at for piece, at in zip(pieces, layout.offsets, strict=False)}
@@ -54,7 +54,7 @@ def lose(parent: Valid, name: str, gone: list[int], before: int, what: str) -> V
 
 
 def _lose_both_ends(parent: Valid) -> Vector:
-    """TAIL counts from the first frame of the stream, and nobody knows which that was."""
+    """TAIL counts from the first frame of the stream, which is unknown."""
     layout = _assemble_lost(parent, [2, 12])
     offsets = layout.offsets  # of pieces 0, 1, 3 to 11, 13, 14
     first = Gap(offsets[2], offsets[4] - offsets[2], ("sequence",), None)
@@ -71,7 +71,7 @@ def _lose_both_ends(parent: Valid) -> Vector:
 
 
 def _reject_two_canonicals(parent: Valid) -> Vector:
-    """The frame that was resumed at is missing as well, if it is rejected."""
+    """The frame at which decoding resumed is missing as well, if it is rejected."""
     pieces = list(parent.stream.pieces)
     for frame in (3, 6):
         payload = parent.stream.payloads[frame]
@@ -96,7 +96,7 @@ def _reject_two_canonicals(parent: Valid) -> Vector:
 
 
 def _assemble_lost(parent: Valid, gone: list[int]):  # noqa: ANN202
-    """The bytes of the journey but for those of some chunks: INDX and TAIL know nothing of it."""
+    """The bytes of the journey without some chunks; INDX and TAIL are unchanged."""
     data, offsets = parent.layout.data[:8], []
     for place in range(len(parent.stream.pieces)):
         if place not in gone:
@@ -112,13 +112,13 @@ def _after(parent: Valid, place: int) -> list:
 
 
 def _chunks(parent: Valid, *order: int) -> bytes:
-    """Chunks of the journey, with their own numbers, in another order."""
+    """Chunks of the journey in another order, with their own sequence numbers."""
     data, offsets = parent.layout.data, parent.layout.offsets
     return data[:8] + b"".join(data[offsets[n] : offsets[n + 1]] for n in order)
 
 
 def make_orders(parent: Valid) -> list[Vector]:
-    """Chunks in another order, and chunks twice."""
+    """Reordered and repeated chunks."""
     offsets, frames = parent.layout.offsets, parent.frames
     size = [offsets[n + 1] - offsets[n] for n in range(15)]
     skip = Gap(offsets[3], sum(size[3:5]), ("sequence",), 2)
@@ -128,35 +128,35 @@ def make_orders(parent: Valid) -> list[Vector]:
             1,
             [*frames[:1], *frames[3:]],
             skip,
-            "two FRAM change places",
+            "two FRAM chunks are swapped",
         ),
         "frame-twice": (
             (0, 1, 2, 3, 3, *range(4, 15)),
             2,
             [*frames[:2], *frames[3:]],
             Gap(offsets[4], size[3] + size[4], ("sequence",), 1),
-            "a FRAM comes twice",
+            "a FRAM is repeated",
         ),
         "canonical-twice": (
             (0, 1, 2, 3, 4, 5, 5, *range(6, 15)),
             4,
             [*frames[:4], *frames[6:]],
             Gap(offsets[6], sum(size[5:9]), ("sequence",), 2),
-            "a CANO comes twice: the second is of a number that is gone",
+            "a CANO is repeated: the second has an earlier number",
         ),
         "segments": (
             (0, 1, 2, 3, 4, 9, 10, 11, 12, 5, 6, 7, 8, 13, 14),
             3,
             [*frames[:3], *frames[6:]],
             Gap(offsets[5], 0, ("sequence",), 3),
-            "two segments change places",
+            "two segments are swapped",
         ),
         "old-segment-again": (
             (*range(9), *range(2, 5), *range(9, 15)),
             6,
             frames,
             Gap(offsets[9], sum(size[2:5]), ("sequence",), 0),
-            "a segment that has been is repeated",
+            "an earlier segment is repeated",
         ),
     }
     vectors = []

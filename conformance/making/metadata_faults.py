@@ -18,13 +18,13 @@ _CAMERA_FIELDS = {
     "camera-translation": (66, _INFINITE, "a translation is infinite"),
     "camera-near": (78, _ZERO, "near is 0"),
 }
-"""Where a field begins in a camera whose name has four bytes, and what it says."""
+"""Offset of a field in a camera whose name has four bytes, and its value."""
 Fault = tuple[str, bytes, str, str, str]
-"""Name, payload, reject id, clauses and what is wrong."""
+"""Name, payload, reject id, clauses and description."""
 
 
 def make_metadata_faults(parent: Valid) -> list[Vector]:
-    """Return faults that a decoder meets which makes use of `came` and `meta`."""
+    """Return faults for decoders that use `came` and `meta`."""
     return [
         *_met_at(parent, CAME, 0, _of_cameras()),
         *_met_at(parent, META, 4, _of_entries()),
@@ -47,14 +47,14 @@ def _of_cameras() -> Iterable[Fault]:
     named, all_there = pack_cameras(pack_camera(b"\xc3\x28")), pack_cameras(good)
     many = b"\xff\xff" + all_there[2:]
     yield "camera-name", named, "field", "5-4", "a name that is not UTF-8"
-    yield "camera-count", many, "field", "5-1", "65535 cameras are said, one is there"
+    yield "camera-count", many, "field", "5-1", "65535 cameras are stated, one exists"
     yield "camera-longer", all_there + b"\0", "trailing-data", "5-2", "a byte after the last camera"
 
 
 def _of_entries() -> Iterable[Fault]:
     overlong, surrogate = _entry(b"title", b"\xc0\xaf"), _entry(b"title", b"\xed\xa0\x80")
     good, key = _entry(b"title", b"abc"), _entry(b"\xff", b"")
-    endless, past = b"\1\0\1t" + _MOST, "a value that passes the end of the payload"
+    endless, past = b"\1\0\1t" + _MOST, "a value that extends beyond the payload"
     yield "metadata-overlong", overlong, "field", "5-4", "an overlong form in UTF-8"
     yield "metadata-surrogate", surrogate, "field", "5-4", "a surrogate in UTF-8"
     yield "metadata-key", key, "field", "5-4", "a key that is not UTF-8"

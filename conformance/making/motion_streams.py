@@ -1,4 +1,4 @@
-"""streams/: motion, births and deaths, one feature to a stream."""
+"""streams/: motion, births and deaths, one feature for each stream."""
 
 from making.changes import Change
 from making.payloads import Head
@@ -8,7 +8,7 @@ from making.vectors import Valid, valid
 
 
 def make_motions() -> list[Valid]:
-    """Return streams whose Gaussians move."""
+    """Return streams with motion."""
     return [*_of_header_fields(), *_of_symbols()]
 
 
@@ -57,12 +57,12 @@ def _of_symbols() -> list[Valid]:
         wide.frame(Change(moving(6, frame, one_in=1, reach=24)))
     uneven = Stream(Head(gaussians_per_anchor=4, anchor_ratio=3))
     uneven.canonical(0, cloud(41, 9, reach=400)).frame(Change(moving(6, 8))).end()
-    sizes = "symbols of all sizes, so that all classes of magnitudes are met"
-    counts = "numbers of anchors that are rounded: m = 4, r = 3"
+    sizes = "symbols of all sizes, which use all classes of magnitudes"
+    counts = "rounded numbers of anchors: m = 4, r = 3"
     limits = "symbols of magnitude 65 at all levels"
     return [
         valid("streams/translation", "translation alone", "7.5", along),
-        valid("streams/rotation", "rotation alone, then a frame without motion", "7.5", around),
+        valid("streams/rotation", "only rotation, then a frame without motion", "7.5", around),
         valid("streams/greatest-symbols", limits, "8.7 7.5-1", limit.end()),
         valid("streams/wide-symbols", sizes, "8.7", wide.end()),
         valid("streams/uneven-anchors", counts, "6.1", uneven),
@@ -86,13 +86,16 @@ def make_lives() -> list[Valid]:
     return [
         valid(
             "streams/births",
-            "newborn, bound and moved in the frame after",
+            "births, bound and moved in the next frame",
             "7.6-1 7.6-2 7.6-3 7.6-4",
             births,
         ),
-        valid("streams/births-sh-degree-0", "newborn of 7 codes", "7.6-3", flat),
+        valid("streams/births-sh-degree-0", "births with 7 codes", "7.6-3", flat),
         valid("streams/deaths", "Gaussians leave, down to one", "7.4-3", deaths.end()),
         valid(
-            "streams/births-and-deaths", "both over several samplings", "7.4-3 7.6-1", churn.end()
+            "streams/births-and-deaths",
+            "births and deaths over several samplings",
+            "7.4-3 7.6-1",
+            churn.end(),
         ),
     ]

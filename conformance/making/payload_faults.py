@@ -13,18 +13,24 @@ from making.word_faults import keys_at_fault, words_at_fault
 
 _MOST = (1 << 32) - 1
 Field = tuple[str, str, str, dict[str, Any], str]
-"""Name, clauses, reject id, fields that say something else, and what is wrong."""
+"""Name, clauses, reject id, changed fields, and description."""
 
 _FRAME_FIELDS: tuple[Field, ...] = (
-    ("phase-repeated", "7.4-1", "frame-order", {"phase": 0}, "a phase comes twice"),
-    ("phase-skipped", "7.4-1", "frame-order", {"phase": 2}, "a phase is left out"),
+    ("phase-repeated", "7.4-1", "frame-order", {"phase": 0}, "a phase is repeated"),
+    ("phase-skipped", "7.4-1", "frame-order", {"phase": 2}, "a phase is skipped"),
     ("phase-greatest", "7.4-1", "frame-order", {"phase": _MOST}, "a phase of 2^32 - 1"),
 )
 _FRAME_COUNTS: tuple[Field, ...] = (
-    ("deaths-of-more", "7.4-3 3.2-5", "count", {"death_count": _MOST}, "more die than there are"),
+    (
+        "deaths-of-more",
+        "7.4-3 3.2-5",
+        "count",
+        {"death_count": _MOST},
+        "more deaths than Gaussians",
+    ),
     (
         *("births-beyond-level", "3.2-3 3.2-5", "count-exceeds-level", {"birth_count": 4097}),
-        "a birth more than level 1.0 allows",
+        "one birth more than level 1.0 allows",
     ),
     (
         *("births-greatest", "3.2-3 3.2-5", "count-exceeds-level", {"birth_count": _MOST}),
@@ -32,15 +38,15 @@ _FRAME_COUNTS: tuple[Field, ...] = (
     ),
 )
 _CANONICAL_FIELDS: tuple[Field, ...] = (
-    ("canonical-repeated", "7.2-1", "frame-order", {"frame": 2}, "an ordinal comes twice"),
-    ("canonical-skipped", "7.2-1", "frame-order", {"frame": 4}, "an ordinal is left out"),
+    ("canonical-repeated", "7.2-1", "frame-order", {"frame": 2}, "an ordinal is repeated"),
+    ("canonical-skipped", "7.2-1", "frame-order", {"frame": 4}, "an ordinal is skipped"),
     (
         *("canonical-without-gaussians", "7.2-2", "count", {"gaussian_count": 0}),
         "gaussian_count is 0",
     ),
     (
         *("gaussians-beyond-level", "3.2-1 3.2-5", "count-exceeds-level"),
-        *({"gaussian_count": 65537}, "a Gaussian more than level 1.0 allows"),
+        *({"gaussian_count": 65537}, "one Gaussian more than level 1.0 allows"),
     ),
     (
         *("gaussians-greatest", "3.2-1 3.2-5", "count-exceeds-level", {"gaussian_count": _MOST}),
@@ -50,7 +56,7 @@ _CANONICAL_FIELDS: tuple[Field, ...] = (
 
 
 def make_payload_faults(parent: Valid) -> list[Vector]:
-    """Return all of them, patches of the journey."""
+    """Return all vectors, as patches of the journey."""
     return [
         *faults_at(parent, FRAM, _of_frames(parent)),
         *faults_at(parent, FRAM, words_at_fault(parent)),
@@ -69,7 +75,7 @@ def _of_frames(parent: Valid) -> Iterable[Row]:
     yield from _of_sizes(parent, place, "frame", 0, 1)
     words = _put(parent, place, payload, 13, _MOST)
     yield "frame-words", "5-1 13-1", "field", words, "word_count is 2^32 - 1"
-    words, note = _put(parent, place, payload, 13, more), "words that pass the end of the payload"
+    words, note = _put(parent, place, payload, 13, more), "words that extend beyond the payload"
     yield "frame-words-beyond", "5-1", "field", words, note
     yield from _with_each(parent, MOVED, _FRAME_FIELDS)
     alive = parent.frames[MOVED - 1].gaussians
@@ -96,7 +102,7 @@ def _of_canonicals(parent: Valid) -> Iterable[Row]:
 
 
 def _of_sizes(parent: Valid, place: int, name: str, few: int, more: int) -> Iterable[Row]:
-    """A payload that is too short, of a few bytes, and too long by some more."""
+    """A payload with a few bytes too many or too few."""
     payload = parent.stream.pieces[place].payload or b""
     kind = parent.stream.pieces[place].kind.decode()
     sizes = {

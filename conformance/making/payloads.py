@@ -1,4 +1,4 @@
-"""Payloads of chunks as bytes: the syntax tables of SPEC 5, written out once more."""
+"""Payloads of chunks as bytes: the syntax tables of SPEC 5, written once more."""
 
 import struct
 import zlib
@@ -12,7 +12,7 @@ EMPTY: tuple[int, ...] = ()
 
 @dataclass(frozen=True, slots=True)
 class Head:
-    """The fields of HEAD, in the order of SPEC 5.3."""
+    """The fields of HEAD in the order of SPEC 5.3."""
 
     version_major: int = 1
     version_minor: int = 0
@@ -45,12 +45,12 @@ class Head:
 
     @property
     def has_snapshots(self) -> bool:
-        """Whether canonical frames may be snapshots."""
+        """Whether the stream can have snapshots."""
         return bool(self.incompatible_features & 4)
 
     @property
     def has_updates(self) -> bool:
-        """Whether frames may have updates."""
+        """Whether the stream can have updates."""
         return bool(self.incompatible_features & 2)
 
     def pack(self) -> bytes:
@@ -65,7 +65,7 @@ def pack_section(words: Sequence[int]) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class Canonical:
-    """The fields of CANO (SPEC 5.4); a section is its words."""
+    """The fields of CANO (SPEC 5.4), with a section given by its words."""
 
     frame: int
     gaussian_count: int
@@ -83,7 +83,7 @@ class Canonical:
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """The fields of SNAP (SPEC 5.10); a section is its words."""
+    """The fields of SNAP (SPEC 5.10), with a section given by its words."""
 
     frame: int
     canonical: int
@@ -104,7 +104,7 @@ class Snapshot:
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """The fields of FRAM (SPEC 5.5); a section is its words, `updates` None where there is none."""
+    """The fields of FRAM (SPEC 5.5), with sections given by their words; `updates` may be None."""
 
     phase: int
     previous_contexts: int
@@ -131,7 +131,7 @@ def pack_cameras(*cameras: bytes) -> bytes:
 def pack_camera(
     name: bytes = b"left", size: tuple[int, int] = (64, 48), near: float = 0.5
 ) -> bytes:
-    """Return one camera, two units in front of the origin."""
+    """Return a camera two units in front of the origin."""
     numbers = (50.0, 50.0, 32.0, 24.0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 2, near)
     return bytes([len(name)]) + name + struct.pack("<BII17f", 1, *size, *numbers)
 
@@ -155,12 +155,12 @@ def pack_tail(frames: int, canonicals: int, index_offset: int) -> bytes:
 
 
 def pack_chunk_header(kind: bytes, sequence: int, length: int) -> bytes:
-    """Return a chunk header whose CRC holds (SPEC 5.2)."""
+    """Return a chunk header with a correct CRC (SPEC 5.2)."""
     unproved = SYNC + kind + struct.pack("<II", sequence, length)
     return unproved + struct.pack("<I", zlib.crc32(unproved))
 
 
 def pack_chunk(kind: bytes, sequence: int, payload: bytes) -> bytes:
-    """Return a chunk whose CRCs hold (SPEC 5.2)."""
+    """Return a chunk with correct CRCs (SPEC 5.2)."""
     header = pack_chunk_header(kind, sequence, len(payload))
     return header + payload + struct.pack("<I", zlib.crc32(payload))

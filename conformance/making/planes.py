@@ -1,4 +1,4 @@
-"""The planes of every section, of what is made by hand (SPEC 8.5 to 8.9)."""
+"""The planes of every section of hand-written content (SPEC 8.5 to 8.9)."""
 
 from collections.abc import Sequence
 
@@ -32,7 +32,7 @@ def canonical_planes(head: Head, keys: list[int], gaussians: Sequence[Coded]) ->
 
 
 def birth_planes(head: Head, births: Sequence[Coded]) -> list[Bits]:
-    """Return the planes of the newborn (SPEC 8.6)."""
+    """Return the planes of births (SPEC 8.6)."""
     codes = _code_rows(head, births)
     turned = list(zip(*(g.rotation for g in births), strict=True)) or [()] * 4
     x, y, z = codes[:3]
@@ -50,7 +50,7 @@ def birth_planes(head: Head, births: Sequence[Coded]) -> list[Bits]:
 
 
 def motion_planes(head: Head, counts: list[int], change: Change) -> list[Bits]:
-    """Return the planes of the motion of so many anchors of each level (SPEC 8.7)."""
+    """Return the planes of the motion of a number of anchors of each level (SPEC 8.7)."""
     channels = 3 + head.rotation_components
     planes = []
     for level in range(len(counts), 0, -1):
@@ -66,7 +66,7 @@ def motion_planes(head: Head, counts: list[int], change: Change) -> list[Bits]:
 
 
 def update_planes(count: int, updates: Sequence[Update]) -> list[Bits]:
-    """Return the planes of updates of a scene of so many Gaussians (SPEC 8.8)."""
+    """Return the planes of updates of a scene with a number of Gaussians (SPEC 8.8)."""
     chosen = {update.gaussian for update in updates}
     left = [update for update in updates if update.residuals is not None]
     answers = [_answers_of(update.residuals, update.fields, _FIELDS) for update in left]
@@ -83,7 +83,7 @@ def update_planes(count: int, updates: Sequence[Update]) -> list[Bits]:
 
 
 def survivor_planes(count: int, survivors: Sequence[Survivor]) -> list[Bits]:
-    """Return the planes of the survivors of a CANO of so many Gaussians (SPEC 8.9)."""
+    """Return the planes of the survivors of a CANO with a number of Gaussians (SPEC 8.9)."""
     kept = {survivor.index for survivor in survivors}
     answers = [_answers_of(s.differences, s.fields, _SURVIVOR_FIELDS) for s in survivors]
     planes = [
@@ -107,7 +107,7 @@ _SURVIVOR_FIELDS = (range(3), range(3, 7), range(7, 10), range(10, 11), range(11
 
 
 def _answers_of(numbers: Sequence[int] | None, fields: int | None, rows: Sequence[range]) -> int:
-    """Return which fields are answered yes, a bit to each: as is said, or those that are not 0."""
+    """Return the changed fields, a bit for each: as given, or those that are not 0."""
     if fields is not None or numbers is None:
         return fields or 0
     there = (any(numbers[row] for row in field) for field in rows)
@@ -115,7 +115,7 @@ def _answers_of(numbers: Sequence[int] | None, fields: int | None, rows: Sequenc
 
 
 def _code_rows(head: Head, gaussians: Sequence[Coded]) -> list[tuple[int, ...]]:
-    """Return the rows of codes; SH rest that a Gaussian does not name is 0."""
+    """Return the rows of codes; missing SH rest is 0."""
     width = 16 if head.sh_degree else 7
     return (
         list(zip(*((g.codes + (0,) * 9)[:width] for g in gaussians), strict=True)) or [()] * width

@@ -1,4 +1,4 @@
-"""damaged/: where more than one rule of recovery applies, and which of them holds (SPEC 11.4)."""
+"""damaged/: streams to which several rules of recovery apply, and their priority (SPEC 11.4)."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -13,7 +13,7 @@ _FRAM, _LAST = 7, 12
 
 
 def make_rules(parent: Valid) -> list[Vector]:
-    """Return all of them, patches of the journey."""
+    """Return all vectors, as patches of the journey."""
     return [
         *_of_unknown_criticals(parent),
         *_before_the_first_canonical(parent),
@@ -24,14 +24,14 @@ def make_rules(parent: Valid) -> list[Vector]:
 
 
 def _of_unknown_criticals(parent: Valid) -> Iterable[Vector]:
-    """Rejected wherever nothing before them in the order of checks is wrong."""
+    """Rejected if no earlier check of the order fails."""
     data, offsets, frames = parent.layout.data, parent.layout.offsets, parent.frames
     at, ids = offsets[_FRAM], ("unknown-critical",)
     damaged = pack_chunk(b"SNAP", _FRAM, bytes(8))[:-1] + b"\xff"
     long = pack_chunk_header(b"SNAP", _FRAM, 1 << 30)
     for name, chunk, others, note in (
         ("damaged", damaged, ("payload-crc",), "its payload is damaged"),
-        ("too-long", long, ("chunk-exceeds-level", "truncated"), "it is longer than allowed"),
+        ("too-long", long, ("chunk-exceeds-level", "truncated"), "it is too long"),
     ):
         said = Outcome(frames[:4], (*ids, *others))
         recovery = Recovery(frames[:4], refused=ids)
@@ -40,7 +40,7 @@ def _of_unknown_criticals(parent: Valid) -> Iterable[Vector]:
         yield _vector(parent, f"unknown-critical-{name}", "5.2-9", changed, said, recovery, note)
     pieces = [*parent.stream.pieces[:TAIL], Piece(b"SNAP", bytes(8)), parent.stream.pieces[TAIL]]
     said = Outcome(frames, (*ids, "chunk-order"))
-    note = "a critical chunk of an unknown type stands behind INDX"
+    note = "a critical chunk of an unknown type after INDX"
     recovery = Recovery(frames, refused=ids)
     yield _vector(
         parent, "unknown-critical-behind-index", "5.2-9 5.1-6", pieces, said, recovery, note
@@ -49,7 +49,7 @@ def _of_unknown_criticals(parent: Valid) -> Iterable[Vector]:
     said = Outcome(frames[:4], ("sequence", *ids))
     gap = Gap(at, offsets[9] - at, ("sequence",), 2)
     recovery = Recovery([*frames[:4], *frames[6:]], (gap,))
-    note = "a critical chunk of an unknown type behind a chunk that is lost"
+    note = "a critical chunk of an unknown type after a lost chunk"
     yield _vector(
         parent, "unknown-critical-out-of-sequence", "5.2-4 5.2-9", late, said, recovery, note
     )
@@ -66,18 +66,18 @@ def _before_the_first_canonical(parent: Valid) -> Iterable[Vector]:
         offsets = assemble(pieces).offsets
         gap = Gap(offsets[2], offsets[3] - offsets[2], ids[:1], None)
         recovery = Recovery(parent.frames, (gap,))
-        note = f"FRAM stands before the first CANO{note}"
+        note = f"FRAM precedes the first CANO{note}"
         said = Outcome((), ids)
         yield _vector(parent, f"frame-first-{name}", "5.1-3", pieces, said, recovery, note)
 
 
 def _of_indexes(parent: Valid) -> Iterable[Vector]:
-    """INDX within the stream, and INDX behind a gap."""
+    """INDX within the stream, and INDX after a gap."""
     stream, frames = parent.stream, parent.frames
     within = [*stream.pieces[:5], Piece(b"INDX", None), *stream.pieces[5:]]
     offset = assemble(within).offsets[6]
     recovery = Recovery(frames, (Gap(offset, 0, ("chunk-order",), 0),))
-    note = "a CANO stands behind INDX: it is resumed at"
+    note = "a CANO after INDX: decoding resumes there"
     said = Outcome(frames[:3], ("chunk-order",))
     yield _vector(parent, "canonical-behind-index", "5.1-6", within, said, recovery, note)
     offsets, data = parent.layout.offsets, parent.layout.data
@@ -90,27 +90,27 @@ def _of_indexes(parent: Valid) -> Iterable[Vector]:
         Gap(offsets[INDX], offsets[TAIL] - offsets[INDX], ("trailing-data",), 0),
     )
     recovery = Recovery([*frames[:2], *frames[3:]], gaps)
-    note = "behind a gap INDX is not held against the stream, but its fields are checked"
+    note = "after a gap INDX is not compared with the stream, but its fields are checked"
     said = Outcome(frames[:2], ("payload-crc",))
     yield _vector(parent, "index-longer-behind-a-gap", "5-2", pieces, said, recovery, note)
 
 
 def _of_tails(parent: Valid) -> Iterable[Vector]:
-    """The last frame is damaged, and so is what TAIL says."""
+    """The last frame is damaged, and so are the totals of TAIL."""
     frames, said = parent.frames[:8], Outcome(parent.frames[:8], ("payload-crc",))
     pieces = parent.stream.replaced(_LAST, spoil=30)
     fewer = [*pieces[:TAIL], replace(pieces[TAIL], payload=pack_tail(3, 3, 0))]
     offsets = parent.layout.offsets
     at, tail, end = offsets[_LAST], offsets[TAIL], offsets[-1]
     recovery = Recovery(frames, (Gap(at, tail - at, ("payload-crc",), None),))
-    note = "TAIL says fewer frames than have been: it does not tell how many are missing"
+    note = "TAIL states fewer frames than were decoded: the number of missing frames is unknown"
     yield _vector(parent, "tail-of-fewer-frames", "5.8-1", fewer, said, recovery, note)
     longer = [*pieces[:TAIL], replace(pieces[TAIL], payload=pack_tail(9, 3, 0) + bytes(1))]
     gaps = (
         Gap(at, end + 1 - at, ("payload-crc",), None),
         Gap(end + 1, 0, ("truncated",), None),
     )
-    note = "TAIL has a byte more: it is not resumed at"
+    note = "TAIL has an additional byte: decoding does not resume there"
     yield _vector(
         parent, "tail-longer-behind-a-gap", "5-2", longer, said, Recovery(frames, gaps), note
     )
@@ -128,11 +128,11 @@ def _old_number(parent: Valid) -> Vector:
         data[:at] + junk + data[at:],
         Outcome(frames[:4], ("bad-sync",)),
         Recovery([*frames[:4], *frames[6:]], (gap,)),
-        "a CANO of a later frame, but of a number that has been",
+        "a CANO of a later frame, but with an earlier number",
     )
 
 
-def _vector(  # what a vector is cannot be said with less
+def _vector(  # a vector cannot be described with less
     parent: Valid,
     name: str,
     clauses: str,

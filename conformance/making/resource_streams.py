@@ -1,4 +1,4 @@
-"""resource/: little input that asks for much, and what a decoder may spend on it (SPEC 13)."""
+"""resource/: small inputs that demand many resources, and the limits of decoders (SPEC 13)."""
 
 import zlib
 from dataclasses import replace
@@ -9,11 +9,12 @@ from making.vectors import Gap, Outcome, Recovery, Splice, Valid, Vector, broken
 
 
 def make_resources(journey: Valid, full: Valid, unlimited: Valid) -> list[Vector]:
-    """Return all of them.
+    """Return all vectors.
 
     Args:
         journey: `streams/journey`.
-        full: A stream that begins with as many Gaussians at one place as level 1.0 allows.
+        full: A stream that begins with the maximum number of Gaussians of level 1.0, at one
+            position.
         unlimited: A stream of level 31.
     """
     return [
@@ -25,7 +26,7 @@ def make_resources(journey: Valid, full: Valid, unlimited: Valid) -> list[Vector
 
 
 def _crowd(full: Valid) -> Vector:
-    """65536 Gaussians at one place, none of which moves: each follows anchor 0."""
+    """65536 Gaussians at one position that do not move: each follows anchor 0."""
     stream = Stream(replace(full.stream.head, gaussians_per_anchor=16))
     stream.pieces.append(full.stream.pieces[1])
     state = full.stream.states[0]
@@ -34,7 +35,7 @@ def _crowd(full: Valid) -> Vector:
     crc = zlib.crc32(moved.serialize(codes=False))
     stream.pieces.append(Piece(b"FRAM", Frame(1, 0, 0, 0, (), (), crc).pack()))
     stream.states += [state, moved]
-    note = "65536 Gaussians at one place with 4096 anchors, in 259 bytes"
+    note = "65536 Gaussians at one position with 4096 anchors, in 259 bytes"
     return valid("resource/crowd", note, "1-1", stream.end()).vector
 
 
@@ -50,7 +51,7 @@ def _lengths(journey: Valid, unlimited: Valid) -> list[Vector]:
             start + pack_chunk_header(b"FRAM", 7, greatest),
             journey.frames[:4],
             ("chunk-exceeds-level",),
-            "a FRAM of 2^32 - 1 bytes is begun",
+            "the start of a FRAM of 2^32 - 1 bytes",
         ),
         (
             journey,
@@ -58,7 +59,7 @@ def _lengths(journey: Valid, unlimited: Valid) -> list[Vector]:
             head,
             [],
             ("chunk-exceeds-level",),
-            "a HEAD of 2^32 - 1 bytes is begun",
+            "the start of a HEAD of 2^32 - 1 bytes",
         ),
         (
             unlimited,
@@ -66,7 +67,7 @@ def _lengths(journey: Valid, unlimited: Valid) -> list[Vector]:
             unlimited.layout.data[:end] + pack_chunk_header(b"FRAM", 2, greatest) + bytes(99),
             unlimited.frames[:1],
             ("truncated",),
-            "a FRAM of 2^32 - 1 bytes at the unlimited level, of which 99 are there",
+            "the first 99 bytes of a FRAM of 2^32 - 1 bytes at the unlimited level",
         ),
     ]
     return [
@@ -95,21 +96,21 @@ def _counts(unlimited: Valid) -> list[Vector]:
             gaussians,
             0,
             ("state-crc",),
-            "2^32 - 1 Gaussians without a word, at the unlimited level",
+            "2^32 - 1 Gaussians without words, at the unlimited level",
         ),
         (
             "gaussians-fewer",
             some,
             0,
             ("state-crc",),
-            "2^28 Gaussians without a word, at the unlimited level",
+            "2^28 Gaussians without words, at the unlimited level",
         ),
         (
             "births",
             births,
             1,
             ("state-crc", "count-exceeds-level"),
-            "2^32 - 1 births without a word, at the unlimited level",
+            "2^32 - 1 births without words, at the unlimited level",
         ),
     ]
     return [
@@ -126,7 +127,7 @@ def _counts(unlimited: Valid) -> list[Vector]:
 
 
 def _searches(journey: Valid) -> list[Vector]:
-    """Junk of a mebibyte, in which a search for a chunk must not lose itself."""
+    """A mebibyte of junk, in which a search for a chunk must stay fast."""
     at, later = journey.layout.offsets[7], journey.layout.offsets[9]
     header = pack_chunk_header(b"CANO", 40, 1000)
     junk = {
@@ -135,13 +136,13 @@ def _searches(journey: Valid) -> list[Vector]:
             header,
             20000,
             "payload-crc sequence",
-            "20000 headers of chunks that are none",
+            "20000 headers without valid chunks",
         ),
         "search-chunks": (
             pack_chunk(b"CANO", 40, bytes(40)),
             16000,
             "sequence",
-            "16000 CANO chunks whose ordinal has been",
+            "16000 CANO chunks with an earlier ordinal",
         ),
     }
     vectors = []

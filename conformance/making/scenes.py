@@ -1,4 +1,4 @@
-"""Gaussians made by hand, and patterns that fill streams with something of everything."""
+"""Hand-written Gaussians, and patterns that fill streams with various values."""
 
 from collections.abc import Mapping, Sequence
 
@@ -8,7 +8,7 @@ _MIXER = 0x9E3779B1
 
 
 def pick(*numbers: int) -> int:
-    """Return a number below 2^32 that follows from others and looks like none of them."""
+    """Return a pseudorandom number below 2^32 that follows from others."""
     value = 0x12345
     for number in numbers:
         value = (value ^ (number + 0x7F4A7C15)) * _MIXER % (1 << 32)
@@ -17,12 +17,12 @@ def pick(*numbers: int) -> int:
 
 
 def between(least: int, most: int, *numbers: int) -> int:
-    """Return a number from `least` to `most` that follows from others."""
+    """Return a pseudorandom number from `least` to `most` that follows from others."""
     return least + pick(*numbers) % (most - least + 1)
 
 
 def cloud(count: int, seed: int = 0, degree: int = 1, reach: int = 60) -> list[Coded]:
-    """Return Gaussians in a box, of various rotations and codes."""
+    """Return Gaussians in a box with various rotations and codes."""
     return [_draw(i, seed, degree, reach) for i in range(count)]
 
 
@@ -37,7 +37,7 @@ def _draw(i: int, seed: int, degree: int, reach: int) -> Coded:
 
 
 def newborn(parents: Sequence[int], seed: int, degree: int = 1) -> tuple[Coded, ...]:
-    """Return newborn near given parents."""
+    """Return births near given parents."""
     drawn = cloud(len(parents), seed, degree, 6)
     pairs = zip(drawn, sorted(parents), strict=True)
     return tuple(Coded(g.position, g.rotation, g.codes, parent) for g, parent in pairs)
@@ -55,23 +55,23 @@ def moving(channels: int, seed: int, *, one_in: int = 2, reach: int = 3) -> Symb
 
 
 def only(*given: tuple[int, int, Sequence[int]]) -> Symbols:
-    """Return symbols of some anchors: (level, anchor, symbols)."""
+    """Return symbols of some anchors, given as (level, anchor, symbols)."""
     known = {(level, anchor): symbols for level, anchor, symbols in given}
     return lambda level, anchor: known.get((level, anchor))
 
 
 def state_some(_model: str, context: int, zeros: int, ones: int) -> int:
-    """State a probability: something near the truth, of various octaves."""
+    """State a probability near the actual one, in various octaves."""
     base = 60 + 3 * context % 59
     return base + 120 if ones > zeros else base
 
 
 def fill(fields: Mapping[str, range], said: Mapping[str, tuple[int, ...] | int]) -> tuple[int, ...]:
-    """Return the numbers of all fields; those of fields that nothing is said of are 0.
+    """Return the numbers of all fields; missing fields are 0.
 
     Args:
-        fields: Where each has its numbers.
-        said: By the name of a field, `_` in the place of `-`.
+        fields: The position of each field.
+        said: Numbers by the name of a field, with `_` in place of `-`.
     """
     numbers = [0] * max(field.stop for field in fields.values())
     for name, values in said.items():

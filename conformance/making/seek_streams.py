@@ -1,4 +1,4 @@
-"""Random access: faults of the way to a frame, and faults that a way passes by (SPEC 11.2)."""
+"""Random access: faults on the way to a frame, and faults that seeking skips (SPEC 11.2)."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -9,11 +9,11 @@ from making.streams import Piece, assemble
 from making.vectors import Outcome, Valid, Vector, broken
 
 _WANTED = 7
-"""The frame that is sought: its seek point is frame 6."""
+"""The requested frame; its seek point is frame 6."""
 
 
 def make_seeks(parent: Valid) -> list[Vector]:
-    """Return all of them, patches of the journey."""
+    """Return all vectors, as patches of the journey."""
     return [*_of_offsets(parent), *_of_index(parent), *_passed_by(parent), *_without_index(parent)]
 
 
@@ -23,7 +23,7 @@ def _of_offsets(parent: Valid) -> Iterable[Vector]:
         "frame": (offsets[3], "index_offset is that of a FRAM"),
         "within": (offsets[INDX] + 4, "index_offset is within INDX"),
         "itself": (offsets[TAIL], "index_offset is that of TAIL"),
-        "behind": (len(parent.layout.data) + 100, "index_offset is behind the end"),
+        "behind": (len(parent.layout.data) + 100, "index_offset is beyond the end"),
         "greatest": ((1 << 64) - 1, "index_offset is 2^64 - 1"),
         "head": (8, "index_offset is that of HEAD"),
     }
@@ -45,24 +45,24 @@ def _of_index(parent: Valid) -> Iterable[Vector]:
         "a chunk is between INDX and TAIL",
     )
     early = [*pieces[:TAIL], Piece(b"note", pack_metadata()), replace(pieces[TAIL], sequence=TAIL)]
-    note = "INDX has the number before TAIL's, and does not end where TAIL begins"
+    note = "INDX has the number before TAIL's, but does not end at TAIL"
     yield _misled(parent, "seek-index-early", "11.2-2", early, "chunk-order", note)
     fewer = parent.stream.replaced(TAIL, payload=pack_tail(count, 2, layout.offsets[INDX]))
-    note = "canonical_count is less than INDX has seek points"
+    note = "canonical_count is less than the number of seek points in INDX"
     yield _misled(parent, "seek-count", "11.2-3", fewer, "tail-mismatch", note)
 
 
 def _misled(
     parent: Valid, name: str, clauses: str, pieces: list[Piece], read: str, note: str
 ) -> Vector:
-    """A stream that seeking rejects at once, and reading through at the end by another id."""
+    """A stream that seeking rejects at once, and reading through only at the end, by another id."""
     said = Outcome(parent.frames, (read,))
     vector = broken(parent, f"invalid/{name}", clauses, pieces, said, note)
     return replace(vector, seek=((_WANTED, Outcome((), ("index-mismatch",))),))
 
 
 def _passed_by(parent: Valid) -> Iterable[Vector]:
-    """A fault that reading through meets, and seeking does not."""
+    """A fault that is found by reading through, and not by seeking."""
     frames, stream = parent.frames, parent.stream
     spoiled = {
         "payload": (
@@ -91,7 +91,7 @@ def _passed_by(parent: Valid) -> Iterable[Vector]:
 def _without_index(parent: Valid) -> Iterable[Vector]:
     frames, stream = parent.frames, parent.stream
     walked = [*stream.pieces[:INDX], stream.pieces[TAIL]]
-    note = "no INDX: the way is from chunk header to chunk header"
+    note = "no INDX: seeking goes from chunk header to chunk header"
     vector = broken(
         parent, "streams/journey-without-index", "11.2-1", walked, Outcome(frames), note
     )

@@ -21,7 +21,7 @@ Row = tuple[str, str, str, list[Piece], str]
 
 
 def make_snapshot_faults(parent: Valid, plain: Valid) -> list[Vector]:
-    """Return all of them.
+    """Return all vectors.
 
     Args:
         parent: `streams/snapshots-journey`.
@@ -46,7 +46,7 @@ def _payload(parent: Valid) -> Snapshot:
 def _fault(
     parent: Valid, name: str, clauses: str, ids: str, pieces: list[Piece], note: str
 ) -> Vector:
-    """A fault of the snapshot, behind which the next one is resumed at."""
+    """A fault of the snapshot, after which decoding resumes at the next one."""
     said = Outcome(parent.frames[:_FRAME], tuple(ids.split()))
     vector = broken(parent, f"invalid/snapshot-{name}", clauses, pieces, said, note)
     offsets = assemble(pieces).offsets
@@ -62,12 +62,12 @@ def _of_fields(parent: Valid) -> Iterable[Row]:
         payload = replace(whole, **fields).pack()
         return parent.stream.replaced(_SNAP, payload=payload)
 
-    yield "repeated", "7.9-1", "frame-order", said(frame=2), "an ordinal comes twice"
-    yield "skipped", "7.9-1", "frame-order", said(frame=4), "an ordinal is left out"
-    yield "of-no-canonical", "7.9-2", "frame-order", said(canonical=1), "the frame is no CANO"
-    yield "of-a-later-one", "7.9-2", "frame-order", said(canonical=8), "a CANO that is to come"
+    yield "repeated", "7.9-1", "frame-order", said(frame=2), "an ordinal is repeated"
+    yield "skipped", "7.9-1", "frame-order", said(frame=4), "an ordinal is skipped"
+    yield "of-no-canonical", "7.9-2", "frame-order", said(canonical=1), "the frame is not a CANO"
+    yield "of-a-later-one", "7.9-2", "frame-order", said(canonical=8), "a later CANO"
     much = said(newborn_count=65537)
-    note = "a newborn more than level 1.0 allows Gaussians"
+    note = "one newborn more than the Gaussians that level 1.0 allows"
     yield "newborn-beyond-level", "3.2-6 3.2-5", "count-exceeds-level", much, note
     most = said(newborn_count=(1 << 32) - 1)
     yield "newborn-greatest", "3.2-6 3.2-5", "count-exceeds-level", most, "2^32 - 1 newborn"
@@ -95,7 +95,7 @@ def _of_scenes(parent: Valid) -> Iterable[Row]:
     yield "empty", "7.9-3", "count", made(()), "no Gaussian at all"
     far = [replace(cloud(1, 5)[0], position=(1 << 20, 0, 0))]
     wide = made(as_they_were(range(12)), far)
-    yield "wide", "7.9-4", "symbol-range position-range", wide, "2^20 steps and more apart"
+    yield "wide", "7.9-4", "symbol-range position-range", wide, "positions 2^20 steps or more apart"
     edge = [replace(cloud(1, 5)[0], position=(1 << 21, 0, 0))]
     note = "a position just beyond the lattice"
     yield "position", "7.9-5 4.1-1", "position-range", made((), edge), note
@@ -134,7 +134,7 @@ def _of_words(parent: Valid) -> Iterable[Row]:
 
 
 def _of_indices(parent: Valid) -> Iterable[Vector]:
-    """INDX and TAIL that say other things of snapshots."""
+    """INDX and TAIL with wrong information about snapshots."""
     pieces, offsets = parent.stream.pieces, parent.layout.offsets
     at = [n for n, piece in enumerate(pieces) if piece.kind in (b"CANO", b"SNAP")]
     frames = [0, 3, 6, 8, 10]
@@ -155,12 +155,12 @@ def _of_indices(parent: Valid) -> Iterable[Vector]:
     swapped = [(offsets[at[1]], at[1], 0), *points[1:]]
     said = parent.stream.replaced(index, payload=pack_index(swapped))
     vector = broken(parent, "invalid/index-of-a-snapshot", "11.2-5", said, outcome,
-                    "the seek point that a snapshot names is of no CANO")  # fmt: skip
+                    "the seek point that a snapshot names is not of a CANO")  # fmt: skip
     yield replace(vector, seek=tuple((f, refused) for f in (3, 5, 6)))
 
 
 def _damaged(parent: Valid) -> Iterable[Vector]:
-    """Damage up to a canonical frame: of a CANO all its snapshots are lost, too."""
+    """Damage up to a canonical frame: with a CANO all its snapshots are lost, too."""
     rows = (
         (2, 0, 8, None, "first-canonical", "the first CANO"),
         (4, 2, 3, 1, "before", "the frame before a snapshot"),
@@ -195,7 +195,7 @@ def _first(parent: Valid) -> Vector:
     """A snapshot before any CANO."""
     pieces = [p for n, p in enumerate(parent.stream.pieces) if n not in (2, 3, 4)]
     said = Outcome((), ("chunk-order",))
-    note = "a snapshot comes before any CANO"
+    note = "a snapshot precedes any CANO"
     return broken(parent, "invalid/snapshot-first", "5.1-3", pieces, said, note)
 
 

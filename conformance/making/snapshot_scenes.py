@@ -1,4 +1,4 @@
-"""Snapshots made by hand, and patterns that fill them (SPEC 7.9)."""
+"""Hand-written snapshots, and patterns that fill them (SPEC 7.9)."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -15,7 +15,7 @@ FIELDS = {
     "sh-dc": range(11, 14),
 }
 NEEDS = {"needs": "snapshots"}
-"""Decoders of 1.0 are not asked for these streams: they reject them."""
+"""Decoders of 1.0 are not tested with these streams, which they reject."""
 
 
 def snapping(**fields: int) -> Head:
@@ -24,12 +24,12 @@ def snapping(**fields: int) -> Head:
 
 
 def differences(**said: tuple[int, ...] | int) -> tuple[int, ...]:
-    """Return the 14 differences of fields, `sh_dc` for SH DC; what is not named is 0."""
+    """Return the 14 differences of fields, `sh_dc` for SH DC; missing fields are 0."""
     return fill(FIELDS, said)
 
 
 def survive(which: Iterable[int], seed: int = 0) -> tuple[Survivor, ...]:
-    """Return survivors that differ in some fields each; the index of a rotation stays."""
+    """Return survivors that each differ in some fields; the rotation index does not change."""
     return tuple(_draw(i, seed) for i in which)
 
 
@@ -43,5 +43,5 @@ def _draw(i: int, seed: int) -> Survivor:
 
 
 def as_they_were(which: Iterable[int]) -> tuple[Survivor, ...]:
-    """Return survivors that do not differ."""
+    """Return survivors without differences."""
     return tuple(Survivor(i) for i in which)

@@ -45,7 +45,7 @@ def _valid(name: str, note: str, clauses: str, stream: Stream, **more: Any) -> V
 
 
 def _go_on(stream: Stream, frames: int = 3) -> Stream:
-    """Append frames that move, so that ids and contexts show."""
+    """Append frames with motion, which shows ids and contexts."""
     channels = 3 + stream.head.rotation_components
     for frame in range(frames):
         stream.frame(Change(moving(channels, frame)))
@@ -65,19 +65,19 @@ def _of_fields() -> list[Valid]:
         made.append(_valid(name, f"survivors that differ in {name} alone", "7.9 8.9", stream.end()))
     turned = Stream(snapping()).canonical(0, cloud(8, 36))
     turned.snapshot(Survivor(i, differences(rotation=(i % 4, 3 * i - 9, 7, i))) for i in range(8))
-    note = "rotations of another index, whose components are coded as they are"
+    note = "rotations of another index, whose components are coded without prediction"
     return [*made, _valid("turned", note, "7.9 8.9", turned.end())]
 
 
 def _of_headers() -> list[Valid]:
     rows: list[tuple[str, str, dict[str, int]]] = [
         ("sh-degree-0", "Gaussians of 7 codes", {"sh_degree": 0}),
-        ("updates", "updates too: recency begins anew", {"incompatible_features": 6}),
+        ("updates", "with updates: recency is reset", {"incompatible_features": 6}),
         ("levels-1", "one level of anchors", {"level_count": 1}),
         ("rotation-w", "rotation residuals have w", {"rotation_components": 4}),
         ("resample-3", "sampling every 3 frames, from the snapshot on", {"resample_interval": 3}),
-        ("full-crc-3", "a CRC of all every 3 frames", {"full_crc_interval": 3}),
-        ("minor-0", "version_minor 0: it is the bit that counts", {"version_minor": 0}),
+        ("full-crc-3", "a CRC over all fields every 3 frames", {"full_crc_interval": 3}),
+        ("minor-0", "version_minor 0: only the feature bit counts", {"version_minor": 0}),
     ]
     made = []
     for number, (name, note, fields) in enumerate(rows):
@@ -118,9 +118,9 @@ def _of_scenes() -> list[Valid]:
         _valid("same", "nothing has changed", "7.9 8.9", _go_on(same)),
         _valid("newborn", "no Gaussian survives", "7.9-3", _go_on(born)),
         _valid("last-one", "one Gaussian survives", "7.9-3", _go_on(last)),
-        _valid("in-a-row", "a snapshot after the CANO, another after it", "7.9-2", _go_on(rows)),
-        _valid("far", "positions that differ much", "7.9-5", far.end()),
-        _valid("wide", "as wide as a snapshot may be", "7.9-4", wide.end()),
+        _valid("in-a-row", "a snapshot after the CANO, followed by another", "7.9-2", _go_on(rows)),
+        _valid("far", "positions with large differences", "7.9-5", far.end()),
+        _valid("wide", "the largest range of a snapshot", "7.9-4", wide.end()),
         _valid("extreme-codes", "codes that differ by 32767", "7.9-5", extreme.end()),
     ]
 
@@ -135,7 +135,7 @@ def _of_planes() -> list[Valid]:
     return [
         _valid("stated", "every context states a probability", "8.2-1 8.9", stated.end()),
         _valid("without-changes", "fields without a difference", "8.9", named.end()),
-        _valid("roomy-box", "axis_bits and origin beyond need", "8.5-1", _go_on(roomy)),
+        _valid("roomy-box", "axis_bits and origin larger than needed", "8.5-1", _go_on(roomy)),
     ]
 
 
@@ -165,7 +165,7 @@ def snapshots_of_the_canonical_frame() -> Stream:
 
 
 def snapshots_have_no_past() -> Stream:
-    """Counts, motion and recency begin anew with a snapshot."""
+    """Counts, motion and recency are reset by a snapshot."""
     stream = Stream(snapping(sh_degree=0, incompatible_features=6)).canonical(0, _SCENE)
     for frame in range(1, 4):
         change = Change(moving(6, frame), newborn([2, 5], frame, 0), 2, updates=drawn(8, frame))
@@ -175,14 +175,14 @@ def snapshots_have_no_past() -> Stream:
 
 
 def snapshots_sort_anew() -> Stream:
-    """Gaussians stand in Morton order of where they are now, survivors and newborn together."""
+    """Survivors and new Gaussians are sorted together, in Morton order of their positions."""
     stream = Stream(snapping(sh_degree=0)).canonical(0, _SCENE)
     moved = [Survivor(i, differences(position=(40 - 9 * i, 7 * i, -5 * i))) for i in range(10)]
     return stream.snapshot(moved, cloud(6, 61, 0, reach=50)).frame(tell())
 
 
 def equal_places_in_order() -> Stream:
-    """Of Gaussians at one place survivors come first, in the order of the CANO."""
+    """Of Gaussians at the same position survivors come first, in the order of the CANO."""
     places = [Coded((i, 0, 0), codes=(-40, -40, -40, 5 - i, i, 0, 0)) for i in range(4)]
     stream = Stream(snapping(sh_degree=0, gaussians_per_anchor=1)).canonical(0, places)
     together = [Survivor(i, differences(position=(3 - i, 0, 0))) for i in range(4)]
@@ -199,7 +199,7 @@ def ids_begin_anew() -> Stream:
 
 
 def snapshot_steps() -> Stream:
-    """Positions differ in position steps, which are not those of translations."""
+    """Positions differ in position steps, which are not the translation steps."""
     head = snapping(sh_degree=0, position_step=3, translation_step=11)
     stream = Stream(head).canonical(0, _SCENE)
     moved = [Survivor(i, differences(position=(i, -i, 1))) for i in range(10)]
@@ -207,7 +207,7 @@ def snapshot_steps() -> Stream:
 
 
 def differences_of_neighbors() -> Stream:
-    """Positions are coded less those of the one before whose position differs."""
+    """Positions are coded relative to the last one whose position differs."""
     stream = Stream(snapping(sh_degree=0)).canonical(0, _SCENE)
     moved = [
         Survivor(i, differences(position=(9 + i, 9 - i, 9)) if i % 3 else (0,) * 14)
@@ -217,7 +217,7 @@ def differences_of_neighbors() -> Stream:
 
 
 def sums_of_what_is_coded() -> Stream:
-    """Contexts go by the magnitudes of the numbers coded, field by field."""
+    """Contexts depend on the magnitudes of the coded numbers, field by field."""
     stream = Stream(snapping(sh_degree=0)).canonical(0, _SCENE)
     changed = [
         Survivor(i, (3 * i, -2 * i, i, 0, i % 5, 1 - i % 3, 2, i, -i, i % 2, -3, i, 4 - i, 1))

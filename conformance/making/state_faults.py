@@ -1,4 +1,4 @@
-"""invalid/: frames that are no state (SPEC 7, 9)."""
+"""invalid/: frames whose state is invalid (SPEC 7, 9)."""
 
 import zlib
 from collections.abc import Callable, Iterable
@@ -16,7 +16,7 @@ from plain.state import PlainState
 _UNIT = 1 << 8  # 2^rotation_bits of the journey
 _MUCH = "32768 by its difference from green"
 Wrong = tuple[str, str, str, dict[str, Any], str]
-"""Name, clause, reject id, what a Gaussian says, and what is wrong."""
+"""Name, clause, reject id, coded values of a Gaussian, and description."""
 
 _NEWBORN: tuple[Wrong, ...] = (
     ("parent-far-beyond", "7.6-1", "parent-range", {"parent": 1 << 40}, "a parent of index 2^40"),
@@ -50,7 +50,7 @@ _ROTATIONS: tuple[Wrong, ...] = (
 
 
 def make_state_faults(parent: Valid) -> list[Vector]:
-    """Return streams whose frame 4 or 3 is no state, patches of the journey."""
+    """Return streams with an invalid state in frame 4 or 3, as patches of the journey."""
     return [
         *faults_at(parent, FRAM, [*_of_newborn(parent), *_of_crcs(parent)]),
         *faults_at(parent, CANO, [*_of_places(parent), *_of_gaussians(parent)]),
@@ -89,7 +89,7 @@ def _of_newborn(parent: Valid) -> Iterable[Row]:
 
 
 def _of_codes(name: str, codes: tuple[int, ...]) -> Iterable[tuple[str, tuple[int, ...], str]]:
-    """Colors just out of range, whose differences are in it."""
+    """Colors just out of range, with differences in range."""
     yield name, (*codes[:4], 32768, 1, 1, *codes[7:]), f"red is {_MUCH}"
     yield f"{name}-negative", (*codes[:4], 1, -1, -32768, *codes[7:]), f"blue is -{_MUCH}"
 
@@ -101,9 +101,9 @@ def _of_crcs(parent: Valid) -> Iterable[Row]:
         "state-crc": (frame.state_crc ^ 1, "9.2-1 9.2-2", "a bit of a state's CRC"),
         "state-crc-of-the-codes": (
             *(zlib.crc32(state.serialize()), "9.2-1"),
-            "a CRC over all fields where one without codes is due",
+            "a CRC over all fields instead of one without codes",
         ),
-        "state-crc-zero": (0, "9.2-1", "a CRC of 0 does not stand for none"),
+        "state-crc-zero": (0, "9.2-1", "a CRC of 0 does not mean that there is none"),
     }
     for name, (crc, clauses, note) in crcs.items():
         yield name, clauses, "state-crc", with_fields(parent, MOVED, state_crc=crc), note
@@ -130,7 +130,7 @@ def _of_places(parent: Valid) -> Iterable[Row]:
         "position": (shifted(far - max(values)), "a position just beyond the lattice"),
         "position-negative": (
             shifted(-far - min(values)),
-            "a position of -2^23, which 24 bits would hold",
+            "a position of -2^23, which 24 bits could hold",
         ),
         "position-wraps": (wrapped, "an origin whose positions are small modulo 2^32"),
     }
@@ -155,7 +155,7 @@ _STEPS: dict[str, tuple[list[int], str]] = {
 
 
 def make_motion_faults(parent: Valid) -> list[Vector]:
-    """Return streams whose last frame leaves the lattice, patches of one at its edge."""
+    """Return streams whose last frame leaves the lattice, as patches of one at its edge."""
     before = parent.stream.states[-1]
     assert before is not None
     places = [g.position[0] for g in before.gaussians]
@@ -173,7 +173,7 @@ def _always(symbols: list[int]) -> Callable[[int, int], list[int]]:
 
 
 def _append(parent: Valid, name: str, clause: str, change: Change, note: str) -> Vector:
-    """The parent, with a frame more that is rejected."""
+    """The parent with an additional frame, which is rejected."""
     stream, before = parent.stream, parent.stream.states[-1]
     assert before is not None
     frame, _ = make_frame(stream.head, before, change)

@@ -1,7 +1,7 @@
-"""Streams from frames: numbered, proved, with the index and totals that are due.
+"""Streams of frames: numbered, with CRCs, and with the correct index and totals.
 
-A stream is a list of pieces. A piece may be left as it is, replaced, or made
-to lie in one respect; INDX and TAIL are made last, of what the pieces are.
+A stream is a list of pieces. A piece can be left unchanged, replaced, or made wrong in one respect;
+INDX and TAIL are generated last from the pieces.
 """
 
 import struct
@@ -30,7 +30,7 @@ FRAMES = (b"CANO", b"SNAP", b"FRAM")
 
 @dataclass(frozen=True)
 class Decoded:
-    """What is to be said of a frame: its ordinal, how many Gaussians, its digest."""
+    """The expected output for a frame: its ordinal, number of Gaussians and digest."""
 
     frame: int
     gaussians: int
@@ -39,14 +39,14 @@ class Decoded:
 
 @dataclass(frozen=True)
 class Piece:
-    """A chunk to be.
+    """A chunk to write.
 
     Attributes:
         kind: Its type.
-        payload: None of INDX and TAIL, which are made of the stream; bytes in their place.
-        sequence: What the chunk says in place of its number.
-        spoil: A byte of the chunk, whose lowest bit is turned after its CRCs are made.
-        skip: Of how many numbers the chunk leaves out before its own.
+        payload: None for INDX and TAIL, which follow from the stream; bytes replace them.
+        sequence: Sequence number that replaces the correct one.
+        spoil: Index of a byte whose lowest bit is flipped after the CRCs are computed.
+        skip: How many sequence numbers the chunk skips before its own.
     """
 
     kind: bytes
@@ -69,11 +69,11 @@ class Piece:
 
 @dataclass(frozen=True)
 class Layout:
-    """A stream and where its chunks are.
+    """A stream and the offsets of its chunks.
 
     Attributes:
         data: The stream.
-        offsets: Of every chunk, and of the end.
+        offsets: Offsets of every chunk, and of the end.
     """
 
     data: bytes
@@ -81,7 +81,7 @@ class Layout:
 
 
 def assemble(pieces: Iterable[Piece]) -> Layout:
-    """Number and prove the chunks; make INDX and TAIL."""
+    """Number the chunks and add their CRCs; generate INDX and TAIL."""
     data, offsets, points, number = MAGIC, [], [], 0
     frames, index_offset, kinds = 0, 0, (b"CANO", b"FRAM")
     for piece in pieces:
@@ -105,13 +105,13 @@ def assemble(pieces: Iterable[Piece]) -> Layout:
 
 @dataclass
 class Stream:
-    """A stream in the making.
+    """A stream that is being written.
 
     Attributes:
         head: Its HEAD.
         pieces: So far.
-        states: Of its frames, None of one that breaks a clause.
-        places: The pieces that hold them.
+        states: States of its frames; None if a frame violates a clause.
+        places: Indices of their pieces.
     """
 
     head: Head
@@ -124,21 +124,21 @@ class Stream:
         self.add(b"HEAD", self.head.pack())
 
     def add(self, kind: bytes, payload: bytes) -> "Stream":
-        """Append a chunk that is no frame."""
+        """Append a chunk that is not a frame."""
         self.pieces.append(Piece(kind, payload))
         return self
 
     def canonical(
         self, frame: int, gaussians: Iterable[Coded], stating: State = say_nothing, **said: Any
     ) -> "Stream":
-        """Append a CANO chunk; one that breaks a clause may have no state, and ends the frames."""
+        """Append a CANO chunk; one that violates a clause has no state, and ends the frames."""
         payload, state = make_canonical(self.head, frame, list(gaussians), stating, **said)
         return self._append(b"CANO", payload, state)
 
     def frame(self, change: Change = Change(), **said: Any) -> "Stream":  # noqa: B008, frozen
         """Append a FRAM chunk; see `canonical`."""
         before = self.states[-1]
-        assert before is not None, "the frame before breaks a clause"
+        assert before is not None, "the previous frame violates a clause"
         payload, state = make_frame(self.head, before, change, **said)
         return self._append(b"FRAM", payload, state)
 
@@ -151,13 +151,13 @@ class Stream:
     ) -> "Stream":
         """Append a SNAP chunk; see `canonical`."""
         before = self.states[-1]
-        assert before is not None, "the frame before breaks a clause"
+        assert before is not None, "the previous frame violates a clause"
         kept, born = list(survivors), list(newborn)
         payload, state = make_snapshot(self.head, before, kept, born, stating, **said)
         return self._append(b"SNAP", payload, state)
 
     def end(self, *, index: bool = False) -> "Stream":
-        """Append TAIL, and INDX before it."""
+        """Append TAIL, after INDX."""
         if index:
             self.pieces.append(Piece(b"INDX", None))
         self.pieces.append(Piece(b"TAIL", None))
@@ -168,17 +168,17 @@ class Stream:
         return assemble(self.pieces)
 
     def decoded(self) -> list[Decoded]:
-        """Return what is to be said of its frames."""
-        assert None not in self.states, "a frame breaks a clause"
+        """Return the expected output for its frames."""
+        assert None not in self.states, "a frame violates a clause"
         return [describe(state) for state in self.states if state is not None]
 
     def frame_with(self, number: int, **said: Any) -> list[Piece]:
-        """Return the pieces, with other fields in the payload of a frame."""
+        """Return the pieces with changed fields in the payload of a frame."""
         payload = replace(self.payloads[number], **said).pack()
         return self.replaced(self.places[number], payload=payload)
 
     def replaced(self, place: int, **said: Any) -> list[Piece]:
-        """Return the pieces, one of which says something else."""
+        """Return the pieces with one of them changed."""
         return [
             *self.pieces[:place],
             replace(self.pieces[place], **said),
@@ -186,11 +186,11 @@ class Stream:
         ]
 
     def before(self, *pieces: Piece, place: int) -> list[Piece]:
-        """Return the pieces, with others before one of them."""
+        """Return the pieces with others inserted before one of them."""
         return [*self.pieces[:place], *pieces, *self.pieces[place:]]
 
     def without(self, *places: int) -> list[Piece]:
-        """Return the pieces but for some, the numbers of the others unchanged."""
+        """Return the pieces without some; the others keep their sequence numbers."""
         return [replace(p, sequence=n) for n, p in enumerate(self.pieces) if n not in places]
 
     def _append(
@@ -204,5 +204,5 @@ class Stream:
 
 
 def describe(state: PlainState) -> Decoded:
-    """Return what is to be said of a state."""
+    """Return the expected output for a state."""
     return Decoded(state.frame, len(state.gaussians), state.digest())

@@ -29,7 +29,7 @@ FORMAT = "1.1"
 
 
 def make_suite() -> dict[str, bytes]:
-    """Return every file of the suite that is made."""
+    """Return every generated file of the suite."""
     vectors, units = make_vectors(), make_units()
     names = [vector.name for vector in vectors]
     assert len(set(names)) == len(names)
@@ -45,7 +45,7 @@ def make_suite() -> dict[str, bytes]:
 
 
 def make_vectors() -> list[Vector]:
-    """Return all vectors, those first that others are patches of."""
+    """Return all vectors; parents come before their patches."""
     streams, traps, levels = make_streams(), make_traps(), make_levels()
     known = {each.vector.name: each for each in (*streams, *traps, *levels)}
     journey, brief = known["streams/journey"], known["streams/brief"]
@@ -70,14 +70,14 @@ def make_vectors() -> list[Vector]:
 
 
 def _cuts(brief: Valid) -> Iterable[Vector]:
-    """The brief stream, cut at every byte; made on demand."""
+    """The brief stream, cut at every byte; generated on demand."""
     for size in range(len(brief.layout.data)):
         name = f"damaged/cut-at-byte-{size:03}"
         yield replace(make_cut(brief, size, name, f"the first {size} bytes"), stored=False)
 
 
 def _beyond(known: dict[str, Valid]) -> list[Vector]:
-    """Frames beyond what a level or a counter has."""
+    """Frames beyond the limits of a level or a counter."""
     from making.streams import Piece
 
     late, full = known["streams/last-ordinals"], known["levels/10-gaussians"]
@@ -100,13 +100,13 @@ def _beyond(known: dict[str, Valid]) -> list[Vector]:
             "3.2-2",
             full.stream.before(more, place=grown),
             Outcome(full.frames, ("count-exceeds-level",)),
-            "a birth where the level allows no more Gaussians",
+            "a birth although the level allows no more Gaussians",
         ),
     ]
 
 
 def _with_numbers(each: Valid) -> Vector:
-    """The vector, with what its frames dequantize to where they are few."""
+    """The vector, with the dequantized numbers of its frames if they are few."""
     states = [state for state in each.stream.states if state is not None]
     if sum(len(state.gaussians) for state in states) > 500:
         return each.vector
@@ -126,7 +126,7 @@ def _numbers(head: Head, state: PlainState) -> str:
 
 
 def _stored(step: float) -> float:
-    """The binary32 that HEAD holds; a product with 16 bits is exact in a double."""
+    """The binary32 in HEAD; its product with 16 bits is exact in a double."""
     number: float = struct.unpack("<f", struct.pack("<f", step))[0]
     return number
 
@@ -136,7 +136,7 @@ def _lines(value: object) -> bytes:
 
 
 def _manifest(manifest: dict[str, object]) -> bytes:
-    """The manifest, a line to a vector: changes show where they are."""
+    """The manifest, with a line for each vector, so that differences are easy to read."""
     vectors = manifest["vectors"]
     assert isinstance(vectors, list)
     lines = ",\n".join(json.dumps(v, ensure_ascii=False, separators=(",", ":")) for v in vectors)

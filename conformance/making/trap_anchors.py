@@ -1,4 +1,4 @@
-"""traps/: how many anchors there are, and which (SPEC 6.1 to 6.3)."""
+"""traps/: the number of anchors, and which Gaussians they are (SPEC 6.1 to 6.3)."""
 
 from itertools import product
 
@@ -9,11 +9,11 @@ from making.streams import Stream
 from making.trap_making import set_traps, tell
 from making.vectors import Valid
 
-_TIED_SEED = 5546942  # found by trial: at phase 1 the ids 1 and 56 draw one word
+_TIED_SEED = 5546942  # found by search: at phase 1 the ids 1 and 56 draw one word
 
 
 def make_anchor_traps() -> list[Valid]:
-    """Return all of them."""
+    """Return all vectors."""
     return set_traps(
         (
             (one_place, "6.3 6.4"),
@@ -29,13 +29,13 @@ def make_anchor_traps() -> list[Valid]:
 
 
 def one_place() -> Stream:
-    """All Gaussians at one place: every distance is a tie, and anchors follow others."""
+    """All Gaussians at one position: every distance is a tie, and anchors follow others."""
     stream = Stream(Head(sh_degree=0)).canonical(0, [Coded((7, 7, 7))] * 11)
     return stream.frame(tell()).frame(Change(moving(6, 1)))
 
 
 def equally_near() -> Stream:
-    """A grid about the origin: many anchors are equally near, cells are on both sides of 0."""
+    """A grid around the origin: many anchors are equally near, and cells are on both sides of 0."""
     grid = [Coded(place) for place in product((-1, 0, 1), repeat=3)]
     stream = Stream(Head(sh_degree=0, gaussians_per_anchor=3)).canonical(0, grid)
     stream.frame(tell()).frame(Change(moving(6, 5), newborn([0, 13, 26], 1, 0)))
@@ -43,26 +43,26 @@ def equally_near() -> Stream:
 
 
 def one_gaussian() -> Stream:
-    """One Gaussian: A_l is 1 at every level; then a newborn beside it."""
+    """One Gaussian: A_l is 1 at every level; then a newborn next to it."""
     stream = Stream(Head(sh_degree=0)).canonical(0, [Coded((1, 2, 3))]).frame(tell())
     return stream.frame(Change(births=newborn([0], 3, 0))).frame(tell())
 
 
 def one_anchor() -> Stream:
-    """More Gaussians to an anchor than there are."""
+    """More Gaussians per anchor than there are Gaussians."""
     stream = Stream(Head(sh_degree=0, gaussians_per_anchor=65535))
     return stream.canonical(0, cloud(5, 3, 0)).frame(tell()).frame(tell())
 
 
 def every_gaussian_an_anchor() -> Stream:
-    """M of 1 where some Gaussians share a place; A_2 of 1 by the ratio."""
+    """M is 1 and some Gaussians share a position; A_2 is 1 because of the ratio."""
     stream = Stream(Head(sh_degree=0, gaussians_per_anchor=1, anchor_ratio=65535))
     stream.canonical(0, [*cloud(7, 4, 0), *cloud(3, 4, 0)])
     return stream.frame(tell()).frame(tell())
 
 
 def sampled_at_the_end() -> Stream:
-    """Anchors are sampled in the last frame, newborn of the frame before among them."""
+    """Anchors are sampled in the last frame, some of them births of the previous frame."""
     stream = Stream(Head(resample_interval=4, sh_degree=0)).canonical(0, cloud(9, 5, 0))
     for frame in range(1, 5):
         stream.frame(Change(moving(6, frame), newborn([2], frame, 0) if frame > 2 else ()))
@@ -70,14 +70,14 @@ def sampled_at_the_end() -> Stream:
 
 
 def phase_not_ordinal() -> Stream:
-    """Ranks are drawn by phase, which a canonical frame begins anew."""
+    """Ranks are drawn by phase, which a canonical frame resets."""
     stream = Stream(Head(sh_degree=0)).canonical(1000, cloud(13, 6, 0, reach=300)).frame(tell())
     return stream.canonical(1002, cloud(13, 7, 0, reach=300)).frame(tell())
 
 
 def equal_ranks() -> Stream:
-    """Two Gaussians draw the same word where one anchor is missing: the lower id is it."""
+    """Two Gaussians draw the same word and one anchor is missing: it is the one of lower id."""
     stream = Stream(Head(sh_degree=0, seed=_TIED_SEED, gaussians_per_anchor=8))
-    # Four places: beside the anchors of their cells there is room for one of the two ids.
+    # Four positions: after the anchors of their cells, only one of the two ids is needed.
     stream.canonical(0, [Coded((40 * (i // 16), 0, 0)) for i in range(57)])
     return stream.frame(tell()).frame(tell())

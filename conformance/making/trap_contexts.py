@@ -11,7 +11,7 @@ _ZEROS = [0] * 6
 
 
 def make_context_traps() -> list[Valid]:
-    """Return all of them."""
+    """Return all vectors."""
     return set_traps(
         (
             (counts_are_halved, "8.2"),
@@ -25,7 +25,7 @@ def make_context_traps() -> list[Valid]:
 
 
 def counts_are_halved() -> Stream:
-    """A context that meets more than 4096 bits."""
+    """A context with more than 4096 bits."""
     stream = Stream(Head(level_count=1)).canonical(0, cloud(4, 11))
     for frame in range(2):
         stream.frame(Change(moving(6, frame), newborn([k % 4 for k in range(470)], frame)))
@@ -33,14 +33,14 @@ def counts_are_halved() -> Stream:
 
 
 def moving_without_symbols() -> Stream:
-    """Anchors that are said to move and have symbols of 0 alone."""
+    """Anchors that are coded as moving and have only symbols of 0."""
     stream = Stream(Head(level_count=2)).canonical(0, cloud(20, 12))
     stream.frame(Change(lambda _level, anchor: _ZEROS if anchor % 3 else None))
     return stream.frame(Change(lambda _level, anchor: _ZEROS if anchor % 2 else [1, *_ZEROS[1:]]))
 
 
 def stillness_is_counted() -> Stream:
-    """Sections without words, whose planes are counted all the same."""
+    """Sections without words, whose planes are counted as well."""
     stream = Stream(Head(level_count=2)).canonical(0, cloud(30, 13, reach=300))
     for _ in range(5):
         stream.frame()
@@ -48,7 +48,7 @@ def stillness_is_counted() -> Stream:
 
 
 def canonical_forgets() -> Stream:
-    """A canonical frame forgets counts, motion and anchors."""
+    """A canonical frame resets counts, motion and anchors."""
     moved = moving(6, 3)
     stream = Stream(Head(level_count=2)).canonical(0, cloud(14, 14))
     stream.frame(Change(moved, newborn([1, 2], 1))).frame(Change(moved))
@@ -64,7 +64,7 @@ def words_of_zero() -> Stream:
 
 
 def against_expectation() -> Stream:
-    """Motion that turns around in every frame and differs between the levels."""
+    """Motion that reverses in every frame and differs between the levels."""
     stream = Stream(Head(level_count=3, gaussians_per_anchor=1)).canonical(0, cloud(12, 16))
     for frame in range(1, 6):
         sign = (-1) ** frame

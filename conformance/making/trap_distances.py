@@ -1,4 +1,4 @@
-"""traps/: the edges of the lattice, and distances that are hard to tell apart (SPEC 6.4, 7.2)."""
+"""traps/: the edges of the lattice, and distances that are nearly equal (SPEC 6.4, 7.2)."""
 
 from collections.abc import Sequence
 from itertools import product
@@ -17,7 +17,7 @@ _STEP, _EDGE = 47, 178481  # their product is POSITION_LIMIT
 
 
 def make_distance_traps() -> list[Valid]:
-    """Return all of them."""
+    """Return all vectors."""
     return set_traps(
         (
             (lattice_extremes, "6.3 6.4 7.2-3"),
@@ -32,14 +32,14 @@ def _corners() -> list[Coded]:
 
 
 def lattice_extremes() -> Stream:
-    """Gaussians at the corners of the lattice, of the greatest distances."""
+    """Gaussians at the corners of the lattice, with the greatest distances."""
     stream = Stream(Head(sh_degree=0, position_step=_STEP, gaussians_per_anchor=4))
     stream.canonical(0, [*_corners(), Coded((0, 0, 0)), Coded((_EDGE, 0, -_EDGE))])
     return stream.frame(Change(only((1, 0, [0, 0, 0, 1, 2, 3]), (2, 0, [0, 0, 0, 3, 2, 1]))))
 
 
 def lattice_edge_newborn() -> Stream:
-    """A newborn beside a Gaussian at the edge."""
+    """A newborn next to a Gaussian at the edge."""
     head = Head(sh_degree=0, position_step=_STEP, translation_step=_STEP, level_count=1)
     return (
         Stream(head).canonical(0, _corners()).frame(Change(births=(Coded((-3, 0, 0), parent=4),)))
@@ -58,7 +58,7 @@ def nearly_equal_distances() -> Stream:
 
 
 def _find_seed(places: Sequence[Place]) -> int:
-    """The least seed by which the far Gaussian is no anchor, and a later anchor is the nearest."""
+    """The lowest seed for which the far Gaussian is no anchor and a later anchor is the nearest."""
     origin = [min(place[axis] for place in places) for axis in range(3)]
     ordered = sorted(places, key=lambda place: morton(place, origin))
     lattice = [tuple(_STEP * v for v in place) for place in ordered]

@@ -13,7 +13,7 @@ _BRIGHT = Coded((1, 1, 0), codes=(-40, -40, -40, 99, 1, 2, 3), parent=1)
 
 
 def make_life_traps() -> list[Valid]:
-    """Return all of them."""
+    """Return all vectors."""
     return set_traps(
         (
             (equal_opacities, "7.4-3"),
@@ -29,7 +29,7 @@ def make_life_traps() -> list[Valid]:
 
 
 def equal_opacities() -> Stream:
-    """Of equal opacity codes the lowest ids die, old Gaussians before newborn."""
+    """Of Gaussians with equal opacity codes the lowest ids die, old ones before births."""
     stream = Stream(Head(sh_degree=0)).canonical(0, _ALIKE).frame(Change(deaths=3))
     born = tuple(Coded((0, 1, k), codes=_ALIKE[0].codes, parent=2) for k in (0, 1))
     return stream.frame(Change(births=born)).frame(Change(deaths=7))
@@ -46,7 +46,7 @@ def signed_opacities() -> Stream:
 
 
 def deaths_of_newborn() -> Stream:
-    """Newborn die in the frame after, unbound, with and without a sampling."""
+    """Births die in the next frame before they are bound, with and without a sampling."""
     told = telling()
     stream = Stream(Head(sh_degree=0, resample_interval=3)).canonical(0, _ALIKE)
     stream.frame(Change(told, (_FAINT, _BRIGHT))).frame(Change(told, (_FAINT, _FAINT), deaths=1))
@@ -55,7 +55,7 @@ def deaths_of_newborn() -> Stream:
 
 
 def newborn_bound_where_born() -> Stream:
-    """Newborn follow anchors where these were sampled, by positions before the motion."""
+    """Births follow anchors at their sampled positions, by positions before the motion."""
     head = Head(sh_degree=0, resample_interval=9, gaussians_per_anchor=1)
     stream = Stream(head).canonical(0, _ALIKE)
 
@@ -67,21 +67,21 @@ def newborn_bound_where_born() -> Stream:
 
 
 def parents_after_deaths_and_motion() -> Stream:
-    """Parents are counted after the deaths, and stand where this frame has moved them."""
+    """Parents are counted after the deaths, at their positions after the motion of this frame."""
     stream = Stream(Head(sh_degree=0, level_count=1, gaussians_per_anchor=1))
     stream.canonical(0, _ALIKE).frame(Change(telling(), newborn([0, 3, 5], 3, 0), deaths=4))
     return stream.frame(Change(telling(), newborn([1, 1, 6], 4, 0), deaths=2))
 
 
 def twins() -> Stream:
-    """Equal newborn of one parent."""
+    """Equal births of one parent."""
     stream = Stream(Head(sh_degree=0)).canonical(0, _ALIKE)
     stream.frame(Change(births=(_FAINT, _FAINT, _FAINT))).frame(tell())
     return stream.frame(Change(telling(), deaths=2))
 
 
 def anchors_without_gaussian() -> Stream:
-    """Anchors whose Gaussians have died still move others, and have no own motion."""
+    """Anchors whose Gaussians have died still move others, and have no motion of their own."""
     stream = Stream(Head(sh_degree=0, resample_interval=9)).canonical(0, cloud(12, 8, 0))
     for deaths in (0, 6, 0, 3, 0):
         stream.frame(Change(telling(), deaths=deaths))
@@ -89,6 +89,6 @@ def anchors_without_gaussian() -> Stream:
 
 
 def ids_are_not_given_again() -> Stream:
-    """The last born die, and the next newborn gets a later id."""
+    """The last births die, and the next newborn gets a later id."""
     stream = Stream(Head(sh_degree=0)).canonical(0, _ALIKE).frame(Change(births=(_FAINT, _FAINT)))
     return stream.frame(Change(deaths=2)).frame(Change(births=(_BRIGHT,))).frame(tell())

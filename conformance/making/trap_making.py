@@ -1,4 +1,4 @@
-"""What traps are made of."""
+"""The common parts of traps."""
 
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -9,11 +9,14 @@ from making.streams import Stream
 from making.vectors import Valid, valid
 
 Trap = tuple[Callable[[], Stream], str]
-"""What makes the stream but for TAIL, and the clauses; its name and docstring are the trap's."""
+"""A function that makes the stream without TAIL, and the clauses.
+
+The function has the name and the description of the trap.
+"""
 
 
 def set_traps(traps: Iterable[Trap], **more: Any) -> list[Valid]:
-    """Return the streams of traps, vectors of which say more."""
+    """Return the streams of traps."""
     return [_set(make, clauses, more) for make, clauses in traps]
 
 
@@ -26,12 +29,12 @@ def _set(make: Callable[[], Stream], clauses: str, more: dict[str, Any]) -> Vali
 
 
 def tell(channels: int = 6) -> Change:
-    """Return motion by symbols that tell every anchor from every other."""
+    """Return motion by symbols that are different for every anchor."""
     return Change(telling(channels))
 
 
 def telling(channels: int = 6) -> Callable[[int, int], list[int]]:
-    """Return symbols that tell every anchor from every other."""
+    """Return symbols that are different for every anchor."""
 
     def symbols(level: int, anchor: int) -> list[int]:
         turn = [between(-2, 2, level, anchor, c) for c in range(channels - 3)]

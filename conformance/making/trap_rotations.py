@@ -9,7 +9,7 @@ from making.vectors import Valid
 
 
 def make_rotation_traps() -> list[Valid]:
-    """Return all of them."""
+    """Return all vectors."""
     return set_traps(
         (
             (signs_of_quaternions, "7.5 7.3-1"),
@@ -21,7 +21,7 @@ def make_rotation_traps() -> list[Valid]:
 
 
 def signs_of_quaternions() -> Stream:
-    """Sums with a negative w: signs of rotations are kept as they come."""
+    """Sums with a negative w: the signs of rotations are not normalized."""
     fields = {"rotation_components": 4, "rotation_unity": 1, "gaussians_per_anchor": 1}
     head = Head(sh_degree=0, level_count=1, **fields)
     stream = Stream(head).canonical(0, cloud(16, 9, 0))
@@ -31,10 +31,11 @@ def signs_of_quaternions() -> Stream:
 
 
 def sums_of_zero() -> Stream:
-    """Symbols of two levels that cancel: the rotation stays, though rounding again moves it."""
+    """Symbols of two levels that cancel: the rotation stays, although rounding would change it."""
     head = Head(sh_degree=0, level_count=2, gaussians_per_anchor=1, anchor_ratio=65535)
     turn, back = [0, 0, 0, 5, -4, 3], [0, 0, 0, -5, 4, -3]
-    # Found by trial, one in some ten thousand: so turned, it is not what it is normalized to.
+    # Found by search; one in about ten thousand: the rotated result is not what it is normalized
+    # to.
     rare = Coded((0, 0, 0), (3, 131, 139, -118))
     stream = Stream(head).canonical(0, [*cloud(15, 9, 0), rare])
     stream.frame(Change(lambda level, _anchor: turn if level == 2 else None))
@@ -43,7 +44,7 @@ def sums_of_zero() -> Stream:
 
 
 def w_alone() -> Stream:
-    """A residual of w alone goes through the formula too."""
+    """A residual of only w is also processed by the formula."""
     stream = Stream(Head(rotation_components=4, sh_degree=0, rotation_unity=3))
     stream.canonical(0, cloud(16, 9, 0))
     for w in (1, -2, 3, -4):
@@ -52,7 +53,7 @@ def w_alone() -> Stream:
 
 
 def halves() -> Stream:
-    """Components of q x d that are halves: rounded away from 0."""
+    """Components of q x d with a fraction of one half are rounded away from 0."""
     fields = {"rotation_bits": 14, "rotation_unity": 1, "gaussians_per_anchor": 1}
     head = Head(sh_degree=0, level_count=1, **fields)
     stream = Stream(head).canonical(0, _odd())

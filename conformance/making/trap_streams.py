@@ -11,7 +11,7 @@ from making.vectors import Valid
 
 
 def make_traps() -> list[Valid]:
-    """Return all of them."""
+    """Return all vectors."""
     return [
         *make_anchor_traps(),
         *make_distance_traps(),

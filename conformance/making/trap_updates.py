@@ -11,7 +11,7 @@ _PALE = [Coded((9 * i, 5 * i % 7, 0), codes=(-40, -40, -40, 5 - i, i, 0, 0)) for
 
 
 def make_update_traps() -> list[Valid]:
-    """Return all of them."""
+    """Return all vectors."""
     return set_traps(
         (
             (updates_after_the_motion, "7.8 8.8"),
@@ -39,7 +39,7 @@ def make_update_traps() -> list[Valid]:
 
 
 def updates_after_the_motion() -> Stream:
-    """The context of a change is the motion of this frame, not that of the last."""
+    """The context of a change is the motion of this frame, not that of the previous one."""
     stream = Stream(updating(sh_degree=0)).canonical(0, _PALE)
     for frame in range(1, 5):
         stream.frame(
@@ -49,14 +49,14 @@ def updates_after_the_motion() -> Stream:
 
 
 def updates_are_no_motion() -> Stream:
-    """What is expected of an anchor is what anchors did, not what updates did."""
+    """The expected motion of an anchor follows from motion, not from updates."""
     stream = Stream(updating(sh_degree=0, gaussians_per_anchor=1)).canonical(0, _PALE)
     stream.frame(Change(telling(), updates=of_all(10, residuals(translation=(9, -8, 7)))))
     return stream.frame(tell()).frame(tell())
 
 
 def updates_do_not_bind() -> Stream:
-    """A Gaussian that an update takes far away follows its anchors until the next sampling."""
+    """A Gaussian that an update moves far away follows its anchors until the next sampling."""
     head = updating(sh_degree=0, gaussians_per_anchor=2, resample_interval=3)
     stream = Stream(head).canonical(0, _PALE)
     far = (
@@ -67,28 +67,28 @@ def updates_do_not_bind() -> Stream:
 
 
 def updates_before_births() -> Stream:
-    """Parents are counted after those that leave, and stand where updates have put them."""
+    """Parents are counted after Gaussians leave by updates, at their updated positions."""
     stream = Stream(updating(sh_degree=0)).canonical(0, _PALE)
     updates = (Update(0, None), Update(1, residuals(translation=(5, 5, 5))), Update(4, None))
     return stream.frame(Change(telling(), newborn([0, 3, 7], 3, 0), updates=updates)).frame(tell())
 
 
 def updates_after_deaths() -> Stream:
-    """Updates are of the scene without those that died by rule."""
+    """Updates apply to the scene without the Gaussians that died by rule."""
     stream = Stream(updating(sh_degree=0)).canonical(0, _PALE)
     updates = (Update(0, residuals(opacity=3)), Update(6, residuals(sh_dc=(1, 2, 3))))
     return stream.frame(Change(telling(), deaths=3, updates=updates)).frame(tell())
 
 
 def updates_and_the_next_deaths() -> Stream:
-    """The next deaths by rule go by the opacities that updates have left."""
+    """The next deaths by rule depend on the updated opacities."""
     stream = Stream(updating(sh_degree=0)).canonical(0, _PALE)
     updates = (Update(0, residuals(opacity=-50)), Update(9, residuals(opacity=50)))
     return stream.frame(Change(updates=updates)).frame(Change(deaths=2)).frame(tell())
 
 
 def updates_of_newborn() -> Stream:
-    """Newborn have recency 0 in the next frame, in which they may be updated."""
+    """Births have recency 0 in the next frame, in which they can be updated."""
     stream = Stream(updating(sh_degree=0)).canonical(0, _PALE)
     stream.frame(Change(births=newborn([0, 4, 9], 2, 0)))
     updates = (Update(3, residuals(opacity=1)), Update(11, residuals(opacity=2)), Update(12, None))
@@ -96,14 +96,14 @@ def updates_of_newborn() -> Stream:
 
 
 def updates_without_fields_are_recent() -> Stream:
-    """A Gaussian said to change has recency 0 afterwards, whatever its residuals are."""
+    """A Gaussian coded as changing has recency 0 afterwards, even if all residuals are 0."""
     stream = Stream(updating(sh_degree=0)).canonical(0, _PALE)
     stream.frame(Change(updates=(Update(2), Update(5, fields=8), Update(7))))
     return stream.frame(Change(updates=drawn(10, 6, one_in=2, leaving=99))).frame(tell())
 
 
 def recency_ends_at_three() -> Stream:
-    """What changed three frames ago is as old as what never did."""
+    """A change three frames ago counts like no change at all."""
     stream = Stream(updating(sh_degree=0)).canonical(0, _PALE)
     stream.frame(Change(updates=(Update(1, residuals(opacity=1)),)))
     for _ in range(4):
@@ -112,7 +112,7 @@ def recency_ends_at_three() -> Stream:
 
 
 def recency_of_the_frame_before() -> Stream:
-    """Who leaves is asked in the context of the recency before this frame."""
+    """Whether a Gaussian leaves is coded in the context of its recency before this frame."""
     stream = Stream(updating(sh_degree=0)).canonical(0, _PALE)
     stream.frame(Change(updates=tuple(Update(i, residuals(opacity=1)) for i in (0, 2, 4))))
     stream.frame(Change(updates=(Update(0, None), Update(1, None), Update(2), Update(3))))
@@ -120,7 +120,7 @@ def recency_of_the_frame_before() -> Stream:
 
 
 def recency_begins_anew() -> Stream:
-    """A canonical frame forgets what was updated, and the counts of updates."""
+    """A canonical frame resets recency and the counts of updates."""
     stream = Stream(updating(sh_degree=0)).canonical(0, _PALE)
     stream.frame(Change(updates=drawn(10, 9, one_in=2, leaving=99)))
     stream.canonical(2, _PALE)
@@ -128,21 +128,21 @@ def recency_begins_anew() -> Stream:
 
 
 def turned_by_one_unity() -> Stream:
-    """The residual counts from rotation_unity, not from L times that."""
+    """The residual is relative to rotation_unity, not to L times that."""
     stream = Stream(updating(sh_degree=0, level_count=3)).canonical(0, cloud(8, 90, 0))
     turns = tuple(Update(i, residuals(rotation=(40 - 9 * i, 5 * i, -60))) for i in range(8))
     return stream.frame(Change(updates=turns))
 
 
 def turned_on_the_right() -> Stream:
-    """A rotation is turned by the anchors first, then by the update, each on the right."""
+    """A rotation is multiplied on the right, by the anchors' rotation and then the update's."""
     stream = Stream(updating(sh_degree=0)).canonical(0, cloud(8, 91, 0))
     turns = tuple(Update(i, residuals(rotation=(50, -20 * i, 3 * i))) for i in range(8))
     return stream.frame(Change(telling(), updates=turns)).frame(Change(telling(), updates=turns))
 
 
 def not_turned_by_nothing() -> Stream:
-    """Where X, Y and Z are 0 the rotation stays, though rounding again would move it."""
+    """If X, Y and Z are 0 the rotation stays, although rounding would change it."""
     stream = Stream(updating(sh_degree=0)).canonical(0, [*cloud(5, 92, 0), _RARE])
     place = _find_rare(stream)
     stream.frame(Change(updates=(Update(place, residuals(rotation=(76, -68, -35))),)))
@@ -156,12 +156,12 @@ def _find_rare(stream: Stream) -> int:
     return next(i for i, g in enumerate(state.gaussians) if g.codes[4:7] == [77, 0, 0])
 
 
-# Found by trial, one in some ten thousand: so turned, it is not what it is normalized to.
+# Found by search; one in about ten thousand: the rotated result is not what it is normalized to.
 _RARE = Coded((0, 0, 0), (3, 131, 139, -118), codes=(-40, -40, -40, 5, 77, 0, 0))
 
 
 def anchors_that_leave() -> Stream:
-    """An anchor whose Gaussian left by an update still moves its followers, from motion 0."""
+    """An anchor whose Gaussian left still moves its followers, with previous motion 0."""
     head = updating(sh_degree=0, gaussians_per_anchor=2, resample_interval=4)
     stream = Stream(head).canonical(0, _PALE).frame(tell())
     stream.frame(Change(telling(), updates=leaving((0, 2, 4, 6, 8))))
@@ -169,7 +169,7 @@ def anchors_that_leave() -> Stream:
 
 
 def leaving_at_a_sampling() -> Stream:
-    """Anchors are counted and drawn before those that updates make leave are gone."""
+    """Anchors are counted and sampled before Gaussians leave by updates."""
     head = updating(sh_degree=0, gaussians_per_anchor=2, resample_interval=1)
     stream = Stream(head).canonical(0, _PALE)
     stream.frame(Change(telling(), updates=leaving((1, 2, 3, 4, 5))))
@@ -177,14 +177,14 @@ def leaving_at_a_sampling() -> Stream:
 
 
 def ids_after_leaving() -> Stream:
-    """Ids of those that left are not given again."""
+    """Ids of Gaussians that left are not used again."""
     stream = Stream(updating(sh_degree=0)).canonical(0, _PALE)
     stream.frame(Change(births=newborn([3, 3], 1, 0))).frame(Change(updates=leaving((10, 11))))
     return stream.frame(Change(births=newborn([3, 3], 1, 0))).frame(tell())
 
 
 def sums_within_a_field() -> Stream:
-    """The context of a residual is the sign of the sum within its field, not of the last one."""
+    """The context of a residual is the sign of the sum within its field, not the last sign."""
     stream = Stream(updating(sh_degree=0)).canonical(0, _PALE)
     rows = ((5, -2, 1), (-5, 2, 1), (3, -3, 2), (0, 4, -1), (1, 1, 1))
     updates = tuple(
@@ -195,7 +195,7 @@ def sums_within_a_field() -> Stream:
 
 
 def counts_of_updates_go_on() -> Stream:
-    """The counts of updates go on from frame to frame, in which nothing changes too."""
+    """The counts of updates continue from frame to frame, including frames without changes."""
     stream = Stream(updating(sh_degree=0)).canonical(0, _PALE)
     stream.frame(Change(updates=drawn(10, 11, one_in=2, leaving=99))).frame()
     one = only((1, 0, [1, 0, 0, 0, 0, 0]))

@@ -1,4 +1,4 @@
-"""unit/: known answers of building blocks, each from plain integers (SPEC Annex F has some)."""
+"""unit/: known answers for building blocks, each from plain integers (SPEC Annex F has some)."""
 
 import struct
 import zlib
@@ -13,7 +13,7 @@ from plain import oracle
 
 
 def make_units() -> list[Unit]:
-    """Return all of them."""
+    """Return all units."""
     return [*_of_arithmetic(), *_of_rotations(), *_of_anchors(), *make_coding(), *make_states()]
 
 
@@ -162,7 +162,7 @@ def _of_rotations() -> list[Unit]:
         Unit("expand", "the rotation of j, a, b, c", "7.2-5 7.2-6", expanded),
         Unit(
             "turn",
-            "a rotation after residuals whose sums, with L x W, are given",
+            "a rotation after residuals, given by their sums including L x W",
             "7.5",
             turns + zero,
         ),
@@ -215,7 +215,7 @@ def _of_anchors() -> list[Unit]:
         Unit("sample", "the ids of the anchors of each level, level 1 first", "6.3", _sampled()),
         Unit(
             "bind",
-            "the number of the anchor that each position follows",
+            "the index of the anchor that each position follows",
             "6.4",
             [
                 (
@@ -227,7 +227,7 @@ def _of_anchors() -> list[Unit]:
         ),
         Unit(
             "deaths",
-            "the indices of those who die, ascending; ids are the indices",
+            "the indices of the Gaussians that die, ascending; ids are equal to indices",
             "7.4",
             [
                 (

@@ -1,4 +1,4 @@
-"""unit/: known answers of coding and of states (SPEC 8, 9)."""
+"""unit/: known answers for coding and for states (SPEC 8, 9)."""
 
 import zlib
 from collections.abc import Iterable
@@ -22,7 +22,7 @@ _COUNTED = (
     *(((1, 4095), (0, 1)), ((0, 1), (8191, 0)), ((0, 0), (8191, 8193)), ((7, 0), (0, 65536))),
 )
 _TURNS = {width: [k % width for k in range(60)] for width in (2, 3)}
-"""Outer contexts that take turns."""
+"""Alternating outer contexts."""
 _FIXED = (
     ([0, 3, 1, 2], [0, 0, 1, 0], 2),
     ([3] * 30 + [2], [0] * 31, 2),
@@ -41,7 +41,7 @@ _SIGNED = (
 
 
 def make_coding() -> list[Unit]:
-    """Return the answers of the coder and of integers as planes."""
+    """Return the answers for the coder and for integers as planes."""
     return [*_of_weights(), *_of_bits()]
 
 
@@ -53,9 +53,9 @@ def _of_weights() -> list[Unit]:
         ({"before": list(b), "plane": [z, o]}, add_to_counts(list(b), [0] * z + [1] * o))
         for b, (z, o) in _COUNTED
     ]
-    by_counts = "the weight of a 1 by the zeros and ones of a context"
+    by_counts = "the weight of a 1, from the zeros and ones of a context"
     return [
-        Unit("weight_of_code", "the weight of a 1 by a stated code", "8.2-1", codes),
+        Unit("weight_of_code", "the weight of a 1, from a stated code", "8.2-1", codes),
         Unit("weight_by_counts", by_counts, "8.2", weights),
         Unit("counts", "the zeros and ones of a context after a plane", "8.2", counts),
     ]
@@ -133,7 +133,7 @@ def _ascended() -> list[tuple[Input, Any]]:
 
 
 def make_states() -> list[Unit]:
-    """Return the answers of serializing."""
+    """Return the answers for serialization."""
     cases = []
     for degree in (0, 1):
         stream = Stream(Head(sh_degree=degree)).canonical(0, cloud(3, 30, degree)).frame()

@@ -1,4 +1,4 @@
-"""What a known answer is."""
+"""The form of a known answer."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,13 +11,13 @@ Input = dict[str, Any]
 
 @dataclass(frozen=True)
 class Unit:
-    """A function of the text and what it gives.
+    """A function of SPEC with inputs and outputs.
 
     Attributes:
         function: Its name.
-        note: What goes in and what comes out.
-        clauses: Of SPEC.md, or sections where there is no clause.
-        cases: Inputs and outputs; an output may be a rejection.
+        note: Description of inputs and outputs.
+        clauses: Clauses of SPEC.md, or sections without clauses.
+        cases: Inputs and outputs; an output can be a rejection.
     """
 
     function: str
@@ -26,14 +26,14 @@ class Unit:
     cases: list[tuple[Input, Any]]
 
     def as_json(self) -> dict[str, Any]:
-        """Return the file's content."""
+        """Return the content of the file."""
         cases = [{"input": _plain(given), **_answer(answer)} for given, answer in self.cases]
         said = {"function": self.function, "note": self.note, "clauses": self.clauses.split()}
         return said | {"cases": cases}
 
 
 class Refusal(str):
-    """A reject id in place of an answer."""
+    """A reject id in place of an output."""
 
 
 def _answer(answer: Any) -> dict[str, Any]:
@@ -41,7 +41,7 @@ def _answer(answer: Any) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Integers that a double does not hold become decimal strings."""
+    """Convert integers that a double cannot represent to decimal strings."""
     if isinstance(value, dict):
         return {key: _plain(each) for key, each in value.items()}
     if isinstance(value, list | tuple):

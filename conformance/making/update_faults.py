@@ -24,7 +24,7 @@ _CODES = ("log-scale-x", "log-scale-y", "log-scale-z", "opacity", "red", "green"
 
 
 def make_update_faults(parent: Valid, far: Valid, plain: Valid) -> list[Vector]:
-    """Return all of them.
+    """Return all vectors.
 
     Args:
         parent: `streams/updates-journey`.
@@ -64,7 +64,13 @@ def _of_states(parent: Valid) -> Iterable[Row]:
     note = "all Gaussians leave"
     yield "updates-all-leave", "7.8-1", "count", updated(*leaving(range(count))), note
     pieces = _changed(parent, Change(deaths=3, updates=leaving(range(count - 3))))
-    yield "updates-rest-leaves", "7.8-1", "count", pieces, "what deaths have left leaves"
+    yield (
+        "updates-rest-leaves",
+        "7.8-1",
+        "count",
+        pieces,
+        "the Gaussians that survive the deaths leave",
+    )
     for row, name in enumerate(_CODES):
         i = next(i for i, g in enumerate(gaussians) if g.codes[row])
         much = 32767 if gaussians[i].codes[row] > 0 else -32767
@@ -81,7 +87,7 @@ def _of_states(parent: Valid) -> Iterable[Row]:
         pieces = updated(Update(4, residuals(rotation=turned)))
         yield f"updates-{name}", "7.8-4", "symbol-range", pieces, f"a rotation residual of {turned}"
     pieces = updated(*leaving((0, 5)), births=newborn([0, count - 2], 40))
-    note = "the parent is one of as many as there were before Gaussians left"
+    note = "the index of the parent would be valid only before Gaussians left"
     yield "updates-parent", "7.6-1 7.8", "parent-range", pieces, note
     frame = parent.stream.payloads[MOVED]
     assert isinstance(frame, Frame)
@@ -117,7 +123,7 @@ def _of_words(parent: Valid) -> Iterable[Row]:
         "words-zero": ((0,), "invalid-words", "8.3-1", "a section of one word, which is 0"),
         "words-left": ((7, *words), left, "8.3-2 8.3-3", "a word before the first"),
         "words-left-zero": ((0, *words), left, "8.3-3", "a word of 0 before the first"),
-        "words-for-nothing": ((1,), left, "8.3-2", "a word that says nothing, and leaves a state"),
+        "words-for-nothing": ((1,), left, "8.3-2", "a word of zero bits, which leaves a state"),
     }
     for name, (said, ids, clauses, note) in changed.items():
         pieces = with_fields(parent, MOVED, updates=said)
@@ -157,15 +163,18 @@ def _in_plain_streams(plain: Valid) -> Iterable[Row]:
 
 
 def _of_places(far: Valid) -> Iterable[Vector]:
-    """The stream across the lattice, with a frame more that is rejected."""
+    """The stream across the lattice, with an additional frame that is rejected."""
     before = _before(far, -1)
     places = [g.position for g in before.gaussians]
     step = far.stream.head.translation_step
     much = (8388607 - places[0][1]) // step + 1
     cases = {
-        "beyond": ((0, much, 0), "a Gaussian is put just beyond the lattice"),
-        "below": (((-8388607 - places[0][0]) // step - 1, 0, 0), "a Gaussian is put below it"),
-        "wraps": ((0, 32767, 0), "a translation that 32 bits do not hold"),
+        "beyond": ((0, much, 0), "a Gaussian is moved just beyond the lattice"),
+        "below": (
+            ((-8388607 - places[0][0]) // step - 1, 0, 0),
+            "a Gaussian is moved below the lattice",
+        ),
+        "wraps": ((0, 32767, 0), "a translation that does not fit into 32 bits"),
     }
     for name, (said, note) in cases.items():
         change = Change(updates=(Update(0, residuals(translation=said)),))

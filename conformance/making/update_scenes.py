@@ -1,4 +1,4 @@
-"""Updates made by hand, and patterns that fill frames with them (SPEC 7.8)."""
+"""Hand-written updates, and patterns that fill frames with them (SPEC 7.8)."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -15,7 +15,7 @@ FIELDS = {
     "sh-dc": range(10, 13),
 }
 NEEDS = {"needs": "updates"}
-"""Decoders of 1.0 are not asked for these streams: they reject them."""
+"""Decoders of 1.0 are not tested with these streams, which they reject."""
 
 
 def updating(**fields: int) -> Head:
@@ -24,12 +24,12 @@ def updating(**fields: int) -> Head:
 
 
 def residuals(**said: tuple[int, ...] | int) -> tuple[int, ...]:
-    """Return the 13 residuals of fields, `sh_dc` for SH DC; what is not named is 0."""
+    """Return the 13 residuals of fields, `sh_dc` for SH DC; missing fields are 0."""
     return fill(FIELDS, said)
 
 
 def drawn(count: int, seed: int, *, one_in: int = 3, leaving: int = 7) -> tuple[Update, ...]:
-    """Return updates of some Gaussians of a scene, of some fields each; the first one stays."""
+    """Return updates of some Gaussians in some fields each; the first one does not leave."""
     chosen = [i for i in range(count) if pick(seed, i) % one_in == 0]
     return tuple(_draw(i, seed, leaving) for i in chosen)
 
@@ -50,5 +50,5 @@ def of_all(count: int, said: tuple[int, ...]) -> tuple[Update, ...]:
 
 
 def leaving(which: Iterable[int]) -> tuple[Update, ...]:
-    """Return updates by which Gaussians leave."""
+    """Return updates that make Gaussians leave."""
     return tuple(Update(i, None) for i in which)

@@ -1,4 +1,4 @@
-"""streams/: updates of single Gaussians, one feature to a stream (SPEC 7.8, 8.8)."""
+"""streams/: updates of single Gaussians, one feature for each stream (SPEC 7.8, 8.8)."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from making.vectors import Outcome, Valid, valid
 
 
 def make_updates() -> list[Valid]:
-    """Return all of them."""
+    """Return all streams."""
     return [
         updates_journey(),
         *_of_fields(),
@@ -116,7 +116,7 @@ def _of_extremes() -> list[Valid]:
 
 
 def edge_of(stream: Stream) -> Stream:
-    """Return a stream after a frame that takes a Gaussian back from the edge."""
+    """Return a stream after a frame that moves a Gaussian back from the edge."""
     return stream.frame(Change(updates=(Update(0, residuals(translation=(-3, 3, 0))),))).end()
 
 
@@ -128,7 +128,7 @@ def _of_headers() -> list[Valid]:
         ("rotation-w", "rotation residuals of anchors have w", {"rotation_components": 4}),
         ("all-anchors", "every Gaussian is an anchor", {"gaussians_per_anchor": 1}),
         ("sh-degree-0", "Gaussians of 7 codes", {"sh_degree": 0}),
-        ("minor-0", "version_minor 0: it is the bit that counts", {"version_minor": 0}),
+        ("minor-0", "version_minor 0: only the feature bit counts", {"version_minor": 0}),
         ("minor-9", "a later minor version", {"version_minor": 9}),
     ]
     made = []
@@ -165,10 +165,10 @@ def _of_lives() -> list[Valid]:
             change = Change(moving(6, frame + more), updates=drawn(_count(segments), more))
             segments.frame(change)
     return [
-        _valid("leaving", "Gaussians leave by choice", "7.8-1", ghosts.end()),
+        _valid("leaving", "Gaussians leave by updates", "7.8-1", ghosts.end()),
         _valid("last-one", "all Gaussians but one leave", "7.8-1", down),
         _valid("births-and-deaths", "updates, births, deaths", "7.8-1 7.6-1 7.4-3", both.end()),
-        _valid("segments", "counts and recency begin anew", "7.8 8.2", segments.end(index=True)),
+        _valid("segments", "counts and recency are reset", "7.8 8.2", segments.end(index=True)),
     ]
 
 

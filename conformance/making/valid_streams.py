@@ -1,4 +1,4 @@
-"""streams/: one feature to a stream."""
+"""streams/: one feature for each stream."""
 
 from making.changes import Change, Coded
 from making.motion_streams import make_lives, make_motions
@@ -40,7 +40,7 @@ def brief() -> Valid:
 
 
 def make_streams() -> list[Valid]:
-    """Return all of them."""
+    """Return all streams."""
     return [
         *(journey(), brief(), *_containers(), *_scenes()),
         *(*make_motions(), *make_lives(), *make_updates(), *make_snapshots()),
@@ -59,7 +59,7 @@ def _containers() -> list[Valid]:
 def _without_frames() -> list[Valid]:
     bare, indexed = Stream(Head()).end(), Stream(Head()).end(index=True)
     return [
-        valid("streams/no-frames", "a stream may be without any frame", "5.1-4", bare),
+        valid("streams/no-frames", "a stream without frames is valid", "5.1-4", bare),
         valid("streams/no-frames-index", "INDX without seek points", "5.9-1", indexed),
         valid("streams/still", "one canonical frame", "7.2-1 7.2-2 9.2-1", _still().end()),
     ]
@@ -78,13 +78,13 @@ def _metadata() -> Valid:
 def _ancillaries() -> Valid:
     stream = Stream(Head()).add(b"nOte", b"").add(b"zZzz", b"\xff" * 9).canonical(0, cloud(2))
     stream.add(b"note", pack_metadata()[:1]).frame().end(index=True)
-    note = "ancillary chunks of types that no decoder knows, also private"
+    note = "ancillary chunks of unknown types, including private ones"
     return valid("streams/unknown-ancillary", note, "5.2-8 5.2-10", stream, grow=True)
 
 
 def _headers() -> list[Valid]:
     feature, minor = _still(compatible_features=0x80000001), _still(version_minor=7)
-    note = "bits of compatible_features that nobody knows"
+    note = "unknown bits of compatible_features"
     return [
         valid("streams/compatible-feature", note, "12-3", feature.end()),
         valid("streams/minor-version", "a later minor version", "12-1", minor.end()),
@@ -124,9 +124,9 @@ _GREATEST = {
 
 def _fields() -> list[Valid]:
     greatest, least = _still(**_GREATEST).frame().end(), _least()
-    note = "fields of HEAD at their least; a subnormal step; meters_per_unit -0"
+    note = "minimum values of fields of HEAD; a subnormal step; meters_per_unit -0"
     return [
-        valid("streams/largest-fields", "fields of HEAD at their greatest", "5-3", greatest),
+        valid("streams/largest-fields", "maximum values of fields of HEAD", "5-3", greatest),
         valid("streams/least-fields", note, "5-3", least),
     ]
 
@@ -151,13 +151,13 @@ def _scenes() -> list[Valid]:
         valid("streams/sh-degree-0", "Gaussians of 7 codes", "7.1", _still(sh_degree=0).end()),
         valid(
             "streams/sh-rest",
-            "SH rest of many magnitudes, so that all classes of contexts are met",
+            "SH rest of many magnitudes, which use all classes of contexts",
             "8.5",
             Stream(Head()).canonical(0, _rest()).end(),
         ),
         valid(
             "streams/one-place",
-            "axis_bits 0: all Gaussians at one place",
+            "axis_bits 0: all Gaussians at one position",
             "8.5-1",
             Stream(Head()).canonical(0, one).end(),
         ),
@@ -196,7 +196,7 @@ def _scenes() -> list[Valid]:
         ),
         valid(
             "streams/roomy-box",
-            "axis_bits and origin beyond what the positions need",
+            "axis_bits and origin larger than the positions need",
             "8.5-1",
             Stream(Head()).canonical(0, cloud(5), origin=(-90, -80, -70), axis_bits=19).end(),
         ),

@@ -1,4 +1,4 @@
-"""What a vector is: bytes, and what decoders are to say of them."""
+"""A vector: bytes, and the expected output of decoders."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -12,12 +12,12 @@ Frames = Sequence[Decoded]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What is to come of a stream.
+    """The expected output for a stream.
 
     Attributes:
-        frames: Which must come out, and no others.
-        rejected: Reject ids that are true of the stream; none where it is decoded to its end.
-        declined: Whether a decoder may decline the stream, of the unlimited level.
+        frames: The frames that must be printed, and no others.
+        rejected: Reject ids that apply to the stream; empty if it can be decoded to its end.
+        declined: Whether a decoder may decline the stream, which has the unlimited level.
     """
 
     frames: Frames
@@ -25,7 +25,7 @@ class Outcome:
     declined: bool = False
 
     def as_json(self) -> dict[str, Any]:
-        """Return what the manifest says."""
+        """Return the entry in the manifest."""
         frames = [[f.frame, f.gaussians, f.sha256] for f in self.frames]
         said: dict[str, Any] = {"frames": frames}
         if self.refused:
@@ -35,7 +35,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Gap:
-    """What a decoder that recovers reports (SPEC 11.4)."""
+    """The expected report of a recovering decoder (SPEC 11.4)."""
 
     offset: int
     byte_count: int
@@ -43,7 +43,7 @@ class Gap:
     frames_lost: int | None
 
     def as_json(self) -> dict[str, Any]:
-        """Return what the manifest says."""
+        """Return the entry in the manifest."""
         lost = {"frames_lost": self.frames_lost}
         return {
             "offset": self.offset,
@@ -54,14 +54,14 @@ class Gap:
 
 @dataclass(frozen=True)
 class Recovery:
-    """What is to come of a stream where a decoder goes on past damage."""
+    """The expected output for a stream if decoding continues after damage."""
 
     frames: Frames
     gaps: tuple[Gap, ...] = ()
     refused: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
-        """Return what the manifest says."""
+        """Return the entry in the manifest."""
         return Outcome(self.frames, self.refused).as_json() | {
             "gaps": [g.as_json() for g in self.gaps]
         }
@@ -69,7 +69,7 @@ class Recovery:
 
 @dataclass(frozen=True)
 class Splice:
-    """Bytes in place of others: `count` times `insert` for `remove` bytes from `at` on."""
+    """A replacement of bytes: `count` times `insert` for `remove` bytes at `at`."""
 
     at: int
     remove: int
@@ -77,28 +77,28 @@ class Splice:
     count: int = 1
 
     def as_json(self) -> dict[str, Any]:
-        """Return what the manifest says."""
+        """Return the entry in the manifest."""
         said = {"at": self.at, "remove": self.remove, "insert": self.insert.hex()}
         return said | ({"count": self.count} if self.count > 1 else {})
 
 
 @dataclass(frozen=True)
 class Vector:
-    """A stream and what is to come of it.
+    """A stream and its expected output.
 
     Attributes:
         name: `category/feature`.
-        note: What is particular about it, one sentence.
-        clauses: Of SPEC.md, that it tests.
+        note: One sentence on what it tests.
+        clauses: Tested clauses of SPEC.md.
         data: The stream.
-        decode: What is to come of reading it through; None where only other ways are tested.
-        recover: What is to come of it past damage.
-        seek: What is to come of it from given frames on.
-        grow: Whether it is also fed piece by piece.
-        parent: Name of the valid stream that it is a patch of.
-        stored: Whether it is committed; else it is made of its parent on demand.
-        numbers: SHA-256 of what frames dequantize to.
-        needs: A capability without which the stream is no business of a decoder.
+        decode: Expected output when reading through; None if this is not tested.
+        recover: Expected output with recovery.
+        seek: Expected output from given frames on.
+        grow: Whether it is also fed in pieces.
+        parent: Name of the valid stream that it patches.
+        stored: Whether it is committed; otherwise it is generated from its parent on demand.
+        numbers: SHA-256 of the dequantized frames.
+        needs: A capability without which the stream is not tested.
     """
 
     name: str
@@ -117,7 +117,7 @@ class Vector:
 
     @property
     def file(self) -> str:
-        """Where the stream lies in conformance/."""
+        """Path of the stream in conformance/."""
         return f"{self.name}.quarc"
 
     def as_json(self) -> dict[str, Any]:
@@ -147,7 +147,7 @@ class Vector:
 
 
 def splice(parent: bytes, child: bytes) -> tuple[Splice, ...]:
-    """Return how a child differs: where bytes differ, or one splice if its size does."""
+    """Return how a child differs: the changed bytes, or one splice if its size differs."""
     if len(parent) == len(child):
         return tuple(_runs(parent, child))
     least = min(len(parent), len(child))
@@ -170,7 +170,7 @@ def _runs(parent: bytes, child: bytes) -> Iterable[Splice]:
 
 @dataclass(frozen=True)
 class Valid:
-    """A valid stream as a vector, and what others are made of."""
+    """A valid stream as a vector, and as the parent of others."""
 
     vector: Vector
     stream: Stream
@@ -178,7 +178,7 @@ class Valid:
 
     @property
     def frames(self) -> list[Decoded]:
-        """What is to be said of its frames."""
+        """The expected output for its frames."""
         return list(self.vector.decode.frames) if self.vector.decode else []
 
 
@@ -189,7 +189,7 @@ def valid(
     stream: Stream,
     **more: Any,
 ) -> Valid:
-    """Return a stream that is decoded to its end."""
+    """Return a stream that can be decoded to its end."""
     layout = stream.layout()
     outcome = Outcome(stream.decoded())
     vector = Vector(name, note, tuple(clauses.split()), layout.data, outcome, **more)
@@ -199,6 +199,6 @@ def valid(
 def broken(
     parent: Valid, name: str, clauses: str, pieces: list[Piece] | bytes, said: Outcome, note: str
 ) -> Vector:
-    """Return a patch of a valid stream that is rejected."""
+    """Return a patch of a valid stream, which must be rejected."""
     data = pieces if isinstance(pieces, bytes) else assemble(pieces).data
     return Vector(name, note, tuple(clauses.split()), data, said, parent=parent.vector)

@@ -1,8 +1,8 @@
-"""Values to bits, and bits to words: the writing half of SPEC 8.
+"""Values to bits, and bits to words: the writing direction of SPEC 8.
 
-The walks of `plain` ask a section for planes. A section that writes knows
-the bits of every plane beforehand, in the order of the planes; contexts and
-counts come from the walk. So what is written is what the walk reads.
+The walks of `plain` request the planes of a section. A writing section knows the bits of every
+plane in advance, in the order of the planes; contexts and counts come from the walk, so reading and
+writing agree.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -14,7 +14,7 @@ from plain.planes import PlainSection
 TOTAL = 1 << 24
 Bits = list[int]
 State = Callable[[str, int, int, int], int | None]
-"""Of model, context, zeros and ones of a plane: the code to state, if one."""
+"""Returns the code to state, if any, for model, context, zeros and ones of a plane."""
 
 
 def encode(bits: Iterable[tuple[int, int]]) -> list[int]:
@@ -34,10 +34,10 @@ def encode(bits: Iterable[tuple[int, int]]) -> list[int]:
 
 @dataclass
 class Planes:
-    """The bits of every plane of a section, and what is stated of them.
+    """The bits of every plane of a section, and the stated codes.
 
     Attributes:
-        bits: Of each plane, in the order of the planes.
+        bits: Bits of each plane, in the order of the planes.
         stating: Which codes are stated.
     """
 
@@ -46,7 +46,7 @@ class Planes:
 
 
 class WritingSection(PlainSection):
-    """A section that answers with bits that are known, and gathers them for the coder."""
+    """A section that returns known bits, and collects them for the coder."""
 
     def __init__(
         self, title: str, planes: Planes, counts: dict[tuple[str, int], list[int]]

@@ -1,4 +1,4 @@
-"""Files of the suite on disk."""
+"""Reads and writes the files of the suite."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ FOLDERS = ("streams", "traps", "levels", "invalid", "damaged", "resource", "unit
 
 
 def differing(files: dict[str, bytes], root: Path) -> list[str]:
-    """Return the names of files that are missing, different, or there for no reason."""
+    """Return the names of files that are missing, different, or superfluous."""
     changed = [name for name, data in files.items() if not _holds(root / name, data)]
     there = [
         p.relative_to(root).as_posix() for f in FOLDERS for p in (root / f).glob("*") if p.is_file()
@@ -15,7 +15,7 @@ def differing(files: dict[str, bytes], root: Path) -> list[str]:
 
 
 def write(files: dict[str, bytes], names: list[str], root: Path) -> None:
-    """Write files; remove those that are no part of the suite."""
+    """Write files; remove those that do not belong to the suite."""
     for name in names:
         path = root / name
         if name not in files:

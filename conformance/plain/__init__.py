@@ -1,4 +1,4 @@
-"""The text once more, in plain integers: what makes the vectors.
+"""A second implementation of SPEC in plain integers, which makes the vectors.
 
-It shares no line with the package that it tests. It is slow, and meant to be read beside SPEC.
+It shares no code with the package that it tests. It is slow, and meant to be read next to SPEC.
 """

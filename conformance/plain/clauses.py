@@ -1,4 +1,4 @@
-"""Checks of a text by itself: clauses and their ids, reject ids in clauses, links, references."""
+"""Checks of the text itself: clauses and their ids, reject ids in clauses, links, references."""
 
 import re
 from collections.abc import Iterator
@@ -16,9 +16,9 @@ class Clause:
     """A sentence with MUST.
 
     Attributes:
-        section: In which it stands.
-        number: What its brackets say.
-        text: From the end of the clause before, in its block, to the id.
+        section: Section of the clause.
+        number: Id in brackets.
+        text: Text from the end of the previous clause in its block to the id.
     """
 
     section: str
@@ -27,7 +27,7 @@ class Clause:
 
 
 def blocks(spec: str) -> Iterator[tuple[str, str]]:
-    """Section and text of every paragraph and list item; no tables, no code, no headings."""
+    """Section and text of every paragraph and list item; no tables, code or headings."""
     section, lines, fenced = "", [], False
     for line in [*spec.splitlines(), ""]:
         fenced ^= line.startswith("```")
@@ -74,7 +74,7 @@ def check_clause_ids(spec: str) -> None:
 
 
 def check_reject_ids_of_clauses(spec: str) -> None:
-    """Every id that a clause names is in the table, and every id of the table is in a clause."""
+    """Every id in a clause must be in the table, and every id in the table in a clause."""
     known = {row[0]: row[2] for row in spec_text.table(spec, "rejects")}
     named: dict[str, set[str]] = {name: set() for name in known}
     for clause in clauses(spec):

@@ -1,4 +1,4 @@
-"""SPEC 8.2 and 8.3 in plain Python integers, written from the text alone."""
+"""SPEC 8.2 and 8.3 in plain Python integers, written from SPEC alone."""
 
 from dataclasses import dataclass
 
@@ -6,11 +6,11 @@ _TOTAL = 1 << 24
 _COUNT_LIMIT = 4096
 
 Counts = dict[tuple[str, int], list[int]]
-"""Zeros and ones by model and context; what is not there is 0."""
+"""Zeros and ones by model and context; missing ones are 0."""
 
 
 def weight_of(code: int) -> int:
-    """The weight of a 1 by a stated code."""
+    """The weight of a 1 for a stated code."""
     assert code < 240, "bad-probability"
     if code >= 120:
         return _TOTAL - weight_of(code - 120)
@@ -18,7 +18,7 @@ def weight_of(code: int) -> int:
 
 
 def weight_by_counts(zeros: int, ones: int) -> int:
-    """The weight of a 1 where no code is stated."""
+    """The weight of a 1 without a stated code."""
     return (2 * ones + 1) * _TOTAL // (2 * (zeros + ones) + 2)
 
 

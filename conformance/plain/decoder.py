@@ -1,8 +1,7 @@
-"""SPEC 6 to 9 in plain Python integers: a second decoder, of the annexes' streams.
+"""SPEC 6 to 9 in plain Python integers: a second decoder, for the streams of the annexes.
 
-It follows the text's words, shares the slow twins of `tests.oracle` and no
-line of the package, and keeps what it meets on the way: planes, symbols,
-anchors, states.
+It follows the wording of SPEC, shares only the slow functions of `plain.oracle`, and records
+everything on the way: planes, symbols, anchors, states.
 """
 
 import copy
@@ -25,7 +24,7 @@ _CANONICAL_SECTIONS = ("positions", "SH DC", "opacity", "log-scales", "rotations
 
 @dataclass
 class PlainFrame:
-    """What a frame's chunk was found to hold, and the state that it makes."""
+    """The content of a frame's chunk, and the resulting state."""
 
     kind: str
     state: PlainState
@@ -42,7 +41,7 @@ class PlainStream:
 
 
 def decode_plain(spec: str, data: bytes) -> PlainStream:
-    """Decode a whole stream by the text's tables; anything amiss is an AssertionError."""
+    """Decode a whole stream by the tables of SPEC; any fault is an AssertionError."""
     reader = FieldReader(spec, data)
     chunks = reader.chunks()
     header = chunks[0].fields
@@ -55,7 +54,7 @@ def decode_plain(spec: str, data: bytes) -> PlainStream:
 
 
 class FrameDecoder:
-    """One frame's chunk, of parsed fields; `conformance` makes its frames by the same walk."""
+    """The chunk of one frame with parsed fields; `conformance` makes frames with the same walk."""
 
     def __init__(self, header: dict[str, Any], fields: dict[str, Any]) -> None:
         self.header, self.fields = header, fields
@@ -73,7 +72,7 @@ class FrameDecoder:
         return PlainFrame(kind, state, self.runs, self.notes, crc)
 
     def state_after(self, before: PlainState | None) -> PlainState:
-        """The state that the chunk makes, whatever its CRC says."""
+        """The resulting state, even if its CRC is wrong."""
         if before is not None and "survivors" in self.fields:
             return self._snapshot(before)
         if before is None or "gaussian_count" in self.fields:

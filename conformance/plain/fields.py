@@ -1,6 +1,6 @@
-"""Parses a stream by the syntax tables of SPEC 5 as they stand in the text.
+"""Parses a stream by the syntax tables of SPEC 5, which are read from its text.
 
-No layout is written here: a row of the text that is wrong parses wrongly.
+The code contains no layout, so a wrong row in the text gives wrong fields.
 """
 
 import re
@@ -26,7 +26,7 @@ _PAYLOADS = {
 
 @dataclass(frozen=True)
 class Row:
-    """A field of a stream: where, which bytes, what."""
+    """A field of a stream: offset, bytes and value."""
 
     offset: int
     data: bytes
@@ -43,10 +43,10 @@ class PlainChunk:
 
 
 class FieldReader:
-    """Takes fields from bytes and notes each down.
+    """Takes fields from bytes and records each.
 
     Args:
-        spec: The text whose tables are followed.
+        spec: Text with the tables to follow.
         data: A stream.
     """
 
@@ -58,7 +58,7 @@ class FieldReader:
         self._has_updates = False
 
     def chunks(self) -> list[PlainChunk]:
-        """The chunks of the whole stream; every CRC is compared with its bytes."""
+        """The chunks of the whole stream; every CRC is checked."""
         magic = bytes.fromhex(re.search(r"magic, the eight bytes `([0-9A-F ]+)`", self._spec)[1])
         assert self._take("magic", len(magic), "") == magic
         chunks = []

@@ -1,4 +1,4 @@
-"""The Gaussians of SPEC 8.5 and 8.6 in plain Python integers, written from the text alone."""
+"""The Gaussians of SPEC 8.5 and 8.6 in plain Python integers, written from SPEC alone."""
 
 from plain.planes import (
     PlainSection,
@@ -23,14 +23,14 @@ def read_colors(section: PlainSection, name: str, count: int) -> list[Row]:
 
 
 def read_rotations(section: PlainSection, name: str, count: int) -> list[tuple[int, Row]]:
-    """Of each Gaussian j and a, b, c."""
+    """For each Gaussian j and a, b, c."""
     indices = fixed(section, f"{name}, index", [0] * count, 2)
     others = zip(*rows_apart(section, name, count, 3), strict=True)
     return [(j, list(abc)) for j, abc in zip(indices, others, strict=True)]
 
 
 def read_log_scales(section: PlainSection, name: str, count: int) -> list[Row]:
-    """Log-scales x, y, z of newborn, each coded less the one before it."""
+    """Log-scales x, y, z of births, each coded relative to the previous one."""
     x, y, z = rows_apart(section, name, count, 3) or [[], [], []]
     y = _add(x, y)
     return [x, y, _add(y, z)]

@@ -1,4 +1,4 @@
-"""The motion section, SPEC 8.7, in plain Python integers, written from the text alone."""
+"""The motion section, SPEC 8.7, in plain Python integers, written from SPEC alone."""
 
 from plain.planes import PlainSection
 from plain.state import PlainLevel, Vector
@@ -15,11 +15,11 @@ def read_motion(
     Args:
         section: Of the frame.
         channels: 6 or 7.
-        motion: Of the frame before, by id; what is not there is 0.
+        motion: Symbols of the previous frame by id; missing ones are 0.
         levels: Level 1 first.
     """
     zeros = [0] * channels
-    # Above level L is nothing: as if all its anchors had a parent without symbols.
+    # Above level L all anchors count as having a parent without symbols.
     symbols, done = [zeros], [zeros]
     for number in range(len(levels), 0, -1):
         level = levels[number - 1]
@@ -45,7 +45,7 @@ def _subtract(first: Vector, second: Vector) -> Vector:
 
 
 def _class(value: int, borders: tuple[int, ...]) -> int:
-    """How many of the borders a value has reached."""
+    """The number of borders that a value has reached."""
     return sum(value >= border for border in borders)
 
 
@@ -71,7 +71,7 @@ class _LevelReader:
         return self.symbols
 
     def _read_where(self, moving: list[int]) -> list[Place]:
-        """Channel and anchor of all symbols that are not 0, in the order of the planes."""
+        """Channel and anchor of all nonzero symbols, in the order of the planes."""
         there: list[Place] = []
         channels = len(self.symbols[0])
         for channel in range(channels):

@@ -1,7 +1,7 @@
-"""Slow and obvious twins of the normative functions, in plain Python integers.
+"""Slow and obvious versions of the normative functions, in plain Python integers.
 
-Written from the SPEC's sentences and sharing no code with the package but the
-constants; what the package computes must be equal to the last bit.
+They are written from SPEC and share only constants with the package, which must give exactly the
+same results.
 """
 
 from fractions import Fraction
@@ -36,7 +36,7 @@ def hamilton(a: list[int], b: list[int]) -> list[int]:
 
 
 def turn(rotation: list[int], sums: list[int]) -> list[int]:
-    """A rotation turned by a sum of residuals (SPEC 7.5)."""
+    """A rotation multiplied by a sum of residuals (SPEC 7.5)."""
     residual = normalize(sums, 20)
     product = [divide_round(v, Q22) for v in hamilton(rotation, residual)]
     return normalize(product, 8)
@@ -80,7 +80,7 @@ def sample(
 
 
 def bind(positions: list[tuple[int, ...]], anchors: list[tuple[int, ...]]) -> list[int]:
-    """The nearest anchor of every Gaussian; of equally near ones the first (SPEC 6.4)."""
+    """The nearest anchor of every Gaussian; the first one of equally near ones (SPEC 6.4)."""
     return [
         min(
             range(len(anchors)),

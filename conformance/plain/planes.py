@@ -1,7 +1,7 @@
-"""SPEC 8.1, 8.4 and the rows of 8.5 in plain Python integers, written from the text alone.
+"""SPEC 8.1, 8.4 and the rows of 8.5 in plain Python integers, written from SPEC alone.
 
-What it decodes it notes down, a run to each context of each plane: the annexes
-print these runs, and the package must come to the same numbers.
+It records a run for each context of each plane: the annexes print these runs, and the package must
+find the same numbers.
 """
 
 from dataclasses import dataclass, field
@@ -27,12 +27,12 @@ class Run:
 
 @dataclass
 class PlainSection:
-    """A section whose planes are asked for one by one.
+    """A section whose planes are read one by one.
 
     Attributes:
         title: Of the section.
         words: All of them.
-        counts: Of the models, which go on as planes are read.
+        counts: Counts of the models, which are updated as planes are read.
     """
 
     title: str
@@ -90,7 +90,7 @@ class PlainSection:
 
 
 def open_section(title: str, stored: dict[str, Any], counts: Counts) -> PlainSection:
-    """A section of parsed fields."""
+    """A section with parsed fields."""
     return PlainSection(title, list(stored["words"]), counts)
 
 
@@ -104,7 +104,7 @@ def fixed(section: PlainSection, name: str, contexts: Row, width: int) -> Row:
 
 
 def _mantissas(section: PlainSection, name: str, inner: Row, classes: Row) -> Row:
-    """The numbers; `inner` is what stands before `known` in a context."""
+    """The numbers; `inner` is the part of the context before `known`."""
     known = [min(k, 1) for k in classes]
     for depth in range(max(classes, default=0)):
         there = [index for index, k in enumerate(classes) if k > depth + 1]
@@ -149,7 +149,7 @@ def ascending(section: PlainSection, name: str, count: int, width: int) -> Row:
 
 
 def rows_apart(section: PlainSection, name: str, count: int, height: int) -> list[Row]:
-    """Rows of signed numbers, a context to each row (SPEC 8.5)."""
+    """Rows of signed numbers, with a context for each row (SPEC 8.5)."""
     return _rows(section, name, count, [row for row in range(height) for _ in range(count)])
 
 

@@ -1,4 +1,4 @@
-"""Survivors of a snapshot, SPEC 8.9 and 7.9, in plain integers, written from the text alone."""
+"""Survivors of a snapshot, SPEC 8.9 and 7.9, in plain integers, written from SPEC alone."""
 
 from plain.planes import PlainSection, fixed, signed
 from plain.state import PlainCoded, Vector
@@ -16,7 +16,7 @@ _FIELDS = {
 
 
 def read_survivors(section: PlainSection, count: int) -> Survivors:
-    """Which of the Gaussians of the CANO are left, and how they differ."""
+    """Which Gaussians of the CANO remain, and their differences."""
     lives = section.plane("survivors, lives", "", [0] * count)
     kept = [i for i, bit in enumerate(lives) if bit]
     differences: list[Vector] = [[0] * 14 for _ in kept]

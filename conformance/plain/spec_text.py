@@ -1,6 +1,6 @@
-"""Reads the text of SPEC.md: its marked tables, its sections, its made regions.
+"""Reads SPEC.md: its marked tables, its sections, its generated regions.
 
-Every function takes the text, so that a check can be tried on a text with a slip in it.
+Every function takes the text, so that checks can be tested on texts with a mistake.
 """
 
 import re
@@ -17,7 +17,7 @@ def text() -> str:
 
 
 def lines_of(spec: str, marker: str) -> list[str]:
-    """The lines under `<!-- spec:marker -->` up to the first empty one."""
+    """The lines below `<!-- spec:marker -->` up to the first empty one."""
     parts = spec.split(f"<!-- spec:{marker} -->\n")
     assert len(parts) == 2, f"spec:{marker} is there {len(parts) - 1} times"
     return parts[1].split("\n\n", 1)[0].splitlines()
@@ -28,7 +28,7 @@ def cells_of(line: str) -> list[str]:
 
 
 def table(spec: str, marker: str) -> list[list[str]]:
-    """The rows of the table under a marker, without its head."""
+    """The rows of the table below a marker, without its header."""
     head, rule, *rows = [cells_of(line) for line in lines_of(spec, marker)]
     assert all(set(cell) == {"-"} for cell in rule), marker
     assert all(len(row) == len(head) for row in rows), marker
@@ -36,27 +36,27 @@ def table(spec: str, marker: str) -> list[list[str]]:
 
 
 def records(spec: str, marker: str) -> list[dict[str, str]]:
-    """The rows of a table by the names in its head."""
+    """The rows of a table by the names in its header."""
     head = cells_of(lines_of(spec, marker)[0])
     return [dict(zip(head, row, strict=True)) for row in table(spec, marker)]
 
 
 def made(spec: str, name: str) -> str:
-    """What stands between the comments of a region that `make_annexes` writes."""
+    """The content between the comments of a region that `make_annexes` writes."""
     begin, end = f"<!-- made:{name} -->\n", f"<!-- end:{name} -->"
     assert spec.count(begin) == spec.count(end) == 1, name
     return spec.split(begin)[1].split(end)[0]
 
 
 def replace_made(spec: str, name: str, body: str) -> str:
-    """The text with another body between the comments of a region."""
+    """The text with other content between the comments of a region."""
     old = made(spec, name)
     begin = f"<!-- made:{name} -->\n"
     return spec.replace(begin + old, begin + body, 1)
 
 
 def dump_path(name: str) -> str:
-    """Where the dump of a stream of Annex G is, from the root of the repository."""
+    """Path of the dump of a stream of Annex G in the repository."""
     return f"conformance/annex-g/stream-{name}.hex"
 
 
@@ -90,7 +90,7 @@ def sections(spec: str) -> set[str]:
 
 
 def section_references(source: str) -> list[str]:
-    """The numbers behind `SPEC ` in a source file; of `SPEC 6.1 to 6.3` all three that are said."""
+    """The numbers after `SPEC ` in a source file; of `SPEC 6.1 to 6.3` all three."""
     found = []
     for numbers in re.findall(r"SPEC (\d[\d., to and]*)", source):
         found += re.findall(r"\d+(?:\.\d+)?", numbers)

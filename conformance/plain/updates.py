@@ -1,4 +1,4 @@
-"""Updates, SPEC 8.8 and 7.8, in plain Python integers, written from the text alone."""
+"""Updates, SPEC 8.8 and 7.8, in plain Python integers, written from SPEC alone."""
 
 from plain import oracle
 from plain.planes import PlainSection, signed
@@ -12,12 +12,12 @@ _FIELDS = {
     "SH DC": range(10, 13),
 }
 
-# By id: the residuals of a Gaussian that changes and stays, None of one that leaves.
+# By id: the residuals of a Gaussian that changes and stays, None if it leaves.
 Changes = dict[int, Vector | None]
 
 
 def read_updates(section: PlainSection, gaussians: list[PlainGaussian]) -> Changes:
-    """What the section says of the Gaussians."""
+    """The content of the section about the Gaussians."""
     contexts = [4 * _class(sum(map(abs, g.motion))) + g.recency for g in gaussians]
     bits = section.plane("updates, changes", "", contexts)
     chosen = [g for g, bit in zip(gaussians, bits, strict=True) if bit]
@@ -44,7 +44,7 @@ def read_updates(section: PlainSection, gaussians: list[PlainGaussian]) -> Chang
 def apply_updates(
     gaussians: list[PlainGaussian], changes: Changes, step: int, unity: int
 ) -> list[PlainGaussian]:
-    """The Gaussians that are left, each changed as it is said."""
+    """The remaining Gaussians with their changes."""
     left = [g for g in gaussians if changes.get(g.id, []) is not None]
     assert left, "count"
     for g in left:

@@ -1,4 +1,4 @@
-"""Ways to ask a decoder: one process to a stream, one to many jobs, or piece by piece."""
+"""Runs a decoder: a process for each stream, one process for many jobs, or piece by piece."""
 
 import json
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ _START_SECONDS = 20.0
 
 
 def ask_capabilities(command: str, limits: Limits) -> Line:
-    """Return what a decoder says that it can do; nothing where it does not say."""
+    """Return the capabilities that a decoder prints; none if it prints nothing."""
     decoder = Decoder(command, Limits(_START_SECONDS, limits.memory_mib), "--capabilities")
     decoder.send(b"", last=True)
     said: Line = {}
@@ -28,13 +28,13 @@ def ask_capabilities(command: str, limits: Limits) -> Line:
 
 
 class Asker:
-    """Asks a decoder one case after the other.
+    """Tests a decoder with one case after another.
 
     Args:
         command: The decoder.
-        suite: Where the streams are.
+        suite: Suite with the streams.
         limits: Of each case.
-        jobs: Whether the decoder does many jobs in one process.
+        jobs: Whether the decoder supports many jobs in one process.
     """
 
     def __init__(self, command: str, suite: Suite, limits: Limits, *, jobs: bool) -> None:
@@ -45,7 +45,7 @@ class Asker:
         self._worker: Decoder | None = None
 
     def ask(self, case: Case) -> Verdict:
-        """Return what is to be said of the decoder in one case."""
+        """Return the verdict on the decoder in one case."""
         try:
             if case.mode == "grow":
                 return self._ask_growing(case)
@@ -55,7 +55,7 @@ class Asker:
             return Verdict(fault.verdict, str(fault))
 
     def close(self) -> None:
-        """End the process that does jobs."""
+        """Stop the process that runs jobs."""
         if self._worker is not None:
             self._worker.kill()
             self._worker = None
@@ -76,10 +76,10 @@ class Asker:
         )
 
     def ask_job(self, job: Line, stream: bytes) -> list[Line]:
-        """Return what a decoder answers to a job.
+        """Return the decoder's answer to a job.
 
         Raises:
-            FaultError: It does not, or not within the limits.
+            FaultError: There is no answer, or not within the limits.
         """
         if self._worker is None:
             self._worker = Decoder(self._command, self._limits, "--jobs")
@@ -94,7 +94,7 @@ class Asker:
         raise worker.crash(worker.finish())
 
     def _ask_growing(self, case: Case) -> Verdict:
-        """Feed a stream chunk by chunk: a frame must come before more is fed."""
+        """Feed a stream chunk by chunk: a frame must be printed before the next chunk is fed."""
         stream, said = self._suite.stream(case.vector), []
         decoder = Decoder(self._command, self._limits)
         lines = decoder.lines()
@@ -109,7 +109,7 @@ class Asker:
         except FaultError as fault:
             if fault.verdict != "timeout" or not said:
                 raise
-            return Verdict("missing", f"frame {len(said)} does not come while the stream grows")
+            return Verdict("missing", f"frame {len(said)} is not printed while the stream grows")
         finally:
             decoder.kill()
         return judge(case, said)
@@ -123,14 +123,14 @@ def _next_line(lines: Iterator[Line], number: int) -> Line:
 
 
 def _check_status(decoder: Decoder, lines: list[Line]) -> None:
-    """Hold the exit status against what was said."""
+    """Compare the exit status with the printed lines."""
     status = decoder.finish()
     last = lines[-1] if lines else {}
     due = next((code for word, code in _STATUS.items() if word in last), 0)
     if status == due:
         return
     if due and status in {0, *_STATUS.values()}:
-        raise FaultError(STATUS, f"exit status {status}, where {due} is due")
+        raise FaultError(STATUS, f"exit status {status}, expected {due}")
     raise decoder.crash(status)
 
 

@@ -1,4 +1,4 @@
-"""Cases: what is asked of a decoder, and what it is to answer."""
+"""Cases: the input of a decoder, and the expected output."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,16 +12,16 @@ MODES = ("decode", "numbers", "seek", "recover", "grow", "unit")
 
 @dataclass(frozen=True)
 class Case:
-    """One thing that is asked.
+    """One test of a decoder.
 
     Attributes:
-        name: Of the vector or unit, and how it is asked.
+        name: Name of the vector or unit, and the way it is tested.
         category: streams, traps, levels, invalid, damaged, resource or unit.
         mode: One of MODES.
-        clauses: Of SPEC.md, or sections of it.
-        vector: Name of the stream; of a unit, its function.
-        expected: `frames`, `refused`, `gaps`, `may_decline`; of a unit, `output` or `refused`.
-        job: What a decoder that does jobs is asked.
+        clauses: Clauses or sections of SPEC.md.
+        vector: Name of the stream, or the function of a unit.
+        expected: `frames`, `refused`, `gaps`, `may_decline`; for a unit, `output` or `refused`.
+        job: Job for a decoder that supports jobs.
     """
 
     name: str
@@ -34,7 +34,7 @@ class Case:
 
 
 def list_cases(suite: Suite, capabilities: Line) -> Iterator[Case]:
-    """Yield what a decoder of given capabilities can be asked."""
+    """Yield the cases for a decoder with given capabilities."""
     can = set(capabilities.get("capabilities", []))
     for entry in suite.vectors.values():
         if entry.get("needs", "") in {"", *can}:

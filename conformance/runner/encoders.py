@@ -1,6 +1,6 @@
-"""An encoder: what it declares of its stream, compared with what comes out of it.
+"""Tests an encoder: compares its declarations with its decoded stream.
 
-The stream is decoded by a decoder that is trusted; see RUNNER.md, Encoders.
+A trusted decoder decodes the stream; see RUNNER.md, Encoders.
 """
 
 import json
@@ -26,7 +26,7 @@ _PARTS = {"position": 3, "rotation": 4, "log_scales": 3, "opacity": 1, "sh_dc": 
 
 
 def try_encoder(encoder: str, decoder: str, scene: Path, limits: Limits) -> Verdict:
-    """Return what is to be said of an encoder and one scene."""
+    """Return the verdict on an encoder for one scene."""
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "stream.quarc"
         try:
@@ -41,14 +41,14 @@ def try_encoder(encoder: str, decoder: str, scene: Path, limits: Limits) -> Verd
 
 
 def judge_encoder(scene: Line, declared: list[Line], stream: bytes, said: list[Line]) -> Verdict:
-    """Hold a scene, what was declared and what was decoded against each other."""
+    """Compare a scene, the declarations and the decoded frames with each other."""
     if not declared or "bounds" not in declared[-1] or "level" not in declared[-1]:
         return Verdict("silent", "no level and bounds were declared")
     if said and "refused" in said[-1]:
-        return Verdict("refused", f"what was written is rejected: {said[-1]['refused']}")
+        return Verdict("refused", f"the stream is rejected: {said[-1]['refused']}")
     mine = [(line.get("frame"), line.get("sha256")) for line in declared[:-1]]
     if mine != [(line["frame"], line["sha256"]) for line in said] or not mine:
-        return Verdict("wrong", "the states that were declared are not those that come out")
+        return Verdict("wrong", "the declared states differ from the decoded ones")
     if len(said) != 1 + len(scene["frames"]):
         return Verdict("missing", f"{len(said)} frames of {1 + len(scene['frames'])}")
     return (
@@ -83,7 +83,7 @@ def _decode(decoder: str, stream: bytes, limits: Limits) -> list[Line]:
 
 
 def _judge_level(level: int, stream: bytes, said: list[Line]) -> Verdict | None:
-    """Measure the level: HEAD's, and the least that would have done."""
+    """Compare the level of HEAD with the lowest sufficient one."""
     chunks = [piece for piece, _ in split_pieces(stream)]
     head = chunks[0][8 + 20 + _HEAD_LEVEL]
     payloads = [chunk[20:-4] for chunk in chunks[1:]]
@@ -106,7 +106,7 @@ def _judge_level(level: int, stream: bytes, said: list[Line]) -> Verdict | None:
 
 
 def _judge_bounds(scene: Line, bounds: dict[str, float], said: list[Line]) -> Verdict | None:
-    """Hold the numbers of every frame against the scene's."""
+    """Compare the numbers of every frame with those of the scene."""
     before: list[dict[str, tuple[float, ...]]] = []
     for number, line in enumerate(said):
         there = list(_split(line, scene["header"]["sh_degree"]))
@@ -140,7 +140,7 @@ def _split(line: Line, degree: int) -> Iterator[dict[str, tuple[float, ...]]]:
 def _match(
     due: list[Line], there: list[dict[str, tuple[float, ...]]], bounds: dict[str, float]
 ) -> str:
-    """Find a Gaussian for each that is due, in whatever order an encoder has them."""
+    """Match a decoded Gaussian to each of the scene, in any order."""
     left = list(there)
     for gaussian in due:
         found = next((each for each in left if _is_near(gaussian, each, bounds)), None)
@@ -155,7 +155,7 @@ def _is_near(gaussian: Line, there: dict[str, tuple[float, ...]], bounds: dict[s
 
 
 def _distance(name: str, due: list[float], there: tuple[float, ...]) -> float:
-    """The greatest difference of a component; of rotations, of either sign."""
+    """The greatest difference of a component; for rotations, with either sign."""
     plus = max(abs(a - b) for a, b in zip(due, there, strict=True))
     minus = max(abs(a + b) for a, b in zip(due, there, strict=True))
     return min(plus, minus) if name == "rotation" else plus

@@ -1,4 +1,4 @@
-"""What a decoder has said, compared with what it was to say."""
+"""Compares the output of a decoder with the expected output."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,12 +11,12 @@ VERDICTS = (
     *(PASS, "silent", "missing", "extra", "wrong", "not-refused", "refused", "wrong-id", "gaps"),
     *("status", "garbage", "crash", "timeout", "memory", "level", "bounds"),
 )
-"""Everything that can be said of a case; README.md says what each means."""
+"""All verdicts on a case; README.md explains them."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is said of a case.
+    """The verdict on a case.
 
     Attributes:
         name: One of VERDICTS.
@@ -28,10 +28,10 @@ class Verdict:
 
 
 def judge(case: Case, lines: list[Line]) -> Verdict:
-    """Return what is to be said of a decoder that has ended a case properly."""
+    """Return the verdict on a decoder that ended a case without a crash."""
     for line in lines:
         if not line.keys() & {"frame", "gap", "refused", "declined", "output"}:
-            return Verdict("garbage", f"a line that says nothing known: {str(line)[:80]}")
+            return Verdict("garbage", f"a line without any known key: {str(line)[:80]}")
     if case.mode == "unit":
         return _judge_unit(case, lines)
     if case.mode == "numbers":
@@ -55,11 +55,11 @@ def _judge_frames(case: Case, lines: list[Line]) -> Verdict | None:
         return Verdict("silent", "nothing was said")
     for mine, due in zip(said, expected, strict=False):
         if mine[0] != due[0]:
-            return Verdict("wrong", f"frame {mine[0]} came out where frame {due[0]} was due")
+            return Verdict("wrong", f"frame {mine[0]} was printed instead of frame {due[0]}")
         if mine != due:
-            return Verdict("wrong", f"frame {due[0]} is not the one that was encoded")
+            return Verdict("wrong", f"frame {due[0]} differs from the encoded one")
     if len(said) > len(expected):
-        return Verdict("extra", f"frame {said[len(expected)][0]} came out and must not")
+        return Verdict("extra", f"frame {said[len(expected)][0]} was printed but must not be")
     if len(said) < len(expected) and not case.expected.get("refused"):
         return _name_refusal(lines) or Verdict(
             "missing", f"frame {expected[len(said)][0]} is missing"
@@ -82,10 +82,10 @@ def _judge_end(case: Case, ended: list[Line]) -> Verdict | None:
     if not allowed:
         return _name_refusal(ended)
     if not ended:
-        return Verdict("not-refused", f"{' or '.join(allowed)} was due")
+        return Verdict("not-refused", f"{' or '.join(allowed)} was expected")
     if ended[0].get("refused") not in allowed:
         said = ended[0].get("refused", "declined")
-        return Verdict("wrong-id", f"{said}, where {' or '.join(allowed)} is true")
+        return Verdict("wrong-id", f"{said}, expected {' or '.join(allowed)}")
     return None
 
 
@@ -97,7 +97,7 @@ def _judge_gaps(case: Case, lines: list[Line]) -> Verdict:
     for mine, gap in zip(said, due, strict=True):
         same = all(mine.get(key) == gap[key] for key in ("offset", "bytes", "frames_lost"))
         if not same or mine.get("refused") not in gap["refused"]:
-            return Verdict("gaps", f"gap {mine}, where {gap} is due")
+            return Verdict("gaps", f"gap {mine}, expected {gap}")
     return Verdict(PASS)
 
 
@@ -117,11 +117,11 @@ def _judge_unit(case: Case, lines: list[Line]) -> Verdict:
     said, due = lines[0].get(key), case.expected[key]
     if same_numbers(said, due):
         return Verdict(PASS)
-    return Verdict("wrong", f"{str(lines[0])[:80]}, where {str(due)[:60]} is due")
+    return Verdict("wrong", f"{str(lines[0])[:80]}, expected {str(due)[:60]}")
 
 
 def same_numbers(said: Any, due: Any) -> bool:
-    """Tell whether two answers are equal; an integer may stand as a decimal string."""
+    """Return whether two answers are equal; an integer may be a decimal string."""
     if isinstance(said, list) and isinstance(due, list):
         return len(said) == len(due) and all(map(same_numbers, said, due))
     if isinstance(said, dict) and isinstance(due, dict):

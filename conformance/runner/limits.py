@@ -1,4 +1,4 @@
-"""What a process may use, and how much it does use."""
+"""Limits the resources of a process, and measures them."""
 
 import os
 import resource
@@ -13,21 +13,21 @@ _BACKSTOP = 8
 
 @dataclass(frozen=True)
 class Limits:
-    """What one case may use.
+    """Limits of one case.
 
     Attributes:
         seconds: On the clock.
-        memory_mib: Resident memory of the decoder and its children.
+        memory_mib: Resident memory of the decoder and its child processes.
     """
 
     seconds: float = 10.0
     memory_mib: int = 512
 
     def backstop(self) -> None:
-        """Bound the data of this process, before it becomes the decoder.
+        """Limit the data size of this process before it becomes the decoder.
 
-        Well above the bound on resident memory, which is watched: some
-        runtimes set aside far more than they use.
+        Well above the limit of resident memory, which is measured: some runtimes reserve far more
+        than they use.
         """
         most = _BACKSTOP * self.memory_mib * _MIB
         resource.setrlimit(resource.RLIMIT_DATA, (most, most))
@@ -39,7 +39,7 @@ class Watch:
 
     Args:
         pid: Of the decoder.
-        limits: What it may use.
+        limits: Limits of the case.
     """
 
     def __init__(self, pid: int, limits: Limits) -> None:
@@ -48,14 +48,14 @@ class Watch:
         self._end = time.monotonic() + limits.seconds
 
     def fault(self) -> str | None:
-        """Return `timeout` or `memory` if a limit has been passed."""
+        """Return `timeout` or `memory` if a limit is exceeded."""
         if resident_mib(self._pid) > self._limits.memory_mib:
             return "memory"
         return "timeout" if time.monotonic() > self._end else None
 
 
 def resident_mib(pid: int) -> float:
-    """Return the resident memory of a process and its children; 0 where it is not told."""
+    """Return the resident memory of a process and its child processes; 0 if unknown."""
     try:
         pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
         children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
@@ -65,7 +65,7 @@ def resident_mib(pid: int) -> float:
 
 
 def kill_group(pid: int) -> None:
-    """End a process that leads a session, and all that it has started."""
+    """Kill the leader of a session, and all processes that it has started."""
     try:
         os.killpg(pid, 9)
     except ProcessLookupError:

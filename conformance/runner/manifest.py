@@ -1,4 +1,4 @@
-"""The manifest, and the streams that it names: committed, or made of their parents."""
+"""The manifest and its streams, committed or generated from their parents."""
 
 import hashlib
 import json
@@ -10,7 +10,7 @@ Entry = dict[str, Any]
 
 
 class SuiteError(Exception):
-    """The suite itself is not as its manifest says, or there is none."""
+    """The suite differs from its manifest, or there is none."""
 
 
 @dataclass
@@ -18,9 +18,9 @@ class Suite:
     """Vectors and unit files.
 
     Attributes:
-        root: The folder of the suite.
+        root: Folder of the suite.
         vectors: Entries of the manifest by name.
-        units: What the files of known answers hold.
+        units: Contents of the files of known answers.
     """
 
     root: Path
@@ -33,7 +33,7 @@ class Suite:
         """Read the manifest of a folder.
 
         Raises:
-            SuiteError: There is none, or it names nothing.
+            SuiteError: The manifest is missing, or empty.
         """
         try:
             manifest = json.loads((root / "manifest.json").read_text("utf-8"))
@@ -50,7 +50,7 @@ class Suite:
         """Return the bytes of a vector.
 
         Raises:
-            SuiteError: They are missing, or not those of the manifest.
+            SuiteError: They are missing, or differ from the manifest.
         """
         entry = self.vectors[name]
         if "file" not in entry:
@@ -60,7 +60,7 @@ class Suite:
         else:
             data = self._made[name] = self._read(entry["file"])
         if hashlib.sha256(data).hexdigest() != entry["sha256"]:
-            message = f"{name} is not the stream that the manifest names"
+            message = f"{name} differs from the stream in the manifest"
             raise SuiteError(message)
         return data
 
@@ -73,7 +73,7 @@ class Suite:
 
 
 def apply_patch(parent: bytes, patch: list[Entry]) -> bytes:
-    """Return a parent with bytes in place of others; places are those of the parent."""
+    """Return a parent with replaced bytes; offsets are those of the parent."""
     data, place = b"", 0
     for splice in patch:
         data += parent[place : splice["at"]]

@@ -1,4 +1,4 @@
-"""A decoder as a process: lines come out of it, or a fault does."""
+"""Runs a decoder as a process; it yields lines, or raises a fault."""
 
 import json
 import queue
@@ -19,10 +19,10 @@ _LONGEST = 1 << 20
 
 
 class FaultError(Exception):
-    """A decoder has done what is no result.
+    """A decoder did not give a result.
 
     Attributes:
-        verdict: What is to be said of it; one of `judge.VERDICTS`.
+        verdict: The verdict; one of `judge.VERDICTS`.
     """
 
     def __init__(self, verdict: str, message: str) -> None:
@@ -31,14 +31,14 @@ class FaultError(Exception):
 
 
 class StartError(Exception):
-    """A command cannot be started: it has no verdict, since it was never asked."""
+    """A command cannot be started; this is not a verdict on the decoder."""
 
 
 class Decoder:
     """A running decoder.
 
     Args:
-        command: As a shell would take it, without a shell.
+        command: Command line in shell syntax; it is run without a shell.
         limits: Of each case.
         more: Arguments after the command's own.
 
@@ -56,22 +56,22 @@ class Decoder:
             threading.Thread(target=action, daemon=True).start()
 
     def begin_case(self) -> None:
-        """Count time and memory anew."""
+        """Reset the limits of time and memory."""
         self.watch = Watch(self._process.pid, self._limits)
 
     def send(self, data: bytes, *, last: bool = False) -> None:
-        """Hand bytes to the decoder; what it does not take is lost."""
+        """Send bytes to the decoder; bytes that it does not read are lost."""
         threading.Thread(target=self._write, args=(data, last), daemon=True).start()
 
     def feed(self, data: bytes) -> None:
-        """Hand bytes to the decoder at once, before what comes next is looked at."""
+        """Send bytes to the decoder and wait until they are written."""
         self._write(data, last=False)
 
     def lines(self) -> Iterator[Line]:
-        """Yield the lines that come, until the decoder ends.
+        """Yield the printed lines until the decoder ends.
 
         Raises:
-            FaultError: A limit is passed, or a line is no JSON object.
+            FaultError: A limit is exceeded, or a line is not a JSON object.
         """
         while (raw := self._next()) is not None:
             yield parse_line(raw)
@@ -96,7 +96,7 @@ class Decoder:
         return self._errors[-300:].decode(errors="replace").strip().replace("\n", " | ")
 
     def crash(self, status: int) -> FaultError:
-        """Return the fault of a decoder that ended with a status and without a result."""
+        """Return the fault of a decoder that ended with a status but without a result."""
         return FaultError(self._name_crash(), f"exit status {status}: {self.said()}")
 
     def kill(self) -> None:
@@ -150,10 +150,10 @@ class Decoder:
 
 
 def _split(command: str) -> list[str]:
-    """Return the words of a command.
+    """Split a command into words.
 
     Raises:
-        StartError: It has none, or a quotation that does not end.
+        StartError: It is empty, or has an unclosed quotation.
     """
     try:
         words = shlex.split(command)
@@ -167,7 +167,7 @@ def _split(command: str) -> list[str]:
 
 
 def _start(words: list[str], limits: Limits) -> subprocess.Popen[bytes]:
-    """Start a program with pipes to and from it.
+    """Start a program with pipes for input and output.
 
     Raises:
         StartError: It does not start.

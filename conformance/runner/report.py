@@ -1,4 +1,4 @@
-"""Reports: text to read, JSON and JUnit to process."""
+"""Reports as text, JSON and JUnit."""
 
 import json
 from collections import Counter, defaultdict
@@ -16,7 +16,7 @@ _SCHEMA = "quarc-ref/conformance-report/1"  # schema/report.schema.json
 
 @dataclass(frozen=True)
 class Result:
-    """A case and what is said of it."""
+    """A case and its verdict."""
 
     case: Case
     verdict: Verdict
@@ -24,7 +24,7 @@ class Result:
 
     @property
     def passed(self) -> bool:
-        """Whether the decoder did right."""
+        """Whether the case passed."""
         return self.verdict.name == PASS
 
 
@@ -34,8 +34,8 @@ class Report:
 
     Attributes:
         command: The decoder.
-        capabilities: What it says that it can do.
-        results: In the order of the cases.
+        capabilities: Capabilities that it prints.
+        results: Results in the order of the cases.
     """
 
     command: str
@@ -44,11 +44,11 @@ class Report:
 
     @property
     def passed(self) -> bool:
-        """Whether there were cases, and all went well."""
+        """Whether there were cases, and all passed."""
         return bool(self.results) and all(result.passed for result in self.results)
 
     def by(self, key: str) -> dict[str, tuple[int, int]]:
-        """Return how many cases passed, and of how many, by `category`, `mode` or `clauses`."""
+        """Return the numbers of passed and of all cases by `category`, `mode` or `clauses`."""
         counts: dict[str, list[int]] = defaultdict(lambda: [0, 0])
         for result in self.results:
             value = getattr(result.case, key)
@@ -58,7 +58,7 @@ class Report:
         return {name: (good, all_) for name, (good, all_) in sorted(counts.items())}
 
     def text(self, *, clauses: bool) -> str:
-        """Return what a person reads."""
+        """Return the report as text."""
         failed = [result for result in self.results if not result.passed]
         lines = [f"decoder: {self.command}"]
         can = ", ".join(["decode", *self.capabilities.get("capabilities", [])])
@@ -77,7 +77,7 @@ class Report:
         return "\n".join(lines) + "\n"
 
     def as_json(self) -> dict[str, Any]:
-        """Return what a program reads; schema/report.schema.json."""
+        """Return the report as JSON; see schema/report.schema.json."""
         cases = [
             {
                 "name": r.case.name,
@@ -102,7 +102,7 @@ class Report:
         }
 
     def junit(self) -> bytes:
-        """Return a JUnit file, a test case to a case."""
+        """Return a JUnit file with a test case for each case."""
         failed = sum(not result.passed for result in self.results)
         numbers = {"tests": str(len(self.results)), "failures": str(failed)}
         suite = ElementTree.Element("testsuite", {"name": "quarc conformance", **numbers})
@@ -116,7 +116,7 @@ class Report:
 
 
 def write_reports(report: Report, as_json: Path | None, junit: Path | None) -> None:
-    """Write the files that are asked for."""
+    """Write the requested files."""
     if as_json is not None:
         as_json.write_text(json.dumps(report.as_json(), indent=1) + "\n", "utf-8")
     if junit is not None:
@@ -124,5 +124,5 @@ def write_reports(report: Report, as_json: Path | None, junit: Path | None) -> N
 
 
 def select(cases: Iterable[Case], wanted: list[str]) -> list[Case]:
-    """Return the cases whose names begin with one of given beginnings; all where none is given."""
+    """Return the cases with names that have one of the prefixes; all without prefixes."""
     return [case for case in cases if not wanted or case.name.startswith(tuple(wanted))]

@@ -1,4 +1,4 @@
-"""Mistakes in reading the container, and in finding a way through it (SPEC 5, 11)."""
+"""Mistakes in reading the container, and in seeking (SPEC 5, 11)."""
 
 from mutant import mutant
 

@@ -1,9 +1,9 @@
-"""What a mutant is."""
+"""The form of a mutant."""
 
 from dataclasses import dataclass
 
 Edit = tuple[str, str, str]
-"""File in quarc_ref, a text that is there exactly once, text in its place."""
+"""File in quarc_ref, a text that occurs exactly once, and its replacement."""
 
 
 @dataclass(frozen=True)
@@ -11,10 +11,10 @@ class Mutant:
     """A mistake that a decoder might make, as changes of the reference decoder's source.
 
     Attributes:
-        name: What the decoder does.
-        edits: How it comes to do it.
-        alone: The category of vectors that is to catch it, and no other: without
-            that category it would survive. Empty where nothing is said.
+        name: The resulting behavior of the decoder.
+        edits: Changes of the source.
+        alone: The only category of vectors that may detect it: without this category it would
+            survive. Empty if this is not tested.
     """
 
     name: str
@@ -23,6 +23,6 @@ class Mutant:
 
 
 def mutant(name: str, file: str, *texts: str, alone: str = "") -> Mutant:
-    """Return a mutant of one file: texts that are there, each followed by the one in its place."""
+    """Return a mutant of one file: pairs of a text and its replacement."""
     pairs = zip(texts[::2], texts[1::2], strict=True)
     return Mutant(name, tuple((file, old, new) for old, new in pairs), alone)

@@ -1,13 +1,13 @@
-"""Break the reference decoder in one place after the other: does the suite see it?
+"""Breaks the reference decoder in one place at a time: does the suite detect it?
 
     python conformance/selftest/run_mutants.py             every mutant: who caught it
     python conformance/selftest/run_mutants.py --only CRC  those whose names hold a word
     python conformance/selftest/run_mutants.py --all       and who else would have
 
-A mutant is asked until a category of vectors has caught it, or with --all by
-every category. Fails if one survives, if one no longer applies, or if one that
-a category is to catch alone is not caught by that one alone: so each category
-has a mutant that would survive without it.
+A mutant is tested until a category of vectors detects it, or with --all by every category. The
+script fails if a mutant survives, if one no longer applies, or if one that a single category should
+detect is not detected by exactly that category: so each category has a mutant that would survive
+without it.
 """
 
 import argparse
@@ -43,11 +43,11 @@ sys.exit(main())
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a mutant.
+    """The result of a mutant.
 
     Attributes:
         mutant: Which.
-        caught: The first case of each category that it failed, and how.
+        caught: The first case of each category that failed, and how.
     """
 
     mutant: Mutant
@@ -58,7 +58,7 @@ def break_package(mutant: Mutant, package: Path, folder: Path) -> str:
     """Make a copy of a package with a mistake in it; return the command that runs it.
 
     Raises:
-        ValueError: A text to replace is not there exactly once.
+        ValueError: A text to replace does not occur exactly once.
     """
     ignored = shutil.ignore_patterns("__pycache__", "*.pyc")
     shutil.copytree(package, folder / "quarc_ref", ignore=ignored)
@@ -75,7 +75,7 @@ def break_package(mutant: Mutant, package: Path, folder: Path) -> str:
 
 
 def try_mutant(mutant: Mutant, package: Path, suite: Suite, limits: Limits, enough: int) -> Outcome:
-    """Ask a broken decoder until enough categories have caught it, or there are no more cases."""
+    """Test a broken decoder until enough categories detect the mistake, or no cases are left."""
     enough = len(CATEGORIES) if mutant.alone else enough
     with tempfile.TemporaryDirectory() as folder:
         asker = Asker(break_package(mutant, package, Path(folder)), suite, limits, jobs=True)
@@ -87,7 +87,7 @@ def try_mutant(mutant: Mutant, package: Path, suite: Suite, limits: Limits, enou
 
 
 def list_all(suite: Suite) -> list[Case]:
-    """Return all cases, those first that see the most in the least time."""
+    """Return all cases, those first that detect most in the shortest time."""
     functions = [unit["function"] for unit in suite.units]
     cases = list_cases(
         suite, {"capabilities": [*MODES, "metadata", "updates", "snapshots"], "units": functions}
@@ -100,7 +100,7 @@ def _find_first(cases: Iterable[Case], asker: Asker, enough: int) -> dict[str, s
     for case in cases:
         if len(caught) == enough:
             break
-        # The cuts at every byte are many, and the others at chosen places see as much.
+        # There are many cuts at every byte; those at chosen places detect as much.
         if case.category in caught or case.name.startswith(_SERIES):
             continue
         verdict = asker.ask(case)
@@ -110,15 +110,15 @@ def _find_first(cases: Iterable[Case], asker: Asker, enough: int) -> dict[str, s
 
 
 def describe(outcome: Outcome) -> str:
-    """Return who caught a mutant, by what."""
+    """Return a line on which categories detected a mutant, and how."""
     lines = [outcome.mutant.name + ("" if outcome.caught else ": SURVIVES")]
     lines += [f"    {category:<9} {said}" for category, said in sorted(outcome.caught.items())]
     return "\n".join(lines)
 
 
 def conclude(outcomes: list[Outcome]) -> tuple[str, bool]:
-    """Return which mutant needs which category, and whether all is as it must be."""
-    lines, good = ["Without a category this would survive:"], True
+    """Return which mutant needs which category, and whether all expectations hold."""
+    lines, good = ["Mutants that only one category detects:"], True
     for outcome in outcomes:
         if outcome.mutant.alone:
             needed = outcome.caught.keys() == {outcome.mutant.alone}
@@ -131,14 +131,16 @@ def conclude(outcomes: list[Outcome]) -> tuple[str, bool]:
 
 
 def main() -> int:
-    """Return 0 if every mutant was caught and every category is needed."""
+    """Return 0 if every mutant was detected and every category is needed."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--only", default="", help="mutants whose names hold this")
+    parser.add_argument("--only", default="", help="mutants whose names contain this")
     parser.add_argument("--all", action="store_true", help="ask every category")
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--timeout", type=float, default=30.0, help="seconds for a case")
+    parser.add_argument(
+        "--timeout", type=float, default=30.0, help="time limit of a case in seconds"
+    )
     parser.add_argument("--package", type=Path, default=PACKAGE, help="what is broken")
     options = parser.parse_args()
     os.environ["QUARC_REF_ENGINE"] = "reference"  # what is broken

@@ -1,4 +1,4 @@
-"""Mistakes in what a frame does to the state (SPEC 7, 9)."""
+"""Mistakes in the effect of a frame on the state (SPEC 7, 9)."""
 
 from mutant import Mutant, mutant
 

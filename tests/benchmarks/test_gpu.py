@@ -127,7 +127,7 @@ def test_without_a_gpu_only_the_gpu_check_runs(tmp_path, monkeypatch, capsys):
     code = main(["--out", str(tmp_path)])
 
     assert code == 1
-    assert "torch finds no CUDA device; --dry-run does without" in capsys.readouterr().out
+    assert "torch finds no CUDA device; --dry-run needs none" in capsys.readouterr().out
     rows = json.loads((tmp_path / "gpu.json").read_text())["rows"]
     assert {row["step"] for row in rows} == {"machine"}
 

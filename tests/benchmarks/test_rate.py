@@ -43,7 +43,7 @@ def test_everything_that_needs_no_npm_is_measured(capture, streams, monkeypatch,
     for coder in ("the file", "zero-order estimate", "lzma-9e", "float32"):
         assert rows["main", coder]["total"] > 0
     for coder in ("SPZ", "SOG"):
-        assert rows["main", coder]["remark"] == "not at hand: npm is not installed"
+        assert rows["main", coder]["remark"] == "unavailable: npm is not installed"
     size = (streams / "plane.main.quarc").stat().st_size
     assert rows["paper", "the file"]["total"] == size
     gain = [claim for claim in told["claims"] if claim["claim"].startswith("PSNR less the paper")]

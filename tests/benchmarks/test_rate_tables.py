@@ -16,7 +16,7 @@ from rate.tables import (
 
 ROWS = [
     Row("plane", "main", "the file", 2048, 3072, 0, 512, 0, 512, 5632, 30.0, 29.5),
-    Row("plane", "main", "SOG", remark="not at hand: npm is not installed"),
+    Row("plane", "main", "SOG", remark="unavailable: npm is not installed"),
 ]
 CLAIMS = {"plane": [Claim("less", 0.5, 0.6), Claim("more", 1.0, 2.0, False), Claim("?", None, 1)]}
 POINTS = {"plane": [Point("", 2.0, 30.0), Point("rd_lambda=2", 1.0, 28.0), Point("x", 3, 29)]}
@@ -32,7 +32,7 @@ def test_sizes_are_in_kilobytes_and_motion_per_moved_frame():
     assert len(head) == len(rule) == len(file) == len(missing)
     assert file[3:11] == ["2.0", "0.0", "1.000", "0.167", "0.000", "0.50", "5.5", "30.00 / 29.50"]
     assert missing[3:11] == [""] * 8
-    assert missing[11] == "not at hand: npm is not installed"
+    assert missing[11] == "unavailable: npm is not installed"
 
 
 def test_a_stream_without_moved_frames_has_no_figures_per_frame():

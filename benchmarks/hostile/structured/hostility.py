@@ -10,23 +10,23 @@ class Stage(Enum):
     """The part of a stream that a hostility changes."""
 
     SCENE = auto()
-    """Gaussians of a canonical frame, before they are coded; knows the stream's header."""
+    """Gaussians of a canonical frame before coding; known: the stream's header."""
     MOTION = auto()
-    """Symbols of a frame's anchors, before they are coded; knows the state that has begun."""
+    """Symbols of a frame's anchors before coding; known: the frame start."""
     UPDATES = auto()
-    """Updates of a frame, before they are coded; knows the state that has moved."""
+    """Updates of a frame before coding; known: the moved frame."""
     BIRTHS = auto()
-    """Newborn of a frame, before they are coded; knows the state that has moved."""
+    """Births of a frame before coding; known: the moved frame."""
     WRITER = auto()
-    """What codes the planes of a section, made of what contexts have seen before."""
+    """The writer of the planes of a section, made from the previous counts of contexts."""
     CANONICAL = auto()
-    """A canonical frame's record, coded, before its CRC is made."""
+    """The coded record of a canonical frame, before its CRC is computed."""
     SNAPSHOT = auto()
-    """A snapshot's record, likewise."""
+    """The record of a snapshot, likewise."""
     FRAME = auto()
-    """Another frame's record, likewise."""
+    """The record of another frame, likewise."""
     PAYLOAD = auto()
-    """A frame's payload, its state's CRC included."""
+    """The payload of a frame, including its state CRC."""
     STREAM = auto()
     """All pieces of the stream."""
     BYTES = auto()

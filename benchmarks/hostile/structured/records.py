@@ -150,7 +150,7 @@ def list_hostile_records(donors: Sequence[Record]) -> list[Hostility]:
         "a word of 0 at the end": _in_section(_end_in_zero),
         "words before the first": _in_section(_put_before),
         "a word lost": _in_section(_lose),
-        "a bit of a word turned": _in_section(_spoil),
+        "a flipped bit of a word": _in_section(_spoil),
         "words drawn": _in_section(_draw_words),
         "sections swapped": _swap_sections,
         "sections of another stream": _splice(donors),

@@ -176,7 +176,7 @@ def list_hostile_streams(donors: Sequence[Pieces]) -> list[Hostility]:
         "chunks swapped": _swap,
         "a chunk lost": _lose,
         "a chunk repeated": _repeat,
-        "a chunk put in": _put_in(*_KINDS),
+        "an inserted chunk": _put_in(*_KINDS),
         "an unknown chunk": _put_in(*_ANCILLARY),
         "an unknown critical chunk": _put_in(*_CRITICAL),
         "a chunk of a bad type": _put_in(*_BAD_TYPES),
