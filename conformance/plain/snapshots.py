@@ -3,7 +3,7 @@
 from plain.planes import PlainSection, fixed, signed
 from plain.state import PlainCoded, Vector
 
-# By index in the CANO: the differences of a Gaussian that is left.
+# By index in the CANO: the differences of a remaining Gaussian.
 Survivors = dict[int, Vector]
 
 _FIELDS = {
@@ -44,7 +44,7 @@ def read_survivors(section: PlainSection, count: int) -> Survivors:
 
 
 def add_differences(canonical: list[PlainCoded], survivors: Survivors) -> list[PlainCoded]:
-    """The Gaussians of the CANO that are left, each as it is now."""
+    """The remaining Gaussians of the CANO, with their changes."""
     return [_add(canonical[i], difference) for i, difference in survivors.items()]
 
 
