@@ -1,4 +1,4 @@
-"""Small streams of many Gaussians, each of which covers all of a large picture."""
+"""Small streams of many Gaussians that each cover a large picture."""
 
 import io
 from dataclasses import replace
@@ -12,7 +12,7 @@ from tests.small_streams import CAMERA
 
 
 def make_blankets(count: int, width: int, height: int, frames: int = 1) -> bytes:
-    """A stream of Gaussians at one place, before a camera of the size given."""
+    """A stream of Gaussians at one position, in front of a camera of the given size."""
     header = StreamHeader(level=10 if count <= 1 << 16 else 30, log_scale_step=1.0)
     zeros = np.zeros((4 + header.code_planes, count), dtype=np.int64)
     sink = io.BytesIO()
@@ -28,7 +28,7 @@ def make_blankets(count: int, width: int, height: int, frames: int = 1) -> bytes
 
 
 def look_closely(width: int, height: int) -> Camera:
-    """A camera whose picture a Gaussian of standard deviation 1 at the origin covers."""
+    """A camera whose picture is covered by a Gaussian of standard deviation 1 at the origin."""
     focal, middle = float(max(width, height)), (width / 2, height / 2)
     return replace(
         CAMERA, width=width, height=height, fx=focal, fy=focal, cx=middle[0], cy=middle[1]

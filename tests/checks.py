@@ -1,4 +1,4 @@
-"""What every reader of bytes must stand."""
+"""Checks for every reader of bytes."""
 
 from collections.abc import Callable
 
@@ -8,7 +8,7 @@ from quarc_ref.format.errors import BitstreamError
 
 
 def check_reader(parse: Callable[[bytes], object], data: bytes, expected: object) -> None:
-    """A reader gives the record of the whole, and rejects every part and every extension."""
+    """A reader returns the whole record, and rejects every prefix and every extension."""
     assert parse(data) == expected
     for size in range(len(data)):
         with pytest.raises(BitstreamError):

@@ -1,4 +1,4 @@
-"""A Ray cluster of two processors on this machine, for as long as somebody wants it."""
+"""A Ray cluster of two processors on this machine."""
 
 import importlib.util
 import subprocess
@@ -7,7 +7,7 @@ import uuid
 
 import pytest
 
-# Ends with its standard input, and with it all that Ray has started.
+# Ends when its standard input is closed, with everything that Ray has started.
 _PROGRAM = """
 import sys
 import ray
@@ -20,12 +20,12 @@ ray.shutdown()
 
 
 def run_cluster():
-    """Yield the address of a cluster, whose token this process has."""
+    """Yield the address of a cluster; the environment has its token."""
     if importlib.util.find_spec("ray") is None:
         pytest.skip("Ray is not installed: pip install 'quarc-ref[ray]'")
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("RAY_AUTH_MODE", "token")  # read when ray is imported, which must come later
+        patch.setenv("RAY_AUTH_MODE", "token")  # read when ray is imported, which must happen later
         patch.setenv("RAY_AUTH_TOKEN", uuid.uuid4().hex)
         patch.setenv("RAY_USAGE_STATS_ENABLED", "0")
         with subprocess.Popen([sys.executable, "-c", _PROGRAM], text=True, **pipes) as process:

@@ -1,4 +1,4 @@
-"""Profiles of hypothesis, and what many tests share."""
+"""Profiles of hypothesis, and common fixtures."""
 
 import os
 import signal
@@ -23,7 +23,7 @@ settings.register_profile(
 )
 settings.register_profile("thorough", max_examples=5000, deadline=None)
 
-# Whoever runs tests in the background may have told them, and what they start, to ignore it.
+# Tests in the background may have inherited a setting to ignore it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 _BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data" / "panoptic_basketball"
@@ -31,13 +31,13 @@ _BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data" / "panoptic_ba
 
 @pytest.fixture(autouse=True, scope="session")
 def _own_cache(tmp_path_factory):
-    """Keep triangulated points apart from the user's."""
+    """Keep triangulated points out of the user's cache."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
         yield
 
 
-# Folders whose tests are about bits: every section that they decode is decoded twice.
+# Folders of tests of bits: every section is decoded with both decoders.
 _ABOUT_BITS = {"conformance", "format", "hostile", "inspection"}
 
 
@@ -51,13 +51,13 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
-    """Choose the profile of hypothesis: that of the environment, else more with --thorough."""
+    """Choose the profile of hypothesis from the environment, or a larger one with --thorough."""
     profile = "dev" if config.getoption("--thorough") else "quick"
     settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", profile))
 
 
 def pytest_collection_modifyitems(config, items):
-    """Leave out the tests marked thorough, unless --thorough is given."""
+    """Skip the tests marked thorough, unless --thorough is given."""
     if config.getoption("--thorough"):
         return
     thorough = [item for item in items if item.get_closest_marker("thorough")]
@@ -67,7 +67,7 @@ def pytest_collection_modifyitems(config, items):
 
 @pytest.fixture
 def both_entropy_decoders():
-    """Every section of every stream is decoded by both decoders, which must agree."""
+    """Decode every section with both decoders, which must agree."""
     coders = CrossCheckingDecoder()
     with decoding_with(coders.open):
         yield coders
@@ -75,7 +75,7 @@ def both_entropy_decoders():
 
 @pytest.fixture(autouse=True)
 def _cross_check(request):
-    """Decode with both where bits are the subject, and everywhere with --thorough."""
+    """Use both decoders in tests of bits, and everywhere with --thorough."""
     about_bits = request.path.relative_to(Path(__file__).parent).parts[0] in _ABOUT_BITS
     if about_bits or request.config.getoption("--thorough"):
         request.getfixturevalue("both_entropy_decoders")
@@ -89,7 +89,7 @@ def ray_cluster():
 
 @pytest.fixture(scope="session")
 def real_capture() -> Path:
-    """The folder of a real capture, which is not ours to publish."""
+    """The folder of a real capture, which may not be published."""
     folder = Path(os.environ.get("QUARC_CAPTURE", _BESIDE))
     if not folder.is_dir():
         pytest.skip("no real capture: set QUARC_CAPTURE to a folder in N3DV's layout")

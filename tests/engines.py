@@ -1,4 +1,4 @@
-"""Which engines there are to test: the reference, and the fast one where it is installed."""
+"""The engines to test: the reference, and the fast one if it is installed."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Bare videos of a traced rig: recordings without poses, small enough to calibrate in seconds."""
+"""Videos of a traced rig without poses, small enough to calibrate in seconds."""
 
 import shutil
 
@@ -9,7 +9,7 @@ OPTIONS = SynthOptions(width=320, height=240, frames=1, cameras=12)
 
 
 def write_recordings(folder):
-    """Fill a folder with videos alone, and return the true cameras."""
+    """Write videos without poses into a folder, and return the true cameras."""
     traced = folder.parent / f"{folder.name}_traced"
     write_synthetic_capture(traced, OPTIONS)
     true = read_n3dv(traced).cameras

@@ -1,4 +1,4 @@
-"""Small streams made of given records: no training, no torch."""
+"""Small streams of given records: no training, no torch."""
 
 import io
 from collections.abc import Iterable
@@ -23,7 +23,7 @@ CAMERA = Camera(
 
 
 def make_gaussians(header: StreamHeader, count: int, seed: int = 0) -> Gaussians:
-    """Gaussians in a small box, some of them at the same place."""
+    """Gaussians in a small box, some of them at the same position."""
     rng = np.random.default_rng(seed)
     positions = rng.integers(-400, 400, (3, count))
     positions[:, count // 2 : count // 2 + 3] = positions[:, :1]
@@ -35,7 +35,7 @@ def make_gaussians(header: StreamHeader, count: int, seed: int = 0) -> Gaussians
 
 
 def make_births(state: State, count: int, seed: int = 0) -> Births:
-    """Newborn near drawn parents."""
+    """Births near random parents."""
     rng = np.random.default_rng(seed)
     made = make_gaussians(state.scene.header, count, seed)
     parents = np.sort(rng.integers(0, state.scene.count, count))
@@ -54,7 +54,7 @@ def make_symbols(state: State, seed: int = 0, share: float = 0.3) -> list[np.nda
 
 
 def make_updates(state: State, seed: int = 0, share: float = 0.3, dying: float = 0.1) -> Updates:
-    """Changes of drawn Gaussians, each of some fields; never are all Gaussians gone."""
+    """Updates of random Gaussians in some fields; not all Gaussians leave."""
     rng = np.random.default_rng(seed)
     chosen = np.flatnonzero(rng.random(state.scene.count) < share)
     dies = rng.random(chosen.size) < dying
@@ -73,10 +73,10 @@ def make_stream(
     births: int = 3,
     snapshot_every: int = 1 << 32,
 ) -> tuple[bytes, list[State]]:
-    """A stream with motion, births, deaths and what else its header allows, and its states."""
+    """A stream with motion, births, deaths and other allowed features, and its states."""
     header = header or StreamHeader(seed=7, resample_interval=2, gaussians_per_anchor=4)
     sink = io.BytesIO()
-    with use_engine(REFERENCE):  # whatever decodes it is compared with the reference
+    with use_engine(REFERENCE):  # any engine is compared with the reference
         loop = ClosedLoop(sink, header, (CAMERA,), {"capture": "made by hand"})
     states = [loop.commit_canonical(make_gaussians(header, gaussian_count), frame=0)]
     for frame in range(1, frame_count):
@@ -95,13 +95,13 @@ def make_stream(
 
 
 def rebuild_stream(chunks: Iterable[tuple[bytes, bytes]]) -> bytes:
-    """A stream of chunks given as (type, payload), numbered and proved as they come."""
+    """A stream of chunks given as (type, payload), with numbers and CRCs."""
     numbered = [build_chunk(kind, number, data) for number, (kind, data) in enumerate(chunks)]
     return MAGIC + b"".join(numbered)
 
 
 class CountedSource(BytesSource):
-    """A stream in memory that keeps account of what is read of it."""
+    """A stream in memory that records which bytes are read."""
 
     def __init__(self, data: bytes) -> None:
         super().__init__(data)

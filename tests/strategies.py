@@ -1,4 +1,4 @@
-"""What hypothesis draws: headers, Gaussians, newborn, symbols."""
+"""Strategies of hypothesis: headers, Gaussians, births, symbols."""
 
 import numpy as np
 from hypothesis import strategies as st
@@ -38,14 +38,14 @@ def headers(draw) -> StreamHeader:
 
 
 def integers(rows: int, count: int, least: int, most: int) -> st.SearchStrategy:
-    """Arrays `[rows, count]`, with many equal values among them."""
+    """Arrays `[rows, count]` with many equal values."""
     values = st.one_of(st.integers(least, most), st.sampled_from(sorted({least, most})))
     return arrays(np.int64, (rows, count), elements=values)
 
 
 @st.composite
 def rotations(draw, count: int, bits: int) -> np.ndarray:
-    """Rotation codes `[4, count]`: no component longer than half a unit quaternion allows."""
+    """Rotation codes `[4, count]`: components up to half a unit quaternion."""
     reach = (1 << bits) // 2
     largest = draw(integers(1, count, 0, 3))
     return np.concatenate([largest, draw(integers(3, count, -reach, reach))])
@@ -68,7 +68,7 @@ def births(draw, header: StreamHeader, count: int, scene_count: int) -> Births:
 
 @st.composite
 def updates(draw, scene_count: int) -> Updates:
-    """Changes of some Gaussians of a scene, not all of which leave."""
+    """Updates of some Gaussians of a scene, not all of which leave."""
     indices = st.integers(0, scene_count - 1)
     chosen = np.array(sorted(draw(st.sets(indices))), dtype=np.int64)
     dies = draw(arrays(np.bool_, chosen.size))

@@ -1,4 +1,4 @@
-"""What ruff, mypy and import-linter do not see: floats in normative code, sizes, kernels."""
+"""Checks that ruff, mypy and import-linter lack: floats in normative code, sizes, kernels."""
 
 import ast
 import re
@@ -21,24 +21,24 @@ NORMATIVE = _in_rooms("format", "decoder", "streams")
 LIGHT = [*NORMATIVE, *_in_rooms("playback", "inspection", "conformance")]
 HEAVY = ("torch", "gsplat", "cv2", "av", "pycolmap", "numba", "scipy", "matplotlib", "PIL")
 
-# The floats that SPEC has: no decision depends on any of them.
+# The floats that SPEC allows: no decision depends on them.
 ALLOWED_FLOATS = {
-    # Seconds to wait for a writer or a server, of which no state knows (SPEC 11.2, 11.3).
+    # Seconds to wait for a writer or a server, which are not part of any state (SPEC 11.2, 11.3).
     "streams/follow.py": {"literal", "float"},
     "streams/http_source.py": {"literal", "float"},
     "streams/http_client.py": {"float"},
     "streams/timed_connection.py": {"float"},
-    # One rounding from the finished state, which feeds nothing back (SPEC 10.1).
+    # One rounding of the finished state, which affects no later state (SPEC 10.1).
     "decoder/dequantize.py": {"literal", "float", "float32", "Float32"},
-    # A guess of a root or a quotient, which comparisons of integers correct (SPEC 4.2, 4.3).
+    # An estimate of a root or quotient, corrected by integer comparisons (SPEC 4.2, 4.3).
     "format/arithmetic.py": {"sqrt", "float64"},
-    # NEAR_FRACTION, for pictures alone (SPEC 10.3).
+    # NEAR_FRACTION, only for pictures (SPEC 10.3).
     "format/constants.py": {"literal"},
-    # constriction takes its integer weights as doubles, in which they are exact (SPEC 8.3).
+    # constriction takes its integer weights as doubles, which are exact (SPEC 8.3).
     "format/coding/entropy.py": {"float64"},
-    # By what a writer chooses; a reader takes whatever it chose (SPEC 8.1).
+    # Only the writer's choice, which readers accept in any case (SPEC 8.1).
     "format/coding/pricing.py": {"log2", "division"},
-    # Steps, clock and cameras: fields that are passed on and not computed with (SPEC 5.3, 5.6).
+    # Steps, time base and cameras: fields that are not used in computations (SPEC 5.3, 5.6).
     "format/cameras.py": {"float", "math"},
     "format/layouts.py": {"Float32l"},
     "format/records.py": {"literal", "float", "division", "<f4"},
@@ -71,7 +71,7 @@ def _constant_floats(node):
 
 
 def _division_floats(node):
-    # In `layouts`, "name" / Int8ul names a field: construct's notation, and no number.
+    # In `layouts`, "name" / Int8ul names a field in construct's notation.
     left = node.left if isinstance(node, ast.BinOp) else node.target
     names_a_field = isinstance(left, ast.Constant) and isinstance(left.value, str)
     if isinstance(node.op, ast.Div) and not names_a_field:
@@ -104,7 +104,7 @@ _FINDERS = {
 
 
 def find_floats(tree):
-    """The kinds of floating-point numbers that a module may bring about."""
+    """The kinds of floating-point numbers in a module."""
     found = (_FINDERS[type(node)](node) for node in ast.walk(tree) if type(node) in _FINDERS)
     return {kind for kinds in found for kind in kinds}
 
@@ -227,7 +227,7 @@ _WRITING = {"write_bytes", "write_text", "rmtree", "copyfile", "copytree", "mkst
 
 
 def _list_writes(tree):
-    """The calls that make, replace or delete files, each by its name."""
+    """The calls that create, replace or delete files, by name."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Attribute) and node.attr in _WRITING:
             yield node.attr

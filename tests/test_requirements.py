@@ -1,4 +1,4 @@
-"""requirements/ and pyproject.toml agree, and `compare.py` sees what differs."""
+"""requirements/ and pyproject.toml agree, and `compare.py` detects differences."""
 
 import importlib.util
 import tomllib

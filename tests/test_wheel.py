@@ -1,4 +1,4 @@
-"""What a wheel of the package holds beside its modules."""
+"""The files in a wheel of the package besides its modules."""
 
 import shutil
 import subprocess
@@ -14,7 +14,7 @@ _BUILD = "from setuptools.build_meta import build_wheel; build_wheel('wheel')"
 
 @pytest.fixture(scope="module")
 def names(tmp_path_factory):
-    """The names of all files in a wheel that is built of the sources."""
+    """The names of all files in a wheel built from the sources."""
     folder = tmp_path_factory.mktemp("sources")
     for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, folder)

@@ -53,7 +53,7 @@ def test_a_stage_done_before_the_first_frame_is_still_listed(stream, monkeypatch
 @needs_fast
 def test_the_number_of_threads_changes_no_state(tmp_path):
     path = tmp_path / "wide.quarc"
-    write_moving_stream(path, Job(40_000, births=50, frames=6))  # enough for several pieces of work
+    write_moving_stream(path, Job(40_000, births=50, frames=6))  # enough for several units of work
 
     def play(threads):
         with open_source(str(path)) as source, Player(source, threads=threads) as player:

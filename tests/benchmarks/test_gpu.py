@@ -20,13 +20,13 @@ from tests.test_requirements import compare
 
 _ROOT = Path(__file__).resolve().parents[2]
 _PROGRAM = [sys.executable, str(_ROOT / "benchmarks" / "gpu.py")]
-# What a machine with a GPU has not, nor the list of wheels.
+# Packages that a machine with a GPU lacks and the list of wheels does not contain.
 _ABSENT = ("cv2", "pycolmap", "typer", "matplotlib")
 
 
 @pytest.fixture(scope="module")
 def dry(tmp_path_factory):
-    """The exit code of a dry run, and the folder that it has filled."""
+    """The exit code of a dry run, and its output folder."""
     folder = tmp_path_factory.mktemp("gpu")
     return main(["--out", str(folder), "--dry-run"]), folder
 

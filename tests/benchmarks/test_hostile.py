@@ -37,7 +37,7 @@ def test_mutants_end_in_frames_or_rejections_and_a_run_resumes_where_it_stopped(
 
 @pytest.fixture
 def ways(monkeypatch):
-    """The ways to decode, of which a test may change one."""
+    """The ways to decode, one of which a test may replace."""
     monkeypatch.setattr(judge, "WAYS", dict(judge.WAYS))
     return judge.WAYS
 

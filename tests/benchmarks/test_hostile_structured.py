@@ -111,7 +111,7 @@ def test_engines_with_different_reject_ids_are_detected(monkeypatch):
         raise CountError(message)
 
     assert _judge(whole).outcome == "decoded"
-    monkeypatch.setattr(reconstruct, "rotate", reject)  # of the reference alone
+    monkeypatch.setattr(reconstruct, "rotate", reject)  # of only the reference
     assert _judge(whole).outcome == "escape"
 
 

@@ -1,4 +1,4 @@
-"""The ladder on a toy capture, with training that is hardly any."""
+"""The ladder on a toy capture, with minimal training."""
 
 import json
 from dataclasses import replace
@@ -30,7 +30,7 @@ from quarc_ref.format.updates import UPDATE_FIELDS
 from tests.datasets import scenes
 from tests.encoder.toys import SMALL, make_capture, make_context, make_splats
 
-HASTY = replace(SMALL, motion=replace(SMALL.motion, lr=2e-3))  # blobs go 0.05 a frame
+HASTY = replace(SMALL, motion=replace(SMALL.motion, lr=2e-3))  # blobs move 0.05 per frame
 NAMES = ("means", "rotations", "log_scales", "opacities", "sh_dc", "sh_rest")
 FREE = {
     "still": (),
@@ -125,7 +125,7 @@ def test_the_regularizer_of_motion_is_left_out():
 
 
 def _with_blemish():
-    """The toys' attributes in frame 0, and one Gaussian that is in nobody's picture."""
+    """The toy's attributes in frame 0, and one Gaussian outside all pictures."""
     start = from_splats(make_splats(0), torch.device("cpu"))
     blemish = start.rows(torch.tensor([len(start.means) - 1]))
     blemish = replace(blemish, means=torch.tensor([[0.0, 0.0, -0.9]]), sh_dc=9 + 0 * blemish.sh_dc)

@@ -1,4 +1,4 @@
-"""The whole command, on a small capture, with training that is hardly any."""
+"""The whole command on a small capture, with minimal training."""
 
 import csv
 import io
@@ -37,7 +37,7 @@ def _run(folder, out, *more):
 
 @contextmanager
 def _run_here():
-    """Jobs run in this process; gives the names of those that ran."""
+    """Run jobs in this process; return the list of the names of completed jobs."""
     ran = []
 
     def run(function, jobs: list[Job], _where, told):
@@ -53,7 +53,7 @@ def _run_here():
 
 @pytest.fixture(scope="module")
 def study(folder, tmp_path_factory):
-    """The folder of a run that is over."""
+    """The folder of a finished run."""
     out = tmp_path_factory.mktemp("study") / "out"
     with _run_here() as ran:
         assert _run(folder, out, *ONLY) == 0
@@ -71,13 +71,13 @@ def study(folder, tmp_path_factory):
 
 @pytest.fixture
 def copy(study, tmp_path):
-    """The same, to be gone on with."""
+    """The same, to resume."""
     return shutil.copytree(study, tmp_path / "out")
 
 
 @pytest.fixture
 def here():
-    """The names of the trials that are run."""
+    """The names of the trials that run."""
     with _run_here() as ran:
         yield ran
 

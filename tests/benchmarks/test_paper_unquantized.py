@@ -1,4 +1,4 @@
-"""The loop in floats, compared with the decoder's own."""
+"""Compares the loop in floats with the decoder."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The whole protocol, on a tiny traced capture, with training that is hardly any."""
+"""The whole protocol on a tiny traced capture, with minimal training."""
 
 import csv
 import io
@@ -22,7 +22,7 @@ WORDS = ["--variants", NAME, "--frames", "2", "--seeds", "2", "--preset", "demo"
 
 @pytest.fixture
 def here(monkeypatch):
-    """Jobs run in this process; gives the names of those that ran."""
+    """Run jobs in this process; return the list of the names of completed jobs."""
     ran = []
 
     def run(function, jobs, _where, tell):
@@ -37,7 +37,7 @@ def here(monkeypatch):
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
-    """The folder of a study that is over, run in a process for each encode."""
+    """The folder of a finished study, run in a process for each encode."""
     out = tmp_path_factory.mktemp("quality") / "out"
     assert command.main([*WORDS, "--out", str(out)]) == 0
     return out
@@ -45,7 +45,7 @@ def study(tmp_path_factory):
 
 @pytest.fixture
 def copy(study, tmp_path):
-    """The same, to go on with."""
+    """The same, to resume."""
     return shutil.copytree(study, tmp_path / "out")
 
 
@@ -150,7 +150,7 @@ def test_two_studies_are_compared(study, copy, capsys):
 
     assert command.main(["--out", str(copy), "--against", str(study)]) == 0
     table = capsys.readouterr().out
-    error = f"{figure['deviation']:.2f}"  # of two seeds each: the root of 2 s^2 / 2
+    error = f"{figure['deviation']:.2f}"  # two seeds each: the root of 2 s^2 / 2
     assert f"| {NAME}/0 | +0.50 +- {error} |" in table
     assert f"| mean | +0.50 +- {error} |" in table
 

@@ -1,4 +1,4 @@
-"""The whole command, on a small capture whose stream is there already."""
+"""The whole command on a small capture with an existing stream."""
 
 import json
 import sys

@@ -25,7 +25,7 @@ def _as_rows(lists):
 
 
 def _unpack(data, lists):
-    """Read rows back by the plainest rule: the least width whose range holds the row."""
+    """Parse rows by the simplest rule: the narrowest type whose range includes the row."""
     rows = []
     for numbers in lists:
         width = next(

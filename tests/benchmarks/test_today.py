@@ -8,7 +8,7 @@ def test_the_plots_show_the_figures(plot):
     drawn = today.draw(plot)
 
     assert drawn.count(b"<path") > 20
-    assert drawn == today.draw(plot)  # the figures alone decide
+    assert drawn == today.draw(plot)  # only the figures decide
 
 
 def test_a_missing_value_is_left_out(tmp_path):

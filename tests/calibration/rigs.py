@@ -1,4 +1,4 @@
-"""Rigs that tests of calibration know the truth of."""
+"""Rigs with known poses for tests of calibration."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ LENS = Lens(64, 48, 60.0, 60.0, 32.0, 24.0)
 
 
 def look_at(name, center, target=(0.0, 0.0, 0.0), up=(0.0, -1.0, 0.0), roll=0.0):
-    """A camera that looks at a target, turned about its line of sight by a roll, radians."""
+    """A camera that looks at a target, with a roll around its optical axis in radians."""
     center = np.asarray(center, float)
     forward = np.asarray(target, float) - center
     forward /= np.linalg.norm(forward)
@@ -35,7 +35,7 @@ def center(camera):
 
 
 def move(camera, turn, shift, scale):
-    """The same camera in a world that is turned, scaled and shifted."""
+    """The same camera in a rotated, scaled and shifted world."""
     axes = turn @ camera.pose.rotation.T
     return CalibratedCamera(
         camera.name, camera.lens, make_pose(axes, scale * (turn @ center(camera)) + shift)
@@ -43,7 +43,7 @@ def move(camera, turn, shift, scale):
 
 
 def compare(found, true):
-    """Greatest error of rotation, degrees, and of place, in sizes of the rig, once aligned."""
+    """Maximum errors of rotation (degrees) and position (sizes of the rig) after alignment."""
     total = sum(t.pose.rotation.T @ f.pose.rotation for f, t in zip(found, true, strict=True))
     left, _, right = np.linalg.svd(total)
     turn = left @ np.diag([1, 1, np.linalg.det(left @ right)]) @ right

@@ -29,7 +29,7 @@ def test_all_cameras_of_uncalibrated_videos_are_registered_with_their_true_poses
 
     assert rig.solution.left_out == {}
     assert rig.solution.mean_error < 0.7
-    assert angle < 0.5  # of pictures of 320 x 240; at 480 x 360 it is 0.1
+    assert angle < 0.5  # for pictures of 320 x 240; at 480 x 360 it is 0.1
     assert place < 0.01
 
 
@@ -53,7 +53,7 @@ def test_recordings_are_not_copied_into_the_capture(rig, traced, tmp_path):
         write_capture(rig, folder)
 
     inside, recorded = tmp_path / "capture" / "cam00.mp4", traced.folder / "cam00.mp4"
-    assert inside.samefile(recorded)  # both are in pytest's folder, on one disk
+    assert inside.samefile(recorded)  # both are in pytest's folder, on the same disk
     document = json.loads((tmp_path / "capture" / "transforms.json").read_text())
     assert document["frames"][0]["file_path"] == "cam00.mp4"
 

@@ -1,4 +1,4 @@
-"""Cameras that joined by few points, some of them with a wrong pose."""
+"""Registered cameras with few points, some of them with a wrong pose."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ FEW = 28  # points
 
 
 def _turn(camera, degrees=20):
-    """A camera turned to its side where it stands."""
+    """A camera rotated to its side at its position."""
     angle = np.radians(degrees)
     cosine, sine = np.cos(angle), np.sin(angle)
     turn = np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])

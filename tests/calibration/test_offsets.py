@@ -10,16 +10,16 @@ from quarc_ref.calibration.offsets import SyncMethod, find_offsets
 from quarc_ref.calibration.recordings import find_recordings
 from tests.calibration.rigs import LENS, ring
 
-PLANTED = [0, 15, 4, 0, 9, 0, 13, 1]  # frames that a camera began late
+PLANTED = [0, 15, 4, 0, 9, 0, 13, 1]  # number of frames by which a camera started late
 RATE = 16000
 
 
 def ignore(_done, _total):
-    """Take no notice of progress."""
+    """Ignore progress."""
 
 
 def write_with_sound(path, offset, sound, frames=90):
-    """A still video with a stretch of a sound that begins `offset` frames late."""
+    """A static video with a part of a sound that starts `offset` frames late."""
     with av.open(str(path), "w") as container:
         video = container.add_stream("libx264", Fraction(30))
         video.width, video.height, video.pix_fmt = 32, 32, "yuv420p"
@@ -46,7 +46,7 @@ def make_sound(seconds=5):
 
 
 def errors_of(found):
-    """Frames by which found offsets are off, all together shifted by as little as it takes."""
+    """Errors of offsets in frames, after the best common shift."""
     wrong = np.array(found) + PLANTED
     return np.abs(wrong - np.median(wrong)).max()
 
@@ -65,7 +65,7 @@ def test_planted_offsets_are_found_by_sound(tmp_path):
 
 
 def draw_motion(camera, places):
-    """What a camera sees move: a blob at each place."""
+    """Motion as a camera sees it: a blob at each position."""
     y, x = np.indices((24, 32)) * 2 + 1.0
     drawn = []
     for place in places:

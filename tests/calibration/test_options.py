@@ -1,4 +1,4 @@
-"""What a user may tell `calibrate`: masks, known lenses, lenses of their own, pictures."""
+"""Options of `calibrate`: masks, known lenses, separate lenses, pictures."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ CAMERAS = 5
 
 @pytest.fixture(scope="module")
 def few(traced, tmp_path_factory):
-    """Pictures of neighboring cameras, a folder of pictures to each."""
+    """Pictures of neighboring cameras, in a folder for each."""
     folder = tmp_path_factory.mktemp("few")
     recordings = find_recordings(traced.folder)
     for index, name in enumerate(recordings.names[:CAMERAS]):

@@ -1,4 +1,4 @@
-"""The command, run in this process."""
+"""Runs the command in this process."""
 
 import json
 
@@ -9,9 +9,9 @@ from quarc_ref.export.sidecar import NAME as SIDECAR
 from quarc_ref.files import MARKER, growing_folder
 from tests.cli.schemas import validate
 
-# A few iterations of everything: what comes out is no picture, but a whole stream.
+# A few iterations of everything: the pictures are bad, but the stream is complete.
 TINY = {
-    "canonical.lambda_dssim": 0.2,  # in so few iterations, more leaves Gaussians half transparent
+    "canonical.lambda_dssim": 0.2,  # more would leave Gaussians half transparent
     "canonical.iterations": 8,
     "canonical.initial_gaussians": 60,
     "canonical.max_gaussians": 70,
@@ -27,7 +27,7 @@ TINY_OPTIONS = [part for key, value in TINY.items() for part in ("--set", f"{key
 
 
 def run(*arguments):
-    """What a command line does; a traceback is never what it should."""
+    """Run a command line; tracebacks fail the test."""
     result = CliRunner().invoke(app, [str(argument) for argument in arguments])
     assert "Traceback" not in result.stderr
     assert result.exception is None or isinstance(result.exception, SystemExit)
@@ -35,14 +35,14 @@ def run(*arguments):
 
 
 def run_json(*arguments):
-    """What a command prints with --json, which must be all that it prints."""
+    """Return the output of a command with --json, which must be only JSON."""
     result = run(*arguments, "--json")
     assert result.exit_code == 0, result.stderr
     return read_json(result.stdout)
 
 
 def read_json(text):
-    """What JSON says beside the schema that it names, and keeps to."""
+    """Validate JSON against the schema that it names, and return the rest."""
     printed = json.loads(text)
     validate(printed)
     del printed["schema"]
@@ -50,12 +50,12 @@ def read_json(text):
 
 
 def list_names(folder):
-    """What a folder holds, sorted, but for what describes it: the marker and the sidecar."""
+    """The sorted contents of a folder, without the marker and the sidecar."""
     return sorted(path.name for path in folder.iterdir() if path.name not in (MARKER, SIDECAR))
 
 
 def make_folder(path, *names, text="old"):
-    """Make a folder as the command does, with small files."""
+    """Make a folder like the command does, with small files."""
     with growing_folder(path) as made:
         for name in names:
             made.write(name, text.encode())

@@ -1,4 +1,4 @@
-"""A small stream and a small capture that several tests read; none of them writes into these."""
+"""A small stream and a small capture for several tests, which must not write into them."""
 
 from types import SimpleNamespace
 
@@ -12,7 +12,7 @@ from tests.small_streams import make_stream
 
 @pytest.fixture(scope="session", autouse=True)
 def _plain_terminal():
-    """No colors and 80 columns, wherever the tests are run."""
+    """Disable colors and set 80 columns for all tests."""
     with pytest.MonkeyPatch.context() as patch:
         for name in ("FORCE_COLOR", "PY_COLORS", "GITHUB_ACTIONS", "TTY_COMPATIBLE"):
             patch.delenv(name, raising=False)
@@ -22,7 +22,7 @@ def _plain_terminal():
 
 @pytest.fixture(scope="session", autouse=True)
 def _no_cuda():
-    """The CPU, wherever the tests are run: the command is tested, not the device."""
+    """Use the CPU for all tests: they test the command, not the device."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("torch.cuda.is_available", lambda: False)
         yield
@@ -30,7 +30,7 @@ def _no_cuda():
 
 @pytest.fixture(scope="session")
 def made():
-    """A stream made of given records: its file, bytes and states."""
+    """A stream of given records: its file, bytes and states."""
     data, states = make_stream()
     return SimpleNamespace(data=data, states=states)
 
@@ -59,7 +59,7 @@ def recordings(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def encoded(tmp_path_factory, capture):
-    """What `encode --json` printed of the capture, and the file."""
+    """The output of `encode --json` for the capture, and the file."""
     file = tmp_path_factory.mktemp("encoded") / "plane.quarc"
     printed = run_json("encode", capture, "-o", file, *TINY_OPTIONS)
     return SimpleNamespace(file=file, printed=printed)

@@ -1,11 +1,11 @@
-"""The command in processes of their own, which pipes and growing files need."""
+"""Runs the command in separate processes, for pipes and growing files."""
 
 import subprocess
 import sys
 
 COMMAND = [sys.executable, "-c", "from quarc_ref.cli.app import main; main()"]
 
-# Writes a stream frame by frame, each when a line comes in, and says when it is there.
+# Writes a stream frame by frame, one for each line of input, and reports each frame.
 SLOW_ENCODER = """
 import sys
 from quarc_ref.encoder.closed_loop import ClosedLoop
@@ -28,12 +28,12 @@ with open(sys.argv[1], "wb") as sink:
 
 
 def run_piped(*arguments, data=b""):
-    """What a command line does with bytes on its standard input."""
+    """Run a command line with bytes on its standard input."""
     command = [*COMMAND, *map(str, arguments)]
     return subprocess.run(command, input=data, capture_output=True, timeout=60, check=False)
 
 
 def start(*arguments, program=None, **pipes):
-    """Begin a command line, or a program with its arguments."""
+    """Start a command line, or a program with its arguments."""
     command = COMMAND if program is None else [sys.executable, "-c", program]
     return subprocess.Popen([*command, *map(str, arguments)], **pipes)

@@ -8,7 +8,7 @@ from jsonschema import Draft202012Validator
 from referencing import Registry, Resource
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "schemas"
-SHARED = "common"  # definitions for others to refer to
+SHARED = "common"  # definitions for other schemas
 
 
 @cache
@@ -24,7 +24,7 @@ def _registry():
 
 
 def validate(printed):
-    """Raise ValidationError unless JSON is as the schema has it that it names."""
+    """Raise ValidationError unless JSON matches the schema that it names."""
     tool, name, _version = printed["schema"].split("/")
     assert tool == "quarc-ref"
     Draft202012Validator(load_schemas()[name], registry=_registry()).validate(printed)

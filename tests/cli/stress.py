@@ -1,4 +1,4 @@
-"""Every verb of the command, and how to bring it to where it can be hurt."""
+"""Every verb of the command, with the preparations for tests under stress."""
 
 import os
 import shlex
@@ -20,15 +20,15 @@ _TINY = shlex.join(TINY_OPTIONS)
 
 @dataclass(frozen=True)
 class Verb:
-    """What a verb takes and makes.
+    """Input and output of a verb.
 
     Attributes:
         line: Its arguments; `{stream}`, `{encoded}`, `{capture}` and `{recordings}` stand for
-            what it reads, `{out}` for what it makes.
+            inputs, `{out}` for the output.
         makes: "file", "folder", or nothing.
-        middle: What is called in the middle of its work.
-        leaves: Names that may be left beside the target, so as to go on with.
-        needs: A package that it cannot do without.
+        middle: Function that is called in the middle of its work.
+        leaves: Names that may remain next to the target, for resuming.
+        needs: A package that it requires.
     """
 
     line: str
@@ -39,7 +39,7 @@ class Verb:
 
     @property
     def reads(self) -> list[str]:
-        """Names of what it reads."""
+        """Names of its inputs."""
         return [name for name in ("stream", "encoded", "capture") if f"{{{name}}}" in self.line]
 
     def fill(self, places: dict[str, object]) -> list[str]:
@@ -99,7 +99,7 @@ READING = [(name, what) for name, verb in VERBS.items() for what in verb.reads]
 
 @contextmanager
 def mounted(folder: Path, options: str):
-    """A small disk of its own in a folder; skips where that is not permitted."""
+    """Mount a small file system in a folder; skips if that is not permitted."""
     mount = ["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(folder)]
     try:
         done = subprocess.run(mount, capture_output=True, text=True, check=False)
@@ -115,7 +115,7 @@ def mounted(folder: Path, options: str):
 
 @contextmanager
 def locked(folder: Path):
-    """A folder in which nothing can be made, for the super-user neither."""
+    """A folder in which nothing can be created, not even by the superuser."""
     if os.geteuid() == 0:
         with mounted(folder, "ro"):
             yield folder
@@ -128,7 +128,7 @@ def locked(folder: Path):
 
 
 def fill_up(folder: Path) -> None:
-    """Leave no byte of a disk."""
+    """Fill a disk completely."""
     with (folder / "filler").open("wb", buffering=0) as file:
         try:
             while file.write(bytes(4096)):
@@ -139,7 +139,7 @@ def fill_up(folder: Path) -> None:
 
 @contextmanager
 def unprivileged():
-    """What only its owner may read cannot be read, not even by the super-user."""
+    """Give up the superuser's right to read all files."""
     if os.geteuid() != 0:
         yield
         return

@@ -26,7 +26,7 @@ finally:
 
 
 def _loaded(*arguments):
-    """The modules that a command line loads, in a process of its own."""
+    """The modules that a command line loads in a separate process."""
     program = [sys.executable, "-c", _LIST_MODULES, *map(str, arguments)]
     done = subprocess.run(program, capture_output=True, text=True, check=True)
     return set(json.loads(done.stderr.splitlines()[-1]))

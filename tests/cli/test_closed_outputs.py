@@ -1,4 +1,4 @@
-"""Outputs that are closed, full, or go away, as a process of its own meets them."""
+"""Outputs that are closed or full, in a separate process."""
 
 import os
 import signal
@@ -8,12 +8,12 @@ import pytest
 
 from tests.cli.processes import COMMAND
 
-# Python looks at what it has not yet written when it ends; unbuffered, there is nothing.
+# Python flushes its buffers when it ends; unbuffered output has nothing to flush.
 _BUFFERED = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
 
 
 def _run(redirection, *arguments):
-    """A command line with its outputs redirected as a shell does it; exit code and what it said."""
+    """Run a command line with outputs redirected by a shell; return exit code and messages."""
     command = ["sh", "-c", f'"$@" {redirection}', "sh", *COMMAND, *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, env=_BUFFERED, timeout=60, check=False)
     return done.returncode, done.stderr.decode()

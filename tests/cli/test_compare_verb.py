@@ -17,7 +17,7 @@ def plys(encoded, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def measured(encoded, plys, capture, tmp_path_factory):
-    """What `compare --json --report` printed, and the report's folder."""
+    """The output of `compare --json --report`, and the report's folder."""
     folder = tmp_path_factory.mktemp("compare") / "report"
     entries = [f"ours@a={encoded.file}", f"ours@a={encoded.file}", f"theirs={plys}"]
     return run_json("compare", *entries, "--capture", capture, "--report", folder), folder
@@ -49,7 +49,7 @@ def test_the_report_has_a_page_with_pictures_and_tables(measured):
 
     assert printed["report"] == str(folder / "index.html")
     assert named == {name for name in list_names(folder) if name.endswith(".png")}
-    assert len(named) == 3 * 4  # views, of the truth and three entries
+    assert len(named) == 3 * 4  # views of the truth and three entries
     assert {"points.csv", "views.csv"} < set(list_names(folder))
     assert "ours@a, run 2" in page
     assert "psnr: floats" in page
@@ -93,7 +93,7 @@ def test_renders_have_the_given_size_in_bytes(encoded, capture, tmp_path):
 
 @pytest.fixture(scope="module")
 def weights(tmp_path_factory):
-    """Weights of LPIPS by their real names, of a network that is far thinner."""
+    """Weights of LPIPS with their real names, for a much smaller network."""
     state = {f"scaling_layer.{name}": torch.ones(1, 3, 1, 1) for name in ("shift", "scale")}
     for place, layers in enumerate(module._SLICES):
         for layer in layers:

@@ -1,4 +1,4 @@
-"""What a shell is given when Tab is pressed."""
+"""Completions that a shell shows when Tab is pressed."""
 
 import os
 import subprocess
@@ -11,7 +11,7 @@ from tests.cli.processes import COMMAND
 
 
 def _ask(*arguments, **environment):
-    """What the command prints in an environment."""
+    """The output of the command in an environment."""
     command, variables = [*COMMAND, *arguments], os.environ | environment
     done = subprocess.run(command, env=variables, capture_output=True, text=True, check=True)
     assert done.stderr == ""
@@ -19,7 +19,7 @@ def _ask(*arguments, **environment):
 
 
 def _complete(line):
-    """The words that bash is offered for the last word of a line, which may be empty."""
+    """The completions of bash for the last word of a line, which may be empty."""
     last = str(len(line.split(" ")) - 1)
     return _ask(COMP_WORDS=line, COMP_CWORD=last, _QUARC_REF_COMPLETE="complete_bash").split()
 
@@ -33,7 +33,7 @@ def _complete(line):
         ("quarc-ref encode cap --preset ", list(PRESETS)),
         ("quarc-ref encode cap --set motion.lr", ["motion.lr=", "motion.lr_end_factor="]),
         ("quarc-ref demo --set canonical.ke", ["canonical.keyframe_interval="]),
-        ("quarc-ref info ", []),  # for which bash takes the names of files
+        ("quarc-ref info ", []),  # bash completes file names in this case
     ],
 )
 def test_verbs_options_presets_and_settings_are_completed(line, offered):

@@ -1,4 +1,4 @@
-"""`edit`: what it does, says of how it did it, and rejects."""
+"""`edit`: its results, its report of how it edited, and its errors."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What `encode` says of captures that can give no good picture."""
+"""Findings of `encode` for captures that cannot give good pictures."""
 
 import json
 
@@ -17,7 +17,7 @@ _LATER = Finding("first-frame-coarse", "the first frame is coarse")
 
 @pytest.fixture
 def found(monkeypatch):
-    """Whatever is encoded has a finding before training, and another one after."""
+    """Add a finding before and one after training to every encode."""
     monkeypatch.setattr(encode_options, "check_capture", lambda _: [_FINDING])
     monkeypatch.setattr(encode_stream, "check_first_frame", lambda *_: [_LATER])
 
@@ -56,7 +56,7 @@ def test_findings_of_a_piped_encode_are_printed_on_stderr(capture):
 
 
 def _run_here(function, jobs, *_):
-    """Do as `run_jobs`, without the processes."""
+    """Do the same as `run_jobs`, without processes."""
     return [function(job.argument) for job in jobs]
 
 
@@ -76,14 +76,14 @@ def test_a_capture_in_segments_is_checked_once_and_each_first_frame_too(
 
 @pytest.fixture
 def narrow_capture(tmp_path):
-    """A capture of two cameras, of which one is held out."""
+    """A capture with two cameras, one of them held out."""
     shots = scenes.make_shots()[:2]
     return scenes.write_n3dv(tmp_path / "narrow", shots, 2, scenes.plane_points())
 
 
 @pytest.fixture
 def lost_capture(tmp_path):
-    """A capture whose points are behind all cameras, or far off."""
+    """A capture whose points are behind all cameras or far away."""
     points = scenes.plane_points()
     far = type(points)(points.positions + np.float32(1e4), points.colors)
     return scenes.write_n3dv(tmp_path / "lost", scenes.make_shots(), 2, far)

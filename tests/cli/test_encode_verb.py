@@ -168,7 +168,7 @@ def test_a_bad_option_is_a_usage_error_and_writes_nothing(options, said, capture
 
 @pytest.fixture
 def uneven_capture(capture, tmp_path):
-    """The capture, the video of one camera cut by a frame."""
+    """The capture, with the video of one camera one frame shorter."""
     folder = shutil.copytree(capture, tmp_path / "uneven")
     shot = scenes.make_shots()[2]
     scenes.write_video(folder / "cam03.mp4", [scenes.render(shot, moment) for moment in (0, 1)])

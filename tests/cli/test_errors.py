@@ -18,7 +18,7 @@ from quarc_ref.format.errors import (
 
 
 def _leave(error):
-    """The exit code that an error becomes."""
+    """The exit code for an error."""
     with pytest.raises(typer.Exit) as left, report_errors():
         raise error
     return left.value.exit_code

@@ -15,7 +15,7 @@ from tests.small_streams import rebuild_stream
 
 @pytest.fixture(scope="module")
 def measured(encoded, capture, tmp_path_factory):
-    """What `eval --json --report` printed, and the report's folder."""
+    """The output of `eval --json --report`, and the report's folder."""
     folder = tmp_path_factory.mktemp("eval") / "report"
     return run_json("eval", encoded.file, capture, "--report", folder), folder
 
@@ -102,7 +102,7 @@ def test_another_capture_is_a_usage_error_and_leaves_no_report(encoded, tmp_path
 
 @pytest.fixture(scope="module")
 def other_capture(capture, tmp_path_factory):
-    """A capture of the same cameras and sizes, filmed with another picture in one place."""
+    """A capture with the same cameras and sizes, but one different picture."""
     folder = shutil.copytree(capture, tmp_path_factory.mktemp("other") / "plane")
     shutil.copy(folder / "cam01.mp4", folder / "cam00.mp4")
     return folder

@@ -1,4 +1,4 @@
-"""`tests/decoder` flips a bit of every byte before the decoder; here the command sees it."""
+"""Like tests of flipped bits in `tests/decoder`, but for the command."""
 
 from quarc_ref.format.constants import CHUNK_HEADER_BYTES
 from quarc_ref.format.errors import BitstreamError
@@ -21,7 +21,7 @@ _list_ids(BitstreamError)
 
 
 def _rejection(path):
-    """The exit code of `verify`, and the reject id that it names."""
+    """The exit code of `verify`, and the reject id in its message."""
     result = run("verify", path, "-q")
     return result.exit_code, result.stderr.removeprefix("quarc-ref: the stream is rejected: ")
 

@@ -1,4 +1,4 @@
-"""What --force may delete: files that the command made and named in the folder's marker."""
+"""--force may delete only files that the command made and listed in the folder's marker."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""`import`: from files of others to a stream."""
+"""`import`: from other formats to a stream."""
 
 import pytest
 
@@ -12,7 +12,7 @@ from tests.cli.commands import list_names, run, run_json
 
 @pytest.fixture
 def folder(stream_file, tmp_path):
-    """What `decode` makes of a small stream, with its sidecar."""
+    """The output of `decode` for a small stream, with its sidecar."""
     assert run("decode", stream_file, "-o", tmp_path / "plys").exit_code == 0
     return tmp_path / "plys"
 

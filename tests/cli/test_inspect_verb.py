@@ -21,7 +21,7 @@ def file(tmp_path):
 
 
 def _tables(text):
-    """The tables of what was printed: title, and the cells of each row."""
+    """The printed tables: title and cells of each row."""
     tables = {}
     for block in text.strip().split("\n\n"):
         title, _, *rows = block.splitlines()

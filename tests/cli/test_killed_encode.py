@@ -1,6 +1,6 @@
-"""An encode that is killed at any moment leaves what ends in the same file.
+"""An encode killed at any moment can be resumed to the same file.
 
-Three moments as a rule; QUARC_KILLS=20 takes twenty.
+Three moments by default; QUARC_KILLS=20 tests twenty.
 """
 
 import os
@@ -30,9 +30,9 @@ _OPTIONS = [part for key, value in _SETTINGS.items() for part in ("--set", f"{ke
 
 @pytest.fixture(scope="module")
 def job(tmp_path_factory):
-    """The arguments of an encode but for its file, and its bytes.
+    """The arguments of an encode without its file, and its bytes.
 
-    And how many seconds it takes from when its part is there, and from when that holds frame 0.
+    Also how many seconds it takes after its part exists, and after frame 0 is in it.
     """
     folder = tmp_path_factory.mktemp("killed")
     capture = scenes.write_n3dv(
@@ -49,9 +49,9 @@ def job(tmp_path_factory):
 
 
 def _await(file, holds_frames):
-    """Return when the part of a file is there, with frames or as it is."""
+    """Return when the part of a file exists, optionally with frames."""
     for _ in range(12_000):
-        with suppress(FileNotFoundError):  # the part goes where the file comes
+        with suppress(FileNotFoundError):  # the part has the name of the file
             if file.exists() or file.with_name(file.name + ".part").stat().st_size >= holds_frames:
                 return time.monotonic()
         time.sleep(0.01)
@@ -62,7 +62,7 @@ def _await(file, holds_frames):
 def test_a_killed_encode_is_resumed_to_the_same_file(seed, job, tmp_path):
     command, whole, seconds = job
     file, part = tmp_path / "a.quarc", tmp_path / "a.quarc.part"
-    holds_frames = seed % 3 > 0  # every third dies while frame 0 is trained, as a rule
+    holds_frames = seed % 3 > 0  # usually every third is killed during the training of frame 0
     with start(*command, file) as encoding:
         _await(file, holds_frames)
         time.sleep(random.Random(seed).uniform(0, seconds[holds_frames]))

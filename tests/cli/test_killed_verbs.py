@@ -1,4 +1,4 @@
-"""A verb that is killed by SIGKILL in the middle, and the same one again."""
+"""A verb that is killed by SIGKILL in the middle, and run again."""
 
 import signal
 

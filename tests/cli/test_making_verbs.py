@@ -1,4 +1,4 @@
-"""The verbs that make a capture of their own: synth and demo."""
+"""The verbs that make captures: synth and demo."""
 
 from typing import get_args
 
@@ -114,7 +114,7 @@ def test_force_does_not_replace_a_filmed_capture(tmp_path):
 
 @pytest.fixture(scope="module")
 def shown(tmp_path_factory):
-    """What a tiny demo printed, and its folder."""
+    """The output of a tiny demo, and its folder."""
     folder = tmp_path_factory.mktemp("demo") / "out"
     return run_json("demo", "-o", folder, "--frames", 2, *TINY_OPTIONS), folder
 

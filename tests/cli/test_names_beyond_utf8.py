@@ -1,4 +1,4 @@
-"""Names of files and folders that are not UTF-8, as Python has them: with lone surrogates."""
+"""Names of files and folders that are not UTF-8; in Python they have lone surrogates."""
 
 import shutil
 
@@ -13,12 +13,12 @@ _ODD = "\udcff"  # the byte FF in a name
 
 @pytest.fixture(autouse=True)
 def _no_training(monkeypatch):
-    """What cannot be written is found before the training, which would be lost."""
+    """An impossible name is found before the training, which would be lost."""
     monkeypatch.setattr(encode_stream, "train_canonical", None)
 
 
 def _rejected(folder, tmp_path):
-    """What `encode` says of a capture that it rejects."""
+    """The message of `encode` for a rejected capture."""
     result = run("encode", folder, "-o", tmp_path / "a.quarc", *TINY_OPTIONS)
 
     assert result.exit_code == 3

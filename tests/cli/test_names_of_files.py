@@ -1,4 +1,4 @@
-"""A name that ends like a file's never becomes a folder."""
+"""A name with the suffix of a file never becomes a folder."""
 
 import pytest
 

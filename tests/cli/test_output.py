@@ -10,7 +10,7 @@ from quarc_ref.cli.output import TerminalProgress, escape_controls, print_json, 
 
 @pytest.fixture
 def clock(monkeypatch):
-    """The seconds that the progress sees."""
+    """The clock of the progress, in seconds."""
     seconds = [100.0]
     monkeypatch.setattr(output.time, "monotonic", lambda: seconds[0])
     return seconds

@@ -77,7 +77,7 @@ def test_a_closed_reader_is_not_a_fault_of_the_stream(tmp_path):
 
 @pytest.fixture
 def growing(tmp_path):
-    """A stream that another process writes, a frame to every line that it is sent."""
+    """A stream that another process writes, with a frame for every line of its input."""
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     with start(tmp_path / "live.quarc", program=SLOW_ENCODER, **pipes) as encoder:
         assert encoder.stdout.readline() == "0\n"

@@ -1,4 +1,4 @@
-"""Symbolic links where a command wrote on its way to its target: what they lead to stays."""
+"""Symbolic links in the way of written files: their targets must stay unchanged."""
 
 import os
 

@@ -1,4 +1,4 @@
-"""What a small stream may cost `render`: a camera and codes that repeat take hardly a byte."""
+"""The cost of small streams in `render`: a camera and repeated codes take very few bytes."""
 
 import subprocess
 
@@ -24,7 +24,7 @@ finally:
 
 
 def _measure(*arguments):
-    """The peak memory, in MiB, of a command line in a process of its own."""
+    """The peak memory in MiB of a command line in a separate process."""
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     process = start(*arguments, program=_MEASURED, **pipes)
     printed, complaint = process.communicate(timeout=300)

@@ -86,7 +86,7 @@ def test_depth_is_the_distance_along_the_axis_in_levels_or_floats(stream, tmp_pa
     assert shown.any()
     assert read[shown] == pytest.approx(depth[shown], abs=scale)
     assert (read[~shown] == 0).all()
-    assert 2 < np.median(depth[shown]) < 8  # the cameras are four units before a plane
+    assert 2 < np.median(depth[shown]) < 8  # the cameras are four units in front of a plane
 
 
 @pytest.mark.parametrize(

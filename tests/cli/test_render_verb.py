@@ -9,14 +9,14 @@ from tests.datasets import scenes
 
 
 def _measure(pictures, truths):
-    """The mean PSNR of 8-bit pictures, as `eval` takes it."""
+    """The mean PSNR of 8-bit pictures, as computed by `eval`."""
     pairs = zip(pictures, truths, strict=True)
     return np.mean([measure_psnr(a / np.float32(255), b / np.float32(255)) for a, b in pairs])
 
 
 @pytest.mark.parametrize("kind", ["mp4", "png"])
 def test_rendered_pictures_have_the_quality_that_eval_states(kind, encoded, capture, tmp_path):
-    """To 0.1 dB; the toy's pictures are rough, and a video has to keep up with them."""
+    """To 0.1 dB; the toy's pictures are noisy, which is difficult for video codecs."""
     output = tmp_path / ("out.mp4" if kind == "mp4" else "out")
     printed = run_json("render", encoded.file, "--camera", "cam00", "-o", output)
     if kind == "mp4":

@@ -1,4 +1,4 @@
-"""An encode that fails, is interrupted or is told to end: what it leaves for `--resume`."""
+"""Encodes that fail or are interrupted, and what they leave for `--resume`."""
 
 import errno
 import signal

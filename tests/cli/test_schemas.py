@@ -1,4 +1,4 @@
-"""JSON that the command prints, and the schemas that say what it is."""
+"""The JSON output of the command matches its schemas."""
 
 import json
 import re
@@ -78,7 +78,7 @@ def test_the_output_of_other_cases_matches_too(line, places, made, tmp_path):
 
 
 def _damaged(data):
-    """A stream without its end, one without a whole frame, one without frames at all."""
+    """Streams without an end, without a complete frame, and without any frame."""
     empty = Path(__file__).parents[2] / "conformance" / "streams" / "no-frames.quarc"
     return {"damaged": data[:-1], "broken": data[:200], "empty": empty.read_bytes()}
 

@@ -1,4 +1,4 @@
-"""Streams that come once, where a verb reads them more than once."""
+"""Streams from pipes, for verbs that read them more than once."""
 
 import io
 import subprocess
@@ -23,7 +23,7 @@ _LONG = LEVELS[10].chunk_bytes
 
 
 class _Endless(io.RawIOBase):
-    """Bytes, and zeros behind them; counts how many have been read."""
+    """Bytes followed by zeros; counts how many were read."""
 
     def __init__(self, data=b""):
         self.data, self.count = data, 0

@@ -20,7 +20,7 @@ def _command(capture, file, *options):
 
 @pytest.fixture(scope="module")
 def parts(capture):
-    """The streams of frame 0 and of frames 1 and 2, encoded by themselves."""
+    """The streams of frame 0 and of frames 1 and 2, encoded separately."""
     config = choose_preset("main")
     for name, value in TINY.items():
         config = change_setting(config, name, str(value))
@@ -34,7 +34,7 @@ def parts(capture):
 
 
 def _run_here(function, jobs, pool, told):
-    """Do as `run_jobs`, without the processes."""
+    """Do the same as `run_jobs`, without processes."""
     assert pool == WorkerPool(2, (os.cpu_count() or 1) // 2 or 1)
     results = []
     for done, job in enumerate(jobs, 1):

@@ -1,4 +1,4 @@
-"""Streams on servers, and how much of a stream is read."""
+"""Streams on servers, and how many bytes of a stream are read."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Every verb, hurt in every way: a sentence, the right exit code, nothing half-made."""
+"""Every verb under every kind of stress: a message, the right exit code, nothing incomplete."""
 
 import os
 import signal
@@ -26,7 +26,7 @@ from tests.cli.stress import (
 
 @pytest.fixture
 def place(stream_file, encoded, capture, recordings, tmp_path):
-    """What verbs read, and an empty folder to make things in."""
+    """Inputs of the verbs, and an empty folder for output."""
     made = tmp_path / "made"
     made.mkdir()
     reads = {"stream": stream_file, "encoded": encoded.file, "capture": capture}
@@ -35,7 +35,7 @@ def place(stream_file, encoded, capture, recordings, tmp_path):
 
 
 def _run(name, place, *options, out=None, **others):
-    """What a verb does; `others` stand in place of what it reads."""
+    """Run a verb; `others` replace its inputs."""
     verb = VERBS[name]
     pytest.importorskip(verb.needs)
     places = {**place.reads, "out": out or place.made / "out", **others}
@@ -43,7 +43,7 @@ def _run(name, place, *options, out=None, **others):
 
 
 def _said(result, code):
-    """What a verb said on standard error when it ended as it should."""
+    """The error messages of a verb that ended as expected."""
     assert result.exit_code == code, result.stderr
     assert result.stderr.strip()
     return " ".join(result.stderr.replace("│", " ").split())
@@ -80,7 +80,7 @@ def test_an_input_of_another_kind_is_reported(name, what, place):
     other.mkdir() if what == "capture" else other.write_bytes(b"no stream at all")
     result = _run(name, place, **{what: other})
 
-    _said(result, 3 if what == "capture" and name != "doctor" else 1)  # which finds it at fault
+    _said(result, 3 if what == "capture" and name != "doctor" else 1)  # which rejects it
     assert not (place.made / "out").exists()
 
 
@@ -127,7 +127,7 @@ def test_existing_output_is_not_replaced_without_force(name, place):
 
 
 def _put_old(name, folder):
-    """Make a target that an earlier run could have made; return a file of it."""
+    """Make a target as if from an earlier run; return one of its files."""
     out = folder / "out"
     if VERBS[name].makes == "file":
         out.write_text("old")
@@ -202,7 +202,7 @@ def test_an_interruption_leaves_nothing_incomplete(name, ending, place, monkeypa
 
 
 def _raise_in(dotted, ending, monkeypatch):
-    """Let a signal come when something is called for the second time; return the list of calls."""
+    """Send a signal at the second call of a function; return the list of calls."""
     owner, attribute = _find(dotted)
     original, reached = getattr(owner, attribute), []
 
@@ -218,7 +218,7 @@ def _raise_in(dotted, ending, monkeypatch):
 
 
 def _find(dotted):
-    """The module or class that a dotted name ends in, and the last part of the name."""
+    """The module or class that contains a dotted name, and the last part of the name."""
     path, _, attribute = dotted.rpartition(".")
     try:
         return import_module(path), attribute

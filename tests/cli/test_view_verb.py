@@ -17,7 +17,7 @@ from tests.cli.processes import SLOW_ENCODER, start
 
 @contextmanager
 def _viewing(*arguments, data=None, **pipes):
-    """A viewer and what it has printed; it must end as Ctrl-C asks it to, without a complaint."""
+    """A viewer and its output; it must end cleanly after Ctrl-C."""
     viewer = start(
         *("view", *arguments, "--no-open", "--port", 8700, "--json"),
         **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **pipes},

@@ -1,4 +1,4 @@
-"""Decoding where nothing that makes pictures or trains can be imported."""
+"""Decoding where no package for pictures or training can be imported."""
 
 import json
 import os
@@ -32,7 +32,7 @@ def _run(*arguments, blocked=_BLOCKED, engine=""):
 
 @pytest.fixture(scope="module")
 def large_file(tmp_path_factory):
-    """A stream that is large enough for a fast engine to pay."""
+    """A stream for which a fast engine is worthwhile."""
     path = tmp_path_factory.mktemp("large") / "large.quarc"
     path.write_bytes(make_stream(gaussian_count=9000, frame_count=3)[0])
     return path

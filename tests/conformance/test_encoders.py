@@ -1,4 +1,4 @@
-"""An encoder is held to what it declares."""
+"""Compares an encoder with its declarations."""
 
 import json
 import subprocess
@@ -17,7 +17,7 @@ REFERENCE = f"{sys.executable} -m quarc_ref.conformance"
 
 @pytest.fixture(scope="module")
 def born(tmp_path_factory):
-    """A scene, what the reference encoder declares of it, its stream, and what is decoded."""
+    """A scene, the declarations of the reference encoder, its stream, and the decoded frames."""
     scene, output = SUITE / "encoder" / "born.json", tmp_path_factory.mktemp("born") / "s.quarc"
     encoder = [sys.executable, str(SUITE / "encoder" / "encode_scene.py"), str(scene), str(output)]
     declared = subprocess.run(encoder, capture_output=True, text=True, check=True).stdout

@@ -1,4 +1,4 @@
-"""The mutants apply to the decoder as it is, and the verdict on them is what it should be."""
+"""The mutants apply to the current decoder, and their verdicts are correct."""
 
 from pathlib import Path
 

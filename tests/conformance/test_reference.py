@@ -1,4 +1,4 @@
-"""The reference decoder answers the vectors as it must; `make conformance` asks it all of them."""
+"""The reference decoder passes the vectors; `make conformance` runs all of them."""
 
 from pathlib import Path
 

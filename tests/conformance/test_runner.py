@@ -1,4 +1,4 @@
-"""The runner against decoders that are none: each has its own verdict and a failing exit status."""
+"""Tests the runner with wrong decoders: each has its own verdict and a failing exit status."""
 
 import json
 import subprocess
@@ -15,14 +15,14 @@ STILL = "streams/still"
 
 
 def run(decoder, *more, only=(STILL,)):
-    """The runner's process, ended, after a decoder of a few cases."""
+    """The finished process of the runner, for a decoder of a few cases."""
     names = [word for name in only for word in ("--only", name)]
     command = [sys.executable, str(RUN), "--decoder", decoder, *names, *more]
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
 
 
 def decoder_that(tmp_path, *lines):
-    """A command whose program reads all of its input and then does as the lines say."""
+    """A command that reads all of its input and then runs the given lines."""
     program = tmp_path / "decoder.py"
     program.write_text("\n".join(["import sys, time", "data = sys.stdin.buffer.read()", *lines]))
     return f"{sys.executable} {program}"
@@ -48,7 +48,7 @@ def verdicts(done):
     ],
 )
 def test_a_command_that_is_not_a_decoder_has_its_own_verdict(tmp_path, lines, verdict):
-    seconds = "2" if verdict == "timeout" else "60"  # a machine may be busy
+    seconds = "2" if verdict == "timeout" else "60"  # on a busy machine
     limits = ("--timeout", seconds, "--memory", "100")
     done = run(decoder_that(tmp_path, *lines), *limits, "--alone")
 

@@ -1,4 +1,4 @@
-"""The vectors: made anew they are the same, small, and as many as are promised."""
+"""The vectors: regeneration gives the same files, they are small, and none is missing."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""Captures that several tests read, written once; none of them writes into these."""
+"""Captures for several tests, which must not write into them."""
 
 import pytest
 
@@ -22,5 +22,5 @@ def n3dv_folder(tmp_path_factory, shots, points):
 
 @pytest.fixture(scope="session")
 def pictures(n3dv_folder, shots):
-    """`[camera][frame]` what the videos of `n3dv_folder` decode to."""
+    """`[camera][frame]` decoded pictures of the videos in `n3dv_folder`."""
     return [scenes.read_video(n3dv_folder / f"{shot.name}.mp4") for shot in shots]

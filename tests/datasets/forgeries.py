@@ -1,4 +1,4 @@
-"""Pictures and videos that are not what they seem, byte by byte."""
+"""Forged pictures and videos, byte by byte."""
 
 import struct
 import zlib
@@ -13,7 +13,7 @@ _ALIAS = bytes.fromhex("616c6973")  # the kind of an alias, four letters
 _IDENTITY = (1, 0, 0, 1)
 ORIENTATION = 0x0112
 
-# What a display matrix is, by how pictures are to be shown: a, b, c, d of FFmpeg's `display.h`.
+# Display matrices by the way in which pictures are shown: a, b, c, d of FFmpeg's `display.h`.
 MATRICES = {
     "as stored": _IDENTITY,
     "90 clockwise": (0, 1, -1, 0),
@@ -27,7 +27,7 @@ MATRICES = {
 
 
 def forge_png(width, height, exif=None):
-    """Return a black picture of one bit per pixel, which takes hardly any room."""
+    """Return a black picture with one bit per pixel, in a small file."""
     lines = zlib.compress(bytes(1 + (width + 7) // 8) * height, 9)
     header = struct.pack(">IIBBBBB", width, height, 1, 0, 0, 0, 0)
     chunks = [(b"IHDR", header), (b"IDAT", lines), (b"IEND", b"")]
@@ -42,7 +42,7 @@ def _png_chunk(kind, payload):
 
 
 def forge_exif(orientation, order="<"):
-    """Return an EXIF block that has a maker's name, and then an orientation."""
+    """Return an EXIF block with a maker's name followed by an orientation."""
     mark = {"<": b"II*\0", ">": b"MM\0*"}[order]
     entries = struct.pack(f"{order}HHI4s", 0x010F, 2, 4, b"abc")
     entries += struct.pack(f"{order}HHIHH", ORIENTATION, 3, 1, orientation, 0)
@@ -50,17 +50,17 @@ def forge_exif(orientation, order="<"):
 
 
 def add_exif(jpeg, exif):
-    """Return a JPEG file with an EXIF block put in."""
+    """Return a JPEG file with an inserted EXIF block."""
     block = b"Exif\0\0" + exif
     return jpeg[:2] + b"\xff\xe1" + struct.pack(">H", len(block) + 2) + block + jpeg[2:]
 
 
 def change_boxes(data, change):
-    """Return an mp4 file whose boxes a function was asked about.
+    """Return an mp4 file with boxes changed by a function.
 
     Args:
-        data: The file; its moov box comes last.
-        change: From kind and payload to the payload, or None to leave the box out.
+        data: The file; its moov box is the last one.
+        change: Returns the new payload for kind and payload, or None to remove the box.
     """
     made, position = b"", 0
     while position < len(data):
@@ -76,7 +76,7 @@ def change_boxes(data, change):
 
 
 def show_video(data, how):
-    """Return an mp4 file that is to be shown in a way of `MATRICES`."""
+    """Return an mp4 file with a display matrix of `MATRICES`."""
     stored, shown = _pack_matrix(_IDENTITY), _pack_matrix(MATRICES[how])
 
     def change(kind, payload):
@@ -91,7 +91,7 @@ def _pack_matrix(numbers):
 
 
 def point_elsewhere(data, name):
-    """Return an mp4 file whose frames are in another file beside it, by a QuickTime alias."""
+    """Return an mp4 file with its frames in another file, referenced by a QuickTime alias."""
     volume, path = b"HD", f"HD:{name}".encode()
     path += b"\0" * (len(path) % 2)
     alias = bytearray(150)
@@ -108,7 +108,7 @@ def point_elsewhere(data, name):
 
 
 def write_pngs_as_video(path, pngs, size):
-    """Write PNG files as the frames of a mov file that is said to be of some size."""
+    """Write PNG files as the frames of a mov file with a wrong stated size."""
     with av.open(str(path), "w", format="mov") as container:
         stream = container.add_stream("png", rate=30)
         stream.width, stream.height = size
@@ -122,7 +122,7 @@ def write_pngs_as_video(path, pngs, size):
 
 
 def write_timed_video(path, milliseconds, rate=30):
-    """Write a video of gray frames that are shown at given moments."""
+    """Write a video of gray frames with given times."""
     with av.open(str(path), "w") as container:
         stream = container.add_stream("mpeg4", rate=rate)
         stream.width, stream.height, stream.pix_fmt = 48, 32, "yuv420p"

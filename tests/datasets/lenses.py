@@ -1,4 +1,4 @@
-"""Bent lenses, and what they do by formula."""
+"""Distorted lenses, and their formulas."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ BENT = [BARREL, PINCUSHION, RATIONAL, FISHEYE, EQUIDISTANT]
 
 
 def bend(lens, x, y):
-    """Return the pixel, centers at +0.5, that a direction at depth 1 falls on."""
+    """Return the pixel, with centers at +0.5, to which a direction at depth 1 projects."""
     squared = x * x + y * y
     padded = [*lens.coefficients, *[0.0] * (8 - len(lens.coefficients))]
     if lens.fisheye:

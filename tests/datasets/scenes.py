@@ -1,4 +1,4 @@
-"""Small captures by formula: cameras before a painted plane, in every layout."""
+"""Small captures from formulas: cameras in front of a painted plane, in every layout."""
 
 import json
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ FRAMES_PER_SECOND = 30
 
 @dataclass(frozen=True)
 class Shot:
-    """A pinhole camera, its axes as columns: right, down, forward in the world."""
+    """A pinhole camera; its axes are columns: right, down, forward in the world."""
 
     name: str
     width: int
@@ -41,14 +41,14 @@ class Shot:
 
 
 def project(camera, positions):
-    """Return `[P, 3]` pixel x, pixel y and depth, as a calibrated camera has it."""
+    """Return `[P, 3]` pixel x, pixel y and depth, as from a calibrated camera."""
     lens, pose = camera.lens, camera.pose
     x, y, z = (positions @ pose.rotation.T + pose.translation).T
     return np.stack([lens.fx * x / z + lens.cx, lens.fy * y / z + lens.cy, z], axis=1)
 
 
 def look_at(eye, target):
-    """Return the axes of a camera, the world's z pointing up."""
+    """Return the axes of a camera in a world with z up."""
     forward = np.subtract(target, eye)
     forward = forward / np.linalg.norm(forward)
     right = np.cross(forward, (0.0, 0.0, 1.0))
@@ -57,7 +57,7 @@ def look_at(eye, target):
 
 
 def make_shots(count=4, size=(48, 32), focal=40.0):
-    """Return cameras on an arc before the plane y = 0, some of them numbered with a gap."""
+    """Return cameras on an arc in front of the plane y = 0, some of them numbered with a gap."""
     width, height = size
     shots = []
     for index in range(count):
@@ -77,7 +77,7 @@ def paint(x, z, moment=0.0):
 
 
 def paint_grains(x, z, _moment=0.0):
-    """Return sRGB in [0, 255] of a plane full of corners: cells of any gray, at two scales."""
+    """Return sRGB in [0, 255] of a plane with many corners: cells of random gray at two scales."""
     shades = np.random.default_rng(3).uniform(0, 110, size=(2, 64, 64, 3))
     colors = 15.0
     for shade, cells in zip(shades, (4.0, 11.0), strict=True):
@@ -111,7 +111,7 @@ def plane_points(count=200):
 def write_video(
     path, pictures, *, faststart=False, key_interval=4, codec="libx264", rate=FRAMES_PER_SECOND
 ):
-    """Write pictures as a video, with frames that are coded out of order."""
+    """Write pictures as a video whose frames are coded out of order."""
     options = {"movflags": "faststart"} if faststart else {}
     with av.open(str(path), "w", options=options) as container:
         stream = container.add_stream(codec, rate=rate)
@@ -145,7 +145,7 @@ def poses_row(shot, near=1.5, far=9.0, size=None):
 
 
 def write_n3dv(folder, shots, frame_count=6, points=None):
-    """Write videos, poses and points as N3DV has them."""
+    """Write videos, poses and points in N3DV's layout."""
     folder.mkdir(parents=True, exist_ok=True)
     for shot in shots:
         pictures = [render(shot, moment) for moment in range(frame_count)]
@@ -165,7 +165,7 @@ def opengl_matrix(shot):
 
 
 def intrinsics(shot):
-    """Return the intrinsics of a shot as transforms.json has them."""
+    """Return the intrinsics of a shot for transforms.json."""
     return {
         "w": shot.width,
         "h": shot.height,
@@ -188,7 +188,7 @@ def video_document(shots, **others):
 
 
 def picture_document(shots, pattern="frames/{frame:04d}/{name}.png", frames=6):
-    """Return a transforms.json of pictures, the last frame first and cameras mixed."""
+    """Return a transforms.json of pictures, with the last frame first and cameras mixed."""
     entries = [
         entry(shot, pattern.format(frame=frame, name=shot.name), time=frame / 10)
         for frame in reversed(range(frames))
@@ -198,7 +198,7 @@ def picture_document(shots, pattern="frames/{frame:04d}/{name}.png", frames=6):
 
 
 def write_transforms(folder, document, points=None):
-    """Write transforms.json, and points if there are any."""
+    """Write transforms.json, and points if given."""
     folder.mkdir(parents=True, exist_ok=True)
     if points is not None:
         write_points_ply(folder / "points.ply", points)

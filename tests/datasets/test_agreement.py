@@ -12,7 +12,7 @@ EVEN = [round(index * 1000 / 30) for index in range(12)]
 
 
 def make_videos(folder, **moments):
-    """Write a video for each camera, of frames at some milliseconds, and open them."""
+    """Write a video for each camera with frames at given milliseconds, and open them."""
     for name, milliseconds in moments.items():
         forgeries.write_timed_video(folder / f"{name}.mkv", milliseconds)
     return [VideoReader(folder / f"{name}.mkv") for name in moments]
@@ -60,7 +60,7 @@ def test_a_rate_that_changes_by_a_fifth_halfway_is_variable(tmp_path):
 
 @pytest.fixture
 def folder(tmp_path, shots, points):
-    """Four cameras of six frames, 30 a second."""
+    """Four cameras of six frames at 30 per second."""
     return scenes.write_n3dv(tmp_path / "capture", shots, points=points)
 
 

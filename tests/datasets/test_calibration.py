@@ -80,7 +80,7 @@ def test_depths_are_those_in_front_and_inside():
         [
             [0, 0, 2],  # in the middle
             [-3.9, 1.9, 2],  # in a corner
-            [4.1, 0, 2],  # off to the right
+            [4.1, 0, 2],  # far to the right
             [0, -2.1, 2],  # off above
             [0, 0, -2],  # behind
             [0, 0, 0],  # in the camera

@@ -10,7 +10,7 @@ SIZE = (32, 48, 3)
 
 
 class CountingPictures:
-    """Gray pictures, whose level tells camera and frame."""
+    """Gray pictures whose level identifies camera and frame."""
 
     def __init__(self):
         self.reads = []

@@ -1,4 +1,4 @@
-"""Masks: wherever they lie, they reach training in the frames and pixels they belong to."""
+"""Masks of all layouts are applied in training to the right frames and pixels."""
 
 import json
 import shutil
@@ -27,7 +27,7 @@ FRAMES = 6
 
 
 def _draw(frame=0, size=(48, 32)):
-    """A mask that keeps the columns left of a border, which moves."""
+    """A mask that keeps the columns to the left of a moving border."""
     mask = np.zeros((size[1], size[0], 3), np.uint8)
     mask[:, : 20 + frame] = 255
     return mask

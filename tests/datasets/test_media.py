@@ -1,4 +1,4 @@
-"""Pictures and videos that would have FFmpeg open something else, wait, or fill the memory."""
+"""Pictures and videos that make FFmpeg open other files, wait, or fill the memory."""
 
 import os
 import shutil
@@ -40,7 +40,7 @@ _TEXTS = {
 
 
 def in_time(read, *arguments):
-    """Return what a function raises, which must not take long to come."""
+    """Return the error that a function raises, which must not take long."""
     raised = []
 
     def call():
@@ -58,7 +58,7 @@ def in_time(read, *arguments):
 
 @pytest.fixture
 def folder(n3dv_folder, tmp_path, monkeypatch):
-    """The videos of a capture, and here is their folder."""
+    """The videos of a capture in the current folder."""
     copy = shutil.copytree(n3dv_folder, tmp_path / "copy")
     monkeypatch.chdir(copy)
     return copy
@@ -94,7 +94,7 @@ def test_a_picture_of_another_format_is_rejected_by_name(tmp_path, suffix):
 
 @pytest.fixture
 def requests():
-    """Requests that a server of this machine gets, and its port."""
+    """Requests to a local server, and its port."""
     got = []
 
     class Handler(BaseHTTPRequestHandler):

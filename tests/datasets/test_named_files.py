@@ -1,4 +1,4 @@
-"""What `transforms.json` names, and may not: files outside its folder."""
+"""Allowed and forbidden names in `transforms.json`: files outside its folder are forbidden."""
 
 import shutil
 from pathlib import Path
@@ -14,7 +14,7 @@ from tests.datasets import scenes
 
 @pytest.fixture
 def layout(tmp_path, n3dv_folder, shots, pictures, points):
-    """A folder with a capture of videos, one of pictures, and the same files beside them."""
+    """A folder with a capture of videos, one of pictures, and the same files next to them."""
     videos, stills = tmp_path / "videos", tmp_path / "stills"
     shutil.copytree(n3dv_folder, videos)
     scenes.write_frames(stills, shots, pictures)

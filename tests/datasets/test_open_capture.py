@@ -27,7 +27,7 @@ REAL_CAPTURE = Path(
 
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory, n3dv_folder, shots, points, pictures):
-    """One capture in every layout."""
+    """The same capture in every layout."""
     parent = tmp_path_factory.mktemp("layouts")
     videos = shutil.copytree(n3dv_folder, parent / "videos")
     (videos / "poses_bounds.npy").unlink()
@@ -216,7 +216,7 @@ def test_distorted_pictures_become_those_of_the_pinhole_camera(tmp_path, shots, 
 
 
 def draw_spot(u, v, shot):
-    """Return a black picture with a soft bright spot around a pixel position."""
+    """Return a black picture with a blurred bright spot at a pixel position."""
     rows, columns = np.indices((shot.height, shot.width)) + 0.5
     spot = 255 * np.exp(-((columns - u) ** 2 + (rows - v) ** 2) / 8)
     return np.repeat(spot[..., None], 3, axis=2).astype(np.uint8)
@@ -262,5 +262,5 @@ def test_the_real_captures_points_lie_in_its_pictures_and_match_their_colors(rea
         pixels = real_capture.image(index, 0)[rows[inside].astype(int), columns[inside].astype(int)]
         differences.append(np.abs(pixels.astype(int) - points.colors[inside]).mean())
 
-    # Points behind others differ, so only most of the pictures' colors are the points'.
+    # Points behind others differ, so only most of the pictures' colors are those of the points.
     assert np.median(differences) < 30

@@ -1,4 +1,4 @@
-"""Videos that are to be shown turned, and pictures that say that they are."""
+"""Videos that are displayed rotated, and pictures with an orientation."""
 
 import shutil
 
@@ -12,7 +12,7 @@ from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.datasets.video import VideoReader, read_still
 from tests.datasets import forgeries, scenes
 
-# Each way that a video is shown, and how OpenCV turns stored pictures so.
+# Each display rotation of a video, and the rotation in OpenCV.
 TURNS = {
     "90 clockwise": cv2.ROTATE_90_CLOCKWISE,
     "half a turn": cv2.ROTATE_180,
@@ -71,7 +71,7 @@ def test_a_video_with_another_angle_than_quarter_turns_is_rejected(
 
 @pytest.fixture
 def filmed_on_its_side(n3dv_folder, tmp_path, shots, pictures):
-    """The capture of `n3dv_folder`, but all cameras lay on their side, and their videos say so."""
+    """The capture of `n3dv_folder` with all cameras on their side, as stated in their videos."""
     folder = shutil.copytree(n3dv_folder, tmp_path / "side")
     for shot, row in zip(shots, pictures, strict=True):
         path = folder / f"{shot.name}.mp4"

@@ -1,4 +1,4 @@
-"""Triangulated points are found once, and again when what they depend on changes."""
+"""Triangulated points are cached until their inputs change."""
 
 import logging
 
@@ -19,7 +19,7 @@ def cache(tmp_path, monkeypatch):
 
 @pytest.fixture
 def found(monkeypatch):
-    """The times that points were triangulated."""
+    """The number of triangulations."""
     times = []
 
     def find(*_):

@@ -12,7 +12,7 @@ from tests.datasets import scenes
 
 @pytest.fixture(scope="module")
 def stage():
-    """Cameras before the plane y = 0, and what they see."""
+    """Cameras in front of the plane y = 0, and their pictures."""
     shots = scenes.make_shots(count=5, size=(160, 120), focal=150.0)
     cameras = [
         CalibratedCamera(

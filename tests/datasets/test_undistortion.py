@@ -1,4 +1,4 @@
-"""Undistortion, compared with pictures that are drawn bent by formula."""
+"""Undistortion, compared with distorted pictures from formulas."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from tests.datasets.lenses import BARREL, BENT, bend
 
 
 def unbend(lens, u, v):
-    """Return the direction at depth 1 of pixels, by a plain fixed-point search."""
+    """Return the direction at depth 1 of pixels, by a simple fixed-point iteration."""
     x, y = (u - lens.cx) / lens.fx, (v - lens.cy) / lens.fy
     for _ in range(300):
         bent_u, bent_v = bend(lens, x, y)
@@ -29,12 +29,12 @@ def pixel_centers(lens):
 
 
 def draw(lens):
-    """Return the picture that a lens takes."""
+    """Return the picture through a lens."""
     return (paint(*unbend(lens, *pixel_centers(lens))) + 0.5).astype(np.uint8)
 
 
 def draw_straight(lens):
-    """Return `[H, W, 3]` float of the picture that a pinhole takes."""
+    """Return `[H, W, 3]` float of the picture through a pinhole."""
     u, v = pixel_centers(lens)
     return paint((u - lens.cx) / lens.fx, (v - lens.cy) / lens.fy)
 
@@ -45,8 +45,8 @@ def test_a_distorted_picture_becomes_the_pinholes_up_to_its_border(lens):
     straight = rectifier.rectify(draw(lens))
 
     assert straight.shape == (64, 96, 3)
-    # Rounding alone errs by 0.3 on average, and half a pixel would by 0.6 or, of a fisheye, 2.4,
-    # whose stretched corners show the filter.
+    # Rounding alone has a mean error of 0.3. Half a pixel would give 0.6, or 2.4 for a fisheye,
+    # whose stretched corners are sensitive to the filter.
     error = np.abs(straight - draw_straight(rectifier.lens))
     assert error.mean() < (0.6 if lens.fisheye else 0.4)
     assert error.max() < 6.0
@@ -119,7 +119,7 @@ def test_a_downscale_that_leaves_no_pixels_is_rejected(downscale):
     "lens",
     [
         Lens(96, 64, 10.0, 10.0, 48.0, 32.0, fisheye=True),  # beyond 180 degrees
-        Lens(96, 64, 20.0, 20.0, 48.0, 32.0, (-0.9, 0.0)),  # folds back on itself
+        Lens(96, 64, 20.0, 20.0, 48.0, 32.0, (-0.9, 0.0)),  # not monotonic
     ],
 )
 def test_a_lens_without_a_matching_pinhole_is_rejected(lens):

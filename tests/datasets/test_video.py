@@ -122,7 +122,7 @@ def test_sound_without_video_is_unreadable(tmp_path):
 
 
 def zero_packet(video, path, ordinal, kept):
-    """Copy a video and put zeros for all but the first bytes of the packet of a frame."""
+    """Copy a video and overwrite the packet of a frame with zeros, except its first bytes."""
     data = bytearray(video.read_bytes())
     with av.open(str(video)) as container:
         packets = sorted((p.pts, p.pos, p.size) for p in container.demux(video=0) if p.size)

@@ -26,7 +26,7 @@ def make_scene(header: StreamHeader, positions: list[tuple[int, int, int]], phas
 
 
 def clouds(least: int = 1) -> st.SearchStrategy:
-    """Points in general places, at the same place, across 0, and at both ends of the lattice."""
+    """Points in general and equal positions, across 0, and at both ends of the lattice."""
     axes = [
         st.integers(-3, 3),
         st.integers(-1000, 1000),

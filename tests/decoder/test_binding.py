@@ -36,7 +36,7 @@ def test_of_equally_near_anchors_the_first_is_taken():
 
 
 def test_anchors_at_the_same_position_cost_no_more_than_one():
-    """They cost N x A distances, minutes of them, before one was held for all."""
+    """These had N x A distances, and took minutes, before equal positions were merged."""
     points = np.full((3, 1 << 16), 17, dtype=np.int32)
     points[0, ::2] = -POSITION_LIMIT
 

@@ -33,7 +33,7 @@ def _moved(header: StreamHeader = _HEADER, count: int = 24, seed: int = 0) -> St
 
 
 def _updates(gaussians, rows=(), dies=None) -> Updates:
-    """Updates of Gaussians by `(row, value)` pairs, the same of each."""
+    """Updates of Gaussians by `(row, value)` pairs, the same for each."""
     residuals = np.zeros((RESIDUAL_ROWS, len(gaussians)), dtype=np.int64)
     for row, value in rows:
         residuals[row] = value
@@ -65,7 +65,7 @@ def test_updates_match_plain_integers(data, seed):
     updated = update(moved, updates)
 
     assert _plain(updated) == apply_updates(copy.deepcopy(before), changes, step, unity)
-    assert _plain(moved) == before  # a state is a value
+    assert _plain(moved) == before  # states are immutable
 
 
 def test_surviving_gaussians_keep_their_anchors():

@@ -10,5 +10,5 @@ FENCE = re.compile(r"^( *)```sh\n(.*?)^ *```$", re.MULTILINE | re.DOTALL)
 
 
 def find_fences(page: Path) -> list[str]:
-    """Return the shell fences of a page, in their order."""
+    """Return the shell fences of a page in order."""
     return [textwrap.dedent(fence) for _, fence in FENCE.findall(page.read_text("utf-8"))]

@@ -1,4 +1,4 @@
-"""Commands in README.md and the guides exist, with the options that they are shown with."""
+"""Commands in README.md and the guides exist, with all options that are shown."""
 
 import re
 import shlex

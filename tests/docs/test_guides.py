@@ -1,4 +1,4 @@
-"""The walkthroughs work: their commands are run as they stand, on small captures."""
+"""The guides work: their commands are run as written, on small captures."""
 
 import os
 import shlex
@@ -16,7 +16,7 @@ from tests.recordings import write_recordings
 pytestmark = pytest.mark.thorough
 
 TINY = shlex.join(TINY_OPTIONS)
-# What is shortened is the training, by settings at the end of a command; nothing else.
+# Only the training is shortened, by settings at the end of a command.
 PREAMBLE = f"""
 set -e
 quarc-ref() {{
@@ -36,7 +36,7 @@ python() {{
 
 
 def follow(guide: str, folder: Path, frames: int = 2) -> None:
-    """Run all commands of a guide in a folder; a command that fails is shown with its output."""
+    """Run all commands of a guide in a folder; a failing command is shown with its output."""
     script = PREAMBLE + "".join(find_fences(ROOT / "docs" / "guides" / guide))
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     environment = os.environ | {"PATH": path, "PYTHONPATH": str(ROOT), "FRAMES": str(frames)}

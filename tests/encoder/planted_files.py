@@ -1,4 +1,4 @@
-"""Faults planted in the files of a traced capture, each as it happens to people."""
+"""Faults planted in the files of a traced capture, like those of real captures."""
 
 import shutil
 
@@ -13,13 +13,13 @@ CAMERA, OTHER = "cam03", "cam04"
 
 
 def rewrite(folder, change, **options):
-    """Write a camera's video anew, its pictures changed as a list."""
+    """Rewrite a camera's video with pictures changed by a function of the list."""
     path = folder / f"{CAMERA}.mp4"
     scenes.write_video(path, change(scenes.read_video(path)), **options)
 
 
 def change_levels(change):
-    """Return a change of all pictures, of their levels as floats."""
+    """Return a change of all pictures, applied to their levels as floats."""
     return lambda pictures: [
         np.clip(change(picture.astype(float)), 0, 255).astype(np.uint8) for picture in pictures
     ]
@@ -68,7 +68,7 @@ def defocus(folder):
 
 
 def start_late(folder):
-    """The camera misses the first three moments, so that it is three frames early after."""
+    """The camera misses the first three moments, so it is three frames early afterwards."""
     rewrite(folder, lambda pictures: pictures[3:])
 
 
@@ -102,7 +102,7 @@ def copy_a_video(folder):
 
 
 def turn_a_pose(folder, degrees=(0.0, 1.0, 0.0)):
-    """Turn a camera about its own axes: down, right, backwards."""
+    """Rotate a camera around its own axes: down, right, backwards."""
     rows = np.load(folder / "poses_bounds.npy")
     index = int(CAMERA[3:])
     matrix = rows[index, :15].reshape(3, 5)
@@ -112,7 +112,7 @@ def turn_a_pose(folder, degrees=(0.0, 1.0, 0.0)):
 
 
 def roll_a_pose(folder):
-    """Turn a camera about its optical axis, by too little for colors to show it."""
+    """Rotate a camera around its optical axis, by too little for colors to reveal it."""
     turn_a_pose(folder, (0.0, 0.0, 5.0))
 
 
@@ -123,7 +123,7 @@ def move_points(folder):
     write_points_ply(path, points)
 
 
-# The kind by which each is named, and whether the camera is named as well.
+# The kind of finding for each fault, and whether the camera is named.
 FAULTS = {
     miss_a_video: ("count-mismatch", ()),
     miss_the_poses: ("unknown-layout", ()),

@@ -167,7 +167,7 @@ _POSITIONS = "position-range"
 
 
 def _moved(header, sink=None):
-    """A loop in the middle of its second frame, after its motion."""
+    """A loop in the middle of its second frame, after the motion."""
     loop = ClosedLoop(sink or io.BytesIO(), header, (CAMERA,), {})
     loop.commit_canonical(make_gaussians(header, 50), 0)
     return loop, _move(loop, 3)
@@ -204,7 +204,7 @@ def test_a_frame_can_be_written_as_a_canonical_one(header):
 
 
 def _check_near(scene, exact, header):
-    """Every Gaussian is there, moved by no more than the grid of canonical frames moves it."""
+    """Every Gaussian is present, moved at most by the rounding to the grid of canonical frames."""
     nearest = np.abs(scene.positions[:, :, None] - exact.positions[:, None]).max(axis=0)
     same = (scene.codes[:, :, None] == exact.codes[:, None]).all(axis=0)
     dots = np.abs(scene.rotations.astype(float).T @ exact.rotations.astype(float)) / (1 << 44)

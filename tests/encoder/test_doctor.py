@@ -1,4 +1,4 @@
-"""Every planted fault is named, and honest captures have none."""
+"""Every planted fault is reported, and correct captures have no findings."""
 
 import os
 import shutil
@@ -28,7 +28,7 @@ def honest(tmp_path_factory):
 
 @pytest.fixture
 def folder(honest, tmp_path):
-    """A copy to plant a fault in."""
+    """A copy in which to plant a fault."""
     return shutil.copytree(honest, tmp_path / "room")
 
 

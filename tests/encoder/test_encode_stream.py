@@ -36,7 +36,7 @@ def _encode(config=SMALL, frames=None) -> bytes:
 
 
 def _whole_frames(data: bytes) -> list[State]:
-    """The states of the frames that an unfinished stream holds."""
+    """The states of the frames in an unfinished stream."""
     states = []
     with contextlib.suppress(TruncatedError):
         states.extend(decode_states(data))
@@ -44,7 +44,7 @@ def _whole_frames(data: bytes) -> list[State]:
 
 
 def _frame_sizes(data: bytes) -> list[int]:
-    """The bytes of the FRAM chunks that an unfinished stream holds."""
+    """The bytes of the FRAM chunks in an unfinished stream."""
     sizes = []
     with contextlib.suppress(TruncatedError):
         sizes.extend(chunk.byte_count() for chunk in split_chunks(data) if chunk.kind == FRAM)

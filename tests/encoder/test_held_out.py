@@ -1,4 +1,4 @@
-"""The held-out camera is for measuring: no picture of it is read before that."""
+"""The pictures of held-out cameras are used only for measuring."""
 
 import io
 from pathlib import Path
@@ -20,7 +20,7 @@ class PeekedError(AssertionError):
 
 
 class _Guarded:
-    """A source that will not give the pictures of a camera."""
+    """A source that refuses to return the pictures of a camera."""
 
     def __init__(self, source, forbidden):
         self._source = source
@@ -37,7 +37,7 @@ class _Guarded:
 
 @pytest.fixture
 def guarded(tmp_path, monkeypatch) -> tuple[Path, list[_Guarded]]:
-    """A capture without initial points, of which every reader is guarded."""
+    """A capture without initial points, in which every reader is guarded."""
     shots, guards = scenes.make_shots(6, (160, 120), 150.0), []
     for shot in shots:
         picture = scenes.render(shot, painting=scenes.paint_grains, samples=4)

@@ -1,4 +1,4 @@
-"""Snapshots from the closed loop to every way into a stream (SPEC 7.9, 11)."""
+"""Snapshots in the closed loop, and in all ways of reading a stream (SPEC 7.9, 11)."""
 
 import io
 from dataclasses import replace
@@ -126,7 +126,7 @@ def test_after_damage_decoding_resumes_at_a_snapshot_with_its_canonical_frame(nu
 
     lost = number - 3
     after = next((f for f in sorted((*_SNAPSHOTS, _CANONICAL)) if f > lost), _FRAMES)
-    if lost in (0, _CANONICAL):  # snapshots of a CANO that is lost are lost with it
+    if lost in (0, _CANONICAL):  # with a lost CANO its snapshots are lost
         after = _CANONICAL if lost == 0 else _FRAMES
     assert [scene.frame for scene in found] == [*range(lost), *range(after, _FRAMES)]
     assert all(compute_digest(scene) == _DIGESTS[scene.frame] for scene in found)

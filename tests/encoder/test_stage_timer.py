@@ -10,7 +10,7 @@ _SHOWN = ["canonical", "canonical commit", "anchors", "motion", "placement", "bi
 
 
 class _Ticks:
-    """A clock that goes on by so many seconds whenever it is told to."""
+    """A clock that advances by given seconds on demand."""
 
     def __init__(self):
         self.now = 0.0

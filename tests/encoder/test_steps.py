@@ -21,7 +21,7 @@ _TOY = make_cameras(), make_capture().points
 
 
 def _fade(slope: float, shape: tuple[int, int] = (40, 60)):
-    """Return a picture that grows brighter to the right, by so much from pixel to pixel."""
+    """Return a picture that becomes brighter to the right, by a given slope."""
     row = np.round(np.arange(shape[1]) * slope * 255).astype(np.uint8)
     return np.broadcast_to(row[None, :, None], (*shape, 3))
 

@@ -1,4 +1,4 @@
-"""A toy capture: a few blobs that move before a wall, drawn by our own renderer."""
+"""A toy capture: a few blobs that move in front of a wall, rendered by the package."""
 
 import math
 
@@ -53,7 +53,7 @@ def make_cameras(count: int = 4) -> list[Camera]:
 
 
 def make_splats(frame: int, blob_count: int = 40) -> Splats:
-    """The scene itself: a wall of wide Gaussians and blobs that drift sideways."""
+    """The scene itself: a wall of wide Gaussians, and blobs that drift sideways."""
     rng = np.random.default_rng(3)
     wall = np.stack(np.meshgrid(np.linspace(-2, 2, 9), np.linspace(-1.5, 1.5, 7), [1.0]), -1)
     wall = wall.reshape(-1, 3)

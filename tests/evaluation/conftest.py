@@ -1,4 +1,4 @@
-"""A small capture, its stream and what was measured of it; no test writes into these."""
+"""A small capture, its stream and its measurements; tests must not write into these."""
 
 import pytest
 
@@ -9,7 +9,7 @@ from tests.evaluation.streams_of_captures import write_stream
 
 
 def ignore(_stage, _done, _total):
-    """Take no notice of progress."""
+    """Ignore progress."""
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""Streams that belong to a capture, made of drawn records: no training."""
+"""Streams of a capture, made of random records without training."""
 
 import io
 
@@ -12,7 +12,7 @@ _HEADER = StreamHeader(seed=5, resample_interval=2, gaussians_per_anchor=4)
 
 
 def make_cloud(count=60, seed=0):
-    """Gaussians that cameras before the plane y = 0 see: small, opaque, of any color."""
+    """Small opaque Gaussians of random colors, visible to cameras in front of the plane y = 0."""
     rng = np.random.default_rng(seed)
     unit = 1 << _HEADER.lattice_exponent
     places = rng.uniform([-1.2, -0.1, -0.8], [1.2, 0.1, 0.8], (count, 3)).T

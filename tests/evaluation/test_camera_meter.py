@@ -16,14 +16,14 @@ def _wall(seed=0):
 
 
 def _film():
-    """Five pictures of a wall; the square is bright in the last one alone."""
+    """Five pictures of a wall; only in the last one the square is bright."""
     pictures = [_wall() for _ in range(5)]
     pictures[4][_SQUARE] = 240
     return pictures
 
 
 def _measure(drawn, correction=None):
-    """The figures of the last of some drawn pictures of the film, in levels of 255."""
+    """The figures of the last of several pictures of the film, in levels of 255."""
     pictures = _film()
     more = () if correction is None else (correction,)
     meter = CameraMeter(find_background(pictures), *more)
@@ -39,7 +39,7 @@ def test_an_error_in_the_moving_region_is_seen_there_and_not_in_the_static_one()
     drawn[_SQUARE] = 140
     figures = _measure({4: drawn})
 
-    # 16 pixels, 100 levels off, of the 64 with the margin
+    # 16 pixels with an error of 100 levels, of the 64 including the margin
     assert figures["moving_psnr"] == pytest.approx(-10 * np.log10((100 / 255) ** 2 / 4), abs=1e-3)
     assert figures["static_psnr"] == MOST_DECIBELS
     assert figures["moving_psnr"] < figures["psnr"] < figures["static_psnr"]

@@ -32,7 +32,7 @@ def test_quality_is_the_mean_over_the_held_out_cameras(evaluation, stream, captu
             picture = np.clip(render_picture(splats, camera), 0, 1).astype(np.float64)
             psnr.append(peak_signal_noise_ratio(truth, picture, data_range=1.0))
 
-        # The stream carries poses in binary32, the capture in binary64.
+        # The stream has poses in binary32, the capture in binary64.
         assert measured == pytest.approx(np.mean(psnr), abs=1e-3)
 
 

@@ -10,7 +10,7 @@ _WIDTHS = (4, 5, 6, 7, 8)
 
 @pytest.fixture(scope="module")
 def weights():
-    """The names of the real weights, on a network that is far thinner."""
+    """The names of the real weights, for a much smaller network."""
     generator = torch.Generator().manual_seed(0)
     state = {
         "scaling_layer.shift": torch.tensor([-0.03, -0.09, -0.19])[None, :, None, None],

@@ -25,7 +25,7 @@ def _pictures(size, seed=0, noise=0.1):
 
 
 def _ssim_of_scikit_image(picture, truth):
-    """The SSIM of scikit-image under our settings; zeros around stand for zero padding."""
+    """The SSIM of scikit-image with the settings of the package and zero padding."""
     border = 12
     around = ((border, border), (border, border), (0, 0))
     _, every = structural_similarity(
@@ -56,7 +56,7 @@ def test_psnr_equals_that_of_scikit_image(size):
 def test_ssim_equals_that_of_scikit_image_with_zero_padding(size, noise):
     picture, truth = _pictures(size, noise=noise)
 
-    # Ours sums in binary32: 121 products of numbers up to 1.
+    # The package sums in binary32: 121 products of numbers up to 1.
     wanted = _ssim_of_scikit_image(picture, truth)
     assert measure_ssim(picture, truth) == pytest.approx(wanted, abs=1e-5)
 

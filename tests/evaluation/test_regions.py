@@ -10,7 +10,7 @@ PICTURES = arrays(np.uint8, (6, 7, 3))
 
 
 def _film(frame_count, step=6, side=4):
-    """A gray wall before which a white square moves to the right, and where the square is."""
+    """A gray wall with a white square that moves to the right, and the square's position."""
     pictures = np.full((frame_count, 24, 40, 3), 90, dtype=np.uint8)
     places = [(slice(8, 8 + side), slice(step * i, step * i + side)) for i in range(frame_count)]
     for picture, place in zip(pictures, places, strict=True):

@@ -14,7 +14,7 @@ _PNG = "data:image/png;base64,"
 
 
 class _Page(HTMLParser):
-    """What a page refers to, its words, and the tags that were never closed."""
+    """The references of a page, its text, and its unclosed tags."""
 
     def __init__(self, text):
         super().__init__()

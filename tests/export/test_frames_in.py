@@ -1,4 +1,4 @@
-"""Frames of others, from folders and files: what is read is what was written."""
+"""Frames from folders and files of other methods are read as they were written."""
 
 import numpy as np
 import pytest

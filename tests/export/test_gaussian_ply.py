@@ -1,4 +1,4 @@
-"""PLY files are read back by the plainest of parsers, which shares no code with the writer."""
+"""PLY files are read back by a minimal parser, which shares no code with the writer."""
 
 import struct
 
@@ -14,7 +14,7 @@ _SHAPE = ["opacity", *(f"scale_{i}" for i in range(3)), *(f"rot_{i}" for i in ra
 
 
 def _read(data):
-    """The lines of a PLY's header, and a dictionary of floats to each vertex."""
+    """The header lines of a PLY, and a dictionary of floats for each vertex."""
     head, end, body = data.partition(b"end_header\n")
     assert end
     lines = head.decode("ascii").splitlines()

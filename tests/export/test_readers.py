@@ -1,4 +1,4 @@
-"""Every export, read back by a reader that is not ours."""
+"""Every export is read back by an independent reader."""
 
 import io
 import shutil
@@ -21,14 +21,14 @@ _COLOR_STEP = 1 / 255
 
 
 def make_clip(**header):
-    """The frames of a small stream with newborn, and what holds for all of them."""
+    """The frames of a small stream with births, and the properties of all of them."""
     head = StreamHeader(seed=7, gaussians_per_anchor=4, sh_rest_step=1 / 128, **header)
     _, states = make_stream(head)
     return Clip(head, (CAMERA,), {}), [Frame.of(state.scene) for state in states]
 
 
 def export(name, clip, frames):
-    """The bytes of an export: of the last frame, or of all where the format holds all."""
+    """The bytes of an export: of the last frame, or of all if the format can hold them."""
     row = EXPORTS[name]
     if row.package:
         pytest.importorskip(row.package, reason=f"pip install 'quarc-ref[{row.extra}]' brings it")
@@ -41,9 +41,9 @@ def export(name, clip, frames):
 
 
 def read_by_gaussforge(data, form):
-    """What the library gaussforge reads, as arrays `[N, ...]`, by way of the PLY that it makes.
+    """The result of the library gaussforge as arrays `[N, ...]`, through a PLY.
 
-    Its own arrays do not come out of scenes without view-dependent color.
+    It returns no arrays for scenes without view-dependent color.
     """
     package = pytest.importorskip("gaussforge")
     result = package.GaussForge().convert(data, form, "ply")
@@ -81,13 +81,13 @@ def color_of(splats):
 
 
 def same_rotations(first, second):
-    """The cosine of half the angle between rotations, at its least."""
+    """The minimum cosine of half the angle between rotations."""
     products = np.abs((first * second).sum(axis=1))
     return products.min() / max(1e-9, 1)
 
 
 def align(positions, wanted):
-    """For each Gaussian wanted the nearest that was read; every one is read once."""
+    """For each expected Gaussian the nearest one that was read; every one is matched once."""
     distances = np.linalg.norm(positions[None] - wanted[:, None], axis=2)
     order = distances.argmin(axis=1)
     assert distances.min(axis=1).max() < 2e-3
@@ -142,7 +142,9 @@ def test_sog_has_the_scene_in_the_axes_of_the_stream(degree):
     splats = frames[-1].splats
 
     assert len(read["positions"]) == frames[-1].scene.count
-    distinct = np.unique(splats.positions, axis=0, return_index=True)[1]  # some are in one place
+    distinct = np.unique(splats.positions, axis=0, return_index=True)[
+        1
+    ]  # some have the same position
     counts = (splats.positions[distinct][:, None] == splats.positions[None]).all(2).sum(1)
     alone = distinct[counts == 1]
     order = align(read["positions"], splats.positions[alone])
@@ -222,7 +224,7 @@ def test_openusd_reads_a_time_sample_per_frame(tmp_path):
     camera = UsdGeom.Camera(stage.GetPrimAtPath("/scene/camera_00"))
     pose = np.array(camera.GetLocalTransformation()).T
     assert pose[:3, 3] == pytest.approx([0, 0, -2])  # of CAMERA
-    assert pose[:3, :3] @ [0, 0, -1] == pytest.approx([0, 0, 1])  # along which it looks
+    assert pose[:3, :3] @ [0, 0, -1] == pytest.approx([0, 0, 1])  # along its viewing direction
 
 
 def test_usd_shows_the_first_frame_to_readers_without_time(tmp_path):
@@ -247,7 +249,7 @@ def test_fourdgs_reads_every_frame_of_4dgs_at_its_time():
     for number, frame in enumerate(frames):
         read = module.render_at(decoded, (number + 0.5) / _FPS)
         assert np.array_equal(read["ids"], frame.scene.ids)
-        bound = 0.02 * np.median(np.exp(frame.splats.log_scales))  # that of the profile
+        bound = 0.02 * np.median(np.exp(frame.splats.log_scales))  # as in the profile
         assert np.abs(read["centers"] - frame.splats.positions).max() < 2 * bound
         assert read["rgb"] == pytest.approx(color_of(frame.splats), abs=_COLOR_STEP)
         assert read["opacity"] == pytest.approx(opacity_of(frame.splats), abs=_COLOR_STEP)

@@ -1,4 +1,4 @@
-"""Frames turned +y up: what is up in the stream, is up afterwards, and looks the same."""
+"""Rotated frames: what is up in the stream stays up and looks the same."""
 
 from dataclasses import replace
 
@@ -42,7 +42,7 @@ def test_rotations_positions_and_colors_rotate_together(up, right_handed):
     clip = Clip(StreamHeader(up_axis=up, right_handed=right_handed))
     turned = rotate_upright(splats, clip)
 
-    # The map itself, from where the positions went.
+    # The map itself, from the new positions.
     matrix = np.linalg.lstsq(splats.positions, turned.positions, rcond=None)[0].T
     assert np.round(matrix) == pytest.approx(matrix, abs=1e-4)
     matrix = np.round(matrix)

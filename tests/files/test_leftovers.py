@@ -1,4 +1,4 @@
-"""What a process that is killed by SIGKILL leaves, and what the next one makes of it."""
+"""Temporary files of a process killed by SIGKILL, and their treatment by the next one."""
 
 import os
 import signal

@@ -36,7 +36,7 @@ def _section(words: list[int]) -> Section:
 
 
 def _comparable(record):
-    """A record with its arrays as lists."""
+    """A record with lists instead of arrays."""
     if isinstance(record, Section):
         return record.words.tolist()
     fields = {name: getattr(record, name) for name in record.__dataclass_fields__}
@@ -214,7 +214,7 @@ def test_truncated_or_longer_cameras_are_rejected():
 
 def test_the_number_of_cameras_is_checked_before_parsing():
     data = bytearray(wire.build_cameras((replace(CAMERA, name="a"),)))
-    data[0], data[3] = 2, 0xFF  # the name is no UTF-8
+    data[0], data[3] = 2, 0xFF  # the name is not UTF-8
 
     with pytest.raises(FieldError, match="2 cameras of at least 78 bytes each do not fit"):
         wire.parse_cameras(bytes(data))

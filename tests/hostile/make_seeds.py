@@ -1,9 +1,9 @@
-"""The seeds of fuzzing: tiny streams and files of every layout, each built by hand.
+"""The seeds of fuzzing: tiny hand-made streams and files of every layout.
 
     python -m tests.hostile.make_seeds
 
-writes them where they are committed; a test compares. They are as small as
-what they exercise allows, so that mutations of them hit and decode quickly.
+writes them to the folder in which they are committed; a test compares them. They are as small as
+possible, so that mutations have an effect and decode quickly.
 """
 
 import io
@@ -91,7 +91,7 @@ _AT_PLACE = (
 
 
 def _make_splats(coefficients: int) -> Splats:
-    """Return two Gaussians with so many harmonics."""
+    """Return two Gaussians with a number of harmonics."""
     rows = np.arange(6, dtype=np.float32).reshape(2, 3)
     rotations = np.array([[1, 0, 0, 0], [0, 0.6, 0.8, 0]], dtype=np.float32)
     sh = np.arange(6 * coefficients, dtype=np.float32).reshape(2, coefficients, 3) / 8
@@ -99,7 +99,7 @@ def _make_splats(coefficients: int) -> Splats:
 
 
 def _bare(stream: bytes) -> bytes:
-    """A stream without what is no frame: HEAD, CANO, FRAM and a TAIL without an index."""
+    """A minimal stream: HEAD, CANO, FRAM and a TAIL without an index."""
     chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(stream)]
     kept = [each for each in chunks if each[0] in (b"HEAD", b"CANO", b"FRAM")]
     canonical = sum(kind == container.CANO for kind, _ in kept)
@@ -111,7 +111,7 @@ def _bare(stream: bytes) -> bytes:
 
 
 def _with_unknown(stream: bytes) -> bytes:
-    """A stream with an ancillary chunk of an unknown type, and the same one again at the end."""
+    """A stream with an ancillary chunk of an unknown type, which is repeated at the end."""
     chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(stream)]
     head, frames = chunks[0], [each for each in chunks[1:] if each[0] in (b"CANO", b"FRAM")]
     tail = len(frames).to_bytes(4, "little") + (1).to_bytes(4, "little") + bytes(8)
@@ -140,7 +140,7 @@ def streams() -> Iterator[tuple[str, bytes]]:
 
 
 def _bear_beyond(stream: bytes, change: Callable[[Births], object]) -> bytes:
-    """A stream whose last frame has two newborn, well coded, that no scene can have."""
+    """A stream whose last frame has two correctly coded births that no scene can have."""
     with use_engine(REFERENCE):
         first, *_, state = decode_states(stream)
     births = make_births(state, 2)
@@ -170,7 +170,7 @@ def _head(header: StreamHeader) -> bytes:
 
 
 def files() -> Iterator[tuple[str, bytes]]:
-    """Yield path, from the folder of seeds on, and bytes of every seed that is no COLMAP model."""
+    """Yield path in the folder of seeds and bytes of every seed, except the COLMAP models."""
     yield from ((f"streams/{name}.quarc", data) for name, data in streams())
     snapping = replace(_TINY, snapshots=True)
     for chunk in split_chunks(_make(snapping, 2, 4, canonical_every=3, snapshot_every=2)):
@@ -250,7 +250,7 @@ def write_models(folder: Path) -> None:
 
 
 def write_all() -> None:
-    """Write every seed where it is committed."""
+    """Write all seeds into the repository."""
     for name, data in files():
         (FOLDER / name).parent.mkdir(parents=True, exist_ok=True)
         (FOLDER / name).write_bytes(data)

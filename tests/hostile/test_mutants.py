@@ -1,4 +1,4 @@
-"""Mutated streams before all that reads streams: sources, recovery, verbs."""
+"""Mutated streams in all readers of streams: sources, recovery, verbs."""
 
 import io
 from pathlib import Path
@@ -27,7 +27,7 @@ _MUTANTS = st.integers(0, 1 << 40).map(lambda number: _MUTATOR.make(number).data
 
 
 def _told(stream):
-    """The digest of every frame of a stream, and the id of what ends it."""
+    """The digest of every frame of a stream, and the reject id at its end."""
     told = []
     try:
         for scene in decode(stream):
@@ -63,7 +63,7 @@ def test_the_fast_engine_decodes_a_mutant_like_the_reference(data):
 
 
 def _places(told):
-    """What is told, without the ids: of two faults of a chunk either may be named."""
+    """The result without ids: either of two faults in a chunk may be named."""
     return [each[1] if isinstance(each, tuple) else each for each in told]
 
 
@@ -77,7 +77,7 @@ def test_recovery_returns_at_least_the_decoded_frames_and_lists_the_missing_ones
         events = list(recover(data))
     except BitstreamError:
         events = []
-        assume(len(told) == len(frames))  # of what is rejected, recovery may have nothing
+        assume(len(told) == len(frames))  # recovery may return nothing for a rejected stream
     recovered = [compute_digest(event) for event in events if not isinstance(event, Gap)]
     assert recovered[: len(frames)] == frames
     assert any(isinstance(event, Gap) for event in events) == (len(told) > len(frames))

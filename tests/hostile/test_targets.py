@@ -1,4 +1,4 @@
-"""Everything that takes bytes, given any: it ends, or raises what it says it does."""
+"""All readers of bytes, with any input: they end, or raise a documented error."""
 
 import random
 

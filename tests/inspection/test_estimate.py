@@ -21,7 +21,7 @@ CHANNELS = _SHAPES.flatmap(lambda shape: arrays(np.int64, shape, elements=st.int
 
 
 def entropy(values):
-    """Bits of a sequence at the shares of its own values, in its plainest form."""
+    """The zero-order entropy of a sequence in its simplest form."""
     values = list(values)
     shares = {value: count / len(values) for value, count in Counter(values).items()}
     return -sum(math.log2(shares[value]) for value in values)

@@ -9,7 +9,7 @@ print(measure_peak_mebibytes())
 
 
 def _ask_elsewhere(mebibytes):
-    """The peak of a process of its own that needs so much for a moment."""
+    """The peak of a separate process that needs some memory for a moment."""
     program = ASK.replace("MEBIBYTES", str(mebibytes))
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
     return float(done.stdout)

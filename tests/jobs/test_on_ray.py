@@ -48,7 +48,7 @@ def test_a_job_on_a_cluster_has_its_threads(ray_cluster):
 
 
 def test_a_local_cluster_ends_with_its_jobs(ray_cluster):
-    del ray_cluster  # what it sets holds for this one too
+    del ray_cluster  # its setting also affects this process
     processes = run_jobs(works.name_processes, _make_jobs(1), WorkerPool(ray="local"))
 
     assert [_is_gone(process) for process in processes[0]] == [True, True]

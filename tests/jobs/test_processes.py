@@ -26,7 +26,7 @@ def _await_text(path):
 
 
 def _is_quiet(path):
-    """Whether the job that writes into a file does so no more."""
+    """Whether the job that writes into a file has stopped."""
     for _ in range(100):
         before = path.read_text()
         time.sleep(0.1)

@@ -1,4 +1,4 @@
-"""What jobs do in the tests: they are imported by their names where they run."""
+"""Jobs for the tests, which worker processes import by name."""
 
 import os
 import signal
@@ -11,7 +11,7 @@ def square(number):
 
 
 def square_slowly(number):
-    """Return a square and who has found it, not before another worker may have begun."""
+    """Return a square and the worker, but only after another worker has had time to start."""
     time.sleep(0.5)
     return number * number, os.getpid()
 
@@ -24,7 +24,7 @@ def fail_if_odd(number):
 
 
 def name_processes(_argument):
-    """Return who does this, and who has started it."""
+    """Return the ids of this process and of its parent."""
     return os.getpid(), os.getppid()
 
 
@@ -35,7 +35,7 @@ def name_threads(_argument):
 
 
 def end_if_odd(number):
-    """Die as a process does that the system has no memory for."""
+    """Die like a process killed for lack of memory."""
     if number % 2:
         os.kill(os.getpid(), signal.SIGKILL)
     return number
@@ -46,14 +46,14 @@ def return_no_value(_argument):
 
 
 def sleep_noted(path):
-    """Tell that the job runs, for as long as it runs; without a path, do nothing."""
+    """Report by a file that the job runs; without a path, do nothing."""
     while path:
         Path(path).write_text(f"{os.getpid()} {time.monotonic()}")
         time.sleep(0.02)
 
 
 def sleep_until_interrupted(path):
-    """Tell that the job runs, and that it has been interrupted; without a path, do nothing."""
+    """Report that the job runs, and its interruption; without a path, do nothing."""
     if path is None:
         return
     Path(path).write_text("runs")

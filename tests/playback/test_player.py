@@ -72,7 +72,7 @@ def test_a_function_is_called_with_every_frame_in_the_callers_thread(threads):
 
 
 def _forge(kind_number, change):
-    """The stream with the payload of one chunk changed, its CRC made anew."""
+    """The stream with a changed payload in one chunk and a correct CRC."""
     chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(_STREAM)]
     kind, payload = chunks[kind_number]
     chunks[kind_number] = (kind, change(payload))
@@ -163,7 +163,7 @@ def test_after_a_fault_a_frame_can_be_requested_again(threads):
 
 
 class _Broken(BytesSource):
-    """A source that may be out of order for a while."""
+    """A source that can fail temporarily."""
 
     is_broken = False
 

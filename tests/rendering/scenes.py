@@ -1,4 +1,4 @@
-"""Small random scenes for renderers, and the gradients that a renderer gives of them."""
+"""Small random scenes for renderers, and the gradients of a renderer."""
 
 import math
 
@@ -11,7 +11,7 @@ NAMES = ("means", "quaternions", "log_scales", "logits", "sh")
 
 
 def make_camera(width: int, height: int, near: float = 0.2) -> Camera:
-    """A camera that is turned, moved, and whose principal point is off the center."""
+    """A rotated and moved camera whose principal point is off the center."""
     c, s = math.cos(0.3), math.sin(0.3)
     rotation = (c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c)
     lens = (0.9 * width, 0.95 * width, width / 2 + 1.5, height / 2 - 2)
@@ -46,7 +46,7 @@ def activate(leaves: dict[str, torch.Tensor]) -> Gaussians:
 
 
 def weigh(rendering, seed: int = 5) -> torch.Tensor:
-    """A scalar in which every number of image and alpha has a weight of its own."""
+    """A scalar in which every number of image and alpha has its own weight."""
     generator = torch.Generator().manual_seed(seed)
     total = rendering.image.new_zeros(())
     for part in (rendering.image, rendering.alpha):
@@ -56,7 +56,7 @@ def weigh(rendering, seed: int = 5) -> torch.Tensor:
 
 
 def render_with_gradients(rasterizer, leaves, camera):
-    """The rendering, and the gradients of its weighted sum by means2d and every leaf."""
+    """The rendering, and the gradients of its weighted sum for means2d and every leaf."""
     background = torch.tensor([0.2, 0.5, 0.1]).to(leaves["means"])
     rendering = rasterizer.render(activate(leaves), camera, background)
     gradients = torch.autograd.grad(weigh(rendering), [rendering.means2d, *leaves.values()])

@@ -1,4 +1,4 @@
-"""Every pixel on its own, from the sentences of SPEC 10, in Python floats."""
+"""Renders every pixel separately in Python floats, as described in SPEC 10."""
 
 import math
 from typing import NamedTuple
@@ -13,7 +13,7 @@ class _Splat(NamedTuple):
 
 
 def draw_slowly(gaussians, camera, background) -> list[list[list[float]]]:
-    """The picture `[H][W][3]` of activated Gaussians (tensors, a row to each)."""
+    """The picture `[H][W][3]` of activated Gaussians (tensors with a row for each)."""
     splats = [_project(gaussians, camera, i) for i in range(gaussians.means.shape[0])]
     near = 0.8 * camera.near
     ordered = sorted((s for s in splats if s.depth > near), key=lambda splat: splat.depth)

@@ -19,7 +19,7 @@ def _rows(gaussians: Gaussians, which: slice) -> Gaussians:
 
 
 def _with_gradients(draw, gaussians: Gaussians):
-    """A rendering, and the gradients of its weighted sum by means2d and all of the Gaussians."""
+    """A rendering, and the gradients of its weighted sum for means2d and all Gaussians."""
     leaves = [tensor.clone().requires_grad_() for tensor in gaussians.tensors()]
     rendering = draw(Gaussians(*leaves))
     return rendering, torch.autograd.grad(weigh(rendering), [rendering.means2d, *leaves])

@@ -44,7 +44,7 @@ def _draw_in_bands(camera, drawn):
 
 @pytest.fixture
 def pairs(monkeypatch):
-    """How many Gaussians and pairs each list has that is made."""
+    """Numbers of Gaussians and pairs in each list."""
     seen = []
 
     def list_and_count(projection, order, band, counts):

@@ -1,4 +1,4 @@
-"""What the compiler of kernels loads, and what it leaves to others."""
+"""The packages that the compiler of kernels loads, and those it does not load."""
 
 import shutil
 import subprocess
@@ -47,7 +47,7 @@ def test_machine_code_is_compiled_again_after_any_change_of_a_kernel(tmp_path):
         command = [sys.executable, "-c", _SCALE]
         return subprocess.check_output(command, cwd=tmp_path, text=True).split()
 
-    made, kept = ["0", "False"], ["1", "True"]  # hits; whether no compiler was loaded
+    made, kept = ["0", "False"], ["1", "True"]  # cache hits; whether no compiler was loaded
     assert [run(), run()] == [made, kept]
     with (package / "rendering" / "raster_kernels.py").open("a") as file:
         file.write("\n")

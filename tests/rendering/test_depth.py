@@ -12,7 +12,7 @@ _CAMERA = Camera(
 
 
 def _walls(*walls):
-    """Two large flat Gaussians or more, each at a depth and with an opacity's logit."""
+    """Two or more large flat Gaussians with given depths and opacity logits."""
     count = len(walls)
     depths, logits = np.array(walls, dtype=np.float32).T
     positions = np.zeros((count, 3), dtype=np.float32)

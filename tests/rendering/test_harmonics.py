@@ -18,7 +18,7 @@ def _directions(count=20):
 
 
 def _real_harmonic(degree, order, directions):
-    """From scipy's complex ones, which have the Condon-Shortley phase."""
+    """From scipy's complex ones, which include the Condon-Shortley phase."""
     x, y, z = directions.T
     value = sph_harm_y(degree, abs(order), np.arccos(z), np.arctan2(y, x))
     if order == 0:

@@ -1,4 +1,4 @@
-"""What a float that no integer stands for becomes as an integer differs between machines."""
+"""Conversion of a float that no integer represents depends on the machine."""
 
 import math
 import os
@@ -31,7 +31,7 @@ _CAMERA = make_camera(70, 50)
 
 
 def _list(mean, conic, reach):
-    """How many tiles one Gaussian meets, and which pixel rows of them."""
+    """The number of tiles that a Gaussian intersects, and the pixel rows of them."""
     arrays = (
         np.array([mean], dtype=np.float32),
         np.array([conic], dtype=np.float32),
@@ -75,7 +75,7 @@ for place, value in itertools.product((0, 1, 2, 4, 5), (math.nan, math.inf, 1e30
 
 
 def test_only_integral_numbers_become_integers():
-    """Python refuses to convert the others, which compiled code does not."""
+    """Python refuses to convert the others, but compiled code does not."""
     done = subprocess.run(
         [sys.executable, "-c", _UNCOMPILED],
         env=os.environ | {"NUMBA_DISABLE_JIT": "1"},

@@ -56,7 +56,7 @@ def test_numba_renders_and_differentiates_like_the_reference(count, width, heigh
     )
     drawn, got = render_with_gradients(NumbaRasterizer(), make_leaves(count, torch.float32), camera)
 
-    # float32 against float64: plain torch in float32 is off by 1e-6 too.
+    # float32 against float64: plain torch in float32 also has an error of 1e-6.
     assert float((exact.image - drawn.image).detach().abs().max()) < 5e-6
     assert float((exact.alpha - drawn.alpha).detach().abs().max()) < 5e-6
     seen = drawn.radii > 0
@@ -155,7 +155,7 @@ def test_gsplat_renders_and_differentiates_like_numba(count, width, height):
     rasterizer = choose_rasterizer(torch.device("cuda"))
     drawn, got = render_with_gradients(rasterizer, on_gpu, camera)
 
-    # CUDA's fast exponential flips single decisions at 1/255, and equal depths may swap.
+    # CUDA's fast exponential changes single decisions at 1/255, and equal depths can be swapped.
     difference = (exact.image - drawn.image.cpu()).detach().abs()
     assert float(difference.mean()) <= 1e-5
     assert float((difference > 1e-4).float().mean()) <= 1e-3

@@ -43,7 +43,7 @@ def test_away_from_the_borders_it_equals_ssim_of_scikit_image():
         full=True,
     )
 
-    # Their window is cut at 3.5 sigma, which is ours; only their borders differ.
+    # Its window is cut at 3.5 sigma, as in the package; only the borders differ.
     assert np.abs(ours.permute(1, 2, 0).numpy() - theirs[12:-12, 12:-12]).max() < 1e-5
 
 

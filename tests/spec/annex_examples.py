@@ -136,7 +136,7 @@ _EXAMPLES = (
 
 
 def planes() -> str:
-    """Integers as planes (Annex F.8): written by the package, read back by the plain decoder."""
+    """Integers as planes (Annex F.8): written by the package, and read by the plain decoder."""
     parts, head = [], ("model and plane", "context", "weight", "bits")
     for form, contexts, values in _EXAMPLES:
         section = _write(form, contexts, values)

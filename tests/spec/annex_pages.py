@@ -11,7 +11,7 @@ _HALF = str(1 << 23)
 
 
 def dump(data: bytes) -> str:
-    """The text of a file that `xxd -r` turns back into the bytes."""
+    """The text of a file that `xxd -r` converts to the bytes."""
     lines = [
         f"{offset:08x}: {data[offset : offset + 16].hex(' ')}" for offset in range(0, len(data), 16)
     ]
@@ -19,7 +19,7 @@ def dump(data: bytes) -> str:
 
 
 def introduction(data: bytes, path: str) -> str:
-    """Which bytes the stream has, and where they are dumped."""
+    """The size of the stream, and the path of its dump."""
     digest = hashlib.sha256(data).hexdigest()
     name = path.rpartition("/")[2]
     return f"{len(data)} bytes, dumped in [{name}]({path}); their SHA-256 is\n`{digest}`.\n"
@@ -35,7 +35,7 @@ def fields(stream: PlainStream, marker: str) -> str:
 
 
 def planes(frame: PlainFrame, marker: str) -> str:
-    """The planes of a frame's sections in coding order; contexts, weights and bits side by side."""
+    """The planes of a frame's sections in coding order, with contexts, weights and bits."""
     rows = []
     for (section, plane), runs in groupby(frame.runs, key=lambda run: (run.section, name_of(run))):
         cells = [(context_of(run), weight_of(run), run.bits) for run in runs]
@@ -46,7 +46,7 @@ def planes(frame: PlainFrame, marker: str) -> str:
 
 
 def name_of(run: Run) -> str:
-    """The model of a run, and which of its planes."""
+    """The model of a run, and the index of the plane."""
     return ": ".join(filter(None, (run.model, run.plane)))
 
 
@@ -55,7 +55,7 @@ def context_of(run: Run) -> str:
 
 
 def weight_of(run: Run) -> str:
-    """The code that is stated, or the weight that is not."""
+    """The stated code, or the weight without one."""
     return str(run.weight) if run.code is None else f"code {run.code}"
 
 

@@ -1,4 +1,4 @@
-"""Stream C of Annex G: what streams A and B leave out, from records made by hand."""
+"""Stream C of Annex G: features that streams A and B lack, from hand-made records."""
 
 import numpy as np
 
@@ -45,7 +45,7 @@ def make_deep() -> StreamWriter:
 
 
 def _move_and_bear(writer: StreamWriter) -> None:
-    """Motion of all three levels, and two newborn of one parent that differ in SH rest."""
+    """Motion of all three levels, and two births of one parent that differ in SH rest."""
     begun = writer.begin(0)
     symbols = symbols_of(
         begun,

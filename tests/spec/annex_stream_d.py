@@ -1,4 +1,4 @@
-"""Stream D of Annex G, with the features of version 1.1, from records made by hand."""
+"""Stream D of Annex G, with the features of version 1.1, from hand-made records."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from tests.spec.annex_streams import StreamWriter, columns, symbols_of
 
 
 def make_changing() -> StreamWriter:
-    """Stream D: updates, a chosen death, a birth, a snapshot, and a frame after it."""
+    """Stream D: updates, a death by update, a birth, a snapshot, and a frame after it."""
     header = StreamHeader(
         rotation_components=3,
         sh_degree=0,
@@ -49,14 +49,14 @@ def _update_and_bear(writer: StreamWriter) -> None:
     newborn = Gaussians(
         columns([1, 0, -2]), columns([0, 0, 0, 0]), columns([-20, -20, -20, 4, 9, 8, 7])
     )
-    # The parent is the Gaussian of id 3: the one of id 2 has left before.
+    # The parent is the Gaussian of id 3, because that of id 2 has left.
     births = Births(np.array([2], dtype=np.int64), newborn)
     symbols = symbols_of(begun, (1, 0, [1, 0, 0, 0, 0, -2]))
     writer.frame(begun, symbols, births, previous=False, updates=updates)
 
 
 def _update_again(writer: StreamWriter) -> None:
-    """Frame 12: contexts of recency; one Gaussian is said to change and has no field."""
+    """Frame 12: contexts of recency; one Gaussian is coded as changing without any field."""
     begun = writer.begin(0)
     updates = _updates(
         (0, {"translation": [-1, 1, 1]}),
@@ -88,7 +88,7 @@ def _snap(writer: StreamWriter) -> None:
 
 
 def _updates(*given: tuple[int, dict[str, list[int]] | None]) -> Updates:
-    """Updates of (index, residuals by field); None of a Gaussian that leaves."""
+    """Updates of (index, residuals by field); None for a Gaussian that leaves."""
     residuals = np.zeros((RESIDUAL_ROWS, len(given)), dtype=np.int64)
     for place, (_, fields) in enumerate(given):
         for name, values in (fields or {}).items():

@@ -1,4 +1,4 @@
-"""Streams A and B of Annex G, from records made by hand: no training, no drawing of lots."""
+"""Streams A and B of Annex G, from hand-made records without random numbers."""
 
 from dataclasses import dataclass, field
 
@@ -37,14 +37,14 @@ EMPTY = Section(np.zeros(0, dtype=np.uint32))
 
 @dataclass
 class StreamWriter:
-    """Appends chunks, and holds the state as it goes."""
+    """Appends chunks, and keeps the state up to date."""
 
     header: StreamHeader
     data: bytes = MAGIC
     sequence: int = 0
     states: list[State] = field(default_factory=list)
     seek_points: list[SeekPoint] = field(default_factory=list)
-    reference: tuple[int, Gaussians] | None = None  # the last CANO: its ordinal, its Gaussians
+    reference: tuple[int, Gaussians] | None = None  # ordinal and Gaussians of the last CANO
 
     def chunk(self, kind: bytes, payload: bytes) -> None:
         self.data += build_chunk(kind, self.sequence, payload)
@@ -60,7 +60,7 @@ class StreamWriter:
         self._enter(b"CANO", wire.build_canonical(chunk), state)
 
     def snapshot(self, gaussians: Gaussians, roots: list[int]) -> None:
-        """Write a SNAP chunk; `roots` has indices in the last CANO, and -1 for newborn."""
+        """Write a SNAP chunk; `roots` has indices in the last CANO, and -1 for new Gaussians."""
         assert self.reference is not None
         canonical, known = self.reference
         coded = write_snapshot(known, gaussians, np.array(roots, dtype=np.int64))
@@ -96,7 +96,7 @@ class StreamWriter:
         previous: bool,
         updates: Updates | None = None,
     ) -> None:
-        """Write a FRAM chunk; the number of deaths is what `begun` lacks."""
+        """Write a FRAM chunk; the number of deaths follows from `begun`."""
         deaths = self.states[-1].scene.count - begun.scene.count
         motion = write_motion(
             motion_contexts(begun, previous=previous), symbols, begun.motion_counts
@@ -130,7 +130,7 @@ def columns(*rows: list[int]) -> Int64:
 
 
 def symbols_of(begun: State, *given: tuple[int, int, list[int]]) -> list[Int64]:
-    """Symbols of all anchors, 0 but for those of (level, anchor, symbols)."""
+    """Symbols of all anchors, 0 except those of (level, anchor, symbols)."""
     channels = begun.scene.header.symbol_planes
     levels = begun.known_anchors.levels
     symbols = [np.zeros((channels, level.owners.size), dtype=np.int64) for level in levels]
@@ -196,7 +196,7 @@ def make_moving() -> StreamWriter:
     )
     rotations = columns([0, 0, 0, 0], [2, -30, 0, 181])
     codes = columns([-40, -41, -40, 20, 12, -8, 3], [-36, -37, -36, 22, -12, 0, 13])
-    # The second newborn is as far from the third anchor of level 1 as from the fourth.
+    # The second newborn is equally far from the third and the fourth anchor of level 1.
     places = columns([6, -3, 0], [5, 0, -15])
     births = Births(np.array([1, 5], dtype=np.int64), Gaussians(places, rotations, codes))
     writer.frame(begun, moved, births, previous=True)

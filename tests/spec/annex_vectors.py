@@ -1,7 +1,7 @@
-"""The tables of Annex F: inputs, and how the package and its slow twin answer them.
+"""The tables of Annex F: inputs, and the answers of the package and of its slow twin.
 
-A table is made from its inputs by the package. It is checked from its own
-cells: both must give the outputs that stand in the text.
+The package computes a table from its inputs. The check reads the cells of the text, and both
+implementations must reproduce the outputs.
 """
 
 from collections.abc import Callable
@@ -25,11 +25,11 @@ class VectorTable:
     """A table of known answers.
 
     Attributes:
-        marker: In the text: `<!-- spec:vectors marker -->`.
+        marker: Marker in the text: `<!-- spec:vectors marker -->`.
         head: Names of the columns, the answer last.
-        inputs: Cells of each row but the answer.
-        package: What gives the answer of a row's cells.
-        twin: What gives it too, from the text's words alone.
+        inputs: Cells of each row without the answer.
+        package: Function of the package that answers a row.
+        twin: Independent function that answers it, written from the specification.
     """
 
     marker: str
@@ -99,7 +99,7 @@ def answer_encode(bits: str, weights: str) -> str:
 
 
 def answer_decode(bits: str, weights: str) -> str:
-    """The words, if they decode to the bits and to nothing else."""
+    """The words, if they decode to exactly these bits."""
     found = answer_encode(bits, weights)
     coder = PlainCoder(numbers(found.replace("none", ""), 16))
     assert [coder.bit(weight) for weight in numbers(weights)] == [int(b) for b in bits.split()]
@@ -109,7 +109,7 @@ def answer_decode(bits: str, weights: str) -> str:
 
 
 def _seen(*pairs: tuple[int, int]) -> ContextCounts:
-    """The counts of context 0 of a model after planes of so many zeros and ones."""
+    """The counts of context 0 of a model after planes with given numbers of zeros and ones."""
     counts = ContextCounts()
     for zeros, ones in pairs:
         counts.learn("model", np.array([0]), np.array([zeros]), np.array([ones]))
@@ -150,7 +150,7 @@ def answer_dequantize(code: str, step: str) -> str:
 
 
 def answer_slow_dequantize(code: str, step: str) -> str:
-    """By doubles, in which the product of 16 and 24 bits is exact, and one rounding."""
+    """Computed in doubles: the product of 16 and 24 bits is exact, and rounded once."""
     exact = float(np.array([int(step, 16)], "<u4").view("<f4")[0]) * int(code)
     return f"{np.float32(exact).view('<u4'):08x}"
 

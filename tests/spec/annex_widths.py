@@ -16,11 +16,11 @@ KEY_LIMIT = (1 << ((1 << c.KEY_CLASS_BITS) - 1)) - 1
 SUM_LEAST = c.LEVEL_COUNT_LIMIT - MOTION
 SUM_GREATEST = c.LEVEL_COUNT_LIMIT * c.ROTATION_UNITY_LIMIT + MOTION
 SUM_SQUARE = SUM_GREATEST**2 + 3 * MOTION**2
-# A unit quaternion rounded to Q22: its norm is above 2^22 by less than 2 where 8 guard bits were
-# used, by less than 6 where 20 were and the vector was short; a product of both, rounded, by 10.
+# A unit quaternion rounded to Q22: its norm exceeds 2^22 by less than 2 with 8 guard bits, and by
+# less than 6 with 20 guard bits and a short vector; a rounded product of both by 10.
 PRODUCT = c.ROTATION_ONE + 10
 PRODUCT_SUM = (c.ROTATION_ONE + 2) * (c.ROTATION_ONE + 6)
-# The largest planes have a bit of each row of SH rest of every newborn.
+# The largest planes have a bit for each row of SH rest of every newborn.
 MOST_COUNTED = c.COUNT_LIMIT + U32 * c.SH_REST_PLANES
 LARGEST_NUMERATOR = (2 * c.COUNT_LIMIT + 1) * c.WEIGHT_TOTAL
 LEAST_BY_COUNTS = c.WEIGHT_TOTAL // (2 * c.COUNT_LIMIT + 2)
@@ -30,7 +30,7 @@ Bound = tuple[str, int, int, str]
 
 
 def bounds() -> list[Bound]:
-    """Name, least, greatest, section of everything that a decoder computes with."""
+    """Name, minimum, maximum and section of all integers that a decoder computes."""
     return [*_of_fields(), *_of_anchors(), *_of_frames(), *_of_rotations(), *_of_planes()]
 
 
@@ -137,7 +137,7 @@ def _of_planes() -> Iterator[Bound]:
 
 
 def _greatest_context() -> int:
-    """That of a mantissa in the last row of survivors: the outer, a class, a sign, bits."""
+    """Greatest context, of a mantissa in the last row of survivors: outer context, class, sign, bits."""
     outer = c.REST_CLASSES * max(c.SH_REST_PLANES, c.SURVIVOR_ROWS) - 1
     inner = (outer << c.CLASS_BITS) + (1 << c.CLASS_BITS) - 1
     return ((2 * inner + 1) << c.MODELLED_BITS) + (1 << c.MODELLED_BITS) - 1

@@ -27,14 +27,14 @@ _MADE: dict[str, str] = {}
 
 
 def made_regions() -> dict[str, str]:
-    """What `make_annexes` makes of the text as it stands, made once."""
+    """The output of `make_annexes` for the current text, computed once."""
     if not _MADE:
         _MADE.update(make_regions(spec_text.text()))
     return _MADE
 
 
 def check_regions(spec: str) -> None:
-    """The made regions are those that `make_annexes` makes today, and no others."""
+    """The generated regions equal the current output of `make_annexes`, and there are no others."""
     regions = made_regions()
     assert sorted(re.findall(r"<!-- made:(\S+) -->", spec)) == sorted(regions)
     for name, body in regions.items():
@@ -69,7 +69,7 @@ def check_dump(name: str, data: bytes) -> None:
 
 
 def check_offsets(spec: str) -> None:
-    """The rows of the fields are the bytes of the dumps."""
+    """The rows of the fields contain the bytes of the dumps."""
     for name in streams():
         dump, offset = spec_text.dump(name), 0
         for row in spec_text.records(spec, f"fields {name}"):
@@ -81,7 +81,7 @@ def check_offsets(spec: str) -> None:
 
 
 def check_fields(spec: str) -> None:
-    """The plain decoder, by the text's tables, finds in the dump what the rows say."""
+    """The plain decoder, using the tables of the text, finds in the dump what the rows state."""
     for name in streams():
         stream = decode_plain(spec, spec_text.dump(name))
         body = spec_text.made(spec, f"stream-{name}")
@@ -89,7 +89,7 @@ def check_fields(spec: str) -> None:
 
 
 def check_states(spec: str) -> None:
-    """The package decodes the dumps to the digests and the states of the text."""
+    """The package decodes the dumps to the digests and states in the text."""
     for name in streams():
         scenes = list(decode(spec_text.dump(name)))
         rows = spec_text.records(spec, f"digests {name}")

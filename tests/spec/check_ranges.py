@@ -1,7 +1,7 @@
-"""Holds the `range` column of SPEC 5 against what the package accepts and rejects.
+"""Compares the `range` column of SPEC 5 with the values that the package accepts and rejects.
 
-A payload is packed by the text's own table, with one field at the edge of its
-range or just past it.
+A payload is packed by the table of the text, with one field at the edge of its range or just
+beyond.
 """
 
 import struct
@@ -72,7 +72,7 @@ def _cases(spec: str, row: dict[str, str]) -> Iterator[tuple[bool, object]]:
 
 
 def _edges(spec: str, said: str, kind: str) -> Cases:
-    """Return the values that a range lets just in, and those that it just does not."""
+    """Return the outermost values inside a range, and the nearest ones outside."""
     words = said.split()
     greatest = _GREATEST.get(kind, (1 << 31) - 1)
     if kind == "f32":

@@ -1,7 +1,7 @@
-"""Checks of a text against the package: constants, levels, reject ids, sections, syntax.
+"""Compares a text with the package: constants, levels, reject ids, sections, syntax.
 
-Each takes the whole text and raises where text and package differ, so that
-`test_spec_mutations` can hold it against texts with a slip.
+Each check takes the whole text and raises if text and package differ, so that `test_spec_mutations`
+can apply it to wrong texts.
 """
 
 import re
@@ -71,7 +71,7 @@ def check_version(spec: str) -> None:
 
 
 def check_formulas(spec: str) -> None:
-    """The numbers that stand in formulas and in no table."""
+    """Numbers in formulas that are not in a table."""
     ranks = spec_text.section(spec, "6.2")
     assert [int(word, 16) for word in re.findall(r"0x([0-9A-F]{8})", ranks)] == [
         *(int(multiplier) for multiplier in philox._MULTIPLIERS),
@@ -111,7 +111,7 @@ def _rows(layout: Construct) -> list[tuple[str, str]]:
 
 
 def _peel(layout: Construct) -> Construct:
-    """Take off what adds a name, a check or a computed value to a layout."""
+    """Remove wrappers that add a name, a check or a computed value to a layout."""
     wrappers = ("Renamed", "Rebuild", "OneOf", "Validator", "ExprValidator")
     while isinstance(layout, Renamed) or type(layout).__name__ in wrappers:
         layout = layout.subcon
@@ -119,7 +119,7 @@ def _peel(layout: Construct) -> Construct:
 
 
 def _describe(layout: Construct) -> str:
-    """The type of a field, as the text's tables write it."""
+    """The type of a field in the notation of the tables."""
     layout = _peel(layout)
     if layout is layouts.SECTION:
         return "section"

@@ -40,7 +40,7 @@ Change = Callable[[bytes], bytes]
 
 
 class Case(NamedTuple):
-    """A stream with a fault, what is said of it, the frames at which it is met and left behind."""
+    """A stream with a fault, its report, and the frames at which it is detected and passed."""
 
     reject_id: str
     reaction: str
@@ -67,7 +67,7 @@ WHOLE = MAGIC + b"".join(_PIECES)
 
 
 def _put(place: int, *pieces: bytes) -> bytes:
-    """Other bytes in place of a chunk."""
+    """Other bytes replace a chunk."""
     return MAGIC + b"".join([*_PIECES[:place], *pieces, *_PIECES[place + 1 :]])
 
 
@@ -77,7 +77,7 @@ def _flip(place: int, at: int) -> bytes:
 
 
 def _change(place: int, change: Change) -> bytes:
-    """Another payload, with a CRC that holds."""
+    """Another payload with a correct CRC."""
     kind, payload = _PAYLOADS[place]
     return _put(place, build_chunk(kind, place, change(payload)))
 
@@ -109,7 +109,7 @@ def _section(*words: int) -> Section:
 
 
 def _stating(code: int) -> Section:
-    """A section whose first plane, which has one context, states a code, and nothing after it."""
+    """A section whose first plane has one context with a stated code, and nothing after it."""
     said = np.unpackbits(np.array([code], dtype=np.uint8)).astype(np.bool_)
     stated = np.ones(1, dtype=np.bool_)
     words = encode_bits([(stated, STATED_WEIGHT), (said, WEIGHT_TOTAL // 2)])
@@ -126,7 +126,7 @@ def _without_norm() -> Section:
 
 
 def _born(parent: int = 0, component: int = 0, code: int = 0) -> bytes:
-    """Two newborn; their green has a code, their red one more."""
+    """Two births; their green has a code, their red one more."""
     births = make_births(STATES[3], 2)
     births.parents[:] = parent
     births.newborn.rotations[1:] = component
@@ -176,7 +176,7 @@ def cases() -> list[Case]:
 
 
 def _at(place: int, sequence: int) -> tuple[bytes, int, bytes]:
-    """The chunk of one place with the number of another."""
+    """The chunk of one position with the number of another."""
     kind, payload = _PAYLOADS[place]
     return kind, sequence, payload
 

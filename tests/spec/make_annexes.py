@@ -1,10 +1,10 @@
-"""Writes the made regions of SPEC.md, and its dumps, anew.
+"""Regenerates the generated regions of SPEC.md, and its dumps.
 
     PYTHONPATH=conformance python -m tests.spec.make_annexes
 
-All comes from hand-built records and from the text's own syntax tables, so that
-two runs give the same bytes. Run it after a change to the format, and read the
-difference before it is committed.
+The output follows only from hand-made records and the syntax tables of the text, so that two runs
+give the same bytes. Run it after a change of the format, and review the difference before
+committing it.
 """
 
 from functools import cache
@@ -16,7 +16,7 @@ from tests.spec.annex_stream_c import make_deep
 from tests.spec.annex_stream_d import make_changing
 from tests.spec.annex_streams import make_moving, make_still
 
-# The planes of the other frames show nothing more.
+# The planes of the other frames would show nothing new.
 _WITH_PLANES = ("A", "B", "C1001", "D11", "D12", "D13", "D14")
 
 
@@ -27,10 +27,10 @@ def streams() -> dict[str, bytes]:
 
 
 def make_regions(spec: str) -> dict[str, str]:
-    """Return the text of every made region.
+    """Return the text of every generated region.
 
     Args:
-        spec: Whose syntax tables name the fields of the streams.
+        spec: Text whose syntax tables name the fields of the streams.
     """
     regions = {
         "overview": annex_examples.overview(),

@@ -1,18 +1,18 @@
-"""Every clause that binds decoders is named, by its id, where the reference engine keeps to it."""
+"""Every clause for decoders is named by its id where the reference engine implements it."""
 
 import re
 
 from plain import spec_text
 from plain.clauses import clauses
 
-# Kept to by the decoder as a whole: by no line of it more than by another.
+# Implemented by the decoder as a whole, not by a particular line.
 _WHOLE = {"1-1", "1-2", "1-3"}
 _OF_ENCODERS = {"1-4"}
 _CODE = ("quarc_ref/format", "quarc_ref/decoder", "quarc_ref/streams")
 
 
 def _named():
-    """The ids that comments of the reference engine name."""
+    """The ids in comments of the reference engine."""
     files = [path for folder in _CODE for path in (spec_text.ROOT / folder).rglob("*.py")]
     comments = [
         comment for path in files for comment in re.findall(r"#.*", path.read_text("utf-8"))

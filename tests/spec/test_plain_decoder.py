@@ -1,4 +1,4 @@
-"""The second decoder, written from SPEC.md's words, and the package come to the same states."""
+"""The second decoder, written from SPEC.md, and the package find the same states."""
 
 import numpy as np
 from hypothesis import given, settings
@@ -29,7 +29,7 @@ def test_both_decoders_give_the_same_states(header: StreamHeader, count: int):
 
 
 def test_a_parent_that_cancels_its_own_parent_counts_as_moving():
-    """What is done is 0, but the parent's symbols are not: P is 1 and E is 0."""
+    """The sum is 0, but the parent's symbols are not: P is 1 and E is 0."""
     still = LevelContext(np.zeros(1, dtype=np.int64), np.zeros((6, 1), dtype=np.int64))
     levels = [PlainLevel([0], [[0, 0, 0]], [0], {}) for _ in range(3)]
     counts, plain_counts = ContextCounts(), {}

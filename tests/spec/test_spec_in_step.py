@@ -1,4 +1,4 @@
-"""SPEC.md and the code say the same: whoever changes one changes the other."""
+"""SPEC.md and the code agree: a change of one requires a change of the other."""
 
 import re
 

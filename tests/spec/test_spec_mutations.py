@@ -1,7 +1,7 @@
-"""A slip in SPEC.md alone turns a check red: every number, name and byte is tried.
+"""A mistake in SPEC.md alone fails a check: every number, name and byte is tested.
 
-Each mutation is made in memory; the one check that watches that place must
-fail on it. The checks themselves run on the true text in `test_spec_in_step`.
+Each mutation is made in memory, and the check of that part must fail. The checks of the real text
+are in `test_spec_in_step`.
 """
 
 import re
@@ -23,7 +23,7 @@ def _block(spec: str, marker: str) -> tuple[int, int]:
 
 
 def _mutate_lines(marker: str, mutate: Callable[[str], Iterator[str]]) -> Iterator[str]:
-    """Texts in which one line of a marked block is another."""
+    """Texts in which one line of a marked block is replaced."""
     start, end = _block(TEXT, marker)
     lines = TEXT[start:end].split("\n")
     for number, line in enumerate(lines[3:], 3):
@@ -33,7 +33,7 @@ def _mutate_lines(marker: str, mutate: Callable[[str], Iterator[str]]) -> Iterat
 
 
 def _next_number(line: str) -> Iterator[str]:
-    """The line with one of its numbers, each in turn, greater by 1."""
+    """The line with one of its numbers, each in turn, increased by 1."""
     for match in re.finditer(r"(?<![\w.-])\d+(?![\w.])", line):
         yield line[: match.start()] + str(int(match[0]) + 1) + line[match.end() :]
 
@@ -50,7 +50,7 @@ def _other_type(line: str) -> Iterator[str]:
 
 
 def _other_cell(line: str) -> Iterator[str]:
-    """A row with one of its cells, each in turn, changed by its last letter."""
+    """A row with one of its cells, each in turn, changed in its last letter."""
     cells = spec_text.cells_of(line)
     for i, cell in enumerate(cells):
         other = cell[:-1] + ("1" if cell[-1:] != "1" else "2")
@@ -58,7 +58,7 @@ def _other_cell(line: str) -> Iterator[str]:
 
 
 def _count_slips_that_pass(texts: Iterator[str], check: Check) -> tuple[int, int]:
-    """How many texts were tried, and how many of them the check let pass."""
+    """How many texts were tested, and how many of them the check accepted."""
     tried = passed = 0
     for text in texts:
         tried += 1

@@ -1,4 +1,4 @@
-"""The reaction column of SPEC 3.3 is what `recover` does: every row, every reaction of it."""
+"""`recover` reacts as stated in the reaction column of SPEC 3.3: every row, every reaction."""
 
 import pytest
 
@@ -13,7 +13,7 @@ DIGESTS = [compute_digest(state.scene) for state in STATES]
 
 
 def _recover(data: bytes) -> tuple[list[int], list[Gap]]:
-    """The frames and the gaps of a stream; every scene is one of the whole stream."""
+    """The frames and the gaps of a stream; every scene must be one of the intact stream."""
     events = list(recover(data))
     gaps = [event for event in events if isinstance(event, Gap)]
     scenes = [event for event in events if not isinstance(event, Gap)]

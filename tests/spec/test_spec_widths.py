@@ -1,4 +1,4 @@
-"""The bounds of Annex E hold for the arithmetic, and the extremes reach them."""
+"""The arithmetic stays within the bounds of Annex E, and extreme inputs reach them."""
 
 from math import isqrt
 
@@ -20,7 +20,7 @@ def _within(name: str, *values: int) -> bool:
 
 @st.composite
 def sums(draw) -> list[int]:
-    """What the symbols of up to three levels can add up to, not all 0."""
+    """Possible sums of the symbols of up to three levels, not all 0."""
     levels, unity = draw(st.integers(1, 3)), draw(st.sampled_from([1, 2, 100, 255, 256]))
     reach = 65 * levels
     edge = st.one_of(st.sampled_from([-reach, -1, 0, 1, reach]), st.integers(-reach, reach))
@@ -30,7 +30,7 @@ def sums(draw) -> list[int]:
 
 @st.composite
 def rotations(draw) -> list[int]:
-    """Rotations that a state can hold: expanded ones, turned or not."""
+    """Possible rotations of a state: expanded ones, rotated or not."""
     bits = draw(st.integers(1, 14))
     others = [0, 0, 0]
     for place in draw(st.permutations(range(3))):
@@ -87,7 +87,7 @@ def test_the_widths_of_counts_are_reached():
 
 
 def test_the_widths_are_reached():
-    """By the extremes that the text allows: bounds that nothing reaches would prove little."""
+    """Uses extreme inputs, because bounds that are never reached would prove little."""
     extreme = [963, 195, 195, 195]
 
     assert sum(v * v for v in extreme) << 40 == BOUNDS["the same x 2^40"][1]

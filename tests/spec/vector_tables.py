@@ -186,7 +186,7 @@ TABLES = (
 
 
 def codes_table() -> str:
-    """The weights of codes 0 to 119, a row to an octave."""
+    """The weights of codes 0 to 119, with a row for each octave."""
     head = ("codes", *(f"m = {m}" for m in range(8)))
     rows = [
         (f"{8 * e} to {8 * e + 7}", *(str(weight_of_code(8 * e + m)) for m in range(8)))

@@ -1,4 +1,4 @@
-"""Streams to be cut and joined, and what must be the same after it."""
+"""Streams for cutting and joining, and what must stay the same."""
 
 import io
 
@@ -23,7 +23,7 @@ def join_bytes(*parts):
 
 
 def list_all_chunks(data):
-    """Every chunk of a stream, also those of types that are unknown."""
+    """Every chunk of a stream, including unknown types."""
     reader, chunks = ChunkReader(as_source(data)), []
     while (header := reader.read_header()) is not None:
         chunks.append(reader.take(header))
@@ -31,5 +31,5 @@ def list_all_chunks(data):
 
 
 def list_digests(data):
-    """The ordinal and the digest of every frame, from a stream that is decoded to its end."""
+    """The ordinal and the digest of every frame of a completely decoded stream."""
     return [(state.scene.frame, compute_digest(state.scene)) for state in decode_states(data)]

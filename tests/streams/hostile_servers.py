@@ -1,6 +1,6 @@
-"""Servers that answer badly, on purpose or not: each is a function that answers one request.
+"""Servers that answer wrongly, intentionally or not: each is a function that answers one request.
 
-They speak through a bare socket, since the servers of the standard library keep to HTTP.
+They use plain sockets, since the servers of the standard library follow HTTP.
 """
 
 import contextlib
@@ -29,15 +29,15 @@ _MEBIBYTE = bytes(1 << 20)
 
 @dataclass(frozen=True)
 class Request:
-    """A request, and the way to answer it.
+    """A request, and the functions to answer it.
 
     Attributes:
-        connection: Whoever asks listens there.
-        number: Ordinal of the request, from 0 on.
-        path: What is asked for.
+        connection: Connection to the client.
+        number: Index of the request, from 0.
+        path: Requested path.
         first: First byte of the range.
         last: Its last byte.
-        let_go: Is set when the server is to end.
+        let_go: Set when the server must end.
     """
 
     connection: socket.socket
@@ -48,18 +48,18 @@ class Request:
     let_go: threading.Event
 
     def send(self, text: str, body: bytes = b"") -> None:
-        """Send lines, each with its end, and a body."""
+        """Send lines with line ends, and a body."""
         self.connection.sendall(text.replace("\n", "\r\n").encode() + body)
 
     def send_head(self, data: bytes = DATA, more: str = "") -> bytes:
-        """Send the head of a proper answer, without the length of its body; return the body."""
+        """Send the head of a correct response without the length of its body; return the body."""
         body = data[self.first : self.last + 1]
         said = f"bytes {self.first}-{self.first + len(body) - 1}/{len(data)}"
         self.send(f"HTTP/1.1 206 Partial Content\nContent-Range: {said}\n{more}")
         return body
 
     def answer(self, data: bytes = DATA, more: str = "") -> None:
-        """Answer as it should be."""
+        """Answer correctly."""
         if self.first >= len(data):
             said = f"Content-Range: bytes */{len(data)}\nContent-Length: 0\n{more}\n"
             self.send(f"HTTP/1.1 416 Range Not Satisfiable\n{said}")
@@ -68,7 +68,7 @@ class Request:
         self.send(f"Content-Length: {len(body)}\n\n", body)
 
     def send_for_ever(self, piece: bytes, pause: float = 0) -> None:
-        """Send the same again and again, until nobody listens."""
+        """Send the same bytes repeatedly until the client disconnects."""
         while not self.let_go.wait(pause):
             self.connection.sendall(piece)
 
@@ -77,7 +77,7 @@ Answer = Callable[[Request], None]
 
 
 def redirect(request: Request, location: str) -> None:
-    """Redirect, with a body that does not end."""
+    """Redirect with an endless body."""
     request.send(f"HTTP/1.1 302 Found\nLocation: {location}\n\n")
     request.send_for_ever(_MEBIBYTE)
 
@@ -173,7 +173,7 @@ class _Server(socketserver.ThreadingTCPServer):
         self.url = f"{scheme}://127.0.0.1:{self.server_address[1]}/stream"
 
     def handle_error(self, request, client_address) -> None:
-        """Say nothing: clients of these servers hang up."""
+        """Do not log: clients of these servers hang up."""
 
 
 class _Handler(socketserver.BaseRequestHandler):

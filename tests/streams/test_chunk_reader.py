@@ -34,7 +34,7 @@ _ENDS = [_FIRST_END + size for size in (0, 24, 53, 80, 108)]
 
 
 def _forged(kind: bytes, length: int, sequence: int = 0) -> bytes:
-    """A header that holds, of a payload that is not there."""
+    """A header with correct CRC of a missing payload."""
     header = bytearray(build_chunk(kind, sequence, b"")[:CHUNK_HEADER_BYTES])
     header[12:16] = length.to_bytes(4, "little")
     header[16:20] = zlib.crc32(header[:16]).to_bytes(4, "little")

@@ -18,7 +18,7 @@ _FRAMES = {b"CANO", b"FRAM"}
 
 
 def _with_notes(data):
-    """The stream with an ancillary chunk of an unknown type behind HEAD and behind every frame."""
+    """The stream with an ancillary chunk of an unknown type after HEAD and after every frame."""
     chunks = []
     for chunk in split_chunks(data):
         if chunk.kind in {container.INDX, container.TAIL}:

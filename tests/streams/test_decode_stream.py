@@ -30,7 +30,7 @@ _SMALL, _ = make_stream(gaussian_count=5, frame_count=3, canonical_every=2)
 
 
 def _rebuilt(change):
-    """The small stream with its chunks changed by a function of (kind, payload)."""
+    """The small stream with chunks changed by a function of (kind, payload)."""
     return rebuild_stream(
         (chunk.kind, change(chunk.kind, chunk.payload)) for chunk in split_chunks(_DATA)
     )
@@ -42,7 +42,7 @@ def _chunk(kind):
 
 
 def _frames(data):
-    """The frames that come out of a stream, and the error that ends it."""
+    """The decoded frames of a stream, and the error at its end."""
     frames = []
     try:
         for scene in decode(data):

@@ -46,7 +46,7 @@ def test_values_missing_from_a_later_response_are_kept():
 
 @pytest.fixture(params=_MARKS)
 def server(request):
-    """A server of what `file` makes of a request; it has an ETag, a time, or a size alone."""
+    """A server of the result of `file` for a request; it has an ETag, a time, or only a size."""
 
     def answer(asked):
         data = server.file(asked)
@@ -70,7 +70,7 @@ def test_a_file_replaced_during_reading_is_rejected(server, data):
     assert source.read(100, 200) == DATA[100:300]
     server.file = lambda _: data
     if server.marks == "size" and len(data) == len(DATA):
-        assert source.read(300, 200) == data[300:500]  # nothing tells it from the first one
+        assert source.read(300, 200) == data[300:500]  # not distinguishable from the first one
         return
     with pytest.raises(SourceError, match="it was changed while it was being read"):
         source.read(300, 200)

@@ -11,7 +11,7 @@ _CHUNKS = list(split_chunks(_DATA))
 
 
 class _Counting(BytesSource):
-    """A stream that counts how often it is asked for its size, and may grow."""
+    """A stream that counts requests for its size, and can grow."""
 
     def __init__(self, data, *, grows_by=0):
         super().__init__(data)

@@ -1,4 +1,4 @@
-"""Streams on servers that do all they can against whoever reads them."""
+"""Streams on servers that misbehave in every possible way."""
 
 import contextlib
 import shutil
@@ -27,7 +27,7 @@ _DIGESTS = [compute_digest(state.scene) for state in STATES]
 
 
 def _reject(url, timeout=20.0):
-    """Read a stream that is rejected, within bounds of time and memory; return what is said."""
+    """Read a rejected stream within limits of time and memory; return the message."""
     tracemalloc.start()
     begun = time.monotonic()
     try:
@@ -56,7 +56,7 @@ def test_a_hostile_server_is_given_up_in_time_with_a_message(name):
 
 @pytest.fixture(scope="module")
 def certificate(tmp_path_factory):
-    """A certificate of this machine, signed by itself, and its key."""
+    """A self-signed certificate of this machine, and its key."""
     if shutil.which("openssl") is None:
         pytest.skip("no openssl here to make a certificate")
     folder = tmp_path_factory.mktemp("certificate")
@@ -70,7 +70,7 @@ def certificate(tmp_path_factory):
 
 @pytest.fixture
 def tls(certificate, monkeypatch):
-    """The context of a server with a certificate that is trusted here."""
+    """The context of a server with a certificate that this process trusts."""
     monkeypatch.setenv("SSL_CERT_FILE", str(certificate[0]))
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.load_cert_chain(*certificate)
@@ -240,7 +240,7 @@ def test_a_name_lookup_times_out(monkeypatch):
 
 @pytest.fixture
 def through_proxy(monkeypatch):
-    """Have a proxy asked for all servers."""
+    """Set a proxy for all servers."""
 
     def set_proxy(url):
         for name in ("no_proxy", "NO_PROXY", "http_proxy", "https_proxy"):
@@ -277,7 +277,7 @@ def test_a_stream_is_read_over_tls_through_a_tunnel(through_proxy, tls):
 
 
 def _pump(source, sink):
-    """Send on what comes, and its end."""
+    """Forward all data, and its end."""
     while piece := source.recv(1 << 16):
         sink.sendall(piece)
     sink.shutdown(socket.SHUT_WR)

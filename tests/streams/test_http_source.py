@@ -20,7 +20,7 @@ _DIGESTS = [compute_digest(state.scene) for state in _STATES]
 
 
 class _Server(http.server.ThreadingHTTPServer):
-    """Serves a stream by ranges; a fault is a function that answers otherwise."""
+    """Serves a stream by ranges; a fault is a function that answers wrongly."""
 
     daemon_threads = True
 
@@ -31,7 +31,7 @@ class _Server(http.server.ThreadingHTTPServer):
         self.url = f"http://127.0.0.1:{self.server_port}/stream.quarc"
 
     def handle_error(self, request, client_address):
-        """Say nothing: clients of these tests hang up."""
+        """Do not log: clients of these tests hang up."""
 
 
 class _Handler(http.server.BaseHTTPRequestHandler):

@@ -24,7 +24,7 @@ _DIGESTS, _SHORT_DIGESTS = list_digests(_DATA), list_digests(_SHORT)
 
 
 def _replaced(data, changes):
-    """The stream with the payloads of some kinds replaced; None leaves the chunk out."""
+    """The stream with replaced payloads of some kinds; None leaves the chunk out."""
     chunks = [(chunk.kind, changes.get(chunk.kind, chunk.payload)) for chunk in split_chunks(data)]
     chunks = [(kind, payload) for kind, payload in chunks if payload is not None]
     tail = wire.parse_tail(chunks[-1][1])
@@ -190,7 +190,7 @@ def test_a_fault_in_copied_data_is_named():
 
 
 class _Unsized(BytesSource):
-    """A stream that does not say how long it is."""
+    """A stream without a frame count."""
 
     def size(self):
         return None

@@ -26,7 +26,7 @@ _KINDS = [c.kind for c in _CHUNKS]
 
 
 def _recover(data, **options):
-    """The frames and the gaps of a stream; every scene is one that the encoder had."""
+    """The frames and the gaps of a stream; every scene must be one of the encoder's."""
     frames, gaps = [], []
     for event in recover(data, **options):
         if isinstance(event, Gap):
@@ -149,7 +149,7 @@ def test_decoding_resumes_at_a_canonical_chunk_after_a_lost_one():
 
 
 def _changed(change):
-    """The stream with the payloads of some chunks changed, their CRCs made anew."""
+    """The stream with changed payloads in some chunks and correct CRCs."""
     return rebuild_stream(
         (c.kind, change.get(c.sequence, lambda payload: payload)(c.payload)) for c in _CHUNKS
     )
@@ -229,13 +229,13 @@ def test_the_tail_is_ignored_if_the_first_frame_is_lost():
 
 
 def _forge_header(kind, sequence, length):
-    """A chunk header whose CRC holds, of a payload that is not there."""
+    """A chunk header with correct CRC of a missing payload."""
     header = build_chunk(kind, sequence, bytes(0))[:12] + length.to_bytes(4, "little")
     return header + zlib.crc32(header).to_bytes(4, "little")
 
 
 def _forge_nested_chunks(kind, count, canonical):
-    """Pairs of a small CANO and a header whose payload reaches to the end of them all."""
+    """Pairs of a small CANO and a header whose payload extends to the end of all of them."""
     unit = len(build_chunk(b"CANO", 0, canonical)) + CHUNK_HEADER_BYTES
     for pair in range(count):
         rest = (count - pair - 1) * unit + 1000

@@ -70,7 +70,7 @@ def test_a_damaged_or_truncated_chunk_is_skipped():
 
 
 def _forge_headers(count: int, length: int) -> bytes:
-    """Headers that hold, one after the other, of payloads that do not."""
+    """Consecutive headers with correct CRCs of missing payloads."""
     header = bytearray(build_chunk(b"CANO", 9, b"")[:16])
     header[12:16] = length.to_bytes(4, "little")
     return (bytes(header) + zlib.crc32(header).to_bytes(4, "little")) * count

@@ -44,7 +44,7 @@ def _with_end(index: list[SeekPoint], **changes: int) -> bytes:
 
 
 def _drain(data: bytes, start: int) -> list[int] | None:
-    """The frames that come out of a stream that is cut; None if it does not say so."""
+    """The decoded frames of a truncated stream; None if it is not reported."""
     frames = []
     try:
         for scene in decode(data, start):
@@ -55,7 +55,7 @@ def _drain(data: bytes, start: int) -> list[int] | None:
 
 
 class _Endless(CountedSource):
-    """A stream whose length cannot be told."""
+    """A stream of unknown length."""
 
     def size(self):
         return None
@@ -177,7 +177,7 @@ def test_a_tail_with_a_wrong_index_position_is_rejected_by_name(changes):
 
 @pytest.mark.parametrize("start", [0, 1])
 def test_a_million_missing_seek_points_are_rejected_at_once(start):
-    count = (1 << 20) - 1  # as many as level 2.0 has room for
+    count = (1 << 20) - 1  # the limit of level 2.0
     data, _ = make_stream(StreamHeader(level=20), gaussian_count=5, frame_count=2)
     *chunks, indx, _ = split_chunks(data)
     beside = SeekPoint(chunks[-1].offset, 1, 0)

@@ -15,7 +15,7 @@ _BODY = _CHUNKS[1:-2]
 
 
 class _Sink(io.BytesIO):
-    """Keeps what had been written whenever it was flushed."""
+    """Records the bytes written at each flush."""
 
     def __init__(self):
         super().__init__()

@@ -1,4 +1,4 @@
-"""A tiny capture that several tests read, written once; none of them writes into it."""
+"""A tiny capture for several tests, which must not write into it."""
 
 import pytest
 

@@ -6,7 +6,7 @@ from quarc_ref.synth.rig import place_cameras
 
 
 def _angles(cameras):
-    """Return each camera's way around the stage, degrees."""
+    """Return each camera's angle around the stage in degrees."""
     return np.array([np.degrees(np.arctan2(c.center[0], c.center[2])) for c in cameras])
 
 

@@ -24,7 +24,7 @@ def test_limbs_keep_their_lengths(time):
 
     np.testing.assert_allclose(_lengths(legs), 0.21)
     np.testing.assert_allclose(_lengths(legs), _lengths(first_legs))
-    # The neck comes first and gives way where the head tilts.
+    # The neck comes first and bends when the head tilts.
     np.testing.assert_allclose(_lengths(upper)[1:], _lengths(first_upper)[1:])
 
 

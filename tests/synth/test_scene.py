@@ -12,7 +12,7 @@ _SMALL = SynthOptions(width=48, height=36)
 
 
 def _speeds(seed):
-    """Return `[T, S]` how far the solids' centers move in a frame of 160x120, pixels."""
+    """Return `[T, S]` motion of the solids' centers per frame of 160x120, in pixels."""
     camera = place_cameras(SynthOptions(seed=seed))[0]
     scene = make_scene(seed)
     centers = np.stack([scene.at_time(i / 30).solids[:, :3] for i in range(24)])

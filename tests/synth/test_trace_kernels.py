@@ -12,7 +12,7 @@ _ROOM = np.array([-3.0, 3.0, 0.0, 2.0, -4.0, 4.0])
 
 
 def _distance(start, end, centers):
-    """Return `[N]` how far points are from a segment."""
+    """Return `[N]` distances of points to a segment."""
     shares = np.clip((centers - start) @ (end - start) / ((end - start) @ (end - start)), 0, 1)
     return np.linalg.norm(centers - start - shares[:, None] * (end - start), axis=1)
 

@@ -65,8 +65,8 @@ def test_points_lie_on_the_surfaces_and_have_their_colors(stage, cameras):
     red = points.positions[colors[:, 0] > 3 * colors[:, 1:].max(axis=1)]
     distances = np.linalg.norm(red - _CENTER, axis=1)
 
-    assert len(red) > 30  # enough to judge by
-    # Not all: a pixel at the ball's edge may be red with its middle beside the ball.
+    assert len(red) > 30  # enough to judge
+    # Not all: a pixel at the ball's edge can be red although its center is next to the ball.
     assert (np.abs(distances - 0.3) < 0.01).mean() > 0.8
 
 

@@ -16,7 +16,7 @@ def _trace(variant, time=0.3, camera=0, width=96):
 
 
 def _find_subject(time):
-    """Where the robot is in the picture of the stage: where two moments differ much."""
+    """Position of the robot in the picture of the stage: where two moments differ much."""
     change = np.abs(_trace("dark-stage", time) - _trace("dark-stage", time + 0.25))
     return change.max(axis=2) > 40
 
@@ -46,7 +46,9 @@ def test_the_subject_has_the_same_light_on_both_stages():
 
     assert inside.sum() > 200
     same = (dark == bright).all(axis=2)[inside]
-    assert same.mean() > 0.95  # all but some slits between limbs, where the hall is seen
+    assert (
+        same.mean() > 0.95
+    )  # all except some slits between limbs, through which the hall is visible
 
 
 def test_the_dark_stage_is_black_except_for_the_subject_and_the_lamps():

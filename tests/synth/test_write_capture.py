@@ -70,7 +70,7 @@ def test_points_have_the_colors_seen_by_other_cameras(folder, options):
         colors = picture[row[seen], column[seen]].astype(float)
         matches.append(np.abs(colors - points.colors[seen]).mean(axis=1))
 
-    # Edges of small pictures and what hides behind something differ; most does not.
+    # Edges in small pictures and occlusions differ; most pixels do not.
     assert all(np.median(match) < 20 for match in matches)
 
 

@@ -1,4 +1,4 @@
-"""The player in the package is the one that its sources give."""
+"""The player in the package matches its sources."""
 
 import gzip
 import hashlib
@@ -12,12 +12,12 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 _KEPT = ROOT / "quarc_ref" / "viewing" / "player"
 _STAMP = json.loads((_KEPT / "stamp.json").read_text("utf-8"))
-_MOST_BYTES = 150_000  # gzipped: what a page has to wait for
+_MOST_BYTES = 150_000  # gzipped: the download before a page can start
 _SOURCES = json.loads((ROOT / "player" / "sources.json").read_text("utf-8"))
 
 
 def _digest_sources(kind):
-    """What player/keep.mjs calls the digest of the sources of a kind."""
+    """The digest of the sources of a kind, as computed by player/keep.mjs."""
     places = [ROOT / name for name in _SOURCES[kind]]
     files = [file for place in places for file in (place.rglob("*") if place.is_dir() else [place])]
     lines = [

@@ -13,11 +13,11 @@ from quarc_ref.viewing.server import Resource, Server
 from quarc_ref.viewing.shared_source import GrowingSource, SharedSource
 
 _HOST = "127.0.0.1"
-_STREAM = bytes(range(256)) * 9000  # more than is read at once
+_STREAM = bytes(range(256)) * 9000  # more than one read returns
 
 
 class Growing:
-    """A source that others write."""
+    """A source that another process writes."""
 
     def __init__(self):
         self.data = b"first"
@@ -30,7 +30,7 @@ class Growing:
 
 
 class Failing:
-    """A source that a server does not give any more."""
+    """A source that a server no longer provides."""
 
     def read(self, *_):
         message = "the server of the stream has gone"
@@ -81,7 +81,7 @@ def client(server):
 
 
 def _ask(client, server, name, method="GET", **headers):
-    """Status, headers and body of an answer."""
+    """Status, headers and body of a response."""
     client.request(method, urlsplit(server.url).path + name, headers=headers)
     answer = client.getresponse()
     return answer.status, answer.headers, answer.read()
@@ -210,7 +210,7 @@ def _listen(port=0):
 
 
 def _listen_at_two_neighbours(stack):
-    """Take a port and the next one; return the first."""
+    """Occupy a port and the next one; return the first."""
     while True:
         with ExitStack() as attempt:
             holder, port = _listen()

@@ -6,7 +6,7 @@ from quarc_ref.viewing.shared_source import GrowingSource, SharedSource
 
 
 class Place:
-    """A source in which readers wait a little for each other."""
+    """A source in which readers briefly wait for each other."""
 
     def __init__(self):
         self.crowded = False
@@ -43,7 +43,7 @@ def test_only_one_thread_reads_at_a_time():
 
 
 class Growing:
-    """A source that gets a byte whenever it is looked at."""
+    """A source that gains a byte at each read."""
 
     def __init__(self, most):
         self._bytes, self._most = 0, most

@@ -1,4 +1,4 @@
-"""The traced capture written anew in each layout that people have."""
+"""The traced capture in every supported layout."""
 
 import json
 import shutil
@@ -15,7 +15,7 @@ from tests.datasets import scenes
 
 @dataclass(frozen=True, eq=False)
 class Traced:
-    """A traced capture: its folder, opened, and `[camera][frame]` its pictures."""
+    """A traced capture: its folder, the opened capture, and `[camera][frame]` pictures."""
 
     folder: Path
     capture: Capture
@@ -31,14 +31,14 @@ class Traced:
         return [camera.name for camera in self.capture.cameras]
 
     def copy_videos(self, folder, pattern="{name}.mp4"):
-        """Copy the videos to other names, of their name and index."""
+        """Copy the videos to names that follow from their name and index."""
         for index, name in enumerate(self.names):
             target = folder / pattern.format(name=name, index=index)
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(self.folder / f"{name}.mp4", target)
 
     def write_stills(self, folder, pattern, frames=None):
-        """Write the pictures under names of camera, index and frame."""
+        """Write the pictures to names that follow from camera, index and frame."""
         for index, name in enumerate(self.names):
             for frame, picture in enumerate(self.pictures[index][:frames]):
                 path = folder / pattern.format(name=name, index=index, frame=frame)
@@ -46,7 +46,7 @@ class Traced:
 
 
 def write_still(path, picture):
-    """Write a PNG file, or a JPEG file that is as near to the picture as JPEG can be."""
+    """Write a PNG file, or a JPEG file of the best quality."""
     path.parent.mkdir(parents=True, exist_ok=True)
     best = [
         *(cv2.IMWRITE_JPEG_QUALITY, 100),
@@ -188,7 +188,7 @@ BUILDERS = {
 
 
 def remux(source, target):
-    """Put a video into another container, as it is."""
+    """Copy a video into another container without recoding."""
     with av.open(str(source)) as given, av.open(str(target), "w") as made:
         stream = made.add_stream_from_template(given.streams.video[0])
         for packet in given.demux(video=0):
@@ -204,7 +204,7 @@ def write_model(traced, folder, pattern="{name}", *, text=False):
 
 
 def write_easymocap_calibration(traced, folder, rotation="Rot"):
-    """Write intri.yml and extri.yml by OpenCV, as EasyMocap does."""
+    """Write intri.yml and extri.yml with OpenCV, like EasyMocap."""
     names = [f"{index:02}" for index in range(len(traced.shots))]
     inner, outer = (
         cv2.FileStorage(str(folder / name), cv2.FILE_STORAGE_WRITE)

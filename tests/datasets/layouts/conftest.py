@@ -1,4 +1,4 @@
-"""One traced capture, from which tests build every layout; none of them writes into it."""
+"""One traced capture, from which tests build every layout; they must not write into it."""
 
 import pytest
 
@@ -9,7 +9,7 @@ from tests.datasets.layouts.builders import Traced
 
 @pytest.fixture(scope="session")
 def traced(tmp_path_factory):
-    """Four cameras of three frames, 64x48, whose points all of them see."""
+    """Four cameras of three frames, 64x48, which all see the points."""
     folder = tmp_path_factory.mktemp("traced") / "room"
     write_synthetic_capture(folder, SynthOptions(width=64, height=48, frames=3, cameras=3))
     capture = open_capture(folder)

@@ -24,7 +24,7 @@ def source_folder(tmp_path_factory, shots, points, pictures):
 
 @pytest.fixture
 def folder(source_folder, tmp_path):
-    """A copy that a test may break."""
+    """A copy that tests may modify."""
     return shutil.copytree(source_folder, tmp_path / "copy")
 
 

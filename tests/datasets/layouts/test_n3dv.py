@@ -20,7 +20,7 @@ from tests.datasets import scenes
 
 @pytest.fixture
 def folder(n3dv_folder, tmp_path):
-    """A copy that a test may break."""
+    """A copy that tests may modify."""
     return shutil.copytree(n3dv_folder, tmp_path / "copy")
 
 

@@ -14,7 +14,7 @@ from quarc_ref.datasets.errors import (
 from quarc_ref.datasets.layouts.table import LAYOUTS, choose_layout
 from tests.datasets.layouts.builders import BUILDERS, write_model, write_poses
 
-JPEG_LEVELS = 1.0  # of 255, that JPEG changes pictures by on average
+JPEG_LEVELS = 1.0  # of 255, by which JPEG changes pictures on average
 
 
 @pytest.fixture(scope="session")

@@ -36,7 +36,7 @@ def test_shared_intrinsics_hold_for_every_entry_unless_it_has_its_own(path):
 
 
 class Shared(dict):
-    """What is given once for all entries; counts how often it is gone through."""
+    """Shared values of all entries; counts how often they are read."""
 
     walks = 0
 

@@ -15,13 +15,13 @@ from tests.datasets import scenes
 
 @pytest.fixture
 def folder(n3dv_folder, tmp_path):
-    """Videos, to be described by a test."""
+    """Videos for a description by a test."""
     return shutil.copytree(n3dv_folder, tmp_path / "copy")
 
 
 @pytest.fixture
 def frames_folder(tmp_path, shots, pictures):
-    """Pictures, to be described by a test."""
+    """Pictures for a description by a test."""
     return scenes.write_frames(tmp_path / "frames_only", shots, pictures)
 
 

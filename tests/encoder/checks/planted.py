@@ -1,4 +1,4 @@
-"""Captures with planted faults: another's points, cameras or pictures."""
+"""Captures with planted faults: wrong points, cameras or pictures."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ from quarc_ref.datasets.capture import Capture, Points
 
 
 def plant(capture, *, cameras=None, points=None, order=None):
-    """A capture as it is, but for its cameras, its points, or whose pictures are whose."""
+    """A capture with replaced cameras, points or pictures."""
     return Capture(
         capture.name,
         cameras or capture.cameras,
@@ -42,7 +42,7 @@ def swap_pictures(capture, first, second):
 
 
 def turn_camera(capture, index, axis, degrees):
-    """The capture with one camera turned about one of its own axes, where it is."""
+    """The capture with one camera rotated around one of its own axes."""
     angle = np.radians(degrees)
     turn = np.eye(3)
     turn[np.ix_(*[[other for other in range(3) if other != axis]] * 2)] = [
@@ -59,7 +59,7 @@ def turn_camera(capture, index, axis, degrees):
 
 
 def move_camera(capture, index, step):
-    """The capture with one camera moved along its own axes, world units."""
+    """The capture with one camera moved along its own axes, in world units."""
     camera = capture.cameras[index]
     rotation = np.array(camera.rotation).reshape(3, 3)
     return _pose_camera(capture, index, rotation, np.array(camera.translation) - step)
@@ -76,7 +76,7 @@ def _pose_camera(capture, index, rotation, translation):
 
 
 def move_points(capture, share, step):
-    """The capture with a share of its points moved by as many world units."""
+    """The capture with a share of its points moved by a distance in world units."""
     positions, colors = capture.points.positions.copy(), capture.points.colors
     chosen = np.random.default_rng(1).permutation(len(positions))[: int(share * len(positions))]
     positions[chosen] += np.array(step, dtype=np.float32)

@@ -28,7 +28,7 @@ _SCENES = [name if name in _USUAL else thorough(name) for name in VARIANTS]
 
 @pytest.fixture(scope="module")
 def trace(tmp_path_factory):
-    """Traces captures of one frame, each once."""
+    """Traces captures of one frame, each only once."""
     root, traced = tmp_path_factory.mktemp("traced"), {}
 
     def make(**options):

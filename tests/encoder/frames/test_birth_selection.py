@@ -23,7 +23,7 @@ _PARENTS = torch.tensor([3, 9, 20])
 
 
 def _blobs() -> Attributes:
-    """Three blobs before the scene: two red ones, and between them a green one."""
+    """Three blobs in front of the scene: two red ones with a green one between them."""
     colors = torch.tensor([[0.9, 0.1, 0.1], [0.1, 0.9, 0.1], [0.9, 0.1, 0.1]])
     return Attributes(
         torch.tensor([[0.2, -0.1, -1.2], [-0.3, 0.3, -1.2], [-0.3, -0.4, -1.2]]),
@@ -62,7 +62,7 @@ def _count_bytes(objective: BirthObjective, births: Births) -> int:
 
 
 def _cost(objective: BirthObjective, weight: float) -> ByteCost:
-    """The cost of births where a byte must lower the loss by so much."""
+    """The cost of births, given the decrease of the loss that a byte must achieve."""
     return ByteCost(weight, lambda births: _count_bytes(objective, births))
 
 

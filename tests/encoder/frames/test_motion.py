@@ -38,7 +38,7 @@ def _make_state() -> State:
 
 
 def _eight_times(state: State) -> State:
-    """The same integers on a lattice eight times as coarse, and Gaussians as much larger."""
+    """The same integers on a lattice eight times as coarse, with Gaussians eight times as large."""
     scene = state.scene
     codes = scene.codes.copy()
     codes[LOG_SCALES] += _EIGHT_IN_CODES
@@ -83,7 +83,7 @@ def test_a_capture_in_other_units_moves_by_the_same_symbols():
     far = _fit(_eight_times_as_far(context), _eight_times(state), _MOTION)
 
     assert np.count_nonzero(here) > 20
-    assert np.mean(here == far) > 0.95  # a few hang on the last bits of floats
+    assert np.mean(here == far) > 0.95  # a few depend on the last bits of floats
 
 
 def test_the_learning_rate_of_translations_is_in_world_units_or_in_steps():

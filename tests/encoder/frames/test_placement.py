@@ -23,7 +23,7 @@ _SH_C0 = 0.28209479177387814
 
 
 def _with_a_red_blob(splats: Splats) -> Splats:
-    """The scene with one more blob before it, red and dense."""
+    """The scene with an additional dense red blob in front."""
     red = np.array([[[0.9, 0.1, 0.1]]], dtype=np.float32)
     return Splats(
         np.concatenate([splats.positions, _PLACE[None]]),
@@ -36,7 +36,7 @@ def _with_a_red_blob(splats: Splats) -> Splats:
 
 @pytest.fixture
 def context(monkeypatch):
-    """A context whose truth is the scene of frame 0 with a blob that the scene has not."""
+    """A context whose truth is frame 0 with an additional blob."""
     context = make_context()
     changed = _with_a_red_blob(make_splats(0))
 
@@ -105,7 +105,7 @@ def test_the_nearest_neighbor_is_found(scene_count, place_count, seed):
 
 
 def _pixels_apart(camera, places: np.ndarray, center: np.ndarray) -> np.ndarray:
-    """How far the picture's points of places are from that of a center."""
+    """Distance in the picture between positions and a center, in pixels."""
     rotation = np.array(camera.rotation).reshape(3, 3)
     points = [p @ rotation.T + np.array(camera.translation) for p in (places, center[None])]
     first, second = (point[:, :2] / point[:, 2:] * camera.fx for point in points)

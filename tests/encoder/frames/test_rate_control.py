@@ -13,7 +13,7 @@ targets = st.floats(1, 1e8)
 
 
 def _encode(target: float, elasticity: float, dearth: float, noise: float, seed: int) -> list[int]:
-    """The sizes that a toy encoder makes of 40 frames, its content rising and falling."""
+    """The sizes of 40 frames from a toy encoder, with content that varies."""
     draws, sizes = random.Random(seed), []
     for frame in range(40):
         content = math.exp(0.3 * math.sin(frame / 6) + draws.gauss(0, noise))

@@ -27,7 +27,7 @@ def test_the_surrogate_moves_a_scene_as_the_decoder_does(components):
 
     decoded = dequantize(move(begun, symbols).scene)
     unit = torch.nn.functional.normalize(moved.rotations, dim=1).numpy()
-    # Rounding: on the lattice nothing is lost, in Q22 a few units.
+    # Rounding: nothing is lost on the lattice, a few units in Q22.
     assert np.abs(moved.means.numpy() - decoded.positions).max() < 1e-6
     assert np.abs(unit - decoded.rotations).max() < 2e-6
 

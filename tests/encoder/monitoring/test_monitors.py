@@ -6,7 +6,7 @@ from tests.encoder.toys import SMALL, make_capture
 
 
 class _Notes:
-    """A monitor that remembers what it was called with, and asks for all that costs something."""
+    """A monitor that records its calls, and requests all optional values."""
 
     def __init__(self):
         self.plans, self.estimates, self.steps, self.frames, self.ends = [], [], [], [], 0

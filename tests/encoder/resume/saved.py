@@ -1,4 +1,4 @@
-"""What a training has saved, read without the reader that is under test."""
+"""Reads a saved training without the reader under test."""
 
 import json
 import math

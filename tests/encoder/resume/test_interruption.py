@@ -9,7 +9,7 @@ _SIGNALS = [signal.SIGINT, signal.SIGTERM]
 
 
 class _ArrivedError(Exception):
-    """What a handler of the caller raises."""
+    """Raised by a signal handler of the caller."""
 
 
 def _handle(number, _frame):

@@ -15,7 +15,7 @@ from tests.encoder.toys import SMALL, make_capture
 from tests.small_streams import make_stream, rebuild_stream
 from tests.streams.edits import cut_bytes, join_bytes
 
-# All that could hand something from frame to frame beside the decoder's state.
+# Everything that could pass information from frame to frame besides the decoder's state.
 CONFIG = replace(
     SMALL,
     stream=replace(SMALL.stream, updates=True),
@@ -31,7 +31,7 @@ _OPTIONS = EncodeOptions(CONFIG, 5, "cpu")
 
 
 def _go_on(path, data, options=_OPTIONS, frames=5):
-    """What becomes of a file that has the beginning of a stream."""
+    """The treatment of a file that contains the beginning of a stream."""
     path.write_bytes(data)
     encode_file(make_capture(frames), path, options)
     return path.read_bytes()
@@ -45,7 +45,7 @@ def whole(tmp_path_factory):
 
 
 def _ends(data):
-    """Where the chunks of a stream end."""
+    """Offsets of the ends of the chunks of a stream."""
     return [chunk.offset + chunk.byte_count() for chunk in split_chunks(data)]
 
 
@@ -54,7 +54,7 @@ def _ends(data):
 def test_an_interrupted_stream_is_resumed_to_the_same_bytes(
     frame, more, whole, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(encode_stream, "train_canonical", None)  # frame 0 is there
+    monkeypatch.setattr(encode_stream, "train_canonical", None)  # frame 0 exists
     broken = whole[: _ends(whole)[3 + frame] + more]
 
     assert _go_on(tmp_path / "a.quarc", broken) == whole
@@ -80,7 +80,7 @@ def test_damage_ends_the_intact_part(whole, tmp_path):
 
 @pytest.mark.parametrize("left_out", [0, 1])
 def test_a_stream_without_its_end_is_completed(left_out, whole, tmp_path, monkeypatch):
-    monkeypatch.setattr(encode_stream, "fit_motion", None)  # all frames are there
+    monkeypatch.setattr(encode_stream, "fit_motion", None)  # all frames exist
 
     assert _go_on(tmp_path / "a.quarc", whole[: _ends(whole)[-2 - left_out]]) == whole
 

@@ -1,4 +1,4 @@
-"""Gaussians of nobody's stream: drawn, moved and recolored in floats."""
+"""Gaussians that are not from a stream: random, moved and recolored in floats."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ from quarc_ref.decoder import Splats
 
 
 def make_splats(count=200, coefficients=4, seed=0):
-    """Gaussians in a box of one unit, of all shapes and colors, on no grid."""
+    """Gaussians in a box of one unit, of all shapes and colors, not on a grid."""
     rng = np.random.default_rng(seed)
     rotations = rng.normal(size=(count, 4))
     rotations /= np.linalg.norm(rotations, axis=1, keepdims=True)
@@ -22,7 +22,7 @@ def make_splats(count=200, coefficients=4, seed=0):
 
 
 def move(splats, shift, turn=0.0, share=0.5, seed=1):
-    """The same with some Gaussians shifted, and turned about z, radians."""
+    """The same with some Gaussians shifted, and rotated around z by radians."""
     rng = np.random.default_rng(seed)
     chosen = rng.random(len(splats.positions)) < share
     positions, rotations = splats.positions.copy(), splats.rotations.copy()
@@ -40,6 +40,6 @@ def take(splats, rows):
 
 
 def join(*parts):
-    """Rows of one after those of the other."""
+    """Concatenated rows of two scenes."""
     names = ("positions", "rotations", "log_scales", "opacities", "sh")
     return Splats(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))

@@ -1,4 +1,4 @@
-"""Edits of all frames: what is left, is where and what it should be."""
+"""Edits of all frames: the remaining Gaussians are where and how they should be."""
 
 import io
 
@@ -26,12 +26,12 @@ _CAMERA = Camera(
 )
 _TURN = np.array(
     [[0, 0, 2, 1], [0, 2, 0, 2], [-2, 0, 0, 3]], dtype=float
-)  # about y, twice as large
+)  # around y, twice as large
 
 
 @pytest.fixture(scope="module")
 def stream():
-    """Three frames of Gaussians that move, seen by a camera."""
+    """Three frames of moving Gaussians, seen by a camera."""
     first = make_splats()
     scenes = [first, move(first, (0.03, 0, 0), 0.1), move(first, (0.06, 0, 0), 0.2)]
     sink = io.BytesIO()
@@ -80,7 +80,7 @@ def test_a_transformed_scene_looks_to_its_cameras_as_before(stream):
     for before, after in zip(frames_of(stream), frames_of(other), strict=True):
         assert measure_psnr(render_picture(before, _CAMERA), render_picture(after, camera)) > 45
     header = next(iter(decode(other))).header
-    assert header.up_axis == 4  # a turn about y keeps it
+    assert header.up_axis == 4  # a rotation around y keeps it
     assert header.meters_per_unit == 1.5
 
 

@@ -1,4 +1,4 @@
-"""Given Gaussians to a stream: what is decoded is what was given, within the bounds."""
+"""Encoding of given Gaussians: decoding gives the same within the bounds."""
 
 import io
 import subprocess
@@ -35,7 +35,7 @@ def find_nearest(decoded, given):
 
 
 def assert_close(data, scenes, position=0.002):
-    """Every Gaussian decoded is one that was given, each once, within the default bounds."""
+    """Every decoded Gaussian matches a given one, each only once, within the default bounds."""
     frames = [dequantize(scene) for scene in decode(data)]
     assert len(frames) == len(scenes)
     for decoded, given in zip(frames, scenes, strict=True):
@@ -76,7 +76,7 @@ def test_recolored_gaussians_are_updated_or_replaced():
     first = make_splats()
     sh, rest = first.sh.copy(), first.sh.copy()
     sh[10:15, 0] += 0.2
-    rest[20:25, 2] += 0.3  # which no update can change
+    rest[20:25, 2] += 0.3  # which updates cannot change
     scenes = [first, replace(first, sh=sh), replace(first, sh=rest)]
     data, _ = encode(scenes)
 

@@ -1,4 +1,4 @@
-"""Exact recoloring: the same integers, but for the codes of SH DC, and other steps."""
+"""Exact recoloring: the same integers, except the codes of SH DC, and other steps."""
 
 import io
 

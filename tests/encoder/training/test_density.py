@@ -109,6 +109,6 @@ def test_parts_of_a_split_gaussian_are_sampled_from_it():
     offsets = draw_within(wide, 2.0, torch.Generator().manual_seed(0))
     parts = split(wide, torch.Generator().manual_seed(0))
 
-    # A quarter turn about z: what is wide along x lies along y.
+    # A quarter turn around z: a Gaussian that is wide along x becomes wide along y.
     assert torch.allclose(offsets.std(dim=0), torch.tensor([0.2, 2.0, 0.02]), rtol=0.05)
     assert parts.means.shape == (8000, 3)

@@ -27,7 +27,7 @@ def surface(context, points):
 
 
 def _put_before(camera, attributes, share):
-    """Attributes whose first Gaussian is on the way from a camera to the middle of the others."""
+    """Attributes whose first Gaussian is between a camera and the center of the others."""
     rotation = np.reshape(camera.rotation, (3, 3))
     eye = -rotation.T @ np.array(camera.translation)
     middle = attributes.means.mean(dim=0).numpy()

@@ -73,7 +73,7 @@ def test_a_corrected_picture_is_kept_until_the_gains_change():
 
 
 class _Uneven:
-    """The toy's pictures as cameras of different exposure take them."""
+    """The toy's pictures, as taken by cameras of different exposure."""
 
     def __init__(self, source):
         self._source = source

@@ -1,4 +1,4 @@
-"""Masks in training: what is masked has no influence, wherever pictures are compared."""
+"""Masks in training: masked pixels have no influence on any comparison of pictures."""
 
 from dataclasses import replace
 from io import BytesIO
@@ -21,7 +21,7 @@ BORDER = 28
 
 
 class _Masks:
-    """Keeps the columns left of a border, in every frame of every camera."""
+    """Keeps the columns to the left of a border, in every frame of every camera."""
 
     def __init__(self, border=BORDER):
         self._mask = np.zeros((HEIGHT, WIDTH), bool)
@@ -32,7 +32,7 @@ class _Masks:
 
 
 class _Spoiled:
-    """The pictures of a capture, with noise right of the border."""
+    """The pictures of a capture, with noise to the right of the border."""
 
     def __init__(self, capture):
         self._capture = capture
@@ -69,7 +69,7 @@ EVERYTHING = replace(
     SMALL,
     canonical=replace(SMALL.canonical, exposure_lr=0.2, exposure_from_iter=10, prune_rd_lambda=0.2),
     births=replace(SMALL.births, placement="errors", error_threshold=0.02, rd_selection=True),
-)  # every part of training that looks at pictures
+)  # every part of training that uses pictures
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""A file in the place of a training, put there by someone else: it counts as nothing."""
+"""Foreign files in place of a checkpoint are ignored."""
 
 import os
 import subprocess
@@ -31,7 +31,7 @@ class _StoppedError(Exception):
 
 
 class _Steps:
-    """Progress that notes the first step, and stops the training after one."""
+    """Progress that records the first step, and stops the training after a given one."""
 
     def __init__(self, last=None):
         self.first = None
@@ -44,7 +44,7 @@ class _Steps:
 
 
 def _train(path, last=None):
-    """Train with a checkpoint; return the attributes and the first step that was taken."""
+    """Train with a checkpoint; return the attributes and the first step."""
     steps = _Steps(last)
     context = replace(make_context(), observers=Observers(steps))
     header = make_header(SMALL, 30.0, 160)
@@ -64,7 +64,7 @@ def _every_step(monkeypatch):
 
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory):
-    """The file that a training has left which was stopped, and the arrays in it."""
+    """The checkpoint of a stopped training, and its arrays."""
     path = tmp_path_factory.mktemp("training") / "saved"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(checkpoint, "_SECONDS_APART", 0.0)
@@ -169,7 +169,7 @@ def test_anything_but_a_regular_file_is_ignored(kind, saved, tmp_path):
 
 
 def test_a_bomb_is_not_inflated(tmp_path):
-    """500 MB of zeros as NumPy's archive, in half a MB."""
+    """500 MB of zeros as a NumPy archive, in half a MB."""
     path = tmp_path / "a"
     with (
         zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive,

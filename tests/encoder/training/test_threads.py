@@ -5,7 +5,7 @@ from quarc_ref.encoder.training.threads import fixed_threads
 
 
 def _sum_in_pieces(threads):
-    """A sum that torch makes in as many pieces as it has threads, where it may choose."""
+    """A sum that torch computes in as many pieces as it has threads, if it may choose."""
     torch.set_num_threads(threads)
     numbers = torch.rand(1 << 20, generator=torch.Generator().manual_seed(0))
     with fixed_threads():

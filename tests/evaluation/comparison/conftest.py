@@ -1,4 +1,4 @@
-"""A capture, a stream of it, and the same frames in the forms in which rivals come."""
+"""A capture, a stream of it, and the same frames in the formats of other methods."""
 
 from types import SimpleNamespace
 
@@ -46,7 +46,7 @@ def rivals(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def compare():
-    """Open and measure paths, each a method of its own or one that a label names."""
+    """Open and measure paths, each as its own method or with a label."""
 
     def run(*paths, span=(0, None), lpips=None, **wanted):
         named = [

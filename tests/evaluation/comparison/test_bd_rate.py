@@ -3,7 +3,7 @@ import pytest
 
 from quarc_ref.evaluation.comparison.bd_rate import compare_curves
 
-# The example of the package's own page: libx265 with two of its presets.
+# The example in the package's documentation: libx265 with two of its presets.
 _ANCHOR = list(
     zip([9487.76, 4593.60, 2486.44, 1358.24], [40.037, 38.615, 36.845, 34.851], strict=True)
 )

@@ -21,7 +21,7 @@ _FRAMES = (3, 4)
 
 
 def _measured(method, point, psnr, byte_count):
-    """An entry that has the PSNR given at both frames of one camera, and more at the other's."""
+    """An entry with the given PSNR at both frames of one camera, and more for the other one."""
     views = [{"psnr": psnr, "ssim": psnr / 100}, {"psnr": psnr + 2, "ssim": psnr / 100}]
     quality = Quality({"cam00": views, "cam01": views})
     return Measured(Label(method, point), EntryInfo("stream", _FRAMES, byte_count), quality)

@@ -61,7 +61,7 @@ def test_repeated_motion_costs_less():
 
 
 def test_residuals_of_the_parent_are_not_expected_again():
-    """Half of what the last frame did: where the parent does it, its children stand still."""
+    """Half of the motion of the last frame: if the parent moves like this, its children do not."""
     last = np.zeros((6, 3000), dtype=int)
     last[:, ::20] = 2
     parents = np.arange(3000)

@@ -61,7 +61,7 @@ def test_a_context_that_changes_states_its_probability():
 
     section = _write(turned, counts)
 
-    assert section.byte_count() < 16  # by its counts it would be 6 KB
+    assert section.byte_count() < 16  # with its counts it would be 6 KB
     assert _read(section, turned, counts)[0] == [[True] * 4000]
 
 

@@ -49,7 +49,7 @@ def _same(one: Gaussians, other: Gaussians) -> bool:
 
 @st.composite
 def _changes(draw):
-    """Gaussians of a CANO, of a later frame, and which are whose."""
+    """Gaussians of a CANO and of a later frame, and their correspondence."""
     canonical = sort_canonical(draw(strategies.gaussians(_HEADER, draw(st.integers(1, 12)))))[2]
     later = draw(strategies.gaussians(_HEADER, draw(st.integers(1, 15))))
     kept = sorted(draw(st.sets(st.integers(0, min(canonical.count, later.count) - 1))))

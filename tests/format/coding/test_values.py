@@ -11,7 +11,7 @@ _MOST = (1 << 15) - 1
 
 
 def _both_ways(walk, values):
-    """What a reader makes of what a writer made of values."""
+    """Read values that a writer has written."""
     writer = PlaneWriter(ContextCounts())
     assert walk(writer, values).tolist() == values.tolist()
     reader = PlaneReader(writer.section(), ContextCounts())

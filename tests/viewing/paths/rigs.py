@@ -1,4 +1,4 @@
-"""Cameras in a ring about a center, all of which look at it."""
+"""A ring of cameras around a center, which they look at."""
 
 import math
 
@@ -9,7 +9,7 @@ from quarc_ref.viewing.paths.pose import look_at
 
 
 def make_ring(center, count=8, radius=4.0):
-    """Cameras cam0, cam1, ... around a center, level, some above it and some below."""
+    """Level cameras cam0, cam1, ... around a center, some above it and some below."""
     like = Camera(
         "", 48, 32, 40.0, 40.0, 24.0, 16.0, (1, 0, 0, 0, 1, 0, 0, 0, 1), (0, 0, 0), 0.5, False
     )
