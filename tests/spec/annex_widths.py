@@ -137,7 +137,7 @@ def _of_planes() -> Iterator[Bound]:
 
 
 def _greatest_context() -> int:
-    """Greatest context, of a mantissa in the last row of survivors: outer context, class, sign, bits."""
+    """Greatest context, of a mantissa in the last row of survivors."""
     outer = c.REST_CLASSES * max(c.SH_REST_PLANES, c.SURVIVOR_ROWS) - 1
     inner = (outer << c.CLASS_BITS) + (1 << c.CLASS_BITS) - 1
     return ((2 * inner + 1) << c.MODELLED_BITS) + (1 << c.MODELLED_BITS) - 1
