@@ -51,6 +51,8 @@ def test_the_preset_of_the_forecast_is_named(capture, preset):
     options = ["--preset", preset] if preset != "main" else []
 
     assert f"encoding takes ({preset})" in run("doctor", capture, "--quick", *options).stdout
+    printed = read_json(run("doctor", capture, "--quick", *options, "--json").stdout)
+    assert printed["forecast"]["preset"] == preset
 
 
 def test_an_unknown_held_out_camera_is_a_usage_error(capture):

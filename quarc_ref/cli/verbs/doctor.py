@@ -71,7 +71,8 @@ def doctor(
         with TerminalProgress(quiet=quiet) as progress:
             found = _examine(capture, Examination(opening, quick, config, device, progress))
         if as_json:
-            print_json("doctor/1", _as_json(capture, found, opening, quick=quick))
+            described = _as_json(capture, found, opening, quick=quick, preset=preset)
+            print_json("doctor/2", described)
         else:
             print_table(capture.resolve().name, _describe(found, preset))
         for finding in () if as_json else found.findings:
@@ -134,10 +135,10 @@ def _describe_capture(capture: "Capture") -> dict[str, str]:
 
 
 def _as_json(
-    folder: Path, found: "Diagnosis", opening: "CaptureOptions", *, quick: bool
+    folder: Path, found: "Diagnosis", opening: "CaptureOptions", *, quick: bool, preset: str
 ) -> dict[str, object]:
     """Return the results as described by docs/schemas/doctor.json."""
-    capture = found.capture
+    capture, forecast = found.capture, found.forecast
     return {
         "folder": str(folder),
         "layout": found.layout,
@@ -160,7 +161,7 @@ def _as_json(
             "points": len(capture.points.positions),
             "masks": capture.masks is not None,
         },
-        "forecast": None if found.forecast is None else asdict(found.forecast),
+        "forecast": None if forecast is None else {"preset": preset, **asdict(forecast)},
         "machine": asdict(found.machine),
         "findings": [asdict(finding) for finding in found.findings],
     }
