@@ -1,0 +1,194 @@
+"""Options of the `encode` command, and which of them can be combined."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from quarc_ref.cli.completion import complete_preset
+from quarc_ref.cli.encoder_options import print_settings
+from quarc_ref.cli.errors import UsageError, report_errors
+
+_PRESET_HELP = (
+    "main: best quality for its bytes; demo: several times quicker, for a first look; "
+    "paper: the paper's schedule and steps."
+)
+
+
+def _list_settings(asked: bool) -> None:
+    if asked:
+        with report_errors():
+            print_settings()
+        raise typer.Exit
+
+
+Output = Annotated[
+    Path,
+    typer.Option("--output", "-o", metavar="FILE", help="Stream to write; - for standard output."),
+]
+FrameCount = Annotated[
+    int | None,
+    typer.Option("--frames", min=1, help="Number of frames to encode.", show_default="all"),
+]
+Start = Annotated[int, typer.Option("--start", min=0, help="First frame of the capture to encode.")]
+Downscale = Annotated[
+    int, typer.Option("--downscale", min=1, help="Downscale the pictures by this factor.")
+]
+Preset = Annotated[str, typer.Option("--preset", help=_PRESET_HELP, autocompletion=complete_preset)]
+ListSettings = Annotated[
+    bool,
+    typer.Option(
+        "--list-settings",
+        help="Print all settings, with their value in each preset, their range and their meaning.",
+        is_eager=True,
+        callback=_list_settings,
+    ),
+]
+FormatVersion = Annotated[
+    Literal["1.0", "1.1"],
+    typer.Option(
+        "--format",
+        help="Format version: 1.1 allows updates of single Gaussians; 1.0 is for decoders "
+        "without support for 1.1.",
+    ),
+]
+KeyframeInterval = Annotated[
+    int | None,
+    typer.Option(
+        "--keyframe-interval",
+        min=1,
+        metavar="N",
+        help="Make every N-th frame a keyframe (a canonical frame): decoding, cut and join can "
+        "start there.",
+        show_default="only frame 0",
+    ),
+]
+SnapshotInterval = Annotated[
+    int | None,
+    typer.Option(
+        "--snapshot-interval",
+        min=1,
+        metavar="N",
+        help="Make every N-th frame a snapshot: like a keyframe, but about a third of the "
+        "size; not in format 1.0.",
+        show_default="none",
+    ),
+]
+QualityLevel = Annotated[
+    float | None,
+    typer.Option(
+        "--quality",
+        metavar="Q",
+        min=0,
+        max=100,
+        help="Quality, 0 to 100: each 20 more halve the weight of bytes (--lambda).",
+        show_default="50",
+    ),
+]
+Lambda = Annotated[
+    float | None,
+    typer.Option(
+        "--lambda",
+        metavar="X",
+        help="Rate-distortion lambda, relative to the preset: larger means fewer bytes, lower "
+        "quality.",
+        show_default="1",
+    ),
+]
+TargetSize = Annotated[
+    float | None,
+    typer.Option(
+        "--target-kb-per-frame",
+        metavar="K",
+        help="Target size in KB of a frame that is not a keyframe; lambda is adapted from "
+        "frame to frame.",
+        show_default="no target",
+    ),
+]
+HeldOut = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--held-out",
+        metavar="NAME",
+        help="Camera held out of training, for eval; may be repeated.",
+        show_default="the first",
+    ),
+]
+Device = Annotated[
+    Literal["auto", "cpu", "cuda"], typer.Option("--device", help="Device to train on.")
+]
+Live = Annotated[
+    bool,
+    typer.Option(
+        "--live", help="Write to FILE directly, so that other programs can read it meanwhile."
+    ),
+]
+Resume = Annotated[
+    bool,
+    typer.Option(
+        "--resume",
+        help="Resume an interrupted encode with the same settings; the output is byte-identical.",
+    ),
+]
+Segments = Annotated[
+    int | None,
+    typer.Option(
+        "--segments",
+        min=1,
+        metavar="K",
+        help="Encode the frames in K segments, several at a time, and join them.",
+        show_default="one stream",
+    ),
+]
+Workers = Annotated[
+    int | None,
+    typer.Option(
+        "--workers",
+        min=1,
+        help="Number of segments encoded at the same time on this machine.",
+        show_default="one per CPU core",
+    ),
+]
+RayAddress = Annotated[
+    str | None,
+    typer.Option(
+        "--ray", metavar="ADDRESS", help="Encode segments on a Ray cluster: host:port, or auto."
+    ),
+]
+NoChecks = Annotated[
+    bool,
+    typer.Option(
+        "--no-checks",
+        help="Do not check cameras, poses and points before encoding.",
+    ),
+]
+LogFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--log-json",
+        metavar="FILE",
+        help="Write one JSON line for every training step and frame, when it is finished.",
+    ),
+]
+TensorBoardFolder = Annotated[
+    Path | None,
+    typer.Option(
+        "--tensorboard", metavar="DIR", help="Write losses, PSNR and sizes for TensorBoard."
+    ),
+]
+
+
+def reject_with(what: str, asked: dict[str, bool]) -> None:
+    """Raise UsageError if an option is given that conflicts with something else."""
+    for option, is_given in asked.items():
+        if is_given:
+            message = f"{what} cannot be combined with {option}"
+            raise UsageError(message)
+
+
+def require_segments(asked: dict[str, bool]) -> None:
+    """Raise UsageError if an option is given that needs `--segments`."""
+    for option, is_given in asked.items():
+        if is_given:
+            message = f"{option} needs --segments"
+            raise UsageError(message)
