@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -82,10 +83,10 @@ class CanonicalOnce:
 
 
 def _keep(path: Path, attributes: Attributes, seconds: float) -> None:
-    arrays = {
+    arrays: dict[str, Any] = {
         name: tensor.cpu().numpy()
         for name, tensor in zip(_NAMES, attributes.tensors(), strict=True)
     }
     buffer = io.BytesIO()
-    np.savez(buffer, **arrays, **{_SECONDS: np.float64(seconds)})
+    np.savez(buffer, **arrays | {_SECONDS: np.float64(seconds)})
     keep_file(path, buffer.getvalue())

@@ -13,6 +13,7 @@ import os
 import platform
 import time
 from pathlib import Path
+from typing import Any
 
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.encoder import EncodeOptions, encode
@@ -33,7 +34,7 @@ class StageClock:
         self.last[stage] = time.monotonic() - self.begun
 
 
-def measure(folder: Path, preset: str, frames: int | None) -> dict[str, object]:
+def measure(folder: Path, preset: str, frames: int | None) -> dict[str, Any]:
     """Return the row of a capture."""
     clock, sink = StageClock(), io.BytesIO()
     capture = open_capture(folder)
@@ -60,7 +61,7 @@ def measure(folder: Path, preset: str, frames: int | None) -> dict[str, object]:
     }
 
 
-def print_markdown(rows: list[dict[str, object]]) -> None:
+def print_markdown(rows: list[dict[str, Any]]) -> None:
     """Print the rows as a table in Markdown."""
     print(
         "| capture | preset | frames | Gaussians | PSNR first / mean / worst | SSIM | "

@@ -18,6 +18,7 @@ import sys
 import tempfile
 from dataclasses import astuple
 from pathlib import Path
+from typing import Any
 
 import moving_stream
 from moving_stream import Job, write_moving_stream
@@ -38,7 +39,7 @@ def make_stream(job: Job, cache: Path) -> Path:
     return path
 
 
-def measure(path: Path, threads: int, engine: str) -> dict[str, object]:
+def measure(path: Path, threads: int, engine: str) -> dict[str, Any]:
     """Return the result of `quarc-ref bench`, run in a separate process."""
     command = [sys.executable, "-c", _COMMAND, "bench", str(path), "--threads", str(threads)]
     done = subprocess.run(
@@ -47,11 +48,11 @@ def measure(path: Path, threads: int, engine: str) -> dict[str, object]:
         check=True,
         capture_output=True,
     )
-    measured: dict[str, object] = json.loads(done.stdout)
+    measured: dict[str, Any] = json.loads(done.stdout)
     return measured
 
 
-def measure_all(cache: Path, births: int) -> list[dict[str, object]]:
+def measure_all(cache: Path, births: int) -> list[dict[str, Any]]:
     """Return a row for each size, number of threads, and stream (harsh or sparse)."""
     rows = []
     for size in SIZES:
@@ -65,7 +66,7 @@ def measure_all(cache: Path, births: int) -> list[dict[str, object]]:
     return rows
 
 
-def format_table(rows: list[dict[str, object]]) -> str:
+def format_table(rows: list[dict[str, Any]]) -> str:
     """Return rows as a table in Markdown."""
     stages = list(dict.fromkeys(stage for row in rows for stage in row["ms_by_stage"]))
     lines = [
@@ -98,7 +99,7 @@ def format_table(rows: list[dict[str, object]]) -> str:
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
-def plot(rows: list[dict[str, object]], path: Path) -> None:
+def plot(rows: list[dict[str, Any]], path: Path) -> None:
     """Write a PNG of milliseconds per frame against the number of Gaussians."""
     from quarc_ref.evaluation.plots import plot_decode_speed
 

@@ -12,6 +12,7 @@ import json
 import os
 import platform
 from pathlib import Path
+from typing import Any
 
 from quarc_ref.cli.encoder_options import configure
 from quarc_ref.datasets.open_capture import open_capture
@@ -22,7 +23,7 @@ from quarc_ref.inspection.inspect_stream import inspect_stream
 from steady_timer import FIRST_FRAME, STAGES, SteadyTimer
 
 
-def measure(folder: Path, config: EncoderConfig, frames: int) -> dict[str, object]:
+def measure(folder: Path, config: EncoderConfig, frames: int) -> dict[str, Any]:
     """Return the seconds of an encode and its number of Gaussians."""
     steady, sink = SteadyTimer(), io.BytesIO()
     encode(open_capture(folder), sink, EncodeOptions(config, frames, "cpu", steady))
@@ -46,7 +47,7 @@ def measure(folder: Path, config: EncoderConfig, frames: int) -> dict[str, objec
     }
 
 
-def format_table(row: dict[str, object]) -> str:
+def format_table(row: dict[str, Any]) -> str:
     """Return a row as a table in Markdown."""
     stages: dict[str, float] = row["seconds_per_frame_by_stage"]
     seconds = [row["seconds_canonical"], row["seconds_per_frame"], *stages.values()]

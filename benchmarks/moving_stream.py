@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from quarc_ref.decoder.engine import Engine, FrameState
 from quarc_ref.decoder.engines import choose_engine
@@ -33,6 +34,8 @@ from quarc_ref.format.records import (
 )
 from quarc_ref.format.updates import UPDATE_FIELDS, Updates
 from quarc_ref.streams.stream_writer import StreamWriter
+
+Float64 = NDArray[np.float64]
 
 _METER = 1 << 12
 _MOVERS = 8
@@ -101,14 +104,15 @@ class _Movers:
         self.velocities = 0.95 * self.velocities + 0.3 * noise
         self.centers = self.centers + step * self.velocities[:3]
 
-    def draw(self, positions: np.ndarray, number: int, seed: int) -> Int64:
+    def draw(self, positions: Float64, number: int, seed: int) -> Int64:
         """Return symbols `[c, a]` of anchors at positions `[3, a]`."""
         distances = np.stack([_lengths(positions - at[:, None]) for at in self.centers.T])
         nearest = distances.argmin(axis=0)
         moving = distances.min(axis=0) < self.reach[number]
         noise = np.random.default_rng(seed).normal(size=(self.velocities.shape[0], nearest.size))
         thirds = self.velocities[:, nearest] / 3 + 0.4 * noise
-        return np.rint(thirds * moving).astype(np.int64)
+        symbols: Int64 = np.rint(thirds * moving).astype(np.int64)
+        return symbols
 
 
 def write_moving_stream(path: Path, job: Job) -> None:
@@ -157,16 +161,18 @@ def _make_points(count: int, rng: np.random.Generator) -> np.ndarray:
     return kinds[chosen, :, np.arange(count)].T
 
 
-def _draw_thirds(count: int, rng: np.random.Generator) -> np.ndarray:
+def _draw_thirds(count: int, rng: np.random.Generator) -> Int64:
     """Return `[3, count]` three components of unit quaternions with 6 fraction bits."""
     quaternions = np.sort(np.abs(_unit(rng.normal(size=(4, count)))), axis=0)[:3]
-    return np.trunc(quaternions * 64 * rng.choice([-1, 1], (3, count))).astype(np.int64)
+    thirds: Int64 = np.trunc(quaternions * 64 * rng.choice([-1, 1], (3, count))).astype(np.int64)
+    return thirds
 
 
 def _make_births(state: FrameState, count: int, rng: np.random.Generator) -> Births:
     """Return births near random parents and similar to them."""
     parents = np.sort(rng.integers(0, state.scene.count, count))
-    codes = state.scene.codes[:, parents] + rng.normal(0, 2, (16, count)).astype(np.int64)
+    noise = rng.normal(0, 2, (16, count)).astype(np.int64)
+    codes: Int64 = state.scene.codes[:, parents].astype(np.int64) + noise
     rotations = np.concatenate([rng.integers(0, 4, (1, count)), _draw_thirds(count, rng)])
     offsets = rng.laplace(0, 12, (3, count)).astype(np.int64)
     return Births(parents, Gaussians(offsets, rotations, codes))
@@ -273,9 +279,10 @@ def _make_frame(
     return state, wire.build_frame(chunk)
 
 
-def _unit(vectors: np.ndarray) -> np.ndarray:
+def _unit(vectors: Float64) -> Float64:
     return vectors / _lengths(vectors)
 
 
-def _lengths(vectors: np.ndarray) -> np.ndarray:
-    return np.sqrt((vectors * vectors).sum(axis=0))
+def _lengths(vectors: Float64) -> Float64:
+    lengths: Float64 = np.sqrt((vectors * vectors).sum(axis=0))
+    return lengths

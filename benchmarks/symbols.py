@@ -16,6 +16,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from statistics import median
 from time import perf_counter, process_time
+from typing import Any
 
 import numpy as np
 
@@ -24,13 +25,12 @@ from quarc_ref.decoder.reconstruct import begin_frame, motion_contexts, move
 from quarc_ref.decoder.state import State
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.coding.ans import PythonBitDecoder
-from quarc_ref.format.coding.contexts import ContextCounts
 from quarc_ref.format.coding.entropy import HAS_CONSTRICTION, decoding_with, open_fastest
 from quarc_ref.format.coding.gaussian_planes import read_births, write_births
 from quarc_ref.format.coding.motion_planes import read_motion, write_motion
 from quarc_ref.format.records import Births, Gaussians, StreamHeader
 
-Seen = dict[str, ContextCounts]  # indexed by the fields of a state
+Seen = dict[str, Any]  # context counts, indexed by the fields of a state
 
 REGIMES = {"paper": 0.07, "sparse": 0.01}
 _MOVERS = 8

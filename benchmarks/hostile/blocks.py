@@ -147,7 +147,7 @@ def judge_block(
             (folder / f"{number}.quarc").write_bytes(mutant.data)
             told = f"{verdict.outcome}, {way}, forged: {mutant.forged}, {mutant.recipe}\n"
             (folder / f"{number}.txt").write_text(told + verdict.detail, "utf-8")
-    tally.peak_rss_mib = measure_peak_mebibytes()
+    tally.peak_rss_mib = measure_peak_mebibytes() or 0.0
     return tally
 
 

@@ -101,7 +101,7 @@ def _open_start(arguments: argparse.Namespace, config: EncoderConfig) -> Start:
         raise TooFewFramesError(message)
     with use_engine(REFERENCE):
         state = next(decode_states(data, arguments.frame, arguments.frame + 1), None)
-    if state is None:
+    if not isinstance(state, State):
         message = f"the stream has no frame {arguments.frame}"
         raise MismatchError(message)
     origin = hashlib.sha256(data).hexdigest()

@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Mapping
 from statistics import fmean
 
-from paper.rows import Row
 from rate.claims import Claim
+from studies import Row
 
 _UNQUANTIZED_DB = 0.05
 _UNQUANTIZED_SHARE = 0.25

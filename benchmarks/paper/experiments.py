@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from paper.trials import Floats, Trial
 from quarc_ref.encoder.settings.config import EncoderConfig
@@ -199,7 +200,8 @@ def _try(base: EncoderConfig, name: str, config: EncoderConfig, floats: Floats =
 
 
 def _change_stream(base: EncoderConfig, setting: str, value: int) -> EncoderConfig:
-    return replace(base, stream=replace(base.stream, **{setting: value}))
+    changed: dict[str, Any] = {setting: value}
+    return replace(base, stream=replace(base.stream, **changed))
 
 
 def _change_step(base: EncoderConfig, factor: float) -> EncoderConfig:

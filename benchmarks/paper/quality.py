@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from statistics import fmean
 
 import numpy as np
+from numpy.typing import NDArray
 
 from quarc_ref.datasets.capture import Capture, Image
 from quarc_ref.decoder import Splats
@@ -80,6 +81,7 @@ def _measure_moving(views: Sequence[View], frame: int, capture: Capture) -> floa
     return fmean(found) if found else None
 
 
-def _find_moved(now: Image, before: Image) -> np.ndarray:
+def _find_moved(now: Image, before: Image) -> NDArray[np.bool_]:
     """Return `[H, W]` whether each pixel has moved."""
-    return np.abs(now.astype(np.int16) - before).max(axis=2) > _MOVED
+    moved: NDArray[np.bool_] = np.abs(now.astype(np.int16) - before).max(axis=2) > _MOVED
+    return moved

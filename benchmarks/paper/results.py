@@ -1,8 +1,9 @@
 """Writes the results: tables, plots, claims and the page."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from statistics import fmean
+from typing import Any
 
 from kept_files import keep_file
 from paper.claims import list_claims
@@ -83,7 +84,7 @@ def _plot(experiment: Experiment, done: Sequence[tuple[Point, Row]]) -> bytes:
     return plot_curves(panels, "frame")
 
 
-def _join(done: Sequence[tuple[Point, Row]], tell) -> dict[str, Curve]:  # noqa: ANN001
+def _join(done: Sequence[tuple[Point, Row]], tell: Callable[[Row], Any]) -> dict[str, Curve]:
     """Return the curves along the axis, one for each series."""
     curves = {}
     for series in dict.fromkeys(point.series for point, _ in done):
@@ -92,7 +93,7 @@ def _join(done: Sequence[tuple[Point, Row]], tell) -> dict[str, Curve]:  # noqa:
     return curves
 
 
-def _follow(done: Sequence[tuple[Point, Row]], tell) -> dict[str, Curve]:  # noqa: ANN001
+def _follow(done: Sequence[tuple[Point, Row]], tell: Callable[[Row], Any]) -> dict[str, Curve]:
     curves = {}
     for point, row in done:
         numbers = tell(row)

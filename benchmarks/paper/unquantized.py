@@ -10,6 +10,8 @@ import math
 from collections.abc import Iterator
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 import torch
@@ -42,9 +44,10 @@ from quarc_ref.encoder.training.quantize import drop_unrepresentable, quantize_g
 from quarc_ref.encoder.training.straight_through import without_rounding
 from quarc_ref.encoder.training.trainable import from_splats
 from quarc_ref.encoder.training.views import TrainingViews
+from quarc_ref.format.coding.contexts import ContextCounts
 from quarc_ref.format.coding.gaussian_planes import sort_canonical, write_births
 from quarc_ref.format.constants import POSITION_LIMIT, ROTATION_BITS_LIMIT, ROTATION_ONE
-from quarc_ref.format.records import StreamHeader
+from quarc_ref.format.records import Births, StreamHeader
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
 _LATTICE_DOUBLINGS = 6
@@ -102,13 +105,17 @@ def encode_unquantized(
             config,
             ByteCost(
                 rd.relative(config.births.rd_lambda) / moved.scene.count,
-                lambda births, counts=moved.birth_counts: write_births(births, counts).byte_count(),
+                partial(_count_bytes, moved.birth_counts),
             ),
         )
         state = moved if births is None else append_births(moved, births)
         context.views.drop_before(frame)
         context.observers.progress.advance("frames", frame + 1, frames)
         yield FloatFrame(state, deaths)
+
+
+def _count_bytes(counts: ContextCounts, births: Births) -> int:
+    return write_births(births, counts).byte_count()
 
 
 def refine_header(header: StreamHeader, reach: float) -> StreamHeader:
@@ -154,7 +161,8 @@ def move_freely(begun: State, residuals: torch.Tensor) -> State:
         positions=np.rint(shifted).clip(-POSITION_LIMIT, POSITION_LIMIT).astype(np.int32),
         rotations=turned,
     )
-    return replace(begun, scene=moved, motion=motion, symbols=tuple(levels))
+    unrounded: Any = motion  # a state has integers, but this one is never coded
+    return replace(begun, scene=moved, motion=unrounded, symbols=tuple(levels))
 
 
 def _turn(begun: State, residuals: NDArray[np.float64]) -> NDArray[np.int32]:

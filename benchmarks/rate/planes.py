@@ -128,7 +128,7 @@ def _list_rows(gaussians: Gaussians) -> list[Int64]:
 
 
 def _float_bytes(gaussians: Gaussians) -> int:
-    return _FLOAT_BYTES * (_FLOATS_OF_PLACE + gaussians.codes.shape[0]) * gaussians.count
+    return _FLOAT_BYTES * (_FLOATS_OF_PLACE + len(gaussians.codes)) * gaussians.count
 
 
 def _narrow(row: Int64) -> np.ndarray:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import fmean
+from typing import Any
 
 from quarc_ref.decoder import dequantize
 from quarc_ref.inspection.stream_summary import KINDS
@@ -55,11 +56,12 @@ def list_own_rows(measured: Measured) -> list[Row]:
     """Return the row of the file, and that of the estimate of its symbols."""
     blank = _blank(measured)
     coded, psnr = measured.summary.coded_bytes(), measured.psnr
-    estimate = {
+    estimate: dict[str, Any] = {
         kind: sum(frame.estimate_bytes[kind] for frame in measured.summary.frames) for kind in KINDS
     }
     made = f"made with other {', '.join(measured.differences)}" if measured.differences else ""
-    file = replace(blank, coder=FILE, **{kind: coded[kind] for kind in KINDS}, remark=made)
+    of_file: dict[str, Any] = {kind: coded[kind] for kind in KINDS}
+    file = replace(blank, coder=FILE, **of_file, remark=made)
     file = replace(file, rest=coded["overhead"], total=coded["total"])
     file = replace(file, psnr_first=psnr[0], psnr_mean=fmean(psnr))
     return [file, _sum(replace(blank, coder=ESTIMATE, **estimate))]
@@ -71,12 +73,13 @@ def list_generic_rows(measured: Measured) -> list[Row]:
     rows = []
     for name, compress in COMPRESSORS.items():
         try:
-            kinds = sum_compressed(frames, compress)
+            kinds: dict[str, Any] = sum_compressed(frames, compress)
         except ImportError as error:
             rows.append(replace(blank, coder=name, remark=_lack(error)))
         else:
             rows.append(_sum(replace(blank, coder=name, **kinds)))
-    return [*rows, _sum(replace(blank, coder=FLOATS, **sum_floats(frames)))]
+    floats: dict[str, Any] = sum_floats(frames)
+    return [*rows, _sum(replace(blank, coder=FLOATS, **floats))]
 
 
 def make_still_row(measured: Measured, ending: str, folder: Path) -> Row:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 from unittest.mock import patch
 
 import numpy as np
@@ -46,6 +46,7 @@ from quarc_ref.format.records import (
 )
 
 Record = CanonicalChunk | SnapshotChunk | FrameChunk
+_Value = TypeVar("_Value")
 _TRIALS = 4
 _FIRST_FRAMES = (0, 0, 0, 0, 0, 0, 5, COUNTER_LIMIT - 3)
 _ANY_STEP = (1 << 63) - 1  # differences of parents, beyond the limit of encoders
@@ -201,11 +202,12 @@ class Builder:
             return state, state_crc(state.scene)
         return None, 0
 
-    def _change(self, stage: Stage, value: Any, *known: Any) -> Any:  # noqa: ANN401
+    def _change(self, stage: Stage, value: _Value, *known: Any) -> _Value:  # noqa: ANN401
         """Return a value as changed by the hostility of its stage, otherwise unchanged."""
         if self._hostility is None or not self._is_at(stage):
             return value
-        return self._hostility.change(self._draws, value, *known)
+        changed: _Value = self._hostility.change(self._draws, value, *known)
+        return changed
 
     def _is_at(self, stage: Stage) -> bool:
         return self._hostility is not None and self._hostility.stage is stage

@@ -45,7 +45,8 @@ class Piece:
 
 def assemble(pieces: Sequence[Piece]) -> bytes:
     """Return the stream of pieces."""
-    data, points, frames, index_offset = MAGIC, [], 0, 0
+    points: list[SeekPoint] = []
+    data, frames, index_offset = MAGIC, 0, 0
     for number, piece in enumerate(pieces):
         payload = piece.payload
         if payload is None and piece.kind == container.INDX:
