@@ -11,10 +11,10 @@ CORE := $(VENV)/.core
 help: ## Print this list.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
 
-setup: $(READY) $(CORE) ## Install everything into .venv; where cargo is at hand, the fast engine, too.
+setup: $(READY) $(CORE) ## Install everything into .venv; with cargo also the fast engine.
 
 # Exact versions and hashes for every platform, resolved from the ranges in pyproject.toml.
-# torch and what it needs are apart: requirements/README.md says why.
+# torch and its dependencies are separate: see requirements/README.md.
 LOCKS := requirements/main.txt requirements/torch.txt
 RESOLVE := $(BIN)/uv pip compile --quiet --upgrade --universal --fork-strategy fewest --python-version 3.11 \
   --generate-hashes --no-header --no-annotate pyproject.toml
@@ -22,16 +22,16 @@ define resolve
 $(RESOLVE) --extra media --extra export --extra dev -o $(1)/main.txt
 $(RESOLVE) --extra train --constraints $(1)/main.txt -o $(1)/torch.txt
 endef
-# What docs/ is built with has a virtual environment of its own, and its lock beside it.
+# The tools that build docs/ have a separate virtual environment, and their lock in docs/.
 resolve_docs = $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes \
   --no-header --no-annotate docs/requirements.in -o docs/requirements.txt
 
-lock: $(READY) ## Take the newest versions that pyproject.toml allows into requirements/.
+lock: $(READY) ## Update requirements/ to the newest versions that pyproject.toml allows.
 	$(call resolve,requirements)
 	$(resolve_docs)
 
 NEWER := $(VENV)/newer
-outdated: $(READY) ## Show what `make lock` would change: to be looked at every week.
+outdated: $(READY) ## Show what `make lock` would change; run this weekly.
 	@mkdir -p $(NEWER)
 	$(call resolve,$(NEWER))
 	@$(BIN)/python requirements/compare.py requirements $(NEWER) || true
@@ -40,28 +40,28 @@ locked: $(READY) ## Compare the installed versions with requirements/.
 	$(BIN)/python requirements/compare.py requirements
 	$(BIN)/python -m pip check --disable-pip-version-check
 
-demo: $(READY) $(CORE) ## Trace a scene, encode it, decode it, measure it: demo/report/index.html.
+demo: $(READY) $(CORE) ## Trace a scene, encode, decode and evaluate it: demo/report/index.html.
 	$(BIN)/quarc-ref demo -o demo --force
 
-test: $(READY) $(CORE) ## Run the tests; those marked thorough run in `make check`.
+test: $(READY) $(CORE) ## Run the tests, except those marked thorough.
 	$(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist loadfile $(TEST_OPTIONS)
 
 check: TEST_OPTIONS := --thorough
-check: locked lint types imports docs core test player ## Everything that CI runs: versions, lint, types, import rules, docs, tests.
+check: locked lint types imports docs core test player ## Run everything that CI runs, with thorough tests.
 
 lint: $(READY) ## Style and spelling.
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/codespell
 
-types: $(READY) ## Types, strictly.
+types: $(READY) ## Type checks.
 	$(BIN)/mypy
 
-imports: $(READY) ## Who may import whom.
+imports: $(READY) ## Import rules.
 	$(BIN)/lint-imports
 
 DOCS := $(VENV)/docs
-docs: $(DOCS)/.ready ## The documentation as a site, its links checked: build/site/index.html.
+docs: $(DOCS)/.ready ## Build the documentation and check its links: build/site/index.html.
 	$(DOCS)/bin/sphinx-build -q -W --keep-going -j auto -c docs . build/site
 
 $(DOCS)/.ready: docs/requirements.txt
@@ -69,50 +69,50 @@ $(DOCS)/.ready: docs/requirements.txt
 	$(DOCS)/bin/python -m pip install -q --disable-pip-version-check --no-deps --require-hashes -r docs/requirements.txt
 	@touch $@
 
-core: ## Format, lints and tests of core/.
-	@if ! command -v cargo >/dev/null; then echo "no cargo here: core/ is not tested"; \
+core: ## Check format and lints of core/, and run its tests.
+	@if ! command -v cargo >/dev/null; then echo "cargo is not installed: core/ is not tested"; \
 	elif ! cargo fetch --quiet --locked --manifest-path core/Cargo.toml; then \
-	  echo "what core/ needs cannot be fetched: it is not tested"; \
+	  echo "the dependencies of core/ cannot be fetched: it is not tested"; \
 	else cd core && \
 	  cargo fmt --check && cargo clippy --quiet --all-targets -- -D warnings && cargo test --quiet --workspace; fi
 
-player: $(READY) ## Build and test player/, in Chromium where it is at hand, and keep quarc-player.js in the package.
-	@if ! command -v npm >/dev/null; then echo "no npm here: player/ is left out"; \
-	elif ! core/wasm/build.sh --player; then echo "no module for the web: player/ is left out"; \
+player: $(READY) ## Build player/, test it (in Chromium, if installed), and store it in the package.
+	@if ! command -v npm >/dev/null; then echo "npm is not installed: player/ is skipped"; \
+	elif ! core/wasm/build.sh --player; then echo "the WebAssembly module cannot be built: player/ is skipped"; \
 	else cd player && { [ -d node_modules ] || npm ci --silent; } && \
 	  QUARC_PYTHON=$(abspath $(BIN))/python npm test --silent && QUARC_WASM=../core/wasm/quarc-player.wasm node keep.mjs; fi
 
 REFERENCE := env QUARC_REF_ENGINE=reference $(BIN)/python -m quarc_ref.conformance
 TYPESCRIPT := decoders/typescript
 
-conformance: $(READY) $(CORE) ## Test vectors: reference decoder and encoder, and decoders/.
+conformance: $(READY) $(CORE) ## Run the conformance suite with all decoders and the reference encoder.
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE)"
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE) --coder python"
 	@if command -v cargo >/dev/null; then \
 	  $(BIN)/python conformance/run.py --decoder "env QUARC_REF_ENGINE=fast $(BIN)/python -m quarc_ref.conformance" && \
 	  cargo build --quiet --release --manifest-path core/Cargo.toml --package quarc-cli && \
 	  $(BIN)/python conformance/run.py --decoder "core/target/release/quarc conformance"; \
-	else echo "no cargo here: core/ is left out"; fi
+	else echo "cargo is not installed: core/ is skipped"; fi
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE)" --timeout 300 --memory 2048 \
 	  --encoder "$(BIN)/python conformance/encoder/encode_scene.py"
 	@if command -v node >/dev/null && core/wasm/build.sh && core/wasm/build.sh --conformance; then \
 	  $(BIN)/python conformance/run.py --decoder "node core/wasm/conformance.mjs"; \
-	else echo "no Node, or no module for it: core/wasm is left out"; fi
+	else echo "Node is not installed, or the WebAssembly module cannot be built: core/wasm is skipped"; fi
 	@if command -v npm >/dev/null; then \
 	  cd $(TYPESCRIPT) && { [ -d node_modules ] || npm ci --silent; } && npm run --silent build && cd - >/dev/null && \
 	  $(BIN)/python conformance/run.py --decoder "node $(TYPESCRIPT)/dist/src/main.js"; \
-	else echo "no Node here: $(TYPESCRIPT) is left out"; fi
+	else echo "Node is not installed: $(TYPESCRIPT) is skipped"; fi
 
-mutants: $(READY) ## Break the reference decoder in one place after the other: the vectors must see it.
+mutants: $(READY) ## Plant errors in the reference decoder, which the vectors must detect.
 	$(BIN)/python conformance/selftest/run_mutants.py
 
-clean: ## Remove what was made.
+clean: ## Remove all generated files.
 	rm -rf $(VENV) build demo .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# The locked lists are whole. Left to look for dependencies, older versions of pip take the newest
-# version where a list has one with extras, and reject it, as it is not in the list.
-# With TORCH_INDEX, torch comes from there and not from PyPI.
+# The locks are complete, hence --no-deps: older versions of pip would resolve dependencies with
+# extras to the newest version, and then reject it because it is not in the lock.
+# TORCH_INDEX is another index for torch than PyPI.
 TORCH := $(shell sed -n 's/^\(torch==[^ ;]*\).*/\1/p' requirements/torch.txt)
 PIP_INSTALL := $(BIN)/python -m pip install -q --disable-pip-version-check
 
@@ -124,11 +124,11 @@ $(READY): pyproject.toml $(LOCKS)
 	$(PIP_INSTALL) --no-deps --no-build-isolation -e .
 	@touch $(READY)
 
-# The extension is built for this machine: with AVX2 a frame takes a tenth less.
+# The extension is built for this machine: AVX2 saves a tenth of the time per frame.
 VECTORS := $(shell /lib64/ld-linux-x86-64.so.2 --help 2>/dev/null | grep -q 'x86-64-v3 .supported' && echo -Ctarget-cpu=x86-64-v3)
 
 $(CORE): $(READY) $(shell find core -name '*.rs' -not -path '*/target/*') core/Cargo.toml core/Cargo.lock core/pyproject.toml
 	@if command -v cargo >/dev/null; then \
 	  RUSTFLAGS="$$RUSTFLAGS $(VECTORS)" $(PIP_INSTALL) ./core || echo "quarc_core could not be built: the reference engine decodes"; \
-	else echo "no cargo here: without quarc_core large scenes decode many times slower (core/README.md)"; fi
+	else echo "cargo is not installed: without quarc_core, large scenes decode many times slower (core/README.md)"; fi
 	@touch $(CORE)

@@ -100,7 +100,7 @@ class Ladder:
         refit_exposures(context, self._state)
         judge = Judge(self._capture, self._cameras)
         for number, task in enumerate(waiting):
-            note(f"{task.name}: begun, {number} of {len(waiting)} are over")
+            note(f"{task.name}: started; {number} of {len(waiting)} are finished")
             row = self._make(task, context, judge)
             keep_row(self._path(task), self._key(task), row)
             moving = row["floats"]["training"]["moving_gain_psnr"]

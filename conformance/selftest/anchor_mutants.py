@@ -14,7 +14,7 @@ MUTANTS = (
     ),
     mutant("ranks by ordinal", _ANCHORS, "counter[1] = scene.phase", "counter[1] = scene.frame"),
     mutant(
-        "words of the levels in reverse",
+        "words of the levels reversed",
         _ANCHORS,
         "words = philox(counter, scene.header.seed)",
         "words = philox(counter, scene.header.seed)[[2, 1, 0, 3]]",
@@ -27,7 +27,7 @@ MUTANTS = (
         "return (words << 32) + scene.ids",
     ),
     mutant(
-        "the last of equally near anchors",
+        "the last of equally distant anchors",
         _BINDING,
         ".argmin(axis=1)",
         "[:, ::-1].argmin(axis=1)",
@@ -50,13 +50,13 @@ MUTANTS = (
         "    squared: Int64 = (narrow * narrow).sum(axis=0).astype(np.int64)\n",
     ),
     mutant(
-        "numbers of anchors rounded down",
+        "anchor counts rounded down",
         _ANCHORS,
         "-(-gaussian_count // header.gaussians_per_anchor)",
         "max(1, gaussian_count // header.gaussians_per_anchor)",
     ),
     mutant(
-        "one shift more than the least",
+        "one shift more than the minimum",
         _ANCHORS,
         "    starts = np.flatnonzero(merges > shift)\n",
         "    shift = min(LATTICE_BITS, shift + 1)\n    starts = np.flatnonzero(merges > shift)\n",

@@ -11,7 +11,7 @@ _HALVED = "seen[0] + seen[1] > COUNT_LIMIT)"
 
 MUTANTS = (
     mutant(
-        "end of the coder unchecked",
+        "end of the coder not checked",
         "format/coding/planes.py",
         "        self._words.finish()\n",
         "",
@@ -23,13 +23,13 @@ MUTANTS = (
         "    return (_opener.get() or open_fastest)(np.trim_zeros(words, 'b'))",
     ),
     mutant(
-        "counts of motion begin anew",
+        "counts of motion reset in every frame",
         "decoder/frames.py",
         "read_motion(section, contexts, state.motion_counts)",
         "read_motion(section, contexts, type(state.motion_counts)())",
     ),
     mutant(
-        "counts of births begin anew",
+        "counts of births reset in every frame",
         "decoder/frames.py",
         "read_births(section, header.code_planes, count, state.birth_counts)",
         "read_births(section, header.code_planes, count, type(state.birth_counts)())",
@@ -76,13 +76,13 @@ MUTANTS = (
         "coded[0] + coded[1], coded[0] + coded[1] + coded[2]\n",
     ),
     mutant(
-        "differences of keys unbounded",
+        "differences of keys not limited",
         _GAUSSIANS,
         "if steps.max(initial=0) > _STEP_LIMIT:",
         "if False:",
     ),
     mutant(
-        "box of positions unchecked",
+        "box of positions not checked",
         _GAUSSIANS,
         "if keys.min(initial=0) < 0 or keys.max(initial=0) >> (3 * chunk.axis_bits):",
         "if False:",
@@ -94,7 +94,7 @@ MUTANTS = (
         "    code %= PROBABILITY_CODES\n    if code >= PROBABILITY_CODES:",
     ),
     mutant(
-        "square root one too large beyond 2^52",
+        "square root 1 too large above 2^52",
         "format/arithmetic.py",
         "root: Int64 = guess - (guess * guess > values)",
         "root: Int64 = guess",

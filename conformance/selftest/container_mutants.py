@@ -20,7 +20,7 @@ MUTANTS = (
     mutant("critical bit ignored", _CONTAINER, _UNKNOWN, "if False:"),
     mutant("unknown ancillary chunks refused", _CONTAINER, _UNKNOWN, "if not is_known:"),
     mutant(
-        "unknown compatible features refused",
+        "unknown compatible features rejected",
         _WIRE,
         "if version.incompatible_features & ~",
         "if (version.incompatible_features | version.compatible_features) & ~",
@@ -34,10 +34,10 @@ MUTANTS = (
         alone="invalid",
     ),
     mutant(
-        "bytes after TAIL passed over", _READER, "if self.source.read(self.offset, 1):", "if False:"
+        "bytes after TAIL ignored", _READER, "if self.source.read(self.offset, 1):", "if False:"
     ),
     mutant(
-        "bytes after the last field passed over",
+        "bytes after the last field ignored",
         _WIRE,
         "if parsed.end != len(payload):",
         "if False:",
@@ -50,7 +50,7 @@ MUTANTS = (
         "if False:",
     ),
     mutant(
-        "length held against its bound once the payload is there",
+        "length checked only after the payload has been read",
         _READER,
         "        container.check_length(header.length, self._stream, self.offset)  #",
         "        if self._stream is None:\n"
@@ -69,14 +69,14 @@ MUTANTS = (
         "if False:",
     ),
     mutant(
-        "a TAIL with bytes behind it ends a gap",
+        "a TAIL followed by bytes ends a gap",
         "streams/resync.py",
         "return not source.read(header.end, 1)",
         "return True",
         alone="damaged",
     ),
     mutant(
-        "recovery goes back in time",
+        "recovery resumes at an earlier frame",
         "streams/resync.py",
         "return canonical_frame(payload) >= self.frame",
         "return True",
@@ -89,28 +89,28 @@ MUTANTS = (
         alone="damaged",
     ),
     mutant(
-        "a chunk of a number that has been is resumed at",
+        "recovery resumes at a past sequence number",
         "streams/resync.py",
         "if header.sequence < self.sequence or header.length > self.limit:",
         "if header.length > self.limit:",
         alone="damaged",
     ),
     mutant(
-        "a TAIL of any length is resumed at",
+        "recovery resumes at a TAIL of any length",
         "streams/resync.py",
         "return header.length == TAIL_BYTES",
         "return True",
         alone="damaged",
     ),
     mutant(
-        "fewer than no frames are missing",
+        "a negative number of lost frames",
         "streams/recover.py",
         "or self._due is None or self._due < before:",
         "or self._due is None:",
         alone="damaged",
     ),
     mutant(
-        "a frame that was resumed at is not missing if it is rejected",
+        "a frame rejected after resuming is not counted as lost",
         "streams/recover.py",
         "        return self._due - before\n",
         "        self._due += 1\n        return self._due - 1 - before\n",
@@ -129,7 +129,7 @@ MUTANTS = (
         "if index is None:",
     ),
     mutant(
-        "seek points unchecked where they lead",
+        "seek points not checked against the frame",
         _STREAM,
         "if sought not in (None, point):",
         "if False:",

@@ -23,31 +23,31 @@ MUTANTS: tuple[Mutant, ...] = (
         '    return np.argsort(interleave(offsets)[::-1], kind="stable")[::-1]\n',
     ),
     mutant(
-        "positions not less those before",
+        "positions not relative to the previous survivor",
         _PLANES,
         "            coded[field, there] = np.cumsum(steps, axis=1)\n",
         "            coded[field, there] = steps\n",
     ),
     mutant(
-        "components of another index added",
+        "components added despite another index",
         _PLANES,
         "    sums[components, turned] = rows[components, turned]\n",
         "",
     ),
     mutant(
-        "index of a rotation not modulo 4",
+        "rotation index not modulo 4",
         _PLANES,
         "    sums[index] %= 1 << ROTATION_INDEX_BITS\n",
         "    sums[index] = np.minimum(sums[index], 3)\n",
     ),
     mutant(
-        "fields of survivors by themselves",
+        "fields of survivors without contexts",
         _PLANES,
         'planes.code(f"survivors, {name}", answers, differs)',
         'planes.code(f"survivors, {name}", 0 * answers, differs)',
     ),
     mutant(
-        "differences without those before",
+        "differences without contexts",
         _PLANES,
         "        so_far += np.abs(coded[place])\n",
         "",
@@ -71,14 +71,14 @@ MUTANTS: tuple[Mutant, ...] = (
         "        if False:",
     ),
     mutant(
-        "snapshots of the snapshot before",
+        "snapshots relative to the previous snapshot",
         _STREAM,
         "        gaussians = self.reference.gaussians\n",
         "        from quarc_ref.encoder.requantize import requantize\n"
         "        gaussians = requantize(self._state.scene)\n",
     ),
     mutant(
-        "snapshots without their CANO after a seek",
+        "seeking to a snapshot without its CANO",
         _SEEK,
         "    place = points.of_frame(_read_number(reader, header, _FRAME_BYTES))",
         "    place = points[0]",
@@ -90,7 +90,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "        if header.kind == b'none' and canonical_frame(",
     ),
     mutant(
-        "never resumed at a snapshot",
+        "recovery never resumes at a snapshot",
         _RESYNC,
         "            return self.canonical is not None and header.length >= 2 * _FRAME_BYTES\n",
         "            return False\n",

@@ -106,7 +106,7 @@ MUTANTS = (
         "np.argsort(scene.codes[OPACITY.start].astype(np.uint16),",
     ),
     mutant(
-        "newborn follow their parents' anchors",
+        "new Gaussians follow their parents' anchors",
         _RECONSTRUCT,
         "anchors.with_births(scene.positions[:, anchors.binding.shape[1] :])\n",
         "replace(state.anchors, binding=np.delete(np.hstack([state.anchors.binding,"
@@ -114,20 +114,20 @@ MUTANTS = (
         " if state.births else state.anchors.binding[:, :0]]), gone, axis=1))\n",
     ),
     mutant(
-        "ids of the dead given again",
+        "ids of deleted Gaussians reused",
         _RECONSTRUCT,
         "np.append(scene.ids, state.next_id + np.arange(newborn.count))",
         "np.append(scene.ids, int(scene.ids[-1]) + 1 + np.arange(newborn.count))",
     ),
     mutant(
-        "parents as they stood before the motion",
+        "positions of parents before the motion",
         _RECONSTRUCT,
         "scene.positions[:, births.parents] + newborn",
         "scene.positions[:, births.parents]"
         " - state.motion[:3, births.parents] * header.translation_step + newborn",
     ),
     mutant(
-        "own motion of the dead remembered",
+        "motion of deleted Gaussians remembered",
         _RECONSTRUCT,
         "alive = state.scene.ids[place] == owners",
         "alive = np.ones(place.shape, np.bool_)",

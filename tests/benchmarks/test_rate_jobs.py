@@ -73,11 +73,11 @@ def test_an_existing_stream_is_reused(tmp_path):
 
 def test_a_stream_that_cannot_be_resumed_is_named(tmp_path, monkeypatch):
     def reject(*_):
-        message = "begun otherwise"
+        message = "other settings"
         raise ResumeError(message)
 
     monkeypatch.setattr(jobs, "open_capture", lambda *_: make_capture())
     monkeypatch.setattr(jobs, "encode_file", reject)
 
-    with pytest.raises(ResumeError, match=r"begun otherwise; remove .*plane\.main\.quarc\.part"):
+    with pytest.raises(ResumeError, match=r"other settings; remove .*plane\.main\.quarc\.part"):
         provide_stream(JOB, tmp_path)

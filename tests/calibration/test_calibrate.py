@@ -1,15 +1,18 @@
 import json
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
+from quarc_ref.calibration import calibrate as module
 from quarc_ref.calibration.calibrate import CalibrateOptions, calibrate
 from quarc_ref.calibration.errors import CalibrationError
 from quarc_ref.calibration.offsets import SyncMethod
 from quarc_ref.calibration.recordings import find_recordings
 from quarc_ref.calibration.report import PAGE, write_report
 from quarc_ref.calibration.write_capture import write_capture
+from quarc_ref.datasets.calibration import make_pose
 from quarc_ref.datasets.capture_notes import read_capture_notes
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.datasets.video_writer import VideoForm, write_video_file
@@ -17,6 +20,9 @@ from quarc_ref.files import written_folder
 from tests.calibration.rigs import compare
 
 FLAT = np.full((48, 64, 3), 128, np.uint8)
+SOME = 6  # of the 13 cameras of the rig
+FEW = 28  # points
+NEAR = [f"cam{number:02}" for number in range(5, 10)]  # cam07 and its neighbors
 
 
 def write_flat(path, pictures=(FLAT,)):
@@ -71,7 +77,7 @@ def test_the_page_lists_every_camera_with_its_error(rig, tmp_path):
 
 
 def test_a_camera_that_sees_nothing_is_left_out_with_the_reason(traced, tmp_path):
-    for path in traced.folder.iterdir():
+    for path in sorted(traced.folder.iterdir())[:SOME]:
         (tmp_path / path.name).symlink_to(path)
     with (tmp_path / "gray.mp4").open("wb") as file:
         gray = np.full((240, 320, 3), 128, np.uint8)
@@ -79,7 +85,7 @@ def test_a_camera_that_sees_nothing_is_left_out_with_the_reason(traced, tmp_path
 
     found = calibrate(find_recordings(tmp_path), CalibrateOptions(sync=SyncMethod.NONE, moments=1))
 
-    assert len(found.world.cameras) == 13
+    assert len(found.world.cameras) == SOME
     assert list(found.solution.left_out) == ["gray"]
     assert "only 0 features" in found.solution.left_out["gray"]
 
@@ -116,3 +122,41 @@ def test_names_that_would_collide_are_rejected(tmp_path):
 
     with pytest.raises(CalibrationError, match="would both be named a_b: rename one"):
         find_recordings(tmp_path)
+
+
+def _turn(camera, degrees=20):
+    """A camera rotated to its side at its position."""
+    angle = np.radians(degrees)
+    cosine, sine = np.cos(angle), np.sin(angle)
+    turn = np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])
+    center = -camera.pose.rotation.T @ camera.pose.translation
+    return replace(camera, pose=make_pose(camera.pose.rotation.T @ turn, center))
+
+
+@pytest.mark.parametrize("degrees", [0, 20])
+def test_a_camera_with_few_points_is_left_out_if_its_picture_contradicts_its_pose(
+    rig, traced, tmp_path, monkeypatch, degrees
+):
+    solution, name = rig.solution, "cam07"
+    for near in NEAR:
+        (tmp_path / f"{near}.mp4").symlink_to(traced.folder / f"{near}.mp4")
+    planted = replace(
+        solution,
+        cameras=tuple(
+            _turn(camera, degrees) if camera.name == name else camera
+            for camera in solution.cameras
+            if camera.name in NEAR
+        ),
+        fits={near: solution.fits[near] for near in NEAR}
+        | {name: replace(solution.fits[name], support=FEW)},
+    )
+    monkeypatch.setattr(module, "_solve", lambda *_: (planted, 1))
+    found = calibrate(find_recordings(tmp_path), CalibrateOptions(sync=SyncMethod.NONE))
+
+    if degrees:
+        assert list(found.solution.left_out) == [name]
+        assert f"{FEW} of its points" in found.solution.left_out[name]
+        assert len(found.world.cameras) == len(NEAR) - 1
+    else:
+        assert found.solution.left_out == {}
+        assert found.doubtful == (name,)

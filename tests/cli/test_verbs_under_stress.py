@@ -87,7 +87,7 @@ def test_an_input_of_another_kind_is_reported(name, what, place):
 @pytest.mark.parametrize(("name", "what"), READING)
 def test_an_unreadable_input_is_reported(name, what, place):
     if name in ("compare", "doctor", "encode", "eval", "publish", "render"):
-        pytest.skip("loads compiled code, which must be found by whoever runs it")
+        pytest.skip("needs compiled code, whose cache the other user cannot read")
     with tempfile.TemporaryDirectory() as folder:
         Path(folder).chmod(0o755)
         secret = Path(folder) / "secret.quarc"

@@ -187,7 +187,7 @@ def list_hostile_streams(donors: Sequence[Pieces]) -> list[Hostility]:
     }
     data: dict[str, Callable[[Draws, bytes], bytes]] = {
         "cut": _cut,
-        "gone on with": _go_on,
+        "extended": _go_on,
         "magic": _spoil_magic,
         "bytes": _damage,
     }
