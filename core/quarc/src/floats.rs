@@ -124,15 +124,24 @@ fn scale<T: Copy + Default, const WIDTH: usize>(
     scaled: &mut Vec<f32>,
 ) {
     scaled.resize(planes.columns() * WIDTH, 0.0);
-    let mut rows = [[0.0; BLOCK]; WIDTH];
-    for (number, block) in scaled.chunks_mut(BLOCK * WIDTH).enumerate() {
-        for (place, (row, &step)) in rows.iter_mut().zip(&steps).enumerate() {
-            let plane = &planes.row(first + place)[number * BLOCK..];
-            row.iter_mut().zip(plane).for_each(|(to, &number)| *to = to_float(number) * step);
+    let mut padded = [[T::default(); BLOCK]; WIDTH];
+    for (number, columns) in scaled.chunks_mut(BLOCK * WIDTH).enumerate() {
+        let mut row = first;
+        let mut rows = [(); WIDTH].map(|()| {
+            row += 1;
+            &planes.row(row - 1)[number * BLOCK..][..columns.len() / WIDTH]
+        });
+        // Arrays instead of slices where possible: then compilers need no checks inside the loop.
+        if columns.len() < BLOCK * WIDTH {
+            for (padded, row) in padded.iter_mut().zip(&mut rows) {
+                padded[..row.len()].copy_from_slice(row);
+                *row = padded;
+            }
         }
-        for (column, to) in block.chunks_exact_mut(WIDTH).enumerate() {
-            for (to, row) in to.iter_mut().zip(&rows) {
-                *to = row[column % BLOCK];
+        let rows = rows.map(|row| <&[T; BLOCK]>::try_from(row).expect("a slice of this length"));
+        for (column, to) in columns.chunks_exact_mut(WIDTH).enumerate() {
+            for ((to, row), step) in to.iter_mut().zip(rows).zip(steps) {
+                *to = to_float(row[column % BLOCK]) * step;
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Unit quaternions w, x, y, z with 22 fraction bits, in integer arithmetic: SPEC 7.2, 7.3, 7.5.
 
-use crate::arithmetic::{isqrt, shift_round, Divisor};
+use crate::arithmetic::{isqrt, Divisor};
 use crate::constants::ROTATION_FRACTION_BITS;
 use crate::error::{Error, Reject, Result};
 
@@ -25,18 +25,45 @@ pub fn normalize_sum(sum: [i32; 4]) -> Result<Quaternion> {
 ///
 /// # Errors
 /// `degenerate-rotation`: the product is 0.
-#[inline]
 pub fn turn(rotation: Quaternion, residual: Quaternion) -> Result<Quaternion> {
-    let [qw, qx, qy, qz] = rotation.map(i64::from);
-    let [dw, dx, dy, dz] = residual.map(i64::from);
-    let product = [
-        qw * dw - qx * dx - qy * dy - qz * dz,
-        qw * dx + qx * dw + qy * dz - qz * dy,
-        qw * dy - qx * dz + qy * dw + qz * dx,
-        qw * dz + qx * dy - qy * dx + qz * dw,
-    ];
-    let rounded = product.map(|part| shift_round(part, ROTATION_FRACTION_BITS) as i32);
-    normalize_product(rounded)
+    let mut rotations = rotation.map(|part| [part]);
+    turn_batch(&mut rotations, &residual.map(|part| [part]))?;
+    Ok(rotations.map(|[part]| part))
+}
+
+/// Turn rotations `[4, N]`, each by its own residual, as [`turn`] does.
+///
+/// The integers fit into `f64`, which processors compute several at a time: the components of unit
+/// quaternions are at most 2^22, so that sums of their products are exact.
+///
+/// # Errors
+/// Those of [`turn`].
+pub fn turn_batch<const N: usize>(
+    rotations: &mut [[i32; N]; 4],
+    residuals: &[[i32; N]; 4],
+) -> Result<()> {
+    // A little more than 2^-22, so that halves are rounded away from 0.
+    const UNIT: f64 = (1.0 + 4.0 * f64::EPSILON) / ROTATION_ONE as f64;
+    let mut products = [[0.0; N]; 4];
+    for lane in 0..N {
+        let [qw, qx, qy, qz] = [0, 1, 2, 3].map(|row: usize| f64::from(rotations[row][lane]));
+        let [dw, dx, dy, dz] = [0, 1, 2, 3].map(|row: usize| f64::from(residuals[row][lane]));
+        products[0][lane] = round((qw * dw - qx * dx - qy * dy - qz * dz) * UNIT);
+        products[1][lane] = round((qw * dx + qx * dw + qy * dz - qz * dy) * UNIT);
+        products[2][lane] = round((qw * dy - qx * dz + qy * dw + qz * dx) * UNIT);
+        products[3][lane] = round((qw * dz + qx * dy - qy * dx + qz * dw) * UNIT);
+    }
+    normalize_products(&products, rotations)
+}
+
+/// Added to a number below 2^51 in magnitude, it leaves no fraction bits: the sum is rounded to the
+/// nearest integer, whose low bits are those of the sum. Conversions with `as` are much slower.
+const NO_FRACTION: f64 = 1.5 * (1u64 << 52) as f64;
+
+/// The integer nearest to a number that is not halfway between two.
+#[inline(always)]
+fn round(number: f64) -> f64 {
+    (number + NO_FRACTION) - NO_FRACTION
 }
 
 /// The unit quaternion of a coded rotation: the index of the omitted component, and the other three
@@ -68,34 +95,56 @@ pub fn expand(coded: [i32; 4], rotation_bits: u8) -> Result<Quaternion> {
         2 => [a, b, largest, c],
         _ => [a, b, c, largest],
     };
-    normalize_product(vector)
+    let mut normalized = [[0]; 4];
+    normalize_products(&vector.map(|part| [f64::from(part)]), &mut normalized)?;
+    Ok(normalized.map(|[part]| part))
 }
 
-/// SPEC 7.3 with `PRODUCT_GUARD_BITS`, for a vector that is nearly a unit quaternion, which is
-/// always the case in a decoder. This needs neither a root nor a division.
-#[inline(always)] // most of the arithmetic of a frame
-fn normalize_product(vector: Quaternion) -> Result<Quaternion> {
-    const UNIT_BITS: u32 = ROTATION_FRACTION_BITS + PRODUCT_GUARD_BITS;
-    let parts = vector.map(i64::from);
-    let squares: i64 = parts.iter().map(|part| part * part).sum();
-    let more = squares - (1 << (2 * ROTATION_FRACTION_BITS));
-    if more.abs() >= 1 << 26 {
-        return normalize(vector, PRODUCT_GUARD_BITS);
+/// SPEC 7.3 with `PRODUCT_GUARD_BITS`, of integers `[4, N]` below 2^31 in magnitude; without a root
+/// or a division if all vectors are nearly unit quaternions, like all products of a decoder.
+fn normalize_products<const N: usize>(
+    vectors: &[[f64; N]; 4],
+    normalized: &mut [[i32; N]; 4],
+) -> Result<()> {
+    const ONE: f64 = (1u64 << (2 * ROTATION_FRACTION_BITS)) as f64;
+    const NORM: f64 = (1u64 << (ROTATION_FRACTION_BITS + PRODUCT_GUARD_BITS)) as f64;
+    const TWO_15: f64 = (1 << 15) as f64;
+    const TWO_16: f64 = (1 << 16) as f64;
+    const NEAR: f64 = (1 << 26) as f64;
+    let mut excess = [0.0; N];
+    for (lane, excess) in excess.iter_mut().enumerate() {
+        let [w, x, y, z] = [0, 1, 2, 3].map(|row: usize| vectors[row][lane]);
+        *excess = w * w + x * x + y * y + z * z - ONE;
     }
-    // The norm is 2^30 + e, where e is the largest with 2^60 + 2^31 e + e^2 <= 2^60 + 2^16 more.
-    // Without e^2, which is below 2^22, e is more / 2^15 rounded down, or 1 less if e^2 does not
-    // fit.
-    let most = more >> 15;
-    let e = most - i64::from(most * most > (more - (most << 15)) << 16);
-    let doubled = 2 * ((1 << UNIT_BITS) + e);
-    Ok(parts.map(|part| {
-        // part x 2^30 / norm is part - part e / norm, where the rounded second term is small.
-        // Estimate it with 2^31 in place of 2 norm, then correct the estimate by 1.
-        let rest = doubled / 2 - 2 * part * e + (part >> (i64::BITS - 1));
-        let guess = rest >> (UNIT_BITS + 1);
-        let left = rest - guess * doubled;
-        (part + guess + i64::from(left >= doubled) - i64::from(left < 0)) as i32
-    }))
+    if excess.iter().any(|excess| excess.abs() >= NEAR) {
+        for lane in 0..N {
+            let vector = [0, 1, 2, 3].map(|row: usize| vectors[row][lane] as i32);
+            for (row, part) in normalized.iter_mut().zip(normalize(vector, PRODUCT_GUARD_BITS)?) {
+                row[lane] = part;
+            }
+        }
+        return Ok(());
+    }
+    for (lane, excess) in excess.into_iter().enumerate() {
+        // The norm is 2^30 + e with the greatest e for which 2^60 + 2^31 e + e^2 is at most
+        // 2^60 + 2^16 excess. Without e^2, which is below 2^22, e is excess / 2^15 rounded down;
+        // with it, it may be 1 less.
+        let most = round(excess * (1.0 / TWO_15) - 0.5 + 0.5 / TWO_15);
+        let is_less = most * most > (excess - TWO_15 * most) * TWO_16;
+        let e = most - if is_less { 1.0 } else { 0.0 };
+        // part x 2^30 / norm, rounded, is part + floor((norm - 2 part e - [part < 0]) / (2 norm)).
+        // The half added to the integer in parentheses keeps the quotient 2^-33 away from
+        // integers, which is more than its error: the relative one of the reciprocal is at most
+        // 2^-38, and the quotient is below 2^4.
+        let reciprocal = 0.5 / NORM - (0.5 / NORM / NORM) * e;
+        for (row, vector) in normalized.iter_mut().zip(vectors) {
+            let part = vector[lane];
+            let quotient = (NORM + e + 0.5_f64.copysign(part) - 2.0 * e * part) * reciprocal;
+            let change = quotient - 0.5 + NO_FRACTION; // rounded down
+            row[lane] = (change + part).to_bits() as i32;
+        }
+    }
+    Ok(())
 }
 
 /// SPEC 7.3. The sum of squares is below 2^(62 - 2 `guard_bits`).

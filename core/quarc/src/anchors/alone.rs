@@ -2,7 +2,7 @@
 
 use super::index::{Boxes, Eight, Index};
 use super::near::ROUNDED;
-use super::order::stands_before;
+use super::order::precedes;
 use super::runs::LANES;
 
 const BESIDE: usize = 4; // anchors on each side in Morton order that bound how far the nearest is
@@ -81,7 +81,7 @@ fn reach(at: [f32; 3], index: &Index) -> f32 {
     let (mut low, mut high) = (0, index.numbers.len());
     while low < high {
         let middle = (low + high) / 2;
-        if stands_before(point(middle), at) {
+        if precedes(point(middle), at) {
             low = middle + 1;
         } else {
             high = middle;

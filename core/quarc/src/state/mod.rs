@@ -185,9 +185,13 @@ fn require_within(
 /// A coordinate that is within the lattice.
 fn narrow_position(position: i64) -> Result<i32> {
     if position.abs() > POSITION_LIMIT {
-        return Err(Error::new(Reject::PositionRange, "a Gaussian is off the lattice"));
+        return Err(off_lattice());
     }
     Ok(position as i32)
+}
+
+fn off_lattice() -> Error {
+    Error::new(Reject::PositionRange, "a Gaussian is off the lattice")
 }
 
 /// A code that is within its range.

@@ -1,19 +1,21 @@
 //! The motion of a frame: SPEC 7.5.
 
-use super::{narrow_position, State};
+use super::{off_lattice, State};
 use crate::anchors::Anchors;
 use crate::coding::motion::{
     add, read_motion, write_motion, Channels, MotionContext, TRANSLATION_CHANNELS,
 };
+use crate::constants::POSITION_LIMIT;
 use crate::error::{Error, Result};
 use crate::parallel::{each, piece};
 use crate::records::{Header, Section};
-use crate::rotation::{turn, Quaternion, Residuals};
+use crate::rotation::{turn_batch, Quaternion, Residuals, ROTATION_ONE};
 use std::ops::Range;
 use std::sync::Arc;
 
 const STILL: Channels = [0; 8];
 const MOVED: usize = 1 << 12; // Gaussians of a piece of work, at least
+const BATCH: usize = 64; // rotations that are turned together
 const BLOCK: usize = 1 << 10; // Gaussians whose motion stays in the cache meanwhile
 
 impl State {
@@ -88,19 +90,15 @@ impl State {
         self.displace(symbols, &levels)
     }
 
-    /// Move and turn every Gaussian by what it follows at those levels at which anchors move.
+    /// Move and turn every Gaussian by the anchors that it follows at the given levels, at which
+    /// anchors move.
     fn displace(&mut self, symbols: &[Vec<Channels>], levels: &[usize]) -> Result<()> {
         if Arc::get_mut(&mut self.motion).is_none() {
-            self.motion = Arc::new(vec![STILL; self.ids.len()]); // all of it is written anew
+            self.motion = Arc::new(vec![STILL; self.ids.len()]); // all entries are overwritten
         }
         let motion = Arc::make_mut(&mut self.motion);
-        let (Some(anchors), false) = (&self.anchors, levels.is_empty()) else {
-            motion.fill(STILL);
-            return Ok(());
-        };
-        let levels =
-            levels.iter().map(|&level| (anchors.binding_by_slot(level), &symbols[level][..]));
-        let levels: Vec<Level> = levels.collect();
+        let Some(anchors) = &self.anchors else { return Err(not_begun()) };
+        let level = |&level: &usize| (anchors.binding_by_slot(level), &symbols[level][..]);
         let size = piece(motion.len(), MOVED);
         let mut moved = Arc::make_mut(&mut self.moved).chunks_mut(size);
         let positions = Arc::make_mut(&mut self.positions).first_mut::<3>();
@@ -118,13 +116,24 @@ impl State {
             });
         }
         let header = &*self.header;
-        each(pieces, &|piece| piece.displace(header, anchors, &levels)).into_iter().collect()
+        let done = match levels {
+            [] => {
+                pieces.into_iter().for_each(|piece| piece.motion.fill(STILL));
+                return Ok(());
+            }
+            [a] => each(pieces, &|piece| piece.displace(header, anchors, [a].map(level))),
+            [a, b] => each(pieces, &|piece| piece.displace(header, anchors, [a, b].map(level))),
+            [a, b, c, ..] => {
+                each(pieces, &|piece| piece.displace(header, anchors, [a, b, c].map(level)))
+            }
+        };
+        done.into_iter().collect()
     }
 }
 
-/// Some of the Gaussians of a state, side by side.
+/// A range of the Gaussians of a state.
 struct Moving<'a> {
-    /// The index of the first.
+    /// Index of the first.
     first: usize,
     motion: &'a mut [Channels],
     moved: &'a mut [bool],
@@ -132,12 +141,17 @@ struct Moving<'a> {
     rotations: [&'a mut [i32]; 4],
 }
 
-/// The anchors that the Gaussians of all slots follow at a level, and the symbols of its anchors.
+/// The anchor of each slot at a level, and the symbols of the level's anchors.
 type Level<'a> = (&'a [u32], &'a [Channels]);
 
 impl Moving<'_> {
-    /// Move and turn them by those levels at which anchors move.
-    fn displace(mut self, header: &Header, anchors: &Anchors, levels: &[Level]) -> Result<()> {
+    /// Move and turn the Gaussians by the anchors that they follow at some levels.
+    fn displace<const L: usize>(
+        mut self,
+        header: &Header,
+        anchors: &Anchors,
+        levels: [Level; L],
+    ) -> Result<()> {
         let mut residuals = Residuals::default();
         let mut next = 0;
         for slots in anchors.slots(self.first..self.first + self.motion.len()) {
@@ -152,61 +166,107 @@ impl Moving<'_> {
         Ok(())
     }
 
-    /// Move and turn those at some places, whose motion is known.
+    /// Move and turn the Gaussians at some places by their motion.
     fn move_block(
         &mut self,
         header: &Header,
         places: Range<usize>,
         residuals: &mut Residuals,
     ) -> Result<()> {
-        let step = i64::from(header.translation_step);
+        let motion = &self.motion[places.clone()];
+        for (moved, motion) in self.moved[places.clone()].iter_mut().zip(motion) {
+            *moved |= motion != &STILL;
+        }
+        let step = i32::from(header.translation_step);
+        for (axis, row) in self.positions.iter_mut().enumerate() {
+            shift(&mut row[places.clone()], motion, axis, step)?;
+        }
+        let rotations = self.rotations.each_mut().map(|row| &mut row[places.clone()]);
+        let mut turning = Turning::new(rotations);
         let (mut last, mut residual) = (STILL, [0; 4]);
-        for place in places {
-            let motion = self.motion[place];
-            if motion == STILL {
+        for (place, motion) in motion.iter().enumerate() {
+            if motion[TRANSLATION_CHANNELS..] == STILL[TRANSLATION_CHANNELS..] {
                 continue;
             }
-            self.moved[place] = true;
-            for (row, &shift) in self.positions.iter_mut().zip(&motion) {
-                // [7.5-1]
-                row[place] = narrow_position(i64::from(row[place]) + step * i64::from(shift))?;
+            // Neighbors mostly follow the same anchors.
+            if motion != &last {
+                (last, residual) = (*motion, residuals.of(sum_of(header, motion))?);
             }
-            if motion[TRANSLATION_CHANNELS..] != STILL[TRANSLATION_CHANNELS..] {
-                // Neighbors mostly follow the same anchors.
-                if motion != last {
-                    (last, residual) = (motion, residuals.of(sum_of(header, &motion))?);
-                }
-                turn_at(&mut self.rotations, place, residual)?;
+            turning.push(place, residual)?;
+        }
+        turning.turn()
+    }
+}
+
+/// Add the motion on one axis to positions.
+fn shift(positions: &mut [i32], motion: &[Channels], axis: usize, step: i32) -> Result<()> {
+    let mut is_beyond = false;
+    for (position, motion) in positions.iter_mut().zip(motion) {
+        // A sum that overflows is beyond the limit all the same.
+        *position = position.wrapping_add(step * i32::from(motion[axis]));
+        is_beyond |= position.unsigned_abs() > POSITION_LIMIT as u32;
+    }
+    // [7.5-1]
+    if is_beyond {
+        return Err(off_lattice());
+    }
+    Ok(())
+}
+
+/// Rotations `[4, n]` of which some are turned, in batches.
+struct Turning<'a> {
+    rotations: [&'a mut [i32]; 4],
+    count: usize,
+    places: [usize; BATCH],
+    batch: [[i32; BATCH]; 4],
+    residuals: [[i32; BATCH]; 4],
+}
+
+impl<'a> Turning<'a> {
+    fn new(rotations: [&'a mut [i32]; 4]) -> Self {
+        // The lanes that are not used hold unit quaternions.
+        let unit = [ROTATION_ONE, 0, 0, 0].map(|part| [part; BATCH]);
+        Turning { rotations, count: 0, places: [0; BATCH], batch: unit, residuals: unit }
+    }
+
+    /// Turn a rotation, in this batch.
+    fn push(&mut self, place: usize, residual: Quaternion) -> Result<()> {
+        if self.count == BATCH {
+            self.turn()?;
+        }
+        self.places[self.count] = place;
+        for row in 0..4 {
+            self.batch[row][self.count] = self.rotations[row][place];
+            self.residuals[row][self.count] = residual[row];
+        }
+        self.count += 1;
+        Ok(())
+    }
+
+    /// Turn the rotations of the batch.
+    fn turn(&mut self) -> Result<()> {
+        turn_batch(&mut self.batch, &self.residuals)?;
+        for (row, turned) in self.rotations.iter_mut().zip(&self.batch) {
+            for (&place, &part) in self.places[..self.count].iter().zip(turned) {
+                row[place] = part;
             }
         }
+        self.count = 0;
         Ok(())
     }
 }
 
-/// Sum up what the Gaussians of some slots follow.
-fn sum_motion(motion: &mut [Channels], slots: Range<usize>, levels: &[Level]) {
-    motion.fill(STILL);
-    for (binding, symbols) in levels {
-        for (motion, &anchor) in motion.iter_mut().zip(&binding[slots.clone()]) {
-            // NOBODY is beyond all anchors.
-            if let Some(own) = symbols.get(anchor as usize) {
-                *motion = add(motion, own);
-            }
+/// Sum the symbols of the anchors that the Gaussians of some slots follow.
+fn sum_motion<const L: usize>(motion: &mut [Channels], slots: Range<usize>, levels: [Level; L]) {
+    let levels = levels.map(|(binding, symbols)| (&binding[slots.clone()], symbols));
+    for (place, motion) in motion.iter_mut().enumerate() {
+        let mut sum = STILL;
+        for (binding, symbols) in levels {
+            // `NOBODY` is greater than the index of any anchor.
+            sum = add(&sum, symbols.get(binding[place] as usize).unwrap_or(&STILL));
         }
+        *motion = sum;
     }
-}
-
-/// Turn one of rotations, `[4, N]`.
-pub(super) fn turn_at(
-    rotations: &mut [&mut [i32]; 4],
-    place: usize,
-    residual: Quaternion,
-) -> Result<()> {
-    let rotation = [0, 1, 2, 3].map(|row: usize| rotations[row][place]);
-    for (row, part) in rotations.iter_mut().zip(turn(rotation, residual)?) {
-        row[place] = part;
-    }
-    Ok(())
 }
 
 /// The sum of the residuals of a rotation, the identities of all levels in it.

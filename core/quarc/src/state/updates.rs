@@ -1,6 +1,5 @@
 //! Updates of single Gaussians: SPEC 7.8.
 
-use super::motion::turn_at;
 use super::{narrow_code, narrow_position, State};
 use crate::coding::updates::{
     read_updates, require_shape, write_updates, UpdateContext, CODES, ROTATION, TRANSLATION,
@@ -9,7 +8,7 @@ use crate::coding::updates::{
 use crate::constants::RECENCY_LIMIT;
 use crate::error::{Error, Reject, Result};
 use crate::records::{Section, Updates};
-use crate::rotation::normalize_sum;
+use crate::rotation::{normalize_sum, turn};
 use std::sync::Arc;
 
 impl State {
@@ -122,7 +121,11 @@ impl State {
             }
             let mut rotations = Arc::make_mut(&mut self.rotations).first_mut::<4>();
             let residual = normalize_sum([unity, x, y, z])?;
-            turn_at(&mut rotations, updates.gaussians[place] as usize, residual)?;
+            let gaussian = updates.gaussians[place] as usize;
+            let rotation = [0, 1, 2, 3].map(|row: usize| rotations[row][gaussian]);
+            for (row, part) in rotations.iter_mut().zip(turn(rotation, residual)?) {
+                row[gaussian] = part;
+            }
         }
         Ok(())
     }
