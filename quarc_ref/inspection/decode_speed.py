@@ -76,7 +76,7 @@ def measure_speed(
     with open_source(name) as source, Player(source, threads=threads) as player:
         for frame in player:
             last = time.perf_counter()
-            frames, gaussians = frames + 1, frame.splats.count
+            frames, gaussians = frames + 1, len(frame.splats.opacities)
             if frames == 1:
                 first, before, cpu = last, Counter(player.times), time.process_time()
                 machine = read_processor_time()
