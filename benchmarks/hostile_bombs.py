@@ -31,7 +31,7 @@ from quarc_ref.streams import decode
 _FRAMES = 4
 _REACH = 1 << 20
 _LEVELS = (10, 20, 30)
-_MOST_BYTES = 1 << 20
+_MAX_BYTES = 1 << 20
 _WARM = Path(__file__).parents[1] / "tests" / "hostile" / "seeds" / "streams" / "full.quarc"
 
 
@@ -131,7 +131,7 @@ def _list_rows(folder: Path, engine: str) -> Iterator[dict[str, object]]:
         if not path.exists():
             path.write_bytes(build(level, place, newborn=newborn))
         size = path.stat().st_size
-        if size <= _MOST_BYTES:
+        if size <= _MAX_BYTES:
             command = [sys.executable, __file__, "--engine", engine, "--measure", str(path)]
             done = subprocess.run(command, capture_output=True, check=True)
             yield {"stream": path.stem, "bytes": size, **json.loads(done.stdout)}

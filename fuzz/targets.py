@@ -132,7 +132,7 @@ def keyframes(data: bytes) -> None:
     """Read a camera path and follow it."""
     with suppress(PathError):
         path = parse_keyframes(data, [_EYE], _EYE, 0)
-        if path.count_pictures(2.0) < _MOST_PICTURES:
+        if path.count_pictures(2.0) < _MAX_PICTURES:
             path.at(2.0)
             path.frames_at(2.0, 0, 9)
 
@@ -140,7 +140,7 @@ def keyframes(data: bytes) -> None:
 _EYE = Camera(
     "cam00", 8, 6, 5.0, 5.0, 4.0, 3.0, (1, 0, 0, 0, 0, -1, 0, 1, 0), (0, 0, 2), 0.1, False
 )
-_MOST_PICTURES = 1000
+_MAX_PICTURES = 1000
 
 
 def transforms(data: bytes) -> None:

@@ -21,8 +21,8 @@ from quarc_ref.rendering.rasterizer import Gaussians, Rasterizer, activate_opaci
 from raster import make_scene
 
 _WIDTH, _HEIGHT = 160, 120
-_MOST_ABSOLUTE = 2e-2
-_MOST_RELATIVE = 1e-2
+_MAX_ABSOLUTE = 2e-2
+_MAX_RELATIVE = 1e-2
 _NAMES = ("means", "quaternions", "scales", "opacities", "sh")
 
 
@@ -88,7 +88,7 @@ def _compare(
         "backends",
         f"{first} against {second}, {count:,} Gaussians",
         f"pictures differ by {shown:.1e}, gradients by {steepest:.1e} (relative {sloped:.1e})",
-        f"at most {_MOST_ABSOLUTE:g}; relative {_MOST_RELATIVE:g}",
-        shown <= _MOST_ABSOLUTE and sloped <= _MOST_RELATIVE,
+        f"at most {_MAX_ABSOLUTE:g}; relative {_MAX_RELATIVE:g}",
+        shown <= _MAX_ABSOLUTE and sloped <= _MAX_RELATIVE,
         figures,
     )

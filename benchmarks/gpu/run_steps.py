@@ -12,7 +12,7 @@ from gpu.plan import Step
 from gpu.rows import Notebook, Row
 
 _PROGRAM = Path(__file__).resolve().parents[1] / "gpu.py"
-_LEAST_SECONDS = 5.0
+_MIN_SECONDS = 5.0
 _LAST_WORDS = 300
 _STEP = "the step"
 
@@ -44,7 +44,7 @@ def run_step(step: Step, limit: float, place: Place, rows: list[Row]) -> None:
     notebook = Notebook(place.folder / name_file(step, "jsonl"))
     begun, fault = time.monotonic(), "interrupted"
     try:
-        fault = "no time is left" if limit < _LEAST_SECONDS else _run(step, limit, place)
+        fault = "no time is left" if limit < _MIN_SECONDS else _run(step, limit, place)
     finally:
         found, progress = notebook.read()
         rows += [*found, _close(step, fault, progress, time.monotonic() - begun)]

@@ -45,7 +45,7 @@ _EDGES = (
     *((1 << 31) - 1, 1 << 31, (1 << 32) - 2, (1 << 32) - 1),
 )
 _KINDS = (b"HEAD", b"CANO", b"FRAM", b"INDX", b"TAIL", b"came", b"meta", b"SNAP", b"aBcd", b"Q\0!z")
-_MOST_BYTES = 1 << 16
+_MAX_BYTES = 1 << 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +85,7 @@ class Mutator:
         if rng.random() < 0.5:
             other = self._seeds[rng.choice(self._names)]
             data, done = damage_bytes(rng, self._seeds[name], other)
-            return Mutant(data[:_MOST_BYTES], (name, *done), forged=False)
+            return Mutant(data[:_MAX_BYTES], (name, *done), forged=False)
         chunks, done = list(self._chunks[name]), []
         other_chunks = self._chunks[rng.choice(self._names)]
         for _ in range(rng.choice((1, 1, 1, 2, 3))):

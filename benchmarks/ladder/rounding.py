@@ -31,7 +31,7 @@ from quarc_ref.inspection.estimate import estimate_bits, estimate_updates
 
 Changes = dict[str, int]  # numbers of Gaussians of which a field changes, by its name
 
-_LEAST_W = 1e-6
+_MIN_W = 1e-6
 _REST_NAME = "SH rest"
 
 
@@ -163,7 +163,7 @@ def _find_turns(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDAr
     first, last = (Rotation.from_quat(np.roll(each, -1, axis=1)) for each in (before, after))
     quaternions = (first.inv() * last).as_quat()
     w = quaternions[:, 3:]
-    turns: NDArray[np.float64] = quaternions[:, :3] / np.where(np.abs(w) < _LEAST_W, _LEAST_W, w)
+    turns: NDArray[np.float64] = quaternions[:, :3] / np.where(np.abs(w) < _MIN_W, _MIN_W, w)
     return turns
 
 

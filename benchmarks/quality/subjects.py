@@ -12,7 +12,7 @@ from studies import note
 TRACED = (*VARIANTS, "playroom-4", "playroom-8", "playroom-30", "playroom-640x480")
 _FILM_FRAMES = 40  # even if only frame 0 is encoded: they show what moves
 _HELD_OUT_SETS = 4
-_LEAST_CAMERAS = 4  # three held-out cameras and one for training
+_MIN_CAMERAS = 4  # three held-out cameras and one for training
 _TRACED_NAME = re.compile(
     rf"(?P<variant>{'|'.join(VARIANTS)})(-(?P<cameras>\d+))?(-(?P<width>\d+)x(?P<height>\d+))?"
 )
@@ -45,9 +45,9 @@ def rotate_held_out(cameras: Sequence[str]) -> tuple[HeldOut, ...]:
         ValueError: There are too few cameras left for training.
     """
     names, count = sorted(cameras), len(cameras)
-    if count < _LEAST_CAMERAS:
+    if count < _MIN_CAMERAS:
         message = (
-            f"{count} cameras are too few to hold three out; at least {_LEAST_CAMERAS} are needed"
+            f"{count} cameras are too few to hold three out; at least {_MIN_CAMERAS} are needed"
         )
         raise ValueError(message)
     return tuple(

@@ -9,7 +9,7 @@ from making.payloads import pack_camera, pack_cameras
 from making.vectors import Outcome, Valid, Vector, broken
 
 _NAN, _INFINITE = (struct.pack("<f", float(word)) for word in ("nan", "inf"))
-_ZERO, _MOST = bytes(4), b"\xff\xff\xff\xff"
+_ZERO, _MAXIMUM = bytes(4), b"\xff\xff\xff\xff"
 _CAMERA_FIELDS = {
     "camera-flag": (5, b"\2", "held_out is 2"),
     "camera-width": (6, _ZERO, "width is 0"),
@@ -54,7 +54,7 @@ def _of_cameras() -> Iterable[Fault]:
 def _of_entries() -> Iterable[Fault]:
     overlong, surrogate = _entry(b"title", b"\xc0\xaf"), _entry(b"title", b"\xed\xa0\x80")
     good, key = _entry(b"title", b"abc"), _entry(b"\xff", b"")
-    endless, past = b"\1\0\1t" + _MOST, "a value that extends beyond the payload"
+    endless, past = b"\1\0\1t" + _MAXIMUM, "a value that extends beyond the payload"
     yield "metadata-overlong", overlong, "field", "5-4", "an overlong form in UTF-8"
     yield "metadata-surrogate", surrogate, "field", "5-4", "a surrogate in UTF-8"
     yield "metadata-key", key, "field", "5-4", "a key that is not UTF-8"

@@ -11,21 +11,21 @@ from making.streams import Piece
 from making.vectors import Valid, Vector
 from making.word_faults import keys_at_fault, words_at_fault
 
-_MOST = (1 << 32) - 1
+_MAXIMUM = (1 << 32) - 1
 Field = tuple[str, str, str, dict[str, Any], str]
 """Name, clauses, reject id, changed fields, and description."""
 
 _FRAME_FIELDS: tuple[Field, ...] = (
     ("phase-repeated", "7.4-1", "frame-order", {"phase": 0}, "a phase is repeated"),
     ("phase-skipped", "7.4-1", "frame-order", {"phase": 2}, "a phase is skipped"),
-    ("phase-greatest", "7.4-1", "frame-order", {"phase": _MOST}, "a phase of 2^32 - 1"),
+    ("phase-greatest", "7.4-1", "frame-order", {"phase": _MAXIMUM}, "a phase of 2^32 - 1"),
 )
 _FRAME_COUNTS: tuple[Field, ...] = (
     (
         "deaths-of-more",
         "7.4-3 3.2-5",
         "count",
-        {"death_count": _MOST},
+        {"death_count": _MAXIMUM},
         "more deaths than Gaussians",
     ),
     (
@@ -33,7 +33,7 @@ _FRAME_COUNTS: tuple[Field, ...] = (
         "one birth more than level 1.0 allows",
     ),
     (
-        *("births-greatest", "3.2-3 3.2-5", "count-exceeds-level", {"birth_count": _MOST}),
+        *("births-greatest", "3.2-3 3.2-5", "count-exceeds-level", {"birth_count": _MAXIMUM}),
         "2^32 - 1 births",
     ),
 )
@@ -49,7 +49,7 @@ _CANONICAL_FIELDS: tuple[Field, ...] = (
         *({"gaussian_count": 65537}, "one Gaussian more than level 1.0 allows"),
     ),
     (
-        *("gaussians-greatest", "3.2-1 3.2-5", "count-exceeds-level", {"gaussian_count": _MOST}),
+        *("gaussians-greatest", "3.2-1 3.2-5", "count-exceeds-level", {"gaussian_count": _MAXIMUM}),
         "2^32 - 1 Gaussians",
     ),
 )
@@ -73,7 +73,7 @@ def _of_frames(parent: Valid) -> Iterable[Row]:
     flag = with_fields(parent, MOVED, previous_contexts=2)
     yield "frame-flag", "5-3", "field", flag, "previous_contexts is 2"
     yield from _of_sizes(parent, place, "frame", 0, 1)
-    words = _put(parent, place, payload, 13, _MOST)
+    words = _put(parent, place, payload, 13, _MAXIMUM)
     yield "frame-words", "5-1 13-1", "field", words, "word_count is 2^32 - 1"
     words, note = _put(parent, place, payload, 13, more), "words that extend beyond the payload"
     yield "frame-words-beyond", "5-1", "field", words, note
@@ -90,7 +90,7 @@ def _of_canonicals(parent: Valid) -> Iterable[Row]:
     wide = with_fields(parent, 3, axis_bits=21)
     yield "canonical-axis-bits", "5-3", "field", wide, "axis_bits is 21"
     yield from _of_sizes(parent, place, "canonical", 4, 4)
-    words = _put(parent, place, canonical.pack(), 21, _MOST)
+    words = _put(parent, place, canonical.pack(), 21, _MAXIMUM)
     yield "canonical-words", "5-1 13-1", "field", words, "word_count is 2^32 - 1"
     yield from _with_each(parent, 3, _CANONICAL_FIELDS)
     first, rest = list(canonical.sections), list(canonical.sections)

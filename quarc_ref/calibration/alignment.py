@@ -15,10 +15,10 @@ from scipy.signal import fftconvolve
 
 Numbers = NDArray[np.float64]
 
-_LEAST_OVERLAP = 12  # minimum overlap of two shifted signals, in samples
-_MOST_CORRELATION = 0.999
+_MIN_OVERLAP = 12  # minimum overlap of two shifted signals, in samples
+_MAX_CORRELATION = 0.999
 _SILENCE = 1e-9  # power below which a signal counts as silent
-_MOST_SWEEPS = 50
+_MAX_SWEEPS = 50
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,8 +85,8 @@ def correlate_signals(first: Numbers, second: Numbers, most_shift: int) -> Numbe
     at = places[inside]
     scale = np.sqrt(np.maximum(powers[0][at], 0) * np.maximum(powers[1][at], 0))
     agreement = np.divide(products[at], scale, out=np.zeros(len(at)), where=scale > _SILENCE)
-    agreement = np.clip(agreement, -_MOST_CORRELATION, _MOST_CORRELATION)
-    weight = np.sqrt(np.maximum(overlap[at] - 3, 0)) * (overlap[at] >= _LEAST_OVERLAP)
+    agreement = np.clip(agreement, -_MAX_CORRELATION, _MAX_CORRELATION)
+    weight = np.sqrt(np.maximum(overlap[at] - 3, 0)) * (overlap[at] >= _MIN_OVERLAP)
     curve = np.zeros(2 * most_shift + 1)
     curve[inside] = np.arctanh(agreement) * weight
     return curve
@@ -163,7 +163,7 @@ def _grow(curves: NDArray[np.float32]) -> NDArray[np.int64]:
 def _climb(curves: NDArray[np.float32], start: NDArray[np.int64]) -> NDArray[np.int64]:
     """Improve shifts one at a time until no single change increases the sum."""
     shifts, most = start.copy(), curves.shape[2] // 2
-    for _ in range(_MOST_SWEEPS):
+    for _ in range(_MAX_SWEEPS):
         before = shifts.copy()
         for index in range(len(shifts)):
             total = _sum_curves(curves, shifts, index, range(len(shifts)))

@@ -14,7 +14,7 @@ from quarc_ref.calibration.first_frame import read_first_frame
 from quarc_ref.calibration.lenses import LensOptions
 from quarc_ref.calibration.match_graph import build_match_graph
 from quarc_ref.calibration.offsets import Offsets, SyncMethod, find_offsets, refine_offsets
-from quarc_ref.calibration.recordings import LEAST_CAMERAS, Recordings
+from quarc_ref.calibration.recordings import MIN_CAMERAS, Recordings
 from quarc_ref.calibration.signals import Motion
 from quarc_ref.calibration.solving import Solution, solve
 from quarc_ref.calibration.world import BY_LEVEL, Distance, World, define_world
@@ -195,7 +195,7 @@ def _build_scene(
     points = frame.find_points()
     few = {name for name, fit in solution.fits.items() if fit.support < _TRUSTED}
     wrong = few.intersection(frame.find_contradicted(points)) if few else set()
-    if not wrong or len(world.cameras) - len(wrong) < LEAST_CAMERAS:
+    if not wrong or len(world.cameras) - len(wrong) < MIN_CAMERAS:
         return solution, world, points
     reasons = {name: _explain_contradiction(solution.fits[name].support) for name in wrong}
     return _build_scene(recordings, offsets, solution.leave_out(reasons), options)

@@ -16,7 +16,7 @@ from quarc_ref.calibration.signals import WINDOW, Motion, find_step
 from quarc_ref.datasets.calibration import CalibratedCamera
 
 _ANGLES = 96
-_LEAST_SHARED = 8  # minimum number of angles that both cameras see
+_MIN_SHARED = 8  # minimum number of angles that both cameras see
 
 
 def align_by_epipolar_motion(
@@ -39,7 +39,7 @@ def align_by_epipolar_motion(
     def correlate(first: int, second: int) -> Numbers | None:
         angles = _measure_angles(centers[second] - centers[first], rays[first], rays[second])
         shared = np.isin(np.arange(_ANGLES), angles[0]) & np.isin(np.arange(_ANGLES), angles[1])
-        if shared.sum() < _LEAST_SHARED:
+        if shared.sum() < _MIN_SHARED:
             return None
         profiles = [
             flatten(_sum_by_angle(motions[camera], labels)[:, shared], WINDOW)

@@ -15,8 +15,8 @@ from quarc_ref.calibration.fusion import Indices, Keypoints
 from quarc_ref.datasets.capture import Image
 from quarc_ref.files import write_file
 
-_MOST_FEATURES = 4096  # maximum per picture
-_MOST_PIXELS = 1600  # pixels: larger pictures are downscaled to this size
+_MAX_FEATURES = 4096  # maximum per picture
+_MAX_PIXELS = 1600  # pixels: larger pictures are downscaled to this size
 _STEP = 64  # image pairs matched between two progress reports
 
 Mask = NDArray[np.bool_]
@@ -91,8 +91,8 @@ class Features:
             pycolmap.Bitmap.from_array(levels).write(masks / f"{name}.png")
             reader.mask_path = str(masks)
         options = pycolmap.FeatureExtractionOptions()
-        options.max_image_size = _MOST_PIXELS
-        options.sift.max_num_features = _MOST_FEATURES
+        options.max_image_size = _MAX_PIXELS
+        options.sift.max_num_features = _MAX_FEATURES
         pycolmap.extract_features(
             self._database,
             self.folder,

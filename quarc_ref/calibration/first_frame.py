@@ -12,7 +12,7 @@ from quarc_ref.datasets.triangulation import triangulate
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.encoder.checks.color_agreement import compare_colors
 
-_LEAST_CAMERAS = 3  # for points without the first one
+_MIN_CAMERAS = 3  # for points without the first one
 _NEAR = 1e-6  # any: nothing is drawn
 
 
@@ -30,7 +30,7 @@ class FirstFrame:
 
     def find_points(self) -> Points:
         """Return points of the scene, without the first camera, which encoding holds out."""
-        first = 1 if len(self.cameras) > _LEAST_CAMERAS else 0
+        first = 1 if len(self.cameras) > _MIN_CAMERAS else 0
         return triangulate(self.cameras[first:], list(self.pictures[first:]))
 
     def find_contradicted(self, points: Points) -> list[str]:

@@ -17,7 +17,7 @@ from quarc_ref.calibration.lenses import AUTO_MODEL, FIRST_MODEL, LensOptions
 from quarc_ref.datasets.colmap_cameras import build_camera
 from quarc_ref.datasets.pictures import Size
 
-LEAST_MATCHES = 15  # minimum number of verified matches between two cameras
+MIN_MATCHES = 15  # minimum number of verified matches between two cameras
 SEED = 0
 _FOCAL_GUESS = 1.2  # in units of the longer side of a picture, as in COLMAP
 
@@ -93,7 +93,7 @@ def _verify(database: Path) -> dict[tuple[int, int], int]:
     verifier = pycolmap.GeometricVerifierOptions()
     verifier.num_threads = 1  # otherwise random draws would depend on the scheduling of threads
     options = pycolmap.TwoViewGeometryOptions()
-    options.min_num_inliers = LEAST_MATCHES
+    options.min_num_inliers = MIN_MATCHES
     options.ransac.random_seed = SEED
     pycolmap.set_random_seed(SEED)
     pycolmap.geometric_verification(
@@ -104,7 +104,7 @@ def _verify(database: Path) -> dict[tuple[int, int], int]:
     counts = {}
     for pair_id, geometry in zip(pair_ids, geometries, strict=True):
         first, second = sorted(pycolmap.pair_id_to_image_pair(pair_id))
-        if len(geometry.inlier_matches) >= LEAST_MATCHES:
+        if len(geometry.inlier_matches) >= MIN_MATCHES:
             counts[first - 1, second - 1] = len(geometry.inlier_matches)
     return counts
 

@@ -18,13 +18,13 @@ from quarc_ref.datasets.calibration import CalibratedCamera
 from quarc_ref.datasets.sound import Sound, read_sound
 from quarc_ref.datasets.video import VideoReader
 
-LEAST_CLEARNESS = 2.0
-_LEAST_FRAMES = 24  # minimum number of frames for synchronization by motion
-_MOST_FRAMES = 300  # maximum number of frames compared by motion
+MIN_CLARITY = 2.0
+_MIN_FRAMES = 24  # minimum number of frames for synchronization by motion
+_MAX_FRAMES = 300  # maximum number of frames compared by motion
 _LONGEST_OFFSET = 0.4  # largest offset, relative to the shortest recording
-_MOST_OFFSET = 300  # frames
+_MAX_OFFSET = 300  # frames
 _SAME = 2  # frames: closer shifts count as the same shift
-_MOST_SECONDS = 60.0  # seconds of sound that are compared
+_MAX_SECONDS = 60.0  # seconds of sound that are compared
 _SAMPLES_PER_SECOND = 16000
 _LEVELS_PER_FRAME = 8  # of loudness
 
@@ -58,7 +58,7 @@ class Offsets:
     @property
     def unclear(self) -> list[str]:
         """Names of the cameras whose offsets are unreliable."""
-        return [name for name, found in self.confidence.items() if found < LEAST_CLEARNESS]
+        return [name for name, found in self.confidence.items() if found < MIN_CLARITY]
 
 
 def find_offsets(
@@ -91,7 +91,7 @@ def find_offsets(
                 "no sound"
             )
             raise CalibrationError(message)
-    if method is SyncMethod.NONE or min(recordings.pictures.lengths) < _LEAST_FRAMES:
+    if method is SyncMethod.NONE or min(recordings.pictures.lengths) < _MIN_FRAMES:
         return Offsets(SyncMethod.NONE, dict.fromkeys(recordings.names, 0.0), {}), {}
     motions = _watch_motions(recordings, report)
     most = _bound_offset(motions.values())
@@ -120,7 +120,7 @@ def _judge(names: Sequence[str], method: SyncMethod, shifts: Sequence[Shift]) ->
     return Offsets(
         method,
         {
-            name: shift.samples if shift.confidence >= LEAST_CLEARNESS else 0.0
+            name: shift.samples if shift.confidence >= MIN_CLARITY else 0.0
             for name, shift in named.items()
         },
         {name: shift.confidence for name, shift in named.items()},
@@ -132,7 +132,7 @@ def _read_sounds(recordings: Recordings, report: Report) -> list[Sound | None]:
     for path, *_ in recordings.pictures.paths:
         if not is_video(path):
             return [None] * len(recordings.names)
-        sounds.append(read_sound(path, _SAMPLES_PER_SECOND, _MOST_SECONDS))
+        sounds.append(read_sound(path, _SAMPLES_PER_SECOND, _MAX_SECONDS))
         report(len(sounds), len(recordings.names))
     return sounds
 
@@ -145,7 +145,7 @@ def _align_sounds(recordings: Recordings, sounds: Sequence[Sound | None]) -> lis
         if sound is not None
     ]
     shortest = min(map(len, signals)) / _LEVELS_PER_FRAME
-    most = int(min(_MOST_OFFSET, _LONGEST_OFFSET * shortest) * _LEVELS_PER_FRAME)
+    most = int(min(_MAX_OFFSET, _LONGEST_OFFSET * shortest) * _LEVELS_PER_FRAME)
     shifts = align(
         len(signals),
         lambda first, second: correlate_signals(signals[first], signals[second], max(1, most)),
@@ -159,11 +159,11 @@ def _watch_motions(recordings: Recordings, report: Report) -> dict[str, Motion]:
     for camera, (name, length) in enumerate(
         zip(recordings.names, recordings.pictures.lengths, strict=True)
     ):
-        motions[name] = measure_motion(recordings.pictures, camera, min(length, _MOST_FRAMES))
+        motions[name] = measure_motion(recordings.pictures, camera, min(length, _MAX_FRAMES))
         report(camera + 1, len(recordings.names))
     return motions
 
 
 def _bound_offset(motions: Iterable[Motion]) -> int:
     """Return the largest offset, in frames, that motion can detect."""
-    return max(1, min(_MOST_OFFSET, int(_LONGEST_OFFSET * min(map(len, motions)))))
+    return max(1, min(_MAX_OFFSET, int(_LONGEST_OFFSET * min(map(len, motions)))))

@@ -12,7 +12,7 @@ from quarc_ref.datasets.capture import Points
 
 _INK, _GRAY, _CAMERA = "#4a545e", "#9aa3ad", "#3b6ea8"
 _DOTS_PER_INCH = 110
-_MOST_POINTS = 4000
+_MAX_POINTS = 4000
 _LABEL_ROWS, _LABEL_HEIGHT = 3, 8  # points
 _SIGHT = 0.22  # length of a line of sight, relative to the width of the rig
 _MARGIN = 1.25  # radius within which points are shown, relative to the width of the rig
@@ -29,7 +29,7 @@ def plot_rig(cameras: Sequence[CalibratedCamera], points: Points, unit: str) -> 
     figure = Figure(figsize=(10, 5.2), layout="constrained")
     centers = np.array([-camera.pose.rotation.T @ camera.pose.translation for camera in cameras])
     sights = np.array([camera.pose.rotation[2] for camera in cameras])
-    step = -(-len(points.positions) // _MOST_POINTS)
+    step = -(-len(points.positions) // _MAX_POINTS)
     shown = points.positions[::step].astype(np.float64), points.colors[::step] / 255
     names = [camera.name for camera in cameras]
     views = (("from above", (0, 2), "depth"), ("from the front", (0, 1), "height"))

@@ -7,12 +7,12 @@ import pycolmap
 
 from quarc_ref.calibration.lenses import AUTO_MODEL, FIRST_MODEL, PLAIN_MODEL, LensOptions
 
-LEAST_POINTS = 15  # minimum number of points of a camera that two other cameras see
+MIN_POINTS = 15  # minimum number of points of a camera that two other cameras see
 _ROUNDS = 2
 _ITERATIONS = 40
 _LOSS_SCALE = 0.5  # pixels: scale of the Cauchy loss
-_MOST_ERROR = 2.0  # pixels: larger errors come from wrong matches or moving points
-_LEAST_ANGLE = 1.5  # degrees: minimum angle between the rays to a point
+_MAX_ERROR = 2.0  # pixels: larger errors come from wrong matches or moving points
+_MIN_ANGLE = 1.5  # degrees: minimum angle between the rays to a point
 _AS_GOOD = 1.02  # ratio of errors up to which the simpler lens is preferred
 
 
@@ -56,7 +56,7 @@ def remove_weak(model: pycolmap.Reconstruction) -> dict[int, int]:
     removed: dict[int, int] = {}
     while True:
         support = measure_support(model)
-        weak = [index for index, count in support.items() if count < LEAST_POINTS]
+        weak = [index for index, count in support.items() if count < MIN_POINTS]
         if not weak or len(support) <= 2:
             return removed
         weakest = min(weak, key=lambda index: (support[index], index))
@@ -98,7 +98,7 @@ def _adjust(model: pycolmap.Reconstruction, lenses: LensOptions) -> None:
     for _ in range(_ROUNDS):
         # `pycolmap.bundle_adjustment` does the same, but enables COLMAP's log.
         pycolmap.create_default_bundle_adjuster(options, config, model).solve()
-        pycolmap.ObservationManager(model).filter_all_points3D(_MOST_ERROR, _LEAST_ANGLE)
+        pycolmap.ObservationManager(model).filter_all_points3D(_MAX_ERROR, _MIN_ANGLE)
     model.update_point_3d_errors()
 
 

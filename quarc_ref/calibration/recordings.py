@@ -15,7 +15,7 @@ from quarc_ref.datasets.arrangements import (
 from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.pictures import Pictures
 
-LEAST_CAMERAS = 3
+MIN_CAMERAS = 3
 _PLAIN = re.compile(r"[^A-Za-z0-9_-]+")
 
 
@@ -67,11 +67,11 @@ def find_recordings(folder: Path) -> Recordings:
     found: Files = {}
     for lister in (*listers, list_single_pictures):
         found = max(found, lister(folder), key=len)
-        if len(found) >= LEAST_CAMERAS:
+        if len(found) >= MIN_CAMERAS:
             break
-    if len(found) < LEAST_CAMERAS:
+    if len(found) < MIN_CAMERAS:
         message = (
-            f"{folder} has recordings of {len(found)} cameras, but at least {LEAST_CAMERAS} "
+            f"{folder} has recordings of {len(found)} cameras, but at least {MIN_CAMERAS} "
             "are needed: put one video or one folder of pictures per camera into it"
         )
         raise CalibrationError(message)

@@ -14,7 +14,7 @@ _LOUDNESS_WINDOW = 0.3  # seconds
 _QUIET = 1e-3  # floor of the power, relative to its mean
 _ACROSS = 64  # maximum number of pixels of the pictures whose changes are measured
 _NOISE = 2.0  # levels of 255 below which a change is noise
-_MOST_CHANGE = 20.0  # levels of 255: larger changes are clipped to this
+_MAX_CHANGE = 20.0  # levels of 255: larger changes are clipped to this
 _STILL = 1e-3  # levels of 255: smaller changes are raised to this
 
 
@@ -58,7 +58,7 @@ def measure_motion(source: PictureSource, camera: int, frames: int) -> Motion:
     before = _shrink(source.read(camera, 0))
     for frame in range(1, frames):
         after = _shrink(source.read(camera, frame))
-        changes.append(np.clip(np.abs(after - before) - _NOISE, 0, _MOST_CHANGE))
+        changes.append(np.clip(np.abs(after - before) - _NOISE, 0, _MAX_CHANGE))
         before = after
     return np.stack(changes)
 

@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 
 from quarc_ref.calibration.errors import CalibrationError
 from quarc_ref.calibration.lenses import LensOptions
-from quarc_ref.calibration.match_graph import LEAST_MATCHES, SEED, MatchGraph
+from quarc_ref.calibration.match_graph import MIN_MATCHES, SEED, MatchGraph
 from quarc_ref.calibration.reconstruction import (
-    LEAST_POINTS,
+    MIN_POINTS,
     adjust,
     measure_errors,
     measure_support,
     remove_weak,
 )
-from quarc_ref.calibration.recordings import LEAST_CAMERAS
+from quarc_ref.calibration.recordings import MIN_CAMERAS
 from quarc_ref.datasets.calibration import CalibratedCamera, make_pose
 from quarc_ref.datasets.colmap_cameras import make_lens, quiet
 
@@ -109,7 +109,7 @@ def solve(graph: MatchGraph, lenses: LensOptions) -> Solution:
                 best = model, removed
             if best[0].num_reg_images() == len(graph.names):
                 break
-    if best is None or best[0].num_reg_images() < LEAST_CAMERAS:
+    if best is None or best[0].num_reg_images() < MIN_CAMERAS:
         reasons = [f"{name}: {_explain(graph, i, None)}" for i, name in enumerate(graph.names)]
         message = (
             "fewer than three cameras could be calibrated. Check that they show the same "
@@ -124,8 +124,8 @@ def _map(
 ) -> pycolmap.Reconstruction | None:
     """Return the largest reconstruction of the mapper, or None."""
     options = pycolmap.IncrementalPipelineOptions()
-    options.min_num_matches = LEAST_MATCHES
-    options.min_model_size = LEAST_CAMERAS
+    options.min_num_matches = MIN_MATCHES
+    options.min_model_size = MIN_CAMERAS
     options.extract_colors = False
     options.random_seed = SEED
     options.mapper.random_seed = SEED
@@ -180,7 +180,7 @@ def _explain(graph: MatchGraph, camera: int, support: int | None) -> str:
     if support is not None:
         return (
             f"only {support} of its points are also seen by two other cameras, and a reliable "
-            f"pose needs {LEAST_POINTS}"
+            f"pose needs {MIN_POINTS}"
         )
     if count < _FEW_FEATURES:
         return (
@@ -189,7 +189,7 @@ def _explain(graph: MatchGraph, camera: int, support: int | None) -> str:
         )
     if not neighbors:
         return (
-            f"it has fewer than {LEAST_MATCHES} matches with every other camera: it may show "
+            f"it has fewer than {MIN_MATCHES} matches with every other camera: it may show "
             "another scene, or be too far from the others"
         )
     return f"no pose fits its matches with {_list_neighbors(neighbors)}"

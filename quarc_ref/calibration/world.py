@@ -17,8 +17,8 @@ from quarc_ref.datasets.calibration import CalibratedCamera, Numbers, make_pose
 BY_LEVEL = "level"
 BY_PLANE = "plane"
 UP = (0.0, -1.0, 0.0)
-_LEAST_SPREAD = 0.02  # minimum mean squared sine: level cameras must look in different directions
-_LEAST_FOR_PLANE = 4
+_MIN_SPREAD = 0.02  # minimum mean squared sine: level cameras must look in different directions
+_MIN_FOR_PLANE = 4
 _FLAT = 0.3  # maximum ratio of thickness to width of a rig that lies in a plane
 _PARALLEL = 1e-3  # smallest eigenvalue per camera below which optical axes count as parallel
 
@@ -104,7 +104,7 @@ def _find_level(cameras: Sequence[CalibratedCamera], mean: Numbers) -> tuple[Num
     """Return the direction to which the horizontal axes of all pictures are perpendicular."""
     rights = np.array([camera.pose.rotation[0] for camera in cameras])
     values, vectors = np.linalg.eigh(rights.T @ rights / len(cameras))
-    if values[1] < _LEAST_SPREAD:  # all point in one direction: any roll is possible
+    if values[1] < _MIN_SPREAD:  # all point in one direction: any roll is possible
         return mean / np.linalg.norm(mean), "the mean of cameras that point in one direction"
     axis = vectors[:, 0]
     return np.asarray(axis if axis @ mean >= 0 else -axis), "cameras that are level"
@@ -113,7 +113,7 @@ def _find_level(cameras: Sequence[CalibratedCamera], mean: Numbers) -> tuple[Num
 def _find_plane(cameras: Sequence[CalibratedCamera], mean: Numbers) -> Numbers:
     places = np.array([_center(camera) for camera in cameras])
     _, spreads, axes = np.linalg.svd(places - places.mean(axis=0))
-    if len(cameras) < _LEAST_FOR_PLANE or spreads[2] > _FLAT * spreads[1]:
+    if len(cameras) < _MIN_FOR_PLANE or spreads[2] > _FLAT * spreads[1]:
         message = (
             "the cameras do not lie in one plane that could define the up axis: omit --up if "
             "the cameras are level, or give it the name of a level camera"

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from quarc_ref.format.cameras import Camera
     from quarc_ref.viewing.outline import Outline
 
-_MOST_OF_A_RATE = (1 << 31) - 1  # FFmpeg's rationals have 32-bit numerators and denominators
+_MAX_RATE_TERM = (1 << 31) - 1  # FFmpeg's rationals have 32-bit numerators and denominators
 # Nearly lossless, so that smaller files can be encoded from this one.
 _X264 = {"crf": "6", "preset": "medium"}
 # x264 looks ahead at dozens of pictures of ten bytes per pixel; fewer for large pictures.
@@ -77,7 +77,7 @@ def choose_form(
         )
         raise UsageError(message)
     pace = Fraction(outline.header.timescale, outline.header.frame_ticks)
-    if max(pace.as_integer_ratio()) > _MOST_OF_A_RATE:
+    if max(pace.as_integer_ratio()) > _MAX_RATE_TERM:
         message = f"a video cannot have {pace} frames per second: choose --to png"
         raise UsageError(message)
     is_large = camera.width * camera.height > _LARGE

@@ -14,7 +14,7 @@ from quarc_ref.datasets.video import VideoReader
 _RATE_TOLERANCE = 1e-3  # 29.97 and 30 differ by this much and count as equal
 # relative to a frame's duration; a missing frame causes an error of one half
 _TIME_TOLERANCE = 0.25
-_MOST_NAMED = 5
+_MAX_NAMED = 5
 
 
 def require_one_rate(videos: Sequence[VideoReader]) -> None:
@@ -98,8 +98,8 @@ def _require_constant_rate(video: VideoReader) -> None:
 
 
 def _shorten(parts: Sequence[str]) -> str:
-    named = ", ".join(parts[:_MOST_NAMED])
-    more = len(parts) - _MOST_NAMED
+    named = ", ".join(parts[:_MAX_NAMED])
+    more = len(parts) - _MAX_NAMED
     return f"{named} and {more} more differ" if more > 0 else named
 
 

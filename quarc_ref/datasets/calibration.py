@@ -20,27 +20,27 @@ Numbers = NDArray[np.float64]
 
 _ORTHONORMAL_TOLERANCE = 1e-3  # poses are often stored with four digits
 # The declared size of a picture determines allocations before the picture is read.
-_MOST_SIDE = (1 << 15) - 1  # limit of cv2.remap
-_MOST_VIDEO_SIDE = 1 << 14  # limit of x264
-MOST_PIXELS = 1 << 27
+_MAX_SIDE = (1 << 15) - 1  # limit of cv2.remap
+_MAX_VIDEO_SIDE = 1 << 14  # limit of x264
+MAX_PIXELS = 1 << 27
 _NEAR_QUANTILE = 0.01
 
 
 def require_picture_size(width: int, height: int) -> None:
     """Raise ValueError, which states the limits, if pictures are too large."""
-    _require_size(width, height, _MOST_SIDE, "too large")
+    _require_size(width, height, _MAX_SIDE, "too large")
 
 
 def require_video_size(width: int, height: int) -> None:
     """Raise ValueError, which states the limits, if pictures are too large for a video."""
-    _require_size(width, height, _MOST_VIDEO_SIDE, "too large for H.264")
+    _require_size(width, height, _MAX_VIDEO_SIDE, "too large for H.264")
 
 
 def _require_size(width: int, height: int, most_side: int, fault: str) -> None:
-    if max(width, height) > most_side or width * height > MOST_PIXELS:
+    if max(width, height) > most_side or width * height > MAX_PIXELS:
         message = (
             f"pictures of {width} x {height} are {fault}: at most {most_side:,} pixels a side, "
-            f"and {MOST_PIXELS:,} in all"
+            f"and {MAX_PIXELS:,} in all"
         )
         raise ValueError(message)
 

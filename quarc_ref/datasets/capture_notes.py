@@ -19,9 +19,9 @@ from quarc_ref.files import write_file
 
 NOTES_NAME = "quarc-capture.json"
 _KEYS = ("offsets", "up", "meters_per_unit")
-_MOST_BYTES = 1 << 20
-_MOST_FRAMES = 1e7  # largest offset: a day at 100 frames per second
-_MOST_METERS = 1e6  # largest `meters_per_unit`, as in the header of a stream (SPEC 5.3)
+_MAX_BYTES = 1 << 20
+_MAX_FRAMES = 1e7  # largest offset: a day at 100 frames per second
+_MAX_METERS = 1e6  # largest `meters_per_unit`, as in the header of a stream (SPEC 5.3)
 
 Direction = tuple[float, float, float]
 
@@ -47,12 +47,12 @@ class CaptureNotes:
 
     def __post_init__(self) -> None:
         for name, offset in self.offsets.items():
-            if not abs(offset) <= _MOST_FRAMES:
+            if not abs(offset) <= _MAX_FRAMES:
                 message = f"the offset of camera {name} is {offset}, not a number of frames"
                 raise ValueError(message)
         if self.up is not None:
             object.__setattr__(self, "up", _normalize(self.up))
-        if self.meters_per_unit is not None and not 0 < self.meters_per_unit <= _MOST_METERS:
+        if self.meters_per_unit is not None and not 0 < self.meters_per_unit <= _MAX_METERS:
             message = (
                 f"meters_per_unit is {self.meters_per_unit}; it must be above 0 and at most 1000000"
             )
@@ -97,7 +97,7 @@ def read_capture_notes(folder: Path) -> CaptureNotes:
         return CaptureNotes()
     try:
         with path.open("rb") as file:
-            data = file.read(_MOST_BYTES + 1)
+            data = file.read(_MAX_BYTES + 1)
         return _parse(data)
     except OSError as error:
         message = f"{path} cannot be read: {error}"
@@ -126,8 +126,8 @@ def write_capture_notes(path: Path, notes: CaptureNotes) -> None:
 
 
 def _parse(data: bytes) -> CaptureNotes:
-    if len(data) > _MOST_BYTES:
-        message = f"the file has more than {_MOST_BYTES:,} bytes"
+    if len(data) > _MAX_BYTES:
+        message = f"the file has more than {_MAX_BYTES:,} bytes"
         raise ValueError(message)
     document = json.loads(data)
     if not isinstance(document, dict):

@@ -17,8 +17,8 @@ from quarc_ref.datasets.plane_sweep import Depths, View, find_depths, find_neigh
 
 _AGREEMENT = 0.01  # tolerance relative to a depth
 _BEHIND = 0.05  # relative to a depth: a surface this much farther is behind the point
-_LEAST_AGREEING = 3  # cameras
-_MOST_POINTS = 40_000
+_MIN_AGREEING = 3  # cameras
+_MAX_POINTS = 40_000
 _SEED = 0
 
 
@@ -83,7 +83,7 @@ def _keep_agreeing(surface: _Surface, surfaces: Sequence[_Surface]) -> Points:
     rays = np.stack([columns, rows, np.ones_like(rows)], axis=1) @ np.linalg.inv(view.matrix).T
     rays *= depths[rows, columns, None]
     verdict = _judge(view.to_world(rays), surfaces)
-    kept = (verdict.agreeing >= _LEAST_AGREEING) & (verdict.behind < verdict.agreeing)
+    kept = (verdict.agreeing >= _MIN_AGREEING) & (verdict.behind < verdict.agreeing)
     positions = view.to_world(rays[kept] * verdict.ratios[kept, None])
     return Points(positions.astype(np.float32), view.picture[rows[kept], columns[kept]])
 
@@ -118,7 +118,7 @@ def _compare_depths(positions: NDArray[np.floating], surface: _Surface) -> Numbe
 def _thin(points: Points) -> Points:
     """Draw a random subset of the points that is small enough for training."""
     count = len(points.positions)
-    if count <= _MOST_POINTS:
+    if count <= _MAX_POINTS:
         return points
-    kept = np.sort(np.random.default_rng(_SEED).choice(count, _MOST_POINTS, replace=False))
+    kept = np.sort(np.random.default_rng(_SEED).choice(count, _MAX_POINTS, replace=False))
     return Points(points.positions[kept], points.colors[kept])

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 UNEVEN_LENGTHS = "uneven-lengths"
-_MOST_NAMED = 5
+_MAX_NAMED = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +31,6 @@ def ignore(finding: Finding) -> None:
 
 def list_names(names: Sequence[str]) -> str:
     """Format names for a sentence: the first five, and the number of further ones."""
-    named = ", ".join(names[:_MOST_NAMED])
-    more = len(names) - _MOST_NAMED
+    named = ", ".join(names[:_MAX_NAMED])
+    more = len(names) - _MAX_NAMED
     return f"{named} and {more} more" if more > 0 else named

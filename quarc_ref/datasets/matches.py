@@ -13,11 +13,11 @@ from quarc_ref.datasets.calibration import Numbers
 from quarc_ref.datasets.capture import Image
 from quarc_ref.datasets.colmap_cameras import quiet
 
-_MOST_FEATURES = 2000
+_MAX_FEATURES = 2000
 _NUMBERS = 128  # dimension of a descriptor
 _RATIO = 0.8  # ratio of Lowe's test
-_LEAST_MATCHES = 16
-_MOST_PIXELS_OFF = 1.5  # pixels: maximum distance of an inlier from its epipolar line
+_MIN_MATCHES = 16
+_MAX_PIXELS_OFF = 1.5  # pixels: maximum distance of an inlier from its epipolar line
 _LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)
 
 
@@ -42,7 +42,7 @@ def find_features(picture: Image) -> Features:
     """
     gray = np.ascontiguousarray(picture.astype(np.float32) @ _LUMA / 255, dtype=np.float32)
     options = pycolmap.FeatureExtractionOptions()
-    options.sift.max_num_features = _MOST_FEATURES
+    options.sift.max_num_features = _MAX_FEATURES
     with quiet():
         extractor = pycolmap.FeatureExtractor.create(options, pycolmap.Device.cpu)
         keypoints, coded = extractor.extract_from_float32_array(gray)
@@ -59,7 +59,7 @@ def match(first: Features, second: Features) -> tuple[Numbers, Numbers]:
     matrix. There are no matches if too few of them fit.
     """
     none = np.empty((0, 2))
-    if min(len(first.positions), len(second.positions)) < _LEAST_MATCHES:
+    if min(len(first.positions), len(second.positions)) < _MIN_MATCHES:
         return none, none
     likeness = first.descriptors @ second.descriptors.T
     best = likeness.argmax(axis=1)
@@ -67,12 +67,12 @@ def match(first: Features, second: Features) -> tuple[Numbers, Numbers]:
     mutual = likeness.argmax(axis=0)[best] == rows
     distances = np.sqrt(np.maximum(2 - 2 * np.sort(likeness, axis=1)[:, -2:], 0))
     kept = np.flatnonzero(mutual & (distances[:, 1] < _RATIO * distances[:, 0]))
-    if kept.size < _LEAST_MATCHES:
+    if kept.size < _MIN_MATCHES:
         return none, none
     ours, theirs = first.positions[kept], second.positions[best[kept]]
     options = pycolmap.RANSACOptions()
-    options.max_error, options.random_seed = _MOST_PIXELS_OFF, 0
+    options.max_error, options.random_seed = _MAX_PIXELS_OFF, 0
     found = pycolmap.estimate_fundamental_matrix(ours, theirs, options)
-    if found is None or found["num_inliers"] < _LEAST_MATCHES:
+    if found is None or found["num_inliers"] < _MIN_MATCHES:
         return none, none
     return ours[found["inlier_mask"]], theirs[found["inlier_mask"]]

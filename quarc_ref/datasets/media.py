@@ -13,15 +13,15 @@ import av
 from av.container import InputContainer
 from av.video.stream import VideoStream
 
-from quarc_ref.datasets.calibration import MOST_PIXELS, require_picture_size
+from quarc_ref.datasets.calibration import MAX_PIXELS, require_picture_size
 from quarc_ref.datasets.errors import MissingFileError, TruncatedVideoError, UnreadableVideoError
 from quarc_ref.datasets.still_header import UPRIGHT, StillHeader, read_still_header
 
 _DEMUXERS = "mov,matroska"  # mp4, mov, m4v; mkv, webm
 _THREADS = 4  # every camera has its own decoder, so a few threads each are enough
-_MOST_STILL_BYTES = 1 << 29
+_MAX_STILL_BYTES = 1 << 29
 # Decoders pad both sides before they check; the header gives the actual size.
-_DECODER_LIMITS = {"max_pixels": str(MOST_PIXELS * 9 // 8)}
+_DECODER_LIMITS = {"max_pixels": str(MAX_PIXELS * 9 // 8)}
 _STRICT = {"err_detect": "crccheck+explode"}
 
 
@@ -118,7 +118,7 @@ def _prepare_stream(container: InputContainer, path: Path) -> VideoStream:
         raise UnreadableVideoError(message)
     if not (stream.average_rate and stream.width and stream.height):
         message = (
-            f"{path} does not state its frame rate or size, or has more than {MOST_PIXELS:,} "
+            f"{path} does not state its frame rate or size, or has more than {MAX_PIXELS:,} "
             "pixels per frame: export it again as mp4"
         )
         raise UnreadableVideoError(message)
@@ -134,8 +134,8 @@ def _prepare_stream(container: InputContainer, path: Path) -> VideoStream:
 
 
 def _read_still(path: Path) -> bytes:
-    if _require_regular_file(path) > _MOST_STILL_BYTES:
-        message = f"{path} has more than {_MOST_STILL_BYTES:,} bytes: export it again"
+    if _require_regular_file(path) > _MAX_STILL_BYTES:
+        message = f"{path} has more than {_MAX_STILL_BYTES:,} bytes: export it again"
         raise UnreadableVideoError(message)
     try:
         return path.read_bytes()

@@ -7,9 +7,9 @@ from quarc_ref.datasets.calibration import Numbers
 
 Node = Numbers | float | str | list[str]
 
-_MOST_BYTES = 1 << 22
-_MOST_NUMBERS = 1 << 10  # maximum size of a matrix; those of a calibration have at most 16 numbers
-_MOST_NODES = 1 << 14
+_MAX_BYTES = 1 << 22
+_MAX_NUMBERS = 1 << 10  # maximum size of a matrix; those of a calibration have at most 16 numbers
+_MAX_NODES = 1 << 14
 _ALLOWED = cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY | cv2.FILE_STORAGE_FORMAT_YAML
 
 
@@ -22,8 +22,8 @@ def parse_yaml(data: bytes) -> dict[str, Node]:
     Raises:
         ValueError: The file is not of this format, or too large.
     """
-    if len(data) > _MOST_BYTES:
-        message = f"it has more than {_MOST_BYTES:,} bytes"
+    if len(data) > _MAX_BYTES:
+        message = f"it has more than {_MAX_BYTES:,} bytes"
         raise ValueError(message)
     text = data.decode("utf-8")  # a UnicodeDecodeError is a ValueError
     if "\0" in text or not text.startswith("%YAML"):
@@ -32,7 +32,7 @@ def parse_yaml(data: bytes) -> dict[str, Node]:
     try:
         storage = cv2.FileStorage(text, _ALLOWED)
         root = storage.root()
-        names = root.keys()[:_MOST_NODES] if root.isMap() else []
+        names = root.keys()[:_MAX_NODES] if root.isMap() else []
         return {name: _convert(root.getNode(name)) for name in names}
     except (cv2.error, SystemError, UnicodeDecodeError) as error:
         reason = str(error).strip().splitlines()[-1] if str(error).strip() else "malformed"
@@ -45,7 +45,7 @@ def _convert(node: cv2.FileNode) -> Node:
         # The matrix is read number by number, because rows and cols may be wrong.
         return _read_numbers(node.getNode("data"))
     if node.isSeq():
-        return [_read_name(node.at(index)) for index in range(min(node.size(), _MOST_NUMBERS))]
+        return [_read_name(node.at(index)) for index in range(min(node.size(), _MAX_NUMBERS))]
     return node.string() if node.isString() else float(node.real())
 
 
@@ -54,6 +54,6 @@ def _read_name(node: cv2.FileNode) -> str:
 
 
 def _read_numbers(node: cv2.FileNode) -> Numbers:
-    count = min(node.size(), _MOST_NUMBERS) if node.isSeq() else 0
+    count = min(node.size(), _MAX_NUMBERS) if node.isSeq() else 0
     items = [node.at(index) for index in range(count)]
     return np.array([item.real() if item.isInt() or item.isReal() else np.nan for item in items])

@@ -22,9 +22,9 @@ _PLANES = 96  # number of planes, at equal steps of inverse depth
 _WINDOW = 7  # pixels
 _NEIGHBORS = 4
 _FITTING = 2  # neighbors that must fit; others may be occluded
-_LEAST_ANGLE = 2.0  # degrees: range of angles between the lines of sight of neighbors
-_MOST_ANGLE = 60.0
-_LEAST_CORRELATION = 0.5
+_MIN_ANGLE = 2.0  # degrees: range of angles between the lines of sight of neighbors
+_MAX_ANGLE = 60.0
+_MIN_CORRELATION = 0.5
 _NOISE = 2e-6  # approximate variance of the rounding error of gray levels from 0 to 1
 _OUTSIDE = -10.0  # gray level outside the picture, so that no window across the border fits
 _RANGE_QUANTILES = (0.01, 0.99)
@@ -93,7 +93,7 @@ def find_neighbors(views: Sequence[View], middle: Numbers) -> list[list[int]]:
     for first, second in combinations(range(len(views)), 2):
         across = np.linalg.norm(np.cross(sights[first], sights[second]))
         angle = math.degrees(math.atan2(across, sights[first] @ sights[second]))
-        if _LEAST_ANGLE <= angle <= _MOST_ANGLE:
+        if _MIN_ANGLE <= angle <= _MAX_ANGLE:
             found[first].append((angle, second))
             found[second].append((angle, first))
     return [[index for _, index in sorted(each)[:_NEIGHBORS]] for each in found]
@@ -120,7 +120,7 @@ def find_depths(view: View, neighbors: Sequence[View]) -> Depths:
     before, at, after = (
         np.take_along_axis(scores, best[None] + step, axis=0)[0] for step in (-1, 0, 1)
     )
-    is_peak = (at >= before) & (at >= after) & (at > _LEAST_CORRELATION)
+    is_peak = (at >= before) & (at >= after) & (at > _MIN_CORRELATION)
     curvature = np.minimum(before - 2 * at + after, -1e-6)
     place = best + np.clip((before - after) / (2 * curvature), -0.5, 0.5)
     inverse = np.interp(place, np.arange(_PLANES), view.inverse_depths)

@@ -17,7 +17,7 @@ _BARE_MARKERS = {0x01, *range(0xD0, 0xDA)}  # markers without a length
 _FRAME_MARKERS = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
 _ORIENTATION_TAG, _SHORT = 0x0112, 3
 # maximum number of chunks or segments before the picture; real files have dozens
-_MOST_PARTS = 4096
+_MAX_PARTS = 4096
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,9 +55,9 @@ def read_still_header(data: bytes) -> StillHeader:
     """
     try:
         if data.startswith(_PNG):
-            return _read_png(list(islice(_split_png(data), _MOST_PARTS)))
+            return _read_png(list(islice(_split_png(data), _MAX_PARTS)))
         if data.startswith(_JPEG):
-            return _read_jpeg(list(islice(_split_jpeg(data), _MOST_PARTS)))
+            return _read_jpeg(list(islice(_split_jpeg(data), _MAX_PARTS)))
     except (IndexError, struct.error) as error:
         message = "its header is truncated"
         raise ValueError(message) from error

@@ -19,8 +19,8 @@ from quarc_ref.datasets.colmap_cameras import build_camera, quiet
 from quarc_ref.datasets.dense_points import densify
 from quarc_ref.datasets.errors import UnreadablePointsError
 
-_LEAST_POINTS = 100
-_LEAST_MATCHES = 10  # minimum number of matches between two cameras
+_MIN_POINTS = 100
+_MIN_MATCHES = 10  # minimum number of matches between two cameras
 _EPIPOLAR_LIMIT = 2.0  # pixels
 _MATCH_RATIO = 0.9
 _SEED = 0
@@ -46,7 +46,7 @@ def triangulate(cameras: Sequence[CalibratedCamera], pictures: Sequence[Image]) 
         except (RuntimeError, ValueError) as error:
             message = f"the initial points cannot be triangulated: {error}; {_REMEDY}"
             raise UnreadablePointsError(message) from error
-    if len(found) < _LEAST_POINTS:
+    if len(found) < _MIN_POINTS:
         message = (
             f"only {len(found)} initial points could be triangulated from frame 0: check that "
             f"poses and pictures match, or {_REMEDY}"
@@ -68,7 +68,7 @@ def _reconstruct(
     pycolmap.extract_features(database, folder, device=pycolmap.Device.cpu)
     _match(model, database)
     options = pycolmap.IncrementalPipelineOptions()
-    options.min_num_matches = _LEAST_MATCHES
+    options.min_num_matches = _MIN_MATCHES
     options.random_seed = _SEED
     options.mapper.random_seed = _SEED
     options.triangulation.random_seed = _SEED
@@ -84,7 +84,7 @@ def _match(model: pycolmap.Reconstruction, database: Path) -> None:
     # More lenient than usual: most wrong matches lie off their epipolar lines.
     matching.sift.max_ratio = _MATCH_RATIO
     verification = pycolmap.TwoViewGeometryOptions()
-    verification.min_num_inliers = _LEAST_MATCHES
+    verification.min_num_inliers = _MIN_MATCHES
     verification.ransac.max_error = _EPIPOLAR_LIMIT
     verification.ransac.random_seed = _SEED
     pycolmap.match_exhaustive(database, matching, device=pycolmap.Device.cpu)

@@ -13,7 +13,7 @@ import numpy as np
 from quarc_ref.format.arrays import Int32, Int64
 from quarc_ref.format.constants import LATTICE_OFFSET
 
-_LEAST_SHIFT = 4
+_MIN_SHIFT = 4
 _PAIRS_AT_ONCE = 1 << 20
 _UNBOUND = np.iinfo(np.int64).max
 
@@ -32,7 +32,7 @@ def bind(positions: Int32, anchors: Int32, shift: int) -> Int64:
     """
     first = _first_of_each_place(anchors)
     anchors = anchors[:, first]
-    search = _CellSearch(positions, anchors, max(shift, _LEAST_SHIFT))
+    search = _CellSearch(positions, anchors, max(shift, _MIN_SHIFT))
     for step in _NEIGHBORS:
         search.look_into(np.array(step, dtype=np.int64))
     reached = search.nearest_outside() <= search.distances

@@ -24,7 +24,7 @@ _HALF_RESOLUTION = 0.4  # relative to the time of a step
 _BYTES_OF_GAUSSIAN = 7.0
 _BYTES_OF_MOVED, _BYTES_OF_UNPRICED = 0.25, 1.0  # bytes per Gaussian and frame
 # relative to the number of initial Gaussians, without their rate-distortion weight
-_MOST_GROWTH = 10
+_MAX_GROWTH = 10
 _BYTES_PER_LAMBDA = -0.2  # exponent: half the weight gives 15 % more bytes
 
 
@@ -87,7 +87,7 @@ def _guess_gaussians(point_count: int, settings: CanonicalSettings) -> tuple[int
 
 
 def _most_grown(initial: int, settings: CanonicalSettings) -> int:
-    return min(settings.max_gaussians, initial * _MOST_GROWTH)
+    return min(settings.max_gaussians, initial * _MAX_GROWTH)
 
 
 def _guess_bytes(gaussians: float, plan: EncodePlan, config: EncoderConfig) -> float:

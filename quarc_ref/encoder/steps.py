@@ -21,9 +21,9 @@ from quarc_ref.format.constants import LATTICE_EXPONENT_LIMIT, POSITION_LIMIT
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 
-_LEAST_UNITS = 8
+_MIN_UNITS = 8
 _MARGIN = 4
-_MOST_PIXELS = 1.0
+_MAX_PIXELS = 1.0
 _WHITE = 255
 
 
@@ -56,7 +56,7 @@ def propose_steps(
     position = settings.position_pixels * pixel or position_step(stream)
     translation = translation_step(stream)
     if settings.translation_change:
-        sharpness = max(measure_sharpness(pictures), settings.translation_change / _MOST_PIXELS)
+        sharpness = max(measure_sharpness(pictures), settings.translation_change / _MAX_PIXELS)
         translation = settings.translation_change / sharpness * pixel
     exponent = _choose_exponent(min(position, translation), _measure_reach(cameras, points))
     return replace(
@@ -120,7 +120,7 @@ def _measure_reach(cameras: Sequence[Camera], points: Points) -> float:
 
 def _choose_exponent(step: float, reach: float) -> int:
     """Choose a lattice exponent that is fine enough for a step and covers a reach."""
-    fine = math.ceil(math.log2(_LEAST_UNITS / step))
+    fine = math.ceil(math.log2(_MIN_UNITS / step))
     wide = math.floor(math.log2(POSITION_LIMIT / (_MARGIN * reach)))
     return min(max(min(fine, wide), 0), LATTICE_EXPONENT_LIMIT)
 

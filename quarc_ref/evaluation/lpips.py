@@ -19,7 +19,7 @@ from quarc_ref.evaluation.metrics import Picture
 # Indices of the convolutions in VGG16's list of layers, by slice.
 _SLICES = ((0, 2), (5, 7), (10, 12, 14), (17, 19, 21), (24, 26, 28))
 _EPSILON = 1e-10
-_LEAST_SIZE = 16  # four downscalings by 2
+_MIN_SIZE = 16  # four downscalings by 2
 
 
 class WeightsError(ValueError):
@@ -62,8 +62,8 @@ class Lpips:
         Raises:
             ValueError: The pictures are too small for the network.
         """
-        if min(picture.shape[:2]) < _LEAST_SIZE:
-            message = f"LPIPS needs pictures of at least {_LEAST_SIZE} pixels"
+        if min(picture.shape[:2]) < _MIN_SIZE:
+            message = f"LPIPS needs pictures of at least {_MIN_SIZE} pixels"
             raise ValueError(message)
         stacked = torch.from_numpy(np.stack([picture, truth]).astype(np.float32)).movedim(3, 1)
         total = 0.0

@@ -15,7 +15,7 @@ from quarc_ref.rendering.pipeline import KERNEL_LOCK
 Picture = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
-MOST_DECIBELS = 100.0  # as in libvpx and libaom, because equal pictures would make means infinite
+MAX_DECIBELS = 100.0  # as in libvpx and libaom, because equal pictures would make means infinite
 PSNR_VARIANT = (
     "psnr: floats clamped to [0, 1], MSE over pixels and channels, at most 100 dB, mean of the "
     "frames' dB"
@@ -38,12 +38,12 @@ def measure_psnr(picture: Picture, truth: Picture, mask: Mask | None = None) -> 
         mask: `[H, W]` pixels to measure, at least one; None for all.
 
     Returns:
-        The PSNR, at most `MOST_DECIBELS`, which is the value for equal pictures.
+        The PSNR, at most `MAX_DECIBELS`, which is the value for equal pictures.
     """
     if mask is not None:
         picture, truth = picture[mask], truth[mask]
     error = float(np.square(picture.astype(np.float64) - truth).mean())
-    return min(-10 * math.log10(error), MOST_DECIBELS) if error else MOST_DECIBELS
+    return min(-10 * math.log10(error), MAX_DECIBELS) if error else MAX_DECIBELS
 
 
 def measure_ssim(picture: Picture, truth: Picture, mask: Mask | None = None) -> float:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from statistics import fmean
 
 from quarc_ref.evaluation.camera_meter import VARIANTS, Measures
-from quarc_ref.evaluation.metrics import MOST_DECIBELS
+from quarc_ref.evaluation.metrics import MAX_DECIBELS
 
 # Heading, name of the metric, format.
 COLUMNS = (
@@ -49,7 +49,7 @@ class Quality:
     def count_views(self) -> tuple[int, int]:
         """Return the number of views with the maximum PSNR, and the number of all views."""
         found = [view["psnr"] for views in self.per_camera.values() for view in views]
-        return found.count(MOST_DECIBELS), len(found)
+        return found.count(MAX_DECIBELS), len(found)
 
     def by_camera(self) -> dict[str, Measures]:
         """Return the means over the frames, by camera name."""

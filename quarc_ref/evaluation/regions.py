@@ -12,14 +12,14 @@ from scipy.ndimage import binary_dilation
 
 from quarc_ref.evaluation.metrics import Mask, Picture
 
-_LEAST_FRAMES = 3
-_MOST_FRAMES = 15
+_MIN_FRAMES = 3
+_MAX_FRAMES = 15
 _LEVELS = 15  # of 255: above the noise of cameras and codecs
 _MARGIN = 2  # pixels
 MOVING_VARIANT = (
     f"moving_*, static_*: a pixel is moving if it is within {_MARGIN} pixels of one that "
     f"differs from the background by more than {_LEVELS} of 255 levels in any color, else "
-    f"static; the background is the camera's median of at most {_MOST_FRAMES} frames, evenly "
+    f"static; the background is the camera's median of at most {_MAX_FRAMES} frames, evenly "
     "spread over the capture; corrections are fitted on the whole picture"
 )
 
@@ -30,7 +30,7 @@ def choose_frames(frame_count: int) -> list[int]:
     Args:
         frame_count: Number of frames of the capture.
     """
-    count = min(frame_count, _MOST_FRAMES)
+    count = min(frame_count, _MAX_FRAMES)
     frames: list[int] = np.linspace(0, frame_count - 1, count).round().astype(int).tolist()
     return frames
 
@@ -44,7 +44,7 @@ def find_background(pictures: Sequence[NDArray[np.uint8]]) -> Picture | None:
     Returns:
         The background; None for fewer than three pictures, which are not sufficient.
     """
-    if len(pictures) < _LEAST_FRAMES:
+    if len(pictures) < _MIN_FRAMES:
         return None
     median: Picture = np.median(np.stack(pictures), axis=0).astype(np.float32)
     return median

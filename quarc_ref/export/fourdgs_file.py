@@ -118,7 +118,7 @@ def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFra
         duration, pace, at = _open(data)
     pace = frames_per_second or pace
     count = round(duration * pace)
-    if not (0 < duration < np.inf and 0 < count <= _MOST_FRAMES):
+    if not (0 < duration < np.inf and 0 < count <= _MAX_FRAMES):
         message = f"{duration} seconds at {pace:.6g} frames per second are {count} frames"
         raise ValueError(message)
 
@@ -228,7 +228,7 @@ def _as_splats(
 
 
 _NUMBERS = ("positions", "rotations", "log_scales", "opacities", "sh")
-_MOST_FRAMES = 1 << 20
+_MAX_FRAMES = 1 << 20
 _USUAL_PACE = 30.0
 _NEARLY = 1e-4
 _TINY = 1e-12

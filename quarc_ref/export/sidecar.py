@@ -9,9 +9,9 @@ from quarc_ref.format.cameras import Camera
 
 NAME = "sequence.json"
 _SCHEMA = "quarc-ref/sequence/1"
-_MOST_CAMERAS = 1 << 12
-_MOST_BYTES = 1 << 24
-_MOST_PACE = 1e6
+_MAX_CAMERAS = 1 << 12
+_MAX_BYTES = 1 << 24
+_MAX_FRAME_RATE = 1e6
 
 
 def build_sidecar(clip: Clip, pattern: str, first_frame: int) -> bytes:
@@ -68,15 +68,15 @@ def parse_sidecar(data: bytes) -> Sidecar:
     Raises:
         ValueError: The file is malformed.
     """
-    if len(data) > _MOST_BYTES:
+    if len(data) > _MAX_BYTES:
         message = "it is too long"
         raise ValueError(message)
     try:
         content = json.loads(data)
         _require(content["schema"] == _SCHEMA, "schema")
-        _require(len(content["cameras"]) <= _MOST_CAMERAS, "cameras")
+        _require(len(content["cameras"]) <= _MAX_CAMERAS, "cameras")
         pace, metadata = float(content["frames_per_second"]), content["metadata"]
-        _require(0 < pace < _MOST_PACE, "frames_per_second")
+        _require(0 < pace < _MAX_FRAME_RATE, "frames_per_second")
         _require(all(isinstance(text, str) for text in metadata.values()), "metadata")
         return Sidecar(
             pace,

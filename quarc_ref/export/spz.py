@@ -22,10 +22,10 @@ _FARTHEST = 2048 - 2**-12
 _MAGIC = b"NGSP"
 _GZIP = b"\x1f\x8b"
 _HEADER_BYTES = 16
-_MOST_GAUSSIANS = 1 << 24
+_MAX_GAUSSIANS = 1 << 24
 # minimum bytes per Gaussian before compression: 9 for the position, 7 for the rest
-_LEAST_BYTES = 16
-_MOST_RATIO = 1032  # maximum ratio of deflate
+_MIN_BYTES = 16
+_MAX_RATIO = 1032  # maximum ratio of deflate
 
 
 def build(frame: Frame, clip: Clip) -> bytes:
@@ -84,6 +84,6 @@ def check_header(data: bytes) -> None:
         message = "it does not begin with the header of an SPZ file"
         raise ValueError(message)
     count = int.from_bytes(head[8:12], "little")
-    if not 0 < count <= min(_MOST_GAUSSIANS, len(data) * _MOST_RATIO // _LEAST_BYTES):
+    if not 0 < count <= min(_MAX_GAUSSIANS, len(data) * _MAX_RATIO // _MIN_BYTES):
         message = f"it is too short for the {count} Gaussians that its header states"
         raise ValueError(message)

@@ -118,7 +118,7 @@ CAMERA = Struct(
 CAMERAS = Struct("cameras" / PrefixedArray(Int16ul, CAMERA))
 COMPILED_CAMERAS = Struct("body" / CAMERAS, "end" / Tell).compile()  # up to 65535
 # size without the name
-LEAST_CAMERA_BYTES = 1 + sum(field.sizeof() for field in CAMERA.subcons[1:])
+MIN_CAMERA_BYTES = 1 + sum(field.sizeof() for field in CAMERA.subcons[1:])
 
 # SPEC 5.7
 ENTRY = Struct("key" / PascalString(Int8ul, "utf8"), "value" / PascalString(Int32ul, "utf8"))

@@ -30,8 +30,8 @@ from quarc_ref.format.layouts import (
     FRAME,
     FRAME_WITH_UPDATES,
     INDEX,
-    LEAST_CAMERA_BYTES,
     METADATA,
+    MIN_CAMERA_BYTES,
     SNAPSHOT,
     STORED_POINT,
     STREAM_HEADER,
@@ -146,9 +146,9 @@ def build_frame(chunk: FrameChunk) -> bytes:
 def parse_cameras(payload: bytes) -> tuple[Camera, ...]:
     """Parse `came` (SPEC 5.6)."""
     count, room = int.from_bytes(payload[:2], "little"), len(payload[2:])
-    if count * LEAST_CAMERA_BYTES > room:
+    if count * MIN_CAMERA_BYTES > room:
         message = (
-            f"{count} cameras of at least {LEAST_CAMERA_BYTES} bytes each do not fit into {room} "
+            f"{count} cameras of at least {MIN_CAMERA_BYTES} bytes each do not fit into {room} "
             "bytes"
         )
         raise FieldError(message)

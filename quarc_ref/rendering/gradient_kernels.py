@@ -12,8 +12,8 @@ import numpy as np
 from quarc_ref.rendering.binning_kernels import TILE
 from quarc_ref.rendering.compiled import fused, parallel_entrance, plain
 from quarc_ref.rendering.raster_kernels import (
-    ALPHA_MOST,
     CHECK_EVERY,
+    MAX_ALPHA,
     all_stopped,
     scattering_step,
     weigh,
@@ -77,7 +77,7 @@ def _add_slopes(rows, first, last, dx, dy, conic, opacity, color, lanes):
             row[TILE + x] = rest
             # The gradient of the exponent: alpha's is t value - rest / (1 - alpha).
             q = alpha * rest / (_1 - alpha) - w * value
-            q = q if counts & (alpha < ALPHA_MOST) else _0
+            q = q if counts & (alpha < MAX_ALPHA) else _0
             qe = q * e
             lanes[x] += q
             lanes[TILE + x] += qe

@@ -13,7 +13,7 @@ from quarc_ref.rendering.harmonics import fold_harmonics
 from quarc_ref.rendering.pipeline import project, sort_nearest
 from quarc_ref.rendering.pipeline_data import Float32, Projection, SplatRows
 
-OPACITY_MOST = 0.99
+MAX_OPACITY = 0.99
 SH_COEFFICIENTS = 4
 
 
@@ -73,7 +73,7 @@ def render_depth(splats: Splats, camera: Camera) -> tuple[Float32, Float32]:
 def _project(splats: Splats, camera: Camera) -> Projection:
     """Project the visible Gaussians to the picture plane of a camera, sorted by depth."""
     with np.errstate(over="ignore"):  # non-finite Gaussians are not rendered
-        opacities = np.minimum(1 / (1 + np.exp(-splats.opacities)), np.float32(OPACITY_MOST))
+        opacities = np.minimum(1 / (1 + np.exp(-splats.opacities)), np.float32(MAX_OPACITY))
         scales = np.exp(splats.log_scales)
     sh = splats.sh
     if sh.shape[1] > SH_COEFFICIENTS:

@@ -19,7 +19,7 @@ from quarc_ref.rendering.compiled import parallel_entrance, plain
 from quarc_ref.rendering.matrix_kernels import product, times, transposed_product, transposed_times
 
 LOW_PASS = np.float32(0.3)
-ALPHA_LEAST = np.float32(1 / 255)
+MIN_ALPHA = np.float32(1 / 255)
 MARGIN = np.float32(0.15)  # relative to the picture's size: 0.3 times half of it
 SH_C0 = np.float32(0.28209479177387814)
 SH_C1 = np.float32(0.4886025119029199)
@@ -44,14 +44,14 @@ def project_forward(
     for i in numba.prange(means.shape[0]):
         reaches[i] = _0
         x, y, z = _to_camera(camera, means, i)
-        if not (camera[18] < z < np.inf and opacities[i] > ALPHA_LEAST):
+        if not (camera[18] < z < np.inf and opacities[i] > MIN_ALPHA):
             continue
         turn = _rotation(quaternions, i)
         a, b, c = _covariance(camera, turn, scales, i, x, y, z)
         det = a * c - b * b
         if not _0 < det < np.inf:
             continue
-        reach = math.log(opacities[i] / ALPHA_LEAST)
+        reach = math.log(opacities[i] / MIN_ALPHA)
         u, v = camera[12] * x / z + camera[14], camera[13] * y / z + camera[15]
         if not _meets(u, math.sqrt(_2 * reach * a), camera[16]):
             continue

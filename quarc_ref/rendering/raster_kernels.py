@@ -13,16 +13,16 @@ import numpy as np
 from quarc_ref.rendering.binning_kernels import TILE
 from quarc_ref.rendering.compiled import fused, inlined, parallel_entrance, plain
 
-ALPHA_MOST = np.float32(0.99)
-ALPHA_LEAST = np.float32(1 / 255)
-TRANSMITTANCE_LEAST = np.float32(1e-4)
+MAX_ALPHA = np.float32(0.99)
+MIN_ALPHA = np.float32(1 / 255)
+MIN_TRANSMITTANCE = np.float32(1e-4)
 CHECK_EVERY = 16  # number of Gaussians of a list
 _0 = np.float32(0)
 _1 = np.float32(1)
 _HALF = np.float32(0.5)
 _GOLDEN = 0.618
 # exp(-s) = p(s / 8)^8 on [0, 5.7] with an error of 2e-6; above, alpha is below 1/255.
-_MOST = np.float32(5.7)
+_MAXIMUM = np.float32(5.7)
 _P5 = np.float32(-0.005805022083222866 / 8**5)
 _P4 = np.float32(0.03970295563340187 / 8**4)
 _P3 = np.float32(-0.16593335568904877 / 8**3)
@@ -46,11 +46,11 @@ def weigh(s, opacity, t):
 
     The t of an opaque pixel is kept but made negative.
     """
-    alpha = min(ALPHA_MOST, opacity * _falloff(s))
-    drawn = (alpha >= ALPHA_LEAST) & (s >= _0) & (s <= _MOST)
+    alpha = min(MAX_ALPHA, opacity * _falloff(s))
+    drawn = (alpha >= MIN_ALPHA) & (s >= _0) & (s <= _MAXIMUM)
     w = alpha * t
     after = t - w
-    counts = drawn & (after > TRANSMITTANCE_LEAST)
+    counts = drawn & (after > MIN_TRANSMITTANCE)
     held = -abs(t) if drawn else t
     return alpha, counts, w if counts else _0, after if counts else held
 

@@ -14,8 +14,8 @@ from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, JoinedBackdrop, 
 _TILE = 16
 _LOW_PASS = 0.3
 _MARGIN = 0.15
-_ALPHA_LEAST = 1 / 255
-_TRANSMITTANCE_LEAST = 1e-4
+_MIN_ALPHA = 1 / 255
+_MIN_TRANSMITTANCE = 1e-4
 _SH_C0 = 0.28209479177387814
 _SH_C1 = 0.4886025119029199
 
@@ -31,7 +31,7 @@ class TorchRasterizer:
         points = gaussians.means @ rotation.T + gaussians.means.new_tensor(camera.translation)
         with torch.no_grad():
             drawn = torch.isfinite(points).all(dim=1) & (points[:, 2] > NEAR_FRACTION * camera.near)
-            drawn &= gaussians.opacities > _ALPHA_LEAST
+            drawn &= gaussians.opacities > _MIN_ALPHA
         safe = torch.where(drawn[:, None], points, points.new_tensor([0.0, 0.0, 1.0]))
         means2d = _project_means(safe, camera)
         covariances = _project_covariances(gaussians, rotation, safe, camera)
@@ -116,7 +116,7 @@ def _composite(
 ) -> tuple[Tensor, Tensor]:
     means2d, covariances, opacities, _ = splats
     with torch.no_grad():
-        reach = 2 * torch.log(opacities.clamp(min=_ALPHA_LEAST) / _ALPHA_LEAST)
+        reach = 2 * torch.log(opacities.clamp(min=_MIN_ALPHA) / _MIN_ALPHA)
         extent = torch.sqrt(reach[:, None] * torch.diagonal(covariances, dim1=1, dim2=2))
         low, high = means2d - extent, means2d + extent
     strips = []
@@ -146,9 +146,9 @@ def _composite_tile(
     offsets = (pixels - means2d)[..., None]
     exponents = (offsets.mT @ torch.linalg.inv(covariances) @ offsets)[..., 0, 0] / 2
     alphas = (opacities * torch.exp(-exponents)).clamp(max=0.99)
-    alphas = torch.where((alphas >= _ALPHA_LEAST) & (exponents >= 0), alphas, 0)
+    alphas = torch.where((alphas >= _MIN_ALPHA) & (exponents >= 0), alphas, 0)
     after = torch.cumprod(1 - alphas, dim=1)
-    alphas = torch.where(after > _TRANSMITTANCE_LEAST, alphas, 0)
+    alphas = torch.where(after > _MIN_TRANSMITTANCE, alphas, 0)
     ones = alphas.new_ones(alphas.shape[0], 1)
     before = torch.cumprod(torch.cat([ones, 1 - alphas], dim=1), dim=1)
     weights = alphas * before[:, :-1]

@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from quarc_ref.format.cameras import Camera
-from quarc_ref.rendering.pictures import OPACITY_MOST
+from quarc_ref.rendering.pictures import MAX_OPACITY
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,7 +125,7 @@ class JoinedBackdrop:
 
 def activate_opacities(logits: Tensor) -> Tensor:
     """Convert logits to opacities of at most 0.99."""
-    return torch.sigmoid(logits).clamp(max=OPACITY_MOST)
+    return torch.sigmoid(logits).clamp(max=MAX_OPACITY)
 
 
 def to_ndc(gradient: Tensor, camera: Camera) -> Tensor:

@@ -17,7 +17,7 @@ from quarc_ref.streams.timed_connection import (
 
 _REDIRECTS = (301, 302, 303, 307, 308)
 _SCHEMES = ("http", "https")
-_MOST_REDIRECTS = 5
+_MAX_REDIRECTS = 5
 
 
 class RedirectError(Exception):
@@ -61,8 +61,8 @@ class HttpClient:
             if target in asked:
                 message = f"redirects in a loop, back to {target}"
                 raise RedirectError(message)
-            if len(asked) > _MOST_REDIRECTS:
-                message = f"redirects more than {_MOST_REDIRECTS} times"
+            if len(asked) > _MAX_REDIRECTS:
+                message = f"redirects more than {_MAX_REDIRECTS} times"
                 raise RedirectError(message)
             asked.append(target)
 

@@ -19,7 +19,7 @@ from quarc_ref.streams.source import Source
 WINDOW_BYTES = 1 << 20
 _FIRST_WINDOW_BYTES = 1 << 12  # the chunk is often near
 _EFFORT = 16
-_MOST_PAYLOAD_BYTES = LEVELS[30].chunk_bytes
+_MAX_PAYLOAD_BYTES = LEVELS[30].chunk_bytes
 _FRAME_BYTES = 4
 
 
@@ -31,7 +31,7 @@ class SearchBudget:
     """
 
     def __init__(self, limit: int) -> None:
-        self._besides = _EFFORT * min(limit, _MOST_PAYLOAD_BYTES)
+        self._besides = _EFFORT * min(limit, _MAX_PAYLOAD_BYTES)
         self._spent = 0
 
     def spend(self, byte_count: int) -> None:

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from quarc_ref.synth.variants import VARIANTS, Variant
 
-_LEAST_SIDE = 16
-_MOST_CAMERAS = 99
+_MIN_SIDE = 16
+_MAX_CAMERAS = 99
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,15 +37,15 @@ class SynthOptions:
     def __post_init__(self) -> None:
         for name in ("width", "height"):
             side = getattr(self, name)
-            if side < _LEAST_SIDE or side % 2:
-                message = f"{name} is {side}; it must be even and at least {_LEAST_SIDE}"
+            if side < _MIN_SIDE or side % 2:
+                message = f"{name} is {side}; it must be even and at least {_MIN_SIDE}"
                 raise ValueError(message)
         for name, least in (("frames", 1), ("frames_per_second", 1), ("seed", 0), ("cameras", 2)):
             if getattr(self, name) < least:
                 message = f"{name} is {getattr(self, name)}, below {least}"
                 raise ValueError(message)
-        if self.cameras > _MOST_CAMERAS:
-            message = f"cameras is {self.cameras}; it must be at most {_MOST_CAMERAS}"
+        if self.cameras > _MAX_CAMERAS:
+            message = f"cameras is {self.cameras}; it must be at most {_MAX_CAMERAS}"
             raise ValueError(message)
         if self.variant not in VARIANTS:
             message = f"variant is {self.variant!r}, not one of {', '.join(VARIANTS)}"

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-_MOST = (1 << 16) - 1
+_MAXIMUM = (1 << 16) - 1
 _OPAQUE = 0.5  # minimum opacity of a pixel with a meaningful depth
 
 
@@ -22,7 +22,7 @@ def quantize_depth(
     """
     shown = np.where((opacity >= _OPAQUE) & np.isfinite(depth), depth.astype(np.float64), 0)
     deepest = float(shown.max())
-    scale = float(2.0 ** np.ceil(np.log2(deepest / _MOST))) if deepest > 0 else 1.0
-    levels = np.clip(np.round(shown / scale), 0, _MOST).astype(np.uint16)
+    scale = float(2.0 ** np.ceil(np.log2(deepest / _MAXIMUM))) if deepest > 0 else 1.0
+    levels = np.clip(np.round(shown / scale), 0, _MAXIMUM).astype(np.uint16)
     levels[(shown > 0) & (levels == 0)] = 1
     return levels, scale

@@ -96,7 +96,7 @@ def test_a_step_that_fails_says_why(tmp_path):
 def test_a_step_that_reaches_its_time_limit_is_stopped_and_its_results_are_kept(
     tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(run_steps, "_LEAST_SECONDS", 0)
+    monkeypatch.setattr(run_steps, "_MIN_SECONDS", 0)
     found = Row("frame 0", "something", "1")
     notebook = Notebook(tmp_path / "frame_0.jsonl")
     notebook.add(found)

@@ -18,7 +18,7 @@ from tests.small_streams import make_stream
 
 _DATA, _ = make_stream(gaussian_count=12, frame_count=4, canonical_every=2)
 _CHUNKS = list(split_chunks(_DATA))
-_MOST_KIBIBYTES = 4 << 20
+_MAX_KIBIBYTES = 4 << 20
 _LONG = LEVELS[10].chunk_bytes
 
 
@@ -95,7 +95,7 @@ def test_a_full_disk_is_named(monkeypatch):
 @pytest.mark.parametrize("verb", ["verify --deep", "render -o {out}", "view --no-open", "info"])
 def test_endless_standard_input_that_is_not_a_stream_is_rejected_at_once(verb, tmp_path):
     words = verb.format(out=tmp_path / "out").split()
-    limited = ["sh", "-c", f'ulimit -v {_MOST_KIBIBYTES}; exec "$@" </dev/zero', "sh", *COMMAND]
+    limited = ["sh", "-c", f'ulimit -v {_MAX_KIBIBYTES}; exec "$@" </dev/zero', "sh", *COMMAND]
     done = subprocess.run(
         [*limited, words[0], "-", *words[1:]], capture_output=True, timeout=60, check=False
     )

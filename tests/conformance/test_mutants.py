@@ -9,7 +9,7 @@ from mutants import MUTANTS
 from run_mutants import CATEGORIES, Outcome, break_package, conclude, describe
 
 ROOT = Path(__file__).resolve().parents[2]
-LEAST = 20
+MINIMUM = 20
 
 
 @pytest.mark.parametrize("mutant", MUTANTS, ids=lambda mutant: mutant.name)
@@ -22,7 +22,7 @@ def test_every_text_to_replace_occurs_exactly_once(mutant):
 
 
 def test_there_are_many_mutants_and_one_specific_to_each_category():
-    assert len(MUTANTS) >= LEAST
+    assert len(MUTANTS) >= MINIMUM
     assert {mutant.alone for mutant in MUTANTS} - {""} == set(CATEGORIES)
 
 

@@ -13,8 +13,8 @@ from plain import spec_text
 SUITE = Path(__file__).resolve().parents[2] / "conformance"
 MANIFEST = json.loads((SUITE / "manifest.json").read_text("utf-8"))
 VECTORS = MANIFEST["vectors"]
-MOST_BYTES = 3 << 20
-LEAST_BROKEN = 120
+MAX_BYTES = 3 << 20
+MIN_BROKEN = 120
 
 
 def test_regenerated_files_equal_the_committed_ones():
@@ -28,13 +28,13 @@ def test_regenerated_files_equal_the_committed_ones():
 def test_the_suite_is_small():
     files = (p for p in SUITE.rglob("*") if p.is_file() and p.suffix != ".pyc")
 
-    assert sum(path.stat().st_size for path in files) <= MOST_BYTES
+    assert sum(path.stat().st_size for path in files) <= MAX_BYTES
 
 
 def test_many_streams_are_invalid_or_damaged():
     broken = [v for v in VECTORS if v["name"].startswith(("invalid/", "damaged/")) and "file" in v]
 
-    assert len(broken) >= LEAST_BROKEN
+    assert len(broken) >= MIN_BROKEN
     assert all("parent" in vector and vector["patch"] for vector in broken)
 
 

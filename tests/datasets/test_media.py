@@ -248,7 +248,7 @@ def test_a_video_without_an_available_decoder_is_rejected_by_name(folder):
 
 
 def test_a_picture_file_without_end_is_not_read_completely(tmp_path, monkeypatch):
-    monkeypatch.setattr("quarc_ref.datasets.media._MOST_STILL_BYTES", 1 << 10)
+    monkeypatch.setattr("quarc_ref.datasets.media._MAX_STILL_BYTES", 1 << 10)
     path = tmp_path / "a.png"
     with path.open("wb") as file:
         file.write(forgeries.forge_png(48, 32))

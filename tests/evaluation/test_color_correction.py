@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from quarc_ref.evaluation.color_correction import COLOR, GAIN, correct_color, correct_gain
-from quarc_ref.evaluation.metrics import MOST_DECIBELS, measure_psnr
+from quarc_ref.evaluation.metrics import MAX_DECIBELS, measure_psnr
 
 PICTURES = arrays(np.float32, (4, 5, 3), elements=st.floats(0, 1, width=32))
 CORRECTIONS = pytest.mark.parametrize("correct", [correct_color, correct_gain])
@@ -26,7 +26,7 @@ def test_a_truth_with_other_exposure_and_colors_is_corrected_perfectly(seed, gai
     film = np.diag(gains) + mix * (1 - np.eye(3))
     picture = np.clip(truth @ film + offset, 0, 1).astype(np.float32)
 
-    assert measure_psnr(correct_color(picture, truth), truth) == MOST_DECIBELS
+    assert measure_psnr(correct_color(picture, truth), truth) == MAX_DECIBELS
 
 
 @given(gains=st.lists(st.floats(0.5, 1.2), min_size=3, max_size=3))
@@ -34,7 +34,7 @@ def test_a_truth_with_other_exposure_is_corrected_perfectly_by_gains(gains):
     truth = _truth()
     picture = (truth * gains).astype(np.float32)
 
-    assert measure_psnr(correct_gain(picture, truth), truth) == MOST_DECIBELS
+    assert measure_psnr(correct_gain(picture, truth), truth) == MAX_DECIBELS
 
 
 @CORRECTIONS

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from skimage.metrics import peak_signal_noise_ratio, structural_similarity
 
 from quarc_ref.evaluation.metrics import (
-    MOST_DECIBELS,
+    MAX_DECIBELS,
     PSNR_VARIANT,
     SSIM_VARIANT,
     measure_psnr,
@@ -64,8 +64,8 @@ def test_ssim_equals_that_of_scikit_image_with_zero_padding(size, noise):
 def test_equal_pictures_have_the_maximum_psnr():
     picture, _ = _pictures((24, 24))
 
-    assert measure_psnr(picture, picture) == MOST_DECIBELS
-    assert measure_psnr(picture, picture + np.float32(1e-6)) == MOST_DECIBELS
+    assert measure_psnr(picture, picture) == MAX_DECIBELS
+    assert measure_psnr(picture, picture + np.float32(1e-6)) == MAX_DECIBELS
     assert measure_ssim(picture, picture) == pytest.approx(1, abs=1e-5)
 
 

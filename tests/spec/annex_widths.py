@@ -13,17 +13,17 @@ EXPECTED = MOTION + DONE
 BIASED = 2 * c.POSITION_LIMIT
 SIGNED_LIMIT = (1 << ((1 << c.CLASS_BITS) - 1)) - 1
 KEY_LIMIT = (1 << ((1 << c.KEY_CLASS_BITS) - 1)) - 1
-SUM_LEAST = c.LEVEL_COUNT_LIMIT - MOTION
-SUM_GREATEST = c.LEVEL_COUNT_LIMIT * c.ROTATION_UNITY_LIMIT + MOTION
-SUM_SQUARE = SUM_GREATEST**2 + 3 * MOTION**2
+MIN_SUM = c.LEVEL_COUNT_LIMIT - MOTION
+MAX_SUM = c.LEVEL_COUNT_LIMIT * c.ROTATION_UNITY_LIMIT + MOTION
+SUM_SQUARE = MAX_SUM**2 + 3 * MOTION**2
 # A unit quaternion rounded to Q22: its norm exceeds 2^22 by less than 2 with 8 guard bits, and by
 # less than 6 with 20 guard bits and a short vector; a rounded product of both by 10.
 PRODUCT = c.ROTATION_ONE + 10
 PRODUCT_SUM = (c.ROTATION_ONE + 2) * (c.ROTATION_ONE + 6)
 # The largest planes have a bit for each row of SH rest of every newborn.
-MOST_COUNTED = c.COUNT_LIMIT + U32 * c.SH_REST_PLANES
+MAX_COUNTED = c.COUNT_LIMIT + U32 * c.SH_REST_PLANES
 LARGEST_NUMERATOR = (2 * c.COUNT_LIMIT + 1) * c.WEIGHT_TOTAL
-LEAST_BY_COUNTS = c.WEIGHT_TOTAL // (2 * c.COUNT_LIMIT + 2)
+MIN_BY_COUNTS = c.WEIGHT_TOTAL // (2 * c.COUNT_LIMIT + 2)
 GREATEST_BY_COUNTS = LARGEST_NUMERATOR // (2 * c.COUNT_LIMIT + 2)
 
 Bound = tuple[str, int, int, str]
@@ -97,16 +97,16 @@ def _of_frames() -> Iterator[Bound]:
 
 def _of_rotations() -> Iterator[Bound]:
     one, numerator = c.ROTATION_ONE, c.ROTATION_FRACTION_BITS + c.SUM_GUARD_BITS
-    doubled = 2 * (SUM_GREATEST << numerator) + isqrt(SUM_SQUARE << (2 * c.SUM_GUARD_BITS))
+    doubled = 2 * (MAX_SUM << numerator) + isqrt(SUM_SQUARE << (2 * c.SUM_GUARD_BITS))
     squared = PRODUCT**2 << (2 * c.PRODUCT_GUARD_BITS)
     scaled = PRODUCT << (c.ROTATION_FRACTION_BITS + c.PRODUCT_GUARD_BITS)
     yield "a u, b u, c u", -one, one, "7.2"
     yield "v, of an expanded rotation", -2 * one**2, one**2, "7.2"
     yield "component of a rotation of the state", -one, one, "7.1"
-    yield "L x `rotation_unity` + W'", SUM_LEAST, SUM_GREATEST, "7.5"
+    yield "L x `rotation_unity` + W'", MIN_SUM, MAX_SUM, "7.5"
     yield "sum of squares of (L x `rotation_unity` + W', X, Y, Z)", 0, SUM_SQUARE, "7.3"
     yield "the same x 2^40", 0, SUM_SQUARE << (2 * c.SUM_GUARD_BITS), "7.3"
-    yield "v_i x 2^42", -(MOTION << numerator), SUM_GREATEST << numerator, "7.3"
+    yield "v_i x 2^42", -(MOTION << numerator), MAX_SUM << numerator, "7.3"
     yield "2 abs(v_i x 2^42) + n", 0, doubled, "4.2"
     yield "partial sums of a component of q x d", -4 * one**2, 4 * one**2, "7.5"
     yield "component of q x d before division", -PRODUCT_SUM, PRODUCT_SUM, "7.5"
@@ -120,10 +120,10 @@ def _of_rotations() -> Iterator[Bound]:
 def _of_planes() -> Iterator[Bound]:
     yield "bits of a plane", 0, U32 * c.SH_REST_PLANES, "8.1"
     yield "zeros, ones, zeros + ones, between planes", 0, c.COUNT_LIMIT, "8.2"
-    yield "the same, before they are halved", 0, MOST_COUNTED, "8.2"
+    yield "the same, before they are halved", 0, MAX_COUNTED, "8.2"
     yield "2 (zeros + ones) + 2", 2, 2 * c.COUNT_LIMIT + 2, "8.2"
     yield "(2 ones + 1) x 2^24", c.WEIGHT_TOTAL, LARGEST_NUMERATOR, "8.2"
-    yield "weight of a 1, by counts", LEAST_BY_COUNTS, GREATEST_BY_COUNTS, "8.2"
+    yield "weight of a 1, by counts", MIN_BY_COUNTS, GREATEST_BY_COUNTS, "8.2"
     yield "weight of a 1, by a code", 256, c.WEIGHT_TOTAL - 256, "8.2"
     yield "state of the coder", 0, U64, "8.3"
     yield "class by Unsigned(KEY_CLASS_BITS)", 0, (1 << c.KEY_CLASS_BITS) - 1, "8.4"

@@ -22,7 +22,7 @@ from tests.streams.hostile_servers import DATA, HOSTILE, STATES, redirect, serve
 _SOON = 0.5
 _LATE = f"takes more than {_SOON} seconds to answer"
 _GRACE = 2.0
-_MOST_MEMORY = 64 << 20
+_MAX_MEMORY = 64 << 20
 _DIGESTS = [compute_digest(state.scene) for state in STATES]
 
 
@@ -34,7 +34,7 @@ def _reject(url, timeout=20.0):
         with pytest.raises(SourceError) as caught:
             list(decode(HttpSource(url, timeout)))
         assert time.monotonic() - begun < timeout + _GRACE
-        assert tracemalloc.get_traced_memory()[1] < _MOST_MEMORY
+        assert tracemalloc.get_traced_memory()[1] < _MAX_MEMORY
     finally:
         tracemalloc.stop()
     return str(caught.value)

@@ -15,7 +15,7 @@ from quarc_ref.format.constants import POSITION_LIMIT
 from quarc_ref.format.records import CanonicalChunk, FrameChunk, Section, SnapshotChunk
 
 Record = CanonicalChunk | SnapshotChunk | FrameChunk
-_MOST = (1 << 32) - 1
+_MAXIMUM = (1 << 32) - 1
 _ORIGINS = (0, POSITION_LIMIT, -POSITION_LIMIT - 1, 1 << 30, (1 << 31) - 1, -(1 << 31))
 
 
@@ -25,7 +25,7 @@ def _lie(name: str, *values: int) -> Callable[[Draws, Record], Record]:
     def change(draws: Draws, record: Record) -> Record:
         now = getattr(record, name)
         near = (max(0, now - 1), now + 1, 2 * now)
-        return replace(record, **{name: draws.rng.choice((*values, *near)) & _MOST})
+        return replace(record, **{name: draws.rng.choice((*values, *near)) & _MAXIMUM})
 
     return change
 
@@ -68,7 +68,7 @@ def _spoil(rng: random.Random, words: UInt32) -> UInt32:
 
 def _draw_words(rng: random.Random, _words: UInt32) -> UInt32:
     count = rng.choice((0, 1, 2, 8, 60))
-    fill = rng.choice((None, None, _MOST))
+    fill = rng.choice((None, None, _MAXIMUM))
     drawn = [rng.getrandbits(32) if fill is None else fill for _ in range(count)]
     return np.array(drawn, dtype=np.uint32)
 
@@ -132,7 +132,7 @@ def _lie_of_words(draws: Draws, payload: bytes) -> bytes:
     """State more words in the first section than it has, or other flags."""
     rng = draws.rng
     at, size = rng.choice(((21, 4), (13, 4), (20, 1), (4, 1)))
-    number = rng.choice((2, 21, 255, 1 << 20, 1 << 30, _MOST)) % (1 << 8 * size)
+    number = rng.choice((2, 21, 255, 1 << 20, 1 << 30, _MAXIMUM)) % (1 << 8 * size)
     return payload[:at] + number.to_bytes(size, "little") + payload[at + size :]
 
 
@@ -157,21 +157,21 @@ def list_hostile_records(donors: Sequence[Record]) -> list[Hostility]:
         "a frame of another stream": _replace(donors),
     }
     canonical: dict[str, Callable[[Draws, Any], Any]] = {
-        "gaussian_count": _lie("gaussian_count", 0, 65537, _MOST),
-        "ordinal": _lie("frame", 0, _MOST),
+        "gaussian_count": _lie("gaussian_count", 0, 65537, _MAXIMUM),
+        "ordinal": _lie("frame", 0, _MAXIMUM),
         "origin": _move_origin,
         "axis_bits": _narrow_box,
     }
     moved: dict[str, Callable[[Draws, Any], Any]] = {
-        "phase": _lie("phase", 0, _MOST),
+        "phase": _lie("phase", 0, _MAXIMUM),
         "previous_contexts": _toggle_contexts,
-        "death_count": _lie("death_count", 1, 1 << 16, _MOST),
-        "birth_count": _lie("birth_count", 1, 4097, 1 << 17, _MOST),
+        "death_count": _lie("death_count", 1, 1 << 16, _MAXIMUM),
+        "birth_count": _lie("birth_count", 1, 4097, 1 << 17, _MAXIMUM),
     }
     snapshot: dict[str, Callable[[Draws, Any], Any]] = {
-        "newborn_count": _lie("newborn_count", 0, 65537, _MOST),
-        "ordinal": _lie("frame", 0, _MOST),
-        "the ordinal of its CANO": _lie("canonical", 0, _MOST),
+        "newborn_count": _lie("newborn_count", 0, 65537, _MAXIMUM),
+        "ordinal": _lie("frame", 0, _MAXIMUM),
+        "the ordinal of its CANO": _lie("canonical", 0, _MAXIMUM),
         "origin": _move_origin,
         "axis_bits": _narrow_box,
     }

@@ -15,8 +15,8 @@ from quarc_ref.format.cameras import Camera
 from quarc_ref.format.constants import CHUNK_HEADER_BYTES, MAGIC
 from quarc_ref.format.records import SeekPoint, Tail
 
-_MOST = (1 << 32) - 1
-_INTEGERS = (0, 1, 2, 7, 15, 25, 31, 32, 255, 257, (1 << 16) - 1, _MOST)
+_MAXIMUM = (1 << 32) - 1
+_INTEGERS = (0, 1, 2, 7, 15, 25, 31, 32, 255, 257, (1 << 16) - 1, _MAXIMUM)
 _FLOATS = (0.0, -1.0, 1e-45, 1024.5, 3e38, math.inf, math.nan)
 _HEAD_FIELDS = "BBIIBIIBHHHBBffffBBHHHHQBBfB"
 _CRITICAL = (b"SNAP", b"SnAP")
@@ -121,7 +121,7 @@ def _damage_ancillary(draws: Draws, pieces: Pieces) -> Pieces:
 
 def _lie_in_index(draws: Draws, pieces: Pieces) -> Pieces:
     """Write wrong seek points into INDX."""
-    points = [SeekPoint(*draws.rng.choices((0, 1, 8, _MOST), k=3)) for _ in range(3)]
+    points = [SeekPoint(*draws.rng.choices((0, 1, 8, _MAXIMUM), k=3)) for _ in range(3)]
     index = wire.build_index(points[: draws.rng.randrange(4)])
     lie = Piece(container.INDX, draws.rng.choice((index, index, index, b"\xff" * 4)))
     *before, tail = (piece for piece in pieces if piece.kind != container.INDX)
@@ -130,7 +130,7 @@ def _lie_in_index(draws: Draws, pieces: Pieces) -> Pieces:
 
 def _lie_in_tail(draws: Draws, pieces: Pieces) -> Pieces:
     """Write wrong totals into TAIL."""
-    tail = wire.build_tail(Tail(*draws.rng.choices((0, 1, 2, 8, _MOST), k=3)))
+    tail = wire.build_tail(Tail(*draws.rng.choices((0, 1, 2, 8, _MAXIMUM), k=3)))
     lie = draws.rng.choice((tail, tail, tail, tail[:-1], tail + b"\0"))
     return [*pieces[:-1], replace(pieces[-1], payload=lie)]
 
@@ -152,7 +152,7 @@ def _damage(draws: Draws, data: bytes) -> bytes:
     return damage_bytes(draws.rng, data, data)[0]
 
 
-_LENGTHS = (0, 1, (1 << 22) + 1, (1 << 26) + 1, _MOST)
+_LENGTHS = (0, 1, (1 << 22) + 1, (1 << 26) + 1, _MAXIMUM)
 
 
 def list_hostile_streams(donors: Sequence[Pieces]) -> list[Hostility]:
@@ -170,7 +170,7 @@ def list_hostile_streams(donors: Sequence[Pieces]) -> list[Hostility]:
             spoiled=lambda draws, _piece: draws.rng.randrange(8, CHUNK_HEADER_BYTES)
         ),
         "the CRC of a payload": _one(spoiled=lambda draws, _piece: -1 - draws.rng.randrange(4)),
-        "sequence": _one(sequence=lambda draws, _piece: draws.rng.choice((0, 1, 2, 3, _MOST))),
+        "sequence": _one(sequence=lambda draws, _piece: draws.rng.choice((0, 1, 2, 3, _MAXIMUM))),
         "type": _one(kind=lambda draws, _piece: draws.rng.choice(_KINDS)),
         "length": _one(length=lambda draws, _piece: draws.rng.choice(_LENGTHS)),
         "chunks swapped": _swap,

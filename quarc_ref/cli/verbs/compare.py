@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from quarc_ref.evaluation.comparison.open_entries import Named
     from quarc_ref.evaluation.comparison.summary import Summary
 
-_LEAST = 2
+_MINIMUM = 2
 
 
 def _check_entries(texts: list[str]) -> list[str]:
@@ -144,7 +144,7 @@ def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[Named]":
     from quarc_ref.evaluation.comparison.entries import Label
     from quarc_ref.evaluation.comparison.open_entries import Named
 
-    if len(texts) < _LEAST:
+    if len(texts) < _MINIMUM:
         message = "compare needs at least two entries"
         raise UsageError(message)
     byte_counts = dict(_parse_size(size) for size in sizes)

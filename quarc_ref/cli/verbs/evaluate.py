@@ -104,12 +104,12 @@ def _warn_of_other_capture(protocol: "Protocol") -> None:
 
 
 def _remark_on_equal_views(quality: "Quality") -> None:
-    from quarc_ref.evaluation.metrics import MOST_DECIBELS
+    from quarc_ref.evaluation.metrics import MAX_DECIBELS
 
     equal, views = quality.count_views()
     if equal:
         print_message(
-            f"{equal} of {views} views equal the truth; each counts as {MOST_DECIBELS:g} dB"
+            f"{equal} of {views} views equal the truth; each counts as {MAX_DECIBELS:g} dB"
         )
 
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from quarc_ref.viewing.outline import Outline
     from quarc_ref.viewing.paths.pose import Shot
 
-_MOST_PIXELS = 6 << 20  # 2.7K has 5.5 million; a malicious stream may declare any size
+_MAX_PIXELS = 6 << 20  # 2.7K has 5.5 million; a malicious stream may declare any size
 
 
 def render(
@@ -97,7 +97,7 @@ def render(
             metavar="N",
             help="Reject larger pictures, because a stream may have cameras of any size.",
         ),
-    ] = _MOST_PIXELS,
+    ] = _MAX_PIXELS,
     pixels: Annotated[
         Literal["yuv444p", "yuv420p"] | None,
         typer.Option(

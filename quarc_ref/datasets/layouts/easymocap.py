@@ -22,7 +22,7 @@ from quarc_ref.datasets.opencv_yaml import Node, parse_yaml
 from quarc_ref.datasets.pictures import Size
 from quarc_ref.datasets.undistortion import rotate_by_vector
 
-_MOST_COEFFICIENTS = 8
+_MAX_COEFFICIENTS = 8
 _OPENCV_CENTER = 0.5  # added to a principal point to move pixel centers from whole numbers to +0.5
 
 Matrices = Mapping[str, Node]
@@ -79,8 +79,8 @@ def _make_camera(name: str, size: Size, inner: Matrices, outer: Matrices) -> Cal
     matrix = _take(inner, f"K_{name}", 9).reshape(3, 3)
     coefficients = inner.get(f"dist_{name}", inner.get(f"D_{name}"))
     bent = () if not isinstance(coefficients, np.ndarray) else tuple(coefficients.tolist())
-    if len(bent) > _MOST_COEFFICIENTS:
-        message = f"dist_{name} has more than {_MOST_COEFFICIENTS} coefficients"
+    if len(bent) > _MAX_COEFFICIENTS:
+        message = f"dist_{name} has more than {_MAX_COEFFICIENTS} coefficients"
         raise ValueError(message)
     width, height = size
     lens = Lens(

@@ -20,14 +20,14 @@ from quarc_ref.encoder.checks.picture_checks import find_odd_pictures
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.errors import UnusableCaptureError
 
-_MOST_POINTS = 20000
-_LEAST_VIEWS = 2
+_MAX_POINTS = 20000
+_MIN_VIEWS = 2
 _ENOUGH_VIEWS = 3  # views that should see a point: with two, depth along the baseline is ambiguous
-_MOST_SEEN_BY_FEW = 0.5
-_MOST_DEGREES = 25.0
-_MOST_OUTSIDE = 0.2
-_LEAST_OF_MEDIAN = 0.02
-_LEAST_RADIUS = 0.01  # relative to the cameras' distance from the points they see: half a degree
+_MAX_SEEN_BY_FEW = 0.5
+_MAX_DEGREES = 25.0
+_MAX_OUTSIDE = 0.2
+_MIN_OF_MEDIAN = 0.02
+_MIN_RADIUS = 0.01  # relative to the cameras' distance from the points they see: half a degree
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,10 +60,10 @@ def check_capture(capture: Capture) -> list[Finding]:
         CaptureError: A picture cannot be read.
     """
     cameras = tuple(capture.cameras[index] for index in capture.training)
-    if len(cameras) < _LEAST_VIEWS:
+    if len(cameras) < _MIN_VIEWS:
         message = (
             f"capture {capture.name} has {len(cameras)} training camera, but estimating depth "
-            f"needs at least {_LEAST_VIEWS}: hold out fewer cameras, or add some"
+            f"needs at least {_MIN_VIEWS}: hold out fewer cameras, or add some"
         )
         raise UnusableCaptureError(message)
     seen = _sight(capture, cameras)
@@ -86,7 +86,7 @@ def check_capture(capture: Capture) -> list[Finding]:
 
 def _sight(capture: Capture, cameras: tuple[Camera, ...]) -> _ProjectedPoints:
     points = capture.points
-    drawn = np.random.default_rng(0).permutation(len(points.positions))[:_MOST_POINTS]
+    drawn = np.random.default_rng(0).permutation(len(points.positions))[:_MAX_POINTS]
     positions = points.positions[drawn]
     views = tuple(project_points(camera, positions) for camera in cameras)
     within = np.stack([view.within for view in views])
@@ -95,7 +95,7 @@ def _sight(capture: Capture, cameras: tuple[Camera, ...]) -> _ProjectedPoints:
 
 def _find_lost_points(seen: _ProjectedPoints) -> Iterator[Finding]:
     outside = float(np.mean(~seen.within.any(axis=0)))
-    if outside > _MOST_OUTSIDE:
+    if outside > _MAX_OUTSIDE:
         behind = float(np.mean(np.all([view.depths <= 0 for view in seen.views], axis=0)))
         message = (
             f"{outside:.0%} of the initial points are not visible in any training view "
@@ -106,7 +106,7 @@ def _find_lost_points(seen: _ProjectedPoints) -> Iterator[Finding]:
 
 def _find_blind_cameras(seen: _ProjectedPoints) -> Iterator[Finding]:
     counts = seen.within.sum(axis=1)
-    blind = _name(seen.cameras, np.flatnonzero(counts < _LEAST_OF_MEDIAN * np.median(counts)))
+    blind = _name(seen.cameras, np.flatnonzero(counts < _MIN_OF_MEDIAN * np.median(counts)))
     if blind:
         message = (
             f"hardly any initial points are visible in the pictures of {list_names(blind)}: "
@@ -119,7 +119,7 @@ def _find_one_place(seen: _ProjectedPoints) -> Iterator[Finding]:
     centers = np.stack([camera_center(camera) for camera in seen.cameras])
     radius = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
     distances = np.concatenate([view.depths[view.within] for view in seen.views])
-    if radius < _LEAST_RADIUS * np.median(distances):
+    if radius < _MIN_RADIUS * np.median(distances):
         message = (
             "all training cameras are at the same position, so depth cannot be estimated: "
             "move them apart, or check their poses"
@@ -130,12 +130,12 @@ def _find_one_place(seen: _ProjectedPoints) -> Iterator[Finding]:
 def _find_too_few_cameras(seen: _ProjectedPoints) -> Iterator[Finding]:
     by_few = float(np.mean(seen.within.sum(axis=0) < _ENOUGH_VIEWS))
     degrees = _measure_parallax(seen)
-    if by_few > _MOST_SEEN_BY_FEW or degrees > _MOST_DEGREES:
+    if by_few > _MAX_SEEN_BY_FEW or degrees > _MAX_DEGREES:
         message = (
             f"{len(seen.cameras)} training cameras are too few for this scene: {by_few:.0%} "
             f"of the initial points are seen by fewer than {_ENOUGH_VIEWS} of them, and the "
             f"two nearest cameras of a point see it at an angle of {degrees:.0f} degrees (it "
-            f"should be at most {_MOST_DEGREES:.0f}). Quality between the cameras will be "
+            f"should be at most {_MAX_DEGREES:.0f}). Quality between the cameras will be "
             "poor: add cameras"
         )
         yield Finding("too-few-cameras", message)

@@ -19,18 +19,18 @@ from quarc_ref.datasets.capture import Image
 from quarc_ref.encoder.checks.visibility import drop_hidden
 from quarc_ref.format.cameras import Camera
 
-_MOST_POINTS = 1500
-_LEAST_POINTS = 50
+_MAX_POINTS = 1500
+_MIN_POINTS = 50
 _BLUR = 1 / 80  # relative to the width of a picture, so that pose errors of a pixel do not matter
-_LEAST_BLUR = 5
-_LEAST_SPREAD = 2.0  # minimum deviation of colors, of 255: uniform color is not informative
+_MIN_BLUR = 5
+_MIN_SPREAD = 2.0  # minimum deviation of colors, of 255: uniform color is not informative
 # step relative to the width of a picture, and number of steps in each direction
 _SHIFT, _SHIFTS = 0.02, 6
-_LEAST_LEFT = 0.5  # minimum share of the points that remain in the shifted picture
+_MIN_LEFT = 0.5  # minimum share of the points that remain in the shifted picture
 _BETTER_SHIFTED = 0.05
 _BETTER_ELSEWHERE = 0.02
 _FAR_BELOW_OTHERS = 0.6
-_LEAST_AGREEMENT = 0.15
+_MIN_AGREEMENT = 0.15
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +81,7 @@ def compare_colors(
     ).reshape(len(judged), len(judged))
     poses = _assign_poses(fits)
     best = fits[np.arange(len(judged)), poses]
-    least = max(_LEAST_AGREEMENT, _FAR_BELOW_OTHERS * float(np.median(best))) if judged else 0.0
+    least = max(_MIN_AGREEMENT, _FAR_BELOW_OTHERS * float(np.median(best))) if judged else 0.0
     mixed_up, wrong = [], []
     for view, place, fit in zip(judged, poses, best, strict=True):
         if judged[place] != view:
@@ -100,14 +100,14 @@ def _assign_poses(fits: NDArray[np.float64]) -> NDArray[np.intp]:
     own = np.arange(len(fits))
     poses = linear_sum_assignment(fits, maximize=True)[1]
     best = fits[own, poses]
-    gains = (best > fits[own, own] + _BETTER_ELSEWHERE) & (best >= _LEAST_AGREEMENT)
+    gains = (best > fits[own, own] + _BETTER_ELSEWHERE) & (best >= _MIN_AGREEMENT)
     for _ in own:  # all that take part in an exchange with one that does not improve
         gains &= gains[poses]
     return np.where(gains, poses, own)
 
 
 def _sample(camera: Camera, projection: PointProjection, colors: NDArray[np.uint8]) -> _Sample:
-    shown = drop_hidden(camera, projection)[:_MOST_POINTS]
+    shown = drop_hidden(camera, projection)[:_MAX_POINTS]
     return _Sample(
         projection.columns[shown] / camera.width,
         projection.rows[shown] / camera.height,
@@ -116,11 +116,11 @@ def _sample(camera: Camera, projection: PointProjection, colors: NDArray[np.uint
 
 
 def _tells(sample: _Sample) -> bool:
-    return len(sample.colors) >= _LEAST_POINTS and sample.colors.std(axis=0).max() > _LEAST_SPREAD
+    return len(sample.colors) >= _MIN_POINTS and sample.colors.std(axis=0).max() > _MIN_SPREAD
 
 
 def _blur(picture: Image) -> Image:
-    side = max(_LEAST_BLUR, round(_BLUR * picture.shape[1]))
+    side = max(_MIN_BLUR, round(_BLUR * picture.shape[1]))
     blurred: Image = uniform_filter(picture, size=(side, side, 1))
     return blurred
 
@@ -134,7 +134,7 @@ def _agree(picture: Image, sample: _Sample, across: float = 0.0, down: float = 0
     columns = np.floor((sample.columns + across) * width).astype(np.int64)
     rows = np.floor((sample.rows + down) * height).astype(np.int64)
     left = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
-    if left.mean() < _LEAST_LEFT:
+    if left.mean() < _MIN_LEFT:
         return 0.0
     pixels = picture[rows[left], columns[left]].astype(np.float64)
     pixels -= pixels.mean(axis=0)

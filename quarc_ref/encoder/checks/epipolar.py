@@ -20,10 +20,10 @@ from quarc_ref.datasets.matches import find_features, match
 from quarc_ref.format.cameras import Camera
 
 _NEAREST = 4
-_MOST_DEGREES = 20.0  # degrees between the axes of cameras whose matches are reliable
+_MAX_DEGREES = 20.0  # degrees between the axes of cameras whose matches are reliable
 _FEW_DEGREES = 50.0  # degrees, if a camera has no neighbor within the limit above
-_LEAST_PIXELS = 1.5
-_LEAST_SHARE = 0.003  # relative to the width of a picture
+_MIN_PIXELS = 1.5
+_MIN_SHARE = 0.003  # relative to the width of a picture
 _WIDEST = 1000  # maximum number of pixels of the pictures in which features are detected
 
 Numbers = NDArray[np.float64]
@@ -51,7 +51,7 @@ def find_wrong_poses(capture: Capture) -> Iterator[Finding]:
     pairs = _measure_pairs(capture)
     while pairs:
         errors = _judge(pairs, len(capture.cameras))
-        limits = np.array([max(_LEAST_PIXELS, _LEAST_SHARE * c.width) for c in capture.cameras])
+        limits = np.array([max(_MIN_PIXELS, _MIN_SHARE * c.width) for c in capture.cameras])
         worst = int(np.argmax(errors / limits))
         if errors[worst] <= limits[worst]:
             return
@@ -74,7 +74,7 @@ def _judge(pairs: Sequence[_Pair], count: int) -> Numbers:
     errors = np.zeros(count)
     for camera in range(count):
         own = [pair for pair in pairs if camera in (pair.first, pair.second)]
-        near = sorted(pair.error for pair in own if pair.degrees <= _MOST_DEGREES)
+        near = sorted(pair.error for pair in own if pair.degrees <= _MAX_DEGREES)
         if near:
             errors[camera] = near[(len(near) - 1) // 2]
         elif own:

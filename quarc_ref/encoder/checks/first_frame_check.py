@@ -20,8 +20,8 @@ from quarc_ref.encoder.training.exposure import estimate_gain
 from quarc_ref.encoder.training.first_frame import render_views
 
 _SQUARES_ACROSS = 20
-_LEAST_SIDE = 4
-_LEAST_ERROR = 1e-10
+_MIN_SIDE = 4
+_MIN_ERROR = 1e-10
 _FAR_BELOW = 8.0  # dB
 
 
@@ -95,7 +95,7 @@ def judge_views(views: Sequence[ViewQuality]) -> Iterator[Finding]:
 
 def _average_squares(picture: Tensor) -> Tensor:
     """Average a picture `[H, W, 3]` over squares."""
-    side = max(_LEAST_SIDE, round(picture.shape[1] / _SQUARES_ACROSS))
+    side = max(_MIN_SIDE, round(picture.shape[1] / _SQUARES_ACROSS))
     planes = picture.permute(2, 0, 1)[None]
     means = functional.avg_pool2d(planes, side, ceil_mode=True, count_include_pad=False)
     squares = means.repeat_interleave(side, 2).repeat_interleave(side, 3)
@@ -103,5 +103,5 @@ def _average_squares(picture: Tensor) -> Tensor:
 
 
 def _measure_psnr(image: Tensor, picture: Tensor) -> float:
-    error = (image - picture).square().mean().clamp(min=_LEAST_ERROR)
+    error = (image - picture).square().mean().clamp(min=_MIN_ERROR)
     return float(-10 * torch.log10(error))

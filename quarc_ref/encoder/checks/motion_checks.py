@@ -21,17 +21,17 @@ from quarc_ref.format.cameras import Camera
 
 # relative to the change of other cameras: coding changes even frozen pictures slightly
 _STILL = 0.02
-_LEAST_MOTION = 0.1  # levels: minimum average change of pictures with motion
+_MIN_MOTION = 0.1  # levels: minimum average change of pictures with motion
 _REPEATED = 0.02  # relative to a camera's usual change
 _OTHERS_MOVE = 0.3  # relative to the other cameras' usual changes
-_LEAST_REPEATS = 2
-_LEAST_FRAMES = 8
-_MOST_SHIFT = 15
+_MIN_REPEATS = 2
+_MIN_FRAMES = 8
+_MAX_SHIFT = 15
 _PLANES = 48
 _NEIGHBORS = 5
-_LEAST_COMMON = 6  # planes
+_MIN_COMMON = 6  # planes
 _CLEARLY = 0.1  # minimum increase of the correlation by a shift
-_LEAST_CORRELATION = 0.3
+_MIN_CORRELATION = 0.3
 
 Numbers = NDArray[np.float64]
 Changes = NDArray[np.float32]
@@ -52,11 +52,11 @@ def find_motion_faults(
         return
     means = np.array([np.median(each.mean(axis=(1, 2))) for each in changes])
     usual = float(np.median(means))
-    frozen = (means < _STILL * usual) & (usual > _LEAST_MOTION)
+    frozen = (means < _STILL * usual) & (usual > _MIN_MOTION)
     yield from _find_frozen(names, frozen)
     live = np.flatnonzero(~frozen).tolist()
     yield from _find_repeats([names[i] for i in live], [recordings[i] for i in live])
-    if changes[0].shape[0] + 1 >= _LEAST_FRAMES and len(live) > 2:
+    if changes[0].shape[0] + 1 >= _MIN_FRAMES and len(live) > 2:
         yield from _find_shifts(
             [cameras[i] for i in live],
             [changes[i] for i in live],
@@ -85,7 +85,7 @@ def _find_repeats(names: Sequence[str], recordings: Sequence[Recording]) -> Iter
         both_there = is_there[1:] & is_there[:-1]
         repeated = (relative[index] < _REPEATED) & (others > _OTHERS_MOVE) & both_there
         repeats = np.flatnonzero(repeated) + 1
-        if repeats.size >= _LEAST_REPEATS:
+        if repeats.size >= _MIN_REPEATS:
             frames = list_names([str(frame) for frame in repeats])
             message = (
                 f"{name} repeats the previous picture in frame {frames}: frames were lost in "
@@ -123,7 +123,7 @@ def measure_shifts(
         _find_rays(*each)
         for each in zip(cameras, sides, (m.shape[1:] for m in motion), strict=True)
     ]
-    most = min(_MOST_SHIFT, len(motion[0]) // 3)
+    most = min(_MAX_SHIFT, len(motion[0]) // 3)
     centers = np.stack([camera_center(camera) for camera in cameras])
     shifts = []
     for index, center in enumerate(centers):
@@ -182,7 +182,7 @@ def _correlate(
         for each, angle in zip(motion, angles, strict=True)
     )
     moving = (first.max(axis=0) > 0) & (second.max(axis=0) > 0)
-    if moving.sum() < _LEAST_COMMON:
+    if moving.sum() < _MIN_COMMON:
         return None
     first, second = first[:, moving], second[:, moving]
     count = len(first)
@@ -235,5 +235,5 @@ def _choose_shift(curves: Sequence[Numbers], most: int) -> int:
         return 0
     mean = np.median(np.stack(curves), axis=0)
     best = int(mean.argmax())
-    is_clear = mean[best] > max(_LEAST_CORRELATION, mean[most] + _CLEARLY)
+    is_clear = mean[best] > max(_MIN_CORRELATION, mean[most] + _CLEARLY)
     return best - most if is_clear else 0

@@ -20,12 +20,12 @@ from quarc_ref.format.cameras import Camera
 _GAMMA = 2.2
 _BLACK, _WHITE = 8, 247  # levels outside of which a ratio is not informative
 _ENOUGH_VIEWS = 3
-_LEAST_POINTS = 50
-_MOST_STOPS = 0.8  # the encoder estimates and corrects smaller gains
-_MOST_TINT = 0.45
-_MOST_BLUR = 0.1  # above that of the median camera
+_MIN_POINTS = 50
+_MAX_STOPS = 0.8  # the encoder estimates and corrects smaller gains
+_MAX_TINT = 0.45
+_MAX_BLUR = 0.1  # above that of the median camera
 _TWIN_LEVELS = 0.5
-_MOST_SHARP = 1024  # pixels: size of the central square in which blur is measured
+_MAX_SHARP = 1024  # pixels: size of the central square in which blur is measured
 _SMALL = 32
 
 Numbers = NDArray[np.float64]
@@ -96,7 +96,7 @@ def _compare_light(light: Numbers) -> Numbers:
         return stops
     differences = light - np.nanmedian(light, axis=0)
     for camera, own in enumerate(seen):
-        if own.sum() >= _LEAST_POINTS:
+        if own.sum() >= _MIN_POINTS:
             exposures = np.median(differences[camera, own], axis=1, keepdims=True)
             tints = differences[camera, own] - exposures
             low, high = np.quantile(np.hstack([exposures, tints]), (0.25, 0.75), axis=0)
@@ -106,7 +106,7 @@ def _compare_light(light: Numbers) -> Numbers:
 
 def _find_exposures(names: Sequence[str], stops: Numbers) -> Iterator[Finding]:
     exposures = stops[:, 0]
-    odd = np.flatnonzero(np.abs(exposures) > _MOST_STOPS).tolist()
+    odd = np.flatnonzero(np.abs(exposures) > _MAX_STOPS).tolist()
     if odd:
         listed = [f"{names[i]} by {exposures[i]:+.1f} stops" for i in odd]
         message = (
@@ -119,7 +119,7 @@ def _find_exposures(names: Sequence[str], stops: Numbers) -> Iterator[Finding]:
 
 def _find_colors(names: Sequence[str], stops: Numbers) -> Iterator[Finding]:
     tints = stops[:, 1:]
-    odd = np.flatnonzero(np.abs(tints).max(axis=1) > _MOST_TINT).tolist()
+    odd = np.flatnonzero(np.abs(tints).max(axis=1) > _MAX_TINT).tolist()
     if odd:
         listed = [
             f"{names[i]} (red {tints[i, 0]:+.1f}, green {tints[i, 1]:+.1f}, blue "
@@ -134,7 +134,7 @@ def _find_colors(names: Sequence[str], stops: Numbers) -> Iterator[Finding]:
 
 
 def _find_blurred(names: Sequence[str], blurs: Numbers) -> Iterator[Finding]:
-    odd = tuple(names[i] for i in np.flatnonzero(blurs > np.median(blurs) + _MOST_BLUR).tolist())
+    odd = tuple(names[i] for i in np.flatnonzero(blurs > np.median(blurs) + _MAX_BLUR).tolist())
     if odd:
         message = (
             f"the pictures of {list_names(odd)} are more blurred than those of the other "
@@ -164,8 +164,8 @@ def _measure_blur(gray: NDArray[np.float32]) -> float:
     larger.
     """
     size = 2 * max(2, gray.shape[1] // 100) + 1
-    top, left = (max(0, (side - _MOST_SHARP) // 2) for side in gray.shape)
-    gray = gray[top : top + _MOST_SHARP, left : left + _MOST_SHARP]
+    top, left = (max(0, (side - _MAX_SHARP) // 2) for side in gray.shape)
+    gray = gray[top : top + _MAX_SHARP, left : left + _MAX_SHARP]
     shares = []
     for axis in (0, 1):
         blurred = uniform_filter1d(gray, size, axis=axis)

@@ -11,7 +11,7 @@ from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.findings import Finding, list_names
 
 _COLUMNS = 96
-_MOST_KEPT = 240  # frames: later pictures are read but not kept
+_MAX_KEPT = 240  # frames: later pictures are read but not kept
 
 Advance = Callable[[int, int], object]
 
@@ -54,7 +54,7 @@ def record(capture: Capture, advance: Advance) -> list[Recording]:
     recordings = []
     for index, camera in enumerate(capture.cameras):
         side = max(1, camera.width // _COLUMNS)
-        kept = min(_MOST_KEPT, capture.frame_count)
+        kept = min(_MAX_KEPT, capture.frame_count)
         gray_pictures = np.zeros(
             (kept, camera.height // side, camera.width // side), dtype=np.uint16
         )

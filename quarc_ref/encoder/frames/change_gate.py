@@ -11,7 +11,7 @@ from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.trainable import Attributes
 from quarc_ref.rendering.rasterizer import to_ndc
 
-_LEAST_MEDIAN = 1e-12
+_MIN_MEDIAN = 1e-12
 
 
 def measure_change(
@@ -48,4 +48,4 @@ def measure_change(
         total += to_ndc(gradient, context.camera(view)).norm(dim=1)
         seen |= rendering.radii > 0
     median = total[seen].median() if bool(seen.any()) else total.new_tensor(0.0)
-    return total / (total + median.clamp(min=_LEAST_MEDIAN))
+    return total / (total + median.clamp(min=_MIN_MEDIAN))

@@ -21,7 +21,7 @@ from quarc_ref.encoder.training.trainable import Attributes, to_sh_dc
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.rasterizer import Gaussians
 
-_LEAST_ALPHA = 0.5
+_MIN_ALPHA = 0.5
 
 
 def place_clones(
@@ -134,7 +134,7 @@ def _find_errors(
     shown = context.mask(seen.image.clamp(0, 1), view, frame)
     error = (shown - truth).abs().mean(dim=2)
     peaks = find_largest_around(error, settings.error_radius)
-    worst = (error == peaks) & (error > settings.error_threshold) & (seen.alpha > _LEAST_ALPHA)
+    worst = (error == peaks) & (error > settings.error_threshold) & (seen.alpha > _MIN_ALPHA)
     rows, columns = torch.nonzero(worst, as_tuple=True)
     depths = _measure_depths(context, scene, view)[rows, columns] if rows.numel() else error[:0, 0]
     places = _unproject(camera, columns + 0.5, rows + 0.5, depths)

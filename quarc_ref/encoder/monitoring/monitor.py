@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from torch import Tensor
 
-_LEAST_SHARE = 1e-12  # minimum share of a view's pixels
+_MIN_SHARE = 1e-12  # minimum share of a view's pixels
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +84,7 @@ class TrainingStep:
         square = (self.image.detach().clamp(0, 1) - self.truth()).square()
         error = float((square if self.mask is None else square * self.mask).mean())
         if self.mask is not None:
-            error /= max(float(self.mask.mean()), _LEAST_SHARE)
+            error /= max(float(self.mask.mean()), _MIN_SHARE)
         return -10 * math.log10(error) if error else math.inf
 
 

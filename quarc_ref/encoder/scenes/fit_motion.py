@@ -21,7 +21,7 @@ from quarc_ref.format.arrays import Int32, Int64
 from quarc_ref.format.constants import ROTATION_ONE, SYMBOL_LIMIT
 
 _SWEEPS = 2
-_MOST_TURN = 190.0  # largest sum of symbols of three levels
+_MAX_ROTATION = 190.0  # largest sum of symbols of three levels
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +71,7 @@ def _measure(start: FrameState, target: Target, rows: Int64, alive: Int64) -> Fl
     identity = header.rotation_unity * header.level_count
     turning = identity * turns[1:] / np.maximum(turns[0], 1e-6)
     return np.concatenate(
-        [apart / header.translation_step, np.clip(turning, -_MOST_TURN, _MOST_TURN)]
+        [apart / header.translation_step, np.clip(turning, -_MAX_ROTATION, _MAX_ROTATION)]
     )
 
 

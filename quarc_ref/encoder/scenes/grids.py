@@ -7,7 +7,7 @@ from quarc_ref.format.constants import LATTICE_EXPONENT_LIMIT
 
 # tolerance relative to a step: larger than binary32 errors of numbers below 2^13 steps
 _OFF_GRID = 1e-3
-_MOST_VALUES = 1 << 16
+_MAX_VALUES = 1 << 16
 _NEARLY_ALL = 0.98
 
 
@@ -19,7 +19,7 @@ def find_step(values: NDArray[np.floating], least: float) -> float | None:
         least: The smallest step of interest.
     """
     distinct = np.unique(np.abs(values.astype(np.float64)))
-    if distinct.size > _MOST_VALUES:
+    if distinct.size > _MAX_VALUES:
         return None
     gaps = np.diff(np.concatenate([[0.0], distinct]))
     gaps = gaps[gaps > least / 2]

@@ -13,8 +13,8 @@ from quarc_ref.encoder.scenes.bounds import Bounds
 from quarc_ref.encoder.scenes.rotations import Float64
 from quarc_ref.format.arrays import Int64
 
-_LEAST_ELONGATION = 1e-3
-_LEAST_OPACITY = 1e-3
+_MIN_ELONGATION = 1e-3
+_MIN_OPACITY = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,8 +50,8 @@ def measure_slack(splats: Splats, bounds: Bounds) -> Slack:
     with np.errstate(over="ignore"):  # clipped below
         opacities = 1 / (1 + np.exp(-splats.opacities.astype(np.float64)))
         size = np.exp(scales[:, 1]) / (bounds.size or 1.0)
-    faint = 1 / np.maximum(opacities, _LEAST_OPACITY)
-    roundness = 1 / np.maximum(scales[:, 2] - scales[:, 0], _LEAST_ELONGATION)
+    faint = 1 / np.maximum(opacities, _MIN_OPACITY)
+    roundness = 1 / np.maximum(scales[:, 2] - scales[:, 0], _MIN_ELONGATION)
     return Slack(
         np.clip(size * faint, 1, bounds.most_slack),
         np.clip(roundness * faint, 1, bounds.most_slack),

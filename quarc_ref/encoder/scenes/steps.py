@@ -29,7 +29,7 @@ from quarc_ref.format.constants import (
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 
-_LEAST_UNITS = 8
+_MIN_UNITS = 8
 _ROOM = 2  # margin for Gaussians that move farther than in the first frames
 _COARSEST_BITS = 5
 _SHARE = 1.6  # step relative to the bound; the rest after rounding is for changes between frames
@@ -87,7 +87,7 @@ def _choose_lattice(
         )
     reach = max(float(np.abs(each.positions).max()) for each in frames) * _ROOM
     finest = math.floor(math.log2(POSITION_LIMIT / reach)) if reach else LATTICE_EXPONENT_LIMIT
-    wanted = math.ceil(math.log2(_LEAST_UNITS / bounds.position))
+    wanted = math.ceil(math.log2(_MIN_UNITS / bounds.position))
     exponent = max(0, min(wanted, finest, LATTICE_EXPONENT_LIMIT))
     units = math.floor(bounds.position * 2.0**exponent)
     if units < 1:

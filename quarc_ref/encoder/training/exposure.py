@@ -13,10 +13,10 @@ import torch
 from torch import Tensor
 from torch.utils.weak import WeakTensorKeyDictionary
 
-_LEAST_GAIN, _MOST_GAIN = 0.5, 2.0
+_MIN_GAIN, _MAX_GAIN = 0.5, 2.0
 _SATURATED = 0.98
 _APART = 4  # pixel step of the comparison in both directions
-_LEAST_LIGHT = 1e-6
+_MIN_LIGHT = 1e-6
 
 
 class Exposures:
@@ -80,5 +80,5 @@ def estimate_gain(image: Tensor, picture: Tensor) -> Tensor:
     image, picture = image.detach()[::_APART, ::_APART], picture.detach()[::_APART, ::_APART]
     shown = image * (picture < _SATURATED)
     light = (shown * image).sum(dim=(0, 1))
-    gain = (shown * picture).sum(dim=(0, 1)) / light.clamp(min=_LEAST_LIGHT)
-    return torch.where(light > _LEAST_LIGHT, gain, 1.0).clamp(_LEAST_GAIN, _MOST_GAIN)
+    gain = (shown * picture).sum(dim=(0, 1)) / light.clamp(min=_MIN_LIGHT)
+    return torch.where(light > _MIN_LIGHT, gain, 1.0).clamp(_MIN_GAIN, _MAX_GAIN)

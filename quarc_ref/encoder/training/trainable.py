@@ -21,7 +21,7 @@ from quarc_ref.rendering.rasterizer import Gaussians, activate_opacities
 
 ADAM_EPSILON = 1e-15
 _ADAM_KNOWS = ("step", "exp_avg", "exp_avg_sq")
-_LEAST_OPACITY = 1e-5
+_MIN_OPACITY = 1e-5
 _SH_C0 = 0.28209479177387814
 
 
@@ -150,7 +150,7 @@ class Trainer:
         """Decay the opacity of the Gaussians of a mask `[N]`."""
         logits = self._leaves[_NAMES.index("opacities")].detach()
         faded = torch.sigmoid(logits) * (1 - share)
-        logits.copy_(torch.where(which, torch.logit(faded, eps=_LEAST_OPACITY), logits))
+        logits.copy_(torch.where(which, torch.logit(faded, eps=_MIN_OPACITY), logits))
 
     def state(self) -> dict[str, Tensor]:
         """Return the training state: attributes and Adam state."""

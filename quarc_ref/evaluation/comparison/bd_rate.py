@@ -12,7 +12,7 @@ from itertools import pairwise
 
 from quarc_ref.inspection.wording import count_noun
 
-LEAST_RATES = 4
+MIN_RATES = 4
 _METHOD = "akima"
 
 Curve = Sequence[tuple[float, float]]  # rate and quality of each operating point
@@ -47,9 +47,9 @@ def compare_curves(reference: Curve, curve: Curve) -> Delta:
         non-monotonic curves.
     """
     for name, points in (("the reference", reference), ("it", curve)):
-        if len(points) < LEAST_RATES:
+        if len(points) < MIN_RATES:
             has = f"{count_noun(len(points), 'point')} of known size"
-            return Delta(None, None, f"{name} has {has}; {LEAST_RATES} are needed")
+            return Delta(None, None, f"{name} has {has}; {MIN_RATES} are needed")
         if not _is_monotonic(points):
             return Delta(None, None, f"the quality of {name} does not increase with its rate")
     import bjontegaard

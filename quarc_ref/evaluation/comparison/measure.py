@@ -15,7 +15,7 @@ from quarc_ref.evaluation.metrics import Mask, Picture
 from quarc_ref.evaluation.quality import Quality
 from quarc_ref.evaluation.views import compare_pictures
 
-_MOST_CAMERAS = 4  # number of views to show
+_MAX_CAMERAS = 4  # number of views to show
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -213,4 +213,4 @@ def _choose_shown(cameras: Sequence[str], frames: Sequence[int]) -> set[tuple[st
     """Return three frames of the first camera, and one of some others."""
     middle = frames[len(frames) // 2]
     first = {(cameras[0], frame) for frame in (frames[0], middle, frames[-1])}
-    return first | {(name, middle) for name in cameras[1:_MOST_CAMERAS]}
+    return first | {(name, middle) for name in cameras[1:_MAX_CAMERAS]}

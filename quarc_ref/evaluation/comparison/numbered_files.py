@@ -7,7 +7,7 @@ from pathlib import Path
 from quarc_ref.evaluation.comparison.entries import EntryError
 
 _NUMBER = re.compile(r"(\d+)\D*\Z")
-_MOST_DIGITS = 18
+_MAX_DIGITS = 18
 
 
 def number_files(paths: Iterable[Path], place: Path) -> dict[int, Path]:
@@ -42,4 +42,4 @@ def number_files(paths: Iterable[Path], place: Path) -> dict[int, Path]:
 def find_number(stem: str) -> int | None:
     """Return the last number in a name; None if there is none."""
     found = _NUMBER.search(stem)
-    return int(found[1]) if found and len(found[1]) <= _MOST_DIGITS else None
+    return int(found[1]) if found and len(found[1]) <= _MAX_DIGITS else None

@@ -105,7 +105,7 @@ def _compose_deltas(summary: Summary) -> str:
 def _plot_rates(summary: Summary) -> list[str]:
     """Return the plot of quality against rate, if at least two points have a rate."""
     rated = [point for point in summary.points if point.kilobytes_per_frame is not None]
-    if len(rated) < _LEAST_POINTS:
+    if len(rated) < _MIN_POINTS:
         return []
     figures = [("PSNR (dB)", "psnr"), ("SSIM", "ssim"), ("LPIPS", "lpips")]
     panels = {
@@ -130,7 +130,7 @@ def _trace_methods(points: Iterable[Point], figure: str) -> Iterable[tuple[str, 
 
 def _plot_frames(comparison: Comparison, labels: Sequence[str]) -> list[str]:
     """Return the plot of PSNR by frame, if there are at least two frames."""
-    if len(comparison.frames) < _LEAST_POINTS:
+    if len(comparison.frames) < _MIN_POINTS:
         return []
     curves = {
         label: Curve(comparison.frames, [it["psnr"] or 0.0 for it in average_cameras(each)])
@@ -144,4 +144,4 @@ def _figure(picture: bytes, caption: str) -> str:
     return f'<figure class="plot"><img alt="{caption}" src="{embed_png(picture)}"></figure>'
 
 
-_LEAST_POINTS = 2
+_MIN_POINTS = 2

@@ -9,7 +9,7 @@ from dataclasses import asdict
 from quarc_ref.evaluation.comparison.bd_rate import Delta
 from quarc_ref.evaluation.comparison.measure import Comparison
 from quarc_ref.evaluation.comparison.summary import Point, Spread, Summary
-from quarc_ref.evaluation.metrics import MOST_DECIBELS
+from quarc_ref.evaluation.metrics import MAX_DECIBELS
 
 _NOTHING = "-"
 # Heading, name of the metric, format.
@@ -64,7 +64,7 @@ def note_equal_views(comparison: Comparison) -> list[str]:
         if equal:
             remarks.append(
                 f"{each.label}: {equal} of {views} views equal the truth; each counts as "
-                f"{MOST_DECIBELS:g} dB in means and differences"
+                f"{MAX_DECIBELS:g} dB in means and differences"
             )
     return remarks
 

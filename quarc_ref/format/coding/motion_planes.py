@@ -155,8 +155,8 @@ class _Level:
         there = np.zeros(values.shape, dtype=np.bool_)
         so_far = np.zeros(values.shape[1], dtype=np.int64)
         for channel, kind in enumerate(_kinds(values.shape[0])):
-            near = np.minimum(np.abs(expected[channel]), _MOST)
-            contexts = (_MOST + 1) * near + np.minimum(so_far, _MOST)
+            near = np.minimum(np.abs(expected[channel]), _MAXIMUM)
+            contexts = (_MAXIMUM + 1) * near + np.minimum(so_far, _MAXIMUM)
             model = f"{self._name}, {kind} not 0"
             there[channel] = self._planes.code(model, contexts, values[channel] != 0)
             so_far += there[channel]
@@ -201,7 +201,7 @@ class _Classes:
 
 
 _ZERO = np.int64(0)
-_MOST = 3
+_MAXIMUM = 3
 _LAST_OWN_PLANE = 2
 _PARENT_CLASSES = _Classes(1, 2, 4)
 _EXPECTED_CLASSES = _Classes(1, 2, 4, 8)

@@ -13,7 +13,7 @@ from quarc_ref.format.errors import BadProbabilityError
 
 _HALF = PROBABILITY_CODES // 2
 _STEPS_PER_OCTAVE = 8
-_LEAST_SHIFT = 5
+_MIN_SHIFT = 5
 
 
 def weight_of_code(code: int) -> int:
@@ -44,7 +44,7 @@ def _weight(code: int) -> int:
     if code >= _HALF:
         return WEIGHT_TOTAL - _weight(code - _HALF)
     octave, step = divmod(code, _STEPS_PER_OCTAVE)
-    return (_STEPS_PER_OCTAVE + step) << (octave + _LEAST_SHIFT)
+    return (_STEPS_PER_OCTAVE + step) << (octave + _MIN_SHIFT)
 
 
 _WEIGHTS = tuple(_weight(code) for code in range(PROBABILITY_CODES))

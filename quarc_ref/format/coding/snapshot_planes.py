@@ -86,7 +86,7 @@ def write_snapshot(canonical: Gaussians, gaussians: Gaussians, roots: Int64) -> 
     order = np.flatnonzero(roots >= 0)
     order = order[np.argsort(roots[order], kind="stable")]
     rows = _subtract(_rows_of(gaussians, order), _rows_of(canonical, roots[order]))
-    near = np.abs(rows).max(axis=0) <= _MOST_CHANGE
+    near = np.abs(rows).max(axis=0) <= _MAX_CHANGE
     near &= (gaussians.codes[_CODES:, order] == canonical.codes[_CODES:, roots[order]]).all(axis=0)
     order = order[near]
     lives = np.zeros(canonical.count, dtype=np.bool_)
@@ -249,4 +249,4 @@ _VALUES = "survivors, differences"
 _ROTATION = SURVIVOR_FIELDS["rotation"]
 _CODES = 7  # the first codes of a Gaussian: all but SH rest
 _FAR = 1 << 62
-_MOST_CHANGE = (1 << 14) - 1  # so that the difference of two numbers fits Signed(CLASS_BITS)
+_MAX_CHANGE = (1 << 14) - 1  # so that the difference of two numbers fits Signed(CLASS_BITS)

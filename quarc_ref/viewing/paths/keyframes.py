@@ -20,10 +20,10 @@ from quarc_ref.viewing.paths.pose import PathError, Pose, Vector, find_up, look_
 
 _SCHEMA = "camera-path/1"
 _KEYS = {"time", "camera", "position", "target", "up", "fov", "frame"}
-_MOST_BYTES = 1 << 24
-_MOST_PICTURES = 1 << 20
+_MAX_BYTES = 1 << 24
+_MAX_PICTURES = 1 << 20
 _WIDEST = 179.0  # degrees
-_MOST_NUMBER = 1e9
+_MAX_NUMBER = 1e9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,8 +47,8 @@ class Keyframes:
             PathError: There are too many pictures.
         """
         count = float(self.times[-1]) * frames_per_second + 1
-        if count > _MOST_PICTURES:
-            message = f"the path has {count:.0f} pictures; at most {_MOST_PICTURES:,} are allowed"
+        if count > _MAX_PICTURES:
+            message = f"the path has {count:.0f} pictures; at most {_MAX_PICTURES:,} are allowed"
             raise PathError(message)
         return math.floor(count + 1e-6)
 
@@ -120,7 +120,7 @@ def parse_keyframes(
 
 def _parse_list(data: bytes) -> list[Mapping[str, Any]]:
     try:
-        found = json.loads(data[:_MOST_BYTES])
+        found = json.loads(data[:_MAX_BYTES])
     except (ValueError, RecursionError) as error:
         message = f"it is not JSON: {error}"
         raise PathError(message) from error
@@ -210,4 +210,4 @@ def _take_number(entry: Mapping[str, Any], key: str) -> float:
 def _is_number(value: object) -> TypeGuard[float]:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
-    return abs(value) < _MOST_NUMBER
+    return abs(value) < _MAX_NUMBER

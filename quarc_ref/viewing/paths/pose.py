@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from quarc_ref.format.cameras import Camera
 
 Vector = NDArray[np.float64]
-_LEAST_LENGTH = 1e-9
+_MIN_LENGTH = 1e-9
 # assumed distance of the center for a single camera, in multiples of its near plane
 _DISTANCE = 4.0
 _STRAIGHT = 1e-3  # minimum difference in direction of rays that intersect
@@ -114,7 +114,7 @@ def find_center(cameras: Sequence[Camera]) -> Vector:
 
 def _normalize(vector: Vector, fault: str) -> Vector:
     length = float(np.linalg.norm(vector))
-    if length < _LEAST_LENGTH:
+    if length < _MIN_LENGTH:
         raise PathError(fault)
     unit: Vector = vector / length
     return unit

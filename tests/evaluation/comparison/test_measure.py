@@ -7,7 +7,7 @@ from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.evaluation.comparison.entries import EntryError, Label
 from quarc_ref.evaluation.comparison.open_entries import Named
 from quarc_ref.evaluation.evaluate import evaluate_stream
-from quarc_ref.evaluation.metrics import MOST_DECIBELS
+from quarc_ref.evaluation.metrics import MAX_DECIBELS
 from quarc_ref.evaluation.same_capture import MismatchError
 from quarc_ref.export.errors import UnreadableFramesError
 from tests.evaluation.conftest import ignore
@@ -77,7 +77,7 @@ def test_without_a_capture_the_first_entry_is_the_truth(rivals, compare):
     assert [each.label.method for each in comparison.measured] == ["a", "renders"]
     assert comparison.truth == "the renders of plys"
     same, rounded = _means(comparison)
-    assert same == MOST_DECIBELS
+    assert same == MAX_DECIBELS
     assert 50 < rounded < 70
     assert _means(comparison, "moving_psnr") == [None, None]
 

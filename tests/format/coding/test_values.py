@@ -7,7 +7,7 @@ from quarc_ref.format.coding.planes import PlaneReader, PlaneWriter
 from quarc_ref.format.coding.values import code_fixed, code_signed, code_unsigned
 
 _CLASS_BITS = 4
-_MOST = (1 << 15) - 1
+_MAXIMUM = (1 << 15) - 1
 
 
 def _both_ways(walk, values):
@@ -33,7 +33,7 @@ def test_numbers_of_fixed_width_survive_a_round_trip(values):
     assert _both_ways(walk, values) == values.tolist()
 
 
-@given(_arrays(0, _MOST))
+@given(_arrays(0, _MAXIMUM))
 def test_unsigned_numbers_survive_a_round_trip(values):
     contexts = np.arange(values.size) % 3
     walk = lambda planes, given: code_unsigned(planes, "some", contexts, _CLASS_BITS, given)  # noqa: E731
@@ -41,7 +41,7 @@ def test_unsigned_numbers_survive_a_round_trip(values):
     assert _both_ways(walk, values) == values.tolist()
 
 
-@given(_arrays(-_MOST, _MOST))
+@given(_arrays(-_MAXIMUM, _MAXIMUM))
 def test_signed_numbers_survive_a_round_trip(values):
     contexts = np.arange(values.size) % 3
     walk = lambda planes, given: code_signed(planes, "some", contexts, _CLASS_BITS, given)  # noqa: E731
