@@ -17,7 +17,7 @@ from unittest.mock import patch
 import numpy as np
 import torch
 
-from kept_files import keep_file
+from kept_files import write_atomically
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder import encode_stream
 from quarc_ref.encoder.resume.checkpoint import Checkpoint
@@ -37,15 +37,15 @@ class CanonicalOnce:
 
     Args:
         folder: Folder for canonical scenes.
-        said: Everything that the training depends on, except settings and steps.
+        inputs: Everything that the training depends on, except settings and steps.
 
     Attributes:
         seconds: Duration of the training; 0 before it.
     """
 
-    def __init__(self, folder: Path, said: Sequence[object]) -> None:
+    def __init__(self, folder: Path, inputs: Sequence[object]) -> None:
         self._folder = folder
-        self._said = said
+        self._said = inputs
         self.seconds = 0.0
 
     def train(
@@ -60,7 +60,7 @@ class CanonicalOnce:
         if not path.is_file():
             begun = time.perf_counter()
             attributes = train_canonical(context, points, objective, checkpoint)
-            _keep(path, attributes, time.perf_counter() - begun)
+            _save(path, attributes, time.perf_counter() - begun)
         with np.load(path) as kept:
             self.seconds = float(kept[_SECONDS])
             tensors = [torch.from_numpy(kept[name]).to(context.device) for name in _NAMES]
@@ -78,15 +78,15 @@ class CanonicalOnce:
             position_step(header), header.rotation_bits, header.log_scale_step,
             header.opacity_step, header.sh_dc_step, header.sh_rest_step, header.sh_degree,
         )  # fmt: skip
-        said = json.dumps([self._said, repr(objective.settings), objective.rd_lambda, steps])
-        return hashlib.sha256(said.encode()).hexdigest()[:16]
+        inputs = json.dumps([self._said, repr(objective.settings), objective.rd_lambda, steps])
+        return hashlib.sha256(inputs.encode()).hexdigest()[:16]
 
 
-def _keep(path: Path, attributes: Attributes, seconds: float) -> None:
+def _save(path: Path, attributes: Attributes, seconds: float) -> None:
     arrays: dict[str, Any] = {
         name: tensor.cpu().numpy()
         for name, tensor in zip(_NAMES, attributes.tensors(), strict=True)
     }
     buffer = io.BytesIO()
     np.savez(buffer, **arrays | {_SECONDS: np.float64(seconds)})
-    keep_file(path, buffer.getvalue())
+    write_atomically(path, buffer.getvalue())

@@ -73,19 +73,21 @@ def build(level: int, place: str, *, newborn: bool) -> bytes:
     sink = io.BytesIO()
     loop = ClosedLoop(sink, header, (), {})
     count = LEVELS[level].gaussians - (_FRAMES - 1) * births
-    loop.commit_canonical(_plain(header, _PLACES[place](count)), 0)
+    loop.commit_canonical(_make_gaussians(header, _PLACES[place](count)), 0)
     for _ in range(1, _FRAMES):
         start = loop.start_frame(0)
         levels = start.state.known_anchors.levels
         symbols = [np.zeros((6, each.owners.size), dtype=np.int64) for each in levels]
         moved = loop.move_frame(start, symbols)
         zeros = np.zeros((3, births), dtype=np.int64)
-        loop.commit_frame(moved, Births(zeros[0], _plain(header, zeros)) if births else None)
+        loop.commit_frame(
+            moved, Births(zeros[0], _make_gaussians(header, zeros)) if births else None
+        )
     loop.finish()
     return sink.getvalue()
 
 
-def _plain(header: StreamHeader, positions: Int64) -> Gaussians:
+def _make_gaussians(header: StreamHeader, positions: Int64) -> Gaussians:
     zeros = np.zeros((4 + header.code_planes, positions.shape[1]), dtype=np.int64)
     return Gaussians(positions, zeros[:4], zeros[4:])
 

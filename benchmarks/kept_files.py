@@ -5,7 +5,7 @@ from pathlib import Path
 from quarc_ref.files import write_file
 
 
-def keep_file(path: Path, data: bytes) -> None:
+def write_atomically(path: Path, data: bytes) -> None:
     """Write a file and its parent folders; the file appears when it is complete.
 
     Several processes may write the same file; the last one remains.

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from kept_files import keep_file
+from kept_files import write_atomically
 from quarc_ref.jobs import Job, WorkerPool, run_jobs
 
 Row = dict[str, Any]
@@ -20,7 +20,7 @@ _SECONDS_BETWEEN_LINES = 20.0
 _SECONDS_BETWEEN_TABLES = 30.0
 
 
-def keep_row(path: Path, key: str, row: Row) -> None:
+def save_row(path: Path, key: str, row: Row) -> None:
     """Write a row.
 
     Args:
@@ -28,10 +28,10 @@ def keep_row(path: Path, key: str, row: Row) -> None:
         key: Digest of all inputs.
         row: What was measured.
     """
-    keep_file(path, json.dumps({"key": key, **row}, indent=1).encode())
+    write_atomically(path, json.dumps({"key": key, **row}, indent=1).encode())
 
 
-def recall_row(path: Path, key: str) -> Row | None:
+def load_row(path: Path, key: str) -> Row | None:
     """Return a row; None if there is no such file, or it has other inputs."""
     if not path.is_file():
         return None
@@ -39,7 +39,7 @@ def recall_row(path: Path, key: str) -> Row | None:
     return row if row["key"] == key else None
 
 
-def run_waiting(
+def run_missing(
     make_row: Callable[[Any], None],
     jobs: Sequence[Job[Any]],
     pool: WorkerPool,
@@ -58,14 +58,14 @@ def run_waiting(
     """
     written = time.monotonic()
 
-    def tell(name: str, over: int, total: int) -> None:
+    def report_job(name: str, over: int, total: int) -> None:
         nonlocal written
         note(f"{name} is over, {over} of {total}")
         if time.monotonic() > written + _SECONDS_BETWEEN_TABLES:
             write_tables()
             written = time.monotonic()
 
-    run_jobs(make_row, jobs, pool, tell)
+    run_jobs(make_row, jobs, pool, report_job)
 
 
 def sum_seconds(seconds: dict[str, float], frames: int) -> dict[str, float]:

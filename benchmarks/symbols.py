@@ -30,7 +30,7 @@ from quarc_ref.format.coding.gaussian_planes import read_births, write_births
 from quarc_ref.format.coding.motion_planes import read_motion, write_motion
 from quarc_ref.format.records import Births, Gaussians, StreamHeader
 
-Seen = dict[str, Any]  # context counts, indexed by the fields of a state
+CountsByField = dict[str, Any]  # context counts, indexed by the fields of a state
 
 REGIMES = {"paper": 0.07, "sparse": 0.01}
 _MOVERS = 8
@@ -40,7 +40,7 @@ _HEADER = StreamHeader(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Scenery:
+class SceneMotion:
     """Moving objects, and the distance of every Gaussian to them.
 
     Attributes:
@@ -53,10 +53,10 @@ class Scenery:
     mover: Int64
     velocity: np.ndarray
 
-    def advance(self, rng: np.random.Generator) -> "Scenery":
-        """Return the scenery of the next frame: motions continue with small changes."""
+    def advance(self, rng: np.random.Generator) -> "SceneMotion":
+        """Return the motion in the next frame, with small changes."""
         noise = rng.normal(size=self.velocity.shape) * self.velocity.std(axis=1, keepdims=True)
-        return Scenery(self.distance, self.mover, 0.95 * self.velocity + 0.3 * noise)
+        return SceneMotion(self.distance, self.mover, 0.95 * self.velocity + 0.3 * noise)
 
 
 def make_canonical(count: int, rng: np.random.Generator) -> State:
@@ -68,33 +68,33 @@ def make_canonical(count: int, rng: np.random.Generator) -> State:
     return begin_canonical(_HEADER, 0, Gaussians(positions.astype(np.int64), rotations, codes))
 
 
-def make_scenery(state: State, rng: np.random.Generator) -> Scenery:
+def make_scene_motion(state: State, rng: np.random.Generator) -> SceneMotion:
     """Return movers at random Gaussians."""
     positions = state.scene.positions.astype(np.float64)
     centers = positions[:, rng.integers(0, state.scene.count, _MOVERS)]
     distances = np.stack([np.linalg.norm(positions - at[:, None], axis=0) for at in centers.T])
     velocity = rng.normal(size=(_HEADER.symbol_planes, _MOVERS))
     velocity *= np.where(np.arange(_HEADER.symbol_planes) < 3, 5.0, 1.2)[:, None]
-    return Scenery(distances.min(axis=0), distances.argmin(axis=0), velocity)
+    return SceneMotion(distances.min(axis=0), distances.argmin(axis=0), velocity)
 
 
-def make_symbols(state: State, scenery: Scenery, share: float) -> list[Int64]:
+def make_symbols(state: State, motion: SceneMotion, share: float) -> list[Int64]:
     """Return symbols with about the given share of nonzero ones, level 1 first.
 
     Args:
         state: After `begin_frame`.
-        scenery: Of the frame.
+        motion: Motion of the scene.
         share: From 0 to the share when everything moves.
     """
-    low, high = 0.0, float(scenery.distance.max())
+    low, high = 0.0, float(motion.distance.max())
     for _ in range(12):
         reach = (low + high) / 2
-        too_many = share_of_nonzero(_draw_symbols(state, scenery, reach)) > share
+        too_many = nonzero_share(_draw_symbols(state, motion, reach)) > share
         low, high = (low, reach) if too_many else (reach, high)
-    return _draw_symbols(state, scenery, low)
+    return _draw_symbols(state, motion, low)
 
 
-def share_of_nonzero(symbols: list[Int64]) -> float:
+def nonzero_share(symbols: list[Int64]) -> float:
     """Return the share of symbols that are not 0."""
     return float(np.mean(np.concatenate(symbols, axis=1) != 0))
 
@@ -110,7 +110,9 @@ def make_births(state: State, count: int, rng: np.random.Generator) -> Births:
     return Births(np.sort(rng.integers(0, state.scene.count, count)), residuals)
 
 
-def prepare(state: State, symbols: list[Int64], births: Births) -> tuple[Callable[[], Seen], int]:
+def prepare(
+    state: State, symbols: list[Int64], births: Births
+) -> tuple[Callable[[], CountsByField], int]:
     """Codes a frame's symbols; the only place that calls the format.
 
     Returns:
@@ -125,7 +127,7 @@ def prepare(state: State, symbols: list[Int64], births: Births) -> tuple[Callabl
         message = "decoding does not reproduce the symbols"
         raise RuntimeError(message)
 
-    def decode() -> Seen:
+    def decode() -> CountsByField:
         _, moves = read_motion(motion, levels, state.motion_counts)
         _, born = read_births(newborn, planes, count, state.birth_counts)
         return {"motion_counts": moves, "birth_counts": born}
@@ -136,16 +138,16 @@ def prepare(state: State, symbols: list[Int64], births: Births) -> tuple[Callabl
 def time_regime(state: State, share: float, births: int, repeats: int) -> list[dict[str, object]]:
     """Return a row for each decoder: milliseconds of the second of two moved frames."""
     rng = np.random.default_rng(1)
-    scenery = make_scenery(state, rng)
-    begun = begin_frame(state, 0)
-    symbols = make_symbols(begun, scenery, share)
-    decode, _ = prepare(begun, symbols, make_births(begun, births, rng))
-    begun = begin_frame(replace(move(begun, symbols), **decode()), 0)
-    symbols = make_symbols(begun, scenery.advance(rng), share)
-    decode, size = prepare(begun, symbols, make_births(begun, births, rng))
+    motion = make_scene_motion(state, rng)
+    start = begin_frame(state, 0)
+    symbols = make_symbols(start, motion, share)
+    decode, _ = prepare(start, symbols, make_births(start, births, rng))
+    start = begin_frame(replace(move(start, symbols), **decode()), 0)
+    symbols = make_symbols(start, motion.advance(rng), share)
+    decode, size = prepare(start, symbols, make_births(start, births, rng))
     facts = {
         "anchors": sum(level.shape[1] for level in symbols),
-        "nonzero": share_of_nonzero(symbols),
+        "nonzero": nonzero_share(symbols),
         "bytes": size,
     }
     rows: list[dict[str, object]] = []
@@ -171,11 +173,11 @@ def time_calls(call: Callable[[], object], repeats: int) -> dict[str, float]:
     """
     spent = []
     for _ in range(repeats):
-        begun, begun_cpu = perf_counter(), process_time()
+        start_time, start_cpu = perf_counter(), process_time()
         call()
-        spent.append((perf_counter() - begun, process_time() - begun_cpu))
-    by_clock, of_processor = zip(*spent, strict=True)
-    return {"ms": 1e3 * median(by_clock), "cpu_ms": 1e3 * median(of_processor)}
+        spent.append((perf_counter() - start_time, process_time() - start_cpu))
+    wall, cpu = zip(*spent, strict=True)
+    return {"ms": 1e3 * median(wall), "cpu_ms": 1e3 * median(cpu)}
 
 
 def main() -> None:
@@ -205,13 +207,13 @@ def main() -> None:
         )
 
 
-def _draw_symbols(state: State, scenery: Scenery, reach: float) -> list[Int64]:
+def _draw_symbols(state: State, motion: SceneMotion, reach: float) -> list[Int64]:
     """Return symbols of the anchors within reach of a mover; the noise is the same in each call."""
     rng, symbols = np.random.default_rng(2), []
     for level in state.known_anchors.levels:
         places = np.searchsorted(state.scene.ids, level.owners)
-        thirds = scenery.velocity[:, scenery.mover[places]] / 3
-        moving = scenery.distance[places] < reach
+        thirds = motion.velocity[:, motion.mover[places]] / 3
+        moving = motion.distance[places] < reach
         noise = rng.normal(size=thirds.shape) * 0.4
         symbols.append(np.rint((thirds + noise) * moving).astype(np.int64))
     return symbols

@@ -14,7 +14,7 @@ from pathlib import Path
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1])]
 
 from making.suite import make_suite  # noqa: E402, the path is set above
-from making.writing_files import differing, write  # noqa: E402
+from making.writing_files import list_differing, write  # noqa: E402
 
 
 def main() -> int:
@@ -28,7 +28,7 @@ def main() -> int:
     parser.add_argument("--output", type=Path, default=Path(__file__).resolve().parent)
     options = parser.parse_args()
     files = make_suite()
-    changed = differing(files, options.output)
+    changed = list_differing(files, options.output)
     if not options.check:
         write(files, changed, options.output)
     for name in changed:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from runner.asking import Asker, ask_capabilities
+from runner.asking import CaseRunner, query_capabilities
 from runner.cases import list_cases
 from runner.encoders import encoder_case, try_encoder
 from runner.limits import Limits
@@ -22,7 +22,7 @@ from runner.manifest import Suite, SuiteError
 from runner.process import StartError
 from runner.report import Report, Result, select, write_reports
 
-_FAILED, _NOTHING_TO_ASK = 1, 2
+_FAILED, _NO_CASES = 1, 2
 
 
 def main() -> int:
@@ -36,7 +36,7 @@ def main() -> int:
         report = run(options, limits)
     except (SuiteError, StartError) as error:
         print(f"run.py: {error}", file=sys.stderr)
-        return _NOTHING_TO_ASK
+        return _NO_CASES
     write_reports(report, options.json, options.junit)
     sys.stdout.write(report.text(clauses=options.clauses))
     return 0 if report.passed else _FAILED
@@ -69,21 +69,21 @@ def parse_arguments() -> argparse.Namespace:
 def run_suite(options: argparse.Namespace, limits: Limits) -> Report:
     """Test a decoder in everything that it supports."""
     suite = Suite.load(options.suite)
-    known = {} if options.alone else ask_capabilities(options.decoder, limits)
+    known = {} if options.alone else query_capabilities(options.decoder, limits)
     jobs = "jobs" in known.get("capabilities", [])
     cases = select(list_cases(suite, known), options.only)
     if not cases:
         message = "no case has such a name"
         raise SuiteError(message)
-    asker = Asker(options.decoder, suite, limits, jobs=jobs)
+    case_runner = CaseRunner(options.decoder, suite, limits, jobs=jobs)
     results = []
     try:
         for case in cases:
             begun = time.monotonic()
-            verdict = asker.ask(case)
+            verdict = case_runner.ask(case)
             results.append(Result(case, verdict, time.monotonic() - begun))
     finally:
-        asker.close()
+        case_runner.close()
     return Report(options.decoder, known, results)
 
 

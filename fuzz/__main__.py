@@ -19,7 +19,7 @@ import atheris
 
 with atheris.instrument_imports(include=["quarc_ref"]):
     from fuzz.targets import TARGETS, list_seeds
-from hostile.mutations import put_together, take_apart
+from hostile.mutations import join_chunks, split_stream
 from quarc_ref.format.errors import BitstreamError
 
 _FOUND = Path("out/fuzz")
@@ -32,13 +32,13 @@ def main() -> None:
         sys.exit(f"{__doc__}\nTargets: {', '.join(TARGETS)}")
     command = [sys.argv[0], *sys.argv[2:]]
     if not any(Path(word).is_file() for word in sys.argv[2:]):
-        command.append(str(_gather(name)))
+        command.append(str(_prepare_corpus(name)))
     mutators = {"custom_mutator": _mutate_stream} if name in ("container", "streams") else {}
     atheris.Setup(command, TARGETS[name], **mutators)
     atheris.Fuzz()
 
 
-def _gather(name: str) -> Path:
+def _prepare_corpus(name: str) -> Path:
     """Return the folder with the corpus of a target, including the seeds."""
     folder = _FOUND / name
     folder.mkdir(parents=True, exist_ok=True)
@@ -50,7 +50,7 @@ def _gather(name: str) -> Path:
 def _mutate_stream(data: bytes, max_size: int, seed: int) -> bytes:
     """Change a payload and correct all CRCs; sometimes, and in damaged streams, change any byte."""
     try:
-        chunks = take_apart(data) if seed % 4 else []
+        chunks = split_stream(data) if seed % 4 else []
     except BitstreamError:
         chunks = []
     if not chunks:
@@ -59,7 +59,7 @@ def _mutate_stream(data: bytes, max_size: int, seed: int) -> bytes:
     place = seed // 4 % len(chunks)
     kind, payload = chunks[place]
     chunks[place] = (kind, atheris.Mutate(payload, max(1, len(payload) + 64)))
-    return put_together(chunks)[:max_size]
+    return join_chunks(chunks)[:max_size]
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from gpu.plan import DRY, REAL, STEPS
 from gpu.rows import Notebook, Row, format_table, write_tables
-from gpu.run_steps import Place, name_file, run_step, spread_time
+from gpu.run_steps import Place, allot_time, name_file, run_step
 from gpu.wheels import fetch, install_missing, name_packages
 
 _MINUTES = 9.5
@@ -57,12 +57,12 @@ def _run_all(asked: argparse.Namespace) -> int:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         try:
-            packages = _provide_packages(asked.wheels, rows)
+            packages = _install_packages(asked.wheels, rows)
             place = Place(folder, asked.dry_run, packages)
-            for step, limit in spread_time(STEPS, 60 * asked.minutes):
+            for step, limit in allot_time(STEPS, 60 * asked.minutes):
                 run_step(step, limit, place, rows)
                 write_tables(rows, asked.out)
-                if step.is_vital and not rows[-1].holds:
+                if step.is_required and not rows[-1].holds:
                     break
         except KeyboardInterrupt:
             code = _INTERRUPTED
@@ -71,7 +71,7 @@ def _run_all(asked: argparse.Namespace) -> int:
     return code or int(any(row.holds is False for row in rows))
 
 
-def _provide_packages(wheels: Path | None, rows: list[Row]) -> Path | None:
+def _install_packages(wheels: Path | None, rows: list[Row]) -> Path | None:
     """Return the folder of packages installed from wheels; None if there is none."""
     if wheels is None:
         return None

@@ -60,13 +60,13 @@ class Step:
         name: In the table.
         seconds: Time limit; the step is also limited by the time that earlier steps leave.
         module: Module with the function `work`.
-        is_vital: Whether no other step can run if this one fails.
+        is_required: Whether no other step can run if this one fails.
     """
 
     name: str
     seconds: float
     module: str
-    is_vital: bool = False
+    is_required: bool = False
 
     def load(self) -> Callable[[Sizes, Path, Notebook], None]:
         """Import the step's module and return its function."""
@@ -75,7 +75,7 @@ class Step:
 
 
 STEPS = (
-    Step("machine", 60, "gpu.machine", is_vital=True),
+    Step("machine", 60, "gpu.machine", is_required=True),
     Step("backends", 300, "gpu.agreement"),  # gsplat compiles its kernels first
     Step("tests", 90, "gpu.cuda_tests"),
     Step("scene", 120, "gpu.scene"),

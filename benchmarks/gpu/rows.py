@@ -69,7 +69,7 @@ def format_table(rows: Sequence[Row]) -> str:
 
 def write_tables(rows: Sequence[Row], folder: Path) -> None:
     """Write the rows as `gpu.md` and `gpu.json` into a folder, replacing older ones."""
-    finite = [{**asdict(row), "figures": _drop_infinite(row.figures)} for row in rows]
+    finite = [{**asdict(row), "figures": _drop_nonfinite(row.figures)} for row in rows]
     (folder / "gpu.md").write_text(format_table(rows))
     (folder / "gpu.json").write_text(json.dumps({"rows": finite}, indent=2, allow_nan=False) + "\n")
 
@@ -78,5 +78,5 @@ def _escape(cell: str) -> str:
     return " ".join(cell.replace("|", "/").split())
 
 
-def _drop_infinite(figures: dict[str, float]) -> dict[str, float]:
+def _drop_nonfinite(figures: dict[str, float]) -> dict[str, float]:
     return {name: value for name, value in figures.items() if math.isfinite(value)}

@@ -78,7 +78,7 @@ def _run(step: Step, limit: float, place: Place) -> str:
             return f"not done after {limit:.0f} s"
         finally:
             _end(child)
-    return "" if code == 0 else _take_last_line(log, code)
+    return "" if code == 0 else _read_last_line(log, code)
 
 
 def _end(child: "subprocess.Popen[bytes]") -> None:
@@ -100,12 +100,12 @@ def _make_environment(packages: Path | None) -> dict[str, str]:
     return environment
 
 
-def _take_last_line(log: Path, code: int) -> str:
+def _read_last_line(log: Path, code: int) -> str:
     lines = log.read_text(errors="replace").strip().splitlines()
     return lines[-1][-_LAST_WORDS:] if lines else f"exit code {code}"
 
 
-def spread_time(steps: tuple[Step, ...], seconds: float) -> Iterator[tuple[Step, float]]:
+def allot_time(steps: tuple[Step, ...], seconds: float) -> Iterator[tuple[Step, float]]:
     """Yield the steps with their time limits."""
     end = time.monotonic() + seconds
     for step in steps:

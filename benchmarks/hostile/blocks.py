@@ -17,7 +17,7 @@ from quarc_ref.format.errors import BitstreamError
 from quarc_ref.inspection.peak_memory import measure_peak_mebibytes
 
 BLOCK = 1000
-_OTHER_WAYS = tuple(way for way in judge.WAYS if way != "decode")
+_OTHER_MODES = tuple(way for way in judge.MODES if way != "decode")
 _SHOWN = 20  # failures, by number
 _SHARE = 40  # number of mutants of which each other way gets one
 
@@ -28,7 +28,7 @@ class Tally:
 
     Attributes:
         outcomes: Number of mutants for each outcome.
-        ways: Number of mutants decoded in each way.
+        modes: Number of mutants decoded in each way.
         frames: Number of decoded frames.
         seconds: Processor time of decoding.
         slowest: Seconds of the slowest mutant.
@@ -38,7 +38,7 @@ class Tally:
     """
 
     outcomes: Counter[str] = field(default_factory=Counter)
-    ways: Counter[str] = field(default_factory=Counter)
+    modes: Counter[str] = field(default_factory=Counter)
     frames: int = 0
     seconds: float = 0.0
     slowest: float = 0.0
@@ -49,7 +49,7 @@ class Tally:
     def note(self, number: int, way: str, verdict: judge.Verdict) -> None:
         """Count a mutant."""
         self.outcomes[verdict.outcome] += 1
-        self.ways[way] += 1
+        self.modes[way] += 1
         self.frames += verdict.frames
         self.seconds += verdict.seconds
         if verdict.seconds > self.slowest:
@@ -60,7 +60,7 @@ class Tally:
     def add(self, other: "Tally") -> None:
         """Add the results of another tally."""
         self.outcomes += other.outcomes
-        self.ways += other.ways
+        self.modes += other.modes
         self.frames += other.frames
         self.seconds += other.seconds
         if other.slowest > self.slowest:
@@ -68,7 +68,7 @@ class Tally:
         self.peak_rss_mib = max(self.peak_rss_mib, other.peak_rss_mib)
         self.failures |= other.failures
 
-    def list_unreached(self) -> list[str]:
+    def list_missing_reject_ids(self) -> list[str]:
         """Return the reject ids of SPEC 3.3 that no stream has reached."""
         kinds = [leaf for kind in BitstreamError.__subclasses__() for leaf in kind.__subclasses__()]
         return [leaf.reject_id for leaf in kinds if not self.outcomes[leaf.reject_id]]
@@ -93,15 +93,15 @@ class Tally:
             "slowest_number": self.slowest_number,
             "mean_ms": round(1000 * self.seconds / max(1, self.outcomes.total()), 3),
             "frames": self.frames,
-            "ways": dict(self.ways),
+            "modes": dict(self.modes),
             "failures": {str(number): self.failures[number] for number in first},
         }
 
 
-def choose_way(number: int) -> str:
+def choose_mode(number: int) -> str:
     """Return the way in which a mutant is decoded."""
     place = number % _SHARE
-    return _OTHER_WAYS[place] if place < len(_OTHER_WAYS) else "decode"
+    return _OTHER_MODES[place] if place < len(_OTHER_MODES) else "decode"
 
 
 class Maker(Protocol):
@@ -118,11 +118,11 @@ class Series:
 
     Attributes:
         maker: Makes them.
-        choose_way: Returns the way in which the stream of a number is decoded.
+        choose_mode: Returns the way in which the stream of a number is decoded.
     """
 
     maker: Maker
-    choose_way: Callable[[int], str] = choose_way
+    choose_mode: Callable[[int], str] = choose_mode
 
 
 def judge_block(
@@ -140,7 +140,7 @@ def judge_block(
     tally = Tally()
     for number in range(first, first + count):
         begin(number)
-        mutant, way = series.maker.make(number), series.choose_way(number)
+        mutant, way = series.maker.make(number), series.choose_mode(number)
         verdict = judge.judge(way, mutant.data, forged=mutant.forged)
         tally.note(number, way, verdict)
         if verdict.is_failure:
@@ -157,7 +157,7 @@ def append_block(path: Path, first: int, count: int, tally: Tally) -> None:
         "first": first,
         "count": count,
         "outcomes": dict(tally.outcomes),
-        "ways": dict(tally.ways),
+        "modes": dict(tally.modes),
         "frames": tally.frames,
         "seconds": tally.seconds,
         "slowest": tally.slowest,
@@ -176,7 +176,7 @@ def read_blocks(path: Path) -> dict[tuple[int, int], Tally]:
     for line in lines[:-1]:
         kept = json.loads(line)
         key = (kept.pop("first"), kept.pop("count"))
-        kept["outcomes"], kept["ways"] = Counter(kept["outcomes"]), Counter(kept["ways"])
+        kept["outcomes"], kept["modes"] = Counter(kept["outcomes"]), Counter(kept["modes"])
         kept["failures"] = {int(number): outcome for number, outcome in kept["failures"].items()}
         blocks[key] = Tally(**kept)
     return blocks

@@ -24,8 +24,8 @@ def decode_by_both_engines(data: bytes) -> Iterator[str]:
         LimitError: The stream exceeds the limits of the decoder.
         EnvironmentVariableError: The fast engine is not installed.
     """
-    (frames, end), (fast, other) = (_tell(data, engine) for engine in (REFERENCE, FAST))
-    if (frames, _place(end)) != (fast, _place(other)):
+    (frames, end), (fast, other) = (_digest_frames(data, engine) for engine in (REFERENCE, FAST))
+    if (frames, _find_rejection(end)) != (fast, _find_rejection(other)):
         message = f"the reference gives {frames}, {end!r}; the fast engine {fast}, {other!r}"
         raise VerificationError(message)
     yield from frames
@@ -33,12 +33,12 @@ def decode_by_both_engines(data: bytes) -> Iterator[str]:
         raise end
 
 
-def _place(end: _End) -> int | str | None:
+def _find_rejection(end: _End) -> int | str | None:
     """Return where a stream was rejected; either of two faults in a chunk may be reported."""
     return end.offset if isinstance(end, BitstreamError) else type(end).__name__
 
 
-def _tell(data: bytes, engine: str) -> tuple[list[str], _End]:
+def _digest_frames(data: bytes, engine: str) -> tuple[list[str], _End]:
     """Return a digest of every frame, including its floats, and how the stream ends."""
     told = []
     with use_engine(engine), Player(data, threads=1) as player:

@@ -43,7 +43,7 @@ def main() -> int:
     for block in wanted:
         tally.add(kept[block])
     told = tally.as_json()
-    told["unreached"] = tally.list_unreached() if arguments.structured else []
+    told["unreached"] = tally.list_missing_reject_ids() if arguments.structured else []
     print(json.dumps(told, indent=2) if arguments.json else _as_text(told))
     failed = tally.failures or tally.peak_rss_mib > judge.MEBIBYTES or told["unreached"]
     return 1 if failed else 0
@@ -124,7 +124,7 @@ def _judge_block(block: _Block, failures: Path) -> Tally:
 
 def _judge_one(arguments: argparse.Namespace) -> int:
     _begin(arguments)
-    mutant, way = _series[-1].maker.make(arguments.only), _series[-1].choose_way(arguments.only)
+    mutant, way = _series[-1].maker.make(arguments.only), _series[-1].choose_mode(arguments.only)
     verdict = judge.judge(way, mutant.data, forged=mutant.forged)
     print(verdict.outcome, f"{verdict.seconds:.3f} s", way, mutant, verdict.detail)
     return int(verdict.is_failure)

@@ -60,7 +60,7 @@ class _TooLongError(BaseException):
 
 
 def judge(way: str, data: bytes, *, forged: bool) -> Verdict:
-    """Decode a stream in one of the `WAYS` and classify the result.
+    """Decode a stream in one of the `MODES` and classify the result.
 
     Args:
         way: Which.
@@ -70,7 +70,7 @@ def judge(way: str, data: bytes, *, forged: bool) -> Verdict:
     begun, count, detail = time.process_time(), 0, ""
     signal.setitimer(signal.ITIMER_PROF, SECONDS)
     try:
-        for _ in WAYS[way](forge_state_crcs(data) if forged else data):
+        for _ in MODES[way](forge_state_crcs(data) if forged else data):
             count += 1
         outcome = "decoded"
     except BitstreamError as error:
@@ -93,7 +93,7 @@ def prepare(seeds: Iterable[bytes]) -> None:
         seeds: Streams that load and compile all code first, so that neither its time nor its memory
             is counted.
     """
-    for way in WAYS.values():
+    for way in MODES.values():
         for seed in seeds:
             with contextlib.suppress(BitstreamError, EditError):
                 list(way(seed))
@@ -136,7 +136,7 @@ def _inspect(data: bytes) -> Iterator[object]:
 
 
 BY_BOTH_ENGINES = "decode by both engines"
-WAYS: dict[str, Callable[[bytes], Iterator[object]]] = {
+MODES: dict[str, Callable[[bytes], Iterator[object]]] = {
     "decode": _decode,
     "decode by both coders": _decode_twice,
     BY_BOTH_ENGINES: decode_by_both_engines,

@@ -75,7 +75,7 @@ class Mutator:
         self._seeds = seeds
         self._names = sorted(seeds)
         self._weights = [1 / len(seeds[name]) ** 2 for name in self._names]
-        self._chunks = {name: take_apart(seeds[name]) for name in self._names}
+        self._chunks = {name: split_stream(seeds[name]) for name in self._names}
         self._series = series
 
     def make(self, number: int) -> Mutant:
@@ -92,7 +92,7 @@ class Mutator:
             forgery = rng.choice(_FORGERIES)
             done.append(forgery.__name__.strip("_"))
             chunks = forgery(rng, chunks, other_chunks)
-        return Mutant(put_together(chunks), (name, *done), forged=rng.random() < 0.3)
+        return Mutant(join_chunks(chunks), (name, *done), forged=rng.random() < 0.3)
 
 
 def damage_bytes(rng: random.Random, data: bytes, other: bytes) -> tuple[bytes, list[str]]:
@@ -111,7 +111,7 @@ def damage_bytes(rng: random.Random, data: bytes, other: bytes) -> tuple[bytes, 
     return data, done
 
 
-def take_apart(stream: bytes) -> Chunks:
+def split_stream(stream: bytes) -> Chunks:
     """Return the chunks of a stream.
 
     Raises:
@@ -120,7 +120,7 @@ def take_apart(stream: bytes) -> Chunks:
     return [(chunk.kind, chunk.payload) for chunk in split_chunks(stream)]
 
 
-def put_together(chunks: Chunks) -> bytes:
+def join_chunks(chunks: Chunks) -> bytes:
     """Return a stream of arbitrary chunks with correct numbers, lengths and CRCs."""
     pieces = [MAGIC]
     for number, (kind, payload) in enumerate(chunks):
@@ -158,12 +158,12 @@ def _splice(rng: random.Random, data: bytes, other: bytes) -> bytes:
     return data[: rng.randrange(len(data) + 1)] + other[rng.randrange(len(other) + 1) :]
 
 
-def _leave_out(rng: random.Random, data: bytes, _other: bytes) -> bytes:
+def _remove_bytes(rng: random.Random, data: bytes, _other: bytes) -> bytes:
     first, last = sorted((rng.randrange(len(data) + 1), rng.randrange(len(data) + 1)))
     return data[:first] + data[last:]
 
 
-def _put_in(rng: random.Random, data: bytes, other: bytes) -> bytes:
+def _insert_bytes(rng: random.Random, data: bytes, other: bytes) -> bytes:
     place, start = rng.randrange(len(data) + 1), rng.randrange(len(other) + 1)
     junk = (rng.randbytes(rng.randrange(40)), other[start : start + rng.randrange(80)], SYNC)
     return data[:place] + rng.choice(junk) + data[place:]
@@ -174,7 +174,7 @@ def _swap_bytes(rng: random.Random, data: bytes, _other: bytes) -> bytes:
     return data[:first] + data[middle:last] + data[first:middle] + data[last:]
 
 
-def _in_payload(damage: Callable[[random.Random, bytes, bytes], bytes]) -> "Forgery":
+def _mutate_payload(damage: Callable[[random.Random, bytes, bytes], bytes]) -> "Forgery":
     """Return the mutation that damages one payload."""
 
     def forge(rng: random.Random, chunks: Chunks, other: Chunks) -> Chunks:
@@ -242,7 +242,7 @@ def _swap_chunks(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
     return changed
 
 
-def _lose_chunk(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
+def _drop_chunk(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
     lost = rng.randrange(len(chunks) + 1)
     return chunks[:lost] + chunks[lost + 1 :]
 
@@ -275,11 +275,20 @@ _COUNTS = {  # offset and size of fields (SPEC 5.4, 5.5, 5.8, 5.9)
     b"INDX": ((0, 4), (4, 8), (12, 4), (16, 4)),
 }
 _SECTIONS = {b"CANO": 6, b"FRAM": 2}
-_DAMAGES = (_flip, _flip, _write_number, _truncate, _splice, _leave_out, _put_in, _swap_bytes)
+_DAMAGES = (
+    _flip,
+    _flip,
+    _write_number,
+    _truncate,
+    _splice,
+    _remove_bytes,
+    _insert_bytes,
+    _swap_bytes,
+)
 _FORGERIES: tuple[Forgery, ...] = (
-    *map(_in_payload, 3 * (_flip, _write_number)),
-    *map(_in_payload, (_truncate, _splice, _leave_out, _put_in)),
+    *map(_mutate_payload, 3 * (_flip, _write_number)),
+    *map(_mutate_payload, (_truncate, _splice, _remove_bytes, _insert_bytes)),
     *(8 * (_change_words,)),
     _edit_count,
-    *(_swap_chunks, _lose_chunk, _repeat_chunk, _take_chunk, _rename_chunk),
+    *(_swap_chunks, _drop_chunk, _repeat_chunk, _take_chunk, _rename_chunk),
 )

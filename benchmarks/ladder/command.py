@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from kept_files import keep_file
+from kept_files import write_atomically
 from ladder.rows import Ladder, Task, list_tasks
 from ladder.rungs import RUNGS
 from ladder.tables import format_rows
-from paper.unquantized import open_studio
+from paper.unquantized import open_training_context
 from quarc_ref.cli.encoder_options import configure
 from quarc_ref.cli.errors import UsageError
 from quarc_ref.datasets.capture import Capture
@@ -61,7 +61,7 @@ def main(words: Sequence[str] | None = None) -> int:
         config = configure(arguments.preset, arguments.set, arguments.seed)
         with fixed_threads():
             start = _open_start(arguments, config)
-            print(_climb(start, tasks, config, arguments.out), end="")
+            print(_fill_ladder(start, tasks, config, arguments.out), end="")
     except (UsageError, MismatchError, CaptureError, QuarcError, OSError) as error:
         note(f"ladder.py: {error}")
         return 2
@@ -71,14 +71,14 @@ def main(words: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _climb(start: Start, tasks: list[Task], config: EncoderConfig, folder: Path) -> str:
+def _fill_ladder(start: Start, tasks: list[Task], config: EncoderConfig, folder: Path) -> str:
     """Compute the missing rows, keep the table up to date, and return it."""
-    context = open_studio(start.capture, "cpu", config.seed, NullProgress())
-    start.ladder.climb(tasks, context)
-    rows = [row for task in tasks if (row := start.ladder.recall(task)) is not None]
+    context = open_training_context(start.capture, "cpu", config.seed, NullProgress())
+    start.ladder.fill(tasks, context)
+    rows = [row for task in tasks if (row := start.ladder.load(task)) is not None]
     rows.sort(key=lambda row: (row["ahead"], row["iterations"]))
     table = format_rows(rows)
-    keep_file(folder / "ladder.md", table.encode())
+    write_atomically(folder / "ladder.md", table.encode())
     return table
 
 
@@ -91,7 +91,7 @@ def _open_start(arguments: argparse.Namespace, config: EncoderConfig) -> Start:
         QuarcError: The stream is malformed or cannot be encoded.
         OSError: A file cannot be read or written.
     """
-    path = arguments.stream or _provide_stream(arguments, config)
+    path = arguments.stream or _encode_if_missing(arguments, config)
     data = path.read_bytes()
     summary = inspect_stream(data)
     capture = open_same_capture(summary, arguments.capture)
@@ -109,7 +109,7 @@ def _open_start(arguments: argparse.Namespace, config: EncoderConfig) -> Start:
     return Start(capture, state, ladder)
 
 
-def _provide_stream(arguments: argparse.Namespace, config: EncoderConfig) -> Path:
+def _encode_if_missing(arguments: argparse.Namespace, config: EncoderConfig) -> Path:
     """Return a stream up to the start frame, encoded if it does not exist."""
     capture = open_capture(arguments.capture, CaptureOptions(held_out=tuple(arguments.held_out)))
     names = [capture.cameras[index].name for index in capture.held_out]
@@ -124,7 +124,7 @@ def _provide_stream(arguments: argparse.Namespace, config: EncoderConfig) -> Pat
             config, arguments.frame + 1, "cpu", lines, path.with_suffix(".training"), checks=False
         )
         encode(capture, sink, options)
-        keep_file(path, sink.getvalue())
+        write_atomically(path, sink.getvalue())
     return path
 
 

@@ -18,7 +18,7 @@ from quarc_ref.encoder.training.trainable import Attributes
 _FEWER = 4  # factor from one trial to the next
 
 
-def choose_dying(
+def choose_deletions(
     context: TrainingContext, attributes: Attributes, frame: int, dssim: float
 ) -> Tensor:
     """Return the mask `[N]` of the Gaussians whose deletion reduces the loss most.
@@ -29,7 +29,7 @@ def choose_dying(
         frame: Ordinal of the frame.
         dssim: Weight of D-SSIM in the loss.
     """
-    gains = _foretell(context, attributes, frame, dssim)
+    gains = _predict_gains(context, attributes, frame, dssim)
     order = torch.argsort(gains, descending=True, stable=True)
     nobody = torch.zeros_like(gains, dtype=torch.bool)
     best, least = nobody, _measure(context, attributes, frame, dssim)
@@ -44,7 +44,9 @@ def choose_dying(
     return best
 
 
-def _foretell(context: TrainingContext, attributes: Attributes, frame: int, dssim: float) -> Tensor:
+def _predict_gains(
+    context: TrainingContext, attributes: Attributes, frame: int, dssim: float
+) -> Tensor:
     """Return `[N]` the decrease of the loss if each Gaussian alone is deleted, from the slope."""
     logits = attributes.opacities.detach().clone().requires_grad_()
     free = replace(attributes, opacities=logits)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor
 
-from ladder.dying import choose_dying
+from ladder.dying import choose_deletions
 from ladder.rungs import Rung
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.scene import Scene
@@ -26,7 +26,7 @@ Rates = list[float]  # in the order of `Attributes`
 
 _ORDER = ("translation", "rotation", "log-scales", "opacity", "SH DC", "SH rest")
 _TRANSLATION, _ROTATION, *_, _REST = range(len(_ORDER))
-_DIES_AT = 0.5  # of the iterations; the others have the rest to compensate for it
+_DELETE_AT = 0.5  # of the iterations; the others have the rest to compensate for it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,8 +93,8 @@ def _fit_single(
     trainer = Trainer(start, tuple(rates))
     views = context.views.shuffled(context.generator(frame, "ladder"))
     for step in range(iterations):
-        if "deaths" in rung.free and step == round(_DIES_AT * iterations):
-            dying = choose_dying(
+        if "deaths" in rung.free and step == round(_DELETE_AT * iterations):
+            dying = choose_deletions(
                 context, trainer.attributes.detached(), frame, config.motion.lambda_dssim
             )
             alive = alive[~dying]

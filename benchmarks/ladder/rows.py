@@ -19,7 +19,7 @@ from quarc_ref.encoder.settings.presets import list_settings
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.first_frame import refit_exposures
 from quarc_ref.format.cameras import Camera
-from studies import Row, keep_row, note, recall_row
+from studies import Row, load_row, note, save_row
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,11 +81,11 @@ class Ladder:
         settings = [[name, f"{value}"] for name, value in list_settings(config)]
         self._origin = [capture.fingerprint, origin, state.scene.frame, settings]
 
-    def recall(self, task: Task) -> Row | None:
+    def load(self, task: Task) -> Row | None:
         """Return the kept row of a task; None if there is none, or one of other inputs."""
-        return recall_row(self._path(task), self._key(task))
+        return load_row(self._path(task), self._key(task))
 
-    def climb(self, tasks: Sequence[Task], context: TrainingContext) -> None:
+    def fill(self, tasks: Sequence[Task], context: TrainingContext) -> None:
         """Compute the missing rows.
 
         Raises:
@@ -93,7 +93,7 @@ class Ladder:
             StateError: A Gaussian has left the lattice.
             EncodeError: A residual exceeds the range of the format.
         """
-        waiting = [task for task in tasks if self.recall(task) is None]
+        waiting = [task for task in tasks if self.load(task) is None]
         note(f"{len(tasks) - len(waiting)} of {len(tasks)} rows are there already")
         if not waiting:
             return
@@ -102,7 +102,7 @@ class Ladder:
         for number, task in enumerate(waiting):
             note(f"{task.name}: started; {number} of {len(waiting)} are finished")
             row = self._make(task, context, judge)
-            keep_row(self._path(task), self._key(task), row)
+            save_row(self._path(task), self._key(task), row)
             moving = row["floats"]["training"]["moving_gain_psnr"]
             said = "nothing moves" if moving is None else f"{moving:.2f} dB where it moves"
             note(f"{task.name}: {said}, {row['coded_bytes']} bytes, {row['seconds']:.0f} s")

@@ -38,7 +38,7 @@ _GROWING = (
 _FIELDS = frozenset(field for _, _, field in _GROWING)
 
 
-def _climb() -> list[Rung]:
+def _fill_ladder() -> list[Rung]:
     listed = [
         Rung(name, title, frozenset(field for _, _, field in _GROWING[: number + 1]))
         for number, (name, title, _) in enumerate(_GROWING)
@@ -59,4 +59,4 @@ def _climb() -> list[Rung]:
     ]
 
 
-RUNGS = {rung.name: rung for rung in _climb()}
+RUNGS = {rung.name: rung for rung in _fill_ladder()}

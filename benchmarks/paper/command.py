@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from kept_files import keep_file
+from kept_files import write_atomically
 from paper.experiments import EXPERIMENTS, Experiment, list_experiments, list_trials
 from paper.results import write_results
 from paper.rows import Task, make_row
@@ -20,7 +20,7 @@ from quarc_ref.encoder.settings.presets import PRESETS, change_setting, choose_p
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.jobs import Job, JobsError, WorkerPool
-from studies import Row, note, run_waiting
+from studies import Row, note, run_missing
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +71,7 @@ def run_study(study: Study, pool: WorkerPool) -> None:
     waiting = [task for task in study.tasks if task.trial.name not in done]
     note(f"{len(done)} of {len(study.tasks)} rows are there already")
     jobs = [Job(task.trial.name, task) for task in waiting]
-    run_waiting(make_row, jobs, pool, study.write)
+    run_missing(make_row, jobs, pool, study.write)
 
 
 def plan_studies(arguments: argparse.Namespace) -> list[Study]:
@@ -101,8 +101,8 @@ def write_scenes(studies: Sequence[Study], out: Path) -> str:
     scenes = {(study.folder.parent.name, study.folder.name): study.rows() for study in studies}
     experiments = studies[0].experiments
     text = format_scenes(experiments, scenes)
-    keep_file(out / "scenes.md", text.encode())
-    keep_file(out / "scenes.csv", write_scenes_csv(experiments, scenes))
+    write_atomically(out / "scenes.md", text.encode())
+    write_atomically(out / "scenes.csv", write_scenes_csv(experiments, scenes))
     return text
 
 
@@ -120,7 +120,7 @@ def plan_study(arguments: argparse.Namespace, folder: Path, out: Path) -> Study:
     """
     options = CaptureOptions(arguments.downscale, tuple(arguments.held_out))
     capture = open_capture(folder, options)
-    base = _settle_base(arguments, capture)
+    base = _make_base_config(arguments, capture)
     experiments = list_experiments(base, arguments.only)
     frames = capture.require_frames(arguments.frames)
     tasks = [
@@ -182,7 +182,7 @@ def _show(studies: Sequence[Study], arguments: argparse.Namespace) -> None:
             print(study.folder / "index.html")
 
 
-def _settle_base(arguments: argparse.Namespace, capture: Capture) -> EncoderConfig:
+def _make_base_config(arguments: argparse.Namespace, capture: Capture) -> EncoderConfig:
     """Return the settings of the full method, with steps adapted to the capture in world units."""
     config = choose_preset(arguments.preset)
     for setting in [*arguments.set, f"seed={arguments.seed}"]:

@@ -75,13 +75,13 @@ def _measure_moving(views: Sequence[View], frame: int, capture: Capture) -> floa
         return None
     found = []
     for view, index in zip(views, capture.held_out, strict=True):
-        moved = _find_moved(capture.image(index, frame), capture.image(index, frame - 1))
+        moved = _find_moving(capture.image(index, frame), capture.image(index, frame - 1))
         if moved.any():
             found.append(measure_psnr(view.decoded[moved][:, None], view.truth[moved][:, None]))
     return fmean(found) if found else None
 
 
-def _find_moved(now: Image, before: Image) -> NDArray[np.bool_]:
+def _find_moving(now: Image, before: Image) -> NDArray[np.bool_]:
     """Return `[H, W]` whether each pixel has moved."""
     moved: NDArray[np.bool_] = np.abs(now.astype(np.int16) - before).max(axis=2) > _MOVED
     return moved

@@ -5,7 +5,7 @@ from pathlib import Path
 from statistics import fmean
 from typing import Any
 
-from kept_files import keep_file
+from kept_files import write_atomically
 from paper.claims import list_claims
 from paper.experiments import Experiment, Point
 from paper.page import Section, compose_page
@@ -53,7 +53,7 @@ def write_results(
         "index.html": compose_page(title, sections, claims),
     }
     for name, data in files.items():
-        keep_file(folder / name, data)
+        write_atomically(folder / name, data)
     return folder / "index.html"
 
 
@@ -88,8 +88,8 @@ def _join(done: Sequence[tuple[Point, Row]], tell: Callable[[Row], Any]) -> dict
     """Return the curves along the axis, one for each series."""
     curves = {}
     for series in dict.fromkeys(point.series for point, _ in done):
-        mine = [(point.x, tell(row)) for point, row in done if point.series == series]
-        curves[series] = Curve(*(list(numbers) for numbers in zip(*mine, strict=True)))
+        subset = [(point.x, tell(row)) for point, row in done if point.series == series]
+        curves[series] = Curve(*(list(numbers) for numbers in zip(*subset, strict=True)))
     return curves
 
 

@@ -12,11 +12,11 @@ from pathlib import Path
 from statistics import fmean
 
 from canonical_once import CanonicalOnce
-from kept_files import keep_file
+from kept_files import write_atomically
 from paper.float_bytes import summarize_floats
 from paper.quality import MOVING_VARIANT, Quality, fit_slope, measure_quality
 from paper.trials import Trial
-from paper.unquantized import encode_unquantized, open_studio
+from paper.unquantized import encode_unquantized, open_training_context
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.decoder import Splats, dequantize
@@ -31,7 +31,7 @@ from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.inspection.stream_summary import KILOBYTE, KINDS, FrameSummary
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 from quarc_ref.streams import decode
-from studies import ProgressLines, Row, keep_row, recall_row, sum_seconds
+from studies import ProgressLines, Row, load_row, save_row, sum_seconds
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +89,7 @@ class Task:
 
     def recall(self, fingerprint: str) -> Row | None:
         """Return the saved row; None if there is none, or one of other inputs."""
-        return recall_row(self.row_path, self.key(fingerprint))
+        return load_row(self.row_path, self.key(fingerprint))
 
 
 def make_row(task: Task) -> None:
@@ -101,7 +101,7 @@ def make_row(task: Task) -> None:
     timer = StageTimer(ProgressLines(task.trial.name))
     run = _measure_floats if task.trial.floats else _measure_stream
     row = run(task, capture, lpips, timer)
-    keep_row(task.row_path, task.key(capture.fingerprint), {"name": task.trial.name, **row})
+    save_row(task.row_path, task.key(capture.fingerprint), {"name": task.trial.name, **row})
 
 
 def _measure_stream(task: Task, capture: Capture, lpips: Lpips | None, timer: StageTimer) -> Row:
@@ -110,7 +110,7 @@ def _measure_stream(task: Task, capture: Capture, lpips: Lpips | None, timer: St
     with canonical.within_encode():
         encode(capture, sink, EncodeOptions(task.trial.config, task.frames, task.device, timer))
     data = sink.getvalue()
-    keep_file(task.stream_path, data)
+    write_atomically(task.stream_path, data)
     summary = inspect_stream(data)
     scenes = ((scene.frame, dequantize(scene)) for scene in decode(data))
     quality = measure_quality(scenes, summary.cameras, capture, lpips)
@@ -121,7 +121,7 @@ def _measure_stream(task: Task, capture: Capture, lpips: Lpips | None, timer: St
 def _measure_floats(task: Task, capture: Capture, lpips: Lpips | None, timer: StageTimer) -> Row:
     frames: list[FrameSummary] = []
     canonical = task.canonical(capture.fingerprint)
-    context = open_studio(capture, task.device, task.trial.config.seed, timer)
+    context = open_training_context(capture, task.device, task.trial.config.seed, timer)
 
     def walk() -> Iterator[tuple[int, Splats]]:
         encoding = encode_unquantized(capture, task.trial, task.frames, context, canonical.train)

@@ -80,7 +80,7 @@ def encode_unquantized(
         capture: Capture; its held-out cameras are not used.
         trial: Settings, and the parts that stay in floats.
         frames: How many.
-        context: Of `open_studio`.
+        context: Of `open_training_context`.
         train: Function that trains the canonical frame.
     """
     config = adapt_steps_to_capture(trial.config, capture)
@@ -182,7 +182,7 @@ def _rebind(begun: State) -> State:
     return replace(begun, anchors=Anchors(anchors.levels, np.stack(binding)))
 
 
-def open_studio(
+def open_training_context(
     capture: Capture, device_name: str, seed: int, progress: Progress
 ) -> TrainingContext:
     """Return the training context of a capture.

@@ -9,7 +9,7 @@ from quality.comparison import compare_studies
 from quality.groups import Group, group_rows
 from quality.results import format_groups, write_results
 from quality.rows import Task, make_row
-from quality.subjects import TRACED, Subject, parse_traced, provide_traced, rotate_held_out
+from quality.subjects import TRACED, Subject, parse_traced, rotate_held_out, trace_if_missing
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
@@ -17,7 +17,7 @@ from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.settings.presets import PRESETS, change_setting, choose_preset
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.jobs import Job, JobsError, WorkerPool
-from studies import Row, note, run_waiting
+from studies import Row, note, run_missing
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,13 +42,13 @@ class Study:
         Raises:
             JobsError: Some encodes failed; all others are complete.
         """
-        waiting = [task for task in self.tasks if self._recall(task) is None]
+        waiting = [task for task in self.tasks if self._load_row(task) is None]
         note(f"{len(self.tasks) - len(waiting)} of {len(self.tasks)} rows are there already")
-        run_waiting(make_row, [Job(task.name, task) for task in waiting], pool, self.write)
+        run_missing(make_row, [Job(task.name, task) for task in waiting], pool, self.write)
 
     def groups(self) -> list[Group]:
         """Return the completed rows by capture and held-out set."""
-        rows = (self._recall(task) for task in self.tasks)
+        rows = (self._load_row(task) for task in self.tasks)
         return group_rows(row for row in rows if row is not None)
 
     def write(self) -> None:
@@ -57,7 +57,7 @@ class Study:
         if groups:
             write_results(groups, self.settings, self.folder)
 
-    def _recall(self, task: Task) -> Row | None:
+    def _load_row(self, task: Task) -> Row | None:
         return task.recall(self.fingerprints[task.capture])
 
 
@@ -68,7 +68,7 @@ def plan_study(arguments: argparse.Namespace) -> Study:
         ValueError: A variant, a preset or a setting does not exist, or nothing is requested.
         CaptureError: A capture cannot be read.
     """
-    config = _settle_config(arguments)
+    config = _make_config(arguments)
     tasks, fingerprints = [], {}
     for subject in _list_subjects(arguments):
         capture = open_capture(subject.folder)
@@ -121,7 +121,7 @@ def _list_subjects(arguments: argparse.Namespace) -> list[Subject]:
     for name in arguments.variants:
         parse_traced(name)  # reject before any capture is traced
     traced = (arguments.captures or arguments.out / "captures").resolve()
-    subjects += [provide_traced(name, traced) for name in arguments.variants]
+    subjects += [trace_if_missing(name, traced) for name in arguments.variants]
     if not subjects:
         message = "nothing to encode: give captures with --real, --still or --variants"
         raise ValueError(message)
@@ -149,7 +149,7 @@ def _list_tasks(
     ]
 
 
-def _settle_config(arguments: argparse.Namespace) -> EncoderConfig:
+def _make_config(arguments: argparse.Namespace) -> EncoderConfig:
     config = choose_preset(arguments.preset)
     for setting in arguments.set:
         name, _, value = setting.partition("=")

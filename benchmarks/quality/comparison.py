@@ -28,15 +28,15 @@ def compare_studies(ours: Path, theirs: Path) -> str:
     Raises:
         ComparisonError: A study has no results, or they have no capture in common.
     """
-    mine, others = _read_groups(ours), _read_groups(theirs)
-    shared = [label for label in mine if label in others]
+    own, others = _read_groups(ours), _read_groups(theirs)
+    shared = [label for label in own if label in others]
     if not shared:
         message = f"{ours} and {theirs} have no capture and held-out set in common"
         raise ComparisonError(message)
     for label in shared:
-        if mine[label]["fingerprint"] != others[label]["fingerprint"]:
+        if own[label]["fingerprint"] != others[label]["fingerprint"]:
             note(f"{label}: the two studies are of captures with different files")
-    differences = {label: _subtract_groups(mine[label], others[label]) for label in shared}
+    differences = {label: _subtract_groups(own[label], others[label]) for label in shared}
     return _format_differences(differences)
 
 
@@ -49,11 +49,11 @@ def _read_groups(folder: Path) -> Groups:
     return {f"{group['capture']}/{group['held_out_set']}": group for group in groups}
 
 
-def _subtract_groups(mine: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, Difference]:
+def _subtract_groups(own: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, Difference]:
     """Return the difference of every figure that both groups have."""
     return {
         name: subtract(Spread(**figure), Spread(**other["figures"][name]))
-        for name, figure in mine["figures"].items()
+        for name, figure in own["figures"].items()
         if name in other["figures"]
     }
 

@@ -4,7 +4,7 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from kept_files import keep_file
+from kept_files import write_atomically
 from quality.groups import COLUMN_NAMES, COLUMNS, Group
 from quality.spreads import Spread
 from quarc_ref.evaluation.plots import plot_spreads
@@ -48,7 +48,7 @@ def write_results(groups: Sequence[Group], settings: str, folder: Path) -> None:
         RESULTS: json.dumps(whole, indent=1).encode(),
     }
     for name, data in files.items():
-        keep_file(folder / name, data)
+        write_atomically(folder / name, data)
 
 
 def format_groups(groups: Sequence[Group]) -> str:

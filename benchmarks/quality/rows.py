@@ -6,7 +6,7 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from kept_files import keep_file
+from kept_files import write_atomically
 from quality.figures import measure_stream
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder import EncodeOptions, encode
@@ -15,7 +15,7 @@ from quarc_ref.encoder.settings.presets import list_settings
 from quarc_ref.encoder.stage_timer import StageTimer
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.evaluation.protocol import describe_protocol
-from studies import ProgressLines, Row, keep_row, recall_row, sum_seconds
+from studies import ProgressLines, Row, load_row, save_row, sum_seconds
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,11 +61,11 @@ class Task:
 
     def recall(self, fingerprint: str) -> Row | None:
         """Return the saved row; None if there is none, or one of other inputs."""
-        return recall_row(self.row_path, self._key(fingerprint))
+        return load_row(self.row_path, self._key(fingerprint))
 
     def keep(self, fingerprint: str, row: Row) -> None:
         """Write the row."""
-        keep_row(self.row_path, self._key(fingerprint), row)
+        save_row(self.row_path, self._key(fingerprint), row)
 
     def _key(self, fingerprint: str) -> str:
         """Return a digest of everything that the row depends on, except the code."""
@@ -88,7 +88,7 @@ def make_row(task: Task) -> None:
     lpips = Lpips(task.lpips) if task.lpips else None
     timer, sink = StageTimer(ProgressLines(task.name)), io.BytesIO()
     encode(capture, sink, EncodeOptions(task.config, task.frames, task.device, timer))
-    keep_file(task.stream_path, sink.getvalue())
+    write_atomically(task.stream_path, sink.getvalue())
     seconds = sum_seconds(timer.seconds, task.frames)
     figures, per_frame = measure_stream(task.stream_path.read_bytes(), capture, lpips)
     figures |= {

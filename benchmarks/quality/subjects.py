@@ -79,7 +79,7 @@ def parse_traced(name: str) -> SynthOptions:
     return SynthOptions(variant=match["variant"], frames=_FILM_FRAMES, **sizes)
 
 
-def provide_traced(name: str, folder: Path) -> Subject:
+def trace_if_missing(name: str, folder: Path) -> Subject:
     """Return a traced capture; trace it into a folder if it does not exist.
 
     Args:

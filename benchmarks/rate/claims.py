@@ -54,7 +54,7 @@ def amortize(canonical: float, moved: Sequence[float]) -> float:
 
 def amortize_file(summary: StreamSummary) -> float:
     """Return the real bytes per frame, including framing, headers and index."""
-    moved = [frame.chunk_bytes for frame in list_moved(summary)]
+    moved = [frame.chunk_bytes for frame in list_inter_frames(summary)]
     return amortize(summary.total_bytes - sum(moved), moved)
 
 
@@ -62,14 +62,14 @@ def amortize_estimate(summary: StreamSummary) -> float:
     """Return bytes per frame by the paper's estimate: zero-order, without overhead."""
     moved = [
         frame.estimate_bytes["motion"] + frame.estimate_bytes["births"]
-        for frame in list_moved(summary)
+        for frame in list_inter_frames(summary)
     ]
     return amortize(summary.frames[0].estimate_bytes["canonical"], moved)
 
 
 def claim_motion(summary: StreamSummary) -> list[Claim]:
     """Return the claims that compare motion and births with the estimate of the same symbols."""
-    moved = list_moved(summary)
+    moved = list_inter_frames(summary)
     worst = max(map(_motion_ratio, moved), key=lambda ratio: ratio or 0.0, default=None)
     coded, newborn = summary.coded_bytes(), sum(frame.births for frame in moved)
     estimate = sum(frame.estimate_bytes["motion"] for frame in moved)
@@ -103,8 +103,8 @@ def claim_against_paper(
     summary: StreamSummary, psnr: Sequence[float], paper: StreamSummary, paper_psnr: Sequence[float]
 ) -> list[Claim]:
     """Return the claims that compare the stream with the estimate of the preset `paper`."""
-    motion = mean([frame.coded_bytes["motion"] for frame in list_moved(summary)])
-    paper_motion = mean([frame.estimate_bytes["motion"] for frame in list_moved(paper)])
+    motion = mean([frame.coded_bytes["motion"] for frame in list_inter_frames(summary)])
+    paper_motion = mean([frame.estimate_bytes["motion"] for frame in list_inter_frames(paper)])
     whole = divide(amortize_file(summary), amortize_estimate(paper))
     return [
         Claim(f"whole stream over {AMORTIZED_FRAMES} frames / paper's estimate", whole, 0.25),
@@ -121,7 +121,7 @@ def claim_fourdgs(summary: StreamSummary, first: float | None, total: float | No
         first: Bytes of its first frame; None if the package is not installed.
         total: Bytes of all.
     """
-    whole, amortized, moved = None, None, len(list_moved(summary))
+    whole, amortized, moved = None, None, len(list_inter_frames(summary))
     if moved and first is not None and total is not None:
         whole = divide(summary.total_bytes, total)
         theirs = amortize(first, [(total - first) / moved])
@@ -132,7 +132,7 @@ def claim_fourdgs(summary: StreamSummary, first: float | None, total: float | No
     ]
 
 
-def list_moved(summary: StreamSummary) -> list[FrameSummary]:
+def list_inter_frames(summary: StreamSummary) -> list[FrameSummary]:
     """Return the frames that are not canonical."""
     return [frame for frame in summary.frames if not frame.canonical]
 

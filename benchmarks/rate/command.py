@@ -13,7 +13,7 @@ from rate.claims import (
     claim_fourdgs,
     claim_motion,
 )
-from rate.jobs import BUILT_IN, Job, provide_capture
+from rate.jobs import BUILT_IN, Job, trace_capture_if_missing
 from rate.measure import Measured, measure
 from rate.results import Results, write_files
 from rate.rows import (
@@ -58,7 +58,7 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     results = Results()
     for name in arguments.captures:
-        capture = provide_capture(name, folder)
+        capture = trace_capture_if_missing(name, folder)
         held_out = tuple(arguments.held_out)
         job = Job(capture, arguments.preset, (), arguments.frames, arguments.downscale, held_out)
         compare(job, folder, results, with_paper=not arguments.no_paper)

@@ -19,7 +19,7 @@ _SECONDS = 600
 _SPZ_MAGIC = b"NGSP"
 
 
-class NotAtHandError(Exception):
+class UnavailableError(Exception):
     """An external program is not installed, or fails."""
 
 
@@ -47,7 +47,7 @@ def convert_scene(splats: Splats, ending: str, folder: Path) -> Converted:
         folder: Folder of programs and files.
 
     Raises:
-        NotAtHandError: The program cannot be installed, or fails.
+        UnavailableError: The program cannot be installed, or fails.
     """
     program = install(folder / "node")
     with TemporaryDirectory(dir=folder) as beside:
@@ -66,7 +66,7 @@ def install(folder: Path) -> Path:
     """Return the program; install it into a folder with npm if it is missing.
 
     Raises:
-        NotAtHandError: Node or npm is missing, or npm fails.
+        UnavailableError: Node or npm is missing, or npm fails.
     """
     program = folder / "node_modules" / ".bin" / "splat-transform"
     if program.exists():
@@ -74,13 +74,13 @@ def install(folder: Path) -> Path:
     npm = shutil.which("npm")
     if npm is None:
         message = "npm is not installed"
-        raise NotAtHandError(message)
+        raise UnavailableError(message)
     folder.mkdir(parents=True, exist_ok=True)
     _run([npm, "install", "--no-audit", "--no-fund", "--prefix", folder, PACKAGE])
     return program
 
 
-def tell_version(folder: Path) -> str | None:
+def read_program_version(folder: Path) -> str | None:
     """Return the version that the program prints; None if it is not installed."""
     program = folder / "node" / "node_modules" / ".bin" / "splat-transform"
     return _run([program, "--version"]).strip() if program.exists() else None
@@ -103,5 +103,5 @@ def _run(command: list[str | Path]) -> str:
     except (OSError, subprocess.SubprocessError) as error:
         told = (getattr(error, "stderr", None) or str(error)).strip()
         message = f"{name}: {told.splitlines()[-1] if told else error}"
-        raise NotAtHandError(message) from error
+        raise UnavailableError(message) from error
     return done.stdout

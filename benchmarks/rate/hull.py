@@ -32,7 +32,7 @@ def upper_hull(points: Sequence[Point]) -> list[Point]:
     return hull
 
 
-def gap_below(point: Point, hull: Sequence[Point]) -> float:
+def gap_to_hull(point: Point, hull: Sequence[Point]) -> float:
     """Return how many dB a point is below a hull at its own rate; 0 on the hull.
 
     Args:

@@ -73,7 +73,7 @@ class Job:
         return config
 
 
-def provide_capture(name: str, folder: Path) -> Path:
+def trace_capture_if_missing(name: str, folder: Path) -> Path:
     """Return the folder of a capture; the built-in one is traced into `folder` first."""
     if name != BUILT_IN or Path(name).is_dir():
         return Path(name)
@@ -86,7 +86,7 @@ def provide_capture(name: str, folder: Path) -> Path:
     return target
 
 
-def provide_stream(job: Job, folder: Path) -> bytes:
+def encode_if_missing(job: Job, folder: Path) -> bytes:
     """Return a stream, encoded into `folder` if it does not exist.
 
     Raises:

@@ -16,7 +16,7 @@ from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.scene import Scene
 
 FEWEST_BYTES = "one keyframe, deltas chained, zstd 19, no index; no SH beyond the base color"
-AS_IT_COMES = "keyframe every 8, deltas chained, deflate 6, index; no SH beyond the base color"
+PLAIN_SETTINGS = "keyframe every 8, deltas chained, deflate 6, index; no SH beyond the base color"
 _SH_BASE = 0.28209479177387814
 
 
@@ -63,7 +63,7 @@ def count_bytes(scenes: Iterable[Scene]) -> list[Sizes]:
 
     return [
         Sizes(settings, count(samples[:1], options), count(samples, options))
-        for settings, options in ((FEWEST_BYTES, fewest), (AS_IT_COMES, {}))
+        for settings, options in ((FEWEST_BYTES, fewest), (PLAIN_SETTINGS, {}))
     ]
 
 

@@ -8,7 +8,7 @@ from statistics import fmean
 
 import numpy as np
 
-from kept_files import keep_file
+from kept_files import write_atomically
 from quarc_ref.cli.output import TerminalProgress
 from quarc_ref.decoder import Splats
 from quarc_ref.evaluation.evaluate import evaluate_stream
@@ -17,7 +17,7 @@ from quarc_ref.evaluation.same_capture import open_same_capture
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.inspection.stream_summary import StreamSummary
 from quarc_ref.rendering.pictures import render_picture
-from rate.jobs import Job, list_differences, provide_stream
+from rate.jobs import Job, encode_if_missing, list_differences
 from studies import note
 
 
@@ -46,12 +46,12 @@ def measure(job: Job, folder: Path) -> Measured:
     Raises:
         MismatchError: The existing stream of that name is of another capture.
     """
-    data = provide_stream(job, folder)
+    data = encode_if_missing(job, folder)
     summary = inspect_stream(data)
     differences = tuple(list_differences(job, summary.metadata))
     if differences:
         note(f"{job.file_name()} was made with other {', '.join(differences)}")
-    psnr = _recall_psnr(job, data, folder / f"{job.file_name()}.psnr.json")
+    psnr = _load_or_measure_psnr(job, data, folder / f"{job.file_name()}.psnr.json")
     return Measured(job, data, summary, psnr, differences)
 
 
@@ -67,12 +67,12 @@ def measure_first_frame(splats: Splats, measured: Measured) -> float:
     return fmean(numbers)
 
 
-def _recall_psnr(job: Job, data: bytes, path: Path) -> tuple[float, ...]:
+def _load_or_measure_psnr(job: Job, data: bytes, path: Path) -> tuple[float, ...]:
     """Return the quality of the given bytes, from a file if it was measured before."""
     digest = hashlib.sha256(data).hexdigest()
     if path.is_file() and (known := json.loads(path.read_text()))["sha256"] == digest:
         return tuple(known["psnr"])
     with TerminalProgress(quiet=False) as progress:
         psnr = evaluate_stream(data, job.capture, progress.advance).quality.psnr
-    keep_file(path, json.dumps({"sha256": digest, "psnr": psnr}, indent=2).encode())
+    write_atomically(path, json.dumps({"sha256": digest, "psnr": psnr}, indent=2).encode())
     return psnr

@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from kept_files import keep_file
+from kept_files import write_atomically
 from quarc_ref.evaluation.plots import plot_coders, plot_rate_distortion
 from quarc_ref.inspection.stream_summary import KILOBYTE, KINDS
-from rate.claims import Claim, list_moved
-from rate.converters import tell_version
+from rate.claims import Claim, list_inter_frames
+from rate.converters import read_program_version
 from rate.hull import Point, upper_hull
 from rate.measure import Measured
 from rate.rows import FLOATS, FOURDGS, Row
@@ -39,7 +39,7 @@ class Results:
     def add(self, measured: Measured, rows: list[Row]) -> None:
         """Add the rows of a stream."""
         self.rows.extend(rows)
-        self.moved[rows[0].capture, rows[0].preset] = len(list_moved(measured.summary))
+        self.moved[rows[0].capture, rows[0].preset] = len(list_inter_frames(measured.summary))
 
     def markdown(self) -> str:
         """Return the tables."""
@@ -65,12 +65,12 @@ def write_files(results: Results, folder: Path) -> None:
     }
     for name, records in tables.items():
         if records:
-            keep_file(folder / name, write_csv(records))
-    keep_file(folder / "rate.md", results.markdown().encode())
+            write_atomically(folder / name, write_csv(records))
+    write_atomically(folder / "rate.md", results.markdown().encode())
     for capture in results.claims:
-        keep_file(folder / f"{capture}.coders.png", plot_coders(_panels(results, capture)))
+        write_atomically(folder / f"{capture}.coders.png", plot_coders(_panels(results, capture)))
     for capture, points in results.points.items():
-        keep_file(folder / f"{capture}.sweep.png", _plot_points(points))
+        write_atomically(folder / f"{capture}.sweep.png", _plot_points(points))
 
 
 def describe_machine(folder: Path) -> dict[str, object]:
@@ -81,7 +81,7 @@ def describe_machine(folder: Path) -> dict[str, object]:
         "system": platform.system(),
         "python": platform.python_version(),
         **{name: _read_version(name) for name in _PACKAGES},
-        "splat-transform": tell_version(folder),
+        "splat-transform": read_program_version(folder),
     }
 
 

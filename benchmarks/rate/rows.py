@@ -9,7 +9,7 @@ from quarc_ref.decoder import dequantize
 from quarc_ref.inspection.stream_summary import KINDS
 from quarc_ref.streams import decode
 from rate import keyframe_deltas
-from rate.converters import NotAtHandError, convert_scene
+from rate.converters import UnavailableError, convert_scene
 from rate.measure import Measured, measure_first_frame
 from rate.planes import COMPRESSORS, read_symbols, sum_compressed, sum_floats
 
@@ -75,7 +75,7 @@ def list_generic_rows(measured: Measured) -> list[Row]:
         try:
             kinds: dict[str, Any] = sum_compressed(frames, compress)
         except ImportError as error:
-            rows.append(replace(blank, coder=name, remark=_lack(error)))
+            rows.append(replace(blank, coder=name, remark=_describe_error(error)))
         else:
             rows.append(_sum(replace(blank, coder=name, **kinds)))
     floats: dict[str, Any] = sum_floats(frames)
@@ -88,8 +88,8 @@ def make_still_row(measured: Measured, ending: str, folder: Path) -> Row:
     splats = dequantize(next(decode(measured.data)))
     try:
         converted = convert_scene(splats, ending, folder)
-    except NotAtHandError as error:
-        return replace(blank, remark=_lack(error))
+    except UnavailableError as error:
+        return replace(blank, remark=_describe_error(error))
     psnr = measure_first_frame(converted.splats, measured)
     return replace(blank, coder=converted.label, canonical=converted.byte_count, psnr_first=psnr)
 
@@ -100,7 +100,7 @@ def list_fourdgs_rows(measured: Measured) -> list[Row]:
     try:
         sizes = keyframe_deltas.count_bytes(decode(measured.data))
     except ImportError as error:
-        return [replace(blank, remark=_lack(error))]
+        return [replace(blank, remark=_describe_error(error))]
     return [
         replace(blank, coder=name, canonical=each.first, total=each.total, remark=each.settings)
         for name, each in zip((FOURDGS, f"{FOURDGS}, its defaults"), sizes, strict=True)
@@ -115,5 +115,5 @@ def _sum(row: Row) -> Row:
     return replace(row, total=sum(getattr(row, kind) or 0 for kind in KINDS))
 
 
-def _lack(error: Exception) -> str:
+def _describe_error(error: Exception) -> str:
     return f"unavailable: {error}"

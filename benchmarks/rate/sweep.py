@@ -16,7 +16,7 @@ from quarc_ref.encoder.encode_stream import adapt_steps_to_capture
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.format.constants import ROTATION_UNITY_LIMIT
 from rate.claims import Claim, amortize_file
-from rate.hull import Point, gap_below, upper_hull
+from rate.hull import Point, gap_to_hull, upper_hull
 from rate.jobs import Job
 from rate.measure import measure
 
@@ -33,7 +33,7 @@ def list_changes(config: EncoderConfig) -> Iterator[tuple[str, Changes]]:
     The training of frame 0 does not depend on them.
 
     Args:
-        config: Settings with steps in world units, as from `settle_steps`.
+        config: Settings with steps in world units, as from `fix_steps`.
     """
     yield "", ()
     for factor in _RATE_FACTORS:
@@ -49,7 +49,7 @@ def list_changes(config: EncoderConfig) -> Iterator[tuple[str, Changes]]:
         yield f"{count} to an anchor", (("stream.gaussians_per_anchor", f"{count}"),)
 
 
-def settle_steps(config: EncoderConfig, capture: Capture) -> Changes:
+def fix_steps(config: EncoderConfig, capture: Capture) -> Changes:
     """Return the changes that fix the steps adapted to a capture in world units."""
     stream = adapt_steps_to_capture(config, capture).stream
     return (
@@ -65,7 +65,7 @@ def sweep(job: Job, folder: Path) -> list[Point]:
     """Return rate and quality of every setting, the default first."""
     options = CaptureOptions(job.downscale, job.held_out)
     capture = open_capture(job.capture, options)
-    job = replace(job, changes=(*job.changes, *settle_steps(job.config(), capture)))
+    job = replace(job, changes=(*job.changes, *fix_steps(job.config(), capture)))
     said = [capture.fingerprint, asdict(options), job.config().seed]
     points = []
     with CanonicalOnce(folder / "canonical", said).within_encode():
@@ -77,7 +77,7 @@ def sweep(job: Job, folder: Path) -> list[Point]:
 
 def claim_hull(points: Sequence[Point]) -> Claim:
     """Return the claim that the default, the first point, is on the upper hull of all points."""
-    gap = gap_below(points[0], upper_hull(points))
+    gap = gap_to_hull(points[0], upper_hull(points))
     return Claim("dB of the default below the upper hull", gap, 0.0)
 
 

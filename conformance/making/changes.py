@@ -9,11 +9,11 @@ Symbols = Callable[[int, int], Sequence[int] | None]
 """The symbols of an anchor, given its level and index; None if it does not move."""
 
 
-def _stay(_level: int, _anchor: int) -> None:
+def _no_symbols(_level: int, _anchor: int) -> None:
     return None
 
 
-def say_nothing(_model: str, _context: int, _zeros: int, _ones: int) -> None:
+def state_nothing(_model: str, _context: int, _zeros: int, _ones: int) -> None:
     """State no probability."""
     return
 
@@ -81,11 +81,11 @@ class Change:
         updated: Words that replace those of the updates.
     """
 
-    symbols: Symbols = _stay
+    symbols: Symbols = _no_symbols
     births: tuple[Coded, ...] = ()
     deaths: int = 0
     previous: int = 1
-    stating: State = say_nothing
+    stating: State = state_nothing
     motion: tuple[int, ...] | None = None
     newborn: tuple[int, ...] | None = None
     updates: tuple[Update, ...] = ()

@@ -48,7 +48,7 @@ def _of_framing(parent: Valid) -> Iterable[Row]:
         ("payload-crc", "5.2-3", "payload-crc", -1, "a bit of a payload's CRC"),
     ]
     for name, clauses, ids, place, note in spoiled:
-        yield name, clauses, ids, stream.replaced(FRAM, spoil=place), note
+        yield name, clauses, ids, stream.replaced(FRAM, flip_byte=place), note
     yield (
         "payload-crc-of-zero",
         "5.2-3",
@@ -129,7 +129,7 @@ def _of_order(parent: Valid) -> list[Vector]:
     )
     return [
         *faults_at(parent, FRAM, [("head-later", "5.1-2", ids, later, note)]),
-        *(_met_after(parent, *row) for row in rows),
+        *(_found_after(parent, *row) for row in rows),
     ]
 
 
@@ -143,7 +143,7 @@ def _of_criticals(parent: Valid) -> Iterable[tuple[str, str, str, list[Piece], i
     yield "head-number", "5.2-4", "sequence chunk-order", number, 0, "HEAD has the number 1"
 
 
-def _met_after(
+def _found_after(
     parent: Valid, name: str, clauses: str, ids: str, pieces: list[Piece], frames: int, note: str
 ) -> Vector:
     """A fault that is found after a number of frames, and is not tested with recovery here."""
@@ -155,8 +155,8 @@ def _of_ancillaries(parent: Valid) -> list[Vector]:
     """Faults in the framing of skipped chunks."""
     stream = parent.stream
     vectors = []
-    for name, place, spoil in (("note", NOTE, 22), ("came", CAME, 40), ("meta", META, 30)):
-        pieces = stream.replaced(place, spoil=spoil)
+    for name, place, flip_byte in (("note", NOTE, 22), ("came", CAME, 40), ("meta", META, 30)):
+        pieces = stream.replaced(place, flip_byte=flip_byte)
         before = count_frames(pieces[:place])
         layout = assemble(pieces)
         gap = Gap(

@@ -94,7 +94,7 @@ def flip(parent: Valid, place: int, name: str) -> list[Vector]:
     header, payload = pick(place, 1) % 20, 20 + pick(place, 2) % (length - 20)
     for part, at in (("header", header), ("payload", payload)):
         ids = ("payload-crc",) if at >= 20 else ("bad-sync",) if at < 4 else ("header-crc",)
-        spoiled = parent.stream.replaced(place, spoil=at)
+        spoiled = parent.stream.replaced(place, flip_byte=at)
         note = f"a bit of byte {at} of chunk {place}, {kind}"
         vectors.append(_flipped(parent, place, spoiled, ids, f"damaged/{name}-{part}", note))
     return vectors
@@ -119,11 +119,11 @@ def _flipped(
     else:
         recovery = resumed(parent, pieces, place, ids)
         if place <= _FIRST_CANONICAL:
-            recovery = Recovery(recovery.frames, (_untold(recovery.gaps[0]),))
+            recovery = Recovery(recovery.frames, (_unknown_gap(recovery.gaps[0]),))
     return damaged_by(parent, name, RECOVERY_CLAUSES, data, said, recovery, note)
 
 
-def _untold(gap: Gap) -> Gap:
+def _unknown_gap(gap: Gap) -> Gap:
     """A gap before the first frame: the number of lost frames is unknown."""
     return Gap(gap.offset, gap.byte_count, gap.refused, None)
 

@@ -25,7 +25,7 @@ def make_ends(parent: Valid) -> list[Vector]:
     ]:
         said = Outcome(parent.frames, tuple(ids.split()))
         vector = broken(parent, f"invalid/{name}", clauses, there, said, note)
-        vectors.append(replace(vector, seek=_through(name)))
+        vectors.append(replace(vector, seek=_seek_results(name)))
     return vectors
 
 
@@ -90,7 +90,7 @@ def _of_tails(parent: Valid) -> Iterable[End]:
         yield name, "5.8-1 5.8-2", "tail-mismatch", pieces, note
 
 
-def _through(name: str) -> tuple[tuple[int, Outcome], ...]:
+def _seek_results(name: str) -> tuple[tuple[int, Outcome], ...]:
     """The results of seeking with an INDX that is wrong on the way to frame 4."""
     misleading = name.startswith("index-") and name.endswith(_MISLEADING)
     return ((4, Outcome((), ("index-mismatch",))),) if misleading else ()

@@ -8,7 +8,7 @@ import zlib
 from collections.abc import Sequence
 from typing import Any
 
-from making.changes import Change, Coded, Survivor, say_nothing
+from making.changes import Change, Coded, Survivor, state_nothing
 from making.payloads import Canonical, Frame, Head, Snapshot
 from making.planes import (
     birth_planes,
@@ -56,7 +56,7 @@ class _Maker(FrameDecoder):
 
 
 def make_canonical(
-    head: Head, frame: int, gaussians: Sequence[Coded], stating: State = say_nothing, **said: Any
+    head: Head, frame: int, gaussians: Sequence[Coded], stating: State = state_nothing, **said: Any
 ) -> tuple[Canonical, PlainState | None]:
     """Return a canonical frame.
 
@@ -116,7 +116,7 @@ def make_snapshot(
     before: PlainState,
     survivors: Sequence[Survivor],
     newborn: Sequence[Coded] = (),
-    stating: State = say_nothing,
+    stating: State = state_nothing,
     **said: Any,
 ) -> tuple[Snapshot, PlainState | None]:
     """Return a snapshot after a state; see `make_canonical`.

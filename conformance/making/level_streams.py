@@ -8,7 +8,7 @@ from making.payloads import Frame, Head
 from making.planes import update_planes
 from making.scenes import cloud, moving
 from making.streams import Piece, Stream
-from making.update_scenes import NEEDS, updating
+from making.update_scenes import NEEDS, update_head
 from making.vectors import Outcome, Splice, Valid, Vector, broken, valid
 from making.writing import Planes, WritingSection
 from plain.updates import read_updates
@@ -26,7 +26,7 @@ def make_levels() -> list[Valid]:
     grown.frame(Change(births=(_POINT,) * births))
     wider = Stream(Head(level=20, sh_degree=0)).canonical(0, [_POINT] * 5)
     wider.frame(Change(births=(_POINT,) * (births + 1)))
-    full_updated = _replace_by_update(Stream(updating(**_FEW)).canonical(0, [_POINT] * most))
+    full_updated = _replace_by_update(Stream(update_head(**_FEW)).canonical(0, [_POINT] * most))
     made = [
         valid(
             "levels/10-updates",

@@ -26,7 +26,7 @@ def make_losses(parent: Valid) -> list[Vector]:
         "index": ([13], 9, "INDX"),
     }
     losses = [lose(parent, f"damaged/lost-{n}", *case) for n, case in cases.items()]
-    return [*losses, _lose_both_ends(parent), _reject_two_canonicals(parent)]
+    return [*losses, _drop_both_ends(parent), _reject_two_canonicals(parent)]
 
 
 def lose(parent: Valid, name: str, gone: list[int], before: int, what: str) -> Vector:
@@ -53,7 +53,7 @@ def lose(parent: Valid, name: str, gone: list[int], before: int, what: str) -> V
     )
 
 
-def _lose_both_ends(parent: Valid) -> Vector:
+def _drop_both_ends(parent: Valid) -> Vector:
     """TAIL counts from the first frame of the stream, which is unknown."""
     layout = _assemble_lost(parent, [2, 12])
     offsets = layout.offsets  # of pieces 0, 1, 3 to 11, 13, 14

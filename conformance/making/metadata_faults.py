@@ -26,12 +26,12 @@ Fault = tuple[str, bytes, str, str, str]
 def make_metadata_faults(parent: Valid) -> list[Vector]:
     """Return faults for decoders that use `came` and `meta`."""
     return [
-        *_met_at(parent, CAME, 0, _of_cameras()),
-        *_met_at(parent, META, 4, _of_entries()),
+        *_found_at(parent, CAME, 0, _of_cameras()),
+        *_found_at(parent, META, 4, _of_entries()),
     ]
 
 
-def _met_at(parent: Valid, place: int, frames: int, faults: Iterable[Fault]) -> Iterable[Vector]:
+def _found_at(parent: Valid, place: int, frames: int, faults: Iterable[Fault]) -> Iterable[Vector]:
     for name, payload, ids, clauses, note in faults:
         pieces = parent.stream.replaced(place, payload=payload)
         outcome = Outcome(parent.frames[:frames], (ids,))

@@ -77,11 +77,11 @@ def _of_frames(parent: Valid) -> Iterable[Row]:
     yield "frame-words", "5-1 13-1", "field", words, "word_count is 2^32 - 1"
     words, note = _put(parent, place, payload, 13, more), "words that extend beyond the payload"
     yield "frame-words-beyond", "5-1", "field", words, note
-    yield from _with_each(parent, MOVED, _FRAME_FIELDS)
+    yield from _each_field(parent, MOVED, _FRAME_FIELDS)
     alive = parent.frames[MOVED - 1].gaussians
     everyone = with_fields(parent, MOVED, death_count=alive)
     yield "deaths-of-all", "7.4-3", "count", everyone, "all Gaussians die"
-    yield from _with_each(parent, MOVED, _FRAME_COUNTS)
+    yield from _each_field(parent, MOVED, _FRAME_COUNTS)
 
 
 def _of_canonicals(parent: Valid) -> Iterable[Row]:
@@ -92,7 +92,7 @@ def _of_canonicals(parent: Valid) -> Iterable[Row]:
     yield from _of_sizes(parent, place, "canonical", 4, 4)
     words = _put(parent, place, canonical.pack(), 21, _MAXIMUM)
     yield "canonical-words", "5-1 13-1", "field", words, "word_count is 2^32 - 1"
-    yield from _with_each(parent, 3, _CANONICAL_FIELDS)
+    yield from _each_field(parent, 3, _CANONICAL_FIELDS)
     first, rest = list(canonical.sections), list(canonical.sections)
     first[2], rest[5] = (*first[2], 0), (1, *rest[5])
     pieces, note = with_fields(parent, 3, sections=first), "a word of 0 ends the opacities"
@@ -120,6 +120,6 @@ def _put(parent: Valid, place: int, payload: bytes, at: int, number: int) -> lis
     return parent.stream.replaced(place, payload=changed)
 
 
-def _with_each(parent: Valid, number: int, fields: Iterable[Field]) -> Iterable[Row]:
+def _each_field(parent: Valid, number: int, fields: Iterable[Field]) -> Iterable[Row]:
     for name, clauses, ids, said, note in fields:
         yield name, clauses, ids, with_fields(parent, number, **said), note

@@ -36,7 +36,7 @@ def birth_planes(head: Head, births: Sequence[Coded]) -> list[Bits]:
     codes = _code_rows(head, births)
     turned = list(zip(*(g.rotation for g in births), strict=True)) or [()] * 4
     x, y, z = codes[:3]
-    steps = (x, _less(y, x), _less(z, y))
+    steps = (x, _subtract(y, x), _subtract(z, y))
     planes = [
         *writing.ascending([g.parent for g in births]),
         *writing.rows(*zip(*(g.position for g in births), strict=True)),
@@ -124,8 +124,8 @@ def _code_rows(head: Head, gaussians: Sequence[Coded]) -> list[tuple[int, ...]]:
 
 def _colors(codes: Sequence[Sequence[int]]) -> list[list[int]]:
     red, green, blue = codes[4:7]
-    return [list(green), _less(red, green), _less(blue, green)]
+    return [list(green), _subtract(red, green), _subtract(blue, green)]
 
 
-def _less(row: Sequence[int], other: Sequence[int]) -> list[int]:
+def _subtract(row: Sequence[int], other: Sequence[int]) -> list[int]:
     return [a - b for a, b in zip(row, other, strict=True)]

@@ -58,11 +58,11 @@ def _of_unknown_criticals(parent: Valid) -> Iterable[Vector]:
 def _before_the_first_canonical(parent: Valid) -> Iterable[Vector]:
     head, cameras, *rest = parent.stream.pieces
     frame = parent.stream.pieces[_FRAM]
-    for name, spoil, ids, note in (
+    for name, flip_byte, ids, note in (
         ("whole", None, ("chunk-order",), ""),
         ("damaged", 30, ("payload-crc", "chunk-order"), ", and its payload is damaged"),
     ):
-        pieces = [head, cameras, replace(frame, spoil=spoil), *rest]
+        pieces = [head, cameras, replace(frame, flip_byte=flip_byte), *rest]
         offsets = assemble(pieces).offsets
         gap = Gap(offsets[2], offsets[3] - offsets[2], ids[:1], None)
         recovery = Recovery(parent.frames, (gap,))
@@ -82,7 +82,7 @@ def _of_indexes(parent: Valid) -> Iterable[Vector]:
     yield _vector(parent, "canonical-behind-index", "5.1-6", within, said, recovery, note)
     offsets, data = parent.layout.offsets, parent.layout.data
     index = data[offsets[INDX] + 20 : offsets[TAIL] - 4]
-    pieces = stream.replaced(4, spoil=30)
+    pieces = stream.replaced(4, flip_byte=30)
     pieces[INDX] = replace(pieces[INDX], payload=index + bytes(1))
     offsets = assemble(pieces).offsets
     gaps = (
@@ -98,7 +98,7 @@ def _of_indexes(parent: Valid) -> Iterable[Vector]:
 def _of_tails(parent: Valid) -> Iterable[Vector]:
     """The last frame is damaged, and so are the totals of TAIL."""
     frames, said = parent.frames[:8], Outcome(parent.frames[:8], ("payload-crc",))
-    pieces = parent.stream.replaced(_LAST, spoil=30)
+    pieces = parent.stream.replaced(_LAST, flip_byte=30)
     fewer = [*pieces[:TAIL], replace(pieces[TAIL], payload=pack_tail(3, 3, 0))]
     offsets = parent.layout.offsets
     at, tail, end = offsets[_LAST], offsets[TAIL], offsets[-1]

@@ -18,14 +18,14 @@ def make_resources(journey: Valid, full: Valid, unlimited: Valid) -> list[Vector
         unlimited: A stream of level 31.
     """
     return [
-        _crowd(full),
+        _crowded(full),
         *_lengths(journey, unlimited),
         *_counts(unlimited),
         *_searches(journey),
     ]
 
 
-def _crowd(full: Valid) -> Vector:
+def _crowded(full: Valid) -> Vector:
     """65536 Gaussians at one position that do not move: each follows anchor 0."""
     stream = Stream(replace(full.stream.head, gaussians_per_anchor=16))
     stream.pieces.append(full.stream.pieces[1])

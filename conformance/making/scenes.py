@@ -66,7 +66,9 @@ def state_some(_model: str, context: int, zeros: int, ones: int) -> int:
     return base + 120 if ones > zeros else base
 
 
-def fill(fields: Mapping[str, range], said: Mapping[str, tuple[int, ...] | int]) -> tuple[int, ...]:
+def place_numbers(
+    fields: Mapping[str, range], said: Mapping[str, tuple[int, ...] | int]
+) -> tuple[int, ...]:
     """Return the numbers of all fields; missing fields are 0.
 
     Args:

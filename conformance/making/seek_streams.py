@@ -14,7 +14,12 @@ _WANTED = 7
 
 def make_seeks(parent: Valid) -> list[Vector]:
     """Return all vectors, as patches of the journey."""
-    return [*_of_offsets(parent), *_of_index(parent), *_passed_by(parent), *_without_index(parent)]
+    return [
+        *_of_offsets(parent),
+        *_of_index(parent),
+        *_skipped_faults(parent),
+        *_without_index(parent),
+    ]
 
 
 def _of_offsets(parent: Valid) -> Iterable[Vector]:
@@ -29,14 +34,14 @@ def _of_offsets(parent: Valid) -> Iterable[Vector]:
     }
     for name, (offset, note) in places.items():
         pieces = parent.stream.replaced(TAIL, payload=pack_tail(count, 3, offset))
-        yield _misled(parent, f"seek-to-{name}", "11.2-2", pieces, "tail-mismatch", note)
+        yield _wrong_index(parent, f"seek-to-{name}", "11.2-2", pieces, "tail-mismatch", note)
 
 
 def _of_index(parent: Valid) -> Iterable[Vector]:
     layout, pieces = parent.layout, parent.stream.pieces
     count = len(parent.frames)
     apart = [*pieces[:TAIL], Piece(b"note", pack_metadata()), pieces[TAIL]]
-    yield _misled(
+    yield _wrong_index(
         parent,
         "seek-index-apart",
         "11.2-2",
@@ -46,13 +51,13 @@ def _of_index(parent: Valid) -> Iterable[Vector]:
     )
     early = [*pieces[:TAIL], Piece(b"note", pack_metadata()), replace(pieces[TAIL], sequence=TAIL)]
     note = "INDX has the number before TAIL's, but does not end at TAIL"
-    yield _misled(parent, "seek-index-early", "11.2-2", early, "chunk-order", note)
+    yield _wrong_index(parent, "seek-index-early", "11.2-2", early, "chunk-order", note)
     fewer = parent.stream.replaced(TAIL, payload=pack_tail(count, 2, layout.offsets[INDX]))
     note = "canonical_count is less than the number of seek points in INDX"
-    yield _misled(parent, "seek-count", "11.2-3", fewer, "tail-mismatch", note)
+    yield _wrong_index(parent, "seek-count", "11.2-3", fewer, "tail-mismatch", note)
 
 
-def _misled(
+def _wrong_index(
     parent: Valid, name: str, clauses: str, pieces: list[Piece], read: str, note: str
 ) -> Vector:
     """A stream that seeking rejects at once, and reading through only at the end, by another id."""
@@ -61,28 +66,33 @@ def _misled(
     return replace(vector, seek=((_WANTED, Outcome((), ("index-mismatch",))),))
 
 
-def _passed_by(parent: Valid) -> Iterable[Vector]:
+def _skipped_faults(parent: Valid) -> Iterable[Vector]:
     """A fault that is found by reading through, and not by seeking."""
     frames, stream = parent.frames, parent.stream
     spoiled = {
         "payload": (
-            stream.replaced(CANO, spoil=60),
+            stream.replaced(CANO, flip_byte=60),
             3,
             "payload-crc",
             "a payload before the seek point",
         ),
-        "header": (stream.replaced(4, spoil=9), 2, "header-crc", "a header before the seek point"),
+        "header": (
+            stream.replaced(4, flip_byte=9),
+            2,
+            "header-crc",
+            "a header before the seek point",
+        ),
     }
     for name, (pieces, before, ids, note) in spoiled.items():
         said = Outcome(frames[:before], (ids,))
         vector = broken(parent, f"damaged/passed-{name}", "11.2-1", pieces, said, note)
         yield replace(vector, seek=((_WANTED, Outcome(frames[_WANTED:])),))
-    head = stream.replaced(0, spoil=30)
+    head = stream.replaced(0, flip_byte=30)
     vector = broken(
         parent, "damaged/passed-head", "11.2-1", head, Outcome((), ("payload-crc",)), "HEAD"
     )
     yield replace(vector, seek=((_WANTED, Outcome((), ("payload-crc",))),))
-    index = stream.replaced(INDX, spoil=-20)
+    index = stream.replaced(INDX, flip_byte=-20)
     said = Outcome(frames, ("payload-crc",))
     vector = broken(parent, "damaged/passed-index", "11.2-1", index, said, "a bit of INDX")
     yield replace(vector, seek=((_WANTED, Outcome((), ("payload-crc",))),))

@@ -9,7 +9,7 @@ from making.fault_rows import RECOVERY_CLAUSES, count_frames, damaged_by
 from making.frames import make_snapshot
 from making.payloads import Snapshot, pack_index
 from making.scenes import cloud
-from making.snapshot_scenes import NEEDS, as_they_were, differences, survive
+from making.snapshot_scenes import NEEDS, differences, survive, unchanged_survivors
 from making.streams import Piece, assemble
 from making.vectors import Gap, Outcome, Recovery, Valid, Vector, broken
 from making.word_faults import state_code
@@ -94,7 +94,7 @@ def _of_scenes(parent: Valid) -> Iterable[Row]:
 
     yield "empty", "7.9-3", "count", made(()), "no Gaussian at all"
     far = [replace(cloud(1, 5)[0], position=(1 << 20, 0, 0))]
-    wide = made(as_they_were(range(12)), far)
+    wide = made(unchanged_survivors(range(12)), far)
     yield "wide", "7.9-4", "symbol-range position-range", wide, "positions 2^20 steps or more apart"
     edge = [replace(cloud(1, 5)[0], position=(1 << 21, 0, 0))]
     note = "a position just beyond the lattice"
@@ -171,7 +171,7 @@ def _damaged(parent: Valid) -> Iterable[Vector]:
     )
     pieces, offsets = parent.stream.pieces, parent.layout.offsets
     for place, before, after, lost, name, note in rows:
-        spoiled = parent.stream.replaced(place, spoil=30)
+        spoiled = parent.stream.replaced(place, flip_byte=30)
         later = len(pieces) - 1
         if after is not None:
             later = next(

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from making.changes import Survivor
 from making.payloads import Head
-from making.scenes import between, fill, pick
+from making.scenes import between, pick, place_numbers
 
 FIELDS = {
     "position": range(3),
@@ -18,14 +18,14 @@ NEEDS = {"needs": "snapshots"}
 """Decoders of 1.0 are not tested with these streams, which they reject."""
 
 
-def snapping(**fields: int) -> Head:
+def snapshot_head(**fields: int) -> Head:
     """Return the HEAD of a stream with snapshots."""
     return replace(Head(version_minor=1, incompatible_features=4), **fields)
 
 
 def differences(**said: tuple[int, ...] | int) -> tuple[int, ...]:
     """Return the 14 differences of fields, `sh_dc` for SH DC; missing fields are 0."""
-    return fill(FIELDS, said)
+    return place_numbers(FIELDS, said)
 
 
 def survive(which: Iterable[int], seed: int = 0) -> tuple[Survivor, ...]:
@@ -42,6 +42,6 @@ def _draw(i: int, seed: int) -> Survivor:
     return Survivor(i, tuple(rows))
 
 
-def as_they_were(which: Iterable[int]) -> tuple[Survivor, ...]:
+def unchanged_survivors(which: Iterable[int]) -> tuple[Survivor, ...]:
     """Return survivors without differences."""
     return tuple(Survivor(i) for i in which)

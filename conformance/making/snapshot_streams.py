@@ -5,9 +5,16 @@ from typing import Any
 from making.changes import Change, Coded, Survivor
 from making.payloads import pack_camera, pack_cameras
 from making.scenes import between, cloud, moving, newborn, state_some
-from making.snapshot_scenes import FIELDS, NEEDS, as_they_were, differences, snapping, survive
+from making.snapshot_scenes import (
+    FIELDS,
+    NEEDS,
+    differences,
+    snapshot_head,
+    survive,
+    unchanged_survivors,
+)
 from making.streams import Stream
-from making.trap_making import set_traps, tell, telling
+from making.trap_making import distinct_motion, distinct_symbols, make_trap_vectors
 from making.update_scenes import drawn
 from making.vectors import Outcome, Valid, valid
 
@@ -21,7 +28,7 @@ def make_snapshots() -> list[Valid]:
 
 def snapshots_journey() -> Valid:
     """The parent of faults in snapshots: CANO 0 and 8, snapshots 3, 6 and 10, INDX."""
-    stream = Stream(snapping(level_count=2)).add(b"came", pack_cameras(pack_camera()))
+    stream = Stream(snapshot_head(level_count=2)).add(b"came", pack_cameras(pack_camera()))
     for frame in range(12):
         if frame in (0, 8):
             stream.canonical(frame, cloud(12, frame, reach=20))
@@ -55,7 +62,7 @@ def _go_on(stream: Stream, frames: int = 3) -> Stream:
 def _of_fields() -> list[Valid]:
     made = []
     for number, (name, rows) in enumerate(FIELDS.items()):
-        stream = Stream(snapping()).canonical(0, cloud(10, 30 + number))
+        stream = Stream(snapshot_head()).canonical(0, cloud(10, 30 + number))
         kept = []
         for i in range(10):
             values = [between(-9, 9, i, row) if row in rows else 0 for row in range(14)]
@@ -63,7 +70,7 @@ def _of_fields() -> list[Valid]:
             kept.append(Survivor(i, tuple(values)))
         stream.snapshot(kept)
         made.append(_valid(name, f"survivors that differ in {name} alone", "7.9 8.9", stream.end()))
-    turned = Stream(snapping()).canonical(0, cloud(8, 36))
+    turned = Stream(snapshot_head()).canonical(0, cloud(8, 36))
     turned.snapshot(Survivor(i, differences(rotation=(i % 4, 3 * i - 9, 7, i))) for i in range(8))
     note = "rotations of another index, whose components are coded without prediction"
     return [*made, _valid("turned", note, "7.9 8.9", turned.end())]
@@ -81,7 +88,7 @@ def _of_headers() -> list[Valid]:
     ]
     made = []
     for number, (name, note, fields) in enumerate(rows):
-        stream = Stream(snapping(**fields))
+        stream = Stream(snapshot_head(**fields))
         degree = stream.head.sh_degree
         stream.canonical(0, cloud(13, 70 + number, degree))
         updates = drawn(13, number) if stream.head.has_updates else ()
@@ -89,27 +96,29 @@ def _of_headers() -> list[Valid]:
         stream.snapshot(survive(range(1, 12), number), cloud(2, number, degree))
         made.append(_valid(name, note, "7.9 8.9", _go_on(stream, 4)))
     for level in (20, 30, 31):
-        stream = Stream(snapping(level=level)).canonical(0, cloud(5, level))
+        stream = Stream(snapshot_head(level=level)).canonical(0, cloud(5, level))
         stream.snapshot(survive(range(5), level))
         made.append(_valid(f"level-{level}", f"level {level} in HEAD", "3.2-6", _go_on(stream)))
     return made
 
 
 def _of_scenes() -> list[Valid]:
-    same = Stream(snapping()).canonical(0, cloud(9, 80)).snapshot(as_they_were(range(9)))
-    born = Stream(snapping()).canonical(0, cloud(9, 81)).snapshot((), cloud(7, 82))
-    last = Stream(snapping()).canonical(0, cloud(9, 83)).snapshot(as_they_were([6]))
-    rows = Stream(snapping()).canonical(0, cloud(9, 84))
+    same = (
+        Stream(snapshot_head()).canonical(0, cloud(9, 80)).snapshot(unchanged_survivors(range(9)))
+    )
+    born = Stream(snapshot_head()).canonical(0, cloud(9, 81)).snapshot((), cloud(7, 82))
+    last = Stream(snapshot_head()).canonical(0, cloud(9, 83)).snapshot(unchanged_survivors([6]))
+    rows = Stream(snapshot_head()).canonical(0, cloud(9, 84))
     rows.snapshot(survive(range(9), 1)).snapshot(survive(range(2, 9), 2), cloud(1, 85))
-    far = Stream(snapping(position_step=1)).canonical(0, [Coded((-9, 0, 0)), Coded((9, 1, 1))])
+    far = Stream(snapshot_head(position_step=1)).canonical(0, [Coded((-9, 0, 0)), Coded((9, 1, 1))])
     far.snapshot([
         Survivor(0, differences(position=(-16383, 8000, -1))),
         Survivor(1, differences(position=(16383, -8000, 9))),
     ])  # fmt: skip
-    wide = Stream(snapping(position_step=1)).canonical(0, [Coded((0, 0, 0))])
-    wide.snapshot(as_they_were([0]), [Coded((1048575, 0, 0)), Coded((5, 1048575, 1048575))])
+    wide = Stream(snapshot_head(position_step=1)).canonical(0, [Coded((0, 0, 0))])
+    wide.snapshot(unchanged_survivors([0]), [Coded((1048575, 0, 0)), Coded((5, 1048575, 1048575))])
     codes = [Coded((i, 0, 0), codes=((-16384, 0, 16383)[i],) * 16) for i in range(3)]
-    extreme = Stream(snapping()).canonical(0, codes)
+    extreme = Stream(snapshot_head()).canonical(0, codes)
     extreme.snapshot([
         Survivor(0, (0,) * 7 + (32767,) * 7),
         Survivor(2, (0,) * 7 + (-32767,) * 7),
@@ -126,12 +135,12 @@ def _of_scenes() -> list[Valid]:
 
 
 def _of_planes() -> list[Valid]:
-    stated = Stream(snapping()).canonical(0, cloud(9, 90))
+    stated = Stream(snapshot_head()).canonical(0, cloud(9, 90))
     stated.snapshot(survive(range(8), 5), cloud(2, 91), state_some)
-    named = Stream(snapping()).canonical(0, cloud(9, 92))
+    named = Stream(snapshot_head()).canonical(0, cloud(9, 92))
     named.snapshot(Survivor(i, fields=31 - i) for i in range(9))
-    roomy = Stream(snapping()).canonical(0, cloud(4, 93))
-    roomy.snapshot(as_they_were([1]), cloud(3, 94), origin=(-90, -80, -70), axis_bits=19)
+    roomy = Stream(snapshot_head()).canonical(0, cloud(4, 93))
+    roomy.snapshot(unchanged_survivors([1]), cloud(3, 94), origin=(-90, -80, -70), axis_bits=19)
     return [
         _valid("stated", "every context states a probability", "8.2-1 8.9", stated.end()),
         _valid("without-changes", "fields without a difference", "8.9", named.end()),
@@ -141,7 +150,7 @@ def _of_planes() -> list[Valid]:
 
 def make_snapshot_traps() -> list[Valid]:
     """Return the traps."""
-    return set_traps(
+    return make_trap_vectors(
         (
             (snapshots_of_the_canonical_frame, "7.9-2"),
             (snapshots_have_no_past, "7.9 8.2"),
@@ -159,76 +168,78 @@ def make_snapshot_traps() -> list[Valid]:
 
 def snapshots_of_the_canonical_frame() -> Stream:
     """A snapshot is coded against the CANO, not against the frame or the snapshot before it."""
-    stream = Stream(snapping(sh_degree=0)).canonical(0, _SCENE).frame(tell())
-    stream.snapshot(survive(range(0, 10, 2), 1)).frame(tell())
-    return stream.snapshot(survive(range(10), 2)).frame(tell())
+    stream = Stream(snapshot_head(sh_degree=0)).canonical(0, _SCENE).frame(distinct_motion())
+    stream.snapshot(survive(range(0, 10, 2), 1)).frame(distinct_motion())
+    return stream.snapshot(survive(range(10), 2)).frame(distinct_motion())
 
 
 def snapshots_have_no_past() -> Stream:
     """Counts, motion and recency are reset by a snapshot."""
-    stream = Stream(snapping(sh_degree=0, incompatible_features=6)).canonical(0, _SCENE)
+    stream = Stream(snapshot_head(sh_degree=0, incompatible_features=6)).canonical(0, _SCENE)
     for frame in range(1, 4):
         change = Change(moving(6, frame), newborn([2, 5], frame, 0), 2, updates=drawn(8, frame))
         stream.frame(change)
     stream.snapshot(survive(range(9), 3))
-    return stream.frame(Change(moving(6, 3), updates=drawn(9, 3))).frame(tell())
+    return stream.frame(Change(moving(6, 3), updates=drawn(9, 3))).frame(distinct_motion())
 
 
 def snapshots_sort_anew() -> Stream:
     """Survivors and new Gaussians are sorted together, in Morton order of their positions."""
-    stream = Stream(snapping(sh_degree=0)).canonical(0, _SCENE)
+    stream = Stream(snapshot_head(sh_degree=0)).canonical(0, _SCENE)
     moved = [Survivor(i, differences(position=(40 - 9 * i, 7 * i, -5 * i))) for i in range(10)]
-    return stream.snapshot(moved, cloud(6, 61, 0, reach=50)).frame(tell())
+    return stream.snapshot(moved, cloud(6, 61, 0, reach=50)).frame(distinct_motion())
 
 
 def equal_places_in_order() -> Stream:
     """Of Gaussians at the same position survivors come first, in the order of the CANO."""
     places = [Coded((i, 0, 0), codes=(-40, -40, -40, 5 - i, i, 0, 0)) for i in range(4)]
-    stream = Stream(snapping(sh_degree=0, gaussians_per_anchor=1)).canonical(0, places)
+    stream = Stream(snapshot_head(sh_degree=0, gaussians_per_anchor=1)).canonical(0, places)
     together = [Survivor(i, differences(position=(3 - i, 0, 0))) for i in range(4)]
     born = [Coded((3, 0, 0), codes=(-30, -30, -30, k, k, k, k)) for k in (9, 8)]
-    return stream.snapshot(together, born).frame(tell())
+    return stream.snapshot(together, born).frame(distinct_motion())
 
 
 def ids_begin_anew() -> Stream:
     """The next newborn after a snapshot of N Gaussians gets id N."""
-    stream = Stream(snapping(sh_degree=0)).canonical(0, _SCENE)
+    stream = Stream(snapshot_head(sh_degree=0)).canonical(0, _SCENE)
     stream.frame(Change(births=newborn([1, 2, 3], 1, 0)))
     stream.snapshot(survive(range(5), 4)).frame(Change(births=newborn([0, 4], 2, 0)))
-    return stream.frame(tell())
+    return stream.frame(distinct_motion())
 
 
 def snapshot_steps() -> Stream:
     """Positions differ in position steps, which are not the translation steps."""
-    head = snapping(sh_degree=0, position_step=3, translation_step=11)
+    head = snapshot_head(sh_degree=0, position_step=3, translation_step=11)
     stream = Stream(head).canonical(0, _SCENE)
     moved = [Survivor(i, differences(position=(i, -i, 1))) for i in range(10)]
-    return stream.snapshot(moved).frame(tell())
+    return stream.snapshot(moved).frame(distinct_motion())
 
 
 def differences_of_neighbors() -> Stream:
     """Positions are coded relative to the last one whose position differs."""
-    stream = Stream(snapping(sh_degree=0)).canonical(0, _SCENE)
+    stream = Stream(snapshot_head(sh_degree=0)).canonical(0, _SCENE)
     moved = [
         Survivor(i, differences(position=(9 + i, 9 - i, 9)) if i % 3 else (0,) * 14)
         for i in range(10)
     ]
-    return stream.snapshot(moved).frame(tell())
+    return stream.snapshot(moved).frame(distinct_motion())
 
 
 def sums_of_what_is_coded() -> Stream:
     """Contexts depend on the magnitudes of the coded numbers, field by field."""
-    stream = Stream(snapping(sh_degree=0)).canonical(0, _SCENE)
+    stream = Stream(snapshot_head(sh_degree=0)).canonical(0, _SCENE)
     changed = [
         Survivor(i, (3 * i, -2 * i, i, 0, i % 5, 1 - i % 3, 2, i, -i, i % 2, -3, i, 4 - i, 1))
         for i in range(10)
     ]
-    return stream.snapshot(changed).frame(tell())
+    return stream.snapshot(changed).frame(distinct_motion())
 
 
 def snapshots_sample_anew() -> Stream:
     """The frame after a snapshot has phase 1, and samples."""
-    head = snapping(sh_degree=0, resample_interval=4, full_crc_interval=2)
-    stream = Stream(head).canonical(0, _SCENE).frame(tell()).frame(tell())
-    stream.snapshot(survive(range(10), 6)).frame(Change(telling())).frame(tell())
+    head = snapshot_head(sh_degree=0, resample_interval=4, full_crc_interval=2)
+    stream = Stream(head).canonical(0, _SCENE).frame(distinct_motion()).frame(distinct_motion())
+    stream.snapshot(survive(range(10), 6)).frame(Change(distinct_symbols())).frame(
+        distinct_motion()
+    )
     return stream

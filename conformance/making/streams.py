@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from making.changes import Change, Coded, Survivor, say_nothing
+from making.changes import Change, Coded, Survivor, state_nothing
 from making.frames import make_canonical, make_frame, make_snapshot
 from making.payloads import (
     MAGIC,
@@ -45,14 +45,14 @@ class Piece:
         kind: Its type.
         payload: None for INDX and TAIL, which follow from the stream; bytes replace them.
         sequence: Sequence number that replaces the correct one.
-        spoil: Index of a byte whose lowest bit is flipped after the CRCs are computed.
+        flip_byte: Index of a byte whose lowest bit is flipped after the CRCs are computed.
         skip: How many sequence numbers the chunk skips before its own.
     """
 
     kind: bytes
     payload: bytes | None
     sequence: int | None = None
-    spoil: int | None = None
+    flip_byte: int | None = None
     skip: int = 0
 
     def pack(self, number: int, payload: bytes) -> bytes:
@@ -60,10 +60,10 @@ class Piece:
         sequence = number if self.sequence is None else self.sequence
         header = pack_chunk_header(self.kind, sequence, len(payload))
         data = header + payload + struct.pack("<I", zlib.crc32(payload))
-        if self.spoil is None:
+        if self.flip_byte is None:
             return data
         spoiled = bytearray(data)
-        spoiled[self.spoil] ^= 1
+        spoiled[self.flip_byte] ^= 1
         return bytes(spoiled)
 
 
@@ -129,7 +129,7 @@ class Stream:
         return self
 
     def canonical(
-        self, frame: int, gaussians: Iterable[Coded], stating: State = say_nothing, **said: Any
+        self, frame: int, gaussians: Iterable[Coded], stating: State = state_nothing, **said: Any
     ) -> "Stream":
         """Append a CANO chunk; one that violates a clause has no state, and ends the frames."""
         payload, state = make_canonical(self.head, frame, list(gaussians), stating, **said)
@@ -146,7 +146,7 @@ class Stream:
         self,
         survivors: Iterable[Survivor],
         newborn: Iterable[Coded] = (),
-        stating: State = say_nothing,
+        stating: State = state_nothing,
         **said: Any,
     ) -> "Stream":
         """Append a SNAP chunk; see `canonical`."""

@@ -4,7 +4,7 @@ from making.changes import Change, Coded
 from making.payloads import Head
 from making.scenes import cloud, moving, newborn
 from making.streams import Stream
-from making.trap_making import set_traps
+from making.trap_making import make_trap_vectors
 from making.vectors import Valid
 
 _ZEROS = [0] * 6
@@ -12,7 +12,7 @@ _ZEROS = [0] * 6
 
 def make_context_traps() -> list[Valid]:
     """Return all vectors."""
-    return set_traps(
+    return make_trap_vectors(
         (
             (counts_are_halved, "8.2"),
             (moving_without_symbols, "8.7"),

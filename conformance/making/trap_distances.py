@@ -8,7 +8,7 @@ from making.payloads import Head
 from making.planes import morton
 from making.scenes import only
 from making.streams import Stream
-from making.trap_making import set_traps
+from making.trap_making import make_trap_vectors
 from making.vectors import Valid
 from plain import oracle
 
@@ -18,7 +18,7 @@ _STEP, _EDGE = 47, 178481  # their product is POSITION_LIMIT
 
 def make_distance_traps() -> list[Valid]:
     """Return all vectors."""
-    return set_traps(
+    return make_trap_vectors(
         (
             (lattice_extremes, "6.3 6.4 7.2-3"),
             (lattice_edge_newborn, "7.6-2"),

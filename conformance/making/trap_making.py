@@ -15,12 +15,12 @@ The function has the name and the description of the trap.
 """
 
 
-def set_traps(traps: Iterable[Trap], **more: Any) -> list[Valid]:
+def make_trap_vectors(traps: Iterable[Trap], **more: Any) -> list[Valid]:
     """Return the streams of traps."""
-    return [_set(make, clauses, more) for make, clauses in traps]
+    return [_make_trap(make, clauses, more) for make, clauses in traps]
 
 
-def _set(make: Callable[[], Stream], clauses: str, more: dict[str, Any]) -> Valid:
+def _make_trap(make: Callable[[], Stream], clauses: str, more: dict[str, Any]) -> Valid:
     note = (make.__doc__ or "").removesuffix(".")
     name = make.__name__.replace("_", "-")
     return valid(
@@ -28,12 +28,12 @@ def _set(make: Callable[[], Stream], clauses: str, more: dict[str, Any]) -> Vali
     )
 
 
-def tell(channels: int = 6) -> Change:
+def distinct_motion(channels: int = 6) -> Change:
     """Return motion by symbols that are different for every anchor."""
-    return Change(telling(channels))
+    return Change(distinct_symbols(channels))
 
 
-def telling(channels: int = 6) -> Callable[[int, int], list[int]]:
+def distinct_symbols(channels: int = 6) -> Callable[[int, int], list[int]]:
     """Return symbols that are different for every anchor."""
 
     def symbols(level: int, anchor: int) -> list[int]:

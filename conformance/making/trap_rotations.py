@@ -4,13 +4,13 @@ from making.changes import Change, Coded
 from making.payloads import Head
 from making.scenes import cloud
 from making.streams import Stream
-from making.trap_making import set_traps
+from making.trap_making import make_trap_vectors
 from making.vectors import Valid
 
 
 def make_rotation_traps() -> list[Valid]:
     """Return all vectors."""
-    return set_traps(
+    return make_trap_vectors(
         (
             (signs_of_quaternions, "7.5 7.3-1"),
             (sums_of_zero, "7.5"),

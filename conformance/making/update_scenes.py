@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from making.changes import Update
 from making.payloads import Head
-from making.scenes import between, fill, pick
+from making.scenes import between, pick, place_numbers
 
 FIELDS = {
     "translation": range(3),
@@ -18,14 +18,14 @@ NEEDS = {"needs": "updates"}
 """Decoders of 1.0 are not tested with these streams, which they reject."""
 
 
-def updating(**fields: int) -> Head:
+def update_head(**fields: int) -> Head:
     """Return the HEAD of a stream with updates."""
     return replace(Head(version_minor=1, incompatible_features=2), **fields)
 
 
 def residuals(**said: tuple[int, ...] | int) -> tuple[int, ...]:
     """Return the 13 residuals of fields, `sh_dc` for SH DC; missing fields are 0."""
-    return fill(FIELDS, said)
+    return place_numbers(FIELDS, said)
 
 
 def drawn(count: int, seed: int, *, one_in: int = 3, leaving: int = 7) -> tuple[Update, ...]:

@@ -6,7 +6,7 @@ from making.changes import Change, Coded, Update
 from making.payloads import pack_camera, pack_cameras, pack_metadata
 from making.scenes import between, cloud, moving, newborn, state_some
 from making.streams import Stream
-from making.update_scenes import FIELDS, NEEDS, drawn, leaving, of_all, residuals, updating
+from making.update_scenes import FIELDS, NEEDS, drawn, leaving, of_all, residuals, update_head
 from making.vectors import Outcome, Valid, valid
 
 
@@ -24,7 +24,7 @@ def make_updates() -> list[Valid]:
 
 def updates_journey() -> Valid:
     """The parent of faults in updates: frames 0 to 8, canonical 0, 3 and 6, INDX."""
-    head = updating(rotation_components=4, sh_degree=1, level_count=2)
+    head = update_head(rotation_components=4, sh_degree=1, level_count=2)
     stream = Stream(head).add(b"came", pack_cameras(pack_camera()))
     for frame in (0, 3, 6):
         stream.canonical(frame, cloud(12, frame, reach=20))
@@ -66,17 +66,17 @@ def _filled(stream: Stream, frames: int, seed: int) -> Stream:
 def _of_fields() -> list[Valid]:
     made = []
     for number, (name, rows) in enumerate(FIELDS.items()):
-        stream = Stream(updating()).canonical(0, cloud(10, 30 + number))
+        stream = Stream(update_head()).canonical(0, cloud(10, 30 + number))
         for frame in range(1, 4):
-            drawn_rows = [
+            random_rows = [
                 [between(-9, 9, frame, i, row) if row in rows else 0 for row in range(13)]
                 for i in range(0, 10, 1 + frame % 2)
             ]
             chosen = range(0, 10, 1 + frame % 2)
-            updates = tuple(Update(i, tuple(r)) for i, r in zip(chosen, drawn_rows, strict=True))
+            updates = tuple(Update(i, tuple(r)) for i, r in zip(chosen, random_rows, strict=True))
             stream.frame(Change(moving(6, frame), updates=updates))
         made.append(_valid(name, f"updates of {name} alone", "7.8 8.8", stream.end()))
-    every = Stream(updating()).canonical(0, cloud(10, 36))
+    every = Stream(update_head()).canonical(0, cloud(10, 36))
     rows = tuple(range(-6, 7))
     every.frame(Change(moving(6, 1), updates=of_all(10, rows))).end()
     made.append(_valid("of-all", "the same update of every Gaussian", "7.8 8.8", every))
@@ -85,17 +85,17 @@ def _of_fields() -> list[Valid]:
 
 def _of_extremes() -> list[Valid]:
     far = 8388607
-    one = Stream(updating(position_step=1, translation_step=65535)).canonical(
+    one = Stream(update_head(position_step=1, translation_step=65535)).canonical(
         0, [Coded((0, 0, 0)), Coded((524287, 1, 2))]
     )
     one.frame(Change(updates=(Update(0, residuals(translation=(100, -128, 0))),)))
     one.frame(Change(updates=(Update(0, residuals(translation=(-200, 256, 1))),))).end()
-    edge = Stream(updating(position_step=1, translation_step=1)).canonical(
+    edge = Stream(update_head(position_step=1, translation_step=1)).canonical(
         0, [Coded((far - 2, 1 - far, 0)), Coded((far - 1, 2 - far, 1))]
     )
     edge.frame(Change(updates=(Update(0, residuals(translation=(1, -1, 0))),)))
     codes = [Coded((i, 0, 0), codes=((-32767, 0, 32767)[i % 3],) * 16) for i in range(4)]
-    extreme = Stream(updating()).canonical(0, codes)
+    extreme = Stream(update_head()).canonical(0, codes)
     up, down = (32767,) * 7, (-32767,) * 7
     extreme.frame(Change(updates=(Update(0, (0,) * 6 + up), Update(2, (0,) * 6 + down))))
     extreme.frame(Change(updates=(Update(0, (0,) * 6 + up), Update(2, (0,) * 6 + down)))).end()
@@ -105,7 +105,7 @@ def _of_extremes() -> list[Valid]:
         _valid("extreme-codes", "codes from one end of their range to the other", "7.8-3", extreme),
     ]
     for unity in (1, 256):
-        stream = Stream(updating(rotation_unity=unity, rotation_components=4))
+        stream = Stream(update_head(rotation_unity=unity, rotation_components=4))
         stream.canonical(0, cloud(6, 40 + unity))
         turns = ((256, 0, 0), (-256, 256, -256), (0, 0, 1), (0, -1, 0), (255, 1, 7), (0, 0, 0))
         updates = tuple(Update(i, residuals(rotation=t), 2) for i, t in enumerate(turns))
@@ -133,11 +133,11 @@ def _of_headers() -> list[Valid]:
     ]
     made = []
     for number, (name, note, fields) in enumerate(rows):
-        head = updating(**fields)
+        head = update_head(**fields)
         stream = Stream(head).canonical(0, cloud(14, 50 + number, head.sh_degree))
         made.append(_valid(name, note, "7.8 8.8 12-2", _filled(stream, 5, 10 * number)))
     for level in (20, 30, 31):
-        stream = Stream(updating(level=level)).canonical(0, cloud(5, level))
+        stream = Stream(update_head(level=level)).canonical(0, cloud(5, level))
         made.append(
             _valid(f"level-{level}", f"level {level} in HEAD", "3.2-2", _filled(stream, 2, level))
         )
@@ -145,12 +145,12 @@ def _of_headers() -> list[Valid]:
 
 
 def _of_lives() -> list[Valid]:
-    ghosts = Stream(updating()).canonical(0, cloud(14, 70))
+    leavers = Stream(update_head()).canonical(0, cloud(14, 70))
     for frame, gone in enumerate(((0, 5, 13), (2,), (), (0, 1, 2, 3))):
-        ghosts.frame(Change(moving(6, frame), updates=leaving(gone)))
-    down = Stream(updating(level_count=2)).canonical(0, cloud(6, 71))
+        leavers.frame(Change(moving(6, frame), updates=leaving(gone)))
+    down = Stream(update_head(level_count=2)).canonical(0, cloud(6, 71))
     down.frame(Change(updates=leaving((0, 1, 3, 4, 5)))).frame(Change(moving(6, 1))).end()
-    both = Stream(updating(resample_interval=3)).canonical(0, cloud(12, 72))
+    both = Stream(update_head(resample_interval=3)).canonical(0, cloud(12, 72))
     for frame in range(1, 8):
         count = _count(both) - frame % 2
         updates = drawn(count, 72 + frame, leaving=3)
@@ -158,14 +158,14 @@ def _of_lives() -> list[Valid]:
         parents = [between(0, count - gone - 1, frame, k) for k in range(frame % 4)]
         change = Change(moving(6, frame), newborn(parents, frame), frame % 2, updates=updates)
         both.frame(change)
-    segments = Stream(updating())
+    segments = Stream(update_head())
     for frame in (0, 4):
         segments.canonical(frame, cloud(9, 73 + frame))
         for more in range(1, 4):
             change = Change(moving(6, frame + more), updates=drawn(_count(segments), more))
             segments.frame(change)
     return [
-        _valid("leaving", "Gaussians leave by updates", "7.8-1", ghosts.end()),
+        _valid("leaving", "Gaussians leave by updates", "7.8-1", leavers.end()),
         _valid("last-one", "all Gaussians but one leave", "7.8-1", down),
         _valid("births-and-deaths", "updates, births, deaths", "7.8-1 7.6-1 7.4-3", both.end()),
         _valid("segments", "counts and recency are reset", "7.8 8.2", segments.end(index=True)),
@@ -173,17 +173,17 @@ def _of_lives() -> list[Valid]:
 
 
 def _of_planes() -> list[Valid]:
-    still = Stream(updating()).canonical(0, cloud(7, 80))
+    still = Stream(update_head()).canonical(0, cloud(7, 80))
     still.frame(Change(moving(6, 1))).frame().frame(Change(moving(6, 2))).end()
-    named = Stream(updating()).canonical(0, cloud(7, 81))
+    named = Stream(update_head()).canonical(0, cloud(7, 81))
     empty = tuple(Update(i) for i in (0, 3, 6))
     zeros = tuple(Update(i, fields=31 - i) for i in range(5))
     named.frame(Change(updates=empty)).frame(Change(updates=zeros))
     named.frame(Change(moving(6, 2), updates=drawn(7, 81))).end()
-    stated = Stream(updating()).canonical(0, cloud(9, 82))
+    stated = Stream(update_head()).canonical(0, cloud(9, 82))
     stated.frame(Change(moving(6, 1), updates=drawn(9, 82), stating=state_some))
     stated.frame(Change(moving(6, 2), updates=drawn(_count(stated), 3), stating=state_some))
-    wide = Stream(updating(translation_step=1)).canonical(0, cloud(24, 83))
+    wide = Stream(update_head(translation_step=1)).canonical(0, cloud(24, 83))
     for frame in range(1, 4):
         rows = [[between(-(1 << (i % 9)), 1 << (i % 9), frame, i, r) for r in range(13)]
                 for i in range(24)]  # fmt: skip
@@ -191,7 +191,7 @@ def _of_planes() -> list[Valid]:
                 for row in rows]  # fmt: skip
         updates = tuple(Update(i, tuple(row)) for i, row in enumerate(rows))
         wide.frame(Change(moving(6, frame), updates=updates))
-    recent = Stream(updating()).canonical(0, cloud(12, 84))
+    recent = Stream(update_head()).canonical(0, cloud(12, 84))
     for frame in range(1, 9):
         chosen = [i for i in range(12) if i % 4 >= frame % 4]
         updates = tuple(Update(i, residuals(opacity=frame - 4)) for i in chosen)

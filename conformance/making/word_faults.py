@@ -38,8 +38,8 @@ def words_at_fault(parent: Valid) -> Iterable[Row]:
     }
     for name, (said, ids, clauses, note) in changed.items():
         yield name, clauses, ids, with_fields(parent, MOVED, motion=said), note
-    unborn, note = with_fields(parent, MOVED, births=(1,)), "a word in a section without planes"
-    yield "words-of-no-births", "8.3-2", left, unborn, note
+    no_births, note = with_fields(parent, MOVED, births=(1,)), "a word in a section without planes"
+    yield "words-of-no-births", "8.3-2", left, no_births, note
     note = "words without motion that leave a state"
     yield "words-after-stillness", "8.3-2", left, _still(parent), note
 

@@ -5,9 +5,9 @@ from pathlib import Path
 FOLDERS = ("streams", "traps", "levels", "invalid", "damaged", "resource", "unit")
 
 
-def differing(files: dict[str, bytes], root: Path) -> list[str]:
+def list_differing(files: dict[str, bytes], root: Path) -> list[str]:
     """Return the names of files that are missing, different, or superfluous."""
-    changed = [name for name, data in files.items() if not _holds(root / name, data)]
+    changed = [name for name, data in files.items() if not _has_content(root / name, data)]
     there = [
         p.relative_to(root).as_posix() for f in FOLDERS for p in (root / f).glob("*") if p.is_file()
     ]
@@ -25,5 +25,5 @@ def write(files: dict[str, bytes], names: list[str], root: Path) -> None:
         path.write_bytes(files[name])
 
 
-def _holds(path: Path, data: bytes) -> bool:
+def _has_content(path: Path, data: bytes) -> bool:
     return path.is_file() and path.read_bytes() == data

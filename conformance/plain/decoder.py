@@ -14,7 +14,7 @@ from plain import gaussians, oracle
 from plain.coder import Counts
 from plain.fields import FieldReader, PlainChunk, Row
 from plain.motion import read_motion
-from plain.planes import PlainSection, Run, open_section, rows_alike, rows_apart
+from plain.planes import PlainSection, Run, open_section, rows_in_contexts, rows_in_one_context
 from plain.snapshots import add_differences, read_survivors, sort
 from plain.state import PlainCoded, PlainGaussian, PlainLevel, PlainState, Vector
 from plain.updates import apply_updates, read_updates
@@ -121,8 +121,8 @@ class FrameDecoder:
         keys = gaussians.read_keys(opened[0], "keys", count)
         assert max(keys, default=0) < 1 << (3 * self.fields["axis_bits"]), "symbol-range"
         dc = gaussians.read_colors(opened[1], "SH DC", count)
-        opacity = rows_apart(opened[2], "opacity", count, 1)
-        scales = rows_apart(opened[3], "log-scales", count, 3)
+        opacity = rows_in_contexts(opened[2], "opacity", count, 1)
+        scales = rows_in_contexts(opened[3], "log-scales", count, 3)
         rotations = gaussians.read_rotations(opened[4], "rotations", count)
         rest = gaussians.read_rest(opened[5], "SH rest", count) if self.has_rest else []
         for section in opened:
@@ -175,7 +175,7 @@ class FrameDecoder:
         self._move(state)
         if self.header["incompatible_features"] & 2:
             self._update(state)
-        self._bear(state)
+        self._append_births(state)
         return state
 
     def _note_anchors(self, state: PlainState) -> None:
@@ -248,14 +248,14 @@ class FrameDecoder:
         step, unity = self.header["translation_step"], self.header["rotation_unity"]
         state.gaussians = apply_updates(state.gaussians, changes, step, unity)
 
-    def _bear(self, state: PlainState) -> None:
+    def _append_births(self, state: PlainState) -> None:
         """SPEC 8.6 and 7.6."""
         count, step = self.fields["birth_count"], self.header["position_step"]
         section = self._open("births", self.fields["births"], state.counts)
         parents = gaussians.read_keys(section, "births parents", count)
-        position = rows_alike(section, "births positions", count, 3)
+        position = rows_in_one_context(section, "births positions", count, 3)
         dc = gaussians.read_colors(section, "births SH DC", count)
-        opacity = rows_alike(section, "births opacity", count, 1)
+        opacity = rows_in_one_context(section, "births opacity", count, 1)
         scales = gaussians.read_log_scales(section, "births log-scales", count)
         rotations = self._rotations(section, "births rotations", count)
         rest = []

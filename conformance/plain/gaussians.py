@@ -5,8 +5,8 @@ from plain.planes import (
     Row,
     ascending,
     fixed,
-    rows_alike,
-    rows_apart,
+    rows_in_contexts,
+    rows_in_one_context,
     signed,
 )
 
@@ -18,20 +18,20 @@ def read_keys(section: PlainSection, name: str, count: int) -> Row:
 
 def read_colors(section: PlainSection, name: str, count: int) -> list[Row]:
     """SH DC of red, green, blue."""
-    green, red, blue = rows_apart(section, name, count, 3) or [[], [], []]
+    green, red, blue = rows_in_contexts(section, name, count, 3) or [[], [], []]
     return [_add(red, green), green, _add(blue, green)]
 
 
 def read_rotations(section: PlainSection, name: str, count: int) -> list[tuple[int, Row]]:
     """For each Gaussian j and a, b, c."""
     indices = fixed(section, f"{name}, index", [0] * count, 2)
-    others = zip(*rows_apart(section, name, count, 3), strict=True)
+    others = zip(*rows_in_contexts(section, name, count, 3), strict=True)
     return [(j, list(abc)) for j, abc in zip(indices, others, strict=True)]
 
 
 def read_log_scales(section: PlainSection, name: str, count: int) -> list[Row]:
     """Log-scales x, y, z of births, each coded relative to the previous one."""
-    x, y, z = rows_apart(section, name, count, 3) or [[], [], []]
+    x, y, z = rows_in_contexts(section, name, count, 3) or [[], [], []]
     y = _add(x, y)
     return [x, y, _add(y, z)]
 
@@ -48,7 +48,7 @@ def read_rest(section: PlainSection, name: str, count: int) -> list[Row]:
 
 
 def read_newborn_rest(section: PlainSection, name: str, count: int) -> list[Row]:
-    return rows_alike(section, name, count, 9)
+    return rows_in_one_context(section, name, count, 9)
 
 
 def _add(first: Row, second: Row) -> Row:

@@ -148,12 +148,12 @@ def ascending(section: PlainSection, name: str, count: int, width: int) -> Row:
     return numbers
 
 
-def rows_apart(section: PlainSection, name: str, count: int, height: int) -> list[Row]:
+def rows_in_contexts(section: PlainSection, name: str, count: int, height: int) -> list[Row]:
     """Rows of signed numbers, with a context for each row (SPEC 8.5)."""
     return _rows(section, name, count, [row for row in range(height) for _ in range(count)])
 
 
-def rows_alike(section: PlainSection, name: str, count: int, height: int) -> list[Row]:
+def rows_in_one_context(section: PlainSection, name: str, count: int, height: int) -> list[Row]:
     return _rows(section, name, count, [0] * (height * count))
 
 

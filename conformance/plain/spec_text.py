@@ -48,7 +48,7 @@ def made(spec: str, name: str) -> str:
     return spec.split(begin)[1].split(end)[0]
 
 
-def replace_made(spec: str, name: str, body: str) -> str:
+def replace_region(spec: str, name: str, body: str) -> str:
     """The text with other content between the comments of a region."""
     old = made(spec, name)
     begin = f"<!-- made:{name} -->\n"

@@ -16,7 +16,7 @@ _STATUS = {"refused": 1, "declined": 3}
 _START_SECONDS = 20.0
 
 
-def ask_capabilities(command: str, limits: Limits) -> Line:
+def query_capabilities(command: str, limits: Limits) -> Line:
     """Return the capabilities that a decoder prints; none if it prints nothing."""
     decoder = Decoder(command, Limits(_START_SECONDS, limits.memory_mib), "--capabilities")
     decoder.send(b"", last=True)
@@ -27,7 +27,7 @@ def ask_capabilities(command: str, limits: Limits) -> Line:
     return said if isinstance(said.get("capabilities"), list) else {}
 
 
-class Asker:
+class CaseRunner:
     """Tests a decoder with one case after another.
 
     Args:
@@ -48,8 +48,8 @@ class Asker:
         """Return the verdict on the decoder in one case."""
         try:
             if case.mode == "grow":
-                return self._ask_growing(case)
-            return judge(case, self._ask_job(case) if self._jobs else self._ask_alone(case))
+                return self._run_growing(case)
+            return judge(case, self._run_job(case) if self._jobs else self._run_single(case))
         except FaultError as fault:
             self.close()
             return Verdict(fault.verdict, str(fault))
@@ -60,7 +60,7 @@ class Asker:
             self._worker.kill()
             self._worker = None
 
-    def _ask_alone(self, case: Case) -> list[Line]:
+    def _run_single(self, case: Case) -> list[Line]:
         decoder = Decoder(self._command, self._limits)
         try:
             decoder.send(self._suite.stream(case.vector), last=True)
@@ -70,12 +70,12 @@ class Asker:
             decoder.kill()
         return lines
 
-    def _ask_job(self, case: Case) -> list[Line]:
-        return self.ask_job(
+    def _run_job(self, case: Case) -> list[Line]:
+        return self.run_job(
             case.job, b"" if case.mode == "unit" else self._suite.stream(case.vector)
         )
 
-    def ask_job(self, job: Line, stream: bytes) -> list[Line]:
+    def run_job(self, job: Line, stream: bytes) -> list[Line]:
         """Return the decoder's answer to a job.
 
         Raises:
@@ -93,7 +93,7 @@ class Asker:
             lines.append(line)
         raise worker.crash(worker.finish())
 
-    def _ask_growing(self, case: Case) -> Verdict:
+    def _run_growing(self, case: Case) -> Verdict:
         """Feed a stream chunk by chunk: a frame must be printed before the next chunk is fed."""
         stream, said = self._suite.stream(case.vector), []
         decoder = Decoder(self._command, self._limits)

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from runner.asking import Asker, split_pieces
+from runner.asking import CaseRunner, split_pieces
 from runner.cases import Case
 from runner.judge import PASS, Verdict
 from runner.limits import Limits
@@ -75,11 +75,11 @@ def _decode(decoder: str, stream: bytes, limits: Limits) -> list[Line]:
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "stream").write_bytes(stream)
         suite = Suite(Path(folder), {}, [])
-        asker = Asker(decoder, suite, limits, jobs=True)
+        case_runner = CaseRunner(decoder, suite, limits, jobs=True)
         try:
-            return asker.ask_job({"job": "decode", "values": True}, stream)
+            return case_runner.run_job({"job": "decode", "values": True}, stream)
         finally:
-            asker.close()
+            case_runner.close()
 
 
 def _judge_level(level: int, stream: bytes, said: list[Line]) -> Verdict | None:

@@ -61,7 +61,7 @@ def _judge_frames(case: Case, lines: list[Line]) -> Verdict | None:
     if len(said) > len(expected):
         return Verdict("extra", f"frame {said[len(expected)][0]} was printed but must not be")
     if len(said) < len(expected) and not case.expected.get("refused"):
-        return _name_refusal(lines) or Verdict(
+        return _find_rejection(lines) or Verdict(
             "missing", f"frame {expected[len(said)][0]} is missing"
         )
     if len(said) < len(expected):
@@ -69,7 +69,7 @@ def _judge_frames(case: Case, lines: list[Line]) -> Verdict | None:
     return None
 
 
-def _name_refusal(lines: list[Line]) -> Verdict | None:
+def _find_rejection(lines: list[Line]) -> Verdict | None:
     last = lines[-1] if lines else {}
     for word in ("refused", "declined"):
         if word in last:
@@ -80,7 +80,7 @@ def _name_refusal(lines: list[Line]) -> Verdict | None:
 def _judge_end(case: Case, ended: list[Line]) -> Verdict | None:
     allowed = case.expected.get("refused", [])
     if not allowed:
-        return _name_refusal(ended)
+        return _find_rejection(ended)
     if not ended:
         return Verdict("not-refused", f"{' or '.join(allowed)} was expected")
     if ended[0].get("refused") not in allowed:

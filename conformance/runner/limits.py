@@ -8,7 +8,7 @@ from pathlib import Path
 
 _MIB = 1 << 20
 _PAGE = resource.getpagesize()
-_BACKSTOP = 8
+_DATA_FACTOR = 8
 
 
 @dataclass(frozen=True)
@@ -23,13 +23,13 @@ class Limits:
     seconds: float = 10.0
     memory_mib: int = 512
 
-    def backstop(self) -> None:
+    def limit_data(self) -> None:
         """Limit the data size of this process before it becomes the decoder.
 
         Well above the limit of resident memory, which is measured: some runtimes reserve far more
         than they use.
         """
-        most = _BACKSTOP * self.memory_mib * _MIB
+        most = _DATA_FACTOR * self.memory_mib * _MIB
         resource.setrlimit(resource.RLIMIT_DATA, (most, most))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 

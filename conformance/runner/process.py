@@ -88,7 +88,7 @@ class Decoder:
                 self._process.wait(_POLL)
         status = self._process.returncode
         if status < 0:
-            raise FaultError(self._name_crash(), f"ended by signal {-status}: {self.said()}")
+            raise FaultError(self._describe_crash(), f"ended by signal {-status}: {self.said()}")
         return status
 
     def said(self) -> str:
@@ -97,7 +97,7 @@ class Decoder:
 
     def crash(self, status: int) -> FaultError:
         """Return the fault of a decoder that ended with a status but without a result."""
-        return FaultError(self._name_crash(), f"exit status {status}: {self.said()}")
+        return FaultError(self._describe_crash(), f"exit status {status}: {self.said()}")
 
     def kill(self) -> None:
         """End the decoder."""
@@ -122,7 +122,7 @@ class Decoder:
                 verdict, f"more {'time' if verdict == 'timeout' else verdict} than allowed"
             )
 
-    def _name_crash(self) -> str:
+    def _describe_crash(self) -> str:
         words = self._errors.lower()
         signs = (b"memoryerror", b"out of memory", b"bad_alloc", b"cannot allocate", b"heap limit")
         return "memory" if any(sign in words for sign in signs) else "crash"
@@ -179,7 +179,7 @@ def _start(words: list[str], limits: Limits) -> subprocess.Popen[bytes]:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             start_new_session=True,
-            preexec_fn=limits.backstop,
+            preexec_fn=limits.limit_data,
         )
     except (OSError, ValueError, subprocess.SubprocessError) as error:
         message = f"{words[0]!r} cannot be started: {getattr(error, 'strerror', None) or error}"

@@ -25,7 +25,7 @@ _HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(_HERE), str(_HERE.parent)]
 
 from mutants import MUTANTS, Mutant  # noqa: E402, the path is set above
-from runner.asking import Asker  # noqa: E402
+from runner.asking import CaseRunner  # noqa: E402
 from runner.cases import MODES, Case, list_cases  # noqa: E402
 from runner.judge import PASS  # noqa: E402
 from runner.limits import Limits  # noqa: E402
@@ -74,15 +74,19 @@ def break_package(mutant: Mutant, package: Path, folder: Path) -> str:
     return f"{sys.executable} {launcher}"
 
 
-def try_mutant(mutant: Mutant, package: Path, suite: Suite, limits: Limits, enough: int) -> Outcome:
+def try_mutant(
+    mutant: Mutant, package: Path, suite: Suite, limits: Limits, enough_caught: int
+) -> Outcome:
     """Test a broken decoder until enough categories detect the mistake, or no cases are left."""
-    enough = len(CATEGORIES) if mutant.alone else enough
+    enough_caught = len(CATEGORIES) if mutant.alone else enough_caught
     with tempfile.TemporaryDirectory() as folder:
-        asker = Asker(break_package(mutant, package, Path(folder)), suite, limits, jobs=True)
+        case_runner = CaseRunner(
+            break_package(mutant, package, Path(folder)), suite, limits, jobs=True
+        )
         try:
-            caught = _find_first(list_all(suite), asker, enough)
+            caught = _find_first(list_all(suite), case_runner, enough_caught)
         finally:
-            asker.close()
+            case_runner.close()
     return Outcome(mutant, caught)
 
 
@@ -95,15 +99,17 @@ def list_all(suite: Suite) -> list[Case]:
     return sorted(cases, key=lambda case: CATEGORIES.index(case.category))
 
 
-def _find_first(cases: Iterable[Case], asker: Asker, enough: int) -> dict[str, str]:
+def _find_first(
+    cases: Iterable[Case], case_runner: CaseRunner, enough_caught: int
+) -> dict[str, str]:
     caught: dict[str, str] = {}
     for case in cases:
-        if len(caught) == enough:
+        if len(caught) == enough_caught:
             break
         # There are many cuts at every byte; those at chosen places detect as much.
         if case.category in caught or case.name.startswith(_SERIES):
             continue
-        verdict = asker.ask(case)
+        verdict = case_runner.ask(case)
         if verdict.name != PASS:
             caught[case.category] = f"{case.name}: {verdict.name}"
     return caught
@@ -116,7 +122,7 @@ def describe(outcome: Outcome) -> str:
     return "\n".join(lines)
 
 
-def conclude(outcomes: list[Outcome]) -> tuple[str, bool]:
+def summarize_categories(outcomes: list[Outcome]) -> tuple[str, bool]:
     """Return which mutant needs which category, and whether all expectations hold."""
     lines, good = ["Mutants that only one category detects:"], True
     for outcome in outcomes:
@@ -147,16 +153,16 @@ def main() -> int:
     suite = Suite.load(_HERE.parent)
     wanted = [mutant for mutant in MUTANTS if options.only in mutant.name]
     limits = Limits(options.timeout, 512)
-    enough = len(CATEGORIES) if options.all else 1
+    enough_caught = len(CATEGORIES) if options.all else 1
     attempt = partial(
-        try_mutant, package=options.package, suite=suite, limits=limits, enough=enough
+        try_mutant, package=options.package, suite=suite, limits=limits, enough_caught=enough_caught
     )
     outcomes = []
     with ThreadPoolExecutor(options.processes) as pool:
         for outcome in pool.map(attempt, wanted):
             print(describe(outcome), flush=True)
             outcomes.append(outcome)
-    text, good = conclude(outcomes)
+    text, good = summarize_categories(outcomes)
     print(text)
     return 0 if good else 1
 

@@ -77,7 +77,7 @@ class Calibration:
     moments: int
 
     @property
-    def doubtful(self) -> tuple[str, ...]:
+    def unreliable(self) -> tuple[str, ...]:
         """Cameras whose poses depend on so few points that they may be inaccurate."""
         fits = self.solution.fits
         return tuple(name for name, fit in fits.items() if fit.support < _ENOUGH)

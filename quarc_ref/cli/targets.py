@@ -76,10 +76,10 @@ def written_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
     _reject_folder(target)
     with files.written_folder(target, replace=force) as made:
         yield made
-    if made.kept_aside:
+    if made.moved_to:
         message = (
             f"other files were added to {target} in the meantime; they were moved to "
-            f"{made.kept_aside}"
+            f"{made.moved_to}"
         )
         print_message(message)
 

@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from quarc_ref.files.beside import PART, name_beside
+from quarc_ref.files.beside import PART, temporary_name
 from quarc_ref.files.locks import CAN_LOCK, create_locked
 
 
@@ -30,7 +30,7 @@ def atomic_file(target: Path, *, durable: bool = False) -> Iterator[BinaryIO]:
     Raises:
         OSError: It cannot be written.
     """
-    beside, file = _create_beside(target)
+    beside, file = _create_temporary(target)
     try:
         with file:
             yield file
@@ -69,8 +69,8 @@ def sync_folder(folder: Path) -> None:
             os.close(number)
 
 
-def _create_beside(target: Path) -> tuple[Path, BinaryIO]:
+def _create_temporary(target: Path) -> tuple[Path, BinaryIO]:
     while True:
-        beside = name_beside(target, PART)
+        beside = temporary_name(target, PART)
         with suppress(FileExistsError):
             return beside, create_locked(beside)

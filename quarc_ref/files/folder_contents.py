@@ -5,7 +5,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from quarc_ref.files.beside import PART, is_beside
+from quarc_ref.files.beside import PART, is_temporary_name
 from quarc_ref.files.errors import OutputPathError
 from quarc_ref.files.marker import MARKER, read_marker
 
@@ -17,9 +17,9 @@ def contains_files(folder: Path) -> bool:
     return folder.is_dir() and any(path.name != MARKER for path in folder.iterdir())
 
 
-def require_made(folder: Path, depth: int = _DEPTH) -> None:
+def require_no_foreign_files(folder: Path, depth: int = _DEPTH) -> None:
     """Raise OutputPathError if a folder contains anything that its marker does not list."""
-    stock = _take_stock(folder, depth)
+    stock = _list_contents(folder, depth)
     if stock.foreign:
         message = (
             f"{folder} holds {stock.foreign[0].name}, which quarc-ref did not create (it is "
@@ -27,10 +27,10 @@ def require_made(folder: Path, depth: int = _DEPTH) -> None:
         )
         raise OutputPathError(message)
     for path in stock.folders:
-        require_made(path, depth - 1)
+        require_no_foreign_files(path, depth - 1)
 
 
-def remove_made(folder: Path, depth: int = _DEPTH) -> None:
+def remove_listed_with_subfolders(folder: Path, depth: int = _DEPTH) -> None:
     """Remove the files that a folder's marker lists, and the folder if it has no others.
 
     Raises:
@@ -50,15 +50,15 @@ def remove_listed(folder: Path, depth: int = _DEPTH) -> None:
         OutputPathError: The marker is damaged.
         OSError: A file cannot be removed.
     """
-    stock = _take_stock(folder, depth)
+    stock = _list_contents(folder, depth)
     for path in stock.files:
         path.unlink(missing_ok=True)
     for path in stock.folders:
-        remove_made(path, depth - 1)
+        remove_listed_with_subfolders(path, depth - 1)
 
 
 @dataclass(slots=True)
-class _Stock:
+class _Contents:
     """Contents of a folder: files that its marker lists, and foreign ones."""
 
     files: list[Path] = field(default_factory=list)
@@ -66,12 +66,12 @@ class _Stock:
     foreign: list[Path] = field(default_factory=list)
 
 
-def _take_stock(folder: Path, depth: int) -> _Stock:
+def _list_contents(folder: Path, depth: int) -> _Contents:
     listed = read_marker(folder)
-    stock = _Stock()
+    stock = _Contents()
     for path in sorted(folder.iterdir()):
         mode = path.lstat().st_mode
-        is_listed = path.name in listed or _is_left_of(path.name, listed)
+        is_listed = path.name in listed or _is_leftover_of(path.name, listed)
         if path.name == MARKER:
             continue
         if stat.S_ISREG(mode) and is_listed:
@@ -83,6 +83,6 @@ def _take_stock(folder: Path, depth: int) -> _Stock:
     return stock
 
 
-def _is_left_of(name: str, listed: set[str]) -> bool:
+def _is_leftover_of(name: str, listed: set[str]) -> bool:
     """Return whether a file was left by a killed process that was writing a listed file."""
-    return name.startswith(".") and any(is_beside(name, each, PART) for each in listed)
+    return name.startswith(".") and any(is_temporary_name(name, each, PART) for each in listed)

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from quarc_ref.files.beside import PART, name_beside, name_old
+from quarc_ref.files.beside import PART, replaced_name, temporary_name
 from quarc_ref.files.errors import OutputPathError
-from quarc_ref.files.folder_contents import remove_made, require_made
+from quarc_ref.files.folder_contents import remove_listed_with_subfolders, require_no_foreign_files
 from quarc_ref.files.leftovers import remove_leftovers
 from quarc_ref.files.locks import CAN_LOCK
 from quarc_ref.files.marker import MARKER
@@ -37,7 +37,7 @@ def written_folder(target: Path, *, replace: bool = False) -> Iterator[OutputFol
         OSError: The folder cannot be written.
     """
     _require_free(target, replace=replace)
-    made = _make_beside(target)
+    made = _make_temporary(target)
     try:
         with made:
             yield made
@@ -46,7 +46,7 @@ def written_folder(target: Path, *, replace: bool = False) -> Iterator[OutputFol
             _put_in_place(made, target, replace=replace)
     except BaseException:
         if made.path.is_dir():
-            remove_made(made.path)
+            remove_listed_with_subfolders(made.path)
         raise
 
 
@@ -79,7 +79,7 @@ def growing_folder(
             if not made.contains_files():
                 if not CAN_LOCK:
                     made.close()
-                remove_made(target)
+                remove_listed_with_subfolders(target)
 
 
 def _open_in_place(target: Path, *, keep: bool) -> OutputFolder:
@@ -102,7 +102,7 @@ def _require_free(target: Path, *, replace: bool) -> None:
     if target.is_symlink() or not target.is_dir():
         message = f"{target} is a symbolic link or not a folder"
         raise OutputPathError(message)
-    require_made(target)
+    require_no_foreign_files(target)
     if any(target.iterdir()):
         if not replace:
             message = f"{target} exists"
@@ -110,9 +110,9 @@ def _require_free(target: Path, *, replace: bool) -> None:
         open_marker(target).close()
 
 
-def _make_beside(target: Path) -> OutputFolder:
+def _make_temporary(target: Path) -> OutputFolder:
     while True:
-        beside = name_beside(target, PART)
+        beside = temporary_name(target, PART)
         try:
             beside.mkdir()
             return mark_folder(beside)
@@ -144,7 +144,7 @@ def _swap(made: OutputFolder, target: Path) -> None:
     The old folder remains complete, at its path or renamed, until it is replaced. If this
     process is killed, the next one restores it (`remove_leftovers`).
     """
-    old = name_old(made.path)
+    old = replaced_name(made.path)
     with open_marker(target) as marker:
         if not CAN_LOCK:
             marker.close()
@@ -156,6 +156,6 @@ def _swap(made: OutputFolder, target: Path) -> None:
                 old.rename(target)
             raise
         with suppress(OSError):
-            remove_made(old)
+            remove_listed_with_subfolders(old)
     if old.exists():
-        made.kept_aside = old
+        made.moved_to = old

@@ -4,9 +4,9 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-from quarc_ref.files.beside import OLD, PART, is_beside
+from quarc_ref.files.beside import OLD, PART, is_temporary_name
 from quarc_ref.files.errors import OutputPathError
-from quarc_ref.files.folder_contents import remove_made
+from quarc_ref.files.folder_contents import remove_listed_with_subfolders
 from quarc_ref.files.locks import lock, open_regular
 from quarc_ref.files.marker import MARKER
 
@@ -24,7 +24,7 @@ def remove_leftovers(target: Path) -> None:
     target = target.absolute()
     for purpose in (OLD, PART):  # folders to restore come first
         for name in _list_names(target.parent):
-            if is_beside(name, target.name, purpose):
+            if is_temporary_name(name, target.name, purpose):
                 _remove(target.with_name(name), target)
 
 
@@ -35,7 +35,7 @@ def _list_names(folder: Path) -> list[str]:
 
 
 def _remove(path: Path, target: Path) -> None:
-    if path.is_symlink() or not _is_ours(path):
+    if path.is_symlink() or not _is_own(path):
         return
     is_folder = path.is_dir()
     with suppress(OSError):
@@ -52,10 +52,10 @@ def _remove(path: Path, target: Path) -> None:
         elif path.suffix == f".{OLD}" and not os.path.lexists(target):
             path.rename(target)
         else:
-            remove_made(path)
+            remove_listed_with_subfolders(path)
 
 
-def _is_ours(path: Path) -> bool:
+def _is_own(path: Path) -> bool:
     if not hasattr(os, "geteuid"):
         return True
     with suppress(FileNotFoundError):

@@ -61,7 +61,7 @@ def lock(file: BinaryIO) -> bool | None:
     return None
 
 
-def is_at(file: BinaryIO, path: Path) -> bool:
+def is_still_at(file: BinaryIO, path: Path) -> bool:
     """Return whether an open file is still at a path; another process may have moved it."""
     with suppress(FileNotFoundError):
         return os.path.samestat(os.fstat(file.fileno()), path.lstat())
@@ -76,7 +76,7 @@ def create_locked(path: Path) -> BinaryIO:
         OSError: The file cannot be created.
     """
     file = open_regular(path, os.O_RDWR | os.O_CREAT | os.O_EXCL)
-    if lock(file) is False or not is_at(file, path):
+    if lock(file) is False or not is_still_at(file, path):
         file.close()
         message = f"{path} was removed by another process"
         raise FileExistsError(message)

@@ -78,8 +78,8 @@ def _read_lines(marker: BinaryIO, folder: Path) -> tuple[set[str], int]:
     data = marker.read(_BYTES_LIMIT)
     end = data.rfind(b"\n") + 1
     first, *names = data[:end].decode("latin-1").split("\n")[:-1] or [_FIRST_LINE]
-    is_ours = end > 0 or _FIRST_LINE.encode().startswith(data)
-    if not is_ours or first != _FIRST_LINE or not all(map(_LINE.fullmatch, names)):
+    is_own = end > 0 or _FIRST_LINE.encode().startswith(data)
+    if not is_own or first != _FIRST_LINE or not all(map(_LINE.fullmatch, names)):
         message = (
             f"{folder / MARKER} is damaged, or was not written by quarc-ref: remove the "
             "folder, or choose another one"

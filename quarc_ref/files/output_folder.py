@@ -24,13 +24,13 @@ class OutputFolder:
 
     Attributes:
         path: Path of the folder.
-        kept_aside: Path of the replaced folder if it still has files that quarc-ref did
+        moved_to: Path of the replaced folder if it still has files that quarc-ref did
             not create.
     """
 
     def __init__(self, path: Path, marker: BinaryIO, listed: Iterable[str] = ()) -> None:
         self.path = path
-        self.kept_aside: Path | None = None
+        self.moved_to: Path | None = None
         self._marker = marker
         self._listed = set(listed)
 

@@ -16,17 +16,17 @@ class ProcessorTime:
     """Ticks of all CPUs of this machine since it was started.
 
     Attributes:
-        worked: Ticks in which the CPUs were busy.
+        busy: Ticks in which the CPUs were busy.
         stolen: Ticks in which they were ready to run while the host ran other machines.
     """
 
-    worked: int
+    busy: int
     stolen: int
 
     def stolen_share(self, before: "ProcessorTime") -> float:
         """Return the stolen share of the required CPU time since `before`."""
-        worked, stolen = self.worked - before.worked, self.stolen - before.stolen
-        return stolen / max(1, worked + stolen)
+        busy, stolen = self.busy - before.busy, self.stolen - before.stolen
+        return stolen / max(1, busy + stolen)
 
 
 def read_processor_time(statistics: Path = _STATISTICS) -> ProcessorTime | None:

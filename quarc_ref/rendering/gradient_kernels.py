@@ -15,8 +15,8 @@ from quarc_ref.rendering.raster_kernels import (
     CHECK_EVERY,
     MAX_ALPHA,
     all_stopped,
+    blend_weight,
     scattering_step,
-    weigh,
 )
 
 _0 = np.float32(0)
@@ -39,7 +39,7 @@ def _go_past(rows, first, last, dx, dy, conic, opacity, color):
             t, rest = row[x], row[TILE + x]
             colors = r * row[2 * TILE + x] + g * row[3 * TILE + x] + b_ * row[4 * TILE + x]
             value = colors + row[5 * TILE + x]
-            _, _, w, row[x] = weigh((a * d + linear) * d + constant, opacity, t)
+            _, _, w, row[x] = blend_weight((a * d + linear) * d + constant, opacity, t)
             row[TILE + x] = rest - w * value
 
 
@@ -72,7 +72,7 @@ def _add_slopes(rows, first, last, dx, dy, conic, opacity, color, lanes):
             g_red, g_green, g_blue = row[2 * TILE + x], row[3 * TILE + x], row[4 * TILE + x]
             value = r * g_red + g * g_green + b_ * g_blue + row[5 * TILE + x]
             s = (a * d + linear) * d + constant
-            alpha, counts, w, row[x] = weigh(s, opacity, t)
+            alpha, counts, w, row[x] = blend_weight(s, opacity, t)
             rest = rest - w * value
             row[TILE + x] = rest
             # The gradient of the exponent: alpha's is t value - rest / (1 - alpha).

@@ -41,7 +41,7 @@ def _falloff(s):
 
 
 @inlined
-def weigh(s, opacity, t):
+def blend_weight(s, opacity, t):
     """Return alpha of a Gaussian at a pixel, whether it is used, its weight, and the new t.
 
     The t of an opaque pixel is kept but made negative.
@@ -88,7 +88,7 @@ def _composite(x0, y0, list_, met, means2d, conics, colors, opacities, rows):
             for x in range(TILE):
                 d = dx + np.float32(x)
                 s = (a * d + linear) * d + constant
-                _, _, w, row[x] = weigh(s, opacity, row[x])
+                _, _, w, row[x] = blend_weight(s, opacity, row[x])
                 row[TILE + x] += w * r
                 row[2 * TILE + x] += w * g
                 row[3 * TILE + x] += w * b_

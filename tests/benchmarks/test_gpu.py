@@ -14,7 +14,7 @@ from gpu.command import main
 from gpu.cuda_tests import count_tests, list_files
 from gpu.plan import STEPS, Step
 from gpu.rows import Notebook, Row, format_table, write_tables
-from gpu.run_steps import Place, run_step, spread_time
+from gpu.run_steps import Place, allot_time, run_step
 from gpu.wheels import LIST, install_missing, read_list
 from tests.test_requirements import compare
 
@@ -119,7 +119,7 @@ def test_a_step_without_time_left_is_not_started(tmp_path):
 def test_no_step_takes_more_than_the_time_left():
     steps = (Step("a", 50, ""), Step("b", 500, ""))
 
-    assert [limit for _, limit in spread_time(steps, 100)] == [50, pytest.approx(100, abs=5)]
+    assert [limit for _, limit in allot_time(steps, 100)] == [50, pytest.approx(100, abs=5)]
 
 
 def test_without_a_gpu_only_the_gpu_check_runs(tmp_path, monkeypatch, capsys):

@@ -36,10 +36,10 @@ def test_mutants_end_in_frames_or_rejections_and_a_run_resumes_where_it_stopped(
 
 
 @pytest.fixture
-def ways(monkeypatch):
+def modes(monkeypatch):
     """The ways to decode, one of which a test may replace."""
-    monkeypatch.setattr(judge, "WAYS", dict(judge.WAYS))
-    return judge.WAYS
+    monkeypatch.setattr(judge, "MODES", dict(judge.MODES))
+    return judge.MODES
 
 
 def _escape(_data):
@@ -63,10 +63,10 @@ def _ends():
 @pytest.mark.usefixtures("_ends")
 @pytest.mark.parametrize(("way", "outcome"), [(_escape, "escape"), (_spin, "hang")])
 def test_failures_of_the_decoder_are_kept_with_their_bytes(
-    way, outcome, ways, tmp_path, monkeypatch
+    way, outcome, modes, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(judge, "SECONDS", 0.02)
-    ways["decode"] = way
+    modes["decode"] = way
     tally = blocks.judge_block(_SERIES, 30, 1, tmp_path)
 
     assert tally.failures == {30: outcome}

@@ -59,7 +59,7 @@ def test_both_engines_agree_and_no_other_error_is_raised(outcomes):
 
 @needs_fast
 def test_few_streams_reach_most_reject_ids_including_the_deep_ones(outcomes):
-    unreached = blocks.Tally(outcomes=outcomes).list_unreached()
+    unreached = blocks.Tally(outcomes=outcomes).list_missing_reject_ids()
 
     assert len(unreached) <= 3
     assert not {

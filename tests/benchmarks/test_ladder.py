@@ -10,7 +10,7 @@ import pytest
 import torch
 
 from ladder import command
-from ladder.dying import choose_dying
+from ladder.dying import choose_deletions
 from ladder.fitting import Fitted, fit_rung
 from ladder.judging import Judge
 from ladder.rounding import allow_updates, find_updates, round_rung, to_splats
@@ -133,7 +133,7 @@ def _with_blemish():
 
 
 def test_only_gaussians_in_the_way_die():
-    dying = choose_dying(make_context(), _with_blemish(), 0, 0.2)
+    dying = choose_deletions(make_context(), _with_blemish(), 0, 0.2)
 
     assert dying.nonzero().tolist() == [[len(dying) - 1]]
 
@@ -142,7 +142,7 @@ def test_dying_gaussians_leave_at_half_time_and_the_others_keep_their_opacity(mo
     begun = _begun()
     count, steps = begun.scene.count, []
     dead = torch.arange(count) < 3
-    monkeypatch.setattr("ladder.fitting.choose_dying", lambda *_: dead)
+    monkeypatch.setattr("ladder.fitting.choose_deletions", lambda *_: dead)
     progress = SimpleNamespace(advance=lambda *at: steps.append(at))
     context = replace(make_context(), observers=Observers(progress))
 
@@ -255,18 +255,18 @@ def test_existing_rows_are_not_computed_again(tmp_path):
     capture = make_capture()
     begin = partial(Ladder, capture, capture.cameras, _state())
     task, other = Task(RUNGS["own"], 1, 3), Task(RUNGS["own"], 1, 4)
-    begin("here", HASTY, tmp_path).climb([task], make_context())
+    begin("here", HASTY, tmp_path).fill([task], make_context())
     path = tmp_path / "rows" / "ahead1.own.3.json"
     written = path.read_bytes()
 
     again = begin("here", HASTY, tmp_path)
-    again.climb([task, other], make_context())
+    again.fill([task, other], make_context())
 
     assert path.read_bytes() == written
-    assert again.recall(task) == json.loads(written)
-    assert again.recall(other)["iterations"] == 4
-    assert begin("elsewhere", HASTY, tmp_path).recall(task) is None
-    assert begin("here", SMALL, tmp_path).recall(task) is None
+    assert again.load(task) == json.loads(written)
+    assert again.load(other)["iterations"] == 4
+    assert begin("elsewhere", HASTY, tmp_path).load(task) is None
+    assert begin("here", SMALL, tmp_path).load(task) is None
 
 
 @pytest.fixture(scope="module")

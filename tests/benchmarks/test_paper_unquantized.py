@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from paper.float_bytes import estimate_floats, summarize_floats
 from paper.trials import Trial
-from paper.unquantized import encode_unquantized, move_freely, open_studio, refine_header
+from paper.unquantized import encode_unquantized, move_freely, open_training_context, refine_header
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import begin_frame, move
@@ -28,7 +28,7 @@ _FINER = 16
 
 def _walk(config, floats, frames=3, **rules):
     trial, capture = Trial("toy", "toy", config, floats, **rules), make_capture()
-    context = open_studio(capture, "cpu", config.seed, NullProgress())
+    context = open_training_context(capture, "cpu", config.seed, NullProgress())
     return list(encode_unquantized(capture, trial, frames, context))
 
 

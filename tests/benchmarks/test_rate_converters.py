@@ -2,11 +2,11 @@ import pytest
 
 from rate import converters
 from rate.converters import (
-    NotAtHandError,
+    UnavailableError,
     convert_scene,
     install,
     name_spz,
-    tell_version,
+    read_program_version,
 )
 from tests.export.frames import make_frame
 
@@ -19,8 +19,8 @@ def test_the_version_of_spz_is_read_from_its_bytes():
 def test_without_npm_the_program_is_unavailable(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
 
-    assert tell_version(tmp_path) is None
-    with pytest.raises(NotAtHandError, match="npm is not installed"):
+    assert read_program_version(tmp_path) is None
+    with pytest.raises(UnavailableError, match="npm is not installed"):
         install(tmp_path / "node")
 
 
@@ -30,5 +30,5 @@ def test_a_program_that_fails_is_unavailable_and_says_why(tmp_path, monkeypatch)
     program.chmod(0o755)
     monkeypatch.setattr(converters, "install", lambda _folder: program)
 
-    with pytest.raises(NotAtHandError, match="fails: the reason"):
+    with pytest.raises(UnavailableError, match="fails: the reason"):
         convert_scene(make_frame(0)[1], "sog", tmp_path)

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rate.hull import Point, gap_below, upper_hull
+from rate.hull import Point, gap_to_hull, upper_hull
 
 POINTS = st.lists(
     st.builds(Point, st.just(""), st.integers(1, 40).map(float), st.integers(0, 40).map(float)),
@@ -32,7 +32,7 @@ def test_a_known_hull():
 def test_known_gaps(label, gap):
     (point,) = [each for each in KNOWN if each.label == label]
 
-    assert gap_below(point, upper_hull(KNOWN)) == pytest.approx(gap)
+    assert gap_to_hull(point, upper_hull(KNOWN)) == pytest.approx(gap)
 
 
 @given(POINTS)
@@ -53,7 +53,7 @@ def test_the_hull_contains_points_and_its_slope_falls(points):
 def test_no_point_and_no_mixture_of_two_is_above_the_hull(points):
     hull = upper_hull(points)
 
-    assert all(gap_below(point, hull) == 0 for point in hull)
+    assert all(gap_to_hull(point, hull) == 0 for point in hull)
     for one in points:
         for other in points:
             middle = Point("", (one.kilobytes + other.kilobytes) / 2, (one.psnr + other.psnr) / 2)
@@ -65,10 +65,10 @@ def test_a_gap_lifts_a_point_onto_the_hull(points, lift):
     hull = upper_hull(points)
 
     for point in points:
-        gap = gap_below(point, hull)
+        gap = gap_to_hull(point, hull)
         lifted = Point("", point.kilobytes, point.psnr + gap + lift)
         assert lifted in upper_hull([*points, lifted])
-        assert gap_below(Point("", point.kilobytes, point.psnr + gap), hull) <= 1e-9
+        assert gap_to_hull(Point("", point.kilobytes, point.psnr + gap), hull) <= 1e-9
 
 
 @given(POINTS)

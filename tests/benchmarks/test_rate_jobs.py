@@ -6,7 +6,7 @@ import pytest
 from quarc_ref.encoder.description import describe_encode
 from quarc_ref.format.errors import ResumeError
 from rate import jobs
-from rate.jobs import Job, list_differences, provide_stream
+from rate.jobs import Job, encode_if_missing, list_differences
 from tests.encoder.toys import make_capture
 
 JOB = Job(Path("captures/plane"), "main")
@@ -68,7 +68,7 @@ def test_a_stream_made_with_other_settings_is_detected():
 def test_an_existing_stream_is_reused(tmp_path):
     (tmp_path / "plane.main.quarc").write_bytes(b"a stream")
 
-    assert provide_stream(JOB, tmp_path) == b"a stream"
+    assert encode_if_missing(JOB, tmp_path) == b"a stream"
 
 
 def test_a_stream_that_cannot_be_resumed_is_named(tmp_path, monkeypatch):
@@ -80,4 +80,4 @@ def test_a_stream_that_cannot_be_resumed_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(jobs, "encode_file", reject)
 
     with pytest.raises(ResumeError, match=r"other settings; remove .*plane\.main\.quarc\.part"):
-        provide_stream(JOB, tmp_path)
+        encode_if_missing(JOB, tmp_path)

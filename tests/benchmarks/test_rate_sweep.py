@@ -6,7 +6,7 @@ from quarc_ref.encoder.encode_stream import adapt_steps_to_capture
 from quarc_ref.encoder.settings.config import EncoderConfig, StepSettings
 from quarc_ref.encoder.settings.presets import PRESETS, change_setting
 from rate.hull import Point
-from rate.sweep import claim_hull, list_changes, settle_steps
+from rate.sweep import claim_hull, fix_steps, list_changes
 from tests.encoder.toys import make_capture
 
 _CAPTURE = make_capture()
@@ -18,20 +18,20 @@ def _apply(config, changes):
     return config
 
 
-def _settle(preset):
-    return _apply(PRESETS[preset], settle_steps(PRESETS[preset], _CAPTURE))
+def _fix_steps(preset):
+    return _apply(PRESETS[preset], fix_steps(PRESETS[preset], _CAPTURE))
 
 
 @pytest.mark.parametrize("preset", sorted(PRESETS))
 def test_fixed_steps_are_those_adapted_to_the_capture(preset):
-    suited = adapt_steps_to_capture(PRESETS[preset], _CAPTURE)
+    adapted = adapt_steps_to_capture(PRESETS[preset], _CAPTURE)
 
-    assert _settle(preset) == replace(suited, steps=StepSettings())
+    assert _fix_steps(preset) == replace(adapted, steps=StepSettings())
 
 
 @pytest.mark.parametrize("preset", sorted(PRESETS))
 def test_every_point_is_another_setting_and_the_first_is_the_default(preset):
-    config = _settle(preset)
+    config = _fix_steps(preset)
     configs = [_apply(config, changes) for _, changes in list_changes(config)]
 
     assert configs[0] == config
@@ -41,7 +41,7 @@ def test_every_point_is_another_setting_and_the_first_is_the_default(preset):
 
 @pytest.mark.parametrize("preset", sorted(PRESETS))
 def test_no_point_trains_another_frame_0(preset):
-    config = _settle(preset)
+    config = _fix_steps(preset)
 
     def canonical(each):
         motion = {"translation_step": 1, "rotation_unity": 1, "gaussians_per_anchor": 1}

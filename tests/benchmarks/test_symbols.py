@@ -6,23 +6,23 @@ from quarc_ref.decoder.reconstruct import begin_frame
 
 
 @pytest.fixture(scope="module")
-def begun():
+def start_time():
     return begin_frame(symbols.make_canonical(4000, np.random.default_rng(0)), 0)
 
 
 @pytest.mark.parametrize("share", [0.01, 0.07])
-def test_symbols_are_as_sparse_as_requested(begun, share):
-    scenery = symbols.make_scenery(begun, np.random.default_rng(1))
+def test_symbols_are_as_sparse_as_requested(start_time, share):
+    scenery = symbols.make_scene_motion(start_time, np.random.default_rng(1))
 
-    assert symbols.share_of_nonzero(symbols.make_symbols(begun, scenery, share)) == pytest.approx(
+    assert symbols.nonzero_share(symbols.make_symbols(start_time, scenery, share)) == pytest.approx(
         share, rel=0.25
     )
 
 
-def test_an_anchor_moves_more_often_if_its_parent_moves(begun):
-    scenery = symbols.make_scenery(begun, np.random.default_rng(1))
-    fine, coarse, _ = symbols.make_symbols(begun, scenery, 0.07)
-    parents = begun.known_anchors.levels[0].parents
+def test_an_anchor_moves_more_often_if_its_parent_moves(start_time):
+    scenery = symbols.make_scene_motion(start_time, np.random.default_rng(1))
+    fine, coarse, _ = symbols.make_symbols(start_time, scenery, 0.07)
+    parents = start_time.known_anchors.levels[0].parents
     moves = np.any(fine, axis=0)
     parent_moves = np.any(coarse, axis=0)[parents]
 

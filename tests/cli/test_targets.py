@@ -147,7 +147,7 @@ def test_files_added_to_a_folder_during_replacement_are_kept_and_named(old_folde
         (old_folder / "notes.txt").write_text("mine")
     told = capsys.readouterr().err
 
-    kept = made.kept_aside
+    kept = made.moved_to
     assert list_names(old_folder) == ["frame_1.ply"]
     assert list_names(kept) == ["notes.txt"]
     assert (kept / "notes.txt").read_text() == "mine"

@@ -201,9 +201,9 @@ def test_foreign_files_added_to_the_old_folder_are_kept(old):
         (old / "notes.txt").write_text("mine")
 
     assert _list(old) == [MARKER, "c.ply"]
-    assert _list(made.kept_aside) == ["notes.txt"]
+    assert _list(made.moved_to) == ["notes.txt"]
     _make(old, "d.ply", replace=True)
-    assert _list(made.kept_aside) == ["notes.txt"]
+    assert _list(made.moved_to) == ["notes.txt"]
 
 
 @pytest.mark.parametrize("replace", [False, True])

@@ -172,12 +172,12 @@ def test_a_frame_chunk_with_updates_survives_a_round_trip():
 
 
 def test_a_stream_without_updates_has_version_1_0():
-    plain, updating = (wire.build_stream_header(StreamHeader(updates=u)) for u in (False, True))
+    plain, update_head = (wire.build_stream_header(StreamHeader(updates=u)) for u in (False, True))
 
-    assert (plain[:6], updating[:6]) == (bytes([1, 0, 0, 0, 0, 0]), bytes([1, 1, 2, 0, 0, 0]))
-    assert plain[6:] == updating[6:]
+    assert (plain[:6], update_head[:6]) == (bytes([1, 0, 0, 0, 0, 0]), bytes([1, 1, 2, 0, 0, 0]))
+    assert plain[6:] == update_head[6:]
     assert not wire.parse_stream_header(plain).updates
-    assert wire.parse_stream_header(updating).updates
+    assert wire.parse_stream_header(update_head).updates
 
 
 def test_axis_bits_beyond_a_key_are_rejected():

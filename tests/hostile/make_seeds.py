@@ -128,10 +128,10 @@ def streams() -> Iterator[tuple[str, bytes]]:
     yield "births", _bare(_make(replace(_TINY, resample_interval=1), 2, 3, births=1))
     yield "full", _bare(_make(_FULL, 5, 3, births=2))
     yield "cut_in_two", _make(_TINY, 2, 3, canonical_every=2)
-    updating, snapping = replace(_TINY, updates=True), replace(_TINY, snapshots=True)
-    yield "updated", _bare(_make(updating, 3, 3))
+    update_head, snapshot_head = replace(_TINY, updates=True), replace(_TINY, snapshots=True)
+    yield "updated", _bare(_make(update_head, 3, 3))
     yield "updated_full", _bare(_make(replace(_FULL, updates=True), 6, 3, births=2))
-    yield "snapshot", _make(snapping, 3, 4, snapshot_every=2)
+    yield "snapshot", _make(snapshot_head, 3, 4, snapshot_every=2)
     both = replace(_FULL, updates=True, snapshots=True)
     yield "snapshot_full", _make(both, 5, 4, births=1, snapshot_every=2)
     yield "unknown", _with_unknown(_make(_TINY, 1, 2))
@@ -172,8 +172,8 @@ def _head(header: StreamHeader) -> bytes:
 def files() -> Iterator[tuple[str, bytes]]:
     """Yield path in the folder of seeds and bytes of every seed, except the COLMAP models."""
     yield from ((f"streams/{name}.quarc", data) for name, data in streams())
-    snapping = replace(_TINY, snapshots=True)
-    for chunk in split_chunks(_make(snapping, 2, 4, canonical_every=3, snapshot_every=2)):
+    snapshot_head = replace(_TINY, snapshots=True)
+    for chunk in split_chunks(_make(snapshot_head, 2, 4, canonical_every=3, snapshot_every=2)):
         if chunk.kind == container.SNAP:
             yield "payloads/SNAP.bin", chunk.payload
     for chunk in split_chunks(_make(_TINY, 2, 3, canonical_every=2)):

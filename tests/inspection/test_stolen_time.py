@@ -9,7 +9,7 @@ def test_waiting_for_a_disk_or_for_work_does_not_count_as_work(tmp_path):
     path = tmp_path / "stat"
     path.write_text(LINUX)
 
-    assert read_processor_time(path) == ProcessorTime(worked=163, stolen=50)
+    assert read_processor_time(path) == ProcessorTime(busy=163, stolen=50)
 
 
 @pytest.mark.parametrize("text", ["", "cpu 1 2 3 4", "cpu a b c d e f g h"])
@@ -22,7 +22,7 @@ def test_a_system_without_this_information_is_supported(tmp_path, text):
 
 
 def test_the_share_is_relative_to_the_time_needed():
-    before = ProcessorTime(worked=1000, stolen=100)
+    before = ProcessorTime(busy=1000, stolen=100)
 
     assert ProcessorTime(1300, 200).stolen_share(before) == 0.25
     assert before.stolen_share(before) == 0

@@ -45,7 +45,7 @@ def activate(leaves: dict[str, torch.Tensor]) -> Gaussians:
     )
 
 
-def weigh(rendering, seed: int = 5) -> torch.Tensor:
+def weighted_sum(rendering, seed: int = 5) -> torch.Tensor:
     """A scalar in which every number of image and alpha has its own weight."""
     generator = torch.Generator().manual_seed(seed)
     total = rendering.image.new_zeros(())
@@ -59,5 +59,5 @@ def render_with_gradients(rasterizer, leaves, camera):
     """The rendering, and the gradients of its weighted sum for means2d and every leaf."""
     background = torch.tensor([0.2, 0.5, 0.1]).to(leaves["means"])
     rendering = rasterizer.render(activate(leaves), camera, background)
-    gradients = torch.autograd.grad(weigh(rendering), [rendering.means2d, *leaves.values()])
+    gradients = torch.autograd.grad(weighted_sum(rendering), [rendering.means2d, *leaves.values()])
     return rendering, dict(zip(("means2d", *NAMES), gradients, strict=True))

@@ -4,7 +4,7 @@ import torch
 from quarc_ref.rendering.raster_numba import NumbaRasterizer
 from quarc_ref.rendering.raster_torch import TorchRasterizer
 from quarc_ref.rendering.rasterizer import Gaussians
-from tests.rendering.scenes import activate, make_camera, make_leaves, weigh
+from tests.rendering.scenes import activate, make_camera, make_leaves, weighted_sum
 
 _BACKGROUND = torch.tensor([0.2, 0.5, 0.1])
 _CAMERA = make_camera(100, 60)
@@ -22,7 +22,7 @@ def _with_gradients(draw, gaussians: Gaussians):
     """A rendering, and the gradients of its weighted sum for means2d and all Gaussians."""
     leaves = [tensor.clone().requires_grad_() for tensor in gaussians.tensors()]
     rendering = draw(Gaussians(*leaves))
-    return rendering, torch.autograd.grad(weigh(rendering), [rendering.means2d, *leaves])
+    return rendering, torch.autograd.grad(weighted_sum(rendering), [rendering.means2d, *leaves])
 
 
 @pytest.mark.parametrize(

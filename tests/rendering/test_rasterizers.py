@@ -9,7 +9,13 @@ from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 from quarc_ref.rendering.raster_numba import NumbaRasterizer
 from quarc_ref.rendering.raster_torch import TorchRasterizer
 from quarc_ref.rendering.rasterizer import to_ndc
-from tests.rendering.scenes import activate, make_camera, make_leaves, render_with_gradients, weigh
+from tests.rendering.scenes import (
+    activate,
+    make_camera,
+    make_leaves,
+    render_with_gradients,
+    weighted_sum,
+)
 from tests.rendering.slow_renderer import draw_slowly
 
 _SIZES = [(6, 17, 13), (60, 70, 50), (400, 70, 50), (3000, 100, 60)]
@@ -40,7 +46,9 @@ def test_the_gradients_of_the_reference_equal_finite_differences():
                 moved = flat.clone()
                 moved[index] += sign * step
                 changed = leaves | {name: moved.reshape(leaf.shape)}
-                ends.append(weigh(TorchRasterizer().render(activate(changed), camera, background)))
+                ends.append(
+                    weighted_sum(TorchRasterizer().render(activate(changed), camera, background))
+                )
             slope = float((ends[0] - ends[1]).detach()) / (2 * step)
             assert float(gradients[name].reshape(-1)[index]) == pytest.approx(
                 slope, rel=1e-5, abs=1e-5

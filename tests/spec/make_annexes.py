@@ -71,7 +71,7 @@ def make_page(name: str, data: bytes, stream: PlainStream) -> str:
 def main() -> None:
     spec = spec_text.SPEC.read_text("utf-8")
     for name, body in make_regions(spec).items():
-        spec = spec_text.replace_made(spec, name, body)
+        spec = spec_text.replace_region(spec, name, body)
     spec_text.SPEC.write_text(spec, "utf-8")
     for name, data in streams().items():
         (spec_text.ROOT / spec_text.dump_path(name)).write_text(annex_pages.dump(data), "utf-8")

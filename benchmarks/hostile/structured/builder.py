@@ -83,13 +83,13 @@ class Builder:
         self._draws = draws
         self._hostility: Hostility | None = None
 
-    def add_calm_frame(self) -> None:
+    def add_valid_frame(self) -> None:
         """Draw and code a valid frame; nothing if all drawn frames exceed a limit."""
         self._hostility = None
         is_last = self.state is not None and self.state.scene.frame == COUNTER_LIMIT
         for _ in range(0 if is_last else _TRIALS):
             record = self._draw(begins=self._draws.rng.random() < 0.15)
-            state, crc = self._try(record)
+            state, crc = self._try_record(record)
             if state is not None:
                 self._append(record, state, crc)
                 return
@@ -97,9 +97,9 @@ class Builder:
     def add_hostile_frame(self, hostility: Hostility) -> None:
         """Draw a frame and code it with its fault."""
         self._hostility = hostility
-        with self._stating():
+        with self._with_stated_codes():
             record = self._draw(begins=hostility.stage in _AT_BEGINNINGS)
-        self._append(record, *self._try(record))
+        self._append(record, *self._try_record(record))
 
     def _append(self, record: Record, state: State | None, crc: int) -> None:
         proved = replace(record, state_crc=crc)
@@ -119,7 +119,7 @@ class Builder:
     def _draw(self, *, begins: bool) -> Record:
         if not begins and self.state is not None:
             return self._draw_moved(self.state)
-        if self._is_at(Stage.SNAPSHOT) or self._draws.rng.random() < 0.5:
+        if self._is_at_stage(Stage.SNAPSHOT) or self._draws.rng.random() < 0.5:
             with suppress(BitstreamError):  # a frame with a larger range than a snapshot can code
                 return self._draw_snapshot() or self._draw_canonical()
         return self._draw_canonical()
@@ -162,11 +162,15 @@ class Builder:
         deaths = state.scene.count - begun.scene.count
         updates = EMPTY if self.header.updates else None
         chunk = FrameChunk(begun.scene.phase, previous, deaths, 0, motion, EMPTY, 0, updates)
-        if rng.random() < 0.5 or self._is_at(Stage.BIRTHS) or self._is_at(Stage.UPDATES):
-            chunk = self._go_on(begun, chunk)
+        if (
+            rng.random() < 0.5
+            or self._is_at_stage(Stage.BIRTHS)
+            or self._is_at_stage(Stage.UPDATES)
+        ):
+            chunk = self._add_changes(begun, chunk)
         return self._change(Stage.FRAME, chunk)
 
-    def _go_on(self, begun: State, chunk: FrameChunk) -> FrameChunk:
+    def _add_changes(self, begun: State, chunk: FrameChunk) -> FrameChunk:
         """Add updates and births to the chunk of a frame, if its motion is valid."""
         with suppress(BitstreamError):
             moved = decode_motion(begun, chunk.motion, previous=chunk.previous_contexts)
@@ -185,7 +189,7 @@ class Builder:
         with patch.object(update_planes, "ROTATION_UNITY_LIMIT", CODE_LIMIT):
             return write_updates(update_context(moved), updates, moved.update_counts)
 
-    def _try(self, record: Record) -> tuple[State | None, int]:
+    def _try_record(self, record: Record) -> tuple[State | None, int]:
         """Return the state after a record, and its CRC; None and 0 if the record is rejected."""
         with suppress(BitstreamError, LimitError), patch.object(frames, "check_state"):
             if isinstance(record, CanonicalChunk):
@@ -204,18 +208,18 @@ class Builder:
 
     def _change(self, stage: Stage, value: _Value, *known: Any) -> _Value:  # noqa: ANN401
         """Return a value as changed by the hostility of its stage, otherwise unchanged."""
-        if self._hostility is None or not self._is_at(stage):
+        if self._hostility is None or not self._is_at_stage(stage):
             return value
         changed: _Value = self._hostility.change(self._draws, value, *known)
         return changed
 
-    def _is_at(self, stage: Stage) -> bool:
+    def _is_at_stage(self, stage: Stage) -> bool:
         return self._hostility is not None and self._hostility.stage is stage
 
     @contextmanager
-    def _stating(self) -> Iterator[None]:
+    def _with_stated_codes(self) -> Iterator[None]:
         """Code a frame with a hostile writer of planes, if that is the hostility."""
-        if not self._is_at(Stage.WRITER):
+        if not self._is_at_stage(Stage.WRITER):
             yield
             return
         open_writer = partial(self._change, Stage.WRITER)

@@ -106,11 +106,11 @@ class Draws:
         left = np.flatnonzero(self.numbers.random(canonical.count) < share)
         most = self.rng.choice((0, 1, 3))
         kept = Gaussians(
-            canonical.positions[:, left] + self._small(most, 3, left.size),
+            canonical.positions[:, left] + self._draw_small(most, 3, left.size),
             canonical.rotations[:, left],
             canonical.codes[:, left],
         )
-        kept.codes[: SH_DC.stop] += self._small(most, SH_DC.stop, left.size)
+        kept.codes[: SH_DC.stop] += self._draw_small(most, SH_DC.stop, left.size)
         if left.size and self.rng.random() < 0.5:
             return kept, left
         new = self.gaussians(header)
@@ -125,7 +125,7 @@ class Draws:
         ]
         return Gaussians(*rows), np.append(left, np.full(new.count, -1))
 
-    def _small(self, most: int, rows: int, columns: int) -> Int64:
+    def _draw_small(self, most: int, rows: int, columns: int) -> Int64:
         moves = self.numbers.random(columns) < 0.5
         return self.numbers.integers(-most, most + 1, (rows, columns)) * moves
 
@@ -164,13 +164,13 @@ class Draws:
         most = self.rng.choice((0, 3, 60, 60, CODE_LIMIT))
         codes = self.numbers.integers(-most, most + 1, (header.code_planes, count))
         for first, other in ((SH_DC.start + 1, SH_DC.start), (SH_DC.start + 1, SH_DC.stop - 1)):
-            codes[other] = _within(codes[other], codes[first])
+            codes[other] = _wrap_within(codes[other], codes[first])
         for row in range(LOG_SCALES.start + 1, LOG_SCALES.stop):
-            codes[row] = _within(codes[row], codes[row - 1])
+            codes[row] = _wrap_within(codes[row], codes[row - 1])
         return codes
 
 
-def with_row(gaussians: Gaussians, which: int, **columns: list[int]) -> Gaussians:
+def with_columns(gaussians: Gaussians, which: int, **columns: list[int]) -> Gaussians:
     """Return Gaussians, one of which has other numbers from the first row on.
 
     Args:
@@ -185,5 +185,5 @@ def with_row(gaussians: Gaussians, which: int, **columns: list[int]) -> Gaussian
     return replace(gaussians, **changed)
 
 
-def _within(row: Int64, of: Int64) -> Int64:
+def _wrap_within(row: Int64, of: Int64) -> Int64:
     return np.clip(row, of - CODE_LIMIT, of + CODE_LIMIT)

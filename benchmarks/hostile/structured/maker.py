@@ -66,11 +66,11 @@ def _build(draws: Draws, chosen: Sequence[Hostility], like: Builder | None = Non
         header = replace(header, **hostility.header)
     builder = Builder(draws, header)
     for _ in range(draws.rng.choice((1, 2, 3, 5))):
-        builder.add_calm_frame()
+        builder.add_valid_frame()
     for hostility in (each for each in chosen if each.stage not in _WHOLE):
         builder.add_hostile_frame(hostility)
     for _ in range(draws.rng.choice((0, 0, 2))):
-        builder.add_calm_frame()
+        builder.add_valid_frame()
     builder.end(index=draws.rng.random() < 0.7)
     return builder
 

@@ -21,7 +21,7 @@ class Piece:
         sequence: Stated number; None for the correct one.
         length: Stated length; None for that of the payload.
         sync: Sync word.
-        spoiled: Index of a byte in which a bit is flipped after the CRCs are computed.
+        flipped_byte: Index of a byte in which a bit is flipped after the CRCs are computed.
     """
 
     kind: bytes
@@ -29,7 +29,7 @@ class Piece:
     sequence: int | None = None
     length: int | None = None
     sync: bytes = SYNC
-    spoiled: int | None = None
+    flipped_byte: int | None = None
 
     def pack(self, number: int, payload: bytes) -> bytes:
         """Return the chunk as written at an offset of the stream."""
@@ -38,8 +38,8 @@ class Piece:
         header = self.sync + self.kind + struct.pack("<II", sequence, length)
         crcs = struct.pack("<I", zlib.crc32(header)), struct.pack("<I", zlib.crc32(payload))
         data = bytearray(header + crcs[0] + payload + crcs[1])
-        if self.spoiled is not None:
-            data[self.spoiled % len(data)] ^= 1
+        if self.flipped_byte is not None:
+            data[self.flipped_byte % len(data)] ^= 1
         return bytes(data)
 
 

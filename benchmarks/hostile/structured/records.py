@@ -19,7 +19,7 @@ _MAXIMUM = (1 << 32) - 1
 _ORIGINS = (0, POSITION_LIMIT, -POSITION_LIMIT - 1, 1 << 30, (1 << 31) - 1, -(1 << 31))
 
 
-def _lie(name: str, *values: int) -> Callable[[Draws, Record], Record]:
+def _set_field(name: str, *values: int) -> Callable[[Draws, Record], Record]:
     """Return a function that writes one of these numbers, or a similar one, into a field."""
 
     def change(draws: Draws, record: Record) -> Record:
@@ -45,21 +45,21 @@ def _toggle_contexts(_draws: Draws, chunk: FrameChunk) -> FrameChunk:
     return replace(chunk, previous_contexts=not chunk.previous_contexts)
 
 
-def _end_in_zero(_rng: random.Random, words: UInt32) -> UInt32:
+def _append_zero_word(_rng: random.Random, words: UInt32) -> UInt32:
     return np.append(words, _ZERO)
 
 
-def _put_before(rng: random.Random, words: UInt32) -> UInt32:
+def _prepend_word(rng: random.Random, words: UInt32) -> UInt32:
     before = [rng.choice((0, 1, rng.getrandbits(32))) for _ in range(rng.choice((1, 1, 5)))]
     return np.concatenate([np.array(before, dtype=np.uint32), words])
 
 
-def _lose(rng: random.Random, words: UInt32) -> UInt32:
+def _drop_word(rng: random.Random, words: UInt32) -> UInt32:
     lost = rng.randrange(words.size + 1)
     return np.delete(words, slice(lost, lost + 1))
 
 
-def _spoil(rng: random.Random, words: UInt32) -> UInt32:
+def _flip_word_bit(rng: random.Random, words: UInt32) -> UInt32:
     changed = words.copy()
     if words.size:
         changed[rng.randrange(words.size)] ^= np.uint32(1 << rng.randrange(32))
@@ -73,7 +73,7 @@ def _draw_words(rng: random.Random, _words: UInt32) -> UInt32:
     return np.array(drawn, dtype=np.uint32)
 
 
-def _in_section(
+def _change_section(
     change: Callable[[random.Random, UInt32], UInt32],
 ) -> Callable[[Draws, Record], Record]:
     """Return a function that changes the words of a section."""
@@ -118,7 +118,7 @@ def _replace(donors: Sequence[Record]) -> Callable[[Draws, Record], Record]:
     return take
 
 
-def _spoil_crc(draws: Draws, payload: bytes) -> bytes:
+def _change_state_crc(draws: Draws, payload: bytes) -> bytes:
     crc = draws.rng.choice((bytes(4), draws.rng.randbytes(4), b"\xff" * 4))
     return payload[:-4] + crc
 
@@ -128,7 +128,7 @@ def _resize(draws: Draws, payload: bytes) -> bytes:
     return draws.rng.choice((payload[:-1], payload[:4], b"", payload + more))
 
 
-def _lie_of_words(draws: Draws, payload: bytes) -> bytes:
+def _set_word_count(draws: Draws, payload: bytes) -> bytes:
     """State more words in the first section than it has, or other flags."""
     rng = draws.rng
     at, size = rng.choice(((21, 4), (13, 4), (20, 1), (4, 1)))
@@ -147,38 +147,38 @@ def list_hostile_records(donors: Sequence[Record]) -> list[Hostility]:
         donors: Records of other streams, some of every kind.
     """
     both: dict[str, Callable[[Draws, Any], Any]] = {
-        "a word of 0 at the end": _in_section(_end_in_zero),
-        "words before the first": _in_section(_put_before),
-        "a word lost": _in_section(_lose),
-        "a flipped bit of a word": _in_section(_spoil),
-        "words drawn": _in_section(_draw_words),
+        "a word of 0 at the end": _change_section(_append_zero_word),
+        "words before the first": _change_section(_prepend_word),
+        "a word lost": _change_section(_drop_word),
+        "a flipped bit of a word": _change_section(_flip_word_bit),
+        "words drawn": _change_section(_draw_words),
         "sections swapped": _swap_sections,
         "sections of another stream": _splice(donors),
         "a frame of another stream": _replace(donors),
     }
     canonical: dict[str, Callable[[Draws, Any], Any]] = {
-        "gaussian_count": _lie("gaussian_count", 0, 65537, _MAXIMUM),
-        "ordinal": _lie("frame", 0, _MAXIMUM),
+        "gaussian_count": _set_field("gaussian_count", 0, 65537, _MAXIMUM),
+        "ordinal": _set_field("frame", 0, _MAXIMUM),
         "origin": _move_origin,
         "axis_bits": _narrow_box,
     }
     moved: dict[str, Callable[[Draws, Any], Any]] = {
-        "phase": _lie("phase", 0, _MAXIMUM),
+        "phase": _set_field("phase", 0, _MAXIMUM),
         "previous_contexts": _toggle_contexts,
-        "death_count": _lie("death_count", 1, 1 << 16, _MAXIMUM),
-        "birth_count": _lie("birth_count", 1, 4097, 1 << 17, _MAXIMUM),
+        "death_count": _set_field("death_count", 1, 1 << 16, _MAXIMUM),
+        "birth_count": _set_field("birth_count", 1, 4097, 1 << 17, _MAXIMUM),
     }
     snapshot: dict[str, Callable[[Draws, Any], Any]] = {
-        "newborn_count": _lie("newborn_count", 0, 65537, _MAXIMUM),
-        "ordinal": _lie("frame", 0, _MAXIMUM),
-        "the ordinal of its CANO": _lie("canonical", 0, _MAXIMUM),
+        "newborn_count": _set_field("newborn_count", 0, 65537, _MAXIMUM),
+        "ordinal": _set_field("frame", 0, _MAXIMUM),
+        "the ordinal of its CANO": _set_field("canonical", 0, _MAXIMUM),
         "origin": _move_origin,
         "axis_bits": _narrow_box,
     }
     payload: dict[str, Callable[[Draws, Any], Any]] = {
-        "the CRC of a state": _spoil_crc,
+        "the CRC of a state": _change_state_crc,
         "the size of a payload": _resize,
-        "a number of words or a flag": _lie_of_words,
+        "a number of words or a flag": _set_word_count,
     }
     return [
         *(Hostility(f"canonical: {name}", Stage.CANONICAL, both[name]) for name in both),

@@ -41,7 +41,7 @@ class StatingWriter:
         self._runs.append((np.array(stated), STATED_WEIGHT))
         self._runs.append((np.array(said, dtype=np.bool_), _EVEN))
         for part, code, weight in zip(parts, codes, weights, strict=True):
-            self._runs.append((part, weight if code is None else _weigh(code)))
+            self._runs.append((part, weight if code is None else _weight_of(code)))
         ones = np.array([np.count_nonzero(part) for part in parts])
         lengths = np.array([part.size for part in parts])
         self._counts.learn(model, used, lengths - ones, ones)
@@ -60,7 +60,7 @@ class StatingWriter:
         return None if self._rng.random() < 0.5 else self._rng.choice(self._codes)
 
 
-def _weigh(code: int) -> int:
+def _weight_of(code: int) -> int:
     """Return the weight of a code; one half for undefined codes, which no decoder uses."""
     return weight_of_code(code) if code < PROBABILITY_CODES else _EVEN
 

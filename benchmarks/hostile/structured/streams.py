@@ -31,7 +31,7 @@ _LARGE = (
 )
 
 
-def _lie_in_head(draws: Draws, pieces: Pieces) -> Pieces:
+def _change_head(draws: Draws, pieces: Pieces) -> Pieces:
     """Write another number into a field of HEAD."""
     head, which = pieces[0].payload or b"", draws.rng.randrange(len(_HEAD_FIELDS))
     form = f"<{_HEAD_FIELDS[which]}"
@@ -90,12 +90,12 @@ def _repeat(draws: Draws, pieces: Pieces) -> Pieces:
 def _put_in(*kinds: bytes) -> Callable[[Draws, Pieces], Pieces]:
     """Return a function that inserts a chunk of one of these types."""
 
-    def put_in(draws: Draws, pieces: Pieces) -> Pieces:
+    def insert_chunk(draws: Draws, pieces: Pieces) -> Pieces:
         place = draws.rng.randrange(1, len(pieces))
         new = Piece(draws.rng.choice(kinds), draws.rng.randbytes(draws.rng.choice((0, 3, 40))))
         return [*pieces[:place], new, *pieces[place:]]
 
-    return put_in
+    return insert_chunk
 
 
 def _splice(donors: Sequence[Pieces]) -> Callable[[Draws, Pieces], Pieces]:
@@ -119,7 +119,7 @@ def _damage_ancillary(draws: Draws, pieces: Pieces) -> Pieces:
     return [*pieces[:place], Piece(kind, damaged), *pieces[place:]]
 
 
-def _lie_in_index(draws: Draws, pieces: Pieces) -> Pieces:
+def _change_index(draws: Draws, pieces: Pieces) -> Pieces:
     """Write wrong seek points into INDX."""
     points = [SeekPoint(*draws.rng.choices((0, 1, 8, _MAXIMUM), k=3)) for _ in range(3)]
     index = wire.build_index(points[: draws.rng.randrange(4)])
@@ -128,7 +128,7 @@ def _lie_in_index(draws: Draws, pieces: Pieces) -> Pieces:
     return [*before, lie, tail]
 
 
-def _lie_in_tail(draws: Draws, pieces: Pieces) -> Pieces:
+def _change_tail(draws: Draws, pieces: Pieces) -> Pieces:
     """Write wrong totals into TAIL."""
     tail = wire.build_tail(Tail(*draws.rng.choices((0, 1, 2, 8, _MAXIMUM), k=3)))
     lie = draws.rng.choice((tail, tail, tail, tail[:-1], tail + b"\0"))
@@ -139,11 +139,11 @@ def _cut(draws: Draws, data: bytes) -> bytes:
     return data[: draws.rng.randrange(len(data))]
 
 
-def _go_on(draws: Draws, data: bytes) -> bytes:
+def _extend(draws: Draws, data: bytes) -> bytes:
     return data + draws.rng.choice((b"\0", MAGIC, draws.rng.randbytes(30)))
 
 
-def _spoil_magic(draws: Draws, data: bytes) -> bytes:
+def _change_magic(draws: Draws, data: bytes) -> bytes:
     at = draws.rng.randrange(len(MAGIC))
     return data[:at] + bytes([data[at] ^ 1 << draws.rng.randrange(8)]) + data[at + 1 :]
 
@@ -162,14 +162,16 @@ def list_hostile_streams(donors: Sequence[Pieces]) -> list[Hostility]:
         donors: Other streams.
     """
     pieces: dict[str, Callable[[Draws, Pieces], Pieces]] = {
-        "a field of HEAD": _lie_in_head,
+        "a field of HEAD": _change_head,
         "another version": _other_version,
         "the size of HEAD": _resize_head,
         "sync": _one(sync=lambda draws, piece: draws.rng.choice((bytes(4), piece.sync[::-1]))),
         "the CRC of a header": _one(
-            spoiled=lambda draws, _piece: draws.rng.randrange(8, CHUNK_HEADER_BYTES)
+            flipped_byte=lambda draws, _piece: draws.rng.randrange(8, CHUNK_HEADER_BYTES)
         ),
-        "the CRC of a payload": _one(spoiled=lambda draws, _piece: -1 - draws.rng.randrange(4)),
+        "the CRC of a payload": _one(
+            flipped_byte=lambda draws, _piece: -1 - draws.rng.randrange(4)
+        ),
         "sequence": _one(sequence=lambda draws, _piece: draws.rng.choice((0, 1, 2, 3, _MAXIMUM))),
         "type": _one(kind=lambda draws, _piece: draws.rng.choice(_KINDS)),
         "length": _one(length=lambda draws, _piece: draws.rng.choice(_LENGTHS)),
@@ -182,13 +184,13 @@ def list_hostile_streams(donors: Sequence[Pieces]) -> list[Hostility]:
         "a chunk of a bad type": _put_in(*_BAD_TYPES),
         "chunks of another stream": _splice(donors),
         "cameras and metadata": _damage_ancillary,
-        "INDX": _lie_in_index,
-        "TAIL": _lie_in_tail,
+        "INDX": _change_index,
+        "TAIL": _change_tail,
     }
     data: dict[str, Callable[[Draws, bytes], bytes]] = {
         "cut": _cut,
-        "extended": _go_on,
-        "magic": _spoil_magic,
+        "extended": _extend,
+        "magic": _change_magic,
         "bytes": _damage,
     }
     return [

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hostile.structured.draws import Draws, with_row
+from hostile.structured.draws import Draws, with_columns
 from hostile.structured.hostility import Hostility, Stage
 from hostile.structured.stating_writer import StatingWriter
 from quarc_ref.decoder.state import State
@@ -35,7 +35,7 @@ from quarc_ref.format.updates import CODES, ROTATION, TRANSLATION, Updates
 _STEPS = (1, 1 << 31, 1 << 32, 1 << 59, 1 << 60, (1 << 60) + 1, 1 << 62, (1 << 63) - 1)
 
 
-def exceed_codes(draws: Draws, gaussians: Gaussians, _header: StreamHeader) -> Gaussians:
+def overflow_codes(draws: Draws, gaussians: Gaussians, _header: StreamHeader) -> Gaussians:
     """Give a Gaussian a color out of range whose coded differences are in range."""
     sign = draws.rng.choice((-1, 1))
     most, more = sign * CODE_LIMIT, sign * draws.rng.choice((1, 2, CODE_LIMIT))
@@ -47,17 +47,17 @@ def exceed_codes(draws: Draws, gaussians: Gaussians, _header: StreamHeader) -> G
     return replace(gaussians, codes=codes)
 
 
-def exceed_rotations(draws: Draws, gaussians: Gaussians, header: StreamHeader) -> Gaussians:
+def overflow_rotations(draws: Draws, gaussians: Gaussians, header: StreamHeader) -> Gaussians:
     """Give a Gaussian three components that are longer than a unit quaternion."""
     one = 1 << header.rotation_bits
     index, which = draws.rng.randrange(4), draws.rng.randrange(gaussians.count)
     components = draws.rng.choice(
         ([one, 1, 0], [one + 1, 0, 0], [one, one, -one], [-CODE_LIMIT] * 3, [0, 0, CODE_LIMIT])
     )
-    return with_row(gaussians, which, rotations=[index, *components])
+    return with_columns(gaussians, which, rotations=[index, *components])
 
 
-def degenerate(draws: Draws, symbols: list[Int64], begun: State) -> list[Int64]:
+def degenerate_rotations(draws: Draws, symbols: list[Int64], begun: State) -> list[Int64]:
     """Make residuals of w cancel the identity: of all Gaussians, or of one anchor."""
     identity = begun.scene.header.rotation_unity * begun.scene.header.level_count
     still = [np.zeros_like(level) for level in symbols]
@@ -76,21 +76,21 @@ def move_far(draws: Draws, symbols: list[Int64], _begun: State) -> list[Int64]:
     return symbols
 
 
-def turn_much(draws: Draws, symbols: list[Int64], _begun: State) -> list[Int64]:
+def rotate_far(draws: Draws, symbols: list[Int64], _begun: State) -> list[Int64]:
     """Rotate everything by residuals of any size."""
     for level in symbols:
         level[3:] = draws.numbers.integers(-SYMBOL_LIMIT, SYMBOL_LIMIT + 1, level[3:].shape)
     return symbols
 
 
-def update_all_away(_draws: Draws, _updates: Updates, moved: State) -> Updates:
+def delete_all(_draws: Draws, _updates: Updates, moved: State) -> Updates:
     """Delete all Gaussians by updates."""
     count = moved.scene.count
     nothing = np.zeros((RESIDUAL_ROWS, count), dtype=np.int64)
     return Updates(np.arange(count), np.ones(count, dtype=np.bool_), nothing)
 
 
-def update_far(draws: Draws, _updates: Updates, moved: State) -> Updates:
+def update_too_far(draws: Draws, _updates: Updates, moved: State) -> Updates:
     """Move a Gaussian, or change its codes, as far as residuals allow."""
     updates = _update_one(draws, moved)
     rows = draws.rng.choice((TRANSLATION, CODES))
@@ -98,7 +98,7 @@ def update_far(draws: Draws, _updates: Updates, moved: State) -> Updates:
     return updates
 
 
-def update_turned(draws: Draws, _updates: Updates, moved: State) -> Updates:
+def rotate_too_far(draws: Draws, _updates: Updates, moved: State) -> Updates:
     """Rotate a Gaussian by a residual that is too large, or by the largest."""
     updates = _update_one(draws, moved)
     most = ROTATION_UNITY_LIMIT
@@ -112,7 +112,7 @@ def _update_one(draws: Draws, moved: State) -> Updates:
     return Updates(which, np.zeros(1, np.bool_), np.zeros((RESIDUAL_ROWS, 1), dtype=np.int64))
 
 
-def leave_parents(draws: Draws, births: Births, moved: State) -> Births:
+def use_missing_parents(draws: Draws, births: Births, moved: State) -> Births:
     """Use parents outside the scene: just beyond it, far beyond, or beyond 64 bits."""
     count = moved.scene.count
     steps = np.zeros_like(births.parents)
@@ -122,29 +122,29 @@ def leave_parents(draws: Draws, births: Births, moved: State) -> Births:
     return replace(births, parents=np.cumsum(steps))
 
 
-def bear_far(draws: Draws, births: Births, _moved: State) -> Births:
+def place_births_far(draws: Draws, births: Births, _moved: State) -> Births:
     """Place births as far from their parents as their codes allow."""
     positions = draws.numbers.choice([-CODE_LIMIT, CODE_LIMIT], births.newborn.positions.shape)
     return replace(births, newborn=replace(births.newborn, positions=positions))
 
 
-def bear_codes(draws: Draws, births: Births, moved: State) -> Births:
+def overflow_birth_codes(draws: Draws, births: Births, moved: State) -> Births:
     """Add births whose codes go out of range by their differences."""
     if draws.rng.random() < 0.5:
-        return replace(births, newborn=exceed_codes(draws, births.newborn, moved.scene.header))
+        return replace(births, newborn=overflow_codes(draws, births.newborn, moved.scene.header))
     codes = births.newborn.codes.copy()
     which = draws.rng.randrange(births.newborn.count)
     codes[LOG_SCALES, which] = [CODE_LIMIT, CODE_LIMIT + 1, 2 * CODE_LIMIT + 1]
     return replace(births, newborn=replace(births.newborn, codes=codes))
 
 
-def bear_rotations(draws: Draws, births: Births, moved: State) -> Births:
+def overflow_birth_rotations(draws: Draws, births: Births, moved: State) -> Births:
     """Add a newborn whose rotation is too long."""
-    newborn = exceed_rotations(draws, births.newborn, moved.scene.header)
+    newborn = overflow_rotations(draws, births.newborn, moved.scene.header)
     return replace(births, newborn=newborn)
 
 
-def exceed_keys(draws: Draws, chunk: CanonicalChunk) -> CanonicalChunk:
+def overflow_keys(draws: Draws, chunk: CanonicalChunk) -> CanonicalChunk:
     """Code keys outside the box: too large, or with a sum beyond 64 bits."""
     steps = draws.numbers.choice([0, 0, 1], chunk.gaussian_count)
     for _ in range(draws.rng.choice((1, 1, 4))):
@@ -155,43 +155,43 @@ def exceed_keys(draws: Draws, chunk: CanonicalChunk) -> CanonicalChunk:
     return replace(chunk, axis_bits=box, sections=(writer.section(), *chunk.sections[1:]))
 
 
-def state_any(draws: Draws, counts: ContextCounts) -> StatingWriter:
+def state_random_codes(draws: Draws, counts: ContextCounts) -> StatingWriter:
     """State probabilities at random."""
-    return _open_stating(draws, counts, range(PROBABILITY_CODES))
+    return _open_stating_writer(draws, counts, range(PROBABILITY_CODES))
 
 
-def state_undefined(draws: Draws, counts: ContextCounts) -> StatingWriter:
+def state_undefined_codes(draws: Draws, counts: ContextCounts) -> StatingWriter:
     """State probabilities at random, occasionally an undefined one."""
-    return _open_stating(draws, counts, range(draws.rng.choice((0, 200)), 256))
+    return _open_stating_writer(draws, counts, range(draws.rng.choice((0, 200)), 256))
 
 
-def _open_stating(draws: Draws, counts: ContextCounts, codes: range) -> StatingWriter:
+def _open_stating_writer(draws: Draws, counts: ContextCounts, codes: range) -> StatingWriter:
     return StatingWriter(counts, type(draws.rng)(draws.rng.getrandbits(64)), codes)
 
 
 HOSTILE_VALUES: Sequence[Hostility] = (
-    Hostility("codes out of range", Stage.SCENE, exceed_codes),
-    Hostility("rotations too long", Stage.SCENE, exceed_rotations),
+    Hostility("codes out of range", Stage.SCENE, overflow_codes),
+    Hostility("rotations too long", Stage.SCENE, overflow_rotations),
     Hostility(
-        *("identity taken back", Stage.MOTION, degenerate),
+        *("identity taken back", Stage.MOTION, degenerate_rotations),
         {"rotation_components": 4, "rotation_unity": 3},
     ),
     Hostility("moved far", Stage.MOTION, move_far),
     Hostility("moved out", Stage.MOTION, move_far, {"translation_step": (1 << 16) - 1}),
-    Hostility("turned much", Stage.MOTION, turn_much, {"rotation_unity": 1}),
-    Hostility("all Gaussians leave by updates", Stage.UPDATES, update_all_away, {"updates": True}),
-    Hostility("updated far", Stage.UPDATES, update_far, {"updates": True}),
+    Hostility("turned much", Stage.MOTION, rotate_far, {"rotation_unity": 1}),
+    Hostility("all Gaussians leave by updates", Stage.UPDATES, delete_all, {"updates": True}),
+    Hostility("updated far", Stage.UPDATES, update_too_far, {"updates": True}),
     Hostility(
-        *("updated out", Stage.UPDATES, update_far),
+        *("updated out", Stage.UPDATES, update_too_far),
         {"updates": True, "translation_step": (1 << 16) - 1},
     ),
-    Hostility("too large rotations by updates", Stage.UPDATES, update_turned, {"updates": True}),
-    Hostility("parents elsewhere", Stage.BIRTHS, leave_parents),
-    Hostility("newborn far away", Stage.BIRTHS, bear_far),
-    Hostility("newborn out", Stage.BIRTHS, bear_far, {"position_step": (1 << 16) - 1}),
-    Hostility("codes of births out of range", Stage.BIRTHS, bear_codes),
-    Hostility("too long rotations of births", Stage.BIRTHS, bear_rotations),
-    Hostility("keys outside their box", Stage.CANONICAL, exceed_keys),
-    Hostility("random stated probabilities", Stage.WRITER, state_any),
-    Hostility("undefined probabilities", Stage.WRITER, state_undefined),
+    Hostility("too large rotations by updates", Stage.UPDATES, rotate_too_far, {"updates": True}),
+    Hostility("parents elsewhere", Stage.BIRTHS, use_missing_parents),
+    Hostility("newborn far away", Stage.BIRTHS, place_births_far),
+    Hostility("newborn out", Stage.BIRTHS, place_births_far, {"position_step": (1 << 16) - 1}),
+    Hostility("codes of births out of range", Stage.BIRTHS, overflow_birth_codes),
+    Hostility("too long rotations of births", Stage.BIRTHS, overflow_birth_rotations),
+    Hostility("keys outside their box", Stage.CANONICAL, overflow_keys),
+    Hostility("random stated probabilities", Stage.WRITER, state_random_codes),
+    Hostility("undefined probabilities", Stage.WRITER, state_undefined_codes),
 )

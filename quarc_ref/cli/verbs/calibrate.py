@@ -202,7 +202,7 @@ def _show(output: Path, rig: "Calibration", page: Path, seconds: float, *, as_js
     solution, total = rig.solution, len(rig.recordings.names)
     for name, reason in solution.left_out.items():
         print_message(f"camera {name} could not be calibrated: {reason}")
-    for name in rig.doubtful:
+    for name in rig.unreliable:
         print_message(
             f"the pose of camera {name} depends on only {solution.fits[name].support} points "
             "and may be inaccurate: use more pictures (--moments 16)"

@@ -26,7 +26,7 @@ from quarc_ref.inspection.wording import count_noun
 
 if TYPE_CHECKING:
     from quarc_ref.evaluation.comparison.measure import Comparison
-    from quarc_ref.evaluation.comparison.open_entries import Named
+    from quarc_ref.evaluation.comparison.open_entries import EntrySource
     from quarc_ref.evaluation.comparison.summary import Summary
 
 _MINIMUM = 2
@@ -110,7 +110,7 @@ def compare(
     """Measure streams and other methods side by side, on the same cameras and frames."""
     with report_errors():
         from quarc_ref.evaluation.comparison.measure import measure_entries
-        from quarc_ref.evaluation.comparison.open_entries import Wanted, open_entries
+        from quarc_ref.evaluation.comparison.open_entries import ComparisonOptions, open_entries
         from quarc_ref.evaluation.comparison.summary import summarize
         from quarc_ref.evaluation.same_capture import MismatchError
 
@@ -118,7 +118,7 @@ def compare(
         named = parse_entries(entries, sizes or [])
         span = parse_frames(frames)
         measure = load_lpips(lpips)
-        wanted = Wanted(capture, tuple(cameras or ()), downscale, other_capture)
+        wanted = ComparisonOptions(capture, tuple(cameras or ()), downscale, other_capture)
         target = written_folder(report, force=force) if report else nullcontext()
         with TerminalProgress(quiet=quiet) as progress, target as folder:
             try:
@@ -135,14 +135,14 @@ def compare(
         _show(comparison, summary, page, as_json=as_json)
 
 
-def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[Named]":
+def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[EntrySource]":
     """Parse the entries on the command line.
 
     Raises:
         UsageError: There are fewer than two, a path does not exist, or a size is not a number.
     """
     from quarc_ref.evaluation.comparison.entries import Label
-    from quarc_ref.evaluation.comparison.open_entries import Named
+    from quarc_ref.evaluation.comparison.open_entries import EntrySource
 
     if len(texts) < _MINIMUM:
         message = "compare needs at least two entries"
@@ -156,7 +156,7 @@ def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[Named]":
     for name, (_, path) in zip(names, parts, strict=True):
         method, _, point = name.partition("@")
         only = method if methods[method] == 1 else path.stem
-        named.append(Named(Label(method, point or only), path, byte_counts.pop(path, None)))
+        named.append(EntrySource(Label(method, point or only), path, byte_counts.pop(path, None)))
     if byte_counts:
         message = f"--bytes names {next(iter(byte_counts))}, which is not one of the entries"
         raise UsageError(message)

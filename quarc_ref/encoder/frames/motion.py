@@ -135,7 +135,7 @@ class _Fit:
     def result(self) -> FittedMotion:
         """Return the current motion and updates."""
         residuals = self._residuals
-        fitted = FittedMotion(residuals.symbols(), residuals.in_steps(), self._statistics)
+        fitted = FittedMotion(residuals.symbols(), residuals.decoded_residuals(), self._statistics)
         if self._updates is None:
             return fitted
         found = self._updates.updates(self._move())
@@ -215,7 +215,7 @@ class _Residuals:
         norms = torch.cat(steps, dim=1).square().sum(dim=1).add(_NORM_FLOOR).sqrt()
         return torch.log1p(norms).mean()
 
-    def in_steps(self) -> Tensor:
+    def decoded_residuals(self) -> Tensor:
         """Quantized residuals in steps, `[A, c]`."""
         with torch.no_grad():
             kinds = zip(_kinds(self.quantized()), self._steps, strict=True)

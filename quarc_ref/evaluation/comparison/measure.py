@@ -9,7 +9,7 @@ from quarc_ref.datasets.capture import Capture, Image
 from quarc_ref.evaluation.camera_group import find_background, name_variants
 from quarc_ref.evaluation.camera_meter import CameraMeter, Measures
 from quarc_ref.evaluation.comparison.entries import Entry, EntryError, EntryInfo, Label
-from quarc_ref.evaluation.comparison.open_entries import Opened
+from quarc_ref.evaluation.comparison.open_entries import OpenComparison
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.evaluation.metrics import Mask, Picture
 from quarc_ref.evaluation.quality import Quality
@@ -76,7 +76,7 @@ class Comparison:
 
 
 def measure_entries(
-    opened: Opened,
+    opened: OpenComparison,
     span: tuple[int, int | None],
     lpips: Lpips | None,
     on_progress: Callable[[str, int, int], None],
@@ -115,7 +115,11 @@ class _Pairs:
     """Measures the views of all entries, frame by frame."""
 
     def __init__(
-        self, opened: Opened, entries: Sequence[Entry], frames: Sequence[int], lpips: Lpips | None
+        self,
+        opened: OpenComparison,
+        entries: Sequence[Entry],
+        frames: Sequence[int],
+        lpips: Lpips | None,
     ) -> None:
         self._opened, self._entries, self._lpips = opened, entries, lpips
         capture, cameras = opened.capture, opened.cameras
@@ -160,7 +164,7 @@ class _Pairs:
 
 
 def _draw_truth(
-    opened: Opened, frame: int
+    opened: OpenComparison, frame: int
 ) -> Iterator[tuple[str, tuple[Image, Picture, Mask | None]]]:
     """Yield the ground truth of each camera as levels and from 0 to 1, and its mask.
 
@@ -188,7 +192,7 @@ def _find_background(capture: Capture | None, name: str) -> Picture | None:
     return None if capture is None else find_background(capture, _find_index(capture, name))
 
 
-def _choose_frames(opened: Opened, span: tuple[int, int | None]) -> tuple[int, ...]:
+def _choose_frames(opened: OpenComparison, span: tuple[int, int | None]) -> tuple[int, ...]:
     """Return the frames within a span that all entries and the capture have."""
     common = set.intersection(*(set(entry.holdings.frames) for entry in opened.entries))
     if opened.capture is not None:

@@ -18,7 +18,7 @@ _STREAM, _FOURDGS, _PLY = ".quarc", ".4dgs", ".ply"
 
 
 @dataclass(frozen=True, slots=True)
-class Named:
+class EntrySource:
     """A named entry to compare.
 
     Attributes:
@@ -33,7 +33,7 @@ class Named:
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class ComparisonOptions:
     """Options of a comparison.
 
     Attributes:
@@ -52,7 +52,7 @@ class Wanted:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Opened:
+class OpenComparison:
     """Opened entries, ground truth and cameras of a comparison.
 
     Attributes:
@@ -69,8 +69,10 @@ class Opened:
 
 
 def open_entries(
-    named: Sequence[Named], wanted: Wanted, on_progress: Callable[[str, int, int], None]
-) -> Opened:
+    named: Sequence[EntrySource],
+    wanted: ComparisonOptions,
+    on_progress: Callable[[str, int, int], None],
+) -> OpenComparison:
     """Open all entries and the capture of a comparison.
 
     Args:
@@ -100,15 +102,15 @@ def open_entries(
         if index in streams:
             entries.append(streams[index].entry)
         else:
-            entries.append(_open_rival(each, cameras, pace))
-    return Opened(entries, capture, cameras, pace)
+            entries.append(_open_other(each, cameras, pace))
+    return OpenComparison(entries, capture, cameras, pace)
 
 
 def _is_stream(path: Path) -> bool:
     return path.is_file() and path.suffix.lower() not in (_FOURDGS, _PLY)
 
 
-def _open_rival(each: Named, cameras: Mapping[str, Camera], pace: float) -> Entry:
+def _open_other(each: EntrySource, cameras: Mapping[str, Camera], pace: float) -> Entry:
     path = each.path
     what = describe_capture(path)
     if what is not None:
@@ -125,7 +127,7 @@ def _open_rival(each: Named, cameras: Mapping[str, Camera], pace: float) -> Entr
     return open_renders(path, each.label, cameras, each.byte_count)
 
 
-def _open_capture(streams: Sequence[OpenStream], wanted: Wanted) -> Capture | None:
+def _open_capture(streams: Sequence[OpenStream], wanted: ComparisonOptions) -> Capture | None:
     if wanted.capture is None:
         return None
     if not streams:

@@ -18,7 +18,7 @@ import numpy as np
 from quarc_ref.format.arrays import Bits, Int64
 from quarc_ref.format.coding.contexts import ContextCounts
 from quarc_ref.format.coding.entropy import encode_bits, open_words
-from quarc_ref.format.coding.pricing import is_worth_stating
+from quarc_ref.format.coding.pricing import saves_bits
 from quarc_ref.format.coding.probability import choose_codes, weight_of_code
 from quarc_ref.format.constants import CODE_BITS, STATED_WEIGHT, WEIGHT_TOTAL
 from quarc_ref.format.records import Section
@@ -71,7 +71,7 @@ class PlaneWriter:
         weights = self._counts.weights(model, runs.contexts)
         codes = choose_codes(ones, runs.lengths)
         fitting = np.array([weight_of_code(code) for code in codes.tolist()])
-        stated = is_worth_stating(zeros, ones, weights, fitting)
+        stated = saves_bits(zeros, ones, weights, fitting)
         said = np.unpackbits(codes[stated].astype(np.uint8))
         self._runs += [(stated, STATED_WEIGHT), (said.astype(np.bool_), _EVEN)]
         weights[stated] = fitting[stated]

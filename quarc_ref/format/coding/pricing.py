@@ -10,7 +10,7 @@ from quarc_ref.format.arrays import Bits, Int64
 from quarc_ref.format.constants import CODE_BITS, STATED_WEIGHT, WEIGHT_TOTAL
 
 
-def is_worth_stating(zeros: Int64, ones: Int64, known: Int64, fitting: Int64) -> Bits:
+def saves_bits(zeros: Int64, ones: Int64, known: Int64, fitting: Int64) -> Bits:
     """Return for which contexts a stated probability saves more bits than it costs.
 
     Args:

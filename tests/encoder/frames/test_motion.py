@@ -90,9 +90,9 @@ def test_the_learning_rate_of_translations_is_in_world_units_or_in_steps():
     context, state = make_context(), _make_state()
     step = _HEADER.translation_step * 2.0**-_HEADER.lattice_exponent
 
-    in_steps = replace(_MOTION, lr=1e-3, translation_lr=2.0)
-    in_units = replace(_MOTION, lr=2.0 * step, translation_lr=0.0)
-    rows = [_fit(context, state, settings)[:3] for settings in (in_steps, in_units)]
+    step_settings = replace(_MOTION, lr=1e-3, translation_lr=2.0)
+    unit_settings = replace(_MOTION, lr=2.0 * step, translation_lr=0.0)
+    rows = [_fit(context, state, settings)[:3] for settings in (step_settings, unit_settings)]
 
     assert np.abs(rows[0]).sum() == pytest.approx(np.abs(rows[1]).sum(), rel=0.2)
 

@@ -9,7 +9,11 @@ from quarc_ref.datasets.video_writer import build_png
 from quarc_ref.decoder import dequantize
 from quarc_ref.evaluation.comparison.entries import Label
 from quarc_ref.evaluation.comparison.measure import measure_entries
-from quarc_ref.evaluation.comparison.open_entries import Named, Wanted, open_entries
+from quarc_ref.evaluation.comparison.open_entries import (
+    ComparisonOptions,
+    EntrySource,
+    open_entries,
+)
 from quarc_ref.export.gaussian_ply import build_ply
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.rendering.pictures import render_picture
@@ -50,10 +54,12 @@ def compare():
 
     def run(*paths, span=(0, None), lpips=None, **wanted):
         named = [
-            each if isinstance(each, Named) else Named(Label(each.stem, each.stem), each)
+            each
+            if isinstance(each, EntrySource)
+            else EntrySource(Label(each.stem, each.stem), each)
             for each in paths
         ]
-        opened = open_entries(named, Wanted(**wanted), ignore)
+        opened = open_entries(named, ComparisonOptions(**wanted), ignore)
         return measure_entries(opened, span, lpips, ignore)
 
     return run

@@ -5,7 +5,7 @@ import pytest
 
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.evaluation.comparison.entries import EntryError, Label
-from quarc_ref.evaluation.comparison.open_entries import Named
+from quarc_ref.evaluation.comparison.open_entries import EntrySource
 from quarc_ref.evaluation.evaluate import evaluate_stream
 from quarc_ref.evaluation.metrics import MAX_DECIBELS
 from quarc_ref.evaluation.same_capture import MismatchError
@@ -45,7 +45,7 @@ def test_its_frames_as_ply_files_and_as_renders_have_the_same_quality(rivals, co
 
 def test_bytes_are_those_of_the_files(rivals, compare):
     place = rivals.place
-    renders = Named(Label("renders", "renders"), place / "renders", 1234)
+    renders = EntrySource(Label("renders", "renders"), place / "renders", 1234)
     comparison = compare(place / "a.quarc", place / "plys", renders, capture=rivals.capture)
     plys = sum(path.stat().st_size for path in (place / "plys").iterdir())
 

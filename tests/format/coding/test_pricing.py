@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quarc_ref.format.coding.pricing import is_worth_stating
+from quarc_ref.format.coding.pricing import saves_bits
 from quarc_ref.format.constants import WEIGHT_TOTAL
 
 _WEIGHTS = st.integers(256, WEIGHT_TOTAL - 256)
@@ -19,6 +19,6 @@ def _bits(zeros, ones, weight):
 def test_a_probability_is_stated_if_it_saves_more_than_its_14_bits(zeros, ones, known, fitting):
     saved = _bits(zeros, ones, known) - _bits(zeros, ones, fitting)
 
-    told = is_worth_stating(*(np.array([number]) for number in (zeros, ones, known, fitting)))
+    told = saves_bits(*(np.array([number]) for number in (zeros, ones, known, fitting)))
 
     assert bool(told[0]) == (saved > 14) or math.isclose(saved, 14, abs_tol=1e-6)
