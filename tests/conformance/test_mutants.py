@@ -6,7 +6,7 @@ import pytest
 
 from mutant import Mutant
 from mutants import MUTANTS
-from run_mutants import CATEGORIES, Outcome, break_package, conclude, describe
+from run_mutants import CATEGORIES, Outcome, break_package, describe, summarize_categories
 
 ROOT = Path(__file__).resolve().parents[2]
 MINIMUM = 20
@@ -37,12 +37,12 @@ def test_a_surviving_mutant_is_reported_and_fails():
     outcome = Outcome(Mutant("quiet", ()), {})
 
     assert "SURVIVES" in describe(outcome)
-    assert conclude([outcome])[1] is False
+    assert summarize_categories([outcome])[1] is False
 
 
 def test_an_unneeded_category_fails():
     alone = Mutant("lonely", (), alone="traps")
 
-    assert conclude([Outcome(alone, {"traps": "a"})])[1] is True
-    assert conclude([Outcome(alone, {"traps": "a", "unit": "b"})])[1] is False
-    assert conclude([Outcome(alone, {"unit": "b"})])[1] is False
+    assert summarize_categories([Outcome(alone, {"traps": "a"})])[1] is True
+    assert summarize_categories([Outcome(alone, {"traps": "a", "unit": "b"})])[1] is False
+    assert summarize_categories([Outcome(alone, {"unit": "b"})])[1] is False
