@@ -68,7 +68,7 @@ with written_folder(target, replace=True) as made:
 """
 _AFTER_A_SWAP = """
 from quarc_ref.files import folders
-folders.remove_made = die
+folders.remove_listed_with_subfolders = die
 with written_folder(target, replace=True) as made:
     made.write("new.ply", b"new")
 """
