@@ -122,7 +122,7 @@ def test_the_command_lists_unreached_reject_ids_and_fails(tmp_path):
     told = json.loads(done.stdout)
 
     assert done.returncode == 1
-    assert told["streams"] == told["ways"][judge.BY_BOTH_ENGINES] == 3
+    assert told["streams"] == told["modes"][judge.BY_BOTH_ENGINES] == 3
     assert told["escapes"] == told["hangs"] == 0
     assert "degenerate-rotation" in told["unreached"]
     assert (tmp_path / "structured_0" / "blocks.jsonl").exists()
