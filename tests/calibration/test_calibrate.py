@@ -159,4 +159,4 @@ def test_a_camera_with_few_points_is_left_out_if_its_picture_contradicts_its_pos
         assert len(found.world.cameras) == len(NEAR) - 1
     else:
         assert found.solution.left_out == {}
-        assert found.doubtful == (name,)
+        assert found.unreliable == (name,)
