@@ -19,7 +19,7 @@ __all__ = ["keep", "numba"]
 
 
 @contextmanager
-def _hiding(module: str) -> Iterator[None]:
+def _hide_module(module: str) -> Iterator[None]:
     """Make a module appear missing to later imports, unless it has been imported already."""
     if module in sys.modules:
         yield
@@ -31,7 +31,7 @@ def _hiding(module: str) -> Iterator[None]:
         del sys.modules[module]
 
 
-with _hiding("coverage"):  # numba's search for it takes as long as loading a kernel
+with _hide_module("coverage"):  # numba's search for it takes as long as loading a kernel
     import numba
     from numba.core.caching import FunctionCache
     from numba.core.runtime.nrt import rtsys

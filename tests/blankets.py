@@ -11,12 +11,12 @@ from quarc_ref.format.records import Gaussians, StreamHeader
 from tests.small_streams import CAMERA
 
 
-def make_blankets(count: int, width: int, height: int, frames: int = 1) -> bytes:
+def make_covering_stream(count: int, width: int, height: int, frames: int = 1) -> bytes:
     """A stream of Gaussians at one position, in front of a camera of the given size."""
     header = StreamHeader(level=10 if count <= 1 << 16 else 30, log_scale_step=1.0)
     zeros = np.zeros((4 + header.code_planes, count), dtype=np.int64)
     sink = io.BytesIO()
-    loop = ClosedLoop(sink, header, (look_closely(width, height),), {})
+    loop = ClosedLoop(sink, header, (make_close_camera(width, height),), {})
     loop.commit_canonical(Gaussians(zeros[:3], zeros[:4], zeros[4:]), 0)
     for _ in range(1, frames):
         start = loop.start_frame(0)
@@ -27,7 +27,7 @@ def make_blankets(count: int, width: int, height: int, frames: int = 1) -> bytes
     return sink.getvalue()
 
 
-def look_closely(width: int, height: int) -> Camera:
+def make_close_camera(width: int, height: int) -> Camera:
     """A camera whose picture is covered by a Gaussian of standard deviation 1 at the origin."""
     focal, middle = float(max(width, height)), (width / 2, height / 2)
     return replace(

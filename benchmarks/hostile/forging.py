@@ -26,7 +26,7 @@ def forge_state_crcs(data: bytes) -> bytes:
     forged = bytearray(data)
     decoder = StreamDecoder(ReferenceEngine())
     with (
-        patch.object(frames, "state_crc", lambda _scene: _AnyCrc()),
+        patch.object(frames, "state_crc", lambda _scene: _MatchesAnyCrc()),
         contextlib.suppress(BitstreamError, LimitError),
     ):
         for chunk in split_chunks(data):
@@ -40,7 +40,7 @@ def forge_state_crcs(data: bytes) -> bytes:
     return bytes(forged)
 
 
-class _AnyCrc(int):
+class _MatchesAnyCrc(int):
     """Compares equal to every number."""
 
     __hash__ = int.__hash__

@@ -30,11 +30,13 @@ def main() -> int:
     header = StreamHeader(**scene["header"])
     with Path(sys.argv[2]).open("wb") as sink:
         loop = ClosedLoop(sink, header, (), {})
-        _tell(loop.commit_canonical(quantize_gaussians(_attributes(scene["canonical"]), header), 0))
+        _print_digest(
+            loop.commit_canonical(quantize_gaussians(_attributes(scene["canonical"]), header), 0)
+        )
         for frame in scene["frames"]:
             start = loop.start_frame(0)
             moved = loop.move_frame(start, _shift(start.state, frame.get("shift", (0, 0, 0))))
-            _tell(loop.commit_frame(moved, _births(moved.state, frame.get("births", []))))
+            _print_digest(loop.commit_frame(moved, _births(moved.state, frame.get("births", []))))
         loop.finish()
     print(json.dumps({"level": header.level, "bounds": _bounds(header)}))
     return 0
@@ -82,7 +84,7 @@ def _bounds(header: StreamHeader) -> dict[str, float]:
     }
 
 
-def _tell(state: State) -> None:
+def _print_digest(state: State) -> None:
     print(json.dumps({"frame": state.scene.frame, "sha256": compute_digest(state.scene)}))
 
 

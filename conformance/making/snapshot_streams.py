@@ -51,7 +51,7 @@ def _valid(name: str, note: str, clauses: str, stream: Stream, **more: Any) -> V
     return valid(f"streams/snapshots-{name}", note, named, stream, **NEEDS, **more)
 
 
-def _go_on(stream: Stream, frames: int = 3) -> Stream:
+def _append_frames(stream: Stream, frames: int = 3) -> Stream:
     """Append frames with motion, which shows ids and contexts."""
     channels = 3 + stream.head.rotation_components
     for frame in range(frames):
@@ -94,11 +94,13 @@ def _of_headers() -> list[Valid]:
         updates = drawn(13, number) if stream.head.has_updates else ()
         stream.frame(Change(moving(3 + stream.head.rotation_components, 1), updates=updates))
         stream.snapshot(survive(range(1, 12), number), cloud(2, number, degree))
-        made.append(_valid(name, note, "7.9 8.9", _go_on(stream, 4)))
+        made.append(_valid(name, note, "7.9 8.9", _append_frames(stream, 4)))
     for level in (20, 30, 31):
         stream = Stream(snapshot_head(level=level)).canonical(0, cloud(5, level))
         stream.snapshot(survive(range(5), level))
-        made.append(_valid(f"level-{level}", f"level {level} in HEAD", "3.2-6", _go_on(stream)))
+        made.append(
+            _valid(f"level-{level}", f"level {level} in HEAD", "3.2-6", _append_frames(stream))
+        )
     return made
 
 
@@ -124,10 +126,15 @@ def _of_scenes() -> list[Valid]:
         Survivor(2, (0,) * 7 + (-32767,) * 7),
     ])  # fmt: skip
     return [
-        _valid("same", "nothing has changed", "7.9 8.9", _go_on(same)),
-        _valid("newborn", "no Gaussian survives", "7.9-3", _go_on(born)),
-        _valid("last-one", "one Gaussian survives", "7.9-3", _go_on(last)),
-        _valid("in-a-row", "a snapshot after the CANO, followed by another", "7.9-2", _go_on(rows)),
+        _valid("same", "nothing has changed", "7.9 8.9", _append_frames(same)),
+        _valid("newborn", "no Gaussian survives", "7.9-3", _append_frames(born)),
+        _valid("last-one", "one Gaussian survives", "7.9-3", _append_frames(last)),
+        _valid(
+            "in-a-row",
+            "a snapshot after the CANO, followed by another",
+            "7.9-2",
+            _append_frames(rows),
+        ),
         _valid("far", "positions with large differences", "7.9-5", far.end()),
         _valid("wide", "the largest range of a snapshot", "7.9-4", wide.end()),
         _valid("extreme-codes", "codes that differ by 32767", "7.9-5", extreme.end()),
@@ -144,7 +151,9 @@ def _of_planes() -> list[Valid]:
     return [
         _valid("stated", "every context states a probability", "8.2-1 8.9", stated.end()),
         _valid("without-changes", "fields without a difference", "8.9", named.end()),
-        _valid("roomy-box", "axis_bits and origin larger than needed", "8.5-1", _go_on(roomy)),
+        _valid(
+            "roomy-box", "axis_bits and origin larger than needed", "8.5-1", _append_frames(roomy)
+        ),
     ]
 
 

@@ -38,10 +38,10 @@ MUTANTS = (
     mutant(
         "positions wrap",
         _RANGES,
-        "    if _exceed(positions, POSITION_LIMIT):",
+        "    if _any_beyond(positions, POSITION_LIMIT):",
         "    if False:",
     ),
-    mutant("codes wrap", _RANGES, "    if _exceed(codes, CODE_LIMIT):", "    if False:"),
+    mutant("codes wrap", _RANGES, "    if _any_beyond(codes, CODE_LIMIT):", "    if False:"),
     mutant(
         "state CRC unchecked",
         _FRAMES,

@@ -48,7 +48,10 @@ def align(
     """
     curves = _correlate_all(count, correlate)
     shifts = max(
-        (_climb(curves, start) for start in (np.zeros(count, np.int64), _grow(curves))),
+        (
+            _ascend(curves, start)
+            for start in (np.zeros(count, np.int64), _find_shifts_greedily(curves))
+        ),
         key=lambda found: _sum_pairs(curves, found),
     )
     middle, most = int(np.median(shifts)), curves.shape[2] // 2
@@ -143,7 +146,7 @@ def _sum_curves(
     return total
 
 
-def _grow(curves: NDArray[np.float32]) -> NDArray[np.int64]:
+def _find_shifts_greedily(curves: NDArray[np.float32]) -> NDArray[np.int64]:
     """Return shifts that are found signal by signal, in the order of confidence."""
     count, most = len(curves), curves.shape[2] // 2
     shifts = np.zeros(count, np.int64)
@@ -160,7 +163,7 @@ def _grow(curves: NDArray[np.float32]) -> NDArray[np.int64]:
     return shifts
 
 
-def _climb(curves: NDArray[np.float32], start: NDArray[np.int64]) -> NDArray[np.int64]:
+def _ascend(curves: NDArray[np.float32], start: NDArray[np.int64]) -> NDArray[np.int64]:
     """Improve shifts one at a time until no single change increases the sum."""
     shifts, most = start.copy(), curves.shape[2] // 2
     for _ in range(_MAX_SWEEPS):

@@ -194,14 +194,14 @@ def _build_scene(
     frame = read_first_frame(world.cameras, recordings, offsets.frames)
     points = frame.find_points()
     few = {name for name, fit in solution.fits.items() if fit.support < _TRUSTED}
-    wrong = few.intersection(frame.find_contradicted(points)) if few else set()
+    wrong = few.intersection(frame.find_mismatches(points)) if few else set()
     if not wrong or len(world.cameras) - len(wrong) < MIN_CAMERAS:
         return solution, world, points
-    reasons = {name: _explain_contradiction(solution.fits[name].support) for name in wrong}
-    return _build_scene(recordings, offsets, solution.leave_out(reasons), options)
+    reasons = {name: _describe_mismatch(solution.fits[name].support) for name in wrong}
+    return _build_scene(recordings, offsets, solution.without(reasons), options)
 
 
-def _explain_contradiction(support: int) -> str:
+def _describe_mismatch(support: int) -> str:
     return (
         f"{support} of its points are also seen by two other cameras, but the scene rendered "
         "with the estimated pose does not match its picture: use more pictures (--moments "

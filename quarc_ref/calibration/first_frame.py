@@ -33,7 +33,7 @@ class FirstFrame:
         first = 1 if len(self.cameras) > _MIN_CAMERAS else 0
         return triangulate(self.cameras[first:], list(self.pictures[first:]))
 
-    def find_contradicted(self, points: Points) -> list[str]:
+    def find_mismatches(self, points: Points) -> list[str]:
         """Return the names of cameras whose pictures do not show the points where they should be.
 
         Args:

@@ -33,7 +33,7 @@ def fuse_keypoints(moments: Sequence[Keypoints]) -> tuple[Keypoints, list[Indice
     counts = np.zeros(0)
     places: list[Indices] = []
     for keypoints in moments:
-        place = _find_same(fused, keypoints)
+        place = _group_keypoints(fused, keypoints)
         old = np.flatnonzero(place >= 0)
         into = place[old]
         fused[into, :2] += (keypoints[old, :2] - fused[into, :2]) / (counts[into, None] + 1)
@@ -68,7 +68,7 @@ def keep_one_to_one(pairs: Indices) -> Indices:
     return unique[kept]
 
 
-def _find_same(fused: NDArray[np.float64], keypoints: Keypoints) -> Indices:
+def _group_keypoints(fused: NDArray[np.float64], keypoints: Keypoints) -> Indices:
     """Return `[K]` index of the feature that each keypoint belongs to, or -1."""
     found = np.full(len(keypoints), -1, np.int64)
     if not len(fused) or not len(keypoints):

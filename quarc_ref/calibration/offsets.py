@@ -56,7 +56,7 @@ class Offsets:
     confidence: dict[str, float]
 
     @property
-    def unclear(self) -> list[str]:
+    def unreliable(self) -> list[str]:
         """Names of the cameras whose offsets are unreliable."""
         return [name for name, found in self.confidence.items() if found < MIN_CLARITY]
 
@@ -93,8 +93,8 @@ def find_offsets(
             raise CalibrationError(message)
     if method is SyncMethod.NONE or min(recordings.pictures.lengths) < _MIN_FRAMES:
         return Offsets(SyncMethod.NONE, dict.fromkeys(recordings.names, 0.0), {}), {}
-    motions = _watch_motions(recordings, report)
-    most = _bound_offset(motions.values())
+    motions = _measure_motions(recordings, report)
+    most = _find_max_offset(motions.values())
     sums = [sum_motion(motion) for motion in motions.values()]
     shifts = align(
         len(sums), lambda first, second: correlate_signals(sums[first], sums[second], most), _SAME
@@ -111,7 +111,7 @@ def refine_offsets(cameras: Sequence[CalibratedCamera], motions: Mapping[str, Mo
     """
     names = [camera.name for camera in cameras]
     watched = [motions[name] for name in names]
-    shifts = align_by_epipolar_motion(cameras, watched, _bound_offset(watched), _SAME)
+    shifts = align_by_epipolar_motion(cameras, watched, _find_max_offset(watched), _SAME)
     return _judge(names, SyncMethod.MOTION, shifts)
 
 
@@ -154,7 +154,7 @@ def _align_sounds(recordings: Recordings, sounds: Sequence[Sound | None]) -> lis
     return [Shift(shift.samples / _LEVELS_PER_FRAME, shift.confidence) for shift in shifts]
 
 
-def _watch_motions(recordings: Recordings, report: Report) -> dict[str, Motion]:
+def _measure_motions(recordings: Recordings, report: Report) -> dict[str, Motion]:
     motions = {}
     for camera, (name, length) in enumerate(
         zip(recordings.names, recordings.pictures.lengths, strict=True)
@@ -164,6 +164,6 @@ def _watch_motions(recordings: Recordings, report: Report) -> dict[str, Motion]:
     return motions
 
 
-def _bound_offset(motions: Iterable[Motion]) -> int:
+def _find_max_offset(motions: Iterable[Motion]) -> int:
     """Return the largest offset, in frames, that motion can detect."""
     return max(1, min(_MAX_OFFSET, int(_LONGEST_OFFSET * min(map(len, motions)))))

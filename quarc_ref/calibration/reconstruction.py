@@ -31,7 +31,7 @@ def adjust(model: pycolmap.Reconstruction, lenses: LensOptions) -> pycolmap.Reco
         return model
     plain = copy.deepcopy(model)
     for camera in plain.cameras.values():
-        _make_plain(camera)
+        _remove_distortion(camera)
     _adjust(plain, lenses)
     is_as_good = _error(plain) <= _AS_GOOD * _error(model)
     return plain if is_as_good and _count(plain) * _AS_GOOD >= _count(model) else model
@@ -71,12 +71,12 @@ def measure_errors(model: pycolmap.Reconstruction) -> dict[int, list[float]]:
         if image.has_pose:
             errors[index] = [
                 float(np.linalg.norm(image.project_point(position) - point.xy))
-                for point, position in _see(model, image)
+                for point, position in _count_observations(model, image)
             ]
     return errors
 
 
-def _see(
+def _count_observations(
     model: pycolmap.Reconstruction, image: pycolmap.Image
 ) -> list[tuple[pycolmap.Point2D, np.ndarray]]:
     seen = [point for point in image.points2D if point.has_point3D()]
@@ -102,7 +102,7 @@ def _adjust(model: pycolmap.Reconstruction, lenses: LensOptions) -> None:
     model.update_point_3d_errors()
 
 
-def _make_plain(camera: pycolmap.Camera) -> None:
+def _remove_distortion(camera: pycolmap.Camera) -> None:
     if camera.model.name != FIRST_MODEL:
         return
     focal, cx, cy = camera.params[:3]

@@ -42,7 +42,7 @@ class Recordings:
             raise UnknownCameraError(message)
         return self.names.index(name)
 
-    def leave_out(self, names: Iterable[str]) -> "Recordings":
+    def without(self, names: Iterable[str]) -> "Recordings":
         """Return the recordings without the named cameras."""
         left_out = set(names)
         kept = [index for index, name in enumerate(self.names) if name not in left_out]
@@ -76,10 +76,10 @@ def find_recordings(folder: Path) -> Recordings:
         )
         raise CalibrationError(message)
     ordered = sorted(found, key=natural_order)
-    return Recordings(_name_plainly(ordered), open_pictures([found[name] for name in ordered]))
+    return Recordings(_sanitize_names(ordered), open_pictures([found[name] for name in ordered]))
 
 
-def _name_plainly(names: Sequence[str]) -> tuple[str, ...]:
+def _sanitize_names(names: Sequence[str]) -> tuple[str, ...]:
     """Return names that are valid in every file system and in transforms.json."""
     plain = tuple(_PLAIN.sub("_", name).lstrip("-") or "camera" for name in names)
     for index, name in enumerate(plain):

@@ -46,9 +46,9 @@ def write_report(calibration: Calibration, name: str, folder: OutputFolder) -> P
             )
             + _SYNC[calibration.offsets.method]
         ),
-        "figures": _compose_figures(calibration),
+        "figures": _format_figures(calibration),
         "plot": embed_png(plot),
-        "left_out": _compose_left_out(calibration),
+        "left_out": _format_left_out(calibration),
         "cameras": format_table(HEADINGS, list_cameras(calibration)),
         "lenses": format_table(*_list_lenses(calibration)),
     }
@@ -81,14 +81,14 @@ def list_cameras(calibration: Calibration) -> list[list[str]]:
                 f"{fit.median_error:.2f}",
                 f"{fit.points:,}",
                 f"{fit.support:,}",
-                "unclear" if camera.name in offsets.unclear else offset,
+                "unreliable" if camera.name in offsets.unreliable else offset,
                 "" if confidence is None else f"{confidence:.1f}",
             ]
         )
     return rows
 
 
-def _compose_figures(calibration: Calibration) -> str:
+def _format_figures(calibration: Calibration) -> str:
     offsets = [abs(frames) for frames in calibration.offsets.frames.values()]
     joined, total = len(calibration.world.cameras), len(calibration.recordings.names)
     figures = {
@@ -101,7 +101,7 @@ def _compose_figures(calibration: Calibration) -> str:
     return "".join(f"<div><dt>{key}</dt><dd>{value}</dd></div>" for key, value in figures.items())
 
 
-def _compose_left_out(calibration: Calibration) -> str:
+def _format_left_out(calibration: Calibration) -> str:
     if not calibration.solution.left_out:
         return "<p>All cameras were calibrated.</p>"
     items = "".join(

@@ -55,9 +55,9 @@ def measure_motion(source: PictureSource, camera: int, frames: int) -> Motion:
         CaptureError: A picture cannot be read.
     """
     changes = []
-    before = _shrink(source.read(camera, 0))
+    before = _downscale(source.read(camera, 0))
     for frame in range(1, frames):
-        after = _shrink(source.read(camera, frame))
+        after = _downscale(source.read(camera, frame))
         changes.append(np.clip(np.abs(after - before) - _NOISE, 0, _MAX_CHANGE))
         before = after
     return np.stack(changes)
@@ -68,7 +68,7 @@ def sum_motion(motion: Motion) -> Numbers:
     return flatten(np.log(motion.mean(axis=(1, 2), dtype=np.float64) + _STILL)[:, None], WINDOW)
 
 
-def _shrink(picture: Image) -> NDArray[np.float32]:
+def _downscale(picture: Image) -> NDArray[np.float32]:
     """Return `[h, w]` gray levels of a picture, downscaled by averaging."""
     gray = picture.mean(axis=2, dtype=np.float32)
     step = find_step(gray.shape[1])

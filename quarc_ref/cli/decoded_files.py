@@ -57,7 +57,7 @@ class Decoding:
         for item in recover(self._source, self._follow, self._decoder):
             if isinstance(item, Gap):
                 self._gaps.append(item)
-                _tell(item)
+                _report_gap(item)
             elif stop is not None and item.frame >= stop:
                 return
             elif item.frame >= start:
@@ -132,7 +132,7 @@ class Written:
         self._sidecar = target.write(NAME, build_sidecar(clip, pattern, first_frame)).name
 
 
-def _tell(gap: "Gap") -> None:
+def _report_gap(gap: "Gap") -> None:
     """Report a gap on stderr."""
     size = "to the end" if gap.byte_count is None else f"{gap.byte_count:,} bytes"
     lost = "unknown" if gap.frames_lost is None else f"{gap.frames_lost}"

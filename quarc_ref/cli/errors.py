@@ -62,10 +62,10 @@ def report_errors() -> Iterator[None]:
         yield
         sys.stdout.flush()  # Python itself would notice only at exit, and use exit code 120
     except typer.Exit:
-        _let_go_of(sys.stdout)
+        _discard_output(sys.stdout)
         raise
     except (Exception, KeyboardInterrupt) as error:
-        _leave(*_judge(error))
+        _exit_with(*_judge(error))
 
 
 def install_sigterm_handler() -> None:
@@ -89,7 +89,7 @@ def ensure_standard_streams() -> None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115, for good
 
 
-def _let_go_of(output: TextIO) -> None:
+def _discard_output(output: TextIO) -> None:
     """Keep Python from flushing a broken output again at exit."""
     try:
         output.flush()
@@ -106,24 +106,24 @@ def _name_extra(error: ImportError) -> str:
     )
 
 
-def _ask_for_another_name(error: UnicodeEncodeError) -> str:
+def _describe_bad_name(error: UnicodeEncodeError) -> str:
     encoding = error.encoding.upper()
     return f"the name {error.object!r} is not valid {encoding}: rename the file or folder"
 
 
-def _offer_no_checks(error: UnusableCaptureError) -> str:
+def _suggest_no_checks(error: UnusableCaptureError) -> str:
     return f"{error}; --no-checks encodes it anyway"
 
 
-def _offer_force(error: OutputPathError) -> str:
+def _suggest_force(error: OutputPathError) -> str:
     return f"{error}; --force replaces it" if error.replaceable else str(error)
 
 
-def _rejection(error: BitstreamError) -> str:
+def _describe_rejection(error: BitstreamError) -> str:
     return "; ".join([f"the stream is rejected: {error}", *getattr(error, "__notes__", [])])
 
 
-def _sentence(error: BaseException) -> str:
+def _describe_error(error: BaseException) -> str:
     if isinstance(error, MemoryError):
         return f"there is not enough memory: {error}" if str(error) else "out of memory"
     if isinstance(error, OSError) and error.strerror:
@@ -133,14 +133,14 @@ def _sentence(error: BaseException) -> str:
 
 
 _FAULTS: tuple[tuple[tuple[type[BaseException], ...], int, Callable[[Any], str]], ...] = (
-    ((BitstreamError,), STREAM_IS_BAD, _rejection),
+    ((BitstreamError,), STREAM_IS_BAD, _describe_rejection),
     ((UsageError, EditError, ResumeError, NoFramesError), USAGE, str),
     ((EnvironmentVariableError,), USAGE, str),
-    ((OutputPathError,), USAGE, _offer_force),
-    ((UnusableCaptureError,), TOOL_FAILED, _offer_no_checks),
+    ((OutputPathError,), USAGE, _suggest_force),
+    ((UnusableCaptureError,), TOOL_FAILED, _suggest_no_checks),
     ((ImportError,), TOOL_FAILED, _name_extra),
-    ((UnicodeEncodeError,), TOOL_FAILED, _ask_for_another_name),
-    ((CaptureError, QuarcError, OSError, RuntimeError, MemoryError), TOOL_FAILED, _sentence),
+    ((UnicodeEncodeError,), TOOL_FAILED, _describe_bad_name),
+    ((CaptureError, QuarcError, OSError, RuntimeError, MemoryError), TOOL_FAILED, _describe_error),
 )
 
 
@@ -148,7 +148,7 @@ def _judge(error: BaseException) -> tuple[str, int]:
     """Message, which may be empty, and exit code of an exception."""
     if isinstance(error, KeyboardInterrupt):
         return str(error) or _NOTHING_LEFT, _BY_SIGNAL + _name_signal(error)
-    if isinstance(error, BrokenPipeError) and any(map(_has_lost_reader, (sys.stdout, sys.stderr))):
+    if isinstance(error, BrokenPipeError) and any(map(_has_no_reader, (sys.stdout, sys.stderr))):
         return "", _BY_SIGNAL + _SIGPIPE
     for kinds, code, say in _FAULTS:
         if isinstance(error, kinds):
@@ -166,7 +166,7 @@ def _name_signal(error: BaseException | None) -> signal.Signals:
     return signal.SIGINT
 
 
-def _has_lost_reader(output: TextIO) -> bool:
+def _has_no_reader(output: TextIO) -> bool:
     """Whether an output is a pipe without a reader."""
     if sys.platform == "win32":
         return True
@@ -178,10 +178,10 @@ def _has_lost_reader(output: TextIO) -> bool:
     return bool(watch.poll(0))
 
 
-def _leave(message: str, code: int) -> NoReturn:
-    _let_go_of(sys.stdout)
+def _exit_with(message: str, code: int) -> NoReturn:
+    _discard_output(sys.stdout)
     if message:
         with suppress(OSError):  # only the exit code can report it
             print_message(message)
-    _let_go_of(sys.stderr)
+    _discard_output(sys.stderr)
     raise typer.Exit(code)

@@ -60,14 +60,14 @@ def growing_copy(source: "Source") -> "Iterator[Source]":
     """
     with TemporaryFile(buffering=0) as file:
         copy = _GrowingCopy(file)
-        Thread(target=_copy_on, args=(source, copy), daemon=True).start()
+        Thread(target=_fill_copy, args=(source, copy), daemon=True).start()
         try:
             yield copy
         finally:
             copy.close()
 
 
-def _copy_on(source: "Source", copy: "_GrowingCopy") -> None:
+def _fill_copy(source: "Source", copy: "_GrowingCopy") -> None:
     try:
         _copy(source, copy)
     except (QuarcError, OSError) as error:

@@ -46,12 +46,12 @@ def growing_stream(
     with open_exclusively(place) as file:
         try:
             if not resume:
-                _reject_begun(place)
-            with _said_to_stay(place):
+                _reject_existing_part(place)
+            with _reporting_kept_files(place):
                 yield place, file
             sync_file(file)
         finally:
-            if not _holds_something(place):
+            if not _is_nonempty(place):
                 _drop(place, file)
     if place != target:
         place.replace(target)
@@ -75,22 +75,22 @@ def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[Output
     path = target.with_name(target.name + _SEGMENTS)
     with growing_folder(path, replace=True, keep=resume or not force) as folder:
         if not (resume or force) and folder.contains_files():
-            _reject_left(path)
-        with _said_to_stay(path):
+            _reject_leftover(path)
+        with _reporting_kept_files(path):
             yield folder
         folder.empty()
 
 
 @contextmanager
-def _said_to_stay(place: Path) -> Iterator[None]:
+def _reporting_kept_files(place: Path) -> Iterator[None]:
     """Add to the message of an interruption which files were kept."""
     try:
         yield
     except KeyboardInterrupt as error:
         training = _name_training(place)
-        if _holds_something(place):
+        if _is_nonempty(place):
             kept = f"{place} holds the frames that were written: --resume continues from them"
-        elif _holds_something(training):
+        elif _is_nonempty(training):
             kept = f"{training} holds the training of frame 0: --resume continues it"
         else:
             raise
@@ -104,7 +104,7 @@ def _choose_new(target: Path, *, live: bool) -> Path:
 
 def _choose_resumed(target: Path, *, live: bool) -> Path:
     part = _name_part(target)
-    at_target = live or (_holds_something(target) and not _is_begun(part))
+    at_target = live or (_is_nonempty(target) and not _has_partial_encode(part))
     return target if at_target else part
 
 
@@ -126,13 +126,13 @@ def _drop(place: Path, file: BinaryIO) -> None:
         place.unlink(missing_ok=True)
 
 
-def _reject_begun(place: Path) -> None:
+def _reject_existing_part(place: Path) -> None:
     for path in (place, _name_training(place)):
-        if _holds_something(path):
-            _reject_left(path)
+        if _is_nonempty(path):
+            _reject_leftover(path)
 
 
-def _reject_left(place: Path) -> NoReturn:
+def _reject_leftover(place: Path) -> NoReturn:
     message = (
         f"{place} remains from an interrupted encode: --resume continues it, --force starts over"
     )
@@ -149,11 +149,11 @@ def _name_part(target: Path) -> Path:
     return target.with_name(target.name + _PART)
 
 
-def _is_begun(place: Path) -> bool:
-    return any(map(_holds_something, (place, _name_training(place))))
+def _has_partial_encode(place: Path) -> bool:
+    return any(map(_is_nonempty, (place, _name_training(place))))
 
 
-def _holds_something(path: Path) -> bool:
+def _is_nonempty(path: Path) -> bool:
     if path.is_dir():
         return contains_files(path)
     return path.is_file() and path.stat().st_size > 0

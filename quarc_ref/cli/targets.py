@@ -97,7 +97,7 @@ def growing_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
         OutputPathError: As for `written_folder`.
     """
     _reject_folder(target)
-    with files.growing_folder(target, replace=force) as made, _said_to_stay(made):
+    with files.growing_folder(target, replace=force) as made, _reporting_kept_files(made):
         yield made
 
 
@@ -182,7 +182,7 @@ def _reject_missing_parent(target: Path) -> None:
 
 
 @contextmanager
-def _said_to_stay(made: OutputFolder) -> Iterator[None]:
+def _reporting_kept_files(made: OutputFolder) -> Iterator[None]:
     """Add to the message of an interruption that the finished frames are kept."""
     try:
         yield

@@ -55,9 +55,9 @@ def answer_job(job: Line, stream: bytes) -> Iterator[Line]:
         more = [key for key in _NUMBERS if job.get(key)]
         yield from describe_stream(stream, job.get("start", 0), more)
     elif kind == "recover":
-        yield from _rejecting(_describe_recovery(stream))
+        yield from _report_rejection(_describe_recovery(stream))
     elif kind == "unit":
-        yield from _rejecting(answer_unit(job["function"], job["input"]))
+        yield from _report_rejection(answer_unit(job["function"], job["input"]))
     else:
         yield {"unsupported": kind}
 
@@ -74,10 +74,10 @@ def describe_stream(
             for all of them.
     """
     scenes = decode(as_source(stream), start)
-    yield from _rejecting(_describe(scene, more) for scene in scenes)
+    yield from _report_rejection(_describe(scene, more) for scene in scenes)
 
 
-def _rejecting(lines: Iterator[Line]) -> Iterator[Line]:
+def _report_rejection(lines: Iterator[Line]) -> Iterator[Line]:
     try:
         yield from lines
     except BitstreamError as error:

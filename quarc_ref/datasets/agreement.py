@@ -36,8 +36,8 @@ def require_one_rate(videos: Sequence[VideoReader]) -> None:
     ]
     if odd:
         message = (
-            f"{_shorten([_tell_rate(video) for video in odd])}, the others have {usual:g}: convert "
-            "all to one frame rate"
+            f"{_shorten([_describe_rate(video) for video in odd])}, the others have {usual:g}: "
+            "convert all to one frame rate"
         )
         raise FrameRateError(message)
 
@@ -103,5 +103,5 @@ def _shorten(parts: Sequence[str]) -> str:
     return f"{named} and {more} more differ" if more > 0 else named
 
 
-def _tell_rate(video: VideoReader) -> str:
+def _describe_rate(video: VideoReader) -> str:
     return f"{video.path.name} has {video.frames_per_second:g} frames per second"

@@ -59,13 +59,13 @@ def list_frame_folders(folder: Path) -> Files:
         MissingCameraError: A frame lacks the picture of a camera that other frames have.
     """
     frames = sorted((p for p in _list(folder) if p.name.isdecimal()), key=lambda p: int(p.name))
-    _require_steady(folder, [frame.name for frame in frames])
+    _require_regular_numbers(folder, [frame.name for frame in frames])
     found: dict[str, list[Path]] = {}
     for index, frame in enumerate(frames):
         for path in _list_stills(frame):
             row = found.setdefault(path.stem, [])
             if len(row) < index:
-                _refuse_missing(frames[len(row)], path.stem)
+                _reject_missing(frames[len(row)], path.stem)
             row.append(path)
     return found
 
@@ -129,7 +129,7 @@ def open_pictures(paths: Sequence[Sequence[Path]], *, numbered: bool = True) -> 
     if all(len(row) == 1 and is_video(row[0]) for row in paths):
         return VideoPictures([VideoReader(row[0]) for row in paths])
     for row in paths if numbered else ():
-        _require_steady(row[0].parent, [path.stem for path in row])
+        _require_regular_numbers(row[0].parent, [path.stem for path in row])
     return FilePictures(paths)
 
 
@@ -137,7 +137,7 @@ def _shorten(names: Sequence[str]) -> str:
     return ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
 
 
-def _refuse_missing(frame: Path, name: str) -> None:
+def _reject_missing(frame: Path, name: str) -> None:
     message = f"frame {frame} has no picture of camera {name}, such as {name}.png"
     raise MissingCameraError(message)
 
@@ -153,7 +153,7 @@ def _list_stills(folder: Path) -> list[Path]:
     return [path for path in _list(folder) if is_still(path) and path.is_file()]
 
 
-def _require_steady(folder: Path, names: Sequence[str]) -> None:
+def _require_regular_numbers(folder: Path, names: Sequence[str]) -> None:
     """Check that the last numbers in file names increase in equal steps, such as 1.
 
     Raises:

@@ -47,7 +47,7 @@ def densify(
         _Surface(view, find_depths(view, [views[other] for other in others]))
         for view, others in zip(views, neighbors, strict=True)
     ]
-    dense = _thin(join_points([_keep_agreeing(surface, surfaces) for surface in surfaces]))
+    dense = _subsample(join_points([_keep_agreeing(surface, surfaces) for surface in surfaces]))
     verdict = _judge(sparse.positions, surfaces)
     kept = verdict.behind <= verdict.agreeing
     return join_points([dense, Points(sparse.positions[kept], sparse.colors[kept])])
@@ -115,7 +115,7 @@ def _compare_depths(positions: NDArray[np.floating], surface: _Surface) -> Numbe
     return ratios
 
 
-def _thin(points: Points) -> Points:
+def _subsample(points: Points) -> Points:
     """Draw a random subset of the points that is small enough for training."""
     count = len(points.positions)
     if count <= _MAX_POINTS:

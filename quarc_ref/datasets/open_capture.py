@@ -80,7 +80,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
         for camera, rectifier in zip(footage.cameras, rectifiers, strict=True)
     ]
     names = [camera.name for camera in cameras]
-    footage, later = _line_up(path, footage, options)
+    footage, later = _synchronize(path, footage, options)
     source = RectifiedPictures(later, names, rectifiers)
     fingerprint = compute_fingerprint(path, footage.files)
     points = footage.points
@@ -130,7 +130,7 @@ def _require_sizes(footage: Footage) -> None:
             raise UnreadableVideoError(message)
 
 
-def _line_up(
+def _synchronize(
     path: Path, footage: Footage, options: CaptureOptions
 ) -> tuple[Footage, LaterPictures]:
     """Apply the cameras' time offsets, and drop the frames before the requested start.

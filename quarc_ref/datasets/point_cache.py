@@ -38,7 +38,7 @@ def cache_points(key: str, find: Callable[[], Points]) -> Points:
             "the capture has no initial points: triangulating them, and saving them to %s", path
         )
         points = find()
-        _keep(path, points)
+        _store(path, points)
     else:
         _LOG.info("using the initial points triangulated earlier: %s", path)
     return points
@@ -58,7 +58,7 @@ def make_key(fingerprint: str, start: int, downscale: int, cameras: Sequence[str
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:32]
 
 
-def _keep(path: Path, points: Points) -> None:
+def _store(path: Path, points: Points) -> None:
     """Write points to a file, or report why this is not possible."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

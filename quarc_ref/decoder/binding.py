@@ -34,7 +34,7 @@ def bind(positions: Int32, anchors: Int32, shift: int) -> Int64:
     anchors = anchors[:, first]
     search = _CellSearch(positions, anchors, max(shift, _MIN_SHIFT))
     for step in _NEIGHBORS:
-        search.look_into(np.array(step, dtype=np.int64))
+        search.search_cell(np.array(step, dtype=np.int64))
     reached = search.nearest_outside() <= search.distances
     far = np.flatnonzero(reached)
     search.answers[far] = bind_exhaustively(positions[:, far], anchors)
@@ -76,7 +76,7 @@ class _CellSearch:
         self.answers = np.zeros(positions.shape[1], dtype=np.int64)
         self.distances = np.full(positions.shape[1], _UNBOUND)
 
-    def look_into(self, step: Int64) -> None:
+    def search_cell(self, step: Int64) -> None:
         """Improve the results with the anchors of a neighboring cell."""
         cells = self._cells + step[:, None]
         asked = np.flatnonzero(self._distance_to(cells) <= self.distances)
@@ -84,7 +84,7 @@ class _CellSearch:
         starts = np.searchsorted(self._keys, keys, side="left")
         counts = np.searchsorted(self._keys, keys, side="right") - starts
         there = np.flatnonzero(counts)
-        self._improve(asked[there], starts[there], counts[there])
+        self._compare_runs(asked[there], starts[there], counts[there])
 
     def nearest_outside(self) -> Int64:
         """Return the `[N]` squared distance to the nearest point outside the 27 cells."""
@@ -99,17 +99,17 @@ class _CellSearch:
         above = self._positions - (((cells + 1) << self._shift) - 1)
         return _squared(np.maximum(np.maximum(below, above), 0))
 
-    def _improve(self, asked: Int64, starts: Int64, counts: Int64) -> None:
+    def _compare_runs(self, asked: Int64, starts: Int64, counts: Int64) -> None:
         """Compare the Gaussians `asked` with runs of anchors that start at `starts`."""
         ends = np.cumsum(counts)
         first = 0
         while first < asked.size:
             done = ends[first - 1] if first else 0
             last = max(first + 1, int(np.searchsorted(ends, done + _PAIRS_AT_ONCE)))
-            self._improve_part(asked[first:last], starts[first:last], counts[first:last])
+            self._compare_part(asked[first:last], starts[first:last], counts[first:last])
             first = last
 
-    def _improve_part(self, asked: Int64, starts: Int64, counts: Int64) -> None:
+    def _compare_part(self, asked: Int64, starts: Int64, counts: Int64) -> None:
         borders = np.cumsum(counts) - counts
         slots = np.arange(counts.sum()) + np.repeat(starts - borders, counts)
         who = np.repeat(asked, counts)

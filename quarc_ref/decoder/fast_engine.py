@@ -50,7 +50,7 @@ class FastEngine:
         self, header: StreamHeader, chunk: CanonicalChunk
     ) -> tuple[FastState, Gaussians]:
         """See `Engine.decode_canonical`; without snapshots the Gaussians are None."""
-        with _raising():
+        with _convert_errors():
             core, coded = quarc_core.State.decode_canonical(
                 self._head(header),
                 chunk.frame,
@@ -67,7 +67,7 @@ class FastEngine:
         self, header: StreamHeader, chunk: SnapshotChunk, canonical: Gaussians
     ) -> tuple[FastState, Int64]:
         """See `Engine.decode_snapshot`."""
-        with _raising():
+        with _convert_errors():
             core, roots = quarc_core.State.decode_snapshot(
                 self._head(header),
                 (chunk.frame, chunk.canonical),
@@ -83,7 +83,7 @@ class FastEngine:
 
     def decode_frame(self, state: FastState, chunk: FrameChunk) -> FastState:
         """See `Engine.decode_frame`."""
-        with _raising():
+        with _convert_errors():
             core = state.core.decode_frame(
                 chunk.phase,
                 chunk.previous_contexts,
@@ -98,53 +98,53 @@ class FastEngine:
 
     def begin_canonical(self, header: StreamHeader, frame: int, gaussians: Gaussians) -> FastState:
         """See `Engine.begin_canonical`."""
-        with _raising():
+        with _convert_errors():
             core = quarc_core.State.begin_canonical(self._head(header), frame, _arrays(gaussians))
         return FastState(header, core)
 
     def begin_frame(self, state: FastState, death_count: int) -> FastState:
         """See `Engine.begin_frame`."""
-        with _raising():
+        with _convert_errors():
             return FastState(state.header, state.core.begin_frame(death_count))
 
     def decode_motion(self, state: FastState, section: Section, *, previous: bool) -> FastState:
         """See `Engine.decode_motion`."""
-        with _raising():
+        with _convert_errors():
             return FastState(state.header, state.core.decode_motion(_words(section), previous))
 
     def decode_updates(self, state: FastState, section: Section) -> FastState:
         """See `Engine.decode_updates`."""
-        with _raising():
+        with _convert_errors():
             return FastState(state.header, state.core.decode_updates(_words(section)))
 
     def decode_births(self, state: FastState, section: Section, count: int) -> FastState:
         """See `Engine.decode_births`."""
-        with _raising():
+        with _convert_errors():
             return FastState(state.header, state.core.decode_births(_words(section), count))
 
     def write_canonical(
         self, gaussians: Gaussians, origin: tuple[int, int, int]
     ) -> tuple[Section, ...]:
         """See `Engine.write_canonical`."""
-        with _raising():
+        with _convert_errors():
             sections = quarc_core.write_canonical(_arrays(gaussians), origin)
         return tuple(Section(words) for words in sections)
 
     def write_motion(self, state: FastState, symbols: list[Int64], *, previous: bool) -> Section:
         """See `Engine.write_motion`."""
-        with _raising():
+        with _convert_errors():
             return Section(state.core.write_motion(symbols, previous))
 
     def write_updates(self, state: FastState, updates: Updates) -> Section:
         """See `Engine.write_updates`."""
-        with _raising():
+        with _convert_errors():
             return Section(
                 state.core.write_updates(updates.gaussians, updates.dies, updates.residuals)
             )
 
     def write_births(self, state: FastState, births: Births) -> Section:
         """See `Engine.write_births`."""
-        with _raising():
+        with _convert_errors():
             return Section(state.core.write_births(births.parents, _arrays(births.newborn)))
 
     def state_crc(self, state: FastState) -> int:
@@ -158,7 +158,7 @@ class FastEngine:
 
 
 @contextmanager
-def _raising() -> Iterator[None]:
+def _convert_errors() -> Iterator[None]:
     """Convert errors of the core to those of this package.
 
     Raises:

@@ -11,7 +11,7 @@ def narrow_positions(positions: Int64) -> Int32:
     Raises:
         PositionRangeError: A magnitude is above POSITION_LIMIT.
     """
-    if _exceed(positions, POSITION_LIMIT):  # [4.1-1]
+    if _any_beyond(positions, POSITION_LIMIT):  # [4.1-1]
         message = "a Gaussian leaves the lattice"
         raise PositionRangeError(message)
     narrow: Int32 = positions.astype("int32")
@@ -24,12 +24,12 @@ def narrow_codes(codes: Int64) -> Int16:
     Raises:
         CodeRangeError: A magnitude is above CODE_LIMIT.
     """
-    if _exceed(codes, CODE_LIMIT):
+    if _any_beyond(codes, CODE_LIMIT):
         message = "an attribute code leaves its range"
         raise CodeRangeError(message)
     narrow: Int16 = codes.astype("int16")
     return narrow
 
 
-def _exceed(numbers: Int64, limit: int) -> bool:
+def _any_beyond(numbers: Int64, limit: int) -> bool:
     return bool(numbers.max(initial=0) > limit or numbers.min(initial=0) < -limit)

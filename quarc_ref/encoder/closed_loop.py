@@ -170,7 +170,7 @@ class ClosedLoop:
     def _commit(self, coded: CodedFrame) -> FrameState:
         """Write a frame and return the decoder's state of it."""
         if coded.previous is not None and coded.chunk is not None:
-            self._decoder.expect(coded.previous, coded.chunk, coded.state)
+            self._decoder.store(coded.previous, coded.chunk, coded.state)
         self._write(coded.kind, coded.payload)
         decoded = self._decoded
         if decoded is not coded.state and (

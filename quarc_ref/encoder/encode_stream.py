@@ -199,7 +199,7 @@ class _Encoding:
 
     def _commit(self, moved: MovedFrame, births: Births | None) -> bytes:
         """Write a frame with the chunk type that its ordinal requires; return the type."""
-        kind = self._config.canonical.kind_due(moved.state.scene.frame)
+        kind = self._config.canonical.frame_kind(moved.state.scene.frame)
         if kind == container.CANO:
             self._loop.commit_as_canonical(moved, births)
         elif kind == container.SNAP:

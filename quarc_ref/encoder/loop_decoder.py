@@ -27,7 +27,7 @@ class LoopDecoder(StreamDecoder):
 
     _decoded: _Decoded | None = None
 
-    def expect(self, before: FrameState, chunk: FrameChunk, after: FrameState) -> None:
+    def store(self, before: FrameState, chunk: FrameChunk, after: FrameState) -> None:
         """Store the result of the commits.
 
         Args:

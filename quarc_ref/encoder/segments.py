@@ -83,7 +83,7 @@ def encode_segments(
         JobsError: Some segments could not be encoded; the others are complete.
     """
     jobs = [
-        Job(segment.name, replace(segment, options=_cut_off(segment.options)))
+        Job(segment.name, replace(segment, options=_without_callbacks(segment.options)))
         for segment in segments
     ]
     found = run_jobs(
@@ -94,7 +94,7 @@ def encode_segments(
             report(replace(finding, message=f"{segment.name}: {finding.message}"))
 
 
-def _cut_off(options: EncodeOptions) -> EncodeOptions:
+def _without_callbacks(options: EncodeOptions) -> EncodeOptions:
     """Return options without callbacks, which can be sent to another process."""
     return replace(
         options, progress=NullProgress(), checks=False, report=ignore, monitor=NullMonitor()

@@ -37,7 +37,7 @@ def write_report(evaluation: Evaluation, folder: OutputFolder) -> Path:
         "bytes.png": plot_kinds(evaluation.summary),
     }
     for view in evaluation.shown:
-        for name, picture in _strip(view).items():
+        for name, picture in _choose_pictures(view).items():
             pictures[_name_file(view, name)] = encode_picture(picture)
     for name, data in pictures.items():
         folder.write(name, data)
@@ -50,7 +50,7 @@ def _name_file(view: View, name: str) -> str:
     return f"{camera}_{view.frame:04}_{name}.png"
 
 
-def _strip(view: View) -> dict[str, Picture]:
+def _choose_pictures(view: View) -> dict[str, Picture]:
     difference = np.abs(view.decoded - view.truth) * np.float32(DIFFERENCE_GAIN)
     return {"truth": view.truth, "decoded": view.decoded, "difference": difference}
 

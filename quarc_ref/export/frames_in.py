@@ -60,14 +60,14 @@ def open_frames(path: Path, frames_per_second: float | None = None) -> FramesIn:
         OSError: A file cannot be read.
     """
     if path.suffix.lower() == _WHOLE:
-        with _naming(path):
+        with _name_file_in_errors(path):
             whole = read_4dgs(path.read_bytes(), frames_per_second)
 
-        def read_whole() -> Iterator[tuple[Splats, Int64 | None]]:
-            with _naming(path):
+        def read_single() -> Iterator[tuple[Splats, Int64 | None]]:
+            with _name_file_in_errors(path):
                 yield from whole.read()
 
-        return FramesIn(whole.count, read_whole, whole.frames_per_second)
+        return FramesIn(whole.count, read_single, whole.frames_per_second)
     paths = [path] if path.is_file() else _list_frames(path)
     kind = paths[0].suffix.lower()
     if kind not in _PARSERS:
@@ -76,12 +76,12 @@ def open_frames(path: Path, frames_per_second: float | None = None) -> FramesIn:
     beside = (path if path.is_dir() else path.parent) / NAME
     sidecar = Sidecar()
     if path.is_dir() and beside.is_file():
-        with _naming(beside):
+        with _name_file_in_errors(beside):
             sidecar = parse_sidecar(beside.read_bytes())
 
     def read() -> Iterator[tuple[Splats, Int64 | None]]:
         for each in paths:
-            with _naming(each):
+            with _name_file_in_errors(each):
                 splats = _PARSERS[kind](each.read_bytes())
             yield splats, None
 
@@ -105,16 +105,16 @@ def _list_frames(folder: Path) -> list[Path]:
         found = f"both {' and '.join(kinds)}" if kinds else f"no {' or '.join(_PARSERS)}"
         message = f"{folder} has {found} files; it must have files of one format, one per frame"
         raise NoFramesError(message)
-    return sorted(paths, key=_count_up)
+    return sorted(paths, key=_list_numbered)
 
 
-def _count_up(path: Path) -> list[tuple[int, str]]:
+def _list_numbered(path: Path) -> list[tuple[int, str]]:
     parts = _NUMBER.split(path.stem)
     return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts]
 
 
 @contextmanager
-def _naming(path: Path) -> Iterator[None]:
+def _name_file_in_errors(path: Path) -> Iterator[None]:
     """Convert a ValueError to an UnreadableFramesError that names the file."""
     try:
         yield

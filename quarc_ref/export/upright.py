@@ -35,7 +35,7 @@ def rotate_upright(splats: Splats, clip: Clip) -> Splats:
         clip: Properties of the stream, which define the frame.
     """
     if not clip.header.right_handed:
-        splats = _mirror(splats)
+        splats = _negate_z(splats)
     turn = find_turn(clip)
     matrix = matrix_of(turn)
     return replace(
@@ -92,7 +92,7 @@ def _apply(matrix: NDArray[np.float64], vectors: Float32) -> Float32:
     return np.ascontiguousarray((vectors @ matrix.T).astype(np.float32))
 
 
-def _mirror(splats: Splats) -> Splats:
+def _negate_z(splats: Splats) -> Splats:
     """Convert splats of a left-handed frame to a right-handed one by negating z."""
     sh = splats.sh.copy()
     sh[:, 2:3] *= -1

@@ -36,7 +36,7 @@ class CrossCheckingDecoder:
             InvalidWordsError: Both decoders reject the words.
             VerificationError: Only one of them does.
         """
-        fast, plain = _ask_both(lambda: open_fastest(words), lambda: PythonBitDecoder(words))
+        fast, plain = _run_both(lambda: open_fastest(words), lambda: PythonBitDecoder(words))
         self.section_count += 1
         return _CrossCheckingBitDecoder(fast, plain, self)
 
@@ -50,15 +50,15 @@ class _CrossCheckingBitDecoder:
     def take(self, count: int, weight: int) -> Bits:
         bits = self._fast.take(count, weight)
         if not np.array_equal(bits, self._plain.take(count, weight)):
-            _disagree()
+            _raise_disagreement()
         self._account.bit_count += count
         return bits
 
     def finish(self) -> None:
-        _ask_both(self._fast.finish, self._plain.finish)
+        _run_both(self._fast.finish, self._plain.finish)
 
 
-def _ask_both(fast: Callable[[], _Answer], plain: Callable[[], _Answer]) -> tuple[_Answer, _Answer]:
+def _run_both(fast: Callable[[], _Answer], plain: Callable[[], _Answer]) -> tuple[_Answer, _Answer]:
     """Return both results; raise a common error, or VerificationError if only one raises."""
     answers: list[_Answer] = []
     faults: list[BitstreamError] = []
@@ -70,10 +70,10 @@ def _ask_both(fast: Callable[[], _Answer], plain: Callable[[], _Answer]) -> tupl
     if not faults:
         return answers[0], answers[1]
     if answers or faults[0].reject_id != faults[1].reject_id:
-        _disagree()
+        _raise_disagreement()
     raise faults[0]
 
 
-def _disagree() -> NoReturn:
+def _raise_disagreement() -> NoReturn:
     message = "the two entropy decoders disagree on a section"
     raise VerificationError(message)

@@ -114,17 +114,17 @@ class _FirstPass:
         state = self.decoder.push(chunk)
         self.chunk_count += 1
         if chunk.kind != container.HEAD:
-            self._note_most("chunk_bytes", len(chunk.payload))
+            self._update_maximum("chunk_bytes", len(chunk.payload))
         if state is None:
             return
         scene = state.scene
         self.digests[scene.frame] = compute_digest(scene)
-        self._note_most("gaussians", scene.count)
+        self._update_maximum("gaussians", scene.count)
         if chunk.kind in container.CANONICAL:
             self.canonical.append(scene.frame)
         else:
             frame = wire.parse_frame(chunk.payload, updates=scene.header.updates)
-            self._note_most("births", frame.birth_count)
+            self._update_maximum("births", frame.birth_count)
         self._on_progress("decode", len(self.digests), self._total)
 
     def decode_from_seek_points(self, source: Source) -> int:
@@ -145,5 +145,5 @@ class _FirstPass:
                 self._on_progress("seek", done, len(self.digests))
         return done
 
-    def _note_most(self, name: str, value: int) -> None:
+    def _update_maximum(self, name: str, value: int) -> None:
         self.maxima[name] = max(self.maxima[name], value)

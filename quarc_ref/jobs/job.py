@@ -96,7 +96,7 @@ def pack_call(function: Callable[[Any], Any], argument: object) -> bytes:
     return pickle.dumps((function, argument))
 
 
-def attempt(call: bytes, environment: Mapping[str, str]) -> Outcome:
+def run_call(call: bytes, environment: Mapping[str, str]) -> Outcome:
     """Run a packed call.
 
     Args:

@@ -4,7 +4,7 @@ import logging
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from quarc_ref.jobs.job import Outcome, WorkerPool, attempt
+from quarc_ref.jobs.job import Outcome, WorkerPool, run_call
 
 _LOCAL = "local"
 
@@ -26,17 +26,17 @@ def run_on_ray(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple[int, 
     quiet: dict[str, Any] = {"log_to_driver": False, "logging_level": logging.WARNING}
     ray.init(pool.ray, **quiet, **(here if pool.ray == _LOCAL else {}))
     try:
-        task = ray.remote(num_cpus=pool.threads, num_gpus=pool.gpus)(attempt)
+        task = ray.remote(num_cpus=pool.threads, num_gpus=pool.gpus)(run_call)
         places = {task.remote(call, pool.environment): place for place, call in enumerate(calls)}
         while places:
             ended, _ = ray.wait(list(places))
             for reference in ended:
-                yield places.pop(reference), _take_outcome(reference)
+                yield places.pop(reference), _get_outcome(reference)
     finally:
         ray.shutdown()
 
 
-def _take_outcome(reference: Any) -> Outcome:  # noqa: ANN401
+def _get_outcome(reference: Any) -> Outcome:  # noqa: ANN401
     """Return the outcome of a completed task."""
     import ray
 

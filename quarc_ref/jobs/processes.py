@@ -14,7 +14,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import TYPE_CHECKING
 
-from quarc_ref.jobs.job import Outcome, WorkerPool, attempt
+from quarc_ref.jobs.job import Outcome, WorkerPool, run_call
 
 if TYPE_CHECKING:
     Pipe = Connection[Outcome, Outcome]
@@ -34,16 +34,16 @@ def run_in_processes(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple
     try:
         for place, call in enumerate(calls):
             if len(running) == pool.workers:
-                yield from _take_ended(running)
+                yield from _wait_for_ended(running)
             pipe, process = _start(call, pool)
             running[pipe] = (place, process)
         while running:
-            yield from _take_ended(running)
+            yield from _wait_for_ended(running)
     finally:
         for _, process in running.values():
             process.terminate()
         for _, process in running.values():
-            _see_ended(process)
+            _await_end(process)
 
 
 def _start(call: bytes, pool: WorkerPool) -> "tuple[Pipe, BaseProcess]":
@@ -55,7 +55,9 @@ def _start(call: bytes, pool: WorkerPool) -> "tuple[Pipe, BaseProcess]":
     return ours, process
 
 
-def _take_ended(running: "dict[Pipe, tuple[int, BaseProcess]]") -> Iterator[tuple[int, Outcome]]:
+def _wait_for_ended(
+    running: "dict[Pipe, tuple[int, BaseProcess]]",
+) -> Iterator[tuple[int, Outcome]]:
     """Wait until a process ends, remove ended ones from `running`, and yield their outcomes."""
     for pipe in [pipe for pipe in running if pipe in wait(list(running))]:
         place, process = running.pop(pipe)
@@ -63,14 +65,14 @@ def _take_ended(running: "dict[Pipe, tuple[int, BaseProcess]]") -> Iterator[tupl
             outcome = pipe.recv()
         except EOFError:
             outcome = None
-        _see_ended(process)
+        _await_end(process)
         yield (
             place,
             outcome or Outcome(fault=f"the process ended with exit code {process.exitcode}"),
         )
 
 
-def _see_ended(process: BaseProcess) -> None:
+def _await_end(process: BaseProcess) -> None:
     process.join(_PATIENCE)
     process.kill()
     process.join()
@@ -97,14 +99,14 @@ def _work(pipe: "Pipe", call: bytes, environment: Mapping[str, str]) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # gives the job time to save its work
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    threading.Thread(target=_end_with_caller, daemon=True).start()
+    threading.Thread(target=_exit_with_caller, daemon=True).start()
     try:
-        pipe.send(attempt(call, environment))
+        pipe.send(run_call(call, environment))
     except KeyboardInterrupt:
         sys.exit(_TERMINATED)
 
 
-def _end_with_caller() -> None:
+def _exit_with_caller() -> None:
     caller = multiprocessing.parent_process()
     if caller is not None:
         wait([caller.sentinel])

@@ -103,7 +103,7 @@ class Player:
             self.frames(ordinal)
         frame = None
         try:
-            frame = self._go_to(ordinal)
+            frame = self._advance_to(ordinal)
         finally:
             if frame is None:  # an ended run has no frames
                 self.close()
@@ -124,7 +124,7 @@ class Player:
         for frame in self.frames(start, stop):
             show(frame)
 
-    def _go_to(self, ordinal: int) -> Frame | None:
+    def _advance_to(self, ordinal: int) -> Frame | None:
         """Return a later frame of the current run; None after its end."""
         for frame in self._run or ():
             self._due = frame.state.frame + 1

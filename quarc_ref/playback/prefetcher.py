@@ -9,7 +9,7 @@ from threading import Event, Thread
 from typing import Generic, TypeVar
 
 _Item = TypeVar("_Item")
-_LOOK_AGAIN = 0.1
+_POLL_SECONDS = 0.1
 
 
 class Prefetcher(Generic[_Item]):
@@ -59,7 +59,7 @@ class Prefetcher(Generic[_Item]):
         self._work.end()
         while self._thread.is_alive():
             self._work.drain()
-            self._thread.join(_LOOK_AGAIN)
+            self._thread.join(_POLL_SECONDS)
         self._work.drain()
         self._work.wake()
 
@@ -76,10 +76,10 @@ class _Work(Generic[_Item]):
         """Produce all items."""
         error = None
         try:
-            self._hand_over_all()
+            self._produce_all()
         except BaseException as raised:
             error = raised
-        if not self._hand_over(None, error):
+        if not self._put(None, error):
             self.wake()
 
     def end(self) -> None:
@@ -97,17 +97,17 @@ class _Work(Generic[_Item]):
             while True:
                 self.queue.get_nowait()
 
-    def _hand_over_all(self) -> None:
+    def _produce_all(self) -> None:
         with closing(self._make()) as items:
             for item in items:
-                if not self._hand_over(item, None):
+                if not self._put(item, None):
                     return
 
-    def _hand_over(self, item: _Item | None, error: BaseException | None) -> bool:
+    def _put(self, item: _Item | None, error: BaseException | None) -> bool:
         """Wait for buffer space; return whether the consumer still exists."""
         while not self.closed.is_set():
             try:
-                self.queue.put((item, error), timeout=_LOOK_AGAIN)
+                self.queue.put((item, error), timeout=_POLL_SECONDS)
             except Full:
                 continue
             return not self.closed.is_set()

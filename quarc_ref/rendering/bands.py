@@ -51,7 +51,7 @@ def _draw_band(nearest_first: Projection, band: Band, picture: Picture) -> None:
     for chosen in _cut(counts):
         part, pairs = nearest_first.take(chosen), counts[chosen]
         tiles = list_pairs(part, np.arange(pairs.size, dtype=np.int32), band, pairs)
-        composite(part, tiles, black, picture, goes_on=True)
+        composite(part, tiles, black, picture, continues=True)
         if (picture.transmittance < 0).all():
             break
 

@@ -14,9 +14,9 @@ from quarc_ref.rendering.compiled import fused, parallel_entrance, plain
 from quarc_ref.rendering.raster_kernels import (
     CHECK_EVERY,
     MAX_ALPHA,
-    all_stopped,
+    all_opaque,
     blend_weight,
-    scattering_step,
+    scatter_stride,
 )
 
 _0 = np.float32(0)
@@ -26,7 +26,7 @@ _HALF = np.float32(0.5)
 
 
 @fused
-def _go_past(rows, first, last, dx, dy, conic, opacity, color):
+def _skip_gaussian(rows, first, last, dx, dy, conic, opacity, color):
     """Process a Gaussian without gradients for rows of a tile."""
     a, b, c = conic
     r, g, b_ = color
@@ -126,7 +126,7 @@ def _composite_backward(x0, y0, list_, met, fixed, means2d, conics, colors, opac
     while size > 0 and list_[size - 1] < fixed:
         size -= 1
     for k in range(size):
-        if k % CHECK_EVERY == 0 and all_stopped(rows):
+        if k % CHECK_EVERY == 0 and all_opaque(rows):
             pairs[k:] = _0
             break
         i = list_[k]
@@ -135,7 +135,7 @@ def _composite_backward(x0, y0, list_, met, fixed, means2d, conics, colors, opac
         color = colors[i, 0], colors[i, 1], colors[i, 2]
         dx, dy = x0 + _HALF - means2d[i, 0], y0 + _HALF - means2d[i, 1]
         if i < fixed:
-            _go_past(rows, first, last, dx, dy, conic, opacities[i], color)
+            _skip_gaussian(rows, first, last, dx, dy, conic, opacities[i], color)
         else:
             lanes[:] = _0
             _add_slopes(rows, first, last, dx, dy, conic, opacities[i], color, lanes)
@@ -155,7 +155,7 @@ def _sum_lanes(lanes, k):
 
 @parallel_entrance
 def raster_backward(
-    means2d, conics, colors, opacities, which, borders, lists, met_rows, fixed,
+    means2d, conics, colors, opacities, which, borders, lists, pair_rows, fixed,
     image, transmittance, g_image, g_alpha,
 ):  # fmt: skip
     """Return the `[P, 9]` gradients of the pairs: mean (2), conic (3), color (3), opacity (1).
@@ -165,7 +165,7 @@ def raster_backward(
     height, width = transmittance.shape
     tiles_x = -(-width // TILE)
     pairs = np.empty((lists.size, 9), dtype=np.float32)
-    step = scattering_step(which.size)
+    step = scatter_stride(which.size)
     for turn in numba.prange(which.size):
         tile = turn * step % which.size
         row, column = which[tile] // tiles_x * TILE, which[tile] % tiles_x * TILE
@@ -182,7 +182,7 @@ def raster_backward(
                     rows[y, TILE + x] += g * image[row + y, column + x, k]
         begin, end = borders[tile], borders[tile + 1]
         _composite_backward(
-            np.float32(column), np.float32(row), lists[begin:end], met_rows[begin:end], fixed,
+            np.float32(column), np.float32(row), lists[begin:end], pair_rows[begin:end], fixed,
             means2d, conics, colors, opacities, rows, pairs[begin:end],
         )  # fmt: skip
     return pairs

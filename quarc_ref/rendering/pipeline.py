@@ -124,7 +124,7 @@ def composite(
     background: Float32,
     picture: Picture,
     *,
-    goes_on: bool = False,
+    continues: bool = False,
 ) -> None:
     """Composite tiles into the rows of a picture.
 
@@ -133,11 +133,11 @@ def composite(
         tiles: Lists of Gaussians of the tiles.
         background: `[3]` background color.
         picture: Picture to modify.
-        goes_on: Whether to continue behind existing content, on a black background.
+        continues: Whether to continue behind existing content, on a black background.
     """
     with KERNEL_LOCK:
         raster_kernels.raster_forward(
             projection.means2d, projection.conics, projection.colors, projection.opacities,
             tiles.which, tiles.borders, tiles.lists, tiles.rows,
-            background, goes_on, picture.top, picture.image, picture.transmittance,
+            background, continues, picture.top, picture.image, picture.transmittance,
         )  # fmt: skip

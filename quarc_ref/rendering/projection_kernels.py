@@ -53,9 +53,9 @@ def project_forward(
             continue
         reach = math.log(opacities[i] / MIN_ALPHA)
         u, v = camera[12] * x / z + camera[14], camera[13] * y / z + camera[15]
-        if not _meets(u, math.sqrt(_2 * reach * a), camera[16]):
+        if not _intersects(u, math.sqrt(_2 * reach * a), camera[16]):
             continue
-        if not _meets(v, math.sqrt(_2 * reach * c), camera[17]):
+        if not _intersects(v, math.sqrt(_2 * reach * c), camera[17]):
             continue
         _shade(camera, means, sh, colors, i)
         if not math.isfinite(colors[i, 0] + colors[i, 1] + colors[i, 2]):
@@ -97,7 +97,7 @@ def _to_camera(camera, means, i):
 
 
 @plain
-def _meets(center, extent, size):
+def _intersects(center, extent, size):
     """Return whether an interval, given by finite center and extent, intersects 0 to size."""
     return center + extent >= _0 and center - extent <= size and math.isfinite(center + extent)
 

@@ -56,7 +56,7 @@ def blend_weight(s, opacity, t):
 
 
 @plain
-def all_stopped(rows):
+def all_opaque(rows):
     """Return whether all pixels of a tile are opaque."""
     for y in range(TILE):
         for x in range(TILE):
@@ -74,7 +74,7 @@ def _composite(x0, y0, list_, met, means2d, conics, colors, opacities, rows):
         rows: `[TILE, 4 TILE]` transmittance, red, green and blue of each row.
     """
     for k in range(list_.size):
-        if k % CHECK_EVERY == 0 and all_stopped(rows):
+        if k % CHECK_EVERY == 0 and all_opaque(rows):
             break
         i = list_[k]
         first, last = met[k, 0], met[k, 1]
@@ -95,7 +95,7 @@ def _composite(x0, y0, list_, met, means2d, conics, colors, opacities, rows):
 
 
 @plain
-def scattering_step(count):
+def scatter_stride(count):
     """Return a step that visits all of `count` tiles in a scattered order.
 
     Threads get consecutive ranges, which would otherwise differ much in work.
@@ -107,7 +107,7 @@ def scattering_step(count):
 
 
 @plain
-def _take_up(rows, image, transmittance, row, column):
+def _load_rows(rows, image, transmittance, row, column):
     """Load the rows of a tile with the state after earlier slices."""
     height, width = transmittance.shape
     rows[:, :TILE] = -_1  # pixels outside the picture are opaque
@@ -121,26 +121,26 @@ def _take_up(rows, image, transmittance, row, column):
 @parallel_entrance
 def raster_forward(
     means2d, conics, colors, opacities,
-    which, borders, lists, met_rows, background, goes_on, top, image, transmittance,
+    which, borders, lists, pair_rows, background, continues, top, image, transmittance,
 ):  # fmt: skip
     """Composite tiles into image [H,W,3] and transmittance [H,W] (negative if opaque).
 
     Tiles are counted along the rows of the whole picture, in which the first row of the
-    image is `top`. With `goes_on`, Gaussians are added behind existing content, on black.
+    image is `top`. With `continues`, Gaussians are added behind existing content, on black.
     """
     height, width = transmittance.shape
     tiles_x = -(-width // TILE)
-    step = scattering_step(which.size)
+    step = scatter_stride(which.size)
     for turn in numba.prange(which.size):
         tile = turn * step % which.size
         row, column = which[tile] // tiles_x * TILE, which[tile] % tiles_x * TILE
         rows = np.zeros((TILE, 4 * TILE), dtype=np.float32)
         rows[:, :TILE] = _1
         first = row - top
-        if goes_on:
-            _take_up(rows, image, transmittance, first, column)
+        if continues:
+            _load_rows(rows, image, transmittance, first, column)
         begin, end = borders[tile], borders[tile + 1]
-        list_, met = lists[begin:end], met_rows[begin:end]
+        list_, met = lists[begin:end], pair_rows[begin:end]
         x0, y0 = np.float32(column), np.float32(row)
         _composite(x0, y0, list_, met, means2d, conics, colors, opacities, rows)
         for y in range(min(TILE, height - first)):

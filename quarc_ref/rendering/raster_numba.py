@@ -131,14 +131,14 @@ class _Composite(Function):
             np.copyto(picture.image, under.picture.image)
             np.copyto(picture.transmittance, under.picture.transmittance)
         composite(projection, tiles, _array(background), picture)
-        ctx.saved = (projection, tiles, fixed, picture)
+        ctx.cache = (projection, tiles, fixed, picture)
         alpha = 1 - np.abs(picture.transmittance)
         return torch.from_numpy(picture.image), torch.from_numpy(alpha)
 
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, g_image: Tensor, g_alpha: Tensor) -> tuple[Any, ...]:  # noqa: ANN401
-        projection, tiles, fixed, picture = ctx.saved
+        projection, tiles, fixed, picture = ctx.cache
         planes = (
             projection.means2d,
             projection.conics,

@@ -66,7 +66,7 @@ class ChunkReader:
         if self.is_past_tail:
             self._check_end()
             return None
-        self._pass_magic()
+        self._check_magic()
         header = container.parse_header(
             self.source.read(self.offset, CHUNK_HEADER_BYTES), self.offset
         )
@@ -130,7 +130,7 @@ class ChunkReader:
         """Move to a chunk at a known offset; HEAD must have been read."""
         self.offset, self.sequence, self._before = offset, sequence, b""
 
-    def _pass_magic(self) -> None:
+    def _check_magic(self) -> None:
         if self.offset:
             return
         start = self.source.read(0, len(MAGIC))

@@ -40,7 +40,7 @@ def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> 
         BitstreamError: The stream is invalid.
         SourceError: The file, pipe or server cannot be read.
     """
-    walk, passed = FrameWalk(source), _Passed()
+    walk, passed = FrameWalk(source), _SkippedFrames()
     steps = iter(walk)
     first = _find(steps, start, walk, passed)
     if first.frame is not None and stop is not None and stop <= first.frame:
@@ -59,7 +59,7 @@ def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> 
     return writer.frame_count
 
 
-class _Passed:
+class _SkippedFrames:
     """State that a cut needs from skipped frames.
 
     Attributes:
@@ -89,7 +89,9 @@ class _Passed:
         return self._prologue + sorted(self._latest.values(), key=lambda chunk: chunk.sequence)
 
 
-def _find(steps: Iterator[Step], start: int | None, walk: FrameWalk, passed: _Passed) -> Step:
+def _find(
+    steps: Iterator[Step], start: int | None, walk: FrameWalk, passed: _SkippedFrames
+) -> Step:
     """Find the first requested frame; `passed` collects the chunks before it."""
     for step in steps:
         if step.is_frame and (start is None or (step.frame or 0) >= start):
@@ -97,7 +99,7 @@ def _find(steps: Iterator[Step], start: int | None, walk: FrameWalk, passed: _Pa
                 return step
             _reject(start, passed.canonical, step, steps)
         passed.note(step, walk)
-    near = _name_near(passed.canonical, None)
+    near = _describe_nearest(passed.canonical, None)
     message = f"the stream has no frame {'at all' if start is None else start}{near}"
     raise EditError(message)
 
@@ -110,7 +112,7 @@ def _reject(start: int, before: int | None, step: Step, steps: Iterator[Step]) -
     fault = f"frame {start} is not canonical, so a stream cannot begin with it"
     if step.frame != start:
         fault = f"the stream has no frame {start}"
-    raise EditError(fault + _name_near(before, after))
+    raise EditError(fault + _describe_nearest(before, after))
 
 
 class _Copying:
@@ -137,7 +139,7 @@ class _Copying:
         self._writer.write(chunk.kind, chunk.payload)
 
 
-def _name_near(before: int | None, after: int | None) -> str:
+def _describe_nearest(before: int | None, after: int | None) -> str:
     near = [str(frame) for frame in (before, after) if frame is not None]
     if not near:
         return ""

@@ -79,19 +79,19 @@ class FrameWalk:
             else:
                 yield step
             if not self._taken:
-                self._pass(header)
+                self._skip_chunk(header)
 
     def take(self, step: Step) -> Chunk:
         """Read and check the chunk of the current step."""
         self._taken = True
         return self._reader.take(step.header)
 
-    def _pass(self, header: ChunkHeader) -> None:
+    def _skip_chunk(self, header: ChunkHeader) -> None:
         """Skip a chunk after checking by the stream's size that it is complete."""
         if self._size is not None and header.end > self._size:
             self._size = self._reader.source.size()
             if self._size is not None and header.end > self._size:
-                _reject_the_end(header)
+                _raise_no_frame(header)
         self._reader.skip(header)
 
     def _next_frame(self, header: ChunkHeader, frame: int | None) -> int | None:
@@ -111,10 +111,10 @@ class FrameWalk:
     def _read_ordinal(self, header: ChunkHeader) -> int:
         data = self._reader.source.read(header.payload_offset, _FRAME_BYTES)
         if len(data) < _FRAME_BYTES:
-            _reject_the_end(header)
+            _raise_no_frame(header)
         return canonical_frame(data)
 
 
-def _reject_the_end(header: ChunkHeader) -> NoReturn:
+def _raise_no_frame(header: ChunkHeader) -> NoReturn:
     message = "the stream ends inside a chunk"
     raise TruncatedError(message, header.offset)

@@ -53,7 +53,7 @@ class HttpClient:
         deadline, asked = Deadline(timeout), [_check_url(url)]
         while True:
             request = Request(asked[-1], headers=dict(headers))
-            response: HTTPResponse = self._opener.open(request, timeout=deadline.left())
+            response: HTTPResponse = self._opener.open(request, timeout=deadline.remaining())
             if response.status not in _REDIRECTS:
                 return response
             response.close()

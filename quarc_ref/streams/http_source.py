@@ -57,15 +57,15 @@ class HttpSource:
 
     def _fetch(self, offset: int, length: int) -> tuple[bytes, int | None]:
         """Fetch a range, and check that the file has not changed."""
-        body, version = self._ask(offset, length)
+        body, version = self._request(offset, length)
         change = self._version.compare(version)
         if change is Change.REPLACED or (change is Change.GROWN and not self._has_sample()):
             self._reject("now has a different file: it was changed while it was being read")
         self._version = self._version.updated(version)
-        self._keep_sample(offset, body)
+        self._store_sample(offset, body)
         return body, version.size
 
-    def _keep_sample(self, offset: int, body: bytes) -> None:
+    def _store_sample(self, offset: int, body: bytes) -> None:
         """Keep the end of a body to identify the file, unless a longer sample is kept."""
         sample = body[-_SAMPLE_BYTES:]
         if len(sample) >= len(self._sample[1]):
@@ -74,9 +74,9 @@ class HttpSource:
     def _has_sample(self) -> bool:
         """Return whether the file still has the kept bytes."""
         offset, sample = self._sample
-        return not sample or self._ask(offset, len(sample))[0] == sample
+        return not sample or self._request(offset, len(sample))[0] == sample
 
-    def _ask(self, offset: int, length: int) -> tuple[bytes, FileVersion]:
+    def _request(self, offset: int, length: int) -> tuple[bytes, FileVersion]:
         """Request a range; return it and the file's version."""
         wanted = {"Range": f"bytes={offset}-{offset + length - 1}", "Accept-Encoding": "identity"}
         try:
@@ -93,7 +93,7 @@ class HttpSource:
     def _take(self, response: HTTPResponse, offset: int, length: int) -> tuple[bytes, FileVersion]:
         said = response.headers.get("Content-Range", "")
         if response.status == _BEYOND_THE_END:
-            return b"", self._take_size(said, offset)
+            return b"", self._update_size(said, offset)
         if response.status != _PARTIAL:
             self._reject_status(response)
         encoding = response.headers.get("Content-Encoding", "identity")
@@ -114,7 +114,7 @@ class HttpSource:
         version = FileVersion.of(response.headers, size)
         return self._read_body(response, last + 1 - first), version
 
-    def _take_size(self, said: str, offset: int) -> FileVersion:
+    def _update_size(self, said: str, offset: int) -> FileVersion:
         """Return the version of a file that ends before the requested range."""
         found = _TOTAL.fullmatch(said)
         if found and int(found[1]) > offset:

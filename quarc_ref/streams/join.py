@@ -47,16 +47,16 @@ def join(sources: Sequence[Source], sink: BinaryIO) -> int:
     """
     parts = []
     for number, source in enumerate(sources, 1):
-        with _named(number):
-            parts.append(_look_through(source))
+        with _number_errors(number):
+            parts.append(_inspect_part(source))
     if not parts:
         message = "no streams to join"
         raise EditError(message)
     for number, part in enumerate(parts[1:], 2):
-        _require_alike(parts[0], part, number)
+        _require_joinable(parts[0], part, number)
     joining = _Joining(sink, parts)
     for number, source in enumerate(sources, 1):
-        with _named(number):
+        with _number_errors(number):
             joining.append(FrameWalk(source))
     return joining.finish()
 
@@ -77,7 +77,7 @@ class _Part:
 
 
 @contextmanager
-def _named(number: int) -> Iterator[None]:
+def _number_errors(number: int) -> Iterator[None]:
     """Add the number of the stream to an error."""
     try:
         yield
@@ -86,7 +86,7 @@ def _named(number: int) -> Iterator[None]:
         raise
 
 
-def _look_through(source: Source) -> _Part:
+def _inspect_part(source: Source) -> _Part:
     walk = FrameWalk(source)
     latest = {
         step.header.kind: walk.take(step).payload
@@ -101,7 +101,7 @@ def _look_through(source: Source) -> _Part:
     )
 
 
-def _require_alike(first: _Part, part: _Part, number: int) -> None:
+def _require_joinable(first: _Part, part: _Part, number: int) -> None:
     """Raise EditError if a stream cannot be joined to the first."""
     headers = [wire.parse_stream_header(each.head) for each in (first, part)]
     differ = [
@@ -139,7 +139,7 @@ class _Joining:
         if parts[0].cameras is not None:
             self._writer.write(container.CAME, wire.build_cameras(parts[0].cameras))
         if any(part.metadata is not None for part in parts):
-            self._writer.write(container.META, wire.build_metadata(_say_alike(parts)))
+            self._writer.write(container.META, wire.build_metadata(_common_metadata(parts)))
 
     def append(self, walk: FrameWalk) -> None:
         """Append the frames of a stream."""
@@ -185,7 +185,7 @@ class _Joining:
         return place
 
 
-def _say_alike(parts: Sequence[_Part]) -> dict[str, str]:
+def _common_metadata(parts: Sequence[_Part]) -> dict[str, str]:
     """Return the metadata that is the same in all streams, in the order of the first."""
     said = [part.metadata or {} for part in parts]
     return {

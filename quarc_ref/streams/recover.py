@@ -96,7 +96,7 @@ class _Recovery:
         except UnknownCriticalError:
             raise
         except BitstreamError as error:
-            yield from self._leave_out(error)
+            yield from self._skip_ancillary(error)
         else:
             if scene is not None:
                 yield scene
@@ -113,7 +113,7 @@ class _Recovery:
         self._due = state.frame + 1
         return state.scene
 
-    def _leave_out(self, error: BitstreamError) -> Iterator[Gap]:
+    def _skip_ancillary(self, error: BitstreamError) -> Iterator[Gap]:
         offset, header = error.offset or 0, self._reader.current
         if self._reader.is_past_tail and header is None:  # bytes follow TAIL
             self.is_over = True
@@ -152,12 +152,12 @@ class _Recovery:
 
     def _count_lost(self, found: ChunkHeader) -> int | None:
         """Count the missing frames before the chunk at which decoding resumes."""
-        before, self._due = self._due, self._find_due(found)
+        before, self._due = self._due, self._expected_ordinal(found)
         if before is None or self._due is None or self._due < before:
             return None
         return self._due - before
 
-    def _find_due(self, found: ChunkHeader) -> int | None:
+    def _expected_ordinal(self, found: ChunkHeader) -> int | None:
         """Return the expected ordinal at a CANO or TAIL; None at a TAIL without a first frame."""
         payload = self._source.read(found.payload_offset, TAIL_BYTES)
         if found.kind in container.CANONICAL:

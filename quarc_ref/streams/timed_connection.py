@@ -24,17 +24,17 @@ class Deadline:
     def __init__(self, seconds: float) -> None:
         self._end = time.monotonic() + seconds
 
-    def left(self) -> float:
+    def remaining(self) -> float:
         """Return the remaining seconds.
 
         Raises:
             TimeoutError: No time is left.
         """
-        left = self._end - time.monotonic()
-        if left <= 0:
+        remaining = self._end - time.monotonic()
+        if remaining <= 0:
             message = "timed out"
             raise TimeoutError(message)
-        return left
+        return remaining
 
 
 class _TimedSocket(socket.socket):
@@ -43,7 +43,7 @@ class _TimedSocket(socket.socket):
     deadline: Deadline
 
     def recv_into(self, *given: Any, **named: Any) -> int:  # noqa: ANN401
-        self.settimeout(self.deadline.left())
+        self.settimeout(self.deadline.remaining())
         return super().recv_into(*given, **named)
 
 
@@ -62,7 +62,7 @@ class TimedConnection(HTTPConnection):
     def connect(self) -> None:
         """Connect, through a tunnel if one is configured."""
         super().connect()
-        self.sock.settimeout(self._deadline.left())  # for request and handshake
+        self.sock.settimeout(self._deadline.remaining())  # for request and handshake
 
     def _open_socket(self, address: tuple[str, int], *_: object) -> _TimedSocket:
         """Connect to the first address of the host that responds."""
@@ -71,7 +71,7 @@ class TimedConnection(HTTPConnection):
             opened = _TimedSocket(family, kind, protocol)
             opened.deadline = self._deadline
             try:
-                opened.settimeout(self._deadline.left())
+                opened.settimeout(self._deadline.remaining())
                 opened.connect(place)
             except OSError as error:
                 opened.close()
@@ -111,4 +111,4 @@ def _look_up(address: tuple[str, int], deadline: Deadline) -> list[Any]:
             found.set_exception(error)
 
     Thread(target=look_up, daemon=True).start()
-    return found.result(deadline.left())
+    return found.result(deadline.remaining())

@@ -35,10 +35,10 @@ _SKY = (2.8, 3.4, 4.1)
 def compute_opening(time: float, delay: float) -> float:
     """Return the open fraction of the door, 0 to 1, at a time in seconds."""
     moment = (time - delay) % _SHOW_SECONDS
-    return _ease(moment, *_OPENING) - _ease(moment, *_CLOSING)
+    return _smoothstep(moment, *_OPENING) - _smoothstep(moment, *_CLOSING)
 
 
-def _ease(moment: float, start: float, end: float) -> float:
+def _smoothstep(moment: float, start: float, end: float) -> float:
     x = min(max((moment - start) / (end - start), 0.0), 1.0)
     return x * x * (3 - 2 * x)
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from quarc_ref.synth.compiled import inlined
 from quarc_ref.synth.solid_kernels import outward
 from quarc_ref.synth.texture_kernels import color_of
-from quarc_ref.synth.trace_kernels import find_before, is_hidden, leave_room, list_between, to_shape
+from quarc_ref.synth.trace_kernels import find_before, hit_wall, is_hidden, list_between, to_shape
 
 _SIDE = 3
 SAMPLES = _SIDE * _SIDE
@@ -32,18 +32,18 @@ def _spread() -> NDArray[np.float64]:
     return (np.stack((order, turned), axis=1) + 0.5) / SAMPLES
 
 
-def _spread_above() -> NDArray[np.float64]:
+def _sample_hemisphere() -> NDArray[np.float64]:
     """Return `[9, 3]` directions above the xy plane, with higher density near the normal."""
     r, angle = np.sqrt(POINTS[:, 0]), 2 * np.pi * POINTS[:, 1]
     return np.stack((r * np.cos(angle), r * np.sin(angle), np.sqrt(1 - r * r)), axis=1)
 
 
 POINTS = _spread()
-_DIRECTIONS = _spread_above()
+_DIRECTIONS = _sample_hemisphere()
 
 
 @inlined
-def list_around(stage, lists, counts, center, radius):
+def list_occluders(stage, lists, counts, center, radius):
     """List the solids that can cast shadows on points within a ball.
 
     Args:
@@ -71,8 +71,8 @@ def light_from(stage, lists, counts, ray, t, found, s):
 
     Args:
         stage: Stage from `pack_stage`.
-        lists: Lists from `list_around`.
-        counts: Counts from `list_around`.
+        lists: Lists from `list_occluders`.
+        counts: Counts from `list_occluders`.
         ray: Origin and direction of length 1, six numbers.
         t: Distance to the hit surface.
         found: Row of the surface in `Stage.paints`.
@@ -150,7 +150,7 @@ def _ambient(stage, lists, counts, place, normal, s):
     """Return the ambient light, reduced near other solids."""
     x, y, z = _above(normal, s)
     ray, last = (*place, x, y, z), stage.lights.shape[0]
-    wall, _ = leave_room(stage.room, ray)
+    wall, _ = hit_wall(stage.room, ray)
     free, _ = find_before(stage.solids, lists[last], counts[last], ray, min(wall, _NEARBY), last)
     up = 0.5 + 0.5 * normal[1]
     high, low = up * free / _NEARBY, (1 - up) * free / _NEARBY

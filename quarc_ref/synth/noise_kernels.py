@@ -11,7 +11,7 @@ from quarc_ref.synth.compiled import plain
 
 
 @plain
-def chance(i, j, k):
+def hash_uniform(i, j, k):
     """Return a hash of three integers as a number from 0 to 1."""
     mixed = (i * 374761393 + j * 668265263 + k * 1440662683) & 0xFFFFFFFF
     mixed = ((mixed ^ (mixed >> 13)) * 1274126177) & 0xFFFFFFFF
@@ -53,6 +53,6 @@ def noise(x, y, z):
 
 @plain
 def _plane(i, j, k, u, v):
-    low = chance(i, j, k) * (1 - u) + chance(i + 1, j, k) * u
-    high = chance(i, j + 1, k) * (1 - u) + chance(i + 1, j + 1, k) * u
+    low = hash_uniform(i, j, k) * (1 - u) + hash_uniform(i + 1, j, k) * u
+    high = hash_uniform(i, j + 1, k) * (1 - u) + hash_uniform(i + 1, j + 1, k) * u
     return low + v * (high - low)

@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from quarc_ref.synth.compiled import entrance, plain
-from quarc_ref.synth.light_kernels import POINTS, SAMPLES, light_from, list_around
+from quarc_ref.synth.light_kernels import POINTS, SAMPLES, light_from, list_occluders
 from quarc_ref.synth.solid_kernels import MISS
-from quarc_ref.synth.trace_kernels import find_before, leave_room, list_between
+from quarc_ref.synth.trace_kernels import find_before, hit_wall, list_between
 
 _FAR = 12.0  # meters: more than the width of the room
 _PATCH = 0.15  # meters: size of patches that share a list of shadow-casting solids
@@ -53,7 +53,7 @@ def measure(stage, camera, points, depths):
 
 
 @plain
-def _expose(light):
+def _apply_exposure(light):
     """Return the recorded value of light, which is below 1."""
     light *= _EXPOSURE
     return 1 - 1 / (1 + light + 0.5 * light * light)
@@ -82,7 +82,7 @@ def _ahead(ray, t):
 
 @plain
 def _find_nearest(stage, listed, count, ray):
-    wall, face = leave_room(stage.room, ray)
+    wall, face = hit_wall(stage.room, ray)
     return find_before(stage.solids, listed, count, ray, wall, stage.solids.shape[0] + face)
 
 
@@ -110,8 +110,8 @@ def _light_pixel(stage, camera, column, row, patch, lists, counts, hits, found):
         column: Column of the pixel.
         row: Row of the pixel.
         patch: `[3]` center of the ball of `lists`, which moves when a ray leaves it.
-        lists: Lists from `list_around`.
-        counts: Counts from `list_around`.
+        lists: Lists from `list_occluders`.
+        counts: Counts from `list_occluders`.
         hits: `[9]` distances to the hits of the rays.
         found: `[9]` rows of the hits in `Stage.paints`.
     """
@@ -121,9 +121,9 @@ def _light_pixel(stage, camera, column, row, patch, lists, counts, hits, found):
         x, y, z = _ahead(ray, hits[s])
         if (x - patch[0]) ** 2 + (y - patch[1]) ** 2 + (z - patch[2]) ** 2 > _PATCH * _PATCH:
             patch[0], patch[1], patch[2] = x, y, z
-            list_around(stage, lists, counts, (x, y, z), _PATCH)
+            list_occluders(stage, lists, counts, (x, y, z), _PATCH)
         light = light_from(stage, lists, counts, ray, hits[s], found[s], s)
-        r += _expose(light[0]) / SAMPLES
-        g += _expose(light[1]) / SAMPLES
-        b += _expose(light[2]) / SAMPLES
+        r += _apply_exposure(light[0]) / SAMPLES
+        g += _apply_exposure(light[1]) / SAMPLES
+        b += _apply_exposure(light[2]) / SAMPLES
     return r, g, b

@@ -8,7 +8,7 @@ Coordinates are in world space, in meters.
 import math
 
 from quarc_ref.synth.compiled import plain
-from quarc_ref.synth.noise_kernels import blend, chance, noise, ramp, shade
+from quarc_ref.synth.noise_kernels import blend, hash_uniform, noise, ramp, shade
 
 RUG = 1.02
 TRACK = 1.5
@@ -36,11 +36,11 @@ def paint_floor(colors, phase, x, z):
 @plain
 def _planks(colors, phase, x, z):
     row = math.floor(z / _PLANK)
-    along = x / _PLANK_LENGTH + chance(int(row), 3, 5)
+    along = x / _PLANK_LENGTH + hash_uniform(int(row), 3, 5)
     board = math.floor(along)
     across = abs(z / _PLANK - row - 0.5)
     end = abs(along - board - 0.5)
-    tint = 0.72 + 0.42 * chance(int(row), int(board), 11)
+    tint = 0.72 + 0.42 * hash_uniform(int(row), int(board), 11)
     grain = noise(1.6 * x + phase, 11 * z, 0.37 * row)
     wood = shade(blend(colors[0], colors[1], 0.25 + 0.75 * grain), tint)
     groove = max(ramp(across, 0.42, 0.5), ramp(end, 0.492, 0.5))
@@ -76,7 +76,7 @@ def paint_bricks(colors, phase, x, y):
     row = math.floor(y / _BRICK)
     along = x / _BRICK_LENGTH + 0.5 * (int(row) % 2)
     brick = math.floor(along)
-    tint = chance(int(row), int(brick), int(64 * phase))
+    tint = hash_uniform(int(row), int(brick), int(64 * phase))
     stain = noise(4 * x + phase, 4 * y, 1.0)
     body = shade(blend(colors[0], colors[1], tint), 0.82 + 0.3 * stain)
     gap = min(

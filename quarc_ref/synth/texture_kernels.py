@@ -11,7 +11,7 @@ accordingly.
 import math
 
 from quarc_ref.synth.compiled import plain
-from quarc_ref.synth.noise_kernels import blend, chance, noise, ramp, shade
+from quarc_ref.synth.noise_kernels import blend, hash_uniform, noise, ramp, shade
 from quarc_ref.synth.picture_kernels import paint_face, paint_landscape, paint_screen
 from quarc_ref.synth.room_kernels import paint_bricks, paint_floor, paint_wallpaper
 
@@ -202,7 +202,7 @@ def _dots(paint, spot):
     x, y, z = spot[0] / paint[3] + paint[4], spot[1] / paint[3], spot[2] / paint[3]
     i, j, k = math.floor(x), math.floor(y), math.floor(z)
     r = math.sqrt((x - i - 0.5) ** 2 + (y - j - 0.5) ** 2 + (z - k - 0.5) ** 2)
-    tint = 0.85 + 0.3 * chance(int(i), int(j), int(k))
+    tint = 0.85 + 0.3 * hash_uniform(int(i), int(j), int(k))
     return blend(shade(second, tint), first, ramp(r, 0.36, 0.44))
 
 

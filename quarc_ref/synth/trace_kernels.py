@@ -74,11 +74,11 @@ def is_hidden(solids, listed, count, ray, limit):
 
 
 @inlined
-def leave_room(room, ray):
+def hit_wall(room, ray):
     """Return distance and index of the wall that a ray from inside hits."""
-    x, x_face = _leave_axis(room, 0, ray[0], ray[3])
-    y, y_face = _leave_axis(room, 2, ray[1], ray[4])
-    z, z_face = _leave_axis(room, 4, ray[2], ray[5])
+    x, x_face = _hit_wall_along(room, 0, ray[0], ray[3])
+    y, y_face = _hit_wall_along(room, 2, ray[1], ray[4])
+    z, z_face = _hit_wall_along(room, 4, ray[2], ray[5])
     if x <= y and x <= z:
         return x, x_face
     return (y, y_face) if y <= z else (z, z_face)
@@ -95,7 +95,7 @@ def to_shape(solids, i, x, y, z, share):
 
 
 @inlined
-def _leave_axis(room, first, o, d):
+def _hit_wall_along(room, first, o, d):
     if abs(d) < _FLAT:
         return MISS, first
     face = first + 1 if d > 0 else first

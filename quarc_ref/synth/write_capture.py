@@ -41,10 +41,10 @@ def write_synthetic_capture(
     """
     folder.absolute().parent.mkdir(parents=True, exist_ok=True)
     with written_folder(folder) as made:
-        fill_synthetic_capture(made, options, progress or _ignore)
+        fill_synthetic_capture(made, options, progress or _ignore_progress)
 
 
-def _ignore(done: int, total: int) -> None:
+def _ignore_progress(done: int, total: int) -> None:
     """Ignore progress."""
 
 

@@ -155,7 +155,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _send(self, resource: Resource, *, has_body: bool) -> None:
         source, wanted = resource.source, self.headers.get("Range")
         if isinstance(source, GrowingSource):
-            _await_range(source, wanted)
+            _wait_for_range(source, wanted)
         size = source.size() or 0
         part = find_range(wanted, size)
         if part is not None and not part:
@@ -201,7 +201,7 @@ class _Handler(BaseHTTPRequestHandler):
                 self.wfile.write(body)
 
 
-def _await_range(source: GrowingSource, wanted: str | None) -> None:
+def _wait_for_range(source: GrowingSource, wanted: str | None) -> None:
     """Wait for the first requested byte of a growing stream."""
     size = source.size() or 0
     part = find_range(wanted, size)

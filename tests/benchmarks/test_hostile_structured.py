@@ -90,12 +90,12 @@ def test_spliced_data_comes_from_another_stream(maker):
 def test_a_disagreement_of_the_engines_is_detected(streams, monkeypatch):
     rotate = reconstruct.rotate
 
-    def turn_otherwise(rotations, residuals):
+    def change_rotations(rotations, residuals):
         turned = rotate(rotations, residuals)
         turned[3, -1] ^= 1
         return turned
 
-    monkeypatch.setattr(reconstruct, "rotate", turn_otherwise)
+    monkeypatch.setattr(reconstruct, "rotate", change_rotations)
     verdicts = [_judge(stream.data) for stream in streams[::84]]
 
     assert "escape" in {verdict.outcome for verdict in verdicts}

@@ -30,7 +30,7 @@ from quarc_ref.format.updates import UPDATE_FIELDS
 from tests.datasets import scenes
 from tests.encoder.toys import SMALL, make_capture, make_context, make_splats
 
-HASTY = replace(SMALL, motion=replace(SMALL.motion, lr=2e-3))  # blobs move 0.05 per frame
+QUICK_SETTINGS = replace(SMALL, motion=replace(SMALL.motion, lr=2e-3))  # blobs move 0.05 per frame
 NAMES = ("means", "rotations", "log_scales", "opacities", "sh_dc", "sh_rest")
 FREE = {
     "still": (),
@@ -70,7 +70,7 @@ def _start(begun):
     return from_splats(dequantize(begun.scene), torch.device("cpu"))
 
 
-def _fit(name, iterations=8, config=HASTY):
+def _fit(name, iterations=8, config=QUICK_SETTINGS):
     begun = _begun()
     return begun, fit_rung(make_context(), begun, RUNGS[name], iterations, config)
 
@@ -117,23 +117,23 @@ def test_anchors_in_floats_are_close_to_the_decoded_symbols():
 
 
 def test_the_regularizer_of_motion_is_left_out():
-    dear = replace(HASTY, motion=replace(HASTY.motion, rd_lambda=1e6))
+    strict = replace(QUICK_SETTINGS, motion=replace(QUICK_SETTINGS.motion, rd_lambda=1e6))
 
     assert torch.equal(
-        _fit("anchors", config=dear)[1].attributes.means, _fit("anchors")[1].attributes.means
+        _fit("anchors", config=strict)[1].attributes.means, _fit("anchors")[1].attributes.means
     )
 
 
-def _with_blemish():
+def _with_spot():
     """The toy's attributes in frame 0, and one Gaussian outside all pictures."""
     start = from_splats(make_splats(0), torch.device("cpu"))
-    blemish = start.rows(torch.tensor([len(start.means) - 1]))
-    blemish = replace(blemish, means=torch.tensor([[0.0, 0.0, -0.9]]), sh_dc=9 + 0 * blemish.sh_dc)
-    return start.joined(replace(blemish, log_scales=blemish.log_scales + 1))
+    spot = start.rows(torch.tensor([len(start.means) - 1]))
+    spot = replace(spot, means=torch.tensor([[0.0, 0.0, -0.9]]), sh_dc=9 + 0 * spot.sh_dc)
+    return start.joined(replace(spot, log_scales=spot.log_scales + 1))
 
 
 def test_only_gaussians_in_the_way_die():
-    dying = choose_deletions(make_context(), _with_blemish(), 0, 0.2)
+    dying = choose_deletions(make_context(), _with_spot(), 0, 0.2)
 
     assert dying.nonzero().tolist() == [[len(dying) - 1]]
 
@@ -146,7 +146,7 @@ def test_dying_gaussians_leave_at_half_time_and_the_others_keep_their_opacity(mo
     progress = SimpleNamespace(advance=lambda *at: steps.append(at))
     context = replace(make_context(), observers=Observers(progress))
 
-    fitted = fit_rung(context, begun, RUNGS["deaths"], 8, HASTY)
+    fitted = fit_rung(context, begun, RUNGS["deaths"], 8, QUICK_SETTINGS)
     rounded = round_rung(begun, fitted)
 
     assert fitted.alive.tolist() == list(range(3, count))
@@ -197,8 +197,8 @@ def test_a_stream_without_updates_equals_one_with_empty_updates():
 
 def test_changes_below_half_a_step_cost_almost_nothing():
     begun, fitted = _fit("still", 0)
-    nudge = position_step(begun.scene.header) * 1e-3
-    near = replace(fitted.attributes, means=fitted.attributes.means + nudge)
+    offset = position_step(begun.scene.header) * 1e-3
+    near = replace(fitted.attributes, means=fitted.attributes.means + offset)
 
     rounded = round_rung(begun, replace(fitted, attributes=near))
 
@@ -223,11 +223,11 @@ def test_a_free_gaussian_moves_as_fast_as_its_anchors_together():
     levels = 1 + 2 + 4  # SMALL doubles the rate from level to level
     begun, fitted = _fit("own", 1)
     shift = (fitted.attributes.means - _start(begun).means).abs().max()
-    assert float(shift) == pytest.approx(levels * HASTY.motion.lr, rel=1e-3)
+    assert float(shift) == pytest.approx(levels * QUICK_SETTINGS.motion.lr, rel=1e-3)
 
     _, slow = _fit("slow", 1)
     shift = (slow.attributes.means - _start(begun).means).abs().max()
-    rate = canonical_learning_rates(HASTY.canonical, make_context().views.extent)[0]
+    rate = canonical_learning_rates(QUICK_SETTINGS.canonical, make_context().views.extent)[0]
     assert float(shift) == pytest.approx(rate, rel=1e-2)
 
 
@@ -255,17 +255,17 @@ def test_existing_rows_are_not_computed_again(tmp_path):
     capture = make_capture()
     begin = partial(Ladder, capture, capture.cameras, _state())
     task, other = Task(RUNGS["own"], 1, 3), Task(RUNGS["own"], 1, 4)
-    begin("here", HASTY, tmp_path).fill([task], make_context())
+    begin("here", QUICK_SETTINGS, tmp_path).fill([task], make_context())
     path = tmp_path / "rows" / "ahead1.own.3.json"
     written = path.read_bytes()
 
-    again = begin("here", HASTY, tmp_path)
+    again = begin("here", QUICK_SETTINGS, tmp_path)
     again.fill([task, other], make_context())
 
     assert path.read_bytes() == written
     assert again.load(task) == json.loads(written)
     assert again.load(other)["iterations"] == 4
-    assert begin("elsewhere", HASTY, tmp_path).load(task) is None
+    assert begin("elsewhere", QUICK_SETTINGS, tmp_path).load(task) is None
     assert begin("here", SMALL, tmp_path).load(task) is None
 
 

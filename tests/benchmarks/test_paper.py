@@ -36,7 +36,7 @@ def _run(folder, out, *more):
 
 
 @contextmanager
-def _run_here():
+def run_in_process():
     """Run jobs in this process; return the list of the names of completed jobs."""
     ran = []
 
@@ -55,7 +55,7 @@ def _run_here():
 def study(folder, tmp_path_factory):
     """The folder of a finished run."""
     out = tmp_path_factory.mktemp("study") / "out"
-    with _run_here() as ran:
+    with run_in_process() as ran:
         assert _run(folder, out, *ONLY) == 0
     assert ran == [
         "full",
@@ -78,11 +78,11 @@ def copy(study, tmp_path):
 @pytest.fixture
 def here():
     """The names of the trials that run."""
-    with _run_here() as ran:
+    with run_in_process() as ran:
         yield ran
 
 
-class _Words(HTMLParser):
+class _TextParser(HTMLParser):
     def __init__(self, text):
         super().__init__()
         self.words = []
@@ -113,7 +113,7 @@ def test_csv_has_a_line_for_each_trial_of_each_experiment(study):
 
 def test_the_page_contains_its_pictures_and_states_the_protocol(study):
     text = (study / "index.html").read_text()
-    words = " ".join(_Words(text).words)
+    words = " ".join(_TextParser(text).words)
     protocol = json.loads((study / "rows" / "full.json").read_text())["protocol"]
 
     assert text.count("data:image/png;base64,") == 4

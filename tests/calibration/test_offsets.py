@@ -59,7 +59,7 @@ def test_planted_offsets_are_found_by_sound(tmp_path):
     found, motions = find_offsets(find_recordings(tmp_path), SyncMethod.AUTO, ignore)
 
     assert found.method is SyncMethod.SOUND
-    assert found.unclear == []
+    assert found.unreliable == []
     assert errors_of(list(found.frames.values())) < 0.5
     assert motions == {}
 

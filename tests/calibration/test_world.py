@@ -10,7 +10,7 @@ _, _, TURN = np.linalg.svd(np.array([[1.0, 2, 3], [0, 1, 4], [5, 6, 0]]))
 TURN = TURN * np.linalg.det(TURN)
 
 
-def tumbled(cameras):
+def transformed(cameras):
     return [move(camera, TURN, np.array([4.0, -2, 7]), 0.3) for camera in cameras]
 
 
@@ -18,7 +18,7 @@ def tumbled(cameras):
 def test_a_tilted_ring_becomes_upright(up, height):
     rig = ring(height=height)
 
-    world = define_world(tumbled(rig), POINTS, up)
+    world = define_world(transformed(rig), POINTS, up)
 
     heights = [-center(camera)[1] for camera in world.cameras]
     downs = [camera.pose.rotation[1, 1] for camera in world.cameras]
@@ -30,7 +30,7 @@ def test_a_tilted_ring_becomes_upright(up, height):
 
 
 def test_the_origin_is_what_the_cameras_look_at_and_their_mean_distance_is_1():
-    world = define_world(tumbled(ring()), POINTS)
+    world = define_world(transformed(ring()), POINTS)
 
     distances = [np.linalg.norm(center(camera)) for camera in world.cameras]
     assert np.mean(distances) == pytest.approx(1)
@@ -39,7 +39,7 @@ def test_the_origin_is_what_the_cameras_look_at_and_their_mean_distance_is_1():
 
 
 def test_a_known_distance_makes_a_unit_a_meter():
-    world = define_world(tumbled(ring()), POINTS, distance=Distance("cam00", "cam03", 6.0))
+    world = define_world(transformed(ring()), POINTS, distance=Distance("cam00", "cam03", 6.0))
 
     assert np.linalg.norm(center(world.cameras[0]) - center(world.cameras[3])) == pytest.approx(6)
     assert world.meters_per_unit == 1.0
@@ -49,7 +49,7 @@ def test_parallel_cameras_give_their_mean_up_axis():
     row = [look_at(f"cam{i}", (i, 0.0, 0.0), (i, 0.0, 9.0)) for i in range(4)]
 
     middle = 0.3 * np.array([[1.5, 0, 5.0]]) @ TURN.T + np.array([4, -2, 7])
-    world = define_world(tumbled(row), middle)
+    world = define_world(transformed(row), middle)
 
     assert "mean" in world.up_from
     assert min(camera.pose.rotation[1, 1] for camera in world.cameras) > 0.999

@@ -98,7 +98,7 @@ READING = [(name, what) for name, verb in VERBS.items() for what in verb.reads]
 
 
 @contextmanager
-def mounted(folder: Path, options: str):
+def mount_small_disk(folder: Path, options: str):
     """Mount a small file system in a folder; skips if that is not permitted."""
     mount = ["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(folder)]
     try:
@@ -114,10 +114,10 @@ def mounted(folder: Path, options: str):
 
 
 @contextmanager
-def locked(folder: Path):
+def readonly_folder(folder: Path):
     """A folder in which nothing can be created, not even by the superuser."""
     if os.geteuid() == 0:
-        with mounted(folder, "ro"):
+        with mount_small_disk(folder, "ro"):
             yield folder
         return
     folder.chmod(0o555)
@@ -138,7 +138,7 @@ def fill_up(folder: Path) -> None:
 
 
 @contextmanager
-def unprivileged():
+def drop_privileges():
     """Give up the superuser's right to read all files."""
     if os.geteuid() != 0:
         yield

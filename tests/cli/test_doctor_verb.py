@@ -8,23 +8,23 @@ from tests.datasets import scenes
 
 
 @pytest.fixture
-def dark(capture, tmp_path):
+def incomplete_capture(capture, tmp_path):
     """A capture without one of its videos."""
-    folder = shutil.copytree(capture, tmp_path / "dark")
+    folder = shutil.copytree(capture, tmp_path / "incomplete_capture")
     (folder / "cam03.mp4").unlink()
     return folder
 
 
-def test_a_capture_that_cannot_be_opened_is_a_finding(dark):
-    result = run("doctor", dark)
+def test_a_capture_that_cannot_be_opened_is_a_finding(incomplete_capture):
+    result = run("doctor", incomplete_capture)
 
     assert result.exit_code == 1
     assert "count-mismatch: " in result.stderr
     assert "4 poses, but there are 3 cameras" in result.stderr
 
 
-def test_findings_are_in_the_json(dark):
-    result = run("doctor", dark, "--json")
+def test_findings_are_in_the_json(incomplete_capture):
+    result = run("doctor", incomplete_capture, "--json")
     printed = read_json(result.stdout)
 
     assert result.exit_code == 1

@@ -75,14 +75,14 @@ def test_a_capture_in_segments_is_checked_once_and_each_first_frame_too(
 
 
 @pytest.fixture
-def narrow_capture(tmp_path):
+def capture_with_two_cameras(tmp_path):
     """A capture with two cameras, one of them held out."""
     shots = scenes.make_shots()[:2]
     return scenes.write_n3dv(tmp_path / "narrow", shots, 2, scenes.plane_points())
 
 
 @pytest.fixture
-def lost_capture(tmp_path):
+def capture_with_lost_points(tmp_path):
     """A capture whose points are behind all cameras or far away."""
     points = scenes.plane_points()
     far = type(points)(points.positions + np.float32(1e4), points.colors)
@@ -90,8 +90,10 @@ def lost_capture(tmp_path):
 
 
 @pytest.mark.parametrize("options", [[], ["--segments", 2]])
-def test_one_training_camera_is_rejected_before_any_work(narrow_capture, tmp_path, options):
-    result = run(*_command(narrow_capture, tmp_path / "a.quarc", *options))
+def test_one_training_camera_is_rejected_before_any_work(
+    capture_with_two_cameras, tmp_path, options
+):
+    result = run(*_command(capture_with_two_cameras, tmp_path / "a.quarc", *options))
 
     assert result.exit_code == 3
     assert "narrow has 1 training camera, but estimating depth needs at least 2" in result.stderr
@@ -99,24 +101,27 @@ def test_one_training_camera_is_rejected_before_any_work(narrow_capture, tmp_pat
     assert list_names(tmp_path) == ["narrow"]
 
 
-def test_one_training_camera_is_encoded_without_checks(narrow_capture, tmp_path):
-    printed = run_json(*_command(narrow_capture, tmp_path / "a.quarc", "--no-checks"))
+def test_one_training_camera_is_encoded_without_checks(capture_with_two_cameras, tmp_path):
+    printed = run_json(*_command(capture_with_two_cameras, tmp_path / "a.quarc", "--no-checks"))
 
     assert printed["frames"] == 2
 
 
-def test_points_outside_all_views_are_rejected(lost_capture, tmp_path):
-    result = run(*_command(lost_capture, tmp_path / "a.quarc"))
+def test_points_outside_all_views_are_rejected(capture_with_lost_points, tmp_path):
+    result = run(*_command(capture_with_lost_points, tmp_path / "a.quarc"))
 
     assert result.exit_code == 3
     assert "initial points of capture lost is visible in a training view" in result.stderr
 
 
-def test_a_rejected_segment_is_never_started(narrow_capture, tmp_path, monkeypatch):
+def test_a_rejected_segment_is_never_started(capture_with_two_cameras, tmp_path, monkeypatch):
     def reject(*_):
         message = "a segment was begun"
         raise AssertionError(message)
 
     monkeypatch.setattr(encode_job, "_cut", reject)
 
-    assert run(*_command(narrow_capture, tmp_path / "a.quarc", "--segments", 2)).exit_code == 3
+    assert (
+        run(*_command(capture_with_two_cameras, tmp_path / "a.quarc", "--segments", 2)).exit_code
+        == 3
+    )

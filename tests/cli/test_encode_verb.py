@@ -167,7 +167,7 @@ def test_a_bad_option_is_a_usage_error_and_writes_nothing(options, said, capture
 
 
 @pytest.fixture
-def uneven_capture(capture, tmp_path):
+def capture_of_uneven_length(capture, tmp_path):
     """The capture, with the video of one camera one frame shorter."""
     folder = shutil.copytree(capture, tmp_path / "uneven")
     shot = scenes.make_shots()[2]
@@ -177,22 +177,24 @@ def uneven_capture(capture, tmp_path):
 
 @pytest.mark.parametrize("options", [[], ["--segments", 2]])
 def test_videos_of_unequal_length_are_cut_to_the_shortest_and_named(
-    uneven_capture, tmp_path, options
+    capture_of_uneven_length, tmp_path, options
 ):
     file = tmp_path / "a.quarc"
-    result = run("encode", uneven_capture, "-o", file, *TINY_OPTIONS, *options)
+    result = run("encode", capture_of_uneven_length, "-o", file, *TINY_OPTIONS, *options)
 
     assert result.exit_code == 0
     assert "warning: cam03 has 2 frames, the others have 3: every camera is cut" in result.stderr
     assert run_json("info", file)["frames"] == 2
 
 
-def test_the_common_frames_of_all_videos_are_encoded_and_measured(uneven_capture, tmp_path):
+def test_the_common_frames_of_all_videos_are_encoded_and_measured(
+    capture_of_uneven_length, tmp_path
+):
     file = tmp_path / "a.quarc"
-    printed = run_json("encode", uneven_capture, "-o", file, *TINY_OPTIONS, "--frames", 2)
+    printed = run_json("encode", capture_of_uneven_length, "-o", file, *TINY_OPTIONS, "--frames", 2)
 
     assert printed["frames"] == 2
-    assert len(run_json("eval", file, uneven_capture)["psnr_per_frame"]) == 2
+    assert len(run_json("eval", file, capture_of_uneven_length)["psnr_per_frame"]) == 2
 
 
 def test_the_settings_are_listed_without_a_capture():

@@ -6,7 +6,7 @@ import pytest
 
 from quarc_ref.datasets.video import VideoReader
 from quarc_ref.format.records import StreamHeader
-from tests.blankets import make_blankets
+from tests.blankets import make_covering_stream
 from tests.cli.commands import list_names, run, run_json
 from tests.cli.processes import start
 from tests.small_streams import make_stream
@@ -44,7 +44,7 @@ def _measure(*arguments):
     ],
 )
 def test_a_stream_of_a_kilobyte_is_rendered_within_a_gibibyte(count, size, frames, name, tmp_path):
-    data = make_blankets(count, *size, frames)
+    data = make_covering_stream(count, *size, frames)
     (tmp_path / "s.quarc").write_bytes(data)
 
     assert len(data) <= 1024
@@ -53,7 +53,7 @@ def test_a_stream_of_a_kilobyte_is_rendered_within_a_gibibyte(count, size, frame
 
 @pytest.mark.parametrize("size", [(8192, 8192), (3073, 2048)])
 def test_pictures_with_more_pixels_are_rendered_only_on_request(size, tmp_path):
-    (tmp_path / "s.quarc").write_bytes(make_blankets(3000, *size))
+    (tmp_path / "s.quarc").write_bytes(make_covering_stream(3000, *size))
     result = run("render", tmp_path / "s.quarc", "-o", tmp_path / "out")
 
     assert result.exit_code == 2
@@ -75,7 +75,7 @@ def test_the_limit_of_pixels_can_be_set(stream_file, tmp_path):
 
 @pytest.mark.parametrize("size", [(1, 100_000), (100_000, 1), (1 << 31, 1 << 31)])
 def test_pictures_cannot_exceed_the_limits_of_picture_files(size, tmp_path):
-    (tmp_path / "s.quarc").write_bytes(make_blankets(10, *size))
+    (tmp_path / "s.quarc").write_bytes(make_covering_stream(10, *size))
     result = run("render", tmp_path / "s.quarc", "-o", tmp_path / "o", "--max-pixels", 1 << 62)
 
     assert result.exit_code == 2
@@ -83,7 +83,7 @@ def test_pictures_cannot_exceed_the_limits_of_picture_files(size, tmp_path):
 
 
 def test_a_large_video_has_the_rendered_pictures(tmp_path):
-    (tmp_path / "s.quarc").write_bytes(make_blankets(20, 2048, 1026, frames=5))
+    (tmp_path / "s.quarc").write_bytes(make_covering_stream(20, 2048, 1026, frames=5))
     run_json("render", tmp_path / "s.quarc", "-o", tmp_path / "o.mp4")
     reader = VideoReader(tmp_path / "o.mp4")
 

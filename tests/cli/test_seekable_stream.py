@@ -22,7 +22,7 @@ _MAX_KIBIBYTES = 4 << 20
 _LONG = LEVELS[10].chunk_bytes
 
 
-class _Endless(io.RawIOBase):
+class _EndlessInput(io.RawIOBase):
     """Bytes followed by zeros; counts how many were read."""
 
     def __init__(self, data=b""):
@@ -61,7 +61,7 @@ def test_a_chunk_with_a_damaged_payload_is_buffered_with_what_follows():
 
 @pytest.mark.parametrize("size", [0, 8, _CHUNKS[3].offset, len(_DATA)])
 def test_data_that_is_not_a_stream_is_not_buffered(size):
-    pipe = _Endless(_DATA[:size])
+    pipe = _EndlessInput(_DATA[:size])
     with seekable_stream(PipeSource(pipe)) as held:
         assert size < held.size() < size + 100
         assert held.read(0, size) == _DATA[:size]
@@ -79,11 +79,11 @@ def test_a_long_stream_is_buffered_in_little_memory():
 
 
 def test_a_full_disk_is_named(monkeypatch):
-    class Full(io.BytesIO):
+    class FullDisk(io.BytesIO):
         def write(self, _):
             raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("quarc_ref.cli.seekable_stream.TemporaryFile", lambda **_: Full())
+    monkeypatch.setattr("quarc_ref.cli.seekable_stream.TemporaryFile", lambda **_: FullDisk())
     fault = f"does not fit into {tempfile.gettempdir()}: No space left on device"
     with (
         pytest.raises(SourceError, match=fault),

@@ -17,10 +17,10 @@ from tests.cli.stress import (
     MAKING,
     READING,
     VERBS,
+    drop_privileges,
     fill_up,
-    locked,
-    mounted,
-    unprivileged,
+    mount_small_disk,
+    readonly_folder,
 )
 
 
@@ -93,7 +93,7 @@ def test_an_unreadable_input_is_reported(name, what, place):
         secret = Path(folder) / "secret.quarc"
         secret.write_bytes(place.reads[what].read_bytes())
         secret.chmod(0)
-        with unprivileged():
+        with drop_privileges():
             result = _run(name, place, out=Path(folder) / "out", **{what: secret})
 
     assert "ermission denied" in _said(result, 3)
@@ -118,7 +118,7 @@ def test_a_folder_cannot_go_to_standard_output(name, place, monkeypatch):
 
 @pytest.mark.parametrize("name", MAKING)
 def test_existing_output_is_not_replaced_without_force(name, place):
-    old = _put_old(name, place.made)
+    old = _make_old_target(name, place.made)
     result = _run(name, place)
 
     _said(result, 2)
@@ -126,7 +126,7 @@ def test_existing_output_is_not_replaced_without_force(name, place):
     assert list_names(place.made) == ["out"]
 
 
-def _put_old(name, folder):
+def _make_old_target(name, folder):
     """Make a target as if from an earlier run; return one of its files."""
     out = folder / "out"
     if VERBS[name].makes == "file":
@@ -155,7 +155,7 @@ def test_a_file_does_not_replace_a_folder_nor_the_reverse(name, place):
 
 @pytest.mark.parametrize("name", MAKING)
 def test_in_a_readonly_folder_nothing_is_written(name, place):
-    with locked(place.made):
+    with readonly_folder(place.made):
         result = _run(name, place)
 
         assert "ermission denied" in (said := _said(result, 3)) or "Read-only" in said
@@ -164,8 +164,8 @@ def test_in_a_readonly_folder_nothing_is_written(name, place):
 
 @pytest.mark.parametrize("name", MAKING)
 def test_a_full_disk_leaves_existing_files_unchanged(name, place):
-    with mounted(place.made, "size=64k"):
-        old = _put_old(name, place.made)
+    with mount_small_disk(place.made, "size=64k"):
+        old = _make_old_target(name, place.made)
         before = [*list_names(place.made), "filler"]
         fill_up(place.made)
         result = _run(name, place, "--force")
@@ -176,7 +176,7 @@ def test_a_full_disk_leaves_existing_files_unchanged(name, place):
 
 
 @pytest.fixture
-def _signals_as_in_the_command():
+def _handle_signals_like_the_command():
     before = {each: signal.getsignal(each) for each in (signal.SIGTERM, signal.SIGINT)}
     install_sigterm_handler()
     yield
@@ -184,14 +184,14 @@ def _signals_as_in_the_command():
         signal.signal(each, handler)
 
 
-@pytest.mark.usefixtures("_signals_as_in_the_command")
+@pytest.mark.usefixtures("_handle_signals_like_the_command")
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("name", VERBS)
 def test_an_interruption_leaves_nothing_incomplete(name, ending, place, monkeypatch):
     verb = VERBS[name]
     pytest.importorskip(verb.needs)
-    reached = _raise_in(verb.middle, ending, monkeypatch)
-    old = _put_old(name, place.made) if verb.makes else None
+    reached = _send_signal_in(verb.middle, ending, monkeypatch)
+    old = _make_old_target(name, place.made) if verb.makes else None
     result = _run(name, place, *["--force"] * (old is not None))
 
     assert reached
@@ -201,7 +201,7 @@ def test_an_interruption_leaves_nothing_incomplete(name, ending, place, monkeypa
     assert old is None or old.read_text() == "old"
 
 
-def _raise_in(dotted, ending, monkeypatch):
+def _send_signal_in(dotted, ending, monkeypatch):
     """Send a signal at the second call of a function; return the list of calls."""
     owner, attribute = _find(dotted)
     original, reached = getattr(owner, attribute), []

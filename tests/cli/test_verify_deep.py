@@ -42,12 +42,12 @@ def test_a_fault_is_named_with_the_frames_before_it(size, file):
 
 
 def test_differing_decoders_are_a_failure_of_the_tool_and_not_of_the_stream(file, monkeypatch):
-    class Wrong(PythonBitDecoder):
+    class WrongDecoder(PythonBitDecoder):
         def take(self, count, weight):
             return ~super().take(count, weight)
 
     with monkeypatch.context() as patch:
-        patch.setattr(cross_check, "PythonBitDecoder", Wrong)
+        patch.setattr(cross_check, "PythonBitDecoder", WrongDecoder)
         result = run("verify", file, "--deep")
 
     assert result.exit_code == 3

@@ -79,11 +79,11 @@ def test_a_missing_fast_engine_is_mentioned_once_if_it_would_help(
 
     assert told.count("\n") == 1
     assert told.startswith("quarc-ref: quarc_core is not installed")
-    for untold in (
+    for finished in (
         _run(verb, stream_file, *options, blocked=without),
         _run(verb, large_file, *options, "--quiet", blocked=without),
     ):
-        assert (untold.returncode, untold.stderr) == (0, "")
+        assert (finished.returncode, finished.stderr) == (0, "")
 
 
 @needs_fast

@@ -21,7 +21,7 @@ def run(decoder, *more, only=(STILL,)):
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
 
 
-def decoder_that(tmp_path, *lines):
+def make_decoder(tmp_path, *lines):
     """A command that reads all of its input and then runs the given lines."""
     program = tmp_path / "decoder.py"
     program.write_text("\n".join(["import sys, time", "data = sys.stdin.buffer.read()", *lines]))
@@ -50,14 +50,14 @@ def verdicts(done):
 def test_a_command_that_is_not_a_decoder_has_its_own_verdict(tmp_path, lines, verdict):
     seconds = "2" if verdict == "timeout" else "60"  # on a busy machine
     limits = ("--timeout", seconds, "--memory", "100")
-    done = run(decoder_that(tmp_path, *lines), *limits, "--alone")
+    done = run(make_decoder(tmp_path, *lines), *limits, "--alone")
 
     assert verdict in verdicts(done), done.stdout
     assert done.returncode == 1
 
 
 def test_a_decoder_that_always_rejects_fails_with_every_valid_stream(tmp_path):
-    command = decoder_that(tmp_path, 'print(\'{"refused": "bad-magic"}\')', "sys.exit(1)")
+    command = make_decoder(tmp_path, 'print(\'{"refused": "bad-magic"}\')', "sys.exit(1)")
     report = tmp_path / "report.json"
 
     done = run(command, "--json", str(report), only=("streams/s", "invalid/magic"))

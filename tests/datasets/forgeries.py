@@ -90,7 +90,7 @@ def _pack_matrix(numbers):
     return struct.pack(">9i", a, b, 0, c, d, 0, 0, 0, 1 << 30)
 
 
-def point_elsewhere(data, name):
+def reference_other_file(data, name):
     """Return an mp4 file with its frames in another file, referenced by a QuickTime alias."""
     volume, path = b"HD", f"HD:{name}".encode()
     path += b"\0" * (len(path) % 2)

@@ -12,7 +12,7 @@ EQUIDISTANT = Lens(96, 64, 40.0, 40.0, 48.0, 32.0, fisheye=True)
 BENT = [BARREL, PINCUSHION, RATIONAL, FISHEYE, EQUIDISTANT]
 
 
-def bend(lens, x, y):
+def distort(lens, x, y):
     """Return the pixel, with centers at +0.5, to which a direction at depth 1 projects."""
     squared = x * x + y * y
     padded = [*lens.coefficients, *[0.0] * (8 - len(lens.coefficients))]

@@ -195,7 +195,7 @@ def test_an_impossible_file_name_is_rejected(tmp_path, read, name):
 
 def test_a_video_whose_frames_are_in_another_file_is_rejected(folder):
     data = (folder / "cam00.mp4").read_bytes()
-    (folder / "cam00.mov").write_bytes(forgeries.point_elsewhere(data, "cam01.mp4"))
+    (folder / "cam00.mov").write_bytes(forgeries.reference_other_file(data, "cam01.mp4"))
 
     with pytest.raises(CaptureError, match=r"cam00.mov"):
         VideoReader(folder / "cam00.mov")

@@ -17,7 +17,7 @@ from quarc_ref.datasets.errors import (
 )
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from tests.datasets import scenes
-from tests.datasets.lenses import BARREL, bend
+from tests.datasets.lenses import BARREL, distort
 
 REPOSITORY = Path(__file__).parents[2]
 REAL_CAPTURE = Path(
@@ -194,7 +194,7 @@ def test_missing_points_are_triangulated_from_the_training_cameras(tmp_path):
 def test_distorted_pictures_become_those_of_the_pinhole_camera(tmp_path, shots, points):
     bent = replace(shots[0], width=96, height=64, fx=70.0, fy=72.0, cx=50.0, cy=30.0)
     dots = bent.project(points.positions)[:, :2]
-    u, v = bend(BARREL, (dots[:, 0] - bent.cx) / bent.fx, (dots[:, 1] - bent.cy) / bent.fy)
+    u, v = distort(BARREL, (dots[:, 0] - bent.cx) / bent.fx, (dots[:, 1] - bent.cy) / bent.fy)
     spot = int(np.hypot(u - 30, v - 20).argmin())
     picture = draw_spot(u[spot], v[spot], bent)
     second = replace(bent, name="cam01")

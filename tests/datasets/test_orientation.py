@@ -70,7 +70,7 @@ def test_a_video_with_another_angle_than_quarter_turns_is_rejected(
 
 
 @pytest.fixture
-def filmed_on_its_side(n3dv_folder, tmp_path, shots, pictures):
+def rotated_capture(n3dv_folder, tmp_path, shots, pictures):
     """The capture of `n3dv_folder` with all cameras on their side, as stated in their videos."""
     folder = shutil.copytree(n3dv_folder, tmp_path / "side")
     for shot, row in zip(shots, pictures, strict=True):
@@ -82,12 +82,12 @@ def filmed_on_its_side(n3dv_folder, tmp_path, shots, pictures):
 
 @pytest.mark.parametrize("layout", ["n3dv", "nerfstudio"])
 def test_intrinsics_are_those_of_upright_pictures(
-    filmed_on_its_side, n3dv_folder, shots, points, layout
+    rotated_capture, n3dv_folder, shots, points, layout
 ):
     if layout == "nerfstudio":
-        (filmed_on_its_side / "poses_bounds.npy").unlink()
-        scenes.write_transforms(filmed_on_its_side, scenes.video_document(shots), points)
-    upright, turned = open_capture(n3dv_folder), open_capture(filmed_on_its_side)
+        (rotated_capture / "poses_bounds.npy").unlink()
+        scenes.write_transforms(rotated_capture, scenes.video_document(shots), points)
+    upright, turned = open_capture(n3dv_folder), open_capture(rotated_capture)
 
     for index, (camera, same) in enumerate(zip(turned.cameras, upright.cameras, strict=True)):
         assert (camera.width, camera.height, camera.fx) == (48, 32, pytest.approx(same.fx))
@@ -96,12 +96,12 @@ def test_intrinsics_are_those_of_upright_pictures(
         assert np.abs(difference).mean() < 6
 
 
-def test_poses_of_unrotated_pictures_are_rejected(filmed_on_its_side, shots):
+def test_poses_of_unrotated_pictures_are_rejected(rotated_capture, shots):
     rows = [scenes.poses_row(shot, size=(32, 48)) for shot in shots]
-    np.save(filmed_on_its_side / "poses_bounds.npy", np.array(rows))
+    np.save(rotated_capture / "poses_bounds.npy", np.array(rows))
 
     with pytest.raises(UnreadablePoseError, match="pictures of 32x48, but the video is 48x32"):
-        read_n3dv(filmed_on_its_side)
+        read_n3dv(rotated_capture)
 
 
 @pytest.mark.parametrize("order", "<>")

@@ -6,14 +6,14 @@ import pytest
 from quarc_ref.datasets.calibration import Lens
 from quarc_ref.datasets.errors import UnsupportedCameraError
 from quarc_ref.datasets.undistortion import Rectifier
-from tests.datasets.lenses import BARREL, BENT, bend
+from tests.datasets.lenses import BARREL, BENT, distort
 
 
-def unbend(lens, u, v):
+def undistort_by_formula(lens, u, v):
     """Return the direction at depth 1 of pixels, by a simple fixed-point iteration."""
     x, y = (u - lens.cx) / lens.fx, (v - lens.cy) / lens.fy
     for _ in range(300):
-        bent_u, bent_v = bend(lens, x, y)
+        bent_u, bent_v = distort(lens, x, y)
         x, y = x - 0.5 * (bent_u - u) / lens.fx, y - 0.5 * (bent_v - v) / lens.fy
     return x, y
 
@@ -30,10 +30,10 @@ def pixel_centers(lens):
 
 def draw(lens):
     """Return the picture through a lens."""
-    return (paint(*unbend(lens, *pixel_centers(lens))) + 0.5).astype(np.uint8)
+    return (paint(*undistort_by_formula(lens, *pixel_centers(lens))) + 0.5).astype(np.uint8)
 
 
-def draw_straight(lens):
+def draw_undistorted(lens):
     """Return `[H, W, 3]` float of the picture through a pinhole."""
     u, v = pixel_centers(lens)
     return paint((u - lens.cx) / lens.fx, (v - lens.cy) / lens.fy)
@@ -47,7 +47,7 @@ def test_a_distorted_picture_becomes_the_pinholes_up_to_its_border(lens):
     assert straight.shape == (64, 96, 3)
     # Rounding alone has a mean error of 0.3. Half a pixel would give 0.6, or 2.4 for a fisheye,
     # whose stretched corners are sensitive to the filter.
-    error = np.abs(straight - draw_straight(rectifier.lens))
+    error = np.abs(straight - draw_undistorted(rectifier.lens))
     assert error.mean() < (0.6 if lens.fisheye else 0.4)
     assert error.max() < 6.0
 
@@ -56,7 +56,7 @@ def test_a_distorted_picture_becomes_the_pinholes_up_to_its_border(lens):
 def test_the_pinhole_sees_only_the_picture_and_touches_its_border(lens):
     pinhole = Rectifier(lens).lens
     u, v = pixel_centers(pinhole)
-    across, down = bend(lens, (u - pinhole.cx) / pinhole.fx, (v - pinhole.cy) / pinhole.fy)
+    across, down = distort(lens, (u - pinhole.cx) / pinhole.fx, (v - pinhole.cy) / pinhole.fy)
 
     for values, size in ((across, lens.width), (down, lens.height)):
         assert values.min() == pytest.approx(0.5, abs=0.03)
@@ -98,7 +98,7 @@ def test_the_lens_of_a_downscaled_picture_has_the_same_directions():
     small = rectifier.rectify(draw(lens))
 
     assert rectifier.lens == Lens(48, 32, 35.0, 36.0, 25.0, 15.0)
-    assert np.abs(small - draw_straight(rectifier.lens)).max() < 2.0
+    assert np.abs(small - draw_undistorted(rectifier.lens)).max() < 2.0
 
 
 def test_a_distorted_picture_is_undistorted_before_it_is_downscaled():
@@ -106,7 +106,7 @@ def test_a_distorted_picture_is_undistorted_before_it_is_downscaled():
     small = rectifier.rectify(draw(BARREL))
 
     assert small.shape == (32, 48, 3)
-    assert np.abs(small - draw_straight(rectifier.lens)).max() < 3.0
+    assert np.abs(small - draw_undistorted(rectifier.lens)).max() < 3.0
 
 
 @pytest.mark.parametrize("downscale", [0, -1, 65])

@@ -25,62 +25,62 @@ def change_levels(change):
     ]
 
 
-def miss_a_video(folder):
+def remove_video(folder):
     (folder / f"{CAMERA}.mp4").unlink()
 
 
-def miss_the_poses(folder):
+def remove_poses(folder):
     (folder / "poses_bounds.npy").unlink()
 
 
-def record_at_another_rate(folder):
+def change_frame_rate(folder):
     rewrite(folder, list, rate=25)
 
 
-def scale_a_video(folder):
+def scale_video(folder):
     rewrite(folder, lambda pictures: [cv2.resize(each, (240, 180)) for each in pictures])
 
 
-def cut_a_video_short(folder):
+def shorten_video(folder):
     rewrite(folder, lambda pictures: pictures[:-2])
 
 
-def break_off_a_video(folder):
+def truncate_video(folder):
     path = folder / f"{CAMERA}.mp4"
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
 
 
-def flag_a_rotation(folder):
+def add_rotation_flag(folder):
     path = folder / f"{CAMERA}.mp4"
     path.write_bytes(forgeries.show_video(path.read_bytes(), "half a turn"))
 
 
-def expose_darker(folder):
+def darken_video(folder):
     rewrite(folder, change_levels(lambda picture: 0.5 * picture))
 
 
-def tint(folder):
+def tint_video(folder):
     rewrite(folder, change_levels(lambda picture: picture * (1.25, 1.0, 0.75)))
 
 
-def defocus(folder):
+def blur_video(folder):
     rewrite(folder, change_levels(lambda picture: cv2.GaussianBlur(picture, (0, 0), 1.5)))
 
 
-def start_late(folder):
+def delay_video(folder):
     """The camera misses the first three moments, so it is three frames early afterwards."""
     rewrite(folder, lambda pictures: pictures[3:])
 
 
-def freeze(folder):
+def freeze_video(folder):
     rewrite(folder, lambda pictures: [pictures[0]] * len(pictures))
 
 
-def stutter(folder):
+def repeat_frames(folder):
     rewrite(folder, lambda pictures: [pictures[i - (i % 3 == 2)] for i in range(len(pictures))])
 
 
-def damage_a_frame(folder):
+def damage_frame(folder):
     path = folder / f"{CAMERA}.mp4"
     with av.open(str(path)) as container:
         packets = [(p.pos, p.size) for p in container.demux(video=0) if p.size]
@@ -90,18 +90,18 @@ def damage_a_frame(folder):
     path.write_bytes(data)
 
 
-def swap_two_videos(folder):
+def swap_videos(folder):
     first, second = (folder / f"{name}.mp4" for name in (CAMERA, OTHER))
     first.rename(folder / "x.mp4")
     second.rename(first)
     (folder / "x.mp4").rename(second)
 
 
-def copy_a_video(folder):
+def duplicate_video(folder):
     shutil.copy(folder / f"{CAMERA}.mp4", folder / f"{OTHER}.mp4")
 
 
-def turn_a_pose(folder, degrees=(0.0, 1.0, 0.0)):
+def rotate_pose(folder, degrees=(0.0, 1.0, 0.0)):
     """Rotate a camera around its own axes: down, right, backwards."""
     rows = np.load(folder / "poses_bounds.npy")
     index = int(CAMERA[3:])
@@ -111,9 +111,9 @@ def turn_a_pose(folder, degrees=(0.0, 1.0, 0.0)):
     np.save(folder / "poses_bounds.npy", rows)
 
 
-def roll_a_pose(folder):
+def roll_pose(folder):
     """Rotate a camera around its optical axis, by too little for colors to reveal it."""
-    turn_a_pose(folder, (0.0, 0.0, 5.0))
+    rotate_pose(folder, (0.0, 0.0, 5.0))
 
 
 def move_points(folder):
@@ -125,23 +125,23 @@ def move_points(folder):
 
 # The kind of finding for each fault, and whether the camera is named.
 FAULTS = {
-    miss_a_video: ("count-mismatch", ()),
-    miss_the_poses: ("unknown-layout", ()),
-    record_at_another_rate: ("frame-rate", ()),
-    scale_a_video: ("unreadable-pose", ()),
-    cut_a_video_short: ("uneven-lengths", (CAMERA,)),
-    break_off_a_video: ("unreadable-video", ()),
-    flag_a_rotation: ("rotation-flags", (CAMERA,)),
-    expose_darker: ("exposure-differs", (CAMERA,)),
-    tint: ("colors-differ", (CAMERA,)),
-    defocus: ("blurred", (CAMERA,)),
-    start_late: ("out-of-sync", (CAMERA,)),
-    freeze: ("frozen-camera", (CAMERA,)),
-    stutter: ("repeated-frames", (CAMERA,)),
-    damage_a_frame: ("unreadable-frame", (CAMERA,)),
-    swap_two_videos: ("poses-mixed-up", (CAMERA, OTHER)),
-    copy_a_video: ("same-pictures", (CAMERA, OTHER)),
-    turn_a_pose: ("pose-disagrees", (CAMERA,)),
-    roll_a_pose: ("epipolar-error", (CAMERA,)),
+    remove_video: ("count-mismatch", ()),
+    remove_poses: ("unknown-layout", ()),
+    change_frame_rate: ("frame-rate", ()),
+    scale_video: ("unreadable-pose", ()),
+    shorten_video: ("uneven-lengths", (CAMERA,)),
+    truncate_video: ("unreadable-video", ()),
+    add_rotation_flag: ("rotation-flags", (CAMERA,)),
+    darken_video: ("exposure-differs", (CAMERA,)),
+    tint_video: ("colors-differ", (CAMERA,)),
+    blur_video: ("blurred", (CAMERA,)),
+    delay_video: ("out-of-sync", (CAMERA,)),
+    freeze_video: ("frozen-camera", (CAMERA,)),
+    repeat_frames: ("repeated-frames", (CAMERA,)),
+    damage_frame: ("unreadable-frame", (CAMERA,)),
+    swap_videos: ("poses-mixed-up", (CAMERA, OTHER)),
+    duplicate_video: ("same-pictures", (CAMERA, OTHER)),
+    rotate_pose: ("pose-disagrees", (CAMERA,)),
+    roll_pose: ("epipolar-error", (CAMERA,)),
     move_points: ("points-outside-views", ()),
 }

@@ -11,7 +11,7 @@ from quarc_ref.encoder import choose_preset, doctor
 from quarc_ref.encoder.checks.machine import Machine
 from quarc_ref.encoder.doctor import Examination, examine
 from quarc_ref.synth import SynthOptions, write_synthetic_capture
-from tests.encoder.planted_files import CAMERA, FAULTS, damage_a_frame, start_late
+from tests.encoder.planted_files import CAMERA, FAULTS, damage_frame, delay_video
 from tests.marks import thorough
 
 _STILL = Path(__file__).resolve().parents[3] / "shared" / "data" / "n3dv_flame_steak_frame0"
@@ -19,25 +19,25 @@ _DEMO = choose_preset("demo")
 
 
 @pytest.fixture(scope="session")
-def honest(tmp_path_factory):
+def correct_capture(tmp_path_factory):
     """Nine cameras of 18 frames."""
-    folder = tmp_path_factory.mktemp("honest") / "room"
+    folder = tmp_path_factory.mktemp("correct_capture") / "room"
     write_synthetic_capture(folder, SynthOptions(160, 120, frames=18, cameras=8))
     return folder
 
 
 @pytest.fixture
-def folder(honest, tmp_path):
+def folder(correct_capture, tmp_path):
     """A copy in which to plant a fault."""
-    return shutil.copytree(honest, tmp_path / "room")
+    return shutil.copytree(correct_capture, tmp_path / "room")
 
 
 def find(folder, **options):
     return examine(folder, Examination(config=_DEMO, device="cpu", **options)).findings
 
 
-def test_a_correct_capture_has_no_findings(honest):
-    found = examine(honest, Examination(config=_DEMO, device="cpu"))
+def test_a_correct_capture_has_no_findings(correct_capture):
+    found = examine(correct_capture, Examination(config=_DEMO, device="cpu"))
 
     assert found.findings == ()
     assert found.layout.startswith("N3DV")
@@ -54,8 +54,8 @@ def test_an_honest_variant_has_no_findings(tmp_path, variant):
     assert find(tmp_path / "room") == ()
 
 
-def test_a_correct_capture_of_one_moment_has_no_findings(honest):
-    assert find(honest, opening=CaptureOptions(max_frames=1)) == ()
+def test_a_correct_capture_of_one_moment_has_no_findings(correct_capture):
+    assert find(correct_capture, opening=CaptureOptions(max_frames=1)) == ()
 
 
 @pytest.mark.capture
@@ -82,22 +82,22 @@ def test_a_planted_fault_is_named(folder, plant):
     assert not cameras or cameras[0] in finding.message
 
 
-def test_insufficient_memory_and_disk_are_reported(honest, monkeypatch):
+def test_insufficient_memory_and_disk_are_reported(correct_capture, monkeypatch):
     monkeypatch.setattr(doctor, "measure_machine", lambda: Machine(1 << 20, 1 << 20))
-    memory, disk = find(honest, quick=True)
+    memory, disk = find(correct_capture, quick=True)
 
     assert (memory.kind, disk.kind) == ("memory-short", "disk-short")
     assert "0.0 GiB are free: use --downscale 2" in memory.message
 
 
 def test_a_quick_check_reads_only_the_first_frame(folder):
-    damage_a_frame(folder)
+    damage_frame(folder)
 
     assert find(folder, quick=True) == ()
 
 
 def test_the_reported_offset_repairs_the_capture(folder):
-    start_late(folder)
+    delay_video(folder)
     (finding,) = (each for each in find(folder) if each.kind == "out-of-sync")
     offsets = finding.message.split("write ")[1].split(" into")[0]
 

@@ -227,13 +227,13 @@ def test_progress_reports_every_stage():
 
 @pytest.mark.parametrize("frames", [0, 6])
 def test_missing_frames_of_the_capture_are_rejected_before_training(frames):
-    class Nobody:
+    class UnusedProgress:
         def advance(self, *told):
             raise AssertionError(told)
 
     sink = io.BytesIO()
     with pytest.raises(TooFewFramesError, match=f"{frames} frames are requested, but .* has 5"):
-        encode(make_capture(5), sink, EncodeOptions(SMALL, frames, "cpu", Nobody()))
+        encode(make_capture(5), sink, EncodeOptions(SMALL, frames, "cpu", UnusedProgress()))
     assert sink.getvalue() == b""
 
 

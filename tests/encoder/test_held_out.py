@@ -15,11 +15,11 @@ from tests.encoder.toys import SMALL
 _HELD_OUT = "cam01"
 
 
-class PeekedError(AssertionError):
+class HeldOutReadError(AssertionError):
     """A held-out picture was read."""
 
 
-class _Guarded:
+class _GuardedSource:
     """A source that refuses to return the pictures of a camera."""
 
     def __init__(self, source, forbidden):
@@ -30,13 +30,13 @@ class _Guarded:
     def read(self, camera, frame):
         if camera == self._forbidden:
             message = f"frame {frame} of the held-out camera"
-            raise PeekedError(message)
+            raise HeldOutReadError(message)
         self.asked.add((camera, frame))
         return self._source.read(camera, frame)
 
 
 @pytest.fixture
-def guarded(tmp_path, monkeypatch) -> tuple[Path, list[_Guarded]]:
+def guarded(tmp_path, monkeypatch) -> tuple[Path, list[_GuardedSource]]:
     """A capture without initial points, in which every reader is guarded."""
     shots, guards = scenes.make_shots(6, (160, 120), 150.0), []
     for shot in shots:
@@ -46,7 +46,7 @@ def guarded(tmp_path, monkeypatch) -> tuple[Path, list[_Guarded]]:
     real = opening.RectifiedPictures
 
     def guard(source, names, rectifiers):
-        guards.append(_Guarded(source, names.index(_HELD_OUT)))
+        guards.append(_GuardedSource(source, names.index(_HELD_OUT)))
         return real(guards[-1], names, rectifiers)
 
     monkeypatch.setattr(opening, "RectifiedPictures", guard)
@@ -71,5 +71,5 @@ def test_the_guard_detects_a_read(guarded):
     folder, _ = guarded
     capture = open_capture(folder, CaptureOptions(held_out=(_HELD_OUT,)))
 
-    with pytest.raises(PeekedError, match="frame 2"):
+    with pytest.raises(HeldOutReadError, match="frame 2"):
         capture.image(capture.held_out[0], 2)

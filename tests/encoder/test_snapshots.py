@@ -79,8 +79,8 @@ def test_every_frame_is_reached_through_one_canonical_frame_and_one_snapshot(fra
         if chunk.kind in (container.CANO, container.SNAP)
         and any(begin <= chunk.offset + 40 < begin + size for begin, size in source.reads)
     }
-    came_by = max(each for each in (0, _CANONICAL, *_SNAPSHOTS) if each <= frame)
-    assert (container.SNAP in read) == (came_by in _SNAPSHOTS)
+    seek_point = max(each for each in (0, _CANONICAL, *_SNAPSHOTS) if each <= frame)
+    assert (container.SNAP in read) == (seek_point in _SNAPSHOTS)
 
 
 @pytest.mark.parametrize("start", [0, _CANONICAL, *_SNAPSHOTS])
@@ -168,7 +168,7 @@ def test_snapshots_are_declared_in_the_header_on_request():
 def test_the_kind_of_a_frame_is_given_once():
     settings = CanonicalSettings(keyframe_interval=6, snapshot_interval=2)
 
-    kinds = [settings.kind_due(frame) for frame in range(8)]
+    kinds = [settings.frame_kind(frame) for frame in range(8)]
 
     assert np.array(kinds).tolist() == [
         *(b"CANO", b"FRAM", b"SNAP", b"FRAM", b"SNAP", b"FRAM", b"CANO", b"FRAM")

@@ -39,12 +39,12 @@ def test_seconds_between_two_stages_count_for_the_next():
 def test_seconds_of_another_timer_are_excluded():
     clock, told = _Ticks(), []
 
-    class Slow:
+    class SlowProgress:
         def advance(self, *step):
             told.append(step)
             clock.now += 100
 
-    timer = StageTimer(Slow(), clock)
+    timer = StageTimer(SlowProgress(), clock)
     clock.now += 1
     timer.advance("motion", 1, 2)
     clock.now += 2

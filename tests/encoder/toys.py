@@ -71,7 +71,7 @@ def make_splats(frame: int, blob_count: int = 40) -> Splats:
     )
 
 
-class _Drawn:
+class _RenderedSource:
     def __init__(self, cameras: list[Camera]) -> None:
         self._cameras = cameras
 
@@ -86,7 +86,7 @@ def make_capture(frame_count: int = 4) -> Capture:
     noise = np.random.default_rng(0).normal(0, 0.01, splats.positions.shape)
     colors = np.clip(0.5 + _SH_C0 * splats.sh[:, 0], 0, 1) * 255
     points = Points(splats.positions + noise.astype(np.float32), colors.astype(np.uint8))
-    return Capture("toy", cameras, frame_count, 30.0, points, _Drawn(cameras), "0" * 64)
+    return Capture("toy", cameras, frame_count, 30.0, points, _RenderedSource(cameras), "0" * 64)
 
 
 def make_context(seed: int = 0) -> TrainingContext:

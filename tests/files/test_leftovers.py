@@ -128,11 +128,11 @@ def test_a_growing_folder_keeps_complete_files_and_is_replaced_with_all_remains(
 def test_a_folder_in_the_middle_of_replacement_is_restored(call, tmp_path):
     target = _make(tmp_path / "out", "a.ply", "b.ply")
     _kill(_IN_A_SWAP.format(call=call), target)
-    is_aside = not target.exists()
+    is_moved = not target.exists()
     with pytest.raises(OutputPathError, match="out exists"):
         _make(target, "c.ply")
 
-    assert is_aside == (call == 2)
+    assert is_moved == (call == 2)
     assert _list(tmp_path) == ["out"]
     assert _list(target) == [MARKER, "a.ply", "b.ply"]
 

@@ -136,10 +136,10 @@ def streams() -> Iterator[tuple[str, bytes]]:
     yield "snapshot_full", _make(both, 5, 4, births=1, snapshot_every=2)
     yield "unknown", _with_unknown(_make(_TINY, 1, 2))
     for name, change in _BEYOND.items():
-        yield f"beyond_{name}", _bear_beyond(_bare(_make(_TINY, 1, 2)), change)
+        yield f"beyond_{name}", _make_invalid_births(_bare(_make(_TINY, 1, 2)), change)
 
 
-def _bear_beyond(stream: bytes, change: Callable[[Births], object]) -> bytes:
+def _make_invalid_births(stream: bytes, change: Callable[[Births], object]) -> bytes:
     """A stream whose last frame has two correctly coded births that no scene can have."""
     with use_engine(REFERENCE):
         first, *_, state = decode_states(stream)

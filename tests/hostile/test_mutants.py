@@ -26,7 +26,7 @@ _MUTATOR = Mutator(_SEEDS, series=11)
 _MUTANTS = st.integers(0, 1 << 40).map(lambda number: _MUTATOR.make(number).data)
 
 
-def _told(stream):
+def _summarize(stream):
     """The digest of every frame of a stream, and the reject id at its end."""
     told = []
     try:
@@ -42,14 +42,14 @@ def _told(stream):
 @settings(deadline=None)
 @given(_MUTANTS)
 def test_a_mutant_decodes_the_same_in_memory_and_from_a_pipe(data):
-    assert _told(PipeSource(io.BytesIO(data))) == _told(data)
+    assert _summarize(PipeSource(io.BytesIO(data))) == _summarize(data)
 
 
 def test_mutants_decode_the_same_from_a_server():
     for number in range(40):
         data = _MUTATOR.make(number).data
         with _serve(data or b"x") as server:
-            assert _told(HttpSource(server.url)) == _told(data or b"x")
+            assert _summarize(HttpSource(server.url)) == _summarize(data or b"x")
 
 
 @needs_fast
@@ -57,9 +57,9 @@ def test_mutants_decode_the_same_from_a_server():
 @given(_MUTANTS)
 def test_the_fast_engine_decodes_a_mutant_like_the_reference(data):
     with use_engine(REFERENCE):
-        expected = _told(data)
+        expected = _summarize(data)
     with use_engine(FAST):
-        assert _places(_told(data)) == _places(expected)
+        assert _places(_summarize(data)) == _places(expected)
 
 
 def _places(told):
@@ -70,7 +70,7 @@ def _places(told):
 @settings(deadline=None)
 @given(_MUTANTS)
 def test_recovery_returns_at_least_the_decoded_frames_and_lists_the_missing_ones(data):
-    told = _told(data)
+    told = _summarize(data)
     assume("declined" not in told)
     frames = [each for each in told if isinstance(each, str)]
     try:
@@ -106,7 +106,7 @@ def test_a_verb_reports_the_fault_of_a_mutant(verb, tmp_path):
         if result.exit_code:
             assert "quarc-ref: " in result.stderr
         elif verb[0] in ("verify", "info", "inspect"):
-            assert all(isinstance(each, str) for each in _told(data))
+            assert all(isinstance(each, str) for each in _summarize(data))
 
 
 def test_mutants_are_joined_or_rejected(tmp_path):

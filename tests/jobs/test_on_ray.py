@@ -11,7 +11,7 @@ def _make_jobs(*arguments):
     return [Job(f"job {argument}", argument) for argument in arguments]
 
 
-def _is_gone(process):
+def _has_stopped(process):
     for _ in range(200):
         try:
             os.kill(process, 0)
@@ -51,4 +51,4 @@ def test_a_local_cluster_ends_with_its_jobs(ray_cluster):
     del ray_cluster  # its setting also affects this process
     processes = run_jobs(works.name_processes, _make_jobs(1), WorkerPool(ray="local"))
 
-    assert [_is_gone(process) for process in processes[0]] == [True, True]
+    assert [_has_stopped(process) for process in processes[0]] == [True, True]

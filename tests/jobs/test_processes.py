@@ -13,7 +13,8 @@ from quarc_ref.jobs import Job, WorkerPool, run_jobs
 from tests.jobs import works
 
 if __name__ == "__main__":
-    run_jobs(works.sleep_noted, [Job(path, path) for path in sys.argv[1:]], WorkerPool(workers=2))
+    jobs = [Job(path, path) for path in sys.argv[1:]]
+    run_jobs(works.sleep_with_file, jobs, WorkerPool(workers=2))
 """
 
 
@@ -58,7 +59,7 @@ def test_an_interruption_of_the_caller_ends_its_jobs(tmp_path):
 
     jobs = [Job("long", str(note)), Job("none", None)]
     with pytest.raises(KeyboardInterrupt):
-        run_jobs(works.sleep_noted, jobs, WorkerPool(workers=2), interrupt)
+        run_jobs(works.sleep_with_file, jobs, WorkerPool(workers=2), interrupt)
 
     assert _is_quiet(note)
 

@@ -45,7 +45,7 @@ def return_no_value(_argument):
     return lambda: None
 
 
-def sleep_noted(path):
+def sleep_with_file(path):
     """Report by a file that the job runs; without a path, do nothing."""
     while path:
         Path(path).write_text(f"{os.getpid()} {time.monotonic()}")

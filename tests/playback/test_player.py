@@ -150,7 +150,7 @@ def test_arrays_stay_valid_as_long_as_they_are_referenced(engine, prefetch):
 
 @both
 def test_after_a_fault_a_frame_can_be_requested_again(threads):
-    source = _Broken(_STREAM)
+    source = _FailingSource(_STREAM)
     with Player(source, threads=threads) as player:
         player.frame(1)
         source.is_broken = True
@@ -162,7 +162,7 @@ def test_after_a_fault_a_frame_can_be_requested_again(threads):
         assert compute_digest(player.frame(10).scene) == _DIGESTS[10]
 
 
-class _Broken(BytesSource):
+class _FailingSource(BytesSource):
     """A source that can fail temporarily."""
 
     is_broken = False

@@ -21,8 +21,8 @@ def make_deep() -> StreamWriter:
     )
     writer = StreamWriter(header)
     writer.chunk(b"HEAD", wire.build_stream_header(header))
-    writer.canonical(_five(), frame=1000)
-    _move_and_bear(writer)
+    writer.canonical(_make_canonical(), frame=1000)
+    _move_and_add_births(writer)
 
     begun = writer.begin(0)
     writer.frame(begun, symbols_of(begun), None, previous=True)
@@ -35,7 +35,7 @@ def make_deep() -> StreamWriter:
     symbols = symbols_of(begun, (1, 0, [0, 1, 0, 0, 0, -1]), (3, 0, [0, 0, -9, 0, 7, 0]))
     writer.frame(begun, symbols, None, previous=True)
 
-    coded = _five()
+    coded = _make_canonical()
     two = Gaussians(coded.positions[:, 3:], coded.rotations[:, 3:], coded.codes[:, 3:])
     writer.canonical(two, frame=1005)
     begun = writer.begin(0)
@@ -44,7 +44,7 @@ def make_deep() -> StreamWriter:
     return writer
 
 
-def _move_and_bear(writer: StreamWriter) -> None:
+def _move_and_add_births(writer: StreamWriter) -> None:
     """Motion of all three levels, and two births of one parent that differ in SH rest."""
     begun = writer.begin(0)
     symbols = symbols_of(
@@ -61,7 +61,7 @@ def _move_and_bear(writer: StreamWriter) -> None:
     writer.frame(begun, symbols, births, previous=False)
 
 
-def _five() -> Gaussians:
+def _make_canonical() -> Gaussians:
     rest = [[0] * 9 for _ in range(5)]
     rest[0][:3], rest[3][8], rest[4][4] = [2, 2, 1], -4, 1
     base = (

@@ -27,7 +27,7 @@ def make_changing() -> StreamWriter:
     writer = StreamWriter(header)
     writer.chunk(b"HEAD", wire.build_stream_header(header))
     writer.canonical(_six(), frame=10)
-    _update_and_bear(writer)
+    _update_and_add_births(writer)
     _update_again(writer)
     _snap(writer)
 
@@ -38,7 +38,7 @@ def make_changing() -> StreamWriter:
     return writer
 
 
-def _update_and_bear(writer: StreamWriter) -> None:
+def _update_and_add_births(writer: StreamWriter) -> None:
     """Frame 11: one anchor moves, two Gaussians change, one leaves, one is born."""
     begun = writer.begin(0)
     updates = _updates(

@@ -67,7 +67,7 @@ class Request:
         body = self.send_head(data, more)
         self.send(f"Content-Length: {len(body)}\n\n", body)
 
-    def send_for_ever(self, piece: bytes, pause: float = 0) -> None:
+    def send_endlessly(self, piece: bytes, pause: float = 0) -> None:
         """Send the same bytes repeatedly until the client disconnects."""
         while not self.let_go.wait(pause):
             self.connection.sendall(piece)
@@ -79,7 +79,7 @@ Answer = Callable[[Request], None]
 def redirect(request: Request, location: str) -> None:
     """Redirect with an endless body."""
     request.send(f"HTTP/1.1 302 Found\nLocation: {location}\n\n")
-    request.send_for_ever(_MEBIBYTE)
+    request.send_endlessly(_MEBIBYTE)
 
 
 def redirect_in_a_circle(request: Request) -> None:
@@ -88,24 +88,24 @@ def redirect_in_a_circle(request: Request) -> None:
 
 def send_headers_slowly(request: Request) -> None:
     request.send("HTTP/1.1 206 Partial Content\nX: ")
-    request.send_for_ever(b"x", PAUSE)
+    request.send_endlessly(b"x", PAUSE)
 
 
-def continue_for_ever(request: Request) -> None:
-    request.send_for_ever(b"HTTP/1.1 100 Continue\r\n\r\n" * 1000)
+def send_continue_endlessly(request: Request) -> None:
+    request.send_endlessly(b"HTTP/1.1 100 Continue\r\n\r\n" * 1000)
 
 
-def send_trailers_for_ever(request: Request) -> None:
+def send_trailers_endlessly(request: Request) -> None:
     request.send_head(more="Transfer-Encoding: chunked\n\n")
     request.send("0\n")
-    request.send_for_ever(b"X: trailer\r\n" * 1000)
+    request.send_endlessly(b"X: trailer\r\n" * 1000)
 
 
 def answer_another_range(request: Request) -> None:
     start = request.first + 1
     said = f"bytes {start}-{start + 7}/{len(DATA)}"
     request.send(f"HTTP/1.1 206 Partial Content\nContent-Range: {said}\nContent-Length: 8\n\n")
-    request.send_for_ever(_MEBIBYTE)
+    request.send_endlessly(_MEBIBYTE)
 
 
 def swap_the_file(request: Request) -> None:
@@ -117,7 +117,7 @@ def swap_the_file(request: Request) -> None:
 def send_an_endless_chunk(request: Request) -> None:
     request.send_head(more="Transfer-Encoding: chunked\n\n")
     request.send("7fffffff\n")
-    request.send_for_ever(_MEBIBYTE)
+    request.send_endlessly(_MEBIBYTE)
 
 
 def send_gzip(request: Request) -> None:
@@ -133,28 +133,28 @@ def close_early(request: Request) -> None:
     request.send("", body[:3])
 
 
-def drip(request: Request) -> None:
+def send_slowly(request: Request) -> None:
     request.send_head(more=f"Content-Length: {request.last + 1 - request.first}\n\n")
-    request.send_for_ever(b"x", 6 * PAUSE)
+    request.send_endlessly(b"x", 6 * PAUSE)
 
 
 def send_the_whole_file_without_an_end(request: Request) -> None:
     request.send("HTTP/1.1 200 OK\n\n", DATA)
-    request.send_for_ever(_MEBIBYTE)
+    request.send_endlessly(_MEBIBYTE)
 
 
 HOSTILE: dict[str, tuple[Answer, str]] = {
     "redirect bodies": (redirect_in_a_circle, "redirects in a loop"),
     "slow headers": (send_headers_slowly, "takes more than"),
-    "endless continue": (continue_for_ever, "takes more than"),
-    "endless trailers": (send_trailers_for_ever, "takes more than"),
+    "endless continue": (send_continue_endlessly, "takes more than"),
+    "endless trailers": (send_trailers_endlessly, "takes more than"),
     "wrong ranges": (answer_another_range, "sends bytes 1 to 8 where 0 to 7 were requested"),
     "swapped file": (swap_the_file, "changed"),
     "endless chunk": (send_an_endless_chunk, "sends more than the 8 bytes"),
     "gzip": (send_gzip, "gzip"),
     "redirect to file:": (redirect_to_a_file, "redirects to 'file:///etc/passwd'"),
     "early close": (close_early, "stops after 3 bytes of 8"),
-    "drip": (drip, "takes more than"),
+    "send_slowly": (send_slowly, "takes more than"),
     "no ranges": (send_the_whole_file_without_an_end, "does not support range requests"),
 }
 """Of each server its answer, and what is said of it when a stream is read from there."""

@@ -98,19 +98,19 @@ def test_an_untrusted_certificate_is_rejected(tls, monkeypatch):
 
 
 def test_a_slow_body_times_out_over_tls_too(tls):
-    with serve(hostile_servers.drip, tls) as server:
+    with serve(hostile_servers.send_slowly, tls) as server:
         assert _LATE in _reject(server.url, _SOON)
 
 
 def test_a_slow_handshake_times_out():
     with socket.create_server(("127.0.0.1", 0)) as server:
-        thread = threading.Thread(target=_drip_handshake, args=(server,))
+        thread = threading.Thread(target=_send_handshake_slowly, args=(server,))
         thread.start()
         assert _LATE in _reject(f"https://127.0.0.1:{server.getsockname()[1]}/", _SOON)
         thread.join()
 
 
-def _drip_handshake(server):
+def _send_handshake_slowly(server):
     connection, _ = server.accept()
     with connection, contextlib.suppress(OSError):
         connection.sendall(b"\x16\x03\x03\x40\x00")  # a record of 16384 bytes
@@ -206,7 +206,7 @@ def test_a_truncated_chunked_response_is_rejected(end):
 def test_a_body_longer_than_its_range_is_rejected(length):
     def answer(request):
         request.send("", request.send_head(more=f"{length}\n"))
-        request.send_for_ever(b"more")
+        request.send_endlessly(b"more")
 
     with serve(answer) as server:
         assert "sends more than the 8 bytes that were requested" in _reject(server.url)
@@ -286,7 +286,7 @@ def _pump(source, sink):
 def test_a_slow_tunnel_times_out(through_proxy):
     def answer(request):
         request.send("HTTP/1.0 200 OK\nX: ")
-        request.send_for_ever(b"x", hostile_servers.PAUSE)
+        request.send_endlessly(b"x", hostile_servers.PAUSE)
 
     with serve(answer) as proxy:
         through_proxy(proxy.url)

@@ -151,7 +151,7 @@ def _answer_more_bytes(handler, first, last):
     handler.answer_range(first, _DATA[first : last + 2], "*")
 
 
-def _say_no_range(handler, first, last):
+def _omit_range(handler, first, last):
     handler.answer(206, _DATA[first : last + 1], Content_Length=str(last + 1 - first))
 
 
@@ -164,7 +164,7 @@ def _lack(handler, _first, _last):
     handler.answer(404, b"", Content_Length="0")
 
 
-def _babble(handler, _first, _last):
+def _send_garbage(handler, _first, _last):
     handler.wfile.write(b"this is no HTTP\r\n\r\n")
 
 
@@ -175,10 +175,10 @@ def _babble(handler, _first, _last):
         (_answer_other_bytes, "sends bytes 1 to 8 where 0 to 7 were requested"),
         (_answer_fewer_bytes, "sends bytes 0 to 6 where 0 to 7 were requested"),
         (_answer_more_bytes, "sends bytes 0 to 8 where 0 to 7 were requested"),
-        (_say_no_range, "does not state which bytes"),
+        (_omit_range, "does not state which bytes"),
         (_hang_up, "stops after 1 bytes of 8"),
         (_lack, "answers 404"),
-        (_babble, "cannot be read"),
+        (_send_garbage, "cannot be read"),
     ],
 )
 def test_a_server_with_another_response_is_named(fault, message):
@@ -207,7 +207,7 @@ def _hang_up_late(handler, first, last, begun):
     handler.server.let_go.wait(10)
 
 
-def _trickle(handler, first, last):
+def _send_slowly(handler, first, last):
     _hang_up_late_header = f"bytes {first}-{last}/{len(_DATA)}"
     handler.send_response(206)
     handler.send_header("Content-Range", _hang_up_late_header)
@@ -219,7 +219,7 @@ def _trickle(handler, first, last):
             handler.server.let_go.wait(0.1)
 
 
-@pytest.mark.parametrize("fault", [_stall_at_once, _stall_in_the_body, _trickle])
+@pytest.mark.parametrize("fault", [_stall_at_once, _stall_in_the_body, _send_slowly])
 def test_a_stalling_server_times_out(fault):
     with _serve(fault=fault) as server:
         begun = time.monotonic()

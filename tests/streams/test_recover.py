@@ -311,11 +311,11 @@ def test_every_byte_is_in_a_chunk_or_in_a_gap():
         assert frames == sorted(set(frames))
         for before, after in itertools.pairwise(gaps):
             assert before.offset + before.byte_count <= after.offset
-        taken = [scene.frame for scene in _undamaged(bytes(data))]
+        taken = [scene.frame for scene in _decode_until_fault(bytes(data))]
         assert frames[: len(taken)] == taken
 
 
-def _undamaged(data):
+def _decode_until_fault(data):
     try:
         yield from decode(data)
     except BitstreamError:

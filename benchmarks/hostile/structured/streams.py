@@ -77,7 +77,7 @@ def _swap(draws: Draws, pieces: Pieces) -> Pieces:
     return changed
 
 
-def _lose(draws: Draws, pieces: Pieces) -> Pieces:
+def _drop_chunk(draws: Draws, pieces: Pieces) -> Pieces:
     lost = draws.rng.randrange(len(pieces))
     return [*pieces[:lost], *pieces[lost + 1 :]]
 
@@ -87,7 +87,7 @@ def _repeat(draws: Draws, pieces: Pieces) -> Pieces:
     return [*pieces[:place], *[pieces[place]] * draws.rng.choice((2, 3)), *pieces[place + 1 :]]
 
 
-def _put_in(*kinds: bytes) -> Callable[[Draws, Pieces], Pieces]:
+def _insert_chunk(*kinds: bytes) -> Callable[[Draws, Pieces], Pieces]:
     """Return a function that inserts a chunk of one of these types."""
 
     def insert_chunk(draws: Draws, pieces: Pieces) -> Pieces:
@@ -176,12 +176,12 @@ def list_hostile_streams(donors: Sequence[Pieces]) -> list[Hostility]:
         "type": _one(kind=lambda draws, _piece: draws.rng.choice(_KINDS)),
         "length": _one(length=lambda draws, _piece: draws.rng.choice(_LENGTHS)),
         "chunks swapped": _swap,
-        "a chunk lost": _lose,
+        "a chunk lost": _drop_chunk,
         "a chunk repeated": _repeat,
-        "an inserted chunk": _put_in(*_KINDS),
-        "an unknown chunk": _put_in(*_ANCILLARY),
-        "an unknown critical chunk": _put_in(*_CRITICAL),
-        "a chunk of a bad type": _put_in(*_BAD_TYPES),
+        "an inserted chunk": _insert_chunk(*_KINDS),
+        "an unknown chunk": _insert_chunk(*_ANCILLARY),
+        "an unknown critical chunk": _insert_chunk(*_CRITICAL),
+        "a chunk of a bad type": _insert_chunk(*_BAD_TYPES),
         "chunks of another stream": _splice(donors),
         "cameras and metadata": _damage_ancillary,
         "INDX": _change_index,

@@ -207,10 +207,10 @@ def _show(output: Path, rig: "Calibration", page: Path, seconds: float, *, as_js
             f"the pose of camera {name} depends on only {solution.fits[name].support} points "
             "and may be inaccurate: use more pictures (--moments 16)"
         )
-    unclear = [name for name in rig.offsets.unclear if name not in solution.left_out]
-    if unclear:
+    unreliable = [name for name in rig.offsets.unreliable if name not in solution.left_out]
+    if unreliable:
         print_message(
-            f"the time offsets of {', '.join(unclear)} could not be estimated reliably: 0 is "
+            f"the time offsets of {', '.join(unreliable)} could not be estimated reliably: 0 is "
             "assumed"
         )
     lines = {

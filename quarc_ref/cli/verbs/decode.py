@@ -83,7 +83,7 @@ def decode_frames(
         export.require()
         written = Written(export, with_sidecar=not one)
         make = written_frame if one else growing_folder if follow else written_folder
-        dropping = nullcontext() if follow or past_damage else _offer_recovery(written, frames)
+        dropping = nullcontext() if follow or past_damage else _suggest_recovery(written, frames)
         with make(output, force=force) as folder, open_source(file) as source, dropping:
             total = 0 if follow else count_frames(source)
             decoding = Decoding(source, waiting, written.gaps if past_damage else None)
@@ -105,7 +105,7 @@ def decode_frames(
 
 
 @contextmanager
-def _offer_recovery(written: "Written", frames: str | None) -> Iterator[None]:
+def _suggest_recovery(written: "Written", frames: str | None) -> Iterator[None]:
     """Add to an error the number of complete frames that `--recover` would keep."""
     try:
         yield

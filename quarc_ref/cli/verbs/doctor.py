@@ -108,13 +108,13 @@ def _describe(found: "Diagnosis", preset: str) -> dict[str, str]:
         needs = found.forecast
         low, high = needs.stream_bytes
         rows |= {
-            f"encoding takes ({preset})": f"{_span(needs.seconds)}: "
-            f"frame 0 {_span(needs.seconds_of_first)}, "
-            f"{_span(needs.seconds_per_frame)} for each later frame",
-            "memory": f"{_size(needs.memory_bytes)}"
-            + (f" of {_size(free)} free" if (free := found.machine.memory_bytes) else ""),
-            "disk": f"{_size(needs.disk_bytes)} of {_size(found.machine.disk_bytes)} free",
-            "stream": f"{_size(low)} to {_size(high)}",
+            f"encoding takes ({preset})": f"{_duration(needs.seconds)}: "
+            f"frame 0 {_duration(needs.seconds_of_first)}, "
+            f"{_duration(needs.seconds_per_frame)} for each later frame",
+            "memory": f"{_bytes(needs.memory_bytes)}"
+            + (f" of {_bytes(free)} free" if (free := found.machine.memory_bytes) else ""),
+            "disk": f"{_bytes(needs.disk_bytes)} of {_bytes(found.machine.disk_bytes)} free",
+            "stream": f"{_bytes(low)} to {_bytes(high)}",
         }
     count = len(found.findings)
     rows["findings"] = "none" if not count else f"{count}, listed on standard error"
@@ -167,7 +167,7 @@ def _as_json(
     }
 
 
-def _span(seconds: float) -> str:
+def _duration(seconds: float) -> str:
     """Format a duration in seconds, minutes or hours."""
     if seconds < 90:
         return f"{seconds:.1f} s" if seconds < 10 else f"{seconds:.0f} s"
@@ -175,7 +175,7 @@ def _span(seconds: float) -> str:
     return f"{minutes:.0f} min" if minutes < 90 else f"{minutes / 60:.1f} h"
 
 
-def _size(count: float) -> str:
+def _bytes(count: float) -> str:
     """Format a number of bytes in units of 1024."""
     for unit in _UNITS[:-1]:
         if count < 1000:

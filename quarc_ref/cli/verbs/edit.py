@@ -49,7 +49,7 @@ def cut(
         from quarc_ref.streams.cut import cut as cut_stream
 
         start, stop = parse_frames(frames)
-        _reject_mixture(output, as_json=as_json)
+        _reject_shared_output(output, as_json=as_json)
         with open_source(file) as source, written_stream(output, force=force) as sink:
             first = None if frames.startswith(":") else start
             count = cut_stream(source, first, stop, sink)
@@ -80,14 +80,14 @@ def join(
                 "join reads every stream twice: save the stream from standard input to a file first"
             )
             raise UsageError(message)
-        _reject_mixture(output, as_json=as_json)
+        _reject_shared_output(output, as_json=as_json)
         sources = [stack.enter_context(open_source(name)) for name in files]
         with written_stream(output, force=force) as sink:
             count = join_streams(sources, sink)
         _show("join/1", output, count, as_json=as_json)
 
 
-def _reject_mixture(output: Path, *, as_json: bool) -> None:
+def _reject_shared_output(output: Path, *, as_json: bool) -> None:
     """Raise UsageError if both the stream and JSON would be written to standard output."""
     if as_json and str(output) == STANDARD_STREAM:
         message = "-o - and --json both write to standard output"

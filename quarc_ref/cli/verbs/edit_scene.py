@@ -175,7 +175,7 @@ def _show(output: Path, count: int, report: "SceneReport | None", *, as_json: bo
     if str(output) == STANDARD_STREAM:
         return
     size, method = output.stat().st_size, "fitted" if report else "exact"
-    bounds = report and report.bounds.listed()
+    bounds = report and report.bounds.as_dict()
     errors = report and asdict(report.errors)
     if as_json:
         made = {"file": str(output), "frames": count, "bytes": size, "method": method}

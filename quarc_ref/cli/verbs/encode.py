@@ -126,12 +126,12 @@ def encode(
                 pool = choose_pool(segments, workers, ray, device)
                 encode_to_joined_file(work, output, wanted, segments, pool)
             else:
-                _encode_whole(work, output, wanted)
+                _encode_one_segment(work, output, wanted)
         if not to_pipe:
             _show(output, found, round(time.monotonic() - started, 1), as_json=as_json)
 
 
-def _encode_whole(work: EncodeJob, output: Path, wanted: WriteMode) -> None:
+def _encode_one_segment(work: EncodeJob, output: Path, wanted: WriteMode) -> None:
     """Encode all frames as one segment, to standard output or a file."""
     if str(output) == STANDARD_STREAM:
         encode_to_pipe(work, output)

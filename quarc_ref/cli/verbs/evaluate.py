@@ -70,7 +70,7 @@ def evaluate(
 
                 write_report(evaluation, folder)
         _warn_of_other_capture(evaluation.protocol)
-        _remark_on_equal_views(evaluation.quality)
+        _report_equal_views(evaluation.quality)
         page = report / "index.html" if report else None
         show_evaluation("eval/3", Path(file), evaluation, page, as_json=as_json)
 
@@ -103,7 +103,7 @@ def _warn_of_other_capture(protocol: "Protocol") -> None:
         )
 
 
-def _remark_on_equal_views(quality: "Quality") -> None:
+def _report_equal_views(quality: "Quality") -> None:
     from quarc_ref.evaluation.metrics import MAX_DECIBELS
 
     equal, views = quality.count_views()

@@ -60,7 +60,7 @@ def _print_frames(summary: "StreamSummary") -> None:
         prices = [
             text
             for kind in ("motion", "updates", "births")
-            for text in _price(coded[kind], estimate[kind])
+            for text in _format_size_and_estimate(coded[kind], estimate[kind])
             if not frame.canonical
         ]
         counts = (
@@ -100,10 +100,10 @@ def _print_entropy(summary: "StreamSummary") -> None:
     rows = []
     for kind in KINDS:
         ratio = f"{coded[kind] / estimate[kind]:.3f}" if estimate[kind] else ""
-        rows.append([kind, *_price(coded[kind], estimate[kind]), ratio])
+        rows.append([kind, *_format_size_and_estimate(coded[kind], estimate[kind]), ratio])
     rows += [[kind, f"{coded[kind]:,}", "", ""] for kind in ("overhead", "total")]
     print_columns("bytes", ("<kind", "coded", "estimate", "coded / estimate"), rows)
 
 
-def _price(coded: int, estimate: float) -> tuple[str, str]:
+def _format_size_and_estimate(coded: int, estimate: float) -> tuple[str, str]:
     return f"{coded:,}", f"{round(estimate):,}"

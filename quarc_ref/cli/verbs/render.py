@@ -123,15 +123,15 @@ def render(
 
         wanted = parse_frames(frames)
         kind = to or choose_kind(output, depth=depth)
-        _reject_misfits(kind, depth, path, pixels, pictures)
+        _reject_conflicts(kind, depth, path, pixels, pictures)
         with open_source(file) as opened, seekable_stream(opened) as source:
             outline = outline_stream(source)
             eye = choose_camera(outline, camera, width, kind)
             require_pixels(eye, max_pixels)
-            shots = _plan(outline, eye, wanted, path, pictures)
+            shots = _choose_shots(outline, eye, wanted, path, pictures)
             draw: Callable[..., Any] = render_depth if depth else draw_picture
             stop = wanted[1] if path is None else shots[-1].frame + 1
-            drawn: Iterator[Any] = _counted(
+            drawn: Iterator[Any] = _with_progress(
                 draw_shots(source, shots, draw, stop), progress, len(shots)
             )
             if depth:
@@ -146,7 +146,7 @@ def render(
         _show(output, shots, path, made, kind, as_json=as_json)
 
 
-def _reject_misfits(
+def _reject_conflicts(
     kind: Kind, depth: bool, path: str | None, pixels: str | None, pictures: int | None
 ) -> None:
     """Raise UsageError if options cannot be combined."""
@@ -161,7 +161,7 @@ def _reject_misfits(
             raise UsageError(message)
 
 
-def _plan(
+def _choose_shots(
     outline: "Outline",
     camera: "Camera",
     wanted: tuple[int, int | None],
@@ -187,7 +187,7 @@ def _plan(
         raise UsageError(message) from error
 
 
-def _counted(drawn: Iterator[Any], progress: TerminalProgress, total: int) -> Iterator[Any]:
+def _with_progress(drawn: Iterator[Any], progress: TerminalProgress, total: int) -> Iterator[Any]:
     """Pass on the drawn shots, and show progress."""
     for done, each in enumerate(drawn, start=1):
         progress.advance("render", done, total)

@@ -174,7 +174,7 @@ def _show(output: Path, report: "SceneReport", *, as_json: bool) -> None:
 
     if str(output) == STANDARD_STREAM:
         return
-    size, errors, bounds = output.stat().st_size, asdict(report.errors), report.bounds.listed()
+    size, errors, bounds = output.stat().st_size, asdict(report.errors), report.bounds.as_dict()
     if as_json:
         summary = {"file": str(output), "frames": report.frames, "bytes": size}
         dropped = {"dropped_sh_degree": report.dropped_sh_degree}

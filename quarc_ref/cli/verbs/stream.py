@@ -57,7 +57,7 @@ def verify(
         run, proof = _Verification(progress), None
         try:
             if deep:
-                proof = run.prove(source, waiting)
+                proof = run.verify(source, waiting)
             else:
                 run.decode(source, waiting)
         except BitstreamError as error:
@@ -99,7 +99,7 @@ class _Verification:
             self.digest = compute_digest(scene)
             self._note("decode", self.frames + 1, total)
 
-    def prove(self, source: "Source", follow: "Follow | None") -> "Verification":
+    def verify(self, source: "Source", follow: "Follow | None") -> "Verification":
         """Decode every frame, and check everything else."""
         from quarc_ref.inspection.verify_stream import verify_stream
 

@@ -62,7 +62,7 @@ def read_n3dv(folder: Path) -> Footage:
 
 def _find_files(folder: Path, count: int) -> Files:
     """Return videos or pictures by camera, for as many cameras as there are poses."""
-    candidates = [_prefer_usual(list_files(folder)) for _, list_files in ARRANGEMENTS]
+    candidates = [_prefer_usual_prefix(list_files(folder)) for _, list_files in ARRANGEMENTS]
     candidates = [files for files in candidates if files]
     if not candidates:
         patterns = ", ".join(pattern for pattern, _ in ARRANGEMENTS).replace("NAME", "cam00")
@@ -78,7 +78,7 @@ def _find_files(folder: Path, count: int) -> Files:
     raise CountMismatchError(message)
 
 
-def _prefer_usual(files: Files) -> Files:
+def _prefer_usual_prefix(files: Files) -> Files:
     """Return the files of cameras with the usual name prefix, or all files if there are none."""
     usual = {name: paths for name, paths in files.items() if name.startswith(_USUAL_PREFIX)}
     return usual or files

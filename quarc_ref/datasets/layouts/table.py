@@ -44,7 +44,7 @@ class Layout:
 _MODEL_FOLDERS = ("sparse*/0/", "sparse*/", "")
 
 
-def _need_of_model(name: str) -> tuple[str, ...]:
+def _list_model_requirements(name: str) -> tuple[str, ...]:
     patterns = [f"{folder}{name}.{end}" for folder in _MODEL_FOLDERS for end in ("bin", "txt")]
     return (f"sparse/0/{name}.bin or .txt", *patterns)
 
@@ -54,7 +54,11 @@ LAYOUTS = (
         "N3DV, DyNeRF, MeetRoom with poses", (("poses_bounds.npy", "poses_bounds.npy"),), read_n3dv
     ),
     Layout("nerfstudio", (("transforms.json", "transforms.json"),), read_nerfstudio),
-    Layout("COLMAP", (_need_of_model("cameras"), _need_of_model("images")), read_colmap),
+    Layout(
+        "COLMAP",
+        (_list_model_requirements("cameras"), _list_model_requirements("images")),
+        read_colmap,
+    ),
     Layout(
         "EasyMocap, ENeRF",
         (("intri.yml", "intri.yml"), ("extri.yml", "extri.yml")),
@@ -78,7 +82,7 @@ def choose_layout(folder: Path) -> Layout:
     message = (
         f"{folder} is not a capture in a known layout. The layouts, and what is missing for each: "
     )
-    raise UnknownLayoutError(message + "; ".join(rows) + _suggest(folder))
+    raise UnknownLayoutError(message + "; ".join(rows) + _advise(folder))
 
 
 def describe_capture(folder: Path) -> str | None:
@@ -93,7 +97,7 @@ def describe_capture(folder: Path) -> str | None:
     return f"a folder of {videos} videos" if videos and not others else None
 
 
-def _suggest(folder: Path) -> str:
+def _advise(folder: Path) -> str:
     """Return advice about a folder that is not a capture, to be appended to a message."""
     if not folder.is_dir():
         return ""

@@ -66,7 +66,7 @@ def check_capture(capture: Capture) -> list[Finding]:
             f"needs at least {_MIN_VIEWS}: hold out fewer cameras, or add some"
         )
         raise UnusableCaptureError(message)
-    seen = _sight(capture, cameras)
+    seen = _measure_visibility(capture, cameras)
     if not seen.within.any():
         message = (
             f"none of the {len(capture.points.positions)} initial points of capture "
@@ -84,7 +84,7 @@ def check_capture(capture: Capture) -> list[Finding]:
     ]
 
 
-def _sight(capture: Capture, cameras: tuple[Camera, ...]) -> _ProjectedPoints:
+def _measure_visibility(capture: Capture, cameras: tuple[Camera, ...]) -> _ProjectedPoints:
     points = capture.points
     drawn = np.random.default_rng(0).permutation(len(points.positions))[:_MAX_POINTS]
     positions = points.positions[drawn]
@@ -193,13 +193,13 @@ def _find_wrong_poses(capture: Capture, seen: _ProjectedPoints) -> Iterator[Find
             "poses put them. If other cameras are fine, these poses are wrong: calibrate "
             "again with more matches (calibrate --moments 16), or check that pose, lens and "
             "picture belong to the same camera. If many cameras are named, the points are of "
-            f"another scene or time. Until then, {_hold_out(capture, names)} leaves them out "
-            "of training"
+            f"another scene or time. Until then, {_hold_out_options(capture, names)} leaves them "
+            "out of training"
         )
         yield Finding("pose-disagrees", message, names)
 
 
-def _hold_out(capture: Capture, names: Sequence[str]) -> str:
+def _hold_out_options(capture: Capture, names: Sequence[str]) -> str:
     """Return the options that hold out cameras besides those that are held out already."""
     held_out = [capture.cameras[index].name for index in capture.held_out]
     return " ".join(f"--held-out {name}" for name in [*held_out, *names])

@@ -75,7 +75,7 @@ def compare_colors(
     """
     samples = [_sample(*of_view, colors) for of_view in zip(cameras, projections, strict=True)]
     blurred = [_blur(picture) for picture in pictures]
-    judged = [view for view, sample in enumerate(samples) if _tells(sample)]
+    judged = [view for view, sample in enumerate(samples) if _is_informative(sample)]
     fits = np.array(
         [[_agree(blurred[view], samples[pose]) for pose in judged] for view in judged]
     ).reshape(len(judged), len(judged))
@@ -86,7 +86,7 @@ def compare_colors(
     for view, place, fit in zip(judged, poses, best, strict=True):
         if judged[place] != view:
             mixed_up.append((view, judged[place]))
-        elif fit < least or _fits_shifted(blurred[view], samples[view], fit):
+        elif fit < least or _fits_better_shifted(blurred[view], samples[view], fit):
             wrong.append(view)
     return Disagreement(tuple(mixed_up), tuple(wrong))
 
@@ -115,7 +115,7 @@ def _sample(camera: Camera, projection: PointProjection, colors: NDArray[np.uint
     )
 
 
-def _tells(sample: _Sample) -> bool:
+def _is_informative(sample: _Sample) -> bool:
     return len(sample.colors) >= _MIN_POINTS and sample.colors.std(axis=0).max() > _MIN_SPREAD
 
 
@@ -143,7 +143,7 @@ def _agree(picture: Image, sample: _Sample, across: float = 0.0, down: float = 0
     return float((pixels * colors).sum()) / size if size else 0.0
 
 
-def _fits_shifted(picture: Image, sample: _Sample, fit: float) -> bool:
+def _fits_better_shifted(picture: Image, sample: _Sample, fit: float) -> bool:
     aspect = picture.shape[1] / picture.shape[0]
     steps = [_SHIFT * step for step in range(-_SHIFTS, _SHIFTS + 1)]
     return any(

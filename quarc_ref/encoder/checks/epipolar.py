@@ -128,7 +128,7 @@ def _choose_pairs(cameras: Sequence[Camera]) -> list[tuple[int, int, float]]:
 
 def _measure_distances(ours: Numbers, theirs: Numbers, first: Camera, second: Camera) -> Numbers:
     """Return the `[m]` mean distances of matches from their epipolar lines in both pictures."""
-    fundamental = _relate(first, second)
+    fundamental = _estimate_fundamental(first, second)
     ours, theirs = (np.column_stack([points, np.ones(len(points))]) for points in (ours, theirs))
     in_second, in_first = ours @ fundamental.T, theirs @ fundamental
     away = np.abs((theirs * in_second).sum(axis=1))
@@ -140,7 +140,7 @@ def _measure_distances(ours: Numbers, theirs: Numbers, first: Camera, second: Ca
     return distances
 
 
-def _relate(first: Camera, second: Camera) -> Numbers:
+def _estimate_fundamental(first: Camera, second: Camera) -> Numbers:
     """Return the `[3, 3]` fundamental matrix: pixels of the first to lines of the second camera."""
     turn, step = (
         [np.array(values).reshape(shape) for values in pair]

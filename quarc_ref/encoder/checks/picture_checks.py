@@ -58,15 +58,15 @@ def find_odd_pictures(
         pictures: `[H, W, 3]` sRGB of one moment, one per camera.
     """
     names = [camera.name for camera in cameras]
-    looks = [_look(*each) for each in zip(cameras, projections, pictures, strict=True)]
+    looks = [_measure_looks(*each) for each in zip(cameras, projections, pictures, strict=True)]
     stops = _compare_light(np.stack([look.light for look in looks]))
     yield from _find_exposures(names, stops)
     yield from _find_colors(names, stops)
     yield from _find_blurred(names, np.array([look.blur for look in looks]))
-    yield from _find_twins(names, [look.small for look in looks])
+    yield from _find_equal_pictures(names, [look.small for look in looks])
 
 
-def _look(camera: Camera, projection: PointProjection, picture: Image) -> _Looks:
+def _measure_looks(camera: Camera, projection: PointProjection, picture: Image) -> _Looks:
     light = np.full((len(projection.depths), 3), np.nan)
     shown = drop_hidden(camera, projection)
     rows, columns = (
@@ -143,7 +143,7 @@ def _find_blurred(names: Sequence[str], blurs: Numbers) -> Iterator[Finding]:
         yield Finding("blurred", message, odd)
 
 
-def _find_twins(names: Sequence[str], pictures: Sequence[Numbers]) -> Iterator[Finding]:
+def _find_equal_pictures(names: Sequence[str], pictures: Sequence[Numbers]) -> Iterator[Finding]:
     for first in range(len(names)):
         for second in range(first + 1, len(names)):
             pair = pictures[first], pictures[second]

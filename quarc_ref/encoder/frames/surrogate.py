@@ -49,7 +49,7 @@ class _SumLevels(Function):
         followers: Tensor,
         counts: Tensor,
     ) -> Tensor:
-        ctx.saved = (followers, counts)
+        ctx.cache = (followers, counts)
         total = residuals.index_select(0, anchors[0])
         for level in anchors[1:]:
             total += residuals.index_select(0, level)
@@ -57,7 +57,7 @@ class _SumLevels(Function):
 
     @staticmethod
     def backward(ctx: Any, gradient: Tensor) -> tuple[Tensor, None, None, None]:  # noqa: ANN401
-        followers, counts = ctx.saved
+        followers, counts = ctx.cache
         rows = gradient.index_select(0, followers)
         sums = torch.segment_reduce(rows, "sum", lengths=counts, axis=0, unsafe=True)
         return sums, None, None, None

@@ -40,13 +40,13 @@ class Forecast:
         self._next_frame = plan.first_frame
         self._frame_begun = clock()
 
-    def note_step(self, stage: str, step: int) -> None:
+    def record_step(self, stage: str, step: int) -> None:
         """Record that a step of a stage, counted from 1, is done."""
         if stage == "canonical":
             self._steps.append(self._clock())
             self._steps_left = self._plan.canonical_steps - step
 
-    def note_frame(self, frame: int) -> None:
+    def record_frame(self, frame: int) -> None:
         """Record that a frame has been written."""
         now = self._clock()
         if frame > 0:

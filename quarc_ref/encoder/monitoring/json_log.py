@@ -34,7 +34,7 @@ class JsonLog:
     def step(self, step: TrainingStep) -> None:
         """See `Monitor.step`."""
         if self._forecast is not None:
-            self._forecast.note_step(step.stage, step.step)
+            self._forecast.record_step(step.stage, step.step)
         self._write(
             "step",
             {
@@ -52,7 +52,7 @@ class JsonLog:
         """See `Monitor.frame`."""
         left = None
         if self._forecast is not None:
-            self._forecast.note_frame(frame.frame)
+            self._forecast.record_frame(frame.frame)
             left = self._forecast.seconds_left()
         self._write("frame", {**asdict(frame), "seconds_left": left})
 

@@ -44,7 +44,7 @@ class EncodeStatus:
     def step(self, step: TrainingStep) -> None:
         """See `Monitor.step`."""
         if self._forecast is not None:
-            self._forecast.note_step(step.stage, step.step)
+            self._forecast.record_step(step.stage, step.step)
         self._gaussians = step.gaussians
         now = self._clock()
         if now >= self._next_sample:
@@ -54,7 +54,7 @@ class EncodeStatus:
     def frame(self, frame: FrameWritten) -> None:
         """See `Monitor.frame`."""
         if self._forecast is not None:
-            self._forecast.note_frame(frame.frame)
+            self._forecast.record_frame(frame.frame)
         self._gaussians, self._byte_count = frame.gaussians, frame.total_bytes
 
     def end(self) -> None:

@@ -128,7 +128,7 @@ def require_frames(existing: PartialStream, frame_count: int, canonical: Canonic
         canonical: Settings that determine which frames are canonical.
     """
     for frame, chunk in enumerate(existing.frames):
-        due = canonical.kind_due(frame)
+        due = canonical.frame_kind(frame)
         named = None if due == container.FRAM else frame
         if chunk.kind != due or _name_canonical(chunk) != named:
             message = (

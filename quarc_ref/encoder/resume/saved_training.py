@@ -45,7 +45,7 @@ class Bounds:
         lengths = {_GAUSSIANS: range(1, self.gaussians + 1), _VIEWS: range(self.views + 1)}
         return Layout(kinds, lengths)
 
-    def allow(self, saved: Arrays) -> bool:
+    def are_valid(self, saved: Arrays) -> bool:
         """Return whether the values of arrays are possible in the training."""
         squares = [array for name, array in saved.items() if name.endswith(".exp_avg_sq")]
         return (

@@ -24,7 +24,7 @@ class Bounds:
         most_slack: Largest factor by which the bounds of position and rotation grow for
             Gaussians in which errors are less visible (`slack.measure_slack`); 1 for no
             growth.
-        size: Median scale of the first frame, world units; 0 before `settled`.
+        size: Median scale of the first frame, world units; 0 before `resolved`.
     """
 
     position: float = 0.0
@@ -47,7 +47,7 @@ class Bounds:
             message = f"most_slack is {self.most_slack}, but it must be at least 1"
             raise ValueError(message)
 
-    def settled(self, splats: Splats) -> "Bounds":
+    def resolved(self, splats: Splats) -> "Bounds":
         """Return the bounds, with the bound of positions in world units.
 
         Args:
@@ -65,9 +65,9 @@ class Bounds:
         return replace(self, position=self.position or self.position_share * median, size=median)
 
     def __str__(self) -> str:
-        return " ".join(f"{name}={value:.6g}" for name, value in self.listed().items())
+        return " ".join(f"{name}={value:.6g}" for name, value in self.as_dict().items())
 
-    def listed(self) -> dict[str, float]:
+    def as_dict(self) -> dict[str, float]:
         """Return the settled bounds by name, and `most_slack` if it is above 1."""
         named = asdict(self)
         del named["position_share"], named["size"]

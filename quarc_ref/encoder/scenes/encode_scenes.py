@@ -120,7 +120,7 @@ def encode_scenes(
         EncodeError: The Gaussians cannot be represented within the bounds.
     """
     options = options or SceneOptions()
-    given = map(_as_given, scenes)
+    given = map(_wrap, scenes)
     ahead = list(islice(given, _AHEAD))
     if not ahead:
         message = "there are no frames"
@@ -131,7 +131,7 @@ def encode_scenes(
     return encoding.finish()
 
 
-def _as_given(scene: Splats | GivenFrame) -> GivenFrame:
+def _wrap(scene: Splats | GivenFrame) -> GivenFrame:
     return GivenFrame(scene) if isinstance(scene, Splats) else scene
 
 
@@ -146,7 +146,7 @@ class _Encoding:
 
     def __init__(self, sink: BinaryIO, options: SceneOptions, ahead: list[GivenFrame]) -> None:
         self._options = options
-        self._bounds = bounds = options.bounds.settled(ahead[0].splats)
+        self._bounds = bounds = options.bounds.resolved(ahead[0].splats)
         self._header = _make_header(options, bounds, ahead)
         added = {"encoder": f"quarc-ref {__version__}", "bounds": str(bounds)}
         metadata = {**options.metadata, **added}

@@ -59,7 +59,7 @@ def fit_motion(
     lacking = _measure(start, target, rows, alive)
     symbols = _sweep(start.known_anchors, lacking, alive)
     limits = tolerances.groups(target.slack.rows(rows[alive]))
-    return _drop_needless(start.known_anchors, symbols, lacking, alive, limits)
+    return _drop_unneeded(start.known_anchors, symbols, lacking, alive, limits)
 
 
 def _measure(start: FrameState, target: Target, rows: Int64, alive: Int64) -> Float64:
@@ -113,7 +113,7 @@ def find_medians(values: Float64, followed: Int32, count: int) -> Float64:
     return medians
 
 
-def _drop_needless(
+def _drop_unneeded(
     anchors: Anchors,
     symbols: list[Int64],
     lacking: Float64,

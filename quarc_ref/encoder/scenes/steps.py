@@ -82,8 +82,8 @@ def _choose_lattice(
         return replace(
             header,
             lattice_exponent=exponent,
-            position_step=_keep(position, most, half),
-            translation_step=_keep(translation, most, half),
+            position_step=_choose_divisor(position, most, half),
+            translation_step=_choose_divisor(translation, most, half),
         )
     reach = max(float(np.abs(each.positions).max()) for each in frames) * _ROOM
     finest = math.floor(math.log2(POSITION_LIMIT / reach)) if reach else LATTICE_EXPONENT_LIMIT
@@ -100,7 +100,7 @@ def _choose_lattice(
     return replace(header, lattice_exponent=exponent, position_step=step, translation_step=step)
 
 
-def _keep(divisor: int, most: int, otherwise: int) -> int:
+def _choose_divisor(divisor: int, most: int, otherwise: int) -> int:
     """Return the step of a detected grid, unless it is too coarse or too fine."""
     return divisor if otherwise / 16 <= divisor <= most else otherwise
 

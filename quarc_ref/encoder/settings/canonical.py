@@ -120,7 +120,7 @@ class CanonicalSettings(Validated):
     scale_lr: NonNegativeFloat = described(5e-3, "Learning rate of log-scales (5e-3).")
     rotation_lr: NonNegativeFloat = described(1e-3, "Learning rate of rotations (1e-3).")
 
-    def kind_due(self, frame: int) -> bytes:
+    def frame_kind(self, frame: int) -> bytes:
         """Return the chunk type of a frame: CANO, SNAP or FRAM."""
         if frame == 0 or (self.keyframe_interval and frame % self.keyframe_interval == 0):
             return container.CANO

@@ -146,7 +146,7 @@ class _Training:
             iterations=settings.iterations,
         )
         saved = checkpoint.load(bounds.describe_layout(self.describe(), of_gaussians))
-        if saved is None or not bounds.allow(saved):
+        if saved is None or not bounds.are_valid(saved):
             return
         tensors = {name: torch.from_numpy(array) for name, array in saved.items()}
         self.step = int(saved["step"])
@@ -165,7 +165,7 @@ class _Training:
         rendering = context.render(attributes.activated(), view)
         if settings.exposure_lr and step >= settings.exposure_from_iter:
             shown, picture = context.mask(rendering.image, view, 0), context.views.picture(view, 0)
-            context.exposures.observe(view, shown, picture, settings.exposure_lr)
+            context.exposures.update_gain(view, shown, picture, settings.exposure_lr)
         loss = context.photometric_loss(rendering.image, view, 0, settings.lambda_dssim)
         loss = loss + opacity_scale_penalty(trainer.attributes, settings)
         if settings.haze_reg and step >= settings.densify_from_iter and step % _HAZE_EVERY == 0:
@@ -177,7 +177,7 @@ class _Training:
             loss = loss + _RATE_EVERY * loss.detach() * (weight * nats)
         gradient = trainer.step(loss, rendering.means2d)
         if objective.decays_opacity_at(step):
-            trainer.fade(rendering.radii > 0, settings.opacity_decay)
+            trainer.decay_opacity(rendering.radii > 0, settings.opacity_decay)
         self._statistics.add(gradient, rendering, context.camera(view))
         place = (0, step + 1, settings.iterations)
         context.report_step("canonical", place, view, trainer.count, rendering.image, loss)

@@ -44,7 +44,7 @@ class Exposures:
         corrected: Tensor = self._corrected[picture]
         return corrected
 
-    def observe(self, view: int, image: Tensor, picture: Tensor, rate: float) -> None:
+    def update_gain(self, view: int, image: Tensor, picture: Tensor, rate: float) -> None:
         """Update the gain of a view by an exponential moving average.
 
         Args:
@@ -56,7 +56,7 @@ class Exposures:
         self.gains[view] = self.gains[view].lerp(estimate_gain(image, picture), rate)
         self._balance()
 
-    def settle(self, pairs: Iterable[tuple[Tensor, Tensor]]) -> None:
+    def estimate_all(self, pairs: Iterable[tuple[Tensor, Tensor]]) -> None:
         """Estimate all gains again from pairs of rendering and picture."""
         self.gains = torch.stack([estimate_gain(image, picture) for image, picture in pairs])
         self._balance()

@@ -29,7 +29,7 @@ def render_views(context: TrainingContext, state: FrameState) -> Iterator[tuple[
 
 def refit_exposures(context: TrainingContext, state: FrameState) -> None:
     """Estimate the exposures of the training views from a decoded scene."""
-    context.exposures.settle(render_views(context, state))
+    context.exposures.estimate_all(render_views(context, state))
 
 
 def measure_loss(context: TrainingContext, state: FrameState, dssim: float) -> float:

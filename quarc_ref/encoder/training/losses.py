@@ -52,13 +52,13 @@ class _NumbaSsim(Function):
         slopes = np.empty((3, *first.shape), dtype=np.float32)
         with KERNEL_LOCK:
             ssim_kernels.ssim_forward(first, second, moments, ssim, slopes)
-        ctx.saved = (first, second, slopes)
+        ctx.cache = (first, second, slopes)
         return image.new_tensor(ssim.mean(dtype=np.float64))
 
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, gradient: Tensor) -> tuple[Tensor, None]:  # noqa: ANN401
-        first, second, slopes = ctx.saved
+        first, second, slopes = ctx.cache
         by_first = np.empty_like(first)
         with KERNEL_LOCK:
             ssim_kernels.ssim_backward(first, second, slopes, by_first)

@@ -68,7 +68,7 @@ def measure_contributions(
     for view in range(len(context.views.cameras)):
         gates = torch.ones_like(presence).requires_grad_()
         tints = torch.zeros_like(presence).requires_grad_()
-        rendering = context.render(_tinted(_gated(drawn, gates), tints), view)
+        rendering = context.render(_add_tints(_apply_gates(drawn, gates), tints), view)
         image = context.mask(rendering.image, view, 0)
         seen += rendering.radii > 0
         for _ in range(_PROBES):
@@ -82,12 +82,12 @@ def measure_contributions(
     return presence / seen.clamp(min=1), error / seen.clamp(min=1)
 
 
-def _gated(drawn: Gaussians, gates: Tensor) -> Gaussians:
+def _apply_gates(drawn: Gaussians, gates: Tensor) -> Gaussians:
     """Return Gaussians with opacities multiplied by gates `[N]`."""
     return replace(drawn, opacities=drawn.opacities * gates)
 
 
-def _tinted(drawn: Gaussians, tints: Tensor) -> Gaussians:
+def _add_tints(drawn: Gaussians, tints: Tensor) -> Gaussians:
     """Return Gaussians with tints `[N]` added to red, green and blue."""
     sh = torch.cat([drawn.sh[:, :1] + to_sh_dc(tints + 0.5)[:, None, None], drawn.sh[:, 1:]], dim=1)
     return replace(drawn, sh=sh)

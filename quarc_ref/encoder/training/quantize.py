@@ -42,7 +42,7 @@ def quantize_gaussians(attributes: Attributes, header: StreamHeader) -> Gaussian
     return Gaussians(
         _steps(attributes.means, position_step(header)),
         np.concatenate([_rows(index[:, None]), _rows(components)]),
-        _within(np.concatenate(codes), CODE_LIMIT, "an attribute"),
+        _require_within(np.concatenate(codes), CODE_LIMIT, "an attribute"),
     )
 
 
@@ -82,7 +82,7 @@ def quantize_births(attributes: Attributes, parents: Int64, scene: Scene) -> Bir
     near = torch.tensor(_world(scene, parents)).to(attributes.means)
     offsets = attributes.means[rows] - near
     positions = _steps(offsets, position_step(scene.header))
-    places = _within(positions, CODE_LIMIT, "the position of a new Gaussian")
+    places = _require_within(positions, CODE_LIMIT, "the position of a new Gaussian")
     return Births(parents, Gaussians(places, gaussians.rotations, gaussians.codes))
 
 
@@ -108,7 +108,7 @@ def _rows(values: Tensor) -> Int64:
     return rows
 
 
-def _within(values: Int64, limit: int, what: str) -> Int64:
+def _require_within(values: Int64, limit: int, what: str) -> Int64:
     if np.any((values < -limit) | (values > limit)):
         message = f"{what} exceeds {limit} steps: increase the step"
         raise EncodeError(message)

@@ -146,7 +146,7 @@ class Trainer:
         self._adam.step()
         return by_extra
 
-    def fade(self, which: Tensor, share: float) -> None:
+    def decay_opacity(self, which: Tensor, share: float) -> None:
         """Decay the opacity of the Gaussians of a mask `[N]`."""
         logits = self._leaves[_NAMES.index("opacities")].detach()
         faded = torch.sigmoid(logits) * (1 - share)
@@ -157,7 +157,7 @@ class Trainer:
         state = {}
         for name, leaf in zip(_NAMES, self._leaves, strict=True):
             state[name] = leaf.detach()
-            known = self._adam.state.get(leaf) or _forget(leaf)
+            known = self._adam.state.get(leaf) or _initial_adam_state(leaf)
             state |= {f"{name}.{part}": known[part] for part in _ADAM_KNOWS}
         return state
 
@@ -201,7 +201,7 @@ def cosine_decay(step: int, iterations: int, end: float) -> float:
     return end + (1 - end) * turn
 
 
-def _forget(leaf: Tensor) -> dict[str, Tensor]:
+def _initial_adam_state(leaf: Tensor) -> dict[str, Tensor]:
     """Return the initial Adam state of an attribute."""
     nothing = torch.zeros_like(leaf, requires_grad=False)
     return {"step": torch.zeros((), device=leaf.device), "exp_avg": nothing, "exp_avg_sq": nothing}

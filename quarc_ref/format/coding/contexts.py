@@ -30,7 +30,7 @@ class ContextCounts:
 
     def of(self, model: str, contexts: Int64) -> Int64:
         """Return the `[2, n]` counts of zeros and ones in ascending contexts `[n]` of a model."""
-        return self._reaching(model, int(contexts[-1]))[:, contexts]
+        return self._extended_counts(model, int(contexts[-1]))[:, contexts]
 
     def weights(self, model: str, contexts: Int64) -> Int64:
         """Return the `[n]` weights of a 1 (of 2^24) in ascending contexts `[n]` of a model."""
@@ -47,14 +47,14 @@ class ContextCounts:
             zeros: `[n]` number of 0 bits in each context.
             ones: `[n]` number of 1 bits in each context.
         """
-        counts = self._reaching(model, int(contexts[-1])).copy()
+        counts = self._extended_counts(model, int(contexts[-1])).copy()
         seen = counts[:, contexts] + (zeros, ones)
         while (many := seen[0] + seen[1] > COUNT_LIMIT).any():
             seen[:, many] >>= 1
         counts[:, contexts] = seen
         self._models[model] = counts
 
-    def _reaching(self, model: str, greatest: int) -> Int64:
+    def _extended_counts(self, model: str, greatest: int) -> Int64:
         """Return the `[2, c]` counts of a model, extended to the greatest context."""
         counts = self._models.get(model, _NOTHING)
         if greatest < counts.shape[1]:

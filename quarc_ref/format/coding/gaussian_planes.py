@@ -79,7 +79,7 @@ def write_canonical(gaussians: Gaussians, origin: tuple[int, int, int]) -> tuple
     """
     keys = interleave(gaussians.positions - np.array(origin)[:, None])
     writers = [PlaneWriter(ContextCounts()) for _ in range(CANONICAL_SECTIONS)]
-    _walk_canonical(writers, keys, gaussians)
+    _code_canonical(writers, keys, gaussians)
     return tuple(writer.section() for writer in writers)
 
 
@@ -109,7 +109,7 @@ def _read_sections(
 ) -> Gaussians:
     readers = [PlaneReader(section, ContextCounts()) for section in chunk.sections]
     blank = _blank(code_planes, count)
-    keys, gaussians = _walk_canonical(readers, blank.positions[0], blank)
+    keys, gaussians = _code_canonical(readers, blank.positions[0], blank)
     for reader in readers:
         reader.finish()
     if keys.min(initial=0) < 0 or keys.max(initial=0) >> (3 * chunk.axis_bits):  # [8.5-1]
@@ -130,7 +130,7 @@ def write_births(births: Births, counts: ContextCounts) -> Section:
         EncodeError: Two colors or scales of a new Gaussian are too far apart.
     """
     writer = PlaneWriter(counts)
-    _walk_births(writer, births)
+    _code_births(writer, births)
     return writer.section()
 
 
@@ -153,11 +153,11 @@ def read_births(
     """
     reader = PlaneReader(section, counts)
     blank = _blank(code_planes, count)
-    births = _walk_births(reader, Births(blank.positions[0], blank))
+    births = _code_births(reader, Births(blank.positions[0], blank))
     return births, reader.finish()
 
 
-def _walk_canonical(
+def _code_canonical(
     planes: Sequence[Planes], keys: Int64, gaussians: Gaussians
 ) -> tuple[Int64, Gaussians]:
     """Walk the sections, which are independent of each other (SPEC 8.5)."""
@@ -173,16 +173,16 @@ def _walk_canonical(
     return keys, Gaussians(gaussians.positions, rotations, codes)
 
 
-def _walk_births(planes: Planes, births: Births) -> Births:
+def _code_births(planes: Planes, births: Births) -> Births:
     codes = births.newborn.codes
     parents = code_ascending(planes, "births parents", births.parents)
-    positions = _code_alike(planes, "births positions", births.newborn.positions)
+    positions = _code_in_one_context(planes, "births positions", births.newborn.positions)
     dc = _code_colors(planes, "births SH DC", codes[SH_DC])
     opacity = _code_rows(planes, "births opacity", codes[OPACITY])
     scales = _code_rows(planes, "births log-scales", _to_steps(codes[LOG_SCALES]))
     scales = np.cumsum(scales, axis=0)
     rotations = _code_rotations(planes, "births rotations", births.newborn.rotations)
-    rest = _code_alike(planes, "births SH rest", codes[SH_REST])
+    rest = _code_in_one_context(planes, "births SH rest", codes[SH_REST])
     codes = np.concatenate([scales, opacity, dc, rest])
     return Births(parents, Gaussians(positions, rotations, codes))
 
@@ -207,7 +207,7 @@ def _code_rows(planes: Planes, name: str, rows: Int64) -> Int64:
     return _code_sequence(planes, name, contexts, rows)
 
 
-def _code_alike(planes: Planes, name: str, rows: Int64) -> Int64:
+def _code_in_one_context(planes: Planes, name: str, rows: Int64) -> Int64:
     """Code signed numbers `[r, n]` with one context for all rows."""
     return _code_sequence(planes, name, np.zeros(rows.size, dtype=np.int64), rows)
 

@@ -51,7 +51,7 @@ def write_motion(
         message = f"a symbol exceeds {SYMBOL_LIMIT}: increase the step"
         raise EncodeError(message)
     writer = PlaneWriter(counts)
-    _walk_motion(writer, levels, symbols)
+    _code_motion(writer, levels, symbols)
     return writer.section()
 
 
@@ -73,25 +73,25 @@ def read_motion(
     """
     reader = PlaneReader(section, counts)
     blank = [np.broadcast_to(_ZERO, level.previous.shape) for level in levels]
-    symbols = _walk_motion(reader, levels, blank)
+    symbols = _code_motion(reader, levels, blank)
     return symbols, reader.finish()
 
 
-def _walk_motion(
+def _code_motion(
     planes: Planes, levels: Sequence[LevelContext], symbols: Sequence[Int64]
 ) -> list[Int64]:
-    done = _Done.nothing(levels[-1].parents, symbols[-1].shape[0])
+    done = _CoarserLevels.above_coarsest(levels[-1].parents, symbols[-1].shape[0])
     coded: list[Int64] = []
     for number in reversed(range(len(levels))):
         if coded:
-            done = done.and_then(levels[number + 1].parents, coded[-1])
+            done = done.extended_by(levels[number + 1].parents, coded[-1])
         level = _Level(planes, number + 1, levels[number], done)
         coded.append(level.walk(symbols[number]))
     return coded[::-1]
 
 
 @dataclass(frozen=True, slots=True)
-class _Done:
+class _CoarserLevels:
     """Data that the anchors of a level pass to their children.
 
     Attributes:
@@ -103,20 +103,24 @@ class _Done:
     magnitudes: Int64
 
     @classmethod
-    def nothing(cls, parents: Int64, channels: int) -> "_Done":
+    def above_coarsest(cls, parents: Int64, channels: int) -> "_CoarserLevels":
         """Return the data above the coarsest level."""
         count = int(parents.max()) + 1
         return cls(np.zeros((channels, count), dtype=np.int64), np.zeros(count, dtype=np.int64))
 
-    def and_then(self, parents: Int64, symbols: Int64) -> "_Done":
+    def extended_by(self, parents: Int64, symbols: Int64) -> "_CoarserLevels":
         """Return the data that the next level passes down."""
-        return _Done(self.sums.take(parents, axis=1) + symbols, np.abs(symbols).sum(axis=0))
+        return _CoarserLevels(
+            self.sums.take(parents, axis=1) + symbols, np.abs(symbols).sum(axis=0)
+        )
 
 
 class _Level:
     """The planes of one level."""
 
-    def __init__(self, planes: Planes, number: int, context: LevelContext, above: _Done) -> None:
+    def __init__(
+        self, planes: Planes, number: int, context: LevelContext, above: _CoarserLevels
+    ) -> None:
         self._planes = planes
         self._name = f"motion {number}"
         self._context = context
@@ -127,10 +131,10 @@ class _Level:
         moving = np.flatnonzero(self._moves(np.bitwise_or.reduce(values, axis=0) != 0))
         expected, values_moving = self._expected(moving), values[:, moving]
         there = self._not_zero(expected, values_moving)
-        coded_moving = np.zeros_like(values_moving)
-        coded_moving[there] = self._signed(expected[there], values_moving[there])
+        coded_of_moving = np.zeros_like(values_moving)
+        coded_of_moving[there] = self._signed(expected[there], values_moving[there])
         coded = np.zeros(values.shape, dtype=np.int64)
-        coded[:, moving] = coded_moving
+        coded[:, moving] = coded_of_moving
         return coded
 
     def _expected(self, anchors: Int64) -> Int64:
@@ -141,8 +145,10 @@ class _Level:
     def _moves(self, moving: Bits) -> Bits:
         """Code which anchors `[a]` move; most have no expected motion and share a context."""
         done = np.bitwise_or.reduce(self._above.sums, axis=0) | self._above.magnitudes
-        stirred = done[self._context.parents]
-        asked = np.flatnonzero(np.bitwise_or.reduce(self._context.previous, axis=0) | stirred)
+        parents_moving = done[self._context.parents]
+        asked = np.flatnonzero(
+            np.bitwise_or.reduce(self._context.previous, axis=0) | parents_moving
+        )
         above = self._above.magnitudes[self._context.parents[asked]]
         expected = np.abs(self._expected(asked)).sum(axis=0)
         contexts = np.zeros(moving.size, dtype=np.int64)

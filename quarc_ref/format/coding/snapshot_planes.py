@@ -94,7 +94,7 @@ def write_snapshot(canonical: Gaussians, gaussians: Gaussians, roots: Int64) -> 
     spread = np.zeros((SURVIVOR_ROWS, canonical.count), dtype=np.int64)
     spread[:, roots[order]] = rows[:, near]
     writer = PlaneWriter(ContextCounts())
-    _walk_survivors(writer, lives, spread)
+    _code_survivors(writer, lives, spread)
     left = np.ones(roots.size, dtype=np.bool_)
     left[order] = False
     newborn, origin, axis_bits = _take(gaussians, np.flatnonzero(left)), (0, 0, 0), 0
@@ -124,7 +124,7 @@ def read_snapshot(chunk: SnapshotChunk, canonical: Gaussians) -> Snapshot:
     reader = PlaneReader(chunk.survivors, ContextCounts())
     nothing = np.zeros(canonical.count, dtype=np.bool_)
     blank = np.broadcast_to(np.int64(0), (SURVIVOR_ROWS, canonical.count))
-    kept, rows = _walk_survivors(reader, nothing, blank)
+    kept, rows = _code_survivors(reader, nothing, blank)
     reader.finish()
     survivors = _add(canonical, kept, rows)
     code_planes = canonical.codes.shape[0]
@@ -142,7 +142,7 @@ def compare(snapshot: Snapshot, canonical: Gaussians) -> Int64:
     return _subtract(_rows_of(snapshot.gaussians, here), _rows_of(canonical, roots))
 
 
-def _walk_survivors(planes: Planes, lives: Bits, rows: Int64) -> tuple[Int64, Int64]:
+def _code_survivors(planes: Planes, lives: Bits, rows: Int64) -> tuple[Int64, Int64]:
     """Walk the planes: `lives` is `[N]`, `rows` `[SURVIVOR_ROWS, N]`.
 
     Returns:

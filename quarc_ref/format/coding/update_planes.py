@@ -62,7 +62,7 @@ def write_updates(context: UpdateContext, updates: Updates, counts: ContextCount
     residuals = np.zeros((RESIDUAL_ROWS, count), dtype=np.int64)
     residuals[:, updates.gaussians] = updates.residuals
     writer = PlaneWriter(counts)
-    _walk_updates(writer, context, changes, dies, residuals)
+    _code_updates(writer, context, changes, dies, residuals)
     return writer.section()
 
 
@@ -86,11 +86,11 @@ def read_updates(
     reader = PlaneReader(section, counts)
     nothing = np.zeros(count, dtype=np.bool_)
     residuals = np.broadcast_to(np.int64(0), (RESIDUAL_ROWS, count))
-    updates = _walk_updates(reader, context, nothing, nothing, residuals)
+    updates = _code_updates(reader, context, nothing, nothing, residuals)
     return updates, reader.finish()
 
 
-def _walk_updates(
+def _code_updates(
     planes: Planes, context: UpdateContext, changes: Bits, dies: Bits, residuals: Int64
 ) -> Updates:
     """Walk the planes: `changes` and `dies` are `[N]`, `residuals` `[RESIDUAL_ROWS, N]`."""
@@ -99,7 +99,7 @@ def _walk_updates(
     dying = planes.code("updates, dies", context.recency[chosen].astype(np.int64), dies[chosen])
     coded = np.zeros((RESIDUAL_ROWS, chosen.size), dtype=np.int64)
     left = np.flatnonzero(~dying)
-    coded[:, left] = _walk_fields(planes, residuals[:, chosen[left]])
+    coded[:, left] = _code_fields(planes, residuals[:, chosen[left]])
     return Updates(chosen, dying, coded)
 
 
@@ -112,7 +112,7 @@ def _changes_contexts(context: UpdateContext) -> Int64:
     return contexts
 
 
-def _walk_fields(planes: Planes, residuals: Int64) -> Int64:
+def _code_fields(planes: Planes, residuals: Int64) -> Int64:
     """Code which fields of Gaussians change, then the residuals `[RESIDUAL_ROWS, n]`."""
     before = np.zeros(residuals.shape[1], dtype=np.int64)
     for number, (name, rows) in enumerate(UPDATE_FIELDS.items()):

@@ -14,7 +14,7 @@ from tests.datasets import scenes
 
 
 @dataclass(frozen=True, eq=False)
-class Traced:
+class TracedCapture:
     """A traced capture: its folder, the opened capture, and `[camera][frame]` pictures."""
 
     folder: Path

@@ -4,7 +4,7 @@ import pytest
 
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.synth import SynthOptions, write_synthetic_capture
-from tests.datasets.layouts.builders import Traced
+from tests.datasets.layouts.builders import TracedCapture
 
 
 @pytest.fixture(scope="session")
@@ -17,4 +17,4 @@ def traced(tmp_path_factory):
         [capture.image(camera, frame) for frame in range(capture.frame_count)]
         for camera in range(len(capture.cameras))
     ]
-    return Traced(folder, capture, pictures)
+    return TracedCapture(folder, capture, pictures)

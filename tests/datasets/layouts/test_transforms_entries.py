@@ -35,26 +35,26 @@ def test_shared_intrinsics_hold_for_every_entry_unless_it_has_its_own(path):
     assert second.lens.coefficients[:2] == (0.1, 0.2)
 
 
-class Shared(dict):
+class SharedEntries(dict):
     """Shared values of all entries; counts how often they are read."""
 
     walks = 0
 
     def __iter__(self):
-        Shared.walks += 1
+        SharedEntries.walks += 1
         return super().__iter__()
 
     def keys(self):
-        Shared.walks += 1
+        SharedEntries.walks += 1
         return super().keys()
 
     def items(self):
-        Shared.walks += 1
+        SharedEntries.walks += 1
         return super().items()
 
 
 def test_shared_values_are_parsed_once_for_all_entries(path, monkeypatch):
-    document = Shared(SHARED, frames=[FRAME] * 50)
+    document = SharedEntries(SHARED, frames=[FRAME] * 50)
     monkeypatch.setattr(
         "quarc_ref.datasets.layouts.transforms_entries.json.loads", lambda _: document
     )

@@ -44,7 +44,7 @@ def trace(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def honest(trace):
+def correct_capture(trace):
     return trace(frames=2)
 
 
@@ -94,32 +94,32 @@ def test_two_cameras_side_by_side_are_too_few(trace):
     assert "100% of the initial points are seen by fewer than 3" in finding.message
 
 
-def test_cameras_in_one_place_are_reported(honest):
-    source = honest.cameras[3]
+def test_cameras_in_one_place_are_reported(correct_capture):
+    source = correct_capture.cameras[3]
     center = camera_center(source)
     cameras = [
         replace(camera, translation=tuple(-np.array(camera.rotation).reshape(3, 3) @ center))
-        for camera in honest.cameras
+        for camera in correct_capture.cameras
     ]
 
-    assert "cameras-in-one-place" in _list_kinds(plant(honest, cameras=cameras))
+    assert "cameras-in-one-place" in _list_kinds(plant(correct_capture, cameras=cameras))
 
 
-def test_one_training_camera_is_rejected(honest):
+def test_one_training_camera_is_rejected(correct_capture):
     with pytest.raises(
         UnusableCaptureError, match="1 training camera, but estimating depth needs at least 2"
     ):
-        check_capture(keep_cameras(honest, [0, 5]))
+        check_capture(keep_cameras(correct_capture, [0, 5]))
     assert issubclass(UnusableCaptureError, EncodeError)
 
 
-def test_points_of_another_scene_are_rejected(honest):
+def test_points_of_another_scene_are_rejected(correct_capture):
     with pytest.raises(UnusableCaptureError, match="none of the 8004 initial points of capture"):
-        check_capture(move_points(honest, 1.0, (500.0, 0.0, 0.0)))
+        check_capture(move_points(correct_capture, 1.0, (500.0, 0.0, 0.0)))
 
 
-def test_many_points_outside_all_views_are_reported(honest):
-    (finding,) = check_capture(move_points(honest, 0.4, (0.0, 0.0, 90.0)))
+def test_many_points_outside_all_views_are_reported(correct_capture):
+    (finding,) = check_capture(move_points(correct_capture, 0.4, (0.0, 0.0, 90.0)))
 
     assert finding.kind == "points-outside-views"
     assert (
@@ -128,12 +128,12 @@ def test_many_points_outside_all_views_are_reported(honest):
     )
 
 
-def test_a_few_points_outside_all_views_are_not_a_finding(honest):
-    assert check_capture(move_points(honest, 0.1, (0.0, 0.0, 90.0))) == []
+def test_a_few_points_outside_all_views_are_not_a_finding(correct_capture):
+    assert check_capture(move_points(correct_capture, 0.1, (0.0, 0.0, 90.0))) == []
 
 
-def test_a_camera_that_looks_away_is_named(honest):
-    (finding,) = check_capture(turn_camera(honest, 4, 1, 180))
+def test_a_camera_that_looks_away_is_named(correct_capture):
+    (finding,) = check_capture(turn_camera(correct_capture, 4, 1, 180))
 
     assert (finding.kind, finding.cameras) == ("camera-sees-no-points", ("cam04",))
     assert "visible in the pictures of cam04" in finding.message
@@ -147,10 +147,10 @@ def test_swapped_pictures_are_named(trace, variant):
     assert "cam05: pose of cam06, cam06: pose of cam05" in finding.message
 
 
-def test_a_shuffled_order_of_poses_is_found(honest):
-    count = len(honest.cameras)
+def test_a_shuffled_order_of_poses_is_found(correct_capture):
+    count = len(correct_capture.cameras)
     order = [0, *(1 + np.random.default_rng(3).permutation(count - 1)).tolist()]
-    (finding,) = check_capture(plant(honest, order=order))
+    (finding,) = check_capture(plant(correct_capture, order=order))
 
     moved = [f"cam{index:02}" for index in range(count) if order[index] != index]
     assert (finding.kind, list(finding.cameras)) == ("poses-mixed-up", moved)
@@ -167,47 +167,49 @@ def test_a_rotated_camera_is_named(trace, variant, axis, degrees):
 
 
 @pytest.mark.parametrize("step", [(0.3, 0, 0), (0, -0.3, 0), (0, 0, -1.0)])
-def test_a_displaced_camera_is_named(honest, step):
-    (finding,) = check_capture(move_camera(honest, 2, step))
+def test_a_displaced_camera_is_named(correct_capture, step):
+    (finding,) = check_capture(move_camera(correct_capture, 2, step))
 
     assert (finding.kind, finding.cameras) == ("pose-disagrees", ("cam02",))
 
 
-def test_points_with_wrong_colors_disagree_with_all_pictures(honest):
-    colors = np.random.default_rng(0).integers(0, 256, honest.points.colors.shape, dtype=np.uint8)
-    (finding,) = check_capture(paint_points(honest, colors))
+def test_points_with_wrong_colors_disagree_with_all_pictures(correct_capture):
+    colors = np.random.default_rng(0).integers(
+        0, 256, correct_capture.points.colors.shape, dtype=np.uint8
+    )
+    (finding,) = check_capture(paint_points(correct_capture, colors))
 
     assert finding.kind == "pose-disagrees"
     assert len(finding.cameras) == 12
     assert "cam01, cam02, cam03, cam04, cam05 and 7 more" in finding.message
 
 
-def test_points_of_one_color_give_no_evidence_about_poses(honest):
-    colors = np.full_like(honest.points.colors, 127)
+def test_points_of_one_color_give_no_evidence_about_poses(correct_capture):
+    colors = np.full_like(correct_capture.points.colors, 127)
 
-    assert check_capture(paint_points(honest, colors)) == []
+    assert check_capture(paint_points(correct_capture, colors)) == []
 
 
-def test_colors_of_points_are_those_of_the_first_frame_of_the_whole_capture(honest):
-    class Unread:
+def test_colors_of_points_are_those_of_the_first_frame_of_the_whole_capture(correct_capture):
+    class UnreadableSource:
         def read(self, camera, frame):
             message = f"frame {frame} of camera {camera} is read"
             raise AssertionError(message)
 
-    part = slice_capture(honest, 1, 1)
-    part._source = Unread()
+    part = slice_capture(correct_capture, 1, 1)
+    part._source = UnreadableSource()
 
     assert check_capture(part) == []
 
 
-def test_a_held_out_picture_is_not_read(honest):
-    order = [99, *range(1, len(honest.cameras))]
+def test_a_held_out_picture_is_not_read(correct_capture):
+    order = [99, *range(1, len(correct_capture.cameras))]
 
-    assert check_capture(plant(honest, order=order)) == []
+    assert check_capture(plant(correct_capture, order=order)) == []
 
 
-def test_one_fault_does_not_hide_another(honest):
-    faulty = turn_camera(turn_camera(honest, 3, 1, 180), 8, 0, 10)
+def test_one_fault_does_not_hide_another(correct_capture):
+    faulty = turn_camera(turn_camera(correct_capture, 3, 1, 180), 8, 0, 10)
 
     assert _list_kinds(faulty) == ["camera-sees-no-points", "pose-disagrees"]
 

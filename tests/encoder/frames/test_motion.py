@@ -37,7 +37,7 @@ def _make_state() -> State:
     return begin_canonical(_HEADER, 0, quantize_gaussians(splats, _HEADER))
 
 
-def _eight_times(state: State) -> State:
+def _coarser_lattice(state: State) -> State:
     """The same integers on a lattice eight times as coarse, with Gaussians eight times as large."""
     scene = state.scene
     codes = scene.codes.copy()
@@ -47,7 +47,7 @@ def _eight_times(state: State) -> State:
     return replace(state, scene=replace(scene, header=header, codes=codes))
 
 
-class _Same:
+class _SamePictures:
     """The pictures of a capture."""
 
     def __init__(self, capture: Capture) -> None:
@@ -57,7 +57,7 @@ class _Same:
         return self._capture.image(camera, frame)
 
 
-def _eight_times_as_far(context: TrainingContext) -> TrainingContext:
+def _with_larger_scenes(context: TrainingContext) -> TrainingContext:
     capture = make_capture()
     cameras = [
         replace(
@@ -67,7 +67,7 @@ def _eight_times_as_far(context: TrainingContext) -> TrainingContext:
         )
         for camera in capture.cameras
     ]
-    far = Capture("far", cameras, 4, 30.0, capture.points, _Same(capture), "0" * 64)
+    far = Capture("far", cameras, 4, 30.0, capture.points, _SamePictures(capture), "0" * 64)
     return replace(context, views=TrainingViews(far, _CPU))
 
 
@@ -80,7 +80,7 @@ def test_a_capture_in_other_units_moves_by_the_same_symbols():
     context, state = make_context(), _make_state()
 
     here = _fit(context, state, _MOTION)
-    far = _fit(_eight_times_as_far(context), _eight_times(state), _MOTION)
+    far = _fit(_with_larger_scenes(context), _coarser_lattice(state), _MOTION)
 
     assert np.count_nonzero(here) > 20
     assert np.mean(here == far) > 0.95  # a few depend on the last bits of floats

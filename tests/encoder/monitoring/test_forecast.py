@@ -24,7 +24,7 @@ def _plan(first_frame=0):
 def test_there_is_no_forecast_before_the_first_measurement(clock):
     forecast = Forecast(_plan(), clock)
     assert forecast.seconds_left() is None
-    forecast.note_step("canonical", 1)
+    forecast.record_step("canonical", 1)
     assert forecast.seconds_left() is None
 
 
@@ -32,27 +32,27 @@ def test_frame_0_gives_a_forecast_for_all_frames(clock):
     forecast = Forecast(_plan(), clock)
     for step in range(1, 41):
         clock.now += 0.5
-        forecast.note_step("canonical", step)
+        forecast.record_step("canonical", step)
 
     rest = 10 * frame_seconds(_plan(), 0.5)
     assert forecast.seconds_left() == pytest.approx(60 * 0.5 + rest)
     clock.now += 1
-    forecast.note_frame(0)
+    forecast.record_frame(0)
     assert forecast.seconds_left() == pytest.approx(rest)
 
 
 def test_later_frames_improve_the_forecast(clock):
     forecast = Forecast(_plan(), clock)
-    forecast.note_frame(0)
+    forecast.record_frame(0)
     for frame in range(1, 5):
         clock.now += 3
-        forecast.note_frame(frame)
+        forecast.record_frame(frame)
 
     assert forecast.seconds_left() == 6 * 3
     clock.now += 2
     assert forecast.seconds_left() == 6 * 3 - 2
     for frame in range(5, 11):
-        forecast.note_frame(frame)
+        forecast.record_frame(frame)
     assert forecast.seconds_left() == 0
 
 
@@ -60,7 +60,7 @@ def test_a_resumed_encode_forecasts_the_remaining_time(clock):
     forecast = Forecast(_plan(first_frame=8), clock)
     assert forecast.seconds_left() is None
     clock.now += 4
-    forecast.note_frame(8)
+    forecast.record_frame(8)
     assert forecast.seconds_left() == 2 * 4
 
 

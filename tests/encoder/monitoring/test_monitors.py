@@ -5,7 +5,7 @@ from quarc_ref.encoder.monitoring.monitor import Monitors
 from tests.encoder.toys import SMALL, make_capture
 
 
-class _Notes:
+class _RecordingMonitor:
     """A monitor that records its calls, and requests all optional values."""
 
     def __init__(self):
@@ -33,7 +33,7 @@ def _encode(monitor=None):
 
 
 def test_monitors_are_called_for_every_event_and_change_no_byte():
-    first, second = _Notes(), _Notes()
+    first, second = _RecordingMonitor(), _RecordingMonitor()
     data = _encode(Monitors([first, second]))
 
     assert data == _encode()

@@ -28,7 +28,7 @@ _CONFIG = replace(
 )
 
 
-class _Broken:
+class _InterruptedProgress:
     """Progress that is interrupted after a step of frame 0."""
 
     def __init__(self, step):
@@ -43,7 +43,7 @@ class _Broken:
 
 
 def _options(step=None, config=_CONFIG):
-    return EncodeOptions(config, 1, "cpu", _Broken(step))
+    return EncodeOptions(config, 1, "cpu", _InterruptedProgress(step))
 
 
 @pytest.fixture(scope="module")

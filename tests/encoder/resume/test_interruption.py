@@ -8,12 +8,12 @@ from quarc_ref.encoder.resume.interruption import signals_deferred
 _SIGNALS = [signal.SIGINT, signal.SIGTERM]
 
 
-class _ArrivedError(Exception):
+class _SignalError(Exception):
     """Raised by a signal handler of the caller."""
 
 
 def _handle(number, _frame):
-    raise _ArrivedError(number)
+    raise _SignalError(number)
 
 
 @pytest.fixture(autouse=True)
@@ -37,7 +37,7 @@ def _work(done, *arriving):
 def test_a_signal_takes_effect_when_the_work_is_done(arriving):
     done = []
 
-    with pytest.raises(_ArrivedError) as arrived:
+    with pytest.raises(_SignalError) as arrived:
         _work(done, *arriving)
 
     assert done == ["all"]

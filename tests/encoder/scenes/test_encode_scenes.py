@@ -147,7 +147,7 @@ def test_the_bounds_are_in_the_metadata_and_the_errors_stay_within_them():
     data, report = encode([first, move(first, (0.02, 0, 0))])
 
     assert b"position=0.002 rotation=0.02" in data
-    for name, bound in report.bounds.listed().items():
+    for name, bound in report.bounds.as_dict().items():
         assert 0 <= getattr(report.errors, name) <= bound * 1.001
 
 

@@ -7,7 +7,7 @@ from quarc_ref.encoder.settings.setting_list import describe_settings
 
 
 @dataclass(frozen=True, slots=True)
-class _Bare:
+class _WithoutDescriptions:
     on: bool = True
 
 
@@ -39,6 +39,6 @@ def test_a_description_stands_beside_its_field():
 
 
 def test_a_field_without_a_description_has_an_empty_one():
-    (described,) = describe_settings(_Bare())
+    (described,) = describe_settings(_WithoutDescriptions())
 
     assert (described.text, described.values, described.description) == ("true", "true, false", "")

@@ -51,10 +51,10 @@ def test_the_gains_of_the_views_are_found_and_their_mean_is_one(settled):
     pairs = [(_image(view), _image(view) * gain) for view, gain in enumerate(gains)]
 
     if settled:
-        exposures.settle(iter(pairs))
+        exposures.estimate_all(iter(pairs))
     for _ in range(60):
         for view, (image, picture) in enumerate(pairs):
-            exposures.observe(view, image, picture, rate=0.2)
+            exposures.update_gain(view, image, picture, rate=0.2)
 
     assert torch.allclose(exposures.gains, gains[:, None].expand(3, 3), atol=2e-3)
     assert torch.allclose(exposures.gains.mean(dim=0), torch.ones(3))
@@ -67,12 +67,12 @@ def test_a_corrected_picture_is_kept_until_the_gains_change():
     corrected = exposures.correct(picture, 1)
 
     assert exposures.correct(picture, 1) is corrected
-    exposures.observe(0, picture, picture * 0.8, rate=1.0)
+    exposures.update_gain(0, picture, picture * 0.8, rate=1.0)
     assert torch.allclose(exposures.correct(picture, 1), picture / exposures.gains[1])
     assert not torch.equal(exposures.correct(picture, 1), corrected)
 
 
-class _Uneven:
+class _UnevenSource:
     """The toy's pictures, as taken by cameras of different exposure."""
 
     def __init__(self, source):
@@ -85,7 +85,7 @@ class _Uneven:
 
 def _held_out_error(exposure_rate):
     capture = make_capture(1)
-    capture._source = _Uneven(capture._source)
+    capture._source = _UnevenSource(capture._source)
     canonical = replace(
         SMALL.canonical, iterations=150, exposure_lr=exposure_rate, exposure_from_iter=30
     )

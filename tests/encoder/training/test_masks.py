@@ -31,7 +31,7 @@ class _Masks:
         return self._mask
 
 
-class _Spoiled:
+class _NoisySource:
     """The pictures of a capture, with noise to the right of the border."""
 
     def __init__(self, capture):
@@ -84,7 +84,7 @@ def unmasked_stream(clean):
 
 @pytest.fixture(scope="module")
 def spoiled_stream(clean):
-    return _encode(_mask(clean, _Spoiled(clean)), EVERYTHING)
+    return _encode(_mask(clean, _NoisySource(clean)), EVERYTHING)
 
 
 def test_masked_pixels_change_no_byte(clean, spoiled_stream):
@@ -98,7 +98,7 @@ def test_masks_that_keep_everything_change_no_byte(clean, unmasked_stream):
 def test_kept_pixels_are_trained_as_well_as_without_the_fault(
     clean, unmasked_stream, spoiled_stream
 ):
-    faulty = _mask(clean, _Spoiled(clean))
+    faulty = _mask(clean, _NoisySource(clean))
     psnr = []
     for stream in (unmasked_stream, spoiled_stream):
         group = CameraGroup(faulty, clean.cameras, clean.training)
@@ -114,7 +114,7 @@ def test_figures_include_only_kept_pixels(unmasked_stream):
     clean = make_capture(3)
     drawn = next(iter(decode(unmasked_stream)))
     figures = []
-    for capture in (_mask(clean), _mask(clean, _Spoiled(clean))):
+    for capture in (_mask(clean), _mask(clean, _NoisySource(clean))):
         group = CameraGroup(capture, clean.cameras, clean.held_out)
         group.measure(dequantize(drawn), 0)
         figures.append(group.quality.mean())
