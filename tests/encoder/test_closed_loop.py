@@ -120,7 +120,7 @@ def test_a_frame_is_decoded_once_and_again_if_a_byte_differs(monkeypatch):
     assert decoded_whole == []
 
     moved = _move(loop, 0, 2)
-    expect = loop._decoder.expect
+    expect = loop._decoder.store
     monkeypatch.setattr(
         loop._decoder,
         "expect",
