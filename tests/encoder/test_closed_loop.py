@@ -120,11 +120,11 @@ def test_a_frame_is_decoded_once_and_again_if_a_byte_differs(monkeypatch):
     assert decoded_whole == []
 
     moved = _move(loop, 0, 2)
-    expect = loop._decoder.store
+    store = loop._decoder.store
     monkeypatch.setattr(
         loop._decoder,
-        "expect",
-        lambda before, chunk, after: expect(before, replace(chunk, death_count=1), after),
+        "store",
+        lambda before, chunk, after: store(before, replace(chunk, death_count=1), after),
     )
 
     loop.commit_frame(moved, None)
