@@ -31,6 +31,7 @@ def dry(tmp_path_factory):
     return main(["--out", str(folder), "--dry-run"]), folder
 
 
+@pytest.mark.thorough
 def test_a_dry_run_runs_every_step(dry):
     code, folder = dry
     rows = json.loads((folder / "gpu.json").read_text())["rows"]
@@ -42,6 +43,7 @@ def test_a_dry_run_runs_every_step(dry):
     assert sorted(path.name for path in folder.iterdir()) == ["gpu.json", "gpu.md"]
 
 
+@pytest.mark.thorough
 def test_a_dry_run_makes_all_requested_measurements(dry):
     _, folder = dry
     rows = json.loads((folder / "gpu.json").read_text())["rows"]
@@ -65,6 +67,7 @@ def test_a_dry_run_makes_all_requested_measurements(dry):
     assert by_step["frame 0"][2]["what"] == "peak GPU memory"
 
 
+@pytest.mark.thorough
 def test_the_table_has_a_line_for_every_row(dry):
     _, folder = dry
     rows = json.loads((folder / "gpu.json").read_text())["rows"]
