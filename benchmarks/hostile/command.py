@@ -21,8 +21,8 @@ from hostile.structured.maker import StructuredMaker
 _SEEDS = Path(__file__).parents[2] / "tests" / "hostile" / "seeds" / "streams"
 _WHAT = "Decodes mutated streams: any bytes must give frames or a rejection, within limits."
 _Block = tuple[int, int]
-_AT = "at_"  # files of the processes with the number of their current mutant
-_series: list[Series] = []  # of this process
+_AT = "at_"  # prefix of files with the number of the current mutant of a process
+_series: list[Series] = []  # the series of this process
 
 
 def main() -> int:

@@ -40,12 +40,12 @@ def _of_offsets(parent: Valid) -> Iterable[Vector]:
 def _of_index(parent: Valid) -> Iterable[Vector]:
     layout, pieces = parent.layout, parent.stream.pieces
     count = len(parent.frames)
-    apart = [*pieces[:TAIL], Piece(b"note", pack_metadata()), pieces[TAIL]]
+    separated = [*pieces[:TAIL], Piece(b"note", pack_metadata()), pieces[TAIL]]
     yield _wrong_index(
         parent,
         "seek-index-apart",
         "11.2-2",
-        apart,
+        separated,
         "chunk-order",
         "a chunk is between INDX and TAIL",
     )

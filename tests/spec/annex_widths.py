@@ -42,7 +42,7 @@ def _of_fields() -> Iterator[Bound]:
     yield "id of a Gaussian", 0, U32, "7.1"
     yield "id that the next newborn gets", 1, 1 << 32, "7.1"
     yield "that id + `birth_count`", 1, (1 << 32) + U32, "7.6"
-    yield "N - deaths + births, less what leaves by updates", 1, 2 * U32, "7.6"
+    yield "N - deaths + births - Gaussians that leave by updates", 1, 2 * U32, "7.6"
     yield "survivors + `newborn_count`", 0, 2 * U32, "7.9"
     yield "ordinal + 1, phase + 1, sequence + 1", 1, 1 << 32, "7.4"
     yield "`seed`", 0, U64, "5.3"
