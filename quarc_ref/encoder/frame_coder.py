@@ -127,7 +127,7 @@ class FrameCoder:
     ) -> MovedFrame:
         """Code and apply the motion of a frame, then its updates.
 
-        The contexts of the previous frame are used where they save bytes (SPEC 8.5).
+        The contexts of the previous frame are used where they save bytes (SPEC 8.7).
 
         Args:
             start: The frame.

@@ -50,7 +50,7 @@ def doctor(
         str,
         typer.Option(
             "--preset",
-            help="Preset for the forecast; demo is the quick one.",
+            help="Preset for the forecast; demo is the fast one.",
             autocompletion=complete_preset,
         ),
     ] = "main",
