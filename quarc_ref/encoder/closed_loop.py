@@ -142,7 +142,9 @@ class ClosedLoop:
         self._require_next(moved)
         return self._commit(self._coder.as_canonical(moved, births))
 
-    def commit_as_snapshot(self, moved: MovedFrame, births: Births | None) -> FrameState:
+    def commit_as_snapshot(
+        self, moved: MovedFrame, births: Births | None, dead_zone: int = 0
+    ) -> FrameState:
         """Write a frame as a snapshot; see `FrameCoder.as_snapshot`.
 
         Raises:
@@ -156,7 +158,8 @@ class ClosedLoop:
             message = "the stream has no snapshots"
             raise ValueError(message)
         self._require_next(moved)
-        return self._commit(self._coder.as_snapshot(moved, births, reference, self._decoder.roots))
+        roots = self._decoder.roots
+        return self._commit(self._coder.as_snapshot(moved, births, reference, roots, dead_zone))
 
     def finish(self) -> None:
         """Write the end of the stream: index and tail."""

@@ -203,7 +203,7 @@ class _Encoding:
         if kind == container.CANO:
             self._loop.commit_as_canonical(moved, births)
         elif kind == container.SNAP:
-            self._loop.commit_as_snapshot(moved, births)
+            self._loop.commit_as_snapshot(moved, births, self._config.canonical.snapshot_dead_zone)
         else:
             self._loop.commit_frame(moved, births)
             self._sizes.append(self._loop.frame_bytes)

@@ -14,6 +14,7 @@ import numpy as np
 
 from quarc_ref.decoder.engine import Engine, FrameState
 from quarc_ref.decoder.state import Reference
+from quarc_ref.encoder.dead_zone import undo_small_moves
 from quarc_ref.encoder.requantize import requantize
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
@@ -193,7 +194,12 @@ class FrameCoder:
             raise EncodeError(str(error)) from error
 
     def as_snapshot(
-        self, moved: MovedFrame, births: Births | None, reference: Reference, roots: Int64
+        self,
+        moved: MovedFrame,
+        births: Births | None,
+        reference: Reference,
+        roots: Int64,
+        dead_zone: int = 0,
     ) -> CodedFrame:
         """Code a fitted frame as a snapshot, relative to a canonical frame (SPEC 5.10).
 
@@ -203,6 +209,8 @@ class FrameCoder:
             reference: The last canonical frame (CANO).
             roots: `[n]` index in the CANO of each Gaussian of the last keyframe, by id;
                 -1 for those that are not in it.
+            dead_zone: Steps within which moves since the CANO are undone; see
+                `undo_small_moves`.
 
         Raises:
             EncodeError: A Gaussian is out of the format's range.
@@ -211,8 +219,11 @@ class FrameCoder:
         scene_roots = np.full(scene.count, -1, dtype=np.int64)
         is_old = scene.ids < roots.size  # the others were added after the last canonical frame
         scene_roots[is_old] = roots[scene.ids[is_old]]
+        gaussians = undo_small_moves(
+            requantize(scene), reference.gaussians, scene_roots, self._header, dead_zone
+        )
         try:
-            coded = write_snapshot(reference.gaussians, requantize(scene), scene_roots)
+            coded = write_snapshot(reference.gaussians, gaussians, scene_roots)
             state = self._engine.begin_canonical(self._header, scene.frame, coded.gaussians)
         except StateError as error:
             raise EncodeError(str(error)) from error

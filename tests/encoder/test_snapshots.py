@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from quarc_ref.decoder.digest import compute_digest
-from quarc_ref.encoder import EncodeOptions
+from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.settings.config import make_header
 from quarc_ref.encoder.stream_file import encode_file
-from quarc_ref.format import container
+from quarc_ref.format import container, wire
+from quarc_ref.format.coding.gaussian_planes import read_canonical
+from quarc_ref.format.coding.snapshot_planes import SURVIVOR_FIELDS, compare, read_snapshot
 from quarc_ref.format.errors import CountLevelError
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.streams import Gap, decode, recover
@@ -173,3 +175,20 @@ def test_the_kind_of_a_frame_is_given_once():
     assert np.array(kinds).tolist() == [
         *(b"CANO", b"FRAM", b"SNAP", b"FRAM", b"SNAP", b"FRAM", b"CANO", b"FRAM")
     ]
+
+
+@pytest.mark.parametrize("dead_zone", [0, 1000])
+def test_an_encode_undoes_moves_within_the_dead_zone_of_its_settings(dead_zone):
+    canonical = replace(
+        SMALL.canonical, iterations=30, snapshot_interval=2, snapshot_dead_zone=dead_zone
+    )
+    sink = io.BytesIO()
+    encode(make_capture(3), sink, EncodeOptions(replace(SMALL, canonical=canonical), 3, "cpu"))
+
+    chunks = {chunk.kind: chunk.payload for chunk in split_chunks(sink.getvalue())}
+    code_planes = wire.parse_stream_header(chunks[container.HEAD]).code_planes
+    known = read_canonical(wire.parse_canonical(chunks[container.CANO]), code_planes)
+    snapshot = read_snapshot(wire.parse_snapshot(chunks[container.SNAP]), known)
+
+    moves = compare(snapshot, known)[SURVIVOR_FIELDS["position"]]
+    assert moves.any() == (dead_zone == 0)

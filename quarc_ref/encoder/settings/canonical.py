@@ -26,6 +26,11 @@ class CanonicalSettings(Validated):
         "Frames between snapshots, which are keyframes coded against the last canonical frame "
         "(SPEC 7.9); 0 for none (paper).",
     )
+    snapshot_dead_zone: NonNegativeInt = described(
+        2,
+        "Translation steps and rotation units within which a snapshot undoes moves since the "
+        "canonical frame, which saves bytes; 0 to keep all moves.",
+    )
     iterations: PositiveInt = described(15_000, "Training iterations (paper: 15 000).")
     initial_gaussians: PositiveInt = described(
         1 << 20, "Maximum number of initial points used; more are subsampled."
