@@ -13,6 +13,7 @@ from torch import Tensor
 
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.encoder.frame_coder import FrameStart
+from quarc_ref.encoder.frames.differentiable import mean_log_norm
 from quarc_ref.encoder.frames.rate_control import RateDistortion
 from quarc_ref.encoder.frames.surrogate import BindingSums, deform
 from quarc_ref.encoder.frames.updates import TrainedUpdates
@@ -212,8 +213,7 @@ class _Residuals:
         if settings.rate_model == "l1":
             return torch.cat(kinds, dim=1).abs().mean()
         steps = [kind / step for kind, step in zip(kinds, self._steps, strict=True)]
-        norms = torch.cat(steps, dim=1).square().sum(dim=1).add(_NORM_FLOOR).sqrt()
-        return torch.log1p(norms).mean()
+        return mean_log_norm(torch.cat(steps, dim=1))
 
     def decoded_residuals(self) -> Tensor:
         """Quantized residuals in steps, `[A, c]`."""
@@ -237,4 +237,3 @@ def _kinds(residuals: Tensor) -> tuple[Tensor, Tensor]:
 
 
 _TRANSLATION = 3
-_NORM_FLOOR = 1e-12

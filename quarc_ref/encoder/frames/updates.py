@@ -11,15 +11,16 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from quarc_ref.encoder.frames.differentiable import mean_log_norm, round_kept
 from quarc_ref.encoder.frames.rate_control import RateDistortion
 from quarc_ref.encoder.frames.surrogate import rotate
 from quarc_ref.encoder.settings.frames import UpdateSettings
-from quarc_ref.encoder.training.straight_through import round_to_step, translation_step
+from quarc_ref.encoder.training.straight_through import translation_step
 from quarc_ref.encoder.training.trainable import Attributes
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import CODE_LIMIT, RESIDUAL_ROWS, ROTATION_UNITY_LIMIT
 from quarc_ref.format.records import StreamHeader
-from quarc_ref.format.updates import ROTATION, TRANSLATION, UPDATE_FIELDS, Updates
+from quarc_ref.format.updates import ROTATION, UPDATE_FIELDS, Updates
 from quarc_ref.rendering.rasterizer import Rendering
 
 
@@ -31,12 +32,11 @@ def add_residuals(moved: Attributes, residuals: Tensor, header: StreamHeader) ->
         residuals: `[N, RESIDUAL_ROWS]` in steps.
         header: Header of the stream: the quantization steps.
     """
-    scales, opacity, color = (
-        residuals[:, UPDATE_FIELDS[name]] for name in ("log-scales", "opacity", "SH DC")
-    )
+    sizes = [rows.stop - rows.start for rows in UPDATE_FIELDS.values()]
+    translations, rotations, scales, opacity, color = torch.split(residuals, sizes, dim=1)
     return Attributes(
-        moved.means + residuals[:, TRANSLATION] * translation_step(header),
-        rotate(moved.rotations, residuals[:, ROTATION] / header.rotation_unity),
+        moved.means + translations * translation_step(header),
+        rotate(moved.rotations, rotations / header.rotation_unity),
         moved.log_scales + scales * header.log_scale_step,
         moved.opacities + opacity[:, 0] * header.opacity_step,
         moved.sh_dc + color[:, None] * header.sh_dc_step,
@@ -66,7 +66,7 @@ class TrainedUpdates:
         self._header, self._settings, self._rd = header, settings, rd
         self._limits = torch.full((RESIDUAL_ROWS,), float(CODE_LIMIT), device=device)
         self._limits[ROTATION] = ROTATION_UNITY_LIMIT
-        self._kept = torch.ones((count, 1), device=device)
+        self._kept = torch.ones(count, dtype=torch.bool, device=device)
         self.leaf = torch.zeros((count, RESIDUAL_ROWS), device=device, requires_grad=True)
 
     def learning_rate(self, decay: float) -> float:
@@ -79,8 +79,8 @@ class TrainedUpdates:
 
     def penalty(self) -> Tensor:
         """Return the weighted rate of the unrounded updates: mean of ln(1 + norm of residuals)."""
-        norms = (self.leaf * self._kept).square().sum(dim=1).add(_NORM_FLOOR).sqrt()
-        return self._rd.relative(self._settings.rd_lambda) * torch.log1p(norms).mean()
+        rate = mean_log_norm(self.leaf * self._kept[:, None])
+        return self._rd.relative(self._settings.rd_lambda) * rate
 
     def select(
         self,
@@ -106,7 +106,7 @@ class TrainedUpdates:
         with torch.no_grad():
             gains = -0.5 * (slope * self._quantized()).sum(dim=1)
             least = self._rd.relative(self._settings.min_gain) / gains.numel()
-            self._kept = (gains > least).to(self.leaf.dtype)[:, None]
+            self._kept = gains > least
 
     def updates(self, before: Attributes) -> Updates:
         """Return the quantized updates of a frame.
@@ -128,7 +128,4 @@ class TrainedUpdates:
 
     def _quantized(self) -> Tensor:
         """Return the `[N, RESIDUAL_ROWS]` quantized residuals of the kept updates in steps."""
-        return round_to_step(torch.clamp(self.leaf, -self._limits, self._limits), 1.0) * self._kept
-
-
-_NORM_FLOOR = 1e-12
+        return round_kept(self.leaf, self._limits, self._kept)

@@ -87,11 +87,6 @@ class CanonicalSettings(Validated):
     scale_reg: NonNegativeFloat = described(
         0.0, "Weight of the mean scale in the loss (not in the paper; 3DGS-MCMC: 0.01)."
     )
-    haze_reg: NonNegativeFloat = described(
-        0.0,
-        "Weight in the loss of the mean opacity of what is close to virtual cameras between the "
-        "real ones, from the first densification (not in the paper).",
-    )
     quantize_from: UnitInterval = described(
         0.8,
         "Fraction of the iterations after which all attributes are quantized while training: "

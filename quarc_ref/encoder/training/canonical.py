@@ -8,8 +8,6 @@ Differences from 3DGS, all controlled by `CanonicalSettings`:
   the cameras disappears first.
 - Gaussians that contribute little are pruned halfway through densification and after it.
   The others have time to replace them, and training becomes faster.
-- What is close to virtual cameras between the real ones costs, so that haze in front of a
-  camera, which only that camera sees well, does not remain (`empty_space`).
 - The first iterations may use pictures of half the size.
 - The last part is fine-tuning: all attributes pass through the quantizer, so that
   training optimizes the values that are written.
@@ -33,7 +31,6 @@ from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.density import ScreenStatistics, densify, draw_within
-from quarc_ref.encoder.training.empty_space import EmptySpace
 from quarc_ref.encoder.training.pruning import prune_by_contribution
 from quarc_ref.encoder.training.regularizers import code_rate_nats, opacity_scale_penalty
 from quarc_ref.encoder.training.trainable import Attributes, Trainer, cosine_decay, to_sh_dc
@@ -42,7 +39,6 @@ _INITIAL_OPACITY = 0.1
 _NEIGHBORS = 3
 _MIN_SPACING = 1e-7
 _RATE_EVERY = 2  # the slow code rate is evaluated every second iteration, at twice the weight
-_HAZE_EVERY = 4  # the same for the virtual cameras
 
 
 def train_canonical(
@@ -102,7 +98,6 @@ class _Training:
         start = start_from_points(points, settings, self._generator, context.device)
         self._trainer = Trainer(start, canonical_learning_rates(settings, context.views.extent))
         self._statistics = ScreenStatistics(self._trainer.count, context.device)
-        self._space = EmptySpace(context.views.cameras, points)
 
     @property
     def attributes(self) -> Attributes:
@@ -168,9 +163,6 @@ class _Training:
             context.exposures.update_gain(view, shown, picture, settings.exposure_lr)
         loss = context.photometric_loss(rendering.image, view, 0, settings.lambda_dssim)
         loss = loss + opacity_scale_penalty(trainer.attributes, settings)
-        if settings.haze_reg and step >= settings.densify_from_iter and step % _HAZE_EVERY == 0:
-            haze = self._space.measure_haze(trainer.attributes, context.rasterizer, self._generator)
-            loss = loss + _HAZE_EVERY * settings.haze_reg * haze
         weight = settings.code_rd_lambda * objective.rd_lambda
         if weight and step % _RATE_EVERY == 0:
             nats = code_rate_nats(trainer.attributes, objective.header)

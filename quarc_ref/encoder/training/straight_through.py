@@ -29,9 +29,14 @@ def without_rounding() -> Iterator[None]:
         _rounds.reset(token)
 
 
+def is_rounding() -> bool:
+    """Whether rounding is enabled; see `without_rounding`."""
+    return _rounds.get()
+
+
 def round_to_step(values: Tensor, step: float) -> Tensor:
     """Round to multiples of a step with the gradient of the identity."""
-    if not _rounds.get():
+    if not is_rounding():
         return values
     return values + (torch.round(values / step) * step - values).detach()
 
@@ -44,7 +49,7 @@ def round_rotations(quaternions: Tensor, fraction_bits: int) -> Tensor:
         fraction_bits: Fraction bits of the three components.
     """
     unit = torch.nn.functional.normalize(quaternions, dim=1)
-    if not _rounds.get():
+    if not is_rounding():
         return unit
     with torch.no_grad():
         index, components = split_rotations(unit, fraction_bits)
