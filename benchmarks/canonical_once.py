@@ -58,9 +58,9 @@ class CanonicalOnce:
         """Load or train the canonical frame; a replacement for `train_canonical`."""
         path = self._folder / f"{self._digest(objective)}.npz"
         if not path.is_file():
-            begun = time.perf_counter()
+            started = time.perf_counter()
             attributes = train_canonical(context, points, objective, checkpoint)
-            _save(path, attributes, time.perf_counter() - begun)
+            _save(path, attributes, time.perf_counter() - started)
         with np.load(path) as kept:
             self.seconds = float(kept[_SECONDS])
             tensors = [torch.from_numpy(kept[name]).to(context.device) for name in _NAMES]

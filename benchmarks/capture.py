@@ -25,13 +25,13 @@ class StageClock:
     """Records the time of the last report of each stage."""
 
     def __init__(self) -> None:
-        self.begun = time.monotonic()
+        self.started = time.monotonic()
         self.last: dict[str, float] = {}
 
     def advance(self, stage: str, done: int, total: int) -> None:
         """See `Progress.advance`."""
         del done, total
-        self.last[stage] = time.monotonic() - self.begun
+        self.last[stage] = time.monotonic() - self.started
 
 
 def measure(folder: Path, preset: str, frames: int | None) -> dict[str, Any]:
@@ -40,7 +40,7 @@ def measure(folder: Path, preset: str, frames: int | None) -> dict[str, Any]:
     capture = open_capture(folder)
     options = EncodeOptions(choose_preset(preset), frames, device="cpu", progress=clock)
     encode(capture, sink, options)
-    encoded = time.monotonic() - clock.begun
+    encoded = time.monotonic() - clock.started
     evaluation = evaluate_stream(sink.getvalue(), folder, lambda *_: None)
     summary, psnr = evaluation.summary, evaluation.quality.psnr
     canonical = clock.last["canonical"]

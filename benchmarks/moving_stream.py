@@ -185,15 +185,15 @@ def _make_chunks(header: StreamHeader, job: Job) -> Iterator[tuple[bytes, bytes]
     yield container.CANO, payload
     movers = None
     for frame in range(1, job.frames):
-        begun = engine.begin_frame(state, job.births)
-        levels = [level.positions.astype(np.float64) for level in begun.known_anchors.levels]
-        movers = movers or _make_movers(begun, levels, rng, sparse=job.sparse)
+        started = engine.begin_frame(state, job.births)
+        levels = [level.positions.astype(np.float64) for level in started.known_anchors.levels]
+        movers = movers or _make_movers(started, levels, rng, sparse=job.sparse)
         symbols = [
             movers.draw(positions, number, 3 * frame + number)
             for number, positions in enumerate(levels)
         ]
         movers.advance(rng, header.translation_step)
-        state, payload = _make_frame(engine, begun, symbols, job, rng)
+        state, payload = _make_frame(engine, started, symbols, job, rng)
         yield container.FRAM, payload
 
 
@@ -257,15 +257,15 @@ def _make_updates(state: FrameState, share: float, rng: np.random.Generator) -> 
 
 def _make_frame(
     engine: Engine[Any],
-    begun: FrameState,
+    started: FrameState,
     symbols: list[Int64],
     job: Job,
     rng: np.random.Generator,
 ) -> tuple[FrameState, bytes]:
     """Return the state of a frame and the payload of its chunk."""
     births, updates = job.births, None
-    motion = engine.write_motion(begun, symbols, previous=True)
-    moved = engine.decode_motion(begun, motion, previous=True)
+    motion = engine.write_motion(started, symbols, previous=True)
+    moved = engine.decode_motion(started, motion, previous=True)
     if job.updated:
         drawn = _make_updates(moved, job.updated, rng)
         updates = engine.write_updates(moved, drawn)

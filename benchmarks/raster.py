@@ -50,11 +50,11 @@ def time_rasterizer(
         return rasterizer.render(gaussians, camera, background).image.square().sum()
 
     for _ in range(repeats + 1):
-        begun = time.perf_counter()
+        started = time.perf_counter()
         loss = draw()
         drawn = time.perf_counter()
         torch.autograd.grad(loss, leaves)
-        forward.append(drawn - begun)
+        forward.append(drawn - started)
         backward.append(time.perf_counter() - drawn)
     # The first round compiles.
     return {"forward_ms": 1e3 * median(forward[1:]), "backward_ms": 1e3 * median(backward[1:])}

@@ -42,12 +42,12 @@ def run_step(step: Step, limit: float, place: Place, rows: list[Row]) -> None:
         rows: List that is extended, even if the run is interrupted.
     """
     notebook = Notebook(place.folder / name_file(step, "jsonl"))
-    begun, fault = time.monotonic(), "interrupted"
+    start_state, fault = time.monotonic(), "interrupted"
     try:
         fault = "no time is left" if limit < _MIN_SECONDS else _run(step, limit, place)
     finally:
         found, progress = notebook.read()
-        rows += [*found, _close(step, fault, progress, time.monotonic() - begun)]
+        rows += [*found, _close(step, fault, progress, time.monotonic() - start_state)]
 
 
 def name_file(step: Step, ending: str) -> str:

@@ -145,8 +145,8 @@ def judge_block(
         tally.note(number, way, verdict)
         if verdict.is_failure:
             (folder / f"{number}.quarc").write_bytes(mutant.data)
-            told = f"{verdict.outcome}, {way}, forged: {mutant.forged}, {mutant.recipe}\n"
-            (folder / f"{number}.txt").write_text(told + verdict.detail, "utf-8")
+            reported = f"{verdict.outcome}, {way}, forged: {mutant.forged}, {mutant.recipe}\n"
+            (folder / f"{number}.txt").write_text(reported + verdict.detail, "utf-8")
     tally.peak_rss_mib = measure_peak_mebibytes() or 0.0
     return tally
 

@@ -40,7 +40,7 @@ def _find_rejection(end: _End) -> int | str | None:
 
 def _digest_frames(data: bytes, engine: str) -> tuple[list[str], _End]:
     """Return a digest of every frame, including its floats, and how the stream ends."""
-    told = []
+    output = []
     with use_engine(engine), Player(data, threads=1) as player:
         try:
             for frame in player:
@@ -50,7 +50,7 @@ def _digest_frames(data: bytes, engine: str) -> tuple[list[str], _End]:
                     *(splats.opacities, splats.sh),
                 )
                 crc = zlib.crc32(b"".join(array.tobytes() for array in floats))
-                told.append(f"{compute_digest(frame.scene)} {crc:08x}")
+                output.append(f"{compute_digest(frame.scene)} {crc:08x}")
         except (BitstreamError, LimitError) as error:
-            return told, error
-    return told, None
+            return output, error
+    return output, None

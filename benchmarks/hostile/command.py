@@ -42,10 +42,10 @@ def main() -> int:
     tally = Tally()
     for block in wanted:
         tally.add(kept[block])
-    told = tally.as_json()
-    told["unreached"] = tally.list_missing_reject_ids() if arguments.structured else []
-    print(json.dumps(told, indent=2) if arguments.json else _as_text(told))
-    failed = tally.failures or tally.peak_rss_mib > judge.MEBIBYTES or told["unreached"]
+    reported = tally.as_json()
+    reported["unreached"] = tally.list_missing_reject_ids() if arguments.structured else []
+    print(json.dumps(reported, indent=2) if arguments.json else _as_text(reported))
+    failed = tally.failures or tally.peak_rss_mib > judge.MEBIBYTES or reported["unreached"]
     return 1 if failed else 0
 
 
@@ -134,7 +134,7 @@ def _read_seeds(folder: Path) -> dict[str, bytes]:
     return {path.stem: path.read_bytes() for path in sorted(folder.glob("*.quarc"))}
 
 
-def _as_text(told: dict[str, Any]) -> str:
-    lines = [f"{name}: {value}" for name, value in told.items() if name != "rejections"]
-    rows = [f"| {name} | {count:,} |" for name, count in told["rejections"].items()]
+def _as_text(reported: dict[str, Any]) -> str:
+    lines = [f"{name}: {value}" for name, value in reported.items() if name != "rejections"]
+    rows = [f"| {name} | {count:,} |" for name, count in reported["rejections"].items()]
     return "\n".join([*lines, "", "| reject id | streams |", "|---|---|", *rows])

@@ -67,7 +67,7 @@ def judge(way: str, data: bytes, *, forged: bool) -> Verdict:
         data: The stream.
         forged: Whether to correct its state CRCs first.
     """
-    begun, count, detail = time.process_time(), 0, ""
+    started, count, detail = time.process_time(), 0, ""
     signal.setitimer(signal.ITIMER_PROF, SECONDS)
     try:
         for _ in MODES[way](forge_state_crcs(data) if forged else data):
@@ -83,7 +83,7 @@ def judge(way: str, data: bytes, *, forged: bool) -> Verdict:
         outcome, detail = "escape", traceback.format_exc()
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)
-    return Verdict(outcome, time.process_time() - begun, count, detail)
+    return Verdict(outcome, time.process_time() - started, count, detail)
 
 
 def prepare(seeds: Iterable[bytes]) -> None:

@@ -45,27 +45,27 @@ class Fitted:
 
 
 def fit_rung(
-    context: TrainingContext, begun: State, rung: Rung, iterations: int, config: EncoderConfig
+    context: TrainingContext, started: State, rung: Rung, iterations: int, config: EncoderConfig
 ) -> Fitted:
     """Fit a rung to the pictures of a frame.
 
     Args:
         context: Views, renderer and random numbers.
-        begun: Frame start; its scene has the ordinal of the frame to fit.
+        started: Frame start; its scene has the ordinal of the frame to fit.
         rung: What is free.
         iterations: How many.
         config: Rates and losses.
     """
-    start = from_splats(dequantize(begun.scene), context.device)
-    everyone = torch.arange(begun.scene.count, device=context.device)
+    start = from_splats(dequantize(started.scene), context.device)
+    everyone = torch.arange(started.scene.count, device=context.device)
     if "anchors" in rung.free:
-        return _fit_anchors(context, begun, start, everyone, iterations, config)
-    return _fit_single(context, begun.scene, start, everyone, rung, iterations, config)
+        return _fit_anchors(context, started, start, everyone, iterations, config)
+    return _fit_single(context, started.scene, start, everyone, rung, iterations, config)
 
 
 def _fit_anchors(
     context: TrainingContext,
-    begun: State,
+    started: State,
     start: Attributes,
     everyone: Tensor,
     iterations: int,
@@ -73,9 +73,9 @@ def _fit_anchors(
 ) -> Fitted:
     free = replace(config.motion, iterations=iterations, rd_lambda=0.0, momentum=0.0)
     with without_rounding():
-        motion = fit_motion(context, FrameStart(begun, begun, 0), free)
-    header = begun.scene.header
-    sums = BindingSums(begun.known_anchors, context.device).sum_levels(motion.residuals)
+        motion = fit_motion(context, FrameStart(started, started, 0), free)
+    header = started.scene.header
+    sums = BindingSums(started.known_anchors, context.device).sum_levels(motion.residuals)
     shifts, turns = sums[:, :3] * translation_step(header), sums[:, 3:] / header.rotation_unity
     return Fitted(deform(start, shifts, turns, header).detached(), everyone, motion.symbols)
 

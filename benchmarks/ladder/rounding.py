@@ -65,11 +65,11 @@ def allow_updates(state: State) -> State:
     return replace(state, scene=replace(state.scene, header=header), recency=recency)
 
 
-def round_rung(begun: State, fitted: Fitted) -> Rounded:
+def round_rung(started: State, fitted: Fitted) -> Rounded:
     """Round the result of a rung to steps.
 
     Args:
-        begun: Frame start that the rung was fitted from, of `allow_updates`.
+        started: Frame start that the rung was fitted from, of `allow_updates`.
         fitted: The rung.
 
     Raises:
@@ -77,11 +77,11 @@ def round_rung(begun: State, fitted: Fitted) -> Rounded:
         EncodeError: A residual exceeds the range of the format.
     """
     if fitted.symbols is not None:
-        return _round_motion(begun, fitted.symbols)
-    levels = begun.known_anchors.levels
-    planes = begun.scene.header.symbol_planes
+        return _round_motion(started, fitted.symbols)
+    levels = started.known_anchors.levels
+    planes = started.scene.header.symbol_planes
     unmoved = [np.zeros((planes, level.owners.size), dtype=np.int64) for level in levels]
-    return _round_updates(move(begun, unmoved), fitted)
+    return _round_updates(move(started, unmoved), fitted)
 
 
 def to_splats(attributes: Attributes) -> Splats:
@@ -93,10 +93,10 @@ def to_splats(attributes: Attributes) -> Splats:
         return Splats(*(np.ascontiguousarray(each.cpu().numpy()) for each in rows))
 
 
-def _round_motion(begun: State, symbols: list[Int64]) -> Rounded:
+def _round_motion(started: State, symbols: list[Int64]) -> Rounded:
     within = [np.clip(level, -SYMBOL_LIMIT, SYMBOL_LIMIT) for level in symbols]
-    section = write_motion(motion_contexts(begun, previous=False), within, begun.motion_counts)
-    moved = move(begun, within)
+    section = write_motion(motion_contexts(started, previous=False), within, started.motion_counts)
+    moved = move(started, within)
     changed = {"any": int(np.any(moved.motion, axis=0).sum()), "deaths": 0}
     return Rounded(dequantize(moved.scene), section.byte_count(), None, 0.0, changed)
 

@@ -109,12 +109,12 @@ class Ladder:
 
     def _make(self, task: Task, context: TrainingContext, judge: Judge) -> Row:
         frame = self._state.scene.frame + task.ahead
-        begun = allow_updates(begin_frame(self._state, 0))
-        begun = replace(begun, scene=replace(begun.scene, frame=frame))
+        start_state = allow_updates(begin_frame(self._state, 0))
+        start_state = replace(start_state, scene=replace(start_state.scene, frame=frame))
         started = time.monotonic()
-        fitted = fit_rung(context, begun, task.rung, task.iterations, self._config)
+        fitted = fit_rung(context, start_state, task.rung, task.iterations, self._config)
         seconds = time.monotonic() - started
-        rounded = round_rung(begun, fitted)
+        rounded = round_rung(start_state, fitted)
         return {
             "rung": task.rung.name,
             "title": task.rung.title,

@@ -80,8 +80,8 @@ def _compose_section(section: Section) -> str:
 def _compose_claims(claims: Sequence[Claim]) -> str:
     lines = ["<tr><th>claim</th><th>is</th><th>asked</th><th>holds</th></tr>"]
     for claim in claims:
-        told = claim.as_json()
+        reported = claim.as_json()
         number = "" if claim.value is None else f"{claim.value:.3f}"
-        cells = (html.escape(claim.name), number, told["asked"], _HOLDS[claim.holds])
+        cells = (html.escape(claim.name), number, reported["asked"], _HOLDS[claim.holds])
         lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
     return f"<table>{''.join(lines)}</table>"

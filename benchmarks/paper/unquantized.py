@@ -91,13 +91,13 @@ def encode_unquantized(
     for frame in range(1, frames):
         context.observers.progress.advance("frames", frame, frames)
         deaths = count_deaths(state, count, config.births)
-        begun = begin_frame(state, deaths)
+        started = begin_frame(state, deaths)
         if trial.rebinds:
-            begun = _rebind(begun)
+            started = _rebind(started)
         rd = RateDistortion(choose_lambda(config, []), reference_loss)
         with without_rounding():
-            motion = fit_motion(context, FrameStart(state, begun, deaths), config.motion, rd=rd)
-        moved = move_freely(begun, motion.residuals)
+            motion = fit_motion(context, FrameStart(state, started, deaths), config.motion, rd=rd)
+        moved = move_freely(started, motion.residuals)
         births = fit_births(
             context,
             moved,
@@ -140,21 +140,21 @@ def refine_header(header: StreamHeader, reach: float) -> StreamHeader:
     )
 
 
-def move_freely(begun: State, residuals: torch.Tensor) -> State:
+def move_freely(started: State, residuals: torch.Tensor) -> State:
     """Return the state moved by unrounded residuals (SPEC 7.5, Eq. 2).
 
     Args:
-        begun: After `begin_frame`.
+        started: After `begin_frame`.
         residuals: `[A, c]` in steps, one level after another.
     """
-    scene, anchors = begun.scene, begun.known_anchors
+    scene, anchors = started.scene, started.known_anchors
     borders = np.cumsum([level.owners.size for level in anchors.levels])[:-1]
     levels = np.split(residuals.double().cpu().numpy().T, borders, axis=1)
     motion = sum(
         (level[:, binding] for level, binding in zip(levels, anchors.binding, strict=True)),
-        np.zeros_like(begun.motion, dtype=np.float64),
+        np.zeros_like(started.motion, dtype=np.float64),
     )
-    turned = _turn(begun, motion[3:] / scene.header.rotation_unity)
+    turned = _turn(started, motion[3:] / scene.header.rotation_unity)
     shifted = scene.positions + motion[:3] * scene.header.translation_step
     moved = replace(
         scene,
@@ -162,24 +162,24 @@ def move_freely(begun: State, residuals: torch.Tensor) -> State:
         rotations=turned,
     )
     unrounded: Any = motion  # a state has integers, but this one is never coded
-    return replace(begun, scene=moved, motion=unrounded, symbols=tuple(levels))
+    return replace(started, scene=moved, motion=unrounded, symbols=tuple(levels))
 
 
-def _turn(begun: State, residuals: NDArray[np.float64]) -> NDArray[np.int32]:
+def _turn(started: State, residuals: NDArray[np.float64]) -> NDArray[np.int32]:
     """Return `[4, N]` the rotations multiplied by residuals `[3 or 4, N]` added to the identity."""
-    splats = from_splats(dequantize(begun.scene), torch.device("cpu"))
+    splats = from_splats(dequantize(started.scene), torch.device("cpu"))
     still = torch.zeros_like(splats.means)
-    turned = deform(splats, still, torch.from_numpy(residuals.T), begun.scene.header)
+    turned = deform(splats, still, torch.from_numpy(residuals.T), started.scene.header)
     unit = torch.nn.functional.normalize(turned.rotations.double(), dim=1)
     rotations: NDArray[np.int32] = np.rint(unit.numpy().T * ROTATION_ONE).astype(np.int32)
     return rotations
 
 
-def _rebind(begun: State) -> State:
+def _rebind(started: State) -> State:
     """Return the state with every Gaussian bound again, as in the released code of the paper."""
-    anchors, positions = begun.known_anchors, begun.scene.positions.T
+    anchors, positions = started.known_anchors, started.scene.positions.T
     binding = [cKDTree(level.positions.T).query(positions)[1] for level in anchors.levels]
-    return replace(begun, anchors=Anchors(anchors.levels, np.stack(binding)))
+    return replace(started, anchors=Anchors(anchors.levels, np.stack(binding)))
 
 
 def open_training_context(

@@ -101,7 +101,7 @@ def _run(command: list[str | Path]) -> str:
             command, capture_output=True, text=True, timeout=_SECONDS, check=True, env=environment
         )
     except (OSError, subprocess.SubprocessError) as error:
-        told = (getattr(error, "stderr", None) or str(error)).strip()
-        message = f"{name}: {told.splitlines()[-1] if told else error}"
+        reported = (getattr(error, "stderr", None) or str(error)).strip()
+        message = f"{name}: {reported.splitlines()[-1] if reported else error}"
         raise UnavailableError(message) from error
     return done.stdout

@@ -104,12 +104,12 @@ def test_a_step_that_reaches_its_time_limit_is_stopped_and_its_results_are_kept(
     notebook = Notebook(tmp_path / "frame_0.jsonl")
     notebook.add(found)
     notebook.note("canonical 3 of 10")
-    begun = time.monotonic()
+    started = time.monotonic()
     rows = _run_one("frame 0", tmp_path, 0.2)
 
     assert rows[0] == found
     assert rows[1].result == "failed: not done after 0 s (at canonical 3 of 10)"
-    assert time.monotonic() - begun < 30
+    assert time.monotonic() - started < 30
 
 
 def test_a_step_without_time_left_is_not_started(tmp_path):
@@ -228,7 +228,7 @@ def test_tests_are_found_by_their_marker():
 
 
 @pytest.mark.parametrize(
-    ("cases", "most_skipped", "holds", "said"),
+    ("cases", "most_skipped", "holds", "message"),
     [
         ("<testcase name='a'/>", 0, True, "1 passed, 0 skipped, 0 failed"),
         ("<testcase name='a'><skipped/></testcase>", 0, False, "0 passed, 1 skipped, 0 failed"),
@@ -237,7 +237,7 @@ def test_tests_are_found_by_their_marker():
         ("", None, False, "0 passed, 0 skipped, 0 failed"),
     ],
 )
-def test_tests_are_counted(tmp_path, cases, most_skipped, holds, said):
+def test_tests_are_counted(tmp_path, cases, most_skipped, holds, message):
     counts = {name: cases.count(f"<{name}/>") for name in ("skipped", "failure")}
     total = cases.count("<testcase")
     report = tmp_path / "tests.xml"
@@ -247,7 +247,10 @@ def test_tests_are_counted(tmp_path, cases, most_skipped, holds, said):
     )
     row = count_tests(report, most_skipped)
 
-    assert (row.holds, row.result) == (holds, said.replace("0 failed, 1", "0 passed, 0 skipped, 1"))
+    assert (row.holds, row.result) == (
+        holds,
+        message.replace("0 failed, 1", "0 passed, 0 skipped, 1"),
+    )
 
 
 def test_cells_stay_within_their_columns():

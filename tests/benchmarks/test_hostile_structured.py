@@ -121,10 +121,10 @@ def test_engines_with_different_reject_ids_are_detected(monkeypatch):
 def test_the_command_lists_unreached_reject_ids_and_fails(tmp_path):
     command = [sys.executable, SCRIPT, "--structured", "--streams", "3", "--out", tmp_path]
     done = subprocess.run([*command, "--json"], capture_output=True, text=True, check=False)
-    told = json.loads(done.stdout)
+    reported = json.loads(done.stdout)
 
     assert done.returncode == 1
-    assert told["streams"] == told["modes"][judge.BY_BOTH_ENGINES] == 3
-    assert told["escapes"] == told["hangs"] == 0
-    assert "degenerate-rotation" in told["unreached"]
+    assert reported["streams"] == reported["modes"][judge.BY_BOTH_ENGINES] == 3
+    assert reported["escapes"] == reported["hangs"] == 0
+    assert "degenerate-rotation" in reported["unreached"]
     assert (tmp_path / "structured_0" / "blocks.jsonl").exists()

@@ -56,23 +56,23 @@ def _state():
 
 
 def _begun(ahead=1):
-    begun = allow_updates(begin_frame(_state(), 0))
-    return replace(begun, scene=replace(begun.scene, frame=ahead))
+    started = allow_updates(begin_frame(_state(), 0))
+    return replace(started, scene=replace(started.scene, frame=ahead))
 
 
 def _moved():
-    begun = _begun()
-    levels = begun.known_anchors.levels
-    return move(begun, [np.zeros((6, level.owners.size), dtype=np.int64) for level in levels])
+    started = _begun()
+    levels = started.known_anchors.levels
+    return move(started, [np.zeros((6, level.owners.size), dtype=np.int64) for level in levels])
 
 
-def _start(begun):
-    return from_splats(dequantize(begun.scene), torch.device("cpu"))
+def _start(started):
+    return from_splats(dequantize(started.scene), torch.device("cpu"))
 
 
 def _fit(name, iterations=8, config=QUICK_SETTINGS):
-    begun = _begun()
-    return begun, fit_rung(make_context(), begun, RUNGS[name], iterations, config)
+    started = _begun()
+    return started, fit_rung(make_context(), started, RUNGS[name], iterations, config)
 
 
 def _moving(splats, frame=1):
@@ -82,8 +82,8 @@ def _moving(splats, frame=1):
 
 @pytest.mark.parametrize("name", FREE)
 def test_only_free_attributes_change(name):
-    begun, fitted = _fit(name)
-    start = _start(begun).rows(fitted.alive)
+    started, fitted = _fit(name)
+    start = _start(started).rows(fitted.alive)
 
     for field in NAMES:
         changed = not torch.equal(getattr(fitted.attributes, field), getattr(start, field))
@@ -100,16 +100,16 @@ def test_every_rung_of_the_ladder_is_listed():
 
 @pytest.mark.parametrize("name", ["anchors", "own"])
 def test_free_gaussians_and_anchors_approach_the_later_frame(name):
-    begun, fitted = _fit(name, 30)
-    still = _moving(dequantize(begun.scene))
+    started, fitted = _fit(name, 30)
+    still = _moving(dequantize(started.scene))
 
     assert _moving(to_splats(fitted.attributes)) > still + 1
-    assert _moving(round_rung(begun, fitted).splats) > still + 1
+    assert _moving(round_rung(started, fitted).splats) > still + 1
 
 
 def test_anchors_in_floats_are_close_to_the_decoded_symbols():
-    begun, fitted = _fit("anchors", 30)
-    header, splats = begun.scene.header, round_rung(begun, fitted).splats
+    started, fitted = _fit("anchors", 30)
+    header, splats = started.scene.header, round_rung(started, fitted).splats
     apart = np.abs(splats.positions - to_splats(fitted.attributes).positions)
 
     assert apart.max() <= (header.level_count / 2 + 1) * translation_step(header)
@@ -139,18 +139,18 @@ def test_only_gaussians_in_the_way_die():
 
 
 def test_dying_gaussians_leave_at_half_time_and_the_others_keep_their_opacity(monkeypatch):
-    begun = _begun()
-    count, steps = begun.scene.count, []
+    started = _begun()
+    count, steps = started.scene.count, []
     dead = torch.arange(count) < 3
     monkeypatch.setattr("ladder.fitting.choose_deletions", lambda *_: dead)
     progress = SimpleNamespace(advance=lambda *at: steps.append(at))
     context = replace(make_context(), observers=Observers(progress))
 
-    fitted = fit_rung(context, begun, RUNGS["deaths"], 8, QUICK_SETTINGS)
-    rounded = round_rung(begun, fitted)
+    fitted = fit_rung(context, started, RUNGS["deaths"], 8, QUICK_SETTINGS)
+    rounded = round_rung(started, fitted)
 
     assert fitted.alive.tolist() == list(range(3, count))
-    assert torch.equal(fitted.attributes.opacities, _start(begun).opacities[3:])
+    assert torch.equal(fitted.attributes.opacities, _start(started).opacities[3:])
     assert rounded.changed["deaths"] == 3
     assert rounded.splats.positions.shape[0] == count - 3
     assert [done for _, done, _ in steps] == list(range(1, 9))
@@ -196,11 +196,11 @@ def test_a_stream_without_updates_equals_one_with_empty_updates():
 
 
 def test_changes_below_half_a_step_cost_almost_nothing():
-    begun, fitted = _fit("still", 0)
-    offset = position_step(begun.scene.header) * 1e-3
+    started, fitted = _fit("still", 0)
+    offset = position_step(started.scene.header) * 1e-3
     near = replace(fitted.attributes, means=fitted.attributes.means + offset)
 
-    rounded = round_rung(begun, replace(fitted, attributes=near))
+    rounded = round_rung(started, replace(fitted, attributes=near))
 
     assert rounded.changed["any"] == 0
     assert rounded.coded_bytes <= 8
@@ -208,11 +208,11 @@ def test_changes_below_half_a_step_cost_almost_nothing():
 
 
 def test_bytes_grow_with_the_changes_and_sh_rest_is_listed_separately():
-    begun, fitted = _fit("carried")
-    carried = round_rung(begun, fitted)
+    started, fitted = _fit("carried")
+    carried = round_rung(started, fitted)
     start = fitted.attributes
-    brighter = replace(start, sh_rest=start.sh_rest + begun.scene.header.sh_rest_step)
-    more = round_rung(begun, replace(fitted, attributes=brighter))
+    brighter = replace(start, sh_rest=start.sh_rest + started.scene.header.sh_rest_step)
+    more = round_rung(started, replace(fitted, attributes=brighter))
 
     assert carried.coded_bytes > round_rung(*_fit("own")).coded_bytes > 0
     assert (carried.rest_bytes, more.coded_bytes) == (0, carried.coded_bytes)
@@ -221,12 +221,12 @@ def test_bytes_grow_with_the_changes_and_sh_rest_is_listed_separately():
 
 def test_a_free_gaussian_moves_as_fast_as_its_anchors_together():
     levels = 1 + 2 + 4  # SMALL doubles the rate from level to level
-    begun, fitted = _fit("own", 1)
-    shift = (fitted.attributes.means - _start(begun).means).abs().max()
+    started, fitted = _fit("own", 1)
+    shift = (fitted.attributes.means - _start(started).means).abs().max()
     assert float(shift) == pytest.approx(levels * QUICK_SETTINGS.motion.lr, rel=1e-3)
 
     _, slow = _fit("slow", 1)
-    shift = (slow.attributes.means - _start(begun).means).abs().max()
+    shift = (slow.attributes.means - _start(started).means).abs().max()
     rate = canonical_learning_rates(QUICK_SETTINGS.canonical, make_context().views.extent)[0]
     assert float(shift) == pytest.approx(rate, rel=1e-2)
 
@@ -294,7 +294,7 @@ def test_the_command_encodes_the_initial_stream_and_continues(folder, tmp_path, 
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (["--frame", "1"], "no frame 1"),
         (["--ahead", "7"], "frame 7 of a capture of 3"),
@@ -302,7 +302,9 @@ def test_the_command_encodes_the_initial_stream_and_continues(folder, tmp_path, 
         (["--stream", "nowhere.quarc"], "nowhere.quarc"),
     ],
 )
-def test_an_impossible_combination_is_rejected_in_one_line(folder, tmp_path, capsys, words, said):
+def test_an_impossible_combination_is_rejected_in_one_line(
+    folder, tmp_path, capsys, words, message
+):
     assert command.main([str(folder), "--out", str(tmp_path), *TINY]) == 0
     (stream,) = tmp_path.glob("*.quarc")
     capsys.readouterr()
@@ -311,5 +313,5 @@ def test_an_impossible_combination_is_rejected_in_one_line(folder, tmp_path, cap
     assert command.main(given) == 2
     error = capsys.readouterr().err
     assert error.startswith("ladder.py: ")
-    assert said in error
+    assert message in error
     assert error.count("\n") == 1

@@ -40,11 +40,11 @@ def run_in_process():
     """Run jobs in this process; return the list of the names of completed jobs."""
     ran = []
 
-    def run(function, jobs: list[Job], _where, told):
+    def run(function, jobs: list[Job], _where, reported):
         for job in jobs:
             function(job.argument)
             ran.append(job.name)
-            told(job.name, len(ran), len(jobs))
+            reported(job.name, len(ran), len(jobs))
 
     with pytest.MonkeyPatch.context() as monkeypatch:
         monkeypatch.setattr(studies, "run_jobs", run)
@@ -140,7 +140,7 @@ def test_an_interrupted_run_resumes(folder, copy, here):
 
 
 @pytest.mark.parametrize(
-    ("more", "told"),
+    ("more", "reported"),
     [
         (("--lpips", "none.pth"), "none.pth is not a readable file of LPIPS weights"),
         (("--only", "steps"), "no experiment steps; there are full"),
@@ -150,10 +150,10 @@ def test_an_interrupted_run_resumes(folder, copy, here):
     ],
 )
 def test_impossible_options_are_reported_before_anything_runs(
-    folder, tmp_path, here, capsys, more, told
+    folder, tmp_path, here, capsys, more, reported
 ):
     assert _run(folder, tmp_path, *more) == 2
-    assert told in capsys.readouterr().err
+    assert reported in capsys.readouterr().err
     assert here == []
     assert not any(tmp_path.iterdir())
 

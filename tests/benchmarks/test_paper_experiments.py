@@ -30,8 +30,8 @@ def test_all_experiments_of_the_paper_are_listed_and_each_trial_once(base):
 
     assert [experiment.name for experiment in experiments] == list(EXPERIMENTS)
     assert len({trial.name for trial in trials}) == len(trials)
-    told = {(trial.config, trial.floats, trial.rebinds) for trial in trials}
-    assert len(told) == len(trials)
+    reported = {(trial.config, trial.floats, trial.rebinds) for trial in trials}
+    assert len(reported) == len(trials)
     assert sum(trial.config == base and not trial.floats for trial in trials) == 1
 
 

@@ -45,13 +45,13 @@ def _begun(components=3):
 
 @pytest.mark.parametrize("components", [3, 4])
 def test_whole_residuals_move_a_scene_as_the_decoder_does(components):
-    begun = _begun(components)
+    started = _begun(components)
     rng = np.random.default_rng(1)
-    sizes = [level.owners.size for level in begun.known_anchors.levels]
+    sizes = [level.owners.size for level in started.known_anchors.levels]
     symbols = [rng.integers(-6, 7, (3 + components, size)) for size in sizes]
 
-    decoded = move(begun, symbols)
-    free = move_freely(begun, torch.from_numpy(np.concatenate(symbols, axis=1).T))
+    decoded = move(started, symbols)
+    free = move_freely(started, torch.from_numpy(np.concatenate(symbols, axis=1).T))
 
     assert np.array_equal(free.scene.positions, decoded.scene.positions)
     assert np.abs(free.scene.rotations - decoded.scene.rotations).max() <= 3
@@ -61,13 +61,13 @@ def test_whole_residuals_move_a_scene_as_the_decoder_does(components):
 def test_a_residual_of_a_third_of_a_step_is_not_lost():
     header = refine_header(StreamHeader(), 3.0)
     splats = from_splats(make_splats(0), torch.device("cpu"))
-    begun = begin_frame(begin_canonical(header, 0, quantize_gaussians(splats, header)), 0)
-    count = sum(level.owners.size for level in begun.known_anchors.levels)
+    started = begin_frame(begin_canonical(header, 0, quantize_gaussians(splats, header)), 0)
+    count = sum(level.owners.size for level in started.known_anchors.levels)
     residuals = torch.zeros(count, 6)
     residuals[:, 0] = 1 / 3
 
-    moved = dequantize(move_freely(begun, residuals).scene).positions
-    shift = moved - dequantize(begun.scene).positions
+    moved = dequantize(move_freely(started, residuals).scene).positions
+    shift = moved - dequantize(started.scene).positions
 
     assert np.allclose(shift[:, 0], translation_step(header), rtol=1e-3)  # three levels of a third
     assert not shift[:, 1:].any()
@@ -105,17 +105,19 @@ def test_with_only_motion_in_floats_the_canonical_frame_is_quantized(frames):
 
 
 def test_the_binding_is_kept_between_samplings(frames):
-    begun = begin_frame(frames[1].state, frames[2].deaths)
+    started = begin_frame(frames[1].state, frames[2].deaths)
 
-    assert np.array_equal(frames[2].state.known_anchors.binding, begun.known_anchors.binding)
+    assert np.array_equal(frames[2].state.known_anchors.binding, started.known_anchors.binding)
 
 
 def test_with_rebinding_the_nearest_anchor_is_found_again_between_samplings():
     frames = _walk(SLOW, "all", rebinds=True)
-    begun = begin_frame(frames[1].state, frames[2].deaths)
-    anchors, positions = frames[2].state.known_anchors, begun.scene.positions
+    started = begin_frame(frames[1].state, frames[2].deaths)
+    anchors, positions = frames[2].state.known_anchors, started.scene.positions
 
-    assert all(map(np.array_equal, anchors.levels[0].owners, begun.known_anchors.levels[0].owners))
+    assert all(
+        map(np.array_equal, anchors.levels[0].owners, started.known_anchors.levels[0].owners)
+    )
     for level, binding in zip(anchors.levels, anchors.binding, strict=True):
         least, _ = cKDTree(level.positions.T).query(positions.T)
         found = np.linalg.norm(positions - level.positions[:, binding], axis=0)

@@ -170,7 +170,7 @@ def test_a_real_capture_has_four_held_out_sets(study, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "reported"),
     [
         (["--variants", "night"], "'night' is not a traced capture"),
         (["--variants", ""], "nothing to encode"),
@@ -181,9 +181,11 @@ def test_a_real_capture_has_four_held_out_sets(study, tmp_path):
         (["--against", "nowhere"], "quality.json does not exist: run the study first"),
     ],
 )
-def test_impossible_options_are_rejected_before_anything_runs(words, told, tmp_path, here, capsys):
+def test_impossible_options_are_rejected_before_anything_runs(
+    words, reported, tmp_path, here, capsys
+):
     assert command.main([*words, "--out", str(tmp_path)]) == 2
-    assert told in capsys.readouterr().err
+    assert reported in capsys.readouterr().err
     assert here == []
     assert not any(tmp_path.iterdir())
 

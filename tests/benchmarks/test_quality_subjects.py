@@ -45,7 +45,7 @@ def test_a_name_states_variant_cameras_and_size():
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "reported"),
     [
         ("night", "'night' is not a traced capture: .* one of playroom, bright-stage"),
         ("playroom-x", "not a traced capture"),
@@ -53,6 +53,6 @@ def test_a_name_states_variant_cameras_and_size():
         ("playroom-33x24", "width is 33"),
     ],
 )
-def test_a_name_that_cannot_be_traced_is_rejected(name, told):
-    with pytest.raises(ValueError, match=told):
+def test_a_name_that_cannot_be_traced_is_rejected(name, reported):
+    with pytest.raises(ValueError, match=reported):
         parse_traced(name)

@@ -37,28 +37,30 @@ def _run(monkeypatch, capsys, *arguments):
 
 def test_everything_that_needs_no_npm_is_measured(capture, streams, monkeypatch, capsys):
     options = ("--streams", streams, "--preset", "main", "--json")
-    told = json.loads(_run(monkeypatch, capsys, capture, *options))
+    reported = json.loads(_run(monkeypatch, capsys, capture, *options))
 
-    rows = {(row["preset"], row["coder"]): row for row in told["rows"]}
+    rows = {(row["preset"], row["coder"]): row for row in reported["rows"]}
     for coder in ("the file", "zero-order estimate", "lzma-9e", "float32"):
         assert rows["main", coder]["total"] > 0
     for coder in ("SPZ", "SOG"):
         assert rows["main", coder]["remark"] == "unavailable: npm is not installed"
     size = (streams / "plane.main.quarc").stat().st_size
     assert rows["paper", "the file"]["total"] == size
-    gain = [claim for claim in told["claims"] if claim["claim"].startswith("PSNR less the paper")]
+    gain = [
+        claim for claim in reported["claims"] if claim["claim"].startswith("PSNR less the paper")
+    ]
     assert [(claim["is"], claim["holds"]) for claim in gain] == [(0, True)]
-    assert told["machine"]["cores"] > 0
+    assert reported["machine"]["cores"] > 0
     assert {path.name for path in streams.iterdir()} >= FILES
 
 
 def test_tables_and_csv_agree(capture, streams, monkeypatch, capsys):
     options = ("--streams", streams, "--preset", "main", "--no-paper")
-    told = _run(monkeypatch, capsys, capture, *options)
+    reported = _run(monkeypatch, capsys, capture, *options)
 
-    assert told.strip() == (streams / "rate.md").read_text().strip()
-    assert "| plane | main | the file |" in told
-    assert "| plane | paper |" not in told
+    assert reported.strip() == (streams / "rate.md").read_text().strip()
+    assert "| plane | main | the file |" in reported
+    assert "| plane | paper |" not in reported
 
 
 def test_quality_of_the_same_bytes_is_measured_once(capture, streams, monkeypatch, capsys):

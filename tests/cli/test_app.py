@@ -61,19 +61,19 @@ def test_an_invalid_command_line_is_a_usage_error(arguments):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["--to", "foo"], "'foo' is not one of 'mp4', 'webm', 'png', 'npz'."),
         (["--width", "0"], "greater than or equal to 1"),
     ],
 )
-def test_an_invalid_value_of_an_option_is_rejected_in_plain_words(arguments, said, stream_file):
+def test_an_invalid_value_of_an_option_is_rejected_in_plain_words(arguments, message, stream_file):
     result = run("render", stream_file, "-o", "out", *arguments)
 
     words = " ".join(result.stderr.replace("\u2502", " ").split())
     assert result.exit_code == 2
     assert f"Invalid value for '{arguments[0]}'" in words
-    assert said in words
+    assert message in words
     assert "Value error" not in words
 
 

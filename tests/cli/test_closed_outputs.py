@@ -20,7 +20,7 @@ def _run(redirection, *arguments):
 
 
 @pytest.mark.parametrize(
-    ("redirection", "code", "said"),
+    ("redirection", "code", "message"),
     [
         (">&-", 0, ""),
         ("2>&-", 0, ""),
@@ -28,8 +28,10 @@ def _run(redirection, *arguments):
         (">/dev/full 2>/dev/full", 3, ""),
     ],
 )
-def test_a_stream_is_verified_even_if_standard_output_fails(redirection, code, said, stream_file):
-    assert _run(redirection, "verify", stream_file, "--json", "-q") == (code, said)
+def test_a_stream_is_verified_even_if_standard_output_fails(
+    redirection, code, message, stream_file
+):
+    assert _run(redirection, "verify", stream_file, "--json", "-q") == (code, message)
 
 
 @pytest.mark.parametrize("environment", [_BUFFERED, _BUFFERED | {"PYTHONUNBUFFERED": "1"}])
@@ -64,7 +66,7 @@ def test_standard_error_can_be_a_closed_pipe(stream_file):
 def test_a_bad_stream_is_reported_even_if_all_output_fails(stream_file):
     stream_file.write_bytes(stream_file.read_bytes()[:-1])
 
-    code, said = _run(">/dev/full", "verify", stream_file, "--json", "-q")
+    code, message = _run(">/dev/full", "verify", stream_file, "--json", "-q")
     assert code == 1
-    assert "truncated" in said
+    assert "truncated" in message
     assert _run(">&- 2>&-", "verify", stream_file)[0] == 1

@@ -128,7 +128,7 @@ def test_eval_measures_the_requested_frames(encoded, capture, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("line", "said"),
+    ("line", "message"),
     [
         ("{stream}", "at least two entries"),
         ("{stream} {out}", "does not exist"),
@@ -140,13 +140,13 @@ def test_eval_measures_the_requested_frames(encoded, capture, tmp_path):
         ("{stream} {empty}", "has no pictures of cam00"),
     ],
 )
-def test_entries_that_cannot_be_compared_are_a_usage_error(line, said, encoded, tmp_path):
+def test_entries_that_cannot_be_compared_are_a_usage_error(line, message, encoded, tmp_path):
     (tmp_path / "empty").mkdir()
     places = {"stream": encoded.file, "out": tmp_path / "out", "empty": tmp_path / "empty"}
     result = run("compare", *line.format(**places).split(), "--report", tmp_path / "report")
 
     assert result.exit_code == 2
-    assert said in " ".join(result.stderr.replace("│", " ").split())
+    assert message in " ".join(result.stderr.replace("│", " ").split())
     assert list_names(tmp_path) == ["empty"]
 
 

@@ -103,19 +103,19 @@ def test_progress_counts_frames_even_if_their_number_is_unknown(
 ):
     monkeypatch.setattr(output, "_SECONDS_BETWEEN_LINES", 0.0)
 
-    told = run("decode", stream_file, "-o", tmp_path / "out", *options).stderr
+    reported = run("decode", stream_file, "-o", tmp_path / "out", *options).stderr
 
-    assert told.splitlines() == [f"decode {frame}{end}" for frame in range(1, 5)]
+    assert reported.splitlines() == [f"decode {frame}{end}" for frame in range(1, 5)]
 
 
 def test_the_sidecar_has_rate_axes_and_cameras_as_in_its_schema(stream_file, tmp_path):
     run("decode", stream_file, "-o", tmp_path / "out", "--frames", "2:")
-    told = read_json((tmp_path / "out" / "sequence.json").read_text())
+    reported = read_json((tmp_path / "out" / "sequence.json").read_text())
 
-    assert told["files"].format(frame=2) == "frame_0002.ply"
-    assert (told["first_frame"], told["frames_per_second"]) == (2, 30)
-    assert (told["up"], told["up_is_known"]) == ("-y", False)
-    assert [camera["name"] for camera in told["cameras"]] == ["cam00"]
+    assert reported["files"].format(frame=2) == "frame_0002.ply"
+    assert (reported["first_frame"], reported["frames_per_second"]) == (2, 30)
+    assert (reported["up"], reported["up_is_known"]) == ("-y", False)
+    assert [camera["name"] for camera in reported["cameras"]] == ["cam00"]
 
 
 def test_all_frames_go_into_one_file_if_the_format_allows_it(stream_file, tmp_path):

@@ -35,7 +35,7 @@ def test_the_table_says_which_kind_of_edit_it_was(stream_file, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         ([], "no edit is given"),
         (["--crop", "1,2,3"], "6 numbers"),
@@ -48,11 +48,11 @@ def test_the_table_says_which_kind_of_edit_it_was(stream_file, tmp_path):
         (["--recolor", "red=nan"], "1 numbers"),
     ],
 )
-def test_contradicting_options_are_a_usage_error(options, said, stream_file, tmp_path):
+def test_contradicting_options_are_a_usage_error(options, message, stream_file, tmp_path):
     result = run("edit", stream_file, "-o", tmp_path / "out.quarc", *options)
 
     assert result.exit_code == 2
-    assert said in " ".join(result.stderr.split())
+    assert message in " ".join(result.stderr.split())
     assert list_names(tmp_path) == ["small.quarc"]
 
 

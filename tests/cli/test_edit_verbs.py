@@ -49,7 +49,7 @@ def test_the_joined_parts_equal_the_whole(long_file, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("frames", "said"),
+    ("frames", "message"),
     [
         ("4:", "frames are 3 and 6"),
         ("7:", "frame is 6"),
@@ -58,11 +58,13 @@ def test_the_joined_parts_equal_the_whole(long_file, tmp_path):
         ("3-6", "A:B"),
     ],
 )
-def test_an_impossible_cut_is_a_usage_error_and_writes_nothing(frames, said, long_file, tmp_path):
+def test_an_impossible_cut_is_a_usage_error_and_writes_nothing(
+    frames, message, long_file, tmp_path
+):
     result = run("cut", long_file, "--frames", frames, "-o", tmp_path / "cut.quarc")
 
     assert result.exit_code == 2
-    assert said in result.stderr
+    assert message in result.stderr
     assert list_names(tmp_path) == ["long.quarc"]
 
 

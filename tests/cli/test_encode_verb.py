@@ -131,7 +131,7 @@ def test_logs_cannot_be_combined_with_segments(capture, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (["--set", "motion.momentun=1"], "close to it: motion.momentum"),
         (["--set", "motion.rate=1"], "setting 'motion.rate' is now 'motion.lr'"),
@@ -158,11 +158,11 @@ def test_logs_cannot_be_combined_with_segments(capture, tmp_path):
         (["--device", "tpu"], "--device"),
     ],
 )
-def test_a_bad_option_is_a_usage_error_and_writes_nothing(options, said, capture, tmp_path):
+def test_a_bad_option_is_a_usage_error_and_writes_nothing(options, message, capture, tmp_path):
     result = run("encode", capture, "-o", tmp_path / "a.quarc", *options)
 
     assert result.exit_code == 2
-    assert said in result.stderr
+    assert message in result.stderr
     assert list_names(tmp_path) == []
 
 
@@ -205,8 +205,8 @@ def test_the_settings_are_listed_without_a_capture():
     assert rows[0] == ["KEY", "in main", "in demo", "in paper", "values", "description"]
     assert [row[0] for row in rows[1:]] == list(dict(list_settings(choose_preset("main"))))
     rates = [row for row in rows if row[0] == "motion.lr"]
-    said = "Learning rate of residuals at level 1, world units (paper: 5e-4)."
-    assert rates == [["motion.lr", "0.001", "0.001", "0.0005", "a number at least 0", said]]
+    message = "Learning rate of residuals at level 1, world units (paper: 5e-4)."
+    assert rates == [["motion.lr", "0.001", "0.001", "0.0005", "a number at least 0", message]]
 
 
 def test_a_missing_device_is_a_usage_error(capture, tmp_path):

@@ -25,7 +25,7 @@ def _leave(error):
 
 
 @pytest.mark.parametrize(
-    ("error", "code", "said"),
+    ("error", "code", "message"),
     [
         (HeaderCrcError("damaged", 8), 1, "rejected: header-crc at byte 8: damaged"),
         (StateCrcError("another"), 1, "rejected: state-crc: another"),
@@ -53,21 +53,21 @@ def _leave(error):
         (VerificationError("two results"), 3, "two results"),
     ],
 )
-def test_an_error_becomes_one_line_and_its_exit_code(error, code, said, capsys):
+def test_an_error_becomes_one_line_and_its_exit_code(error, code, message, capsys):
     assert _leave(error) == code
 
     shown = capsys.readouterr()
     assert shown.out == ""
     assert shown.err.count("\n") == 1
     assert shown.err.startswith("quarc-ref: ")
-    assert said in shown.err
+    assert message in shown.err
 
 
 def test_an_interruption_says_what_is_kept_and_ends_with_the_code_of_its_signal():
-    said = KeyboardInterrupt("interrupted; the file holds")
-    said.__cause__ = Termination()
+    message = KeyboardInterrupt("interrupted; the file holds")
+    message.__cause__ = Termination()
 
-    assert _leave(said) == 143
+    assert _leave(message) == 143
 
 
 def test_an_internal_error_shows_its_location_and_does_not_blame_the_stream(capsys):

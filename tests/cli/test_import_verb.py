@@ -69,7 +69,7 @@ def test_a_failed_import_leaves_nothing(options, code, folder, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("names", "said"),
+    ("names", "message"),
     [
         ([], "no .ply or .spz"),
         (["frames.4dgs"], "name the file in it"),
@@ -77,14 +77,14 @@ def test_a_failed_import_leaves_nothing(options, code, folder, tmp_path):
         (["poses_bounds.npy", "cam00.mp4", "points3D_init.ply"], "is a capture (N3DV"),
     ],
 )
-def test_a_folder_without_frames_of_gaussians_is_a_usage_error(names, said, tmp_path):
+def test_a_folder_without_frames_of_gaussians_is_a_usage_error(names, message, tmp_path):
     (tmp_path / "in").mkdir()
     for name in names:
         (tmp_path / "in" / name).write_bytes(b"")
     result = run("import", tmp_path / "in", "-o", tmp_path / "a.quarc")
 
     assert result.exit_code == 2
-    assert said in result.stderr
+    assert message in result.stderr
 
 
 def test_a_broken_ply_has_one_exit_code_in_import_and_compare(stream_file, tmp_path):

@@ -57,7 +57,7 @@ def test_synth_traces_the_requested_variant_and_cameras(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (["--width", 33], "width is 33"),
         (["--height", 17], "height is 17"),
@@ -71,11 +71,11 @@ def test_synth_traces_the_requested_variant_and_cameras(tmp_path):
         (["--seed", -1], "--seed"),
     ],
 )
-def test_impossible_sizes_are_a_usage_error(options, said, tmp_path):
+def test_impossible_sizes_are_a_usage_error(options, message, tmp_path):
     result = run("synth", tmp_path / "room", *options)
 
     assert result.exit_code == 2
-    assert said in result.stderr
+    assert message in result.stderr
     assert list_names(tmp_path) == []
 
 

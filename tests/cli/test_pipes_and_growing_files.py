@@ -70,9 +70,9 @@ def test_a_closed_reader_is_not_a_fault_of_the_stream(tmp_path):
         stderr=subprocess.PIPE,
     ) as cutting:
         os.close(writing)
-        said = cutting.communicate(timeout=60)[1]
+        message = cutting.communicate(timeout=60)[1]
 
-    assert (cutting.returncode, said) == (128 + signal.SIGPIPE, b"")
+    assert (cutting.returncode, message) == (128 + signal.SIGPIPE, b"")
 
 
 @pytest.fixture
@@ -114,7 +114,7 @@ def test_a_stream_is_decoded_while_another_process_writes_it(growing, tmp_path):
 def test_a_stream_that_stops_growing_is_truncated_after_the_timeout(growing, tmp_path):
     path, encoder = growing
     _next_frame(encoder)
-    begun = time.monotonic()
+    started = time.monotonic()
     patient = ["--follow", "--patience", "0.3"]
     results = [
         run("verify", path, *patient),
@@ -122,7 +122,7 @@ def test_a_stream_that_stops_growing_is_truncated_after_the_timeout(growing, tmp
         run("decode", path, "-o", tmp_path / "out", *patient),
     ]
 
-    assert time.monotonic() - begun >= 0.9
+    assert time.monotonic() - started >= 0.9
     assert [result.exit_code for result in results] == [1, 1, 1]
     assert all("truncated" in result.stderr for result in results)
     assert list_names(tmp_path / "out") == ["frame_0000.ply", "frame_0001.ply"]

@@ -99,7 +99,7 @@ def test_a_stream_without_a_head_is_rejected(file, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("data", "options", "said"),
+    ("data", "options", "expected_message"),
     [
         (_DATA[:-1], [], "complete frames before the error: 9; --recover keeps them"),
         (_DATA[: _FRAMES[5].offset + 9], [], "complete frames before the error: 5; --recover"),
@@ -109,7 +109,7 @@ def test_a_stream_without_a_head_is_rejected(file, tmp_path):
     ],
 )
 def test_an_interrupted_decode_says_how_many_frames_can_be_recovered(
-    data, options, said, file, tmp_path
+    data, options, expected_message, file, tmp_path
 ):
     file.write_bytes(data)
     command = ["decode", file, "-o", tmp_path / "out", *options]
@@ -117,10 +117,10 @@ def test_an_interrupted_decode_says_how_many_frames_can_be_recovered(
     recovered = run(*command, "--recover")
 
     assert broken.exit_code == 1
-    assert said in broken.stderr
+    assert expected_message in broken.stderr
     assert broken.stderr.count("\n") == 1
     assert "--recover" not in recovered.stderr
-    whole = int(said.rpartition(": ")[2].partition(";")[0])
+    whole = int(expected_message.rpartition(": ")[2].partition(";")[0])
     first = 2 if options else 0
     assert list_names(tmp_path / "out")[:whole] == _files(*range(first, first + whole))
 

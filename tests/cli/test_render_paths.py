@@ -90,7 +90,7 @@ def test_depth_is_the_distance_along_the_axis_in_levels_or_floats(stream, tmp_pa
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (["--path", "none.json"], "none.json"),
         (["--path", "{stream}"], "is not JSON"),
@@ -101,10 +101,10 @@ def test_depth_is_the_distance_along_the_axis_in_levels_or_floats(stream, tmp_pa
         (["--depth", "--pixels", "yuv444p"], "--pixels is for videos"),
     ],
 )
-def test_invalid_options_of_paths_and_depth_are_explained(options, said, stream, tmp_path):
+def test_invalid_options_of_paths_and_depth_are_explained(options, message, stream, tmp_path):
     filled = [option.format(stream=stream) for option in options]
     result = run("render", stream, "-o", tmp_path / "o", *filled)
 
     assert result.exit_code in (2, 3)
-    assert said in result.stderr
+    assert message in result.stderr
     assert list_names(tmp_path) == []

@@ -70,7 +70,7 @@ def test_a_folder_can_have_any_suffix_that_is_not_of_a_file(stream_file, tmp_pat
 
 
 @pytest.mark.parametrize(
-    ("name", "frames", "said"),
+    ("name", "frames", "message"),
     [
         ("o", ":", "4 PNG files of 64 x 48"),
         ("o", ":1", "1 PNG file of"),
@@ -78,11 +78,11 @@ def test_a_folder_can_have_any_suffix_that_is_not_of_a_file(stream_file, tmp_pat
         ("o.mp4", "0", "1 frame of 64 x 48, H.264"),
     ],
 )
-def test_the_written_files_are_reported(name, frames, said, stream_file, tmp_path):
+def test_the_written_files_are_reported(name, frames, message, stream_file, tmp_path):
     result = run("render", stream_file, "-o", tmp_path / name, "--frames", frames)
 
     assert result.exit_code == 0
-    assert said in result.stdout
+    assert message in result.stdout
     assert "cam00" in result.stdout
 
 
@@ -96,7 +96,7 @@ def test_a_stream_of_standard_input_is_rendered_too(made, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (["--camera", "cam07"], "cam00"),
         (["--pixels", "yuv444p"], "--pixels is for videos, not for PNG files"),
@@ -108,11 +108,13 @@ def test_a_stream_of_standard_input_is_rendered_too(made, tmp_path):
         (["--to", "mp4", "--width", f"1{'0' * 400}"], "too large"),
     ],
 )
-def test_impossible_renders_write_nothing_and_are_explained(options, said, stream_file, tmp_path):
+def test_impossible_renders_write_nothing_and_are_explained(
+    options, message, stream_file, tmp_path
+):
     result = run("render", stream_file, "-o", tmp_path / "out", *options)
 
     assert result.exit_code == 2
-    assert said in result.stderr
+    assert message in result.stderr
     assert list_names(tmp_path) == ["small.quarc"]
 
 

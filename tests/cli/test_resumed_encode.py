@@ -22,7 +22,7 @@ app.main()
 
 
 @pytest.mark.parametrize(
-    ("fault", "code", "said"),
+    ("fault", "code", "message"),
     [
         (KeyboardInterrupt(), 130, "--resume continues"),
         (OSError(errno.ENOSPC, "No space left on device"), 3, "No space left"),
@@ -30,7 +30,7 @@ app.main()
     ],
 )
 def test_a_failed_encode_keeps_the_old_file_and_a_part_to_resume(
-    fault, code, said, capture, encoded, tmp_path
+    fault, code, message, capture, encoded, tmp_path
 ):
     (tmp_path / "old.quarc").write_text("mine")
     command = ["encode", capture, *TINY_OPTIONS, "-o"]
@@ -45,7 +45,7 @@ def test_a_failed_encode_keeps_the_old_file_and_a_part_to_resume(
     ]
 
     assert [result.exit_code for result in results] == [code, code]
-    assert all(said in result.stderr for result in results)
+    assert all(message in result.stderr for result in results)
     assert left == ["new.quarc.part", "old.quarc", "old.quarc.part"]
     assert [result.exit_code for result in again] == [2, 2]
     assert ["--force" in result.stderr for result in again] == [True, True]
@@ -131,11 +131,11 @@ def test_a_training_interrupted_in_its_first_minute_is_kept_to_the_step(ending, 
     with subprocess.Popen(program, stderr=subprocess.PIPE, text=True) as encoding:
         first = encoding.stderr.readline()
         encoding.send_signal(ending)
-        said = encoding.communicate(timeout=60)[1]
+        message = encoding.communicate(timeout=60)[1]
 
     assert first.startswith("canonical 1/400: ")
     assert encoding.returncode == 128 + ending
-    assert said.splitlines()[-1] == (
+    assert message.splitlines()[-1] == (
         f"quarc-ref: interrupted; {training} holds the training of frame 0: --resume continues it"
     )
     assert list_names(tmp_path) == [training.name]

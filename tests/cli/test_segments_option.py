@@ -33,13 +33,13 @@ def parts(capture):
     return streams
 
 
-def _run_here(function, jobs, pool, told):
+def _run_here(function, jobs, pool, reported):
     """Do the same as `run_jobs`, without processes."""
     assert pool == WorkerPool(2, (os.cpu_count() or 1) // 2 or 1)
     results = []
     for done, job in enumerate(jobs, 1):
         results.append(function(job.argument))
-        told(job.name, done, len(jobs))
+        reported(job.name, done, len(jobs))
     return results
 
 
@@ -123,7 +123,7 @@ def test_a_folder_with_other_files_is_not_touched(capture, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (["--segments", 4], "3 frames cannot be split into 4 segments"),
         (["--segments", 0], "--segments"),
@@ -134,12 +134,12 @@ def test_a_folder_with_other_files_is_not_touched(capture, tmp_path):
     ],
 )
 def test_options_that_segments_do_not_allow_are_a_usage_error_and_write_nothing(
-    options, said, capture, tmp_path
+    options, message, capture, tmp_path
 ):
     result = run(*_command(capture, tmp_path / "a.quarc", *options))
 
     assert result.exit_code == 2
-    assert said in result.stderr
+    assert message in result.stderr
     assert list_names(tmp_path) == []
 
 

@@ -131,8 +131,11 @@ def test_a_missing_file_is_a_usage_error(verb, tmp_path):
 def test_progress_goes_to_stderr_unless_quiet(stream_file, monkeypatch):
     monkeypatch.setattr(output, "_SECONDS_BETWEEN_LINES", 0.0)
 
-    told, silent = run("verify", stream_file, "--json"), run("verify", stream_file, "--json", "-q")
+    reported, silent = (
+        run("verify", stream_file, "--json"),
+        run("verify", stream_file, "--json", "-q"),
+    )
 
-    assert told.stderr.splitlines() == [f"decode {frame}/4" for frame in range(1, 5)]
+    assert reported.stderr.splitlines() == [f"decode {frame}/4" for frame in range(1, 5)]
     assert silent.stderr == ""
-    assert told.stdout == silent.stdout
+    assert reported.stdout == silent.stdout

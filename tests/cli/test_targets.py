@@ -145,13 +145,13 @@ def test_files_added_to_a_folder_during_replacement_are_kept_and_named(old_folde
     with written_folder(old_folder, force=True) as made:
         made.write("frame_1.ply", b"new")
         (old_folder / "notes.txt").write_text("mine")
-    told = capsys.readouterr().err
+    reported = capsys.readouterr().err
 
     kept = made.moved_to
     assert list_names(old_folder) == ["frame_1.ply"]
     assert list_names(kept) == ["notes.txt"]
     assert (kept / "notes.txt").read_text() == "mine"
-    assert told == (
+    assert reported == (
         f"quarc-ref: other files were added to {old_folder} in the meantime; they were moved "
         f"to {kept}\n"
     )

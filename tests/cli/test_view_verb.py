@@ -30,9 +30,9 @@ def _viewing(*arguments, data=None, **pipes):
             yield viewer, read_json(b"".join(viewer.stdout.readline() for _ in range(5)))
         finally:
             viewer.send_signal(signal.SIGINT)
-            said = viewer.stderr.read()
+            message = viewer.stderr.read()
         assert viewer.wait(60) == 128 + signal.SIGINT
-        assert said == b"quarc-ref: interrupted; nothing was written\n"
+        assert message == b"quarc-ref: interrupted; nothing was written\n"
 
 
 def _load(url, **headers):
@@ -105,10 +105,10 @@ def test_for_a_stream_without_an_end_follow_is_suggested(tmp_path, made):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
     ) as viewer:
-        said = viewer.stderr.readline()
+        message = viewer.stderr.readline()
         viewer.terminate()
 
-    assert said.endswith(
+    assert message.endswith(
         b"cut.quarc has no end; use --follow to play a stream while it is written\n"
     )
     assert viewer.returncode == 128 + signal.SIGTERM

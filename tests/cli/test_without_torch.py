@@ -75,10 +75,10 @@ def test_a_missing_fast_engine_is_mentioned_once_if_it_would_help(
     verb, *options = [each.format(out=tmp_path / "out") for each in arguments]
     options += ["--force"] * (verb == "decode")
     without = (*_BLOCKED, "quarc_core")
-    told = _run(verb, large_file, *options, "--json", blocked=without).stderr
+    reported = _run(verb, large_file, *options, "--json", blocked=without).stderr
 
-    assert told.count("\n") == 1
-    assert told.startswith("quarc-ref: quarc_core is not installed")
+    assert reported.count("\n") == 1
+    assert reported.startswith("quarc-ref: quarc_core is not installed")
     for finished in (
         _run(verb, stream_file, *options, blocked=without),
         _run(verb, large_file, *options, "--quiet", blocked=without),

@@ -24,16 +24,16 @@ def born(tmp_path_factory):
     stream = output.read_bytes()
     job = json.dumps({"job": "decode", "values": True, "bytes": len(stream)}).encode() + b"\n"
     jobs = [*REFERENCE.split(), "--jobs"]
-    said = subprocess.run(jobs, input=job + stream, capture_output=True, check=True).stdout
-    lines = [json.loads(line) for line in said.splitlines()]
+    message = subprocess.run(jobs, input=job + stream, capture_output=True, check=True).stdout
+    lines = [json.loads(line) for line in message.splitlines()]
     return json.loads(scene.read_text()), declared, stream, lines[:-1]
 
 
 def judged(born, change):
-    scene, declared, stream, said = born
+    scene, declared, stream, message = born
     lines = [json.loads(line) for line in declared.splitlines()]
     change(lines)
-    return judge_encoder(scene, lines, stream, said).name
+    return judge_encoder(scene, lines, stream, message).name
 
 
 @pytest.mark.parametrize(
@@ -54,19 +54,19 @@ def test_declared_properties_must_hold(born, change, verdict):
 
 
 def test_a_higher_level_than_needed_is_detected(born):
-    scene, declared, stream, said = born
+    scene, declared, stream, message = born
     lines = [json.loads(line) for line in declared.splitlines()]
     lines[-1]["level"] = 20
     raised = stream[:38] + b"\x14" + stream[39:]
 
-    assert judge_encoder(scene, lines, raised, said).name == "level"
+    assert judge_encoder(scene, lines, raised, message).name == "level"
 
 
 def test_a_rejected_stream_is_reported(born):
-    scene, declared, stream, said = born
+    scene, declared, stream, message = born
     lines = [json.loads(line) for line in declared.splitlines()]
 
-    verdict = judge_encoder(scene, lines, stream, [*said, {"refused": "field"}])
+    verdict = judge_encoder(scene, lines, stream, [*message, {"refused": "field"}])
 
     assert verdict.name == "refused"
 

@@ -40,13 +40,13 @@ def test_many_streams_are_invalid_or_damaged():
 
 def test_every_reject_id_has_an_invalid_stream_with_that_fault_alone():
     known = {row[0] for row in spec_text.table(spec_text.text(), "rejects")}
-    said = {
+    message = {
         vector["decode"]["refused"][0]
         for vector in VECTORS
         if vector["name"].startswith("invalid/") and len(vector["decode"].get("refused", ())) == 1
     }
 
-    assert said == known
+    assert message == known
 
 
 def validator(name):

@@ -116,8 +116,8 @@ def test_the_frames_of_a_limited_capture_are_those_within_the_limit(folder, pict
 
 def test_of_many_unusual_videos_only_some_are_named():
     names = [f"cam{index:02}" for index in range(14)]
-    told = compare_lengths(names, [3 + index % 7 for index in range(14)])
+    reported = compare_lengths(names, [3 + index % 7 for index in range(14)])
 
-    assert told.message.count(" has ") == 5
-    assert " and 7 more differ, the others have 6: " in told.message
-    assert len(told.cameras) == 12
+    assert reported.message.count(" has ") == 5
+    assert " and 7 more differ, the others have 6: " in reported.message
+    assert len(reported.cameras) == 12

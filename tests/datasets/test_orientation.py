@@ -51,7 +51,7 @@ def test_a_video_displayed_as_stored_is_not_rotated(n3dv_folder, pictures, tmp_p
 
 
 @pytest.mark.parametrize(
-    ("how", "said"),
+    ("how", "message"),
     [
         ("45 clockwise", r"rotated by -45 degrees"),
         ("mirrored", "mirrored"),
@@ -60,12 +60,12 @@ def test_a_video_displayed_as_stored_is_not_rotated(n3dv_folder, pictures, tmp_p
     ],
 )
 def test_a_video_with_another_angle_than_quarter_turns_is_rejected(
-    n3dv_folder, tmp_path, how, said
+    n3dv_folder, tmp_path, how, message
 ):
     path = tmp_path / "cam00.mp4"
     path.write_bytes(forgeries.show_video((n3dv_folder / "cam00.mp4").read_bytes(), how))
 
-    with pytest.raises(UnreadableVideoError, match=rf"frame 0 of .*cam00.mp4 .*shown {said}"):
+    with pytest.raises(UnreadableVideoError, match=rf"frame 0 of .*cam00.mp4 .*shown {message}"):
         VideoReader(path)
 
 
@@ -114,8 +114,8 @@ def test_a_picture_with_an_exif_orientation_is_rejected(tmp_path, orientation, o
     (tmp_path / "a.png").write_bytes(forgeries.forge_png(48, 32, exif))
 
     for name in ("a.jpg", "a.png"):
-        said = rf"{name} has EXIF orientation {orientation}, .*exiftool .*mogrify"
-        with pytest.raises(UnreadableVideoError, match=said):
+        message = rf"{name} has EXIF orientation {orientation}, .*exiftool .*mogrify"
+        with pytest.raises(UnreadableVideoError, match=message):
             read_still(tmp_path / name)
 
 

@@ -43,9 +43,9 @@ def test_a_video_states_its_color_space(tmp_path):
     _write(tmp_path / "a.mp4", VideoForm(48, 32, Fraction(30)))
     with av.open(str(tmp_path / "a.mp4")) as container:
         context = container.streams.video[0].codec_context
-        said = (context.colorspace, context.color_range, context.pix_fmt)
+        message = (context.colorspace, context.color_range, context.pix_fmt)
 
-    assert said == (av.video.reformatter.Colorspace.ITU601.value, 1, "yuv444p")
+    assert message == (av.video.reformatter.Colorspace.ITU601.value, 1, "yuv444p")
 
 
 def test_a_failing_encoder_is_a_system_error(tmp_path):

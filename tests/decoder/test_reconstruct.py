@@ -31,22 +31,22 @@ def _begun(header=_HEADER, count=30, deaths=0):
 @given(st.integers(0, 1000), st.sampled_from([3, 4]))
 def test_motion_matches_plain_integers(seed, components):
     header = replace(_HEADER, rotation_components=components)
-    begun = _begun(header)
-    symbols = make_symbols(begun, seed)
+    started = _begun(header)
+    symbols = make_symbols(started, seed)
 
-    moved = move(begun, symbols)
+    moved = move(started, symbols)
 
-    for i in range(begun.scene.count):
-        followed = zip(symbols, begun.known_anchors.binding, strict=True)
+    for i in range(started.scene.count):
+        followed = zip(symbols, started.known_anchors.binding, strict=True)
         sums = [
             sum(s) for s in zip(*[level[:, b[i]].tolist() for level, b in followed], strict=True)
         ]
         position = [
             int(p) + header.translation_step * s
-            for p, s in zip(begun.scene.positions[:, i], sums, strict=False)
+            for p, s in zip(started.scene.positions[:, i], sums, strict=False)
         ]
         w = header.rotation_unity * header.level_count + (sums[3] if components == 4 else 0)
-        rotation = begun.scene.rotations[:, i].tolist()
+        rotation = started.scene.rotations[:, i].tolist()
         expected = oracle.turn(rotation, [w, *sums[-3:]]) if any(sums[3:]) else rotation
         assert moved.scene.positions[:, i].tolist() == position
         assert moved.scene.rotations[:, i].tolist() == expected
@@ -54,30 +54,32 @@ def test_motion_matches_plain_integers(seed, components):
 
 
 def test_a_sum_of_zero_keeps_a_rotation_to_the_bit():
-    begun = _begun()
-    still = [np.zeros_like(level) for level in make_symbols(begun)]
+    started = _begun()
+    still = [np.zeros_like(level) for level in make_symbols(started)]
 
-    moved = move(begun, still)
+    moved = move(started, still)
 
-    assert np.array_equal(moved.scene.rotations, begun.scene.rotations)
+    assert np.array_equal(moved.scene.rotations, started.scene.rotations)
 
 
 def test_a_w_that_cancels_the_identity_is_rejected():
     header = replace(_HEADER, rotation_components=4, rotation_unity=10, level_count=1)
-    begun = _begun(header)
-    symbols = [np.zeros((7, level.owners.size), dtype=int) for level in begun.known_anchors.levels]
+    started = _begun(header)
+    symbols = [
+        np.zeros((7, level.owners.size), dtype=int) for level in started.known_anchors.levels
+    ]
     symbols[0][3] = -10
 
     with pytest.raises(DegenerateRotationError):
-        move(begun, symbols)
+        move(started, symbols)
 
 
 def test_a_gaussian_that_leaves_the_lattice_is_rejected():
-    begun = _begun(replace(_HEADER, translation_step=60_000))
-    symbols = [np.full((6, level.owners.size), 65) for level in begun.known_anchors.levels]
+    started = _begun(replace(_HEADER, translation_step=60_000))
+    symbols = [np.full((6, level.owners.size), 65) for level in started.known_anchors.levels]
 
     with pytest.raises(PositionRangeError):
-        move(begun, symbols)
+        move(started, symbols)
 
 
 def test_the_dead_are_those_of_lowest_opacity_and_then_of_lowest_id():
@@ -86,9 +88,9 @@ def test_the_dead_are_those_of_lowest_opacity_and_then_of_lowest_id():
     codes[3] = [5, -7, 5, -7, *range(10, 36)]
     state = replace(state, scene=replace(state.scene, codes=codes))
 
-    begun = begin_frame(state, 3)
+    started = begin_frame(state, 3)
 
-    assert begun.scene.ids.tolist() == [2, *range(4, 30)]
+    assert started.scene.ids.tolist() == [2, *range(4, 30)]
 
 
 @pytest.mark.parametrize("deaths", [30, 31, 1 << 32])
@@ -206,8 +208,8 @@ def test_a_canonical_position_off_the_lattice_is_rejected():
 
 
 def test_contexts_reflect_what_the_gaussian_of_each_anchor_did():
-    begun = _begun()
-    moved = move(begun, make_symbols(begun))
+    started = _begun()
+    moved = move(started, make_symbols(started))
     following = begin_frame(moved, 0)
 
     contexts = motion_contexts(following, previous=True)
@@ -218,8 +220,8 @@ def test_contexts_reflect_what_the_gaussian_of_each_anchor_did():
 
 
 def test_an_anchor_whose_gaussian_died_has_no_last_motion():
-    begun = _begun()
-    moved = move(begun, [np.ones_like(level) for level in make_symbols(begun)])
+    started = _begun()
+    moved = move(started, [np.ones_like(level) for level in make_symbols(started)])
     dead = begin_frame(moved, 29)
 
     contexts = motion_contexts(dead, previous=True)

@@ -213,23 +213,23 @@ def test_only_surplus_and_faint_gaussians_die(target, deaths_below):
 
 
 def test_progress_reports_every_stage():
-    told = []
+    reported = []
 
     class Notes:
         def advance(self, stage, done, total):
-            told.append((stage, done, total))
+            reported.append((stage, done, total))
 
     encode(make_capture(), io.BytesIO(), EncodeOptions(SMALL, 2, "cpu", Notes()))
 
-    assert {stage for stage, _, _ in told} == {"canonical", "motion", "births", "frames"}
-    assert told[-1] == ("frames", 2, 2)
+    assert {stage for stage, _, _ in reported} == {"canonical", "motion", "births", "frames"}
+    assert reported[-1] == ("frames", 2, 2)
 
 
 @pytest.mark.parametrize("frames", [0, 6])
 def test_missing_frames_of_the_capture_are_rejected_before_training(frames):
     class UnusedProgress:
-        def advance(self, *told):
-            raise AssertionError(told)
+        def advance(self, *reported):
+            raise AssertionError(reported)
 
     sink = io.BytesIO()
     with pytest.raises(TooFewFramesError, match=f"{frames} frames are requested, but .* has 5"):

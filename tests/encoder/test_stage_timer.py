@@ -37,11 +37,11 @@ def test_seconds_between_two_stages_count_for_the_next():
 
 
 def test_seconds_of_another_timer_are_excluded():
-    clock, told = _Ticks(), []
+    clock, reported = _Ticks(), []
 
     class SlowProgress:
         def advance(self, *step):
-            told.append(step)
+            reported.append(step)
             clock.now += 100
 
     timer = StageTimer(SlowProgress(), clock)
@@ -51,7 +51,7 @@ def test_seconds_of_another_timer_are_excluded():
     timer.advance("motion", 2, 2)
 
     assert timer.seconds == {"motion": 3}
-    assert told == [("motion", 1, 2), ("motion", 2, 2)]
+    assert reported == [("motion", 1, 2), ("motion", 2, 2)]
 
 
 def test_time_of_other_work_in_between_is_excluded():
@@ -69,8 +69,8 @@ def test_time_of_other_work_in_between_is_excluded():
 
 def test_an_encode_times_all_stages_and_no_others():
     timer = StageTimer()
-    begun = timer._clock()
+    started = timer._clock()
     encode(make_capture(2), io.BytesIO(), EncodeOptions(SMALL, device="cpu", progress=timer))
 
     assert sorted(timer.seconds) == sorted(_SHOWN)
-    assert 0 < sum(timer.seconds.values()) == pytest.approx(timer._clock() - begun, rel=0.1)
+    assert 0 < sum(timer.seconds.values()) == pytest.approx(timer._clock() - started, rel=0.1)

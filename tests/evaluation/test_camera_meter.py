@@ -95,5 +95,5 @@ def test_the_first_frame_does_not_flicker():
 
 
 def test_every_figure_states_its_metric():
-    for name, told in (("cc", "cc_*"), ("moving", "static_*"), ("flicker", "truth_flicker")):
-        assert told in VARIANTS[name]
+    for name, reported in (("cc", "cc_*"), ("moving", "static_*"), ("flicker", "truth_flicker")):
+        assert reported in VARIANTS[name]

@@ -60,11 +60,11 @@ def test_json_has_a_number_for_each_frame_and_their_means(evaluation):
 
 
 def test_both_passes_report_progress(stream, folder):
-    told = []
-    evaluate_stream(stream, folder, lambda *note: told.append(note))
+    reported = []
+    evaluate_stream(stream, folder, lambda *note: reported.append(note))
 
     stages = [(stage, done, 4) for stage in ("inspect", "evaluate") for done in range(1, 5)]
-    assert told == stages
+    assert reported == stages
 
 
 def test_a_stream_is_measured_at_its_own_resolution(folder):
@@ -87,7 +87,7 @@ def _held_in(camera):
 
 
 @pytest.mark.parametrize(
-    ("change", "frames", "said"),
+    ("change", "frames", "message"),
     [
         (lambda cameras: [_held_in(camera) for camera in cameras], 2, "no held-out camera"),
         (lambda _: [], 2, "no held-out camera"),
@@ -107,10 +107,10 @@ def _held_in(camera):
         (lambda cameras: [replace(camera, width=1) for camera in cameras], 2, "downscaled by 48"),
     ],
 )
-def test_streams_and_captures_that_do_not_match_are_rejected(change, frames, said, folder):
+def test_streams_and_captures_that_do_not_match_are_rejected(change, frames, message, folder):
     data = write_stream(change(open_capture(folder).cameras), frames)
 
-    with pytest.raises(MismatchError, match=said):
+    with pytest.raises(MismatchError, match=message):
         evaluate_stream(data, folder, ignore)
 
 

@@ -108,7 +108,7 @@ def test_4dgs_has_ids_and_its_own_frame_rate(clip_and_frames, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("files", "said"),
+    ("files", "message"),
     [
         ({}, "no .ply or .spz"),
         ({"a.ply": b"", "b.spz": b""}, "both .ply and .spz"),
@@ -118,11 +118,11 @@ def test_4dgs_has_ids_and_its_own_frame_rate(clip_and_frames, tmp_path):
         ({"a.ply": b"ply\n", NAME: b"{"}, NAME),
     ],
 )
-def test_unreadable_inputs_are_named(files, said, tmp_path):
+def test_unreadable_inputs_are_named(files, message, tmp_path):
     for name, data in files.items():
         (tmp_path / name).write_bytes(data)
 
-    with pytest.raises(UnreadableFramesError, match=said):
+    with pytest.raises(UnreadableFramesError, match=message):
         list(open_frames(tmp_path).read())
 
 

@@ -138,7 +138,7 @@ def _with_number(value):
 
 
 @pytest.mark.parametrize(
-    ("data", "said"),
+    ("data", "message"),
     [
         (lambda good: good[:-1], "ends before the last"),
         (lambda _: b"", "does not begin with the header"),
@@ -148,8 +148,8 @@ def _with_number(value):
         (lambda _: _with_number(np.inf), "not finite"),
     ],
 )
-def test_other_files_than_gaussian_ply_are_rejected_by_name(data, said):
-    with pytest.raises(ValueError, match=said):
+def test_other_files_than_gaussian_ply_are_rejected_by_name(data, message):
+    with pytest.raises(ValueError, match=message):
         parse_ply(data(build_ply(make_frame(0)[1])))
 
 

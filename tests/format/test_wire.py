@@ -270,10 +270,10 @@ def test_an_index_of_four_billion_points_is_rejected_at_once():
 def test_an_index_of_a_million_points_is_parsed_at_once():
     count = (1 << 20) - 1
     payload = count.to_bytes(4, "little") + bytes(range(16)) * count
-    begun = time.monotonic()
+    started = time.monotonic()
     points = wire.parse_index(payload)
 
-    assert time.monotonic() - begun < 2
+    assert time.monotonic() - started < 2
     assert len(points) == count
     assert points[-1] == SeekPoint(0x0706050403020100, 0x0B0A0908, 0x0F0E0D0C)
 

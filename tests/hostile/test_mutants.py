@@ -28,15 +28,15 @@ _MUTANTS = st.integers(0, 1 << 40).map(lambda number: _MUTATOR.make(number).data
 
 def _summarize(stream):
     """The digest of every frame of a stream, and the reject id at its end."""
-    told = []
+    reported = []
     try:
         for scene in decode(stream):
-            told.append(compute_digest(scene))  # noqa: PERF401, those before a rejection count
+            reported.append(compute_digest(scene))  # noqa: PERF401, those before a rejection count
     except BitstreamError as error:
-        told.append((error.reject_id, error.offset))
+        reported.append((error.reject_id, error.offset))
     except LimitError:
-        told.append("declined")
-    return told
+        reported.append("declined")
+    return reported
 
 
 @settings(deadline=None)
@@ -62,25 +62,25 @@ def test_the_fast_engine_decodes_a_mutant_like_the_reference(data):
         assert _places(_summarize(data)) == _places(expected)
 
 
-def _places(told):
+def _places(reported):
     """The result without ids: either of two faults in a chunk may be named."""
-    return [each[1] if isinstance(each, tuple) else each for each in told]
+    return [each[1] if isinstance(each, tuple) else each for each in reported]
 
 
 @settings(deadline=None)
 @given(_MUTANTS)
 def test_recovery_returns_at_least_the_decoded_frames_and_lists_the_missing_ones(data):
-    told = _summarize(data)
-    assume("declined" not in told)
-    frames = [each for each in told if isinstance(each, str)]
+    reported = _summarize(data)
+    assume("declined" not in reported)
+    frames = [each for each in reported if isinstance(each, str)]
     try:
         events = list(recover(data))
     except BitstreamError:
         events = []
-        assume(len(told) == len(frames))  # recovery may return nothing for a rejected stream
+        assume(len(reported) == len(frames))  # recovery may return nothing for a rejected stream
     recovered = [compute_digest(event) for event in events if not isinstance(event, Gap)]
     assert recovered[: len(frames)] == frames
-    assert any(isinstance(event, Gap) for event in events) == (len(told) > len(frames))
+    assert any(isinstance(event, Gap) for event in events) == (len(reported) > len(frames))
 
 
 _VERBS = {

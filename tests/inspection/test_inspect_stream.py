@@ -88,10 +88,10 @@ def test_a_stream_of_one_frame_has_no_rate_for_later_frames():
 
 
 def test_progress_reports_every_frame():
-    told = []
-    inspect_stream(_DATA, lambda *note: told.append(note))
+    reported = []
+    inspect_stream(_DATA, lambda *note: reported.append(note))
 
-    assert told == [("inspect", done, 5) for done in range(1, 6)]
+    assert reported == [("inspect", done, 5) for done in range(1, 6)]
 
 
 @given(st.integers(0, len(_DATA)))

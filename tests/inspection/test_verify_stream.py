@@ -19,8 +19,8 @@ _CHUNKS = list(split_chunks(_DATA))
 
 
 def test_the_listed_checks_were_made():
-    told = []
-    proof = verify_stream(BytesSource(_DATA), lambda *note: told.append(note))
+    reported = []
+    proof = verify_stream(BytesSource(_DATA), lambda *note: reported.append(note))
 
     births = [wire.parse_frame(chunk.payload) for chunk in _CHUNKS if chunk.kind == b"FRAM"]
     assert (proof.frames, proof.chunks) == (8, len(_CHUNKS))
@@ -36,9 +36,9 @@ def test_the_listed_checks_were_made():
     moved = [chunk for chunk in _CHUNKS if chunk.kind == b"FRAM"]
     assert proof.sections == 6 * 3 + 2 * len(moved)
     assert proof.bits > 0
-    stages = [stage for stage, _, _ in told]
+    stages = [stage for stage, _, _ in reported]
     assert stages == ["decode"] * 8 + ["seek"] * 8
-    assert {total for _, _, total in told} == {8}
+    assert {total for _, _, total in reported} == {8}
 
 
 def test_a_stream_without_frames_is_verified():

@@ -22,16 +22,16 @@ def _has_stopped(process):
 
 
 def test_two_workers_of_a_cluster_run_in_parallel_and_results_keep_the_order(ray_cluster):
-    told = []
+    reported = []
     jobs = _make_jobs(3, 1, 2, 5)
 
     results = run_jobs(
-        works.square_slowly, jobs, WorkerPool(ray=ray_cluster), lambda *of: told.append(of)
+        works.square_slowly, jobs, WorkerPool(ray=ray_cluster), lambda *of: reported.append(of)
     )
 
     assert [square for square, _ in results] == [9, 1, 4, 25]
     assert len({process for _, process in results}) == 2
-    assert [done for _, done, _ in told] == [1, 2, 3, 4]
+    assert [done for _, done, _ in reported] == [1, 2, 3, 4]
 
 
 def test_failed_jobs_on_a_cluster_are_named(ray_cluster):

@@ -22,10 +22,10 @@ def test_no_jobs_have_no_results():
 
 
 def test_every_finished_job_is_reported():
-    told = []
-    run_jobs(works.square, _make_jobs(3, 1), WorkerPool(), lambda *of: told.append(of))
+    reported = []
+    run_jobs(works.square, _make_jobs(3, 1), WorkerPool(), lambda *of: reported.append(of))
 
-    assert told == [("job 3", 1, 2), ("job 1", 2, 2)]
+    assert reported == [("job 3", 1, 2), ("job 1", 2, 2)]
 
 
 def test_every_job_has_its_own_process_and_threads(monkeypatch):
@@ -40,9 +40,9 @@ def test_every_job_has_its_own_process_and_threads(monkeypatch):
 
 
 def test_failed_jobs_are_named_when_all_others_are_done():
-    told = []
+    reported = []
     with pytest.raises(JobsError) as caught:
-        run_jobs(works.fail_if_odd, _make_jobs(1, 2, 3), TWO, lambda *of: told.append(of))
+        run_jobs(works.fail_if_odd, _make_jobs(1, 2, 3), TWO, lambda *of: reported.append(of))
 
     assert caught.value.faults == {
         "job 1": "ValueError: 1 is odd",
@@ -50,7 +50,7 @@ def test_failed_jobs_are_named_when_all_others_are_done():
     }
     assert str(caught.value).startswith("2 of 3 jobs failed; job 1: ValueError: 1 is odd; job 3")
     assert "in fail_if_odd" in caught.value.__notes__[0]
-    assert len(told) == 3
+    assert len(reported) == 3
 
 
 def test_a_crashed_process_fails_only_its_own_job():

@@ -89,12 +89,12 @@ def _frames_until_rejected(player):
 @both
 @pytest.mark.parametrize("number", [3, 4, 6])
 def test_a_fault_is_raised_at_its_frame(number, threads):
-    spoilt = bytearray(_STREAM)
+    damaged = bytearray(_STREAM)
     chunk = list(split_chunks(_STREAM))[number]
-    spoilt[chunk.offset + CHUNK_HEADER_BYTES + 9] ^= 1
-    expected = _frames_until_rejected_by_decode(bytes(spoilt))
+    damaged[chunk.offset + CHUNK_HEADER_BYTES + 9] ^= 1
+    expected = _frames_until_rejected_by_decode(bytes(damaged))
 
-    with Player(bytes(spoilt), threads=threads) as player:
+    with Player(bytes(damaged), threads=threads) as player:
         digests, error = _frames_until_rejected(player)
 
     assert (digests, error.reject_id, error.offset) == expected

@@ -105,14 +105,14 @@ def _spoil(leaves, name, value):
 @pytest.mark.parametrize("name", ["means", "quaternions", "log_scales", "sh"])
 def test_one_gaussian_out_of_range_does_not_affect_others(name, value):
     leaves, background = make_leaves(30, torch.float32), torch.zeros(3)
-    spoilt = _spoil(leaves, name, value)
+    damaged = _spoil(leaves, name, value)
     width = leaves[name][0].numel()
     others = [row for row in range(30) if row != 5 // width]
-    without = Gaussians(*(tensor[others] for tensor in spoilt.tensors()))
+    without = Gaussians(*(tensor[others] for tensor in damaged.tensors()))
 
-    picture = NumbaRasterizer().render(spoilt, _CAMERA, background).image
+    picture = NumbaRasterizer().render(damaged, _CAMERA, background).image
     wanted = NumbaRasterizer().render(without, _CAMERA, background).image
-    exact = TorchRasterizer().render(spoilt, _CAMERA, background).image
+    exact = TorchRasterizer().render(damaged, _CAMERA, background).image
 
     assert bool(torch.isfinite(picture).all())
     assert bool(torch.isfinite(exact).all())
@@ -134,7 +134,7 @@ def test_a_gaussian_that_is_not_finite_has_no_gradient():
 
 
 @pytest.mark.parametrize(
-    "spoilt",
+    "damaged",
     [
         {"fx": 3e38},
         {"translation": (3e38, 0.0, 0.0)},
@@ -144,8 +144,8 @@ def test_a_gaussian_that_is_not_finite_has_no_gradient():
         {"near": 1e-40},
     ],
 )
-def test_a_camera_with_any_numbers_gives_finite_colors(spoilt):
-    camera = replace(_CAMERA, **spoilt)
+def test_a_camera_with_any_numbers_gives_finite_colors(damaged):
+    camera = replace(_CAMERA, **damaged)
     rng = np.random.default_rng(0)
     splats = Splats(
         *(rng.normal(size=(40, size)).astype(np.float32) * 1e6 for size in (3, 4, 3)),

@@ -24,31 +24,31 @@ def make_deep() -> StreamWriter:
     writer.canonical(_make_canonical(), frame=1000)
     _move_and_add_births(writer)
 
-    begun = writer.begin(0)
-    writer.frame(begun, symbols_of(begun), None, previous=True)
+    started = writer.begin(0)
+    writer.frame(started, symbols_of(started), None, previous=True)
 
-    begun = writer.begin(0)
-    symbols = symbols_of(begun, (1, 0, [0, 2, 0, 0, 0, -1]), (2, 1, [1, 0, 0, 0, 0, 0]))
-    writer.frame(begun, symbols, None, previous=False)
+    started = writer.begin(0)
+    symbols = symbols_of(started, (1, 0, [0, 2, 0, 0, 0, -1]), (2, 1, [1, 0, 0, 0, 0, 0]))
+    writer.frame(started, symbols, None, previous=False)
 
-    begun = writer.begin(1)
-    symbols = symbols_of(begun, (1, 0, [0, 1, 0, 0, 0, -1]), (3, 0, [0, 0, -9, 0, 7, 0]))
-    writer.frame(begun, symbols, None, previous=True)
+    started = writer.begin(1)
+    symbols = symbols_of(started, (1, 0, [0, 1, 0, 0, 0, -1]), (3, 0, [0, 0, -9, 0, 7, 0]))
+    writer.frame(started, symbols, None, previous=True)
 
     coded = _make_canonical()
     two = Gaussians(coded.positions[:, 3:], coded.rotations[:, 3:], coded.codes[:, 3:])
     writer.canonical(two, frame=1005)
-    begun = writer.begin(0)
-    writer.frame(begun, symbols_of(begun, (1, 1, [2, 0, 0, 0, 0, 0])), None, previous=True)
+    started = writer.begin(0)
+    writer.frame(started, symbols_of(started, (1, 1, [2, 0, 0, 0, 0, 0])), None, previous=True)
     writer.tail(index=False)
     return writer
 
 
 def _move_and_add_births(writer: StreamWriter) -> None:
     """Motion of all three levels, and two births of one parent that differ in SH rest."""
-    begun = writer.begin(0)
+    started = writer.begin(0)
     symbols = symbols_of(
-        begun,
+        started,
         (1, 2, [1, 0, -1, 0, 0, 2]),
         (2, 0, [0, -2, 0, 3, 0, 0]),
         (3, 0, [2, 0, 0, -1, 0, 0]),
@@ -58,7 +58,7 @@ def _move_and_add_births(writer: StreamWriter) -> None:
     second = [-38, -40, -40, 9, 5, 6, 5, *[0] * 8, 33]
     newborn = Gaussians(columns([2, 0, -1], [-2, 0, 1]), rotations, columns(first, second))
     births = Births(np.array([2, 2], dtype=np.int64), newborn)
-    writer.frame(begun, symbols, births, previous=False)
+    writer.frame(started, symbols, births, previous=False)
 
 
 def _make_canonical() -> Gaussians:

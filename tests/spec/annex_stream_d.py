@@ -31,16 +31,16 @@ def make_changing() -> StreamWriter:
     _update_again(writer)
     _snap(writer)
 
-    begun = writer.begin(0)
+    started = writer.begin(0)
     updates = _updates((5, {"opacity": [3]}))
-    writer.frame(begun, symbols_of(begun), None, previous=False, updates=updates)
+    writer.frame(started, symbols_of(started), None, previous=False, updates=updates)
     writer.tail(index=True)
     return writer
 
 
 def _update_and_add_births(writer: StreamWriter) -> None:
     """Frame 11: one anchor moves, two Gaussians change, one leaves, one is born."""
-    begun = writer.begin(0)
+    started = writer.begin(0)
     updates = _updates(
         (0, {"translation": [2, 0, -1], "rotation": [0, 3, 0]}),
         (2, None),
@@ -51,19 +51,19 @@ def _update_and_add_births(writer: StreamWriter) -> None:
     )
     # The parent is the Gaussian of id 3, because that of id 2 has left.
     births = Births(np.array([2], dtype=np.int64), newborn)
-    symbols = symbols_of(begun, (1, 0, [1, 0, 0, 0, 0, -2]))
-    writer.frame(begun, symbols, births, previous=False, updates=updates)
+    symbols = symbols_of(started, (1, 0, [1, 0, 0, 0, 0, -2]))
+    writer.frame(started, symbols, births, previous=False, updates=updates)
 
 
 def _update_again(writer: StreamWriter) -> None:
     """Frame 12: contexts of recency; one Gaussian is coded as changing without any field."""
-    begun = writer.begin(0)
+    started = writer.begin(0)
     updates = _updates(
         (0, {"translation": [-1, 1, 1]}),
         (1, {}),
         (5, {"opacity": [5]}),
     )
-    writer.frame(begun, symbols_of(begun), None, previous=True, updates=updates)
+    writer.frame(started, symbols_of(started), None, previous=True, updates=updates)
 
 
 def _snap(writer: StreamWriter) -> None:

@@ -89,19 +89,19 @@ class StreamWriter:
 
     def frame(
         self,
-        begun: State,
+        started: State,
         symbols: list[Int64],
         births: Births | None,
         *,
         previous: bool,
         updates: Updates | None = None,
     ) -> None:
-        """Write a FRAM chunk; the number of deaths follows from `begun`."""
-        deaths = self.states[-1].scene.count - begun.scene.count
+        """Write a FRAM chunk; the number of deaths follows from `started`."""
+        deaths = self.states[-1].scene.count - started.scene.count
         motion = write_motion(
-            motion_contexts(begun, previous=previous), symbols, begun.motion_counts
+            motion_contexts(started, previous=previous), symbols, started.motion_counts
         )
-        state = decode_motion(begun, motion, previous=previous)
+        state = decode_motion(started, motion, previous=previous)
         changes = None
         if updates is not None:
             changes = write_updates(update_context(state), updates, state.update_counts)
@@ -129,10 +129,10 @@ def columns(*rows: list[int]) -> Int64:
     return np.array(rows, dtype=np.int64).T
 
 
-def symbols_of(begun: State, *given: tuple[int, int, list[int]]) -> list[Int64]:
+def symbols_of(started: State, *given: tuple[int, int, list[int]]) -> list[Int64]:
     """Symbols of all anchors, 0 except those of (level, anchor, symbols)."""
-    channels = begun.scene.header.symbol_planes
-    levels = begun.known_anchors.levels
+    channels = started.scene.header.symbol_planes
+    levels = started.known_anchors.levels
     symbols = [np.zeros((channels, level.owners.size), dtype=np.int64) for level in levels]
     for level, anchor, values in given:
         symbols[level - 1][:, anchor] = values
@@ -178,18 +178,18 @@ def make_moving() -> StreamWriter:
     writer.chunk(b"meta", wire.build_metadata({"title": "seven Gaussians"}))
     writer.canonical(_seven(), frame=0)
 
-    begun = writer.begin(0)
+    started = writer.begin(0)
     moved = symbols_of(
-        begun,
+        started,
         (1, 0, [1, 0, -2, 0, 0, 0, 0]),
         (1, 2, [0, 0, 5, -1, 0, 0, 6]),
         (2, 0, [3, 0, 0, 0, 0, 0, -4]),
     )
-    writer.frame(begun, moved, None, previous=False)
+    writer.frame(started, moved, None, previous=False)
 
-    begun = writer.begin(0)
+    started = writer.begin(0)
     moved = symbols_of(
-        begun,
+        started,
         (1, 0, [4, 0, -1, 0, 0, 0, -3]),
         (1, 2, [0, 0, 5, 0, 0, 0, 5]),
         (1, 3, [0, 0, 0, 2, 0, 0, 0]),
@@ -199,13 +199,13 @@ def make_moving() -> StreamWriter:
     # The second newborn is equally far from the third and the fourth anchor of level 1.
     places = columns([6, -3, 0], [5, 0, -15])
     births = Births(np.array([1, 5], dtype=np.int64), Gaussians(places, rotations, codes))
-    writer.frame(begun, moved, births, previous=True)
+    writer.frame(started, moved, births, previous=True)
 
-    begun = writer.begin(2)
+    started = writer.begin(2)
     newborn = Gaussians(columns([1, 0, 0]), rotations[:, :1], codes[:, :1] + 1)
-    births = Births(np.array([begun.scene.count - 1], dtype=np.int64), newborn)
-    moved = symbols_of(begun, (2, 1, [0, 65, 0, 0, 0, 0, 0]))
-    writer.frame(begun, moved, births, previous=True)
+    births = Births(np.array([started.scene.count - 1], dtype=np.int64), newborn)
+    moved = symbols_of(started, (2, 1, [0, 65, 0, 0, 0, 0, 0]))
+    writer.frame(started, moved, births, previous=True)
     writer.tail(index=True)
     return writer
 

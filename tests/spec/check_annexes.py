@@ -100,8 +100,8 @@ def check_states(spec: str) -> None:
                 int(row["phase"]),
                 int(row["N"]),
             )
-            said = spec_text.table(spec, f"state {name}{scene.frame}")
-            assert [[numbers(cell) for cell in cells] for cells in said] == _columns(scene)
+            message = spec_text.table(spec, f"state {name}{scene.frame}")
+            assert [[numbers(cell) for cell in cells] for cells in message] == _columns(scene)
 
 
 def _columns(scene: Scene) -> list[list[list[int]]]:

@@ -71,9 +71,9 @@ def _cases(spec: str, row: dict[str, str]) -> Iterator[tuple[bool, object]]:
             yield fine, (value,) * int(count) if count else value
 
 
-def _edges(spec: str, said: str, kind: str) -> Cases:
+def _edges(spec: str, message: str, kind: str) -> Cases:
     """Return the outermost values inside a range, and the nearest ones outside."""
-    words = said.split()
+    words = message.split()
     greatest = _GREATEST.get(kind, (1 << 31) - 1)
     if kind == "f32":
         return _edges_of_floats(words)

@@ -27,14 +27,14 @@ def _leaves(kind: type) -> list[type]:
 
 
 def check_constants(spec: str) -> None:
-    said = {name: float(value) for name, value, _ in spec_text.table(spec, "constants")}
+    message = {name: float(value) for name, value, _ in spec_text.table(spec, "constants")}
     coded = {
         name: float(value)
         for name, value in vars(constants).items()
         if name.isupper() and isinstance(value, int | float) and name != "UNLIMITED"
     }
-    assert said == coded
-    assert len(said) == len(spec_text.table(spec, "constants"))
+    assert message == coded
+    assert len(message) == len(spec_text.table(spec, "constants"))
 
 
 def check_sections_of_constants(spec: str) -> None:
@@ -45,14 +45,14 @@ def check_sections_of_constants(spec: str) -> None:
 
 
 def check_levels(spec: str) -> None:
-    said = {int(row[0]): tuple(map(int, row[1:])) for row in spec_text.table(spec, "levels")}
-    assert said == {level: tuple(limits) for level, limits in constants.LEVELS.items()}
+    message = {int(row[0]): tuple(map(int, row[1:])) for row in spec_text.table(spec, "levels")}
+    assert message == {level: tuple(limits) for level, limits in constants.LEVELS.items()}
 
 
 def check_rejects(spec: str) -> None:
     rows = spec_text.table(spec, "rejects")
-    said = [row[0] for row in rows]
-    assert sorted(said) == sorted(leaf.reject_id for leaf in _leaves(errors.BitstreamError))
+    message = [row[0] for row in rows]
+    assert sorted(message) == sorted(leaf.reject_id for leaf in _leaves(errors.BitstreamError))
     for row in rows:
         assert set(re.findall(r"\d+(?:\.\d+)?", row[2])) <= spec_text.sections(spec), row
         assert row[3] in {"refuse", "resume", "resume, skip"}, row
@@ -85,15 +85,15 @@ def check_formulas(spec: str) -> None:
     color = spec_text.section(spec, "10.2")
     kernels = (spec_text.ROOT / "quarc_ref/rendering/projection_kernels.py").read_text("utf-8")
     for name in ("C0", "C1"):
-        said = re.search(rf"{name} = ([\d.]+\d)", color)[1]
-        assert f"SH_{name} = np.float32({said})" in kernels, name
+        message = re.search(rf"{name} = ([\d.]+\d)", color)[1]
+        assert f"SH_{name} = np.float32({message})" in kernels, name
 
 
 def check_syntax(spec: str) -> None:
     for name in SYNTAX:
         layout = getattr(layouts, name)
-        said = [(row[0], row[1]) for row in spec_text.table(spec, f"syntax {name}")]
-        assert said == _rows(layout), name
+        message = [(row[0], row[1]) for row in spec_text.table(spec, f"syntax {name}")]
+        assert message == _rows(layout), name
 
 
 def _rows(layout: Construct) -> list[tuple[str, str]]:

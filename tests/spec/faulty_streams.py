@@ -110,19 +110,19 @@ def _section(*words: int) -> Section:
 
 def _stating(code: int) -> Section:
     """A section whose first plane has one context with a stated code, and nothing after it."""
-    said = np.unpackbits(np.array([code], dtype=np.uint8)).astype(np.bool_)
+    message = np.unpackbits(np.array([code], dtype=np.uint8)).astype(np.bool_)
     stated = np.ones(1, dtype=np.bool_)
-    words = encode_bits([(stated, STATED_WEIGHT), (said, WEIGHT_TOTAL // 2)])
+    words = encode_bits([(stated, STATED_WEIGHT), (message, WEIGHT_TOTAL // 2)])
     return _section(*words)
 
 
 def _without_norm() -> Section:
     """Symbols of w that add up to minus the identity at every Gaussian."""
-    begun = begin_frame(STATES[3], 0)
-    symbols = [np.zeros((7, level.owners.size), np.int64) for level in begun.known_anchors.levels]
+    started = begin_frame(STATES[3], 0)
+    symbols = [np.zeros((7, level.owners.size), np.int64) for level in started.known_anchors.levels]
     for level in symbols:
         level[3] = -1
-    return write_motion(motion_contexts(begun, previous=True), symbols, begun.motion_counts)
+    return write_motion(motion_contexts(started, previous=True), symbols, started.motion_counts)
 
 
 def _born(parent: int = 0, component: int = 0, code: int = 0) -> bytes:

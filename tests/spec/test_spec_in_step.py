@@ -40,8 +40,8 @@ def test_every_section_that_the_code_names_exists():
 
 def test_the_sizes_of_fixed_parts_match_the_specification():
     assert layouts.CHUNK_HEADER.sizeof() == constants.CHUNK_HEADER_BYTES
-    said = re.search(r"The payload of HEAD has (\d+) bytes", spec_text.text())
-    assert len(wire.build_stream_header(StreamHeader())) == int(said[1])
+    message = re.search(r"The payload of HEAD has (\d+) bytes", spec_text.text())
+    assert len(wire.build_stream_header(StreamHeader())) == int(message[1])
     assert layouts.SECTION.build({"word_count": 0, "words": b""}) == bytes(
         constants.SECTION_HEADER_BYTES
     )

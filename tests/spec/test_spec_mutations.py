@@ -105,11 +105,11 @@ def test_a_wrong_row_of_syntax_is_detected(name, mutate):
 @pytest.mark.parametrize("name", ["STREAM_HEADER", "CANONICAL", "FRAME"])
 def test_a_wrong_range_is_detected(name):
     def ranges(line: str) -> Iterator[str]:
-        field, kind, said, meaning = spec_text.cells_of(line)
-        others = _next_number(said) if said and not said.startswith("of") else iter(())
+        field, kind, message, meaning = spec_text.cells_of(line)
+        others = _next_number(message) if message and not message.startswith("of") else iter(())
         for other in others:
             yield f"| {field} | {kind} | {other} | {meaning} |"
-        if said:
+        if message:
             yield f"| {field} | {kind} | | {meaning} |"
 
     _expect_red(_mutate_lines(f"syntax {name}", ranges), check_ranges.check_ranges, 2)

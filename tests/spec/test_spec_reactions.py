@@ -26,13 +26,13 @@ def test_the_stream_without_a_fault_is_valid():
 
 
 def test_every_reaction_in_the_specification_has_a_case_and_no_other():
-    said = {
+    message = {
         (row["reject id"], reaction)
         for row in spec_text.records(spec_text.text(), "rejects")
         for reaction in row["reaction"].split(", ")
     }
 
-    assert {(case.reject_id, case.reaction) for case in CASES} == said
+    assert {(case.reject_id, case.reaction) for case in CASES} == message
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.reject_id}, {case.reaction}")

@@ -54,15 +54,15 @@ class Request:
     def send_head(self, data: bytes = DATA, more: str = "") -> bytes:
         """Send the head of a correct response without the length of its body; return the body."""
         body = data[self.first : self.last + 1]
-        said = f"bytes {self.first}-{self.first + len(body) - 1}/{len(data)}"
-        self.send(f"HTTP/1.1 206 Partial Content\nContent-Range: {said}\n{more}")
+        message = f"bytes {self.first}-{self.first + len(body) - 1}/{len(data)}"
+        self.send(f"HTTP/1.1 206 Partial Content\nContent-Range: {message}\n{more}")
         return body
 
     def answer(self, data: bytes = DATA, more: str = "") -> None:
         """Answer correctly."""
         if self.first >= len(data):
-            said = f"Content-Range: bytes */{len(data)}\nContent-Length: 0\n{more}\n"
-            self.send(f"HTTP/1.1 416 Range Not Satisfiable\n{said}")
+            message = f"Content-Range: bytes */{len(data)}\nContent-Length: 0\n{more}\n"
+            self.send(f"HTTP/1.1 416 Range Not Satisfiable\n{message}")
             return
         body = self.send_head(data, more)
         self.send(f"Content-Length: {len(body)}\n\n", body)
@@ -103,8 +103,8 @@ def send_trailers_endlessly(request: Request) -> None:
 
 def answer_another_range(request: Request) -> None:
     start = request.first + 1
-    said = f"bytes {start}-{start + 7}/{len(DATA)}"
-    request.send(f"HTTP/1.1 206 Partial Content\nContent-Range: {said}\nContent-Length: 8\n\n")
+    message = f"bytes {start}-{start + 7}/{len(DATA)}"
+    request.send(f"HTTP/1.1 206 Partial Content\nContent-Range: {message}\nContent-Length: 8\n\n")
     request.send_endlessly(_MEBIBYTE)
 
 

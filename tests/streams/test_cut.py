@@ -116,8 +116,8 @@ def test_the_cameras_and_metadata_in_effect_at_the_first_frame_are_kept():
             at_first = dict(decoder.metadata)
         decoder.push(chunk)
 
-    said = [wire.parse_metadata(payload) for kind, payload in chunks if kind == b"meta"]
-    assert at_first == said[2]
+    expected_message = [wire.parse_metadata(payload) for kind, payload in chunks if kind == b"meta"]
+    assert at_first == expected_message[2]
     assert decoder.cameras
 
 

@@ -29,11 +29,11 @@ _DIGESTS = [compute_digest(state.scene) for state in STATES]
 def _reject(url, timeout=20.0):
     """Read a rejected stream within limits of time and memory; return the message."""
     tracemalloc.start()
-    begun = time.monotonic()
+    started = time.monotonic()
     try:
         with pytest.raises(SourceError) as caught:
             list(decode(HttpSource(url, timeout)))
-        assert time.monotonic() - begun < timeout + _GRACE
+        assert time.monotonic() - started < timeout + _GRACE
         assert tracemalloc.get_traced_memory()[1] < _MAX_MEMORY
     finally:
         tracemalloc.stop()
@@ -48,10 +48,10 @@ def _decode(url):
 def test_a_hostile_server_is_given_up_in_time_with_a_message(name):
     answer, fault = HOSTILE[name]
     with serve(answer) as server:
-        said = _reject(server.url, _SOON)
+        expected_message = _reject(server.url, _SOON)
 
-    assert said.startswith(f"the server of {server.url} ")
-    assert fault in said
+    assert expected_message.startswith(f"the server of {server.url} ")
+    assert fault in expected_message
 
 
 @pytest.fixture(scope="module")
@@ -232,10 +232,10 @@ def test_the_first_address_that_responds_is_used(monkeypatch):
 def test_a_name_lookup_times_out(monkeypatch):
     let_go = threading.Event()
     monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: let_go.wait(30))
-    said = _reject("http://example.org/stream", _SOON)
+    expected_message = _reject("http://example.org/stream", _SOON)
     let_go.set()
 
-    assert said == f"the server of http://example.org/stream {_LATE}"
+    assert expected_message == f"the server of http://example.org/stream {_LATE}"
 
 
 @pytest.fixture

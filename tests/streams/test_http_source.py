@@ -60,8 +60,8 @@ class _Handler(http.server.BaseHTTPRequestHandler):
         self.answer_range(first, body, str(len(data)))
 
     def answer_range(self, first, body, total):
-        said = f"bytes {first}-{first + len(body) - 1}/{total}"
-        self.answer(206, body, Content_Range=said, Content_Length=str(len(body)))
+        expected_message = f"bytes {first}-{first + len(body) - 1}/{total}"
+        self.answer(206, body, Content_Range=expected_message, Content_Length=str(len(body)))
 
 
 @contextlib.contextmanager
@@ -156,8 +156,8 @@ def _omit_range(handler, first, last):
 
 
 def _hang_up(handler, first, last):
-    said = f"bytes {first}-{last}/{len(_DATA)}"
-    handler.answer(206, b"x", Content_Range=said, Content_Length=str(last + 1 - first))
+    expected_message = f"bytes {first}-{last}/{len(_DATA)}"
+    handler.answer(206, b"x", Content_Range=expected_message, Content_Length=str(last + 1 - first))
 
 
 def _lack(handler, _first, _last):
@@ -197,13 +197,13 @@ def _stall_in_the_body(handler, first, last):
     _hang_up_late(handler, first, last, b"x")
 
 
-def _hang_up_late(handler, first, last, begun):
-    said = f"bytes {first}-{last}/{len(_DATA)}"
+def _hang_up_late(handler, first, last, started):
+    expected_message = f"bytes {first}-{last}/{len(_DATA)}"
     handler.send_response(206)
-    handler.send_header("Content-Range", said)
+    handler.send_header("Content-Range", expected_message)
     handler.send_header("Content-Length", str(last + 1 - first))
     handler.end_headers()
-    handler.wfile.write(begun)
+    handler.wfile.write(started)
     handler.server.let_go.wait(10)
 
 
@@ -222,10 +222,10 @@ def _send_slowly(handler, first, last):
 @pytest.mark.parametrize("fault", [_stall_at_once, _stall_in_the_body, _send_slowly])
 def test_a_stalling_server_times_out(fault):
     with _serve(fault=fault) as server:
-        begun = time.monotonic()
+        started = time.monotonic()
         with pytest.raises(SourceError, match=r"takes more than 0\.2 seconds"):
             HttpSource(server.url, timeout=0.2).read(0, 40)
-        assert time.monotonic() - begun < 5
+        assert time.monotonic() - started < 5
 
 
 @pytest.mark.parametrize(
@@ -240,8 +240,8 @@ def test_the_message_of_an_unreachable_server_has_only_the_reason():
     with pytest.raises(SourceError) as caught:
         HttpSource("http://127.0.0.1:1/x", timeout=5).read(0, 8)
 
-    said = "the server of http://127.0.0.1:1/x cannot be read: "
-    assert str(caught.value) == said + os.strerror(errno.ECONNREFUSED)
+    expected_message = "the server of http://127.0.0.1:1/x cannot be read: "
+    assert str(caught.value) == expected_message + os.strerror(errno.ECONNREFUSED)
 
 
 @pytest.mark.parametrize("frame", [3, 4, 6, 8, 11])

@@ -121,8 +121,8 @@ def test_cameras_must_be_the_same(cameras):
 
 
 def test_metadata_shared_by_all_parts_is_kept():
-    said = [{"a": "1", "b": "2", "c": "3"}, {"c": "3", "b": "0", "a": "1"}, {"a": "1", "c": "3"}]
-    parts = [_replaced(_SHORT, {b"meta": wire.build_metadata(each)}) for each in said]
+    message = [{"a": "1", "b": "2", "c": "3"}, {"c": "3", "b": "0", "a": "1"}, {"a": "1", "c": "3"}]
+    parts = [_replaced(_SHORT, {b"meta": wire.build_metadata(each)}) for each in message]
 
     assert _read(join_bytes(*parts)).metadata == {"a": "1", "c": "3"}
     assert _read(join_bytes(*parts, _replaced(_SHORT, {b"meta": None}))).metadata == {}

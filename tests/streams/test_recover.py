@@ -179,9 +179,9 @@ def test_frames_between_two_rejected_canonical_chunks_are_counted_once():
 def test_of_a_damaged_ancillary_chunk_only_itself_is_left_out(sequence):
     damaged = bytearray(_DATA)
     damaged[_CHUNKS[sequence].offset + 20] ^= 1
-    spoilt = _changed({sequence: lambda payload: payload[:-1] + b"\xff"})
+    corrupted = _changed({sequence: lambda payload: payload[:-1] + b"\xff"})
 
-    for data, reject_id in ((bytes(damaged), "payload-crc"), (spoilt, "field")):
+    for data, reject_id in ((bytes(damaged), "payload-crc"), (corrupted, "field")):
         frames, gaps = _recover(data)
         assert frames == list(range(9))
         assert [(gap.reject_id, gap.frames_lost) for gap in gaps] == [(reject_id, 0)]

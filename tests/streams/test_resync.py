@@ -90,12 +90,12 @@ def _forge_headers(count: int, length: int) -> bytes:
 )
 def test_a_megabyte_of_junk_is_skipped_quickly(junk, seconds):
     source = CountedSource(junk + bytes(_MEGABYTE) + _CANO)
-    begun = time.process_time()
+    started = time.process_time()
 
     chunk = find_resumption(source, Search(0, 5, 10, 4 * _MEGABYTE, SearchBudget(4 * _MEGABYTE)))
 
     assert chunk.offset == len(junk) + _MEGABYTE
-    assert time.process_time() - begun < seconds
+    assert time.process_time() - started < seconds
     assert source.byte_count() < 200 * _MEGABYTE
 
 

@@ -186,10 +186,10 @@ def test_a_million_missing_seek_points_are_rejected_at_once(start):
     body = [(chunk.kind, chunk.payload) for chunk in chunks]
     lying = rebuild_stream([*body, (container.INDX, index), (container.TAIL, tail)])
 
-    begun = time.monotonic()
+    started = time.monotonic()
     with pytest.raises(IndexMismatchError):
         list(decode(lying, start))
-    assert time.monotonic() - begun < 2
+    assert time.monotonic() - started < 2
 
 
 def test_an_index_that_does_not_end_at_the_tail_is_rejected():

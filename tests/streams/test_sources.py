@@ -158,8 +158,8 @@ def test_seeking_works_in_a_growing_file(tmp_path):
 def test_a_file_that_stops_growing_is_truncated(tmp_path):
     path = tmp_path / "cut"
     path.write_bytes(_DATA[:-1])
-    begun = time.monotonic()
+    started = time.monotonic()
     with open_source(str(path)) as source, pytest.raises(TruncatedError):
         list(decode(source, follow=Follow(interval=0.01, patience=0.1)))
 
-    assert time.monotonic() - begun >= 0.1
+    assert time.monotonic() - started >= 0.1

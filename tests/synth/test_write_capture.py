@@ -89,10 +89,12 @@ def test_another_seed_gives_another_scene(folder, options, tmp_path):
 
 
 def test_progress_counts_every_picture(options, tmp_path):
-    told = []
-    write_synthetic_capture(tmp_path / "c", replace(options, frames=2), lambda *p: told.append(p))
+    reported = []
+    write_synthetic_capture(
+        tmp_path / "c", replace(options, frames=2), lambda *p: reported.append(p)
+    )
 
-    assert told == [(done, 10) for done in range(1, 11)]
+    assert reported == [(done, 10) for done in range(1, 11)]
 
 
 def test_a_nonempty_folder_is_rejected_and_unchanged(options, tmp_path):

@@ -236,9 +236,9 @@ def test_only_a_few_ports_are_tried(limit, monkeypatch):
     with ExitStack() as stack:
         port = _listen_at_two_neighbours(stack)
         monkeypatch.setattr(server_module, limit, 2 if limit == "_PORTS_TRIED" else port + 1)
-        said = rf"^cannot listen on 127.0.0.1: .* \(ports {port} to {port + 1}\)$"
+        expected_message = rf"^cannot listen on 127.0.0.1: .* \(ports {port} to {port + 1}\)$"
 
-        with pytest.raises(OSError, match=said):
+        with pytest.raises(OSError, match=expected_message):
             Server((_HOST, port), {})
 
 

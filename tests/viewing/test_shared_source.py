@@ -62,7 +62,7 @@ def test_a_read_waits_for_bytes_that_are_still_to_come(monkeypatch):
 
 
 def test_a_read_waits_at_most_until_its_timeout():
-    begun = time.monotonic()
+    started = time.monotonic()
     GrowingSource(Growing(most=3), patience=0.05).wait_for_data(3)
 
-    assert 0.05 <= time.monotonic() - begun < 30
+    assert 0.05 <= time.monotonic() - started < 30

@@ -154,26 +154,26 @@ class Builder:
     def _draw_moved(self, state: State) -> FrameChunk:
         rng = self._draws.rng
         deaths = rng.choice((0, 0, 1, state.scene.count // 2, state.scene.count - 1))
-        begun = begin_frame(state, min(deaths, state.scene.count - 1))
-        symbols = self._change(Stage.MOTION, self._draws.symbols(begun), begun)
+        started = begin_frame(state, min(deaths, state.scene.count - 1))
+        symbols = self._change(Stage.MOTION, self._draws.symbols(started), started)
         previous = rng.random() < 0.5
-        contexts = motion_contexts(begun, previous=previous)
-        motion = write_motion(contexts, symbols, begun.motion_counts)
-        deaths = state.scene.count - begun.scene.count
+        contexts = motion_contexts(started, previous=previous)
+        motion = write_motion(contexts, symbols, started.motion_counts)
+        deaths = state.scene.count - started.scene.count
         updates = EMPTY if self.header.updates else None
-        chunk = FrameChunk(begun.scene.phase, previous, deaths, 0, motion, EMPTY, 0, updates)
+        chunk = FrameChunk(started.scene.phase, previous, deaths, 0, motion, EMPTY, 0, updates)
         if (
             rng.random() < 0.5
             or self._is_at_stage(Stage.BIRTHS)
             or self._is_at_stage(Stage.UPDATES)
         ):
-            chunk = self._add_changes(begun, chunk)
+            chunk = self._add_changes(started, chunk)
         return self._change(Stage.FRAME, chunk)
 
-    def _add_changes(self, begun: State, chunk: FrameChunk) -> FrameChunk:
+    def _add_changes(self, started: State, chunk: FrameChunk) -> FrameChunk:
         """Add updates and births to the chunk of a frame, if its motion is valid."""
         with suppress(BitstreamError):
-            moved = decode_motion(begun, chunk.motion, previous=chunk.previous_contexts)
+            moved = decode_motion(started, chunk.motion, previous=chunk.previous_contexts)
             if self.header.updates:
                 section = self._write_updates(moved)
                 chunk = replace(chunk, updates=section)

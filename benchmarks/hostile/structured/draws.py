@@ -71,13 +71,13 @@ class Draws:
             self._codes(header, count),
         )
 
-    def symbols(self, begun: State) -> list[Int64]:
+    def symbols(self, started: State) -> list[Int64]:
         """Draw symbols of the anchors of a frame start."""
         most = self.rng.choice((0, 1, 3, 3, SYMBOL_LIMIT))
         share = self.rng.choice((0.1, 0.5, 1.0))
         levels = []
-        for level in begun.known_anchors.levels:
-            shape = (begun.scene.header.symbol_planes, level.owners.size)
+        for level in started.known_anchors.levels:
+            shape = (started.scene.header.symbol_planes, level.owners.size)
             moving = self.numbers.random(shape[1]) < share
             levels.append(self.numbers.integers(-most, most + 1, shape) * moving)
             levels[-1][:3] = np.clip(levels[-1][:3], -3, 3)

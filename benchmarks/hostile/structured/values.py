@@ -57,9 +57,9 @@ def overflow_rotations(draws: Draws, gaussians: Gaussians, header: StreamHeader)
     return with_columns(gaussians, which, rotations=[index, *components])
 
 
-def degenerate_rotations(draws: Draws, symbols: list[Int64], begun: State) -> list[Int64]:
+def degenerate_rotations(draws: Draws, symbols: list[Int64], started: State) -> list[Int64]:
     """Make residuals of w cancel the identity: of all Gaussians, or of one anchor."""
-    identity = begun.scene.header.rotation_unity * begun.scene.header.level_count
+    identity = started.scene.header.rotation_unity * started.scene.header.level_count
     still = [np.zeros_like(level) for level in symbols]
     if draws.rng.random() < 0.5:
         still[-1][3] = -identity

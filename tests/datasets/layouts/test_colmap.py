@@ -189,8 +189,10 @@ def test_a_gap_between_frames_is_rejected(folder):
 def test_missing_frames_are_named(folder):
     shutil.rmtree(folder / "frames")
 
-    said = r"has poses for cameras cam00, .* no pictures of them; looked for frames/0000/NAME.png"
-    with pytest.raises(MissingFileError, match=said):
+    message = (
+        r"has poses for cameras cam00, .* no pictures of them; looked for frames/0000/NAME.png"
+    )
+    with pytest.raises(MissingFileError, match=message):
         read(folder)
 
 

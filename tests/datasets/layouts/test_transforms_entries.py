@@ -100,13 +100,17 @@ def test_a_matrix_of_three_rows_is_enough(path):
 
 
 def test_rate_points_and_times_are_read_from_their_keys(path):
-    told = read(
+    reported = read(
         path,
         {**SHARED, "fps": 25, "ply_file_path": "p.ply", "frames": [{**FRAME, "time": 0.5}]},
     )
     untold = read(path, {**SHARED, "frames": [FRAME]})
 
-    assert (told.frames_per_second, told.points, told.entries[0].time) == (25, "p.ply", 0.5)
+    assert (reported.frames_per_second, reported.points, reported.entries[0].time) == (
+        25,
+        "p.ply",
+        0.5,
+    )
     assert (untold.frames_per_second, untold.points, untold.entries[0].time) == (None, None, None)
 
 

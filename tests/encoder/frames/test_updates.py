@@ -44,9 +44,9 @@ def _fit(state: State, settings: UpdateSettings | None = _UPDATES) -> FittedMoti
 
 
 def test_the_scene_in_training_equals_the_decoders():
-    begun = begin_frame(_make_state(), 0)
-    still = [np.zeros((6, level.owners.size), np.int64) for level in begun.known_anchors.levels]
-    moved = move(begun, still)
+    started = begin_frame(_make_state(), 0)
+    still = [np.zeros((6, level.owners.size), np.int64) for level in started.known_anchors.levels]
+    moved = move(started, still)
     before = from_splats(dequantize(moved.scene), _CPU)
     trained = TrainedUpdates(moved.scene.count, _HEADER, _UPDATES, _CPU)
     drawn = torch.from_numpy(np.random.default_rng(0).integers(-20, 20, trained.leaf.shape))

@@ -12,25 +12,25 @@ from tests.small_streams import make_gaussians, make_symbols
 
 def _two_frames(resample_interval):
     header = StreamHeader(gaussians_per_anchor=3, resample_interval=resample_interval)
-    begun = begin_frame(begin_canonical(header, 0, make_gaussians(header, 60)), 0)
-    before = move(begun, make_symbols(begun, seed=4))
+    started = begin_frame(begin_canonical(header, 0, make_gaussians(header, 60)), 0)
+    before = move(started, make_symbols(started, seed=4))
     return before, begin_frame(before, 0)
 
 
 def test_kept_anchors_take_over_their_own_symbols():
-    before, begun = _two_frames(resample_interval=2)
+    before, started = _two_frames(resample_interval=2)
 
-    start = start_symbols(before, begun, MotionSettings(warm_start="anchors", momentum=0.5))
+    start = start_symbols(before, started, MotionSettings(warm_start="anchors", momentum=0.5))
 
     assert start.T.tolist() == (np.concatenate(before.symbols, axis=1) * 0.5).tolist()
 
 
 def test_new_anchors_take_over_the_mean_of_the_nearest_three():
-    before, begun = _two_frames(resample_interval=1)
+    before, started = _two_frames(resample_interval=1)
 
-    start = start_symbols(before, begun, MotionSettings(warm_start="anchors", momentum=1.0))
+    start = start_symbols(before, started, MotionSettings(warm_start="anchors", momentum=1.0))
 
-    old, new = before.known_anchors.levels[0], begun.known_anchors.levels[0]
+    old, new = before.known_anchors.levels[0], started.known_anchors.levels[0]
     squared = ((new.positions[:, :, None] - old.positions[:, None]).astype(float) ** 2).sum(0)
     for index in range(new.owners.size):
         third = np.sort(squared[index])[2]
@@ -41,13 +41,13 @@ def test_new_anchors_take_over_the_mean_of_the_nearest_three():
 
 
 def test_a_common_motion_is_projected_onto_the_coarsest_level():
-    before, begun = _two_frames(resample_interval=1)
+    before, started = _two_frames(resample_interval=1)
     motion = np.tile(np.arange(1.0, 7.0)[:, None], (1, 60)).astype(np.int64)
-    begun = replace(begun, motion=motion)
+    started = replace(started, motion=motion)
 
-    start = start_symbols(before, begun, MotionSettings(warm_start="projection", momentum=1.0))
+    start = start_symbols(before, started, MotionSettings(warm_start="projection", momentum=1.0))
 
-    sizes = [level.owners.size for level in begun.known_anchors.levels]
+    sizes = [level.owners.size for level in started.known_anchors.levels]
     assert start[-sizes[2] :].tolist() == [[1, 2, 3, 4, 5, 6]] * sizes[2]
     assert not start[: -sizes[2]].any()
 
@@ -55,7 +55,7 @@ def test_a_common_motion_is_projected_onto_the_coarsest_level():
 def test_the_first_frame_starts_from_rest():
     header = StreamHeader(gaussians_per_anchor=3)
     canonical = begin_canonical(header, 0, make_gaussians(header, 60))
-    begun = begin_frame(canonical, 0)
+    started = begin_frame(canonical, 0)
 
     for rule in ("anchors", "projection"):
-        assert not start_symbols(canonical, begun, MotionSettings(warm_start=rule)).any()
+        assert not start_symbols(canonical, started, MotionSettings(warm_start=rule)).any()

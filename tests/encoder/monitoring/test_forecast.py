@@ -65,8 +65,8 @@ def test_a_resumed_encode_forecasts_the_remaining_time(clock):
 
 
 @pytest.mark.parametrize(
-    ("seconds", "said"),
+    ("seconds", "message"),
     [(0.4, "0 s"), (59.4, "59 s"), (200, "3 min 20 s"), (7500, "2 h 5 min")],
 )
-def test_durations_are_printed_in_readable_units(seconds, said):
-    assert format_duration(seconds) == said
+def test_durations_are_printed_in_readable_units(seconds, message):
+    assert format_duration(seconds) == message

@@ -96,18 +96,18 @@ def test_a_finished_file_is_unchanged(whole, tmp_path):
 
 
 def test_a_file_is_written_by_one_encode_at_a_time(whole, tmp_path):
-    path, said = tmp_path / "a.quarc", []
+    path, message = tmp_path / "a.quarc", []
 
     class Second:
         def advance(self, stage, _done, _total):
-            if stage == "frames" and not said:
+            if stage == "frames" and not message:
                 with pytest.raises(ResumeError) as caught:
                     encode_file(make_capture(5), path, _OPTIONS)
-                said.append(str(caught.value))
+                message.append(str(caught.value))
 
     encode_file(make_capture(5), path, replace(_OPTIONS, progress=Second()))
 
-    assert said == [f"{path} is being written by another process"]
+    assert message == [f"{path} is being written by another process"]
     assert path.read_bytes() == whole
 
 
@@ -117,14 +117,14 @@ def _with_metadata(data, **changes):
         for chunk in split_chunks(data)
         if chunk.kind not in (container.INDX, container.TAIL)
     ]
-    begun = read_partial_stream(BytesSource(data))
-    metadata = container.wire.build_metadata({**begun.metadata, **changes})
+    started = read_partial_stream(BytesSource(data))
+    metadata = container.wire.build_metadata({**started.metadata, **changes})
     chunks[2] = (container.META, metadata)
     return rebuild_stream(chunks)
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"seed": 1}, "these differ: seed$"),
         ({"motion": replace(CONFIG.motion, lr=0.5)}, "these differ: motion.lr$"),
@@ -134,10 +134,10 @@ def _with_metadata(data, **changes):
         ),
     ],
 )
-def test_other_settings_are_rejected_by_name(changes, said, whole, tmp_path):
+def test_other_settings_are_rejected_by_name(changes, message, whole, tmp_path):
     broken = whole[: _ends(whole)[4]]
     options = replace(_OPTIONS, config=replace(CONFIG, **changes))
-    with pytest.raises(ResumeError, match=said):
+    with pytest.raises(ResumeError, match=message):
         _go_on(tmp_path / "a.quarc", broken, options)
 
     assert (tmp_path / "a.quarc").read_bytes() == broken
@@ -159,16 +159,18 @@ def test_a_stream_that_quotes_old_names_of_settings_is_resumed(whole, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "message"),
     [
         ("capture", "capture"),
         ("fingerprint", r"fingerprint \(of the capture's files, masks included\)"),
         ("encoder", "encoder"),
     ],
 )
-def test_another_capture_or_encoder_is_rejected(name, said, whole, tmp_path):
+def test_another_capture_or_encoder_is_rejected(name, message, whole, tmp_path):
     other = _with_metadata(whole, **{name: "another"})
-    with pytest.raises(ResumeError, match=f"encoded with different inputs; these differ: {said}$"):
+    with pytest.raises(
+        ResumeError, match=f"encoded with different inputs; these differ: {message}$"
+    ):
         _go_on(tmp_path / "a.quarc", other)
 
 

@@ -193,17 +193,17 @@ def test_by_default_positions_are_bounded_by_the_scale_of_the_scene():
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         ({"positions": np.full((200, 3), np.nan, np.float32)}, "non-finite"),
         ({"rotations": np.zeros((200, 4), np.float32)}, "zero quaternion"),
         ({"log_scales": np.full((200, 3), 1e6, np.float32)}, r"exceeds|not finite"),
     ],
 )
-def test_frames_that_no_stream_can_hold_are_rejected_by_number(change, said):
+def test_frames_that_no_stream_can_hold_are_rejected_by_number(change, message):
     splats = make_splats()
 
-    with pytest.raises(EncodeError, match=said):
+    with pytest.raises(EncodeError, match=message):
         encode([splats, replace(splats, **change)])
 
 

@@ -86,7 +86,7 @@ def test_changing_a_setting_leaves_all_others():
 
 
 @pytest.mark.parametrize(
-    ("path", "text", "said"),
+    ("path", "text", "message"),
     [
         ("motion.lrr", "1", "motion.lr"),
         ("lr", "1", "close to it: motion.lr, updates.lr; "),
@@ -99,8 +99,8 @@ def test_changing_a_setting_leaves_all_others():
         ("stream.level_count", "9", "level_count"),
     ],
 )
-def test_an_unknown_setting_is_rejected(path, text, said):
-    with pytest.raises(SettingError, match=said):
+def test_an_unknown_setting_is_rejected(path, text, message):
+    with pytest.raises(SettingError, match=message):
         change_setting(choose_preset("main"), path, text)
 
 

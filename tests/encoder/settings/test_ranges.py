@@ -32,7 +32,7 @@ def test_numbers_within_the_bounds_of_their_types_pass_and_no_others(steps, shar
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"weight": 0.0}, "weight takes a number above 0, not 0.0"),
         ({"amount": float("inf")}, "amount takes a number at least 0, not inf"),
@@ -40,8 +40,8 @@ def test_numbers_within_the_bounds_of_their_types_pass_and_no_others(steps, shar
         ({"steps": -1}, "steps takes an integer at least 0, not -1"),
     ],
 )
-def test_the_range_of_a_number_is_described_in_words(changes, said):
-    with pytest.raises(ValueError, match=f"^{said}$"):
+def test_the_range_of_a_number_is_described_in_words(changes, message):
+    with pytest.raises(ValueError, match=f"^{message}$"):
         _Settings(**changes)
 
 

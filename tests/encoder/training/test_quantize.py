@@ -107,8 +107,8 @@ def test_a_number_beyond_all_integers_is_an_encode_error():
 
 def test_births_are_decoded_where_they_were_trained():
     header = StreamHeader()
-    begun = begin_frame(begin_canonical(header, 0, make_gaussians(header, 30)), 0)
-    moved = move(begun, make_symbols(begun))
+    started = begin_frame(begin_canonical(header, 0, make_gaussians(header, 30)), 0)
+    moved = move(started, make_symbols(started))
     newborn = _attributes(header, 6, seed=9)
     parents = np.array([4, 2, 9, 2, 0, 29])
 
@@ -126,8 +126,8 @@ def test_births_are_decoded_where_they_were_trained():
 
 def test_a_newborn_too_far_from_its_parent_cannot_be_written():
     header = StreamHeader()
-    begun = begin_frame(begin_canonical(header, 0, make_gaussians(header, 30)), 0)
-    moved = move(begun, make_symbols(begun))
+    started = begin_frame(begin_canonical(header, 0, make_gaussians(header, 30)), 0)
+    moved = move(started, make_symbols(started))
     newborn = _attributes(header, 1)
     newborn.means[:] = 100.0
 

@@ -128,7 +128,7 @@ def _shrink(folder):
 
 
 @pytest.mark.parametrize(
-    ("source", "spoil", "said"),
+    ("source", "spoil", "message"),
     [
         ("plys", _spoil_ply, "point_cloud_00001.ply: it ends before the last"),
         ("plys", lambda it: (it / "first.ply").write_bytes(b""), "first.ply has no frame number"),
@@ -137,11 +137,11 @@ def _shrink(folder):
         ("renders", lambda it: shutil.rmtree(it / "cam04"), "pictures of cam01, cam04"),
     ],
 )
-def test_an_unusable_rival_is_named(source, spoil, said, rivals, compare, tmp_path):
+def test_an_unusable_rival_is_named(source, spoil, message, rivals, compare, tmp_path):
     folder = shutil.copytree(rivals.place / source, tmp_path / source)
     spoil(folder)
 
-    with pytest.raises((EntryError, UnreadableFramesError, CaptureError), match=said):
+    with pytest.raises((EntryError, UnreadableFramesError, CaptureError), match=message):
         compare(rivals.place / "a.quarc", folder, capture=rivals.capture)
 
 

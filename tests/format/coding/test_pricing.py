@@ -19,6 +19,6 @@ def _bits(zeros, ones, weight):
 def test_a_probability_is_stated_if_it_saves_more_than_its_14_bits(zeros, ones, known, fitting):
     saved = _bits(zeros, ones, known) - _bits(zeros, ones, fitting)
 
-    told = saves_bits(*(np.array([number]) for number in (zeros, ones, known, fitting)))
+    reported = saves_bits(*(np.array([number]) for number in (zeros, ones, known, fitting)))
 
-    assert bool(told[0]) == (saved > 14) or math.isclose(saved, 14, abs_tol=1e-6)
+    assert bool(reported[0]) == (saved > 14) or math.isclose(saved, 14, abs_tol=1e-6)

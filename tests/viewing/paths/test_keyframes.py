@@ -64,7 +64,7 @@ def test_named_frames_freeze_or_play_at_their_own_rate():
 
 
 @pytest.mark.parametrize(
-    ("keyframes", "said"),
+    ("keyframes", "message"),
     [
         ([], "must have the keys"),
         ([{"camera": "cam0"}], "keyframe 0: its time is not a number"),
@@ -86,16 +86,16 @@ def test_named_frames_freeze_or_play_at_their_own_rate():
         ),
     ],
 )
-def test_an_impossible_path_is_rejected_by_name(keyframes, said):
-    with pytest.raises(PathError, match=said):
+def test_an_impossible_path_is_rejected_by_name(keyframes, message):
+    with pytest.raises(PathError, match=message):
         _parse(*keyframes)
 
 
 def test_other_files_are_rejected_by_name(tmp_path):
     path = tmp_path / "a.json"
-    for data, said in ((b"{", "not JSON"), (b"[]", "schema"), (b'{"schema": "x/1"}', "schema")):
+    for data, message in ((b"{", "not JSON"), (b"[]", "schema"), (b'{"schema": "x/1"}', "schema")):
         path.write_bytes(data)
-        with pytest.raises(PathError, match=rf"a\.json: .*{said}"):
+        with pytest.raises(PathError, match=rf"a\.json: .*{message}"):
             read_keyframes(path, _RING, _RING[0], 0)
     with pytest.raises(PathError, match="no others"):
         _parse({"time": 0, "camera": "cam0"}, more=1)

@@ -83,8 +83,8 @@ def test_interpolation_passes_through_its_poses():
 
 
 @pytest.mark.parametrize(
-    ("target", "said"), [((0, 0, 0), "are the same point"), ((0, 0, 3), "straight")]
+    ("target", "message"), [((0, 0, 0), "are the same point"), ((0, 0, 3), "straight")]
 )
-def test_a_camera_cannot_look_at_its_own_position(target, said):
-    with pytest.raises(PathError, match=said):
+def test_a_camera_cannot_look_at_its_own_position(target, message):
+    with pytest.raises(PathError, match=message):
         look_at(np.zeros(3), np.array(target, dtype=float), _UP, 1.0)
