@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 CORE := $(VENV)/.core
 
 .DEFAULT_GOAL := help
-.PHONY: help setup lock outdated locked demo test check lint types imports docs core player conformance mutants clean
+.PHONY: help setup lock outdated locked demo test check checks lint types imports docs core player conformance mutants clean
 
 help: ## Print this list.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
@@ -46,8 +46,14 @@ demo: $(READY) $(CORE) ## Trace a scene, encode, decode and evaluate it: demo/re
 test: $(READY) $(CORE) ## Run the tests, except those marked thorough.
 	$(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist loadfile $(TEST_OPTIONS)
 
-check: TEST_OPTIONS := --thorough
-check: locked lint types imports docs core test player ## Run everything that CI runs, with thorough tests.
+check: $(READY) $(CORE) ## Run everything that CI runs, with thorough tests.
+	$(MAKE) --jobs=2 checks
+	$(MAKE) test TEST_OPTIONS=--thorough
+	$(MAKE) player
+
+# What needs one core and measures no time, two at once. The tests of Python and of the player
+# follow one after the other, because some of them have time limits.
+checks: locked lint types imports docs core
 
 lint: $(READY) ## Style and spelling.
 	$(BIN)/ruff check .
