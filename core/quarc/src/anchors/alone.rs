@@ -1,11 +1,11 @@
-//! The anchor nearest to a point by itself, by a descent through the boxes: SPEC 6.4.
+//! The anchor nearest to a single point, by a descent through the boxes: SPEC 6.4.
 
 use super::index::{Boxes, Eight, Index};
 use super::near::ROUNDED;
 use super::order::precedes;
 use super::runs::LANES;
 
-const BESIDE: usize = 4; // anchors on each side in Morton order that bound how far the nearest is
+const BESIDE: usize = 4; // anchors on each side in Morton order that bound the distance
 
 /// The place in an index of the anchor nearest to a point, by (squared distance, number).
 pub fn nearest_alone(at: [f32; 3], index: &Index) -> u32 {
@@ -17,18 +17,18 @@ pub fn nearest_alone(at: [f32; 3], index: &Index) -> u32 {
     descent.best.2
 }
 
-/// A search for the anchor nearest to a point.
+/// The search for one point.
 struct Descent<'a> {
     at: [f32; 3],
     index: &'a Index,
-    /// No farther than this, squared and rounded up.
+    /// Upper bound on the squared distance, rounded up.
     within: f32,
-    /// The nearest so far: squared distance, number, place.
+    /// Nearest anchor so far: squared distance, number, place.
     best: (i64, u32, u32),
 }
 
 impl Descent<'_> {
-    /// Visit those of eight nodes of a tier that are near enough.
+    /// Visit the nodes of eight that are near enough.
     fn visit_near(&mut self, tier: usize, first: usize, boxes: &Boxes) {
         let squares = self.squares(&boxes.low, &boxes.high);
         for (lane, square) in squares.into_iter().enumerate() {
@@ -45,7 +45,7 @@ impl Descent<'_> {
         }
     }
 
-    /// Compare the anchors of a leaf, exactly where they may be the nearest.
+    /// Compare the anchors of a leaf, exactly if they may be the nearest.
     fn visit_leaf(&mut self, first: usize, points: &[Eight; 3]) {
         for (lane, square) in self.squares(points, points).into_iter().enumerate() {
             if square > self.within {
@@ -59,7 +59,7 @@ impl Descent<'_> {
         }
     }
 
-    /// The squared distances, nearly, to eight boxes.
+    /// The approximate squared distances to eight boxes.
     fn squares(&self, low: &[Eight; 3], high: &[Eight; 3]) -> Eight {
         let mut squares = [0.0; LANES];
         for axis in 0..3 {
@@ -75,7 +75,7 @@ impl Descent<'_> {
     }
 }
 
-/// The squared distance, nearly, to the nearest of the anchors beside a point in Morton order.
+/// The approximate squared distance to the nearest of the point's neighbors in Morton order.
 fn reach(at: [f32; 3], index: &Index) -> f32 {
     let point = |place: usize| [0, 1, 2].map(|axis: usize| index.points[axis][place]);
     let (mut low, mut high) = (0, index.numbers.len());

@@ -1,4 +1,4 @@
-//! The anchors of a level as they are drawn: in Morton order, and in their own.
+//! The chosen anchors of a level, in Morton order and by number.
 
 use super::index::{Index, NOWHERE};
 use super::order::Order;
@@ -6,16 +6,16 @@ use super::runs::LANES;
 
 /// The anchors of a level.
 pub struct Drawn {
-    /// Indices of the Gaussians that were chosen, ascending: they number the anchors.
+    /// Indices of the chosen Gaussians, ascending, which define the numbers of the anchors.
     pub indices: Vec<u32>,
-    /// What finds the nearest.
+    /// Their search index.
     pub index: Index,
-    /// Of each anchor of the index, the Gaussian's place in Morton order.
+    /// For each anchor of the index, the place of its Gaussian in Morton order.
     pub places: Vec<u32>,
 }
 
 impl Drawn {
-    /// The level whose anchors are at some places of the order.
+    /// The level with the anchors at these ascending places of the order.
     pub fn new(chosen: &[u32], order: &Order) -> Self {
         let (indices, numbers_of) = number(chosen, &order.indices);
         let mut places: Vec<u32> = Vec::with_capacity(chosen.len());
@@ -25,7 +25,7 @@ impl Drawn {
         for (&place, &number) in chosen.iter().zip(&numbers_of) {
             let merge = before.map_or(order.merges[0], |before| order.merge_with(before, place));
             before = Some(place);
-            // Of those at one place the first has the least number: the others have no followers.
+            // Of anchors at one position, only the first, with the least number, has followers.
             if merge > 0 {
                 places.push(place);
                 numbers.push(number);
@@ -43,8 +43,8 @@ impl Drawn {
     }
 }
 
-/// The indices of Gaussians at some places of an order, ascending; and the number of each in
-/// that sequence, by place.
+/// The indices of the Gaussians at some places of an order, ascending, and for each place the
+/// position of its Gaussian in that sequence.
 fn number(chosen: &[u32], order: &[u32]) -> (Vec<u32>, Vec<u32>) {
     let mut members = vec![0_u64; order.len() / 64 + 1];
     for &place in chosen {

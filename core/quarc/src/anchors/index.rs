@@ -1,13 +1,13 @@
-//! The anchors of a level in blocks of eight, and these in wider ones.
+//! A search index: the anchors of a level in a tree of boxes with up to eight parts each.
 
 use super::runs::{cut_runs, Bounds, Points, Tier, LANES};
 
-/// Eight numbers side by side.
+/// One number for each of eight lanes.
 pub type Eight = [f32; LANES];
-/// A coordinate that is farther off than any reach, and whose square f32 still has.
+/// A coordinate beyond all distances, whose square f32 can represent.
 pub const NOWHERE: f32 = 1e18;
 
-/// The boxes of the parts of a node; those that are not there are nowhere.
+/// The boxes of the parts of a node; unused lanes are at `NOWHERE`.
 #[derive(Clone, Copy, Debug)]
 pub struct Boxes {
     /// Least coordinates.
@@ -17,27 +17,27 @@ pub struct Boxes {
 }
 
 impl Boxes {
-    /// Eight that are not there.
+    /// Eight unused lanes.
     pub const NOWHERE: Boxes = Boxes { low: [[NOWHERE; LANES]; 3], high: [[NOWHERE; LANES]; 3] };
 
-    /// Eight that hold nothing.
+    /// Eight empty boxes.
     pub const NOTHING: Boxes = Boxes { low: [[NOWHERE; LANES]; 3], high: [[-NOWHERE; LANES]; 3] };
 
-    /// Those of up to eight.
+    /// Up to eight boxes.
     pub fn of(bounds: &[Bounds]) -> Self {
         let mut boxes = Boxes::NOWHERE;
         bounds.iter().enumerate().for_each(|(lane, bounds)| boxes.set(lane, bounds));
         boxes
     }
 
-    /// The box of all.
+    /// The bounding box of all.
     pub fn join(&self) -> Bounds {
         let least = |row: Eight| row.iter().copied().fold(NOWHERE, f32::min);
         let greatest = |row: Eight| row.iter().copied().fold(-NOWHERE, f32::max);
         Bounds { low: self.low.map(least), high: self.high.map(greatest) }
     }
 
-    /// Put a box in a lane.
+    /// Set the box of a lane.
     pub fn set(&mut self, lane: usize, bounds: &Bounds) {
         for axis in 0..3 {
             self.low[axis][lane] = bounds.low[axis];
@@ -46,25 +46,25 @@ impl Boxes {
     }
 }
 
-/// The anchors of a level, ready to be searched.
+/// The anchors of a level, indexed for search.
 #[derive(Clone, Debug, Default)]
 pub struct Index {
-    /// Anchors in Morton order, of those at one place the first alone.
+    /// Anchors in Morton order; of those at one position only the first.
     pub points: Points,
-    /// The number of each.
+    /// The number of each anchor.
     pub numbers: Vec<u32>,
-    /// Nodes over them, the leaves first.
+    /// The nodes over them, leaves first.
     pub tiers: Vec<Tier>,
     /// The anchors of each leaf.
     pub leaves: Vec<[Eight; 3]>,
-    /// The parts of each node of the tiers above the leaves.
+    /// The boxes of the parts of each node, for the tiers above the leaves.
     pub boxes: Vec<Vec<Boxes>>,
-    /// All nodes of the widest tier.
+    /// The boxes of all nodes of the top tier.
     pub top: Vec<Boxes>,
 }
 
 impl Index {
-    /// Of anchors in Morton order, with their numbers and `merges` as `Order` has them.
+    /// Index anchors in Morton order, with their numbers, and `merges` as in `Order`.
     pub fn new(points: Points, numbers: Vec<u32>, merges: &[u8]) -> Self {
         let tiers = cut_runs(&points, merges, LANES, LANES);
         let leaves = (0..tiers[0].count())

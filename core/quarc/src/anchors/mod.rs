@@ -1,9 +1,8 @@
-//! The anchors of a scene and who follows them: SPEC 6.
+//! The anchors of a scene and the Gaussians that follow them: SPEC 6.
 //!
-//! Gaussians are sorted once, in Morton order, for all levels. The anchors of a level, a subset
-//! of them, inherit that order, so that a tree of boxes over them takes no further sorting. Which
-//! anchor a Gaussian follows is found out when somebody asks, and only where it may be one that
-//! moves.
+//! Gaussians are sorted once, in Morton order, for all levels. The anchors of a level are a subset
+//! in the same order, so that a tree of boxes over them needs no further sorting. The anchor of a
+//! Gaussian is searched on demand, and only where it may be one that moves.
 
 mod alone;
 mod drawn;
@@ -31,22 +30,23 @@ use std::ops::Range;
 use std::sync::Arc;
 use survivors::Survivors;
 
-/// What stands for an anchor that was not looked for, as it does not move.
+/// Stands for an anchor that was not searched, because it does not move.
 pub const NOBODY: u32 = u32::MAX;
 
-/// The anchors of one level, as they stand from one sampling to the next.
+/// The anchors of one level, which are constant from one sampling to the next.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct AnchorLevel {
-    /// Ids of the Gaussians that were chosen, ascending.
+    /// Ids of the chosen Gaussians, ascending.
     pub ids: Vec<u32>,
-    /// Where they were when chosen, lattice units.
+    /// Their positions at the sampling, lattice units.
     pub positions: [Vec<i32>; 3],
 }
 
-/// All anchors of a scene, and what is known of who follows them.
+/// All anchors of a scene, and the bindings that are known.
 ///
-/// Each Gaussian has a slot until the next sampling: its index at this one, and newborn the slots
-/// behind. The slots of those that have died stay empty, so that nothing has to be moved.
+/// Each Gaussian has a slot until the next sampling: its index at the last one; newborn Gaussians
+/// have the slots after these. The slots of sampled Gaussians that have died stay empty, so that
+/// bindings do not have to be moved.
 #[derive(Clone, Debug)]
 pub struct Anchors {
     sampling: Arc<Sampling>,
@@ -55,19 +55,19 @@ pub struct Anchors {
     followers: Vec<Followers>,
 }
 
-/// The followers of a level.
+/// The Gaussians that follow the anchors of a level.
 #[derive(Clone, Debug, Default)]
 struct Followers {
-    /// The anchor that each Gaussian follows, by slot; `NOBODY` where that is not known.
+    /// The anchor of each slot's Gaussian; `NOBODY` if unknown.
     binding: Vec<u32>,
-    /// Of each tier of runs of Gaussians, which runs are done.
+    /// For each tier of runs of Gaussians, which runs have known bindings.
     resolved: Vec<Vec<bool>>,
 }
 
 impl Anchors {
     /// Sample the anchors of a frame (6.1 to 6.3).
     ///
-    /// `ids` are ascending, one to a column of `positions`, and there is at least one. All
+    /// `ids` are ascending, one for each column of `positions`, and there is at least one. All
     /// coordinates are within `POSITION_LIMIT`.
     #[must_use]
     pub fn sample(header: &Header, phase: u32, ids: &[u32], positions: &Rows<i32>) -> Self {
@@ -75,9 +75,11 @@ impl Anchors {
         Self::begin(Sampling::new(header, phase, ids, rows, Order::new(rows)))
     }
 
-    /// The same anchors, found faster: most Gaussians stand as they did at the last sampling.
+    /// The same result as `sample`, computed faster if most Gaussians have not moved since the
+    /// last sampling.
     ///
-    /// `moved` tells, by index, which of those that were sampled then may stand elsewhere.
+    /// `moved` has an entry for each Gaussian that took part in it: whether its position may have
+    /// changed.
     #[must_use]
     pub fn sample_again(
         &self,
@@ -108,13 +110,13 @@ impl Anchors {
         }
     }
 
-    /// The levels, level 1, the finest, first.
+    /// The levels; level 1, the finest, first.
     #[must_use]
     pub fn levels(&self) -> &[AnchorLevel] {
         &self.sampling.levels
     }
 
-    /// Gaussians of these ascending indices have died; the others keep their order (6.5).
+    /// Remove the Gaussians with these ascending indices; the others keep their order (6.5).
     pub fn remove(&mut self, gone: &[u32]) {
         let sampled = self.sampling.ids.len() - self.empty.len();
         let sampled = gone.partition_point(|&index| (index as usize) < sampled);
@@ -127,7 +129,7 @@ impl Anchors {
         self.empty.sort_unstable();
     }
 
-    /// The slots of Gaussians of ascending indices.
+    /// The slots of Gaussians with ascending indices.
     fn find_slots<'a>(&'a self, indices: &'a [u32]) -> impl Iterator<Item = u32> + 'a {
         let mut passed = 0;
         indices.iter().map(move |&index| {
@@ -138,7 +140,7 @@ impl Anchors {
         })
     }
 
-    /// The slots of Gaussians side by side, in ranges that have no empty ones.
+    /// The slots of a range of Gaussians, as ranges without empty slots.
     pub fn slots(&self, indices: Range<usize>) -> impl Iterator<Item = Range<usize>> + '_ {
         let mut next = 0;
         let slots = self.followers.first().map_or(0, |followers| followers.binding.len());
@@ -151,8 +153,7 @@ impl Anchors {
         })
     }
 
-    /// Of the Gaussian of each anchor of a level, by the anchors' numbers, the index that it has
-    /// now; `None` if it has died.
+    /// For each anchor of a level, the current index of its Gaussian; `None` if it has died.
     pub fn owners(&self, level: usize) -> impl Iterator<Item = Option<usize>> + '_ {
         let mut passed = 0;
         self.sampling.owners[level].iter().map(move |&slot| {
@@ -163,7 +164,7 @@ impl Anchors {
         })
     }
 
-    /// Newborn at these positions are bound from now on, behind all others (6.5).
+    /// Append and bind newborn Gaussians at these positions (6.5).
     pub fn append(&mut self, positions: &[&[i32]; 3]) {
         for (followers, index) in self.followers.iter_mut().zip(&self.sampling.indices) {
             let [xs, ys, zs] = *positions;
@@ -175,16 +176,16 @@ impl Anchors {
         }
     }
 
-    /// For each Gaussian the index of the anchor that it follows at a level, where that anchor
-    /// moves; where not, `NOBODY` or an anchor that does not move (6.4).
+    /// For each Gaussian, the index of its anchor at a level if that anchor moves; otherwise
+    /// `NOBODY` or an anchor that does not move (6.4).
     ///
-    /// `moves` has one entry to each anchor of the level. Level 1 is number 0.
+    /// `moves` has one entry for each anchor of the level. Level 1 has number 0.
     pub fn followed(&mut self, level: usize, moves: &[bool]) -> Vec<u32> {
         self.followers[level].seek(&self.sampling, level, moves);
         self.known(level)
     }
 
-    /// Find out who follows anchors that move, at every level at which any do.
+    /// Search the Gaussians that follow moving anchors, at each level with any.
     pub fn follow(&mut self, moves: &[Vec<bool>]) {
         let sampling = &*self.sampling;
         let levels = self.followers.iter_mut().zip(moves).enumerate();
@@ -192,33 +193,33 @@ impl Anchors {
         each(moving, &|(level, (followers, moves))| followers.seek(sampling, level, moves));
     }
 
-    /// For each anchor of a level the index of its parent in the next coarser one, where that is
-    /// asked for; where not, `NOBODY` or one that is not asked for (6.5).
+    /// For each anchor of a level, the index of its parent in the next coarser level if that is one
+    /// of the wanted; otherwise `NOBODY` or an anchor that is not wanted (6.5).
     ///
-    /// `asked` has one entry to each anchor of the next coarser level. Level 1 is number 0; the
-    /// coarsest has no parents.
-    pub fn parents(&mut self, level: usize, asked: &[bool]) -> Vec<u32> {
+    /// `wanted` has one entry for each anchor of the next coarser level. Level 1 has number 0; the
+    /// coarsest level has no parents.
+    pub fn parents(&mut self, level: usize, wanted: &[bool]) -> Vec<u32> {
         let coarser = &mut self.followers[level + 1];
-        coarser.seek(&self.sampling, level + 1, asked);
-        // The parent is the anchor that the own Gaussian follows, alive or not.
+        coarser.seek(&self.sampling, level + 1, wanted);
+        // The parent is the anchor of the anchor's own Gaussian, alive or not.
         let owners = self.sampling.owners[level].iter();
         owners.map(|&slot| coarser.binding[slot as usize]).collect()
     }
 
-    /// The anchors that the Gaussians of all slots follow at a level, as far as that is known.
+    /// The anchor of each slot's Gaussian at a level; `NOBODY` if unknown.
     #[must_use]
     pub fn binding_by_slot(&self, level: usize) -> &[u32] {
         &self.followers[level].binding
     }
 
-    /// For each Gaussian the index of the anchor that it follows, as far as that is known.
+    /// For each Gaussian, the index of its anchor at a level; `NOBODY` if unknown.
     #[must_use]
     pub fn known(&self, level: usize) -> Vec<u32> {
         let binding = self.binding_by_slot(level);
         self.slots(0..binding.len()).flat_map(|slots| &binding[slots]).copied().collect()
     }
 
-    /// For each Gaussian the index of the anchor that it follows at a level. Level 1 is number 0.
+    /// For each Gaussian, the index of its anchor at a level. Level 1 has number 0.
     pub fn binding(&mut self, level: usize) -> Vec<u32> {
         let moves = vec![true; self.levels()[level].ids.len()];
         self.followed(level, &moves)
@@ -226,10 +227,10 @@ impl Anchors {
 }
 
 impl Followers {
-    /// Look for those of a level who may follow an anchor that moves.
+    /// Search the Gaussians that may follow a moving anchor.
     fn seek(&mut self, sampling: &Sampling, level: usize, moves: &[bool]) {
         let index = &sampling.indices[level];
-        assert_eq!(moves.len(), sampling.levels[level].ids.len(), "an entry to each anchor");
+        assert_eq!(moves.len(), sampling.levels[level].ids.len(), "an entry for each anchor");
         let tiers = &sampling.tiers;
         let search = Search {
             seekers: Seekers { points: &sampling.order.points, tiers },
@@ -251,7 +252,7 @@ impl Followers {
         self.resolve_wider(tiers);
     }
 
-    /// Wider runs are done whose parts all are.
+    /// Mark the wider runs all of whose parts are resolved.
     fn resolve_wider(&mut self, tiers: &[Tier]) {
         for number in 1..tiers.len() {
             let (below, wider) = self.resolved.split_at_mut(number);

@@ -1,16 +1,16 @@
-//! Which anchors may be nearest to any point of a box: lists that get shorter and finer from
-//! box to part.
+//! Lists of the anchors that may be nearest to a point of a box, which become shorter and finer
+//! from a box to its parts.
 //!
-//! Squared distances are summed up in f32 and bounds are rounded up: some anchors more may be
-//! listed, none that counts is not.
+//! Squared distances are sums of f32, and bounds are rounded up: a list may contain a few anchors
+//! too many, but lacks none that matters.
 
 use super::index::{Boxes, Eight, Index, NOWHERE};
 use super::runs::{Bounds, LANES};
 
-/// More than three roundings to 24 bits can lose.
+/// A factor that exceeds the error of three roundings to 24 bits.
 pub const ROUNDED: f32 = 1.0 + 1.0 / (1 << 20) as f32;
 
-/// Of each set of eight lanes those in it, ascending, and then what means nothing.
+/// For each set of eight lanes, its lanes, ascending, followed by unused entries.
 const LANES_OF: [[u8; LANES]; 256] = {
     let mut lanes_of = [[0; LANES]; 256];
     let mut set = 0;
@@ -28,17 +28,17 @@ const LANES_OF: [[u8; LANES]; 256] = {
     lanes_of
 };
 
-/// What is listed.
+/// The kind of entries of a list.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Kind {
     /// Nodes of a tier.
     Nodes(usize),
-    /// Anchors themselves.
+    /// Anchors.
     #[default]
     Points,
 }
 
-/// Anchors, or nodes of them, that are near some box.
+/// The anchors, or nodes of anchors, that are near a box.
 #[derive(Clone, Debug, Default)]
 pub struct Near {
     kind: Kind,
@@ -50,7 +50,7 @@ pub struct Near {
     marks: Vec<[u8; LANES]>,
 }
 
-/// A box, side by side with itself.
+/// A box, repeated in all lanes.
 struct Around {
     low: [Eight; 3],
     high: [Eight; 3],
@@ -59,19 +59,19 @@ struct Around {
     square: Eight,
 }
 
-/// Where surely all anchors are that points of a box follow.
+/// Bounds on the anchors that the points of a box follow.
 #[derive(Clone, Copy, Debug)]
 pub struct Reach {
-    /// The points.
+    /// The bounding box of the points.
     pub bounds: Bounds,
-    /// No farther than this from the box, squared.
+    /// Greatest squared distance of the anchors from the box.
     pub square: f32,
-    /// And in this box.
+    /// A box that contains the anchors.
     pub within: Bounds,
 }
 
 impl Near {
-    /// All nodes of the widest tier.
+    /// All nodes of the top tier.
     pub fn all(index: &Index) -> Self {
         let tier = index.tiers.len() - 1;
         let count = index.tiers[tier].count();
@@ -82,23 +82,25 @@ impl Near {
         near
     }
 
-    /// What is listed.
+    /// The kind of the entries.
     pub fn kind(&self) -> Kind {
         self.kind
     }
 
-    /// Nodes of the tier, or places of anchors.
+    /// The listed nodes of the tier, or places of anchors.
     pub fn places(&self) -> &[u32] {
         &self.places[..self.count]
     }
 
-    /// Of a list of anchors, where they are; behind the last, such as are nowhere.
+    /// The positions of a list of anchors; unused lanes at the end are at `NOWHERE`.
     pub fn points(&self) -> &[[Eight; 3]] {
         &self.points[..blocks(self.count)]
     }
 
-    /// Make this the list of what of another is within a squared distance of a box, with parts
-    /// in the place of nodes as long as no more than `few` are listed.
+    /// Make this the list of the entries of another list that are within reach of a box, with nodes
+    /// replaced by their parts as long as there are at most `few`.
+    ///
+    /// Returns false, with an incomplete list, if `matters` is false for the entries.
     pub fn narrow(
         &mut self,
         from: &Near,
@@ -128,7 +130,7 @@ impl Near {
         true
     }
 
-    /// Put the parts that are near in the place of nodes.
+    /// Replace nodes by those of their parts that are near.
     fn expand(&mut self, tier: usize, index: &Index, around: &Around) {
         let mut nodes = std::mem::take(&mut self.nodes);
         nodes.clear();
@@ -147,7 +149,7 @@ impl Near {
         self.nodes = nodes;
     }
 
-    /// List those of each block that are marked.
+    /// List the marked lanes of each block.
     fn take(&mut self, place: impl Fn(usize, usize) -> u32) {
         let room = LANES * (self.marks.len() + 1);
         if self.places.len() < room {
@@ -155,9 +157,9 @@ impl Near {
         }
         let mut count = 0;
         for (block, &marks) in self.marks.iter().enumerate() {
-            // The product has the marks in its highest byte.
+            // The highest byte of the product contains the marks as bits.
             let set = u64::from_le_bytes(marks).wrapping_mul(0x0102_0408_1020_4080) >> 56;
-            // Eight are written, without a branch; those that come next are written over the rest.
+            // Eight entries are written without a branch; the next block overwrites the unused.
             let places = &mut self.places[count..count + LANES];
             for (to, &lane) in places.iter_mut().zip(&LANES_OF[set as usize]) {
                 *to = place(block, usize::from(lane) % LANES);
@@ -167,7 +169,7 @@ impl Near {
         self.count = count;
     }
 
-    /// Look up where all that is listed is.
+    /// Look up the positions or boxes of all entries.
     fn gather(&mut self, index: &Index) {
         let blocks = blocks(self.count);
         let lists = self.places[..self.count].chunks(LANES);
@@ -205,7 +207,7 @@ impl Near {
     }
 }
 
-/// Mark which of blocks of points are near a box.
+/// Mark which points of blocks are near a box.
 #[inline(never)]
 fn mark_points<'a>(
     blocks: impl ExactSizeIterator<Item = &'a [Eight; 3]>,
@@ -218,7 +220,7 @@ fn mark_points<'a>(
     }
 }
 
-/// Mark which of blocks of boxes are near a box.
+/// Mark which boxes of blocks are near a box.
 #[inline(never)]
 fn mark_boxes<'a>(
     blocks: impl ExactSizeIterator<Item = &'a Boxes>,
@@ -243,7 +245,7 @@ impl Around {
         }
     }
 
-    /// Mark which of eight boxes meet this.
+    /// Mark which of eight boxes are within reach.
     #[inline(always)]
     fn mark(&self, low: &[Eight; 3], high: &[Eight; 3], marks: &mut [u8; LANES]) {
         let mut squares = [0.0; LANES];

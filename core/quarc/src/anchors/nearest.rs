@@ -1,11 +1,11 @@
-//! Which of a list is nearest to each of eight points, by (squared distance, number): SPEC 6.4.
+//! The nearest anchor of a list for each of eight points, by (squared distance, number): SPEC 6.4.
 
 use super::index::{Eight, Index};
 use super::near::{Near, ROUNDED};
 use super::runs::{Points, LANES};
 use std::ops::Range;
 
-/// List the place of the anchor nearest to each of some points, of those of a list.
+/// Append, for each point of a range, the place of the nearest anchor of a list.
 pub fn nearest(
     points: &Points,
     some: Range<usize>,
@@ -15,12 +15,12 @@ pub fn nearest(
 ) {
     for first in some.clone().step_by(LANES) {
         let at = [0, 1, 2].map(|axis: usize| eight(&points[axis], first));
-        let mut held = Held { best: [0.0; LANES], second: [0.0; LANES], who: [0.0; LANES] };
-        hold(at, near.points(), near.places().len(), &mut held);
-        let lanes = held.best.iter().zip(&held.second).zip(&held.who).enumerate();
+        let mut compared = Compared { best: [0.0; LANES], second: [0.0; LANES], who: [0.0; LANES] };
+        compare(at, near.points(), near.places().len(), &mut compared);
+        let lanes = compared.best.iter().zip(&compared.second).zip(&compared.who).enumerate();
         for (lane, ((&best, &second), &who)) in lanes.take(some.end - first) {
             let within = best * ROUNDED;
-            // Two that are so nearly as far may be as far, or the other way round.
+            // The exact order of two approximate distances this close is unknown.
             let place = if second > within {
                 near.places()[who as usize]
             } else {
@@ -32,8 +32,7 @@ pub fn nearest(
     }
 }
 
-/// The place of the anchor nearest to a point, of a list of those within a squared distance,
-/// nearly.
+/// The place of the nearest anchor of a list, among those within an approximate squared distance.
 pub fn nearest_exactly(point: [f32; 3], near: &Near, index: &Index, within: f32) -> u32 {
     let mut best = (i64::MAX, u32::MAX, u32::MAX);
     for &place in near.places() {
@@ -48,27 +47,26 @@ pub fn nearest_exactly(point: [f32; 3], near: &Near, index: &Index, within: f32)
     best.2
 }
 
-/// Eight numbers of a row.
+/// Eight consecutive numbers of a row.
 pub fn eight(numbers: &[f32], first: usize) -> &Eight {
     numbers[first..first + LANES].try_into().expect("a slice of that length")
 }
 
-/// Of eight points, what a list holds for each.
-struct Held {
-    /// The least squared distance, nearly.
+/// The result of comparing eight points with a list.
+struct Compared {
+    /// The approximate least squared distance of each point.
     best: Eight,
     /// The second least.
     second: Eight,
-    /// Where in the list the nearest is.
+    /// The place in the list of the nearest anchor.
     who: Eight,
 }
 
-/// Hold eight points against the anchors of a list.
+/// Compare eight points with the anchors of a list.
 ///
-/// It stands alone, with numbers of one kind, as only then compilers see that the lanes of all
-/// of them go together.
+/// A function of its own with numbers of a single type, because compilers vectorize it only then.
 #[inline(never)]
-fn hold(at: [&Eight; 3], anchors: &[[Eight; 3]], count: usize, held: &mut Held) {
+fn compare(at: [&Eight; 3], anchors: &[[Eight; 3]], count: usize, compared: &mut Compared) {
     let (mut best, mut second, mut who) = ([f32::MAX; LANES], [f32::MAX; LANES], [0.0; LANES]);
     let [xs, ys, zs] = at;
     let (mut number, mut left) = (0.0, count);
@@ -87,5 +85,5 @@ fn hold(at: [&Eight; 3], anchors: &[[Eight; 3]], count: usize, held: &mut Held) 
         }
         left = left.saturating_sub(LANES);
     }
-    *held = Held { best, second, who };
+    *compared = Compared { best, second, who };
 }

@@ -1,19 +1,19 @@
-//! Points in Morton order, cut into runs that make a tree of boxes.
+//! Points in Morton order, cut into runs that form a tree of boxes.
 //!
-//! A sequence is cut where cells end, so that a run is compact and its box tight; a crowd at one
-//! place is cut by number. Runs are cut from runs in the same way.
+//! A sequence is cut where cells end, so that runs are compact and their boxes tight; many points at
+//! one position are cut by number. Runs are grouped into wider runs in the same way.
 
 use std::ops::Range;
 
-/// Points side by side, and parts of a run of runs, at most.
+/// Number of points processed together, and maximum number of parts of a run of anchors.
 pub const LANES: usize = 8;
-const TOP: usize = 32; // runs that need no wider ones
+const TOP: usize = 32; // maximum number of runs of the top tier
 
-/// Coordinates `[3][n + LANES]`, of which the last mean nothing. They are below 2^24 in magnitude,
-/// so that f32 holds them and their differences exactly.
+/// Coordinates `[3][n + LANES]`, of which the last `LANES` are padding. They are below 2^24 in
+/// magnitude, so that f32 represents them exactly.
 pub type Points = [Vec<f32>; 3];
 
-/// The least box of some points.
+/// The bounding box of points.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
     /// Least coordinates.
@@ -22,17 +22,17 @@ pub struct Bounds {
     pub high: [f32; 3],
 }
 
-/// Runs of about one size.
+/// Runs of about the same size.
 #[derive(Clone, Debug, Default)]
 pub struct Tier {
-    /// The first part of each, and the number of all parts.
+    /// The first part of each run, and the number of all parts.
     pub starts: Vec<u32>,
-    /// The box of each.
+    /// The bounding box of each run.
     pub bounds: Vec<Bounds>,
 }
 
 impl Tier {
-    /// How many runs there are.
+    /// The number of runs.
     pub fn count(&self) -> usize {
         self.bounds.len()
     }
@@ -44,7 +44,7 @@ impl Tier {
 }
 
 impl Bounds {
-    /// The box of two.
+    /// The bounding box of two.
     pub fn join(self, other: &Bounds) -> Bounds {
         let [low, high] = [0, 1].map(|_| [0.0; 3]);
         let mut joined = Bounds { low, high };
@@ -56,7 +56,7 @@ impl Bounds {
     }
 }
 
-/// Cut points into runs of at most `most`, and these into wider ones: the least first.
+/// Cut points into runs of at most `most`, and group these by at most `fan`: lowest tier first.
 ///
 /// `merges` are those of `Order`; there is at least one point.
 pub fn cut_runs(points: &Points, merges: &[u8], most: usize, fan: usize) -> Vec<Tier> {
@@ -77,14 +77,14 @@ pub fn cut_runs(points: &Points, merges: &[u8], most: usize, fan: usize) -> Vec<
     tiers
 }
 
-/// Where runs of at most `most` elements begin, and the end.
+/// The first element of each run of at most `most` elements, and the end.
 fn cut(merges: &[u8], most: usize) -> Vec<u32> {
     let mut starts = Vec::with_capacity(4 * merges.len() / most + 2);
     let mut first = 0;
     while first < merges.len() {
         starts.push(first as u32);
         let own = merges[first].max(1);
-        // Where all the rest fits, it is not cut but at the end of the cell that begins here.
+        // A rest that fits is only cut at the end of the cell that begins here.
         let fits = merges.len() - first <= most;
         let end = if fits { merges.len() } else { first + most + 1 };
         let (mut widest, mut next) = (0, end.min(first + most));
@@ -99,7 +99,7 @@ fn cut(merges: &[u8], most: usize) -> Vec<u32> {
         }
         first = next;
     }
-    // Cells that hold no more than one element each would make tiers without end.
+    // Cells with a single element each would lead to an endless number of tiers.
     if starts.len() > merges.len() / 2 {
         starts = (0..merges.len()).step_by(most).map(|start| start as u32).collect();
     }

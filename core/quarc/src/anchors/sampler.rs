@@ -1,4 +1,4 @@
-//! Which Gaussians are anchors: SPEC 6.1 to 6.3.
+//! The choice of the Gaussians that become anchors: SPEC 6.1 to 6.3.
 
 use super::order::{Order, KEY_BITS};
 use crate::parallel::{each, piece};
@@ -6,9 +6,9 @@ use crate::philox::philox;
 use crate::records::Header;
 
 const DOMAIN_SAMPLER: u32 = 1;
-const DRAWN: usize = 1 << 12; // words of a piece of work, at least
+const DRAWN: usize = 1 << 12; // minimum number of words per task
 
-/// How many anchors each level has, level 1 first (6.1).
+/// The number of anchors of each level, level 1 first (6.1).
 #[must_use]
 pub fn count_anchors(header: &Header, gaussians: usize) -> Vec<usize> {
     let per = usize::from(header.gaussians_per_anchor);
@@ -20,7 +20,7 @@ pub fn count_anchors(header: &Header, gaussians: usize) -> Vec<usize> {
     counts
 }
 
-/// What the levels of a scene are chosen by.
+/// Chooses the anchors of all levels of a scene.
 pub struct Sampler<'a> {
     order: &'a Order,
     words: [Vec<u32>; 3],
@@ -28,7 +28,7 @@ pub struct Sampler<'a> {
 }
 
 impl<'a> Sampler<'a> {
-    /// Draw for the Gaussians of an order; `ids` by index (6.2).
+    /// Draw the random words of the Gaussians of an order; `ids` by index (6.2).
     pub fn new(header: &Header, phase: u32, ids: &[u32], order: &'a Order) -> Self {
         let key = [header.seed as u32, (header.seed >> 32) as u32];
         let mut words = [0; 3].map(|_| vec![0; ids.len()]);
@@ -58,7 +58,7 @@ impl<'a> Sampler<'a> {
         merge_ascending(&firsts, &others)
     }
 
-    /// 2: the Gaussian of least rank of every cell of so many bits.
+    /// 2: the Gaussian of least rank in every cell of `bits` bits; `cells` are occupied.
     fn first_of_cells(&self, level: usize, bits: u8, cells: usize) -> Vec<u32> {
         let mut firsts = vec![0; cells + 1];
         let (mut found, mut least, mut first) = (0, u64::MAX, 0);
@@ -67,16 +67,16 @@ impl<'a> Sampler<'a> {
             let rank = u64::from(word) << 32 | u64::from(index); // as (word, id): ids ascend
             let begins = merge > bits;
             found += usize::from(begins);
-            least |= u64::from(begins).wrapping_neg(); // more than any where a cell begins
+            least |= u64::from(begins).wrapping_neg(); // the maximum where a cell begins
             first = if rank <= least { place as u32 } else { first };
             least = least.min(rank);
-            firsts[found] = first; // the last to be written of a cell stays
+            firsts[found] = first; // the last value written for a cell remains
         }
         firsts.remove(0);
         firsts
     }
 
-    /// 3: of all others those of least rank, as many as are missing; ascending.
+    /// 3: of all others, the `missing` ones of least rank, ascending.
     fn first_of_others(&self, level: usize, firsts: &[u32], missing: usize) -> Vec<u32> {
         let words = &self.words[level];
         let rank = |place: u32| {
@@ -99,12 +99,12 @@ impl<'a> Sampler<'a> {
         places
     }
 
-    /// The places of all whose word is no more than a bound.
+    /// The places of all words up to a bound.
     fn below(&self, level: usize, bound: u32) -> Vec<u32> {
         let mut places = vec![0; self.words[level].len() + 1];
         let mut found = 0;
         for (place, &word) in self.words[level].iter().enumerate() {
-            places[found] = place as u32; // without a branch: what is not taken is written over
+            places[found] = place as u32; // no branch: places not taken are overwritten
             found += usize::from(word <= bound);
         }
         places.truncate(found);
@@ -112,16 +112,16 @@ impl<'a> Sampler<'a> {
     }
 }
 
-/// A bound that very likely no fewer than so many of all words are below.
+/// A bound below which at least `wanted` of all words very likely are.
 fn likely_bound(wanted: usize, all: usize) -> u32 {
     let wanted = wanted as f64;
     let share = (wanted + 6.0 * wanted.sqrt() + 16.0) / all as f64;
-    (share * f64::from(u32::MAX)) as u32 // which saturates
+    (share * f64::from(u32::MAX)) as u32 // saturates
 }
 
-/// How many cells are occupied at each shift.
+/// The number of occupied cells at each shift.
 fn count_cells(merges: &[u8]) -> [usize; KEY_BITS / 3 + 1] {
-    let mut joined = [[0_usize; 256]; 2]; // by turns, as the same number often comes twice
+    let mut joined = [[0_usize; 256]; 2]; // alternating, because equal numbers often follow each other
     for pair in merges.chunks(2) {
         for (joined, &merge) in joined.iter_mut().zip(pair) {
             joined[usize::from(merge)] += 1;
@@ -134,7 +134,7 @@ fn count_cells(merges: &[u8]) -> [usize; KEY_BITS / 3 + 1] {
     occupied
 }
 
-/// Merge two ascending lists that have nothing in common.
+/// Merge two ascending lists without common elements.
 fn merge_ascending(some: &[u32], others: &[u32]) -> Vec<u32> {
     let (mut i, mut j) = (0, 0);
     let mut all = vec![0; some.len() + others.len()];

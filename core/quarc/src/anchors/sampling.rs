@@ -1,4 +1,4 @@
-//! All that one sampling of the anchors fixes until the next.
+//! The result of a sampling of the anchors, constant until the next one.
 
 use super::drawn::Drawn;
 use super::index::Index;
@@ -10,30 +10,30 @@ use super::AnchorLevel;
 use crate::parallel::{both, each};
 use crate::records::Header;
 
-const GAUSSIANS: usize = 48; // of the least runs, at most
-const FAN: usize = 8; // parts of a wider run, at most
+const GAUSSIANS: usize = 48; // maximum number in a run of the lowest tier
+const FAN: usize = 8; // maximum number of parts of a run of the higher tiers
 
-/// Gaussians and anchors as they stood when they were sampled.
+/// Gaussians and anchors at the time of the sampling.
 #[derive(Clone, Debug, Default)]
 pub struct Sampling {
     /// Ids of the Gaussians, by index.
     pub ids: Vec<u32>,
     /// The Gaussians in Morton order.
     pub order: Order,
-    /// And in runs.
+    /// Their runs, the lowest tier first.
     pub tiers: Vec<Tier>,
     /// The anchors, level 1 first.
     pub levels: Vec<AnchorLevel>,
-    /// What finds the nearest of each level.
+    /// For each level, the search index of its anchors.
     pub indices: Vec<Index>,
-    /// Of each level, where the anchors are that Gaussians may follow.
+    /// For each level, bounds on the anchors that the Gaussians of each run may follow.
     pub reaches: Vec<Reaches>,
-    /// Of each level, the index of the Gaussian of each anchor, ascending.
+    /// For each level, the index of each anchor's Gaussian, ascending.
     pub owners: Vec<Vec<u32>>,
 }
 
 impl Sampling {
-    /// Sample a scene whose Gaussians are in Morton order already.
+    /// Sample a scene with the Morton order of its Gaussians.
     pub fn new(
         header: &Header,
         phase: u32,
@@ -69,7 +69,7 @@ impl Sampling {
     }
 }
 
-/// How many of some ascending places are before each of some borders, ascending too.
+/// The number of ascending places before each of some ascending borders.
 fn rank(places: &[u32], borders: &[u32]) -> Vec<u32> {
     let mut found = 0;
     let rank = |&border: &u32| {

@@ -1,4 +1,4 @@
-//! The nearest anchor of points in Morton order: SPEC 6.4.
+//! The nearest anchors of points in Morton order: SPEC 6.4.
 
 use super::alone::nearest_alone;
 use super::index::{Boxes, Eight, Index};
@@ -8,26 +8,25 @@ use super::runs::{Points, Tier, LANES};
 use crate::parallel::{each, ranges};
 use std::ops::Range;
 
-const BESIDE: usize = 4; // anchors beside a run in Morton order that bound how far it is to one
+const BESIDE: usize = 4; // anchors beside a run in Morton order that bound its distances
+const LEAVES: usize = 64; // minimum number of runs per task
+const FEW: usize = 20; // maximum number of nodes that are replaced by their parts
+const MANY: usize = 128; // the same for a run of the lowest tier
 
-const LEAVES: usize = 64; // of a piece of work, at least
-const FEW: usize = 20; // nodes whose parts are listed
-const MANY: usize = 128; // nodes that are too many to be held against a run
-
-/// Points that look for their anchors, and the runs that they are in.
+/// The points whose anchors are searched, and their runs.
 #[derive(Clone, Copy)]
 pub struct Seekers<'a> {
     /// In Morton order.
     pub points: &'a Points,
-    /// The least runs first.
+    /// The runs, lowest tier first.
     pub tiers: &'a [Tier],
 }
 
-/// Boxes in which surely all anchors are that points of each run follow; tier by tier.
+/// Bounds on the anchors that the points of each run follow, tier by tier.
 pub type Reaches = Vec<Vec<Reach>>;
 
-/// Bound where they are; `ranks` tell how many anchors of the index stand before each of the least
-/// runs in Morton order, and how many there are.
+/// Find the bounds. `ranks` are the numbers of anchors before each run of the lowest tier in Morton
+/// order, followed by the number of all anchors.
 pub fn reach(seekers: Seekers, index: &Index, ranks: &[u32]) -> Reaches {
     let leaf = |leaf: usize| {
         let low = (ranks[leaf] as usize).saturating_sub(BESIDE);
@@ -36,7 +35,7 @@ pub fn reach(seekers: Seekers, index: &Index, ranks: &[u32]) -> Reaches {
         let parts = seekers.tiers[0].parts(leaf);
         let (mut spheres, mut squares) = (Boxes::NOTHING, [0.0; LANES]);
         for first in parts.clone().step_by(LANES) {
-            // Eight points of the run, some of them twice; or all of few, and the first again.
+            // Eight points of the run, some of them twice; or all of fewer, padded with the first.
             let first = first.min(parts.end.max(parts.start + LANES) - LANES);
             let mut at = [0, 1, 2].map(|axis: usize| *eight(&seekers.points[axis], first));
             for lane in parts.len()..LANES {
@@ -64,7 +63,7 @@ pub fn reach(seekers: Seekers, index: &Index, ranks: &[u32]) -> Reaches {
     reach
 }
 
-/// Widen boxes, one to each lane, by the spheres about points to the nearest of some anchors.
+/// Extend boxes, one for each lane, by the spheres around points to the nearest of some anchors.
 #[inline(never)]
 fn bound_spheres(at: &[Eight; 3], anchors: [&[f32]; 3], boxes: &mut Boxes, most: &mut Eight) {
     let mut squares = [f32::MAX; LANES];
@@ -89,13 +88,13 @@ fn bound_spheres(at: &[Eight; 3], anchors: [&[f32]; 3], boxes: &mut Boxes, most:
     }
 }
 
-/// More than the root of a square that is nearly right, by what f32 rounds twice and once again
-/// where it is added to a coordinate.
+/// An upper bound on the root of an approximate square, with a margin for rounding errors: two
+/// roundings to f32, and one when it is added to a coordinate.
 fn at_most(square: f32) -> f32 {
     square.sqrt() * ROUNDED + 4.0
 }
 
-/// Which anchors move, and which nodes of an index have such.
+/// Which anchors move, and which nodes of an index contain any that do.
 pub struct Moving {
     places: Vec<bool>,
     tiers: Vec<Vec<bool>>,
@@ -115,7 +114,7 @@ impl Moving {
         Moving { places, tiers }
     }
 
-    /// Whether anything of a list moves.
+    /// Whether any entry of a list moves.
     fn any(&self, kind: Kind, places: &[u32]) -> bool {
         let moving = match kind {
             Kind::Nodes(tier) => &self.tiers[tier],
@@ -125,31 +124,31 @@ impl Moving {
     }
 }
 
-/// A search for the anchors of those points that may follow one that moves.
+/// A search for the anchors of the points that may follow a moving anchor.
 pub struct Search<'a> {
-    /// Who looks.
+    /// The points.
     pub seekers: Seekers<'a>,
-    /// How far.
+    /// Bounds on their anchors.
     pub reach: &'a Reaches,
-    /// For whom.
+    /// The anchors.
     pub index: &'a Index,
     /// Which of the anchors move.
     pub moving: &'a Moving,
-    /// Of each tier of the seekers, which runs are done.
+    /// For each tier of runs, which have known bindings.
     pub resolved: &'a [Vec<bool>],
 }
 
-/// What a search has come to.
+/// The result of a search.
 #[derive(Default)]
 pub struct Found {
-    /// Runs of the least tier, of all whose points the anchors are known now.
+    /// Runs of the lowest tier with the anchors of all points found.
     pub runs: Vec<usize>,
-    /// The places in the index of these anchors, run by run.
+    /// The places of these anchors in the index, run by run.
     pub places: Vec<u32>,
 }
 
 impl Search<'_> {
-    /// Look for the anchors of all that may follow one that moves.
+    /// Search the anchors of all points that may follow a moving anchor.
     pub fn run(&self) -> Vec<Found> {
         let top = self.seekers.tiers.len() - 1;
         let runs = ranges(self.seekers.tiers[top].count(), 1);
@@ -162,7 +161,8 @@ impl Search<'_> {
         })
     }
 
-    /// `lists` are one to each tier up to this, and that of the next wider run.
+    /// Search within a run. `lists` has one list for each tier up to this one, and the list of the
+    /// next wider run.
     fn visit(&self, tier: usize, run: usize, lists: &mut [Near], found: &mut Found) {
         if self.resolved[tier][run] {
             return;
@@ -185,7 +185,7 @@ impl Search<'_> {
         }
     }
 
-    /// Bind the points of a least run by its list.
+    /// Bind the points of a run of the lowest tier by its list.
     fn bind(&self, parts: Range<usize>, near: &Near, places: &mut Vec<u32>) {
         if near.kind() == Kind::Points {
             nearest(self.seekers.points, parts, near, self.index, places);

@@ -1,16 +1,16 @@
-//! Where the Gaussians of a sampling stand after some have died.
+//! The Gaussians of a sampling that still exist.
 
-/// Which of the Gaussians of a sampling are left.
+/// Which Gaussians of a sampling still exist.
 #[derive(Clone, Debug, Default)]
 pub struct Survivors {
     alive: Vec<u64>,
-    before: Vec<u32>, // how many are left before each word
+    before: Vec<u32>, // number of survivors before each word
     count: usize,
     sampled: usize,
 }
 
 impl Survivors {
-    /// All of them.
+    /// All Gaussians of a sampling.
     pub fn all(count: usize) -> Self {
         let mut alive = vec![u64::MAX; count / 64];
         alive.push((1 << (count % 64)) - 1);
@@ -19,13 +19,13 @@ impl Survivors {
         survivors
     }
 
-    /// Those of some ascending ids that are among others, ascending too; `None` where an id that
-    /// is new stands before one that is not.
+    /// The Gaussians with ids `old` that are also in `new`, both ascending; `None` if a new id is
+    /// below one of the old ones.
     pub fn find(old: &[u32], new: &[u32]) -> Option<Self> {
         let (mut survivors, mut next) = (Self::all(old.len()), 0);
         for (ids, alive) in old.chunks(64).zip(&mut survivors.alive) {
             if new[next..].starts_with(ids) {
-                next += ids.len(); // as mostly nobody of them has died
+                next += ids.len(); // the usual case: none of them has died
                 continue;
             }
             for (bit, id) in ids.iter().enumerate() {
@@ -39,12 +39,12 @@ impl Survivors {
         (new.get(next).copied() > greatest || next == new.len()).then_some(survivors)
     }
 
-    /// How many are left.
+    /// The number of survivors.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// The index that a Gaussian has now; `None` if it is gone.
+    /// The current index of a Gaussian of the sampling; `None` if it has died.
     pub fn place(&self, index: u32) -> Option<u32> {
         if self.count == self.sampled {
             return Some(index);

@@ -1,4 +1,4 @@
-//! The newborn of a frame: SPEC 7.6.
+//! The newborn Gaussians of a frame: SPEC 7.6.
 
 use super::canonical::{expand_rotations, narrow_codes};
 use super::{narrow_position, require_births, require_gaussians, State};
@@ -12,18 +12,18 @@ use crate::rows::Rows;
 use std::sync::Arc;
 
 impl State {
-    /// Code the newborn of this frame; after the motion and the updates.
+    /// Encode the newborn Gaussians of this frame; after the motion and the updates.
     ///
     /// # Errors
-    /// `Encode`: a number is out of its range, or parents do not ascend.
+    /// `Encode`: a number is out of range, or the parents are not ascending.
     pub fn write_births(&self, births: &Births) -> Result<Section> {
         write_births(births, &self.birth_counts)
     }
 
-    /// Read so many newborn; after the motion and the updates.
+    /// Decode `count` newborn Gaussians; after the motion and the updates.
     ///
     /// # Errors
-    /// What is wrong with the section, or with their number.
+    /// The section is invalid, or the number too large.
     pub fn read_births(&mut self, section: &Section, count: u32) -> Result<Births> {
         self.require_room(count as usize)?;
         let (parents, code_planes) = (self.count(), self.header.code_planes());
@@ -31,7 +31,7 @@ impl State {
         read_births(section, count as usize, parents, code_planes, counts)
     }
 
-    /// Append the newborn of this frame (SPEC 7.6); after the motion and the updates.
+    /// Append the newborn Gaussians of this frame (SPEC 7.6); after the motion and the updates.
     ///
     /// # Errors
     /// `count-exceeds-level`, `parent-range`, `position-range`, `code-range`, `rotation-range`.
@@ -62,7 +62,7 @@ impl State {
         Ok(())
     }
 
-    /// Hold a number of newborn against the level and the ids that are left.
+    /// Check a number of newborn Gaussians against the level and the remaining ids.
     fn require_room(&self, newborn: usize) -> Result<()> {
         require_births(&self.header, newborn as u64)?;
         require_gaussians(&self.header, self.count() as u64 + newborn as u64)?;
@@ -74,14 +74,14 @@ impl State {
         Ok(())
     }
 
-    /// The positions of the newborn.
+    /// The positions of the newborn Gaussians.
     fn place(&self, births: &Births) -> Result<Rows<i32>> {
         if births.parents.len() != births.newborn.count() {
-            return Err(Error::Encode("newborn need a parent each".into()));
+            return Err(Error::Encode("every newborn Gaussian needs a parent".into()));
         }
         // [7.6-1]
         if births.parents.iter().any(|&parent| parent as usize >= self.count()) {
-            let message = "a newborn's parent is not in the scene";
+            let message = "the parent of a newborn Gaussian is not in the scene";
             return Err(Error::new(Reject::ParentRange, message));
         }
         let step = i64::from(self.header.position_step);
@@ -99,7 +99,7 @@ impl State {
     }
 }
 
-/// Put columns behind those of rows.
+/// Append columns to rows.
 fn append<T: Copy + Default>(rows: &mut Rows<T>, columns: &Rows<T>) {
     let old = rows.columns();
     rows.grow(columns.columns());

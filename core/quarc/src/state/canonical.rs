@@ -1,4 +1,4 @@
-//! States that are made from nothing: SPEC 7.2, 7.9.
+//! States of canonical frames: SPEC 7.2, 7.9.
 
 use super::{narrow_code, narrow_position, require_gaussians, State};
 use crate::coding::births::birth_counts;
@@ -14,10 +14,10 @@ use crate::rows::Rows;
 use std::sync::Arc;
 
 impl State {
-    /// The state of a CANO chunk (SPEC 7.2), and its Gaussians as they are coded.
+    /// The state of a CANO chunk (SPEC 7.2), and its Gaussians as coded.
     ///
     /// # Errors
-    /// What is wrong with the chunk.
+    /// The chunk is invalid.
     pub fn canonical(header: &Arc<Header>, chunk: &CanonicalChunk) -> Result<(State, Gaussians)> {
         // [7.2-2]
         require_some(chunk.gaussian_count as usize)?;
@@ -30,18 +30,18 @@ impl State {
         Ok((state, gaussians))
     }
 
-    /// The state of a SNAP chunk (SPEC 7.9) against the Gaussians of the CANO that it names; and
-    /// of each Gaussian its index in that CANO, -1 if it is no survivor.
+    /// The state of a SNAP chunk (SPEC 7.9), relative to the Gaussians of the CANO that it names; and
+    /// for each Gaussian its index in that CANO, -1 if it is not a survivor.
     ///
     /// # Errors
-    /// What is wrong with the chunk.
+    /// The chunk is invalid.
     pub fn snapshot(
         header: &Arc<Header>,
         chunk: &SnapshotChunk,
         canonical: &Gaussians,
     ) -> Result<(State, Vec<i32>)> {
         if canonical.codes.len() != header.code_planes() {
-            return Err(Error::Encode("no canonical frame of this stream".into()));
+            return Err(Error::Encode("the canonical frame is not of this stream".into()));
         }
         require_gaussians(header, u64::from(chunk.newborn_count))?;
         let (gaussians, roots) = read_snapshot(chunk, canonical, |count| {
@@ -54,10 +54,10 @@ impl State {
         Ok((state, roots))
     }
 
-    /// The state of a canonical frame of Gaussians, in the order in which they are coded.
+    /// The state of a canonical frame with these Gaussians, in coded order.
     ///
     /// # Errors
-    /// `position-range`, `code-range`, `rotation-range`; `Encode`, the planes do not fit.
+    /// `position-range`, `code-range`, `rotation-range`; `Encode`: the planes differ in length.
     pub fn begin(header: &Arc<Header>, frame: u32, gaussians: &Gaussians) -> Result<State> {
         require_even(gaussians, header.code_planes())?;
         let count = gaussians.count();
@@ -101,7 +101,7 @@ fn scale_positions(header: &Header, gaussians: &Gaussians) -> Result<Rows<i32>> 
     Ok(rows)
 }
 
-/// The rotations of Gaussians, `[4, n]`.
+/// The rotations `[4, n]` of Gaussians.
 pub(super) fn expand_rotations(header: &Header, gaussians: &Gaussians) -> Result<Rows<i32>> {
     let mut rows = Rows::zeros(4, gaussians.count(), 0);
     for place in 0..gaussians.count() {

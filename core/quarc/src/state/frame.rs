@@ -1,4 +1,4 @@
-//! A frame from its beginning to its end: SPEC 7.4, 7.7.
+//! The steps of a frame: SPEC 7.4, 7.7.
 
 use super::{require_births, require_gaussians, State};
 use crate::anchors::Anchors;
@@ -11,22 +11,22 @@ use std::sync::Arc;
 
 const OPACITY: usize = 3;
 
-/// What a frame has coded.
+/// The coded contents of a frame.
 #[derive(Clone, Debug)]
 pub struct Coded {
     /// The symbols of each level's anchors, level 1 first.
     pub symbols: Vec<Vec<Channels>>,
-    /// What changed single Gaussians; `None` in a stream without updates.
+    /// Updates of single Gaussians; `None` in a stream without updates.
     pub updates: Option<Updates>,
-    /// The newborn.
+    /// The newborn Gaussians.
     pub births: Births,
 }
 
 impl State {
-    /// Become the state of the frame after this one (SPEC 7.4 to 7.8); returns what was coded.
+    /// Advance to the next frame (SPEC 7.4 to 7.8); returns the coded contents.
     ///
     /// # Errors
-    /// What is wrong with the chunk; then the state is of no use any more.
+    /// The chunk is invalid; the state must not be used afterwards.
     pub fn frame(&mut self, chunk: &FrameChunk) -> Result<Coded> {
         // [7.4-1]
         if u64::from(chunk.phase) != u64::from(self.phase) + 1 {
@@ -53,7 +53,7 @@ impl State {
         Ok(Coded { symbols, updates, births })
     }
 
-    /// Begin a frame (SPEC 7.4): so many Gaussians leave, and then every Gaussian is bound.
+    /// Begin a frame (SPEC 7.4): remove `death_count` Gaussians and bind the others to anchors.
     ///
     /// # Errors
     /// `frame-order`, no frame can follow; `count`, no Gaussian would be left.
@@ -67,7 +67,7 @@ impl State {
             let message = format!("{death_count} deaths among {} Gaussians", self.count());
             return Err(Error::new(Reject::Count, message));
         }
-        // Who samples needs no binding of those that are left.
+        // A new sampling replaces all bindings.
         let samples = self.phase % u32::from(self.header.resample_interval) == 0;
         let before = if samples { self.anchors.take() } else { None };
         self.remove(&choose_deaths(self.codes.row(OPACITY), death_count));
@@ -77,8 +77,8 @@ impl State {
         Ok(())
     }
 
-    /// Bind the Gaussians that are not: all of them if there are no anchors (SPEC 6.5). The anchors
-    /// of `before` are then no more than a hint.
+    /// Bind the Gaussians without a binding: all of them if there are no anchors (SPEC 6.5), where
+    /// the previous anchors `before` only make sampling faster.
     fn bind(&mut self, before: Option<&Anchors>) {
         let (header, ids, positions) = (&self.header, &self.ids, &self.positions);
         match (&mut self.anchors, before) {
@@ -102,7 +102,7 @@ impl State {
         self.bound = self.ids.len();
     }
 
-    /// Take Gaussians of ascending indices away; the others keep all that they have.
+    /// Remove the Gaussians with these ascending indices.
     pub(super) fn remove(&mut self, gone: &[u32]) {
         if gone.is_empty() {
             return;
@@ -131,7 +131,7 @@ impl State {
     }
 }
 
-/// The indices, ascending, of the Gaussians of least (opacity code, id) (SPEC 7.4).
+/// The ascending indices of the Gaussians with the least (opacity code, id) (SPEC 7.4).
 #[must_use]
 pub fn choose_deaths(opacities: &[i16], count: u32) -> Vec<u32> {
     if count == 0 {
@@ -142,22 +142,22 @@ pub fn choose_deaths(opacities: &[i16], count: u32) -> Vec<u32> {
     for &opacity in opacities {
         counts[place(opacity)] += 1;
     }
-    // All below the limit leave, and of those at the limit so many.
+    // All Gaussians below the limit die, and `left` of those at the limit.
     let (mut limit, mut left) = (0, count);
     while limit + 1 < counts.len() && counts[limit] < left {
         left -= counts[limit];
         limit += 1;
     }
-    let mut leaves = |opacity: i16| {
+    let mut dies = |opacity: i16| {
         let at_limit = place(opacity) == limit && left > 0;
         left -= u32::from(at_limit);
         at_limit || place(opacity) < limit
     };
     let all = opacities.iter().enumerate();
-    all.filter(|(_, &opacity)| leaves(opacity)).map(|(index, _)| index as u32).collect()
+    all.filter(|(_, &opacity)| dies(opacity)).map(|(index, _)| index as u32).collect()
 }
 
-/// Remove the columns of ascending indices, in place unless somebody else has the rows.
+/// Remove the columns with ascending indices, in place if the rows are not shared.
 fn remove_columns<T: Copy + Default>(rows: &mut Arc<Rows<T>>, gone: &[u32]) {
     if Arc::strong_count(rows) == 1 {
         Arc::make_mut(rows).remove(gone);
@@ -166,7 +166,7 @@ fn remove_columns<T: Copy + Default>(rows: &mut Arc<Rows<T>>, gone: &[u32]) {
     }
 }
 
-/// Remove what stands at ascending indices, in place unless somebody else has the numbers.
+/// Remove the entries with ascending indices, in place if the numbers are not shared.
 fn remove_from<T: Copy>(numbers: &mut Arc<Vec<T>>, gone: &[u32]) {
     if let Some(numbers) = Arc::get_mut(numbers) {
         remove_entries(numbers, gone);

@@ -1,4 +1,4 @@
-//! The state of a frame and what the next one does to it: SPEC 7.
+//! The state of a frame, and how the next frame changes it: SPEC 7.
 //!
 //! ```text
 //! CANO, SNAP -> canonical, snapshot ----------------------------------+
@@ -6,10 +6,11 @@
 //!         (7.4)          (7.5)      (7.8)    (7.6)
 //! ```
 //!
-//! An encoder calls the same steps, with the symbols, updates and births that it has chosen.
+//! An encoder calls the same steps with its own symbols, updates and births.
 
 mod births; // SPEC 7.6
 mod canonical; // SPEC 7.2, 7.9
+mod displacement; // SPEC 7.5
 mod frame; // SPEC 7.4, 7.7
 mod motion; // SPEC 7.5
 mod updates; // SPEC 7.8
@@ -25,10 +26,10 @@ use crate::records::Header;
 use crate::rows::Rows;
 use std::sync::Arc;
 
-/// Everything that a frame hands to the next (SPEC 7.1).
+/// Everything that a frame passes on to the next (SPEC 7.1).
 ///
-/// A clone shares what it has with what it was made of, until one of them changes it: who holds
-/// no clone has the next frame made in place.
+/// Clones share their arrays until one of them changes: without clones, the next frame is computed
+/// in place.
 #[derive(Clone, Debug)]
 pub struct State {
     header: Arc<Header>,
@@ -40,13 +41,13 @@ pub struct State {
     rotations: Arc<Rows<i32>>,
     codes: Arc<Rows<i16>>,
     motion: Arc<Vec<Channels>>,
-    /// In streams with updates, else empty.
+    /// Empty in streams without updates.
     recency: Arc<Vec<u8>>,
-    /// From the last sampling on.
+    /// `None` before the first sampling.
     anchors: Option<Arc<Anchors>>,
-    /// `[N]` whether each Gaussian may have moved since the last sampling.
+    /// `[N]`: whether each Gaussian may have moved since the last sampling.
     moved: Arc<Vec<bool>>,
-    /// How many Gaussians are bound: those behind them were born in the last frame.
+    /// The number of Gaussians with bindings; those after them were born in the last frame.
     bound: usize,
     motion_counts: Arc<Counts>,
     birth_counts: Arc<Counts>,
@@ -54,7 +55,7 @@ pub struct State {
 }
 
 impl State {
-    /// What the stream chose for itself.
+    /// The header of the stream.
     #[must_use]
     pub const fn header(&self) -> &Arc<Header> {
         &self.header
@@ -66,19 +67,19 @@ impl State {
         self.frame
     }
 
-    /// Frames since the canonical one, 0 there.
+    /// Frames since the canonical frame, which has 0.
     #[must_use]
     pub const fn phase(&self) -> u32 {
         self.phase
     }
 
-    /// Gaussians of the scene, N.
+    /// Number of Gaussians, N.
     #[must_use]
     pub fn count(&self) -> usize {
         self.ids.len()
     }
 
-    /// `[N]`, ascending.
+    /// `[N]` ids, ascending.
     #[must_use]
     pub fn ids(&self) -> &[u32] {
         &self.ids
@@ -102,32 +103,32 @@ impl State {
         &self.codes
     }
 
-    /// Positions and rotations, as clones of the state share them.
+    /// Positions and rotations, shared with clones of the state.
     #[must_use]
     pub const fn shared_places(&self) -> [&Arc<Rows<i32>>; 2] {
         [&self.positions, &self.rotations]
     }
 
-    /// Codes, as clones of the state share them.
+    /// Codes, shared with clones of the state.
     #[must_use]
     pub const fn shared_codes(&self) -> &Arc<Rows<i16>> {
         &self.codes
     }
 
-    /// The id that the next newborn gets.
+    /// The id of the next newborn Gaussian.
     #[must_use]
     pub const fn next_id(&self) -> u64 {
         self.next_id
     }
 
-    /// `[N]` of each Gaussian the sum of the symbols that moved it in the frame.
+    /// `[N]`: for each Gaussian, the sum of the symbols that moved it in this frame.
     #[must_use]
     pub fn motion(&self) -> &[Channels] {
         &self.motion
     }
 
-    /// `[N]` frames since each Gaussian was updated or born, at most `RECENCY_LIMIT`; nothing in a
-    /// stream without updates.
+    /// `[N]` frames since each Gaussian was updated or born, at most `RECENCY_LIMIT`; empty in streams
+    /// without updates.
     #[must_use]
     pub fn recency(&self) -> &[u8] {
         &self.recency
@@ -139,27 +140,27 @@ impl State {
         self.anchors.as_ref()
     }
 
-    /// The anchors, to be looked through.
+    /// The anchors, mutable because searches keep their results.
     ///
     /// # Errors
-    /// `Encode`: the state has not been through `begin_frame`.
+    /// `Encode`: `begin_frame` has not been called.
     pub fn anchors_mut(&mut self) -> Result<&mut Anchors> {
         motion::anchors_of(&mut self.anchors)
     }
 }
 
-/// What this decoder gives a stream of the unlimited level (SPEC 3.2).
+/// The limits of this decoder for streams of the unlimited level (SPEC 3.2).
 const OWN_LIMITS: Level = match Level::of(30) {
     Some(level) => level,
     None => panic!("there is a level 30"),
 };
 
-/// Hold a number of Gaussians against the level of a stream: [3.2-1] [3.2-2] [3.2-6].
+/// Check a number of Gaussians against the level of the stream: [3.2-1] [3.2-2] [3.2-6].
 pub(crate) fn require_gaussians(header: &Header, count: u64) -> Result<()> {
     require_within(header, count, "Gaussians", |level| level.gaussians)
 }
 
-/// Hold a number of births against the level of a stream: [3.2-3].
+/// Check a number of births against the level of the stream: [3.2-3].
 fn require_births(header: &Header, count: u64) -> Result<()> {
     require_within(header, count, "births", |level| level.births)
 }
@@ -182,7 +183,7 @@ fn require_within(
     Ok(())
 }
 
-/// A coordinate that is within the lattice.
+/// A coordinate that must be within the lattice.
 fn narrow_position(position: i64) -> Result<i32> {
     if position.abs() > POSITION_LIMIT {
         return Err(off_lattice());
@@ -194,7 +195,7 @@ fn off_lattice() -> Error {
     Error::new(Reject::PositionRange, "a Gaussian is off the lattice")
 }
 
-/// A code that is within its range.
+/// A code that must be within its range.
 fn narrow_code(code: i32) -> Result<i16> {
     if i64::from(code).abs() > CODE_LIMIT {
         return Err(Error::new(Reject::CodeRange, "an attribute code is out of its range"));

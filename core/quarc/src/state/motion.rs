@@ -1,26 +1,19 @@
 //! The motion of a frame: SPEC 7.5.
 
-use super::{off_lattice, State};
+use super::State;
 use crate::anchors::Anchors;
-use crate::coding::motion::{
-    add, read_motion, write_motion, Channels, MotionContext, TRANSLATION_CHANNELS,
-};
-use crate::constants::POSITION_LIMIT;
+use crate::coding::motion::{read_motion, write_motion, Channels, MotionContext};
 use crate::error::{Error, Result};
-use crate::parallel::{each, piece};
-use crate::records::{Header, Section};
-use crate::rotation::{turn_batch, Quaternion, Residuals, ROTATION_ONE};
-use std::ops::Range;
+use crate::parallel::each;
+use crate::records::Section;
 use std::sync::Arc;
 
-const STILL: Channels = [0; 8];
-const MOVED: usize = 1 << 12; // Gaussians of a piece of work, at least
-const BATCH: usize = 64; // rotations that are turned together
-const BLOCK: usize = 1 << 10; // Gaussians whose motion stays in the cache meanwhile
+/// No motion.
+pub(super) const STILL: Channels = [0; 8];
 
 impl State {
-    /// The motion in the frame before of the own Gaussian of each anchor (SPEC 8.7), level 1
-    /// first; after `begin_frame`. `previous`: whether it counts.
+    /// For each level, level 1 first, the motion of each anchor's own Gaussian in the previous frame
+    /// (SPEC 8.7); zero unless `previous`. After `begin_frame`.
     fn own_motion(&self, previous: bool) -> Result<Vec<Vec<Channels>>> {
         self.require_bound()?;
         let anchors = self.anchors.as_ref().ok_or_else(not_begun)?;
@@ -28,7 +21,7 @@ impl State {
             if !previous {
                 return vec![STILL; anchors.levels()[level].ids.len()];
             }
-            // A Gaussian that has died does not move.
+            // Dead Gaussians do not move.
             let motion = |index: Option<usize>| index.map_or(STILL, |index| self.motion[index]);
             anchors.owners(level).map(motion).collect()
         };
@@ -43,28 +36,28 @@ impl State {
         Err(not_begun())
     }
 
-    /// Code the symbols of this frame's anchors, of each level, level 1 first.
+    /// Encode the symbols of each level's anchors in this frame, level 1 first.
     ///
     /// # Errors
-    /// `Encode`: a symbol is beyond what the format carries, or they are not of these anchors.
+    /// `Encode`: a symbol is out of range, or the number of symbols does not match the anchors.
     pub fn write_motion(&self, symbols: &[Vec<Channels>], previous: bool) -> Result<Section> {
         let own = self.own_motion(previous)?;
         let mut anchors = self.anchors.clone();
         let anchors = anchors_of(&mut anchors)?;
-        let parents = &mut |level, asked: &[bool]| anchors.parents(level, asked);
+        let parents = &mut |level, wanted: &[bool]| anchors.parents(level, wanted);
         let mut context = MotionContext { own: &own, parents };
         write_motion(&mut context, symbols, self.header.symbol_planes(), &self.motion_counts)
     }
 
-    /// Read the symbols of this frame's anchors, of each level, level 1 first.
+    /// Decode the symbols of each level's anchors in this frame, level 1 first.
     ///
     /// # Errors
-    /// What is wrong with the section.
+    /// The section is invalid.
     pub fn read_motion(&mut self, section: &Section, previous: bool) -> Result<Vec<Vec<Channels>>> {
         let mut counts = (*self.motion_counts).clone();
         let own = self.own_motion(previous)?;
         let anchors = anchors_of(&mut self.anchors)?;
-        let parents = &mut |level, asked: &[bool]| anchors.parents(level, asked);
+        let parents = &mut |level, wanted: &[bool]| anchors.parents(level, wanted);
         let mut context = MotionContext { own: &own, parents };
         let symbols = read_motion(section, &mut context, self.header.symbol_planes(), &mut counts)?;
         self.motion_counts = Arc::new(counts);
@@ -80,7 +73,7 @@ impl State {
         let anchors = anchors_of(&mut self.anchors)?;
         let counts = anchors.levels().iter().map(|level| level.ids.len());
         if !counts.eq(symbols.iter().map(Vec::len)) {
-            return Err(Error::Encode("the symbols are not of these anchors".into()));
+            return Err(Error::Encode("the number of symbols does not match the anchors".into()));
         }
         let moves = |symbols: &Vec<Channels>| symbols.iter().map(|own| own != &STILL).collect();
         let moves: Vec<Vec<bool>> = symbols.iter().map(moves).collect();
@@ -89,203 +82,13 @@ impl State {
         let levels: Vec<usize> = (0..moves.len()).filter(moving).collect();
         self.displace(symbols, &levels)
     }
-
-    /// Move and turn every Gaussian by the anchors that it follows at the given levels, at which
-    /// anchors move.
-    fn displace(&mut self, symbols: &[Vec<Channels>], levels: &[usize]) -> Result<()> {
-        if Arc::get_mut(&mut self.motion).is_none() {
-            self.motion = Arc::new(vec![STILL; self.ids.len()]); // all entries are overwritten
-        }
-        let motion = Arc::make_mut(&mut self.motion);
-        let Some(anchors) = &self.anchors else { return Err(not_begun()) };
-        let level = |&level: &usize| (anchors.binding_by_slot(level), &symbols[level][..]);
-        let size = piece(motion.len(), MOVED);
-        let mut moved = Arc::make_mut(&mut self.moved).chunks_mut(size);
-        let positions = Arc::make_mut(&mut self.positions).first_mut::<3>();
-        let mut positions = positions.map(|row| row.chunks_mut(size));
-        let rotations = Arc::make_mut(&mut self.rotations).first_mut::<4>();
-        let mut rotations = rotations.map(|row| row.chunks_mut(size));
-        let mut pieces = Vec::new();
-        for (number, motion) in motion.chunks_mut(size).enumerate() {
-            pieces.push(Moving {
-                first: number * size,
-                motion,
-                moved: moved.next().unwrap_or_default(),
-                positions: [0, 1, 2].map(|row: usize| positions[row].next().unwrap_or_default()),
-                rotations: [0, 1, 2, 3].map(|row: usize| rotations[row].next().unwrap_or_default()),
-            });
-        }
-        let header = &*self.header;
-        let done = match levels {
-            [] => {
-                pieces.into_iter().for_each(|piece| piece.motion.fill(STILL));
-                return Ok(());
-            }
-            [a] => each(pieces, &|piece| piece.displace(header, anchors, [a].map(level))),
-            [a, b] => each(pieces, &|piece| piece.displace(header, anchors, [a, b].map(level))),
-            [a, b, c, ..] => {
-                each(pieces, &|piece| piece.displace(header, anchors, [a, b, c].map(level)))
-            }
-        };
-        done.into_iter().collect()
-    }
 }
 
-/// A range of the Gaussians of a state.
-struct Moving<'a> {
-    /// Index of the first.
-    first: usize,
-    motion: &'a mut [Channels],
-    moved: &'a mut [bool],
-    positions: [&'a mut [i32]; 3],
-    rotations: [&'a mut [i32]; 4],
-}
-
-/// The anchor of each slot at a level, and the symbols of the level's anchors.
-type Level<'a> = (&'a [u32], &'a [Channels]);
-
-impl Moving<'_> {
-    /// Move and turn the Gaussians by the anchors that they follow at some levels.
-    fn displace<const L: usize>(
-        mut self,
-        header: &Header,
-        anchors: &Anchors,
-        levels: [Level; L],
-    ) -> Result<()> {
-        let mut residuals = Residuals::default();
-        let mut next = 0;
-        for slots in anchors.slots(self.first..self.first + self.motion.len()) {
-            for first in slots.clone().step_by(BLOCK) {
-                let slots = first..slots.end.min(first + BLOCK);
-                let places = next..next + slots.len();
-                next = places.end;
-                sum_motion(&mut self.motion[places.clone()], slots, levels);
-                self.move_block(header, places, &mut residuals)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Move and turn the Gaussians at some places by their motion.
-    fn move_block(
-        &mut self,
-        header: &Header,
-        places: Range<usize>,
-        residuals: &mut Residuals,
-    ) -> Result<()> {
-        let motion = &self.motion[places.clone()];
-        for (moved, motion) in self.moved[places.clone()].iter_mut().zip(motion) {
-            *moved |= motion != &STILL;
-        }
-        let step = i32::from(header.translation_step);
-        for (axis, row) in self.positions.iter_mut().enumerate() {
-            shift(&mut row[places.clone()], motion, axis, step)?;
-        }
-        let rotations = self.rotations.each_mut().map(|row| &mut row[places.clone()]);
-        let mut turning = Turning::new(rotations);
-        let (mut last, mut residual) = (STILL, [0; 4]);
-        for (place, motion) in motion.iter().enumerate() {
-            if motion[TRANSLATION_CHANNELS..] == STILL[TRANSLATION_CHANNELS..] {
-                continue;
-            }
-            // Neighbors mostly follow the same anchors.
-            if motion != &last {
-                (last, residual) = (*motion, residuals.of(sum_of(header, motion))?);
-            }
-            turning.push(place, residual)?;
-        }
-        turning.turn()
-    }
-}
-
-/// Add the motion on one axis to positions.
-fn shift(positions: &mut [i32], motion: &[Channels], axis: usize, step: i32) -> Result<()> {
-    let mut is_beyond = false;
-    for (position, motion) in positions.iter_mut().zip(motion) {
-        // A sum that overflows is beyond the limit all the same.
-        *position = position.wrapping_add(step * i32::from(motion[axis]));
-        is_beyond |= position.unsigned_abs() > POSITION_LIMIT as u32;
-    }
-    // [7.5-1]
-    if is_beyond {
-        return Err(off_lattice());
-    }
-    Ok(())
-}
-
-/// Rotations `[4, n]` of which some are turned, in batches.
-struct Turning<'a> {
-    rotations: [&'a mut [i32]; 4],
-    count: usize,
-    places: [usize; BATCH],
-    batch: [[i32; BATCH]; 4],
-    residuals: [[i32; BATCH]; 4],
-}
-
-impl<'a> Turning<'a> {
-    fn new(rotations: [&'a mut [i32]; 4]) -> Self {
-        // The lanes that are not used hold unit quaternions.
-        let unit = [ROTATION_ONE, 0, 0, 0].map(|part| [part; BATCH]);
-        Turning { rotations, count: 0, places: [0; BATCH], batch: unit, residuals: unit }
-    }
-
-    /// Turn a rotation, in this batch.
-    fn push(&mut self, place: usize, residual: Quaternion) -> Result<()> {
-        if self.count == BATCH {
-            self.turn()?;
-        }
-        self.places[self.count] = place;
-        for row in 0..4 {
-            self.batch[row][self.count] = self.rotations[row][place];
-            self.residuals[row][self.count] = residual[row];
-        }
-        self.count += 1;
-        Ok(())
-    }
-
-    /// Turn the rotations of the batch.
-    fn turn(&mut self) -> Result<()> {
-        turn_batch(&mut self.batch, &self.residuals)?;
-        for (row, turned) in self.rotations.iter_mut().zip(&self.batch) {
-            for (&place, &part) in self.places[..self.count].iter().zip(turned) {
-                row[place] = part;
-            }
-        }
-        self.count = 0;
-        Ok(())
-    }
-}
-
-/// Sum the symbols of the anchors that the Gaussians of some slots follow.
-fn sum_motion<const L: usize>(motion: &mut [Channels], slots: Range<usize>, levels: [Level; L]) {
-    let levels = levels.map(|(binding, symbols)| (&binding[slots.clone()], symbols));
-    for (place, motion) in motion.iter_mut().enumerate() {
-        let mut sum = STILL;
-        for (binding, symbols) in levels {
-            // `NOBODY` is greater than the index of any anchor.
-            sum = add(&sum, symbols.get(binding[place] as usize).unwrap_or(&STILL));
-        }
-        *motion = sum;
-    }
-}
-
-/// The sum of the residuals of a rotation, the identities of all levels in it.
-fn sum_of(header: &Header, motion: &Channels) -> [i32; 4] {
-    let [_, _, _, rest @ ..] = motion.map(i32::from);
-    let unity = i32::from(header.rotation_unity) * i32::from(header.level_count);
-    let [first, second, third, fourth, _] = rest;
-    if header.rotation_components == 3 {
-        [unity, first, second, third]
-    } else {
-        [unity + first, second, third, fourth]
-    }
-}
-
-/// The anchors of a state, to be looked through.
+/// The anchors of a state, mutable because searches keep their results.
 pub(super) fn anchors_of(anchors: &mut Option<Arc<Anchors>>) -> Result<&mut Anchors> {
     anchors.as_mut().map(Arc::make_mut).ok_or_else(not_begun)
 }
 
 fn not_begun() -> Error {
-    Error::Encode("the state has not been through begin_frame".into())
+    Error::Encode("begin_frame has not been called for this state".into())
 }

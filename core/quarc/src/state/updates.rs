@@ -12,7 +12,7 @@ use crate::rotation::{normalize_sum, turn};
 use std::sync::Arc;
 
 impl State {
-    /// What is known of the Gaussians before their updates (SPEC 8.8); after `move_by`.
+    /// The data of the Gaussians on which the contexts of updates depend (SPEC 8.8); after `move_by`.
     fn update_context(&self) -> Result<UpdateContext<'_>> {
         if !self.header.updates {
             return Err(Error::Encode("the stream has no updates".into()));
@@ -20,18 +20,18 @@ impl State {
         Ok(UpdateContext { motion: &self.motion, recency: &self.recency })
     }
 
-    /// Code the updates of this frame; after `move_by`, in a stream with updates.
+    /// Encode the updates of this frame; after `move_by`, in a stream with updates.
     ///
     /// # Errors
-    /// `Encode`: a residual is beyond what the format carries.
+    /// `Encode`: a residual is out of range.
     pub fn write_updates(&self, updates: &Updates) -> Result<Section> {
         write_updates(self.update_context()?, updates, &self.update_counts)
     }
 
-    /// Read the updates of this frame; after `move_by`, in a stream with updates.
+    /// Decode the updates of this frame; after `move_by`, in a stream with updates.
     ///
     /// # Errors
-    /// What is wrong with the section.
+    /// The section is invalid.
     pub fn read_updates(&mut self, section: &Section) -> Result<Updates> {
         let mut counts = (*self.update_counts).clone();
         let updates = read_updates(section, self.update_context()?, &mut counts)?;
@@ -39,7 +39,7 @@ impl State {
         Ok(updates)
     }
 
-    /// Change single Gaussians (SPEC 7.8); after `move_by`, in a stream with updates.
+    /// Apply updates of single Gaussians (SPEC 7.8); after `move_by`, in a stream with updates.
     ///
     /// # Errors
     /// `count`, no Gaussian would be left; `position-range`, `code-range`, `symbol-range`.
@@ -69,7 +69,7 @@ impl State {
         Ok(())
     }
 
-    /// Add the residuals of translation at some places to their Gaussians.
+    /// Apply the residuals of translation of the updates at some places.
     fn shift_some(&mut self, updates: &Updates, places: &[usize]) -> Result<()> {
         let step = i64::from(self.header.translation_step);
         for row in TRANSLATION {
@@ -89,7 +89,7 @@ impl State {
         Ok(())
     }
 
-    /// Add the residuals of codes.
+    /// Apply the residuals of codes.
     fn recode_some(&mut self, updates: &Updates, places: &[usize]) -> Result<()> {
         for row in CODES {
             let residuals = not_zero(updates, places, row);
@@ -106,7 +106,7 @@ impl State {
         Ok(())
     }
 
-    /// Turn by the residuals of rotation.
+    /// Apply the residuals of rotation.
     fn turn_some(&mut self, updates: &Updates, places: &[usize]) -> Result<()> {
         let unity = i32::from(self.header.rotation_unity);
         for &place in places {
@@ -131,7 +131,7 @@ impl State {
     }
 }
 
-/// The Gaussians at some places whose residual of a row is not 0, and this.
+/// The Gaussians at some places whose residual in a row is not 0, and that residual.
 fn not_zero(updates: &Updates, places: &[usize], row: usize) -> Vec<(usize, i32)> {
     let residuals = &updates.residuals[row];
     let all = places.iter().map(|&place| (updates.gaussians[place] as usize, residuals[place]));

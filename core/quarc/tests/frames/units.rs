@@ -9,7 +9,7 @@ use quarc::coding::probability::{choose_code, weight_of_code};
 use quarc::coding::words::WordReader;
 use quarc::digest::Serialized;
 use quarc::error::{Error, Reject};
-use quarc::rotation::{expand, normalize_sum, turn, Residuals};
+use quarc::rotation::{expand, normalize_sum, turn, turn_batch, Residuals};
 use quarc::rows::Rows;
 use quarc::state::choose_deaths;
 
@@ -236,4 +236,21 @@ fn products_are_normalized_as_the_text_says() {
     }
     let far = [5_000_000, -4_000_000, 3, 77];
     assert_eq!(turn(far, [1 << 22, 0, 0, 0]), Ok(by_the_text(far)));
+}
+
+#[test]
+fn rotations_turned_together_are_those_turned_alone() {
+    let ones: [i32; 4] = [1 << 22, 0, 0, 0];
+    let residual = normalize_sum([9, -2, 5, 1]).expect("no zero");
+    let near = normalize_sum([-7, 300, 12, 5]).expect("no zero");
+    let far = [5_000_000, -4_000_000, 3, 77]; // not a unit quaternion
+    for rotations in [[near, residual, ones], [near, far, residual]] {
+        let residuals = [residual, ones, near];
+        let mut batch = [0, 1, 2, 3].map(|row: usize| rotations.map(|rotation| rotation[row]));
+        let by = [0, 1, 2, 3].map(|row: usize| residuals.map(|residual| residual[row]));
+        turn_batch(&mut batch, &by).expect("no zero");
+        for (lane, (rotation, residual)) in rotations.into_iter().zip(residuals).enumerate() {
+            assert_eq!(Ok(batch.map(|row| row[lane])), turn(rotation, residual));
+        }
+    }
 }
