@@ -4,7 +4,7 @@ use super::motion::STILL;
 use super::{off_lattice, State};
 use crate::anchors::Anchors;
 use crate::coding::motion::{add, Channels, TRANSLATION_CHANNELS};
-use crate::constants::POSITION_LIMIT;
+use crate::constants::{LEVEL_COUNT_LIMIT, POSITION_LIMIT};
 use crate::error::Result;
 use crate::parallel::{each, piece};
 use crate::records::Header;
@@ -28,7 +28,13 @@ impl State {
             motion.fill(STILL);
             return Ok(());
         };
-        let level = |&level: &usize| (anchors.binding_by_slot(level), &symbols[level][..]);
+        // Levels without motion contribute no symbols.
+        let level = |place: usize| {
+            let number = levels.get(place).copied();
+            let symbols = number.map_or(&[][..], |number| &symbols[number][..]);
+            (anchors.binding_by_slot(number.unwrap_or(levels[0])), symbols)
+        };
+        let levels = [0, 1, 2].map(level);
         let size = piece(motion.len(), MOVED);
         let mut moved = Arc::make_mut(&mut self.moved).chunks_mut(size);
         let positions = Arc::make_mut(&mut self.positions).first_mut::<3>();
@@ -46,15 +52,7 @@ impl State {
             });
         }
         let header = &*self.header;
-        let done = match levels {
-            [] => return Ok(()),
-            [a] => each(pieces, &|piece| piece.displace(header, anchors, [a].map(level))),
-            [a, b] => each(pieces, &|piece| piece.displace(header, anchors, [a, b].map(level))),
-            [a, b, c, ..] => {
-                each(pieces, &|piece| piece.displace(header, anchors, [a, b, c].map(level)))
-            }
-        };
-        done.into_iter().collect()
+        each(pieces, &|piece| piece.displace(header, anchors, levels)).into_iter().collect()
     }
 }
 
@@ -73,11 +71,11 @@ type Level<'a> = (&'a [u32], &'a [Channels]);
 
 impl Moving<'_> {
     /// Move and turn the Gaussians by the anchors that they follow at some levels.
-    fn displace<const L: usize>(
+    fn displace(
         mut self,
         header: &Header,
         anchors: &Anchors,
-        levels: [Level; L],
+        levels: [Level; LEVEL_COUNT_LIMIT],
     ) -> Result<()> {
         let mut residuals = Residuals::default();
         let mut next = 0;
@@ -108,7 +106,8 @@ impl Moving<'_> {
         for (axis, row) in self.positions.iter_mut().enumerate() {
             shift(&mut row[places.clone()], motion, axis, step)?;
         }
-        let rotations = self.rotations.each_mut().map(|row| &mut row[places.clone()]);
+        let [w, x, y, z] = &mut self.rotations;
+        let rotations = [w, x, y, z].map(|row| &mut row[places.clone()]);
         let mut turning = Turning::new(rotations);
         let (mut last, mut residual) = (STILL, [0; 4]);
         for (place, motion) in motion.iter().enumerate() {
@@ -162,9 +161,9 @@ impl<'a> Turning<'a> {
             self.turn()?;
         }
         self.places[self.count] = place;
-        for row in 0..4 {
+        for (row, part) in residual.into_iter().enumerate() {
             self.batch[row][self.count] = self.rotations[row][place];
-            self.residuals[row][self.count] = residual[row];
+            self.residuals[row][self.count] = part;
         }
         self.count += 1;
         Ok(())
@@ -184,7 +183,7 @@ impl<'a> Turning<'a> {
 }
 
 /// Sum the symbols of the anchors that the Gaussians of some slots follow.
-fn sum_motion<const L: usize>(motion: &mut [Channels], slots: Range<usize>, levels: [Level; L]) {
+fn sum_motion(motion: &mut [Channels], slots: Range<usize>, levels: [Level; LEVEL_COUNT_LIMIT]) {
     let levels = levels.map(|(binding, symbols)| (&binding[slots.clone()], symbols));
     for (place, motion) in motion.iter_mut().enumerate() {
         let mut sum = STILL;
