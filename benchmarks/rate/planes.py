@@ -117,7 +117,9 @@ def compress_zstd(block: bytes) -> bytes:
     """
     import zstandard
 
-    return zstandard.ZstdCompressor(level=19, write_content_size=False).compress(block)
+    compressor = zstandard.ZstdCompressor(level=19, write_content_size=False)
+    compressed: bytes = compressor.compress(block)
+    return compressed
 
 
 COMPRESSORS: dict[str, Compressor] = {"zstd-19": compress_zstd, "lzma-9e": compress_lzma}

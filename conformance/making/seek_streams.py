@@ -100,17 +100,26 @@ def _skipped_faults(parent: Valid) -> Iterable[Vector]:
 
 def _without_index(parent: Valid) -> Iterable[Vector]:
     frames, stream = parent.frames, parent.stream
-    walked = [*stream.pieces[:INDX], stream.pieces[TAIL]]
+    unindexed = [*stream.pieces[:INDX], stream.pieces[TAIL]]
     note = "no INDX: seeking goes from chunk header to chunk header"
     vector = broken(
-        parent, "streams/journey-without-index", "11.2-1", walked, Outcome(frames), note
+        parent,
+        "streams/journey-without-index",
+        "11.2-1",
+        unindexed,
+        Outcome(frames),
+        note,
     )
     yield replace(vector, seek=tuple((f, Outcome(frames[f:])) for f in (1, 3, 5, 8)))
     cut = assemble(stream.pieces).data[: parent.layout.offsets[12]]
     said = Outcome(frames[:8], ("truncated",))
     vector = broken(parent, "damaged/passed-end", "11.2-1 11.3", cut, said, "the end is missing")
     yield replace(vector, seek=((4, Outcome(frames[4:8], ("truncated",))),))
-    short = [*walked[:CANO], replace(walked[CANO], payload=bytes(3)), *walked[CANO + 1 :]]
+    short = [
+        *unindexed[:CANO],
+        replace(unindexed[CANO], payload=bytes(3)),
+        *unindexed[CANO + 1 :],
+    ]
     said, note = Outcome(frames[:3], ("field",)), "a CANO of 3 bytes on the way has no ordinal"
     vector = broken(parent, "invalid/seek-canonical-short", "11.2-1 5-1", short, said, note)
     yield replace(vector, seek=((_WANTED, Outcome((), ("field",))),))

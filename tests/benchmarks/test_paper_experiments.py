@@ -51,7 +51,7 @@ def test_the_sweep_changes_only_the_step_of_translations_in_world_units(base):
     assert points[3].trial.config == base
 
 
-def test_the_full_method_is_always_included_so_that_a_page_can_follow_its_row():
+def test_the_full_method_is_included_if_another_experiment_is_selected():
     experiments = list_experiments(BASES["main"], ["gate"])
     assert [experiment.name for experiment in experiments] == ["full", "gate"]
 

@@ -6,9 +6,9 @@ import pytest
 
 from quarc_ref.datasets.video import VideoReader
 from quarc_ref.format.records import StreamHeader
-from tests.blankets import make_covering_stream
 from tests.cli.commands import list_names, run, run_json
 from tests.cli.processes import start
+from tests.covering_streams import make_covering_stream
 from tests.small_streams import make_stream
 
 _MAX_MEBIBYTES = 1024

@@ -66,13 +66,13 @@ def test_completed_segments_are_kept_and_partial_ones_resumed(
     make_folder(folder, "frames_000000_000001.quarc", "frames_000001_000002.quarc")
     (folder / "frames_000000_000001.quarc").write_bytes(parts[0])
     (folder / "frames_000001_000002.quarc").write_bytes(parts[1][:-200])
-    broken_again = run(*_command(capture, file, "--segments", 2, "--resume"))
+    resumed_broken = run(*_command(capture, file, "--segments", 2, "--resume"))
     rejected = run(*_command(capture, file, "--segments", 2))
     monkeypatch.undo()
     resumed = run(*_command(capture, file, "--segments", 2, "--workers", 1, "--resume"))
 
     assert (broken.exit_code, left) == (130, [])
-    assert "a.quarc.segments holds the frames" in broken_again.stderr
+    assert "a.quarc.segments holds the frames" in resumed_broken.stderr
     assert (rejected.exit_code, "--resume continues" in rejected.stderr) == (2, True)
     assert resumed.exit_code == 0
     assert file.read_bytes() == join_bytes(*parts)

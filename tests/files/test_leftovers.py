@@ -66,7 +66,7 @@ Path.rename = rename_or_die
 with written_folder(target, replace=True) as made:
     made.write("new.ply", b"new")
 """
-_AFTER_A_SWAP = """
+_KILLED_AFTER_SWAP = """
 from quarc_ref.files import folders
 folders.remove_listed_with_subfolders = die
 with written_folder(target, replace=True) as made:
@@ -139,7 +139,7 @@ def test_a_folder_in_the_middle_of_replacement_is_restored(call, tmp_path):
 
 def test_a_replaced_folder_is_removed(tmp_path):
     target = _make(tmp_path / "out", "a.ply")
-    _kill(_AFTER_A_SWAP, target)
+    _kill(_KILLED_AFTER_SWAP, target)
     left = _list(tmp_path)
     remove_leftovers(target)
 

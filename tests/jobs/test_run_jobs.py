@@ -55,7 +55,7 @@ def test_failed_jobs_are_named_when_all_others_are_done():
 
 def test_a_crashed_process_fails_only_its_own_job():
     with pytest.raises(JobsError) as caught:
-        run_jobs(works.end_if_odd, _make_jobs(1, 2), WorkerPool())
+        run_jobs(works.kill_self_if_odd, _make_jobs(1, 2), WorkerPool())
 
     assert caught.value.faults == {"job 1": "the process ended with exit code -9"}
 

@@ -34,7 +34,7 @@ def name_threads(_argument):
     return numba.config.NUMBA_NUM_THREADS, os.environ["OMP_NUM_THREADS"]
 
 
-def end_if_odd(number):
+def kill_self_if_odd(number):
     """Die like a process killed for lack of memory."""
     if number % 2:
         os.kill(os.getpid(), signal.SIGKILL)

@@ -26,11 +26,11 @@ from quarc_ref.streams.source import BytesSource
 from tests.small_streams import CountedSource, rebuild_stream
 
 _HEAD = wire.build_stream_header(StreamHeader())
-_FIRST_END = 8 + 24 + len(_HEAD)
+_HEAD_END = 8 + 24 + len(_HEAD)
 _SMALL = rebuild_stream(
     [(b"HEAD", _HEAD), (b"meta", b""), (b"FRAM", b"third"), (b"abcd", b"odd"), (b"TAIL", b"last")]
 )
-_ENDS = [_FIRST_END + size for size in (0, 24, 53, 80, 108)]
+_ENDS = [_HEAD_END + size for size in (0, 24, 53, 80, 108)]
 
 
 def _forged(kind: bytes, length: int, sequence: int = 0) -> bytes:
@@ -94,7 +94,7 @@ def test_a_flipped_byte_is_detected_anywhere():
         (12, HeaderCrcError, 8),
         (24, HeaderCrcError, 8),
         (28, PayloadCrcError, 8),
-        (_FIRST_END - 1, PayloadCrcError, 8),
+        (_HEAD_END - 1, PayloadCrcError, 8),
         (_ENDS[3] - 5, PayloadCrcError, _ENDS[2]),
     ],
 )
@@ -136,9 +136,15 @@ def test_order_and_types_are_checked(data, error):
         (MAGIC + _forged(b"HEAD", (1 << 32) - 1), ChunkSizeError),
         (MAGIC + _forged(b"HEAD", 1025), ChunkSizeError),
         (MAGIC + _forged(b"HEAD", 1024), TruncatedError),
-        (_SMALL[:_FIRST_END] + _forged(b"FRAM", LEVELS[10].chunk_bytes + 1, 1), ChunkSizeError),
-        (_SMALL[:_FIRST_END] + _forged(b"abcd", LEVELS[10].chunk_bytes + 1, 1), ChunkSizeError),
-        (_SMALL[:_FIRST_END] + _forged(b"FRAM", LEVELS[10].chunk_bytes, 1), TruncatedError),
+        (
+            _SMALL[:_HEAD_END] + _forged(b"FRAM", LEVELS[10].chunk_bytes + 1, 1),
+            ChunkSizeError,
+        ),
+        (
+            _SMALL[:_HEAD_END] + _forged(b"abcd", LEVELS[10].chunk_bytes + 1, 1),
+            ChunkSizeError,
+        ),
+        (_SMALL[:_HEAD_END] + _forged(b"FRAM", LEVELS[10].chunk_bytes, 1), TruncatedError),
     ],
 )
 def test_a_length_is_checked_against_the_level_before_the_payload_is_read(data, error):
@@ -161,7 +167,7 @@ def test_the_crc_of_an_unknown_ancillary_chunk_is_checked_in_pieces():
     assert [chunk.kind for chunk in split_chunks(source)] == [b"HEAD", b"TAIL"]
     assert max(length for _, length in source.reads) <= 1 << 16
     assert source.byte_count() >= len(large)
-    for place in (_FIRST_END + 20, _FIRST_END + 20 + len(large) - 1):
+    for place in (_HEAD_END + 20, _HEAD_END + 20 + len(large) - 1):
         damaged = bytearray(data)
         damaged[place] ^= 1
         with pytest.raises(PayloadCrcError):

@@ -10,7 +10,7 @@ _DATA, _ = make_stream(frame_count=3)
 _CHUNKS = list(split_chunks(_DATA))
 
 
-class _Counting(BytesSource):
+class _SizeCountingSource(BytesSource):
     """A stream that counts requests for its size, and can grow."""
 
     def __init__(self, data, *, grows_by=0):
@@ -34,14 +34,14 @@ def test_a_skipped_chunk_must_end_within_the_stream(place):
 
 
 def test_the_size_is_requested_once():
-    source = _Counting(_DATA)
+    source = _SizeCountingSource(_DATA)
 
     assert len(list(FrameWalk(source))) == len(_CHUNKS) - 3
     assert source.asked == 1
 
 
 def test_appended_bytes_are_found():
-    source = _Counting(_DATA, grows_by=len(_DATA) - _CHUNKS[-3].offset)
+    source = _SizeCountingSource(_DATA, grows_by=len(_DATA) - _CHUNKS[-3].offset)
 
     assert len(list(FrameWalk(source))) == len(_CHUNKS) - 3
     assert source.asked == 2

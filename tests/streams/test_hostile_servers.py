@@ -19,8 +19,8 @@ from quarc_ref.streams.http_source import HttpSource
 from tests.streams import hostile_servers
 from tests.streams.hostile_servers import DATA, HOSTILE, STATES, redirect, serve
 
-_SOON = 0.5
-_LATE = f"takes more than {_SOON} seconds to answer"
+_TIMEOUT_S = 0.5
+_LATE = f"takes more than {_TIMEOUT_S} seconds to answer"
 _GRACE = 2.0
 _MAX_MEMORY = 64 << 20
 _DIGESTS = [compute_digest(state.scene) for state in STATES]
@@ -48,7 +48,7 @@ def _decode(url):
 def test_a_hostile_server_is_given_up_in_time_with_a_message(name):
     answer, fault = HOSTILE[name]
     with serve(answer) as server:
-        expected_message = _reject(server.url, _SOON)
+        expected_message = _reject(server.url, _TIMEOUT_S)
 
     assert expected_message.startswith(f"the server of {server.url} ")
     assert fault in expected_message
@@ -99,14 +99,14 @@ def test_an_untrusted_certificate_is_rejected(tls, monkeypatch):
 
 def test_a_slow_body_times_out_over_tls_too(tls):
     with serve(hostile_servers.send_slowly, tls) as server:
-        assert _LATE in _reject(server.url, _SOON)
+        assert _LATE in _reject(server.url, _TIMEOUT_S)
 
 
 def test_a_slow_handshake_times_out():
     with socket.create_server(("127.0.0.1", 0)) as server:
         thread = threading.Thread(target=_send_handshake_slowly, args=(server,))
         thread.start()
-        assert _LATE in _reject(f"https://127.0.0.1:{server.getsockname()[1]}/", _SOON)
+        assert _LATE in _reject(f"https://127.0.0.1:{server.getsockname()[1]}/", _TIMEOUT_S)
         thread.join()
 
 
@@ -145,11 +145,11 @@ def test_a_few_redirects_are_followed_and_more_are_not():
 
 def test_all_redirects_share_one_deadline():
     def answer(request):
-        request.let_go.wait(0.4 * _SOON)
+        request.let_go.wait(0.4 * _TIMEOUT_S)
         redirect(request, f"{request.path}x")
 
     with serve(answer) as server:
-        assert _LATE in _reject(server.url, _SOON)
+        assert _LATE in _reject(server.url, _TIMEOUT_S)
     assert 2 <= len(server.asked) <= 3
 
 
@@ -232,7 +232,7 @@ def test_the_first_address_that_responds_is_used(monkeypatch):
 def test_a_name_lookup_times_out(monkeypatch):
     let_go = threading.Event()
     monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: let_go.wait(30))
-    expected_message = _reject("http://example.org/stream", _SOON)
+    expected_message = _reject("http://example.org/stream", _TIMEOUT_S)
     let_go.set()
 
     assert expected_message == f"the server of http://example.org/stream {_LATE}"
@@ -290,4 +290,4 @@ def test_a_slow_tunnel_times_out(through_proxy):
 
     with serve(answer) as proxy:
         through_proxy(proxy.url)
-        assert _LATE in _reject("https://example.org/stream", _SOON)
+        assert _LATE in _reject("https://example.org/stream", _TIMEOUT_S)

@@ -98,8 +98,8 @@ def _splice(donors: Sequence[Record]) -> Callable[[Draws, Record], Record]:
 
     def splice(draws: Draws, record: Record) -> Record:
         sections = _sections(record)
-        alike = [_sections(donor) for donor in donors if type(donor) is type(record)]
-        others = draws.rng.choice([each for each in alike if len(each) == len(sections)])
+        same_type_donors = [_sections(donor) for donor in donors if type(donor) is type(record)]
+        others = draws.rng.choice([each for each in same_type_donors if len(each) == len(sections)])
         for which in draws.rng.sample(range(len(sections)), draws.rng.choice((1, 1, 2))):
             sections[which] = others[which]
         return _with_sections(record, sections)

@@ -23,7 +23,7 @@ from quarc_ref.encoder.scenes.bounds import Bounds
 from quarc_ref.encoder.scenes.fit_births import fit_births
 from quarc_ref.encoder.scenes.fit_motion import Tolerances, fit_motion
 from quarc_ref.encoder.scenes.fit_updates import (
-    CodeBounds,
+    CodeErrorBounds,
     bound_codes,
     find_recolored,
     fit_updates,
@@ -200,7 +200,7 @@ class _Encoding:
             self._write_frame(target, rows)
 
     @property
-    def _code_bounds(self) -> CodeBounds:
+    def _code_bounds(self) -> CodeErrorBounds:
         return bound_codes(self._bounds, self._header)
 
     def _write_canonical(self, frame: int, target: Target) -> None:

@@ -23,7 +23,7 @@ _FIELDS = {"log-scales": LOG_SCALES, "opacity": OPACITY, "SH DC": SH_DC}
 
 
 @dataclass(frozen=True, slots=True)
-class CodeBounds:
+class CodeErrorBounds:
     """Error bounds of codes, in code steps.
 
     Attributes:
@@ -35,9 +35,9 @@ class CodeBounds:
     sh_rest: float
 
 
-def bound_codes(bounds: Bounds, header: StreamHeader) -> CodeBounds:
+def bound_codes(bounds: Bounds, header: StreamHeader) -> CodeErrorBounds:
     """Convert bounds to the quantization steps of a stream."""
-    return CodeBounds(
+    return CodeErrorBounds(
         {
             "log-scales": bounds.log_scale / header.log_scale_step * _ROUNDING,
             "opacity": bounds.opacity / header.opacity_step * _ROUNDING,
@@ -47,7 +47,7 @@ def bound_codes(bounds: Bounds, header: StreamHeader) -> CodeBounds:
     )
 
 
-def find_recolored(state: FrameState, target: Target, rows: Int64, bounds: CodeBounds) -> Bits:
+def find_recolored(state: FrameState, target: Target, rows: Int64, bounds: CodeErrorBounds) -> Bits:
     """Return `[N]` whether view-dependent color is out of bounds, which updates cannot change.
 
     Args:

@@ -21,7 +21,7 @@ from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.trainable import Attributes, Trainer, to_sh_dc
 from quarc_ref.rendering.rasterizer import Gaussians
 
-_PROBES = 2
+_PROBE_COUNT = 2
 _COLORS = 3
 
 
@@ -71,11 +71,11 @@ def measure_contributions(
         rendering = context.render(_add_tints(_apply_gates(drawn, gates), tints), view)
         image = context.mask(rendering.image, view, 0)
         seen += rendering.radii > 0
-        for _ in range(_PROBES):
+        for _ in range(_PROBE_COUNT):
             signs = torch.randint(0, 2, image.shape, generator=generator) * 2 - 1
             total = (image * signs.to(image)).sum()
             (change,) = torch.autograd.grad(total, gates, retain_graph=True)
-            presence += change.square() / (_PROBES * _COLORS)
+            presence += change.square() / (_PROBE_COUNT * _COLORS)
         missed = (image.detach() - context.truth(view, 0)).square().mean(dim=2)
         (shown,) = torch.autograd.grad((image.mean(dim=2) * missed).sum(), tints)
         error += shown

@@ -54,12 +54,12 @@ class Entry(ABC):
 
     Args:
         label: Method and operating point.
-        holdings: Frames and size.
+        info: Frames and size.
     """
 
-    def __init__(self, label: Label, holdings: EntryInfo) -> None:
+    def __init__(self, label: Label, info: EntryInfo) -> None:
         self.label = label
-        self.holdings = holdings
+        self.info = info
 
     @abstractmethod
     def draw(self, frame: int, cameras: Mapping[str, Camera]) -> dict[str, Picture]:
@@ -84,12 +84,12 @@ class SplatEntry(Entry):
 
     Args:
         label: Method and operating point.
-        holdings: Frames and size.
+        info: Frames and size.
         load: Function that returns the Gaussians of a frame; called in ascending order.
     """
 
-    def __init__(self, label: Label, holdings: EntryInfo, load: Callable[[int], Splats]) -> None:
-        super().__init__(label, holdings)
+    def __init__(self, label: Label, info: EntryInfo, load: Callable[[int], Splats]) -> None:
+        super().__init__(label, info)
         self._load = load
 
     def draw(self, frame: int, cameras: Mapping[str, Camera]) -> dict[str, Picture]:

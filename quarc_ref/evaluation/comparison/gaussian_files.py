@@ -24,8 +24,8 @@ def open_plys(folder: Path, label: Label) -> SplatEntry:
     """
     files = number_files([folder] if folder.is_file() else folder.glob("*.ply"), folder)
     total = sum(path.stat().st_size for path in files.values())
-    holdings = EntryInfo("PLY per frame", tuple(files), total)
-    return SplatEntry(label, holdings, lambda frame: _read_ply(files[frame]))
+    info = EntryInfo("PLY per frame", tuple(files), total)
+    return SplatEntry(label, info, lambda frame: _read_ply(files[frame]))
 
 
 def open_fourdgs(path: Path, label: Label, frames_per_second: float) -> SplatEntry:
@@ -47,8 +47,8 @@ def open_fourdgs(path: Path, label: Label, frames_per_second: float) -> SplatEnt
     except ValueError as error:
         message = f"{path}: {error}"
         raise UnreadableFramesError(message) from error
-    holdings = EntryInfo("4dgs", tuple(range(found.count)), len(data))
-    return SplatEntry(label, holdings, _Reading(found.read(), path).load)
+    info = EntryInfo("4dgs", tuple(range(found.count)), len(data))
+    return SplatEntry(label, info, _Reading(found.read(), path).load)
 
 
 def _read_ply(path: Path) -> Splats:

@@ -24,12 +24,12 @@ class Measured:
 
     Attributes:
         label: Its method and operating point.
-        holdings: Its frames and size.
+        info: Its frames and size.
         quality: Metrics: for each camera, one `Measures` per compared frame.
     """
 
     label: Label
-    holdings: EntryInfo
+    info: EntryInfo
     quality: Quality
 
 
@@ -158,7 +158,7 @@ class _Pairs:
     def results(self) -> list[Measured]:
         """Return the metrics of all frames so far."""
         return [
-            Measured(entry.label, entry.holdings, Quality(figures))
+            Measured(entry.label, entry.info, Quality(figures))
             for entry, figures in zip(self._entries, self._figures, strict=True)
         ]
 
@@ -194,7 +194,7 @@ def _find_background(capture: Capture | None, name: str) -> Picture | None:
 
 def _choose_frames(opened: OpenComparison, span: tuple[int, int | None]) -> tuple[int, ...]:
     """Return the frames within a span that all entries and the capture have."""
-    common = set.intersection(*(set(entry.holdings.frames) for entry in opened.entries))
+    common = set.intersection(*(set(entry.info.frames) for entry in opened.entries))
     if opened.capture is not None:
         common &= set(range(opened.capture.frame_count))
     start, stop = span
@@ -209,7 +209,7 @@ def _choose_frames(opened: OpenComparison, span: tuple[int, int | None]) -> tupl
 
 
 def _name_span(entry: Entry) -> str:
-    frames = entry.holdings.frames
+    frames = entry.info.frames
     return f"{frames[0]} to {frames[-1]}" if frames else "none"
 
 

@@ -43,9 +43,9 @@ class _Renders(Entry):
     """Pictures on disk, by camera and frame."""
 
     def __init__(
-        self, label: Label, holdings: EntryInfo, files: Mapping[str, Mapping[int, Path]]
+        self, label: Label, info: EntryInfo, files: Mapping[str, Mapping[int, Path]]
     ) -> None:
-        super().__init__(label, holdings)
+        super().__init__(label, info)
         self._files = files
 
     def draw(self, frame: int, cameras: Mapping[str, Camera]) -> dict[str, Picture]:

@@ -41,8 +41,8 @@ def open_stream(
     data = path.read_bytes()
     summary = inspect_stream(data, on_progress)
     frames = tuple(frame.frame for frame in summary.frames)
-    holdings = EntryInfo("stream", frames, summary.total_bytes)
-    return OpenStream(SplatEntry(label, holdings, _Decoding(data).load), summary)
+    info = EntryInfo("stream", frames, summary.total_bytes)
+    return OpenStream(SplatEntry(label, info, _Decoding(data).load), summary)
 
 
 class _Decoding:

@@ -127,16 +127,16 @@ def _make_point(
     label: Label, runs: Sequence[Measured], first: Sequence[Measured] | None, pace: float
 ) -> Point:
     means = [run.quality.mean() for run in runs]
-    sizes = [run.holdings.byte_count for run in runs]
+    sizes = [run.info.byte_count for run in runs]
     per_frame = [
-        size / len(run.holdings.frames) / KILOBYTE
+        size / len(run.info.frames) / KILOBYTE
         for run, size in zip(runs, sizes, strict=True)
         if size is not None
     ]
     rate = spread(per_frame)
     return Point(
         label,
-        runs[0].holdings.kind,
+        runs[0].info.kind,
         len(runs),
         {name: spread(_values(means, name)) for name in means[0]},
         spread([size for size in sizes if size is not None]),

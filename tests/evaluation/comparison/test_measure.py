@@ -38,7 +38,7 @@ def test_its_frames_as_ply_files_and_as_renders_have_the_same_quality(rivals, co
     assert plys == pytest.approx(stream, abs=1e-4)
     assert renders == pytest.approx(stream, abs=0.02)  # rounded to 8 bits
     assert by_frame == renders
-    assert [each.holdings.kind for each in comparison.measured] == [
+    assert [each.info.kind for each in comparison.measured] == [
         "stream", "PLY per frame", "renders", "renders",
     ]  # fmt: skip
 
@@ -49,7 +49,7 @@ def test_bytes_are_those_of_the_files(rivals, compare):
     comparison = compare(place / "a.quarc", place / "plys", renders, capture=rivals.capture)
     plys = sum(path.stat().st_size for path in (place / "plys").iterdir())
 
-    sizes = [each.holdings.byte_count for each in comparison.measured]
+    sizes = [each.info.byte_count for each in comparison.measured]
     assert sizes == [(place / "a.quarc").stat().st_size, plys, 1234]
 
 
