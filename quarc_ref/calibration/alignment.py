@@ -26,9 +26,9 @@ class Shift:
     """Start time of a recording, relative to the others.
 
     Attributes:
-        samples: Sample `t` of the others is sample `t + samples` of this one.
-        confidence: Correlation at this shift minus the best at other shifts, in standard deviations
-            of the latter.
+        samples: Sample `t` of the other recordings is sample `t + samples` of this recording.
+        confidence: Correlation at this shift minus the highest correlation at other shifts, in
+            standard deviations of the correlations at other shifts.
     """
 
     samples: float

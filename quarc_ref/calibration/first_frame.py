@@ -1,4 +1,4 @@
-"""Frame 0 of the cameras that joined: points of the scene, and cameras that these contradict."""
+"""Computes scene points from frame 0, and finds cameras whose pictures contradict them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,8 +12,8 @@ from quarc_ref.datasets.triangulation import triangulate
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.encoder.checks.color_agreement import compare_colors
 
-_MIN_CAMERAS = 3  # for points without the first one
-_NEAR = 1e-6  # any: nothing is drawn
+_MIN_CAMERAS = 3  # the minimum for points, which are computed without the first camera
+_NEAR = 1e-6  # any value above 0, because nothing is rendered
 
 
 @dataclass(frozen=True, slots=True, eq=False)

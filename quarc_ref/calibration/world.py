@@ -28,8 +28,8 @@ class Distance:
     """Distance between two cameras.
 
     Attributes:
-        first: Name of a camera.
-        second: Name of another.
+        first: Name of the first camera.
+        second: Name of the second camera.
         meters: Distance in meters.
     """
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 
 _QUALITY = {
     "PSNR": "dB against the camera's picture, mean over frames; higher is better, at most 100.",
-    "cc": "the same figure, after the picture's colors are fitted to the truth.",
+    "cc": "PSNR after the picture's colors are fitted to the truth.",
     "SSIM": "structural similarity, up to 1; higher is better.",
-    "moving, static": "PSNR where the truth differs from the static background, and elsewhere.",
+    "moving, static": "PSNR of pixels that differ from the static background, and of all others.",
     "flicker": "change from frame to frame of pixels that should not change, in levels of 255.",
     "of truth": "flicker of the capture's own pictures, which is their noise.",
     "LPIPS": "perceptual distance; lower is better.",
@@ -25,17 +25,17 @@ COMPARE = {
     "bytes, KB / frame": "size of all frames of the entry; a KB is 1024 bytes.",
     "Mb/s": "megabits per second at the capture's frame rate.",
     "dB to first": "mean difference in PSNR to the first entry, view by view.",
-    "better": "share of those views in which the entry has the higher PSNR.",
-    "BD-rate": "bytes needed for the same quality, against the first method; below 0 is fewer.",
-    "BD-PSNR": "PSNR at the same bytes, against the first method.",
+    "better": "share of the views in which the entry has a higher PSNR than the first entry.",
+    "BD-rate": "difference in bytes at equal quality to the first method; negative: fewer bytes.",
+    "BD-PSNR": "difference in PSNR at equal bytes to the first method.",
 }
 INFO = {
     "anchors": "points whose motion is coded; they are resampled at a regular interval.",
     "canonical, snapshots": "bytes of the frames at which decoding can start.",
-    "motion, updates, births": "bytes of other frames: anchors, changed Gaussians, new ones.",
+    "motion, updates, births": "bytes of other frames: anchor motion, changed and new Gaussians.",
     "zero-order estimate": "bytes that the paper's entropy estimate gives for the same symbols.",
     "overhead": "headers, cameras, metadata and checksums.",
-    "KB per frame": "without and with the bytes of canonical frames.",
+    "KB per frame": "mean over frames, without and with the bytes of canonical frames.",
 }
 
 

@@ -10,7 +10,7 @@ from quarc_ref.cli.encoder_options import print_settings
 from quarc_ref.cli.errors import UsageError, report_errors
 
 _PRESET_HELP = (
-    "main: best quality for its bytes; demo: several times quicker, for a first look; "
+    "main: best quality for its size; demo: several times faster, for a first look; "
     "paper: the paper's schedule and steps."
 )
 
@@ -48,7 +48,7 @@ FormatVersion = Annotated[
     Literal["1.0", "1.1"],
     typer.Option(
         "--format",
-        help="Format version: 1.1 allows updates of single Gaussians; 1.0 is for decoders "
+        help="Format version: 1.1 allows updates of individual Gaussians; 1.0 is for decoders "
         "without support for 1.1.",
     ),
 ]
@@ -81,7 +81,7 @@ QualityLevel = Annotated[
         metavar="Q",
         min=0,
         max=100,
-        help="Quality, 0 to 100: each 20 more halve the weight of bytes (--lambda).",
+        help="Quality, 0 to 100: an increase of 20 halves the weight of bytes (--lambda).",
         show_default="50",
     ),
 ]
@@ -120,7 +120,8 @@ Device = Annotated[
 Live = Annotated[
     bool,
     typer.Option(
-        "--live", help="Write to FILE directly, so that other programs can read it meanwhile."
+        "--live",
+        help="Write to FILE directly, so that other programs can read it during the encode.",
     ),
 ]
 Resume = Annotated[
@@ -167,7 +168,7 @@ LogFile = Annotated[
     typer.Option(
         "--log-json",
         metavar="FILE",
-        help="Write one JSON line for every training step and frame, when it is finished.",
+        help="Write a JSON line as soon as a training step or a frame is finished.",
     ),
 ]
 TensorBoardFolder = Annotated[

@@ -1,8 +1,8 @@
 """Converts exceptions to messages and exit codes.
 
-0: success. 1: the stream is invalid. 2: the command line is invalid: options that exclude each
-other, a path to nothing, or to something that the command does not take. 3: anything else
-failed: a file or capture that cannot be read, a full disk, a bug. After a signal, 128 plus its
+0: success. 1: the stream is invalid. 2: the command line is invalid: conflicting options, or a
+path that does not exist or is not of a kind that the command accepts. 3: any other failure:
+a file or capture that cannot be read, a full disk, a bug. After a signal, 128 plus its
 number, as in a shell: 130 after Ctrl-C (SIGINT), 143 after SIGTERM, 141 if the reader of a pipe
 has closed it (SIGPIPE).
 """

@@ -83,7 +83,7 @@ def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[Output
 
 @contextmanager
 def _reporting_kept_files(place: Path) -> Iterator[None]:
-    """Add to the message of an interruption which files were kept."""
+    """Name the kept files in the message of an interruption."""
     try:
         yield
     except KeyboardInterrupt as error:

@@ -183,7 +183,7 @@ def _reject_missing_parent(target: Path) -> None:
 
 @contextmanager
 def _reporting_kept_files(made: OutputFolder) -> Iterator[None]:
-    """Add to the message of an interruption that the finished frames are kept."""
+    """Name the folder of the finished frames in the message of an interruption."""
     try:
         yield
     except KeyboardInterrupt as error:

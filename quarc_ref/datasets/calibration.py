@@ -86,7 +86,7 @@ class Lens:
 
     @property
     def is_pinhole(self) -> bool:
-        """Whether straight lines stay straight, as they do not in any fisheye lens."""
+        """Whether straight lines stay straight, which is never true of a fisheye lens."""
         return not self.fisheye and not any(self.coefficients)
 
 

@@ -14,7 +14,7 @@
     ├── UnreadableVideoError    a video or picture cannot be decoded
     ├── MaskError               masks do not fit the pictures
     │   ├── MaskNameError       masks are named after no camera
-    │   ├── MaskSizeError       a mask has another size than the pictures of its camera
+    │   ├── MaskSizeError       a mask and the pictures of its camera differ in size
     │   └── MaskCountError      a camera has several masks, but not one for each frame
     ├── UnreadablePoseError     a pose file is malformed, or holds no valid pose
     ├── UnreadableNotesError    quarc-capture.json is malformed
@@ -82,7 +82,7 @@ class MaskNameError(MaskError):
 
 
 class MaskSizeError(MaskError):
-    """A mask has another size than the pictures of its camera."""
+    """A mask and the pictures of its camera differ in size."""
 
 
 class MaskCountError(MaskError):

@@ -1,9 +1,9 @@
 """Opens every picture and video file that FFmpeg reads.
 
 FFmpeg also opens URLs, and playlists that refer to other files and hosts. This module
-restricts it to regular local files in the formats that captures use, and lets its
-decoders reject too large pictures before they allocate memory, also in the middle of a
-stream.
+restricts it to regular local files in the formats that captures use. It also makes the
+decoders reject oversized pictures before they allocate memory, even if the size changes in
+the middle of a video.
 """
 
 import stat
@@ -164,7 +164,7 @@ def _require_usable(path: Path, data: bytes, size: tuple[int, int] | None) -> St
         message = (
             f"{path} has EXIF orientation {header.orientation}, which some tools apply and some "
             "ignore: remove the tag if the poses are for the pixels as stored (exiftool "
-            "-Orientation= FILE), else turn the pixels (mogrify -auto-orient FILE)"
+            "-Orientation= FILE), otherwise rotate the pixels (mogrify -auto-orient FILE)"
         )
         raise UnreadableVideoError(message)
     return header

@@ -86,7 +86,7 @@ def rotate_by_vector(vector: Numbers) -> Numbers:
 
 
 def _fit_pinhole(lens: Lens) -> Lens:
-    """Return a pinhole lens of the same size all of whose pixels the lens covers."""
+    """Return the pinhole lens of the same size whose pixels are all inside the lens's picture."""
     left, right = _straighten_border(lens, axis=0)
     top, bottom = _straighten_border(lens, axis=1)
     widest = max(map(abs, (left, right, top, bottom)))

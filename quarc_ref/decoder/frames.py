@@ -159,7 +159,7 @@ def decode_births(state: State, section: Section, count: int) -> State:
     Args:
         state: State after `decode_motion` and, in a stream with updates, `decode_updates`.
         section: Coded births of the frame.
-        count: Number of frames.
+        count: Number of births.
 
     Raises:
         BitstreamError: The section is invalid.

@@ -28,7 +28,7 @@ class State:
         update_counts: Counts of the update contexts.
         recency: `[N]` frames since each Gaussian was updated or born, at most
             RECENCY_LIMIT; None in a stream without updates.
-        updates: Updates of single Gaussians in the frame, as coded; None in a canonical
+        updates: Updates of individual Gaussians in the frame, as coded; None in a canonical
             frame and in a stream without updates.
     """
 

@@ -169,7 +169,7 @@ class StreamDecoder:
             raise FrameOrderError(message)
         point = SeekPoint(chunk.offset, chunk.sequence, frame)
         if sought not in (None, point):  # [11.2-1] [11.2-4]
-            message = f"{sought} is listed as {point}"
+            message = f"the index lists {sought}, but the chunk is {point}"
             raise IndexMismatchError(message)
 
     def _push_frame(self, chunk: Chunk) -> FrameState:

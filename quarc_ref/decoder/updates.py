@@ -1,6 +1,6 @@
-"""Applies the updates of single Gaussians in a frame: SPEC 7.8.
+"""Applies the updates of individual Gaussians in a frame: SPEC 7.8.
 
-Between motion and births, single Gaussians are removed, or changed in position,
+Between motion and births, individual Gaussians are removed, or changed in position,
 rotation, scale, opacity and color.
 """
 
@@ -29,7 +29,7 @@ def update_context(state: State) -> UpdateContext:
 
 
 def update(state: State, updates: Updates) -> State:
-    """Return the state with single Gaussians changed (SPEC 7.8).
+    """Return the state with individual Gaussians changed (SPEC 7.8).
 
     Args:
         state: After `move`, of a stream with updates.

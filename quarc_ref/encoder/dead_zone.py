@@ -42,6 +42,6 @@ def undo_small_moves(
 
 
 def _differ_little(rows: Int64, before: Int64, limits: tuple[int, ...]) -> Bits:
-    """Return for which columns no row differs by more than its limit."""
+    """Return a mask of the columns in which no row differs by more than its limit."""
     near: Bits = np.all(np.abs(rows - before) <= np.array(limits)[:, None], axis=0)
     return near

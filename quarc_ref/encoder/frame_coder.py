@@ -133,7 +133,7 @@ class FrameCoder:
         Args:
             start: The frame.
             symbols: `[c, a]` motion symbols of each level, level 1 first.
-            updates: Updates of single Gaussians, or a function that finds them, given the
+            updates: Updates of individual Gaussians, or a function that finds them, given the
                 state after the motion; must be None if the stream has none.
 
         Raises:

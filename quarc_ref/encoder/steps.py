@@ -1,9 +1,11 @@
 """Chooses lattice and quantization steps from a capture's scale and resolution.
 
 World units have no fixed meaning: a capture may be in meters or in arbitrary units of its
-calibration. The visible effect of a step depends on pixels, so steps are set in pixels,
-or by how much they change the pictures, and rounded to a slightly finer lattice. A small
-motion is visible in sharp pictures, but not in blurred or oversampled ones.
+calibration. How visible a quantization error is depends on its size in pixels, and on the
+sharpness of the pictures: a small shift is visible in sharp pictures, but not in blurred or
+oversampled ones. The position step is therefore set in pixels, and the translation step by
+the mean change of the pictures that a shift by one step causes. Both are rounded to whole
+units of the lattice.
 """
 
 import math
@@ -36,13 +38,13 @@ def propose_steps(
 ) -> StreamHeader:
     """Return a header with a lattice and steps that suit a capture.
 
-    The smaller step is 8 to 16 lattice units, so both steps deviate from the requested
-    values by at most a sixteenth. The lattice is coarser if this is necessary to cover 4
-    times the distance of cameras and points.
+    The lattice is chosen so that the smaller step is 8 to 16 lattice units, so rounding
+    changes the steps by at most a sixteenth. A coarser lattice is used if this one does not
+    cover 4 times the largest coordinate of cameras and points.
 
     Args:
-        stream: Header settings, whose steps in world units are used where `settings` are 0.
-        settings: Steps in pixels and in picture changes.
+        stream: Header settings; a step that is 0 in `settings` is taken from here.
+        settings: Position step in pixels, and translation step as a change of the pictures.
         cameras: The training views.
         points: Initial points.
         pictures: Pictures `[H, W, 3]` of each view at frame 0.
@@ -70,8 +72,8 @@ def propose_steps(
 def measure_pixel(cameras: Sequence[Camera], points: Points) -> float:
     """Measure the width of a pixel at the scene's distance, in world units.
 
-    The result is the median over the points that a view sees, and the median of these
-    over the views.
+    For every view, the median over the points that it sees is computed; the result is the
+    median over the views.
 
     Raises:
         EncodeError: No view sees any point.
@@ -91,7 +93,7 @@ def measure_pixel(cameras: Sequence[Camera], points: Points) -> float:
 
 
 def measure_sharpness(pictures: Iterable[Image]) -> float:
-    """Measure the mean difference between neighboring pixels; white is 1.
+    """Measure the mean difference between neighboring pixels, as a fraction of white.
 
     The mean is over pixels, colors and both directions, after a 3x3 box filter that
     suppresses noise. All sums are integer sums, so the result is the same on every

@@ -31,7 +31,7 @@ class OtherCaptureError(MismatchError):
         theirs, ours = encoded_from[:_FEW], fingerprint[:_FEW]
         super().__init__(
             f"the stream was made from another capture, with fingerprint {theirs}...; "
-            f"this one has {ours}..."
+            f"the fingerprint of this capture is {ours}..."
         )
 
 

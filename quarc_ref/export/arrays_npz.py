@@ -34,7 +34,7 @@ def build_npz(scene: Scene, splats: Splats) -> bytes:
         "sh": splats.sh,
     }
     buffer = io.BytesIO()
-    # Independent of the memory layout of arrays, which is up to the engine, the file is the same.
+    # The file must not depend on the memory layout of arrays, which differs between engines.
     packed: dict[str, Any] = {name: np.ascontiguousarray(arrays[name]) for name in arrays}
     np.savez(buffer, **packed)
     return buffer.getvalue()

@@ -1,8 +1,8 @@
 """Writes files and folders atomically, without touching files of other programs.
 
-    with atomic_file(Path("a.bin")) as sink:            # there when the block ends, not before
+    with atomic_file(Path("a.bin")) as sink:            # visible only after the block ends
         sink.write(data)
-    with written_folder(Path("frames")) as made:        # the same, for a folder
+    with written_folder(Path("frames")) as made:        # the same for a folder
         made.write("frame_0000.ply", data)
 
 Output is written next to its target under a hidden random name, is locked while its

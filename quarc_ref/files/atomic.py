@@ -17,7 +17,7 @@ from quarc_ref.files.locks import CAN_LOCK, create_locked
 
 @contextmanager
 def atomic_file(target: Path, *, durable: bool = False) -> Iterator[BinaryIO]:
-    """Open a file that takes a target's place when the block ends without an error.
+    """Open a file that replaces a target when the block ends without an error.
 
     Args:
         target: Path of the file. An existing file or link is replaced; the target of the link is

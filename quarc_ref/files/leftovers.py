@@ -14,8 +14,8 @@ from quarc_ref.files.marker import MARKER
 def remove_leftovers(target: Path) -> None:
     """Remove temporary files that killed processes left next to a target.
 
-    Files of running processes and other users are kept, and so are all files if locking
-    is not supported. A folder that was renamed for a replacement that did not happen is
+    Files of running processes and of other users are kept. If locking is not supported, all
+    files are kept. A folder that was renamed for a replacement that did not happen is
     restored.
 
     Raises:

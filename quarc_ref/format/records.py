@@ -38,28 +38,32 @@ class StreamHeader:
     timescale: int = described(30, "Clock ticks per second.")
     frame_ticks: int = described(1, "Clock ticks per frame.")
     lattice_exponent: int = described(12, "A lattice unit is 2^-lattice_exponent world units.")
-    position_step: int = described(4, "Step of canonical and newborn positions, lattice units.")
+    position_step: int = described(
+        4, "Step of positions of canonical and new Gaussians, lattice units."
+    )
     translation_step: int = described(7, "Step of translation residuals, lattice units.")
     rotation_unity: int = described(100, "The w of an identity residual, in rotation steps.")
-    rotation_components: int = described(3, "3 where residuals have no w, else 4.")
-    rotation_bits: int = described(8, "Fraction bits of canonical and newborn rotations.")
-    log_scale_step: float = described(1 / 16, "Step of log-scale codes.")
+    rotation_components: int = described(
+        3, "Components of rotation residuals: 3 (xyz) or 4 (wxyz)."
+    )
+    rotation_bits: int = described(8, "Fraction bits of rotations of canonical and new Gaussians.")
+    log_scale_step: float = described(1 / 16, "Step of log-scale codes, natural logarithm.")
     opacity_step: float = described(1 / 8, "Step of opacity logit codes.")
     sh_dc_step: float = described(1 / 32, "Step of SH degree 0 codes.")
     sh_rest_step: float = described(1 / 32, "Step of SH degree 1 codes.")
-    sh_degree: int = described(1, "0 or 1.")
+    sh_degree: int = described(1, "Degree of spherical harmonics: 0 or 1.")
     level_count: int = described(3, "Anchor levels, 1 to 3.")
-    gaussians_per_anchor: int = described(4, "Gaussians per anchor of level 1.")
+    gaussians_per_anchor: int = described(4, "Gaussians per anchor of level 1, the finest.")
     anchor_ratio: int = described(3, "Anchors of a level per anchor of the next coarser one.")
-    resample_interval: int = described(2, "Frames between samplings of the anchors.")
+    resample_interval: int = described(2, "Frames between anchor resamplings.")
     full_crc_interval: int = described(32, "Frames between state CRCs over all fields.")
-    seed: int = described(0, "The anchor sampler's seed, 64 bits.")
+    seed: int = described(0, "Seed of the anchor sampler, 64 bits.")
     right_handed: bool = described(True, "Whether the world frame is right-handed.")
-    up_axis: int = described(0, "0 unknown, else 1 to 6 for +x, -x, +y, -y, +z, -z.")
-    meters_per_unit: float = described(0.0, "Size of a world unit, 0 if unknown.")
-    color_space: int = described(1, "1: sRGB-encoded, blended as encoded.")
+    up_axis: int = described(0, "Up direction: 1 to 6 for +x, -x, +y, -y, +z, -z; 0: unknown.")
+    meters_per_unit: float = described(0.0, "Size of a world unit in meters; 0: unknown.")
+    color_space: int = described(1, "Color space; 1: sRGB, blended without linearization.")
     updates: bool = described(
-        False, "Whether frames may update single Gaussians: a feature of version 1.1 (SPEC 12)."
+        False, "Whether frames may update individual Gaussians: a feature of version 1.1 (SPEC 12)."
     )
     snapshots: bool = described(
         False, "Whether canonical frames may be snapshots: a feature of version 1.1 (SPEC 12)."
@@ -241,7 +245,7 @@ class FrameChunk:
         motion: Section of the anchors' symbols.
         births: Section of the new Gaussians; empty if there are none.
         state_crc: CRC-32 of the decoded state.
-        updates: Section of updates of single Gaussians; None in a stream without updates.
+        updates: Section of updates of individual Gaussians; None in a stream without updates.
     """
 
     phase: int

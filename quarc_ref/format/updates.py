@@ -1,4 +1,4 @@
-"""Record of the updates of single Gaussians in a frame: SPEC 7.8."""
+"""Record of the updates of individual Gaussians in a frame: SPEC 7.8."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from quarc_ref.format.constants import RESIDUAL_ROWS
 
 @dataclass(frozen=True, slots=True)
 class Updates:
-    """The updates of single Gaussians in a frame (SPEC 7.8).
+    """The updates of individual Gaussians in a frame (SPEC 7.8).
 
     Attributes:
         gaussians: `[u]` indices in the scene of the Gaussians that change, ascending.

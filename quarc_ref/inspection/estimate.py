@@ -30,10 +30,13 @@ def estimate_motion(symbols: tuple[Int64, ...]) -> float:
 def estimate_updates(updates: Updates, count: int) -> float:
     """Return the estimated bytes of a frame's updates.
 
+    The channels are a flag per Gaussian whether it changes, a flag per changed Gaussian
+    whether it is deleted, and for each field a flag whether the field changes, and its
+    residuals.
+
     Args:
         updates: Updates of the frame.
-        count: Number of Gaussians. Channels are which Gaussians change, which are
-            deleted, and for each field which ones it changes and their residuals.
+        count: Number of Gaussians.
     """
     chosen = np.zeros(count, dtype=np.int64)
     chosen[updates.gaussians] = 1
@@ -57,11 +60,12 @@ def estimate_gaussians(gaussians: Gaussians) -> float:
 def estimate_snapshot(snapshot: Snapshot, canonical: Gaussians) -> float:
     """Return the estimated bytes of a snapshot.
 
+    The channels are a flag per Gaussian of the CANO whether it remains, and the difference
+    of each of its numbers. New Gaussians are estimated as in a canonical frame.
+
     Args:
         snapshot: The frame.
-        canonical: Gaussians of its CANO. Channels are which of them remain, and the
-            differences of each number; new Gaussians are estimated as in a canonical
-            frame.
+        canonical: Gaussians of its CANO.
     """
     lives = np.zeros((1, canonical.count), dtype=np.int64)
     lives[0, snapshot.roots[snapshot.roots >= 0]] = 1

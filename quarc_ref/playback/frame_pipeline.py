@@ -69,9 +69,9 @@ class FramePipeline:
 
     Attributes:
         source: The stream.
-        threads: As for `Player`.
-        prefetch: The same.
-        follow: The same.
+        threads: See `Player`.
+        prefetch: See `Player`.
+        follow: See `Player`.
         times: Counter to which nanoseconds by stage are added.
     """
 

@@ -48,17 +48,17 @@ def _add_slopes(rows, first, last, dx, dy, conic, opacity, color, lanes):
     """Process a Gaussian for rows of a tile, and add its gradients to the lanes.
 
     Args:
-        rows: Rows of `_composite_backward`, which are modified.
+        rows: Rows of `_composite_backward`, modified in place.
         first: The first row.
         last: The row after the last.
         dx: Distance of the first column from the Gaussian's center.
-        dy: Distance of the tile's first row from it.
+        dy: Distance of the tile's first row from the Gaussian's center.
         conic: a / 2, b, c / 2.
         opacity: Opacity of the Gaussian.
         color: Red, green, blue.
-        lanes: `[9 TILE]` sums over the rows for every column: of q, q e and q e^2, where
-            q is the gradient of the exponent and e the distance of the row, and of the
-            gradients of red, green and blue.
+        lanes: `[9 TILE]` sums over the rows for every column. The first six are modified: of
+            q, q e, q e^2 and the gradients of red, green and blue, where q is the gradient of
+            the exponent, and e the distance of the row from the Gaussian's center.
     """
     a, b, c = conic
     r, g, b_ = color

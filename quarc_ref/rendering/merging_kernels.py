@@ -11,13 +11,13 @@ def merge_tiles(fixed_borders, fixed_lists, fixed_rows, fixed_depths, borders, l
 
     Args:
         fixed_borders: `[T + 1]` borders of the fixed Gaussians, as in `Tiles`.
-        fixed_lists: Their lists.
-        fixed_rows: Their rows.
-        fixed_depths: `[N]` their depths.
+        fixed_lists: Lists of the fixed Gaussians, as in `Tiles`.
+        fixed_rows: Rows of the fixed Gaussians, as in `Tiles`.
+        fixed_depths: `[N]` depths of the fixed Gaussians.
         borders: `[T + 1]` borders of the added Gaussians, as in `Tiles`.
-        lists: Likewise.
-        rows: Likewise.
-        depths: `[n]` their depths.
+        lists: Lists of the added Gaussians, as in `Tiles`.
+        rows: Rows of the added Gaussians, as in `Tiles`.
+        depths: `[n]` depths of the added Gaussians.
 
     Returns:
         `[K]` changed tiles, `[K + 1]` starts of their lists, the lists (added Gaussians

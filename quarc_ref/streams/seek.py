@@ -78,7 +78,7 @@ def _read_index(reader: ChunkReader, size: int) -> SeekPoints | None:
         raise IndexMismatchError(message, tail.index_offset)
     points = wire.parse_index(index.payload)
     if len(points) != tail.canonical_count:  # [11.2-3]
-        message = f"{len(points)} seek points of {tail.canonical_count} canonical frames"
+        message = f"INDX has {len(points)} seek points, but TAIL has {tail.canonical_count}"
         raise IndexMismatchError(message, tail.index_offset)
     return points
 

@@ -17,7 +17,7 @@ def bench(
     threads: Annotated[
         int,
         typer.Option(
-            "--threads", "-t", min=1, max=64, help="Decoding threads; 1 does not prefetch."
+            "--threads", "-t", min=1, max=64, help="Number of decoding threads; 1: no prefetching."
         ),
     ] = 2,
     as_json: AsJson = False,

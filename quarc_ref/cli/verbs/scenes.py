@@ -38,8 +38,8 @@ def import_frames(
         Literal["fine", "coarse"],
         typer.Option(
             "--profile",
-            help="Error bounds: those of coarse are two to three times those of fine, and larger "
-            "where errors are less visible, for fewer bytes.",
+            help="Named error bounds. coarse needs fewer bytes than fine: its bounds are two to "
+            "three times as large, and larger still where errors are less visible.",
         ),
     ] = "fine",
     bound: Annotated[
@@ -48,8 +48,8 @@ def import_frames(
             "--bound",
             metavar="NAME=VALUE",
             help="Largest allowed error of an attribute: position (world units), rotation "
-            "(radians), log_scale, opacity (logit), sh_dc, sh_rest; most_slack: the factor "
-            "by which errors of position and rotation may grow where they are less visible. "
+            "(radians), log_scale, opacity (logit), sh_dc, sh_rest; or most_slack, the largest "
+            "factor of the bounds of position and rotation where errors are less visible. "
             "May be repeated.",
         ),
     ] = None,

@@ -143,7 +143,7 @@ def describe(summary: "StreamSummary") -> dict[str, str]:
         "frames": f"{_name_frames(summary)} at {header.frames_per_second:g} per second",
         "Gaussians": f"{summary.gaussian_count:,}, SH degree {header.sh_degree}",
         "anchors": f"{summary.anchor_count:,} on {header.level_count} levels, "
-        f"drawn every {_count_frames(header.resample_interval)}",
+        f"resampled every {_count_frames(header.resample_interval)}",
         "whole stream": f"{coded['total']:,} bytes",
     }
     for kind in KINDS:

@@ -101,7 +101,7 @@ def _assign_poses(fits: NDArray[np.float64]) -> NDArray[np.intp]:
     poses = linear_sum_assignment(fits, maximize=True)[1]
     best = fits[own, poses]
     gains = (best > fits[own, own] + _BETTER_ELSEWHERE) & (best >= _MIN_AGREEMENT)
-    for _ in own:  # all that take part in an exchange with one that does not improve
+    for _ in own:  # rejects a permutation if any of its pictures does not improve
         gains &= gains[poses]
     return np.where(gains, poses, own)
 

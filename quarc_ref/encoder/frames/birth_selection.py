@@ -100,9 +100,9 @@ def select_births(
 def measure_gains(objective: BirthObjective, births: Attributes) -> Tensor:
     """Return the `[n]` reductions of the mean loss of the training views by each new Gaussian.
 
-    To second order, the reduction by a Gaussian equals the negative derivative of the
-    loss with respect to a factor of its opacity, at a factor of 0.5. At a factor of 1,
-    the derivative is close to 0 after training.
+    The opacity of each Gaussian is multiplied by a factor, with respect to which the loss is
+    differentiated. To second order, the reduction is the negative derivative at a factor of
+    0.5. (At a factor of 1, the derivative is close to 0 after training.)
     """
     drawn = objective.activate(births)
     factors = torch.full_like(births.opacities, 0.5).requires_grad_()

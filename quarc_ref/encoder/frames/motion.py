@@ -45,7 +45,7 @@ class FittedMotion:
         residuals: `[A, c]` residuals in steps, levels concatenated. These equal the
             symbols, except within `without_rounding`.
         statistics: Accumulated screen-space gradients of the remaining Gaussians, for stage 2.
-        updates: Updates of single Gaussians; None if the stream has none.
+        updates: Updates of individual Gaussians; None if the stream has none.
     """
 
     symbols: list[Int64]
@@ -61,7 +61,7 @@ def fit_motion(
     update_settings: UpdateSettings | None = None,
     rd: RateDistortion = RateDistortion(),  # noqa: B008, immutable
 ) -> FittedMotion:
-    """Fit the motion of a frame, and updates of single Gaussians, to its pictures.
+    """Fit the motion of a frame, and updates of individual Gaussians, to its pictures.
 
     Args:
         context: Training views, renderer and random numbers.

@@ -1,4 +1,4 @@
-"""Updates of single Gaussians, trained together with the motion (SPEC 7.8).
+"""Updates of individual Gaussians, trained together with the motion (SPEC 7.8).
 
 Initially every Gaussian may change individually. Partway through training, the updates
 that lower the loss enough are selected and trained further; the others are reset to zero.

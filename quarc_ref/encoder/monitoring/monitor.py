@@ -119,7 +119,7 @@ class Monitor(Protocol):
 
         Args:
             plan: The remaining work.
-            estimate: Function that estimates the time; it takes a second or two.
+            estimate: Function that estimates the time of the encode, in one or two seconds.
         """
         ...
 

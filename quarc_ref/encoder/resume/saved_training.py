@@ -35,7 +35,8 @@ class Bounds:
 
         Args:
             fresh: Initial state of the training.
-            of_gaussians: Names of the arrays with one row per Gaussian, or without rows.
+            of_gaussians: Names of the arrays that have one row per Gaussian; scalars among them are
+                not affected.
         """
         kinds: dict[str, Kind] = {}
         for name, array in fresh.items():
@@ -46,7 +47,7 @@ class Bounds:
         return Layout(kinds, lengths)
 
     def are_valid(self, saved: Arrays) -> bool:
-        """Return whether the values of arrays are possible in the training."""
+        """Return whether this training could have produced the values of the arrays."""
         squares = [array for name, array in saved.items() if name.endswith(".exp_avg_sq")]
         return (
             0 < int(saved["step"]) <= self.iterations

@@ -1,4 +1,7 @@
-"""Fits updates of single Gaussians after the motion, or replaces Gaussians by births: SPEC 7.8."""
+"""Fits updates of individual Gaussians after the motion (SPEC 7.8).
+
+A Gaussian that no update can bring within the bounds is deleted, and coded again as a birth.
+"""
 
 from dataclasses import dataclass
 
@@ -69,8 +72,8 @@ def fit_updates(
 ) -> tuple[Updates, Bits]:
     """Return the updates of a frame, and the Gaussians that they delete.
 
-    Gaussians without a row in the target are deleted, and so are those that no update can
-    bring within the bounds.
+    Two kinds of Gaussians are deleted: those without a row in the target, and those that no
+    update can bring within the bounds.
 
     Args:
         moved: State after the motion.

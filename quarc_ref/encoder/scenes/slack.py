@@ -37,10 +37,9 @@ class Slack:
 def measure_slack(splats: Splats, bounds: Bounds) -> Slack:
     """Return the slack of the Gaussians of a frame.
 
-    For positions, it is the middle one of the three scales divided by the median scale of
-    the first frame. For rotations, it is the reciprocal of the natural logarithm of the
-    ratio of the largest scale to the smallest. Both are divided by the opacity, and
-    clipped to 1 and `most_slack`.
+    The slack of the position is the middle of the three scales, divided by the median scale
+    of the first frame. The slack of the rotation is 1 / ln(largest scale / smallest scale).
+    Both are divided by the opacity and clamped to the range from 1 to `most_slack`.
 
     Args:
         splats: The frame.

@@ -19,106 +19,125 @@ class CanonicalSettings(Validated):
     """Settings of frame 0 (3DGS training; paper section 3) and of later keyframes."""
 
     keyframe_interval: NonNegativeInt = described(
-        0, "Frames between keyframes (canonical frames); 0: only frame 0 is one (paper)."
+        0, "Frames between keyframes (canonical frames); 0: only frame 0 is a keyframe (paper)."
     )
     snapshot_interval: NonNegativeInt = described(
         0,
-        "Frames between snapshots, which are keyframes coded against the last canonical frame "
-        "(SPEC 7.9); 0 for none (paper).",
+        "Frames between snapshots, which are keyframes coded relative to the last canonical frame "
+        "(SPEC 7.9); 0: no snapshots (paper).",
     )
     snapshot_dead_zone: NonNegativeInt = described(
         2,
-        "Translation steps and rotation units within which a snapshot undoes moves since the "
-        "canonical frame, which saves bytes; 0 to keep all moves.",
+        "Largest move since the last canonical frame that a snapshot undoes to save bytes, in "
+        "translation steps and units of 2^-stream.rotation_bits; 0: keep all moves.",
     )
-    iterations: PositiveInt = described(15_000, "Training iterations (paper: 15 000).")
+    iterations: PositiveInt = described(
+        15_000, "Training iterations of a canonical frame (paper: 15 000)."
+    )
     initial_gaussians: PositiveInt = described(
-        1 << 20, "Maximum number of initial points used; more are subsampled."
+        1 << 20,
+        "Maximum number of initial points to train from; if there are more, a random subset is "
+        "used.",
     )
     max_gaussians: PositiveInt = described(1 << 20, "Maximum number of Gaussians.")
     sh_from_iter: NonNegativeInt = described(
-        1000, "Iteration from which SH degree 1 is trained (paper: 1000)."
+        1000, "First iteration that trains SH degree 1 (paper: 1000)."
     )
     lambda_dssim: UnitInterval = described(
         0.2, "Weight of D-SSIM in the loss; the rest is L1 (paper: 0.2)."
     )
     position_noise: NonNegativeFloat = described(
-        0.01, "Standard deviation of noise added to positions (paper: 0.01)."
+        0.01,
+        "Standard deviation of noise added to positions while training, world units (paper: "
+        "0.01); 0: no noise.",
     )
     axis_noise: NonNegativeFloat = described(
         0.0,
-        "Standard deviation of noise along each Gaussian's axes, in its scales; decays linearly "
-        "to 0 at the start of fine-tuning (not in the paper).",
+        "Standard deviation of noise added to positions along each Gaussian's axes, as a multiple "
+        "of its scales; decays linearly to 0 at the start of fine-tuning; 0: no noise (paper).",
     )
-    densify_from_iter: NonNegativeInt = described(500, "First iteration of densification (500).")
-    densify_until_iter: NonNegativeInt = described(5000, "Last iteration of densification (5000).")
-    densification_interval: PositiveInt = described(100, "Iterations between densifications (100).")
+    densify_from_iter: NonNegativeInt = described(500, "First iteration that may densify.")
+    densify_until_iter: NonNegativeInt = described(5000, "Last iteration that may densify.")
+    densification_interval: PositiveInt = described(100, "Iterations between densifications.")
     densify_grad_threshold: NonNegativeFloat = described(
-        2e-4, "Mean screen-space gradient, in NDC, above which a Gaussian is densified (2e-4)."
+        2e-4, "Mean screen-space gradient, in NDC, above which a Gaussian is densified."
     )
     densify_scale_threshold: NonNegativeFloat = described(
-        0.01, "Scale, relative to the extent, above which it is split and not cloned (0.01)."
+        0.01,
+        "Scale, relative to the camera extent, above which a densified Gaussian is split instead "
+        "of cloned.",
     )
     prune_opacity: UnitInterval = described(
-        0.005, "Opacity below which densification prunes a Gaussian (0.005)."
+        0.005, "Opacity, 0 to 1, below which densification prunes a Gaussian."
     )
     final_prune_opacity: UnitInterval = described(
-        0.005, "Opacity below which a Gaussian is pruned after training (0.005)."
+        0.005, "Opacity, 0 to 1, below which a Gaussian is pruned after training."
     )
     half_resolution_until_iter: NonNegativeInt = described(
-        0, "Iterations that train at half width and height, for speed."
+        0,
+        "Number of first iterations that use pictures of half the width and height, for speed; 0: "
+        "full resolution throughout.",
     )
     exposure_lr: UnitInterval = described(
         0.0,
-        "Rate at which a camera's color gains follow their estimate, per iteration; 0: all "
-        "cameras have the same exposure (paper).",
+        "Rate, per iteration, at which the color gains of a camera follow their current estimate; "
+        "0: no exposure compensation (paper).",
     )
     exposure_from_iter: NonNegativeInt = described(
-        200, "Iteration from which exposures are estimated."
+        200,
+        "First iteration that estimates the exposure of cameras, if canonical.exposure_lr is "
+        "above 0.",
     )
     opacity_decay: UnitInterval = described(
         0.0,
         "Fraction of its opacity that a Gaussian loses each time it is rendered, from the first "
-        "densification to fine-tuning (not in the paper; 4C4D: 0.001).",
+        "densification to fine-tuning; 0: no decay (paper). 4C4D uses 0.001.",
     )
     opacity_reg: NonNegativeFloat = described(
-        0.0, "Weight of the mean opacity in the loss (not in the paper; 3DGS-MCMC: 0.01)."
+        0.0,
+        "Weight of the mean opacity in the loss; 0: no opacity regularization (paper). 3DGS-MCMC "
+        "uses 0.01.",
     )
     scale_reg: NonNegativeFloat = described(
-        0.0, "Weight of the mean scale in the loss (not in the paper; 3DGS-MCMC: 0.01)."
+        0.0,
+        "Weight of the mean scale in the loss; 0: no scale regularization (paper). 3DGS-MCMC uses "
+        "0.01.",
     )
     quantize_from: UnitInterval = described(
         0.8,
-        "Fraction of the iterations after which all attributes are quantized while training: "
-        "fine-tuning (not in the paper).",
+        "Fraction of the iterations after which fine-tuning starts: training with quantized "
+        "attributes; 1: no fine-tuning (paper).",
     )
     prune_rd_lambda: NonNegativeFloat = described(
         0.0,
-        "Rate-distortion weight of a Gaussian: those that change the pictures by less than this "
-        "many medians of the squared error around a Gaussian are pruned after densification, and "
-        "at half the weight halfway; 0 keeps all (paper).",
+        "Rate-distortion weight of a Gaussian. After densification, a Gaussian is pruned if its "
+        "removal would change the pictures by less than this multiple of the median squared error "
+        "around a Gaussian; halfway through training, by less than half of it. 0: no such pruning "
+        "(paper).",
     )
     code_rd_lambda: NonNegativeFloat = described(
         0.0,
-        "Rate-distortion weight of the estimated nats of a Gaussian's codes other than position "
-        "and opacity, relative to the loss (not in the paper).",
+        "Rate-distortion weight, relative to the loss, of the estimated size in nats of a "
+        "Gaussian's codes, except position and opacity; 0: rate is not in the loss (paper).",
     )
     lr_end_factor: UnitInterval = described(
-        1.0, "Learning rates at the end of fine-tuning, relative to its start; cosine decay."
+        1.0,
+        "Learning rates at the end of fine-tuning, relative to its start (cosine decay); 1: no "
+        "decay.",
     )
     position_lr: PositiveFloat = described(
-        1.6e-4, "Initial learning rate of positions, relative to the extent (1.6e-4)."
+        1.6e-4, "Initial learning rate of positions, relative to the camera extent."
     )
     position_lr_final: PositiveFloat = described(
-        1.6e-6, "Final learning rate of positions, relative to the extent (1.6e-6)."
+        1.6e-6, "Final learning rate of positions, relative to the camera extent."
     )
-    sh_dc_lr: NonNegativeFloat = described(2.5e-3, "Learning rate of SH degree 0 (2.5e-3).")
+    sh_dc_lr: NonNegativeFloat = described(2.5e-3, "Learning rate of SH coefficients of degree 0.")
     sh_rest_lr: NonNegativeFloat = described(
-        2.5e-3 / 20, "Learning rate of SH degree 1 (2.5e-3 / 20)."
+        2.5e-3 / 20, "Learning rate of SH coefficients of degree 1."
     )
-    opacity_lr: NonNegativeFloat = described(0.05, "Learning rate of opacity logits (0.05).")
-    scale_lr: NonNegativeFloat = described(5e-3, "Learning rate of log-scales (5e-3).")
-    rotation_lr: NonNegativeFloat = described(1e-3, "Learning rate of rotations (1e-3).")
+    opacity_lr: NonNegativeFloat = described(0.05, "Learning rate of opacity logits.")
+    scale_lr: NonNegativeFloat = described(5e-3, "Learning rate of log-scales.")
+    rotation_lr: NonNegativeFloat = described(1e-3, "Learning rate of rotations (quaternions).")
 
     def frame_kind(self, frame: int) -> bytes:
         """Return the chunk type of a frame: CANO, SNAP or FRAM."""

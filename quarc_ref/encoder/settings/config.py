@@ -29,13 +29,14 @@ class StepSettings(Validated):
 
     position_pixels: NonNegativeFloat = described(
         0.0,
-        "Step of Gaussian positions, in pixels at the scene's distance; 0 takes "
-        "stream.position_step, in lattice units.",
+        "Quantization step of Gaussian positions, in pixels at the scene's distance; 0: use "
+        "stream.position_step, which is in lattice units.",
     )
     translation_change: NonNegativeFloat = described(
         0.0,
-        "Step of translation residuals: the shift that changes the pictures of frame 0 by this "
-        "much on average (white is 1), at most one pixel; 0 takes stream.translation_step.",
+        "Mean change of the frame-0 pictures, as a fraction of white, that a shift by one "
+        "translation step causes. The translation step is derived from it, and is at most one "
+        "pixel. 0: use stream.translation_step, which is in lattice units.",
     )
 
 
@@ -46,10 +47,10 @@ class EncoderConfig(Validated):
     Attributes:
         stream: Header fields, except clock, conformance level, seed and snapshots, which
             the encoder sets.
-        steps: Header fields that are derived from the capture.
+        steps: Quantization steps relative to the capture's resolution.
         canonical: Settings of canonical frames.
         motion: Settings of stage 1 of the other frames.
-        updates: Settings of updates of single Gaussians, a part of stage 1, used if
+        updates: Settings of updates of individual Gaussians, part of stage 1, used if
             `stream.updates` is set.
         births: Settings of stage 2 of the other frames.
     """
@@ -61,16 +62,22 @@ class EncoderConfig(Validated):
     updates: UpdateSettings = field(default_factory=UpdateSettings)
     births: BirthSettings = field(default_factory=BirthSettings)
     quality: Quality = described(
-        50.0, "Quality, 0 to 100 (--quality): each 20 more halve every rate-distortion weight."
+        50.0, "Quality, 0 to 100 (--quality): an increase of 20 halves all rate-distortion weights."
     )
     rd_lambda: PositiveFloat = described(
-        1.0, "Factor of every rate-distortion weight (--lambda): larger means fewer bytes."
+        1.0,
+        "Factor of all rate-distortion weights (--lambda); larger means fewer bytes and lower "
+        "quality.",
     )
     target_kb_per_frame: NonNegativeFloat = described(
-        0.0, "Target size of a frame that is not a keyframe, in KB of 1024 bytes; 0 for no target."
+        0.0,
+        "Target size of frames that are not keyframes, in KB of 1024 bytes per frame; 0: no "
+        "target.",
     )
     seed: Seed = described(
-        0, "Seed of all random numbers: anchor sampling, order of views, noise, placement."
+        0,
+        "Seed of all random numbers: anchor sampling, order of views, noise, placement of new "
+        "Gaussians.",
     )
 
 

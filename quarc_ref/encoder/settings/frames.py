@@ -22,43 +22,54 @@ class MotionSettings(Validated):
     """Stage 1 of a frame: motion residuals of the anchors (paper section 4)."""
 
     iterations: NonNegativeInt = described(
-        100, "Iterations that train a frame's motion (paper: 100)."
+        100,
+        "Iterations that train the motion of a frame (paper: 100); 0: keep the initial residuals.",
     )
     lr: NonNegativeFloat = described(
-        5e-4, "Learning rate of residuals at level 1, world units (paper: 5e-4)."
+        5e-4,
+        "Learning rate of motion residuals at anchor level 1, the finest, in world units (paper: "
+        "5e-4).",
     )
     translation_lr: NonNegativeFloat = described(
         0.0,
-        "Learning rate of translations at level 1, in their quantization steps, so that it scales "
-        "with the capture (not in the paper); 0 takes motion.lr.",
+        "Learning rate of translation residuals at anchor level 1, the finest, in translation "
+        "steps, so that it scales with the capture; 0: use motion.lr (paper).",
     )
     level_lr_factor: NonNegativeFloat = described(
-        1.0, "Factor of the learning rate from an anchor level to the next coarser one (1)."
+        1.0,
+        "Factor of the learning rate from one anchor level to the next coarser one; 1: equal "
+        "rates (paper).",
     )
     lr_end_factor: UnitInterval = described(
-        1.0, "Learning rates at the last iteration, relative to the first; cosine decay (1)."
+        1.0,
+        "Learning rates of motion at the last iteration, relative to the first (cosine decay); 1: "
+        "no decay (paper).",
     )
     lambda_dssim: UnitInterval = described(
-        0.2, "Weight of D-SSIM in the loss; the rest is L1 (0.2)."
+        0.2, "Weight of D-SSIM in the loss of motion and births; the rest is L1."
     )
     rate_model: RateModel = described(
         "l1",
-        "Estimate of the residuals' rate: l1, their mean magnitude in world units (paper), or "
-        "group_log, the mean over anchors of ln(1 + norm of the anchor's symbols).",
+        "Estimate of the rate of motion residuals: l1, their mean magnitude in world units "
+        "(paper); or group_log, the mean over anchors of ln(1 + norm of the anchor's residuals in "
+        "steps).",
     )
     rd_lambda: NonNegativeFloat = described(
         1.0,
-        "Rate-distortion weight of that estimate in the loss (1 with l1); with group_log it is "
-        "relative to the loss of decoded frame 0.",
+        "Rate-distortion weight of the motion residuals, whose rate motion.rate_model estimates. "
+        "With group_log, relative to the loss of decoded frame 0; with l1, absolute (paper: 1). "
+        "0: rate is not in the loss.",
     )
     warm_start: WarmStart = described(
         "anchors",
-        "Initial residuals: anchors, the previous residual of the anchor or the mean of its three "
-        "nearest (paper), or projection, each Gaussian's previous motion fitted from the coarsest "
-        "level to the finest.",
+        "Initial motion residuals: anchors, those of the anchor in the previous frame or, after "
+        "resampling, the mean of the three nearest anchors (paper); or projection, a fit of each "
+        "Gaussian's previous motion from the coarsest anchor level to the finest.",
     )
     momentum: NonNegativeFloat = described(
-        0.6, "Factor of the previous motion in the initial residuals (0.6)."
+        0.6,
+        "Factor by which the initial motion residuals of a frame are multiplied; 0: start without "
+        "motion.",
     )
 
 
@@ -67,89 +78,109 @@ class BirthSettings(Validated):
     """Stage 2 of a frame: new Gaussians where the scene changes (paper section 5)."""
 
     iterations: NonNegativeInt = described(
-        100, "Iterations that train a frame's new Gaussians (paper: 100); 0 for no births."
+        100, "Iterations that train the new Gaussians of a frame (paper: 100); 0: no births."
     )
     placement: Placement = described(
         "gate",
-        "Where new Gaussians start: gate, clones of Gaussians that pass the change gate (paper), "
-        "or errors, at the pixels with the largest error.",
+        "Where new Gaussians are placed: gate, clones of Gaussians that pass the change gate "
+        "(paper); or errors, at the pixels with the largest error.",
     )
     gate_views: NonNegativeInt = described(
-        4, "Training views of the change gate (4); 0 lets all Gaussians pass."
+        4,
+        "Number of training views used by the change gate of births; 0: all Gaussians pass the "
+        "gate.",
     )
     grad_threshold: NonNegativeFloat = described(
-        1.5e-4, "Gated screen-space gradient, in NDC, above which a Gaussian is cloned (1.5e-4)."
+        1.5e-4,
+        "Screen-space gradient, in NDC, above which births clone a Gaussian (gated; placement "
+        "gate) or split a large new one.",
     )
     error_threshold: NonNegativeFloat = described(
-        0.08, "Mean absolute error over the colors above which a pixel gets a Gaussian."
+        0.08,
+        "Mean absolute error over the color channels, 0 to 1, above which a pixel can get a new "
+        "Gaussian (placement errors).",
     )
     error_radius: NonNegativeInt = described(
-        1, "Pixels on each side among which such a pixel must have the largest error."
+        1,
+        "Radius in pixels of the square in which a pixel must have the largest error to get a new "
+        "Gaussian (placement errors); 0: no such condition.",
     )
     death_opacity: UnitInterval = described(
         1.0,
-        "Opacity below which a Gaussian may be deleted to make room for a new one; at 1 all may, "
-        "which keeps the number of Gaussians constant (paper).",
+        "Opacity, 0 to 1, below which a Gaussian may be deleted to make room for a new one. 1: "
+        "any Gaussian may be deleted, which keeps the number of Gaussians constant (paper).",
     )
-    max_births: NonNegativeInt = described(1 << 12, "Maximum number of new Gaussians of a frame.")
+    max_births: NonNegativeInt = described(
+        1 << 12, "Maximum number of new Gaussians per frame; 0: no births."
+    )
     max_parent_scale: NonNegativeFloat = described(
-        0.01, "Largest scale of a cloned Gaussian, relative to the extent (0.01)."
+        0.01,
+        "Scale, relative to the camera extent, up to which births clone a Gaussian (placement "
+        "gate), and above which they split a new one.",
     )
     spread: NonNegativeFloat = described(
-        2.0, "Standard deviation of a clone's offset, in scales of its parent (2)."
+        2.0,
+        "Standard deviation of the offset of a clone from its parent, as a multiple of the "
+        "parent's scales (placement gate).",
     )
-    opacity_logit: Logit = described(0.1, "Initial opacity logit (0.1).")
+    opacity_logit: Logit = described(
+        0.1, "Initial opacity of a new Gaussian, as a logit (0: opacity 0.5)."
+    )
     lr_factor: NonNegativeFloat = described(
-        15.0, "Learning rates relative to those of canonical frames (15)."
+        15.0, "Learning rates of new Gaussians, relative to those of canonical frames."
     )
     lr_end_factor: UnitInterval = described(
-        1.0, "Learning rates at the last iteration, relative to the first; cosine decay (1)."
+        1.0,
+        "Learning rates of new Gaussians at the last iteration, relative to the first (cosine "
+        "decay); 1: no decay (paper).",
     )
     split_iters: tuple[int, ...] = described(
-        (40, 80), "Iterations at which large new Gaussians are split (40, 80)."
+        (40, 80), "Iterations of births that split large new Gaussians; empty: no splits."
     )
     prune_opacity: UnitInterval = described(
-        0.01, "Opacity below which a new Gaussian is pruned (0.01)."
+        0.01, "Opacity, 0 to 1, below which a new Gaussian is pruned."
     )
     prune_radius: NonNegativeFloat = described(
-        20.0, "Screen radius, in pixels, above which a new Gaussian is pruned (20)."
+        20.0, "Radius on screen, in pixels, above which a new Gaussian is pruned."
     )
     prune_scale: NonNegativeFloat = described(
-        0.1, "Scale, relative to the extent, above which a new Gaussian is pruned (0.1)."
+        0.1, "Scale, relative to the camera extent, above which a new Gaussian is pruned."
     )
     rd_selection: bool = described(
         False,
-        "Keep only new Gaussians that lower the loss of the training views by more than their "
-        "bytes cost (not in the paper).",
+        "Keep a new Gaussian only if it lowers the loss of the training views by more than its "
+        "bytes cost (births.rd_lambda); not in the paper.",
     )
     rd_lambda: NonNegativeFloat = described(
         0.0,
-        "Rate-distortion weight of a byte of births: the decrease of the mean loss of the training "
-        "views that it must achieve, relative to the loss of decoded frame 0, times the number of "
-        "Gaussians (not in the paper).",
+        "Rate-distortion weight of births with births.rd_selection: the decrease of the mean loss "
+        "of the training views required per byte, multiplied by the number of Gaussians and "
+        "divided by the loss of decoded frame 0; 0: bytes cost nothing.",
     )
 
 
 @dataclass(frozen=True, slots=True)
 class UpdateSettings(Validated):
-    """Updates of single Gaussians, in streams that allow them (SPEC 7.8; not in the paper)."""
+    """Updates of individual Gaussians, in streams that allow them (SPEC 7.8; not in the paper)."""
 
     lr: NonNegativeFloat = described(
-        0.12, "Learning rate of residuals, in their quantization steps; 0 for no updates."
+        0.12, "Learning rate of the residuals of updates, in quantization steps; 0: no updates."
     )
     rd_lambda: NonNegativeFloat = described(
         0.2,
-        "Rate-distortion weight of the mean over Gaussians of ln(1 + norm of its residuals in "
-        "steps), relative to the loss of decoded frame 0.",
+        "Rate-distortion weight of updates, relative to the loss of decoded frame 0. Their rate "
+        "is estimated by the mean over all Gaussians of ln(1 + norm of the Gaussian's residuals "
+        "in steps). 0: rate is not in the loss.",
     )
     select_at: UnitInterval = described(
-        0.5, "Fraction of the iterations after which the Gaussians to update are selected."
+        0.5, "Fraction of the motion iterations after which the Gaussians to update are selected."
     )
     min_gain: NonNegativeFloat = described(
         0.5,
-        "Decrease of the mean loss of the training views that an update must bring, relative to "
-        "the loss of decoded frame 0, times the number of Gaussians.",
+        "Minimum decrease of the mean loss of the training views by an update, multiplied by the "
+        "number of Gaussians and divided by the loss of decoded frame 0; 0: any decrease.",
     )
     death_opacity: UnitInterval = described(
-        0.02, "Opacity below which a Gaussian that an update fades is deleted."
+        0.02,
+        "Opacity, 0 to 1, below which a Gaussian is deleted if an update has reduced its opacity.",
     )

@@ -1,15 +1,15 @@
 """Prunes Gaussians of a canonical frame that contribute little to the pictures.
 
-With the other Gaussians fixed, a picture is linear in the opacity of one Gaussian: the
-derivative with respect to that opacity, times the opacity, is the change if the Gaussian
-were removed. The sum of the squared changes over a picture is estimated without a pass
-per Gaussian: the squared derivative of a sum of pixels with random signs has this sum as
-its mean (Hutchinson's estimator of a diagonal).
+With the other Gaussians fixed, a picture is linear in the opacity of one Gaussian. Removing
+the Gaussian therefore changes a pixel by the derivative with respect to its opacity, times
+its opacity. The sum of the squared changes over a picture is estimated without a pass per
+Gaussian: the derivative of a sum of pixels with random signs is computed, whose square has
+this sum as its mean (Hutchinson's estimator of a diagonal).
 
 The criterion is the squared change, not the increase of the error, because fine-tuning of
-the other Gaussians removes much of that increase. It is measured in units of the squared
-error of the pixels in which a Gaussian is visible, as the median over all Gaussians.
-Neither saturated lamps nor a black background around a small subject affect this unit.
+the other Gaussians removes much of that increase. The unit of the criterion is the median
+over all Gaussians of the squared error of the pixels in which a Gaussian is visible. Neither
+saturated lamps nor a black background around a small subject affect this unit.
 """
 
 from dataclasses import replace
@@ -33,8 +33,8 @@ def prune_by_contribution(
     Args:
         trainer: Trainer, which is modified in place.
         context: Training context, whose training views are used.
-        price: Contribution below which Gaussians are pruned, in medians of the error
-            around a Gaussian.
+        price: Contribution below which Gaussians are pruned, as a multiple of the median
+            error around a Gaussian.
         generator: Random generator of the probes.
     """
     presence, error = measure_contributions(context, trainer.attributes.detached(), generator)

@@ -49,13 +49,13 @@ class Point:
 
     Attributes:
         label: Label of its entries.
-        kind: What its entries are.
-        runs: How many there are.
-        figures: Each figure over the runs, by its name; None where none has it.
+        kind: Human-readable kind of its entries.
+        runs: Number of its entries, which are runs with the same settings.
+        figures: Mean and deviation of each metric over the runs, by name; None if no run has it.
         byte_count: Size of all frames, bytes; None if unknown.
-        kilobytes_per_frame: KB of 1024 bytes; None if unknown.
-        megabits_per_second: At the entries' frame rate; None if unknown.
-        paired: Against the first point; None for that one itself.
+        kilobytes_per_frame: Size per frame, KB of 1024 bytes; None if unknown.
+        megabits_per_second: Bit rate at the entries' frame rate; None if unknown.
+        paired: Differences from the first point; None for the first point.
     """
 
     label: Label

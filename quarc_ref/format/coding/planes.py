@@ -2,7 +2,7 @@
 
 A plane has one bit for each of many elements, and each element has a context of the
 plane's model. All bits of a plane with the same context form one run of the coder with
-one probability, which either follows from the context's counts or is stated in the plane.
+one probability, which follows from the context's counts or is written explicitly.
 
 Each walk over the planes of a section serves both encoding and decoding. A `PlaneWriter`
 returns the bits that it is given; a `PlaneReader` ignores them and returns the bits of

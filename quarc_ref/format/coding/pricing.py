@@ -1,7 +1,7 @@
-"""Estimates the cost of runs of bits, by which a writer chooses between probabilities.
+"""Estimates code lengths, so that a writer can decide when to write a probability explicitly.
 
-This is not normative, because a reader accepts any stated probability, so floats are
-allowed here, unlike elsewhere in `format`.
+Unlike elsewhere in `format`, floats are allowed here: a reader accepts any explicit
+probability, so this choice is not normative.
 """
 
 import numpy as np
@@ -11,13 +11,16 @@ from quarc_ref.format.constants import CODE_BITS, STATED_WEIGHT, WEIGHT_TOTAL
 
 
 def saves_bits(zeros: Int64, ones: Int64, known: Int64, fitting: Int64) -> Bits:
-    """Return for which contexts a stated probability saves more bits than it costs.
+    """Find the contexts for which an explicit probability saves more bits than it costs.
 
     Args:
         zeros: `[n]` number of 0 bits in each context.
         ones: `[n]` number of 1 bits in each context.
-        known: `[n]` weights of a 1 that follow from the counts.
-        fitting: `[n]` weights of a 1 that could be stated.
+        known: `[n]` weights of a 1 if no probability is written.
+        fitting: `[n]` weights of a 1 if the probability is written explicitly.
+
+    Returns:
+        `[n]` mask of these contexts.
     """
     cost = CODE_BITS + np.log2(WEIGHT_TOTAL / STATED_WEIGHT)
     ratio_of_ones = np.log2(fitting / known)

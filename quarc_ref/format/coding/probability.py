@@ -1,4 +1,4 @@
-"""The one-byte probability codes that a plane may state: SPEC 8.2.
+"""One-byte codes of the explicit probabilities of a plane: SPEC 8.2.
 
 A code represents the weight of a 1 in a context, out of 2^24. There are eight codes per
 octave towards both ends, so the loss compared with exact probabilities is below one part

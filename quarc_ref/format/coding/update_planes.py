@@ -1,4 +1,4 @@
-"""Codes updates of single Gaussians as planes: SPEC 8.8.
+"""Codes updates of individual Gaussians as planes: SPEC 8.8.
 
 One walk serves both encoding and decoding (see `planes`). Most Gaussians of a frame do
 not change. The first plane covers all Gaussians; the others cover the few that change.

@@ -28,7 +28,7 @@ def orbit(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) ->
         cameras: Cameras of the stream.
         first: Camera at which the circle starts.
         up_axis: Up axis from the stream's header.
-        count: Number of poses; the first one would follow the last.
+        count: Number of poses, evenly spaced on the closed circle.
 
     Raises:
         PathError: The up direction is unknown, or the first camera is vertically above or
@@ -55,7 +55,7 @@ def spiral(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) -
 
     Args:
         cameras: Cameras of the stream.
-        first: Camera with the angle of view.
+        first: Camera whose angle of view is used.
         up_axis: Up axis from the stream's header.
         count: Number of poses.
 
