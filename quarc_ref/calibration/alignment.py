@@ -69,7 +69,7 @@ def correlate_signals(first: Numbers, second: Numbers, most_shift: int) -> Numbe
 
     Args:
         first: `[T, K]` signal of K values per sample.
-        second: `[U, K]`, likewise.
+        second: `[U, K]` signal of K values per sample.
         most_shift: Largest shift, in samples.
 
     Returns:

@@ -52,11 +52,11 @@ class FirstFrame:
 def read_first_frame(
     cameras: Sequence[CalibratedCamera], recordings: Recordings, frames: dict[str, float]
 ) -> FirstFrame:
-    """Return frame 0 of cameras, undistorted.
+    """Return the undistorted pictures of cameras at frame 0.
 
     Args:
-        cameras: Cameras that joined.
-        recordings: Recordings of these and others.
+        cameras: Calibrated cameras.
+        recordings: Recordings that include those of the cameras.
         frames: Offsets of all cameras, in frames.
 
     Raises:

@@ -72,8 +72,8 @@ def propose_steps(
 def measure_pixel(cameras: Sequence[Camera], points: Points) -> float:
     """Measure the width of a pixel at the scene's distance, in world units.
 
-    For every view, the median over the points that it sees is computed; the result is the
-    median over the views.
+    The result is the median over the views of the median pixel width at the points that a
+    view sees.
 
     Raises:
         EncodeError: No view sees any point.

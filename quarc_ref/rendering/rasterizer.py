@@ -98,7 +98,7 @@ class Rasterizer(Protocol):
 
 
 class JoinedBackdrop:
-    """A backdrop for backends without their own one, which renders everything again.
+    """Backdrop for backends without an implementation: renders all Gaussians again.
 
     Args:
         rasterizer: The rasterizer.

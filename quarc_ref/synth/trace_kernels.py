@@ -44,15 +44,15 @@ def list_between(stage, listed, start, start_radius, end, end_radius):
 
 @inlined
 def find_before(solids, listed, count, ray, best, found):
-    """Return distance and index of the nearest solid, or the given ones if they are nearer.
+    """Return distance and index of the nearest hit: of a solid, or the given hit if it is nearer.
 
     Args:
         solids: Solids of the stage.
         listed: `[S]` indices of the solids that the ray can hit.
         count: Number of these.
         ray: Origin and direction of length 1, six numbers.
-        best: Distance of another hit.
-        found: Index of that hit.
+        best: Distance of the nearest hit so far.
+        found: Index of the solid of that hit.
     """
     for j in range(count):
         i = listed[j]

@@ -1,6 +1,7 @@
 """Writes the video of a synthetic camera reproducibly.
 
-This needs one thread and x264 without assembly, with which one run in some hundreds differs.
+x264 runs on one thread and without assembly. With assembly, about one run in several hundred
+produces different bytes.
 """
 
 from collections.abc import Iterable

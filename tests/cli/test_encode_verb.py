@@ -133,7 +133,7 @@ def test_logs_cannot_be_combined_with_segments(capture, tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--set", "motion.momentun=1"], "close to it: motion.momentum"),
+        (["--set", "motion.momentun=1"], "similar names: motion.momentum"),
         (["--set", "motion.rate=1"], "setting 'motion.rate' is now 'motion.lr'"),
         (["--seek-every", "2"], "--seek-every is now --snapshot-interval"),
         (["--canonical-every=2"], "--canonical-every is now --keyframe-interval"),

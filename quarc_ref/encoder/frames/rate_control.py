@@ -29,7 +29,8 @@ class RateDistortion:
     """Factors of the rate-distortion weights of a frame.
 
     Attributes:
-        factor: Product of quality dial, `--lambda` and rate control.
+        factor: Factor of all weights: the product of the factors of quality, `--lambda` and
+            rate control.
         reference_loss: Mean loss of the training views at decoded frame 0. Weights are
             relative to it, so that the same settings suit easy and hard captures.
     """
@@ -66,8 +67,8 @@ def quality_factor(quality: float) -> float:
 def control_rate(sizes: Sequence[int], target: float) -> float:
     """Return the factor that brings the mean frame size to a target.
 
-    The model assumes that the bytes are a constant divided by the factor, and estimates
-    the constant from the frames so far.
+    The model assumes that the size of a frame is a constant divided by the factor, and
+    estimates the constant from the frames so far.
 
     Args:
         sizes: Bytes of every frame so far, each coded with the factor that this function

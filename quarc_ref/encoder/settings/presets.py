@@ -149,7 +149,7 @@ def change_setting(config: EncoderConfig, path: str, text: str) -> EncoderConfig
     if path not in names:
         last = [name for name in names if name.endswith(f".{path}")]
         close = last or difflib.get_close_matches(path, names, n=3)
-        hint = f"; close to it: {', '.join(close)}" if close else ""
+        hint = f"; similar names: {', '.join(close)}" if close else ""
         message = f"no setting {path!r}{hint}; encode --list-settings lists all settings"
         raise SettingError(message)
     changed: EncoderConfig = _changed(config, path.split("."), path, text)

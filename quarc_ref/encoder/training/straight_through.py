@@ -1,7 +1,7 @@
 """Straight-through quantizer: rounds forward, identity backward (paper Eq. 3).
 
-Values equal those that the decoder reconstructs, to float precision. States are made only
-by the decoder.
+Rounded values equal those that the decoder reconstructs, to float precision. The encoder
+takes the state of a frame from the decoder, not from these values.
 """
 
 from collections.abc import Iterator
@@ -20,7 +20,8 @@ _rounds = ContextVar("rounds", default=True)
 def without_rounding() -> Iterator[None]:
     """Disable rounding within this context.
 
-    Results cannot be written to a stream; this serves to measure the cost of rounding.
+    Used to measure the loss of quality by rounding. The unrounded values cannot be written
+    to a stream.
     """
     token = _rounds.set(False)
     try:

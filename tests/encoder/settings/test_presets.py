@@ -89,7 +89,7 @@ def test_changing_a_setting_leaves_all_others():
     ("path", "text", "message"),
     [
         ("motion.lrr", "1", "motion.lr"),
-        ("lr", "1", "close to it: motion.lr, updates.lr; "),
+        ("lr", "1", "similar names: motion.lr, updates.lr; "),
         ("motion", "1", "no setting"),
         ("", "1", "no setting"),
         ("motion.iterations", "many", "motion.iterations takes"),

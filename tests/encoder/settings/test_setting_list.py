@@ -33,7 +33,7 @@ def test_a_description_stands_beside_its_field():
     descriptions = {each.name: each.description for each in describe_settings(PRESETS["main"])}
 
     assert descriptions["target_kb_per_frame"] == (
-        "Target size of a frame that is not a keyframe, in KB of 1024 bytes; 0 for no target."
+        "Target size of frames that are not keyframes, in KB of 1024 bytes per frame; 0: no target."
     )
     assert descriptions["stream.sh_degree"] == "0 or 1."
 
