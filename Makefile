@@ -68,6 +68,7 @@ imports: $(READY) ## Import rules.
 
 DOCS := $(VENV)/docs
 docs: $(DOCS)/.ready ## Build the documentation and check its links: build/site/index.html.
+	@rm -rf docs/api # left behind if a build is interrupted
 	$(DOCS)/bin/sphinx-build -q -W --keep-going -j auto -c docs . build/site
 
 $(DOCS)/.ready: docs/requirements.txt
@@ -79,7 +80,7 @@ core: ## Check format and lints of core/, and run its tests.
 	@if ! command -v cargo >/dev/null; then echo "cargo is not installed: core/ is not tested"; \
 	elif ! cargo fetch --quiet --locked --manifest-path core/Cargo.toml; then \
 	  echo "the dependencies of core/ cannot be fetched: it is not tested"; \
-	else cd core && \
+	else cd core && unset MAKEFLAGS && \
 	  cargo fmt --check && cargo clippy --quiet --all-targets -- -D warnings && cargo test --quiet --workspace; fi
 
 player: $(READY) ## Build player/, test it (in Chromium, if installed), and store it in the package.
