@@ -9,7 +9,7 @@ _QUALITY = {
     "PSNR": "dB against the camera's picture, mean over frames; higher is better, at most 100.",
     "cc": "PSNR after the picture's colors are fitted to the truth.",
     "SSIM": "structural similarity, up to 1; higher is better.",
-    "moving, static": "PSNR of pixels that differ from the static background, and of all others.",
+    "moving, static": "PSNR of pixels where the truth differs from the background, and of others.",
     "flicker": "change from frame to frame of pixels that should not change, in levels of 255.",
     "of truth": "flicker of the capture's own pictures, which is their noise.",
     "LPIPS": "perceptual distance; lower is better.",

@@ -205,7 +205,10 @@ def test_the_settings_are_listed_without_a_capture():
     assert rows[0] == ["KEY", "in main", "in demo", "in paper", "values", "description"]
     assert [row[0] for row in rows[1:]] == list(dict(list_settings(choose_preset("main"))))
     rates = [row for row in rows if row[0] == "motion.lr"]
-    message = "Learning rate of residuals at level 1, world units (paper: 5e-4)."
+    message = (
+        "Learning rate of motion residuals at anchor level 1, the finest, in world units "
+        "(paper: 5e-4)."
+    )
     assert rates == [["motion.lr", "0.001", "0.001", "0.0005", "a number at least 0", message]]
 
 
