@@ -56,8 +56,12 @@ class CanonicalSettings(Validated):
         "Standard deviation of noise added to positions along each Gaussian's axes, as a multiple "
         "of its scales; decays linearly to 0 at the start of fine-tuning; 0: no noise (paper).",
     )
-    densify_from_iter: NonNegativeInt = described(500, "First iteration that may densify.")
-    densify_until_iter: NonNegativeInt = described(5000, "Last iteration that may densify.")
+    densify_from_iter: NonNegativeInt = described(
+        500, "Iteration from which Gaussians are densified."
+    )
+    densify_until_iter: NonNegativeInt = described(
+        5000, "Iteration before which densification ends."
+    )
     densification_interval: PositiveInt = described(100, "Iterations between densifications.")
     densify_grad_threshold: NonNegativeFloat = described(
         2e-4, "Mean screen-space gradient, in NDC, above which a Gaussian is densified."
@@ -112,8 +116,8 @@ class CanonicalSettings(Validated):
         0.0,
         "Rate-distortion weight of a Gaussian. After densification, a Gaussian is pruned if its "
         "removal would change the pictures by less than this multiple of the median squared error "
-        "around a Gaussian; halfway through training, by less than half of it. 0: no such pruning "
-        "(paper).",
+        "around a Gaussian; halfway to the end of densification, by less than half of it. At most "
+        "half of the visible Gaussians are pruned each time. 0: no such pruning (paper).",
     )
     code_rd_lambda: NonNegativeFloat = described(
         0.0,

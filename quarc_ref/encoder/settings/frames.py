@@ -148,14 +148,15 @@ class BirthSettings(Validated):
     )
     rd_selection: bool = described(
         False,
-        "Keep a new Gaussian only if it lowers the loss of the training views by more than its "
-        "bytes cost (births.rd_lambda); not in the paper.",
+        "Keep only new Gaussians that lower the loss of the training views by more than their "
+        "bytes cost, as set by births.rd_lambda (not in the paper).",
     )
     rd_lambda: NonNegativeFloat = described(
         0.0,
         "Rate-distortion weight of births with births.rd_selection: the decrease of the mean loss "
         "of the training views required per byte, multiplied by the number of Gaussians and "
-        "divided by the loss of decoded frame 0; 0: bytes cost nothing.",
+        "divided by the loss of decoded frame 0. 0: only the new Gaussians of a frame together "
+        "must lower the loss.",
     )
 
 

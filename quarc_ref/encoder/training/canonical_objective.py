@@ -40,8 +40,8 @@ class CanonicalObjective:
     def prune_weight_at(self, step: int) -> float:
         """Return the contribution below which an iteration prunes Gaussians; 0 for no pruning.
 
-        Halfway through training it is half the weight, because new Gaussians are not yet
-        converged.
+        Gaussians are pruned twice: at the end of densification, and halfway to it with half
+        the weight, because new Gaussians have not converged yet.
         """
         weight = self.settings.prune_rd_lambda * self.rd_lambda
         last = min(self.settings.densify_until_iter, self.fine_step)
