@@ -1,4 +1,4 @@
-"""Log files, which are written line by line and can be read meanwhile."""
+"""Log files, which are written line by line and can be read during the work."""
 
 import io
 import os

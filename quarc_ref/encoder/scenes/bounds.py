@@ -68,7 +68,7 @@ class Bounds:
         return " ".join(f"{name}={value:.6g}" for name, value in self.as_dict().items())
 
     def as_dict(self) -> dict[str, float]:
-        """Return the settled bounds by name, and `most_slack` if it is above 1."""
+        """Return the resolved bounds by name, and `most_slack` if it is above 1."""
         named = asdict(self)
         del named["position_share"], named["size"]
         if self.most_slack == 1:

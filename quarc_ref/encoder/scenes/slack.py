@@ -43,7 +43,7 @@ def measure_slack(splats: Splats, bounds: Bounds) -> Slack:
 
     Args:
         splats: The frame.
-        bounds: Settled bounds.
+        bounds: Bounds after `Bounds.resolved`.
     """
     scales = np.sort(splats.log_scales.astype(np.float64), axis=1)
     with np.errstate(over="ignore"):  # clipped below

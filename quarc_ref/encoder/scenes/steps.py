@@ -43,7 +43,7 @@ def choose_steps(
 
     Args:
         header: Header with the other values.
-        bounds: Settled bounds.
+        bounds: Bounds after `Bounds.resolved`.
         frames: The first frames, at least one.
         matches: Matches between each frame and the next.
 

@@ -55,7 +55,7 @@ def make_target(splats: Splats, header: StreamHeader, bounds: Bounds) -> Target:
     Args:
         splats: The frame.
         header: Header of the stream.
-        bounds: Settled bounds.
+        bounds: Bounds after `Bounds.resolved`.
 
     Raises:
         EncodeError: A number is not finite, or out of the format's range.
