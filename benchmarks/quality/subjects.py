@@ -1,4 +1,4 @@
-"""The captures to encode, on disk or traced, and their held-out cameras."""
+"""The captures to encode, read from disk or ray-traced, and their held-out cameras."""
 
 import re
 from collections.abc import Sequence

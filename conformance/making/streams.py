@@ -43,7 +43,8 @@ class Piece:
 
     Attributes:
         kind: Its type.
-        payload: None for INDX and TAIL, which follow from the stream; bytes replace them.
+        payload: None for INDX and TAIL, whose payloads are computed from the stream; bytes
+            override them.
         sequence: Sequence number that replaces the correct one.
         flip_byte: Index of a byte whose lowest bit is flipped after the CRCs are computed.
         skip: How many sequence numbers the chunk skips before its own.

@@ -22,7 +22,7 @@ from quarc_ref.format import arithmetic
 from quarc_ref.format.arrays import Int32, Int64
 from quarc_ref.format.coding import values
 from quarc_ref.format.coding.contexts import ContextCounts
-from quarc_ref.format.coding.entropy import open_words
+from quarc_ref.format.coding.entropy import make_bit_decoder
 from quarc_ref.format.coding.gaussian_planes import code_ascending
 from quarc_ref.format.coding.planes import PlaneReader
 from quarc_ref.format.coding.probability import weight_of_code
@@ -125,7 +125,7 @@ def _counts(seen: tuple[int, ...]) -> ContextCounts:
 
 
 def _decode_bits(words: list[int], weights: list[int]) -> list[int]:
-    coder = open_words(np.array(words, dtype=np.uint32))
+    coder = make_bit_decoder(np.array(words, dtype=np.uint32))
     bits = [int(coder.take(1, weight)[0]) for weight in weights]
     coder.finish()
     return bits

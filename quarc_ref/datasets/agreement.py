@@ -28,16 +28,16 @@ def require_one_rate(videos: Sequence[VideoReader]) -> None:
     """
     for video in videos:
         _require_constant_rate(video)
-    usual = median_high(video.frames_per_second for video in videos)
+    common_rate = median_high(video.frames_per_second for video in videos)
     odd = [
         video
         for video in videos
-        if not math.isclose(video.frames_per_second, usual, rel_tol=_RATE_TOLERANCE)
+        if not math.isclose(video.frames_per_second, common_rate, rel_tol=_RATE_TOLERANCE)
     ]
     if odd:
         message = (
-            f"{_shorten([_describe_rate(video) for video in odd])}, the others have {usual:g}: "
-            "convert all to one frame rate"
+            f"{_shorten([_describe_rate(video) for video in odd])}, the others have "
+            f"{common_rate:g}: convert all to one frame rate"
         )
         raise FrameRateError(message)
 
@@ -49,13 +49,13 @@ def compare_lengths(names: Sequence[str], lengths: Sequence[int]) -> Finding | N
         names: Names of the cameras, at least one.
         lengths: `[camera]` number of frames.
     """
-    usual = median_high(lengths)
-    odd = [index for index, length in enumerate(lengths) if length != usual]
+    common_rate = median_high(lengths)
+    odd = [index for index, length in enumerate(lengths) if length != common_rate]
     if not odd:
         return None
     listed = [f"{names[i]} has {lengths[i]} frames" for i in odd]
     message = (
-        f"{_shorten(listed)}, the others have {usual}: every camera is cut to its first "
+        f"{_shorten(listed)}, the others have {common_rate}: every camera is cut to its first "
         f"{min(lengths)} frames"
     )
     return Finding(UNEVEN_LENGTHS, message, tuple(names[i] for i in odd))
@@ -68,13 +68,13 @@ def compare_rotations(names: Sequence[str], rotations: Sequence[int]) -> Finding
         names: Names of the cameras, at least one.
         rotations: `[camera]` degrees counterclockwise.
     """
-    (usual, _), *_ = Counter(rotations).most_common(1)
-    odd = [index for index, degrees in enumerate(rotations) if degrees != usual]
+    (common_rate, _), *_ = Counter(rotations).most_common(1)
+    odd = [index for index, degrees in enumerate(rotations) if degrees != common_rate]
     if not odd:
         return None
     listed = [f"{names[i]} by {rotations[i] % 360} degrees counterclockwise" for i in odd]
     message = (
-        f"rotation flags differ: {_shorten(listed)}, the others by {usual % 360} degrees. If "
+        f"rotation flags differ: {_shorten(listed)}, the others by {common_rate % 360} degrees. If "
         "all cameras were mounted the same way, remove the flag (ffmpeg -display_rotation 0 "
         "-i OLD.mp4 -c copy NEW.mp4)"
     )

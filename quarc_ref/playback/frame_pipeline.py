@@ -65,7 +65,7 @@ class _Decoded:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FramePipeline:
-    """Decodes the frames of a stream in threads without a reference to the player.
+    """Decodes the frames of a stream in worker threads; holds no reference to the player.
 
     Attributes:
         source: The stream.

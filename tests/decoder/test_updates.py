@@ -33,7 +33,7 @@ def _moved(header: StreamHeader = _HEADER, count: int = 24, seed: int = 0) -> St
 
 
 def _updates(gaussians, rows=(), dies=None) -> Updates:
-    """Updates of Gaussians by `(row, value)` pairs, the same for each."""
+    """Updates that apply the same `(row, value)` residuals to every given Gaussian."""
     residuals = np.zeros((RESIDUAL_ROWS, len(gaussians)), dtype=np.int64)
     for row, value in rows:
         residuals[row] = value

@@ -13,7 +13,7 @@ CAMERA, OTHER = "cam03", "cam04"
 
 
 def rewrite(folder, change, **options):
-    """Rewrite a camera's video with pictures changed by a function of the list."""
+    """Rewrite a camera's video after applying a function to its list of pictures."""
     path = folder / f"{CAMERA}.mp4"
     scenes.write_video(path, change(scenes.read_video(path)), **options)
 

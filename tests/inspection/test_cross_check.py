@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quarc_ref.format.coding import ans
-from quarc_ref.format.coding.entropy import decoding_with, open_fastest, open_words
+from quarc_ref.format.coding.entropy import decoding_with, make_bit_decoder, open_fastest
 from quarc_ref.format.constants import WEIGHT_TOTAL
 from quarc_ref.format.errors import InvalidWordsError, UnconsumedWordsError, VerificationError
 from quarc_ref.inspection import cross_check
@@ -82,13 +82,13 @@ def test_random_words_are_decoded_or_rejected_by_both(words, runs):
 
 
 def test_the_second_decoder_is_used_only_within_its_context():
-    before = type(open_words(_WORDS))
+    before = type(make_bit_decoder(_WORDS))
     with decoding_with(ans.PythonBitDecoder):
-        assert type(open_words(_WORDS)) is ans.PythonBitDecoder
+        assert type(make_bit_decoder(_WORDS)) is ans.PythonBitDecoder
         with decoding_with(CrossCheckingDecoder().open):
-            assert type(open_words(_WORDS)).__name__ == "_CrossCheckingBitDecoder"
-        assert type(open_words(_WORDS)) is ans.PythonBitDecoder
-    assert type(open_words(_WORDS)) is before
+            assert type(make_bit_decoder(_WORDS)).__name__ == "_CrossCheckingBitDecoder"
+        assert type(make_bit_decoder(_WORDS)) is ans.PythonBitDecoder
+    assert type(make_bit_decoder(_WORDS)) is before
 
 
 def test_the_test_streams_decode_the_same_with_both(both_entropy_decoders):

@@ -60,9 +60,9 @@ def make_page(name: str, data: bytes, stream: PlainStream) -> str:
             parts.append(
                 f"{title}, its planes in coding order:\n\n{annex_pages.planes(frame, marker)}"
             )
-            title = "What they say"
+            title = "Values decoded from these symbols"
         parts += [
-            f"{title}, and what follows from the state:\n\n{annex_pages.notes(frame, marker)}",
+            f"{title}, and values derived from the state:\n\n{annex_pages.notes(frame, marker)}",
             "Its state:\n\n" + annex_pages.states(frame, marker),
         ]
     return "\n".join(parts)

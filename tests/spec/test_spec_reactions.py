@@ -47,8 +47,8 @@ def test_a_recovering_reader_reacts_as_specified(case: Case):
         assert met.value.reject_id == case.reject_id
         return
     frames, gaps = _recover(case.data)
-    at_the_end = ["truncated"] if case.reject_id == "tail-mismatch" else []
-    assert [gap.reject_id for gap in gaps] == [case.reject_id, *at_the_end]
+    final_rejects = ["truncated"] if case.reject_id == "tail-mismatch" else []
+    assert [gap.reject_id for gap in gaps] == [case.reject_id, *final_rejects]
     if case.reaction == "skip":
         assert frames == list(range(FRAME_COUNT))
         return

@@ -111,9 +111,9 @@ def _reject_capture(source: Path) -> None:
     what = describe_capture(source)
     if what is not None:
         message = (
-            f"{source} is {what}, but import takes Gaussians of another method: to make a "
-            "stream from pictures, use quarc-ref encode (if the pictures have no poses, run "
-            "quarc-ref calibrate first)"
+            f"{source} is {what}, but quarc-ref import reads Gaussians that another method has "
+            "trained: to make a stream from pictures, use quarc-ref encode (if the pictures have "
+            "no poses, run quarc-ref calibrate first)"
         )
         raise UsageError(message)
 

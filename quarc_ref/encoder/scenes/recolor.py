@@ -75,8 +75,8 @@ class Recoloring:
                 f"a gain of {self.gain} and offsets of {self.offset} exceed the range of the codes"
             )
             raise EncodeError(message)
-        whole: Int64 = codes.astype(np.int64)
-        return whole
+        rounded: Int64 = codes.astype(np.int64)
+        return rounded
 
 
 def recolor(source: Source, sink: BinaryIO, recoloring: Recoloring) -> int:

@@ -57,7 +57,7 @@ def encode_bits(runs: Iterable[tuple[Bits, int]]) -> UInt32:
     return words
 
 
-def open_words(words: UInt32) -> BitDecoder:
+def make_bit_decoder(words: UInt32) -> BitDecoder:
     """Return a decoder of words: that of `decoding_with`, or else the fastest available.
 
     Raises:
@@ -68,10 +68,10 @@ def open_words(words: UInt32) -> BitDecoder:
 
 @contextmanager
 def decoding_with(opener: Callable[[UInt32], BitDecoder] | None) -> Iterator[None]:
-    """Make `open_words` use another decoder within this context.
+    """Make `make_bit_decoder` use another decoder within this context.
 
     Args:
-        opener: Function with the arguments of `open_words` and an equivalent result; None
+        opener: Function with the arguments of `make_bit_decoder` and an equivalent result; None
             for the fastest decoder.
     """
     token = _opener.set(opener)

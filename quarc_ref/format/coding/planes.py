@@ -17,7 +17,7 @@ import numpy as np
 
 from quarc_ref.format.arrays import Bits, Int64
 from quarc_ref.format.coding.contexts import ContextCounts
-from quarc_ref.format.coding.entropy import encode_bits, open_words
+from quarc_ref.format.coding.entropy import encode_bits, make_bit_decoder
 from quarc_ref.format.coding.pricing import saves_bits
 from quarc_ref.format.coding.probability import choose_codes, weight_of_code
 from quarc_ref.format.constants import CODE_BITS, STATED_WEIGHT, WEIGHT_TOTAL
@@ -102,7 +102,7 @@ class PlaneReader:
 
     def __init__(self, section: Section, counts: ContextCounts) -> None:
         self._counts = counts.copy()
-        self._words = open_words(section.words)
+        self._words = make_bit_decoder(section.words)
 
     def code(self, model: str, contexts: Int64, bits: Bits) -> Bits:
         """See `Planes.code`."""

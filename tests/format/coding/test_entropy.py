@@ -17,7 +17,7 @@ _RUNS = st.lists(
     ),
     max_size=8,
 )
-_DECODERS = [ans.PythonBitDecoder, entropy.open_words]
+_DECODERS = [ans.PythonBitDecoder, entropy.make_bit_decoder]
 
 
 @pytest.mark.skipif(not entropy.HAS_CONSTRICTION, reason="constriction has no wheel here")
@@ -26,10 +26,10 @@ def test_both_coders_write_the_same_words(runs):
     assert entropy.encode_bits(runs).tolist() == ans.encode_bits(runs)
 
 
-@pytest.mark.parametrize("open_words", _DECODERS)
+@pytest.mark.parametrize("make_bit_decoder", _DECODERS)
 @given(_RUNS)
-def test_both_decoders_return_the_bits_and_end_empty(open_words, runs):
-    decoder = open_words(entropy.encode_bits(runs))
+def test_both_decoders_return_the_bits_and_end_empty(make_bit_decoder, runs):
+    decoder = make_bit_decoder(entropy.encode_bits(runs))
 
     for bits, weight in runs:
         assert decoder.take(bits.size, weight).tolist() == bits.tolist()
@@ -42,16 +42,16 @@ def test_the_words_of_a_small_message_are_known():
     assert ans.encode_bits(runs) == [1458569216, 19]
 
 
-@pytest.mark.parametrize("open_words", _DECODERS)
-def test_a_last_word_of_zero_is_rejected(open_words):
+@pytest.mark.parametrize("make_bit_decoder", _DECODERS)
+def test_a_last_word_of_zero_is_rejected(make_bit_decoder):
     with pytest.raises(InvalidWordsError):
-        open_words(np.array([5, 0], dtype=np.uint32))
+        make_bit_decoder(np.array([5, 0], dtype=np.uint32))
 
 
-@pytest.mark.parametrize("open_words", _DECODERS)
+@pytest.mark.parametrize("make_bit_decoder", _DECODERS)
 @pytest.mark.parametrize("words", [[7], [1, 2, 3], [0, 9]])
-def test_remaining_words_are_rejected(open_words, words):
-    decoder = open_words(np.array(words, dtype=np.uint32))
+def test_remaining_words_are_rejected(make_bit_decoder, words):
+    decoder = make_bit_decoder(np.array(words, dtype=np.uint32))
     decoder.take(1, 1 << 23)
 
     with pytest.raises(UnconsumedWordsError):
@@ -66,7 +66,7 @@ def test_without_constriction_the_python_coder_decodes(monkeypatch):
     bits = np.arange(50) % 3 == 0
 
     words = alone.encode_bits([(bits, 1 << 22)])
-    decoder = alone.open_words(words)
+    decoder = alone.make_bit_decoder(words)
 
     assert not alone.HAS_CONSTRICTION
     assert words.tolist() == ans.encode_bits([(bits, 1 << 22)])
