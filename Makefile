@@ -80,7 +80,7 @@ core: ## Check format and lints of core/, and run its tests.
 	@if ! command -v cargo >/dev/null; then echo "cargo is not installed: core/ is not tested"; \
 	elif ! cargo fetch --quiet --locked --manifest-path core/Cargo.toml; then \
 	  echo "the dependencies of core/ cannot be fetched: it is not tested"; \
-	else cd core && unset MAKEFLAGS && \
+	else cd core && unset MAKEFLAGS MFLAGS && \
 	  cargo fmt --check && cargo clippy --quiet --all-targets -- -D warnings && cargo test --quiet --workspace; fi
 
 player: $(READY) ## Build player/, test it (in Chromium, if installed), and store it in the package.
