@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from kept_files import write_atomically
+from options import add_capture_options, add_set_option
 from paper.experiments import EXPERIMENTS, Experiment, list_experiments, list_trials
 from paper.results import write_results
 from paper.rows import Task, make_row
@@ -207,22 +208,8 @@ def _parse_arguments(words: Sequence[str] | None) -> argparse.Namespace:
     )
     add("--out", type=Path, default=Path("out/paper"), metavar="DIR", help="kept between runs")
     add("--preset", choices=sorted(PRESETS), default="main", help="the full method")
-    add(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="change a setting of the preset",
-    )
-    add("--frames", type=int, help="number of frames; all by default")
-    add("--downscale", type=int, default=1, help="downscale pictures by this factor")
-    add(
-        "--held-out",
-        action="append",
-        default=[],
-        metavar="NAME",
-        help="held-out camera; the first by default",
-    )
+    add_set_option(parser)
+    add_capture_options(parser)
     add("--seed", type=int, default=0)
     add("--only", type=_split, default=[], metavar="NAMES", help=f"some of {','.join(EXPERIMENTS)}")
     add("--lpips", type=Path, metavar="WEIGHTS", help="file of LPIPS's state_dict, VGG16")

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from options import add_set_option
 from quality.comparison import compare_studies
 from quality.groups import Group, group_rows
 from quality.results import format_groups, write_results
@@ -184,13 +185,7 @@ def _parse_arguments(words: Sequence[str] | None) -> argparse.Namespace:
     )
     add("--seeds", type=_positive, default=5, help="number of seeds, from 0; 5 by default")
     add("--preset", choices=sorted(PRESETS), default="main")
-    add(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="change a setting of the preset",
-    )
+    add_set_option(parser)
     add("--downscale", type=_positive, default=1, help="downscale pictures by this factor")
     add("--lpips", type=Path, metavar="WEIGHTS", help="file of LPIPS's state_dict, VGG16")
     add("--device", choices=("auto", "cpu", "cuda"), default="cpu")

@@ -5,6 +5,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+from options import add_capture_options
 from quarc_ref.encoder.settings.presets import PRESETS
 from rate.claims import (
     Claim,
@@ -80,15 +81,7 @@ def _parse_arguments() -> argparse.Namespace:
     add("captures", nargs="+", metavar="CAPTURE", help=f"a folder, or {BUILT_IN}")
     add("--streams", type=Path, default=Path("out/rate"), metavar="DIR", help="kept between runs")
     add("--preset", choices=sorted(PRESETS), default="main")
-    add("--frames", type=int, help="number of frames; all by default")
-    add("--downscale", type=int, default=1, help="downscale pictures by this factor")
-    add(
-        "--held-out",
-        action="append",
-        default=[],
-        metavar="NAME",
-        help="held-out camera; the first by default",
-    )
+    add_capture_options(parser)
     add("--no-paper", action="store_true", help="leave out the stream of the preset paper")
     add("--sweep", action="store_true", help="rate and quality of settings around the preset")
     add("--sweep-frames", type=int, metavar="N", help="number of frames of the sweep's streams")
