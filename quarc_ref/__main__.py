@@ -1,4 +1,4 @@
-"""Runs the `quarc-ref` command by `python -m quarc_ref`."""
+"""Entry point of `python -m quarc_ref`, which runs the `quarc-ref` command."""
 
 from quarc_ref.cli.app import main
 

@@ -24,14 +24,14 @@ def _hide_module(module: str) -> Iterator[None]:
     if module in sys.modules:
         yield
         return
-    sys.modules[module] = None  # type: ignore[assignment] # as the import system has it
+    sys.modules[module] = None  # type: ignore[assignment] # None means missing
     try:
         yield
     finally:
         del sys.modules[module]
 
 
-with _hide_module("coverage"):  # numba's search for it takes as long as loading a kernel
+with _hide_module("coverage"):  # numba's search for coverage is as slow as loading a kernel
     import numba
     from numba.core.caching import FunctionCache
     from numba.core.runtime.nrt import rtsys
@@ -40,9 +40,8 @@ with _hide_module("coverage"):  # numba's search for it takes as long as loading
 def _import_without_blas() -> None:
     """Import the modules that most kernels use, but avoid the slow import of `scipy.linalg`.
 
-    numba imports SciPy's BLAS to check that it exists, and imports it again when a kernel
-    needs it, which no kernel here does. An empty module therefore replaces it during the
-    first import.
+    numba imports SciPy's BLAS to check that it exists, and again when a kernel uses it. No kernel
+    of this package uses BLAS, so an empty module replaces it during the import.
     """
     blas = "scipy.linalg.cython_blas"
     if blas in sys.modules or find_spec("scipy") is None:
@@ -57,10 +56,10 @@ def _import_without_blas() -> None:
 class _KernelCache(FunctionCache):
     """Machine code of a kernel, kept on disk.
 
-    In numba, a cache entry is valid until the kernel's own file changes. Here it is valid
-    until any kernel file changes, because it may contain inlined code of other kernels.
-    numba also initializes its compiler before it reads the cache, which takes as long as
-    a fifth of a first frame; here only a compilation does so.
+    In numba, a cache entry is valid until the kernel's own file changes. Here it is valid until any
+    kernel file changes, because it may contain inlined code of other kernels. numba also
+    initializes its compiler before it reads the cache, which takes a fifth of the time to the first
+    frame. This class initializes the compiler only to compile.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -68,7 +67,7 @@ class _KernelCache(FunctionCache):
         self._cache_file._source_stamp = (self._cache_file._source_stamp, _fingerprint())
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:  # noqa: ANN401
-        """Return the compiled code of a signature; None if there is none."""
+        """Return the cached code for a signature; None if it is not cached."""
         rtsys.initialize(target_context)
         with self._guard_against_spurious_io_errors():
             return self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
@@ -80,7 +79,7 @@ def keep(**options: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa: ANN401
 
     def decorate(function: Callable[..., Any]) -> Any:  # noqa: ANN401
         kernel = compiled(function)
-        if hasattr(kernel, "_cache"):  # compilation may be disabled
+        if hasattr(kernel, "_cache"):  # missing if compilation is disabled
             kernel._cache = _KernelCache(function)
         return kernel
 

@@ -1,4 +1,4 @@
-"""The application: its commands, `--version`, and its exit.
+"""The `quarc-ref` application: registers the commands, prints `--version`, runs.
 
 Commands import heavy modules inside their functions, so that `--help` is fast and `info`,
 `verify` and `decode` need neither torch nor OpenCV.

@@ -1,17 +1,18 @@
-"""Explanations of the columns and rows of printed tables, shown at the end of a verb's `--help`.
+"""Explanations of table columns and rows, shown at the end of a command's `--help`.
 
-docs/guides/comparing.md and docs/guides/streams.md explain them in more detail.
+docs/guides/comparing.md and docs/guides/streams.md explain the columns in more detail.
 """
 
 from collections.abc import Mapping
 
 _QUALITY = {
-    "PSNR": "dB against the camera's picture, mean over frames; higher is better, at most 100.",
+    "PSNR": "in dB against the camera's picture, mean over frames; higher is better, at most 100.",
     "cc": "PSNR after the picture's colors are fitted to the truth.",
     "SSIM": "structural similarity, up to 1; higher is better.",
-    "moving, static": "PSNR of pixels where the truth differs from the background, and of others.",
+    "moving, static": "PSNR of foreground pixels, where the truth differs from the "
+    "background, and of the rest.",
     "flicker": "change from frame to frame of pixels that should not change, in levels of 255.",
-    "of truth": "flicker of the capture's own pictures, which is their noise.",
+    "of truth": "flicker of the capture's own pictures, caused by camera noise.",
     "LPIPS": "perceptual distance; lower is better.",
 }
 EVAL = _QUALITY
@@ -30,15 +31,15 @@ COMPARE = {
     "BD-PSNR": "difference in PSNR at equal bytes to the first method.",
 }
 INFO = {
-    "anchors": "points whose motion is coded; they are resampled at a regular interval.",
+    "anchors": "control points whose motion is coded; they are resampled at a regular interval.",
     "canonical, snapshots": "bytes of the frames at which decoding can start.",
     "motion, updates, births": "bytes of other frames: anchor motion, changed and new Gaussians.",
     "zero-order estimate": "bytes that the paper's entropy estimate gives for the same symbols.",
     "overhead": "headers, cameras, metadata and checksums.",
-    "KB per frame": "mean over frames, without and with the bytes of canonical frames.",
+    "KB per frame": "mean size of a frame, without and with the bytes of canonical frames.",
 }
 
 
 def explain(meanings: Mapping[str, str]) -> str:
-    """Return the meanings as the epilog of a verb, one per line."""
+    """Return the explanations, one per line, as the epilog of a command's `--help`."""
     return "\n\n".join(f"{name}: {meaning}" for name, meaning in meanings.items())

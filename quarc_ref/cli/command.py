@@ -1,4 +1,4 @@
-"""A subcommand with its own messages for usage errors."""
+"""The class of all subcommands, which adds hints to usage errors."""
 
 import typer
 from typer.core import TyperCommand
@@ -9,12 +9,12 @@ RENAMED_OPTIONS = {
     "--play": "--autoplay",
     "--no-play": "--no-autoplay",
 }
-# raised by pydantic, which newer releases of typer use to check values
+# Newer releases of typer check values with pydantic, whose messages have this prefix.
 _VALIDATOR_PREFIX = "Value error, "
 
 
 class Verb(TyperCommand):
-    """A subcommand whose usage errors give the new names of renamed options."""
+    """A subcommand that reports the new name if a renamed option is given."""
 
     def parse_args(  # type: ignore[override]  # typer does not export the class of its contexts
         self, context: typer.Context, arguments: list[str]

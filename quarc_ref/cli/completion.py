@@ -2,14 +2,14 @@
 
 
 def complete_preset() -> list[str]:
-    """Names of all presets."""
+    """Return the names of all presets."""
     from quarc_ref.encoder.settings.presets import PRESETS
 
     return list(PRESETS)
 
 
 def complete_setting() -> list[tuple[str, str]]:
-    """`KEY=` and description of every setting."""
+    """Return `KEY=` and the description of every setting."""
     from quarc_ref.encoder.settings.presets import choose_preset
     from quarc_ref.encoder.settings.setting_list import describe_settings
 

@@ -23,7 +23,7 @@ class Decoding:
 
     Args:
         source: The stream.
-        follow: How long to wait for more data; None not to wait.
+        follow: How long to wait for more data of a growing stream; None not to wait.
         gaps: List to which gaps are appended; if given, decoding continues after damage.
     """
 
@@ -50,7 +50,7 @@ class Decoding:
         from quarc_ref.streams.prologue import read_prologue
 
         if self._gaps is None:
-            if start > 0 and self._source.size() is not None:  # the decoder skips it
+            if start > 0 and self._source.size() is not None:  # `decode` skips these chunks
                 self._prologue = read_prologue(self._source)
             yield from decode(self._source, start, stop, self._follow, self._decoder)
             return
@@ -65,7 +65,7 @@ class Decoding:
 
 
 class Written:
-    """Files written by `decode`, and missing frames.
+    """Record of the files that `decode` has written, and of the frames that are missing.
 
     Args:
         export: The format.
@@ -105,9 +105,10 @@ class Written:
         """Print the files written so far.
 
         Args:
-            output: The path as given, of a folder or of the one file; None if nothing was written.
+            output: Output path on the command line, a folder or a file; None if nothing was
+                written.
             as_json: Whether to print JSON.
-            past_damage: Whether to report gaps.
+            past_damage: Whether decoding continued after damage, so that gaps are reported.
         """
         if as_json:
             gaps = {"gaps": [asdict(gap) for gap in self.gaps]} if past_damage else {}

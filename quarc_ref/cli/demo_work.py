@@ -38,7 +38,7 @@ def run_demo(
         folder: Output folder.
         options: Options of the capture.
         config: Settings of the encoder.
-        progress: Called after every step.
+        progress: Callback for the progress of every step.
     """
     with folder.folder("capture") as made:
         fill_synthetic_capture(made, options, partial(progress.advance, "synth"))

@@ -180,7 +180,7 @@ TensorBoardFolder = Annotated[
 
 
 def reject_with(what: str, asked: dict[str, bool]) -> None:
-    """Raise UsageError if an option is given that conflicts with something else."""
+    """Raise UsageError if any of the options is given, because they conflict with `what`."""
     for option, is_given in asked.items():
         if is_given:
             message = f"{what} cannot be combined with {option}"

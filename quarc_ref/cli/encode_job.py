@@ -1,4 +1,4 @@
-"""Input and output of `encode`."""
+"""Runs an encode: opens the capture, and writes the stream to a pipe, a file or segments."""
 
 import os
 from dataclasses import dataclass
@@ -24,18 +24,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class EncodeJob:
-    """A capture, and options to encode it.
+    """A capture to encode, and the options of the encode.
 
     Attributes:
         folder: Folder of the capture.
-        opening: How to open it.
-        config: All settings of training and stream.
-        frames: Number of frames; None for all.
+        opening: Frames, held-out cameras and downscaling of the capture.
+        config: Encoder settings of training and stream.
+        frames: Number of frames to encode; None for all.
         device: Value of `--device`.
-        progress: Called after every step.
-        warnings: Receives all findings, which are reasons to expect poor quality.
+        progress: Callback for the progress of every step.
+        warnings: Collects the findings, which are reasons to expect poor quality.
         checks: Whether to check the capture before it is encoded.
-        monitor: Called for every training step and every frame.
+        monitor: Callback for every training step and every frame.
     """
 
     folder: Path
@@ -49,7 +49,7 @@ class EncodeJob:
     monitor: "Monitor"
 
     def open(self) -> "tuple[Capture, EncodeOptions]":
-        """Open the capture; return it and the options.
+        """Open the capture, and return it with the options of the encode.
 
         Raises:
             UsageError: A requested camera or frame does not exist.
@@ -78,11 +78,11 @@ class EncodeJob:
 
 @dataclass(frozen=True, slots=True)
 class WriteMode:
-    """How to write a file.
+    """Options for writing the output file.
 
     Attributes:
         force: Whether to replace an existing file.
-        live: Whether to write in place, under the final name.
+        live: Whether to write to the final path directly, without a temporary file.
         resume: Whether to resume an interrupted encode.
     """
 
@@ -101,10 +101,10 @@ def encode_to_pipe(work: EncodeJob, target: Path) -> None:
 
 
 def encode_to_file(work: EncodeJob, target: Path, wanted: WriteMode) -> None:
-    """Encode to a file, or resume a partial one.
+    """Encode to a file, or resume the encode of a partial file.
 
     Raises:
-        UsageError: The file cannot be written in this way.
+        UsageError: The file exists and `wanted` does not allow replacing or resuming it.
     """
     with growing_stream(target, force=wanted.force, live=wanted.live, resume=wanted.resume) as (
         path,
@@ -122,10 +122,11 @@ def encode_to_joined_file(
     """Encode segments independently and join them into one file.
 
     Raises:
-        UsageError: The file cannot be written in this way, or there are fewer frames than segments.
+        UsageError: The file exists and `wanted` does not allow replacing it, or there are fewer
+            frames than segments.
         UnusableCaptureError: The capture cannot be encoded with useful quality.
-        ResumeError: The existing file is from a different encode.
-        JobsError: Some segments could not be encoded; the others are kept.
+        ResumeError: The file to resume is from an encode with a different capture or settings.
+        JobsError: Some segments could not be encoded; the finished segments are kept.
     """
     is_there = wanted.resume and target.is_file() and not wanted.force
     with kept_segments(target, force=wanted.force or is_there, resume=wanted.resume) as folder:
@@ -149,10 +150,10 @@ def encode_to_joined_file(
 def choose_pool(
     segment_count: int, workers: int | None, ray: str | None, device: str
 ) -> "WorkerPool":
-    """The worker pool that encodes segments.
+    """Return the worker pool that encodes segments.
 
-    Processes on this machine share its CPU cores evenly. A task on a cluster has one
-    core, and a GPU if the device is CUDA.
+    Processes on this machine share the CPU cores evenly. A task on a cluster has one core, and a
+    GPU if the device is CUDA.
     """
     from quarc_ref.jobs import WorkerPool
 
@@ -165,7 +166,7 @@ def choose_pool(
 def _cut(
     work: EncodeJob, capture: "Capture", options: "EncodeOptions", into: tuple[Path, int]
 ) -> "list[Segment]":
-    """Split a capture into segments, each with its own file in a folder."""
+    """Split a capture into segments; each gets its own file in the folder `into[0]`."""
     from quarc_ref.encoder.segments import Segment, split_frames
 
     folder, segment_count = into

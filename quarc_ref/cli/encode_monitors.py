@@ -23,10 +23,10 @@ class LogOptions:
     """Logs to write beside a stream.
 
     Attributes:
-        json: File for lines of JSON; None for none.
-        tensorboard: Folder for TensorBoard; None for none.
-        keep: Whether to keep existing lines of the file.
-        force: Whether to replace the file.
+        json: Path of the JSON Lines log; None for no such log.
+        tensorboard: Folder of TensorBoard logs; None for no such logs.
+        keep: Whether to append to an existing JSON Lines log.
+        force: Whether to replace an existing JSON Lines log.
     """
 
     json: Path | None
@@ -40,7 +40,7 @@ def opened_monitors(logs: LogOptions, progress: TerminalProgress) -> "Iterator[M
     """Open the logs of an encode, and show its status on the terminal.
 
     Raises:
-        UsageError: The file exists and is neither kept nor replaced.
+        UsageError: The JSON Lines log exists, and neither `keep` nor `force` is set.
         ImportError: TensorBoard is requested but not installed.
         OSError: A log cannot be written.
     """
@@ -73,7 +73,7 @@ def _opened_log(path: Path, logs: LogOptions) -> Iterator[TextIO]:
 
 
 def _announce(progress: TerminalProgress, plan: "EncodePlan", estimate: "Estimate") -> None:
-    """Print the estimated time and size of an encode if it takes long."""
+    """Print the estimated time and size of an encode that takes longer than 10 seconds."""
     from quarc_ref.encoder.monitoring.status import format_duration
 
     if estimate.seconds < _WORTH_TELLING:

@@ -1,4 +1,4 @@
-"""Findings of an encode: printed to standard error at once, and kept for JSON."""
+"""Findings of an encode: printed to standard error at once, and kept for `--json`."""
 
 from dataclasses import asdict
 from typing import TYPE_CHECKING
@@ -21,5 +21,5 @@ class Warnings:
         self._findings.append(finding)
 
     def as_json(self) -> list[dict[str, object]]:
-        """All findings, as in docs/schemas/encode.json."""
+        """Return all findings in the form that docs/schemas/encode.json describes."""
         return [asdict(finding) for finding in self._findings]

@@ -17,7 +17,7 @@ def configure(preset: str, settings: list[str], seed: int) -> "EncoderConfig":
     """Return a preset with changed settings.
 
     Raises:
-        UsageError: No such preset, setting or value.
+        UsageError: The preset or a setting does not exist, or a value is not allowed.
     """
     from quarc_ref.encoder.settings.presets import SettingError, change_setting, choose_preset
 
@@ -43,7 +43,7 @@ def require_positive(asked: dict[str, float | None]) -> None:
 
 
 def as_settings(asked: dict[str, float | None]) -> list[str]:
-    """Options that set encoder settings, as `KEY=VALUE`."""
+    """Return the given options as `KEY=VALUE` texts of encoder settings."""
     return [f"{key}={value}" for key, value in asked.items() if value is not None]
 
 
@@ -59,7 +59,7 @@ def print_settings() -> None:
         for first, *others in by_preset
     ]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    # the last column is not padded: a terminal would wrap trailing blanks
+    # The last column is not padded, because a terminal would wrap trailing blanks.
     for *cells, meaning in rows:
         filled = [f"{cell:<{width}}" for cell, width in zip(cells, widths, strict=False)]
         sys.stdout.write("  ".join([*filled, meaning]) + "\n")
@@ -75,14 +75,13 @@ def require_device(device: str) -> None:
 
 
 def open_requested_capture(folder: Path, options: "CaptureOptions") -> "Capture":
-    """Open a capture with the options given.
+    """Open a capture with options from the command line.
 
     Raises:
         UsageError: The pictures cannot be downscaled by the factor, a camera to hold out does not
             exist, or there is no frame from the requested start on.
         CaptureError: The capture cannot be read.
-        UnicodeEncodeError: The name of a file, or of the capture or a camera in the stream, cannot
-            be encoded.
+        UnicodeEncodeError: The name of a file, the capture or a camera is not valid UTF-8.
     """
     from quarc_ref.datasets.calibration import DownscaleError
     from quarc_ref.datasets.errors import HeldOutError, StartError
@@ -101,5 +100,5 @@ def open_requested_capture(folder: Path, options: "CaptureOptions") -> "Capture"
         message = f"--start {options.start}: {error}"
         raise UsageError(message) from error
     for name in (capture.name, *(camera.name for camera in capture.cameras)):
-        name.encode()  # otherwise the stream could not be written after training
+        name.encode()  # fails before training, not when the stream is written
     return capture

@@ -37,7 +37,7 @@ STREAM_IS_BAD = 1
 USAGE = 2
 TOOL_FAILED = 3
 _BY_SIGNAL = 128
-_SIGPIPE = 13  # missing from `signal` on Windows
+_SIGPIPE = 13  # not defined by `signal` on Windows
 _EXTRAS = {
     "gsplat": "gpu",
     "ray": "ray",
@@ -48,7 +48,7 @@ _NOTHING_LEFT = "interrupted; nothing was written"
 
 
 class UsageError(Exception):
-    """Options or paths that do not work together."""
+    """Options or paths that cannot be used, or not together."""
 
 
 class Termination(KeyboardInterrupt):
@@ -60,7 +60,7 @@ def report_errors() -> Iterator[None]:
     """Convert exceptions of a command to a line on stderr and an exit code."""
     try:
         yield
-        sys.stdout.flush()  # Python itself would notice only at exit, and use exit code 120
+        sys.stdout.flush()  # at exit, Python would turn an error into exit code 120
     except typer.Exit:
         _discard_output(sys.stdout)
         raise
@@ -83,14 +83,14 @@ def restore_sigterm_handler() -> None:
 
 
 def ensure_standard_streams() -> None:
-    """Open closed standard output and error as the null device."""
+    """Replace standard output and standard error by the null device if they are closed."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115, for good
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115, kept open
 
 
 def _discard_output(output: TextIO) -> None:
-    """Keep Python from flushing a broken output again at exit."""
+    """Flush an output; if it is broken, keep Python from flushing it again at exit."""
     try:
         output.flush()
     except OSError:
@@ -145,7 +145,7 @@ _FAULTS: tuple[tuple[tuple[type[BaseException], ...], int, Callable[[Any], str]]
 
 
 def _judge(error: BaseException) -> tuple[str, int]:
-    """Message, which may be empty, and exit code of an exception."""
+    """Return the message, which may be empty, and the exit code for an exception."""
     if isinstance(error, KeyboardInterrupt):
         return str(error) or _NOTHING_LEFT, _BY_SIGNAL + _name_signal(error)
     if isinstance(error, BrokenPipeError) and any(map(_has_no_reader, (sys.stdout, sys.stderr))):
@@ -158,7 +158,7 @@ def _judge(error: BaseException) -> tuple[str, int]:
 
 
 def _name_signal(error: BaseException | None) -> signal.Signals:
-    """The signal that caused an interruption."""
+    """Return the signal that caused an interruption."""
     while error is not None:
         if isinstance(error, Termination):
             return signal.SIGTERM
@@ -167,7 +167,7 @@ def _name_signal(error: BaseException | None) -> signal.Signals:
 
 
 def _has_no_reader(output: TextIO) -> bool:
-    """Whether an output is a pipe without a reader."""
+    """Return whether an output is a pipe whose reader has closed it."""
     if sys.platform == "win32":
         return True
     watch = select.poll()
@@ -181,7 +181,7 @@ def _has_no_reader(output: TextIO) -> bool:
 def _exit_with(message: str, code: int) -> NoReturn:
     _discard_output(sys.stdout)
     if message:
-        with suppress(OSError):  # only the exit code can report it
+        with suppress(OSError):  # if standard error fails, only the exit code reports the error
             print_message(message)
     _discard_output(sys.stderr)
     raise typer.Exit(code)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 PATIENCE = 60.0
 _POLL_SECONDS = 0.1
 
-# `follow_stream` checks whether the file exists.
+# No callback checks whether the file exists: `follow_stream` does.
 FollowedName = Annotated[
     str,
     typer.Argument(
@@ -41,14 +41,14 @@ Patience = Annotated[
 
 
 def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None":
-    """Return how to wait for a growing stream; None for a pipe, whose reads block anyway.
+    """Return the wait options for a growing stream; None for a pipe, whose reads block anyway.
 
-    With `follow`, the file need not exist yet.
+    With `follow`, wait until the file exists.
 
     Args:
-        name: Name of the stream.
+        name: Path or URL of the stream, or `-`.
         patience: Timeout in seconds.
-        follow: Whether to wait at all.
+        follow: Whether to wait for a growing stream.
 
     Raises:
         BadParameter: The stream is a path that does not exist.
@@ -59,7 +59,7 @@ def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None
     try:
         check_file(name)
     except typer.BadParameter as error:
-        error.param_hint = "'FILE'"  # only now is it known whether --follow was given
+        error.param_hint = "'FILE'"  # the name that typer would add in a callback
         raise
     if not follow or name == STANDARD_STREAM:
         return None

@@ -12,16 +12,16 @@ from quarc_ref.cli.errors import UsageError
 
 STANDARD_STREAM = "-"
 AXES = ("x", "-x", "y", "-y", "z", "-z")  # in the order of a stream's header
-_DIGITS = 20  # more digits than any ordinal has
+_DIGITS = 20  # more digits than the ordinal of any frame has
 
 
 def is_file(name: str) -> bool:
-    """Whether the name of a stream is a path, not a URL or `-`."""
+    """Return whether the name of a stream is a path, not a URL or `-`."""
     return name != STANDARD_STREAM and not name.startswith(("http://", "https://"))
 
 
 def name_stream(name: str) -> str:
-    """Display name of a stream."""
+    """Return the display name of a stream."""
     return "standard input" if name == STANDARD_STREAM else name.rstrip("/").rpartition("/")[2]
 
 
@@ -29,7 +29,7 @@ def check_file(name: str) -> str:
     """Check that a stream exists if its name is a path.
 
     Raises:
-        BadParameter: It does not exist, or is not a file.
+        BadParameter: The path does not exist, or is not a file.
     """
     if is_file(name) and not stat.S_ISREG(_find_file_mode(name)):
         _reject(name, "is not a regular file; use - for standard input")
@@ -40,10 +40,10 @@ def check_path(name: str) -> str:
     """Check that the name of a stream is the path of a file that exists.
 
     Raises:
-        BadParameter: It is not a path, or the path of a folder.
+        BadParameter: The name is not a path, or the path is missing or a folder.
     """
     if not is_file(name):
-        _reject(name, "is not a file; this command accepts only files")
+        _reject(name, "is not a file; this command accepts only files, not URLs or standard input")
     _find_file_mode(name)
     return name
 
@@ -52,7 +52,7 @@ def check_folder(path: Path) -> Path:
     """Check that a folder exists.
 
     Raises:
-        BadParameter: It does not exist, or is not a folder.
+        BadParameter: The path does not exist, or is not a folder.
     """
     if not stat.S_ISDIR(_find_mode(str(path))):
         _reject(str(path), "is not a folder")
@@ -63,7 +63,7 @@ def check_existing(path: str) -> None:
     """Check that a path exists.
 
     Raises:
-        BadParameter: It does not exist.
+        BadParameter: The path does not exist.
     """
     _find_mode(path)
 
@@ -72,7 +72,7 @@ def check_axis(name: str | None) -> str | None:
     """Return the name of an axis without its plus sign.
 
     Raises:
-        BadParameter: There is no such axis.
+        BadParameter: The name is not one of `AXES`.
     """
     axis = None if name is None else name.removeprefix("+")
     if axis is not None and axis not in AXES:
@@ -136,7 +136,7 @@ CaptureFolder = Annotated[
         help="Folder of a capture, in the layout of N3DV, COLMAP, nerfstudio, EasyMocap or "
         "Panoptic Studio; quarc-ref doctor prints what a folder lacks.",
         show_default=False,
-        readable=False,  # reading it reports the error, which is not one of the command line
+        readable=False,  # an unreadable folder is not a usage error; `open_capture` reports it
         callback=check_folder,
     ),
 ]
@@ -165,7 +165,7 @@ LpipsWeights = Annotated[
     typer.Option(
         "--lpips",
         metavar="WEIGHTS",
-        help="Measure LPIPS too, with weights from a file: lpips.LPIPS(net='vgg').state_dict().",
+        help="Also measure LPIPS, with weights from a file: lpips.LPIPS(net='vgg').state_dict().",
         show_default="no LPIPS",
     ),
 ]
@@ -188,10 +188,10 @@ def parse_frames(text: str | None) -> tuple[int, int | None]:
     """Return the first frame of a range and the frame after its end.
 
     Args:
-        text: `A:B`, where either may be omitted, or `A` for that frame alone; None for all.
+        text: `A:B`, where A or B may be omitted, or `A` for a single frame; None for all frames.
 
     Raises:
-        UsageError: The text is not such a range.
+        UsageError: The text is not a valid range.
     """
     if text is None:
         return 0, None

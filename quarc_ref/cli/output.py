@@ -36,7 +36,7 @@ class _Output(Console):
         super().__init__(markup=False, emoji=False, width=width)
 
     def on_broken_pipe(self) -> NoReturn:
-        """Re-raise the error for `report_errors`; rich itself would exit with 1."""
+        """Re-raise the error for `report_errors`; rich itself would exit with code 1."""
         raise
 
 
@@ -57,7 +57,7 @@ def print_message(message: str) -> None:
 
 
 class MessageHandler(logging.Handler):
-    """Prints what modules of the package log, each message once."""
+    """Logging handler that prints each message of the package's modules once."""
 
     def __init__(self) -> None:
         super().__init__(logging.INFO)
@@ -102,7 +102,7 @@ def print_columns(title: str, headings: Sequence[str], rows: Iterable[Sequence[s
 
 
 def escape_controls(text: str) -> str:
-    """Text with terminal control characters escaped."""
+    """Return the text with terminal control characters escaped."""
     return "".join(
         letter if letter.isprintable() else letter.encode("unicode_escape").decode()
         for letter in text
@@ -110,10 +110,10 @@ def escape_controls(text: str) -> str:
 
 
 def warn_of_reference_engine() -> bool:
-    """Suggest the fast engine on stderr, if a large scene is decoded without it.
+    """Suggest the fast engine on stderr if a large scene was decoded without it.
 
     Returns:
-        Whether it was printed.
+        Whether the suggestion was printed.
     """
     from quarc_ref.decoder.engines import misses_fast_engine
 
@@ -126,14 +126,14 @@ def warn_of_reference_engine() -> bool:
 class TerminalProgress:
     """Shows progress on stderr: bars on a terminal, otherwise occasional lines.
 
-    Used as a context manager. Short stages and stages that repeat in every frame have no
-    separate line; the line for frames is sufficient.
+    Used as a context manager. Without a terminal, short stages and stages that repeat in every
+    frame have no line of their own.
 
     Args:
-        quiet: Whether to show nothing.
+        quiet: Whether to show no progress.
 
     Attributes:
-        shows: Whether anything is shown.
+        shows: Whether progress is shown.
     """
 
     _MAIN = ("canonical", "frames")
@@ -175,7 +175,7 @@ class TerminalProgress:
         self._bars.stop()
 
     def advance(self, stage: str, done: int, total: int) -> None:
-        """See `encoder.progress.Progress`; a total of 0 means unknown."""
+        """Update a stage as `encoder.progress.Progress` describes; a total of 0 means unknown."""
         if stage not in self._tasks:
             self._tasks[stage] = self._bars.add_task(stage, total=total or None, status="")
         status = self._describe(stage)
@@ -186,10 +186,10 @@ class TerminalProgress:
             self._warns = not warn_of_reference_engine()
 
     def follow(self, status: "Callable[[], str]") -> None:
-        """Show the result of a function next to the common stages.
+        """Show a status text next to the stages `canonical` and `frames`.
 
         Args:
-            status: Returns the progress, including the time left.
+            status: Function that returns the status text, such as the remaining time.
         """
         self._status = status
 
@@ -214,7 +214,7 @@ class TerminalProgress:
 
 
 class _TimeLeft(TimeRemainingColumn):
-    """Estimated remaining time of a bar."""
+    """Column with the remaining time of a bar, empty if the bar has a status text."""
 
     def render(self, task: Task) -> Text:
         """See `ProgressColumn.render`."""

@@ -35,10 +35,10 @@ def choose_first_camera(cameras: "tuple[Camera, ...] | None", name: str | None) 
 
     Args:
         cameras: Cameras of the stream, from `read_cameras`.
-        name: Name of one of them, or None.
+        name: Name of a camera of the stream; None for the first.
 
     Raises:
-        UsageError: The stream has no frame, or no such camera.
+        UsageError: The stream has no frame, or no camera of this name.
     """
     from quarc_ref.viewing.outline import CameraChoiceError, find_camera
 

@@ -1,4 +1,4 @@
-"""Loads LPIPS for the commands that measure, with the weights given by `--lpips`."""
+"""Loads the LPIPS metric for `eval` and `compare`, with the weights given by `--lpips`."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +13,7 @@ def load_lpips(path: Path | None) -> "Lpips | None":
     """Return the LPIPS metric; None if no weights are given.
 
     Raises:
-        UsageError: The file does not contain the weights.
+        UsageError: The file does not contain LPIPS weights.
         ImportError: torch is not installed.
     """
     if path is None:

@@ -10,10 +10,10 @@ if TYPE_CHECKING:
     from quarc_ref.format.cameras import Camera
     from quarc_ref.viewing.outline import Outline
 
-_MAX_RATE_TERM = (1 << 31) - 1  # FFmpeg's rationals have 32-bit numerators and denominators
-# Nearly lossless, so that smaller files can be encoded from this one.
+_MAX_RATE_TERM = (1 << 31) - 1  # FFmpeg's rationals have 32-bit terms
+# The quality is nearly lossless, so that smaller files can be encoded from the video.
 _X264 = {"crf": "6", "preset": "medium"}
-# x264 looks ahead at dozens of pictures of ten bytes per pixel; fewer for large pictures.
+# x264 keeps dozens of pictures of ten bytes per pixel for lookahead; large ones need too much.
 _LARGE = 1 << 21
 _X264_LARGE = _X264 | {
     "x264-params": "rc-lookahead=0:sync-lookahead=0:mbtree=0:ref=1:bframes=0:sliced-threads=1"
@@ -33,7 +33,7 @@ def choose_camera(outline: "Outline", name: str | None, width: int | None, kind:
     """Return the requested camera, with pictures `width` pixels wide.
 
     Raises:
-        UsageError: There is no such camera, or its pictures cannot be rendered.
+        UsageError: The stream has no camera of this name, or its pictures are too large.
     """
     from quarc_ref.datasets.calibration import require_picture_size, require_video_size
     from quarc_ref.viewing.outline import find_camera, fit_height, resize_camera
@@ -49,7 +49,7 @@ def choose_camera(outline: "Outline", name: str | None, width: int | None, kind:
 
 
 def require_pixels(camera: "Camera", most: int) -> None:
-    """Raise UsageError, which names the options, if pictures have more pixels than allowed."""
+    """Raise UsageError, with the options to change, if pictures have more pixels than `most`."""
     pixels = camera.width * camera.height
     if pixels > most:
         message = (

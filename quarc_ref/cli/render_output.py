@@ -46,7 +46,7 @@ def choose_kind(output: Path, *, depth: bool) -> Kind:
 def write_video(
     drawn: "Iterator[tuple[int, Image]]", output: Path, form: "VideoForm", *, force: bool
 ) -> dict[str, object]:
-    """Write pictures as a video; return what --json prints about it."""
+    """Write pictures as a video; return the values that --json prints."""
     from quarc_ref.datasets.video_writer import write_video_file
 
     with written_file(output, force=force) as sink:
@@ -57,7 +57,7 @@ def write_video(
 def write_pictures(
     drawn: "Iterator[tuple[int, Image]]", output: Path, *, force: bool
 ) -> dict[str, object]:
-    """Write pictures as PNG files; return what --json prints about them."""
+    """Write pictures as PNG files; return the values that --json prints."""
     from quarc_ref.datasets.video_writer import build_png
 
     one = output.suffix.lower() == _ONE_PICTURE
@@ -80,7 +80,7 @@ def write_depths(
     """Write depth as 16-bit PNG files or NumPy archives, with a sidecar that describes them.
 
     Args:
-        drawn: Each shot with its depth and opacity, `[H, W]`, in order.
+        drawn: Shots in order, each with its `[H, W]` depth (world units) and opacity.
         output: The folder.
         kind: `png` or `npz`.
         force: Whether to replace a folder that quarc-ref created.

@@ -16,7 +16,7 @@ _PIECE_BYTES = 1 << 16
 
 
 class _Sink(Protocol):
-    """Accepts bytes like a raw file, which may write only some of them."""
+    """A raw binary file: a write may accept only some of the bytes."""
 
     def write(self, piece: bytes, /) -> int:
         """Write bytes, and return how many were written."""
@@ -28,7 +28,7 @@ def seekable_stream(source: "Source") -> "Iterator[Source]":
     """Yield a stream that can be read repeatedly; a pipe is copied to a temporary file.
 
     Raises:
-        SourceError: The disk is full.
+        SourceError: The temporary file cannot be written, such as on a full disk.
     """
     from quarc_ref.streams import FileSource
 
@@ -46,7 +46,7 @@ def _copy(source: "Source", file: _Sink) -> None:
 
     copying = _Copying(source, file)
     reader = ChunkReader(copying)
-    with suppress(BitstreamError):  # reading the copy reports it
+    with suppress(BitstreamError):  # reported again when the copy is read
         reader.read_chunk()
         for header in reader.headers():
             copying.go_to(header.end)
@@ -56,7 +56,7 @@ def _copy(source: "Source", file: _Sink) -> None:
 def growing_copy(source: "Source") -> "Iterator[Source]":
     """Yield a copy of a stream in a temporary file, which grows as the stream arrives.
 
-    If an error stops it from growing, the error is printed to standard error.
+    If an error ends the copy early, the error is printed to standard error.
     """
     with TemporaryFile(buffering=0) as file:
         copy = _GrowingCopy(file)
@@ -75,7 +75,7 @@ def _fill_copy(source: "Source", copy: "_GrowingCopy") -> None:
 
 
 class _GrowingCopy:
-    """A stream in a file that one thread writes and others read.
+    """Copy of a stream in a file that one thread writes and other threads read.
 
     Args:
         file: Empty file, open for writing and reading.
@@ -98,14 +98,14 @@ class _GrowingCopy:
             return written
 
     def read(self, offset: int, length: int) -> bytes:
-        """Read `length` bytes at `offset`, fewer at the end of the received bytes."""
+        """Read `length` bytes at `offset`; fewer if they have not arrived yet."""
         with self._lock:
             missing = max(0, min(length, self._size - offset))
             self._file.seek(offset if missing else 0)
             return self._file.read(missing)
 
     def size(self) -> int:
-        """Bytes received so far."""
+        """Return the number of bytes received so far."""
         return self._size
 
     def close(self) -> None:
@@ -115,7 +115,7 @@ class _GrowingCopy:
 
 
 class _Copying:
-    """A source that copies what is read from it to a file.
+    """A source that copies all bytes that are read from it to a file.
 
     Args:
         source: The stream.
@@ -128,7 +128,7 @@ class _Copying:
         self._copied = 0
 
     def read(self, offset: int, length: int) -> bytes:
-        """Read `length` bytes at `offset`, fewer at the end."""
+        """Read `length` bytes at `offset`; fewer at the end of the stream."""
         self.go_to(offset + length)
         return self._source.read(offset, length)
 
@@ -137,7 +137,7 @@ class _Copying:
         return
 
     def go_to(self, offset: int) -> None:
-        """Copy the bytes before an offset."""
+        """Copy all bytes before an offset."""
         while self._copied < offset:
             size = min(_PIECE_BYTES, offset - self._copied)
             piece = self._source.read(self._copied, size)

@@ -20,9 +20,8 @@ def growing_stream(
 ) -> Iterator[tuple[Path, BinaryIO]]:
     """Open the output file of a stream exclusively; it may contain a partial stream.
 
-    The file is `<target>.part` and replaces the target when the stream is complete. After
-    an interruption it remains unless it is empty, together with the checkpoint of frame
-    0.
+    The file is `<target>.part` and replaces the target when the stream is complete. After an
+    interruption the file is kept, unless it is empty, with the checkpoint of frame 0.
 
     Args:
         target: Path of the stream.
@@ -31,10 +30,10 @@ def growing_stream(
         resume: Whether to continue the partial stream, or the target if the stream is complete.
 
     Yields:
-        Path of the file, and the file, open for reading and writing.
+        Path of the file that is written, and the file object, open for reading and writing.
 
     Raises:
-        UsageError: The target cannot be written in this way.
+        UsageError: The target or a partial stream exists, and is neither replaced nor resumed.
         ResumeError: Another process is writing the file.
     """
     from quarc_ref.encoder.stream_file import open_exclusively
@@ -68,7 +67,8 @@ def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[Output
         resume: Whether to continue with existing segments.
 
     Raises:
-        UsageError: The target cannot be written, or there are segments of another encode.
+        UsageError: The target cannot be written, or segments exist that are neither replaced nor
+            resumed.
         OutputPathError: The folder has files that quarc-ref did not create, or is in use.
     """
     reject_target(target, force=force)
@@ -83,13 +83,13 @@ def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[Output
 
 @contextmanager
 def _reporting_kept_files(place: Path) -> Iterator[None]:
-    """Name the kept files in the message of an interruption."""
+    """On an interruption, name the kept files in the message."""
     try:
         yield
     except KeyboardInterrupt as error:
         training = _name_training(place)
         if _is_nonempty(place):
-            kept = f"{place} holds the frames that were written: --resume continues from them"
+            kept = f"{place} holds the frames written so far: --resume continues after them"
         elif _is_nonempty(training):
             kept = f"{training} holds the training of frame 0: --resume continues it"
         else:
@@ -109,7 +109,7 @@ def _choose_resumed(target: Path, *, live: bool) -> Path:
 
 
 def _remove(place: Path) -> None:
-    """Remove a file and its temporary files, unless another process is writing it."""
+    """Remove a partial stream and its checkpoint, unless another process is writing the stream."""
     from quarc_ref.encoder.resume.checkpoint import remove_checkpoint
     from quarc_ref.encoder.stream_file import open_exclusively
 

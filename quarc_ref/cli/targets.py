@@ -14,7 +14,7 @@ from quarc_ref.cli.output import print_message
 from quarc_ref.export.table import EXPORTS
 from quarc_ref.files import OutputFolder
 
-# A folder with such a suffix would look like a file.
+# Suffixes that folder names must not have, because the folder would look like a file.
 _FILE_SUFFIXES = {
     *(f".{suffix}" for suffix in EXPORTS),
     *(".quarc", ".splat", ".ksplat", ".gltf", ".usd", ".usda", ".usdz", ".html", ".json"),
@@ -42,14 +42,14 @@ def written_file(target: Path, *, force: bool, durable: bool = False) -> Iterato
 
 @contextmanager
 def written_stream(target: Path, *, force: bool) -> Iterator[BinaryIO]:
-    """Open the file or standard output that a stream is written to.
+    """Open the file that a stream is written to, or standard output.
 
     Args:
         target: A file, or `-` for standard output.
         force: Whether to replace a file.
 
     Raises:
-        UsageError: The target cannot be written in this way.
+        UsageError: The file exists and must not be replaced, or standard output is a terminal.
     """
     if str(target) == STANDARD_STREAM:
         if sys.stdout.isatty():
@@ -70,7 +70,7 @@ def written_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
         force: Whether to replace a folder that quarc-ref created.
 
     Raises:
-        UsageError: The target is `-`, or has the name of a file.
+        UsageError: The target is `-`, or its name has the suffix of a file.
         OutputPathError: The target is not empty and must not be replaced.
     """
     _reject_folder(target)
@@ -78,15 +78,14 @@ def written_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
         yield made
     if made.moved_to:
         message = (
-            f"other files were added to {target} in the meantime; they were moved to "
-            f"{made.moved_to}"
+            f"files were added to {target} during the work; they were moved to {made.moved_to}"
         )
         print_message(message)
 
 
 @contextmanager
 def growing_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
-    """Yield a folder to fill, whose files are visible immediately and always kept.
+    """Yield a folder to fill, whose files are visible at once, and kept after an error.
 
     Args:
         target: Path of the folder.
@@ -102,7 +101,7 @@ def growing_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
 
 
 class OneFrame:
-    """A file for a single frame.
+    """An output file that accepts a single frame.
 
     Args:
         target: Path of the file.
@@ -118,7 +117,7 @@ class OneFrame:
         """Write the frame and return the path of the file.
 
         Raises:
-            UsageError: A frame has been written already.
+            UsageError: The file already has a frame.
         """
         if self._has_one:
             message = (
@@ -150,10 +149,10 @@ def reject_target(target: Path, *, force: bool) -> None:
         message = f"{target} exists; --force replaces it"
         raise UsageError(message)
     if target.is_dir():
-        message = f"{target} is a folder"
+        message = f"{target} is a folder: give the path of a file"
         raise UsageError(message)
     if target.exists() and not target.is_file():
-        message = f"{target} is a device or a pipe, not a regular file"
+        message = f"{target} is a device or a pipe, not a regular file: give another path"
         raise UsageError(message)
 
 
@@ -171,23 +170,23 @@ def _reject_folder(target: Path) -> None:
 
 def _reject_standard_output(target: Path, what: str) -> None:
     if str(target) == STANDARD_STREAM:
-        message = f"-: {what} cannot be written to standard output"
+        message = f"-: {what} cannot be written to standard output: give a path"
         raise UsageError(message)
 
 
 def _reject_missing_parent(target: Path) -> None:
     if not target.absolute().parent.is_dir():
-        message = f"{target.absolute().parent} is not a folder"
+        message = f"{target.absolute().parent} is not a folder: create the folder first"
         raise UsageError(message)
 
 
 @contextmanager
 def _reporting_kept_files(made: OutputFolder) -> Iterator[None]:
-    """Name the folder of the finished frames in the message of an interruption."""
+    """On an interruption, name the folder of the finished frames in the message."""
     try:
         yield
     except KeyboardInterrupt as error:
         if not made.contains_files():
             raise
-        message = f"interrupted; {made.path} holds the frames that were written"
+        message = f"interrupted; {made.path} holds the frames written so far"
         raise KeyboardInterrupt(message) from error

@@ -11,14 +11,14 @@ from quarc_ref.datasets.errors import FrameRateError
 from quarc_ref.datasets.findings import UNEVEN_LENGTHS, Finding
 from quarc_ref.datasets.video import VideoReader
 
-_RATE_TOLERANCE = 1e-3  # 29.97 and 30 differ by this much and count as equal
-# relative to a frame's duration; a missing frame causes an error of one half
+_RATE_TOLERANCE = 1e-3  # Relative; 29.97 and 30 count as equal.
+# Relative to the duration of a frame; a missing frame causes an error of 0.5.
 _TIME_TOLERANCE = 0.25
 _MAX_NAMED = 5
 
 
 def require_one_rate(videos: Sequence[VideoReader]) -> None:
-    """Check that the n-th frames of all videos show the same moment if the first ones do.
+    """Check that all videos have the same constant frame rate, so that they stay in sync.
 
     Args:
         videos: Videos, at least one.

@@ -17,7 +17,7 @@ from quarc_ref.datasets.video import VideoReader
 VIDEO_SUFFIXES = (".mp4", ".mov", ".m4v", ".qt", ".3gp", ".3g2", ".mkv", ".webm")
 STILL_SUFFIXES = (".png", ".jpg", ".jpeg")
 
-Files = Mapping[str, Sequence[Path]]  # by camera name: one video, or the pictures
+Files = Mapping[str, Sequence[Path]]  # camera name -> path of its video, or paths of its pictures
 
 
 def is_video(path: Path) -> bool:
@@ -121,7 +121,7 @@ def open_pictures(paths: Sequence[Sequence[Path]], *, numbered: bool = True) -> 
 
     Args:
         paths: `[camera]` video files, or `[camera][frame]` picture files.
-        numbered: Whether the names of a camera's pictures must have numbers without a gap.
+        numbered: Whether the numbers in the names of a camera's pictures must have no gap.
 
     Raises:
         CaptureError: A file cannot be read, or the files are inconsistent.
@@ -154,7 +154,7 @@ def _list_stills(folder: Path) -> list[Path]:
 
 
 def _require_regular_numbers(folder: Path, names: Sequence[str]) -> None:
-    """Check that the last numbers in file names increase in equal steps, such as 1.
+    """Check that the last numbers in the file names increase by a constant step, such as 1.
 
     Raises:
         CountMismatchError: The steps differ, so pictures are missing.

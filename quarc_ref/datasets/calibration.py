@@ -1,4 +1,4 @@
-"""Pose and lens of a camera, in the form that capture layouts are converted to.
+"""Pose and lens of a camera: the common form of all capture layouts.
 
 Loaders convert their files to `CalibratedCamera`s; `open_capture` converts these to
 pinholes and then to `Camera`s. Axes are OpenCV's (x right, y down, z forward). Pixel
@@ -18,7 +18,7 @@ from quarc_ref.format.cameras import Camera
 
 Numbers = NDArray[np.float64]
 
-_ORTHONORMAL_TOLERANCE = 1e-3  # poses are often stored with four digits
+_ORTHONORMAL_TOLERANCE = 1e-3  # Poses are often stored with four digits.
 # The declared size of a picture determines allocations before the picture is read.
 _MAX_SIDE = (1 << 15) - 1  # limit of cv2.remap
 _MAX_VIDEO_SIDE = 1 << 14  # limit of x264
@@ -27,12 +27,12 @@ _NEAR_QUANTILE = 0.01
 
 
 def require_picture_size(width: int, height: int) -> None:
-    """Raise ValueError, which states the limits, if pictures are too large."""
+    """Raise ValueError, with the limits, if pictures are too large."""
     _require_size(width, height, _MAX_SIDE, "too large")
 
 
 def require_video_size(width: int, height: int) -> None:
-    """Raise ValueError, which states the limits, if pictures are too large for a video."""
+    """Raise ValueError, with the limits, if pictures are too large for a video."""
     _require_size(width, height, _MAX_VIDEO_SIDE, "too large for H.264")
 
 
@@ -56,9 +56,9 @@ class Lens:
         fy: Focal length, pixels.
         cx: Principal point, pixels.
         cy: Principal point, pixels.
-        coefficients: k1, k2, p1, p2, k3, k4, k5, k6 of OpenCV's radial and
-            tangential model, without trailing zeros; k1 to k4 of its fisheye model.
-        fisheye: Whether the model is the fisheye one.
+        coefficients: Distortion, without trailing zeros: k1, k2, p1, p2, k3, k4, k5, k6 of OpenCV's
+            radial and tangential model, or k1 to k4 of its fisheye model.
+        fisheye: Whether `coefficients` belong to the fisheye model.
 
     Raises:
         ValueError: A number is not finite, a size or focal length is not positive, or the
@@ -95,8 +95,8 @@ class Pose:
     """The transformation from world to camera.
 
     Attributes:
-        rotation: `[3, 3]` world to camera.
-        translation: `[3]` world to camera, world units.
+        rotation: `[3, 3]` rotation from world to camera.
+        translation: `[3]` translation from world to camera, world units.
     """
 
     rotation: Numbers
@@ -124,8 +124,8 @@ def make_pose(axes: ArrayLike, center: ArrayLike) -> Pose:
     """Return the pose of a camera from its axes in the world.
 
     Args:
-        axes: `[3, 3]` camera to world; columns right, down, forward.
-        center: `[3]` camera position, world units.
+        axes: `[3, 3]` rotation from camera to world; its columns point right, down and forward.
+        center: `[3]` position of the camera, world units.
 
     Returns:
         The pose, with the rotation matrix that is nearest to `axes`.
@@ -151,7 +151,7 @@ def make_pose(axes: ArrayLike, center: ArrayLike) -> Pose:
     with np.errstate(over="ignore", invalid="ignore"):
         translation = -rotation @ origin
     if not np.isfinite(translation).all():
-        message = "the camera is too far away"
+        message = "the camera position is too large"
         raise ValueError(message)
     return Pose(rotation, translation)
 
@@ -177,7 +177,7 @@ def measure_depths(camera: CalibratedCamera, positions: NDArray[np.floating]) ->
 
 
 def choose_near(depths: Numbers) -> float:
-    """Return the near plane of a camera: the first percentile of at least one depth."""
+    """Return the near plane of a camera: the first percentile of the depths, at least one."""
     return float(np.quantile(depths, _NEAR_QUANTILE))
 
 
@@ -192,7 +192,7 @@ def shrink(pinhole: _Pinhole, factor: int) -> _Pinhole:
     """Return a lens or camera for pictures that are downscaled by `factor`.
 
     Raises:
-        DownscaleError: No pixel would be left.
+        DownscaleError: The factor is larger than the width or height.
     """
     width, height = pinhole.width, pinhole.height
     if not 1 <= factor <= min(width, height):
@@ -212,15 +212,15 @@ def shrink(pinhole: _Pinhole, factor: int) -> _Pinhole:
 def make_camera(
     camera: CalibratedCamera, positions: NDArray[np.floating], *, held_out: bool = False
 ) -> Camera:
-    """Return a pinhole as streams have it.
+    """Convert a calibrated camera to the camera type of streams.
 
     Args:
-        camera: A pinhole.
-        positions: `[P, 3]` points of the scene, from which its near bound is chosen.
-        held_out: Whether it is kept for evaluation.
+        camera: Camera with a pinhole lens.
+        positions: `[P, 3]` points of the scene, which set the near plane if the camera has none.
+        held_out: Whether the camera is held out for evaluation.
 
     Raises:
-        UnreadablePointsError: The camera has no near bound, and sees none of the points.
+        UnreadablePointsError: The camera has no near plane, and sees none of the points.
     """
     near = camera.near
     if near is None:

@@ -47,7 +47,7 @@ class PictureSource(Protocol):
     """Interface of a source of pictures."""
 
     def read(self, camera: int, frame: int) -> Image:
-        """Return `[H, W, 3]` sRGB of a camera's frame as a new array.
+        """Return a picture, `[H, W, 3]` sRGB, as a new array.
 
         Raises:
             CaptureError: The picture cannot be read.
@@ -72,21 +72,21 @@ class Capture:
 
     Args:
         name: Name for reports.
-        cameras: Undistorted cameras, in the order of their names, for the size of `image`.
-        frame_count: Frames that every camera has.
+        cameras: Undistorted cameras in the order of their names; their size is that of `image`.
+        frame_count: Number of frames that every camera has.
         frames_per_second: Frame rate of all cameras.
-        points: Initial points, from frame 0.
+        points: Initial points in frame 0.
         source: Source of the pictures.
-        fingerprint: Hex digest of the capture's files.
-        cache_bytes: Size of the cache of pictures.
-        whole: The capture that this is a part of; None if this is a whole capture.
-        findings: Problems that the loader found, and its assumptions.
-        start: Frame of the synchronized footage that is frame 0 here.
-        notes: Up direction and scale.
+        fingerprint: Hex digest that identifies the capture's files.
+        cache_bytes: Maximum size of the picture cache, bytes.
+        whole: The whole capture, if this object is a part of it; otherwise None.
+        findings: Problems that the loader found, and assumptions that it made.
+        start: Frame of the synchronized recording that becomes frame 0 of the capture.
+        notes: Up direction and scale of the scene.
         masks: Source of the masks; None without masks.
     """
 
-    def __init__(  # noqa: PLR0913, what a capture is cannot be said with less
+    def __init__(  # noqa: PLR0913, a capture has this many parts
         self,
         name: str,
         cameras: Sequence[Camera],
@@ -131,7 +131,7 @@ class Capture:
         """Return the number of frames to use.
 
         Args:
-            asked: Requested number; None for all.
+            asked: Requested number of frames; None for all.
 
         Raises:
             TooFewFramesError: The capture has fewer frames.
@@ -145,7 +145,7 @@ class Capture:
         return asked
 
     def image(self, camera: int, frame: int) -> Image:
-        """Return `[H, W, 3]` sRGB of a camera's frame, read-only.
+        """Return a picture, `[H, W, 3]` sRGB, read-only.
 
         Raises:
             CaptureError: The picture cannot be read.

@@ -1,4 +1,4 @@
-"""Converts lenses from and to COLMAP cameras, and silences COLMAP's log.
+"""Converts lenses from and to COLMAP cameras, and turns off COLMAP's log.
 
 COLMAP's camera models are documented at colmap.github.io/cameras.html; their parameters
 after the principal point are OpenCV's first coefficients in the same order.
@@ -33,8 +33,8 @@ def make_lens(name: str, camera: pycolmap.Camera) -> Lens:
         camera: Camera of pycolmap.
 
     Raises:
-        UnsupportedCameraError: Its camera model cannot be undistorted to a pinhole.
-        ValueError: A number is out of range.
+        UnsupportedCameraError: The camera model cannot be undistorted to a pinhole.
+        ValueError: A camera parameter is out of range.
     """
     if camera.model.name not in CAMERA_MODELS:
         message = (
@@ -55,10 +55,10 @@ def make_lens(name: str, camera: pycolmap.Camera) -> Lens:
 
 
 def build_camera(lens: Lens, camera_id: int) -> pycolmap.Camera:
-    """Return a COLMAP camera with a lens.
+    """Return the COLMAP camera for a lens.
 
     Args:
-        lens: Any lens.
+        lens: A pinhole, or a lens with distortion.
         camera_id: Id of the camera in the COLMAP model.
     """
     coefficients = list(lens.coefficients)
@@ -82,7 +82,7 @@ def build_camera(lens: Lens, camera_id: int) -> pycolmap.Camera:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Keep pycolmap's log from the terminal."""
+    """Turn off pycolmap's log messages within the block."""
     before = pycolmap.logging.minloglevel
     pycolmap.logging.minloglevel = pycolmap.logging.FATAL.value
     try:

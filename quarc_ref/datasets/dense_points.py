@@ -1,8 +1,8 @@
 """Computes dense initial points by plane sweep, where the depth maps of three cameras agree.
 
-Features are found at corners only, and training from few initial points gives lower
-quality. The depth of a pixel becomes a point if the depth maps of three cameras,
-including its own, agree on it, and fewer cameras see a surface behind it.
+Sparse points lie only at corners of the picture, and training from few initial points gives lower
+quality. A pixel's depth becomes a point if the depth maps of at least three cameras agree,
+including the pixel's own camera, and fewer cameras see a surface behind the point.
 """
 
 from collections.abc import Sequence
@@ -15,8 +15,8 @@ from quarc_ref.datasets.calibration import CalibratedCamera, Numbers, measure_de
 from quarc_ref.datasets.capture import Image, Points, join_points
 from quarc_ref.datasets.plane_sweep import Depths, View, find_depths, find_neighbors, make_view
 
-_AGREEMENT = 0.01  # tolerance relative to a depth
-_BEHIND = 0.05  # relative to a depth: a surface this much farther is behind the point
+_AGREEMENT = 0.01  # Maximum difference of depths that agree, relative to the depth.
+_BEHIND = 0.05  # Relative to a depth; a surface this much farther is behind the point.
 _MIN_AGREEING = 3  # cameras
 _MAX_POINTS = 40_000
 _SEED = 0
@@ -25,17 +25,17 @@ _SEED = 0
 def densify(
     cameras: Sequence[CalibratedCamera], pictures: Sequence[Image], sparse: Points
 ) -> Points:
-    """Add dense points on surfaces that at least three cameras see to sparse points.
+    """Add dense points, on surfaces that at least three cameras see, to sparse points.
 
-    The result is deterministic. It takes about half a second of CPU time per camera.
+    The result is deterministic. The computation takes about half a second of CPU time per camera.
 
     Args:
         cameras: Pinhole cameras.
-        pictures: `[camera]` of `[H, W, 3]` sRGB.
+        pictures: `[camera]` pictures, each `[H, W, 3]` sRGB.
         sparse: Sparse points of the scene, which determine the range of depths to search.
 
     Returns:
-        Up to 40 000 dense points, and the sparse ones except those that contradict depth maps.
+        Up to 40,000 dense points, and the sparse points that the depth maps do not contradict.
     """
     views = [
         make_view(camera, picture, depths)
@@ -55,7 +55,7 @@ def densify(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Surface:
-    """Depth map of a view."""
+    """A view, and its depth map."""
 
     view: View
     depths: Depths
@@ -63,7 +63,7 @@ class _Surface:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Verdict:
-    """Agreement of the cameras' depth maps at points.
+    """Agreement of the cameras' depth maps, for each of P points.
 
     Attributes:
         agreeing: `[P]` number of cameras that see a surface at the point.
@@ -89,7 +89,7 @@ def _keep_agreeing(surface: _Surface, surfaces: Sequence[_Surface]) -> Points:
 
 
 def _judge(positions: NDArray[np.floating], surfaces: Sequence[_Surface]) -> _Verdict:
-    """Return the agreement of all cameras at points, including the points' own cameras."""
+    """Count the cameras that see a surface at each point, or behind it."""
     agreeing, behind = np.zeros((2, len(positions)), np.int64)
     total = np.zeros(len(positions))
     for surface in surfaces:
@@ -102,7 +102,7 @@ def _judge(positions: NDArray[np.floating], surfaces: Sequence[_Surface]) -> _Ve
 
 
 def _compare_depths(positions: NDArray[np.floating], surface: _Surface) -> Numbers:
-    """Return `[P]` depth of a view in the direction of each point, relative to its depth, or 0."""
+    """Return `[P]` depth map value at each point, relative to the point's depth; 0 if unseen."""
     view, depths = surface.view, surface.depths
     places = view.rotation @ positions.T + view.translation[:, None]
     ahead = np.flatnonzero(places[2] > 0)

@@ -1,32 +1,28 @@
 """Errors of captures, whose messages say what to fix.
 
-    CaptureError
-    ├── UnknownLayoutError      the folder has no capture in a known layout
-    ├── MissingFileError        a file that the layout needs is missing
-    ├── OutsideFileError        a description names a file outside its folder
-    ├── MissingCameraError      poses and pictures do not name the same cameras
-    │   └── HeldOutError        cameras to hold out do not exist, or are all cameras
-    ├── CountMismatchError      cameras differ in frame count, or poses in camera count
-    │   └── FrameRateError      videos differ in frame rate, or have a variable one
-    ├── TooFewFramesError       more frames are requested than the capture has
-    │   └── StartError          the first requested frame is after the last one
-    ├── TruncatedVideoError     a video ends before it should
-    ├── UnreadableVideoError    a video or picture cannot be decoded
-    ├── MaskError               masks do not fit the pictures
-    │   ├── MaskNameError       masks are named after no camera
-    │   ├── MaskSizeError       a mask and the pictures of its camera differ in size
-    │   └── MaskCountError      a camera has several masks, but not one for each frame
-    ├── UnreadablePoseError     a pose file is malformed, or holds no valid pose
-    ├── UnreadableNotesError    quarc-capture.json is malformed
-    ├── UnsupportedCameraError  a camera model that cannot be undistorted
-    └── UnreadablePointsError   initial points are malformed, or cannot be found
+    CaptureError ├── UnknownLayoutError      the folder has no capture in a known layout ├──
+    MissingFileError        a file that the layout needs is missing ├── OutsideFileError        a
+    description names a file outside its folder ├── MissingCameraError      poses and pictures do
+    not name the same cameras │   └── HeldOutError        cameras to hold out do not exist, or are
+    all cameras ├── CountMismatchError      cameras differ in frame count, or poses in camera count
+    │   └── FrameRateError      videos differ in frame rate, or have a variable one ├──
+    TooFewFramesError       more frames are requested than the capture has │   └── StartError
+    the first requested frame is after the last one ├── TruncatedVideoError     a video ends before
+    it should ├── UnreadableVideoError    a video or picture cannot be decoded ├── MaskError
+    masks do not fit the pictures │   ├── MaskNameError       masks are named after no camera │
+    ├── MaskSizeError       a mask and the pictures of its camera differ in size │   └──
+    MaskCountError      a camera has several masks, but not one for each frame ├──
+    UnreadablePoseError     a pose file is malformed, or holds no valid pose ├──
+    UnreadableNotesError    quarc-capture.json is malformed ├── UnsupportedCameraError  a camera
+    model cannot be undistorted └── UnreadablePointsError   initial points are malformed, or cannot
+    be found
 
-They report problems of the input: catch `CaptureError` and show its message.
+All of them report problems of the input: catch `CaptureError` and show its message.
 """
 
 
 class CaptureError(Exception):
-    """A capture that cannot be used without changes."""
+    """A capture cannot be used until the user fixes it."""
 
 
 class UnknownLayoutError(CaptureError):
@@ -98,7 +94,7 @@ class UnreadableNotesError(CaptureError):
 
 
 class UnsupportedCameraError(CaptureError):
-    """A camera model that cannot be undistorted to a pinhole."""
+    """A camera model cannot be undistorted to a pinhole."""
 
 
 class UnreadablePointsError(CaptureError):

@@ -9,7 +9,7 @@ _MAX_NAMED = 5
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A reason to expect poor quality.
+    """A problem that does not prevent encoding, but makes poor quality likely.
 
     Attributes:
         kind: Stable name of the kind of finding.

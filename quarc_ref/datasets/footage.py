@@ -1,6 +1,6 @@
 """The output of a loader: calibrated cameras, and pictures as stored on disk.
 
-`open_capture` converts it to a `Capture`. The fingerprint identifies a capture without
+`open_capture` converts `Footage` to a `Capture`. The fingerprint identifies a capture without
 reading all of its pictures.
 """
 
@@ -26,11 +26,11 @@ class CaptureFiles:
     """The files of a capture.
 
     Attributes:
-        descriptions: Files of poses and points, which are hashed completely.
-        pictures: Videos, or picture files of all frames, and masks, whose names and sizes
-            are hashed.
-        sampled: Videos, or picture files of frame 0, and masks, whose first and last
-            bytes are hashed as well.
+        descriptions: Files of poses and points; they are hashed completely.
+        pictures: Masks, and videos or picture files of all frames; their names and sizes are
+            hashed.
+        sampled: Masks, and videos or picture files of frame 0; their first and last MiB are hashed
+            too.
     """
 
     descriptions: tuple[Path, ...]
@@ -47,8 +47,8 @@ class Footage:
         source: Pictures as stored on disk.
         points: Initial points; None to triangulate them.
         descriptions: Files of poses and points.
-        stated_rate: Frames per second from a description; None for that of `source`.
-        findings: Possible problems and assumptions.
+        stated_rate: Frame rate in a description file; None to use the frame rate of `source`.
+        findings: Problems that the loader found, and assumptions that it made.
         masks: Masks of the pictures on disk; None if there are none.
     """
 
@@ -72,7 +72,7 @@ class Footage:
 
     @property
     def files(self) -> CaptureFiles:
-        """Files that this was read from."""
+        """Files from which the footage was read."""
         masks = self.masks.paths if self.masks else ()
         return CaptureFiles(
             self.descriptions,
@@ -85,11 +85,12 @@ def compute_fingerprint(folder: Path, files: CaptureFiles) -> str:
     """Compute the SHA-256 of a capture's files as hex digits.
 
     Args:
-        folder: Folder of the capture; names are relative to it, so that the capture can be moved.
+        folder: Folder of the capture. Hashed names are relative to this folder, so that the capture
+            can be moved.
         files: Files that the loader lists.
 
     Raises:
-        MissingFileError: A file was removed.
+        MissingFileError: A file was removed, or cannot be read.
     """
     digest = hashlib.sha256()
     try:

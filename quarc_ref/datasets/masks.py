@@ -1,7 +1,7 @@
 """Masks of a capture, which select the pixels of its pictures to use.
 
-White pixels are used and black ones are ignored, as in COLMAP and nerfstudio. A camera
-has one mask for all frames, one mask per frame, or none, which means all pixels are used.
+White pixels are used and black ones are ignored, as in COLMAP and nerfstudio. A camera has one mask
+for all frames, one mask per frame, or no mask; without a mask, all pixels are used.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,7 +25,7 @@ from quarc_ref.datasets.video import VideoReader
 
 MASKS_NAME = "masks"
 _LOSSLESS = ".png"
-_HALF = 127  # of 255: lossy compression does not preserve black as 0
+_HALF = 127  # of 255; lossy compression changes black and white slightly
 
 
 class FileMasks:
@@ -55,7 +55,7 @@ class FileMasks:
                 path, (width, height) = source.paths[0][0], source.sizes[0]
                 message = (
                     f"mask {path} is {width}x{height}, but the pictures of its camera are "
-                    f"{size[0]}x{size[1]}: masks have the size of the pictures on disk"
+                    f"{size[0]}x{size[1]}: resize the masks to the size of the pictures on disk"
                 )
                 raise MaskSizeError(message)
             if source is not None and source.lengths[0] not in (1, length):
@@ -102,10 +102,10 @@ class RectifiedMasks:
 def find_masks(
     folder: Path, names: Sequence[str]
 ) -> tuple[list[Sequence[Path]] | None, tuple[Finding, ...]]:
-    """Return the masks in the folder `masks` of a capture, `[camera]`; None if it has none.
+    """Return the masks in the folder `masks` of a capture, `[camera]`; None without masks.
 
-    They are `NAME.png` for all frames of a camera, `NAME/0000.png` and so on for each frame,
-    or a video `NAME.mp4`. COLMAP's `NAME.png.png`, a mask named after the picture, is read too.
+    A mask is `NAME.png` for all frames of a camera, `NAME/0000.png` and so on for each frame, or a
+    video `NAME.mp4`. COLMAP's `NAME.png.png`, a mask named after the picture, is read too.
 
     Args:
         folder: Folder of the capture.
@@ -115,7 +115,7 @@ def find_masks(
         The masks, and a finding if some of them are not named after a camera.
 
     Raises:
-        MaskNameError: There are masks, but none of them matches a camera.
+        MaskNameError: The folder has masks, but none is named after a camera.
     """
     inside = folder / MASKS_NAME
     listed: list[Files] = [
@@ -143,7 +143,7 @@ def describe_unused_masks(folder: Path, unused: Sequence[str], names: Sequence[s
 
     Args:
         folder: Folder of the masks.
-        unused: Names of these masks.
+        unused: Names of the masks that match no camera.
         names: Names of the cameras.
     """
     return (

@@ -14,8 +14,8 @@ from quarc_ref.datasets.capture import Image
 from quarc_ref.datasets.colmap_cameras import quiet
 
 _MAX_FEATURES = 2000
-_NUMBERS = 128  # dimension of a descriptor
-_RATIO = 0.8  # ratio of Lowe's test
+_NUMBERS = 128  # Dimension of a descriptor.
+_RATIO = 0.8  # Ratio of Lowe's test.
 _MIN_MATCHES = 16
 _MAX_PIXELS_OFF = 1.5  # pixels: maximum distance of an inlier from its epipolar line
 _LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)
@@ -23,11 +23,11 @@ _LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Features:
-    """Features of a picture in descending order of size.
+    """SIFT features of a picture in descending order of size.
 
     Attributes:
         positions: `[n, 2]` positions in pixels, pixel centers at +0.5.
-        descriptors: `[n, 128]` unit vectors.
+        descriptors: `[n, 128]` SIFT descriptors, unit vectors.
     """
 
     positions: Numbers
@@ -55,8 +55,8 @@ def find_features(picture: Image) -> Features:
 def match(first: Features, second: Features) -> tuple[Numbers, Numbers]:
     """Return the `[m, 2]` positions of matching features in both pictures, without outliers.
 
-    Matches are mutual nearest neighbors, pass Lowe's ratio test and fit one fundamental
-    matrix. There are no matches if too few of them fit.
+    Matches are mutual nearest neighbors, pass Lowe's ratio test and fit one fundamental matrix. If
+    too few matches fit the matrix, none is returned.
     """
     none = np.empty((0, 2))
     if min(len(first.positions), len(second.positions)) < _MIN_MATCHES:

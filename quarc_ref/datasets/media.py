@@ -17,10 +17,10 @@ from quarc_ref.datasets.calibration import MAX_PIXELS, require_picture_size
 from quarc_ref.datasets.errors import MissingFileError, TruncatedVideoError, UnreadableVideoError
 from quarc_ref.datasets.still_header import UPRIGHT, StillHeader, read_still_header
 
-_DEMUXERS = "mov,matroska"  # mp4, mov, m4v; mkv, webm
-_THREADS = 4  # every camera has its own decoder, so a few threads each are enough
+_DEMUXERS = "mov,matroska"  # for mp4, mov, m4v; mkv, webm
+_THREADS = 4  # Every camera has its own decoder, so four threads per decoder are enough.
 _MAX_STILL_BYTES = 1 << 29
-# Decoders pad both sides before they check; the header gives the actual size.
+# Decoders compare the padded size with this limit, so it exceeds the maximum picture size.
 _DECODER_LIMITS = {"max_pixels": str(MAX_PIXELS * 9 // 8)}
 _STRICT = {"err_detect": "crccheck+explode"}
 
@@ -41,8 +41,8 @@ def open_video(path: Path) -> tuple[InputContainer, VideoStream]:
             pictures are too large.
     """
     _require_regular_file(path)
-    # After "file:", no part of a name has a special meaning. Demuxers that would open
-    # further files are not allowed, and network protocols are disabled as well.
+    # After "file:", FFmpeg interprets no part of a name. Demuxers that would open further files are
+    # not allowed, and network protocols are disabled as well.
     options = {"format_whitelist": _DEMUXERS, "protocol_whitelist": "file", **_DECODER_LIMITS}
     try:
         container = av.open(f"file:{path}", options=options)
@@ -70,7 +70,7 @@ def decode_still(path: Path, size: tuple[int, int] | None = None) -> av.VideoFra
     """
     data = _read_still(path)
     header = _require_usable(path, data, size)
-    # Only a decoder is used: no demuxer reads the file, and no protocol sees its name.
+    # The decoder is called directly, so that no demuxer or protocol of FFmpeg opens the file.
     decoder = av.CodecContext.create(header.codec, "r")
     decoder.options = _DECODER_LIMITS | _STRICT
     try:
@@ -113,7 +113,7 @@ def _prepare_stream(container: InputContainer, path: Path) -> VideoStream:
         message = f"{path} contains no video"
         raise UnreadableVideoError(message)
     stream = container.streams.video[0]
-    if not hasattr(stream, "width"):  # only a decoder has this attribute
+    if not hasattr(stream, "width"):  # The attribute is missing if FFmpeg has no decoder.
         message = f"no decoder is available for the video in {path}: export it again as H.264"
         raise UnreadableVideoError(message)
     if not (stream.average_rate and stream.width and stream.height):

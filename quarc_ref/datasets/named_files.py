@@ -11,10 +11,11 @@ from quarc_ref.datasets.errors import MissingFileError, OutsideFileError
 
 
 class NamedFiles:
-    """The files that a description names.
+    """Resolver of the file names in a description.
 
     Args:
-        description: A file whose names are relative to its folder.
+        description: Description file, such as `transforms.json`; names in it are relative to its
+            folder.
     """
 
     def __init__(self, description: Path) -> None:
@@ -32,7 +33,7 @@ class NamedFiles:
         path = self._folder / name
         try:
             is_inside = path.resolve().is_relative_to(self._real_folder)
-        # raised by cyclic links and null characters
+        # `resolve` raises these for cyclic links and null characters
         except (OSError, RuntimeError, ValueError) as error:
             message = f"{self._description} names {name!r}, which cannot be a file: {error}"
             raise MissingFileError(message) from error
@@ -42,7 +43,7 @@ class NamedFiles:
                 "file into the folder, and use a relative path"
             )
             raise OutsideFileError(message)
-        if not os.path.isfile(path):  # does not raise for any name
+        if not os.path.isfile(path):  # unlike `Path.is_file`, never raises
             message = f"{path}, which {self._description} names, is missing or not a regular file"
             raise MissingFileError(message)
         return path

@@ -1,8 +1,8 @@
 """Opens a folder as a `Capture`, for encoder and evaluation.
 
-The files in the folder determine the layout, whose loader returns the footage as stored
-on disk. This module converts pictures to pinhole cameras at the requested size, and
-computes missing initial points and near planes.
+The files in the folder determine the layout. The loader of the layout returns the footage as stored
+on disk. This module converts pictures to pinhole cameras at the requested size, and computes
+missing initial points and near planes.
 """
 
 from collections.abc import Sequence
@@ -36,7 +36,7 @@ class CaptureOptions:
         downscale: Factor by which pictures are downscaled.
         held_out: Names of the cameras to keep for evaluation; empty for the first one.
         max_frames: Maximum number of frames, from `start` on; None for all.
-        start: Frame of the capture, after offsets are applied, that becomes frame 0.
+        start: Frame that becomes frame 0, counted after the cameras' time offsets are applied.
 
     Raises:
         ValueError: A number is not positive, or `start` is negative.
@@ -64,7 +64,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
 
     Args:
         path: Path of the folder, in a layout of `layouts.table`.
-        options: Options of the result.
+        options: Cameras to hold out, range of frames, and downscaling.
 
     Raises:
         CaptureError: The folder is not a usable capture; the message names the file and the
@@ -173,7 +173,7 @@ def _choose_held_out(names: Sequence[str], asked: Sequence[str]) -> frozenset[st
         raise HeldOutError(message)
     held_out = frozenset(asked or names[:1])
     if len(held_out) == len(names):
-        message = f"all cameras ({', '.join(names)}) are held out: none is left to train with"
+        message = f"all cameras ({', '.join(names)}) are held out: no camera is left for training"
         raise HeldOutError(message)
     return held_out
 

@@ -8,7 +8,7 @@ from quarc_ref.datasets.calibration import Numbers
 Node = Numbers | float | str | list[str]
 
 _MAX_BYTES = 1 << 22
-_MAX_NUMBERS = 1 << 10  # maximum size of a matrix; those of a calibration have at most 16 numbers
+_MAX_NUMBERS = 1 << 10  # maximum size of a matrix; a calibration needs at most 16
 _MAX_NODES = 1 << 14
 _ALLOWED = cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY | cv2.FILE_STORAGE_FORMAT_YAML
 
@@ -20,14 +20,14 @@ def parse_yaml(data: bytes) -> dict[str, Node]:
         data: The whole file.
 
     Raises:
-        ValueError: The file is not of this format, or too large.
+        ValueError: The file is not a YAML file of OpenCV, or too large.
     """
     if len(data) > _MAX_BYTES:
-        message = f"it has more than {_MAX_BYTES:,} bytes"
+        message = f"the file has more than {_MAX_BYTES:,} bytes"
         raise ValueError(message)
     text = data.decode("utf-8")  # a UnicodeDecodeError is a ValueError
     if "\0" in text or not text.startswith("%YAML"):
-        message = "it does not begin with %YAML"
+        message = "the file does not begin with %YAML"
         raise ValueError(message)
     try:
         storage = cv2.FileStorage(text, _ALLOWED)
@@ -36,7 +36,7 @@ def parse_yaml(data: bytes) -> dict[str, Node]:
         return {name: _convert(root.getNode(name)) for name in names}
     except (cv2.error, SystemError, UnicodeDecodeError) as error:
         reason = str(error).strip().splitlines()[-1] if str(error).strip() else "malformed"
-        message = f"OpenCV cannot read it as YAML ({reason})"
+        message = f"OpenCV cannot read the file as YAML ({reason})"
         raise ValueError(message) from error
 
 

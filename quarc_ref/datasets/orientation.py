@@ -14,17 +14,18 @@ from quarc_ref.datasets.capture import Image
 
 
 def rotate_upright(frame: av.VideoFrame) -> Image:
-    """Return `[H, W, 3]` sRGB of a frame, rotated by its display matrix.
+    """Return a frame as `[H, W, 3]` sRGB, rotated by its display matrix.
 
     Raises:
         ValueError: The matrix is not a rotation by a multiple of 90 degrees, or the
             pixels cannot be converted to RGB.
     """
-    turns, rest = divmod(frame.rotation, 90)  # counterclockwise, as in numpy
+    turns, rest = divmod(frame.rotation, 90)  # counterclockwise, as in `np.rot90`
     if rest or _is_mirrored(frame):
         by = "mirrored" if not rest else f"rotated by {frame.rotation} degrees"
         message = (
-            f"it must be shown {by}, but only rotations by 90, 180 or 270 degrees are supported"
+            f"the picture is stored {by}, but only rotations by 90, 180 or 270 degrees are "
+            "supported"
         )
         raise ValueError(message)
     picture = frame.to_ndarray(format="rgb24")
@@ -34,7 +35,7 @@ def rotate_upright(frame: av.VideoFrame) -> Image:
 def _is_mirrored(frame: av.VideoFrame) -> bool:
     try:
         matrix = cast("Mapping[str, SupportsBytes]", frame.side_data)["DISPLAYMATRIX"]
-    # there is no matrix, or PyAV does not know the kind of side data
+    # The frame has no matrix, or PyAV does not know this type of side data.
     except (KeyError, ValueError):
         return False
     a, b, _, c, d = np.frombuffer(bytes(matrix), np.int32)[:5].tolist()

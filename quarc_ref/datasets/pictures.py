@@ -16,7 +16,7 @@ from quarc_ref.datasets.media import read_still_size
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.datasets.video import VideoReader, read_still
 
-USUAL_FRAMES_PER_SECOND = 30.0  # for picture files without a stated frame rate
+USUAL_FRAMES_PER_SECOND = 30.0  # for picture files, which state no frame rate
 Size = tuple[int, int]
 
 
@@ -67,8 +67,8 @@ class FilePictures:
 
     Args:
         paths: `[camera][frame]` picture files, at least one frame per camera.
-        sizes: `[camera]` width and height; files with other sizes are rejected. None for
-            the sizes of frame 0.
+        sizes: `[camera]` width and height; files with other sizes are rejected. If None, the sizes
+            of frame 0 are used.
 
     Raises:
         CaptureError: `sizes` is None, and the first picture of a camera cannot be read.
@@ -80,7 +80,7 @@ class FilePictures:
         self.paths = tuple(tuple(row) for row in paths)
         self.sizes = tuple(sizes or (read_still_size(row[0]) for row in self.paths))
         self.lengths = tuple(len(row) for row in self.paths)
-        self.rotations = (0,) * len(self.paths)  # picture files with a flag are rejected
+        self.rotations = (0,) * len(self.paths)  # files with a rotation flag are rejected
         self.frames_per_second = USUAL_FRAMES_PER_SECOND
 
     def read(self, camera: int, frame: int) -> Image:
@@ -89,7 +89,7 @@ class FilePictures:
 
 
 class LaterPictures:
-    """Pictures from a given first frame of each camera on, which synchronizes the cameras.
+    """Pictures of another source, synchronized by a first frame for each camera.
 
     Args:
         source: Source of the pictures on disk.
@@ -97,7 +97,8 @@ class LaterPictures:
 
     Attributes:
         firsts: First frames of the cameras.
-        frame_count: Number of frames that all cameras have; 0 or less if there are none.
+        frame_count: Number of frames that all cameras have; 0 or negative if they have none in
+            common.
     """
 
     def __init__(self, source: Pictures, firsts: Sequence[int]) -> None:

@@ -1,8 +1,8 @@
 """Computes depth maps of posed pictures by plane sweep (Collins 1996; Yang and Pollefeys 2003).
 
-Neighboring pictures are warped through planes at many depths and compared with a picture
-by normalized cross-correlation of small windows. Each pixel gets the depth at which two
-neighbors fit best.
+The neighbors of a view are warped through planes at many depths, and compared with the view by
+normalized cross-correlation of small windows. Each pixel gets the depth at which two neighbors fit
+best.
 """
 
 import math
@@ -17,16 +17,16 @@ from numpy.typing import NDArray
 from quarc_ref.datasets.calibration import CalibratedCamera, Numbers
 from quarc_ref.datasets.capture import Image
 
-_LONGER_SIDE = 320  # maximum number of pixels of the compared pictures
-_PLANES = 96  # number of planes, at equal steps of inverse depth
+_LONGER_SIDE = 320  # Maximum width or height of the compared pictures, pixels.
+_PLANES = 96  # Number of planes, at equal steps of inverse depth.
 _WINDOW = 7  # pixels
 _NEIGHBORS = 4
-_FITTING = 2  # neighbors that must fit; others may be occluded
-_MIN_ANGLE = 2.0  # degrees: range of angles between the lines of sight of neighbors
+_FITTING = 2  # Number of neighbors that must fit; others may be occluded.
+_MIN_ANGLE = 2.0  # Degrees; minimum angle between the viewing directions of neighbors.
 _MAX_ANGLE = 60.0
 _MIN_CORRELATION = 0.5
-_NOISE = 2e-6  # approximate variance of the rounding error of gray levels from 0 to 1
-_OUTSIDE = -10.0  # gray level outside the picture, so that no window across the border fits
+_NOISE = 2e-6  # Approximate variance of the rounding error of gray levels from 0 to 1.
+_OUTSIDE = -10.0  # Gray level outside the picture, so that no window across the border fits.
 _RANGE_QUANTILES = (0.01, 0.99)
 _RANGE_MARGIN = 1.3
 
@@ -40,10 +40,10 @@ class View:
 
     Attributes:
         picture: `[H, W, 3]` sRGB.
-        gray: `[H, W]` from 0 to 1.
+        gray: `[H, W]` gray levels from 0 to 1.
         matrix: `[3, 3]` intrinsic matrix; pixel centers are at whole numbers, as in cv2.
-        rotation: `[3, 3]` world to camera.
-        translation: `[3]` world to camera, world units.
+        rotation: `[3, 3]` rotation from world to camera.
+        translation: `[3]` translation from world to camera, world units.
         inverse_depths: `[D]` inverse depths of the planes in ascending order, 1 / world units.
     """
 
@@ -66,7 +66,7 @@ def make_view(camera: CalibratedCamera, picture: Image, depths: Numbers) -> View
     Args:
         camera: A pinhole camera.
         picture: `[H, W, 3]` sRGB.
-        depths: `[V]` depths of points in the picture, at least one; the planes cover them.
+        depths: `[V]` depths of points in the picture, at least one; the planes cover these depths.
     """
     lens = camera.lens
     scale = min(1.0, _LONGER_SIDE / max(lens.width, lens.height))
@@ -82,11 +82,12 @@ def make_view(camera: CalibratedCamera, picture: Image, depths: Numbers) -> View
 
 
 def find_neighbors(views: Sequence[View], middle: Numbers) -> list[list[int]]:
-    """Return the indices of the nearest views of each view, by angle.
+    """Return the indices of the views that are nearest to each view by angle.
 
     Args:
         views: All views.
-        middle: `[3]` center of the scene, world units; angles are between lines of sight to it.
+        middle: `[3]` center of the scene, world units; angles are between the directions from it to
+            the cameras.
     """
     found: list[list[tuple[float, int]]] = [[] for _ in views]
     sights = [view.to_world(np.zeros(3)) - middle for view in views]
@@ -104,7 +105,7 @@ def find_depths(view: View, neighbors: Sequence[View]) -> Depths:
 
     Args:
         view: View whose depths are computed.
-        neighbors: Views to compare it with; fewer than two give no depths.
+        neighbors: Views to compare `view` with; with fewer than two, all depths are 0.
     """
     if len(neighbors) < _FITTING:
         return np.zeros(view.gray.shape, np.float32)
@@ -128,7 +129,7 @@ def find_depths(view: View, neighbors: Sequence[View]) -> Depths:
 
 
 def _warp(neighbor: View, view: View, inverse_depth: float) -> Gray:
-    """Warp a neighbor's picture to a view through a plane at a depth."""
+    """Warp a neighbor's gray levels to a view through the plane at an inverse depth."""
     rotation = neighbor.rotation @ view.rotation.T
     shift = neighbor.translation - rotation @ view.translation
     induced = rotation + np.outer(shift, (0, 0, inverse_depth))

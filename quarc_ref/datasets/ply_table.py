@@ -1,7 +1,7 @@
 """Reads and writes PLY files as tables with a row per vertex and a column per property.
 
-Supports ascii and little-endian binary files whose first element is `vertex`. The size of every
-array is checked against the available bytes before it is allocated.
+Ascii and little-endian binary files whose first element is `vertex` are supported. The size of
+every array is checked against the available bytes before it is allocated.
 """
 
 import re
@@ -82,19 +82,19 @@ def parse_ply_header(data: bytes) -> PlyHeader:
     """
     head = _HEADER.match(data[:_HEADER_LIMIT])
     if head is None:
-        message = "it does not begin with the header of a PLY file"
+        message = "the file does not begin with a PLY header"
         raise ValueError(message)
     lines = [line.split() for line in head[1].decode("latin-1").splitlines()]
     lines = [words for words in lines if words and words[0] not in ("comment", "obj_info")]
     if not lines or lines[0][:2] not in (["format", "ascii"], ["format", "binary_little_endian"]):
-        message = "its format is neither ascii nor binary_little_endian"
+        message = "the format is neither ascii nor binary_little_endian"
         raise ValueError(message)
     if len(lines) < 2 or lines[1][:2] != ["element", "vertex"]:
-        message = "its first element is not 'vertex'"
+        message = "the first element is not 'vertex'"
         raise ValueError(message)
     count = " ".join(lines[1][2:])
     if not count.isdecimal() or not int(count):
-        message = f"it has no points: its vertex count is {count!r}"
+        message = f"the file has no points: the vertex count is {count!r}"
         raise ValueError(message)
     return PlyHeader(lines[0][1] == "ascii", int(count), _parse_row(lines[2:]), head.end())
 
@@ -107,7 +107,7 @@ def read_ply_columns(data: bytes, header: PlyHeader) -> Columns:
         header: Its header.
 
     Returns:
-        `[n]` values of each property, by name, of the stored type, or float64 from text.
+        `[n]` values of each property by name, in the stored type; float64 from an ascii file.
 
     Raises:
         ValueError: The file ends before its last vertex, or a number cannot be read.
@@ -118,7 +118,7 @@ def read_ply_columns(data: bytes, header: PlyHeader) -> Columns:
 
 def _read_binary(body: bytes, header: PlyHeader) -> Columns:
     if header.count * header.row.itemsize > len(body):
-        message = f"it ends before the last of its {header.count} points"
+        message = f"the file ends before the last of {header.count} points"
         raise ValueError(message)
     rows = np.frombuffer(body, dtype=header.row, count=header.count)
     return {name: rows[name] for name in header.row.names or ()}
@@ -128,18 +128,18 @@ def _read_ascii(body: bytes, header: PlyHeader) -> Columns:
     names = header.row.names or ()
     values = [line.split() for line in body.split(b"\n")[: header.count]]
     if len(values) < header.count or any(len(row) != len(names) for row in values):
-        message = f"it does not have {header.count} lines of {len(names)} numbers"
+        message = f"the file does not have {header.count} lines of {len(names)} numbers"
         raise ValueError(message)
     table = np.array(values).astype(np.float64)
     return dict(zip(names, table.T, strict=True))
 
 
 def _parse_row(lines: list[list[str]]) -> np.dtype[np.void]:
-    """Parse the layout of a vertex from the lines after the element."""
+    """Parse the property lines after the element `vertex`."""
     fields: list[tuple[str, str]] = []
     for words in takewhile(lambda words: words[0] != "element", lines):
         if len(words) != 3 or words[0] != "property" or words[1] not in _TYPES:
-            message = f"a property of its points is not supported: '{' '.join(words[1:])}'"
+            message = f"a property of the points is not supported: '{' '.join(words[1:])}'"
             raise ValueError(message)
         fields.append((words[2], _TYPES[words[1]]))
     return np.dtype(fields)

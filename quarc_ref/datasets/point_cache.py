@@ -1,8 +1,8 @@
-"""Keeps triangulated points from one opening of a capture to the next.
+"""Caches triangulated points, so that a capture opens quickly the next time.
 
-Finding them takes ten seconds or more. They are kept in the user's cache directory
-(`~/.cache/quarc-ref/points` on Linux), as a PLY file for each capture, choice of training
-cameras and version of the code that finds them. Deleting the files is safe.
+Triangulation takes ten seconds or more. The user's cache directory (`~/.cache/quarc-ref/points` on
+Linux) has a PLY file for each capture, choice of training cameras and version of the triangulation
+code. Deleting the files is safe.
 """
 
 import hashlib
@@ -24,16 +24,16 @@ _CODE = ("triangulation.py", "dense_points.py", "plane_sweep.py", "undistortion.
 
 
 def cache_points(key: str, find: Callable[[], Points]) -> Points:
-    """Return the points that were kept under a key; find and keep them if there are none.
+    """Return the cached points of a key; if there are none, find and cache them.
 
     Args:
         key: Key of `make_key`.
-        find: Finds the points.
+        find: Function that triangulates the points.
     """
     path = platformdirs.user_cache_path("quarc-ref") / "points" / f"{key}.ply"
     try:
         points = read_points_ply(path)
-    except CaptureError:  # not kept yet, or damaged
+    except CaptureError:  # not cached yet, or damaged
         _LOG.info(
             "the capture has no initial points: triangulating them, and saving them to %s", path
         )
@@ -45,11 +45,11 @@ def cache_points(key: str, find: Callable[[], Points]) -> Points:
 
 
 def make_key(fingerprint: str, start: int, downscale: int, cameras: Sequence[str]) -> str:
-    """Return a key that changes with everything that points depend on.
+    """Return a cache key that changes with all inputs of the triangulation.
 
     Args:
         fingerprint: Fingerprint of the capture.
-        start: Frame of the capture whose points they are.
+        start: Frame of the capture in which points are triangulated.
         downscale: Factor by which pictures are downscaled.
         cameras: Names of the cameras whose pictures are used.
     """
@@ -59,7 +59,7 @@ def make_key(fingerprint: str, start: int, downscale: int, cameras: Sequence[str
 
 
 def _store(path: Path, points: Points) -> None:
-    """Write points to a file, or report why this is not possible."""
+    """Write points to a file; if that fails, log the reason."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_points_ply(path, points)

@@ -1,8 +1,8 @@
 """Reads and writes colored points in PLY files: `x y z` and `red green blue`.
 
-Reads ascii and little-endian binary files, ignoring other properties, and writes
-little-endian binary files. The size of every array is checked against the available bytes
-before it is allocated.
+Ascii and little-endian binary files are read, and other properties are ignored. Little-endian
+binary files are written. The size of every array is checked against the available bytes before it
+is allocated.
 """
 
 from pathlib import Path
@@ -77,8 +77,8 @@ def _parse(data: bytes) -> Points:
 def _require_points(types: dict[str, str]) -> None:
     """Raise ValueError unless vertices have positions and colors."""
     if any(types.get(name) not in ("f4", "f8") for name in _AXES):
-        message = "its points have no float or double x, y and z"
+        message = "the points have no float or double x, y and z"
         raise ValueError(message)
     if any(types.get(name) != "u1" for name in _COLORS):
-        message = "its points have no uchar red, green and blue"
+        message = "the points have no uchar red, green and blue"
         raise ValueError(message)

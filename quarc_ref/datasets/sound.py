@@ -18,7 +18,7 @@ class Sound:
     Attributes:
         samples: `[S]` samples from -1 to 1.
         start: Time of the first sample in seconds, on the clock of the container.
-        samples_per_second: Sample rate of `samples`.
+        samples_per_second: Sample rate of `samples`, hertz.
     """
 
     samples: NDArray[np.float32]
@@ -31,8 +31,8 @@ def read_sound(path: Path, samples_per_second: int, most_seconds: float) -> Soun
 
     Args:
         path: Path of the video.
-        samples_per_second: Sample rate of the result.
-        most_seconds: Maximum duration that is read.
+        samples_per_second: Sample rate to convert to, hertz.
+        most_seconds: Maximum duration to read, seconds.
 
     Raises:
         MissingFileError: The file does not exist.

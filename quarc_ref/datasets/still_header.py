@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Literal, NamedTuple
 
-UPRIGHT = 1  # EXIF orientation of an upright picture
+UPRIGHT = 1  # EXIF orientation of an upright picture.
 _PNG = b"\x89PNG\r\n\x1a\n"
 _JPEG = b"\xff\xd8\xff"
 _EXIF = b"Exif\0\0"
 _MARKER = re.compile(rb"\xff([^\x00\xff])", re.DOTALL)
 _APP1, _SCAN = 0xE1, 0xDA
-_BARE_MARKERS = {0x01, *range(0xD0, 0xDA)}  # markers without a length
+_BARE_MARKERS = {0x01, *range(0xD0, 0xDA)}  # Markers without a length field.
 _FRAME_MARKERS = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
 _ORIENTATION_TAG, _SHORT = 0x0112, 3
-# maximum number of chunks or segments before the picture; real files have dozens
+# Maximum number of chunks or segments before the picture data; real files have dozens.
 _MAX_PARTS = 4096
 
 
@@ -59,14 +59,14 @@ def read_still_header(data: bytes) -> StillHeader:
         if data.startswith(_JPEG):
             return _read_jpeg(list(islice(_split_jpeg(data), _MAX_PARTS)))
     except (IndexError, struct.error) as error:
-        message = "its header is truncated"
+        message = "the header is truncated"
         raise ValueError(message) from error
-    message = "it is neither PNG nor JPEG"
+    message = "the file is neither PNG nor JPEG"
     raise ValueError(message)
 
 
 def _split_png(data: bytes) -> Iterator[_Part]:
-    """Yield the chunks before the picture."""
+    """Yield the PNG chunks before the picture data."""
     position = len(_PNG)
     while True:
         length, kind = struct.unpack_from(">I4s", data, position)
@@ -78,7 +78,7 @@ def _split_png(data: bytes) -> Iterator[_Part]:
 
 def _read_png(chunks: list[_Part]) -> StillHeader:
     if not chunks or chunks[0].kind != b"IHDR":
-        message = "its first chunk is not a PNG header"
+        message = "the first chunk is not a PNG header"
         raise ValueError(message)
     width, height = struct.unpack_from(">II", chunks[0].payload)
     exif = [chunk.payload for chunk in chunks if chunk.kind == b"eXIf"]
@@ -86,7 +86,7 @@ def _read_png(chunks: list[_Part]) -> StillHeader:
 
 
 def _split_jpeg(data: bytes) -> Iterator[_Part]:
-    """Yield the segments before the picture; bytes between segments are skipped."""
+    """Yield the JPEG segments before the picture data; bytes between segments are skipped."""
     position = 2
     while (found := _MARKER.search(data, position)) is not None:
         marker, position = found[1][0], found.end()
@@ -102,7 +102,7 @@ def _split_jpeg(data: bytes) -> Iterator[_Part]:
 def _read_jpeg(segments: list[_Part]) -> StillHeader:
     frame = next((s.payload for s in segments if s.kind in _FRAME_MARKERS), None)
     if frame is None:
-        message = "it has no JPEG frame header"
+        message = "the file has no JPEG frame header"
         raise ValueError(message)
     height, width = struct.unpack_from(">HH", frame, 1)
     exif = [

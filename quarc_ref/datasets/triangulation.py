@@ -20,8 +20,8 @@ from quarc_ref.datasets.dense_points import densify
 from quarc_ref.datasets.errors import UnreadablePointsError
 
 _MIN_POINTS = 100
-_MIN_MATCHES = 10  # minimum number of matches between two cameras
-_EPIPOLAR_LIMIT = 2.0  # pixels
+_MIN_MATCHES = 10  # Minimum number of matches between two cameras.
+_EPIPOLAR_LIMIT = 2.0  # Pixels; maximum distance of a match from its epipolar line.
 _MATCH_RATIO = 0.9
 _SEED = 0
 _REMEDY = (
@@ -30,11 +30,11 @@ _REMEDY = (
 
 
 def triangulate(cameras: Sequence[CalibratedCamera], pictures: Sequence[Image]) -> Points:
-    """Triangulate points of a scene at one time.
+    """Triangulate points of a scene from one picture per camera.
 
     Args:
         cameras: Pinhole cameras.
-        pictures: `[camera]` of `[H, W, 3]` sRGB.
+        pictures: `[camera]` pictures, each `[H, W, 3]` sRGB.
 
     Raises:
         UnreadablePointsError: Too few points are found.
@@ -81,7 +81,7 @@ def _match(model: pycolmap.Reconstruction, database: Path) -> None:
     """Match features of all pairs of images, and keep the matches that fit the poses."""
     matching = pycolmap.FeatureMatchingOptions()
     matching.skip_geometric_verification = True
-    # More lenient than usual: most wrong matches lie off their epipolar lines.
+    # The ratio test is lenient, because the epipolar check removes most wrong matches.
     matching.sift.max_ratio = _MATCH_RATIO
     verification = pycolmap.TwoViewGeometryOptions()
     verification.min_num_inliers = _MIN_MATCHES
@@ -92,7 +92,7 @@ def _match(model: pycolmap.Reconstruction, database: Path) -> None:
 
 
 def _pose_images(cameras: Sequence[CalibratedCamera], database: Path) -> pycolmap.Reconstruction:
-    """Return a model of posed images without points, which are also added to a database."""
+    """Return a model of posed images without points, and add the images to a database."""
     model = pycolmap.Reconstruction()
     with pycolmap.Database.open(database) as rows:
         for index, camera in enumerate(cameras, start=1):

@@ -14,15 +14,15 @@ from quarc_ref.datasets.capture import Image
 from quarc_ref.datasets.errors import UnsupportedCameraError
 
 _CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-9)
-_WIDEST = 6.0  # tangent of the largest half field of view of a pinhole: 80.5 degrees
-_HALF = 128  # of 255: the mask covers half of a pixel
-_STRAY_LIMIT = 1.0  # pixels: maximum error of the inverse distortion at the border
+_WIDEST = 6.0  # Tangent of a pinhole's largest half field of view, 80.5 degrees.
+_HALF = 128  # Of 255; the mask covers half of the pixel.
+_STRAY_LIMIT = 1.0  # Pixels; maximum error of the inverse distortion at the border.
 
 
 class Rectifier:
     """Converts the pictures of one camera to pinhole pictures.
 
-    The maps are computed for the first picture and cached.
+    The undistortion maps are computed for the first picture and cached.
 
     Args:
         lens: Lens of the pictures on disk.
@@ -35,7 +35,7 @@ class Rectifier:
 
     Raises:
         UnsupportedCameraError: The field of view is too wide for a pinhole camera.
-        DownscaleError: `downscale` leaves no pixel.
+        DownscaleError: `downscale` is larger than the width or height.
     """
 
     def __init__(self, lens: Lens, downscale: int = 1) -> None:
@@ -52,7 +52,7 @@ class Rectifier:
             picture: `[H, W, 3]` sRGB with the lens `source`.
         """
         if self._pinhole is not self.source:
-            border = cv2.BORDER_REPLICATE  # margin for the filter, which extends beyond its pixel
+            border = cv2.BORDER_REPLICATE  # the filter reads pixels beyond the border
             straight = cv2.remap(picture, *self._find_maps(), cv2.INTER_CUBIC, borderMode=border)
             picture = _as_image(straight)
         if self._downscale == 1:
@@ -81,12 +81,12 @@ class Rectifier:
 
 
 def rotate_by_vector(vector: Numbers) -> Numbers:
-    """Return the `[3, 3]` rotation about a vector `[3]` by its length in radians."""
+    """Return the `[3, 3]` rotation about a vector, `[3]`, by its length in radians."""
     return np.asarray(cv2.Rodrigues(vector)[0], dtype=np.float64)
 
 
 def _fit_pinhole(lens: Lens) -> Lens:
-    """Return the pinhole lens of the same size whose pixels are all inside the lens's picture."""
+    """Return the pinhole of the same size whose pixels all lie inside the distorted picture."""
     left, right = _straighten_border(lens, axis=0)
     top, bottom = _straighten_border(lens, axis=1)
     widest = max(map(abs, (left, right, top, bottom)))
@@ -104,11 +104,12 @@ def _fit_pinhole(lens: Lens) -> Lens:
 
 
 def _straighten_border(lens: Lens, axis: int) -> tuple[float, float]:
-    """Return the interval at depth 1 that lies between both borders across an axis.
+    """Return the interval along an axis, at depth 1, that lies between both undistorted borders.
 
     Args:
         lens: A lens with distortion.
-        axis: 0 for the left and right border, 1 for the top and bottom border.
+        axis: 0 for x, between the left and right borders; 1 for y, between the top and bottom
+            borders.
     """
     size = (lens.width, lens.height)
     along = np.arange(size[1 - axis], dtype=np.float64)
@@ -132,7 +133,7 @@ def _straighten(lens: Lens, pixels: Numbers) -> Numbers:
 
 
 def _require_cover(lens: Lens, pinhole: Lens) -> None:
-    """Check that the pinhole's border is inside the picture, as the inverse may not converge."""
+    """Check that the pinhole's border is inside the picture, as undistortion may not converge."""
     across, down = _map_pixels(lens, pinhole, cv2.CV_32FC1)
     border = np.ones(across.shape, dtype=bool)
     border[1:-1, 1:-1] = False
@@ -151,7 +152,7 @@ def _require_cover(lens: Lens, pinhole: Lens) -> None:
 def _map_pixels(
     lens: Lens, pinhole: Lens, kind: int = cv2.CV_16SC2
 ) -> tuple[cv2.typing.MatLike, cv2.typing.MatLike]:
-    """Return the position of each pinhole pixel in the lens's picture, for cv2.remap."""
+    """Return the position of each pinhole pixel in the distorted picture, for cv2.remap."""
     build = cv2.fisheye.initUndistortRectifyMap if lens.fisheye else cv2.initUndistortRectifyMap
     size = (pinhole.width, pinhole.height)
     return build(_matrix(lens), _coefficients(lens), np.eye(3), _matrix(pinhole), size, kind)
@@ -162,7 +163,7 @@ def _matrix(lens: Lens) -> Numbers:
 
 
 def _coefficients(lens: Lens) -> Numbers:
-    """Return `[4]` or `[8]` coefficients, padded with zeros."""
+    """Return `[4]` (fisheye) or `[8]` distortion coefficients, padded with zeros."""
     padded = np.zeros(4 if lens.fisheye else 8)
     padded[: len(lens.coefficients)] = lens.coefficients
     return padded

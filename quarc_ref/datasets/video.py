@@ -40,7 +40,7 @@ class VideoReader:
         rotation: Degrees counterclockwise by which pictures are rotated upright.
         frame_count: Number of frames in the file.
         frame_times: `[frame_count]` times in seconds, ascending.
-        tick: Duration in seconds of which frame times are multiples.
+        tick: Time base in seconds; every frame time is a multiple of it.
 
     Raises:
         MissingFileError: The file does not exist.
@@ -65,14 +65,14 @@ class VideoReader:
 
     @property
     def frame_times(self) -> Numbers:
-        """See the attributes of the class."""
+        """`[frame_count]` times in seconds, ascending."""
         return np.array(self._times) * self.tick
 
     def read(self, frame: int) -> Image:
-        """Return `[H, W, 3]` sRGB of a frame by its ordinal.
+        """Return the frame with an ordinal as `[H, W, 3]` sRGB.
 
         Raises:
-            TruncatedVideoError: The video has no such frame.
+            TruncatedVideoError: The video has fewer frames.
             UnreadableVideoError: The frame is damaged, or cannot be rotated upright.
         """
         if not 0 <= frame < self.frame_count:
@@ -107,7 +107,7 @@ class VideoReader:
         if not bisect_left(self._times, key.time) <= self._next <= frame:
             self._container.seek(key.decode_time, stream=self._stream)
             self._frames = self._container.decode(self._stream)
-        # If decoding fails, the unknown position makes the next read seek.
+        # If decoding fails, this position makes the next read seek.
         self._next = self.frame_count
         for found in self._frames:
             if found.pts is not None and found.pts >= wanted:
@@ -116,7 +116,7 @@ class VideoReader:
 
 
 def read_still(path: Path, size: tuple[int, int] | None = None) -> Image:
-    """Read `[H, W, 3]` sRGB of a PNG or JPEG file, ignoring transparency.
+    """Read a PNG or JPEG file as `[H, W, 3]` sRGB, ignoring transparency.
 
     Args:
         path: Path of the file.
@@ -136,7 +136,7 @@ def read_still(path: Path, size: tuple[int, int] | None = None) -> Image:
 
 
 class _Packet(NamedTuple):
-    """A coded frame. Packets sort by presentation time; trimmed ones are decoded but not shown."""
+    """A coded frame, sorted by presentation time. Trimmed frames are decoded but not shown."""
 
     time: int
     decode_time: int
@@ -180,7 +180,8 @@ def _describe(packet: "av.Packet[VideoStream]", path: Path) -> _Packet:
 def _is_cut_short(packets: list[_Packet], stream: VideoStream) -> bool:
     """Return whether the header states more frames and a longer duration than the file has.
 
-    In a video that was trimmed without re-encoding, it states more frames only.
+    If a video was trimmed without re-encoding, its header states more frames, but not a longer
+    duration.
     """
     shown = [packet.duration for packet in packets if packet.is_shown]
     most = sum(shown) + max(shown, default=0) / 2

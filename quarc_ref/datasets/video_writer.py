@@ -1,7 +1,7 @@
 """Writes pictures as H.264 or VP9 videos with exact color metadata, and as PNG and JPEG files.
 
-FFmpeg's scaler assumes BT.601 at limited range for videos without color metadata; this
-metadata is written explicitly anyway.
+Videos are BT.601 at limited range, which FFmpeg's scaler assumes for videos without color metadata;
+the metadata is written explicitly anyway.
 """
 
 from collections.abc import Iterable, Mapping
@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from quarc_ref.datasets.capture import Image
 
-_BT709_PRIMARIES = 1  # those of sRGB
+_BT709_PRIMARIES = 1  # same primaries as sRGB
 _SRGB_TRANSFER = 13
 _ENCODERS = {"mp4": "libx264", "webm": "libvpx-vp9"}
 _CODECS = {"mp4": "H.264", "webm": "VP9"}
-_JPEG_QUANTIZER = 3  # 2 (best) to 31
+_JPEG_QUANTIZER = 3  # FFmpeg's JPEG quality, from 2 (best) to 31
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ def write_video_file(sink: BinaryIO, pictures: Iterable[Image], form: VideoForm)
         Number of frames written.
 
     Raises:
-        OSError: FFmpeg has no such encoder, or cannot write.
+        OSError: FFmpeg lacks the encoder, or the file cannot be written.
     """
     count = 0
     try:
@@ -123,7 +123,7 @@ def _to_frame(picture: Image, index: int, form: VideoForm) -> av.VideoFrame:
         format=form.pixel_format,
         dst_colorspace=Colorspace.ITU601,
         dst_color_range=ColorRange.MPEG,
-        interpolation=Interpolation.AREA,  # decoders repeat the mean of four pixels
+        interpolation=Interpolation.AREA,  # chroma is the mean of four pixels, as decoders assume
     )
     frame.pts, frame.time_base = index, 1 / form.frames_per_second
     return frame

@@ -112,7 +112,8 @@ def test_a_folder_cannot_go_to_standard_output(name, place, monkeypatch):
     monkeypatch.chdir(place.made)
     result = _run(name, place, out="-")
 
-    assert _said(result, 2) == "quarc-ref: -: a folder cannot be written to standard output"
+    message = "quarc-ref: -: a folder cannot be written to standard output: give a path"
+    assert _said(result, 2) == message
     assert list_names(place.made) == []
 
 

@@ -109,7 +109,8 @@ def test_for_a_stream_without_an_end_follow_is_suggested(tmp_path, made):
         viewer.terminate()
 
     assert message.endswith(
-        b"cut.quarc has no end; use --follow to play a stream while it is written\n"
+        b"cut.quarc is incomplete (no TAIL chunk); use --follow to play a stream while it is "
+        b"written\n"
     )
     assert viewer.returncode == 128 + signal.SIGTERM
 

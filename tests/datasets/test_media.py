@@ -79,7 +79,9 @@ def test_text_that_names_other_paths_is_not_a_picture(folder, text):
     raised = in_time(read_still, folder / "cam00.png")
 
     assert isinstance(raised, UnreadableVideoError)
-    assert "cam00.png cannot be decoded as a picture (it is neither PNG nor JPEG)" in str(raised)
+    assert "cam00.png cannot be decoded as a picture (the file is neither PNG nor JPEG)" in str(
+        raised
+    )
 
 
 @pytest.mark.parametrize("suffix", [".gif", ".bmp", ".tif"])

@@ -1,1 +1,1 @@
-"""The subcommands of `quarc-ref`, one module for each or for a few similar ones."""
+"""The subcommands of `quarc-ref`: a module has one command, or a few similar ones."""

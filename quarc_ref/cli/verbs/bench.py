@@ -17,7 +17,11 @@ def bench(
     threads: Annotated[
         int,
         typer.Option(
-            "--threads", "-t", min=1, max=64, help="Number of decoding threads; 1: no prefetching."
+            "--threads",
+            "-t",
+            min=1,
+            max=64,
+            help="Number of decoding threads; 1 decodes without prefetching.",
         ),
     ] = 2,
     as_json: AsJson = False,
@@ -39,7 +43,7 @@ def bench(
 
 
 def _describe(speed: "Speed") -> dict[str, str]:
-    """Output of `bench`, as names and values."""
+    """Return the output of `bench` as names and values."""
     warm = speed.warm_first_frame_s
     again = "" if warm is None else f", {warm:.2f} s with all code loaded"
     share = speed.stolen_share

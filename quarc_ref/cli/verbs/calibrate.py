@@ -53,7 +53,7 @@ def calibrate(
         typer.Option(
             "--camera-model",
             metavar="NAME",
-            help="COLMAP camera model; auto uses one distortion coefficient if it is needed.",
+            help="COLMAP camera model; auto: a pinhole, with one distortion coefficient if needed.",
         ),
     ] = "auto",
     lenses: Annotated[
@@ -69,7 +69,8 @@ def calibrate(
         typer.Option(
             "--intrinsics",
             metavar="CAPTURE",
-            help="Use the lenses of this capture of the same cameras, and keep them fixed.",
+            help="Take the lenses from this capture, made with the same cameras, and keep "
+            "them fixed.",
             callback=lambda path: path and check_folder(path),
         ),
     ] = None,
@@ -105,8 +106,9 @@ def calibrate(
         typer.Option(
             "--up",
             metavar="HOW",
-            help="How to find the up axis. level: the cameras are level; plane: the cameras lie "
-            "in a horizontal plane; NAME: this camera is level.",
+            help="How to find the up axis. level: assume that all cameras are level; plane: "
+            "assume that the cameras lie in a horizontal plane; NAME: assume that camera NAME "
+            "is level.",
         ),
     ] = "level",
     meters: Annotated[
@@ -170,10 +172,10 @@ def _require_distance(meters: tuple[str, str, float] | None) -> "Distance | None
     if meters is None:
         return None
     if not 0 < meters[2] < float("inf"):
-        message = f"--meters: {meters[2]:g} is not a distance"
+        message = f"--meters: the distance {meters[2]:g} is not a number above 0"
         raise UsageError(message)
     if meters[0] == meters[1]:
-        message = f"--meters: {meters[0]} is given twice; name two different cameras"
+        message = f"--meters: camera {meters[0]} is given twice; name two different cameras"
         raise UsageError(message)
     return Distance(*meters)
 
@@ -210,8 +212,8 @@ def _show(output: Path, rig: "Calibration", page: Path, seconds: float, *, as_js
     unreliable = [name for name in rig.offsets.unreliable if name not in solution.left_out]
     if unreliable:
         print_message(
-            f"the time offsets of {', '.join(unreliable)} could not be estimated reliably: 0 is "
-            "assumed"
+            f"the time offsets of {', '.join(unreliable)} could not be estimated reliably: "
+            "offset 0 is used"
         )
     lines = {
         "cameras": f"{len(solution.cameras)} of {total}",
@@ -235,7 +237,7 @@ _OFFSETS = {
 
 
 def _list_values(rig: "Calibration") -> dict[str, object]:
-    """Return the results as described by `docs/schemas/calibrate.json`."""
+    """Return the calibration in the form of `docs/schemas/calibrate.json`."""
     confidence = rig.offsets.confidence
     return {
         "cameras": {

@@ -86,7 +86,7 @@ def compare(
         typer.Option(
             "--bytes",
             metavar="PATH=N",
-            help="Size in bytes of the model or stream that the renders in PATH were made from.",
+            help="Size N in bytes of the model or stream from which the renders in PATH were made.",
         ),
     ] = None,
     downscale: Annotated[
@@ -94,7 +94,8 @@ def compare(
         typer.Option(
             "--downscale",
             min=1,
-            help="Downscale the capture's pictures by this factor, if no stream gives the size.",
+            help="Downscale the capture's pictures by this factor; used only if no entry is a "
+            "stream.",
         ),
     ] = 1,
     other_capture: Annotated[
@@ -139,13 +140,13 @@ def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[EntrySour
     """Parse the entries on the command line.
 
     Raises:
-        UsageError: There are fewer than two, a path does not exist, or a size is not a number.
+        UsageError: There are fewer than two entries, or a size is malformed or belongs to no entry.
     """
     from quarc_ref.evaluation.comparison.entries import Label
     from quarc_ref.evaluation.comparison.open_entries import EntrySource
 
     if len(texts) < _MINIMUM:
-        message = "compare needs at least two entries"
+        message = "compare needs at least two entries: give two or more paths"
         raise UsageError(message)
     byte_counts = dict(_parse_size(size) for size in sizes)
     parts = [_parse_entry(text) for text in texts]
@@ -164,7 +165,7 @@ def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[EntrySour
 
 
 def _parse_entry(text: str) -> tuple[str, Path]:
-    """Return the name of an entry, which may be empty, and its path."""
+    """Return the name of an entry, empty if none is given, and its path."""
     name, equals, path = text.partition("=")
     if not equals or Path(text).exists():
         name, path = "", text

@@ -39,7 +39,8 @@ def decode_frames(
             "--output",
             "-o",
             metavar="PATH",
-            help="Folder to create, or a file for one frame or for a format that holds all frames.",
+            help="Folder to create; or a file, for a single frame or a format that holds all "
+            "frames.",
         ),
     ],
     to: Annotated[
@@ -68,9 +69,9 @@ def decode_frames(
 ) -> None:
     """Decode frames into files for other programs, such as PATH/frame_0000.ply.
 
-    PATH/sequence.json holds frame rate, axes and cameras. Formats with all frames in one file
-    write PATH/frames.usdc or similar. With --follow each file appears as soon as its frame is
-    decoded; otherwise all appear at the end.
+    PATH/sequence.json holds frame rate, axes and cameras. Formats with all frames in one file write
+    PATH/frames.usdc or similar. With --follow each file appears as soon as its frame is decoded;
+    otherwise all files appear at the end.
     """
     waiting = follow_stream(file, patience, follow=follow)
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
@@ -106,10 +107,10 @@ def decode_frames(
 
 @contextmanager
 def _suggest_recovery(written: "Written", frames: str | None) -> Iterator[None]:
-    """Add to an error the number of complete frames that `--recover` would keep."""
+    """Add the number of frames that `--recover` would keep to the message of an error."""
     try:
         yield
-    except UnknownCriticalError:  # --recover cannot skip it either
+    except UnknownCriticalError:  # an unknown critical chunk stops --recover as well
         raise
     except BitstreamError as error:
         if written.names:
@@ -122,13 +123,13 @@ def _suggest_recovery(written: "Written", frames: str | None) -> Iterator[None]:
 
 
 def _names_a_file(output: Path, to: str | None) -> bool:
-    """Return whether an output name is that of a file and not of a folder.
+    """Return whether an output path names a file rather than a folder.
 
     Raises:
-        UsageError: The name implies a format other than that of `--to`.
+        UsageError: The suffix of the path and `--to` name different formats.
     """
     kind = output.suffix.lower().removeprefix(".")
     if kind in EXPORTS and to not in (kind, None):
-        message = f"{output} cannot be combined with --to {to}"
+        message = f"the suffix of {output} conflicts with --to {to}: change one of them"
         raise UsageError(message)
     return kind in EXPORTS

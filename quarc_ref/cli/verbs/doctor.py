@@ -50,17 +50,18 @@ def doctor(
         str,
         typer.Option(
             "--preset",
-            help="Preset for the forecast; demo is the fast one.",
+            help="Preset whose time and size are forecast; demo is the fastest.",
             autocompletion=complete_preset,
         ),
     ] = "main",
     device: Annotated[
-        Literal["auto", "cpu", "cuda"], typer.Option("--device", help="Device for the forecast.")
+        Literal["auto", "cpu", "cuda"],
+        typer.Option("--device", help="Device whose time is forecast."),
     ] = "auto",
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Find problems of a capture, and forecast the time, memory and disk space to encode it."""
+    """Find problems of a capture, and forecast the time, memory and disk space of its encode."""
     with report_errors():
         from quarc_ref.datasets.open_capture import CaptureOptions
         from quarc_ref.encoder.doctor import Examination
@@ -100,7 +101,7 @@ def _examine(folder: Path, examination: "Examination") -> "Diagnosis":
 
 
 def _describe(found: "Diagnosis", preset: str) -> dict[str, str]:
-    """Return the results as rows of a table."""
+    """Return the findings and the forecast as rows of a table."""
     rows = {"layout": found.layout or "unknown"}
     if found.capture is not None:
         rows |= _describe_capture(found.capture)
@@ -137,7 +138,7 @@ def _describe_capture(capture: "Capture") -> dict[str, str]:
 def _as_json(
     folder: Path, found: "Diagnosis", opening: "CaptureOptions", *, quick: bool, preset: str
 ) -> dict[str, object]:
-    """Return the results as described by docs/schemas/doctor.json."""
+    """Return the findings and the forecast in the form of docs/schemas/doctor.json."""
     capture, forecast = found.capture, found.forecast
     return {
         "folder": str(folder),

@@ -35,8 +35,8 @@ def cut(
         typer.Option(
             "--frames",
             metavar="A:B",
-            help="Frames A to B - 1; A must be the first frame or a keyframe; either may be "
-            "omitted. A without a colon selects one frame.",
+            help="Frames A to B - 1; A or B may be omitted. A must be the first frame or a "
+            "keyframe. A without a colon selects one frame.",
         ),
     ],
     output: _Target,
@@ -70,7 +70,7 @@ def join(
     as_json: AsJson = False,
     force: Force = False,
 ) -> None:
-    """Join streams with the same header without re-encoding; states do not change."""
+    """Join streams with the same header without re-encoding; decoded frames do not change."""
     with report_errors(), ExitStack() as stack:
         from quarc_ref.streams import open_source
         from quarc_ref.streams.join import join as join_streams
@@ -95,7 +95,7 @@ def _reject_shared_output(output: Path, *, as_json: bool) -> None:
 
 
 def _show(schema: str, output: Path, count: int, *, as_json: bool) -> None:
-    """Print a summary, unless the stream went to standard output."""
+    """Print a summary, unless the stream was written to standard output."""
     if str(output) == STANDARD_STREAM:
         return
     size = output.stat().st_size

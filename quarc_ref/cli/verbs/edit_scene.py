@@ -75,9 +75,8 @@ def edit(
 ) -> None:
     """Crop, erase, rotate or recolor all frames of a stream in the same way.
 
-    Pure color changes are exact, in integers. Other edits change the anchors, so frames
-    are fitted again, as by `import`, within verified error bounds. No pictures are
-    needed.
+    Pure color changes are exact, in integers. Other edits change the anchors: frames are fitted
+    again, as in `import`, and their errors are checked against bounds. No pictures are needed.
     """
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.streams import open_source
@@ -94,7 +93,7 @@ def edit(
 def _write(
     source: "Source", sink: BinaryIO, asked: "Edit", profile: str, progress: "Progress"
 ) -> "tuple[int, SceneReport | None]":
-    """Write the stream; return its number of frames, and a report if frames were fitted again."""
+    """Write the stream; return its frame count, and a report if frames were fitted again."""
     from quarc_ref.encoder.scenes.bounds import PROFILES
     from quarc_ref.encoder.scenes.encode_scenes import SceneOptions
     from quarc_ref.encoder.scenes.fit_edit import encode_edited
@@ -164,14 +163,14 @@ def _parse_colors(changes: list[str]) -> "Recoloring":
             raise UsageError(message)
         (values[name],) = _parse_numbers(f"--recolor {name}", text, (1,))
     if values["gain"] <= 0:
-        message = "--recolor gain takes a number above 0"
+        message = "--recolor gain=VALUE takes a number above 0"
         raise UsageError(message)
     red, green, blue = (values[name] for name in _CHANNELS)
     return Recoloring(values["gain"], (red, green, blue))
 
 
 def _show(output: Path, count: int, report: "SceneReport | None", *, as_json: bool) -> None:
-    """Print a summary, unless the stream goes to standard output."""
+    """Print a summary, unless the stream is written to standard output."""
     if str(output) == STANDARD_STREAM:
         return
     size, method = output.stat().st_size, "fitted" if report else "exact"

@@ -142,10 +142,11 @@ def _encode_one_segment(work: EncodeJob, output: Path, wanted: WriteMode) -> Non
 def _change_settings(
     preset: str, settings: list[str] | None, asked: dict[str, float | None], seed: int, version: str
 ) -> "EncoderConfig":
-    """Return a preset with `--set` and the other settings options applied.
+    """Return the preset with the changes of `--set` and of options such as `--lambda`.
 
     Raises:
-        UsageError: There is no such setting or value, or format 1.0 does not support it.
+        UsageError: A setting does not exist, or its value is not allowed or not supported by format
+            1.0.
     """
     if version == "1.0":
         is_asked = asked["canonical.snapshot_interval"] is not None

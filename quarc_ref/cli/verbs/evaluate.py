@@ -77,7 +77,7 @@ def evaluate(
 
 @contextmanager
 def _rejected(file: str, *, as_json: bool) -> Iterator[None]:
-    """Report a capture that does not match the stream as a usage error."""
+    """Raise UsageError if the capture does not match the stream."""
     from quarc_ref.evaluation.same_capture import MismatchError, OtherCaptureError
 
     try:
@@ -86,7 +86,7 @@ def _rejected(file: str, *, as_json: bool) -> Iterator[None]:
         if as_json:
             captures = {"fingerprint": error.fingerprint, "encoded_from": error.encoded_from}
             print_json("eval-refused/1", {"file": file, "same_capture": False, **captures})
-        message = f"{error}: --other-capture measures it anyway"
+        message = f"{error}: --other-capture measures the stream anyway"
         raise UsageError(message) from error
     except MismatchError as error:
         raise UsageError(str(error)) from error

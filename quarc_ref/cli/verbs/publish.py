@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from quarc_ref.viewing.site import Site
 
 _FRAME_WIDTH = 960
-_FRAME_HEIGHT = 600  # for streams without cameras
-_BAR_HEIGHT = 93  # height of the player's controls on a page of this width
+_FRAME_HEIGHT = 600  # pixels, for streams without cameras
+_BAR_HEIGHT = 93  # pixels: the player's controls on a page of this width
 
 
 def publish(
@@ -74,7 +74,7 @@ def _require_url(url: str) -> str:
     """Return the URL of a folder, with a trailing slash.
 
     Raises:
-        UsageError: It is not an http or https URL.
+        UsageError: The URL does not start with http:// or https://.
     """
     if not url.startswith(("http://", "https://")):
         message = f"--url takes the URL of a folder, such as https://example.org/site/, not {url}"
@@ -83,9 +83,9 @@ def _require_url(url: str) -> str:
 
 
 def _draw_poster(source: "Source", camera: "Camera | None") -> bytes | None:
-    """Render a JPEG file; print a message and return None without a camera or renderer."""
+    """Render the poster as JPEG; without a camera or renderer, print why and return None."""
     if camera is None:
-        print_message("the page has no poster: the stream has no cameras")
+        print_message("the page has no poster, because the stream has no cameras")
         return None
     try:
         from quarc_ref.viewing.poster import draw_poster
@@ -99,7 +99,7 @@ def _draw_poster(source: "Source", camera: "Camera | None") -> bytes | None:
 
 
 def _size_iframe(camera: "Camera | None") -> tuple[int, int]:
-    """Return width and height in pixels of the iframe for a camera's picture and the controls."""
+    """Return the iframe's width and height in pixels, for the camera's picture and the controls."""
     from quarc_ref.viewing.outline import fit_height
 
     height = _FRAME_HEIGHT if camera is None else fit_height(camera, _FRAME_WIDTH)

@@ -168,7 +168,7 @@ def _choose_shots(
     path: str | None,
     pictures: int | None,
 ) -> "list[Shot]":
-    """Return the shots to draw, at least one."""
+    """Return the shots to draw, of which there is at least one."""
     from quarc_ref.viewing.paths.pose import PathError, Shot
     from quarc_ref.viewing.paths.shots import plan_shots
 
@@ -188,7 +188,7 @@ def _choose_shots(
 
 
 def _with_progress(drawn: Iterator[Any], progress: TerminalProgress, total: int) -> Iterator[Any]:
-    """Pass on the drawn shots, and show progress."""
+    """Yield the drawn shots, and show progress."""
     for done, each in enumerate(drawn, start=1):
         progress.advance("render", done, total)
         yield each

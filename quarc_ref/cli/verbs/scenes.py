@@ -78,8 +78,8 @@ def import_frames(
 ) -> None:
     """Encode Gaussians that another method trained, without pictures.
 
-    Gaussians are identified across frames by ids or by the order of rows. Every frame is
-    decoded and compared with the input, so that no error exceeds its bound.
+    Gaussians are identified across frames by ids or by the order of rows. Every frame is decoded
+    and compared with the input, which ensures that no error exceeds its bound.
     """
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.encoder.scenes.bounds import PROFILES
@@ -126,7 +126,7 @@ def _read(frames: "FramesIn") -> "Iterator[GivenFrame]":
 
 
 def _describe(frames: "FramesIn", fps: float | None, up: str | None) -> "SceneOptions":
-    """Return options from the source, overridden by those of the command line."""
+    """Return the options stored with the source, overridden by those on the command line."""
     from quarc_ref.encoder.scenes.encode_scenes import SceneOptions
 
     options, sidecar = SceneOptions(), frames.sidecar
@@ -147,7 +147,7 @@ def _describe(frames: "FramesIn", fps: float | None, up: str | None) -> "SceneOp
 
 
 def _change_bounds(bounds: "Bounds", changes: list[str]) -> "Bounds":
-    """Return the bounds with changes applied.
+    """Return the bounds with the changes of `--bound` applied.
 
     Raises:
         UsageError: A change is malformed, or its value is not allowed for the bound.
@@ -169,7 +169,7 @@ def _change_bounds(bounds: "Bounds", changes: list[str]) -> "Bounds":
 
 
 def _show(output: Path, report: "SceneReport", *, as_json: bool) -> None:
-    """Print a summary, unless the stream goes to standard output."""
+    """Print a summary, unless the stream is written to standard output."""
     from dataclasses import asdict
 
     if str(output) == STANDARD_STREAM:

@@ -76,11 +76,11 @@ def verify(
 
 
 class _Verification:
-    """A verification in progress.
+    """Progress and result of `verify`.
 
     Attributes:
         frames: Number of decoded frames.
-        digest: Digest of the last state.
+        digest: Digest of the last decoded state.
     """
 
     def __init__(self, progress: TerminalProgress) -> None:
@@ -100,7 +100,7 @@ class _Verification:
             self._note("decode", self.frames + 1, total)
 
     def verify(self, source: "Source", follow: "Follow | None") -> "Verification":
-        """Decode every frame, and check everything else."""
+        """Decode every frame, and run the checks of `--deep`."""
         from quarc_ref.inspection.verify_stream import verify_stream
 
         with seekable_stream(source) as whole:
@@ -115,7 +115,7 @@ class _Verification:
 
 
 def describe_verification(proof: "Verification") -> dict[str, str]:
-    """Output of `verify --deep`, as names and values."""
+    """Return the output of `verify --deep` as names and values."""
     bits = f"{proof.bits:,} bits in {proof.sections:,} sections"
     coders = f"both decoders give the same {bits}"
     if proof.entropy_decoders == 1:
@@ -134,7 +134,7 @@ def describe_verification(proof: "Verification") -> dict[str, str]:
 
 
 def describe(summary: "StreamSummary") -> dict[str, str]:
-    """Output of `info`, as names and values."""
+    """Return the output of `info` as names and values."""
     from quarc_ref.inspection.stream_summary import KINDS
 
     coded, estimate = summary.coded_bytes(), summary.estimate_bytes()

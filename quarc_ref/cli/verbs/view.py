@@ -82,7 +82,7 @@ def view(
 
 
 class _Stream(NamedTuple):
-    """A stream and its page options."""
+    """A stream, and the options of the page that plays it."""
 
     source: "Source"
     options: "PageOptions"
@@ -114,7 +114,10 @@ def _warn_of_missing_end(name: str, source: "Source") -> None:
     from quarc_ref.streams.seek import read_tail_chunk
 
     if read_tail_chunk(source, source.size() or 0) is None:
-        print_message(f"{name} has no end; use --follow to play a stream while it is written")
+        print_message(
+            f"{name} is incomplete (no TAIL chunk); use --follow to play a stream while it is "
+            "written"
+        )
 
 
 def _open_server(stream: _Stream, address: tuple[str, int], names: list[str]) -> "Server":

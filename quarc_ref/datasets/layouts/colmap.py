@@ -63,7 +63,7 @@ _Cameras = tuple[CalibratedCamera, ...]
 
 
 def _find_named(folder: Path, namings: Sequence[_Cameras]) -> tuple[_Cameras, Pictures]:
-    """Return the cameras, named in the first way that matches pictures, and the pictures."""
+    """Return the cameras and their pictures, for the first set of names that matches pictures."""
     first, *others = namings
     try:
         return first, find_pictures(folder, [camera.name for camera in first])
@@ -75,7 +75,7 @@ def _find_named(folder: Path, namings: Sequence[_Cameras]) -> tuple[_Cameras, Pi
 
 
 def _read_model(folder: Path) -> tuple[list[_Cameras], Points | None]:
-    """Return the cameras of a model for each way of naming, in order, and its points, if any."""
+    """Return the cameras of a model for each possible set of names, and the model's points."""
     try:
         require_complete_files(folder)
         model = pycolmap.Reconstruction(folder)
@@ -87,9 +87,9 @@ def _read_model(folder: Path) -> tuple[list[_Cameras], Points | None]:
 
 
 def _name_images(model: pycolmap.Reconstruction) -> list[dict[str, pycolmap.Image]]:
-    """Return the images that have a pose, by camera name, for each way of naming.
+    """Return the images with a pose by camera name, once for each possible set of names.
 
-    The name is the stem of the image's file (`cam00.png`), or its first folder
+    A camera is named after the stem of its image's file (`cam00.png`) or after the first folder
     (`cam00/0000.png`), provided that the names are distinct.
     """
     images = [image for image in model.images.values() if image.has_pose]
@@ -102,7 +102,8 @@ def _name_images(model: pycolmap.Reconstruction) -> list[dict[str, pycolmap.Imag
     ]
     if not found:
         message = (
-            "it must have exactly one image per camera, named after the camera, but has "
+            "a model must have exactly one image per camera, named after the camera, but this "
+            "one has "
             f"{sorted(stems)}"
         )
         raise ValueError(message)
@@ -131,7 +132,7 @@ def _make_camera(
 
 
 def _make_points(model: pycolmap.Reconstruction) -> Points | None:
-    """Return the model's points, or None if it has none."""
+    """Return the points of a model, or None if it has no points."""
     points: Sequence[pycolmap.Point3D] = [model.points3D[i] for i in sorted(model.points3D)]
     if not points:
         return None

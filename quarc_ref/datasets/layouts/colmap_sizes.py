@@ -1,8 +1,8 @@
 """Checks that the binary files of a COLMAP model are complete.
 
-pycolmap does not check file sizes: in a truncated file it can read garbage counts,
-allocate memory for them, and loop for minutes. Records of variable length are therefore
-checked before it opens the files.
+pycolmap does not check file sizes: in a truncated file it can read garbage counts, allocate memory
+for them, and loop for minutes. Files with records of variable length are therefore checked before
+pycolmap opens them.
 """
 
 import struct
@@ -11,24 +11,24 @@ from pathlib import Path
 
 _COUNT = struct.Struct("<Q")
 _SHORT_COUNT = struct.Struct("<I")
-_POSE_BYTES = 4 + 7 * 8 + 4  # image id, quaternion and translation, camera id
-_OBSERVATION_BYTES = 2 * 8 + 8  # pixel, point id
-_POINT_BYTES = 8 + 3 * 8 + 3 + 8  # point id, position, color, error
-_TRACK_BYTES = 4 + 4  # image id, index of the observation
-_SENSOR_BYTES = 4 + 4  # type, id
-_RIGID_BYTES = 7 * 8  # quaternion and translation
-_DATA_BYTES = _SENSOR_BYTES + 8  # sensor, image id
+_POSE_BYTES = 4 + 7 * 8 + 4  # Image id, quaternion and translation, camera id.
+_OBSERVATION_BYTES = 2 * 8 + 8  # Pixel, point id.
+_POINT_BYTES = 8 + 3 * 8 + 3 + 8  # Point id, position, color, error.
+_TRACK_BYTES = 4 + 4  # Image id, index of the observation.
+_SENSOR_BYTES = 4 + 4  # Type, id.
+_RIGID_BYTES = 7 * 8  # Quaternion and translation.
+_DATA_BYTES = _SENSOR_BYTES + 8  # Sensor, image id.
 
 
 def require_complete_files(folder: Path) -> None:
-    """Check that the records of a model's binary files end where the files end.
+    """Check that the length of every binary file of a model matches its records.
 
     Args:
         folder: Folder of the model; missing files are skipped.
 
     Raises:
         OSError: A file cannot be read.
-        ValueError: A file ends too early, or too late.
+        ValueError: A file is shorter or longer than its records.
     """
     for name, skip in _SKIPS.items():
         path = folder / name

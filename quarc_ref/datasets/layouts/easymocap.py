@@ -23,7 +23,7 @@ from quarc_ref.datasets.pictures import Size
 from quarc_ref.datasets.undistortion import rotate_by_vector
 
 _MAX_COEFFICIENTS = 8
-_OPENCV_CENTER = 0.5  # added to a principal point to move pixel centers from whole numbers to +0.5
+_OPENCV_CENTER = 0.5  # added to principal points; here, pixel centers are at +0.5
 
 Matrices = Mapping[str, Node]
 

@@ -61,7 +61,7 @@ def read_n3dv(folder: Path) -> Footage:
 
 
 def _find_files(folder: Path, count: int) -> Files:
-    """Return videos or pictures by camera, for as many cameras as there are poses."""
+    """Return videos or pictures by camera, whose number must be that of the poses."""
     candidates = [_prefer_usual_prefix(list_files(folder)) for _, list_files in ARRANGEMENTS]
     candidates = [files for files in candidates if files]
     if not candidates:
@@ -79,7 +79,7 @@ def _find_files(folder: Path, count: int) -> Files:
 
 
 def _prefer_usual_prefix(files: Files) -> Files:
-    """Return the files of cameras with the usual name prefix, or all files if there are none."""
+    """Return the files whose names start with the usual prefix; all files if none does."""
     usual = {name: paths for name, paths in files.items() if name.startswith(_USUAL_PREFIX)}
     return usual or files
 
@@ -104,7 +104,7 @@ def _find_points(folder: Path) -> Path | None:
 
 
 def _read_rows(path: Path) -> Numbers:
-    """Return the `[N, 17]` rows of the file, which are finite."""
+    """Return the `[N, 17]` rows of the poses file; all numbers are finite."""
     try:
         # Memory-mapping shows the size of the array before anything is allocated.
         stored = np.load(path, mmap_mode="r", allow_pickle=False)
@@ -118,7 +118,7 @@ def _read_rows(path: Path) -> Numbers:
         message = f"{path} is not an array of numbers: save it again by numpy.save"
         raise UnreadablePoseError(message)
     if stored.ndim != 2 or stored.shape[1] != _ROW_LENGTH or not len(stored):
-        message = f"{path} has shape {stored.shape}, not one row of 17 numbers per camera"
+        message = f"{path} has shape {stored.shape}, but must have one row of 17 numbers per camera"
         raise UnreadablePoseError(message)
     rows = np.array(stored, dtype=np.float64)
     if not np.isfinite(rows).all():
@@ -128,11 +128,11 @@ def _read_rows(path: Path) -> Numbers:
 
 
 def _make_camera(name: str, size: Size, row: Numbers, path: Path) -> CalibratedCamera:
-    """Return the camera that a row describes.
+    """Return the camera that a row of the poses file describes.
 
     Args:
         name: Name of the camera.
-        size: Size of its pictures, pixels.
+        size: Width and height of the camera's pictures, pixels.
         row: `[17]` row of the poses file.
         path: Path of the file of poses, for messages.
     """
@@ -158,7 +158,7 @@ def _make_camera(name: str, size: Size, row: Numbers, path: Path) -> CalibratedC
 
 
 def _measure_resize(pose_size: tuple[float, float], video_size: tuple[int, int]) -> float:
-    """Return the size of the video relative to the pictures that the pose is for."""
+    """Return the size of the video relative to the picture size in the pose file."""
     (pose_width, pose_height), (width, height) = pose_size, video_size
     least, most = sorted((pose_width, float(width)))
     if least <= 0 or most % least or width * pose_height != height * pose_width:
@@ -173,7 +173,7 @@ def _measure_resize(pose_size: tuple[float, float], video_size: tuple[int, int])
 def _require_near(near: float, far: float) -> float:
     if not 0 < near < far:
         message = (
-            f"the near depth {near:g} and the far depth {far:g} are not positive and ascending"
+            f"the near depth {near:g} and the far depth {far:g} must be positive and ascending"
         )
         raise ValueError(message)
     return near

@@ -27,7 +27,7 @@ from quarc_ref.datasets.footage import Footage
 from quarc_ref.datasets.natural_order import natural_order
 
 _KINDS = ("hd", "vga")
-_OPENCV_CENTER = 0.5  # added to a principal point to move pixel centers from whole numbers to +0.5
+_OPENCV_CENTER = 0.5  # added to principal points; here, pixel centers are at +0.5
 
 
 def read_panoptic(folder: Path) -> Footage:
@@ -63,7 +63,7 @@ def read_cameras(path: Path) -> dict[str, dict[str, CalibratedCamera]]:
 
     Raises:
         MissingFileError: The file cannot be read.
-        UnreadablePoseError: The file is malformed, or its numbers are not poses.
+        UnreadablePoseError: The file is malformed, or its numbers do not form poses.
     """
     try:
         document = json.loads(path.read_bytes())

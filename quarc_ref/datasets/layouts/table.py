@@ -19,12 +19,12 @@ from quarc_ref.datasets.layouts.transforms_json import read_nerfstudio
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """A row of the table.
+    """A known layout of captures: a row of the table.
 
     Attributes:
         name: Common name of the layout.
-        needs: Files that this layout requires. Each has a readable name and patterns for
-            `Path.glob`, one of which must match.
+        needs: Files that this layout requires. Each entry has a readable name and patterns for
+            `Path.glob`; one pattern must match.
         read: Loader function.
     """
 
@@ -69,7 +69,7 @@ LAYOUTS = (
 
 
 def choose_layout(folder: Path) -> Layout:
-    """Return the first layout of the table whose files a folder has.
+    """Return the first layout of the table whose required files are in a folder.
 
     Raises:
         UnknownLayoutError: No layout matches; the message lists all layouts, their
@@ -86,7 +86,7 @@ def choose_layout(folder: Path) -> Layout:
 
 
 def describe_capture(folder: Path) -> str | None:
-    """Return what a folder is, as the rest of "it is": a capture, or videos; None if neither."""
+    """Describe a folder by a noun phrase, such as "a folder of 3 videos"; None if unknown."""
     if not folder.is_dir():
         return None
     for layout in LAYOUTS:
@@ -98,12 +98,12 @@ def describe_capture(folder: Path) -> str | None:
 
 
 def _advise(folder: Path) -> str:
-    """Return advice about a folder that is not a capture, to be appended to a message."""
+    """Return advice about a folder that is not a capture, as a suffix of the error message."""
     if not folder.is_dir():
         return ""
     for inner in sorted(path for path in folder.iterdir() if path.is_dir()):
         if not all(layout.find_missing(inner) for layout in LAYOUTS):
-            return f". Its folder {inner.name} is a capture: use that one"
+            return f". Its subfolder {inner.name} is a capture: use {inner}"
     videos, folders = len(list_videos(folder)), len(list_picture_folders(folder))
     if max(videos, folders) < 2:
         return ""

@@ -1,8 +1,8 @@
 """Parses and checks nerfstudio's `transforms.json`.
 
-Intrinsics may be given for the whole file or per entry, which takes precedence; path,
-pose and time are given per entry. Matrices map camera to world with OpenGL's axes: right,
-up, backwards. No pictures are read here.
+Intrinsics may be given for the whole file or for an entry; those of an entry take precedence. Path,
+pose and time are given per entry. Matrices map camera to world with OpenGL's axes: right, up,
+backwards. No pictures are read here.
 """
 
 import json
@@ -30,7 +30,7 @@ _DEFAULT_MODEL = "OPENCV"
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """An entry of the file: a picture or a video.
+    """An entry of `transforms.json`: a picture or a video.
 
     Attributes:
         path: Path as stored in the file, relative to its folder.
@@ -58,12 +58,12 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Transforms:
-    """Contents of a whole file.
+    """Contents of a `transforms.json`.
 
     Attributes:
         entries: Entries in file order, at least one.
         frames_per_second: Frame rate, if the file gives it.
-        points: Name of the file of points, if there is one.
+        points: Name of the file of initial points, if there is one.
     """
 
     entries: tuple[Entry, ...]
@@ -72,12 +72,12 @@ class Transforms:
 
 
 def read_transforms(path: Path) -> Transforms:
-    """Read and parse the file.
+    """Read and parse a `transforms.json`.
 
     Raises:
         MissingFileError: The file cannot be read.
         UnreadablePoseError: The file is malformed, or lacks a number.
-        UnsupportedCameraError: Its camera model cannot be undistorted.
+        UnsupportedCameraError: The camera model cannot be undistorted.
     """
     try:
         return _parse_document(json.loads(path.read_bytes()))
@@ -91,7 +91,7 @@ def read_transforms(path: Path) -> Transforms:
 
 def _parse_document(document: object) -> Transforms:
     if not isinstance(document, dict) or not isinstance(document.get("frames"), list):
-        message = "it has no list of 'frames'"
+        message = "there is no list 'frames'"
         raise TypeError(message)
     entries = []
     for index, frame in enumerate(document["frames"]):
@@ -100,7 +100,7 @@ def _parse_document(document: object) -> Transforms:
             raise TypeError(message)
         entries.append(_parse_entry(frame, document))
     if not entries:
-        message = "its list of 'frames' is empty"
+        message = "the list 'frames' is empty"
         raise ValueError(message)
     rate = _number(document, "fps") if "fps" in document else None
     if rate is not None and rate <= 0:
@@ -123,10 +123,10 @@ def _parse_entry(frame: dict[str, object], shared: dict[str, object]) -> Entry:
 
 
 def _parse_matrix(values: Mapping[str, object]) -> tuple[float, ...]:
-    """Return the first three rows of the matrix, row by row."""
+    """Return the first three rows of `transform_matrix` as 12 numbers."""
     matrix = np.array(values.get("transform_matrix"), dtype=np.float64)
     if matrix.shape not in ((4, 4), (3, 4)):
-        message = "its 'transform_matrix' is not 4x4"
+        message = "'transform_matrix' is not 4x4"
         raise ValueError(message)
     return tuple(matrix[:3].ravel().tolist())
 

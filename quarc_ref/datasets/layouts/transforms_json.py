@@ -67,7 +67,7 @@ def read_nerfstudio(folder: Path) -> Footage:
 
 
 def _join_videos(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
-    """Return a capture of one video per camera."""
+    """Load a capture with one video per camera."""
     for camera, entries in zip(rig.cameras, rig.entries, strict=True):
         if len(entries) > 1:
             message = f"{path} names {len(entries)} videos for camera {camera.name}"
@@ -76,7 +76,7 @@ def _join_videos(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
 
 
 def _join_pictures(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
-    """Return a capture of one file per camera and frame."""
+    """Load a capture with one picture file per camera and frame."""
     _require_equal_times(rig)
     return _gather(path, transforms, rig)
 
@@ -91,7 +91,7 @@ def _gather(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
 
 
 def _open_masks(named: NamedFiles, rig: _Rig, source: Pictures) -> FileMasks | None:
-    """Return the masks that the entries name; None if there are none."""
+    """Return the masks that the entries name; None if they name none."""
     rows = [[named.find(e.mask) for e in entries if e.mask] for entries in rig.entries]
     return FileMasks(rows, source.sizes, source.lengths) if any(rows) else None
 
@@ -99,7 +99,7 @@ def _open_masks(named: NamedFiles, rig: _Rig, source: Pictures) -> FileMasks | N
 def _read_descriptions(
     path: Path, transforms: Transforms, named: NamedFiles
 ) -> tuple[Points | None, tuple[Path, ...]]:
-    """Return the points that the file names, and all files other than pictures."""
+    """Return the points that `transforms.json` names, and all files except pictures."""
     if transforms.points is None:
         return None, (path,)
     points_path = named.find(transforms.points)
@@ -107,7 +107,7 @@ def _read_descriptions(
 
 
 def _require_equal_times(rig: _Rig) -> None:
-    """Check that every camera has exactly one picture of each time."""
+    """Check that every camera has exactly one picture for each time."""
     first = [entry.time for entry in rig.entries[0]]
     for camera, entries in zip(rig.cameras, rig.entries, strict=True):
         times = [entry.time for entry in entries]
@@ -156,8 +156,8 @@ def _make_camera(name: str, entry: Entry, path: Path) -> CalibratedCamera:
 def _name_cameras(groups: Sequence[Sequence[str]]) -> list[str]:
     """Return a name for each group of paths.
 
-    The name is the common stem (`0000/cam00.png`), the common folder (`cam00/0000.png`),
-    or the number of the group.
+    A group is named after the common stem of its paths (`0000/cam00.png`), their common folder
+    (`cam00/0000.png`), or its number.
     """
     parts: tuple[Callable[[PurePosixPath], str], ...] = (
         lambda path: path.stem,
