@@ -53,14 +53,14 @@ def measure(path: Path, threads: int, engine: str) -> dict[str, Any]:
 
 
 def measure_all(cache: Path, births: int) -> list[dict[str, Any]]:
-    """Return a row for each size, number of threads, and stream (harsh or sparse)."""
+    """Return a row for each size, number of threads, and stream (dense or sparse)."""
     rows = []
     for size in SIZES:
         for sparse in (False, True):
             job = Job(size, births=births, frames=_FRAMES.get(size, 101), sparse=sparse)
             path = make_stream(job, cache)
             rows += [
-                {"stream": "sparse" if sparse else "harsh", **measure(path, threads, "fast")}
+                {"stream": "sparse" if sparse else "dense", **measure(path, threads, "fast")}
                 for threads in (1, 2)
             ]
     return rows
@@ -110,7 +110,7 @@ def plot(rows: list[dict[str, Any]], path: Path) -> None:
             if (row["threads"], row["stream"]) == (threads, stream)
         ]
         for threads in sorted({row["threads"] for row in rows})
-        for stream in ("harsh", "sparse")
+        for stream in ("dense", "sparse")
     }
     path.write_bytes(plot_decode_speed(lines))
 
