@@ -1,10 +1,10 @@
-"""Generates the vectors of conformance/ from hand-written records.
+"""Generates the vectors of conformance/ from records that are written as Python code.
 
-    python conformance/generate.py            write what differs
+    python conformance/generate.py            write the files that differ
     python conformance/generate.py --check    write nothing; fail if anything differs
 
 The output is deterministic: no training, no torch and no random numbers, only plain integers.
-Released streams do not change: a new fault gets a new file.
+A released stream never changes: a new fault gets a new file.
 """
 
 import argparse
@@ -18,7 +18,7 @@ from making.writing_files import list_differing, write  # noqa: E402
 
 
 def main() -> int:
-    """Write the suite, or compare it with the existing files."""
+    """Write the suite, or compare the suite with the existing files; return the exit status."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

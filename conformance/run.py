@@ -3,8 +3,8 @@
     python conformance/run.py --decoder "python -m quarc_ref.conformance"
     python conformance/run.py --decoder "./mydecoder" --only invalid/ --json report.json
 
-Needs only Python 3.11. README.md is the introduction; RUNNER.md describes the interface of
-decoders.
+Needs only Python 3.11. README.md is the introduction; RUNNER.md describes how the runner calls
+decoders and encoders.
 """
 
 import argparse
@@ -14,15 +14,15 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from runner.asking import CaseRunner, query_capabilities
+from runner.case_runner import CaseRunner, query_capabilities
 from runner.cases import list_cases
-from runner.encoders import encoder_case, try_encoder
+from runner.encoders import make_encoder_case, try_encoder
 from runner.limits import Limits
 from runner.manifest import Suite, SuiteError
 from runner.process import StartError
-from runner.report import Report, Result, select, write_reports
+from runner.report import Report, Result, select_cases, write_reports
 
-_FAILED, _NO_CASES = 1, 2
+_EXIT_FAILED, _EXIT_NOT_RUN = 1, 2
 
 
 def main() -> int:
@@ -36,68 +36,77 @@ def main() -> int:
         report = run(options, limits)
     except (SuiteError, StartError) as error:
         print(f"run.py: {error}", file=sys.stderr)
-        return _NO_CASES
+        return _EXIT_NOT_RUN
     write_reports(report, options.json, options.junit)
     sys.stdout.write(report.text(clauses=options.clauses))
-    return 0 if report.passed else _FAILED
+    return 0 if report.passed else _EXIT_FAILED
 
 
 def parse_arguments() -> argparse.Namespace:
-    """Parse the command line."""
+    """Return the options of the command line."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    what = parser.add_mutually_exclusive_group(required=True)
-    what.add_argument("--decoder", help="a command in shell syntax")
-    parser.add_argument("--encoder", help="a command; its streams are decoded by --decoder")
-    what.add_argument("--write", type=Path, metavar="DIR", help="write all streams as files")
+    mode_group = parser.add_mutually_exclusive_group(required=True)
+    mode_group.add_argument("--decoder", help="command of the decoder, in shell syntax")
+    parser.add_argument("--encoder", help="command of an encoder; --decoder decodes its streams")
+    mode_group.add_argument("--write", type=Path, metavar="DIR", help="write all streams as files")
     parser.add_argument("--suite", type=Path, default=Path(__file__).resolve().parent)
     parser.add_argument(
-        "--only", action="append", default=[], help="prefixes of the names of cases"
+        "--only",
+        action="append",
+        default=[],
+        help="run only the cases whose names begin with this; may be repeated",
     )
     parser.add_argument(
         "--timeout", type=float, default=10.0, help="time limit of a case in seconds"
     )
     parser.add_argument("--memory", type=int, default=512, help="memory limit of a case in MiB")
-    parser.add_argument("--alone", action="store_true", help="a process for every stream, no jobs")
-    parser.add_argument("--clauses", action="store_true", help="list every clause in the text")
-    parser.add_argument("--json", type=Path, help="write a report here")
-    parser.add_argument("--junit", type=Path, help="write a JUnit report here")
+    parser.add_argument(
+        "--alone",
+        action="store_true",
+        help="start a new process for each stream, even if the decoder supports jobs",
+    )
+    parser.add_argument(
+        "--clauses", action="store_true", help="also list the results of each clause"
+    )
+    parser.add_argument("--json", type=Path, help="write a JSON report to this file")
+    parser.add_argument("--junit", type=Path, help="write a JUnit report to this file")
     return parser.parse_args()
 
 
 def run_suite(options: argparse.Namespace, limits: Limits) -> Report:
-    """Test a decoder in everything that it supports."""
+    """Run all cases that a decoder supports and `--only` selects."""
     suite = Suite.load(options.suite)
-    known = {} if options.alone else query_capabilities(options.decoder, limits)
-    jobs = "jobs" in known.get("capabilities", [])
-    cases = select(list_cases(suite, known), options.only)
+    capabilities = {} if options.alone else query_capabilities(options.decoder, limits)
+    has_jobs = "jobs" in capabilities.get("capabilities", [])
+    cases = select_cases(list_cases(suite, capabilities), options.only)
     if not cases:
-        message = "no case has such a name"
+        message = f"--only {' '.join(options.only)}: no case has a name with such a prefix"
         raise SuiteError(message)
-    case_runner = CaseRunner(options.decoder, suite, limits, jobs=jobs)
+    case_runner = CaseRunner(options.decoder, suite, limits, jobs=has_jobs)
     results = []
     try:
         for case in cases:
-            begun = time.monotonic()
-            verdict = case_runner.ask(case)
-            results.append(Result(case, verdict, time.monotonic() - begun))
+            start = time.monotonic()
+            verdict = case_runner.run_case(case)
+            results.append(Result(case, verdict, time.monotonic() - start))
     finally:
         case_runner.close()
-    return Report(options.decoder, known, results)
+    return Report(options.decoder, capabilities, results)
 
 
 def run_scenes(options: argparse.Namespace, limits: Limits) -> Report:
-    """Test an encoder with every scene."""
+    """Test an encoder with every scene of the suite."""
     scenes = sorted((options.suite / "encoder").glob("*.json"))
     if not scenes:
         message = f"no scene in {options.suite / 'encoder'}"
         raise SuiteError(message)
     results = []
     for scene in scenes:
-        begun = time.monotonic()
+        start = time.monotonic()
         verdict = try_encoder(options.encoder, options.decoder, scene, limits)
-        results.append(Result(encoder_case(scene), verdict, time.monotonic() - begun))
+        results.append(Result(make_encoder_case(scene), verdict, time.monotonic() - start))
     return Report(options.encoder, {}, results)
 
 

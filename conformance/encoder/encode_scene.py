@@ -1,7 +1,6 @@
-"""Wraps the reference encoder in the runner's interface: `encode_scene.py SCENE OUTPUT`.
+"""Provides the reference encoder with the interface of the runner: `encode_scene.py SCENE OUTPUT`.
 
-The scene takes the place of a trained one; quantization, coding and the closed loop are those of
-the package.
+The scene replaces the training. Quantization, coding and the closed loop are those of quarc_ref.
 """
 
 import json
@@ -20,41 +19,51 @@ from quarc_ref.encoder.training.trainable import Attributes
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.records import Births, StreamHeader
 
-# A binary32 of magnitude below 16, and one rounding of a product.
-_ROUNDING = 2.0**-20
+# Limit of the error from one rounding in binary32 of a number of magnitude below 16.
+_ROUNDING_ERROR = 2.0**-20
 
 
 def main() -> int:
-    """Write the stream of a scene, and print its declarations."""
+    """Write the stream of a scene, and print the declarations that RUNNER.md requires."""
     scene = json.loads(Path(sys.argv[1]).read_text("utf-8"))
     header = StreamHeader(**scene["header"])
     with Path(sys.argv[2]).open("wb") as sink:
         loop = ClosedLoop(sink, header, (), {})
         _print_digest(
-            loop.commit_canonical(quantize_gaussians(_attributes(scene["canonical"]), header), 0)
+            loop.commit_canonical(
+                quantize_gaussians(_make_attributes(scene["canonical"]), header), 0
+            )
         )
         for frame in scene["frames"]:
             start = loop.start_frame(0)
-            moved = loop.move_frame(start, _shift(start.state, frame.get("shift", (0, 0, 0))))
-            _print_digest(loop.commit_frame(moved, _births(moved.state, frame.get("births", []))))
+            moved = loop.move_frame(
+                start, _make_shift_symbols(start.state, frame.get("shift", (0, 0, 0)))
+            )
+            _print_digest(
+                loop.commit_frame(moved, _make_births(moved.state, frame.get("births", [])))
+            )
         loop.finish()
-    print(json.dumps({"level": header.level, "bounds": _bounds(header)}))
+    print(json.dumps({"level": header.level, "bounds": _compute_bounds(header)}))
     return 0
 
 
-def _attributes(gaussians: list[dict[str, Any]]) -> Attributes:
-    def column(name: str) -> torch.Tensor:
+def _make_attributes(gaussians: list[dict[str, Any]]) -> Attributes:
+    def stack_field(name: str) -> torch.Tensor:
         return torch.tensor([gaussian[name] for gaussian in gaussians], dtype=torch.float32)
 
-    colors = (column("sh_dc")[:, None], column("sh_rest").reshape(-1, 3, 3))
-    opacities = column("opacity")[:, 0]
+    colors = (stack_field("sh_dc")[:, None], stack_field("sh_rest").reshape(-1, 3, 3))
+    opacities = stack_field("opacity")[:, 0]
     return Attributes(
-        column("position"), column("rotation"), column("log_scales"), opacities, *colors
+        stack_field("position"),
+        stack_field("rotation"),
+        stack_field("log_scales"),
+        opacities,
+        *colors,
     )
 
 
-def _shift(state: State, shift: tuple[float, float, float]) -> list[Int64]:
-    """Symbols with which the anchors of the coarsest level move everything."""
+def _make_shift_symbols(state: State, shift: tuple[float, float, float]) -> list[Int64]:
+    """Return symbols that move every Gaussian by a shift, with anchors of the coarsest level."""
     header = state.scene.header
     step = header.translation_step * 2.0**-header.lattice_exponent
     levels = state.known_anchors.levels
@@ -63,24 +72,24 @@ def _shift(state: State, shift: tuple[float, float, float]) -> list[Int64]:
     return symbols
 
 
-def _births(state: State, gaussians: list[dict[str, Any]]) -> Births | None:
+def _make_births(state: State, gaussians: list[dict[str, Any]]) -> Births | None:
     if not gaussians:
         return None
     parents = np.zeros(len(gaussians), dtype=np.int64)
-    return quantize_births(_attributes(gaussians), parents, state.scene)
+    return quantize_births(_make_attributes(gaussians), parents, state.scene)
 
 
-def _bounds(header: StreamHeader) -> dict[str, float]:
-    """Maximum error of a number: half a step, and rounding errors."""
-    unit = 2.0**-header.lattice_exponent
+def _compute_bounds(header: StreamHeader) -> dict[str, float]:
+    """Return the maximum error of each field: half a step, and rounding errors."""
+    lattice_unit = 2.0**-header.lattice_exponent
     return {
-        "position": header.position_step * unit / 2 + _ROUNDING,
+        "position": header.position_step * lattice_unit / 2 + _ROUNDING_ERROR,
         "rotation": 2.0**-header.rotation_bits,
-        "log_scales": header.log_scale_step / 2 + _ROUNDING,
-        "opacity": header.opacity_step / 2 + _ROUNDING,
-        "sh_dc": header.sh_dc_step / 2 + _ROUNDING,
-        "sh_rest": header.sh_rest_step / 2 + _ROUNDING,
-        "shift": header.translation_step * unit / 2 + _ROUNDING,
+        "log_scales": header.log_scale_step / 2 + _ROUNDING_ERROR,
+        "opacity": header.opacity_step / 2 + _ROUNDING_ERROR,
+        "sh_dc": header.sh_dc_step / 2 + _ROUNDING_ERROR,
+        "sh_rest": header.sh_rest_step / 2 + _ROUNDING_ERROR,
+        "shift": header.translation_step * lattice_unit / 2 + _ROUNDING_ERROR,
     }
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from runner.asking import CaseRunner, split_pieces
+from runner.case_runner import CaseRunner, split_chunks
 from runner.cases import Case
 from runner.judge import PASS, Verdict
 from runner.limits import Limits
@@ -20,40 +20,54 @@ from runner.process import Decoder, FaultError
 Line = dict[str, Any]
 Rows = list[tuple[float, ...]]
 LEVELS = {10: (65536, 4096, 1 << 22), 20: (262144, 16384, 1 << 24), 30: (1 << 20, 65536, 1 << 26)}
-_UNLIMITED = 31
-_HEAD_LEVEL = 10
-_PARTS = {"position": 3, "rotation": 4, "log_scales": 3, "opacity": 1, "sh_dc": 3, "sh_rest": 9}
+_UNLIMITED_LEVEL = 31
+_LEVEL_OFFSET = 10
+_FIELD_SIZES = {
+    "position": 3,
+    "rotation": 4,
+    "log_scales": 3,
+    "opacity": 1,
+    "sh_dc": 3,
+    "sh_rest": 9,
+}
 
 
 def try_encoder(encoder: str, decoder: str, scene: Path, limits: Limits) -> Verdict:
-    """Return the verdict on an encoder for one scene."""
+    """Run an encoder on one scene, and return the verdict."""
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "stream.quarc"
         try:
             declared = _encode(encoder, scene, output, limits)
             stream = output.read_bytes()
-            said = _decode(decoder, stream, limits)
+            decoded = _decode(decoder, stream, limits)
         except FaultError as fault:
             return Verdict(fault.verdict, str(fault))
         except OSError as error:
-            return Verdict("silent", f"no stream: {error}")
-    return judge_encoder(json.loads(scene.read_text("utf-8")), declared, stream, said)
+            return Verdict("silent", f"the encoder wrote no stream: {error}")
+    return judge_encoder(json.loads(scene.read_text("utf-8")), declared, stream, decoded)
 
 
-def judge_encoder(scene: Line, declared: list[Line], stream: bytes, said: list[Line]) -> Verdict:
-    """Compare a scene, the declarations and the decoded frames with each other."""
+def judge_encoder(scene: Line, declared: list[Line], stream: bytes, decoded: list[Line]) -> Verdict:
+    """Return the verdict on a stream, given its scene, the declared and the decoded lines."""
     if not declared or "bounds" not in declared[-1] or "level" not in declared[-1]:
-        return Verdict("silent", "no level and bounds were declared")
-    if said and "refused" in said[-1]:
-        return Verdict("refused", f"the stream is rejected: {said[-1]['refused']}")
-    mine = [(line.get("frame"), line.get("sha256")) for line in declared[:-1]]
-    if mine != [(line["frame"], line["sha256"]) for line in said] or not mine:
-        return Verdict("wrong", "the declared states differ from the decoded ones")
-    if len(said) != 1 + len(scene["frames"]):
-        return Verdict("missing", f"{len(said)} frames of {1 + len(scene['frames'])}")
+        return Verdict("silent", "the last line does not declare `level` and `bounds`")
+    if decoded and "refused" in decoded[-1]:
+        return Verdict("refused", f"the decoder rejects the stream: {decoded[-1]['refused']}")
+    declared_states = [(line.get("frame"), line.get("sha256")) for line in declared[:-1]]
+    if (
+        declared_states != [(line["frame"], line["sha256"]) for line in decoded]
+        or not declared_states
+    ):
+        return Verdict(
+            "wrong", "the declared digests differ from the digests of the decoded frames"
+        )
+    if len(decoded) != 1 + len(scene["frames"]):
+        return Verdict(
+            "missing", f"{len(decoded)} frames were decoded, expected {1 + len(scene['frames'])}"
+        )
     return (
-        _judge_level(declared[-1]["level"], stream, said)
-        or _judge_bounds(scene, declared[-1]["bounds"], said)
+        _judge_level(declared[-1]["level"], stream, decoded)
+        or _judge_bounds(scene, declared[-1]["bounds"], decoded)
         or Verdict(PASS)
     )
 
@@ -65,7 +79,7 @@ def _encode(encoder: str, scene: Path, output: Path, limits: Limits) -> list[Lin
         lines = list(process.lines())
         status = process.finish()
         if status:
-            raise process.crash(status)
+            raise process.make_crash_fault(status)
     finally:
         process.kill()
     return lines
@@ -82,98 +96,108 @@ def _decode(decoder: str, stream: bytes, limits: Limits) -> list[Line]:
             case_runner.close()
 
 
-def _judge_level(level: int, stream: bytes, said: list[Line]) -> Verdict | None:
-    """Compare the level of HEAD with the lowest sufficient one."""
-    chunks = [piece for piece, _ in split_pieces(stream)]
-    head = chunks[0][8 + 20 + _HEAD_LEVEL]
+def _judge_level(level: int, stream: bytes, decoded: list[Line]) -> Verdict | None:
+    """Compare the declared level and that of HEAD with the lowest level that suffices."""
+    chunks = [piece for piece, _ in split_chunks(stream)]
+    head = chunks[0][8 + 20 + _LEVEL_OFFSET]
     payloads = [chunk[20:-4] for chunk in chunks[1:]]
     births = [
         int.from_bytes(p[9:13], "little")
         for p, c in zip(payloads, chunks[1:], strict=True)
         if c[4:8] == b"FRAM"
     ]
-    used = (
-        max(line["gaussians"] for line in said),
+    usage = (
+        max(line["gaussians"] for line in decoded),
         max(births, default=0),
         max(map(len, payloads)),
     )
-    measured = next(
-        (n for n, most in LEVELS.items() if all(map(int.__le__, used, most))), _UNLIMITED
+    lowest_level = next(
+        (n for n, limits in LEVELS.items() if all(map(int.__le__, usage, limits))), _UNLIMITED_LEVEL
     )
-    if not level == head == measured:
-        return Verdict("level", f"{level} is declared, HEAD says {head}, {measured} would do")
+    if not level == head == lowest_level:
+        return Verdict("level", f"{level} is declared, HEAD says {head}, {lowest_level} would do")
     return None
 
 
-def _judge_bounds(scene: Line, bounds: dict[str, float], said: list[Line]) -> Verdict | None:
-    """Compare the numbers of every frame with those of the scene."""
-    before: list[dict[str, tuple[float, ...]]] = []
-    for number, line in enumerate(said):
-        there = list(_split(line, scene["header"]["sh_degree"]))
-        due = scene["canonical"] if number == 0 else scene["frames"][number - 1].get("births", [])
-        if len(there) != len(before) + len(due):
+def _judge_bounds(scene: Line, bounds: dict[str, float], decoded: list[Line]) -> Verdict | None:
+    """Compare the decoded Gaussians of every frame with the Gaussians of the scene."""
+    previous: list[dict[str, tuple[float, ...]]] = []
+    for number, line in enumerate(decoded):
+        gaussians = list(_split_gaussians(line, scene["header"]["sh_degree"]))
+        added = scene["canonical"] if number == 0 else scene["frames"][number - 1].get("births", [])
+        if len(gaussians) != len(previous) + len(added):
             return Verdict(
-                "missing", f"{len(there)} Gaussians in frame {number}, not {len(before) + len(due)}"
+                "missing",
+                f"{len(gaussians)} Gaussians in frame {number}, not {len(previous) + len(added)}",
             )
-        fault = _match(due, there[len(before) :], bounds)
+        fault = _find_unmatched(added, gaussians[len(previous) :], bounds)
         if number and not fault:
             shift = scene["frames"][number - 1].get("shift", (0.0, 0.0, 0.0))
-            fault = _moved(before, there, shift, bounds["shift"])
+            fault = _find_wrong_shift(previous, gaussians, shift, bounds["shift"])
         if fault:
             return Verdict("bounds", f"frame {number}: {fault}")
-        before = there
+        previous = gaussians
     return None
 
 
-def _split(line: Line, degree: int) -> Iterator[dict[str, tuple[float, ...]]]:
-    """Yield the numbers of each Gaussian of a frame."""
+def _split_gaussians(line: Line, degree: int) -> Iterator[dict[str, tuple[float, ...]]]:
+    """Yield the values of each Gaussian of a frame, by field."""
     data, count = bytes.fromhex(line["values"]), line["gaussians"]
     values = struct.unpack(f"<{len(data) // 4}f", data)
     rows = [values[start : start + count] for start in range(0, len(values), count)]
-    for column in zip(*rows, strict=True):
-        place, parts = 0, {}
-        for name, size in list(_PARTS.items())[: 5 + degree]:
-            parts[name], place = column[place : place + size], place + size
-        yield parts
+    for attributes in zip(*rows, strict=True):
+        offset, fields = 0, {}
+        for name, size in list(_FIELD_SIZES.items())[: 5 + degree]:
+            fields[name], offset = attributes[offset : offset + size], offset + size
+        yield fields
 
 
-def _match(
-    due: list[Line], there: list[dict[str, tuple[float, ...]]], bounds: dict[str, float]
+def _find_unmatched(
+    expected: list[Line], decoded: list[dict[str, tuple[float, ...]]], bounds: dict[str, float]
 ) -> str:
-    """Match a decoded Gaussian to each of the scene, in any order."""
-    left = list(there)
-    for gaussian in due:
-        found = next((each for each in left if _is_near(gaussian, each, bounds)), None)
-        if found is None:
-            return f"none is within the bounds of that at {gaussian['position']}"
-        left.remove(found)
+    """Return a message on the first expected Gaussian without a match; empty if all match."""
+    candidates = list(decoded)
+    for gaussian in expected:
+        match = next(
+            (
+                candidate
+                for candidate in candidates
+                if _is_within_bounds(gaussian, candidate, bounds)
+            ),
+            None,
+        )
+        if match is None:
+            return f"no decoded Gaussian is within the bounds of the one at {gaussian['position']}"
+        candidates.remove(match)
     return ""
 
 
-def _is_near(gaussian: Line, there: dict[str, tuple[float, ...]], bounds: dict[str, float]) -> bool:
-    return all(_distance(name, gaussian[name], there[name]) <= bounds[name] for name in there)
+def _is_within_bounds(
+    expected: Line, decoded: dict[str, tuple[float, ...]], bounds: dict[str, float]
+) -> bool:
+    return all(_distance(name, expected[name], decoded[name]) <= bounds[name] for name in decoded)
 
 
-def _distance(name: str, due: list[float], there: tuple[float, ...]) -> float:
-    """The greatest difference of a component; for rotations, with either sign."""
-    plus = max(abs(a - b) for a, b in zip(due, there, strict=True))
-    minus = max(abs(a + b) for a, b in zip(due, there, strict=True))
-    return min(plus, minus) if name == "rotation" else plus
+def _distance(name: str, expected: list[float], decoded: tuple[float, ...]) -> float:
+    """Return the largest difference of a component; q and -q are the same rotation."""
+    difference = max(abs(a - b) for a, b in zip(expected, decoded, strict=True))
+    negated_difference = max(abs(a + b) for a, b in zip(expected, decoded, strict=True))
+    return min(difference, negated_difference) if name == "rotation" else difference
 
 
-def _moved(
-    before: list[dict[str, tuple[float, ...]]],
-    there: list[dict[str, tuple[float, ...]]],
+def _find_wrong_shift(
+    previous: list[dict[str, tuple[float, ...]]],
+    gaussians: list[dict[str, tuple[float, ...]]],
     shift: Any,
     bound: float,
 ) -> str:
-    for old, new in zip(before, there, strict=False):
-        places = zip(old["position"], new["position"], shift, strict=True)
-        if max(abs(b - a - s) for a, b, s in places) > bound:
+    for old, new in zip(previous, gaussians, strict=False):
+        coordinates = zip(old["position"], new["position"], shift, strict=True)
+        if max(abs(b - a - s) for a, b, s in coordinates) > bound:
             return f"the Gaussian at {old['position']} has not moved by {list(shift)}"
     return ""
 
 
-def encoder_case(scene: Path) -> Case:
-    """Return the case of a scene, for reports."""
+def make_encoder_case(scene: Path) -> Case:
+    """Return the case that represents a scene in reports."""
     return Case(f"encoder/{scene.stem}", "encoder", "encode", ("1-4",), scene.stem, {}, {})

@@ -1,4 +1,4 @@
-"""Limits the resources of a process, and measures them."""
+"""Limits and measures the memory and the time of a process."""
 
 import os
 import resource
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 _MIB = 1 << 20
-_PAGE = resource.getpagesize()
-_DATA_FACTOR = 8
+_PAGE_BYTES = resource.getpagesize()
+_DATA_LIMIT_FACTOR = 8
 
 
 @dataclass(frozen=True)
@@ -16,56 +16,56 @@ class Limits:
     """Limits of one case.
 
     Attributes:
-        seconds: On the clock.
-        memory_mib: Resident memory of the decoder and its child processes.
+        seconds: Limit of the elapsed time.
+        memory_mib: Limit of the resident memory of the decoder and its child processes, in MiB.
     """
 
     seconds: float = 10.0
     memory_mib: int = 512
 
     def limit_data(self) -> None:
-        """Limit the data size of this process before it becomes the decoder.
+        """Limit the size of the data segment, in the child process before it starts the decoder.
 
-        Well above the limit of resident memory, which is measured: some runtimes reserve far more
-        than they use.
+        This limit is far above the limit of resident memory, because some runtimes reserve much
+        more memory than they use.
         """
-        most = _DATA_FACTOR * self.memory_mib * _MIB
-        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+        limit = _DATA_LIMIT_FACTOR * self.memory_mib * _MIB
+        resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
-class Watch:
-    """The time and memory of one case.
+class ResourceMonitor:
+    """Checks whether a process exceeds the limits of a case.
 
     Args:
-        pid: Of the decoder.
+        pid: Process id of the decoder.
         limits: Limits of the case.
     """
 
     def __init__(self, pid: int, limits: Limits) -> None:
         self._pid = pid
         self._limits = limits
-        self._end = time.monotonic() + limits.seconds
+        self._deadline = time.monotonic() + limits.seconds
 
-    def fault(self) -> str | None:
-        """Return `timeout` or `memory` if a limit is exceeded."""
+    def exceeded_limit(self) -> str | None:
+        """Return `timeout` or `memory` if that limit is exceeded, otherwise None."""
         if resident_mib(self._pid) > self._limits.memory_mib:
             return "memory"
-        return "timeout" if time.monotonic() > self._end else None
+        return "timeout" if time.monotonic() > self._deadline else None
 
 
 def resident_mib(pid: int) -> float:
-    """Return the resident memory of a process and its child processes; 0 if unknown."""
+    """Return the resident memory of a process and its child processes in MiB; 0 if unknown."""
     try:
         pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
         children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
     except (OSError, IndexError):
         return 0.0
-    return pages * _PAGE / _MIB + sum(resident_mib(int(child)) for child in children)
+    return pages * _PAGE_BYTES / _MIB + sum(resident_mib(int(child)) for child in children)
 
 
-def kill_group(pid: int) -> None:
-    """Kill the leader of a session, and all processes that it has started."""
+def kill_process_group(pid: int) -> None:
+    """Kill all processes of the process group that `pid` leads."""
     try:
         os.killpg(pid, 9)
     except ProcessLookupError:

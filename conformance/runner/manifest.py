@@ -1,4 +1,4 @@
-"""The manifest and its streams, committed or generated from their parents."""
+"""Reads the manifest and its streams, which are files or patches of other streams."""
 
 import hashlib
 import json
@@ -10,30 +10,30 @@ Entry = dict[str, Any]
 
 
 class SuiteError(Exception):
-    """The suite differs from its manifest, or there is none."""
+    """The suite has no manifest, or differs from its manifest."""
 
 
 @dataclass
 class Suite:
-    """Vectors and unit files.
+    """The vectors and unit files of a suite.
 
     Attributes:
-        root: Folder of the suite.
-        vectors: Entries of the manifest by name.
-        units: Contents of the files of known answers.
+        root: Folder that contains `manifest.json`.
+        vectors: Entries of the manifest, by the name of the vector.
+        units: Contents of the unit files, which hold known answers.
     """
 
     root: Path
     vectors: dict[str, Entry]
     units: list[Entry]
-    _made: dict[str, bytes] = field(default_factory=dict)
+    _cache: dict[str, bytes] = field(default_factory=dict)
 
     @classmethod
     def load(cls, root: Path) -> "Suite":
         """Read the manifest of a folder.
 
         Raises:
-            SuiteError: The manifest is missing, or empty.
+            SuiteError: A file is missing or malformed, or the manifest is empty.
         """
         try:
             manifest = json.loads((root / "manifest.json").read_text("utf-8"))
@@ -42,25 +42,25 @@ class Suite:
             message = f"no suite in {root}: {error}"
             raise SuiteError(message) from error
         if not manifest["vectors"]:
-            message = f"the manifest in {root} names no vector"
+            message = f"the manifest in {root} lists no vector"
             raise SuiteError(message)
         return cls(root, {entry["name"]: entry for entry in manifest["vectors"]}, units)
 
     def stream(self, name: str) -> bytes:
-        """Return the bytes of a vector.
+        """Return the stream of a vector.
 
         Raises:
-            SuiteError: They are missing, or differ from the manifest.
+            SuiteError: The file is missing, or its SHA-256 differs from the manifest.
         """
         entry = self.vectors[name]
         if "file" not in entry:
             data = apply_patch(self.stream(entry["parent"]), entry["patch"])
-        elif name in self._made:
-            return self._made[name]
+        elif name in self._cache:
+            return self._cache[name]
         else:
-            data = self._made[name] = self._read(entry["file"])
+            data = self._cache[name] = self._read(entry["file"])
         if hashlib.sha256(data).hexdigest() != entry["sha256"]:
-            message = f"{name} differs from the stream in the manifest"
+            message = f"the SHA-256 of {name} differs from the manifest"
             raise SuiteError(message)
         return data
 
@@ -73,10 +73,10 @@ class Suite:
 
 
 def apply_patch(parent: bytes, patch: list[Entry]) -> bytes:
-    """Return a parent with replaced bytes; offsets are those of the parent."""
-    data, place = b"", 0
+    """Return a stream with replaced bytes; the offsets of a patch are offsets in the parent."""
+    data, offset = b"", 0
     for splice in patch:
-        data += parent[place : splice["at"]]
+        data += parent[offset : splice["at"]]
         data += bytes.fromhex(splice["insert"]) * splice.get("count", 1)
-        place = splice["at"] + splice["remove"]
-    return data + parent[place:]
+        offset = splice["at"] + splice["remove"]
+    return data + parent[offset:]

@@ -1,4 +1,4 @@
-"""Runs a decoder as a process; it yields lines, or raises a fault."""
+"""Runs a decoder as a process; yields the lines that it prints, or raises a fault."""
 
 import json
 import queue
@@ -9,20 +9,20 @@ from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any
 
-from runner.limits import Limits, Watch, kill_group
+from runner.limits import Limits, ResourceMonitor, kill_process_group
 
 Line = dict[str, Any]
 GARBAGE, CRASH, STATUS = "garbage", "crash", "status"
-_POLL = 0.02
-_TAIL = 2000
-_LONGEST = 1 << 20
+_POLL_SECONDS = 0.02
+_STDERR_BYTES = 2000
+_MAX_LINE_BYTES = 1 << 20
 
 
 class FaultError(Exception):
-    """A decoder did not give a result.
+    """A decoder ended, or was stopped, without a result.
 
     Attributes:
-        verdict: The verdict; one of `judge.VERDICTS`.
+        verdict: Name of the verdict; one of `judge.VERDICTS`.
     """
 
     def __init__(self, verdict: str, message: str) -> None:
@@ -31,101 +31,110 @@ class FaultError(Exception):
 
 
 class StartError(Exception):
-    """A command cannot be started; this is not a verdict on the decoder."""
+    """A command cannot be started, which is an error of the user and not of the decoder."""
 
 
 class Decoder:
-    """A running decoder.
+    """The process of a decoder.
 
     Args:
         command: Command line in shell syntax; it is run without a shell.
-        limits: Of each case.
-        more: Arguments after the command's own.
+        limits: Limits of each case.
+        extra_arguments: Arguments to append to the command.
 
     Raises:
         StartError: The command cannot be started.
     """
 
-    def __init__(self, command: str, limits: Limits, *more: str) -> None:
+    def __init__(self, command: str, limits: Limits, *extra_arguments: str) -> None:
         self._limits = limits
-        self._process = _start([*_split(command), *more], limits)
+        self._process = _start_process([*_split_command(command), *extra_arguments], limits)
         self._lines: queue.Queue[bytes | None] = queue.Queue()
         self._errors = b""
-        self.watch = Watch(self._process.pid, limits)
-        for action in (self._read_output, self._read_errors):
-            threading.Thread(target=action, daemon=True).start()
+        self.monitor = ResourceMonitor(self._process.pid, limits)
+        for reader in (self._read_output, self._read_errors):
+            threading.Thread(target=reader, daemon=True).start()
 
     def begin_case(self) -> None:
-        """Reset the limits of time and memory."""
-        self.watch = Watch(self._process.pid, self._limits)
+        """Restart the time limit for the next case."""
+        self.monitor = ResourceMonitor(self._process.pid, self._limits)
 
     def send(self, data: bytes, *, last: bool = False) -> None:
-        """Send bytes to the decoder; bytes that it does not read are lost."""
+        """Send bytes to the decoder in the background; with `last`, close its standard input."""
         threading.Thread(target=self._write, args=(data, last), daemon=True).start()
 
     def feed(self, data: bytes) -> None:
-        """Send bytes to the decoder and wait until they are written."""
+        """Send bytes to the decoder, and wait until they are written to its standard input."""
         self._write(data, last=False)
 
     def lines(self) -> Iterator[Line]:
-        """Yield the printed lines until the decoder ends.
+        """Yield the lines that the decoder prints until it closes its output.
 
         Raises:
-            FaultError: A limit is exceeded, or a line is not a JSON object.
+            FaultError: The decoder exceeds a limit, or prints a line that is not a JSON object.
         """
-        while (raw := self._next()) is not None:
+        while (raw := self._next_line()) is not None:
             yield parse_line(raw)
 
     def finish(self) -> int:
         """Return the exit status of a decoder that has closed its output.
 
         Raises:
-            FaultError: It was ended by a signal, or does not end.
+            FaultError: A signal ended the decoder, or it exceeds a limit.
         """
         while self._process.poll() is None:
-            self._check()
+            self._check_limits()
             with suppress(subprocess.TimeoutExpired):
-                self._process.wait(_POLL)
+                self._process.wait(_POLL_SECONDS)
         status = self._process.returncode
         if status < 0:
-            raise FaultError(self._describe_crash(), f"ended by signal {-status}: {self.said()}")
+            raise FaultError(
+                self._crash_verdict(), f"ended by signal {-status}: {self.stderr_tail()}"
+            )
         return status
 
-    def said(self) -> str:
-        """Return the end of what the decoder wrote to standard error."""
+    def stderr_tail(self) -> str:
+        """Return the last 300 bytes that the decoder wrote to standard error, as one line."""
         return self._errors[-300:].decode(errors="replace").strip().replace("\n", " | ")
 
-    def crash(self, status: int) -> FaultError:
+    def make_crash_fault(self, status: int) -> FaultError:
         """Return the fault of a decoder that ended with a status but without a result."""
-        return FaultError(self._describe_crash(), f"exit status {status}: {self.said()}")
+        return FaultError(self._crash_verdict(), f"exit status {status}: {self.stderr_tail()}")
 
     def kill(self) -> None:
-        """End the decoder."""
-        kill_group(self._process.pid)
+        """Kill the decoder, and close its pipes."""
+        kill_process_group(self._process.pid)
         self._process.wait()
         for pipe in (self._process.stdin, self._process.stdout, self._process.stderr):
             if pipe is not None:
                 with suppress(OSError, ValueError):
                     pipe.close()
 
-    def _next(self) -> bytes | None:
+    def _next_line(self) -> bytes | None:
         while True:
             try:
-                return self._lines.get(timeout=_POLL)
+                return self._lines.get(timeout=_POLL_SECONDS)
             except queue.Empty:
-                self._check()
+                self._check_limits()
 
-    def _check(self) -> None:
-        verdict = self.watch.fault()
+    def _check_limits(self) -> None:
+        verdict = self.monitor.exceeded_limit()
         if verdict is not None:
             raise FaultError(
-                verdict, f"more {'time' if verdict == 'timeout' else verdict} than allowed"
+                verdict,
+                f"the decoder used more {'time' if verdict == 'timeout' else verdict} than allowed",
             )
 
-    def _describe_crash(self) -> str:
-        words = self._errors.lower()
-        signs = (b"memoryerror", b"out of memory", b"bad_alloc", b"cannot allocate", b"heap limit")
-        return "memory" if any(sign in words for sign in signs) else "crash"
+    def _crash_verdict(self) -> str:
+        stderr = self._errors.lower()
+        patterns = (
+            b"memoryerror",
+            b"out of memory",
+            b"bad_alloc",
+            b"cannot allocate",
+            b"heap limit",
+        )
+        return "memory" if any(pattern in stderr for pattern in patterns) else "crash"
 
     def _write(self, data: bytes, last: bool) -> None:
         assert self._process.stdin is not None
@@ -138,7 +147,7 @@ class Decoder:
     def _read_output(self) -> None:
         assert self._process.stdout is not None
         with suppress(OSError, ValueError):
-            while raw := self._process.stdout.readline(_LONGEST):
+            while raw := self._process.stdout.readline(_MAX_LINE_BYTES):
                 self._lines.put(raw)
         self._lines.put(None)
 
@@ -146,35 +155,35 @@ class Decoder:
         assert self._process.stderr is not None
         with suppress(OSError, ValueError):
             while piece := self._process.stderr.read(1 << 12):
-                self._errors = (self._errors + piece)[-_TAIL:]
+                self._errors = (self._errors + piece)[-_STDERR_BYTES:]
 
 
-def _split(command: str) -> list[str]:
-    """Split a command into words.
+def _split_command(command: str) -> list[str]:
+    """Split a command into its arguments.
 
     Raises:
-        StartError: It is empty, or has an unclosed quotation.
+        StartError: The command is empty, or has an unclosed quotation mark.
     """
     try:
-        words = shlex.split(command)
+        arguments = shlex.split(command)
     except ValueError as error:
         message = f"the command {command!r} cannot be read: {error}"
         raise StartError(message) from error
-    if not words:
+    if not arguments:
         message = "the command is empty"
         raise StartError(message)
-    return words
+    return arguments
 
 
-def _start(words: list[str], limits: Limits) -> subprocess.Popen[bytes]:
+def _start_process(arguments: list[str], limits: Limits) -> subprocess.Popen[bytes]:
     """Start a program with pipes for input and output.
 
     Raises:
-        StartError: It does not start.
+        StartError: The program cannot be started.
     """
     try:
         return subprocess.Popen(
-            words,
+            arguments,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -182,21 +191,21 @@ def _start(words: list[str], limits: Limits) -> subprocess.Popen[bytes]:
             preexec_fn=limits.limit_data,
         )
     except (OSError, ValueError, subprocess.SubprocessError) as error:
-        message = f"{words[0]!r} cannot be started: {getattr(error, 'strerror', None) or error}"
+        message = f"{arguments[0]!r} cannot be started: {getattr(error, 'strerror', None) or error}"
         raise StartError(message) from error
 
 
 def parse_line(raw: bytes) -> Line:
-    """Return the object of a line.
+    """Return a line as a JSON object.
 
     Raises:
-        FaultError: It is none.
+        FaultError: The line is not a JSON object.
     """
     try:
         line = json.loads(raw)
     except ValueError:
         line = None
     if not isinstance(line, dict):
-        message = f"no JSON object: {raw[:60]!r}"
+        message = f"the decoder printed a line that is not a JSON object: {raw[:60]!r}"
         raise FaultError(GARBAGE, message)
     return line

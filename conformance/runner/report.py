@@ -1,4 +1,4 @@
-"""Reports as text, JSON and JUnit."""
+"""Reports in text, JSON and JUnit format."""
 
 import json
 from collections import Counter, defaultdict
@@ -16,7 +16,7 @@ _SCHEMA = "quarc-ref/conformance-report/1"  # schema/report.schema.json
 
 @dataclass(frozen=True)
 class Result:
-    """A case and its verdict."""
+    """A case, its verdict, and its duration in seconds."""
 
     case: Case
     verdict: Verdict
@@ -30,11 +30,11 @@ class Result:
 
 @dataclass(frozen=True)
 class Report:
-    """All results of a decoder.
+    """All results of a decoder or an encoder.
 
     Attributes:
-        command: The decoder.
-        capabilities: Capabilities that it prints.
+        command: Command line of the decoder or encoder.
+        capabilities: Line that the decoder prints with `--capabilities`.
         results: Results in the order of the cases.
     """
 
@@ -44,53 +44,58 @@ class Report:
 
     @property
     def passed(self) -> bool:
-        """Whether there were cases, and all passed."""
+        """Whether at least one case ran and all cases passed."""
         return bool(self.results) and all(result.passed for result in self.results)
 
-    def by(self, key: str) -> dict[str, tuple[int, int]]:
-        """Return the numbers of passed and of all cases by `category`, `mode` or `clauses`."""
+    def count_by(self, key: str) -> dict[str, tuple[int, int]]:
+        """Return (passed cases, all cases) for each value of `category`, `mode` or `clauses`."""
         counts: dict[str, list[int]] = defaultdict(lambda: [0, 0])
         for result in self.results:
             value = getattr(result.case, key)
             for name in value if isinstance(value, tuple) else (value,):
                 counts[name][0] += result.passed
                 counts[name][1] += 1
-        return {name: (good, all_) for name, (good, all_) in sorted(counts.items())}
+        return {name: (passed, total) for name, (passed, total) in sorted(counts.items())}
 
     def text(self, *, clauses: bool) -> str:
-        """Return the report as text."""
+        """Return the report as text, optionally with the results of each clause."""
         failed = [result for result in self.results if not result.passed]
         lines = [f"decoder: {self.command}"]
-        can = ", ".join(["decode", *self.capabilities.get("capabilities", [])])
-        lines.append(f"asked for: {can}")
+        capabilities = ", ".join(["decode", *self.capabilities.get("capabilities", [])])
+        lines.append(f"tested: {capabilities}")
         lines += [f"  {r.verdict.name:<12} {r.case.name}: {r.verdict.message}" for r in failed]
         sections = {"category": "category", **({"clause": "clauses"} if clauses else {})}
         for title, key in sections.items():
             lines.append(f"by {title}:")
             lines += [
-                f"  {name:<10} {good} of {all_}" for name, (good, all_) in self.by(key).items()
+                f"  {name:<10} {passed} of {all_}"
+                for name, (passed, all_) in self.count_by(key).items()
             ]
         verdicts = Counter(result.verdict.name for result in failed)
-        said = ", ".join(f"{name} {count}" for name, count in verdicts.most_common())
-        good = len(self.results) - len(failed)
-        lines.append(f"{good} of {len(self.results)} cases passed" + (f": {said}" if said else ""))
+        verdict_summary = ", ".join(f"{name} {count}" for name, count in verdicts.most_common())
+        passed = len(self.results) - len(failed)
+        lines.append(
+            f"{passed} of {len(self.results)} cases passed"
+            + (f": {verdict_summary}" if verdict_summary else "")
+        )
         return "\n".join(lines) + "\n"
 
     def as_json(self) -> dict[str, Any]:
-        """Return the report as JSON; see schema/report.schema.json."""
+        """Return the report as a JSON object; see schema/report.schema.json."""
         cases = [
             {
-                "name": r.case.name,
-                "mode": r.case.mode,
-                "clauses": list(r.case.clauses),
-                "verdict": r.verdict.name,
-                "message": r.verdict.message,
-                "seconds": round(r.seconds, 4),
+                "name": result.case.name,
+                "mode": result.case.mode,
+                "clauses": list(result.case.clauses),
+                "verdict": result.verdict.name,
+                "message": result.verdict.message,
+                "seconds": round(result.seconds, 4),
             }
-            for r in self.results
+            for result in self.results
         ]
         clauses = {
-            name: {"passed": good, "cases": n} for name, (good, n) in self.by("clauses").items()
+            name: {"passed": passed, "cases": total}
+            for name, (passed, total) in self.count_by("clauses").items()
         }
         return {
             "schema": _SCHEMA,
@@ -102,27 +107,29 @@ class Report:
         }
 
     def junit(self) -> bytes:
-        """Return a JUnit file with a test case for each case."""
+        """Return the content of a JUnit file, with one test case for each case."""
         failed = sum(not result.passed for result in self.results)
-        numbers = {"tests": str(len(self.results)), "failures": str(failed)}
-        suite = ElementTree.Element("testsuite", {"name": "quarc conformance", **numbers})
+        totals = {"tests": str(len(self.results)), "failures": str(failed)}
+        suite = ElementTree.Element("testsuite", {"name": "quarc conformance", **totals})
         for result in self.results:
-            names = {"classname": result.case.category, "name": result.case.name}
-            case = ElementTree.SubElement(suite, "testcase", names, time=f"{result.seconds:.4f}")
+            attributes = {"classname": result.case.category, "name": result.case.name}
+            case = ElementTree.SubElement(
+                suite, "testcase", attributes, time=f"{result.seconds:.4f}"
+            )
             if not result.passed:
-                message = {"type": result.verdict.name, "message": result.verdict.message}
-                ElementTree.SubElement(case, "failure", message)
+                failure = {"type": result.verdict.name, "message": result.verdict.message}
+                ElementTree.SubElement(case, "failure", failure)
         return ElementTree.tostring(suite, encoding="utf-8", xml_declaration=True)
 
 
-def write_reports(report: Report, as_json: Path | None, junit: Path | None) -> None:
-    """Write the requested files."""
-    if as_json is not None:
-        as_json.write_text(json.dumps(report.as_json(), indent=1) + "\n", "utf-8")
-    if junit is not None:
-        junit.write_bytes(report.junit())
+def write_reports(report: Report, json_path: Path | None, junit_path: Path | None) -> None:
+    """Write the report to each path that is not None."""
+    if json_path is not None:
+        json_path.write_text(json.dumps(report.as_json(), indent=1) + "\n", "utf-8")
+    if junit_path is not None:
+        junit_path.write_bytes(report.junit())
 
 
-def select(cases: Iterable[Case], wanted: list[str]) -> list[Case]:
-    """Return the cases with names that have one of the prefixes; all without prefixes."""
-    return [case for case in cases if not wanted or case.name.startswith(tuple(wanted))]
+def select_cases(cases: Iterable[Case], prefixes: list[str]) -> list[Case]:
+    """Return the cases whose names begin with one of the prefixes; without prefixes, all cases."""
+    return [case for case in cases if not prefixes or case.name.startswith(tuple(prefixes))]

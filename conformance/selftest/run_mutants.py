@@ -25,7 +25,7 @@ _HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(_HERE), str(_HERE.parent)]
 
 from mutants import MUTANTS, Mutant  # noqa: E402, the path is set above
-from runner.asking import CaseRunner  # noqa: E402
+from runner.case_runner import CaseRunner  # noqa: E402
 from runner.cases import MODES, Case, list_cases  # noqa: E402
 from runner.judge import PASS  # noqa: E402
 from runner.limits import Limits  # noqa: E402
@@ -109,7 +109,7 @@ def _find_first(
         # There are many cuts at every byte; those at chosen places detect as much.
         if case.category in caught or case.name.startswith(_SERIES):
             continue
-        verdict = case_runner.ask(case)
+        verdict = case_runner.run_case(case)
         if verdict.name != PASS:
             caught[case.category] = f"{case.name}: {verdict.name}"
     return caught

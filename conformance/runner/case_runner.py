@@ -1,4 +1,4 @@
-"""Runs a decoder: a process for each stream, one process for many jobs, or piece by piece."""
+"""Runs a decoder: a process for each stream, one process for many jobs, or a growing stream."""
 
 import json
 from collections.abc import Iterator
@@ -12,28 +12,28 @@ from runner.manifest import Suite
 from runner.process import CRASH, STATUS, Decoder, FaultError
 
 Line = dict[str, Any]
-_STATUS = {"refused": 1, "declined": 3}
-_START_SECONDS = 20.0
+_EXIT_STATUS = {"refused": 1, "declined": 3}
+_STARTUP_SECONDS = 20.0
 
 
 def query_capabilities(command: str, limits: Limits) -> Line:
-    """Return the capabilities that a decoder prints; none if it prints nothing."""
-    decoder = Decoder(command, Limits(_START_SECONDS, limits.memory_mib), "--capabilities")
+    """Return the line that a decoder prints with `--capabilities`; empty if it prints none."""
+    decoder = Decoder(command, Limits(_STARTUP_SECONDS, limits.memory_mib), "--capabilities")
     decoder.send(b"", last=True)
-    said: Line = {}
+    capabilities: Line = {}
     with suppress(FaultError):
-        said = next(iter(decoder.lines()), {})
+        capabilities = next(iter(decoder.lines()), {})
     decoder.kill()
-    return said if isinstance(said.get("capabilities"), list) else {}
+    return capabilities if isinstance(capabilities.get("capabilities"), list) else {}
 
 
 class CaseRunner:
     """Tests a decoder with one case after another.
 
     Args:
-        command: The decoder.
-        suite: Suite with the streams.
-        limits: Of each case.
+        command: Command line of the decoder.
+        suite: Suite that contains the streams.
+        limits: Limits of each case.
         jobs: Whether the decoder supports many jobs in one process.
     """
 
@@ -44,8 +44,8 @@ class CaseRunner:
         self._jobs = jobs
         self._worker: Decoder | None = None
 
-    def ask(self, case: Case) -> Verdict:
-        """Return the verdict on the decoder in one case."""
+    def run_case(self, case: Case) -> Verdict:
+        """Run one case, and return the verdict on the decoder."""
         try:
             if case.mode == "grow":
                 return self._run_growing(case)
@@ -79,7 +79,7 @@ class CaseRunner:
         """Return the decoder's answer to a job.
 
         Raises:
-            FaultError: There is no answer, or not within the limits.
+            FaultError: The decoder gives no answer, or exceeds a limit.
         """
         if self._worker is None:
             self._worker = Decoder(self._command, self._limits, "--jobs")
@@ -91,28 +91,30 @@ class CaseRunner:
             if line.get("done"):
                 return lines
             lines.append(line)
-        raise worker.crash(worker.finish())
+        raise worker.make_crash_fault(worker.finish())
 
     def _run_growing(self, case: Case) -> Verdict:
-        """Feed a stream chunk by chunk: a frame must be printed before the next chunk is fed."""
-        stream, said = self._suite.stream(case.vector), []
+        """Feed a stream chunk by chunk; the decoder must print each frame before the next chunk."""
+        stream, printed_lines = self._suite.stream(case.vector), []
         decoder = Decoder(self._command, self._limits)
         lines = decoder.lines()
         try:
-            for piece, is_frame in split_pieces(stream):
-                decoder.feed(piece)
+            for chunk, is_frame in split_chunks(stream):
+                decoder.feed(chunk)
                 if is_frame:
-                    said.append(_next_line(lines, len(said)))
+                    printed_lines.append(_next_line(lines, len(printed_lines)))
             decoder.send(b"", last=True)
-            said += list(lines)
-            _check_status(decoder, said)
+            printed_lines += list(lines)
+            _check_status(decoder, printed_lines)
         except FaultError as fault:
-            if fault.verdict != "timeout" or not said:
+            if fault.verdict != "timeout" or not printed_lines:
                 raise
-            return Verdict("missing", f"frame {len(said)} is not printed while the stream grows")
+            return Verdict(
+                "missing", f"frame {len(printed_lines)} is not printed while the stream grows"
+            )
         finally:
             decoder.kill()
-        return judge(case, said)
+        return judge(case, printed_lines)
 
 
 def _next_line(lines: Iterator[Line], number: int) -> Line:
@@ -123,22 +125,22 @@ def _next_line(lines: Iterator[Line], number: int) -> Line:
 
 
 def _check_status(decoder: Decoder, lines: list[Line]) -> None:
-    """Compare the exit status with the printed lines."""
+    """Raise a fault if the exit status does not match the printed lines."""
     status = decoder.finish()
-    last = lines[-1] if lines else {}
-    due = next((code for word, code in _STATUS.items() if word in last), 0)
-    if status == due:
+    last_line = lines[-1] if lines else {}
+    expected = next((code for key, code in _EXIT_STATUS.items() if key in last_line), 0)
+    if status == expected:
         return
-    if due and status in {0, *_STATUS.values()}:
-        raise FaultError(STATUS, f"exit status {status}, expected {due}")
-    raise decoder.crash(status)
+    if expected and status in {0, *_EXIT_STATUS.values()}:
+        raise FaultError(STATUS, f"exit status {status}, expected {expected}")
+    raise decoder.make_crash_fault(status)
 
 
-def split_pieces(stream: bytes) -> Iterator[tuple[bytes, bool]]:
-    """Yield a valid stream chunk by chunk, and whether a chunk is a frame."""
-    place, begun = 8, 0
-    while place < len(stream):
-        kind = stream[place + 4 : place + 8]
-        end = place + 24 + int.from_bytes(stream[place + 12 : place + 16], "little")
-        yield stream[begun:end], kind in (b"CANO", b"FRAM")
-        place = begun = end
+def split_chunks(stream: bytes) -> Iterator[tuple[bytes, bool]]:
+    """Yield the chunks of a valid stream, and whether each is a CANO or FRAM chunk."""
+    offset, start = 8, 0
+    while offset < len(stream):
+        kind = stream[offset + 4 : offset + 8]
+        end = offset + 24 + int.from_bytes(stream[offset + 12 : offset + 16], "little")
+        yield stream[start:end], kind in (b"CANO", b"FRAM")
+        offset = start = end
