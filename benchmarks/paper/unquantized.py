@@ -109,7 +109,7 @@ def encode_unquantized(
             ),
         )
         state = moved if births is None else append_births(moved, births)
-        context.views.drop_before(frame)
+        context.views.drop_frames_before(frame)
         context.observers.progress.advance("frames", frame + 1, frames)
         yield FloatFrame(state, deaths)
 

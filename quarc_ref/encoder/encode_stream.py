@@ -174,7 +174,7 @@ class _Encoding:
         births = fit_births(context, moved.state, motion.statistics, config, cost)
         kind = self._commit(moved, births)
         self._report_frame(kind, births.newborn.count if births else 0, deaths)
-        context.views.drop_before(frame)
+        context.views.drop_frames_before(frame)
         self.next_frame = frame + 1
 
     def finish(self) -> None:

@@ -15,7 +15,7 @@ from quarc_ref.encoder.monitoring.forecast import frame_seconds
 from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.settings.config import EncoderConfig
-from quarc_ref.encoder.training.canonical import canonical_learning_rates, start_from_points
+from quarc_ref.encoder.training.canonical import canonical_learning_rates, initialize_from_points
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.trainable import Trainer
 
@@ -61,7 +61,7 @@ def time_step(context: TrainingContext, points: Points, config: EncoderConfig) -
     """
     initial, expected = _guess_gaussians(len(points.positions), config.canonical)
     generator = torch.Generator().manual_seed(0)
-    start = start_from_points(points, config.canonical, generator, context.device)
+    start = initialize_from_points(points, config.canonical, generator, context.device)
     trainer = Trainer(start, canonical_learning_rates(config.canonical, context.views.extent))
     times = []
     for step in range(_WARM_STEPS + _TIMED_STEPS):

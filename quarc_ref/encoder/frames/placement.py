@@ -15,7 +15,7 @@ from torch import Tensor
 from quarc_ref.encoder.frames.change_gate import measure_change
 from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.encoder.training.context import TrainingContext
-from quarc_ref.encoder.training.density import ScreenStatistics, draw_within
+from quarc_ref.encoder.training.density import ScreenStatistics, sample_offsets
 from quarc_ref.encoder.training.fixed_scene import FixedScene
 from quarc_ref.encoder.training.trainable import Attributes, to_sh_dc
 from quarc_ref.format.cameras import Camera
@@ -54,7 +54,7 @@ def place_clones(
     clones = scene.rows(parents)
     generator = context.generator(frame, "births")
     births = Attributes(
-        clones.means + draw_within(clones, settings.spread, generator),
+        clones.means + sample_offsets(clones, settings.spread, generator),
         _identities(parents.numel(), clones.means),
         clones.log_scales,
         torch.full_like(clones.opacities, settings.opacity_logit),

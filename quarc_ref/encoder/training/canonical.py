@@ -2,14 +2,14 @@
 
 Differences from 3DGS, all controlled by `CanonicalSettings`:
 
-- Noise on positions (paper section 3) prevents overfitting of the training views; noise
-  along each Gaussian's axes makes positions within a Gaussian equivalent.
-- Opacities decay, so that only Gaussians that the pictures need remain. Haze in front of
-  the cameras disappears first.
-- Gaussians that contribute little are pruned halfway through densification and after it.
-  The others have time to replace them, and training becomes faster.
-- The first iterations may use pictures of half the size.
-- The last part is fine-tuning: all attributes pass through the quantizer, so that
+- Noise on positions (paper section 3) prevents overfitting to the training views. Noise
+  along a Gaussian's axes makes the loss insensitive to small shifts of the Gaussian.
+- Opacities decay, so that Gaussians that do not improve the pictures disappear. Haze in
+  front of the cameras disappears first.
+- Gaussians that contribute little are pruned halfway through densification and at its end.
+  Early pruning makes training faster, and later iterations correct the resulting errors.
+- The first iterations may use pictures of half the width and height.
+- The last iterations are fine-tuning: all attributes pass through the quantizer, so that
   training optimizes the values that are written.
 """
 
@@ -30,7 +30,7 @@ from quarc_ref.encoder.resume.saved_training import Bounds
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.context import TrainingContext
-from quarc_ref.encoder.training.density import ScreenStatistics, densify, draw_within
+from quarc_ref.encoder.training.density import ScreenStatistics, densify, sample_offsets
 from quarc_ref.encoder.training.pruning import prune_by_contribution
 from quarc_ref.encoder.training.regularizers import code_rate_nats, opacity_scale_penalty
 from quarc_ref.encoder.training.trainable import Attributes, Trainer, cosine_decay, to_sh_dc
@@ -38,7 +38,8 @@ from quarc_ref.encoder.training.trainable import Attributes, Trainer, cosine_dec
 _INITIAL_OPACITY = 0.1
 _NEIGHBORS = 3
 _MIN_SPACING = 1e-7
-_RATE_EVERY = 2  # the slow code rate is evaluated every second iteration, at twice the weight
+# Evaluating the code rate is slow, so every second iteration does, with twice the weight.
+_RATE_INTERVAL = 2
 
 
 def train_canonical(
@@ -47,17 +48,17 @@ def train_canonical(
     objective: CanonicalObjective,
     checkpoint: Checkpoint | None = None,
 ) -> Attributes:
-    """Train frame 0.
+    """Train the Gaussians of frame 0.
 
     Args:
         context: Training views, renderer and random numbers.
         points: Initial points.
         objective: Schedule, weights and quantization steps.
-        checkpoint: File in which training is saved every minute and on interruptions, and
-            from which it resumes; None for no file.
+        checkpoint: File in which the training state is saved every minute and on
+            interruptions, and from which training resumes; None: training is not saved.
 
     Returns:
-        The quantized attributes.
+        The quantized attributes of all trained Gaussians.
 
     Raises:
         OSError: The checkpoint cannot be written.
@@ -71,19 +72,19 @@ def train_canonical(
             with signals_deferred():
                 training.take_step()
             if checkpoint is not None:
-                checkpoint.save_if_due(training.describe)
+                checkpoint.save_if_due(training.state_arrays)
             context.observers.progress.advance("canonical", training.step, settings.iterations)
-        if checkpoint is not None:  # kept until the frame is written, which takes some time
-            checkpoint.save(training.describe)
-    final = training.attributes.quantized(objective.header)
-    return final.rows(torch.sigmoid(final.opacities) >= settings.final_prune_opacity)
+        if checkpoint is not None:  # writing the frame takes time and may be interrupted
+            checkpoint.save(training.state_arrays)
+    attributes = training.attributes.quantized(objective.header)
+    return attributes.rows(torch.sigmoid(attributes.opacities) >= settings.final_prune_opacity)
 
 
 class _Training:
-    """Training of frame 0 in progress.
+    """The state of the training of frame 0.
 
     Attributes:
-        step: Index of the next iteration.
+        step: Index of the next iteration, from 0.
     """
 
     def __init__(
@@ -92,35 +93,35 @@ class _Training:
         settings = objective.settings
         self.step = 0
         self._context, self._objective = context, objective
-        self._halved = context.halved() if settings.half_resolution_until_iter else context
+        self._half_context = context.halved() if settings.half_resolution_until_iter else context
         self._generator = context.generator(0, "canonical")
         self._views = context.views.shuffled(self._generator)
-        start = start_from_points(points, settings, self._generator, context.device)
+        start = initialize_from_points(points, settings, self._generator, context.device)
         self._trainer = Trainer(start, canonical_learning_rates(settings, context.views.extent))
         self._statistics = ScreenStatistics(self._trainer.count, context.device)
 
     @property
     def attributes(self) -> Attributes:
-        """The current attributes."""
+        """Detached copies of the current attributes."""
         return self._trainer.attributes.detached()
 
     def take_step(self) -> None:
-        """Run one iteration: prune if due, train on one view, densify if due."""
+        """Run one iteration: train on one view; prune before and densify after it if scheduled."""
         context, objective, trainer = self._context, self._objective, self._trainer
         settings, step = objective.settings, self.step
-        weight = objective.prune_weight_at(step)
-        if weight:
-            prune_by_contribution(trainer, context, weight, self._generator)
+        prune_threshold = objective.prune_threshold_at(step)
+        if prune_threshold:
+            prune_by_contribution(trainer, context, prune_threshold, self._generator)
             self._statistics = ScreenStatistics(trainer.count, context.device)
         trainer.set_learning_rates(learning_rates_at(objective, context.views.extent, step))
         is_halved = step < settings.half_resolution_until_iter
-        self._train_view(self._halved if is_halved else context)
-        if objective.densifies_at(step):
+        self._train_view(self._half_context if is_halved else context)
+        if objective.should_densify(step):
             densify(trainer, self._statistics, settings, context.views.extent, self._generator)
             self._statistics = ScreenStatistics(trainer.count, context.device)
         self.step += 1
 
-    def describe(self) -> Arrays:
+    def state_arrays(self) -> Arrays:
         """Return the complete training state as arrays."""
         tensors = {
             "generator": self._generator.get_state(),
@@ -129,76 +130,80 @@ class _Training:
             **self._statistics.state(),
         }
         arrays: Arrays = {name: tensor.cpu().numpy() for name, tensor in tensors.items()}
-        return arrays | {"step": np.array(self.step), "left": np.array(self._views.left, np.int64)}
+        return arrays | {
+            "step": np.array(self.step),
+            "left": np.array(self._views.remaining, np.int64),
+        }
 
     def restore(self, checkpoint: Checkpoint) -> None:
-        """Continue from a checkpoint if its state is valid for this training."""
-        of_gaussians = {**self._trainer.state(), **self._statistics.state()}
+        """Restore the state from a checkpoint; leave the state unchanged if the file is invalid."""
+        gaussian_arrays = {**self._trainer.state(), **self._statistics.state()}
         settings = self._objective.settings
         bounds = Bounds(
             gaussians=max(settings.max_gaussians, self._trainer.count),
             views=self._context.view_count,
             iterations=settings.iterations,
         )
-        saved = checkpoint.load(bounds.describe_layout(self.describe(), of_gaussians))
-        if saved is None or not bounds.are_valid(saved):
+        arrays = checkpoint.load(bounds.describe_layout(self.state_arrays(), gaussian_arrays))
+        if arrays is None or not bounds.are_valid(arrays):
             return
-        tensors = {name: torch.from_numpy(array) for name, array in saved.items()}
-        self.step = int(saved["step"])
-        self._views.left = saved["left"].tolist()
+        tensors = {name: torch.from_numpy(array) for name, array in arrays.items()}
+        self.step = int(arrays["step"])
+        self._views.remaining = arrays["left"].tolist()
         self._generator.set_state(tensors["generator"])
         self._context.exposures.restore(tensors["gains"])
         self._trainer.restore(tensors)
         self._statistics.restore(tensors)
 
     def _train_view(self, context: TrainingContext) -> None:
-        """Render the next view and take an optimizer step."""
+        """Render the next training view and take an optimizer step on its loss."""
         objective, trainer, step = self._objective, self._trainer, self.step
         settings = objective.settings
-        attributes = _as_rendered(trainer.attributes, objective, step, self._generator)
+        attributes = _attributes_to_render(trainer.attributes, objective, step, self._generator)
         view = next(self._views)
         rendering = context.render(attributes.activated(), view)
         if settings.exposure_lr and step >= settings.exposure_from_iter:
-            shown, picture = context.mask(rendering.image, view, 0), context.views.picture(view, 0)
-            context.exposures.update_gain(view, shown, picture, settings.exposure_lr)
+            image, picture = context.mask(rendering.image, view, 0), context.views.picture(view, 0)
+            context.exposures.update_gain(view, image, picture, settings.exposure_lr)
         loss = context.photometric_loss(rendering.image, view, 0, settings.lambda_dssim)
         loss = loss + opacity_scale_penalty(trainer.attributes, settings)
         weight = settings.code_rd_lambda * objective.rd_lambda
-        if weight and step % _RATE_EVERY == 0:
-            nats = code_rate_nats(trainer.attributes, objective.header)
-            loss = loss + _RATE_EVERY * loss.detach() * (weight * nats)
+        if weight and step % _RATE_INTERVAL == 0:
+            rate_nats = code_rate_nats(trainer.attributes, objective.header)
+            loss = loss + _RATE_INTERVAL * loss.detach() * (weight * rate_nats)
         gradient = trainer.step(loss, rendering.means2d)
-        if objective.decays_opacity_at(step):
+        if objective.should_decay_opacity(step):
             trainer.decay_opacity(rendering.radii > 0, settings.opacity_decay)
         self._statistics.add(gradient, rendering, context.camera(view))
-        place = (0, step + 1, settings.iterations)
-        context.report_step("canonical", place, view, trainer.count, rendering.image, loss)
+        counters = (0, step + 1, settings.iterations)
+        context.report_step("canonical", counters, view, trainer.count, rendering.image, loss)
 
 
 @contextmanager
 def _save_on_interrupt(training: _Training, checkpoint: Checkpoint | None) -> Iterator[None]:
-    """Save the training when it is interrupted between two iterations."""
+    """Save a checkpoint if KeyboardInterrupt ends the context; raise the interrupt again."""
     try:
         yield
     except KeyboardInterrupt:
         if checkpoint is not None and training.step:
             with signals_deferred():
-                checkpoint.save(training.describe)
+                checkpoint.save(training.state_arrays)
         raise
 
 
-def start_from_points(
+def initialize_from_points(
     points: Points, settings: CanonicalSettings, generator: torch.Generator, device: torch.device
 ) -> Attributes:
-    """Create a Gaussian for every initial point, or for a random subset if there are too many.
+    """Create a Gaussian for every initial point, or for a random subset of the points.
 
-    The size of a Gaussian is the distance to the three nearest points, as in 3DGS.
+    A subset of `settings.initial_gaussians` points is used if there are more. The scale of a
+    Gaussian is the root mean square distance to the three nearest points, as in 3DGS.
     """
     count = min(points.positions.shape[0], settings.initial_gaussians)
-    chosen = torch.randperm(points.positions.shape[0], generator=generator)[:count].numpy()
-    positions = points.positions[chosen].astype(np.float64)
+    indices = torch.randperm(points.positions.shape[0], generator=generator)[:count].numpy()
+    positions = points.positions[indices].astype(np.float64)
     log_scales = np.log(_measure_spacing(positions))
-    colors = points.colors[chosen] / 255
+    colors = points.colors[indices] / 255
     quaternion = torch.tensor([1.0, 0.0, 0.0, 0.0])
     opacity = math.log(_INITIAL_OPACITY / (1 - _INITIAL_OPACITY))
     attributes = (
@@ -223,7 +228,7 @@ def _measure_spacing(positions: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def canonical_learning_rates(settings: CanonicalSettings, extent: float) -> tuple[float, ...]:
-    """Return the initial learning rates, in the order of `Attributes`."""
+    """Return the initial learning rate of each attribute, in the order of `Attributes`."""
     return (
         settings.position_lr * extent,
         settings.rotation_lr,
@@ -235,37 +240,47 @@ def canonical_learning_rates(settings: CanonicalSettings, extent: float) -> tupl
 
 
 def learning_rates_at(objective: CanonicalObjective, extent: float, step: int) -> list[float]:
-    """Return the learning rates of an iteration, in the order of `Attributes`.
+    """Return the learning rate of each attribute in an iteration, in the order of `Attributes`.
 
-    The learning rate of positions decays exponentially during all of training; all
-    learning rates decay during fine-tuning.
+    The learning rate of positions decays exponentially from the first to the last iteration.
+    During fine-tuning, all learning rates are also multiplied by a cosine decay.
     """
     settings = objective.settings
-    share = step / settings.iterations
-    first, last = math.log(settings.position_lr), math.log(settings.position_lr_final)
-    position_lr = math.exp(first + (last - first) * share) * extent
-    fine = step - objective.fine_step
+    progress = step / settings.iterations
+    log_initial, log_final = math.log(settings.position_lr), math.log(settings.position_lr_final)
+    position_lr = math.exp(log_initial + (log_final - log_initial) * progress) * extent
+    fine_tuning_step = step - objective.fine_tuning_start
     decay = 1.0
-    if fine >= 0:
-        decay = cosine_decay(fine, settings.iterations - step + fine, settings.lr_end_factor)
-    others = canonical_learning_rates(settings, extent)[1:]
-    return [decay * lr for lr in (position_lr, *others)]
+    if fine_tuning_step >= 0:
+        decay = cosine_decay(
+            fine_tuning_step, settings.iterations - step + fine_tuning_step, settings.lr_end_factor
+        )
+    other_rates = canonical_learning_rates(settings, extent)[1:]
+    return [decay * lr for lr in (position_lr, *other_rates)]
 
 
-def _as_rendered(
+def _attributes_to_render(
     attributes: Attributes,
     objective: CanonicalObjective,
     step: int,
     generator: torch.Generator,
 ) -> Attributes:
-    """Return the attributes to render: with noise, initially without SH, finally quantized."""
-    settings, header, fine = objective.settings, objective.header, objective.fine_step
+    """Return the attributes that an iteration renders.
+
+    Noise is added to positions, SH degree 1 is 0 before `sh_from_iter`, and all attributes
+    are quantized during fine-tuning.
+    """
+    settings, header, fine_tuning_start = (
+        objective.settings,
+        objective.header,
+        objective.fine_tuning_start,
+    )
     noise = torch.randn(attributes.means.shape, generator=generator) * settings.position_noise
     noise = noise.to(attributes.means.device)
-    if step < fine and settings.axis_noise:
-        spread = settings.axis_noise * (1 - step / fine)
-        noise = noise + draw_within(attributes.detached(), spread, generator)
-    if step >= fine:
+    if step < fine_tuning_start and settings.axis_noise:
+        noise_factor = settings.axis_noise * (1 - step / fine_tuning_start)
+        noise = noise + sample_offsets(attributes.detached(), noise_factor, generator)
+    if step >= fine_tuning_start:
         attributes = attributes.quantized(header)
     has_sh = header.sh_degree > 0 and step >= settings.sh_from_iter
     return Attributes(

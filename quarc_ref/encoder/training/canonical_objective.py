@@ -1,4 +1,4 @@
-"""Training objective of a canonical frame, and its schedule."""
+"""Weights, quantization steps and schedule of the training of a canonical frame."""
 
 import math
 from dataclasses import dataclass
@@ -9,12 +9,12 @@ from quarc_ref.format.records import StreamHeader
 
 @dataclass(frozen=True, slots=True)
 class CanonicalObjective:
-    """Training objective of a canonical frame, and its schedule.
+    """Loss weights, quantization steps and schedule of the training of a canonical frame.
 
     Attributes:
         settings: Schedule, thresholds and weights.
-        header: Header of the stream, which has the quantization steps.
-        rd_lambda: Factor of the settings' rate-distortion weights.
+        header: Header of the stream, which contains the quantization steps.
+        rd_lambda: Factor by which the rate-distortion weights of the settings are multiplied.
     """
 
     settings: CanonicalSettings
@@ -22,29 +22,32 @@ class CanonicalObjective:
     rd_lambda: float = 1.0
 
     @property
-    def fine_step(self) -> int:
-        """The first iteration of fine-tuning, which quantizes."""
+    def fine_tuning_start(self) -> int:
+        """Index of the first iteration of fine-tuning, which trains quantized attributes."""
         return math.ceil(self.settings.quantize_from * self.settings.iterations)
 
-    def densifies_at(self, step: int) -> bool:
+    def should_densify(self, step: int) -> bool:
         """Return whether an iteration ends with densification."""
         settings = self.settings
-        is_within = settings.densify_from_iter <= step < settings.densify_until_iter
-        return is_within and step % settings.densification_interval == 0
+        is_in_range = settings.densify_from_iter <= step < settings.densify_until_iter
+        return is_in_range and step % settings.densification_interval == 0
 
-    def decays_opacity_at(self, step: int) -> bool:
+    def should_decay_opacity(self, step: int) -> bool:
         """Return whether an iteration decays the opacities of rendered Gaussians."""
         settings = self.settings
-        return bool(settings.opacity_decay) and settings.densify_from_iter <= step < self.fine_step
+        return (
+            bool(settings.opacity_decay)
+            and settings.densify_from_iter <= step < self.fine_tuning_start
+        )
 
-    def prune_weight_at(self, step: int) -> float:
-        """Return the contribution below which an iteration prunes Gaussians; 0 for no pruning.
+    def prune_threshold_at(self, step: int) -> float:
+        """Return the contribution below which an iteration prunes Gaussians; 0: no pruning.
 
-        Gaussians are pruned twice: at the end of densification, and halfway to it with half
-        the weight, because new Gaussians have not converged yet.
+        Gaussians are pruned twice: at the end of densification, and at half that iteration.
+        The first threshold is half of the second, because new Gaussians have not converged.
         """
-        weight = self.settings.prune_rd_lambda * self.rd_lambda
-        last = min(self.settings.densify_until_iter, self.fine_step)
-        if step == last // 2:
-            return weight / 2
-        return weight if step == last else 0.0
+        threshold = self.settings.prune_rd_lambda * self.rd_lambda
+        last_step = min(self.settings.densify_until_iter, self.fine_tuning_start)
+        if step == last_step // 2:
+            return threshold / 2
+        return threshold if step == last_step else 0.0

@@ -1,7 +1,7 @@
-"""Shared context of training: views, renderer and random numbers.
+"""The objects that all training stages share: views, renderer and random numbers.
 
-Random numbers depend only on (seed, frame, purpose), so that training of any frame can be
-repeated from the previous decoded state.
+Random numbers depend only on (seed, frame, purpose), so that the training of any frame can
+be repeated from the decoded state of the previous frame.
 """
 
 import hashlib
@@ -34,14 +34,14 @@ class Observers:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrainingContext:
-    """The training views of a capture, and the means to render them.
+    """The training views of a capture, and the renderer for them.
 
     Attributes:
         views: The training views.
         rasterizer: Renderer on the device of the views.
         seed: Seed of all random numbers.
-        exposures: Exposures of the training views.
-        observers: Callbacks during training.
+        exposures: Exposure gains of the training views.
+        observers: Callbacks that report the progress of training.
     """
 
     views: TrainingViews
@@ -52,11 +52,11 @@ class TrainingContext:
 
     @property
     def device(self) -> torch.device:
-        """Device of the tensors."""
+        """Device that holds the pictures and trained tensors."""
         return self.views.device
 
     def halved(self) -> "TrainingContext":
-        """Return a context with half the width and height of pictures."""
+        """Return a context whose pictures have half the width and height."""
         return replace(self, views=self.views.halved())
 
     @property
@@ -74,65 +74,68 @@ class TrainingContext:
         return self.rasterizer.render(gaussians, self.camera(view), background)
 
     def render_backdrop(self, gaussians: Gaussians, view: int) -> Backdrop:
-        """Render a view as a backdrop to which Gaussians can be added."""
+        """Render a view so that further Gaussians can be rendered into the result."""
         background = torch.zeros(3, device=self.device)
         return self.rasterizer.render_backdrop(gaussians, self.camera(view), background)
 
-    def report_step(  # noqa: PLR0913, what a step is cannot be said with less
+    def report_step(  # noqa: PLR0913, a training step has six properties
         self,
         stage: str,
-        place: tuple[int, int, int],
+        counters: tuple[int, int, int],
         view: int,
         gaussians: int,
         image: Tensor,
         loss: Tensor,
     ) -> None:
-        """Report a training step.
+        """Report a training step to the monitor.
 
         Args:
-            stage: Stage, as in `TrainingStep`.
-            place: Frame, step (from 1), and number of steps of the stage.
-            view: Index of the view.
+            stage: Name of the stage, as in `TrainingStep`.
+            counters: Index of the frame, index of the step (from 1), and number of steps of
+                the stage.
+            view: Index of the rendered view.
             gaussians: Number of rendered Gaussians.
             image: `[H, W, 3]` rendering.
-            loss: Scalar loss.
+            loss: Scalar tensor with the loss.
         """
-        frame, step, steps = place
+        frame, step, step_count = counters
 
-        def recall_truth() -> Tensor:
+        def get_truth() -> Tensor:
             return self.truth(view, frame)
 
         mask = self.views.mask(view, frame)
         self.observers.monitor.step(
-            TrainingStep(stage, frame, step, steps, gaussians, loss, image, recall_truth, mask)
+            TrainingStep(stage, frame, step, step_count, gaussians, loss, image, get_truth, mask)
         )
 
     def truth(self, view: int, frame: int) -> Tensor:
-        """Return the `[H, W, 3]` picture of a view with corrected exposure, black where masked."""
+        """Return the exposure-corrected picture `[H, W, 3]` of a view; masked pixels are black."""
         return self.exposures.correct(self.views.picture(view, frame), view)
 
     def mask(self, image: Tensor, view: int, frame: int) -> Tensor:
-        """Set the masked pixels of an image `[H, W, 3]` of a view to black.
+        """Set the masked pixels of a rendered view `[H, W, 3]` to black.
 
-        Images must be masked before they are compared with `truth`, so that masked pixels
-        have no error and no gradient. Without a mask, the same tensor is returned.
+        Renderings must be masked before a comparison with `truth`, so that masked pixels have
+        no error and no gradient. If the view has no mask, `image` itself is returned.
         """
         mask = self.views.mask(view, frame)
         return image if mask is None else image * mask
 
-    def photometric_loss(self, image: Tensor, view: int, frame: int, dssim: float) -> Tensor:
-        """Return the loss of a rendered view against its picture, ignoring masked pixels.
+    def photometric_loss(self, image: Tensor, view: int, frame: int, lambda_dssim: float) -> Tensor:
+        """Return the loss between a rendering and the picture of its view, without masked pixels.
 
         Args:
-            image: `[H, W, 3]` rendered view.
+            image: `[H, W, 3]` rendering.
             view: Index of the view.
             frame: Ordinal of the frame.
-            dssim: Weight of D-SSIM in the loss.
+            lambda_dssim: Weight of D-SSIM in the loss.
         """
-        return photometric_loss(self.mask(image, view, frame), self.truth(view, frame), dssim)
+        return photometric_loss(
+            self.mask(image, view, frame), self.truth(view, frame), lambda_dssim
+        )
 
     def generator(self, frame: int, purpose: str) -> torch.Generator:
-        """Return a CPU random generator for a purpose in a frame."""
-        name = f"{self.seed}/{frame}/{purpose}".encode()
-        seed = int.from_bytes(hashlib.sha256(name).digest()[:8], "little") >> 1
+        """Return a CPU generator whose seed depends on the encode's seed, frame and purpose."""
+        key = f"{self.seed}/{frame}/{purpose}".encode()
+        seed = int.from_bytes(hashlib.sha256(key).digest()[:8], "little") >> 1
         return torch.Generator().manual_seed(seed)

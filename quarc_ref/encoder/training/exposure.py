@@ -1,10 +1,10 @@
 """Exposure compensation: a color gain per training camera (not in the paper).
 
-Cameras of a rig differ in exposure and white balance. Without correction, training
-explains the differences by view-dependent color, which is wrong in all other directions.
-Every training camera therefore has gains for red, green and blue, and training uses
-pictures corrected to the mean camera. The stream contains no gains; its scene has the
-exposure of the mean camera.
+The cameras of a rig differ in exposure and white balance. Without correction, training
+models the differences as view-dependent color, which is wrong for novel views. Every
+training camera therefore has gains for red, green and blue, and training uses pictures
+corrected to the mean gain of all cameras. The stream contains no gains; its scene has the
+mean exposure.
 """
 
 from collections.abc import Iterable
@@ -14,13 +14,13 @@ from torch import Tensor
 from torch.utils.weak import WeakTensorKeyDictionary
 
 _MIN_GAIN, _MAX_GAIN = 0.5, 2.0
-_SATURATED = 0.98
-_APART = 4  # pixel step of the comparison in both directions
-_MIN_LIGHT = 1e-6
+_SATURATION_LEVEL = 0.98
+_PIXEL_STRIDE = 4
+_MIN_ENERGY = 1e-6
 
 
 class Exposures:
-    """Gains of the training views, with a mean of 1.
+    """Color gains of the training views, normalized to a mean of 1.
 
     Args:
         view_count: Number of training views.
@@ -35,50 +35,53 @@ class Exposures:
         self._corrected = WeakTensorKeyDictionary()
 
     def correct(self, picture: Tensor, view: int) -> Tensor:
-        """Correct a view's picture `[H, W, 3]` to the exposure of the mean camera.
+        """Divide a view's picture `[H, W, 3]` by the gains of the view.
 
-        The result is cached until the gains change.
+        The corrected picture is cached until the gains change.
         """
         if picture not in self._corrected:
             self._corrected[picture] = picture / self.gains[view]
         corrected: Tensor = self._corrected[picture]
         return corrected
 
-    def update_gain(self, view: int, image: Tensor, picture: Tensor, rate: float) -> None:
-        """Update the gain of a view by an exponential moving average.
+    def update_gain(self, view: int, image: Tensor, picture: Tensor, weight: float) -> None:
+        """Update the gains of a view by an exponential moving average.
 
         Args:
             view: Index of the view.
             image: `[H, W, 3]` rendering.
             picture: `[H, W, 3]` picture of the camera.
-            rate: Weight of the new value.
+            weight: Weight of the new estimate in the average, 0 to 1.
         """
-        self.gains[view] = self.gains[view].lerp(estimate_gain(image, picture), rate)
-        self._balance()
+        self.gains[view] = self.gains[view].lerp(estimate_gain(image, picture), weight)
+        self._normalize_gains()
 
     def estimate_all(self, pairs: Iterable[tuple[Tensor, Tensor]]) -> None:
-        """Estimate all gains again from pairs of rendering and picture."""
+        """Replace all gains by estimates from a rendering and a picture of each view."""
         self.gains = torch.stack([estimate_gain(image, picture) for image, picture in pairs])
-        self._balance()
+        self._normalize_gains()
 
     def restore(self, gains: Tensor) -> None:
-        """Restore gains `[V, 3]`."""
+        """Replace the gains by gains `[V, 3]` from a checkpoint."""
         self.gains = gains.to(self.gains)
         self._corrected = WeakTensorKeyDictionary()
 
-    def _balance(self) -> None:
-        """Normalize the mean gain to 1 and drop cached pictures."""
+    def _normalize_gains(self) -> None:
+        """Normalize the mean gain to 1 and clear the cache of corrected pictures."""
         self.gains /= self.gains.mean(dim=0)
         self._corrected = WeakTensorKeyDictionary()
 
 
 def estimate_gain(image: Tensor, picture: Tensor) -> Tensor:
-    """Estimate the `[3]` least-squares gains from an image to a picture.
+    """Estimate the `[3]` least-squares gains by which a rendering becomes a picture.
 
-    Saturated pixels are ignored, and a subset of the others is used.
+    Only every fourth pixel in both directions is used, and saturated pixels are ignored.
     """
-    image, picture = image.detach()[::_APART, ::_APART], picture.detach()[::_APART, ::_APART]
-    shown = image * (picture < _SATURATED)
-    light = (shown * image).sum(dim=(0, 1))
-    gain = (shown * picture).sum(dim=(0, 1)) / light.clamp(min=_MIN_LIGHT)
-    return torch.where(light > _MIN_LIGHT, gain, 1.0).clamp(_MIN_GAIN, _MAX_GAIN)
+    image, picture = (
+        image.detach()[::_PIXEL_STRIDE, ::_PIXEL_STRIDE],
+        picture.detach()[::_PIXEL_STRIDE, ::_PIXEL_STRIDE],
+    )
+    unsaturated = image * (picture < _SATURATION_LEVEL)
+    energy = (unsaturated * image).sum(dim=(0, 1))
+    gain = (unsaturated * picture).sum(dim=(0, 1)) / energy.clamp(min=_MIN_ENERGY)
+    return torch.where(energy > _MIN_ENERGY, gain, 1.0).clamp(_MIN_GAIN, _MAX_GAIN)

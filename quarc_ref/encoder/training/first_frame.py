@@ -1,6 +1,7 @@
-"""Computes the values of decoded frame 0 that later frames use: exposures and reference loss.
+"""Computes exposures and reference loss from decoded frame 0, for use in all later frames.
 
-Both depend only on the file and the pictures, so a resumed encode gets the same values.
+Exposures and loss depend only on the stream and the pictures, so a resumed encode computes
+the same values.
 """
 
 from collections.abc import Iterator
@@ -15,14 +16,14 @@ from quarc_ref.encoder.training.trainable import from_splats
 
 
 def render_views(context: TrainingContext, state: FrameState) -> Iterator[tuple[Tensor, Tensor]]:
-    """Yield the rendering of a decoded scene and the picture of each training view, `[H, W, 3]`.
+    """Yield a rendering of the decoded scene and the picture of each training view, `[H, W, 3]`.
 
-    Masked pixels of both are black.
+    Masked pixels are black in both images.
     """
-    drawn = from_splats(dequantize(state.scene), context.device).activated()
+    gaussians = from_splats(dequantize(state.scene), context.device).activated()
     for view in range(len(context.views.cameras)):
         with torch.no_grad():
-            image = context.render(drawn, view).image
+            image = context.render(gaussians, view).image
         image = context.mask(image, view, state.scene.frame)
         yield image, context.views.picture(view, state.scene.frame)
 
@@ -32,16 +33,16 @@ def refit_exposures(context: TrainingContext, state: FrameState) -> None:
     context.exposures.estimate_all(render_views(context, state))
 
 
-def measure_loss(context: TrainingContext, state: FrameState, dssim: float) -> float:
-    """Return the mean loss of the training views.
+def measure_loss(context: TrainingContext, state: FrameState, lambda_dssim: float) -> float:
+    """Return the mean photometric loss of a decoded scene over the training views.
 
     Args:
-        context: Training context with final exposures.
-        state: Decoded state.
-        dssim: Weight of D-SSIM in the loss.
+        context: Training context whose exposures are final.
+        state: Decoded state of the frame.
+        lambda_dssim: Weight of D-SSIM in the loss.
     """
     losses = [
-        float(context.photometric_loss(image, view, state.scene.frame, dssim))
+        float(context.photometric_loss(image, view, state.scene.frame, lambda_dssim))
         for view, (image, _) in enumerate(render_views(context, state))
     ]
     return sum(losses) / len(losses)

@@ -1,4 +1,4 @@
-"""The fixed part of a scene, which is rendered once per view while new Gaussians are trained."""
+"""Fixed Gaussians, which are rendered once per view while new Gaussians are trained."""
 
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.trainable import Attributes
@@ -6,7 +6,7 @@ from quarc_ref.rendering.rasterizer import Backdrop
 
 
 class FixedScene:
-    """Fixed Gaussians, whose rendering of each view is cached.
+    """Fixed Gaussians, and a cache of their rendering in each view.
 
     Args:
         context: Views and renderer.
@@ -19,11 +19,11 @@ class FixedScene:
     def __init__(self, context: TrainingContext, attributes: Attributes) -> None:
         self.attributes = attributes
         self._context = context
-        self._drawn = attributes.activated()
-        self._seen: dict[int, Backdrop] = {}
+        self._gaussians = attributes.activated()
+        self._backdrops: dict[int, Backdrop] = {}
 
     def backdrop(self, view: int) -> Backdrop:
-        """Return the cached rendering of a view."""
-        if view not in self._seen:
-            self._seen[view] = self._context.render_backdrop(self._drawn, view)
-        return self._seen[view]
+        """Return the rendering of a view, computed at the first call."""
+        if view not in self._backdrops:
+            self._backdrops[view] = self._context.render_backdrop(self._gaussians, view)
+        return self._backdrops[view]

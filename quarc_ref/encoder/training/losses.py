@@ -1,8 +1,8 @@
 """The photometric loss of 3DGS: (1 - w) L1 + w (1 - SSIM).
 
-On the CPU, SSIM and its gradient are numba kernels; elsewhere, and in float64, they are
-torch convolutions. Both agree to float precision. A ground truth is compared with many
-renderings, so the terms of SSIM that depend only on it are cached for its lifetime.
+For float32 tensors on the CPU, numba kernels compute SSIM and its gradient; otherwise torch
+convolutions do. Both agree to float precision. A ground truth is compared with many
+renderings, so the local means and variances of a ground truth are cached for its lifetime.
 """
 
 from typing import Any
@@ -20,22 +20,24 @@ from quarc_ref.rendering.pipeline import KERNEL_LOCK
 
 _C1 = 0.01**2
 _C2 = 0.03**2
-_MOMENTS = WeakTensorKeyDictionary()
+_MOMENT_CACHE = WeakTensorKeyDictionary()
 
 
-def photometric_loss(image: Tensor, truth: Tensor, dssim: float) -> Tensor:
-    """Return the photometric loss of a rendering.
+def photometric_loss(image: Tensor, truth: Tensor, lambda_dssim: float) -> Tensor:
+    """Return the photometric loss of a rendering as a scalar tensor.
 
     Args:
         image: `[H, W, 3]` rendering.
-        truth: `[H, W, 3]` ground truth from 0 to 1, which must not be modified later.
-        dssim: Weight of 1 - SSIM; the rest is L1.
+        truth: `[H, W, 3]` ground truth from 0 to 1; its values must not change later.
+        lambda_dssim: Weight w of 1 - SSIM; L1 has the weight 1 - w.
     """
-    return (1 - dssim) * (image - truth).abs().mean() + dssim * (1 - mean_ssim(image, truth))
+    return (1 - lambda_dssim) * (image - truth).abs().mean() + lambda_dssim * (
+        1 - mean_ssim(image, truth)
+    )
 
 
 def mean_ssim(image: Tensor, truth: Tensor) -> Tensor:
-    """Return the mean SSIM of pictures `[H, W, 3]`, differentiable with respect to the first."""
+    """Return the mean SSIM of two pictures `[H, W, 3]`, differentiable with respect to `image`."""
     if image.device.type == "cpu" and image.dtype == torch.float32:
         value: Tensor = _NumbaSsim.apply(image, truth)
         return value
@@ -46,39 +48,39 @@ class _NumbaSsim(Function):
     @staticmethod
     def forward(ctx: Any, image: Tensor, truth: Tensor) -> Tensor:  # noqa: ANN401
         shape = (image.shape[0], -1)
-        first = image.detach().contiguous().numpy().reshape(shape)
-        second, moments = _recall_moments(truth)
-        ssim = np.empty_like(first)
-        slopes = np.empty((3, *first.shape), dtype=np.float32)
+        image_rows = image.detach().contiguous().numpy().reshape(shape)
+        truth_rows, moments = _cache_moments(truth)
+        ssim = np.empty_like(image_rows)
+        derivatives = np.empty((3, *image_rows.shape), dtype=np.float32)
         with KERNEL_LOCK:
-            ssim_kernels.ssim_forward(first, second, moments, ssim, slopes)
-        ctx.cache = (first, second, slopes)
+            ssim_kernels.ssim_forward(image_rows, truth_rows, moments, ssim, derivatives)
+        ctx.cache = (image_rows, truth_rows, derivatives)
         return image.new_tensor(ssim.mean(dtype=np.float64))
 
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, gradient: Tensor) -> tuple[Tensor, None]:  # noqa: ANN401
-        first, second, slopes = ctx.cache
-        by_first = np.empty_like(first)
+        image_rows, truth_rows, derivatives = ctx.cache
+        image_gradient = np.empty_like(image_rows)
         with KERNEL_LOCK:
-            ssim_kernels.ssim_backward(first, second, slopes, by_first)
-        scaled = torch.from_numpy(by_first) * (gradient / by_first.size)
-        return scaled.reshape(first.shape[0], -1, 3), None
+            ssim_kernels.ssim_backward(image_rows, truth_rows, derivatives, image_gradient)
+        scaled = torch.from_numpy(image_gradient) * (gradient / image_gradient.size)
+        return scaled.reshape(image_rows.shape[0], -1, 3), None
 
 
-def _recall_moments(truth: Tensor) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return a truth `[H, 3 W]` and its cached moments `[2, H, 3 W]`."""
-    picture = truth.detach().contiguous().numpy().reshape(truth.shape[0], -1)
-    if truth not in _MOMENTS:
-        moments = np.empty((2, *picture.shape), dtype=np.float32)
+def _cache_moments(truth: Tensor) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return a ground truth as `[H, 3 W]`, and its cached local moments `[2, H, 3 W]`."""
+    truth_rows = truth.detach().contiguous().numpy().reshape(truth.shape[0], -1)
+    if truth not in _MOMENT_CACHE:
+        moments = np.empty((2, *truth_rows.shape), dtype=np.float32)
         with KERNEL_LOCK:
-            ssim_kernels.ssim_moments(picture, moments)
-        _MOMENTS[truth] = moments
-    return picture, _MOMENTS[truth]
+            ssim_kernels.ssim_moments(truth_rows, moments)
+        _MOMENT_CACHE[truth] = moments
+    return truth_rows, _MOMENT_CACHE[truth]
 
 
 def _convolved_ssim(image: Tensor, truth: Tensor) -> Tensor:
-    """Return the `[3, H, W]` SSIM of every pixel and color."""
+    """Return the `[3, H, W]` SSIM of every pixel in each color channel."""
     taps = image.new_tensor(ssim_kernels.WINDOW)
     window = (taps[:, None] * taps).expand(3, 1, taps.numel(), taps.numel())
 
@@ -86,10 +88,14 @@ def _convolved_ssim(image: Tensor, truth: Tensor) -> Tensor:
         planes = picture.permute(2, 0, 1)[None]
         return torch.nn.functional.conv2d(planes, window, padding=ssim_kernels.RADIUS, groups=3)[0]
 
-    a, b = blur(image), blur(truth)
-    aa, bb, ab = (
-        blur(image * image) - a * a,
-        blur(truth * truth) - b * b,
-        blur(image * truth) - a * b,
+    mean_x, mean_y = blur(image), blur(truth)
+    variance_x, variance_y, covariance = (
+        blur(image * image) - mean_x * mean_x,
+        blur(truth * truth) - mean_y * mean_y,
+        blur(image * truth) - mean_x * mean_y,
     )
-    return (2 * a * b + _C1) * (2 * ab + _C2) / ((a * a + b * b + _C1) * (aa + bb + _C2))
+    return (
+        (2 * mean_x * mean_y + _C1)
+        * (2 * covariance + _C2)
+        / ((mean_x * mean_x + mean_y * mean_y + _C1) * (variance_x + variance_y + _C2))
+    )

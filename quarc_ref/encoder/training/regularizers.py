@@ -1,8 +1,8 @@
 """Regularization and rate terms of the canonical frame's loss.
 
-The opacity and scale penalty of 3DGS-MCMC suppresses haze, which covers many pixels and
-is wrong in other views. The rate term estimates the bits of a Gaussian's codes by the
-logarithm of their magnitude or spread.
+The opacity and scale penalty of 3DGS-MCMC suppresses haze: large faint Gaussians that fit
+the training views but are wrong in novel views. The rate term estimates the bits of a
+Gaussian's codes from the logarithm of their magnitude or spread.
 """
 
 import torch
@@ -12,7 +12,7 @@ from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.training.trainable import Attributes
 from quarc_ref.format.records import StreamHeader
 
-_SQUARE_FLOOR = 1e-24
+_MIN_SQUARED_NORM = 1e-24
 
 
 def opacity_scale_penalty(attributes: Attributes, settings: CanonicalSettings) -> Tensor | float:
@@ -24,30 +24,31 @@ def opacity_scale_penalty(attributes: Attributes, settings: CanonicalSettings) -
 
 
 def code_rate_nats(attributes: Attributes, header: StreamHeader) -> Tensor:
-    """Estimate the nats of a Gaussian's codes without position and opacity.
+    """Estimate the mean nats of a Gaussian's codes, except position and opacity.
 
-    Rotation and SH rest codes, which are mostly 0, cost ln(1 + magnitude) each. Scales and
-    colors cost ln(1 + mean deviation), because their coder adapts to the distribution of a row.
+    Codes of rotation and SH rest are mostly 0, so each is estimated as ln(1 + magnitude).
+    Codes of scale and SH DC are estimated as ln(1 + mean absolute deviation), because their
+    coder adapts to the distribution of a row.
     """
     count = attributes.means.shape[0]
-    rotation = _rotation_nats(attributes.rotations, 1 << header.rotation_bits).mean()
-    rest = torch.log1p(attributes.sh_rest.abs() / header.sh_rest_step).sum() / count
-    spread = _spread_nats(attributes.log_scales, header.log_scale_step)
-    spread = spread + _spread_nats(attributes.sh_dc.flatten(1), header.sh_dc_step)
-    return rotation + rest + spread
+    rotation_nats = _rotation_nats(attributes.rotations, 1 << header.rotation_bits).mean()
+    sh_rest_nats = torch.log1p(attributes.sh_rest.abs() / header.sh_rest_step).sum() / count
+    spread_nats = _spread_nats(attributes.log_scales, header.log_scale_step)
+    spread_nats = spread_nats + _spread_nats(attributes.sh_dc.flatten(1), header.sh_dc_step)
+    return rotation_nats + sh_rest_nats + spread_nats
 
 
-def _rotation_nats(rotations: Tensor, unity: int) -> Tensor:
-    """Return the `[N]` sums of ln(1 + code) over the three coded components.
+def _rotation_nats(rotations: Tensor, steps_per_unit: int) -> Tensor:
+    """Return the `[N]` sums of ln(1 + magnitude) over the three coded components in steps.
 
-    Written without `normalize` and a maximum of logarithms, which take twice as long.
+    `normalize` and a maximum over the logarithms would take twice as long.
     """
-    norms = rotations.square().sum(dim=1, keepdim=True).clamp(min=_SQUARE_FLOOR)
-    codes = rotations.abs() * torch.rsqrt(norms) * unity
+    norms = rotations.square().sum(dim=1, keepdim=True).clamp(min=_MIN_SQUARED_NORM)
+    codes = rotations.abs() * torch.rsqrt(norms) * steps_per_unit
     return torch.log1p(codes).sum(dim=1) - torch.log1p(codes.amax(dim=1))
 
 
 def _spread_nats(values: Tensor, step: float) -> Tensor:
     """Return the sum of ln(1 + mean absolute deviation in steps) over the columns of `[N, c]`."""
-    spread = (values - values.mean(dim=0)).abs().mean(dim=0)
-    return torch.log1p(spread / step).sum()
+    deviation = (values - values.mean(dim=0)).abs().mean(dim=0)
+    return torch.log1p(deviation / step).sum()

@@ -1,7 +1,7 @@
-"""Straight-through quantizer: rounds forward, identity backward (paper Eq. 3).
+"""Straight-through quantizer: rounding forward, identity backward (paper Eq. 3).
 
-Rounded values equal those that the decoder reconstructs, to float precision. The encoder
-takes the state of a frame from the decoder, not from these values.
+Rounded values equal the values that the decoder reconstructs, to float precision. The encoder
+takes the state of a frame from the decoder, not from the rounded values.
 """
 
 from collections.abc import Iterator
@@ -13,30 +13,30 @@ from torch import Tensor
 
 from quarc_ref.format.records import StreamHeader
 
-_rounds = ContextVar("rounds", default=True)
+_rounding_enabled = ContextVar("rounds", default=True)
 
 
 @contextmanager
 def without_rounding() -> Iterator[None]:
     """Disable rounding within this context.
 
-    Used to measure the loss of quality by rounding. The unrounded values cannot be written
-    to a stream.
+    This context serves to measure how much quality rounding costs. Unrounded values cannot
+    be written to a stream.
     """
-    token = _rounds.set(False)
+    token = _rounding_enabled.set(False)
     try:
         yield
     finally:
-        _rounds.reset(token)
+        _rounding_enabled.reset(token)
 
 
 def is_rounding() -> bool:
-    """Whether rounding is enabled; see `without_rounding`."""
-    return _rounds.get()
+    """Return whether rounding is enabled; see `without_rounding`."""
+    return _rounding_enabled.get()
 
 
 def round_to_step(values: Tensor, step: float) -> Tensor:
-    """Round to multiples of a step with the gradient of the identity."""
+    """Round values to multiples of a step, with the gradient of the identity."""
     if not is_rounding():
         return values
     return values + (torch.round(values / step) * step - values).detach()
@@ -46,44 +46,50 @@ def round_rotations(quaternions: Tensor, fraction_bits: int) -> Tensor:
     """Normalize quaternions and round their three smaller components to the grid (SPEC 7.2).
 
     Args:
-        quaternions: `[N, 4]` quaternions wxyz with any norm above 0.
-        fraction_bits: Fraction bits of the three components.
+        quaternions: `[N, 4]` quaternions wxyz; norms above 0 need not be 1.
+        fraction_bits: Number of fraction bits of the three components.
     """
-    unit = torch.nn.functional.normalize(quaternions, dim=1)
+    unit_quaternions = torch.nn.functional.normalize(quaternions, dim=1)
     if not is_rounding():
-        return unit
+        return unit_quaternions
     with torch.no_grad():
-        index, components = split_rotations(unit, fraction_bits)
-        others = components / (1 << fraction_bits)
-        largest = torch.sqrt((1 - (others * others).sum(dim=1)).clamp(min=0))
-        rounded = torch.empty_like(unit)
-        rounded.scatter_(1, _places(index), torch.cat([largest[:, None], others], dim=1))
-        rounded = rounded * torch.sign((rounded * unit).sum(dim=1, keepdim=True))
-    return unit + (rounded - unit).detach()
+        index, components = split_rotations(unit_quaternions, fraction_bits)
+        smaller_components = components / (1 << fraction_bits)
+        largest = torch.sqrt(
+            (1 - (smaller_components * smaller_components).sum(dim=1)).clamp(min=0)
+        )
+        rounded = torch.empty_like(unit_quaternions)
+        rounded.scatter_(
+            1, _component_order(index), torch.cat([largest[:, None], smaller_components], dim=1)
+        )
+        rounded = rounded * torch.sign((rounded * unit_quaternions).sum(dim=1, keepdim=True))
+    return unit_quaternions + (rounded - unit_quaternions).detach()
 
 
-def split_rotations(unit: Tensor, fraction_bits: int) -> tuple[Tensor, Tensor]:
-    """Return the `[N]` index of the largest component, and the `[N, 3]` others in steps.
+def split_rotations(unit_quaternions: Tensor, fraction_bits: int) -> tuple[Tensor, Tensor]:
+    """Return the `[N]` index of the largest component, and `[N, 3]` other components in steps.
 
-    The sign is chosen so that the largest component is positive.
+    The sign of each quaternion is chosen so that the largest component is positive.
     """
-    index = unit.abs().argmax(dim=1)
-    largest = unit.gather(1, index[:, None])
-    others = unit.gather(1, _places(index)[:, 1:]) * torch.sign(largest)
-    return index, torch.round(others * (1 << fraction_bits))
+    index = unit_quaternions.abs().argmax(dim=1)
+    largest = unit_quaternions.gather(1, index[:, None])
+    smaller_components = unit_quaternions.gather(1, _component_order(index)[:, 1:]) * torch.sign(
+        largest
+    )
+    return index, torch.round(smaller_components * (1 << fraction_bits))
 
 
 def position_step(header: StreamHeader) -> float:
-    """Return the step of Gaussian positions in world units."""
+    """Return the quantization step of Gaussian positions in world units."""
     return float(header.position_step * 2.0**-header.lattice_exponent)
 
 
 def translation_step(header: StreamHeader) -> float:
-    """Return the step of translation residuals in world units."""
+    """Return the quantization step of translation residuals in world units."""
     return float(header.translation_step * 2.0**-header.lattice_exponent)
 
 
-def _places(index: Tensor) -> Tensor:
-    """Return `[N, 4]` indices: the largest component, then the others in order."""
+def _component_order(index: Tensor) -> Tensor:
+    """Return `[N, 4]` component indices: the largest component, then the others in order."""
     table = index.new_tensor([[0, 1, 2, 3], [1, 0, 2, 3], [2, 0, 1, 3], [3, 0, 1, 2]])
     return table[index]

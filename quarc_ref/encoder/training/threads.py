@@ -1,10 +1,10 @@
 """Fixes the number of torch threads, on which torch's results depend.
 
-torch splits long arrays into one piece per thread. It sums by pieces, and uses different
-instructions at the end of a piece, so the last bits of results depend on the number of
-threads. Training therefore uses one torch thread on every machine. Most of the work is
-done by the renderer's kernels, which use all CPU cores and whose results do not depend on
-the number of threads.
+torch splits long arrays into one piece per thread, sums each piece separately and uses
+different instructions at the end of a piece. The last bits of results therefore depend on
+the number of threads, so training uses one torch thread on every machine. Most of the time
+is spent in the renderer's kernels, which use all CPU cores and give the same results for
+any number of threads.
 """
 
 from collections.abc import Iterator
@@ -14,17 +14,17 @@ import torch
 
 from quarc_ref.rendering.compiled import start_threads
 
-_THREADS = 1
+_THREAD_COUNT = 1
 
 
 @contextmanager
 def fixed_threads() -> Iterator[None]:
-    """Run with the same number of torch threads on every machine."""
-    # numba sets OpenMP's number of threads, and thus torch's, when it starts its threads
+    """Use one torch thread within this context, on every machine."""
+    # When numba starts its threads, it sets the number of OpenMP threads and thus torch's.
     start_threads()
-    before = torch.get_num_threads()
-    torch.set_num_threads(_THREADS)
+    previous_count = torch.get_num_threads()
+    torch.set_num_threads(_THREAD_COUNT)
     try:
         yield
     finally:
-        torch.set_num_threads(before)
+        torch.set_num_threads(previous_count)

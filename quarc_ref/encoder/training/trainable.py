@@ -1,6 +1,6 @@
 """Trainable Gaussians: raw attributes and their Adam state.
 
-Densification removes and adds rows; remaining rows keep their Adam state.
+Densification removes and adds Gaussians; the remaining Gaussians keep their Adam state.
 """
 
 import math
@@ -20,7 +20,7 @@ from quarc_ref.format.records import StreamHeader
 from quarc_ref.rendering.rasterizer import Gaussians, activate_opacities
 
 ADAM_EPSILON = 1e-15
-_ADAM_KNOWS = ("step", "exp_avg", "exp_avg_sq")
+_ADAM_STATE_KEYS = ("step", "exp_avg", "exp_avg_sq")
 _MIN_OPACITY = 1e-5
 _SH_C0 = 0.28209479177387814
 
@@ -31,8 +31,8 @@ class Attributes:
 
     Attributes:
         means: `[N, 3]` positions, world units.
-        rotations: `[N, 4]` quaternions wxyz of any norm.
-        log_scales: `[N, 3]` natural logarithms of scales.
+        rotations: `[N, 4]` quaternions wxyz, not normalized.
+        log_scales: `[N, 3]` natural logarithms of scales in world units.
         opacities: `[N]` opacity logits.
         sh_dc: `[N, 1, 3]` SH coefficients of degree 0.
         sh_rest: `[N, 3, 3]` SH coefficients of degree 1.
@@ -45,17 +45,17 @@ class Attributes:
     sh_dc: Tensor
     sh_rest: Tensor
 
-    def rows(self, which: Tensor) -> "Attributes":
-        """Return the rows of a mask or an index."""
-        return Attributes(*(tensor[which] for tensor in self.tensors()))
+    def rows(self, selection: Tensor) -> "Attributes":
+        """Return the Gaussians that a mask `[N]` or an index tensor selects."""
+        return Attributes(*(tensor[selection] for tensor in self.tensors()))
 
     def joined(self, other: "Attributes") -> "Attributes":
-        """Concatenate these rows and those of another object."""
+        """Return the Gaussians of this object followed by those of `other`."""
         pairs = zip(self.tensors(), other.tensors(), strict=True)
         return Attributes(*(torch.cat(pair) for pair in pairs))
 
     def tensors(self) -> tuple[Tensor, ...]:
-        """Return the tensors in the order of the attributes."""
+        """Return the six tensors in the order of the fields."""
         return (
             self.means,
             self.rotations,
@@ -66,7 +66,7 @@ class Attributes:
         )
 
     def detached(self) -> "Attributes":
-        """Return detached copies."""
+        """Return detached copies of all tensors."""
         return Attributes(*(tensor.detach().clone() for tensor in self.tensors()))
 
     def quantized(self, header: StreamHeader) -> "Attributes":
@@ -81,7 +81,7 @@ class Attributes:
         )
 
     def activated(self) -> Gaussians:
-        """Return activated Gaussians for rendering."""
+        """Return Gaussians with activated scales and opacities, for rendering."""
         return Gaussians(
             self.means,
             self.rotations,
@@ -91,7 +91,7 @@ class Attributes:
         )
 
 
-_NAMES = tuple(field.name for field in fields(Attributes))
+_FIELD_NAMES = tuple(field.name for field in fields(Attributes))
 
 
 def from_splats(splats: Splats, device: torch.device) -> Attributes:
@@ -113,13 +113,14 @@ class Trainer:
 
     Args:
         attributes: Initial attributes.
-        rates: Learning rate of each attribute, in the order of `Attributes`.
+        learning_rates: Learning rate of each attribute, in the order of `Attributes`.
     """
 
-    def __init__(self, attributes: Attributes, rates: tuple[float, ...]) -> None:
-        self._leaves = [_leaf(tensor) for tensor in attributes.tensors()]
+    def __init__(self, attributes: Attributes, learning_rates: tuple[float, ...]) -> None:
+        self._leaves = [_make_leaf(tensor) for tensor in attributes.tensors()]
         groups = [
-            {"params": [leaf], "lr": rate} for leaf, rate in zip(self._leaves, rates, strict=True)
+            {"params": [leaf], "lr": rate}
+            for leaf, rate in zip(self._leaves, learning_rates, strict=True)
         ]
         self._adam = torch.optim.Adam(groups, eps=ADAM_EPSILON, fused=True)
 
@@ -133,61 +134,63 @@ class Trainer:
         """Number of Gaussians."""
         return int(self._leaves[0].shape[0])
 
-    def set_learning_rates(self, rates: Iterable[float]) -> None:
-        """Change the learning rates, in the order of `Attributes`."""
-        for group, rate in zip(self._adam.param_groups, rates, strict=True):
+    def set_learning_rates(self, learning_rates: Iterable[float]) -> None:
+        """Set the learning rate of each attribute, in the order of `Attributes`."""
+        for group, rate in zip(self._adam.param_groups, learning_rates, strict=True):
             group["lr"] = rate
 
-    def step(self, loss: Tensor, extra: Tensor) -> Tensor:
-        """Take an optimizer step; return the gradient with respect to an additional tensor."""
-        *gradients, by_extra = torch.autograd.grad(loss, [*self._leaves, extra], allow_unused=True)
+    def step(self, loss: Tensor, extra_tensor: Tensor) -> Tensor:
+        """Take an optimizer step on a loss; return the gradient with respect to `extra_tensor`."""
+        *gradients, extra_gradient = torch.autograd.grad(
+            loss, [*self._leaves, extra_tensor], allow_unused=True
+        )
         for leaf, gradient in zip(self._leaves, gradients, strict=True):
             leaf.grad = gradient
         self._adam.step()
-        return by_extra
+        return extra_gradient
 
-    def decay_opacity(self, which: Tensor, share: float) -> None:
-        """Decay the opacity of the Gaussians of a mask `[N]`."""
-        logits = self._leaves[_NAMES.index("opacities")].detach()
-        faded = torch.sigmoid(logits) * (1 - share)
-        logits.copy_(torch.where(which, torch.logit(faded, eps=_MIN_OPACITY), logits))
+    def decay_opacity(self, mask: Tensor, fraction: float) -> None:
+        """Reduce the opacity of the Gaussians in a mask `[N]` by a fraction from 0 to 1."""
+        logits = self._leaves[_FIELD_NAMES.index("opacities")].detach()
+        decayed_opacities = torch.sigmoid(logits) * (1 - fraction)
+        logits.copy_(torch.where(mask, torch.logit(decayed_opacities, eps=_MIN_OPACITY), logits))
 
     def state(self) -> dict[str, Tensor]:
-        """Return the training state: attributes and Adam state."""
+        """Return attributes and Adam state by name, such as `means` and `means.exp_avg`."""
         state = {}
-        for name, leaf in zip(_NAMES, self._leaves, strict=True):
+        for name, leaf in zip(_FIELD_NAMES, self._leaves, strict=True):
             state[name] = leaf.detach()
-            known = self._adam.state.get(leaf) or _initial_adam_state(leaf)
-            state |= {f"{name}.{part}": known[part] for part in _ADAM_KNOWS}
+            adam_state = self._adam.state.get(leaf) or _initial_adam_state(leaf)
+            state |= {f"{name}.{key}": adam_state[key] for key in _ADAM_STATE_KEYS}
         return state
 
     def restore(self, state: dict[str, Tensor]) -> None:
-        """Restore a training state returned by `state`."""
+        """Restore attributes and Adam state from tensors returned by `state`."""
         device = self._leaves[0].device
-        self._leaves = [_leaf(state[name].to(device)) for name in _NAMES]
+        self._leaves = [_make_leaf(state[name].to(device)) for name in _FIELD_NAMES]
         self._adam.state.clear()
-        groups = zip(_NAMES, self._leaves, self._adam.param_groups, strict=True)
+        groups = zip(_FIELD_NAMES, self._leaves, self._adam.param_groups, strict=True)
         for name, leaf, group in groups:
             group["params"] = [leaf]
             self._adam.state[leaf] = {
-                part: state[f"{name}.{part}"].to(device) for part in _ADAM_KNOWS
+                key: state[f"{name}.{key}"].to(device) for key in _ADAM_STATE_KEYS
             }
 
-    def replace_rows(self, kept: Tensor, added: Attributes) -> None:
-        """Keep the rows of a mask `[N]`, and append rows with zero Adam state."""
-        new = zip(self._adam.param_groups, added.tensors(), strict=True)
-        leaves = []
-        for group, rows in new:
-            old = group["params"][0]
-            leaf = _leaf(torch.cat([old.detach()[kept], rows]))
-            state = self._adam.state.pop(old, None)
+    def replace_rows(self, keep_mask: Tensor, new_rows: Attributes) -> None:
+        """Remove Gaussians outside `keep_mask` `[N]`; append new ones with zero Adam state."""
+        groups = zip(self._adam.param_groups, new_rows.tensors(), strict=True)
+        new_leaves = []
+        for group, rows in groups:
+            old_leaf = group["params"][0]
+            leaf = _make_leaf(torch.cat([old_leaf.detach()[keep_mask], rows]))
+            state = self._adam.state.pop(old_leaf, None)
             if state is not None:
                 for moment in ("exp_avg", "exp_avg_sq"):
-                    state[moment] = torch.cat([state[moment][kept], torch.zeros_like(rows)])
+                    state[moment] = torch.cat([state[moment][keep_mask], torch.zeros_like(rows)])
                 self._adam.state[leaf] = state
             group["params"] = [leaf]
-            leaves.append(leaf)
-        self._leaves = leaves
+            new_leaves.append(leaf)
+        self._leaves = new_leaves
 
 
 def to_sh_dc(colors: Tensor) -> Tensor:
@@ -195,17 +198,17 @@ def to_sh_dc(colors: Tensor) -> Tensor:
     return (colors - 0.5) / _SH_C0
 
 
-def cosine_decay(step: int, iterations: int, end: float) -> float:
-    """Return the cosine decay factor of a step: 1 at the first step, `end` after the last."""
-    turn = (1 + math.cos(math.pi * step / iterations)) / 2
-    return end + (1 - end) * turn
+def cosine_decay(step: int, iterations: int, end_factor: float) -> float:
+    """Return the cosine decay factor of a step: 1 at step 0, `end_factor` at `iterations`."""
+    cosine = (1 + math.cos(math.pi * step / iterations)) / 2
+    return end_factor + (1 - end_factor) * cosine
 
 
 def _initial_adam_state(leaf: Tensor) -> dict[str, Tensor]:
-    """Return the initial Adam state of an attribute."""
-    nothing = torch.zeros_like(leaf, requires_grad=False)
-    return {"step": torch.zeros((), device=leaf.device), "exp_avg": nothing, "exp_avg_sq": nothing}
+    """Return the state of Adam for a tensor before its first step."""
+    zeros = torch.zeros_like(leaf, requires_grad=False)
+    return {"step": torch.zeros((), device=leaf.device), "exp_avg": zeros, "exp_avg_sq": zeros}
 
 
-def _leaf(tensor: Tensor) -> Tensor:
+def _make_leaf(tensor: Tensor) -> Tensor:
     return tensor.detach().clone().contiguous().requires_grad_()

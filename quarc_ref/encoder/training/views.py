@@ -1,6 +1,6 @@
-"""The training views as tensors, which are the only data of a capture that training uses.
+"""The training views as tensors: the only pictures of a capture that training uses.
 
-Held-out cameras are not accessible from here.
+`TrainingViews` gives no access to held-out cameras.
 """
 
 from collections.abc import Iterator
@@ -17,13 +17,13 @@ class TrainingViews:
     """The training cameras of a capture and their pictures on a device.
 
     Args:
-        capture: The capture; its held-out cameras are not used.
+        capture: Capture, whose held-out cameras are not used.
         device: Device that holds the pictures.
-        downscale: Factor of downscaling by averaging. Incomplete pixels on the right and
-            at the bottom are dropped.
+        downscale: Integer factor by which width and height are reduced. Source pixels on the
+            right and at the bottom that do not fill a square are dropped.
 
     Raises:
-        ValueError: `downscale` leaves no pixel.
+        ValueError: Downscaled pictures would have no pixel.
     """
 
     def __init__(self, capture: Capture, device: torch.device, downscale: int = 1) -> None:
@@ -38,7 +38,7 @@ class TrainingViews:
 
     @property
     def cameras(self) -> tuple[Camera, ...]:
-        """The training cameras at the size of the pictures."""
+        """The training cameras with intrinsics for the downscaled pictures."""
         return self._cameras
 
     @property
@@ -52,7 +52,7 @@ class TrainingViews:
         return self._extent
 
     def picture(self, view: int, frame: int) -> Tensor:
-        """Return the `[H, W, 3]` float32 picture of a view from 0 to 1, black where masked.
+        """Return the `[H, W, 3]` float32 picture of a view, 0 to 1; masked pixels are black.
 
         Args:
             view: Index in `cameras`.
@@ -62,70 +62,70 @@ class TrainingViews:
         if key not in self._pictures:
             image = torch.from_numpy(self._capture.image(self._indices[view], frame).copy())
             picture = image.to(self._device).to(torch.float32) / 255
-            picture, mask = _average(picture, self._downscale), self.mask(view, frame)
+            picture, mask = _average_squares(picture, self._downscale), self.mask(view, frame)
             self._pictures[key] = picture if mask is None else picture * mask
         return self._pictures[key]
 
     def mask(self, view: int, frame: int) -> Tensor | None:
-        """Return the `[H, W, 1]` mask of a view: 1 for pixels to use, 0 for others.
+        """Return the `[H, W, 1]` mask of a view: 1 for pixels that training uses, else 0.
 
         Args:
             view: Index in `cameras`.
             frame: Ordinal of the frame in the capture.
 
         Returns:
-            The mask, or None if all pixels are used. A downscaled pixel is used if all
-            its source pixels are.
+            The mask; None if all pixels are used. A downscaled pixel is used if all its
+            source pixels are used.
         """
         key = (view, frame)
         if key not in self._masks:
-            kept = self._capture.mask(self._indices[view], frame)
-            self._masks[key] = None if kept is None else self._place_mask(kept)
+            source_mask = self._capture.mask(self._indices[view], frame)
+            self._masks[key] = None if source_mask is None else self._downscale_mask(source_mask)
         return self._masks[key]
 
-    def _place_mask(self, kept: Mask) -> Tensor:
-        mask = torch.from_numpy(kept[..., None]).to(self._device, torch.float32)
-        return _average(mask, self._downscale).floor()
+    def _downscale_mask(self, source_mask: Mask) -> Tensor:
+        mask = torch.from_numpy(source_mask[..., None]).to(self._device, torch.float32)
+        return _average_squares(mask, self._downscale).floor()
 
     def halved(self) -> "TrainingViews":
-        """Return the same views with half the width and height."""
+        """Return these views with half the width and height."""
         return TrainingViews(self._capture, self._device, 2 * self._downscale)
 
-    def drop_before(self, frame: int) -> None:
-        """Drop the pictures and masks of earlier frames."""
+    def drop_frames_before(self, frame: int) -> None:
+        """Remove the pictures and masks of frames before `frame` from the cache."""
         self._pictures = {key: value for key, value in self._pictures.items() if key[1] >= frame}
         self._masks = {key: value for key, value in self._masks.items() if key[1] >= frame}
 
     def shuffled(self, generator: torch.Generator) -> "Shuffle":
-        """Return an endless iterator over the views in random order."""
+        """Return an endless iterator over view indices in random order."""
         return Shuffle(len(self._indices), generator)
 
 
 class Shuffle(Iterator[int]):
-    """An endless random sequence of the numbers below a bound, by complete permutations.
+    """An endless sequence of random permutations of the integers below `count`.
 
     Args:
-        count: Upper bound of the numbers.
+        count: Number of integers in a permutation.
         generator: Random generator of the permutations.
 
     Attributes:
-        left: Numbers of the current permutation that have not been returned yet.
+        remaining: Integers of the current permutation that have not been returned yet.
     """
 
     def __init__(self, count: int, generator: torch.Generator) -> None:
         self._count = count
         self._generator = generator
-        self.left: list[int] = []
+        self.remaining: list[int] = []
 
     def __next__(self) -> int:
-        """Return the next number."""
-        if not self.left:
-            self.left = torch.randperm(self._count, generator=self._generator).tolist()
-        return self.left.pop(0)
+        """Return the next integer; start a new permutation when the current one is used up."""
+        if not self.remaining:
+            self.remaining = torch.randperm(self._count, generator=self._generator).tolist()
+        return self.remaining.pop(0)
 
 
-def _average(picture: Tensor, downscale: int) -> Tensor:
-    """Downscale by averaging squares of `downscale` pixels."""
+def _average_squares(picture: Tensor, downscale: int) -> Tensor:
+    """Downscale a picture `[H, W, C]` by averaging squares of `downscale` x `downscale` pixels."""
     if downscale == 1:
         return picture
     means = torch.nn.functional.avg_pool2d(picture.permute(2, 0, 1), downscale)
@@ -133,9 +133,10 @@ def _average(picture: Tensor, downscale: int) -> Tensor:
 
 
 def measure_extent(cameras: tuple[Camera, ...]) -> float:
-    """Return the extent of a capture as in 3DGS: 1.1 times the cameras' radius, in world units.
+    """Return the extent of a capture in world units, as defined by 3DGS.
 
-    If all cameras are at the same position, the extent is 1.
+    The extent is 1.1 times the largest distance of a camera from the mean of all camera
+    centers. If all cameras are at the same position, the extent is 1.
     """
     rotations = torch.tensor([camera.rotation for camera in cameras], dtype=torch.float64)
     translations = torch.tensor([camera.translation for camera in cameras], dtype=torch.float64)

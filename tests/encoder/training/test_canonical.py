@@ -8,8 +8,8 @@ import torch
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.training.canonical import (
+    initialize_from_points,
     learning_rates_at,
-    start_from_points,
     train_canonical,
 )
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
@@ -24,7 +24,7 @@ _CPU = torch.device("cpu")
 
 def _start(points, **settings):
     generator = torch.Generator().manual_seed(0)
-    return start_from_points(points, CanonicalSettings(**settings), generator, _CPU)
+    return initialize_from_points(points, CanonicalSettings(**settings), generator, _CPU)
 
 
 def test_a_gaussian_is_as_large_as_the_distance_to_the_nearest_three_points():
@@ -71,7 +71,7 @@ def _errors(context, attributes):
 def test_training_approaches_the_pictures_and_ends_on_the_grid():
     context, header = make_context(), StreamHeader()
     points = make_capture().points
-    before = start_from_points(points, SMALL.canonical, torch.Generator().manual_seed(0), _CPU)
+    before = initialize_from_points(points, SMALL.canonical, torch.Generator().manual_seed(0), _CPU)
 
     after = train_canonical(context, points, CanonicalObjective(SMALL.canonical, header))
 
@@ -94,7 +94,7 @@ def test_training_starts_at_half_resolution_and_ends_at_full(monkeypatch):
     )
     context, points = make_context(), make_capture().points
     settings = replace(SMALL.canonical, half_resolution_until_iter=10)
-    before = start_from_points(points, settings, torch.Generator().manual_seed(0), _CPU)
+    before = initialize_from_points(points, settings, torch.Generator().manual_seed(0), _CPU)
 
     after = train_canonical(context, points, CanonicalObjective(settings, StreamHeader()))
 

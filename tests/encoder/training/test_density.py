@@ -3,7 +3,7 @@ import math
 import torch
 
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
-from quarc_ref.encoder.training.density import ScreenStatistics, densify, draw_within, split
+from quarc_ref.encoder.training.density import ScreenStatistics, densify, sample_offsets, split
 from quarc_ref.encoder.training.trainable import Attributes, Trainer
 from quarc_ref.rendering.rasterizer import Rendering
 from tests.rendering.scenes import make_camera
@@ -106,7 +106,7 @@ def test_parts_of_a_split_gaussian_are_sampled_from_it():
         *wide.tensors()[3:],
     )
 
-    offsets = draw_within(wide, 2.0, torch.Generator().manual_seed(0))
+    offsets = sample_offsets(wide, 2.0, torch.Generator().manual_seed(0))
     parts = split(wide, torch.Generator().manual_seed(0))
 
     # A quarter turn around z: a Gaussian that is wide along x becomes wide along y.

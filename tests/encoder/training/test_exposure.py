@@ -54,7 +54,7 @@ def test_the_gains_of_the_views_are_found_and_their_mean_is_one(settled):
         exposures.estimate_all(iter(pairs))
     for _ in range(60):
         for view, (image, picture) in enumerate(pairs):
-            exposures.update_gain(view, image, picture, rate=0.2)
+            exposures.update_gain(view, image, picture, weight=0.2)
 
     assert torch.allclose(exposures.gains, gains[:, None].expand(3, 3), atol=2e-3)
     assert torch.allclose(exposures.gains.mean(dim=0), torch.ones(3))
@@ -67,7 +67,7 @@ def test_a_corrected_picture_is_kept_until_the_gains_change():
     corrected = exposures.correct(picture, 1)
 
     assert exposures.correct(picture, 1) is corrected
-    exposures.update_gain(0, picture, picture * 0.8, rate=1.0)
+    exposures.update_gain(0, picture, picture * 0.8, weight=1.0)
     assert torch.allclose(exposures.correct(picture, 1), picture / exposures.gains[1])
     assert not torch.equal(exposures.correct(picture, 1), corrected)
 

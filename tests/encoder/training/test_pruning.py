@@ -3,7 +3,7 @@ import pytest
 import torch
 
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
-from quarc_ref.encoder.training.canonical import start_from_points
+from quarc_ref.encoder.training.canonical import initialize_from_points
 from quarc_ref.encoder.training.pruning import measure_contributions, prune_by_contribution
 from quarc_ref.encoder.training.trainable import Trainer
 from tests.encoder.toys import make_capture, make_context
@@ -18,7 +18,7 @@ def context():
 def attributes(context):
     points = make_capture().points
     generator = torch.Generator().manual_seed(0)
-    return start_from_points(points, CanonicalSettings(), generator, context.device)
+    return initialize_from_points(points, CanonicalSettings(), generator, context.device)
 
 
 def _render(context, attributes):
