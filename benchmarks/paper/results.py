@@ -76,7 +76,7 @@ def _plot(experiment: Experiment, done: Sequence[tuple[Point, Row]]) -> bytes:
         }
         if experiment.name == "gradient":
             panels["newborn per frame"] = _join(done, lambda row: fmean(row["births"][1:]))
-        return plot_curves(panels, experiment.axis, doublings=experiment.name in _DOUBLED)
+        return plot_curves(panels, experiment.axis, is_log2=experiment.name in _DOUBLED)
     panels = {"PSNR, held out (dB)": _follow(done, lambda row: row["per_frame"]["psnr"])}
     if experiment.name in {"full", "gate"}:
         panels["newborn so far"] = _follow(done, _accumulate_births)

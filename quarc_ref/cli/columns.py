@@ -11,7 +11,7 @@ _QUALITY = {
     "SSIM": "structural similarity, up to 1; higher is better.",
     "moving, static": "PSNR of foreground pixels, where the truth differs from the "
     "background, and of the rest.",
-    "flicker": "change from frame to frame of pixels that should not change, in levels of 255.",
+    "flicker": "change from frame to frame of pixels that should not change, in 8-bit levels.",
     "of truth": "flicker of the capture's own pictures, caused by camera noise.",
     "LPIPS": "perceptual distance; lower is better.",
 }

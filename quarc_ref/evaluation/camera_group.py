@@ -21,7 +21,7 @@ class CameraGroup:
         capture: Capture whose pictures are the ground truth.
         cameras: Cameras for rendering, in the order of the capture; see `measure_views`.
         indices: Indices of the cameras in the group.
-        correction: Color correction for the metrics with its prefix.
+        correction: Color correction; its prefix marks the metrics after correction.
         lpips: LPIPS metric; None to omit it.
 
     Raises:
@@ -47,13 +47,13 @@ class CameraGroup:
 
     @property
     def quality(self) -> Quality:
-        """The metrics of all frames so far."""
+        """The metrics of all frames measured so far."""
         return Quality(self._measured, self.variants)
 
     @property
     def variants(self) -> dict[str, str]:
         """The variant of each metric, by its name."""
-        return name_variants(self._lpips)
+        return list_variants(self._lpips)
 
     def measure(self, splats: Splats, frame: int) -> list[View]:
         """Measure a frame on every camera of the group; return the rendered views.
@@ -67,14 +67,14 @@ class CameraGroup:
         """
         views = measure_views(splats, frame, self._cameras, self._capture, self._indices)
         for meter, view in zip(self._meters, views, strict=True):
-            figures = meter.measure(view)
+            metrics = meter.measure(view)
             if self._lpips is not None:
-                figures["lpips"] = self._lpips.measure(view.decoded, view.truth)
-            self._measured[view.camera].append(figures)
+                metrics["lpips"] = self._lpips.measure(view.decoded, view.truth)
+            self._measured[view.camera].append(metrics)
         return views
 
 
-def name_variants(lpips: Lpips | None) -> dict[str, str]:
+def list_variants(lpips: Lpips | None) -> dict[str, str]:
     """Return the variant of each metric, including LPIPS if it is measured."""
     return VARIANTS if lpips is None else VARIANTS | {"lpips": lpips.variant}
 

@@ -1,4 +1,4 @@
-"""Measures one camera, frame by frame."""
+"""Measures the quality of one camera, frame by frame."""
 
 import numpy as np
 
@@ -12,14 +12,14 @@ from quarc_ref.evaluation.metrics import (
     measure_psnr,
     measure_ssim,
 )
-from quarc_ref.evaluation.regions import MOVING_VARIANT, find_moving
+from quarc_ref.evaluation.regions import MOVING_VARIANT, find_moving_region
 from quarc_ref.evaluation.views import View
 
 Measures = dict[str, float | None]  # metrics by name; None if not measurable
 
 FLICKER_VARIANT = (
     "flicker, truth_flicker: mean absolute change from the previous frame, of the rendering "
-    "and of the truth, over pixels that are static in both, in levels of 255"
+    "and of the truth, over pixels that are static in both frames, in 8-bit levels"
 )
 VARIANTS = {
     "psnr": PSNR_VARIANT,
@@ -36,26 +36,26 @@ class CameraMeter:
 
     Args:
         background: `[H, W, 3]` background from `find_background`; None to measure no regions.
-        correction: Color correction for the metrics with its prefix.
+        correction: Color correction; its prefix marks the metrics after correction.
     """
 
     def __init__(self, background: Picture | None, correction: Correction = COLOR) -> None:
         self._background = background
         self._correction = correction
-        self._before: tuple[View, Mask] | None = None
+        self._previous: tuple[View, Mask] | None = None
 
     def measure(self, view: View) -> Measures:
         """Return the metrics of a view.
 
         Returns:
-            `psnr`, `ssim`, `moving_psnr` and `static_psnr` without correction; the same
-            after correction with its prefix, such as `moving_cc_psnr`; `flicker` and
-            `truth_flicker`. Metrics of empty or unknown regions, and the flicker of the
-            first frame, are None.
+            `psnr`, `ssim`, `moving_psnr` and `static_psnr`, each without and with color
+            correction; names of corrected metrics contain the prefix of the correction,
+            such as `moving_cc_psnr`. Also `flicker` and `truth_flicker`. Metrics of empty or
+            unknown regions, and the flicker of the first frame, are None.
         """
         prefix = self._correction.prefix
         corrected = self._correct(view)
-        figures: Measures = {
+        metrics: Measures = {
             "psnr": view.psnr,
             "ssim": view.ssim,
             f"{prefix}_psnr": measure_psnr(corrected, view.truth, view.mask),
@@ -63,48 +63,48 @@ class CameraMeter:
         }
         moving, static = self._find_regions(view)
         for region, mask in (("moving", moving), ("static", static)):
-            figures[f"{region}_psnr"] = _measure_within(mask, view.decoded, view.truth)
-            figures[f"{region}_{prefix}_psnr"] = _measure_within(mask, corrected, view.truth)
-        return figures | self._measure_flicker(view, static)
+            metrics[f"{region}_psnr"] = _measure_masked_psnr(mask, view.decoded, view.truth)
+            metrics[f"{region}_{prefix}_psnr"] = _measure_masked_psnr(mask, corrected, view.truth)
+        return metrics | self._measure_flicker(view, static)
 
     def _correct(self, view: View) -> Picture:
         """Return the rendering with corrected colors, fitted on the unmasked pixels."""
         if view.mask is None:
             return self._correction.apply(view.decoded, view.truth)
-        kept, corrected = view.mask, np.zeros_like(view.decoded)
-        corrected[kept] = self._correction.apply(view.decoded[kept], view.truth[kept])
+        mask, corrected = view.mask, np.zeros_like(view.decoded)
+        corrected[mask] = self._correction.apply(view.decoded[mask], view.truth[mask])
         return corrected
 
     def _find_regions(self, view: View) -> tuple[Mask | None, Mask | None]:
         """Return masks `[H, W]` of the unmasked moving and static pixels."""
         if self._background is None:
             return None, None
-        moving = find_moving(view.image, self._background, view.mask)
+        moving = find_moving_region(view.image, self._background, view.mask)
         if view.mask is None:
             return moving, ~moving
         return moving & view.mask, ~moving & view.mask
 
     def _measure_flicker(self, view: View, static: Mask | None) -> Measures:
-        before, self._before = self._before, None if static is None else (view, static)
-        if before is None or static is None:
+        previous, self._previous = self._previous, None if static is None else (view, static)
+        if previous is None or static is None:
             return {"flicker": None, "truth_flicker": None}
-        last, was_static = before
-        static = static & was_static
+        previous_view, previous_static = previous
+        static = static & previous_static
         return {
-            "flicker": _measure_change(static, view.decoded, last.decoded),
-            "truth_flicker": _measure_change(static, view.truth, last.truth),
+            "flicker": _measure_change(static, view.decoded, previous_view.decoded),
+            "truth_flicker": _measure_change(static, view.truth, previous_view.truth),
         }
 
 
-def _measure_within(mask: Mask | None, picture: Picture, truth: Picture) -> float | None:
+def _measure_masked_psnr(mask: Mask | None, picture: Picture, truth: Picture) -> float | None:
     """Return the PSNR in dB over the pixels of a mask `[H, W]`; None if the mask is empty."""
     if mask is None or not mask.any():
         return None
     return measure_psnr(picture[mask], truth[mask])
 
 
-def _measure_change(mask: Mask, now: Picture, before: Picture) -> float | None:
-    """Return the mean absolute difference over the pixels of a mask, in levels of 255."""
+def _measure_change(mask: Mask, picture: Picture, previous: Picture) -> float | None:
+    """Return the mean absolute difference over a mask, in 8-bit levels; None if it is empty."""
     if not mask.any():
         return None
-    return 255 * float(np.abs(now[mask] - before[mask]).mean(dtype=np.float64))
+    return 255 * float(np.abs(picture[mask] - previous[mask]).mean(dtype=np.float64))

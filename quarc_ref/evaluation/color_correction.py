@@ -1,4 +1,4 @@
-"""Corrects the colors of a rendering to those of the camera that took the ground truth.
+"""Fits the colors of a rendering to the ground truth, which another camera may have taken.
 
 The encoder cannot know the exposure and white balance of held-out cameras, so metrics are
 also measured after color correction, as in nerfstudio, gsplat and Zip-NeRF (cc_psnr).
@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from quarc_ref.evaluation.metrics import Picture
 
 CC_VARIANT = (
-    "cc_*: after an affine transform of RGB, a 3 x 4 matrix per picture that fits the "
-    "clamped rendering to the truth in least squares; clamped again"
+    "cc_*: measured after color correction, which fits the clamped rendering to the truth by "
+    "least squares with one 3 x 4 affine RGB matrix per picture, and clamps the result"
 )
 
 
@@ -23,7 +23,7 @@ class Correction:
     """A method to correct colors.
 
     Attributes:
-        prefix: Prefix of the names of metrics after this correction.
+        prefix: Prefix of metric names after this correction, such as `cc` in `cc_psnr`.
         apply: Function that corrects a rendering to a truth, both `[H, W, 3]` from 0 to 1.
     """
 
@@ -38,9 +38,9 @@ def correct_color(picture: Picture, truth: Picture) -> Picture:
         picture: `[H, W, 3]` picture from 0 to 1.
         truth: `[H, W, 3]` ground truth from 0 to 1.
     """
-    colors, wanted = (each.reshape(-1, 3).astype(np.float64) for each in (picture, truth))
+    colors, target = (image.reshape(-1, 3).astype(np.float64) for image in (picture, truth))
     extended = np.column_stack((colors, np.ones(len(colors))))
-    affine, *_ = np.linalg.lstsq(extended.T @ extended, extended.T @ wanted)
+    affine, *_ = np.linalg.lstsq(extended.T @ extended, extended.T @ target)
     return _clamp(extended @ affine, picture)
 
 
@@ -51,9 +51,9 @@ def correct_gain(picture: Picture, truth: Picture) -> Picture:
         picture: `[H, W, 3]` picture from 0 to 1.
         truth: `[H, W, 3]` ground truth from 0 to 1.
     """
-    colors, wanted = (each.reshape(-1, 3).astype(np.float64) for each in (picture, truth))
-    light = np.square(colors).sum(axis=0)
-    gains = np.divide((colors * wanted).sum(axis=0), light, out=np.ones(3), where=light > 0)
+    colors, target = (image.reshape(-1, 3).astype(np.float64) for image in (picture, truth))
+    energy = np.square(colors).sum(axis=0)
+    gains = np.divide((colors * target).sum(axis=0), energy, out=np.ones(3), where=energy > 0)
     return _clamp(colors * gains, picture)
 
 

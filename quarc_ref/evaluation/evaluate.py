@@ -21,7 +21,7 @@ class EvaluationOptions:
     """Options of an evaluation.
 
     Attributes:
-        span: First frame and the one after the last; None for all frames.
+        span: First frame and end frame (exclusive); an end of None includes all later frames.
         lpips: LPIPS metric; None to omit it.
         other_capture: Whether to accept a stream of another capture with the same cameras
             and sizes. A stream without a fingerprint is always accepted.
@@ -40,14 +40,14 @@ class Evaluation:
         summary: Summary of the stream.
         quality: Metrics.
         frames: Ordinals of the measured frames.
-        shown: Views of the first held-out camera: first, middle and last frame.
+        shown_views: Views of the first held-out camera: first, middle and last frame.
         protocol: Conditions of the measurement.
     """
 
     summary: StreamSummary
     quality: Quality
     frames: tuple[int, ...]
-    shown: tuple[View, ...]
+    shown_views: tuple[View, ...]
     protocol: Protocol
 
 
@@ -57,7 +57,7 @@ def evaluate_stream(
     on_progress: Callable[[str, int, int], None],
     options: EvaluationOptions = EvaluationOptions(),
 ) -> Evaluation:
-    """Measure a stream on the capture that it was made from.
+    """Measure a stream on the capture from which it was encoded.
 
     Args:
         data: Bytes of the stream.
@@ -68,7 +68,7 @@ def evaluate_stream(
     Raises:
         BitstreamError: The stream is invalid.
         OtherCaptureError: The stream was made from another capture.
-        MismatchError: The stream cannot be measured on the capture, or has none of the frames.
+        MismatchError: The stream cannot be measured on the capture, or has no frame of the span.
         CaptureError: The capture cannot be read.
     """
     summary = inspect_stream(data, on_progress)
@@ -76,30 +76,30 @@ def evaluate_stream(
     frames = _list_frames(summary, options.span)
     count = len(frames)
     group = CameraGroup(capture, summary.cameras, capture.held_out, lpips=options.lpips)
-    shown = []
+    shown_views = []
     for index, scene in enumerate(decode(data, *options.span)):
         views = group.measure(dequantize(scene), scene.frame)
         if index in {0, count // 2, count - 1}:
-            shown.append(views[0])
+            shown_views.append(views[0])
         on_progress("evaluate", index + 1, count)
-    made_from = summary.metadata.get("fingerprint")
+    encoded_from = summary.metadata.get("fingerprint")
     protocol = replace(
-        describe_protocol(capture, summary.cameras, count, summary.header.seed, made_from),
+        describe_protocol(capture, summary.cameras, count, summary.header.seed, encoded_from),
         metrics=group.variants,
     )
-    return Evaluation(summary, group.quality, frames, tuple(shown), protocol)
+    return Evaluation(summary, group.quality, frames, tuple(shown_views), protocol)
 
 
 def _list_frames(summary: StreamSummary, span: tuple[int, int | None]) -> tuple[int, ...]:
-    """Return the frames of a stream within a span; raise MismatchError if there is none."""
+    """Return the frames of a stream within a span; raise MismatchError for an empty span."""
     start, stop = span
     frames = tuple(
-        each.frame
-        for each in summary.frames
-        if start <= each.frame and (stop is None or each.frame < stop)
+        frame.frame
+        for frame in summary.frames
+        if start <= frame.frame and (stop is None or frame.frame < stop)
     )
     if not frames:
         first, last = summary.frames[0].frame, summary.frames[-1].frame
-        message = f"the stream has none of these frames; its frames are {first} to {last}"
+        message = f"no frame of the stream is in this range; its frames are {first} to {last}"
         raise MismatchError(message)
     return frames

@@ -1,9 +1,11 @@
-"""LPIPS with weights from a user's file; none are included or downloaded.
+"""LPIPS with weights from a file of the user; the package contains and downloads no weights.
+
+This statement creates the file:
 
     torch.save(lpips.LPIPS(net="vgg").state_dict(), "lpips_vgg.pth")
 
-creates the file. Pictures range from 0 to 1, as in 3DGS and the methods based on it,
-although the network was trained with -1 to 1, so that results are comparable with theirs.
+Pictures range from 0 to 1, although the network was trained with -1 to 1. Results are
+therefore comparable with 3DGS and the methods based on 3DGS, which use the same range.
 """
 
 import hashlib
@@ -46,53 +48,54 @@ class Lpips:
         except Exception as error:  # torch raises various errors for files in other formats
             message = f"{path} is not a readable file of LPIPS weights: {error}"
             raise WeightsError(message) from error
-        missing = [name for name in _list_names() if name not in weights]
+        missing = [name for name in _list_weight_names() if name not in weights]
         if missing:
             message = (
-                f"{path} has no {missing[0]}: it must hold lpips.LPIPS(net='vgg').state_dict()"
+                f"{path} has no {missing[0]}: the file must contain "
+                "lpips.LPIPS(net='vgg').state_dict()"
             )
             raise WeightsError(message)
-        self._weights = {name: weights[name].float() for name in _list_names()}
+        self._weights = {name: weights[name].float() for name in _list_weight_names()}
         digest = hashlib.sha256(data).hexdigest()[:12]
-        self.variant = f"lpips_vgg_3dgs: VGG16, pictures fed from 0 to 1; weights {digest}"
+        self.variant = f"lpips_vgg_3dgs: VGG16, input range from 0 to 1; weights {digest}"
 
     def measure(self, picture: Picture, truth: Picture) -> float:
-        """Return the distance of two pictures `[H, W, 3]` from 0 to 1.
+        """Return the LPIPS distance between two pictures `[H, W, 3]` from 0 to 1.
 
         Raises:
             ValueError: The pictures are too small for the network.
         """
         if min(picture.shape[:2]) < _MIN_SIZE:
-            message = f"LPIPS needs pictures of at least {_MIN_SIZE} pixels"
+            message = f"LPIPS needs pictures of at least {_MIN_SIZE} x {_MIN_SIZE} pixels"
             raise ValueError(message)
         stacked = torch.from_numpy(np.stack([picture, truth]).astype(np.float32)).movedim(3, 1)
         total = 0.0
         with torch.no_grad():
-            for place, features in enumerate(self._list_features(stacked)):
+            for index, features in enumerate(self._list_features(stacked)):
                 first, second = normalize(features, dim=1, eps=_EPSILON)
-                head = self._weights[f"lin{place}.model.1.weight"]
+                head = self._weights[f"lin{index}.model.1.weight"]
                 total += float(conv2d((first - second).square()[None], head).mean())
         return total
 
     def _list_features(self, pictures: Tensor) -> list[Tensor]:
         """Return the `[2, C, h, w]` features at the end of every slice."""
         shift, scale = (self._weights[f"scaling_layer.{name}"] for name in ("shift", "scale"))
-        flow, found = (pictures - shift) / scale, []
-        for place, layers in enumerate(_SLICES):
-            flow = max_pool2d(flow, 2) if place else flow
+        activations, features = (pictures - shift) / scale, []
+        for index, layers in enumerate(_SLICES):
+            activations = max_pool2d(activations, 2) if index else activations
             for layer in layers:
-                name = f"net.slice{place + 1}.{layer}"
+                name = f"net.slice{index + 1}.{layer}"
                 weight, bias = (self._weights[f"{name}.{kind}"] for kind in ("weight", "bias"))
-                flow = relu(conv2d(flow, weight, bias, padding=1))
-            found.append(flow)
-        return found
+                activations = relu(conv2d(activations, weight, bias, padding=1))
+            features.append(activations)
+        return features
 
 
-def _list_names() -> list[str]:
-    heads = [f"lin{place}.model.1.weight" for place in range(len(_SLICES))]
+def _list_weight_names() -> list[str]:
+    heads = [f"lin{index}.model.1.weight" for index in range(len(_SLICES))]
     layers = [
-        f"net.slice{place + 1}.{layer}.{kind}"
-        for place, slice_layers in enumerate(_SLICES)
+        f"net.slice{index + 1}.{layer}.{kind}"
+        for index, slice_layers in enumerate(_SLICES)
         for layer in slice_layers
         for kind in ("weight", "bias")
     ]

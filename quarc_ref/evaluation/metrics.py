@@ -35,15 +35,15 @@ def measure_psnr(picture: Picture, truth: Picture, mask: Mask | None = None) -> 
     Args:
         picture: The rendering.
         truth: The ground truth.
-        mask: `[H, W]` pixels to measure, at least one; None for all.
+        mask: `[H, W]` mask of the pixels to measure, not empty; None for all pixels.
 
     Returns:
         The PSNR, at most `MAX_DECIBELS`, which is the value for equal pictures.
     """
     if mask is not None:
         picture, truth = picture[mask], truth[mask]
-    error = float(np.square(picture.astype(np.float64) - truth).mean())
-    return min(-10 * math.log10(error), MAX_DECIBELS) if error else MAX_DECIBELS
+    mse = float(np.square(picture.astype(np.float64) - truth).mean())
+    return min(-10 * math.log10(mse), MAX_DECIBELS) if mse else MAX_DECIBELS
 
 
 def measure_ssim(picture: Picture, truth: Picture, mask: Mask | None = None) -> float:
@@ -52,16 +52,16 @@ def measure_ssim(picture: Picture, truth: Picture, mask: Mask | None = None) -> 
     Args:
         picture: The rendering.
         truth: The ground truth.
-        mask: `[H, W]` pixels to take the mean over, at least one; None for all.
+        mask: `[H, W]` mask of the pixels to average over, not empty; None for all pixels.
     """
     shape = (picture.shape[0], -1)
     first = np.ascontiguousarray(picture, dtype=np.float32).reshape(shape)
     second = np.ascontiguousarray(truth, dtype=np.float32).reshape(shape)
     ssim = np.empty_like(first)
-    slopes = np.empty((3, *first.shape), dtype=np.float32)
+    gradients = np.empty((3, *first.shape), dtype=np.float32)
     moments = np.empty((2, *first.shape), dtype=np.float32)
     with KERNEL_LOCK:
         ssim_kernels.ssim_moments(second, moments)
-        ssim_kernels.ssim_forward(first, second, moments, ssim, slopes)
+        ssim_kernels.ssim_forward(first, second, moments, ssim, gradients)
     values = ssim if mask is None else ssim.reshape(picture.shape)[mask]
     return float(values.mean(dtype=np.float64))

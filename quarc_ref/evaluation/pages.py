@@ -18,9 +18,9 @@ def fill_page(template: str, parts: Mapping[str, str]) -> bytes:
     return Template(template).substitute(parts, skin=skin).encode()
 
 
-def format_lines(named: Mapping[str, object]) -> str:
+def format_lines(values: Mapping[str, object]) -> str:
     """Format names and values, one per line."""
-    return format_texts(f"{name}: {value}" for name, value in named.items())
+    return format_texts(f"{name}: {value}" for name, value in values.items())
 
 
 def format_texts(texts: Iterable[str]) -> str:

@@ -25,15 +25,15 @@ _KIND_COLORS = {
     "overhead": _GRAY,
 }
 _CURVE_COLORS = (_BLUE, _ORANGE, _GREEN, _GRAY, _PURPLE, _TEAL)
-# maximum characters of a label and a legend; width of the mark before a label
-_LABEL, _LEGEND, _MARK = 40, 90, 6
+# maximum characters of a label and of a line of the legend; width of the mark before a label
+_MAX_LABEL_LENGTH, _MAX_LEGEND_LENGTH, _MARK_WIDTH = 40, 90, 6
 _DOTS_PER_INCH = 110
-_MANY_TIMES = 6  # ratio of the highest rate to the lowest
+_MIN_LOG_RATIO = 6  # ratio of the highest rate to the lowest
 
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """Positions along an axis and values."""
+    """The x and y coordinates of the points of a curve."""
 
     x: Sequence[float]
     y: Sequence[float]
@@ -41,39 +41,41 @@ class Curve:
 
 def plot_frames(summary: StreamSummary, psnr: Curve) -> bytes:
     """Plot the PSNR and the bytes of every frame as PNG."""
-    figure, (above, below) = _figure(2)
+    figure, (top_axes, bottom_axes) = _make_figure(2)
     frames = [frame.frame for frame in summary.frames]
-    above.plot(psnr.x, psnr.y, color=_BLUE, marker="o", markersize=3)
-    above.set_ylabel("PSNR, held out (dB)")
-    floor = np.zeros(len(frames))
+    top_axes.plot(psnr.x, psnr.y, color=_BLUE, marker="o", markersize=3)
+    top_axes.set_ylabel("PSNR, held out (dB)")
+    stack_tops = np.zeros(len(frames))
     for kind in ("motion", "updates", "births"):
         sizes = np.array([frame.coded_bytes[kind] / KILOBYTE for frame in summary.frames])
-        below.bar(frames, sizes, bottom=floor, color=_KIND_COLORS[kind], label=kind)
-        floor = floor + sizes
-    framing = [_framing(frame.chunk_bytes, frame.coded_bytes) for frame in summary.frames]
-    below.bar(frames, framing, bottom=floor, color=_GRAY, label="overhead")
-    below.set_ylabel("KB, without canonical frames")
-    below.set_xlabel("frame")
-    below.xaxis.set_major_locator(MaxNLocator(integer=True))
-    _legend_above(below)
-    return _png(figure)
+        bottom_axes.bar(frames, sizes, bottom=stack_tops, color=_KIND_COLORS[kind], label=kind)
+        stack_tops = stack_tops + sizes
+    framing_sizes = [
+        _framing_kilobytes(frame.chunk_bytes, frame.coded_bytes) for frame in summary.frames
+    ]
+    bottom_axes.bar(frames, framing_sizes, bottom=stack_tops, color=_GRAY, label="overhead")
+    bottom_axes.set_ylabel("KB, without canonical frames")
+    bottom_axes.set_xlabel("frame")
+    bottom_axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    _place_legend_above(bottom_axes)
+    return _encode_png(figure)
 
 
 def plot_kinds(summary: StreamSummary) -> bytes:
     """Plot the bytes by kind, next to the zero-order estimate of the same symbols, as PNG."""
-    figure, (axes,) = _figure(1)
+    figure, (axes,) = _make_figure(1)
     coded, estimate = summary.coded_bytes(), summary.estimate_bytes()
     kinds = [*KINDS, "overhead"]
-    places = np.arange(len(kinds))
-    real = axes.bar(
-        places - 0.2,
+    positions = np.arange(len(kinds))
+    coded_bars = axes.bar(
+        positions - 0.2,
         [coded[kind] / KILOBYTE for kind in kinds],
         width=0.4,
         color=[_KIND_COLORS[kind] for kind in kinds],
         label="in the file",
     )
-    ideal = axes.bar(
-        places[: len(KINDS)] + 0.2,
+    estimate_bars = axes.bar(
+        positions[: len(KINDS)] + 0.2,
         [estimate[kind] / KILOBYTE for kind in KINDS],
         width=0.4,
         color="none",
@@ -81,23 +83,23 @@ def plot_kinds(summary: StreamSummary) -> bytes:
         hatch="///",
         label="zero-order estimate",
     )
-    axes.bar_label(real, fmt="%.1f", fontsize=8)
-    axes.bar_label(ideal, fmt="%.1f", fontsize=8)
-    axes.set_xticks(places, kinds)
+    axes.bar_label(coded_bars, fmt="%.1f", fontsize=8)
+    axes.bar_label(estimate_bars, fmt="%.1f", fontsize=8)
+    axes.set_xticks(positions, kinds)
     axes.set_xlim(-0.6, len(kinds) - 0.4)
     axes.set_ylabel("KB, whole stream")
-    _legend_above(axes)
-    return _png(figure)
+    _place_legend_above(axes)
+    return _encode_png(figure)
 
 
 def plot_coders(panels: Mapping[str, Mapping[str, float]]) -> bytes:
-    """Plot the sizes that coders need for the same symbols as PNG.
+    """Plot the coded size of the same symbols with different coders as PNG.
 
     Args:
-        panels: `{label of the axis: {coder: size}}`; a panel omits coders that do not
-            code its kind.
+        panels: `{label of the axis: {coder: size}}`; a panel may omit coders that do not
+            apply to it.
     """
-    figure, rows = _figure(len(panels))
+    figure, rows = _make_figure(len(panels))
     coders = list(dict.fromkeys(coder for sizes in panels.values() for coder in sizes))
     for axes, (label, sizes) in zip(rows, panels.items(), strict=True):
         bars = axes.bar(
@@ -107,26 +109,26 @@ def plot_coders(panels: Mapping[str, Mapping[str, float]]) -> bytes:
         axes.set_ylabel(label)
         axes.tick_params(labelbottom=axes is rows[-1])
     rows[-1].set_xticks(range(len(coders)), coders, rotation=30, ha="right", fontsize=8)
-    return _png(figure)
+    return _encode_png(figure)
 
 
 def plot_spreads(panels: Mapping[str, Mapping[str, Sequence[float]]]) -> bytes:
-    """Plot the spread of numbers as PNG: a dot for each number, a bar for their mean.
+    """Plot the spread of numbers as PNG: a dot for each number and a bar for the mean.
 
     Args:
         panels: `{label of the axis: {name: numbers}}` with the same names in every panel.
     """
-    figure, rows = _figure(len(panels))
+    figure, rows = _make_figure(len(panels))
     for axes, (label, groups) in zip(rows, panels.items(), strict=True):
-        for place, numbers in enumerate(groups.values()):
-            axes.plot([place] * len(numbers), numbers, color=_BLUE, marker="o", linestyle="")
+        for position, numbers in enumerate(groups.values()):
+            axes.plot([position] * len(numbers), numbers, color=_BLUE, marker="o", linestyle="")
             if numbers:
-                axes.hlines(np.mean(numbers), place - 0.25, place + 0.25, color=_ORANGE)
+                axes.hlines(np.mean(numbers), position - 0.25, position + 0.25, color=_ORANGE)
         axes.set_ylabel(label)
         axes.tick_params(labelbottom=axes is rows[-1])
     names = list(next(iter(panels.values())))
     rows[-1].set_xticks(range(len(names)), names, rotation=30, ha="right", fontsize=8)
-    return _png(figure)
+    return _encode_png(figure)
 
 
 def plot_rate_distortion(
@@ -136,9 +138,9 @@ def plot_rate_distortion(
 
     Args:
         points: KB per frame, dB and the changed setting of each point; the default first.
-        hull: KB per frame and dB of the points on the hull, from the left.
+        hull: KB per frame and dB of the points on the hull, by ascending rate.
     """
-    figure, (axes,) = _figure(1, height=5)
+    figure, (axes,) = _make_figure(1, height=5)
     axes.plot(*zip(*hull, strict=True), color=_GRAY, linewidth=1, label="upper hull")
     (default, *others) = points
     axes.plot(*default[:2], color=_ORANGE, marker="D", linestyle="", zorder=3, label="default")
@@ -154,69 +156,69 @@ def plot_rate_distortion(
         )
     axes.set_xlabel("KB per frame, canonical frame spread over 300")
     axes.set_ylabel("PSNR, held out (dB)")
-    _legend_above(axes)
-    return _png(figure)
+    _place_legend_above(axes)
+    return _encode_png(figure)
 
 
 def plot_curves(
-    panels: Mapping[str, Mapping[str, Curve]], axis: str, *, doublings: bool = False
+    panels: Mapping[str, Mapping[str, Curve]], axis_label: str, *, is_log2: bool = False
 ) -> bytes:
     """Plot curves over one axis in vertically stacked panels as PNG.
 
     Args:
-        panels: `{label of the panel: {name of the curve: curve}}`; a single curve
-            needs no name.
-        axis: Label of the common axis.
-        doublings: Whether the axis is logarithmic.
+        panels: `{label of the panel: {name of the curve: curve}}`; the name of a single
+            curve may be empty.
+        axis_label: Label of the common axis.
+        is_log2: Whether the axis is logarithmic with base 2.
     """
-    figure, rows = _figure(len(panels))
+    figure, rows = _make_figure(len(panels))
     for axes, (label, curves) in zip(rows, panels.items(), strict=True):
         for (name, curve), color in zip(curves.items(), cycle(_CURVE_COLORS)):
             axes.plot(curve.x, curve.y, color=color, marker="o", markersize=3, label=name)
         axes.set_ylabel(label)
-        if doublings:
+        if is_log2:
             axes.set_xscale("log", base=2)
             axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         else:
             axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.tick_params(labelbottom=axes is rows[-1])
-    rows[-1].set_xlabel(axis)
+    rows[-1].set_xlabel(axis_label)
     if len(next(iter(panels.values()))) > 1:
-        _legend_above(rows[0])
-    return _png(figure)
+        _place_legend_above(rows[0])
+    return _encode_png(figure)
 
 
-def plot_rates(panels: Mapping[str, Mapping[str, Curve]], axis: str) -> bytes:
+def plot_rates(panels: Mapping[str, Mapping[str, Curve]], axis_label: str) -> bytes:
     """Plot quality against rate, with one panel per metric, as PNG.
 
     Args:
         panels: `{label of the panel: {name of the curve: curve}}` with at least two points.
-        axis: Label of the rate axis, which is logarithmic if rates differ much.
+        axis_label: Label of the rate axis, which is logarithmic for a wide range of rates.
     """
-    figure, rows = _figure(len(panels), height=3.4)
+    figure, rows = _make_figure(len(panels), height=3.4)
     for axes, (label, curves) in zip(rows, panels.items(), strict=True):
         for (name, curve), color in zip(curves.items(), cycle(_CURVE_COLORS)):
             axes.plot(curve.x, curve.y, color=color, marker="o", markersize=4, label=name)
         axes.set_ylabel(label)
         axes.tick_params(labelbottom=axes is rows[-1])
     rates = [rate for curves in panels.values() for curve in curves.values() for rate in curve.x]
-    if max(rates) > _MANY_TIMES * min(rates) > 0:
+    if max(rates) > _MIN_LOG_RATIO * min(rates) > 0:
         rows[-1].set_xscale("log")
         rows[-1].xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         rows[-1].xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         rows[-1].minorticks_off()
-    rows[-1].set_xlabel(axis)
-    _legend_above(rows[0])
-    return _png(figure)
+    rows[-1].set_xlabel(axis_label)
+    _place_legend_above(rows[0])
+    return _encode_png(figure)
 
 
 def plot_decode_speed(lines: Mapping[str, Sequence[tuple[int, float]]]) -> bytes:
-    """Plot the time of a frame against the number of Gaussians as PNG.
+    """Plot the decoding time per frame against the number of Gaussians as PNG.
 
     Args:
-        lines: `{label: (Gaussians, milliseconds)}` in ascending order.
+        lines: `{label: [(Gaussians, milliseconds), ...]}` with ascending numbers of Gaussians.
     """
-    figure, (axes,) = _figure(1, height=4)
+    figure, (axes,) = _make_figure(1, height=4)
     for color, (label, points) in zip((_BLUE, _ORANGE, _GREEN), lines.items(), strict=False):
         axes.loglog(*zip(*points, strict=True), color=color, marker="o", label=label)
     axes.axhline(1000 / 30, color=_GRAY, linestyle="--", linewidth=1, label="30 frames per second")
@@ -227,8 +229,8 @@ def plot_decode_speed(lines: Mapping[str, Sequence[tuple[int, float]]]) -> bytes
     axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axes.minorticks_off()
-    _legend_above(axes)
-    return _png(figure)
+    _place_legend_above(axes)
+    return _encode_png(figure)
 
 
 def encode_picture(picture: Picture) -> bytes:
@@ -239,7 +241,7 @@ def encode_picture(picture: Picture) -> bytes:
     return buffer.getvalue()
 
 
-def _framing(chunk_bytes: int, coded_bytes: dict[str, int]) -> float:
+def _framing_kilobytes(chunk_bytes: int, coded_bytes: dict[str, int]) -> float:
     return (
         0.0
         if coded_bytes["canonical"] or coded_bytes["snapshots"]
@@ -247,37 +249,40 @@ def _framing(chunk_bytes: int, coded_bytes: dict[str, int]) -> float:
     )
 
 
-def _figure(rows: int, height: float = 2.6) -> tuple[Figure, list[Axes]]:
+def _make_figure(rows: int, height: float = 2.6) -> tuple[Figure, list[Axes]]:
     figure = Figure(figsize=(8, height * rows + 0.6), layout="constrained")
     first = figure.add_subplot(rows, 1, 1)
     axes = [first, *(figure.add_subplot(rows, 1, row, sharex=first) for row in range(2, rows + 1))]
-    for each in axes:
-        each.spines[["top", "right"]].set_visible(False)
-        each.grid(axis="y", color="#e3e7ec", linewidth=0.8)
-        each.set_axisbelow(True)
+    for row_axes in axes:
+        row_axes.spines[["top", "right"]].set_visible(False)
+        row_axes.grid(axis="y", color="#e3e7ec", linewidth=0.8)
+        row_axes.set_axisbelow(True)
     return figure, axes
 
 
-def _legend_above(axes: Axes) -> None:
-    """Place the legend above the bars, at most as wide as the figure.
+def _place_legend_above(axes: Axes) -> None:
+    """Place the legend above the plot, at most as wide as the figure.
 
-    Only the ends of long labels, which may be paths, are shown.
+    Long labels, which may be paths, are truncated at the start.
     """
     handles, names = axes.get_legend_handles_labels()
-    names = [name if len(name) <= _LABEL else "\u2026" + name[1 - _LABEL :] for name in names]
-    columns = max(1, min(3, _LEGEND // (max(map(len, names)) + _MARK)))
+    names = [
+        name if len(name) <= _MAX_LABEL_LENGTH else "\u2026" + name[1 - _MAX_LABEL_LENGTH :]
+        for name in names
+    ]
+    column_count = max(1, min(3, _MAX_LEGEND_LENGTH // (max(map(len, names)) + _MARK_WIDTH)))
     axes.legend(
         handles,
         names,
         frameon=False,
-        ncols=columns,
+        ncols=column_count,
         loc="lower right",
         bbox_to_anchor=(1, 1),
         borderaxespad=0,
     )
 
 
-def _png(figure: Figure) -> bytes:
+def _encode_png(figure: Figure) -> bytes:
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=_DOTS_PER_INCH)
     return buffer.getvalue()

@@ -24,8 +24,8 @@ class Protocol:
     Attributes:
         capture: Name of the capture.
         fingerprint: Digest of the files of the capture.
-        encoded_from: Digest, stored in the stream, of the files that it was made from;
-            None if it has none.
+        encoded_from: Digest of the source files according to the stream; None for a stream
+            without such a digest.
         training: Names of the training cameras.
         held_out: Names of the measured cameras.
         resolution: Width and height of the first held-out camera.
@@ -50,7 +50,7 @@ class Protocol:
 
     @property
     def same_capture(self) -> bool | None:
-        """Whether the stream was made from these files; None if it has no fingerprint."""
+        """Whether the stream was encoded from this capture; None without a fingerprint."""
         return None if self.encoded_from is None else self.encoded_from == self.fingerprint
 
     def as_json(self) -> dict[str, object]:
@@ -69,11 +69,11 @@ class Protocol:
         }
 
     def as_lines(self) -> dict[str, str]:
-        """Return the protocol as names and readable text."""
-        same = "the same" if self.same_capture else self.encoded_from
+        """Return the protocol as readable text by name."""
+        source_text = "this capture" if self.same_capture else self.encoded_from
         return {
             "capture": f"{self.capture}, fingerprint {self.fingerprint}",
-            "encoded from": same or "unknown: the stream has no fingerprint",
+            "encoded from": source_text or "unknown: the stream has no fingerprint",
             "training cameras": ", ".join(self.training),
             "held-out cameras": ", ".join(self.held_out),
             "resolution": " x ".join(map(str, self.resolution)),
@@ -95,7 +95,7 @@ def describe_protocol(
         cameras: Cameras of the stream, at least one of which is held out.
         frames: Number of measured frames.
         seed: Seed of the stream.
-        encoded_from: Fingerprint in the stream.
+        encoded_from: Fingerprint that the stream contains; None if there is no fingerprint.
     """
     held_out = [camera for camera in cameras if camera.held_out]
     return Protocol(

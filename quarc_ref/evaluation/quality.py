@@ -21,7 +21,7 @@ COLUMNS = (
     ("of truth", "truth_flicker", ".3f"),
     ("LPIPS", "lpips", ".4f"),
 )
-_NOTHING = "-"
+_MISSING = "-"
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,17 +39,17 @@ class Quality:
     @property
     def psnr(self) -> tuple[float, ...]:
         """PSNR of every frame, averaged over the cameras, dB."""
-        return self._follow("psnr")
+        return self._list_frame_values("psnr")
 
     @property
     def ssim(self) -> tuple[float, ...]:
         """`ssim_inria` of every frame, averaged over the cameras."""
-        return self._follow("ssim")
+        return self._list_frame_values("ssim")
 
     def count_views(self) -> tuple[int, int]:
         """Return the number of views with the maximum PSNR, and the number of all views."""
-        found = [view["psnr"] for views in self.per_camera.values() for view in views]
-        return found.count(MAX_DECIBELS), len(found)
+        psnr = [view["psnr"] for views in self.per_camera.values() for view in views]
+        return psnr.count(MAX_DECIBELS), len(psnr)
 
     def by_camera(self) -> dict[str, Measures]:
         """Return the means over the frames, by camera name."""
@@ -64,15 +64,22 @@ class Quality:
         return average(self.by_camera().values())
 
     def headings(self) -> list[str]:
-        """Return the headings of `as_rows`, except that of the names."""
-        return [heading for heading, figure, _ in COLUMNS if figure in self.mean()]
+        """Return the headings of the metric columns of `as_rows`."""
+        return [heading for heading, metric, _ in COLUMNS if metric in self.mean()]
 
     def as_rows(self) -> list[list[str]]:
         """Return table rows for each camera and for their mean: name and metrics."""
-        named = [*self.by_camera().items(), ("mean", self.mean())]
+        named_metrics = [*self.by_camera().items(), ("mean", self.mean())]
         return [
-            [name, *(_format(figures[it], how) for _, it, how in COLUMNS if it in figures)]
-            for name, figures in named
+            [
+                name,
+                *(
+                    _format(metrics[metric], format_spec)
+                    for _, metric, format_spec in COLUMNS
+                    if metric in metrics
+                ),
+            ]
+            for name, metrics in named_metrics
         ]
 
     def as_json(self) -> dict[str, object]:
@@ -85,25 +92,25 @@ class Quality:
             "quality": {
                 "mean": self.mean(),
                 "cameras": [
-                    {"camera": camera, **figures} for camera, figures in self.by_camera().items()
+                    {"camera": camera, **metrics} for camera, metrics in self.by_camera().items()
                 ],
             },
             "metrics": dict(self.variants),
         }
 
-    def _follow(self, figure: str) -> tuple[float, ...]:
-        return tuple(value for each in self.by_frame() if (value := each[figure]) is not None)
+    def _list_frame_values(self, metric: str) -> tuple[float, ...]:
+        return tuple(value for metrics in self.by_frame() if (value := metrics[metric]) is not None)
 
 
-def average(listed: Iterable[Measures]) -> Measures:
-    """Return the mean of each metric over the entries that have it, or None."""
-    rows = list(listed)
-    found = {
+def average(measures: Iterable[Measures]) -> Measures:
+    """Return the mean of each metric over all rows with a value; None without any value."""
+    rows = list(measures)
+    values_by_name = {
         name: [value for row in rows if (value := row[name]) is not None]
         for name in (rows[0] if rows else ())
     }
-    return {name: fmean(values) if values else None for name, values in found.items()}
+    return {name: fmean(values) if values else None for name, values in values_by_name.items()}
 
 
-def _format(value: float | None, how: str) -> str:
-    return _NOTHING if value is None else format(value, how)
+def _format(value: float | None, format_spec: str) -> str:
+    return _MISSING if value is None else format(value, format_spec)

@@ -1,7 +1,8 @@
-"""Detects the moving region of pictures, whose errors a mean over the whole picture hides.
+"""Detects the moving region of pictures, because a mean over all pixels hides its errors.
 
 The background of a camera is the median of its pictures over time. The moving region
-consists of the pixels that differ from it, and a margin; the rest is static.
+consists of the pixels that differ from the background, and a margin; all other pixels are
+static.
 """
 
 from collections.abc import Sequence
@@ -14,13 +15,13 @@ from quarc_ref.evaluation.metrics import Mask, Picture
 
 _MIN_FRAMES = 3
 _MAX_FRAMES = 15
-_LEVELS = 15  # of 255: above the noise of cameras and codecs
+_MIN_CHANGE = 15  # 8-bit levels: above the noise of cameras and codecs
 _MARGIN = 2  # pixels
 MOVING_VARIANT = (
-    f"moving_*, static_*: a pixel is moving if it is within {_MARGIN} pixels of one that "
-    f"differs from the background by more than {_LEVELS} of 255 levels in any color, else "
-    f"static; the background is the camera's median of at most {_MAX_FRAMES} frames, evenly "
-    "spread over the capture; corrections are fitted on the whole picture"
+    f"moving_*, static_*: a pixel is moving if any pixel at most {_MARGIN} pixels away differs "
+    f"from the background by more than {_MIN_CHANGE} 8-bit levels in any color, and static "
+    f"otherwise; the background is the camera's median of at most {_MAX_FRAMES} frames, evenly "
+    "spread over the capture; color corrections are fitted on the whole picture"
 )
 
 
@@ -36,13 +37,13 @@ def choose_frames(frame_count: int) -> list[int]:
 
 
 def find_background(pictures: Sequence[NDArray[np.uint8]]) -> Picture | None:
-    """Return the `[H, W, 3]` median over time in levels of 255.
+    """Return the `[H, W, 3]` median over time in 8-bit levels.
 
     Args:
         pictures: Pictures `[H, W, 3]` of the frames from `choose_frames`.
 
     Returns:
-        The background; None for fewer than three pictures, which are not sufficient.
+        The background; None for fewer than three pictures.
     """
     if len(pictures) < _MIN_FRAMES:
         return None
@@ -50,17 +51,19 @@ def find_background(pictures: Sequence[NDArray[np.uint8]]) -> Picture | None:
     return median
 
 
-def find_moving(picture: NDArray[np.uint8], background: Picture, mask: Mask | None = None) -> Mask:
+def find_moving_region(
+    picture: NDArray[np.uint8], background: Picture, mask: Mask | None = None
+) -> Mask:
     """Return the `[H, W]` mask of the moving region.
 
     Args:
-        picture: `[H, W, 3]` picture in levels of 255.
+        picture: `[H, W, 3]` picture in 8-bit levels.
         background: `[H, W, 3]` background from `find_background`.
-        mask: `[H, W]` mask of the pixels to use; None for all.
+        mask: `[H, W]` mask of the pixels to use; None for all pixels.
     """
-    differs = np.abs(picture - background).max(axis=2) > _LEVELS
+    is_moving = np.abs(picture - background).max(axis=2) > _MIN_CHANGE
     if mask is not None:
-        differs &= mask
-    side = 2 * _MARGIN + 1
-    grown: Mask = binary_dilation(differs, np.ones((side, side), dtype=bool))
-    return grown
+        is_moving &= mask
+    kernel_size = 2 * _MARGIN + 1
+    dilated: Mask = binary_dilation(is_moving, np.ones((kernel_size, kernel_size), dtype=bool))
+    return dilated

@@ -1,4 +1,4 @@
-"""Writes a page about the quality of a stream: pictures, curves, bytes.
+"""Writes an HTML page about the quality of a stream: pictures, curves and sizes.
 
 The page embeds its pictures, which are also written as separate files.
 """
@@ -36,12 +36,12 @@ def write_report(evaluation: Evaluation, folder: OutputFolder) -> Path:
         ),
         "bytes.png": plot_kinds(evaluation.summary),
     }
-    for view in evaluation.shown:
+    for view in evaluation.shown_views:
         for name, picture in _choose_pictures(view).items():
             pictures[_name_file(view, name)] = encode_picture(picture)
     for name, data in pictures.items():
         folder.write(name, data)
-    return folder.write("index.html", _compose(evaluation, pictures))
+    return folder.write("index.html", _compose_page(evaluation, pictures))
 
 
 def _name_file(view: View, name: str) -> str:
@@ -55,20 +55,20 @@ def _choose_pictures(view: View) -> dict[str, Picture]:
     return {"truth": view.truth, "decoded": view.decoded, "difference": difference}
 
 
-def _compose(evaluation: Evaluation, pictures: dict[str, bytes]) -> bytes:
+def _compose_page(evaluation: Evaluation, pictures: dict[str, bytes]) -> bytes:
     template = resources.files(__package__).joinpath("report.html").read_text("utf-8")
     summary = evaluation.summary
     name = summary.metadata.get("capture", "stream")
-    held_out = ", ".join(dict.fromkeys(view.camera for view in evaluation.shown))
+    held_out = ", ".join(dict.fromkeys(view.camera for view in evaluation.shown_views))
     parts = {
         "title": html.escape(f"{name}: {count_noun(len(summary.frames), 'frame')}"),
         "subtitle": html.escape(
-            f"Measured on {held_out}, held out from training, and rendered from the decoded file. "
+            f"Rendered from the decoded file and measured on {held_out}, held out from training. "
             f"{PSNR_VARIANT}. {SSIM_VARIANT}. KB are 1024 bytes."
         ),
         "figures": _compose_figures(evaluation),
         "cameras_table": _compose_cameras(evaluation.quality),
-        "views": "".join(_compose_view(view, pictures) for view in evaluation.shown),
+        "views": "".join(_compose_view(view, pictures) for view in evaluation.shown_views),
         "frames_plot": embed_png(pictures["frames.png"]),
         "kinds_plot": embed_png(pictures["bytes.png"]),
         "bytes_table": _compose_bytes(summary),
@@ -115,8 +115,8 @@ def _compose_bytes(summary: StreamSummary) -> str:
     coded, estimate = summary.coded_bytes(), summary.estimate_bytes()
     rows = []
     for kind in (*KINDS, "overhead", "total"):
-        price = estimate.get(kind)
-        beside = "" if price is None else f"{price:,}"
-        ratio = f"{coded[kind] / price:.3f}" if price else ""
-        rows.append((kind, f"{coded[kind]:,}", beside, ratio))
+        estimated_bytes = estimate.get(kind)
+        estimate_text = "" if estimated_bytes is None else f"{estimated_bytes:,}"
+        ratio = f"{coded[kind] / estimated_bytes:.3f}" if estimated_bytes else ""
+        rows.append((kind, f"{coded[kind]:,}", estimate_text, ratio))
     return format_table(("kind", "bytes", "zero-order estimate", "bytes / estimate"), rows)

@@ -1,4 +1,4 @@
-"""Opens the capture that a stream was made from, at the stream's size."""
+"""Opens the capture from which a stream was encoded, at the picture size of the stream."""
 
 import re
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.format.cameras import Camera
 from quarc_ref.inspection.stream_summary import StreamSummary
 
-_FEW = 12  # digits that are enough to distinguish fingerprints
+_SHOWN_DIGITS = 12  # digits that are enough to distinguish fingerprints
 
 
 class MismatchError(ValueError):
@@ -19,26 +19,26 @@ class MismatchError(ValueError):
 
 
 class OtherCaptureError(MismatchError):
-    """A stream could be measured on a capture, but was made from another one.
+    """A stream fits a capture, but was encoded from another capture.
 
     Attributes:
         fingerprint: Fingerprint of the capture.
-        encoded_from: Fingerprint in the stream.
+        encoded_from: Fingerprint that the stream contains.
     """
 
     def __init__(self, fingerprint: str, encoded_from: str) -> None:
         self.fingerprint, self.encoded_from = fingerprint, encoded_from
-        theirs, ours = encoded_from[:_FEW], fingerprint[:_FEW]
+        shown_source, shown_capture = encoded_from[:_SHOWN_DIGITS], fingerprint[:_SHOWN_DIGITS]
         super().__init__(
-            f"the stream was made from another capture, with fingerprint {theirs}...; "
-            f"the fingerprint of this capture is {ours}..."
+            f"the stream was made from another capture, with fingerprint {shown_source}...; "
+            f"the fingerprint of this capture is {shown_capture}..."
         )
 
 
 def open_same_capture(
     summary: StreamSummary, folder: Path, *, other_capture: bool = False
 ) -> Capture:
-    """Open the capture of a stream at the stream's size, with its cameras held out.
+    """Open the capture of a stream with the picture size and held-out cameras of the stream.
 
     Args:
         summary: Summary of the stream.
@@ -52,33 +52,33 @@ def open_same_capture(
     """
     held_out = tuple(camera.name for camera in summary.cameras if camera.held_out)
     if not held_out or not summary.frames:
-        missing = "frame" if held_out else "held-out camera"
-        message = f"the stream has no {missing}, so there is nothing to measure"
+        missing_item = "frame" if held_out else "held-out camera"
+        message = f"the stream has no {missing_item}, so there is nothing to measure"
         raise MismatchError(message)
     start = _read_start(summary)
-    full = open_capture(folder, CaptureOptions(start=start))
-    _require_equal("cameras", _names(full.cameras), _names(summary.cameras))
-    downscale = max(1, round(full.cameras[0].width / summary.cameras[0].width))
+    full_size_capture = open_capture(folder, CaptureOptions(start=start))
+    _require_equal("cameras", _list_names(full_size_capture.cameras), _list_names(summary.cameras))
+    downscale = max(1, round(full_size_capture.cameras[0].width / summary.cameras[0].width))
     try:
         options = CaptureOptions(downscale, held_out, start=start)
         capture = open_capture(folder, options)
     except DownscaleError as error:
         raise MismatchError(str(error)) from error
-    _require_equal("picture sizes", _sizes(capture.cameras), _sizes(summary.cameras))
+    _require_equal("picture sizes", _list_sizes(capture.cameras), _list_sizes(summary.cameras))
     if capture.frame_count <= summary.frames[-1].frame:
         message = (
             f"frame {summary.frames[-1].frame} of the stream is not in the capture, "
             f"which has {capture.frame_count} frames"
         )
         raise MismatchError(message)
-    made_from = summary.metadata.get("fingerprint", capture.fingerprint)
-    if made_from != capture.fingerprint and not other_capture:
-        raise OtherCaptureError(capture.fingerprint, made_from)
+    encoded_from = summary.metadata.get("fingerprint", capture.fingerprint)
+    if encoded_from != capture.fingerprint and not other_capture:
+        raise OtherCaptureError(capture.fingerprint, encoded_from)
     return capture
 
 
 def _read_start(summary: StreamSummary) -> int:
-    """Return the frame of the capture that is frame 0 of the stream.
+    """Return the ordinal, in the capture, of frame 0 of the stream.
 
     Raises:
         MismatchError: `start` in the stream's metadata is not a frame number.
@@ -90,16 +90,20 @@ def _read_start(summary: StreamSummary) -> int:
     return int(text)
 
 
-def _require_equal(subject: str, of_capture: Sequence[str], of_stream: Sequence[str]) -> None:
-    for ours, theirs in zip_longest(of_capture, of_stream, fillvalue="none"):
-        if ours != theirs:
-            message = f"{subject} differ: {ours} in the capture, {theirs} in the stream"
+def _require_equal(
+    subject: str, capture_values: Sequence[str], stream_values: Sequence[str]
+) -> None:
+    for capture_value, stream_value in zip_longest(capture_values, stream_values, fillvalue="none"):
+        if capture_value != stream_value:
+            message = (
+                f"{subject} differ: {capture_value} in the capture, {stream_value} in the stream"
+            )
             raise MismatchError(message)
 
 
-def _names(cameras: Sequence[Camera]) -> list[str]:
+def _list_names(cameras: Sequence[Camera]) -> list[str]:
     return [camera.name for camera in cameras]
 
 
-def _sizes(cameras: Sequence[Camera]) -> list[str]:
+def _list_sizes(cameras: Sequence[Camera]) -> list[str]:
     return [f"{camera.width} x {camera.height}" for camera in cameras]

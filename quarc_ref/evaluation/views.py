@@ -19,13 +19,13 @@ class View:
     Attributes:
         frame: Ordinal of the frame.
         camera: Name of the camera.
-        image: `[H, W, 3]` the truth in levels of 255.
-        truth: `[H, W, 3]` the truth from 0 to 1.
+        image: `[H, W, 3]` ground truth in 8-bit levels.
+        truth: `[H, W, 3]` ground truth from 0 to 1.
         decoded: `[H, W, 3]` rendering of the decoded scene from 0 to 1.
         psnr: PSNR, dB.
         ssim: SSIM (`ssim_inria`).
-        mask: `[H, W]` mask of the pixels to use; None for all. The others are black in
-            both pictures.
+        mask: `[H, W]` mask of the pixels to use; None for all pixels. Masked pixels are
+            black in `truth` and `decoded`.
     """
 
     frame: int
@@ -50,12 +50,12 @@ def measure_views(
     Args:
         splats: The frame's scene in floats.
         frame: Ordinal of the frame.
-        cameras: Cameras for rendering, in the order of the capture; those of a stream are
-            rounded and differ slightly from those of its capture.
+        cameras: Cameras for rendering, in the order of the capture; the cameras in a stream
+            are rounded and differ slightly from the cameras of the capture.
         capture: Capture whose pictures are the ground truth.
-        indices: Indices of the cameras to render; None for the held-out ones.
+        indices: Indices of the cameras to render; None for the held-out cameras.
     """
-    wanted = capture.held_out if indices is None else indices
+    camera_indices = capture.held_out if indices is None else indices
     return [
         make_view(
             frame,
@@ -64,7 +64,9 @@ def measure_views(
             picture,
             capture.mask(index, frame),
         )
-        for index, picture in ((index, render_picture(splats, cameras[index])) for index in wanted)
+        for index, picture in (
+            (index, render_picture(splats, cameras[index])) for index in camera_indices
+        )
     ]
 
 
@@ -76,15 +78,15 @@ def make_view(
     Args:
         frame: Ordinal of the frame.
         camera: Name of the camera.
-        image: `[H, W, 3]` the truth in levels of 255.
+        image: `[H, W, 3]` ground truth in 8-bit levels.
         picture: `[H, W, 3]` rendering before clamping.
-        mask: `[H, W]` mask of the pixels to use; None for all.
+        mask: `[H, W]` mask of the pixels to use; None for all pixels.
     """
     truth = image.astype(np.float32) / np.float32(255)
     return compare_pictures(frame, camera, image, truth, picture, mask)
 
 
-def compare_pictures(  # noqa: PLR0913, each is a part of the view
+def compare_pictures(  # noqa: PLR0913, all are parts of the view
     frame: int,
     camera: str,
     image: Image,
@@ -92,15 +94,15 @@ def compare_pictures(  # noqa: PLR0913, each is a part of the view
     picture: Picture,
     mask: Mask | None = None,
 ) -> View:
-    """Return a view of pictures, with its metrics.
+    """Return a view of a rendering and its ground truth, with metrics.
 
     Args:
         frame: Ordinal of the frame.
         camera: Name of the camera.
-        image: `[H, W, 3]` the truth in levels of 255.
-        truth: `[H, W, 3]` the same from 0 to 1, not rounded.
+        image: `[H, W, 3]` ground truth in 8-bit levels.
+        truth: `[H, W, 3]` ground truth from 0 to 1, not rounded.
         picture: `[H, W, 3]` rendering before clamping.
-        mask: `[H, W]` mask of the pixels to use; all are used if it is None or empty.
+        mask: `[H, W]` mask of the pixels to use; None or an empty mask for all pixels.
     """
     decoded = np.clip(picture, 0, 1)
     if mask is None or not mask.any():

@@ -8,7 +8,7 @@ import pytest
 from quarc_ref.datasets.open_capture import open_capture
 from rate import command
 from tests.datasets import scenes
-from tests.evaluation.streams_of_captures import write_stream
+from tests.evaluation.capture_streams import write_stream
 
 FILES = {"rate.csv", "claims.csv", "rate.md", "plane.coders.png"}
 

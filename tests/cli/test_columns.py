@@ -2,7 +2,7 @@ import pytest
 
 from quarc_ref.cli.columns import COMPARE, EVAL, INFO
 from quarc_ref.cli.verbs.stream import describe
-from quarc_ref.evaluation.comparison.tables import FIGURES, POINT_COLUMNS
+from quarc_ref.evaluation.comparison.tables import METRIC_COLUMNS, POINT_COLUMNS
 from quarc_ref.evaluation.quality import COLUMNS
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.inspection.stream_summary import KINDS
@@ -17,7 +17,7 @@ def _names(meanings):
 def test_every_column_of_eval_and_compare_is_explained():
     assert {heading for heading, _, _ in COLUMNS} <= _names(EVAL)
     explained = _names(COMPARE) | {"is"}  # under `entry`
-    assert {heading for heading, _, _ in FIGURES} | set(POINT_COLUMNS) <= explained
+    assert {heading for heading, _, _ in METRIC_COLUMNS} | set(POINT_COLUMNS) <= explained
 
 
 def test_every_kind_of_bytes_that_info_prints_is_explained(stream_file):

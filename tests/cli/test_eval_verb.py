@@ -9,7 +9,7 @@ from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.streams.chunk_reader import split_chunks
 from tests.cli.commands import TINY_OPTIONS, list_names, make_folder, read_json, run, run_json
 from tests.datasets import scenes
-from tests.evaluation.streams_of_captures import write_stream
+from tests.evaluation.capture_streams import write_stream
 from tests.small_streams import rebuild_stream
 
 

@@ -1,14 +1,14 @@
-"""A small capture, its stream and its measurements; tests must not write into these."""
+"""A small capture with a stream and measurements; tests must not modify these files."""
 
 import pytest
 
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.evaluation.evaluate import evaluate_stream
 from tests.datasets import scenes
-from tests.evaluation.streams_of_captures import write_stream
+from tests.evaluation.capture_streams import write_stream
 
 
-def ignore(_stage, _done, _total):
+def ignore_progress(_stage, _done, _total):
     """Ignore progress."""
 
 
@@ -32,4 +32,4 @@ def stream(capture):
 
 @pytest.fixture(scope="session")
 def evaluation(stream, folder):
-    return evaluate_stream(stream, folder, ignore)
+    return evaluate_stream(stream, folder, ignore_progress)

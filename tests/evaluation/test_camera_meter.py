@@ -11,89 +11,89 @@ _SQUARE = (slice(4, 8), slice(4, 8))
 _SIZE = (16, 20, 3)
 
 
-def _wall(seed=0):
+def _make_wall(seed=0):
     return np.random.default_rng(seed).integers(60, 120, _SIZE).astype(np.uint8)
 
 
-def _film():
-    """Five pictures of a wall; only in the last one the square is bright."""
-    pictures = [_wall() for _ in range(5)]
+def _make_video():
+    """Five pictures of a wall; the last picture contains a bright square."""
+    pictures = [_make_wall() for _ in range(5)]
     pictures[4][_SQUARE] = 240
     return pictures
 
 
-def _measure(drawn, correction=None):
-    """The figures of the last of several pictures of the film, in levels of 255."""
-    pictures = _film()
-    more = () if correction is None else (correction,)
-    meter = CameraMeter(find_background(pictures), *more)
-    figures = {}
-    for frame, levels in drawn.items():
+def _measure_last(renderings, correction=None):
+    """The metrics of the last rendering, after all renderings (8-bit levels) were measured."""
+    pictures = _make_video()
+    corrections = () if correction is None else (correction,)
+    meter = CameraMeter(find_background(pictures), *corrections)
+    metrics = {}
+    for frame, levels in renderings.items():
         picture = (levels / 255).astype(np.float32)
-        figures = meter.measure(make_view(frame, "cam00", pictures[frame], picture))
-    return figures
+        metrics = meter.measure(make_view(frame, "cam00", pictures[frame], picture))
+    return metrics
 
 
 def test_an_error_in_the_moving_region_is_seen_there_and_not_in_the_static_one():
-    drawn = _film()[4].astype(float)
-    drawn[_SQUARE] = 140
-    figures = _measure({4: drawn})
+    rendering = _make_video()[4].astype(float)
+    rendering[_SQUARE] = 140
+    metrics = _measure_last({4: rendering})
 
     # 16 pixels with an error of 100 levels, of the 64 including the margin
-    assert figures["moving_psnr"] == pytest.approx(-10 * np.log10((100 / 255) ** 2 / 4), abs=1e-3)
-    assert figures["static_psnr"] == MAX_DECIBELS
-    assert figures["moving_psnr"] < figures["psnr"] < figures["static_psnr"]
+    assert metrics["moving_psnr"] == pytest.approx(-10 * np.log10((100 / 255) ** 2 / 4), abs=1e-3)
+    assert metrics["static_psnr"] == MAX_DECIBELS
+    assert metrics["moving_psnr"] < metrics["psnr"] < metrics["static_psnr"]
 
 
 def test_a_static_scene_has_no_figure_of_the_moving_region():
-    figures = _measure({0: _film()[0] + 5.0})
+    metrics = _measure_last({0: _make_video()[0] + 5.0})
 
-    assert figures["moving_psnr"] is figures["moving_cc_psnr"] is None
-    assert figures["static_psnr"] == pytest.approx(figures["psnr"])
+    assert metrics["moving_psnr"] is metrics["moving_cc_psnr"] is None
+    assert metrics["static_psnr"] == pytest.approx(metrics["psnr"])
 
 
 def test_without_a_background_there_are_no_regions():
-    picture = _wall()
+    picture = _make_wall()
     view = make_view(0, "cam00", picture, picture.astype(np.float32) / 255)
-    figures = CameraMeter(None).measure(view)
+    metrics = CameraMeter(None).measure(view)
 
-    assert {name for name, value in figures.items() if value is None} == {
+    assert {name for name, value in metrics.items() if value is None} == {
         "moving_psnr", "moving_cc_psnr", "static_psnr", "static_cc_psnr",
         "flicker", "truth_flicker",
     }  # fmt: skip
 
 
 def test_another_exposure_is_corrected_in_both_regions():
-    figures = _measure({4: 0.8 * _film()[4]})
+    metrics = _measure_last({4: 0.8 * _make_video()[4]})
 
-    assert figures["psnr"] < 25
+    assert metrics["psnr"] < 25
     for name in ("cc_psnr", "moving_cc_psnr", "static_cc_psnr"):
-        assert figures[name] > 80
-    assert figures["cc_ssim"] > figures["ssim"]
+        assert metrics[name] > 80
+    assert metrics["cc_ssim"] > metrics["ssim"]
 
 
 def test_figures_after_a_correction_have_its_name():
-    figures = _measure({4: 0.8 * _film()[4]}, GAIN)
+    metrics = _measure_last({4: 0.8 * _make_video()[4]}, GAIN)
 
-    assert figures["gain_psnr"] > 80
-    assert figures["moving_gain_psnr"] > 80
-    assert "cc_psnr" not in figures
+    assert metrics["gain_psnr"] > 80
+    assert metrics["moving_gain_psnr"] > 80
+    assert "cc_psnr" not in metrics
 
 
 def test_flicker_is_the_change_of_the_static_region_between_frames():
-    first, last = (picture.astype(float) for picture in _film()[3:])
+    first, last = (picture.astype(float) for picture in _make_video()[3:])
     last += 3.0
     last[_SQUARE] = 0
-    figures = _measure({3: first, 4: last})
+    metrics = _measure_last({3: first, 4: last})
 
-    assert figures["flicker"] == pytest.approx(3, abs=1e-4)
-    assert figures["truth_flicker"] == 0
+    assert metrics["flicker"] == pytest.approx(3, abs=1e-4)
+    assert metrics["truth_flicker"] == 0
 
 
 def test_the_first_frame_does_not_flicker():
-    assert _measure({4: _film()[4]})["flicker"] is None
+    assert _measure_last({4: _make_video()[4]})["flicker"] is None
 
 
 def test_every_figure_states_its_metric():
-    for name, reported in (("cc", "cc_*"), ("moving", "static_*"), ("flicker", "truth_flicker")):
-        assert reported in VARIANTS[name]
+    for name, metric_name in (("cc", "cc_*"), ("moving", "static_*"), ("flicker", "truth_flicker")):
+        assert metric_name in VARIANTS[name]

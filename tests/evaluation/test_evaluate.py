@@ -14,33 +14,33 @@ from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.rendering.pictures import render_picture
 from quarc_ref.streams import decode
 from tests.datasets import scenes
-from tests.evaluation.conftest import ignore
-from tests.evaluation.streams_of_captures import write_stream
+from tests.evaluation.capture_streams import write_stream
+from tests.evaluation.conftest import ignore_progress
 
 
-def _truth(folder, camera, frame):
+def _read_truth(folder, camera, frame):
     """The picture of a frame, decoded from its video."""
     return scenes.read_video(folder / f"{camera}.mp4")[frame] / 255
 
 
 def test_quality_is_the_mean_over_the_held_out_cameras(evaluation, stream, capture, folder):
-    for scene, measured in zip(decode(stream), evaluation.quality.psnr, strict=True):
+    for scene, frame_psnr in zip(decode(stream), evaluation.quality.psnr, strict=True):
         splats, psnr = dequantize(scene), []
         for index in (1, 3):
             camera = capture.cameras[index]
-            truth = _truth(folder, camera.name, scene.frame)
+            truth = _read_truth(folder, camera.name, scene.frame)
             picture = np.clip(render_picture(splats, camera), 0, 1).astype(np.float64)
             psnr.append(peak_signal_noise_ratio(truth, picture, data_range=1.0))
 
-        # The stream has poses in binary32, the capture in binary64.
-        assert measured == pytest.approx(np.mean(psnr), abs=1e-3)
+        # The stream stores poses as float32, the capture as float64.
+        assert frame_psnr == pytest.approx(np.mean(psnr), abs=1e-3)
 
 
 def test_the_first_middle_and_last_frame_of_the_first_held_out_camera_are_shown(evaluation, folder):
-    assert [view.frame for view in evaluation.shown] == [0, 2, 3]
-    assert {view.camera for view in evaluation.shown} == {"cam01"}
-    for view in evaluation.shown:
-        assert view.truth == pytest.approx(_truth(folder, "cam01", view.frame), abs=1e-6)
+    assert [view.frame for view in evaluation.shown_views] == [0, 2, 3]
+    assert {view.camera for view in evaluation.shown_views} == {"cam01"}
+    for view in evaluation.shown_views:
+        assert view.truth == pytest.approx(_read_truth(folder, "cam01", view.frame), abs=1e-6)
         assert view.decoded.shape == view.truth.shape
         assert view.decoded.min() >= 0
         assert view.decoded.max() <= 1
@@ -60,36 +60,40 @@ def test_json_has_a_number_for_each_frame_and_their_means(evaluation):
 
 
 def test_both_passes_report_progress(stream, folder):
-    reported = []
-    evaluate_stream(stream, folder, lambda *note: reported.append(note))
+    reports = []
+    evaluate_stream(stream, folder, lambda *report: reports.append(report))
 
     stages = [(stage, done, 4) for stage in ("inspect", "evaluate") for done in range(1, 5)]
-    assert reported == stages
+    assert reports == stages
 
 
 def test_a_stream_is_measured_at_its_own_resolution(folder):
     half = open_capture(folder, CaptureOptions(downscale=2))
-    evaluation = evaluate_stream(write_stream(half.cameras, 2), folder, ignore)
+    evaluation = evaluate_stream(write_stream(half.cameras, 2), folder, ignore_progress)
 
-    assert evaluation.shown[0].truth.shape == (16, 24, 3)
-    assert evaluation.shown[0].truth == pytest.approx(half.image(0, 0) / 255, abs=1e-6)
+    assert evaluation.shown_views[0].truth.shape == (16, 24, 3)
+    assert evaluation.shown_views[0].truth == pytest.approx(half.image(0, 0) / 255, abs=1e-6)
 
 
 def test_the_cameras_of_the_stream_are_used(capture, folder):
     moved = [replace(camera, translation=(50.0, 0.0, 4.0)) for camera in capture.cameras]
-    evaluation = evaluate_stream(write_stream(moved, 1), folder, ignore)
+    evaluation = evaluate_stream(write_stream(moved, 1), folder, ignore_progress)
 
-    assert evaluation.shown[0].decoded.max() == 0
+    assert evaluation.shown_views[0].decoded.max() == 0
 
 
-def _held_in(camera):
+def _as_training_camera(camera):
     return replace(camera, held_out=False)
 
 
 @pytest.mark.parametrize(
     ("change", "frames", "message"),
     [
-        (lambda cameras: [_held_in(camera) for camera in cameras], 2, "no held-out camera"),
+        (
+            lambda cameras: [_as_training_camera(camera) for camera in cameras],
+            2,
+            "no held-out camera",
+        ),
         (lambda _: [], 2, "no held-out camera"),
         (lambda cameras: cameras, 0, "no frame"),
         (lambda cameras: cameras, 5, "frame 4 of the stream is not in the capture"),
@@ -111,14 +115,14 @@ def test_streams_and_captures_that_do_not_match_are_rejected(change, frames, mes
     data = write_stream(change(open_capture(folder).cameras), frames)
 
     with pytest.raises(MismatchError, match=message):
-        evaluate_stream(data, folder, ignore)
+        evaluate_stream(data, folder, ignore_progress)
 
 
 def test_a_damaged_stream_is_rejected_before_the_capture_is_read(stream, tmp_path):
     with pytest.raises(BitstreamError):
-        evaluate_stream(stream[:-1], tmp_path / "none", ignore)
+        evaluate_stream(stream[:-1], tmp_path / "none", ignore_progress)
 
 
 def test_an_unreadable_capture_is_named(stream, tmp_path):
     with pytest.raises(CaptureError):
-        evaluate_stream(stream, tmp_path, ignore)
+        evaluate_stream(stream, tmp_path, ignore_progress)

@@ -2,28 +2,34 @@ import numpy as np
 import pytest
 import torch
 
-from quarc_ref.evaluation import lpips as module
+from quarc_ref.evaluation import lpips as lpips_module
 from quarc_ref.evaluation.lpips import Lpips, WeightsError
 
-_WIDTHS = (4, 5, 6, 7, 8)
+_CHANNELS = (4, 5, 6, 7, 8)
 
 
 @pytest.fixture(scope="module")
 def weights():
-    """The names of the real weights, for a much smaller network."""
+    """Weights of a much smaller network, with the names of the real weights."""
     generator = torch.Generator().manual_seed(0)
     state = {
         "scaling_layer.shift": torch.tensor([-0.03, -0.09, -0.19])[None, :, None, None],
         "scaling_layer.scale": torch.tensor([0.46, 0.45, 0.45])[None, :, None, None],
     }
-    channels = 3
-    for place, (width, layers) in enumerate(zip(_WIDTHS, module._SLICES, strict=True)):
+    input_channels = 3
+    for index, (channel_count, layers) in enumerate(
+        zip(_CHANNELS, lpips_module._SLICES, strict=True)
+    ):
         for layer in layers:
-            kernel = torch.randn(width, channels, 3, 3, generator=generator) / (3 * channels**0.5)
-            state[f"net.slice{place + 1}.{layer}.weight"] = kernel
-            state[f"net.slice{place + 1}.{layer}.bias"] = torch.full((width,), 0.05)
-            channels = width
-        state[f"lin{place}.model.1.weight"] = torch.rand(1, width, 1, 1, generator=generator)
+            kernel = torch.randn(channel_count, input_channels, 3, 3, generator=generator) / (
+                3 * input_channels**0.5
+            )
+            state[f"net.slice{index + 1}.{layer}.weight"] = kernel
+            state[f"net.slice{index + 1}.{layer}.bias"] = torch.full((channel_count,), 0.05)
+            input_channels = channel_count
+        state[f"lin{index}.model.1.weight"] = torch.rand(
+            1, channel_count, 1, 1, generator=generator
+        )
     return state
 
 
@@ -33,13 +39,13 @@ def lpips(weights, tmp_path):
     return Lpips(tmp_path / "weights.pth")
 
 
-def _picture(seed=0, size=(24, 32)):
+def _make_picture(seed=0, size=(24, 32)):
     return np.random.default_rng(seed).uniform(0, 1, (*size, 3)).astype(np.float32)
 
 
 def test_equal_pictures_have_distance_zero_and_worse_ones_more(lpips):
-    truth = _picture()
-    near, far = (truth + amount * (_picture(1) - truth) for amount in (0.1, 0.6))
+    truth = _make_picture()
+    near, far = (truth + blend * (_make_picture(1) - truth) for blend in (0.1, 0.6))
 
     assert lpips.measure(truth, truth) == 0
     assert 0 < lpips.measure(near, truth) < lpips.measure(far, truth)
@@ -67,4 +73,4 @@ def test_files_that_are_not_weights_are_rejected_by_name(weights, tmp_path):
 
 def test_pictures_too_small_for_the_network_are_rejected(lpips):
     with pytest.raises(ValueError, match="16 pixels"):
-        lpips.measure(_picture(size=(15, 40)), _picture(size=(15, 40)))
+        lpips.measure(_make_picture(size=(15, 40)), _make_picture(size=(15, 40)))

@@ -17,20 +17,20 @@ from quarc_ref.evaluation.metrics import (
 _SIZES = [(24, 31), (40, 40), (11, 64)]
 
 
-def _pictures(size, seed=0, noise=0.1):
+def _make_pair(size, seed=0, noise=0.1):
     rng = np.random.default_rng(seed)
     truth = rng.random((*size, 3)).astype(np.float32)
     picture = np.clip(truth + rng.normal(0, noise, truth.shape), 0, 1).astype(np.float32)
     return picture, truth
 
 
-def _ssim_of_scikit_image(picture, truth):
-    """The SSIM of scikit-image with the settings of the package and zero padding."""
+def _scikit_image_ssim(picture, truth):
+    """The SSIM of scikit-image with zero padding and the settings of `measure_ssim`."""
     border = 12
-    around = ((border, border), (border, border), (0, 0))
-    _, every = structural_similarity(
-        np.pad(picture.astype(np.float64), around),
-        np.pad(truth.astype(np.float64), around),
+    padding = ((border, border), (border, border), (0, 0))
+    _, ssim_map = structural_similarity(
+        np.pad(picture.astype(np.float64), padding),
+        np.pad(truth.astype(np.float64), padding),
         data_range=1.0,
         channel_axis=2,
         gaussian_weights=True,
@@ -38,31 +38,31 @@ def _ssim_of_scikit_image(picture, truth):
         use_sample_covariance=False,
         full=True,
     )
-    return every[border:-border, border:-border].mean()
+    return ssim_map[border:-border, border:-border].mean()
 
 
 @pytest.mark.parametrize("size", _SIZES)
 def test_psnr_equals_that_of_scikit_image(size):
-    picture, truth = _pictures(size)
-    theirs = peak_signal_noise_ratio(
+    picture, truth = _make_pair(size)
+    expected = peak_signal_noise_ratio(
         truth.astype(np.float64), picture.astype(np.float64), data_range=1.0
     )
 
-    assert measure_psnr(picture, truth) == pytest.approx(theirs, abs=1e-9)
+    assert measure_psnr(picture, truth) == pytest.approx(expected, abs=1e-9)
 
 
 @pytest.mark.parametrize("size", _SIZES)
 @pytest.mark.parametrize("noise", [0.02, 0.3])
 def test_ssim_equals_that_of_scikit_image_with_zero_padding(size, noise):
-    picture, truth = _pictures(size, noise=noise)
+    picture, truth = _make_pair(size, noise=noise)
 
-    # The package sums in binary32: 121 products of numbers up to 1.
-    wanted = _ssim_of_scikit_image(picture, truth)
-    assert measure_ssim(picture, truth) == pytest.approx(wanted, abs=1e-5)
+    # `measure_ssim` sums 121 products of numbers up to 1 in float32.
+    expected = _scikit_image_ssim(picture, truth)
+    assert measure_ssim(picture, truth) == pytest.approx(expected, abs=1e-5)
 
 
 def test_equal_pictures_have_the_maximum_psnr():
-    picture, _ = _pictures((24, 24))
+    picture, _ = _make_pair((24, 24))
 
     assert measure_psnr(picture, picture) == MAX_DECIBELS
     assert measure_psnr(picture, picture + np.float32(1e-6)) == MAX_DECIBELS
@@ -79,7 +79,7 @@ def test_a_constant_error_has_its_known_psnr(levels):
 
 @given(st.integers(0, 1 << 30))
 def test_metrics_are_symmetric(seed):
-    first, second = _pictures((13, 17), seed)
+    first, second = _make_pair((13, 17), seed)
 
     assert measure_psnr(first, second) == measure_psnr(second, first)
     assert measure_ssim(first, second) == pytest.approx(measure_ssim(second, first), abs=1e-5)
@@ -87,7 +87,7 @@ def test_metrics_are_symmetric(seed):
 
 def test_more_noise_is_farther_from_the_truth():
     noises = [0.01, 0.03, 0.1, 0.3]
-    pairs = [_pictures((40, 40), noise=noise) for noise in noises]
+    pairs = [_make_pair((40, 40), noise=noise) for noise in noises]
 
     for measure in (measure_psnr, measure_ssim):
         values = [measure(*pair) for pair in pairs]
@@ -95,13 +95,13 @@ def test_more_noise_is_farther_from_the_truth():
 
 
 def test_pictures_are_not_modified():
-    picture, truth = _pictures((12, 12))
-    before = picture.copy(), truth.copy()
+    picture, truth = _make_pair((12, 12))
+    copies = picture.copy(), truth.copy()
     measure_psnr(picture, truth)
     measure_ssim(picture[::-1], truth[:, ::-1])
 
-    assert np.array_equal(picture, before[0])
-    assert np.array_equal(truth, before[1])
+    assert np.array_equal(picture, copies[0])
+    assert np.array_equal(truth, copies[1])
 
 
 def test_variants_are_named():

@@ -13,7 +13,7 @@ from quarc_ref.inspection.inspect_stream import inspect_stream
 from tests.small_streams import make_stream
 
 
-def _read(png):
+def _read_png(png):
     return matplotlib.image.imread(io.BytesIO(png))[..., :3]
 
 
@@ -21,15 +21,15 @@ def _read(png):
 def test_a_picture_survives_a_round_trip(levels):
     picture = levels.astype(np.float32) / np.float32(255)
 
-    assert np.array_equal(np.round(_read(encode_picture(picture)) * 255), levels)
+    assert np.array_equal(np.round(_read_png(encode_picture(picture)) * 255), levels)
 
 
 @given(st.floats(-1, 2, width=32))
 def test_a_value_is_rounded_to_the_nearest_level(number):
     picture = np.full((1, 1, 3), number, dtype=np.float32)
 
-    written = _read(encode_picture(picture))[0, 0, 0]
-    assert abs(written - min(max(number, 0), 1)) <= 0.5 / 255 + 1e-6
+    stored = _read_png(encode_picture(picture))[0, 0, 0]
+    assert abs(stored - min(max(number, 0), 1)) <= 0.5 / 255 + 1e-6
 
 
 @pytest.mark.parametrize("frame_count", [1, 2, 5])
@@ -41,7 +41,7 @@ def test_streams_of_any_length_can_be_plotted(frame_count):
         plot_frames(summary, Curve(range(frame_count), [30.0] * frame_count)),
         plot_kinds(summary),
     ):
-        picture = _read(plot)
+        picture = _read_png(plot)
         assert picture.shape[1] == 880
         assert np.unique((255 * picture).astype(np.int64) @ (1, 256, 65536)).size > 10
 
@@ -57,12 +57,12 @@ def test_other_values_give_another_plot():
 def test_a_frame_without_any_error_can_be_plotted():
     summary = inspect_stream(make_stream()[0])
 
-    assert _read(plot_frames(summary, Curve(range(4), [30, math.inf, 32, 33]))).size > 0
+    assert _read_png(plot_frames(summary, Curve(range(4), [30, math.inf, 32, 33]))).size > 0
 
 
 def test_the_scatter_of_seeds_is_shown_even_if_a_group_has_no_number():
     panels = {"dB": {"a": [30.0, 31.0], "b": [29.0]}, "moving": {"a": [20.0, 20.5], "b": []}}
     wider = {"dB": {"a": [28.0, 33.0], "b": [29.0]}, "moving": panels["moving"]}
 
-    assert _read(plot_spreads(panels)).shape[1] == 880
+    assert _read_png(plot_spreads(panels)).shape[1] == 880
     assert plot_spreads(panels) != plot_spreads(wider)

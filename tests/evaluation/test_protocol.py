@@ -8,8 +8,8 @@ from quarc_ref.evaluation.protocol import describe_protocol
 from quarc_ref.evaluation.report import write_report
 from quarc_ref.evaluation.same_capture import OtherCaptureError
 from quarc_ref.files import written_folder
-from tests.evaluation.conftest import ignore
-from tests.evaluation.streams_of_captures import write_stream
+from tests.evaluation.capture_streams import write_stream
+from tests.evaluation.conftest import ignore_progress
 
 
 @pytest.fixture(scope="module")
@@ -40,10 +40,10 @@ def test_the_protocol_is_json(protocol):
 
 def test_the_capture_that_a_stream_names_is_compared(folder, capture):
     data = write_stream(capture.cameras, 1, {"fingerprint": capture.fingerprint})
-    measured = evaluate_stream(data, folder, ignore).protocol
+    measured = evaluate_stream(data, folder, ignore_progress).protocol
 
     assert measured.encoded_from == capture.fingerprint
-    assert measured.as_lines()["encoded from"] == "the same"
+    assert measured.as_lines()["encoded from"] == "this capture"
     assert measured.same_capture is True
 
 
@@ -51,8 +51,10 @@ def test_a_stream_of_another_capture_is_measured_only_on_request(folder, capture
     data = write_stream(capture.cameras, 1, {"fingerprint": "f" * 64})
 
     with pytest.raises(OtherCaptureError, match="another capture") as rejected:
-        evaluate_stream(data, folder, ignore)
-    measured = evaluate_stream(data, folder, ignore, EvaluationOptions(other_capture=True)).protocol
+        evaluate_stream(data, folder, ignore_progress)
+    measured = evaluate_stream(
+        data, folder, ignore_progress, EvaluationOptions(other_capture=True)
+    ).protocol
 
     assert (rejected.value.fingerprint, rejected.value.encoded_from) == (
         capture.fingerprint,
@@ -70,8 +72,8 @@ def test_a_stream_that_names_no_capture_is_reported(capture):
 
 
 def test_the_page_shows_the_protocol(evaluation, capture, tmp_path):
-    with written_folder(tmp_path / "report") as made:
-        page = write_report(evaluation, made).read_text("utf-8")
+    with written_folder(tmp_path / "report") as output:
+        page = write_report(evaluation, output).read_text("utf-8")
 
     assert capture.fingerprint in page
     assert "held-out cameras: cam01, cam04" in page

@@ -12,7 +12,7 @@ _NAMES = [name for _, name, _ in COLUMNS]
 _VALUES = st.none() | st.floats(-50, 50)
 
 
-def _figures(**changes):
+def _make_metrics(**changes):
     return dict.fromkeys(_NAMES, 1.0) | changes
 
 
@@ -27,19 +27,19 @@ def test_a_mean_includes_only_cameras_with_the_figure(values):
 def test_cameras_have_equal_weight_for_any_number_of_frames():
     moving = {"a": (20.0, 22.0), "b": (None, 30.0), "c": (None, None)}
     quality = Quality({
-        camera: [_figures(moving_psnr=value) for value in values]
+        camera: [_make_metrics(moving_psnr=value) for value in values]
         for camera, values in moving.items()
     })  # fmt: skip
 
-    by_camera = {name: figures["moving_psnr"] for name, figures in quality.by_camera().items()}
+    by_camera = {name: metrics["moving_psnr"] for name, metrics in quality.by_camera().items()}
     assert by_camera == {"a": 21.0, "b": 30.0, "c": None}
     assert quality.mean()["moving_psnr"] == pytest.approx(25.5)
 
 
 def test_per_frame_figures_are_means_over_the_cameras():
     quality = Quality({
-        "a": [_figures(psnr=30.0), _figures(psnr=28.0)],
-        "b": [_figures(psnr=20.0), _figures(psnr=24.0)],
+        "a": [_make_metrics(psnr=30.0), _make_metrics(psnr=28.0)],
+        "b": [_make_metrics(psnr=20.0), _make_metrics(psnr=24.0)],
     })  # fmt: skip
 
     assert quality.psnr == (25.0, 26.0)
@@ -48,7 +48,9 @@ def test_per_frame_figures_are_means_over_the_cameras():
 
 
 def test_json_has_means_and_every_frame():
-    quality = Quality({"a": [_figures(psnr=100.0), _figures(psnr=30.0, moving_psnr=None)]})
+    quality = Quality(
+        {"a": [_make_metrics(psnr=100.0), _make_metrics(psnr=30.0, moving_psnr=None)]}
+    )
     printed = json.loads(json.dumps(quality.as_json(), allow_nan=False))
 
     assert quality.count_views() == (1, 2)
@@ -61,8 +63,8 @@ def test_json_has_means_and_every_frame():
 
 def test_a_table_has_a_line_for_each_camera_and_one_for_the_mean():
     lines = Quality({
-        "a": [_figures(psnr=30.0, moving_psnr=None)],
-        "b": [_figures(psnr=31.0, moving_psnr=None)],
+        "a": [_make_metrics(psnr=30.0, moving_psnr=None)],
+        "b": [_make_metrics(psnr=31.0, moving_psnr=None)],
     }).as_rows()  # fmt: skip
 
     assert [line[:2] for line in lines] == [["a", "30.00"], ["b", "31.00"], ["mean", "30.50"]]

@@ -10,30 +10,30 @@ POINTS = [(2.0, 30.0, ""), (1.0, 28.0, "rd_lambda=2"), (3.0, 30.2, "rd_lambda=0.
 HULL = [(1.0, 28.0), (2.0, 30.0), (3.0, 30.2)]
 
 
-def _colors(png):
+def _count_colors(png):
     picture = matplotlib.image.imread(io.BytesIO(png))[..., :3]
     return np.unique((255 * picture).astype(np.int64) @ (1, 256, 65536)).size
 
 
 def test_coders_and_points_are_plotted():
-    assert _colors(plot_coders(PANELS)) > 10
-    assert _colors(plot_rate_distortion(POINTS, HULL)) > 10
+    assert _count_colors(plot_coders(PANELS)) > 10
+    assert _count_colors(plot_rate_distortion(POINTS, HULL)) > 10
 
 
 def test_a_default_alone_can_be_plotted():
-    assert _colors(plot_rate_distortion(POINTS[:1], [POINTS[0][:2]])) > 10
+    assert _count_colors(plot_rate_distortion(POINTS[:1], [POINTS[0][:2]])) > 10
 
 
 def test_other_sizes_give_another_plot():
-    panels = {**PANELS, "births, KB": {"file": 0.6}}
+    changed_panels = {**PANELS, "births, KB": {"file": 0.6}}
 
-    assert plot_coders(panels) != plot_coders(PANELS)
+    assert plot_coders(changed_panels) != plot_coders(PANELS)
 
 
 def test_the_default_is_marked():
-    turned = [POINTS[1], POINTS[0], POINTS[2]]
+    reordered = [POINTS[1], POINTS[0], POINTS[2]]
 
-    assert plot_rate_distortion(turned, HULL) != plot_rate_distortion(POINTS, HULL)
+    assert plot_rate_distortion(reordered, HULL) != plot_rate_distortion(POINTS, HULL)
 
 
 def test_panels_share_one_axis():
@@ -41,7 +41,7 @@ def test_panels_share_one_axis():
         "dB": {"gate": Curve([0, 1, 2], [30, 31, 30.5]), "no gate": Curve([0, 1], [30, 32])},
         "births": {"gate": Curve([0, 1, 2], [0, 5, 9])},
     }
-    one = {"dB": {"": Curve([0.5, 1, 2], [30, 31, 30])}}
+    single_panel = {"dB": {"": Curve([0.5, 1, 2], [30, 31, 30])}}
 
-    assert _colors(plot_curves(panels, "frame")) > 10
-    assert plot_curves(one, "step") != plot_curves(one, "step", doublings=True)
+    assert _count_colors(plot_curves(panels, "frame")) > 10
+    assert plot_curves(single_panel, "step") != plot_curves(single_panel, "step", is_log2=True)

@@ -14,7 +14,7 @@ _PNG = "data:image/png;base64,"
 
 
 class _Page(HTMLParser):
-    """The references of a page, its text, and its unclosed tags."""
+    """Collects the references, the text and the unclosed tags of a page."""
 
     def __init__(self, text):
         super().__init__()
@@ -42,9 +42,9 @@ class _Page(HTMLParser):
         return " ".join(" ".join(self.words).split())
 
 
-def _write(evaluation, folder):
-    with written_folder(folder) as made:
-        assert write_report(evaluation, made) == made.path / "index.html"
+def _write_page(evaluation, folder):
+    with written_folder(folder) as output:
+        assert write_report(evaluation, output) == output.path / "index.html"
     return folder / "index.html"
 
 
@@ -52,7 +52,7 @@ def _write(evaluation, folder):
 def report(evaluation, tmp_path_factory):
     """The folder of a report."""
     folder = tmp_path_factory.mktemp("reports") / "report"
-    _write(evaluation, folder)
+    _write_page(evaluation, folder)
     return folder
 
 
@@ -61,7 +61,7 @@ def page(report):
     return _Page((report / "index.html").read_text("utf-8"))
 
 
-def _read(png):
+def _read_png(png):
     return np.round(matplotlib.image.imread(io.BytesIO(png))[..., :3] * 255)
 
 
@@ -86,19 +86,19 @@ def test_the_pictures_in_the_page_equal_the_files_next_to_it(report, page):
     assert embedded == set(files.values())
     assert len(files) == 3 * 3 + 2
     assert sorted(path.name for path in report.iterdir()) == sorted([MARKER, *files, "index.html"])
-    assert all(_read(png).size > 0 for png in files.values())
+    assert all(_read_png(png).size > 0 for png in files.values())
 
 
 def test_truth_decoded_and_difference_of_three_frames_are_shown(report, evaluation):
-    for view in evaluation.shown:
+    for view in evaluation.shown_views:
         stem = f"{view.camera}_{view.frame:04}"
-        wanted = {
+        pictures = {
             "truth": view.truth,
             "decoded": view.decoded,
             "difference": np.clip(DIFFERENCE_GAIN * np.abs(view.decoded - view.truth), 0, 1),
         }
-        for name, picture in wanted.items():
-            written = _read((report / f"{stem}_{name}.png").read_bytes())
+        for name, picture in pictures.items():
+            written = _read_png((report / f"{stem}_{name}.png").read_bytes())
             assert np.abs(written - 255 * picture).max() <= 0.5 + 1e-3
 
 
@@ -113,8 +113,8 @@ def test_the_figures_are_those_of_the_evaluation(page, evaluation):
     assert f"{summary.total_bytes:,} bytes" in text
     for kind, size in summary.coded_bytes().items():
         assert f"{kind} {size:,}" in text
-    for kind, price in summary.estimate_bytes().items():
-        assert f"{kind} {summary.coded_bytes()[kind]:,} {price:,}" in text
+    for kind, estimate in summary.estimate_bytes().items():
+        assert f"{kind} {summary.coded_bytes()[kind]:,} {estimate:,}" in text
     assert "ssim_inria" in text
     assert "motion.lr=0.1" in text
 
@@ -125,10 +125,10 @@ def test_text_from_a_stream_is_escaped(page):
 
 
 def test_a_camera_name_cannot_lead_to_another_folder(evaluation, tmp_path):
-    shown = tuple(replace(view, camera="../../up\\<i>") for view in evaluation.shown)
-    odd = replace(evaluation, shown=shown)
+    shown_views = tuple(replace(view, camera="../../up\\<i>") for view in evaluation.shown_views)
+    evaluation_with_path = replace(evaluation, shown_views=shown_views)
     (tmp_path / "a").mkdir()
-    page = _write(odd, tmp_path / "a" / "b")
+    page = _write_page(evaluation_with_path, tmp_path / "a" / "b")
 
     files = [path for path in tmp_path.rglob("*") if path.is_file()]
     assert {path.parent for path in files} == {page.parent}
@@ -138,10 +138,10 @@ def test_a_camera_name_cannot_lead_to_another_folder(evaluation, tmp_path):
 
 def test_a_report_replaces_an_older_one(report, evaluation, tmp_path):
     folder = tmp_path / "report"
-    _write(evaluation, folder)
+    _write_page(evaluation, folder)
     (folder / "index.html").write_text("old")
-    with written_folder(folder, replace=True) as made:
-        write_report(evaluation, made)
+    with written_folder(folder, replace=True) as output:
+        write_report(evaluation, output)
 
     assert (folder / "index.html").read_bytes() == (report / "index.html").read_bytes()
     assert [path.name for path in tmp_path.iterdir()] == ["report"]

@@ -185,7 +185,7 @@ def _show(
 ) -> None:
     from quarc_ref.evaluation.comparison import tables
 
-    for remark in tables.note_equal_views(comparison):
+    for remark in tables.describe_equal_views(comparison):
         print_message(remark)
     if as_json:
         report = {} if page is None else {"report": str(page)}
@@ -193,10 +193,10 @@ def _show(
         return
     title = f"Against {comparison.truth}: {count_noun(len(comparison.frames), 'frame')}"
     headings = [f"<{heading}" if heading in ("entry", "is") else heading
-                for heading in tables.point_headings(summary)]  # fmt: skip
+                for heading in tables.list_point_headings(summary)]  # fmt: skip
     print_columns(title, headings, tables.format_point_rows(summary))
     if summary.deltas:
-        first, *others = tables.delta_headings(summary)
+        first, *others = tables.list_delta_headings(summary)
         rows = tables.format_delta_rows(summary)
         print_columns("Bjontegaard deltas", [f"<{first}", *others[:-1], f"<{others[-1]}"], rows)
     if page is not None:

@@ -1,7 +1,7 @@
 """Bjontegaard deltas: the difference in rate between methods at the same quality.
 
-Computed by the package `bjontegaard`, with Akima interpolation, the most robust of its
-methods (Herglotz et al., ICIP 2022).
+The package `bjontegaard` computes the deltas with Akima interpolation, the most robust
+method of the package (Herglotz et al., ICIP 2022).
 """
 
 import math
@@ -12,7 +12,7 @@ from itertools import pairwise
 
 from quarc_ref.inspection.wording import count_noun
 
-MIN_RATES = 4
+MIN_POINTS = 4
 _METHOD = "akima"
 
 Curve = Sequence[tuple[float, float]]  # rate and quality of each operating point
@@ -26,7 +26,7 @@ class Delta:
         rate: BD-rate in percent, negative if the method needs fewer bytes; None if the
             curves do not overlap.
         quality: BD-PSNR, or the delta of another metric in its units.
-        remark: Limitations of the result; empty if there are none.
+        remark: Limitations of the result; empty for a result without limitations.
     """
 
     rate: float | None
@@ -43,25 +43,27 @@ def compare_curves(reference: Curve, curve: Curve) -> Delta:
         curve: Rate and quality of each operating point of the other method.
 
     Returns:
-        The deltas. They are None, with a remark, for fewer than four points or
-        non-monotonic curves.
+        The deltas: None with a remark if a curve has fewer than four points or is not
+        monotonic.
     """
-    for name, points in (("the reference", reference), ("it", curve)):
-        if len(points) < MIN_RATES:
-            has = f"{count_noun(len(points), 'point')} of known size"
-            return Delta(None, None, f"{name} has {has}; {MIN_RATES} are needed")
+    for name, points in (("the reference", reference), ("the method", curve)):
+        if len(points) < MIN_POINTS:
+            point_count = f"{count_noun(len(points), 'point')} of known size"
+            return Delta(None, None, f"{name} has {point_count}; {MIN_POINTS} are needed")
         if not _is_monotonic(points):
-            return Delta(None, None, f"the quality of {name} does not increase with its rate")
+            return Delta(None, None, f"the quality of {name} does not increase with the rate")
     import bjontegaard
 
-    first, second = sorted(reference), sorted(curve)
-    arguments = (*zip(*first, strict=True), *zip(*second, strict=True))
-    with warnings.catch_warnings(record=True) as caught:
+    reference_points, curve_points = sorted(reference), sorted(curve)
+    arguments = (*zip(*reference_points, strict=True), *zip(*curve_points, strict=True))
+    with warnings.catch_warnings(record=True) as caught_warnings:
         warnings.simplefilter("always")
         rate = float(bjontegaard.bd_rate(*arguments, _METHOD, require_matching_points=False))
         quality = float(bjontegaard.bd_psnr(*arguments, _METHOD, require_matching_points=False))
-    remarks = dict.fromkeys(str(each.message).partition(" You can")[0] for each in caught)
-    return Delta(_finite(rate), _finite(quality), " ".join(remarks))
+    remarks = dict.fromkeys(
+        str(warning.message).partition(" You can")[0] for warning in caught_warnings
+    )
+    return Delta(_finite_or_none(rate), _finite_or_none(quality), " ".join(remarks))
 
 
 def _is_monotonic(points: Curve) -> bool:
@@ -69,5 +71,5 @@ def _is_monotonic(points: Curve) -> bool:
     return all(low < high for low, high in pairwise(qualities))
 
 
-def _finite(number: float) -> float | None:
+def _finite_or_none(number: float) -> float | None:
     return number if math.isfinite(number) else None

@@ -1,4 +1,4 @@
-"""Entries of a comparison, which can render a frame for a camera."""
+"""Entries of a comparison; each of them can render a frame for a camera."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -14,7 +14,7 @@ from quarc_ref.rendering.pictures import render_picture
 
 
 class EntryError(MismatchError):
-    """An entry cannot be compared, or not with the other entries."""
+    """An entry is unusable, or cannot be compared with the other entries."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,8 +40,8 @@ class EntryInfo:
 
     Attributes:
         kind: Human-readable kind of entry.
-        frames: Ordinals of its frames, ascending.
-        byte_count: Size of all its frames together; None if unknown.
+        frames: Ordinals of the frames, ascending.
+        byte_count: Total size of all frames; None if unknown.
     """
 
     kind: str
@@ -62,11 +62,11 @@ class Entry(ABC):
         self.info = info
 
     @abstractmethod
-    def draw(self, frame: int, cameras: Mapping[str, Camera]) -> dict[str, Picture]:
+    def render(self, frame: int, cameras: Mapping[str, Camera]) -> dict[str, Picture]:
         """Render a frame for cameras.
 
         Args:
-            frame: Ordinal of the frame, in ascending order of calls.
+            frame: Ordinal of the frame, greater than in all earlier calls.
             cameras: Cameras by name.
 
         Returns:
@@ -85,15 +85,15 @@ class SplatEntry(Entry):
     Args:
         label: Method and operating point.
         info: Frames and size.
-        load: Function that returns the Gaussians of a frame; called in ascending order.
+        load: Function that returns the Gaussians of a frame; called with ascending ordinals.
     """
 
     def __init__(self, label: Label, info: EntryInfo, load: Callable[[int], Splats]) -> None:
         super().__init__(label, info)
         self._load = load
 
-    def draw(self, frame: int, cameras: Mapping[str, Camera]) -> dict[str, Picture]:
-        """See `Entry.draw`."""
+    def render(self, frame: int, cameras: Mapping[str, Camera]) -> dict[str, Picture]:
+        """See `Entry.render`."""
         splats = self._load(frame)
         return {
             name: np.clip(render_picture(splats, camera), 0, 1) for name, camera in cameras.items()

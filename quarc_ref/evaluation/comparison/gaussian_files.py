@@ -23,8 +23,8 @@ def open_plys(folder: Path, label: Label) -> SplatEntry:
         OSError: The folder cannot be read.
     """
     files = number_files([folder] if folder.is_file() else folder.glob("*.ply"), folder)
-    total = sum(path.stat().st_size for path in files.values())
-    info = EntryInfo("PLY per frame", tuple(files), total)
+    byte_count = sum(path.stat().st_size for path in files.values())
+    info = EntryInfo("PLY per frame", tuple(files), byte_count)
     return SplatEntry(label, info, lambda frame: _read_ply(files[frame]))
 
 
@@ -43,12 +43,12 @@ def open_fourdgs(path: Path, label: Label, frames_per_second: float) -> SplatEnt
     """
     data = path.read_bytes()
     try:
-        found = read_4dgs(data, frames_per_second)
+        sequence = read_4dgs(data, frames_per_second)
     except ValueError as error:
         message = f"{path}: {error}"
         raise UnreadableFramesError(message) from error
-    info = EntryInfo("4dgs", tuple(range(found.count)), len(data))
-    return SplatEntry(label, info, _Reading(found.read(), path).load)
+    info = EntryInfo("4dgs", tuple(range(sequence.count)), len(data))
+    return SplatEntry(label, info, _FrameReader(sequence.read(), path).load)
 
 
 def _read_ply(path: Path) -> Splats:
@@ -59,8 +59,8 @@ def _read_ply(path: Path) -> Splats:
         raise UnreadableFramesError(message) from error
 
 
-class _Reading:
-    """Frames that are read on demand, in order."""
+class _FrameReader:
+    """Reads frames on demand, in ascending order."""
 
     def __init__(self, frames: Iterator[tuple[Splats, object]], path: Path) -> None:
         self._frames = enumerate(frames)

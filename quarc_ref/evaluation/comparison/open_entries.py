@@ -1,4 +1,4 @@
-"""Opens the entries of the command line, starting with streams, which have cameras."""
+"""Opens the entries of the command line: first streams, because they define the cameras."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class EntrySource:
     Attributes:
         label: Method and operating point.
         path: Path of the entry.
-        byte_count: Size of the files that renders were made from; None if unknown.
+        byte_count: Size of the coded files behind a folder of renders; None if unknown.
     """
 
     label: Label
@@ -39,10 +39,10 @@ class ComparisonOptions:
     Attributes:
         capture: Folder of the capture whose pictures are the ground truth; None to use
             the first entry.
-        cameras: Names of the cameras to compare on; empty for the held-out ones.
+        cameras: Names of the cameras to compare on; empty for the held-out cameras.
         downscale: Factor by which the capture's pictures are downscaled, if no stream
             determines the size.
-        other_capture: Whether streams may have been made from another capture.
+        other_capture: Whether to accept streams of another capture.
     """
 
     capture: Path | None = None
@@ -52,11 +52,11 @@ class ComparisonOptions:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class OpenComparison:
+class ComparisonInputs:
     """Opened entries, ground truth and cameras of a comparison.
 
     Attributes:
-        entries: Opened entries in the order of their names.
+        entries: Opened entries in the order of the command line.
         capture: Capture whose pictures are the ground truth; None to use the first entry.
         cameras: Cameras to compare on, by name.
         frames_per_second: Frame rate of all entries.
@@ -69,16 +69,16 @@ class OpenComparison:
 
 
 def open_entries(
-    named: Sequence[EntrySource],
-    wanted: ComparisonOptions,
+    sources: Sequence[EntrySource],
+    options: ComparisonOptions,
     on_progress: Callable[[str, int, int], None],
-) -> OpenComparison:
+) -> ComparisonInputs:
     """Open all entries and the capture of a comparison.
 
     Args:
-        named: The entries to open.
-        wanted: Options of the comparison.
-        on_progress: Called for every frame of a stream that is inspected.
+        sources: The entries to open.
+        options: Options of the comparison.
+        on_progress: Called for every inspected frame of a stream: stage, done, total.
 
     Raises:
         BitstreamError: A stream is malformed.
@@ -89,52 +89,57 @@ def open_entries(
         OSError: A file or folder cannot be read.
     """
     streams = {
-        index: open_stream(each.path, each.label, on_progress)
-        for index, each in enumerate(named)
-        if _is_stream(each.path)
+        index: open_stream(source.path, source.label, on_progress)
+        for index, source in enumerate(sources)
+        if _is_stream(source.path)
     }
-    capture = _open_capture(list(streams.values()), wanted)
-    there = _list_cameras(list(streams.values()), capture)
-    cameras = _choose_cameras(there, wanted.cameras)
-    pace = _find_pace(list(streams.values()), capture)
+    capture = _open_capture(list(streams.values()), options)
+    available_cameras = _list_cameras(list(streams.values()), capture)
+    cameras = _choose_cameras(available_cameras, options.cameras)
+    frames_per_second = _find_frame_rate(list(streams.values()), capture)
     entries: list[Entry] = []
-    for index, each in enumerate(named):
+    for index, source in enumerate(sources):
         if index in streams:
             entries.append(streams[index].entry)
         else:
-            entries.append(_open_other(each, cameras, pace))
-    return OpenComparison(entries, capture, cameras, pace)
+            entries.append(_open_non_stream(source, cameras, frames_per_second))
+    return ComparisonInputs(entries, capture, cameras, frames_per_second)
 
 
 def _is_stream(path: Path) -> bool:
     return path.is_file() and path.suffix.lower() not in (_FOURDGS, _PLY)
 
 
-def _open_other(each: EntrySource, cameras: Mapping[str, Camera], pace: float) -> Entry:
-    path = each.path
-    what = describe_capture(path)
-    if what is not None:
-        message = f"{path} is {what}, not an entry: to measure entries on it, use --capture {path}"
+def _open_non_stream(
+    source: EntrySource, cameras: Mapping[str, Camera], frames_per_second: float
+) -> Entry:
+    path = source.path
+    capture_kind = describe_capture(path)
+    if capture_kind is not None:
+        message = (
+            f"{path} is {capture_kind}, not an entry: use --capture {path} to measure entries "
+            "on this capture"
+        )
         raise EntryError(message)
     if path.suffix.lower() == _FOURDGS:
-        return open_fourdgs(path, each.label, pace)
+        return open_fourdgs(path, source.label, frames_per_second)
     if path.is_file() or any(path.glob(f"*{_PLY}")):
-        return open_plys(path, each.label)
-    whole = sorted(path.glob(f"*{_FOURDGS}"))
-    if whole:
-        message = f"{path} is a folder: name the file in it, {whole[0]}, which has all frames"
+        return open_plys(path, source.label)
+    fourdgs_files = sorted(path.glob(f"*{_FOURDGS}"))
+    if fourdgs_files:
+        message = f"{path} is a folder: use the file {fourdgs_files[0]}, which contains all frames"
         raise EntryError(message)
-    return open_renders(path, each.label, cameras, each.byte_count)
+    return open_renders(path, source.label, cameras, source.byte_count)
 
 
-def _open_capture(streams: Sequence[OpenStream], wanted: ComparisonOptions) -> Capture | None:
-    if wanted.capture is None:
+def _open_capture(streams: Sequence[OpenStream], options: ComparisonOptions) -> Capture | None:
+    if options.capture is None:
         return None
     if not streams:
-        return open_capture(wanted.capture, CaptureOptions(downscale=wanted.downscale))
+        return open_capture(options.capture, CaptureOptions(downscale=options.downscale))
     captures = [
-        open_same_capture(each.summary, wanted.capture, other_capture=wanted.other_capture)
-        for each in streams
+        open_same_capture(stream.summary, options.capture, other_capture=options.other_capture)
+        for stream in streams
     ]
     return captures[0]
 
@@ -143,37 +148,43 @@ def _list_cameras(streams: Sequence[OpenStream], capture: Capture | None) -> lis
     """Return the cameras of the first stream, or of the capture; all streams must agree."""
     if not streams:
         if capture is None:
-            message = "none of the entries is a stream, so --capture is needed for the cameras"
+            message = "no entry is a stream, so --capture is needed to define the cameras"
             raise EntryError(message)
         return list(capture.cameras)
-    first, *others = streams
-    for other in others:
-        for ours, theirs in zip(first.summary.cameras, other.summary.cameras, strict=False):
-            if (ours.name, ours.width, ours.height) != (theirs.name, theirs.width, theirs.height):
+    first, *other_streams = streams
+    for other_stream in other_streams:
+        for camera, other_camera in zip(
+            first.summary.cameras, other_stream.summary.cameras, strict=False
+        ):
+            if (camera.name, camera.width, camera.height) != (
+                other_camera.name,
+                other_camera.width,
+                other_camera.height,
+            ):
                 message = (
-                    f"{first.entry.label} and {other.entry.label} differ in cameras: {ours.name}, "
-                    f"{ours.width} x {ours.height}, against {theirs.name}, {theirs.width} x "
-                    f"{theirs.height}"
+                    f"{first.entry.label} and {other_stream.entry.label} differ in cameras: "
+                    f"{camera.name}, {camera.width} x {camera.height}, against "
+                    f"{other_camera.name}, {other_camera.width} x {other_camera.height}"
                 )
                 raise EntryError(message)
     return list(first.summary.cameras)
 
 
-def _choose_cameras(there: Sequence[Camera], names: Sequence[str]) -> dict[str, Camera]:
-    by_name = {camera.name: camera for camera in there}
+def _choose_cameras(available_cameras: Sequence[Camera], names: Sequence[str]) -> dict[str, Camera]:
+    by_name = {camera.name: camera for camera in available_cameras}
     unknown = [name for name in names if name not in by_name]
     if unknown:
         message = f"there is no camera {unknown[0]}; the cameras are {', '.join(by_name)}"
         raise EntryError(message)
-    held_out = [camera.name for camera in there if camera.held_out]
-    chosen = list(names) or held_out or list(by_name)
-    if not chosen:
+    held_out = [camera.name for camera in available_cameras if camera.held_out]
+    chosen_names = list(names) or held_out or list(by_name)
+    if not chosen_names:
         message = "the streams have no cameras to compare"
         raise EntryError(message)
-    return {name: by_name[name] for name in chosen}
+    return {name: by_name[name] for name in chosen_names}
 
 
-def _find_pace(streams: Sequence[OpenStream], capture: Capture | None) -> float:
+def _find_frame_rate(streams: Sequence[OpenStream], capture: Capture | None) -> float:
     if capture is not None:
         return capture.frames_per_second
     return streams[0].summary.header.frames_per_second

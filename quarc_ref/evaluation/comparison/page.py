@@ -9,20 +9,20 @@ from pathlib import Path
 from quarc_ref.evaluation.comparison.measure import ComparedView, Comparison
 from quarc_ref.evaluation.comparison.summary import Point, Summary, average_cameras
 from quarc_ref.evaluation.comparison.tables import (
-    delta_headings,
+    describe_equal_views,
     format_delta_rows,
     format_point_rows,
     format_points_csv,
     format_views_csv,
-    note_equal_views,
-    point_headings,
+    list_delta_headings,
+    list_point_headings,
 )
 from quarc_ref.evaluation.pages import embed_png, fill_page, format_table, format_texts
 from quarc_ref.evaluation.plots import Curve, encode_picture, plot_curves, plot_rates
 from quarc_ref.files import OutputFolder
 from quarc_ref.inspection.wording import count_noun
 
-_TRUTH = "truth"
+_TRUTH_LABEL = "truth"
 
 
 def write_comparison(comparison: Comparison, summary: Summary, folder: OutputFolder) -> Path:
@@ -35,20 +35,24 @@ def write_comparison(comparison: Comparison, summary: Summary, folder: OutputFol
     """
     folder.write("points.csv", format_points_csv(summary))
     folder.write("views.csv", format_views_csv(comparison))
-    shown = [_write_pictures(it, number, folder) for number, it in enumerate(comparison.shown)]
-    return folder.write("index.html", _compose(comparison, summary, shown))
+    picture_names = [
+        _write_pictures(view, number, folder) for number, view in enumerate(comparison.shown_views)
+    ]
+    return folder.write("index.html", _compose_page(comparison, summary, picture_names))
 
 
-def _write_pictures(shown: ComparedView, number: int, folder: OutputFolder) -> list[str]:
+def _write_pictures(view: ComparedView, number: int, folder: OutputFolder) -> list[str]:
     """Write the truth and every entry's picture of a view; return the names of the files."""
     names = []
-    for place, picture in enumerate([shown.truth, *shown.pictures]):
-        name = f"view{number}_{place}.png"
+    for index, picture in enumerate([view.truth, *view.pictures]):
+        name = f"view{number}_{index}.png"
         names.append(folder.write(name, encode_picture(picture)).name)
     return names
 
 
-def _compose(comparison: Comparison, summary: Summary, shown: Sequence[Sequence[str]]) -> bytes:
+def _compose_page(
+    comparison: Comparison, summary: Summary, picture_names: Sequence[Sequence[str]]
+) -> bytes:
     template = resources.files(__package__).joinpath("compare.html").read_text("utf-8")
     labels = _name_entries(comparison)
     views = [
@@ -57,16 +61,18 @@ def _compose(comparison: Comparison, summary: Summary, shown: Sequence[Sequence[
             "files": list(files),
             "psnr": [None, *(round(psnr, 2) for psnr in view.psnr)],
         }
-        for view, files in zip(comparison.shown, shown, strict=True)
+        for view, files in zip(comparison.shown_views, picture_names, strict=True)
     ]
     plots = _plot_rates(summary) + _plot_frames(comparison, labels)
     parts = {
         "title": html.escape(", ".join(_name_methods(summary))),
-        "subtitle": html.escape(_describe(comparison)),
-        "data": json.dumps({"entries": [_TRUTH, *labels], "views": views}).replace("<", "\\u003c"),
-        "points": format_table(point_headings(summary), format_point_rows(summary)),
+        "subtitle": html.escape(_describe_comparison(comparison)),
+        "data": json.dumps({"entries": [_TRUTH_LABEL, *labels], "views": views}).replace(
+            "<", "\\u003c"
+        ),
+        "points": format_table(list_point_headings(summary), format_point_rows(summary)),
         "remarks": "".join(
-            f"<p>{html.escape(remark)}.</p>" for remark in note_equal_views(comparison)
+            f"<p>{html.escape(remark)}.</p>" for remark in describe_equal_views(comparison)
         ),
         "deltas": _compose_deltas(summary),
         "plots": "".join(plots),
@@ -80,67 +86,70 @@ def _name_methods(summary: Summary) -> list[str]:
 
 
 def _name_entries(comparison: Comparison) -> list[str]:
-    """Return a name for every entry; runs of one point are numbered."""
-    labels = [str(each.label) for each in comparison.measured]
+    """Return a name for every entry; runs of the same operating point are numbered."""
+    labels = [str(entry.label) for entry in comparison.measured]
     return [
-        label if labels.count(label) == 1 else f"{label}, run {labels[:place].count(label) + 1}"
-        for place, label in enumerate(labels)
+        label if labels.count(label) == 1 else f"{label}, run {labels[:index].count(label) + 1}"
+        for index, label in enumerate(labels)
     ]
 
 
-def _describe(comparison: Comparison) -> str:
+def _describe_comparison(comparison: Comparison) -> str:
     frames, cameras = comparison.frames, comparison.cameras
     span = f"{frames[0]} to {frames[-1]}" if len(frames) > 1 else f"number {frames[0]}"
-    pairs = f"{count_noun(len(frames), 'frame')} ({span}) of {', '.join(cameras)}"
-    return f"Measured against {comparison.truth}, on {pairs}. KB are 1024 bytes."
+    view_text = f"{count_noun(len(frames), 'frame')} ({span}) of {', '.join(cameras)}"
+    return f"Measured against {comparison.truth}, on {view_text}. KB are 1024 bytes."
 
 
 def _compose_deltas(summary: Summary) -> str:
     if not summary.deltas:
         return ""
-    table = format_table(delta_headings(summary), format_delta_rows(summary))
+    table = format_table(list_delta_headings(summary), format_delta_rows(summary))
     return f"<h2>Bjøntegaard deltas</h2><div class='wide'>{table}</div>"
 
 
 def _plot_rates(summary: Summary) -> list[str]:
-    """Return the plot of quality against rate, if at least two points have a rate."""
-    rated = [point for point in summary.points if point.kilobytes_per_frame is not None]
-    if len(rated) < _MIN_POINTS:
+    """Return the plot of quality against rate; empty if fewer than two points have a rate."""
+    points_with_rate = [point for point in summary.points if point.kilobytes_per_frame is not None]
+    if len(points_with_rate) < _MIN_POINTS:
         return []
-    figures = [("PSNR (dB)", "psnr"), ("SSIM", "ssim"), ("LPIPS", "lpips")]
+    metrics = [("PSNR (dB)", "psnr"), ("SSIM", "ssim"), ("LPIPS", "lpips")]
     panels = {
-        label: dict(_trace_methods(rated, name))
-        for label, name in figures
-        if any(point.figures.get(name) for point in rated)
+        label: dict(_build_curves(points_with_rate, name))
+        for label, name in metrics
+        if any(point.metrics.get(name) for point in points_with_rate)
     }
     picture = plot_rates(panels, "KB per frame")
-    return [_figure(picture, "Quality against bytes per frame")]
+    return [_format_plot(picture, "Quality against bytes per frame")]
 
 
-def _trace_methods(points: Iterable[Point], figure: str) -> Iterable[tuple[str, Curve]]:
-    traces: dict[str, list[tuple[float, float]]] = {}
+def _build_curves(points: Iterable[Point], metric: str) -> Iterable[tuple[str, Curve]]:
+    points_by_method: dict[str, list[tuple[float, float]]] = {}
     for point in points:
-        found, rate = point.figures.get(figure), point.kilobytes_per_frame
-        if found is not None and rate is not None:
-            traces.setdefault(point.label.method, []).append((rate.mean, found.mean))
-    for method, places in traces.items():
-        rates, qualities = zip(*sorted(places), strict=True)
+        quality, rate = point.metrics.get(metric), point.kilobytes_per_frame
+        if quality is not None and rate is not None:
+            points_by_method.setdefault(point.label.method, []).append((rate.mean, quality.mean))
+    for method, method_points in points_by_method.items():
+        rates, qualities = zip(*sorted(method_points), strict=True)
         yield method, Curve(rates, qualities)
 
 
 def _plot_frames(comparison: Comparison, labels: Sequence[str]) -> list[str]:
-    """Return the plot of PSNR by frame, if there are at least two frames."""
+    """Return the plot of PSNR by frame; empty for fewer than two frames."""
     if len(comparison.frames) < _MIN_POINTS:
         return []
     curves = {
-        label: Curve(comparison.frames, [it["psnr"] or 0.0 for it in average_cameras(each)])
-        for label, each in zip(labels, comparison.measured, strict=True)
+        label: Curve(
+            comparison.frames,
+            [frame_metrics["psnr"] or 0.0 for frame_metrics in average_cameras(entry)],
+        )
+        for label, entry in zip(labels, comparison.measured, strict=True)
     }
     picture = plot_curves({"PSNR (dB)": curves}, "frame")
-    return [_figure(picture, "PSNR frame by frame")]
+    return [_format_plot(picture, "PSNR frame by frame")]
 
 
-def _figure(picture: bytes, caption: str) -> str:
+def _format_plot(picture: bytes, caption: str) -> str:
     return f'<figure class="plot"><img alt="{caption}" src="{embed_png(picture)}"></figure>'
 
 

@@ -27,19 +27,21 @@ def open_renders(
         folder: Folder of the pictures.
         label: Method and operating point.
         cameras: Names of the cameras to compare on.
-        byte_count: Size of the files that the pictures were made from; None if unknown.
+        byte_count: Size of the coded files behind the pictures; None if unknown.
 
     Raises:
-        EntryError: The folder has none of these layouts, a camera is missing, or a frame
-            is duplicated.
+        EntryError: The layout of the folder is unknown, a camera is missing, or a frame is
+            duplicated.
         OSError: The folder cannot be read.
     """
     files = _list_pictures(folder, cameras)
-    common = set.intersection(*(set(frames) for frames in files.values()))
-    return _Renders(label, EntryInfo("renders", tuple(sorted(common)), byte_count), files)
+    common_frames = set.intersection(*(set(frames) for frames in files.values()))
+    return _RenderEntry(
+        label, EntryInfo("renders", tuple(sorted(common_frames)), byte_count), files
+    )
 
 
-class _Renders(Entry):
+class _RenderEntry(Entry):
     """Pictures on disk, by camera and frame."""
 
     def __init__(
@@ -48,8 +50,8 @@ class _Renders(Entry):
         super().__init__(label, info)
         self._files = files
 
-    def draw(self, frame: int, cameras: Mapping[str, Camera]) -> dict[str, Picture]:
-        """See `Entry.draw`."""
+    def render(self, frame: int, cameras: Mapping[str, Camera]) -> dict[str, Picture]:
+        """See `Entry.render`."""
         return {
             name: _read_picture(self._files[name][frame], camera)
             for name, camera in cameras.items()
@@ -64,27 +66,41 @@ def _read_picture(path: Path, camera: Camera) -> Picture:
 
 def _list_pictures(folder: Path, cameras: Collection[str]) -> dict[str, dict[int, Path]]:
     """Return the pictures of each camera by frame."""
-    flat = _find_pictures(folder)
-    if flat and len(cameras) == 1:
-        return {name: number_files(flat, folder) for name in cameras}
-    inner = {each.name: _find_pictures(each) for each in folder.iterdir() if each.is_dir()}
-    if not flat and set(cameras) <= set(inner):
-        return {name: number_files(inner[name], folder / name) for name in cameras}
-    stems = {path.stem for pictures in inner.values() for path in pictures}
-    if not flat and set(cameras) <= stems:
-        return {name: _list_by_frame(folder, inner, name) for name in cameras}
-    wanted = ", ".join(sorted(cameras))
+    folder_pictures = _find_pictures(folder)
+    if folder_pictures and len(cameras) == 1:
+        return {name: number_files(folder_pictures, folder) for name in cameras}
+    subfolder_pictures = {
+        subfolder.name: _find_pictures(subfolder)
+        for subfolder in folder.iterdir()
+        if subfolder.is_dir()
+    }
+    if not folder_pictures and set(cameras) <= set(subfolder_pictures):
+        return {name: number_files(subfolder_pictures[name], folder / name) for name in cameras}
+    stems = {path.stem for pictures in subfolder_pictures.values() for path in pictures}
+    if not folder_pictures and set(cameras) <= stems:
+        return {name: _list_by_frame(folder, subfolder_pictures, name) for name in cameras}
+    camera_names = ", ".join(sorted(cameras))
     message = (
-        f"{folder} has no pictures of {wanted}: name them CAMERA/FRAME.png or "
+        f"{folder} has no pictures of {camera_names}: name the files CAMERA/FRAME.png or "
         "FRAME/CAMERA.png, or FRAME.png for a single camera"
     )
     raise EntryError(message)
 
 
-def _list_by_frame(folder: Path, inner: Mapping[str, list[Path]], camera: str) -> dict[int, Path]:
+def _list_by_frame(
+    folder: Path, subfolder_pictures: Mapping[str, list[Path]], camera: str
+) -> dict[int, Path]:
     """Return the pictures of a camera in the layout with one folder per frame."""
-    found = {path.parent: path for paths in inner.values() for path in paths if path.stem == camera}
-    return {frame: found[place] for frame, place in number_files(found, folder).items()}
+    picture_by_folder = {
+        path.parent: path
+        for paths in subfolder_pictures.values()
+        for path in paths
+        if path.stem == camera
+    }
+    return {
+        frame: picture_by_folder[subfolder]
+        for frame, subfolder in number_files(picture_by_folder, folder).items()
+    }
 
 
 def _find_pictures(folder: Path) -> list[Path]:

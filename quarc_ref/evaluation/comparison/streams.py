@@ -1,4 +1,4 @@
-"""Entries from streams, which are decoded once, starting at the first requested frame."""
+"""Entries from streams; a stream is decoded once, starting at the first requested frame."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -42,11 +42,11 @@ def open_stream(
     summary = inspect_stream(data, on_progress)
     frames = tuple(frame.frame for frame in summary.frames)
     info = EntryInfo("stream", frames, summary.total_bytes)
-    return OpenStream(SplatEntry(label, info, _Decoding(data).load), summary)
+    return OpenStream(SplatEntry(label, info, _StreamDecoder(data).load), summary)
 
 
-class _Decoding:
-    """A stream that is decoded on demand."""
+class _StreamDecoder:
+    """Decodes a stream on demand, in ascending order of frames."""
 
     def __init__(self, data: bytes) -> None:
         self._data = data

@@ -8,7 +8,7 @@ from statistics import fmean, stdev
 from quarc_ref.evaluation.camera_meter import Measures
 from quarc_ref.evaluation.comparison.bd_rate import Curve, Delta, compare_curves
 from quarc_ref.evaluation.comparison.entries import Label
-from quarc_ref.evaluation.comparison.measure import Comparison, Measured
+from quarc_ref.evaluation.comparison.measure import Comparison, MeasuredEntry
 from quarc_ref.evaluation.quality import average
 from quarc_ref.inspection.stream_summary import KILOBYTE
 
@@ -29,18 +29,18 @@ class Spread:
 
 
 @dataclass(frozen=True, slots=True)
-class Paired:
-    """Paired differences between a point and the first one, by view.
+class PairedDifference:
+    """PSNR differences between a point and the first point, paired by view.
 
     Attributes:
         psnr: PSNR differences over all pairs of views of the same camera and frame, dB.
-        better: Share of the pairs in which the point is better.
-        pairs: Number of pairs.
+        better_share: Share of the pairs in which the point is better.
+        pair_count: Number of pairs.
     """
 
     psnr: Spread
-    better: float
-    pairs: int
+    better_share: float
+    pair_count: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,27 +50,27 @@ class Point:
     Attributes:
         label: Label of its entries.
         kind: Human-readable kind of its entries.
-        runs: Number of its entries, which are runs with the same settings.
-        figures: Mean and deviation of each metric over the runs, by name; None if no run has it.
+        runs: Number of entries; all are runs with the same settings.
+        metrics: Mean and deviation over the runs, by metric; None for a metric without values.
         byte_count: Size of all frames, bytes; None if unknown.
         kilobytes_per_frame: Size per frame, KB of 1024 bytes; None if unknown.
-        megabits_per_second: Bit rate at the entries' frame rate; None if unknown.
-        paired: Differences from the first point; None for the first point.
+        megabits_per_second: Mean bit rate, Mb/s, at the frame rate of the entries; None if unknown.
+        paired_difference: Differences from the first point; None for the first point.
     """
 
     label: Label
     kind: str
     runs: int
-    figures: dict[str, Spread | None]
+    metrics: dict[str, Spread | None]
     byte_count: Spread | None
     kilobytes_per_frame: Spread | None
     megabits_per_second: float | None
-    paired: Paired | None
+    paired_difference: PairedDifference | None
 
 
 @dataclass(frozen=True, slots=True)
 class MethodDelta:
-    """Bjontegaard's deltas of a method against the first one.
+    """Bjontegaard deltas of a method against the reference method.
 
     Attributes:
         method: Name of the method.
@@ -88,9 +88,9 @@ class Summary:
     """Results of a comparison.
 
     Attributes:
-        points: Operating points in the order in which they were named.
-        reference: Method with which the others are compared; None if there is only one.
-        deltas: Deltas of the other methods, where they or the reference have several points.
+        points: Operating points in the order of the command line.
+        reference: Method with which all other methods are compared; None for a single method.
+        deltas: Deltas of the other methods, unless both curves have only one point.
     """
 
     points: list[Point]
@@ -100,7 +100,7 @@ class Summary:
 
 def summarize(comparison: Comparison) -> Summary:
     """Summarize a comparison."""
-    groups = _group(comparison.measured)
+    groups = _group_by_label(comparison.measured)
     first = next(iter(groups.values()))
     points = [
         _make_point(label, runs, None if runs is first else first, comparison.frames_per_second)
@@ -109,22 +109,28 @@ def summarize(comparison: Comparison) -> Summary:
     counts = Counter(point.label.method for point in points)
     methods = list(counts)
     deltas = [
-        MethodDelta(method, *(_compare(points, methods[0], method, it) for it in ("psnr", "ssim")))
+        MethodDelta(
+            method,
+            *(_compare_methods(points, methods[0], method, metric) for metric in ("psnr", "ssim")),
+        )
         for method in methods[1:]
         if max(counts[methods[0]], counts[method]) > 1
     ]
     return Summary(points, methods[0] if len(methods) > 1 else None, deltas)
 
 
-def _group(measured: Sequence[Measured]) -> dict[Label, list[Measured]]:
-    groups: dict[Label, list[Measured]] = {}
-    for each in measured:
-        groups.setdefault(each.label, []).append(each)
+def _group_by_label(measured: Sequence[MeasuredEntry]) -> dict[Label, list[MeasuredEntry]]:
+    groups: dict[Label, list[MeasuredEntry]] = {}
+    for entry in measured:
+        groups.setdefault(entry.label, []).append(entry)
     return groups
 
 
 def _make_point(
-    label: Label, runs: Sequence[Measured], first: Sequence[Measured] | None, pace: float
+    label: Label,
+    runs: Sequence[MeasuredEntry],
+    reference_runs: Sequence[MeasuredEntry] | None,
+    frames_per_second: float,
 ) -> Point:
     means = [run.quality.mean() for run in runs]
     sizes = [run.info.byte_count for run in runs]
@@ -133,72 +139,83 @@ def _make_point(
         for run, size in zip(runs, sizes, strict=True)
         if size is not None
     ]
-    rate = spread(per_frame)
+    rate = compute_optional_spread(per_frame)
     return Point(
         label,
         runs[0].info.kind,
         len(runs),
-        {name: spread(_values(means, name)) for name in means[0]},
-        spread([size for size in sizes if size is not None]),
+        {name: compute_optional_spread(_list_values(means, name)) for name in means[0]},
+        compute_optional_spread([size for size in sizes if size is not None]),
         rate,
-        None if rate is None else rate.mean * KILOBYTE * 8 * pace / _MEGABIT,
-        None if first is None else pair(runs, first),
+        None if rate is None else rate.mean * KILOBYTE * 8 * frames_per_second / _MEGABIT,
+        None if reference_runs is None else pair_views(runs, reference_runs),
     )
 
 
-def spread(numbers: Sequence[float]) -> Spread | None:
-    """Return the mean and deviation of numbers; None if there are none."""
-    return spread_of(numbers) if numbers else None
+def compute_optional_spread(numbers: Sequence[float]) -> Spread | None:
+    """Return the mean and deviation of numbers; None for an empty sequence."""
+    return compute_spread(numbers) if numbers else None
 
 
-def spread_of(numbers: Sequence[float]) -> Spread:
+def compute_spread(numbers: Sequence[float]) -> Spread:
     """Return the mean and deviation of at least one number."""
     return Spread(fmean(numbers), stdev(numbers) if len(numbers) > 1 else None)
 
 
-def pair(runs: Sequence[Measured], first: Sequence[Measured]) -> Paired:
-    """Return the differences between two points, by views averaged over the runs of a point."""
-    ours, theirs = _list_views(runs), _list_views(first)
-    differences = [a - b for a, b in zip(ours, theirs, strict=True)]
-    better = fmean(difference > 0 for difference in differences)
-    return Paired(spread_of(differences), better, len(differences))
+def pair_views(
+    runs: Sequence[MeasuredEntry], reference_runs: Sequence[MeasuredEntry]
+) -> PairedDifference:
+    """Return the PSNR differences between two points, whose views are averaged over runs."""
+    psnr, reference_psnr = _list_view_psnr(runs), _list_view_psnr(reference_runs)
+    differences = [
+        psnr_value - reference_value
+        for psnr_value, reference_value in zip(psnr, reference_psnr, strict=True)
+    ]
+    better_share = fmean(difference > 0 for difference in differences)
+    return PairedDifference(compute_spread(differences), better_share, len(differences))
 
 
-def _list_views(runs: Sequence[Measured]) -> list[float]:
+def _list_view_psnr(runs: Sequence[MeasuredEntry]) -> list[float]:
     """Return the PSNR of every view, averaged over the runs."""
     by_run = [
-        [_number(view["psnr"]) for views in run.quality.per_camera.values() for view in views]
+        [
+            _require_value(view["psnr"])
+            for views in run.quality.per_camera.values()
+            for view in views
+        ]
         for run in runs
     ]
     return [fmean(values) for values in zip(*by_run, strict=True)]
 
 
-def _number(value: float | None) -> float:
+def _require_value(value: float | None) -> float:
     if value is None:
-        message = "every view has a PSNR"
+        message = "a view has no PSNR"
         raise ValueError(message)
     return value
 
 
-def _values(rows: Iterable[Measures], name: str) -> list[float]:
+def _list_values(rows: Iterable[Measures], name: str) -> list[float]:
     return [value for row in rows if (value := row[name]) is not None]
 
 
-def _trace(points: Sequence[Point], method: str, figure: str) -> Curve:
-    """Return rate and quality of the points of a method that have both."""
+def _build_curve(points: Sequence[Point], method: str, metric: str) -> Curve:
+    """Return rate and quality of a method's points; points of unknown rate are omitted."""
     return [
-        (point.kilobytes_per_frame.mean, found.mean)
+        (point.kilobytes_per_frame.mean, quality.mean)
         for point in points
         if point.label.method == method
         and point.kilobytes_per_frame is not None
-        and (found := point.figures[figure]) is not None
+        and (quality := point.metrics[metric]) is not None
     ]
 
 
-def _compare(points: Sequence[Point], reference: str, method: str, figure: str) -> Delta:
-    return compare_curves(_trace(points, reference, figure), _trace(points, method, figure))
+def _compare_methods(points: Sequence[Point], reference: str, method: str, metric: str) -> Delta:
+    return compare_curves(
+        _build_curve(points, reference, metric), _build_curve(points, method, metric)
+    )
 
 
-def average_cameras(measured: Measured) -> list[Measures]:
-    """Return the means over the cameras, one `Measures` per frame."""
+def average_cameras(measured: MeasuredEntry) -> list[Measures]:
+    """Return the mean metrics over the cameras, one `Measures` per frame."""
     return [average(views) for views in zip(*measured.quality.per_camera.values(), strict=True)]

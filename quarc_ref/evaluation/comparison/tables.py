@@ -11,9 +11,9 @@ from quarc_ref.evaluation.comparison.measure import Comparison
 from quarc_ref.evaluation.comparison.summary import Point, Spread, Summary
 from quarc_ref.evaluation.metrics import MAX_DECIBELS
 
-_NOTHING = "-"
+_MISSING = "-"
 # Heading, name of the metric, format.
-FIGURES = (
+METRIC_COLUMNS = (
     ("PSNR", "psnr", ".2f"),
     ("SSIM", "ssim", ".4f"),
     ("LPIPS", "lpips", ".4f"),
@@ -26,18 +26,18 @@ FIGURES = (
 POINT_COLUMNS = ("entry", "is", "runs", "bytes", "KB / frame", "Mb/s", "dB to first", "better")
 
 
-def point_headings(summary: Summary) -> list[str]:
+def list_point_headings(summary: Summary) -> list[str]:
     """Return the headings of `format_point_rows`."""
-    figures = [heading for heading, name, _ in FIGURES if name in summary.points[0].figures]
-    return [*POINT_COLUMNS[:3], *figures, *POINT_COLUMNS[3:]]
+    metrics = [heading for heading, name, _ in METRIC_COLUMNS if name in summary.points[0].metrics]
+    return [*POINT_COLUMNS[:3], *metrics, *POINT_COLUMNS[3:]]
 
 
 def format_point_rows(summary: Summary) -> list[list[str]]:
-    """Return a row of nonempty cells for each operating point."""
-    return [_row_point(point) for point in summary.points]
+    """Return a row for each operating point; no cell is empty."""
+    return [_format_point_row(point) for point in summary.points]
 
 
-def delta_headings(summary: Summary) -> list[str]:
+def list_delta_headings(summary: Summary) -> list[str]:
     """Return the headings of `format_delta_rows`."""
     return [f"against {summary.reference}", "BD-rate", "BD-PSNR", "BD-rate by SSIM", "remark"]
 
@@ -46,25 +46,25 @@ def format_delta_rows(summary: Summary) -> list[list[str]]:
     """Return a row of cells for each method with Bjontegaard deltas."""
     return [
         [
-            each.method,
-            _percent(each.psnr),
-            _NOTHING if each.psnr.quality is None else f"{each.psnr.quality:+.2f} dB",
-            _percent(each.ssim),
-            each.psnr.remark or each.ssim.remark or _NOTHING,
+            delta.method,
+            _format_percent(delta.psnr),
+            _MISSING if delta.psnr.quality is None else f"{delta.psnr.quality:+.2f} dB",
+            _format_percent(delta.ssim),
+            delta.psnr.remark or delta.ssim.remark or _MISSING,
         ]
-        for each in summary.deltas
+        for delta in summary.deltas
     ]
 
 
-def note_equal_views(comparison: Comparison) -> list[str]:
+def describe_equal_views(comparison: Comparison) -> list[str]:
     """Return a remark on each entry with views that equal the ground truth."""
     remarks = []
-    for each in comparison.measured:
-        equal, views = each.quality.count_views()
-        if equal:
+    for entry in comparison.measured:
+        equal_count, view_count = entry.quality.count_views()
+        if equal_count:
             remarks.append(
-                f"{each.label}: {equal} of {views} views equal the truth; each counts as "
-                f"{MAX_DECIBELS:g} dB in means and differences"
+                f"{entry.label}: {equal_count} of {view_count} views equal the truth; each counts "
+                f"as {MAX_DECIBELS:g} dB in means and differences"
             )
     return remarks
 
@@ -80,15 +80,19 @@ def format_points_csv(summary: Summary) -> bytes:
             "runs": point.runs,
         }
         spreads = {
-            **point.figures,
+            **point.metrics,
             "bytes": point.byte_count,
             "kb_per_frame": point.kilobytes_per_frame,
-            "psnr_to_first": None if point.paired is None else point.paired.psnr,
+            "psnr_to_first": None
+            if point.paired_difference is None
+            else point.paired_difference.psnr,
         }
-        for name, each in spreads.items():
-            line[name] = _mean(each)
-            line[f"{name}_deviation"] = _deviation(each)
-        line["better_than_first"] = None if point.paired is None else point.paired.better
+        for name, spread in spreads.items():
+            line[name] = _mean_or_none(spread)
+            line[f"{name}_deviation"] = _deviation_or_none(spread)
+        line["better_than_first"] = (
+            None if point.paired_difference is None else point.paired_difference.better_share
+        )
         lines.append(line)
     return _format_csv(lines)
 
@@ -97,12 +101,12 @@ def format_views_csv(comparison: Comparison) -> bytes:
     """Format a CSV line for each view: entry, run, camera, frame and all metrics."""
     runs: dict[object, int] = {}
     lines = []
-    for each in comparison.measured:
-        run = runs[each.label] = runs.get(each.label, -1) + 1
-        for camera, views in each.quality.per_camera.items():
-            for frame, figures in zip(comparison.frames, views, strict=True):
-                said = {"method": each.label.method, "point": each.label.point, "run": run}
-                lines.append({**said, "camera": camera, "frame": frame, **figures})
+    for entry in comparison.measured:
+        run = runs[entry.label] = runs.get(entry.label, -1) + 1
+        for camera, views in entry.quality.per_camera.items():
+            for frame, metrics in zip(comparison.frames, views, strict=True):
+                labels = {"method": entry.label.method, "point": entry.label.point, "run": run}
+                lines.append({**labels, "camera": camera, "frame": frame, **metrics})
     return _format_csv(lines)
 
 
@@ -116,50 +120,58 @@ def as_json(comparison: Comparison, summary: Summary) -> dict[str, object]:
         "points": [_point_as_json(point) for point in summary.points],
         "reference": summary.reference,
         "bd": [
-            {"method": each.method, "psnr": asdict(each.psnr), "ssim": asdict(each.ssim)}
-            for each in summary.deltas
+            {"method": delta.method, "psnr": asdict(delta.psnr), "ssim": asdict(delta.ssim)}
+            for delta in summary.deltas
         ],
         "metrics": comparison.variants,
     }
 
 
-def _row_point(point: Point) -> list[str]:
-    figures = [
-        format_spread(point.figures[name], how) for _, name, how in FIGURES if name in point.figures
+def _format_point_row(point: Point) -> list[str]:
+    metrics = [
+        format_spread(point.metrics[name], format_spec)
+        for _, name, format_spec in METRIC_COLUMNS
+        if name in point.metrics
     ]
-    rate, paired = point.megabits_per_second, point.paired
-    difference = None if paired is None else paired.psnr
+    rate, paired_difference = point.megabits_per_second, point.paired_difference
+    difference = None if paired_difference is None else paired_difference.psnr
     return [
         str(point.label),
         point.kind,
         str(point.runs),
-        *figures,
+        *metrics,
         format_spread(point.byte_count, ",.0f"),
         format_spread(point.kilobytes_per_frame, ",.2f"),
-        _NOTHING if rate is None else f"{rate:.2f}",
+        _MISSING if rate is None else f"{rate:.2f}",
         format_spread(difference, "+.2f"),
-        _NOTHING if paired is None else f"{paired.better:.0%} of {paired.pairs}",
+        _MISSING
+        if paired_difference is None
+        else f"{paired_difference.better_share:.0%} of {paired_difference.pair_count}",
     ]
 
 
-def format_spread(found: Spread | None, how: str) -> str:
-    """Format a mean, with its deviation if there is one."""
-    if found is None:
-        return _NOTHING
-    mean = format(found.mean, how)
-    return mean if found.deviation is None else f"{mean} ± {found.deviation:{how.strip('+')}}"
+def format_spread(spread: Spread | None, format_spec: str) -> str:
+    """Format a mean, followed by its deviation if known."""
+    if spread is None:
+        return _MISSING
+    mean = format(spread.mean, format_spec)
+    return (
+        mean
+        if spread.deviation is None
+        else f"{mean} ± {spread.deviation:{format_spec.strip('+')}}"
+    )
 
 
-def _mean(found: Spread | None) -> float | None:
-    return None if found is None else found.mean
+def _mean_or_none(spread: Spread | None) -> float | None:
+    return None if spread is None else spread.mean
 
 
-def _deviation(found: Spread | None) -> float | None:
-    return None if found is None else found.deviation
+def _deviation_or_none(spread: Spread | None) -> float | None:
+    return None if spread is None else spread.deviation
 
 
-def _percent(delta: Delta) -> str:
-    return _NOTHING if delta.rate is None else f"{delta.rate:+.1f} %"
+def _format_percent(delta: Delta) -> str:
+    return _MISSING if delta.rate is None else f"{delta.rate:+.1f} %"
 
 
 def _point_as_json(point: Point) -> dict[str, object]:
@@ -168,18 +180,18 @@ def _point_as_json(point: Point) -> dict[str, object]:
         "point": point.label.point,
         "kind": point.kind,
         "runs": point.runs,
-        "quality": {name: _mean(it) for name, it in point.figures.items()},
-        "deviation": {name: _deviation(it) for name, it in point.figures.items()},
-        "bytes": _mean(point.byte_count),
-        "kb_per_frame": _mean(point.kilobytes_per_frame),
+        "quality": {name: _mean_or_none(spread) for name, spread in point.metrics.items()},
+        "deviation": {name: _deviation_or_none(spread) for name, spread in point.metrics.items()},
+        "bytes": _mean_or_none(point.byte_count),
+        "kb_per_frame": _mean_or_none(point.kilobytes_per_frame),
         "megabits_per_second": point.megabits_per_second,
         "paired": None
-        if point.paired is None
+        if point.paired_difference is None
         else {
-            "psnr": point.paired.psnr.mean,
-            "deviation": point.paired.psnr.deviation,
-            "better": point.paired.better,
-            "pairs": point.paired.pairs,
+            "psnr": point.paired_difference.psnr.mean,
+            "deviation": point.paired_difference.psnr.deviation,
+            "better": point.paired_difference.better_share,
+            "pairs": point.paired_difference.pair_count,
         },
     }
 
@@ -189,7 +201,7 @@ def _format_csv(lines: Sequence[dict[str, object]]) -> bytes:
     writer = csv.DictWriter(text, _name_columns(lines), lineterminator="\n")
     writer.writeheader()
     for line in lines:
-        writer.writerow({name: _cell(value) for name, value in line.items()})
+        writer.writerow({name: _format_cell(value) for name, value in line.items()})
     return text.getvalue().encode()
 
 
@@ -197,5 +209,5 @@ def _name_columns(lines: Iterable[dict[str, object]]) -> list[str]:
     return list(dict.fromkeys(name for line in lines for name in line))
 
 
-def _cell(value: object) -> object:
+def _format_cell(value: object) -> object:
     return "" if value is None or (isinstance(value, float) and math.isnan(value)) else value

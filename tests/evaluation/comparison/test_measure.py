@@ -10,50 +10,54 @@ from quarc_ref.evaluation.evaluate import evaluate_stream
 from quarc_ref.evaluation.metrics import MAX_DECIBELS
 from quarc_ref.evaluation.same_capture import MismatchError
 from quarc_ref.export.errors import UnreadableFramesError
-from tests.evaluation.conftest import ignore
+from tests.evaluation.conftest import ignore_progress
 
 
-def _means(comparison, name="psnr"):
-    return [each.quality.mean()[name] for each in comparison.measured]
+def _list_means(comparison, name="psnr"):
+    return [entry.quality.mean()[name] for entry in comparison.measured]
 
 
-def test_a_stream_has_the_same_figures_as_in_eval(rivals, compare):
-    place = rivals.place
-    comparison = compare(place / "a.quarc", place / "plys", capture=rivals.capture)
-    evaluation = evaluate_stream((place / "a.quarc").read_bytes(), rivals.capture, ignore)
+def test_a_stream_has_the_same_figures_as_in_eval(method_outputs, compare):
+    outputs = method_outputs.folder
+    comparison = compare(outputs / "a.quarc", outputs / "plys", capture=method_outputs.capture)
+    evaluation = evaluate_stream(
+        (outputs / "a.quarc").read_bytes(), method_outputs.capture, ignore_progress
+    )
 
     assert comparison.measured[0].quality.per_camera == evaluation.quality.per_camera
     assert comparison.frames == (0, 1, 2, 3)
     assert comparison.cameras == ("cam01", "cam04")
 
 
-def test_its_frames_as_ply_files_and_as_renders_have_the_same_quality(rivals, compare):
-    place = rivals.place
+def test_ply_files_and_renders_have_the_quality_of_the_stream(method_outputs, compare):
+    outputs = method_outputs.folder
     comparison = compare(
-        *(place / name for name in ("a.quarc", "plys", "renders", "by_frame")),
-        capture=rivals.capture,
+        *(outputs / name for name in ("a.quarc", "plys", "renders", "by_frame")),
+        capture=method_outputs.capture,
     )
-    stream, plys, renders, by_frame = _means(comparison)
+    stream, plys, renders, by_frame = _list_means(comparison)
 
     assert plys == pytest.approx(stream, abs=1e-4)
     assert renders == pytest.approx(stream, abs=0.02)  # rounded to 8 bits
     assert by_frame == renders
-    assert [each.info.kind for each in comparison.measured] == [
+    assert [entry.info.kind for entry in comparison.measured] == [
         "stream", "PLY per frame", "renders", "renders",
     ]  # fmt: skip
 
 
-def test_bytes_are_those_of_the_files(rivals, compare):
-    place = rivals.place
-    renders = EntrySource(Label("renders", "renders"), place / "renders", 1234)
-    comparison = compare(place / "a.quarc", place / "plys", renders, capture=rivals.capture)
-    plys = sum(path.stat().st_size for path in (place / "plys").iterdir())
+def test_byte_counts_are_file_sizes(method_outputs, compare):
+    outputs = method_outputs.folder
+    renders = EntrySource(Label("renders", "renders"), outputs / "renders", 1234)
+    comparison = compare(
+        outputs / "a.quarc", outputs / "plys", renders, capture=method_outputs.capture
+    )
+    plys = sum(path.stat().st_size for path in (outputs / "plys").iterdir())
 
-    sizes = [each.info.byte_count for each in comparison.measured]
-    assert sizes == [(place / "a.quarc").stat().st_size, plys, 1234]
+    sizes = [entry.info.byte_count for entry in comparison.measured]
+    assert sizes == [(outputs / "a.quarc").stat().st_size, plys, 1234]
 
 
-def test_frames_of_fourdgs_have_nearly_the_same_quality(rivals, compare, tmp_path):
+def test_frames_of_fourdgs_have_nearly_the_same_quality(method_outputs, compare, tmp_path):
     fourdgs = pytest.importorskip("fourdgs")
     del fourdgs
     from fourdgs.keyframe_delta_file import write_sequence
@@ -61,66 +65,74 @@ def test_frames_of_fourdgs_have_nearly_the_same_quality(rivals, compare, tmp_pat
     from quarc_ref.streams import decode
     from rate.keyframe_deltas import _make_samples
 
-    samples = list(_make_samples(decode((rivals.place / "a.quarc").read_bytes())))
+    samples = list(_make_samples(decode((method_outputs.folder / "a.quarc").read_bytes())))
     (tmp_path / "a.4dgs").write_bytes(write_sequence(samples, 4 * samples[1].t0))
-    comparison = compare(rivals.place / "plys", tmp_path / "a.4dgs", capture=rivals.capture)
-    ours, theirs = _means(comparison)
+    comparison = compare(
+        method_outputs.folder / "plys", tmp_path / "a.4dgs", capture=method_outputs.capture
+    )
+    ply_psnr, fourdgs_psnr = _list_means(comparison)
 
     assert comparison.frames == (0, 1, 2, 3)
-    assert theirs == pytest.approx(ours, abs=0.5)
+    assert fourdgs_psnr == pytest.approx(ply_psnr, abs=0.5)
 
 
-def test_without_a_capture_the_first_entry_is_the_truth(rivals, compare):
-    place = rivals.place
-    comparison = compare(place / "plys", place / "a.quarc", place / "renders")
+def test_without_a_capture_the_first_entry_is_the_truth(method_outputs, compare):
+    outputs = method_outputs.folder
+    comparison = compare(outputs / "plys", outputs / "a.quarc", outputs / "renders")
 
-    assert [each.label.method for each in comparison.measured] == ["a", "renders"]
+    assert [entry.label.method for entry in comparison.measured] == ["a", "renders"]
     assert comparison.truth == "the renders of plys"
-    same, rounded = _means(comparison)
-    assert same == MAX_DECIBELS
-    assert 50 < rounded < 70
-    assert _means(comparison, "moving_psnr") == [None, None]
+    stream_psnr, renders_psnr = _list_means(comparison)
+    assert stream_psnr == MAX_DECIBELS
+    assert 50 < renders_psnr < 70
+    assert _list_means(comparison, "moving_psnr") == [None, None]
 
 
-def test_only_common_frames_are_compared(rivals, compare, tmp_path):
-    shutil.copytree(rivals.place / "plys", tmp_path / "few")
+def test_only_common_frames_are_compared(method_outputs, compare, tmp_path):
+    shutil.copytree(method_outputs.folder / "plys", tmp_path / "few")
     (tmp_path / "few" / "point_cloud_00000.ply").unlink()
-    stream = rivals.place / "a.quarc"
+    stream = method_outputs.folder / "a.quarc"
 
-    assert compare(stream, tmp_path / "few", capture=rivals.capture).frames == (1, 2, 3)
-    few = compare(stream, tmp_path / "few", capture=rivals.capture, span=(0, 3))
-    assert few.frames == (1, 2)
+    assert compare(stream, tmp_path / "few", capture=method_outputs.capture).frames == (1, 2, 3)
+    limited = compare(stream, tmp_path / "few", capture=method_outputs.capture, span=(0, 3))
+    assert limited.frames == (1, 2)
     with pytest.raises(
         EntryError, match=r"the entries have no frame in common \(a: 0 to 3; few: 1 to 3\)"
     ):
-        compare(stream, tmp_path / "few", capture=rivals.capture, span=(0, 1))
+        compare(stream, tmp_path / "few", capture=method_outputs.capture, span=(0, 1))
 
 
-def test_views_of_every_entry_are_kept_for_inspection(rivals, compare):
-    comparison = compare(rivals.place / "a.quarc", rivals.place / "renders", capture=rivals.capture)
-    places = [(it.camera, it.frame) for it in comparison.shown]
+def test_a_comparison_has_views_of_every_entry_for_the_page(method_outputs, compare):
+    comparison = compare(
+        method_outputs.folder / "a.quarc",
+        method_outputs.folder / "renders",
+        capture=method_outputs.capture,
+    )
+    view_keys = [
+        (compared_view.camera, compared_view.frame) for compared_view in comparison.shown_views
+    ]
 
-    assert places == [("cam01", 0), ("cam01", 2), ("cam04", 2), ("cam01", 3)]
-    for view in comparison.shown:
+    assert view_keys == [("cam01", 0), ("cam01", 2), ("cam04", 2), ("cam01", 3)]
+    for view in comparison.shown_views:
         assert view.truth.shape == (32, 48, 3)
         assert np.abs(view.pictures[0] - view.pictures[1]).max() < 1 / 254
 
 
-def test_cameras_can_be_chosen(rivals, compare):
-    stream, plys = rivals.place / "a.quarc", rivals.place / "plys"
-    comparison = compare(stream, plys, capture=rivals.capture, cameras=("cam00",))
+def test_cameras_can_be_chosen(method_outputs, compare):
+    stream, plys = method_outputs.folder / "a.quarc", method_outputs.folder / "plys"
+    comparison = compare(stream, plys, capture=method_outputs.capture, cameras=("cam00",))
 
     assert comparison.cameras == ("cam00",)
     with pytest.raises(EntryError, match="no camera cam09; the cameras are cam00, cam01"):
-        compare(stream, plys, capture=rivals.capture, cameras=("cam09",))
+        compare(stream, plys, capture=method_outputs.capture, cameras=("cam09",))
 
 
-def _spoil_ply(folder):
+def _truncate_ply(folder):
     path = folder / "point_cloud_00001.ply"
     path.write_bytes(path.read_bytes()[:-4])
 
 
-def _shrink(folder):
+def _shrink_pictures(folder):
     from quarc_ref.datasets.video_writer import build_png
 
     for path in folder.rglob("*.png"):
@@ -128,54 +140,58 @@ def _shrink(folder):
 
 
 @pytest.mark.parametrize(
-    ("source", "spoil", "message"),
+    ("source", "damage", "message"),
     [
-        ("plys", _spoil_ply, "point_cloud_00001.ply: it ends before the last"),
+        ("plys", _truncate_ply, "point_cloud_00001.ply: it ends before the last"),
         ("plys", lambda it: (it / "first.ply").write_bytes(b""), "first.ply has no frame number"),
         ("plys", lambda it: (it / "x_1.ply").write_bytes(b""), "have the same frame number"),
-        ("renders", _shrink, "24x16"),
+        ("renders", _shrink_pictures, "24x16"),
         ("renders", lambda it: shutil.rmtree(it / "cam04"), "pictures of cam01, cam04"),
     ],
 )
-def test_an_unusable_rival_is_named(source, spoil, message, rivals, compare, tmp_path):
-    folder = shutil.copytree(rivals.place / source, tmp_path / source)
-    spoil(folder)
+def test_an_unusable_entry_is_named_in_the_error(
+    source, damage, message, method_outputs, compare, tmp_path
+):
+    folder = shutil.copytree(method_outputs.folder / source, tmp_path / source)
+    damage(folder)
 
     with pytest.raises((EntryError, UnreadableFramesError, CaptureError), match=message):
-        compare(rivals.place / "a.quarc", folder, capture=rivals.capture)
+        compare(method_outputs.folder / "a.quarc", folder, capture=method_outputs.capture)
 
 
-def test_a_folder_that_is_the_truth_or_holds_one_file_is_reported(rivals, compare, tmp_path):
-    stream = rivals.place / "a.quarc"
+def test_a_folder_that_is_the_truth_or_holds_one_file_is_reported(
+    method_outputs, compare, tmp_path
+):
+    stream = method_outputs.folder / "a.quarc"
     (tmp_path / "whole").mkdir()
     (tmp_path / "whole" / "frames.4dgs").write_bytes(b"")
 
     with pytest.raises(EntryError, match=r"is a capture .*use --capture "):
-        compare(stream, rivals.capture)
-    with pytest.raises(EntryError, match=r"name the file in it, .*frames\.4dgs"):
+        compare(stream, method_outputs.capture)
+    with pytest.raises(EntryError, match=r"use the file .*frames\.4dgs"):
         compare(stream, tmp_path / "whole")
 
 
-def test_rivals_alone_need_the_cameras_of_a_capture(rivals, compare):
-    plys, renders = rivals.place / "plys", rivals.place / "renders"
+def test_entries_without_a_stream_need_the_cameras_of_a_capture(method_outputs, compare):
+    plys, renders = method_outputs.folder / "plys", method_outputs.folder / "renders"
 
     with pytest.raises(EntryError, match="--capture"):
         compare(plys, renders)
-    alone = compare(plys, plys, capture=rivals.capture)
-    assert alone.cameras == ("cam00",)
+    comparison = compare(plys, plys, capture=method_outputs.capture)
+    assert comparison.cameras == ("cam00",)
 
 
-def test_streams_of_other_cameras_are_not_compared(rivals, compare, tmp_path):
-    from tests.evaluation.streams_of_captures import write_stream
+def test_streams_of_other_cameras_are_not_compared(method_outputs, compare, tmp_path):
+    from tests.evaluation.capture_streams import write_stream
 
     other = tmp_path / "b.quarc"
-    other.write_bytes(write_stream(rivals.cameras[::-1], 4))
+    other.write_bytes(write_stream(method_outputs.cameras[::-1], 4))
 
     with pytest.raises(MismatchError, match="differ in cameras"):
-        compare(rivals.place / "a.quarc", other)
+        compare(method_outputs.folder / "a.quarc", other)
 
 
-def test_a_fourdgs_file_of_births_has_its_harmonics(tmp_path):
+def test_a_fourdgs_file_of_births_is_read_with_its_spherical_harmonics(tmp_path):
     fourdgs = pytest.importorskip("fourdgs")
     from quarc_ref.export.fourdgs_file import read_4dgs
 
@@ -197,24 +213,26 @@ def test_a_fourdgs_file_of_births_has_its_harmonics(tmp_path):
         sh_degree=1,
     )
     fourdgs.write(tmp_path / "a.4dgs", gaussians, 2.0)
-    found = read_4dgs((tmp_path / "a.4dgs").read_bytes(), 1.0)
-    (first, _), (later, _) = found.read()
+    sequence = read_4dgs((tmp_path / "a.4dgs").read_bytes(), 1.0)
+    (first, _), (later, _) = sequence.read()
 
-    assert found.count == 2
+    assert sequence.count == 2
     assert later.positions == pytest.approx(first.positions + 0.5, abs=1e-2)
     assert first.rotations == pytest.approx(np.roll(rotations, 1, axis=1), abs=1e-2)
     assert np.exp(first.log_scales) == pytest.approx(np.full((count, 3), 0.1), rel=0.05)
     assert 1 / (1 + np.exp(-first.opacities)) == pytest.approx(np.full(count, 0.25), abs=0.01)
-    # Channel by channel in the file, coefficient by coefficient here.
-    order = np.lexsort(gaussians.positions.T)
-    mine = np.lexsort(first.positions.T)
+    # The file stores SH by channel and then coefficient; `Splats` by coefficient and then channel.
+    written_order = np.lexsort(gaussians.positions.T)
+    read_order = np.lexsort(first.positions.T)
     expected = (levels / 255 * 8 - 4).reshape(count, 3, 3).transpose(0, 2, 1)
-    assert first.sh[mine, 1:] == pytest.approx(expected[order], abs=0.2)
+    assert first.sh[read_order, 1:] == pytest.approx(expected[written_order], abs=0.2)
 
 
-def test_a_file_that_is_not_fourdgs_is_rejected_by_name(rivals, compare, tmp_path):
+def test_a_file_that_is_not_fourdgs_is_rejected_by_name(method_outputs, compare, tmp_path):
     pytest.importorskip("fourdgs")
     (tmp_path / "a.4dgs").write_bytes(b"\x00" * 64)
 
     with pytest.raises(UnreadableFramesError, match=r"a\.4dgs"):
-        compare(rivals.place / "a.quarc", tmp_path / "a.4dgs", capture=rivals.capture)
+        compare(
+            method_outputs.folder / "a.quarc", tmp_path / "a.4dgs", capture=method_outputs.capture
+        )

@@ -5,84 +5,88 @@ from statistics import stdev
 import pytest
 
 from quarc_ref.evaluation.comparison.entries import EntryInfo, Label
-from quarc_ref.evaluation.comparison.measure import Comparison, Measured
+from quarc_ref.evaluation.comparison.measure import Comparison, MeasuredEntry
 from quarc_ref.evaluation.comparison.summary import summarize
 from quarc_ref.evaluation.comparison.tables import (
+    describe_equal_views,
     format_delta_rows,
     format_point_rows,
     format_points_csv,
     format_views_csv,
-    note_equal_views,
-    point_headings,
+    list_point_headings,
 )
 from quarc_ref.evaluation.quality import Quality
 
 _FRAMES = (3, 4)
 
 
-def _measured(method, point, psnr, byte_count):
-    """An entry with the given PSNR at both frames of one camera, and more for the other one."""
+def _make_entry(method, point, psnr, byte_count):
+    """An entry of two cameras with this PSNR at the first frame, and 2 dB more at the second."""
     views = [{"psnr": psnr, "ssim": psnr / 100}, {"psnr": psnr + 2, "ssim": psnr / 100}]
     quality = Quality({"cam00": views, "cam01": views})
-    return Measured(Label(method, point), EntryInfo("stream", _FRAMES, byte_count), quality)
+    return MeasuredEntry(Label(method, point), EntryInfo("stream", _FRAMES, byte_count), quality)
 
 
-def _comparison(*measured):
+def _make_comparison(*entries):
     return Comparison(
-        list(measured), _FRAMES, ("cam00", "cam01"), "the truth", 30.0, [], {"psnr": "dB"}
+        list(entries), _FRAMES, ("cam00", "cam01"), "the truth", 30.0, [], {"psnr": "dB"}
     )
 
 
 def test_runs_of_a_point_are_summarized_by_mean_and_deviation():
     summary = summarize(
-        _comparison(*(_measured("a", "x", psnr, 2048) for psnr in (30.0, 31.0, 35.0)))
+        _make_comparison(*(_make_entry("a", "x", psnr, 2048) for psnr in (30.0, 31.0, 35.0)))
     )
     (point,) = summary.points
 
     assert point.runs == 3
-    assert point.figures["psnr"].mean == pytest.approx(33)
-    assert point.figures["psnr"].deviation == pytest.approx(stdev([31, 32, 36]))
+    assert point.metrics["psnr"].mean == pytest.approx(33)
+    assert point.metrics["psnr"].deviation == pytest.approx(stdev([31, 32, 36]))
     assert point.kilobytes_per_frame.mean == 1
     assert point.megabits_per_second == pytest.approx(1024 * 8 * 30 / 1e6)
     assert format_point_rows(summary)[0][3] == "33.00 ± 2.65"
 
 
 def test_pairs_are_of_the_same_camera_and_frame():
-    summary = summarize(_comparison(_measured("a", "a", 30.0, 10), _measured("b", "b", 29.5, 10)))
+    summary = summarize(
+        _make_comparison(_make_entry("a", "a", 30.0, 10), _make_entry("b", "b", 29.5, 10))
+    )
     first, second = summary.points
 
-    assert first.paired is None
-    assert second.paired.psnr.mean == pytest.approx(-0.5)
-    assert second.paired.psnr.deviation == pytest.approx(0)
-    assert (second.paired.better, second.paired.pairs) == (0, 4)
+    assert first.paired_difference is None
+    assert second.paired_difference.psnr.mean == pytest.approx(-0.5)
+    assert second.paired_difference.psnr.deviation == pytest.approx(0)
+    assert (second.paired_difference.better_share, second.paired_difference.pair_count) == (0, 4)
     assert format_point_rows(summary)[1][-2:] == ["-0.50 ± 0.00", "0% of 4"]
 
 
 def test_views_equal_to_the_truth_count_as_100_db_and_are_named():
-    comparison = _comparison(_measured("a", "a", 98.0, 10), _measured("b", "b", 30.0, 10))
+    comparison = _make_comparison(_make_entry("a", "a", 98.0, 10), _make_entry("b", "b", 30.0, 10))
 
-    assert summarize(comparison).points[1].paired.pairs == 4
-    assert note_equal_views(comparison) == [
+    assert summarize(comparison).points[1].paired_difference.pair_count == 4
+    assert describe_equal_views(comparison) == [
         "a: 2 of 4 views equal the truth; each counts as 100 dB in means and differences"
     ]
 
 
 def test_points_of_unknown_size_are_missing_from_a_curve_with_a_remark():
-    entries = [_measured(method, point, 30.0, None) for method in "ab" for point in "xy"]
-    summary = summarize(_comparison(*entries))
+    entries = [_make_entry(method, point, 30.0, None) for method in "ab" for point in "xy"]
+    summary = summarize(_make_comparison(*entries))
 
     assert summary.points[1].kilobytes_per_frame is None
     assert "the reference has 0 points of known size" in format_delta_rows(summary)[0][-1]
-    assert format_point_rows(summary)[1][point_headings(summary).index("bytes")] == "-"
+    assert format_point_rows(summary)[1][list_point_headings(summary).index("bytes")] == "-"
 
 
 def test_methods_with_four_rates_are_compared_by_bjontegaard():
     rates = (1000, 2000, 4000, 8000)
-    ours = [_measured("ours", str(rate), 30 + step, rate) for step, rate in enumerate(rates)]
-    theirs = [
-        _measured("theirs", str(rate), 30 + step, 2 * rate) for step, rate in enumerate(rates)
+    reference_entries = [
+        _make_entry("ours", str(rate), 30 + step, rate) for step, rate in enumerate(rates)
     ]
-    summary = summarize(_comparison(*ours, *theirs))
+    other_entries = [
+        _make_entry("theirs", str(rate), 30 + step, 2 * rate) for step, rate in enumerate(rates)
+    ]
+    summary = summarize(_make_comparison(*reference_entries, *other_entries))
     (delta,) = summary.deltas
 
     assert summary.reference == "ours"
@@ -93,17 +97,19 @@ def test_methods_with_four_rates_are_compared_by_bjontegaard():
 
 def test_a_method_with_one_point_beside_a_curve_is_reported():
     rates = (1000, 2000, 4000, 8000)
-    curve = [_measured("ours", str(rate), 30 + step, rate) for step, rate in enumerate(rates)]
-    summary = summarize(_comparison(*curve, _measured("theirs", "a", 31.0, 10)))
+    curve = [_make_entry("ours", str(rate), 30 + step, rate) for step, rate in enumerate(rates)]
+    summary = summarize(_make_comparison(*curve, _make_entry("theirs", "a", 31.0, 10)))
 
     assert format_delta_rows(summary)[0][::4] == [
         "theirs",
-        "it has 1 point of known size; 4 are needed",
+        "the method has 1 point of known size; 4 are needed",
     ]
 
 
 def test_csv_has_a_line_for_each_point_and_view():
-    comparison = _comparison(_measured("a", "x", 30.0, 10), _measured("a", "x", 31.0, None))
+    comparison = _make_comparison(
+        _make_entry("a", "x", 30.0, 10), _make_entry("a", "x", 31.0, None)
+    )
     points = list(csv.DictReader(io.StringIO(format_points_csv(summarize(comparison)).decode())))
     views = list(csv.DictReader(io.StringIO(format_views_csv(comparison).decode())))
 

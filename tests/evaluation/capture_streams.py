@@ -12,11 +12,11 @@ _HEADER = StreamHeader(seed=5, resample_interval=2, gaussians_per_anchor=4)
 
 
 def make_cloud(count=60, seed=0):
-    """Small opaque Gaussians of random colors, visible to cameras in front of the plane y = 0."""
+    """Return small opaque Gaussians of random colors near the plane y = 0."""
     rng = np.random.default_rng(seed)
     unit = 1 << _HEADER.lattice_exponent
-    places = rng.uniform([-1.2, -0.1, -0.8], [1.2, 0.1, 0.8], (count, 3)).T
-    positions = (places * unit / _HEADER.position_step).astype(np.int64)
+    coordinates = rng.uniform([-1.2, -0.1, -0.8], [1.2, 0.1, 0.8], (count, 3)).T
+    positions = (coordinates * unit / _HEADER.position_step).astype(np.int64)
     rotations = np.zeros((4, count), dtype=np.int64)
     codes = np.zeros((_HEADER.code_planes, count), dtype=np.int64)
     codes[:3] = round(np.log(0.15) / _HEADER.log_scale_step)
@@ -26,7 +26,7 @@ def make_cloud(count=60, seed=0):
 
 
 def write_stream(cameras, frame_count, metadata=None):
-    """The bytes of a stream of these cameras with motion and births."""
+    """Return the bytes of a stream with the given cameras, motion and births."""
     sink = io.BytesIO()
     loop = ClosedLoop(sink, _HEADER, tuple(cameras), metadata or {"capture": "plane"})
     if frame_count:
