@@ -114,5 +114,5 @@ def test_a_size_that_no_video_has_is_rejected(size):
 
 @pytest.mark.parametrize(("axes", "center"), [(1e200, 0.0), (1.0, 1.7e308)])
 def test_numbers_too_large_to_multiply_are_not_a_pose(axes, center):
-    with pytest.raises(ValueError, match=r"orthonormal|far away"):
+    with pytest.raises(ValueError, match=r"orthonormal|too large"):
         make_pose(axes * scenes.look_at((1, -3, 2), (0, 0, 0)), (center, center, -center))

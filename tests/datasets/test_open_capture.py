@@ -96,7 +96,7 @@ def test_an_unknown_held_out_camera_is_rejected_with_the_known_ones(n3dv_folder)
 def test_holding_out_every_camera_is_rejected(n3dv_folder):
     names = ("cam00", "cam01", "cam03", "cam04")
 
-    with pytest.raises(MissingCameraError, match="none is left to train with"):
+    with pytest.raises(MissingCameraError, match="no camera is left for training"):
         open_capture(n3dv_folder, CaptureOptions(held_out=names))
 
 

@@ -65,7 +65,7 @@ def test_a_video_with_another_angle_than_quarter_turns_is_rejected(
     path = tmp_path / "cam00.mp4"
     path.write_bytes(forgeries.show_video((n3dv_folder / "cam00.mp4").read_bytes(), how))
 
-    with pytest.raises(UnreadableVideoError, match=rf"frame 0 of .*cam00.mp4 .*shown {message}"):
+    with pytest.raises(UnreadableVideoError, match=rf"frame 0 of .*cam00.mp4 .*stored {message}"):
         VideoReader(path)
 
 

@@ -141,7 +141,7 @@ def _with_number(value):
     ("data", "message"),
     [
         (lambda good: good[:-1], "ends before the last"),
-        (lambda _: b"", "does not begin with the header"),
+        (lambda _: b"", "does not begin with a PLY header"),
         (lambda good: good.replace(b"float rot_3", b"float turn"), "no property rot_3"),
         (lambda good: good.replace(b"float rot_3", b"uchar rot_3"), "no property rot_3"),
         (lambda good: good.replace(b"float nx", b"float f_rest_0"), "1 properties f_rest"),

@@ -117,9 +117,9 @@ def test_rate_points_and_times_are_read_from_their_keys(path):
 @pytest.mark.parametrize(
     ("document", "fault"),
     [
-        ([], "no list of 'frames'"),
-        ({}, "no list of 'frames'"),
-        ({"frames": {}}, "no list of 'frames'"),
+        ([], "no list 'frames'"),
+        ({}, "no list 'frames'"),
+        ({"frames": {}}, "no list 'frames'"),
         ({"frames": []}, "'frames' is empty"),
         ({"frames": [1]}, "frame 0 is not an object"),
         ({**SHARED, "frames": [{"transform_matrix": []}]}, "'file_path' is missing"),
