@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from making.unit_answers import Unit
 from making.vectors import Vector
 from plain import spec_text
-from plain.clauses import Clause, clauses
+from plain.clauses import Clause, parse_clauses
 
 REASONS: dict[str, str] = {
     "1-4": "a requirement for encoders: `run.py --encoder` decodes their streams",
@@ -35,13 +35,13 @@ def write_coverage(vectors: Iterable[Vector], units: Iterable[Unit]) -> bytes:
     for unit in units:
         for number in unit.clauses.split():
             named.setdefault(number, []).append(f"unit/{unit.function}")
-    spec = spec_text.text()
-    known = clauses(spec)
-    _check(named, known, spec_text.sections(spec))
+    spec = spec_text.read_spec()
+    known = parse_clauses(spec)
+    _check(named, known, spec_text.list_section_numbers(spec))
     rows = [_row(clause, named.get(clause.number, [])) for clause in known]
     sections = [
         f"| {name} | {_list(named[name])} |"
-        for name in sorted(set(named) & spec_text.sections(spec))
+        for name in sorted(set(named) & spec_text.list_section_numbers(spec))
     ]
     rest = "\nSections without clauses:\n\n| section | vectors |\n|---|---|\n"
     return (_HEAD + "\n".join(rows) + "\n" + rest + "\n".join(sections) + "\n").encode()

@@ -34,25 +34,25 @@ class _Maker(FrameDecoder):
         self.levels: list[int] = []
         self.has_state = True
 
-    def _open(self, title: str, stored: Any, counts: Counts) -> PlainSection:
+    def _open_section(self, title: str, stored: Any, counts: Counts) -> PlainSection:
         if isinstance(stored, dict):
-            return super()._open(title, stored, counts)
+            return super()._open_section(title, stored, counts)
         if callable(stored):
             stored = stored(self.levels)
         section = WritingSection(title, stored, counts)
         self.sections.append(section)
         return section
 
-    def _expand(self, coded: Vector, bits: int) -> Vector:
+    def _expand_rotation(self, coded: Vector, bits: int) -> Vector:
         try:
-            return super()._expand(coded, bits)
+            return super()._expand_rotation(coded, bits)
         except ValueError:  # it is not a rotation; what follows must be written anyway
             self.has_state = False
             return [1 << 22, 0, 0, 0]
 
-    def _move(self, state: PlainState) -> None:
+    def _apply_motion(self, state: PlainState) -> None:
         self.levels = [len(level.owners) for level in state.levels]
-        super()._move(state)
+        super()._apply_motion(state)
 
 
 def make_canonical(
@@ -155,7 +155,7 @@ def make_snapshot(
 def _try(maker: _Maker, before: PlainState | None) -> PlainState | None:
     """Return the state; None if the given fields do not lead to one."""
     try:
-        state = maker.state_after(before)
+        state = maker.reconstruct_state(before)
     except (AssertionError, ValueError, IndexError, ZeroDivisionError):
         return None
     return state if maker.has_state else None

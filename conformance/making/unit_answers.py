@@ -149,7 +149,7 @@ def _of_rotations() -> list[Unit]:
     expanded += [
         ({"rotation_bits": b, "j": j, "abc": abc}, Refusal("rotation-range")) for b, j, abc in long
     ]
-    turns = [({"rotation": q, "sums": s}, oracle.turn(q, s)) for q in turned for s in sums]
+    turns = [({"rotation": q, "sums": s}, oracle.rotate(q, s)) for q in turned for s in sums]
     zero = [({"rotation": turned[0], "sums": [0, 0, 0, 0]}, Refusal("degenerate-rotation"))]
     return [
         Unit(

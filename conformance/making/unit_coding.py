@@ -11,7 +11,7 @@ from making.streams import Stream
 from making.units import Input, Refusal, Unit
 from making.writing import Planes, WritingSection, ascending, encode, fixed, signed, unsigned
 from plain import planes
-from plain.coder import add_to_counts, weight_by_counts, weight_of
+from plain.coder import add_to_counts, weight_from_code, weight_from_counts
 
 _SEEN = (
     *((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (6, 1), (3, 4), (100, 3)),
@@ -46,9 +46,9 @@ def make_coding() -> list[Unit]:
 
 
 def _of_weights() -> list[Unit]:
-    codes: list[tuple[Input, Any]] = [({"code": c}, weight_of(c)) for c in range(240)]
+    codes: list[tuple[Input, Any]] = [({"code": c}, weight_from_code(c)) for c in range(240)]
     codes += [({"code": c}, Refusal("bad-probability")) for c in (240, 255)]
-    weights = [({"zeros": z, "ones": o}, weight_by_counts(z, o)) for z, o in _SEEN]
+    weights = [({"zeros": z, "ones": o}, weight_from_counts(z, o)) for z, o in _SEEN]
     counts = [
         ({"before": list(b), "plane": [z, o]}, add_to_counts(list(b), [0] * z + [1] * o))
         for b, (z, o) in _COUNTED

@@ -8,7 +8,7 @@ writing agree.
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
-from plain.coder import add_to_counts, weight_by_counts, weight_of
+from plain.coder import add_to_counts, weight_from_code, weight_from_counts
 from plain.planes import PlainSection
 
 TOTAL = 1 << 24
@@ -57,7 +57,7 @@ class WritingSection(PlainSection):
         self._coded: list[tuple[int, int]] = []
         self.written: list[int] = []
 
-    def plane(self, model: str, name: str, contexts: list[int]) -> Bits:
+    def read_plane(self, model: str, name: str, contexts: list[int]) -> Bits:
         """See `PlainSection.plane`."""
         bits = next(self._planes)
         assert len(bits) == len(contexts), f"{model}, {name}: {len(bits)} of {len(contexts)} bits"
@@ -71,12 +71,12 @@ class WritingSection(PlainSection):
                 self._coded += [(code >> place & 1, TOTAL // 2) for place in reversed(range(8))]
         for context, part in parts.items():
             code, counts = codes[context], self.counts.get((model, context), [0, 0])
-            weight = weight_by_counts(*counts) if code is None else weight_of(code)
+            weight = weight_from_counts(*counts) if code is None else weight_from_code(code)
             self._coded += [(bit, weight) for bit in part]
             self.counts[model, context] = add_to_counts(counts, part)
         return bits
 
-    def raw(self, name: str, count: int) -> Bits:
+    def read_raw_plane(self, name: str, count: int) -> Bits:
         """See `PlainSection.raw`."""
         bits = next(self._planes)
         assert len(bits) == count, name

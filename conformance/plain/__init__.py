@@ -1,4 +1,5 @@
-"""A second implementation of SPEC in plain integers, which makes the vectors.
+"""A second implementation of SPEC.md in plain Python integers, which generates the vectors.
 
-It shares no code with the package that it tests. It is slow, and meant to be read next to SPEC.
+It shares no code with quarc_ref, which it tests. It is slow, and meant to be read next
+to SPEC.md.
 """

@@ -1,4 +1,4 @@
-"""SPEC 8.2 and 8.3 in plain Python integers, written from SPEC alone."""
+"""Decodes bits with their probabilities (SPEC 8.2, 8.3), written from SPEC.md alone."""
 
 from dataclasses import dataclass
 
@@ -6,24 +6,24 @@ _TOTAL = 1 << 24
 _COUNT_LIMIT = 4096
 
 Counts = dict[tuple[str, int], list[int]]
-"""Zeros and ones by model and context; missing ones are 0."""
+"""Numbers of zeros and ones, by model and context; a missing entry means (0, 0)."""
 
 
-def weight_of(code: int) -> int:
-    """The weight of a 1 for a stated code."""
+def weight_from_code(code: int) -> int:
+    """Return the weight of a 1, from a stated code."""
     assert code < 240, "bad-probability"
     if code >= 120:
-        return _TOTAL - weight_of(code - 120)
+        return _TOTAL - weight_from_code(code - 120)
     return (8 + code % 8) << (code // 8 + 5)
 
 
-def weight_by_counts(zeros: int, ones: int) -> int:
-    """The weight of a 1 without a stated code."""
+def weight_from_counts(zeros: int, ones: int) -> int:
+    """Return the weight of a 1, from the zeros and ones that a context has counted."""
     return (2 * ones + 1) * _TOTAL // (2 * (zeros + ones) + 2)
 
 
 def add_to_counts(counts: list[int], bits: list[int]) -> list[int]:
-    """The counts of a context after a plane."""
+    """Return the counts (zeros, ones) of a context after the bits of a plane."""
     ones = counts[1] + sum(bits)
     zeros = counts[0] + len(bits) - sum(bits)
     while zeros + ones > _COUNT_LIMIT:
@@ -33,7 +33,7 @@ def add_to_counts(counts: list[int], bits: list[int]) -> list[int]:
 
 @dataclass
 class PlainCoder:
-    """The decoder of SPEC 8.3."""
+    """The entropy decoder of SPEC 8.3: decodes bits from the words of a section."""
 
     words: list[int]
     state: int = 0
@@ -43,12 +43,12 @@ class PlainCoder:
             self.state = self.words.pop()
             assert self.state, "invalid-words"
 
-    def bit(self, weight: int) -> int:
+    def decode_bit(self, weight: int) -> int:
         if self.state < 1 << 32 and self.words:
             self.state = (self.state << 32) + self.words.pop()
-        part = self.state % _TOTAL
-        bit = int(part >= _TOTAL - weight)
-        left, share = (_TOTAL - weight, weight) if bit else (0, _TOTAL - weight)
-        self.state = self.state // _TOTAL * share + part - left
+        remainder = self.state % _TOTAL
+        bit = int(remainder >= _TOTAL - weight)
+        offset, share = (_TOTAL - weight, weight) if bit else (0, _TOTAL - weight)
+        self.state = self.state // _TOTAL * share + remainder - offset
         assert self.state < 1 << 64
         return bit

@@ -1,4 +1,4 @@
-"""SPEC 6 to 9 in plain Python integers: a second decoder, for the streams of the annexes.
+"""A second decoder in plain Python integers (SPEC 6 to 9), for the streams of the annexes.
 
 It follows the wording of SPEC, shares only the slow functions of `plain.oracle`, and records
 everything on the way: planes, symbols, anchors, states.
@@ -12,10 +12,16 @@ from typing import Any
 
 from plain import gaussians, oracle
 from plain.coder import Counts
-from plain.fields import FieldReader, PlainChunk, Row
+from plain.fields import FieldReader, FieldRow, PlainChunk
 from plain.motion import read_motion
-from plain.planes import PlainSection, Run, open_section, rows_in_contexts, rows_in_one_context
-from plain.snapshots import add_differences, read_survivors, sort
+from plain.planes import (
+    PlainSection,
+    Run,
+    open_section,
+    read_rows_by_context,
+    read_rows_in_one_context,
+)
+from plain.snapshots import add_differences, read_survivors, sort_by_key
 from plain.state import PlainCoded, PlainGaussian, PlainLevel, PlainState, Vector
 from plain.updates import apply_updates, read_updates
 
@@ -24,7 +30,7 @@ _CANONICAL_SECTIONS = ("positions", "SH DC", "opacity", "log-scales", "rotations
 
 @dataclass
 class PlainFrame:
-    """The content of a frame's chunk, and the resulting state."""
+    """The content of the chunk of a frame, and the state after the frame."""
 
     kind: str
     state: PlainState
@@ -35,174 +41,182 @@ class PlainFrame:
 
 @dataclass
 class PlainStream:
-    rows: list[Row]
+    rows: list[FieldRow]
     chunks: list[PlainChunk]
     frames: list[PlainFrame]
 
 
 def decode_plain(spec: str, data: bytes) -> PlainStream:
-    """Decode a whole stream by the tables of SPEC; any fault is an AssertionError."""
+    """Decode a stream with the syntax tables of SPEC.md; raise AssertionError for any fault."""
     reader = FieldReader(spec, data)
-    chunks = reader.chunks()
+    chunks = reader.read_chunks()
     header = chunks[0].fields
     frames: list[PlainFrame] = []
     for chunk in chunks:
         if chunk.kind in {"CANO", "SNAP", "FRAM"}:
-            before = frames[-1].state if frames else None
-            frames.append(FrameDecoder(header, chunk.fields).decode(before))
+            previous = frames[-1].state if frames else None
+            frames.append(FrameDecoder(header, chunk.fields).decode(previous))
     return PlainStream(reader.rows, chunks, frames)
 
 
 class FrameDecoder:
-    """The chunk of one frame with parsed fields; `conformance` makes frames with the same walk."""
+    """Decodes one frame from its parsed fields; `making.frames` writes frames with a subclass."""
 
     def __init__(self, header: dict[str, Any], fields: dict[str, Any]) -> None:
         self.header, self.fields = header, fields
         self.runs: list[Run] = []
         self.notes: list[tuple[str, str]] = []
-        self.has_rest = header["sh_degree"] == 1
+        self.has_sh_rest = header["sh_degree"] == 1
 
-    def decode(self, before: PlainState | None) -> PlainFrame:
+    def decode(self, previous: PlainState | None) -> PlainFrame:
         kind = "CANO" if "gaussian_count" in self.fields else "FRAM"
         kind = "SNAP" if "survivors" in self.fields else kind
-        state = self.state_after(before)
-        whole = state.phase % self.header["full_crc_interval"] == 0
-        crc = zlib.crc32(state.serialize(codes=whole))
+        state = self.reconstruct_state(previous)
+        has_codes = state.phase % self.header["full_crc_interval"] == 0
+        crc = zlib.crc32(state.serialize(codes=has_codes))
         assert crc == self.fields["state_crc"], "state-crc"
         return PlainFrame(kind, state, self.runs, self.notes, crc)
 
-    def state_after(self, before: PlainState | None) -> PlainState:
-        """The resulting state, even if its CRC is wrong."""
-        if before is not None and "survivors" in self.fields:
-            return self._snapshot(before)
-        if before is None or "gaussian_count" in self.fields:
-            return self._canonical()
-        return self._follow(before)
+    def reconstruct_state(self, previous: PlainState | None) -> PlainState:
+        """Return the state after the frame, without comparing its CRC."""
+        if previous is not None and "survivors" in self.fields:
+            return self._decode_snapshot(previous)
+        if previous is None or "gaussian_count" in self.fields:
+            return self._decode_canonical()
+        return self._decode_frame(previous)
 
-    def _open(self, title: str, stored: Any, counts: Counts) -> PlainSection:
+    def _open_section(self, title: str, stored: Any, counts: Counts) -> PlainSection:
         return open_section(title, stored, counts)
 
-    def _close(self, section: PlainSection) -> None:
+    def _close_section(self, section: PlainSection) -> None:
         section.close()
         self.runs += section.runs
 
-    def _note(self, name: str, value: object) -> None:
+    def _record_note(self, name: str, value: object) -> None:
         self.notes.append((name, str(value)))
 
-    def _canonical(self) -> PlainState:
-        """SPEC 7.2."""
-        coded = self._coded(self.fields["gaussian_count"])
-        state = self._state_of(coded)
+    def _decode_canonical(self) -> PlainState:
+        """Return the state after a CANO chunk (SPEC 7.2)."""
+        coded_gaussians = self._read_gaussians(self.fields["gaussian_count"])
+        state = self._make_state(coded_gaussians)
         if self.header["incompatible_features"] & 4:
-            state.canonical = (state.frame, coded)
+            state.canonical = (state.frame, coded_gaussians)
         return state
 
-    def _snapshot(self, before: PlainState) -> PlainState:
-        """SPEC 7.9."""
-        assert before.canonical is not None, "chunk-order"
-        assert self.fields["frame"] == before.frame + 1, "frame-order"
-        frame, gaussians = before.canonical
+    def _decode_snapshot(self, previous: PlainState) -> PlainState:
+        """Return the state after a SNAP chunk (SPEC 7.9)."""
+        assert previous.canonical is not None, "chunk-order"
+        assert self.fields["frame"] == previous.frame + 1, "frame-order"
+        frame, gaussians = previous.canonical
         assert self.fields["canonical"] == frame, "frame-order"
-        section = self._open("survivors", self.fields["survivors"], {})
+        section = self._open_section("survivors", self.fields["survivors"], {})
         survivors = read_survivors(section, len(gaussians))
-        self._close(section)
+        self._close_section(section)
         for number, differences in survivors.items():
-            self._note(f"differences of {number} of the CANO", differences)
-        newborn = self._coded(self.fields["newborn_count"])
-        assert survivors or newborn, "count"
-        state = self._state_of(sort(add_differences(gaussians, survivors) + newborn))
-        state.canonical = before.canonical
+            self._record_note(f"differences of {number} of the CANO", differences)
+        newborn_gaussians = self._read_gaussians(self.fields["newborn_count"])
+        assert survivors or newborn_gaussians, "count"
+        state = self._make_state(
+            sort_by_key(add_differences(gaussians, survivors) + newborn_gaussians)
+        )
+        state.canonical = previous.canonical
         return state
 
-    def _coded(self, count: int) -> list[PlainCoded]:
-        """SPEC 8.5."""
-        stored = zip(_CANONICAL_SECTIONS, self.fields["sections"], strict=True)
-        opened = [self._open(name, section, {}) for name, section in stored]
-        keys = gaussians.read_keys(opened[0], "keys", count)
+    def _read_gaussians(self, count: int) -> list[PlainCoded]:
+        """Read the Gaussians of a canonical frame or the new Gaussians of a snapshot (SPEC 8.5)."""
+        named_sections = zip(_CANONICAL_SECTIONS, self.fields["sections"], strict=True)
+        sections = [self._open_section(name, section, {}) for name, section in named_sections]
+        keys = gaussians.read_keys(sections[0], "keys", count)
         assert max(keys, default=0) < 1 << (3 * self.fields["axis_bits"]), "symbol-range"
-        dc = gaussians.read_colors(opened[1], "SH DC", count)
-        opacity = rows_in_contexts(opened[2], "opacity", count, 1)
-        scales = rows_in_contexts(opened[3], "log-scales", count, 3)
-        rotations = gaussians.read_rotations(opened[4], "rotations", count)
-        rest = gaussians.read_rest(opened[5], "SH rest", count) if self.has_rest else []
-        for section in opened:
-            self._close(section)
-        self._note("rotations (j, a, b, c)", [(j, *abc) for j, abc in rotations])
-        self._note("keys", keys)
+        sh_dc = gaussians.read_colors(sections[1], "SH DC", count)
+        opacity = read_rows_by_context(sections[2], "opacity", count, 1)
+        scales = read_rows_by_context(sections[3], "log-scales", count, 3)
+        rotations = gaussians.read_rotations(sections[4], "rotations", count)
+        sh_rest = gaussians.read_sh_rest(sections[5], "SH rest", count) if self.has_sh_rest else []
+        for section in sections:
+            self._close_section(section)
+        self._record_note(
+            "rotations (j, a, b, c)", [(j, *components) for j, components in rotations]
+        )
+        self._record_note("keys", keys)
         coded = []
         for i, key in enumerate(keys):
             offsets = [sum((key >> (3 * b + 2 - a) & 1) << b for b in range(20)) for a in range(3)]
             position = [o + v for o, v in zip(self.fields["origin"], offsets, strict=True)]
-            j, abc = rotations[i]
-            codes = [row[i] for row in scales + opacity + dc + rest]
-            coded.append(PlainCoded(position, [j, *abc], codes))
+            j, components = rotations[i]
+            codes = [row[i] for row in scales + opacity + sh_dc + sh_rest]
+            coded.append(PlainCoded(position, [j, *components], codes))
         return coded
 
-    def _state_of(self, coded: list[PlainCoded]) -> PlainState:
-        """SPEC 7.2."""
+    def _make_state(self, coded_gaussians: list[PlainCoded]) -> PlainState:
+        """Return the state at the start of a segment, from coded Gaussians (SPEC 7.2)."""
         step, bits = self.header["position_step"], self.header["rotation_bits"]
         gaussians = []
-        for i, g in enumerate(coded):
-            rotation = self._expand(g.rotation, bits)
+        for i, g in enumerate(coded_gaussians):
+            rotation = self._expand_rotation(g.rotation, bits)
             assert max(map(abs, g.codes)) <= 32767, "code-range"
             motion = [0] * (3 + self.header["rotation_components"])
             position = [p * step for p in g.position]
             gaussians.append(PlainGaussian(i, position, rotation, list(g.codes), motion))
-        return PlainState(self.fields["frame"], 0, len(coded), gaussians, [])
+        return PlainState(self.fields["frame"], 0, len(coded_gaussians), gaussians, [])
 
-    def _expand(self, coded: Vector, bits: int) -> Vector:
+    def _expand_rotation(self, coded: Vector, bits: int) -> Vector:
         return oracle.expand_rotation(coded[0], coded[1:], bits)
 
-    def _rotations(self, section: PlainSection, name: str, count: int) -> list[Vector]:
+    def _read_rotations(self, section: PlainSection, name: str, count: int) -> list[Vector]:
         coded = gaussians.read_rotations(section, name, count)
-        self._note("rotations (j, a, b, c)", [(j, *abc) for j, abc in coded])
+        self._record_note("rotations (j, a, b, c)", [(j, *components) for j, components in coded])
         bits = self.header["rotation_bits"]
-        return [self._expand([j, *abc], bits) for j, abc in coded]
+        return [self._expand_rotation([j, *components], bits) for j, components in coded]
 
-    def _follow(self, before: PlainState) -> PlainState:
-        """SPEC 7.4 to 7.7."""
-        assert self.fields["phase"] == before.phase + 1, "frame-order"
-        before = copy.deepcopy(before)
-        dying = sorted(before.gaussians, key=lambda g: (g.codes[3], g.id))
-        dead = {g.id for g in dying[: self.fields["death_count"]]}
-        left = [g for g in before.gaussians if g.id not in dead]
-        self._note("ids of the dead", sorted(dead))
-        state = replace(before, frame=before.frame + 1, phase=before.phase + 1, gaussians=left)
-        sampled = before.phase % self.header["resample_interval"] == 0
-        state.levels = self._sample(state) if sampled else self._bind_newborn(state)
-        self._note("anchors are sampled", "yes" if sampled else "no")
-        self._note_anchors(state)
-        self._move(state)
+    def _decode_frame(self, previous: PlainState) -> PlainState:
+        """Return the state after a FRAM chunk (SPEC 7.4 to 7.8)."""
+        assert self.fields["phase"] == previous.phase + 1, "frame-order"
+        previous = copy.deepcopy(previous)
+        ordered = sorted(previous.gaussians, key=lambda g: (g.codes[3], g.id))
+        dead_ids = {g.id for g in ordered[: self.fields["death_count"]]}
+        remaining = [g for g in previous.gaussians if g.id not in dead_ids]
+        self._record_note("ids of the dead", sorted(dead_ids))
+        state = replace(
+            previous, frame=previous.frame + 1, phase=previous.phase + 1, gaussians=remaining
+        )
+        is_sampling = previous.phase % self.header["resample_interval"] == 0
+        state.levels = self._sample_anchors(state) if is_sampling else self._bind_newborn(state)
+        self._record_note("anchors are sampled", "yes" if is_sampling else "no")
+        self._record_anchors(state)
+        self._apply_motion(state)
         if self.header["incompatible_features"] & 2:
-            self._update(state)
+            self._apply_updates(state)
         self._append_births(state)
         return state
 
-    def _note_anchors(self, state: PlainState) -> None:
+    def _record_anchors(self, state: PlainState) -> None:
         for number, level in enumerate(state.levels, 1):
-            self._note(f"level {number}: ids of the anchors' Gaussians", level.owners)
-            self._note(f"level {number}: positions of the anchors", level.positions)
+            self._record_note(f"level {number}: ids of the anchors' Gaussians", level.owners)
+            self._record_note(f"level {number}: positions of the anchors", level.positions)
             if number < len(state.levels):
-                self._note(f"level {number}: parents of the anchors", level.parents)
-            followed = [level.binding[g.id] for g in state.gaussians]
-            self._note(f"level {number}: anchors that the Gaussians follow", followed)
+                self._record_note(f"level {number}: parents of the anchors", level.parents)
+            anchors = [level.binding[g.id] for g in state.gaussians]
+            self._record_note(f"level {number}: anchors that the Gaussians follow", anchors)
 
-    def _sample(self, state: PlainState) -> list[PlainLevel]:
-        """SPEC 6."""
+    def _sample_anchors(self, state: PlainState) -> list[PlainLevel]:
+        """Return the anchor levels of a frame that samples anchors (SPEC 6)."""
         ids = [g.id for g in state.gaussians]
         positions = [tuple(g.position) for g in state.gaussians]
         count = -(-len(ids) // self.header["gaussians_per_anchor"])
         levels = []
         for number in range(1, self.header["level_count"] + 1):
-            chosen = oracle.sample(ids, positions, state.phase, self.header["seed"], number, count)
-            anchors = [positions[i] for i in chosen]
-            bound = oracle.bind(positions, anchors)
-            binding = dict(zip(ids, bound, strict=True))
-            owners = [ids[i] for i in chosen]
-            levels.append(PlainLevel(owners, [list(p) for p in anchors], [], binding))
+            anchor_indices = oracle.sample(
+                ids, positions, state.phase, self.header["seed"], number, count
+            )
+            anchor_positions = [positions[i] for i in anchor_indices]
+            anchors_of_gaussians = oracle.bind(positions, anchor_positions)
+            binding = dict(zip(ids, anchors_of_gaussians, strict=True))
+            owners = [ids[i] for i in anchor_indices]
+            levels.append(PlainLevel(owners, [list(p) for p in anchor_positions], [], binding))
             count = max(1, count // self.header["anchor_ratio"])
-        for level, above in pairwise(levels):
-            level.parents = [above.binding[owner] for owner in level.owners]
+        for level, coarser in pairwise(levels):
+            level.parents = [coarser.binding[owner] for owner in level.owners]
         return levels
 
     def _bind_newborn(self, state: PlainState) -> list[PlainLevel]:
@@ -213,67 +227,67 @@ class FrameDecoder:
                     level.binding[g.id] = oracle.bind([tuple(g.position)], anchors)[0]
         return state.levels
 
-    def _move(self, state: PlainState) -> None:
-        """SPEC 8.7 and 7.5."""
+    def _apply_motion(self, state: PlainState) -> None:
+        """Read the motion, and apply it to the Gaussians (SPEC 8.7, 7.5)."""
         previous = {g.id: g.motion for g in state.gaussians}
         if not self.fields["previous_contexts"]:
             previous = {}
         channels = 3 + self.header["rotation_components"]
-        section = self._open("motion", self.fields["motion"], state.counts)
+        section = self._open_section("motion", self.fields["motion"], state.counts)
         read_motion(section, channels, previous, state.levels)
-        self._close(section)
+        self._close_section(section)
         for number, level in enumerate(state.levels, 1):
-            self._note(f"level {number}: what is expected of the anchors", level.expected)
-            self._note(f"level {number}: symbols of the anchors", level.symbols)
+            self._record_note(f"level {number}: what is expected of the anchors", level.expected)
+            self._record_note(f"level {number}: symbols of the anchors", level.symbols)
         step, unity = self.header["translation_step"], self.header["rotation_unity"]
         for g in state.gaussians:
-            followed = [level.symbols[level.binding[g.id]] for level in state.levels]
-            g.motion = [sum(channel) for channel in zip(*followed, strict=True)]
-            moved = zip(g.position, g.motion[:3], strict=True)
-            turn = [0] * (7 - len(g.motion)) + g.motion[3:]
+            anchor_symbols = [level.symbols[level.binding[g.id]] for level in state.levels]
+            g.motion = [sum(channel) for channel in zip(*anchor_symbols, strict=True)]
+            translations = zip(g.position, g.motion[:3], strict=True)
+            rotation_sum = [0] * (7 - len(g.motion)) + g.motion[3:]
             rotation = g.rotation
-            if any(turn):
-                turn[0] += len(state.levels) * unity
-                rotation = oracle.turn(g.rotation, turn)
-            g.position, g.rotation = [p + step * t for p, t in moved], rotation
+            if any(rotation_sum):
+                rotation_sum[0] += len(state.levels) * unity
+                rotation = oracle.rotate(g.rotation, rotation_sum)
+            g.position, g.rotation = [p + step * t for p, t in translations], rotation
 
-    def _update(self, state: PlainState) -> None:
-        """SPEC 8.8 and 7.8."""
-        self._note("recency of the Gaussians", [g.recency for g in state.gaussians])
-        section = self._open("updates", self.fields["updates"], state.counts)
+    def _apply_updates(self, state: PlainState) -> None:
+        """Read the updates, and apply them (SPEC 8.8, 7.8)."""
+        self._record_note("recency of the Gaussians", [g.recency for g in state.gaussians])
+        section = self._open_section("updates", self.fields["updates"], state.counts)
         changes = read_updates(section, state.gaussians)
-        self._close(section)
+        self._close_section(section)
         for number, residuals in changes.items():
-            self._note(f"update of {number}", "leaves" if residuals is None else residuals)
+            self._record_note(f"update of {number}", "leaves" if residuals is None else residuals)
         step, unity = self.header["translation_step"], self.header["rotation_unity"]
         state.gaussians = apply_updates(state.gaussians, changes, step, unity)
 
     def _append_births(self, state: PlainState) -> None:
-        """SPEC 8.6 and 7.6."""
+        """Read the births, and append them to the state (SPEC 8.6, 7.6)."""
         count, step = self.fields["birth_count"], self.header["position_step"]
-        section = self._open("births", self.fields["births"], state.counts)
+        section = self._open_section("births", self.fields["births"], state.counts)
         parents = gaussians.read_keys(section, "births parents", count)
-        position = rows_in_one_context(section, "births positions", count, 3)
-        dc = gaussians.read_colors(section, "births SH DC", count)
-        opacity = rows_in_one_context(section, "births opacity", count, 1)
+        position_rows = read_rows_in_one_context(section, "births positions", count, 3)
+        sh_dc = gaussians.read_colors(section, "births SH DC", count)
+        opacity = read_rows_in_one_context(section, "births opacity", count, 1)
         scales = gaussians.read_log_scales(section, "births log-scales", count)
-        rotations = self._rotations(section, "births rotations", count)
-        rest = []
-        if self.has_rest:
-            rest = gaussians.read_newborn_rest(section, "births SH rest", count)
-        self._close(section)
-        before = list(state.gaussians)
+        rotations = self._read_rotations(section, "births rotations", count)
+        sh_rest = []
+        if self.has_sh_rest:
+            sh_rest = gaussians.read_newborn_sh_rest(section, "births SH rest", count)
+        self._close_section(section)
+        existing = list(state.gaussians)
         for i, parent in enumerate(parents):
-            assert parent < len(before), "parent-range"
-            origin = before[parent].position
-            codes = [row[i] for row in scales + opacity + dc + rest]
+            assert parent < len(existing), "parent-range"
+            origin = existing[parent].position
+            codes = [row[i] for row in scales + opacity + sh_dc + sh_rest]
             assert max(map(abs, codes)) <= 32767, "code-range"
-            residual = [row[i] for row in position]
-            self._note(f"newborn {state.next_id}: parent", parent)
-            self._note(f"newborn {state.next_id}: position residual", residual)
-            place = [p + step * r for p, r in zip(origin, residual, strict=True)]
+            residual = [row[i] for row in position_rows]
+            self._record_note(f"newborn {state.next_id}: parent", parent)
+            self._record_note(f"newborn {state.next_id}: position residual", residual)
+            child_position = [p + step * r for p, r in zip(origin, residual, strict=True)]
             motion = [0] * len(state.gaussians[0].motion)
             state.gaussians.append(
-                PlainGaussian(state.next_id, place, rotations[i], codes, motion, 0)
+                PlainGaussian(state.next_id, child_position, rotations[i], codes, motion, 0)
             )
             state.next_id += 1

@@ -1,6 +1,6 @@
-"""Parses a stream by the syntax tables of SPEC 5, which are read from its text.
+"""Parses a stream with the syntax tables of SPEC 5, which are read from the text of SPEC.md.
 
-The code contains no layout, so a wrong row in the text gives wrong fields.
+The code contains no layout, so a wrong row of a table results in wrong fields.
 """
 
 import re
@@ -11,8 +11,8 @@ from typing import Any
 
 from plain import spec_text
 
-_INTEGERS = {"u8": "<B", "u16": "<H", "u32": "<I", "u64": "<Q", "i32": "<i", "f32": "<f"}
-_PAYLOADS = {
+_NUMBER_FORMATS = {"u8": "<B", "u16": "<H", "u32": "<I", "u64": "<Q", "i32": "<i", "f32": "<f"}
+_PAYLOAD_TABLES = {
     "HEAD": "STREAM_HEADER",
     "CANO": "CANONICAL",
     "FRAM": "FRAME",
@@ -25,8 +25,8 @@ _PAYLOADS = {
 
 
 @dataclass(frozen=True)
-class Row:
-    """A field of a stream: offset, bytes and value."""
+class FieldRow:
+    """A field of a stream: its offset, bytes, name and value as text."""
 
     offset: int
     data: bytes
@@ -43,95 +43,99 @@ class PlainChunk:
 
 
 class FieldReader:
-    """Takes fields from bytes and records each.
+    """Reads the fields of a stream, and records a row for each field.
 
     Args:
-        spec: Text with the tables to follow.
-        data: A stream.
+        spec: Text that contains the syntax tables, such as SPEC.md.
+        data: Bytes of the stream.
     """
 
     def __init__(self, spec: str, data: bytes) -> None:
         self._spec = spec
         self._data = data
         self.offset = 0
-        self.rows: list[Row] = []
+        self.rows: list[FieldRow] = []
         self._has_updates = False
 
-    def chunks(self) -> list[PlainChunk]:
-        """The chunks of the whole stream; every CRC is checked."""
+    def read_chunks(self) -> list[PlainChunk]:
+        """Return all chunks of the stream, after checking their CRCs."""
         magic = bytes.fromhex(re.search(r"magic, the eight bytes `([0-9A-F ]+)`", self._spec)[1])
-        assert self._take("magic", len(magic), "") == magic
+        assert self._take_bytes("magic", len(magic), "") == magic
         chunks = []
         while self.offset < len(self._data):
-            chunks.append(self._chunk())
+            chunks.append(self._read_chunk())
         return chunks
 
-    def _chunk(self) -> PlainChunk:
+    def _read_chunk(self) -> PlainChunk:
         start = self.offset
-        header = self._table("CHUNK_HEADER", "")
+        header = self._read_table("CHUNK_HEADER", "")
         assert header["header_crc"] == zlib.crc32(self._data[start : self.offset - 4])
-        first = self.offset
+        payload_start = self.offset
         kind = header["type"].decode()
-        fields = self._table(self._layout(kind), "")
+        fields = self._read_table(self._table_name(kind), "")
         if kind == "HEAD":
             self._has_updates = bool(fields["incompatible_features"] & 2)
-        assert self.offset - first == header["length"], kind
-        stored = self._number("payload_crc", "u32")
-        assert stored == zlib.crc32(self._data[first : self.offset - 4])
+        assert self.offset - payload_start == header["length"], kind
+        stored = self._read_number("payload_crc", "u32")
+        assert stored == zlib.crc32(self._data[payload_start : self.offset - 4])
         return PlainChunk(kind, start, header["sequence"], fields)
 
-    def _layout(self, kind: str) -> str:
-        return "FRAME_WITH_UPDATES" if kind == "FRAM" and self._has_updates else _PAYLOADS[kind]
+    def _table_name(self, kind: str) -> str:
+        return (
+            "FRAME_WITH_UPDATES" if kind == "FRAM" and self._has_updates else _PAYLOAD_TABLES[kind]
+        )
 
-    def _table(self, marker: str, prefix: str) -> dict[str, Any]:
+    def _read_table(self, marker: str, prefix: str) -> dict[str, Any]:
         values: dict[str, Any] = {}
-        for row in spec_text.records(self._spec, f"syntax {marker}"):
+        for row in spec_text.read_records(self._spec, f"syntax {marker}"):
             name = row["field"]
-            values[name] = self._field(prefix + name, row["type"], row, values)
+            values[name] = self._read_field(prefix + name, row["type"], row, values)
         return values
 
-    def _field(self, name: str, kind: str, row: dict[str, str], known: dict[str, Any]) -> Any:
-        if kind in _INTEGERS:
-            return self._number(name, kind)
+    def _read_field(self, name: str, kind: str, row: dict[str, str], values: dict[str, Any]) -> Any:
+        if kind in _NUMBER_FORMATS:
+            return self._read_number(name, kind)
         if kind == "section":
-            return self._table("SECTION", name + ".")
+            return self._read_table("SECTION", name + ".")
         if kind.startswith("text"):
-            return self._text(name, {"text8": "u8", "text32": "u32"}[kind])
+            return self._read_text(name, {"text8": "u8", "text32": "u32"}[kind])
         if match := re.fullmatch(r"(\d+) bytes", kind):
-            return self._take(name, int(match[1]), "ascii")
-        count, inner = self._repeated(kind, row, known)
-        if inner.isupper():
-            return [self._table(inner, f"{name}[{i}].") for i in range(count)]
-        return [self._field(f"{name}[{i}]", inner, row, known) for i in range(count)]
+            return self._take_bytes(name, int(match[1]), "ascii")
+        count, element_type = self._parse_repetition(kind, row, values)
+        if element_type.isupper():
+            return [self._read_table(element_type, f"{name}[{i}].") for i in range(count)]
+        return [self._read_field(f"{name}[{i}]", element_type, row, values) for i in range(count)]
 
-    def _repeated(self, kind: str, row: dict[str, str], known: dict[str, Any]) -> tuple[int, str]:
+    def _parse_repetition(
+        self, kind: str, row: dict[str, str], values: dict[str, Any]
+    ) -> tuple[int, str]:
         if kind == "u32 each":
-            return known[re.match(r"(\w+) words", row["meaning"])[1]], "u32"
+            return values[re.match(r"(\w+) words", row["meaning"])[1]], "u32"
         if match := re.fullmatch(r"(\d+) sections", kind):
             return int(match[1]), "section"
         match = re.fullmatch(r"(\w+) x (\w+)", kind)
-        count = int(match[1]) if match[1].isdigit() else known[match[1]]
+        count = int(match[1]) if match[1].isdigit() else values[match[1]]
         return count, match[2]
 
-    def _number(self, name: str, kind: str) -> Any:
-        layout = _INTEGERS[kind]
+    def _read_number(self, name: str, kind: str) -> Any:
+        layout = _NUMBER_FORMATS[kind]
         data = self._data[self.offset : self.offset + struct.calcsize(layout)]
         value = struct.unpack(layout, data)[0]
-        shown = f"0x{value:08X}" if name.endswith("crc") or ".words[" in name else f"{value:.9g}"
-        self._note(data, name, shown if kind == "f32" or shown[:2] == "0x" else str(value))
+        text = f"0x{value:08X}" if name.endswith("crc") or ".words[" in name else f"{value:.9g}"
+        self._record_row(data, name, text if kind == "f32" or text[:2] == "0x" else str(value))
         return value
 
-    def _text(self, name: str, kind: str) -> str:
-        count = self._number(f"{name} (bytes)", kind)
-        return self._take(name, count, "ascii").decode("utf-8")
+    def _read_text(self, name: str, kind: str) -> str:
+        count = self._read_number(f"{name} (bytes)", kind)
+        return self._take_bytes(name, count, "ascii").decode("utf-8")
 
-    def _take(self, name: str, count: int, shown_as: str) -> bytes:
+    def _take_bytes(self, name: str, count: int, display: str) -> bytes:
         data = self._data[self.offset : self.offset + count]
         assert len(data) == count, name
-        readable = shown_as == "ascii" and data.isascii() and data.decode("ascii").isprintable()
-        self._note(data, name, data.decode() if readable else "")
+        is_readable = display == "ascii" and data.isascii() and data.decode("ascii").isprintable()
+        self._record_row(data, name, data.decode() if is_readable else "")
         return data
 
-    def _note(self, data: bytes, name: str, value: str) -> None:
-        self.rows.append(Row(self.offset, data, name, value))
+    def _record_row(self, data: bytes, name: str, value: str) -> None:
+        self.rows.append(FieldRow(self.offset, data, name, value))
         self.offset += len(data)

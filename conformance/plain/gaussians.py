@@ -1,43 +1,45 @@
-"""The Gaussians of SPEC 8.5 and 8.6 in plain Python integers, written from SPEC alone."""
+"""Reads coded Gaussians (SPEC 8.5, 8.6) in plain Python integers, written from SPEC.md alone."""
 
 from plain.planes import (
     PlainSection,
     Row,
     ascending,
     fixed,
-    rows_in_contexts,
-    rows_in_one_context,
+    read_rows_by_context,
+    read_rows_in_one_context,
     signed,
 )
 
 
 def read_keys(section: PlainSection, name: str, count: int) -> Row:
-    """Morton keys, or indices of parents."""
+    """Return Morton keys or indices of parents, in ascending order."""
     return ascending(section, name, count, 6)
 
 
 def read_colors(section: PlainSection, name: str, count: int) -> list[Row]:
-    """SH DC of red, green, blue."""
-    green, red, blue = rows_in_contexts(section, name, count, 3) or [[], [], []]
-    return [_add(red, green), green, _add(blue, green)]
+    """Return the SH DC codes as three rows: red, green, blue."""
+    green, red, blue = read_rows_by_context(section, name, count, 3) or [[], [], []]
+    return [_add_rows(red, green), green, _add_rows(blue, green)]
 
 
 def read_rotations(section: PlainSection, name: str, count: int) -> list[tuple[int, Row]]:
-    """For each Gaussian j and a, b, c."""
+    """Return (j, [a, b, c]) of each Gaussian, as in SPEC 7.2."""
     indices = fixed(section, f"{name}, index", [0] * count, 2)
-    others = zip(*rows_in_contexts(section, name, count, 3), strict=True)
-    return [(j, list(abc)) for j, abc in zip(indices, others, strict=True)]
+    components = zip(*read_rows_by_context(section, name, count, 3), strict=True)
+    return [
+        (j, list(component_triple)) for j, component_triple in zip(indices, components, strict=True)
+    ]
 
 
 def read_log_scales(section: PlainSection, name: str, count: int) -> list[Row]:
-    """Log-scales x, y, z of births, each coded relative to the previous one."""
-    x, y, z = rows_in_contexts(section, name, count, 3) or [[], [], []]
-    y = _add(x, y)
-    return [x, y, _add(y, z)]
+    """Return the log-scales x, y, z of births; y is coded relative to x, and z relative to y."""
+    x, y, z = read_rows_by_context(section, name, count, 3) or [[], [], []]
+    y = _add_rows(x, y)
+    return [x, y, _add_rows(y, z)]
 
 
-def read_rest(section: PlainSection, name: str, count: int) -> list[Row]:
-    """SH rest of a canonical frame, row by row."""
+def read_sh_rest(section: PlainSection, name: str, count: int) -> list[Row]:
+    """Return the nine rows of SH rest of a canonical frame."""
     rows: list[Row] = []
     sums = [0] * count
     for number in range(9):
@@ -47,9 +49,9 @@ def read_rest(section: PlainSection, name: str, count: int) -> list[Row]:
     return rows
 
 
-def read_newborn_rest(section: PlainSection, name: str, count: int) -> list[Row]:
-    return rows_in_one_context(section, name, count, 9)
+def read_newborn_sh_rest(section: PlainSection, name: str, count: int) -> list[Row]:
+    return read_rows_in_one_context(section, name, count, 9)
 
 
-def _add(first: Row, second: Row) -> Row:
+def _add_rows(first: Row, second: Row) -> Row:
     return [a + b for a, b in zip(first, second, strict=True)]

@@ -1,39 +1,43 @@
-"""The motion section, SPEC 8.7, in plain Python integers, written from SPEC alone."""
+"""Reads the motion section (SPEC 8.7) in plain Python integers, written from SPEC.md alone."""
 
 from plain.planes import PlainSection
 from plain.state import PlainLevel, Vector
 
-# k of the magnitude planes: the least f - i of k = 1, 2, ..., 10
-_NEARNESS = (-8, -3, -1, 0, 1, 2, 3, 4, 6, 10)
+# Contexts of the magnitude planes: the lowest f - i of each k = 1, 2, ..., 10.
+_MAGNITUDE_BORDERS = (-8, -3, -1, 0, 1, 2, 3, 4, 6, 10)
 
 
 def read_motion(
     section: PlainSection, channels: int, motion: dict[int, Vector], levels: list[PlainLevel]
 ) -> None:
-    """Set the symbols of every anchor.
+    """Read the expected and the coded symbols of every anchor into its level.
 
     Args:
-        section: Of the frame.
-        channels: 6 or 7.
-        motion: Symbols of the previous frame by id; missing ones are 0.
-        levels: Level 1 first.
+        section: Motion section of the frame.
+        channels: Number of symbols of an anchor: 6, or 7 if rotations have w.
+        motion: Motion of the previous frame, by the id of the Gaussian; a missing entry means 0.
+        levels: Anchor levels, beginning with level 1.
     """
     zeros = [0] * channels
-    # Above level L all anchors count as having a parent without symbols.
-    symbols, done = [zeros], [zeros]
+    # The anchors of level L have no parent, and are coded as if a parent did not move.
+    symbols, parent_sums = [zeros], [zeros]
     for number in range(len(levels), 0, -1):
         level = levels[number - 1]
         parents = level.parents if number < len(levels) else [0] * len(level.owners)
-        above = [symbols[p] for p in parents]
-        done = [_add(symbols[p], done[p]) for p in parents]
-        own = [motion.get(owner, zeros) for owner in level.owners]
-        level.expected = [_subtract(o, d) for o, d in zip(own, done, strict=True)]
-        level.symbols = _LevelReader(section, f"motion {number}", level.expected).read(above)
+        parent_symbols = [symbols[p] for p in parents]
+        parent_sums = [_add(symbols[p], parent_sums[p]) for p in parents]
+        previous_motion = [motion.get(owner, zeros) for owner in level.owners]
+        level.expected = [
+            _subtract(o, d) for o, d in zip(previous_motion, parent_sums, strict=True)
+        ]
+        level.symbols = _LevelReader(section, f"motion {number}", level.expected).read(
+            parent_symbols
+        )
         symbols = level.symbols
 
 
-# Channel and anchor of a symbol.
-Place = tuple[int, int]
+# (channel, anchor) of a symbol.
+SymbolIndex = tuple[int, int]
 
 
 def _add(first: Vector, second: Vector) -> Vector:
@@ -44,8 +48,8 @@ def _subtract(first: Vector, second: Vector) -> Vector:
     return [a - b for a, b in zip(first, second, strict=True)]
 
 
-def _class(value: int, borders: tuple[int, ...]) -> int:
-    """The number of borders that a value has reached."""
+def _classify(value: int, borders: tuple[int, ...]) -> int:
+    """Return how many borders a value has reached."""
     return sum(value >= border for border in borders)
 
 
@@ -54,57 +58,65 @@ class _LevelReader:
         self.section, self.name, self.expected = section, name, expected
         self.symbols = [[0] * len(vector) for vector in expected]
 
-    def read(self, above: list[Vector]) -> list[Vector]:
+    def read(self, parent_symbols: list[Vector]) -> list[Vector]:
         contexts = [
-            5 * _class(sum(map(abs, parent)), (1, 2, 4))
-            + _class(sum(map(abs, expected)), (1, 2, 4, 8))
-            for parent, expected in zip(above, self.expected, strict=True)
+            5 * _classify(sum(map(abs, parent)), (1, 2, 4))
+            + _classify(sum(map(abs, expected)), (1, 2, 4, 8))
+            for parent, expected in zip(parent_symbols, self.expected, strict=True)
         ]
-        bits = self.section.plane(f"{self.name}, moves", "", contexts)
-        moving = [anchor for anchor, bit in enumerate(bits) if bit]
-        there = self._read_where(moving)
-        negative = self._read_signs(there)
-        magnitudes = self._read_magnitudes(there, negative)
-        for (channel, anchor), size in magnitudes.items():
+        bits = self.section.read_plane(f"{self.name}, moves", "", contexts)
+        moving_anchors = [anchor for anchor, bit in enumerate(bits) if bit]
+        nonzero = self._read_nonzero(moving_anchors)
+        negative = self._read_signs(nonzero)
+        magnitudes = self._read_magnitudes(nonzero, negative)
+        for (channel, anchor), magnitude in magnitudes.items():
             sign = -1 if (channel, anchor) in negative else 1
-            self.symbols[anchor][channel] = sign * size
+            self.symbols[anchor][channel] = sign * magnitude
         return self.symbols
 
-    def _read_where(self, moving: list[int]) -> list[Place]:
-        """Channel and anchor of all nonzero symbols, in the order of the planes."""
-        there: list[Place] = []
+    def _read_nonzero(self, moving_anchors: list[int]) -> list[SymbolIndex]:
+        """Return (channel, anchor) of each nonzero symbol, in the order of the planes."""
+        nonzero: list[SymbolIndex] = []
         channels = len(self.symbols[0])
         for channel in range(channels):
             kind = "translation" if channel < 3 else "rotation"
             kind = "w" if channel == 3 and channels == 7 else kind
-            before = {a: sum(1 for _, other in there if other == a) for a in moving}
+            earlier_counts = {
+                a: sum(1 for _, nonzero_anchor in nonzero if nonzero_anchor == a)
+                for a in moving_anchors
+            }
             contexts = [
-                4 * min(abs(self.expected[a][channel]), 3) + min(before[a], 3) for a in moving
+                4 * min(abs(self.expected[a][channel]), 3) + min(earlier_counts[a], 3)
+                for a in moving_anchors
             ]
-            bits = self.section.plane(f"{self.name}, {kind} not 0", f"channel {channel}", contexts)
-            there += [(channel, a) for a, bit in zip(moving, bits, strict=True) if bit]
-        return there
+            bits = self.section.read_plane(
+                f"{self.name}, {kind} not 0", f"channel {channel}", contexts
+            )
+            nonzero += [(channel, a) for a, bit in zip(moving_anchors, bits, strict=True) if bit]
+        return nonzero
 
-    def _read_signs(self, there: list[Place]) -> set[Place]:
+    def _read_signs(self, nonzero: list[SymbolIndex]) -> set[SymbolIndex]:
         contexts = []
-        for channel, anchor in there:
+        for channel, anchor in nonzero:
             expected = self.expected[anchor][channel]
-            k = _class(abs(expected), (1, 2, 4, 8))
+            k = _classify(abs(expected), (1, 2, 4, 8))
             contexts.append(4 + k if expected >= 0 else 4 - k)
-        bits = self.section.plane(f"{self.name}, sign", "", contexts)
-        return {place for place, bit in zip(there, bits, strict=True) if bit}
+        bits = self.section.read_plane(f"{self.name}, sign", "", contexts)
+        return {index for index, bit in zip(nonzero, bits, strict=True) if bit}
 
-    def _read_magnitudes(self, there: list[Place], negative: set[Place]) -> dict[Place, int]:
-        sizes = dict.fromkeys(there, 1)
-        left = there
+    def _read_magnitudes(
+        self, nonzero: list[SymbolIndex], negative: set[SymbolIndex]
+    ) -> dict[SymbolIndex, int]:
+        magnitudes = dict.fromkeys(nonzero, 1)
+        larger = nonzero
         for i in range(64):
             contexts = []
-            for channel, anchor in left:
+            for channel, anchor in larger:
                 expected = self.expected[anchor][channel]
                 f = -expected if (channel, anchor) in negative else expected
-                contexts.append(11 * min(i, 2) + _class(f - i, _NEARNESS))
-            bits = self.section.plane(f"{self.name}, magnitude", f"i = {i}", contexts)
-            left = [place for place, bit in zip(left, bits, strict=True) if bit]
-            for place in left:
-                sizes[place] += 1
-        return sizes
+                contexts.append(11 * min(i, 2) + _classify(f - i, _MAGNITUDE_BORDERS))
+            bits = self.section.read_plane(f"{self.name}, magnitude", f"i = {i}", contexts)
+            larger = [index for index, bit in zip(larger, bits, strict=True) if bit]
+            for index in larger:
+                magnitudes[index] += 1
+        return magnitudes

@@ -1,7 +1,7 @@
-"""Slow and obvious versions of the normative functions, in plain Python integers.
+"""Slow and simple versions of the normative functions, in plain Python integers.
 
-They are written from SPEC and share only constants with the package, which must give exactly the
-same results.
+They are written from SPEC.md and share no code with quarc_ref, which must return exactly the same
+results.
 """
 
 from fractions import Fraction
@@ -12,20 +12,20 @@ Q22 = 1 << 22
 
 
 def divide_round(numerator: int, denominator: int) -> int:
-    """Nearest integer, halves away from zero (SPEC 4.2)."""
+    """Return the integer nearest to the quotient; halves are rounded away from zero (SPEC 4.2)."""
     quotient = abs(Fraction(numerator, denominator))
     magnitude = int(quotient + Fraction(1, 2))
     return magnitude if numerator >= 0 else -magnitude
 
 
 def normalize(vector: list[int], guard_bits: int) -> list[int]:
-    """The unit quaternion along a vector, Q22 (SPEC 7.3)."""
+    """Return a vector of four integers as a unit quaternion in Q22 (SPEC 7.3)."""
     norm = isqrt(sum(v * v for v in vector) << (2 * guard_bits))
     return [divide_round(v << (22 + guard_bits), norm) for v in vector]
 
 
-def hamilton(a: list[int], b: list[int]) -> list[int]:
-    """The product of two quaternions wxyz."""
+def multiply_quaternions(a: list[int], b: list[int]) -> list[int]:
+    """Return the Hamilton product of two quaternions, whose order is wxyz."""
     (aw, ax, ay, az), (bw, bx, by, bz) = a, b
     return [
         aw * bw - ax * bx - ay * by - az * bz,
@@ -35,23 +35,23 @@ def hamilton(a: list[int], b: list[int]) -> list[int]:
     ]
 
 
-def turn(rotation: list[int], sums: list[int]) -> list[int]:
-    """A rotation multiplied by a sum of residuals (SPEC 7.5)."""
+def rotate(rotation: list[int], sums: list[int]) -> list[int]:
+    """Return a rotation multiplied by the sums of its residuals; both are wxyz (SPEC 7.5)."""
     residual = normalize(sums, 20)
-    product = [divide_round(v, Q22) for v in hamilton(rotation, residual)]
+    product = [divide_round(v, Q22) for v in multiply_quaternions(rotation, residual)]
     return normalize(product, 8)
 
 
-def expand_rotation(largest: int, others: list[int], bits: int) -> list[int]:
-    """The unit quaternion of a rotation code (SPEC 7.2)."""
-    scaled = [v << (22 - bits) for v in others]
-    first = isqrt((1 << 44) - sum(v * v for v in scaled))
-    vector = [*scaled[:largest], first, *scaled[largest:]]
+def expand_rotation(largest_index: int, components: list[int], bits: int) -> list[int]:
+    """Return the unit quaternion of a coded rotation, in Q22 (SPEC 7.2)."""
+    scaled = [v << (22 - bits) for v in components]
+    largest_component = isqrt((1 << 44) - sum(v * v for v in scaled))
+    vector = [*scaled[:largest_index], largest_component, *scaled[largest_index:]]
     return normalize(vector, 8)
 
 
 def philox(counter: list[int], key: list[int]) -> list[int]:
-    """Philox4x32-10 (SPEC 6.2)."""
+    """Return the four words of Philox4x32-10 (SPEC 6.2)."""
     mask = 0xFFFFFFFF
     c, k = list(counter), list(key)
     for _ in range(10):
@@ -64,7 +64,7 @@ def philox(counter: list[int], key: list[int]) -> list[int]:
 def sample(
     ids: list[int], positions: list[tuple[int, ...]], phase: int, seed: int, level: int, count: int
 ) -> list[int]:
-    """Indices of a level's anchors, ascending (SPEC 6.3); level 1 is the finest."""
+    """Return the indices of the anchors of a level, in ascending order (SPEC 6.3)."""
     key = [seed & 0xFFFFFFFF, seed >> 32]
     ranks = [(philox([i, phase, 0, 1], key)[level - 1], i) for i in ids]
     for shift in range(25):
@@ -74,13 +74,15 @@ def sample(
             cells.setdefault(cell, []).append(index)
         if len(cells) <= count:
             break
-    chosen = {min(members, key=lambda index: ranks[index]) for members in cells.values()}
-    rest = sorted((i for i in range(len(ids)) if i not in chosen), key=lambda index: ranks[index])
-    return sorted(chosen | set(rest[: count - len(chosen)]))
+    anchors = {min(members, key=lambda index: ranks[index]) for members in cells.values()}
+    remaining = sorted(
+        (i for i in range(len(ids)) if i not in anchors), key=lambda index: ranks[index]
+    )
+    return sorted(anchors | set(remaining[: count - len(anchors)]))
 
 
 def bind(positions: list[tuple[int, ...]], anchors: list[tuple[int, ...]]) -> list[int]:
-    """The nearest anchor of every Gaussian; the first one of equally near ones (SPEC 6.4)."""
+    """Return the index of the nearest anchor of each Gaussian; the lowest wins a tie (SPEC 6.4)."""
     return [
         min(
             range(len(anchors)),

@@ -1,20 +1,19 @@
-"""SPEC 8.1, 8.4 and the rows of 8.5 in plain Python integers, written from SPEC alone.
+"""Reads planes and integers (SPEC 8.1, 8.4, 8.5) in plain integers, written from SPEC.md alone.
 
-It records a run for each context of each plane: the annexes print these runs, and the package must
-find the same numbers.
+A section records a run for each context of each plane. The annexes of SPEC.md print these runs.
 """
 
 from dataclasses import dataclass, field
 from typing import Any
 
-from plain.coder import Counts, PlainCoder, add_to_counts, weight_by_counts, weight_of
+from plain.coder import Counts, PlainCoder, add_to_counts, weight_from_code, weight_from_counts
 
 Row = list[int]
 
 
 @dataclass
 class Run:
-    """The bits of one context of a plane; of a raw plane, which has no model, all its bits."""
+    """The bits that a plane codes in one context; all bits of a raw plane, which has no model."""
 
     section: str
     model: str | None
@@ -27,12 +26,12 @@ class Run:
 
 @dataclass
 class PlainSection:
-    """A section whose planes are read one by one.
+    """A section, whose planes are read one after the other.
 
     Attributes:
-        title: Of the section.
-        words: All of them.
-        counts: Counts of the models, which are updated as planes are read.
+        title: Name of the section, such as `motion`.
+        words: The 32-bit words of the section.
+        counts: Numbers of zeros and ones, which reading a plane updates.
     """
 
     title: str
@@ -43,40 +42,44 @@ class PlainSection:
     def __post_init__(self) -> None:
         self.coder = PlainCoder(self.words)
 
-    def plane(self, model: str, name: str, contexts: Row) -> Row:
-        """The bits of a plane, in the order of its elements."""
-        used = sorted(set(contexts))
-        stated = [context for context in used if self.coder.bit(1 << 18)]
-        codes = {context: self._code() for context in stated}
+    def read_plane(self, model: str, name: str, contexts: Row) -> Row:
+        """Return the bits of a plane, in the order of its elements."""
+        distinct_contexts = sorted(set(contexts))
+        stated_contexts = [
+            context for context in distinct_contexts if self.coder.decode_bit(1 << 18)
+        ]
+        codes = {context: self._read_code() for context in stated_contexts}
         bits = [0] * len(contexts)
-        for context in used:
+        for context in distinct_contexts:
             code = codes.get(context)
             counts = self.counts.get((model, context), [0, 0])
-            weight = weight_by_counts(*counts) if code is None else weight_of(code)
-            there = [index for index, each in enumerate(contexts) if each == context]
-            taken = [self.coder.bit(weight) for _ in there]
-            for index, bit in zip(there, taken, strict=True):
+            weight = weight_from_counts(*counts) if code is None else weight_from_code(code)
+            indices = [
+                index for index, plane_context in enumerate(contexts) if plane_context == context
+            ]
+            context_bits = [self.coder.decode_bit(weight) for _ in indices]
+            for index, bit in zip(indices, context_bits, strict=True):
                 bits[index] = bit
-            self.counts[model, context] = add_to_counts(counts, taken)
-            self._note(model, name, context, code, weight, taken)
+            self.counts[model, context] = add_to_counts(counts, context_bits)
+            self._record_run(model, name, context, code, weight, context_bits)
         return bits
 
-    def raw(self, name: str, count: int) -> Row:
-        bits = [self.coder.bit(1 << 23) for _ in range(count)]
-        self._note(None, name, None, None, 1 << 23, bits)
+    def read_raw_plane(self, name: str, count: int) -> Row:
+        bits = [self.coder.decode_bit(1 << 23) for _ in range(count)]
+        self._record_run(None, name, None, None, 1 << 23, bits)
         return bits
 
     def close(self) -> None:
         assert self.coder.state == 0, "unconsumed-words"
         assert not self.coder.words, "unconsumed-words"
 
-    def _code(self) -> int:
+    def _read_code(self) -> int:
         code = 0
         for _ in range(8):
-            code = 2 * code + self.coder.bit(1 << 23)
+            code = 2 * code + self.coder.decode_bit(1 << 23)
         return code
 
-    def _note(
+    def _record_run(
         self,
         model: str | None,
         name: str,
@@ -85,78 +88,80 @@ class PlainSection:
         weight: int,
         bits: Row,
     ) -> None:
-        taken = "".join(map(str, bits))
-        self.runs.append(Run(self.title, model, name, context, code, weight, taken))
+        bit_text = "".join(map(str, bits))
+        self.runs.append(Run(self.title, model, name, context, code, weight, bit_text))
 
 
 def open_section(title: str, stored: dict[str, Any], counts: Counts) -> PlainSection:
-    """A section with parsed fields."""
+    """Return a section for reading, from its parsed fields."""
     return PlainSection(title, list(stored["words"]), counts)
 
 
 def fixed(section: PlainSection, name: str, contexts: Row, width: int) -> Row:
     nodes = [1] * len(contexts)
-    for place in reversed(range(width)):
-        asked = [(c << width) + node for c, node in zip(contexts, nodes, strict=True)]
-        bits = section.plane(f"{name}, class", f"bit {place}", asked)
+    for bit_number in reversed(range(width)):
+        node_contexts = [(c << width) + node for c, node in zip(contexts, nodes, strict=True)]
+        bits = section.read_plane(f"{name}, class", f"bit {bit_number}", node_contexts)
         nodes = [2 * node + bit for node, bit in zip(nodes, bits, strict=True)]
     return [node - (1 << width) for node in nodes]
 
 
-def _mantissas(section: PlainSection, name: str, inner: Row, classes: Row) -> Row:
-    """The numbers; `inner` is the part of the context before `known`."""
-    known = [min(k, 1) for k in classes]
+def _read_mantissas(section: PlainSection, name: str, inner_contexts: Row, classes: Row) -> Row:
+    """The numbers; `inner_contexts` is the part of the context before `values`."""
+    values = [min(k, 1) for k in classes]
     for depth in range(max(classes, default=0)):
-        there = [index for index, k in enumerate(classes) if k > depth + 1]
-        if not there:
+        indices = [index for index, k in enumerate(classes) if k > depth + 1]
+        if not indices:
             break
         if depth < 2:
-            asked = [4 * inner[i] + known[i] for i in there]
-            bits = section.plane(f"{name}, mantissa", f"d = {depth}", asked)
+            mantissa_contexts = [4 * inner_contexts[i] + values[i] for i in indices]
+            bits = section.read_plane(f"{name}, mantissa", f"d = {depth}", mantissa_contexts)
         else:
-            bits = section.raw(f"{name}, d = {depth}", len(there))
-        for index, bit in zip(there, bits, strict=True):
-            known[index] = 2 * known[index] + bit
-    return known
+            bits = section.read_raw_plane(f"{name}, d = {depth}", len(indices))
+        for index, bit in zip(indices, bits, strict=True):
+            values[index] = 2 * values[index] + bit
+    return values
 
 
 def unsigned(section: PlainSection, name: str, contexts: Row, width: int) -> Row:
     classes = fixed(section, name, contexts, width)
-    inner = [(c << width) + k for c, k in zip(contexts, classes, strict=True)]
-    return _mantissas(section, name, inner, classes)
+    inner_contexts = [(c << width) + k for c, k in zip(contexts, classes, strict=True)]
+    return _read_mantissas(section, name, inner_contexts, classes)
 
 
 def signed(section: PlainSection, name: str, contexts: Row, width: int) -> Row:
     classes = fixed(section, name, contexts, width)
-    inner = [(c << width) + k for c, k in zip(contexts, classes, strict=True)]
-    there = [index for index, k in enumerate(classes) if k]
+    inner_contexts = [(c << width) + k for c, k in zip(contexts, classes, strict=True)]
+    indices = [index for index, k in enumerate(classes) if k]
     signs = [0] * len(classes)
-    answers = section.plane(f"{name}, sign", "", [inner[i] for i in there])
-    for index, bit in zip(there, answers, strict=True):
+    sign_bits = section.read_plane(f"{name}, sign", "", [inner_contexts[i] for i in indices])
+    for index, bit in zip(indices, sign_bits, strict=True):
         signs[index] = bit
-    inner = [2 * c + sign for c, sign in zip(inner, signs, strict=True)]
-    magnitudes = _mantissas(section, name, inner, classes)
+    inner_contexts = [2 * c + sign for c, sign in zip(inner_contexts, signs, strict=True)]
+    magnitudes = _read_mantissas(section, name, inner_contexts, classes)
     return [-m if sign else m for m, sign in zip(magnitudes, signs, strict=True)]
 
 
 def ascending(section: PlainSection, name: str, count: int, width: int) -> Row:
-    numbers, last = [], 0
+    numbers, number = [], 0
     for step in unsigned(section, name, [0] * count, width):
         assert step <= 1 << 60, "symbol-range"
-        last += step
-        numbers.append(last)
+        number += step
+        numbers.append(number)
     return numbers
 
 
-def rows_in_contexts(section: PlainSection, name: str, count: int, height: int) -> list[Row]:
-    """Rows of signed numbers, with a context for each row (SPEC 8.5)."""
-    return _rows(section, name, count, [row for row in range(height) for _ in range(count)])
+def read_rows_by_context(section: PlainSection, name: str, count: int, height: int) -> list[Row]:
+    """Return rows of signed numbers; each row has its own context (SPEC 8.5)."""
+    return _read_rows(section, name, count, [row for row in range(height) for _ in range(count)])
 
 
-def rows_in_one_context(section: PlainSection, name: str, count: int, height: int) -> list[Row]:
-    return _rows(section, name, count, [0] * (height * count))
+def read_rows_in_one_context(
+    section: PlainSection, name: str, count: int, height: int
+) -> list[Row]:
+    return _read_rows(section, name, count, [0] * (height * count))
 
 
-def _rows(section: PlainSection, name: str, count: int, contexts: Row) -> list[Row]:
-    flat = signed(section, name, contexts, 4)
-    return [flat[start : start + count] for start in range(0, len(flat), count or 1)]
+def _read_rows(section: PlainSection, name: str, count: int, contexts: Row) -> list[Row]:
+    values = signed(section, name, contexts, 4)
+    return [values[start : start + count] for start in range(0, len(values), count or 1)]

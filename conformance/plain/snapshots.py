@@ -1,9 +1,9 @@
-"""Survivors of a snapshot, SPEC 8.9 and 7.9, in plain integers, written from SPEC alone."""
+"""Reads survivors of snapshots (SPEC 7.9, 8.9) in plain integers, written from SPEC.md alone."""
 
 from plain.planes import PlainSection, fixed, signed
 from plain.state import PlainCoded, Vector
 
-# By index in the CANO: the differences of a remaining Gaussian.
+# The 14 differences of each surviving Gaussian, by its index in the CANO.
 Survivors = dict[int, Vector]
 
 _FIELDS = {
@@ -16,47 +16,47 @@ _FIELDS = {
 
 
 def read_survivors(section: PlainSection, count: int) -> Survivors:
-    """Which Gaussians of the CANO remain, and their differences."""
-    lives = section.plane("survivors, lives", "", [0] * count)
-    kept = [i for i, bit in enumerate(lives) if bit]
-    differences: list[Vector] = [[0] * 14 for _ in kept]
-    answers = [0] * len(kept)
+    """Read which Gaussians of the CANO survive, and their differences."""
+    survival_bits = section.read_plane("survivors, lives", "", [0] * count)
+    survivor_indices = [i for i, bit in enumerate(survival_bits) if bit]
+    differences: list[Vector] = [[0] * 14 for _ in survivor_indices]
+    field_masks = [0] * len(survivor_indices)
     for number, name in enumerate(_FIELDS):
-        bits = section.plane(f"survivors, {name}", "", answers)
-        answers = [a + (bit << number) for a, bit in zip(answers, bits, strict=True)]
-    for number, (name, numbers) in enumerate(_FIELDS.items()):
-        there = [d for d, a in zip(differences, answers, strict=True) if a >> number & 1]
+        bits = section.read_plane(f"survivors, {name}", "", field_masks)
+        field_masks = [a + (bit << number) for a, bit in zip(field_masks, bits, strict=True)]
+    for number, (name, rows) in enumerate(_FIELDS.items()):
+        changed = [d for d, a in zip(differences, field_masks, strict=True) if a >> number & 1]
         if name == "rotation":
-            indices = fixed(section, "survivors, index", [0] * len(there), 2)
-            for difference, index in zip(there, indices, strict=True):
-                difference[numbers.start] = index
-            numbers = numbers[1:]
-        sums = [0] * len(there)
-        for r in numbers:
+            rotation_indices = fixed(section, "survivors, index", [0] * len(changed), 2)
+            for difference, index in zip(changed, rotation_indices, strict=True):
+                difference[rows.start] = index
+            rows = rows[1:]
+        sums = [0] * len(changed)
+        for r in rows:
             contexts = [8 * r + min(s.bit_length(), 7) for s in sums]
             coded = signed(section, "survivors, differences", contexts, 4)
             sums = [s + abs(value) for s, value in zip(sums, coded, strict=True)]
-            last = 0
-            for difference, value in zip(there, coded, strict=True):
-                last = value + last if name == "position" else value
-                difference[r] = last
-    return dict(zip(kept, differences, strict=True))
+            value_so_far = 0
+            for difference, value in zip(changed, coded, strict=True):
+                value_so_far = value + value_so_far if name == "position" else value
+                difference[r] = value_so_far
+    return dict(zip(survivor_indices, differences, strict=True))
 
 
 def add_differences(canonical: list[PlainCoded], survivors: Survivors) -> list[PlainCoded]:
-    """The remaining Gaussians of the CANO, with their changes."""
-    return [_add(canonical[i], difference) for i, difference in survivors.items()]
+    """Return the surviving Gaussians of the CANO with their differences added."""
+    return [_add_difference(canonical[i], difference) for i, difference in survivors.items()]
 
 
-def sort(gaussians: list[PlainCoded]) -> list[PlainCoded]:
-    """In the order of their Morton keys."""
-    least = [min(g.position[axis] for g in gaussians) for axis in range(3)]
-    far = max(g.position[axis] - least[axis] for g in gaussians for axis in range(3))
-    assert far < 1 << 20, "symbol-range"
-    return sorted(gaussians, key=lambda g: _morton(g.position, least))
+def sort_by_key(gaussians: list[PlainCoded]) -> list[PlainCoded]:
+    """Return Gaussians in the order of their Morton keys."""
+    minimum = [min(g.position[axis] for g in gaussians) for axis in range(3)]
+    extent = max(g.position[axis] - minimum[axis] for g in gaussians for axis in range(3))
+    assert extent < 1 << 20, "symbol-range"
+    return sorted(gaussians, key=lambda g: _morton(g.position, minimum))
 
 
-def _add(g: PlainCoded, difference: Vector) -> PlainCoded:
+def _add_difference(g: PlainCoded, difference: Vector) -> PlainCoded:
     position = [p + d for p, d in zip(g.position, difference[:3], strict=True)]
     j, components = difference[3], difference[4:7]
     if j == 0:
@@ -65,6 +65,6 @@ def _add(g: PlainCoded, difference: Vector) -> PlainCoded:
     return PlainCoded(position, [(g.rotation[0] + j) % 4, *components], codes + g.codes[7:])
 
 
-def _morton(position: Vector, least: Vector) -> int:
-    offsets = [p - o for p, o in zip(position, least, strict=True)]
+def _morton(position: Vector, minimum: Vector) -> int:
+    offsets = [p - o for p, o in zip(position, minimum, strict=True)]
     return sum((v >> b & 1) << (3 * b + 2 - a) for a, v in enumerate(offsets) for b in range(20))

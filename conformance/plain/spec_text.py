@@ -1,6 +1,6 @@
-"""Reads SPEC.md: its marked tables, its sections, its generated regions.
+"""Reads SPEC.md: tables below markers, sections, and generated regions.
 
-Every function takes the text, so that checks can be tested on texts with a mistake.
+Most functions take the text as an argument, so that tests can pass a text with a mistake.
 """
 
 import re
@@ -12,62 +12,62 @@ SPEC = ROOT / "SPEC.md"
 
 
 @cache
-def text() -> str:
+def read_spec() -> str:
     return SPEC.read_text("utf-8")
 
 
-def lines_of(spec: str, marker: str) -> list[str]:
-    """The lines below `<!-- spec:marker -->` up to the first empty one."""
+def table_lines(spec: str, marker: str) -> list[str]:
+    """Return the lines between `<!-- spec:marker -->` and the next empty line."""
     parts = spec.split(f"<!-- spec:{marker} -->\n")
-    assert len(parts) == 2, f"spec:{marker} is there {len(parts) - 1} times"
+    assert len(parts) == 2, f"spec:{marker} occurs {len(parts) - 1} times, expected once"
     return parts[1].split("\n\n", 1)[0].splitlines()
 
 
-def cells_of(line: str) -> list[str]:
+def table_cells(line: str) -> list[str]:
     return [cell.strip() for cell in line.strip().strip("|").split("|")]
 
 
-def table(spec: str, marker: str) -> list[list[str]]:
-    """The rows of the table below a marker, without its header."""
-    head, rule, *rows = [cells_of(line) for line in lines_of(spec, marker)]
-    assert all(set(cell) == {"-"} for cell in rule), marker
-    assert all(len(row) == len(head) for row in rows), marker
+def read_table(spec: str, marker: str) -> list[list[str]]:
+    """Return the rows of the table below a marker, without the header."""
+    header, separator, *rows = [table_cells(line) for line in table_lines(spec, marker)]
+    assert all(set(cell) == {"-"} for cell in separator), marker
+    assert all(len(row) == len(header) for row in rows), marker
     return rows
 
 
-def records(spec: str, marker: str) -> list[dict[str, str]]:
-    """The rows of a table by the names in its header."""
-    head = cells_of(lines_of(spec, marker)[0])
-    return [dict(zip(head, row, strict=True)) for row in table(spec, marker)]
+def read_records(spec: str, marker: str) -> list[dict[str, str]]:
+    """Return the rows of the table below a marker, as dicts by column name."""
+    header = table_cells(table_lines(spec, marker)[0])
+    return [dict(zip(header, row, strict=True)) for row in read_table(spec, marker)]
 
 
-def made(spec: str, name: str) -> str:
-    """The content between the comments of a region that `make_annexes` writes."""
+def read_generated_region(spec: str, name: str) -> str:
+    """Return the content of a region that `make_annexes` writes, without its enclosing comments."""
     begin, end = f"<!-- made:{name} -->\n", f"<!-- end:{name} -->"
     assert spec.count(begin) == spec.count(end) == 1, name
     return spec.split(begin)[1].split(end)[0]
 
 
 def replace_region(spec: str, name: str, body: str) -> str:
-    """The text with other content between the comments of a region."""
-    old = made(spec, name)
+    """Return the text with the content of a generated region replaced by `body`."""
+    old_body = read_generated_region(spec, name)
     begin = f"<!-- made:{name} -->\n"
-    return spec.replace(begin + old, begin + body, 1)
+    return spec.replace(begin + old_body, begin + body, 1)
 
 
 def dump_path(name: str) -> str:
-    """Path of the dump of a stream of Annex G in the repository."""
+    """Return the path of the hex dump of a stream of Annex G, relative to the repository."""
     return f"conformance/annex-g/stream-{name}.hex"
 
 
 @cache
-def dump(name: str) -> bytes:
-    """The bytes of a stream of Annex G."""
+def read_dump(name: str) -> bytes:
+    """Return the bytes of a stream of Annex G, from its hex dump."""
     return parse_dump((ROOT / dump_path(name)).read_text("utf-8"))
 
 
 def parse_dump(dump: str) -> bytes:
-    """The bytes of lines such as `00000010: 89 51 ...`."""
+    """Return the bytes of a hex dump with lines such as `00000010: 89 51 ...`."""
     data = b""
     for line in dump.splitlines():
         offset, digits = line.split(":")
@@ -76,22 +76,22 @@ def parse_dump(dump: str) -> bytes:
     return data
 
 
-def section(spec: str, number: str) -> str:
-    """The text of a section, up to the next heading."""
-    found = re.search(rf"^### {re.escape(number)} .*?(?=^##)", spec, re.MULTILINE | re.DOTALL)
-    assert found, number
-    return found[0]
+def read_section(spec: str, number: str) -> str:
+    """Return the text of a section, up to the next heading."""
+    match = re.search(rf"^### {re.escape(number)} .*?(?=^##)", spec, re.MULTILINE | re.DOTALL)
+    assert match, number
+    return match[0]
 
 
-def sections(spec: str) -> set[str]:
-    """The numbers of all sections: `5`, `5.3`, `F.7` and so on."""
+def list_section_numbers(spec: str) -> set[str]:
+    """Return the numbers of all sections, such as `5`, `5.3` or `F.7`."""
     numbers = re.findall(r"^#{2,3} (\d+(?:\.\d+)?|[A-Z]\.\d+) ", spec, re.MULTILINE)
     return {*numbers, *re.findall(r"^## Annex ([A-Z]):", spec, re.MULTILINE)}
 
 
-def section_references(source: str) -> list[str]:
-    """The numbers after `SPEC ` in a source file; of `SPEC 6.1 to 6.3` all three."""
-    found = []
+def find_section_references(source: str) -> list[str]:
+    """Return the section numbers after `SPEC ` in a source file; of a range, the first and last."""
+    references = []
     for numbers in re.findall(r"SPEC (\d[\d., to and]*)", source):
-        found += re.findall(r"\d+(?:\.\d+)?", numbers)
-    return found
+        references += re.findall(r"\d+(?:\.\d+)?", numbers)
+    return references

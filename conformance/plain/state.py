@@ -31,7 +31,7 @@ class PlainGaussian:
 
 @dataclass
 class PlainCoded:
-    """A Gaussian of a canonical frame as it is coded: in steps, and (j, a, b, c)."""
+    """A coded Gaussian of a canonical frame: position in steps, rotation as (j, a, b, c)."""
 
     position: Vector
     rotation: Vector
@@ -46,10 +46,10 @@ class PlainState:
     gaussians: list[PlainGaussian]
     levels: list[PlainLevel]
     counts: Counts = field(default_factory=dict)
-    canonical: tuple[int, list[PlainCoded]] | None = None  # of the last CANO, for snapshots
+    canonical: tuple[int, list[PlainCoded]] | None = None  # ordinal and Gaussians of the last CANO
 
     def serialize(self, *, codes: bool = True) -> bytes:
-        """SPEC 9.1."""
+        """Return the state as bytes (SPEC 9.1), optionally without codes."""
         numbers = [len(self.gaussians), self.phase, *(g.id for g in self.gaussians)]
         columns = [g.position + g.rotation + (g.codes if codes else []) for g in self.gaussians]
         planes = [value for plane in zip(*columns, strict=True) for value in plane]

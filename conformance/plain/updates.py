@@ -1,4 +1,4 @@
-"""Updates, SPEC 8.8 and 7.8, in plain Python integers, written from SPEC alone."""
+"""Updates (SPEC 7.8, 8.8) in plain Python integers, written from SPEC.md alone."""
 
 from plain import oracle
 from plain.planes import PlainSection, signed
@@ -12,31 +12,33 @@ _FIELDS = {
     "SH DC": range(10, 13),
 }
 
-# By id: the residuals of a Gaussian that changes and stays, None if it leaves.
+# The 13 residuals of each changed Gaussian, by its id; None if the Gaussian leaves.
 Changes = dict[int, Vector | None]
 
 
 def read_updates(section: PlainSection, gaussians: list[PlainGaussian]) -> Changes:
-    """The content of the section about the Gaussians."""
-    contexts = [4 * _class(sum(map(abs, g.motion))) + g.recency for g in gaussians]
-    bits = section.plane("updates, changes", "", contexts)
-    chosen = [g for g, bit in zip(gaussians, bits, strict=True) if bit]
-    dies = section.plane("updates, dies", "", [g.recency for g in chosen])
+    """Read the updates of the Gaussians of a frame, from the section of updates."""
+    contexts = [4 * _classify_motion(sum(map(abs, g.motion))) + g.recency for g in gaussians]
+    bits = section.read_plane("updates, changes", "", contexts)
+    changed = [g for g, bit in zip(gaussians, bits, strict=True) if bit]
+    death_bits = section.read_plane("updates, dies", "", [g.recency for g in changed])
     changes: Changes = {
-        g.id: None if bit else [0] * 13 for g, bit in zip(chosen, dies, strict=True)
+        g.id: None if bit else [0] * 13 for g, bit in zip(changed, death_bits, strict=True)
     }
-    left = [residuals for residuals in changes.values() if residuals is not None]
-    answers = [0] * len(left)
+    remaining = [residuals for residuals in changes.values() if residuals is not None]
+    field_masks = [0] * len(remaining)
     for number, name in enumerate(_FIELDS):
-        bits = section.plane(f"updates, {name}", "", answers)
-        answers = [a + (bit << number) for a, bit in zip(answers, bits, strict=True)]
+        bits = section.read_plane(f"updates, {name}", "", field_masks)
+        field_masks = [a + (bit << number) for a, bit in zip(field_masks, bits, strict=True)]
     for number, rows in enumerate(_FIELDS.values()):
-        there = [r for r, a in zip(left, answers, strict=True) if a >> number & 1]
+        field_residuals = [
+            r for r, a in zip(remaining, field_masks, strict=True) if a >> number & 1
+        ]
         for row in rows:
-            sums = [sum(residuals[rows.start : row]) for residuals in there]
+            sums = [sum(residuals[rows.start : row]) for residuals in field_residuals]
             contexts = [3 * row + 1 + (s > 0) - (s < 0) for s in sums]
             values = signed(section, "updates, residuals", contexts, 4)
-            for residuals, value in zip(there, values, strict=True):
+            for residuals, value in zip(field_residuals, values, strict=True):
                 residuals[row] = value
     return changes
 
@@ -44,10 +46,10 @@ def read_updates(section: PlainSection, gaussians: list[PlainGaussian]) -> Chang
 def apply_updates(
     gaussians: list[PlainGaussian], changes: Changes, step: int, unity: int
 ) -> list[PlainGaussian]:
-    """The remaining Gaussians with their changes."""
-    left = [g for g in gaussians if changes.get(g.id, []) is not None]
-    assert left, "count"
-    for g in left:
+    """Return the Gaussians that do not leave, with the changes applied."""
+    remaining = [g for g in gaussians if changes.get(g.id, []) is not None]
+    assert remaining, "count"
+    for g in remaining:
         g.recency = 0 if g.id in changes else min(g.recency + 1, 3)
         residuals = changes.get(g.id)
         if residuals:
@@ -55,11 +57,11 @@ def apply_updates(
             assert max(map(abs, g.position)) < 1 << 23, "position-range"
             assert max(map(abs, residuals[3:6])) <= 256, "symbol-range"
             if any(residuals[3:6]):
-                g.rotation = oracle.turn(g.rotation, [unity, *residuals[3:6]])
+                g.rotation = oracle.rotate(g.rotation, [unity, *residuals[3:6]])
             g.codes[:7] = [c + r for c, r in zip(g.codes[:7], residuals[6:], strict=True)]
             assert max(map(abs, g.codes)) <= 32767, "code-range"
-    return left
+    return remaining
 
 
-def _class(value: int) -> int:
+def _classify_motion(value: int) -> int:
     return (value > 0) + (value > 1) + (value > 3)

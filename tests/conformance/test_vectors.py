@@ -39,7 +39,7 @@ def test_many_streams_are_invalid_or_damaged():
 
 
 def test_every_reject_id_has_an_invalid_stream_with_that_fault_alone():
-    known = {row[0] for row in spec_text.table(spec_text.text(), "rejects")}
+    known = {row[0] for row in spec_text.read_table(spec_text.read_spec(), "rejects")}
     message = {
         vector["decode"]["refused"][0]
         for vector in VECTORS

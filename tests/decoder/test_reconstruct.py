@@ -47,7 +47,7 @@ def test_motion_matches_plain_integers(seed, components):
         ]
         w = header.rotation_unity * header.level_count + (sums[3] if components == 4 else 0)
         rotation = started.scene.rotations[:, i].tolist()
-        expected = oracle.turn(rotation, [w, *sums[-3:]]) if any(sums[3:]) else rotation
+        expected = oracle.rotate(rotation, [w, *sums[-3:]]) if any(sums[3:]) else rotation
         assert moved.scene.positions[:, i].tolist() == position
         assert moved.scene.rotations[:, i].tolist() == expected
         assert moved.motion[:, i].tolist() == sums

@@ -29,7 +29,7 @@ def test_a_rotation_matches_plain_integers(first, second):
 
     turned = rotate(rotation, normalize_sums(np.array(second)[:, None]))
 
-    assert turned[:, 0].tolist() == oracle.turn(rotation[:, 0].tolist(), list(second))
+    assert turned[:, 0].tolist() == oracle.rotate(rotation[:, 0].tolist(), list(second))
 
 
 def test_the_residual_is_on_the_right():

@@ -76,7 +76,7 @@ def coder_steps() -> str:
     for bit, weight in _BITS:
         left, before = len(coder.words), coder.state
         taken = f"{coder.words[-1]:08x}" if coder.words else "none"
-        assert coder.bit(weight) == bit
+        assert coder.decode_bit(weight) == bit
         taken = taken if len(coder.words) < left else "none"
         rows.append((str(weight), f"{before:016x}", taken, str(bit), f"{coder.state:016x}"))
     decoded = render_table(("weight", "state before", "word", "bit", "state after"), rows)

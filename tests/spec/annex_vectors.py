@@ -102,7 +102,9 @@ def answer_decode(bits: str, weights: str) -> str:
     """The words, if they decode to exactly these bits."""
     found = answer_encode(bits, weights)
     coder = PlainCoder(numbers(found.replace("none", ""), 16))
-    assert [coder.bit(weight) for weight in numbers(weights)] == [int(b) for b in bits.split()]
+    assert [coder.decode_bit(weight) for weight in numbers(weights)] == [
+        int(b) for b in bits.split()
+    ]
     assert coder.state == 0
     assert not coder.words
     return found

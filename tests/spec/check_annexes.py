@@ -29,7 +29,7 @@ _MADE: dict[str, str] = {}
 def made_regions() -> dict[str, str]:
     """The output of `make_annexes` for the current text, computed once."""
     if not _MADE:
-        _MADE.update(make_regions(spec_text.text()))
+        _MADE.update(make_regions(spec_text.read_spec()))
     return _MADE
 
 
@@ -38,26 +38,28 @@ def check_regions(spec: str) -> None:
     regions = made_regions()
     assert sorted(re.findall(r"<!-- made:(\S+) -->", spec)) == sorted(regions)
     for name, body in regions.items():
-        assert spec_text.made(spec, name) == body, f"{name}: make_annexes.py makes it anew"
+        assert spec_text.read_generated_region(spec, name) == body, (
+            f"{name}: make_annexes.py makes it anew"
+        )
 
 
 def check_vectors(spec: str) -> None:
     for table in TABLES:
-        rows = spec_text.table(spec, f"vectors {table.marker}")
+        rows = spec_text.read_table(spec, f"vectors {table.marker}")
         assert len(rows) == len(table.inputs)
         for *cells, answer in rows:
             assert table.package(*cells) == table.twin(*cells) == answer, (table.marker, cells)
 
 
 def check_random123(spec: str) -> None:
-    rows = spec_text.table(spec, "vectors philox")
+    rows = spec_text.read_table(spec, "vectors philox")
     known = [[cell.strip() for cell in row] for row in _RANDOM123]
     assert rows[: len(known)] == known
 
 
 def check_widths(spec: str) -> None:
-    sections = spec_text.sections(spec)
-    for name, least, greatest, bits, section in spec_text.table(spec, "widths"):
+    sections = spec_text.list_section_numbers(spec)
+    for name, least, greatest, bits, section in spec_text.read_table(spec, "widths"):
         assert bits == annex_widths.bits_of(int(least), int(greatest)), name
         assert section in sections, name
         assert int(bits[1:]) <= 64, name
@@ -71,8 +73,8 @@ def check_dump(name: str, data: bytes) -> None:
 def check_offsets(spec: str) -> None:
     """The rows of the fields contain the bytes of the dumps."""
     for name in streams():
-        dump, offset = spec_text.dump(name), 0
-        for row in spec_text.records(spec, f"fields {name}"):
+        dump, offset = spec_text.read_dump(name), 0
+        for row in spec_text.read_records(spec, f"fields {name}"):
             assert int(row["offset"], 16) == offset, row
             taken = bytes.fromhex(row["bytes"].replace("none", ""))
             assert dump[offset : offset + len(taken)] == taken, row
@@ -83,16 +85,16 @@ def check_offsets(spec: str) -> None:
 def check_fields(spec: str) -> None:
     """The plain decoder, using the tables of the text, finds in the dump what the rows state."""
     for name in streams():
-        stream = decode_plain(spec, spec_text.dump(name))
-        body = spec_text.made(spec, f"stream-{name}")
+        stream = decode_plain(spec, spec_text.read_dump(name))
+        body = spec_text.read_generated_region(spec, f"stream-{name}")
         assert fields(stream, name) in body, name
 
 
 def check_states(spec: str) -> None:
     """The package decodes the dumps to the digests and states in the text."""
     for name in streams():
-        scenes = list(decode(spec_text.dump(name)))
-        rows = spec_text.records(spec, f"digests {name}")
+        scenes = list(decode(spec_text.read_dump(name)))
+        rows = spec_text.read_records(spec, f"digests {name}")
         for scene, row in zip(scenes, rows, strict=True):
             assert compute_digest(scene) == row["SHA-256 of the serialization"].strip("`")
             assert (scene.frame, scene.phase, scene.count) == (
@@ -100,7 +102,7 @@ def check_states(spec: str) -> None:
                 int(row["phase"]),
                 int(row["N"]),
             )
-            message = spec_text.table(spec, f"state {name}{scene.frame}")
+            message = spec_text.read_table(spec, f"state {name}{scene.frame}")
             assert [[numbers(cell) for cell in cells] for cells in message] == _columns(scene)
 
 

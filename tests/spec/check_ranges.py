@@ -43,7 +43,7 @@ _PAYLOADS: dict[str, tuple[Values, Callable[[bytes], object], bytes]] = {
 
 def check_ranges(spec: str) -> None:
     for marker, (values, parse, prefix) in _PAYLOADS.items():
-        rows = spec_text.records(spec, f"syntax {marker}")
+        rows = spec_text.read_records(spec, f"syntax {marker}")
         for row in rows:
             if row["field"] in _VERSION:
                 continue
@@ -80,7 +80,7 @@ def _edges(spec: str, message: str, kind: str) -> Cases:
     if not words:
         return [0, greatest], []
     if words[0] == "of":
-        levels = [int(row[0]) for row in spec_text.table(spec, "levels")]
+        levels = [int(row[0]) for row in spec_text.read_table(spec, "levels")]
         return levels, [level for level in range(256) if level not in levels]
     least = int(words[1] if words[0] == ">=" else words[0])
     most = greatest if words[0] == ">=" else int(words[2])

@@ -27,34 +27,38 @@ def _leaves(kind: type) -> list[type]:
 
 
 def check_constants(spec: str) -> None:
-    message = {name: float(value) for name, value, _ in spec_text.table(spec, "constants")}
+    message = {name: float(value) for name, value, _ in spec_text.read_table(spec, "constants")}
     coded = {
         name: float(value)
         for name, value in vars(constants).items()
         if name.isupper() and isinstance(value, int | float) and name != "UNLIMITED"
     }
     assert message == coded
-    assert len(message) == len(spec_text.table(spec, "constants"))
+    assert len(message) == len(spec_text.read_table(spec, "constants"))
 
 
 def check_sections_of_constants(spec: str) -> None:
-    for name, _, meaning in spec_text.table(spec, "constants"):
-        assert set(re.findall(r"section (\d+(?:\.\d+)?)", meaning)) <= spec_text.sections(spec), (
-            name
-        )
+    for name, _, meaning in spec_text.read_table(spec, "constants"):
+        assert set(
+            re.findall(r"section (\d+(?:\.\d+)?)", meaning)
+        ) <= spec_text.list_section_numbers(spec), name
 
 
 def check_levels(spec: str) -> None:
-    message = {int(row[0]): tuple(map(int, row[1:])) for row in spec_text.table(spec, "levels")}
+    message = {
+        int(row[0]): tuple(map(int, row[1:])) for row in spec_text.read_table(spec, "levels")
+    }
     assert message == {level: tuple(limits) for level, limits in constants.LEVELS.items()}
 
 
 def check_rejects(spec: str) -> None:
-    rows = spec_text.table(spec, "rejects")
+    rows = spec_text.read_table(spec, "rejects")
     message = [row[0] for row in rows]
     assert sorted(message) == sorted(leaf.reject_id for leaf in _leaves(errors.BitstreamError))
     for row in rows:
-        assert set(re.findall(r"\d+(?:\.\d+)?", row[2])) <= spec_text.sections(spec), row
+        assert set(re.findall(r"\d+(?:\.\d+)?", row[2])) <= spec_text.list_section_numbers(spec), (
+            row
+        )
         assert row[3] in {"refuse", "resume", "resume, skip"}, row
         assert row[4] == ("nothing" if row[0] in _AT_HEAD else "frames before"), row
 
@@ -72,17 +76,17 @@ def check_version(spec: str) -> None:
 
 def check_formulas(spec: str) -> None:
     """Numbers in formulas that are not in a table."""
-    ranks = spec_text.section(spec, "6.2")
+    ranks = spec_text.read_section(spec, "6.2")
     assert [int(word, 16) for word in re.findall(r"0x([0-9A-F]{8})", ranks)] == [
         *(int(multiplier) for multiplier in philox._MULTIPLIERS),
         *philox._KEY_STEPS,
     ]
-    crc = re.findall(r"0x([0-9A-F]{8})", spec_text.section(spec, "4.5"))
+    crc = re.findall(r"0x([0-9A-F]{8})", spec_text.read_section(spec, "4.5"))
     reflected = int(f"{int(crc[0], 16):032b}"[::-1], 2)
     assert [int(word, 16) for word in crc[1:]] == [
         *((1 << 32) - 1, zlib.crc32(b"123456789"), (1 << 32) - 1, reflected, (1 << 32) - 1),
     ]
-    color = spec_text.section(spec, "10.2")
+    color = spec_text.read_section(spec, "10.2")
     kernels = (spec_text.ROOT / "quarc_ref/rendering/projection_kernels.py").read_text("utf-8")
     for name in ("C0", "C1"):
         message = re.search(rf"{name} = ([\d.]+\d)", color)[1]
@@ -92,7 +96,7 @@ def check_formulas(spec: str) -> None:
 def check_syntax(spec: str) -> None:
     for name in SYNTAX:
         layout = getattr(layouts, name)
-        message = [(row[0], row[1]) for row in spec_text.table(spec, f"syntax {name}")]
+        message = [(row[0], row[1]) for row in spec_text.read_table(spec, f"syntax {name}")]
         assert message == _rows(layout), name
 
 

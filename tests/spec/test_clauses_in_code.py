@@ -3,7 +3,7 @@
 import re
 
 from plain import spec_text
-from plain.clauses import clauses
+from plain.clauses import parse_clauses
 
 # Implemented by the decoder as a whole, not by a particular line.
 _WHOLE = {"1-1", "1-2", "1-3"}
@@ -21,12 +21,12 @@ def _named():
 
 
 def test_every_clause_for_decoders_is_named_in_the_code():
-    known = {clause.number for clause in clauses(spec_text.text())}
+    known = {clause.number for clause in parse_clauses(spec_text.read_spec())}
 
     assert known - _WHOLE - _OF_ENCODERS - _named() == set()
 
 
 def test_the_code_names_only_existing_clauses():
-    known = {clause.number for clause in clauses(spec_text.text())}
+    known = {clause.number for clause in parse_clauses(spec_text.read_spec())}
 
     assert _named() - known == set()

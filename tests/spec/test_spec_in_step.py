@@ -19,19 +19,19 @@ CHECKS = (
 
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
 def test_the_specification_agrees_with_the_code(check):
-    check(spec_text.text())
+    check(spec_text.read_spec())
 
 
 @pytest.mark.parametrize("name", ["A", "B", "C", "D"])
 def test_the_dumps_of_annex_g_are_the_streams(name):
-    check_annexes.check_dump(name, spec_text.dump(name))
+    check_annexes.check_dump(name, spec_text.read_dump(name))
 
 
 def test_every_section_that_the_code_names_exists():
-    known, missing = spec_text.sections(spec_text.text()), {}
+    known, missing = spec_text.list_section_numbers(spec_text.read_spec()), {}
     for folder in ("quarc_ref", "tests"):
         for path in sorted((spec_text.ROOT / folder).rglob("*.py")):
-            wrong = set(spec_text.section_references(path.read_text("utf-8"))) - known
+            wrong = set(spec_text.find_section_references(path.read_text("utf-8"))) - known
             if wrong:
                 missing[path.name] = wrong
 
@@ -40,7 +40,7 @@ def test_every_section_that_the_code_names_exists():
 
 def test_the_sizes_of_fixed_parts_match_the_specification():
     assert layouts.CHUNK_HEADER.sizeof() == constants.CHUNK_HEADER_BYTES
-    message = re.search(r"The payload of HEAD has (\d+) bytes", spec_text.text())
+    message = re.search(r"The payload of HEAD has (\d+) bytes", spec_text.read_spec())
     assert len(wire.build_stream_header(StreamHeader())) == int(message[1])
     assert layouts.SECTION.build({"word_count": 0, "words": b""}) == bytes(
         constants.SECTION_HEADER_BYTES
@@ -49,6 +49,6 @@ def test_the_sizes_of_fixed_parts_match_the_specification():
 
 def test_no_line_of_the_specification_is_longer_than_125():
     tables = ("|", "    ", "<!--")
-    lines = spec_text.text().splitlines()
+    lines = spec_text.read_spec().splitlines()
 
     assert [line for line in lines if len(line) > 125 and not line.startswith(tables)] == []

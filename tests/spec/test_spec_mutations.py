@@ -14,7 +14,7 @@ from tests.spec import check_annexes, check_ranges, check_tables
 from tests.spec.vector_tables import TABLES
 
 Check = Callable[[str], None]
-TEXT = spec_text.text()
+TEXT = spec_text.read_spec()
 
 
 def _block(spec: str, marker: str) -> tuple[int, int]:
@@ -44,14 +44,14 @@ def _other_name(line: str) -> Iterator[str]:
 
 
 def _other_type(line: str) -> Iterator[str]:
-    name, kind, *rest = spec_text.cells_of(line)
+    name, kind, *rest = spec_text.table_cells(line)
     others = {"u8": "u16", "u16": "u8", "u32": "i32", "i32": "u32", "u64": "u32", "f32": "u32"}
     yield f"| {name} | {others.get(kind, 'u8')} | {' | '.join(rest)} |"
 
 
 def _other_cell(line: str) -> Iterator[str]:
     """A row with one of its cells, each in turn, changed in its last letter."""
-    cells = spec_text.cells_of(line)
+    cells = spec_text.table_cells(line)
     for i, cell in enumerate(cells):
         other = cell[:-1] + ("1" if cell[-1:] != "1" else "2")
         yield "| " + " | ".join([*cells[:i], other, *cells[i + 1 :]]) + " |"
@@ -80,7 +80,7 @@ def _expect_red(texts: Iterator[str], check: Check, at_least: int) -> None:
 @pytest.mark.parametrize("mutate", [_next_number, _other_name])
 def test_a_wrong_constant_is_detected(mutate):
     def values(line: str) -> Iterator[str]:
-        name, value, meaning = spec_text.cells_of(line)
+        name, value, meaning = spec_text.table_cells(line)
         for other in mutate(f"| {name} | {value} |"):
             yield f"{other} {meaning} |" if other else other
 
@@ -105,7 +105,7 @@ def test_a_wrong_row_of_syntax_is_detected(name, mutate):
 @pytest.mark.parametrize("name", ["STREAM_HEADER", "CANONICAL", "FRAME"])
 def test_a_wrong_range_is_detected(name):
     def ranges(line: str) -> Iterator[str]:
-        field, kind, message, meaning = spec_text.cells_of(line)
+        field, kind, message, meaning = spec_text.table_cells(line)
         others = _next_number(message) if message and not message.startswith("of") else iter(())
         for other in others:
             yield f"| {field} | {kind} | {other} | {meaning} |"
@@ -122,7 +122,7 @@ def test_a_wrong_number_in_a_formula_is_detected():
             ("4.5", "0x[0-9A-F]{7}"),
             ("10.2", r"\.\d{5}"),
         ):
-            section = spec_text.section(TEXT, number)
+            section = spec_text.read_section(TEXT, number)
             for found in re.finditer(digits, section):
                 digit = "1" if section[found.end()] != "1" else "2"
                 yield TEXT.replace(
@@ -146,7 +146,7 @@ def test_swapped_rows_of_syntax_are_detected():
 
 @pytest.mark.parametrize("name", ["A", "B", "C"])
 def test_a_wrong_byte_of_a_dump_is_detected(name):
-    data = spec_text.dump(name)
+    data = spec_text.read_dump(name)
     for place in range(len(data)):
         other = bytes([*data[:place], data[place] ^ 1, *data[place + 1 :]])
         with pytest.raises(AssertionError):
@@ -166,7 +166,7 @@ def test_a_wrong_digest_or_number_of_a_frame_is_detected(name):
 @pytest.mark.parametrize("name", [table.marker for table in TABLES])
 def test_a_wrong_known_answer_is_detected(name):
     def answers(line: str) -> Iterator[str]:
-        *cells, answer = spec_text.cells_of(line)
+        *cells, answer = spec_text.table_cells(line)
         other = answer[:-1] + ("1" if answer[-1] != "1" else "2")
         yield f"| {' | '.join(cells)} | {other} |"
 

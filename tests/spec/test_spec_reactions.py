@@ -28,7 +28,7 @@ def test_the_stream_without_a_fault_is_valid():
 def test_every_reaction_in_the_specification_has_a_case_and_no_other():
     message = {
         (row["reject id"], reaction)
-        for row in spec_text.records(spec_text.text(), "rejects")
+        for row in spec_text.read_records(spec_text.read_spec(), "rejects")
         for reaction in row["reaction"].split(", ")
     }
 

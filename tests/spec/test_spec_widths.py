@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from plain import oracle
-from plain.coder import add_to_counts, weight_by_counts
+from plain.coder import add_to_counts, weight_from_counts
 from tests.spec import annex_widths
 
 BOUNDS = {name: (least, greatest) for name, least, greatest, _ in annex_widths.bounds()}
@@ -37,14 +37,14 @@ def rotations(draw) -> list[int]:
         left = isqrt((1 << (2 * bits)) - sum(v * v for v in others))
         others[place] = draw(st.one_of(st.sampled_from([-left, 0, left]), st.integers(-left, left)))
     rotation = oracle.expand_rotation(draw(st.integers(0, 3)), others, bits)
-    return oracle.turn(rotation, draw(sums())) if draw(st.booleans()) else rotation
+    return oracle.rotate(rotation, draw(sums())) if draw(st.booleans()) else rotation
 
 
 @given(rotations(), sums())
 def test_a_rotation_of_one_step_stays_within_the_widths(rotation, vector):
     squared = sum(v * v for v in vector)
     residual = oracle.normalize(vector, 20)
-    products = oracle.hamilton(rotation, residual)
+    products = oracle.multiply_quaternions(rotation, residual)
     divided = [oracle.divide_round(v, ONE) for v in products]
 
     assert _within("L x `rotation_unity` + W'", vector[0])
@@ -73,13 +73,13 @@ def test_counts_and_their_weights_stay_within_the_widths(before, share, zeros, o
     after = add_to_counts(counts, [0] * zeros + [1] * ones)
 
     assert _within("zeros, ones, zeros + ones, between planes", *after, sum(after))
-    assert _within("weight of a 1, by counts", weight_by_counts(*after))
+    assert _within("weight of a 1, by counts", weight_from_counts(*after))
 
 
 def test_the_widths_of_counts_are_reached():
     least, greatest = BOUNDS["weight of a 1, by counts"]
 
-    assert (weight_by_counts(4096, 0), weight_by_counts(0, 4096)) == (least, greatest)
+    assert (weight_from_counts(4096, 0), weight_from_counts(0, 4096)) == (least, greatest)
     assert BOUNDS["(2 ones + 1) x 2^24"][1] == (2 * 4096 + 1) << 24
     assert BOUNDS["done, each channel"] == (-130, 130)
     assert BOUNDS["expected, each channel; f"] == (-325, 325)

@@ -6,7 +6,7 @@ from math import isqrt
 import numpy as np
 
 from plain import oracle
-from plain.coder import weight_by_counts, weight_of
+from plain.coder import weight_from_code, weight_from_counts
 from quarc_ref.format import arithmetic
 from quarc_ref.format.coding.probability import weight_of_code
 from tests.spec import annex_vectors as vectors
@@ -119,7 +119,7 @@ TABLES = (
             ("3, -4194304, 1, 0", "-64, 1, 0, 0"),
         ),
         vectors.answer_turn,
-        lambda q, sums: vectors.listed(oracle.turn(vectors.numbers(q), vectors.numbers(sums))),
+        lambda q, sums: vectors.listed(oracle.rotate(vectors.numbers(q), vectors.numbers(sums))),
     ),
     vectors.VectorTable(
         "weights",
@@ -129,7 +129,7 @@ TABLES = (
             *(("100", "3"), ("4095", "0"), ("4096", "0"), ("0", "4096"), ("2048", "2048")),
         ),
         vectors.answer_weight,
-        lambda zeros, ones: str(weight_by_counts(int(zeros), int(ones))),
+        lambda zeros, ones: str(weight_from_counts(int(zeros), int(ones))),
     ),
     vectors.VectorTable(
         "counts",
@@ -192,5 +192,5 @@ def codes_table() -> str:
         (f"{8 * e} to {8 * e + 7}", *(str(weight_of_code(8 * e + m)) for m in range(8)))
         for e in range(15)
     ]
-    assert all(weight_of_code(code) == weight_of(code) for code in range(240))
+    assert all(weight_of_code(code) == weight_from_code(code) for code in range(240))
     return "<!-- spec:vectors codes -->\n" + vectors.render_table(head, rows)
