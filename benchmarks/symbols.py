@@ -25,7 +25,7 @@ from quarc_ref.decoder.reconstruct import begin_frame, motion_contexts, move
 from quarc_ref.decoder.state import State
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.coding.ans import PythonBitDecoder
-from quarc_ref.format.coding.entropy import HAS_CONSTRICTION, decoding_with, open_fastest
+from quarc_ref.format.coding.entropy import HAS_CONSTRICTION, make_fastest_decoder, use_bit_decoder
 from quarc_ref.format.coding.gaussian_planes import read_births, write_births
 from quarc_ref.format.coding.motion_planes import read_motion, write_motion
 from quarc_ref.format.records import Births, Gaussians, StreamHeader
@@ -161,8 +161,8 @@ def choose_readers() -> dict[str, AbstractContextManager[None]]:
     """Return contexts that select the available decoders, by name, the fastest first."""
     readers: dict[str, AbstractContextManager[None]] = {}
     if HAS_CONSTRICTION:
-        readers["constriction"] = decoding_with(open_fastest)
-    readers["python"] = decoding_with(PythonBitDecoder)
+        readers["constriction"] = use_bit_decoder(make_fastest_decoder)
+    readers["python"] = use_bit_decoder(PythonBitDecoder)
     return readers
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from quarc_ref.format.coding.entropy import decoding_with
+from quarc_ref.format.coding.entropy import use_bit_decoder
 from quarc_ref.inspection.cross_check import CrossCheckingDecoder
 from tests.clusters import run_cluster
 
@@ -69,7 +69,7 @@ def pytest_collection_modifyitems(config, items):
 def both_entropy_decoders():
     """Decode every section with both decoders, which must agree."""
     coders = CrossCheckingDecoder()
-    with decoding_with(coders.open):
+    with use_bit_decoder(coders.open):
         yield coders
 
 

@@ -14,7 +14,7 @@ from types import FrameType
 from hostile.both_engines import decode_by_both_engines
 from hostile.forging import forge_state_crcs
 from quarc_ref.decoder import dequantize
-from quarc_ref.format.coding.entropy import decoding_with
+from quarc_ref.format.coding.entropy import use_bit_decoder
 from quarc_ref.format.errors import (
     BitstreamError,
     EditError,
@@ -119,7 +119,7 @@ def _decode(data: bytes) -> Iterator[object]:
 
 def _decode_twice(data: bytes) -> Iterator[object]:
     """Decode with both entropy decoders; a difference counts as an escape."""
-    with decoding_with(CrossCheckingDecoder().open):
+    with use_bit_decoder(CrossCheckingDecoder().open):
         yield from decode(data)
 
 

@@ -7,7 +7,7 @@ _MOTION = "format/coding/motion_planes.py"
 _GAUSSIANS = "format/coding/gaussian_planes.py"
 _WEIGHT = "((2 * ones + 1) << WEIGHT_BITS) // (2 * (zeros + ones) + 2)"
 _OPENED = "    reader = PlaneReader(section, counts)\n"
-_HALVED = "seen[0] + seen[1] > COUNT_LIMIT)"
+_HALVED = "updated[0] + updated[1] > COUNT_LIMIT)"
 
 MUTANTS = (
     mutant(
@@ -19,8 +19,8 @@ MUTANTS = (
     mutant(
         "last word of 0 taken",
         "format/coding/entropy.py",
-        "    return (_opener.get() or open_fastest)(words)",
-        "    return (_opener.get() or open_fastest)(np.trim_zeros(words, 'b'))",
+        "    return (_decoder_override.get() or make_fastest_decoder)(words)",
+        "    return (_decoder_override.get() or make_fastest_decoder)(np.trim_zeros(words, 'b'))",
     ),
     mutant(
         "counts of motion reset in every frame",
@@ -34,8 +34,10 @@ MUTANTS = (
         "read_births(section, header.code_planes, count, state.birth_counts)",
         "read_births(section, header.code_planes, count, type(state.birth_counts)())",
     ),
-    mutant("counts never halved", _CONTEXTS, _HALVED, "seen[0] + seen[1] > 1 << 40)"),
-    mutant("counts halved one too early", _CONTEXTS, _HALVED, "seen[0] + seen[1] >= COUNT_LIMIT)"),
+    mutant("counts never halved", _CONTEXTS, _HALVED, "updated[0] + updated[1] > 1 << 40)"),
+    mutant(
+        "counts halved one too early", _CONTEXTS, _HALVED, "updated[0] + updated[1] >= COUNT_LIMIT)"
+    ),
     mutant("weights one too large", _CONTEXTS, _WEIGHT, f"{_WEIGHT} + 1"),
     mutant(
         "sections without words are not counted",
@@ -78,7 +80,7 @@ MUTANTS = (
     mutant(
         "differences of keys not limited",
         _GAUSSIANS,
-        "if steps.max(initial=0) > _STEP_LIMIT:",
+        "if differences.max(initial=0) > _DIFFERENCE_LIMIT:",
         "if False:",
     ),
     mutant(
@@ -96,8 +98,8 @@ MUTANTS = (
     mutant(
         "square root 1 too large above 2^52",
         "format/arithmetic.py",
-        "root: Int64 = guess - (guess * guess > values)",
-        "root: Int64 = guess",
+        "root: Int64 = estimate - (estimate * estimate > values)",
+        "root: Int64 = estimate",
         alone="unit",
     ),
     mutant(

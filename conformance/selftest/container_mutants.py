@@ -12,10 +12,10 @@ MUTANTS = (
     mutant(
         "payload CRC ignored",
         _CONTAINER,
-        'if crc != int.from_bytes(stored, "little"):',
+        'if crc != int.from_bytes(stored_crc, "little"):',
         "if crc is None:",
     ),
-    mutant("header CRC ignored", _CONTAINER, "if not header_crc_holds(data):", "if False:"),
+    mutant("header CRC ignored", _CONTAINER, "if not is_header_crc_valid(data):", "if False:"),
     mutant("sequence ignored", _READER, "if header.sequence != self.sequence:", "if False:"),
     mutant("critical bit ignored", _CONTAINER, _UNKNOWN, "if False:"),
     mutant("unknown ancillary chunks refused", _CONTAINER, _UNKNOWN, "if not is_known:"),
@@ -46,7 +46,7 @@ MUTANTS = (
     mutant(
         "INDX unchecked",
         _STREAM,
-        "if self._is_whole and index != self._passed.followed_by(self._points):",
+        "if self._is_whole and index != self._passed.with_appended(self._points):",
         "if False:",
     ),
     mutant(

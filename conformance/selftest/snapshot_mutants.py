@@ -25,13 +25,13 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "positions not relative to the previous survivor",
         _PLANES,
-        "            coded[field, there] = np.cumsum(steps, axis=1)\n",
-        "            coded[field, there] = steps\n",
+        "            coded[field, changed] = np.cumsum(steps, axis=1)\n",
+        "            coded[field, changed] = steps\n",
     ),
     mutant(
         "components added despite another index",
         _PLANES,
-        "    sums[components, turned] = rows[components, turned]\n",
+        "    sums[components, index_changed] = rows[components, index_changed]\n",
         "",
     ),
     mutant(
@@ -43,13 +43,13 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "fields of survivors without contexts",
         _PLANES,
-        'planes.code(f"survivors, {name}", answers, differs)',
-        'planes.code(f"survivors, {name}", 0 * answers, differs)',
+        'planes.code(f"survivors, {name}", changed_fields, is_changed)',
+        'planes.code(f"survivors, {name}", 0 * changed_fields, is_changed)',
     ),
     mutant(
         "differences without contexts",
         _PLANES,
-        "        so_far += np.abs(coded[place])\n",
+        "        magnitude_sums += np.abs(coded[row_index])\n",
         "",
     ),
     mutant(
@@ -80,7 +80,7 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "seeking to a snapshot without its CANO",
         _SEEK,
-        "    place = points.of_frame(_read_number(reader, header, _FRAME_BYTES))",
+        "    place = points.find_frame(_read_number(reader, header, _FRAME_BYTES))",
         "    place = points[0]",
     ),
     mutant(
@@ -98,7 +98,7 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "snapshots in every stream",
         _CONTAINER,
-        "        is_known = stream is not None and stream.snapshots\n",
+        "        is_known = stream_header is not None and stream_header.snapshots\n",
         "        is_known = True\n",
     ),
 )

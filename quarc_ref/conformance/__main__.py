@@ -14,7 +14,7 @@ from quarc_ref.conformance.jobs import CAPABILITIES, answer_jobs, describe_strea
 from quarc_ref.decoder.engine import REFERENCE
 from quarc_ref.decoder.engines import use_engine
 from quarc_ref.format.coding.ans import PythonBitDecoder
-from quarc_ref.format.coding.entropy import decoding_with
+from quarc_ref.format.coding.entropy import use_bit_decoder
 from quarc_ref.streams.sources import PipeSource
 
 _REJECTED = 1
@@ -27,7 +27,7 @@ def main() -> int:
     with ExitStack() as stack:
         if options.coder == "python":
             stack.enter_context(use_engine(REFERENCE))
-            stack.enter_context(decoding_with(PythonBitDecoder))
+            stack.enter_context(use_bit_decoder(PythonBitDecoder))
         if options.capabilities:
             sys.stdout.write(json.dumps(CAPABILITIES) + "\n")
             return 0

@@ -114,13 +114,13 @@ def _weight_by_counts(zeros: int, ones: int) -> int:
 
 def _add_counts(before: list[int], plane: list[int]) -> list[int]:
     counts = _counts(tuple(before))
-    counts.learn(_MODEL, np.array([0]), np.array([plane[0]]), np.array([plane[1]]))
-    return _list(counts.of(_MODEL, np.array([0])))
+    counts.add_bits(_MODEL, np.array([0]), np.array([plane[0]]), np.array([plane[1]]))
+    return _list(counts.lookup(_MODEL, np.array([0])))
 
 
 def _counts(seen: tuple[int, ...]) -> ContextCounts:
     counts = ContextCounts()
-    counts.learn(_MODEL, np.array([0]), np.array([seen[0]]), np.array([seen[1]]))
+    counts.add_bits(_MODEL, np.array([0]), np.array([seen[0]]), np.array([seen[1]]))
     return counts
 
 

@@ -50,7 +50,7 @@ class StreamDecoder:
         self._header: StreamHeader | None = None
         self._state: FrameState | None = None
         self._frame_count = 0
-        self._passed = SeekPoints.of(())
+        self._passed = SeekPoints.from_records(())
         self._points: list[SeekPoint] = []
         self._index_offset = 0
         self._sought: SeekPoint | None = None
@@ -81,7 +81,7 @@ class StreamDecoder:
             BitstreamError: The CANO is invalid.
         """
         if canonical is not None:
-            self._decode_canonical(canonical, points.at(canonical.offset))
+            self._decode_canonical(canonical, points.find_offset(canonical.offset))
         if points:
             self._passed = points[:-1]
             self._frame_count = points[-1].frame - points[0].frame
@@ -189,7 +189,7 @@ class StreamDecoder:
     def _take_index(self, chunk: Chunk) -> None:
         index = wire.parse_index(chunk.payload)
         # As [5.9-1], [5.9-2] and [11.4-3] ask.
-        if self._is_whole and index != self._passed.followed_by(self._points):
+        if self._is_whole and index != self._passed.with_appended(self._points):
             message = "INDX does not list the canonical frames of the stream"
             raise IndexMismatchError(message)
         self.index, self._index_offset = index, chunk.offset

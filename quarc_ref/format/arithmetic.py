@@ -32,8 +32,8 @@ def isqrt(values: Int64) -> Int64:
     Args:
         values: Integers from 0 to 2^62.
     """
-    guess: Int64 = np.sqrt(values.astype(np.float64)).astype(np.int64)
-    root: Int64 = guess - (guess * guess > values)
+    estimate: Int64 = np.sqrt(values.astype(np.float64)).astype(np.int64)
+    root: Int64 = estimate - (estimate * estimate > values)
     return root + ((root + 1) * (root + 1) <= values)
 
 
@@ -43,7 +43,7 @@ def bit_length(values: Int64) -> Int64:
     Args:
         values: Integers from 0 to 2^62 - 1.
     """
-    return np.searchsorted(_POWERS, values, side="right")
+    return np.searchsorted(_POWERS_OF_TWO, values, side="right")
 
 
-_POWERS = np.left_shift(np.int64(1), np.arange(62, dtype=np.int64))
+_POWERS_OF_TWO = np.left_shift(np.int64(1), np.arange(62, dtype=np.int64))

@@ -12,13 +12,13 @@ class Camera:
     with x to the right and y down.
 
     Attributes:
-        name: Name in the capture.
+        name: Name of the camera in the capture.
         width: Picture width, pixels.
         height: Picture height, pixels.
-        fx: Focal length, pixels.
-        fy: Focal length, pixels.
-        cx: Principal point, pixels.
-        cy: Principal point, pixels.
+        fx: Horizontal focal length, pixels.
+        fy: Vertical focal length, pixels.
+        cx: The x of the principal point, pixels.
+        cy: The y of the principal point, pixels.
         rotation: Rotation from world to camera, nine numbers in row-major order.
         translation: Translation from world to camera, world units.
         near: Minimum depth of the scene, world units (SPEC 10.3).

@@ -63,10 +63,10 @@ ROTATION_INDEX_BITS: Final = 2
 RESIDUAL_ROWS: Final = 13
 SURVIVOR_ROWS: Final = 14
 
-# SPEC 10.3: a Gaussian nearer than this share of a camera's near bound is not drawn
+# SPEC 10.3: Gaussians at a depth below this fraction of a camera's `near` are not drawn
 NEAR_FRACTION: Final = 0.8
 
-# SPEC 5.3: the planes of a Gaussian's codes
+# SPEC 5.3: number of codes of a Gaussian, by attribute
 LOG_SCALE_PLANES: Final = 3
 OPACITY_PLANES: Final = 1
 SH_DC_PLANES: Final = 3

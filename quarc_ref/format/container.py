@@ -1,7 +1,7 @@
 """Parses and builds chunks: SPEC 5.1 and 5.2.
 
-Every chunk has its length and CRCs of header and payload, so that its content is parsed
-only if it is intact.
+Every chunk states its length and has two CRCs, of its header and of its payload. A
+payload is parsed only if its CRC matches.
 """
 
 import zlib
@@ -35,16 +35,16 @@ INDX = b"INDX"
 TAIL = b"TAIL"
 CAME = b"came"
 META = b"meta"
-KNOWN = (HEAD, CANO, FRAM, SNAP, INDX, TAIL, CAME, META)
-CANONICAL = (CANO, SNAP)  # random access points
-FRAMES = (CANO, SNAP, FRAM)
+KNOWN_TYPES = (HEAD, CANO, FRAM, SNAP, INDX, TAIL, CAME, META)
+CANONICAL_TYPES = (CANO, SNAP)  # random access points
+FRAME_TYPES = (CANO, SNAP, FRAM)
 TAIL_CHUNK_BYTES = CHUNK_HEADER_BYTES + TAIL_BYTES + CHUNK_CRC_BYTES
 _ANCILLARY_BIT = 0x20
 
 
 @dataclass(frozen=True, slots=True)
 class ChunkHeader:
-    """Header of a chunk, known before its payload is read.
+    """Header of a chunk, which is read before the payload.
 
     Attributes:
         kind: Type of the chunk, four letters.
@@ -65,7 +65,7 @@ class ChunkHeader:
 
     @property
     def end(self) -> int:
-        """Offset of the next chunk."""
+        """Offset of the first byte after the chunk."""
         return self.payload_offset + self.length + CHUNK_CRC_BYTES
 
     @property
@@ -80,7 +80,7 @@ class Chunk:
 
     Attributes:
         kind: Type of the chunk, four letters.
-        payload: Payload.
+        payload: Content of the chunk.
         offset: Offset of the chunk in the stream, bytes.
         sequence: Ordinal of the chunk in the stream.
     """
@@ -96,15 +96,15 @@ class Chunk:
 
 
 def build_chunk(kind: bytes, sequence: int, payload: bytes) -> bytes:
-    """Frame a payload (SPEC 5.2).
+    """Return the bytes of a chunk with the given payload (SPEC 5.2).
 
     Args:
         kind: Type of the chunk, four letters.
         sequence: Ordinal of the chunk in the stream.
-        payload: Payload.
+        payload: Content of the chunk.
     """
-    unproved = wire.build_chunk_header(kind, sequence, len(payload), 0)[:-CHUNK_CRC_BYTES]
-    header = wire.build_chunk_header(kind, sequence, len(payload), zlib.crc32(unproved))
+    header_fields = wire.build_chunk_header(kind, sequence, len(payload), 0)[:-CHUNK_CRC_BYTES]
+    header = wire.build_chunk_header(kind, sequence, len(payload), zlib.crc32(header_fields))
     return header + payload + zlib.crc32(payload).to_bytes(CHUNK_CRC_BYTES, "little")
 
 
@@ -113,7 +113,7 @@ def parse_header(data: bytes, offset: int) -> ChunkHeader:
 
     Args:
         data: 20 bytes, or fewer at the end of the stream.
-        offset: Offset of these bytes in the stream.
+        offset: Offset of `data` in the stream.
 
     Raises:
         BadSyncError: The bytes do not start with the sync word.
@@ -126,36 +126,36 @@ def parse_header(data: bytes, offset: int) -> ChunkHeader:
     if len(data) < CHUNK_HEADER_BYTES:  # [5.1-4]
         message = "the stream ends before its TAIL chunk"
         raise TruncatedError(message, offset)
-    if not header_crc_holds(data):  # [5.2-2] [5.2-5]
+    if not is_header_crc_valid(data):  # [5.2-2] [5.2-5]
         message = "the chunk's header is damaged"
         raise HeaderCrcError(message, offset)
     kind, sequence, length, _ = wire.parse_chunk_header(data)
     return ChunkHeader(kind, sequence, length, offset)
 
 
-def header_crc_holds(data: bytes) -> bool:
+def is_header_crc_valid(data: bytes) -> bool:
     """Return whether the 20 bytes of a header match their CRC."""
     stored = int.from_bytes(data[-CHUNK_CRC_BYTES:], "little")
     return zlib.crc32(data[:-CHUNK_CRC_BYTES]) == stored
 
 
-def verify_payload(header: ChunkHeader, crc: int, stored: bytes) -> None:
+def verify_payload(header: ChunkHeader, crc: int, stored_crc: bytes) -> None:
     """Compare the CRC of a payload with the stored one.
 
     Raises:
         TruncatedError: The stream ends before the CRC.
         PayloadCrcError: The CRC does not match.
     """
-    if len(stored) < CHUNK_CRC_BYTES:
+    if len(stored_crc) < CHUNK_CRC_BYTES:
         message = "the stream ends inside a chunk"
         raise TruncatedError(message, header.offset)
-    if crc != int.from_bytes(stored, "little"):  # [5.2-3]
+    if crc != int.from_bytes(stored_crc, "little"):  # [5.2-3]
         message = "the chunk's payload is damaged"
         raise PayloadCrcError(message, header.offset)
 
 
-def take_payload(header: ChunkHeader, data: bytes) -> Chunk:
-    """Make a chunk from its payload and CRC, after checking them.
+def make_chunk(header: ChunkHeader, data: bytes) -> Chunk:
+    """Return a chunk after comparing its payload with its CRC.
 
     Args:
         header: Header of the chunk.
@@ -170,34 +170,34 @@ def take_payload(header: ChunkHeader, data: bytes) -> Chunk:
     return Chunk(header.kind, payload, header.offset, header.sequence)
 
 
-def check_type(header: ChunkHeader, stream: StreamHeader | None) -> None:
+def check_type(header: ChunkHeader, stream_header: StreamHeader | None) -> None:
     """Reject invalid chunk types (SPEC 5.2).
 
     Args:
         header: Header of the chunk.
-        stream: Values of HEAD; None before it.
+        stream_header: Header of the stream; None before HEAD.
 
     Raises:
-        BadChunkTypeError: The letters match no pattern.
-        UnknownCriticalError: The type is critical and unknown.
+        BadChunkTypeError: The type does not match the patterns of SPEC 5.2.
+        UnknownCriticalError: The type is critical, but unknown to this version.
     """
-    if not _is_type(header.kind):  # [5.2-8]
+    if not _matches_type_pattern(header.kind):  # [5.2-8]
         message = f"{header.kind!r} is not a chunk type"
         raise BadChunkTypeError(message, header.offset)
-    is_known = header.kind in KNOWN
+    is_known = header.kind in KNOWN_TYPES
     if header.kind == SNAP:
-        is_known = stream is not None and stream.snapshots
+        is_known = stream_header is not None and stream_header.snapshots
     if not is_known and not header.is_ancillary:  # [5.2-9]
         message = f"critical chunk {header.kind.decode()} is unknown"
         raise UnknownCriticalError(message, header.offset)
 
 
-def check_place(header: ChunkHeader, before: bytes) -> None:
+def check_place(header: ChunkHeader, previous_kind: bytes) -> None:
     """Reject a chunk whose type is not allowed at its position (SPEC 5.1).
 
     Args:
         header: Header of the chunk.
-        before: Type of the previous chunk; empty if unknown.
+        previous_kind: Type of the previous chunk; empty if unknown.
 
     Raises:
         ChunkOrderError: HEAD is not first or is repeated, or INDX is not followed by TAIL.
@@ -205,32 +205,32 @@ def check_place(header: ChunkHeader, before: bytes) -> None:
     if (header.kind == HEAD) != (header.sequence == 0):  # [5.1-2]
         message = "the first chunk must be HEAD, and no other chunk may be HEAD"
         raise ChunkOrderError(message, header.offset)
-    if before == INDX and header.kind != TAIL:  # [5.1-6]
+    if previous_kind == INDX and header.kind != TAIL:  # [5.1-6]
         message = "TAIL must follow INDX"
         raise ChunkOrderError(message, header.offset)
 
 
-def check_length(length: int, stream: StreamHeader | None, offset: int) -> None:
+def check_length(length: int, stream_header: StreamHeader | None, offset: int) -> None:
     """Reject a payload that is longer than the stream's level allows (SPEC 3.2).
 
     Args:
         length: Size of the payload, bytes.
-        stream: Header of the stream; None for HEAD itself (SPEC 5.3).
+        stream_header: Header of the stream; None for HEAD itself (SPEC 5.3).
         offset: Offset of the chunk.
 
     Raises:
-        ChunkSizeError: The payload is longer.
+        ChunkSizeError: The payload is longer than allowed.
     """
-    most = HEAD_BYTES_LIMIT if stream is None else stream.limits.chunk_bytes
-    if length > most:  # [3.2-4] [5.2-7]
-        message = f"a payload of {length} bytes exceeds the limit of {most}"
+    limit = HEAD_BYTES_LIMIT if stream_header is None else stream_header.limits.chunk_bytes
+    if length > limit:  # [3.2-4] [5.2-7]
+        message = f"a payload of {length} bytes exceeds the limit of {limit}"
         raise ChunkSizeError(message, offset)
 
 
-def _is_type(kind: bytes) -> bool:
-    """Return whether the letters match the patterns of SPEC 5.2.
+def _matches_type_pattern(kind: bytes) -> bool:
+    """Return whether a chunk type matches the patterns of SPEC 5.2.
 
-    All letters have the case of the first one (upper case means critical), except that
-    the case of the second may differ, which marks a private type.
+    The first, third and fourth letters have the same case: upper case in a critical type,
+    lower case in an ancillary type. The second letter has the other case in a private type.
     """
     return kind.isalpha() and len({letter & _ANCILLARY_BIT for letter in (kind[0], *kind[2:])}) == 1

@@ -1,4 +1,4 @@
-"""Dataclass fields that carry their own description."""
+"""Dataclass fields with a description in their metadata."""
 
 from dataclasses import Field, field
 from typing import Any
@@ -16,6 +16,6 @@ def described(default: Any, description: str) -> Any:  # noqa: ANN401
     return field(default=default, metadata={_KEY: description})
 
 
-def describe_field(each: "Field[Any]") -> str:
+def describe_field(dataclass_field: "Field[Any]") -> str:
     """Return the description of a field, or an empty string if it has none."""
-    return str(each.metadata.get(_KEY, ""))
+    return str(dataclass_field.metadata.get(_KEY, ""))

@@ -41,12 +41,12 @@ class BitstreamError(QuarcError):
         self.offset = offset
 
     def __str__(self) -> str:
-        place = "" if self.offset is None else f" at byte {self.offset}"
-        return f"{self.reject_id}{place}: {super().__str__()}"
+        location = "" if self.offset is None else f" at byte {self.offset}"
+        return f"{self.reject_id}{location}: {super().__str__()}"
 
 
 class ContainerError(BitstreamError):
-    """Framing, order, versions and fields."""
+    """The framing, the chunk order, the version or a field is invalid."""
 
 
 class BadMagicError(ContainerError):
@@ -156,7 +156,7 @@ class BadProbabilityError(EntropyError):
 
 
 class InvalidWordsError(EntropyError):
-    """The words of a section are not those of any encoder."""
+    """A section contains words that no encoder can produce."""
 
     reject_id = "invalid-words"
 
@@ -190,7 +190,7 @@ class CountError(StateError):
 
 
 class FrameOrderError(StateError):
-    """The ordinal of a frame is not the next one."""
+    """The ordinal of a frame does not follow the previous frame's."""
 
     reject_id = "frame-order"
 
@@ -248,7 +248,7 @@ class EncodeError(QuarcError):
 
 
 class UnusableCaptureError(EncodeError):
-    """A capture cannot be encoded with useful quality, because its cameras see too little."""
+    """The cameras of a capture see too little of the scene for useful quality."""
 
 
 class BoundError(EncodeError):
@@ -268,4 +268,4 @@ class ClosedLoopError(QuarcError):
 
 
 class VerificationError(QuarcError):
-    """Two methods that must give the same result do not, which is a bug of this package."""
+    """Two methods that must agree give different results, which is a bug of this package."""

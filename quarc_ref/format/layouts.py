@@ -29,7 +29,7 @@ CHUNK_HEADER = Struct(
     "length" / Int32ul,
     "header_crc" / Int32ul,
 )
-# damaged data may contain a header in every 20 bytes
+# compiled for speed: a damaged stream may contain millions of possible headers
 COMPILED_CHUNK_HEADER = CHUNK_HEADER.compile()
 
 # SPEC 5.3
@@ -116,13 +116,15 @@ CAMERA = Struct(
     "near" / Float32l,
 )
 CAMERAS = Struct("cameras" / PrefixedArray(Int16ul, CAMERA))
-COMPILED_CAMERAS = Struct("body" / CAMERAS, "end" / Tell).compile()  # up to 65535
-# size without the name
+COMPILED_CAMERAS = Struct("body" / CAMERAS, "end" / Tell).compile()  # for up to 65535 cameras
+# size of a camera with an empty name
 MIN_CAMERA_BYTES = 1 + sum(field.sizeof() for field in CAMERA.subcons[1:])
 
 # SPEC 5.7
-ENTRY = Struct("key" / PascalString(Int8ul, "utf8"), "value" / PascalString(Int32ul, "utf8"))
-METADATA = Struct("entries" / PrefixedArray(Int16ul, ENTRY))
+METADATA_ENTRY = Struct(
+    "key" / PascalString(Int8ul, "utf8"), "value" / PascalString(Int32ul, "utf8")
+)
+METADATA = Struct("entries" / PrefixedArray(Int16ul, METADATA_ENTRY))
 
 # SPEC 5.8
 TAIL = Struct("frame_count" / Int32ul, "canonical_count" / Int32ul, "index_offset" / Int64ul)
@@ -130,4 +132,4 @@ TAIL = Struct("frame_count" / Int32ul, "canonical_count" / Int32ul, "index_offse
 # SPEC 5.9
 SEEK_POINT = Struct("offset" / Int64ul, "sequence" / Int32ul, "frame" / Int32ul)
 INDEX = Struct("count" / Int32ul, "points" / Bytes(this.count * SEEK_POINT.sizeof()))
-STORED_POINT = np.dtype([(field.name, f"<u{field.sizeof()}") for field in SEEK_POINT.subcons])
+SEEK_POINT_DTYPE = np.dtype([(field.name, f"<u{field.sizeof()}") for field in SEEK_POINT.subcons])

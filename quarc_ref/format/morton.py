@@ -8,7 +8,7 @@ import numpy as np
 
 from quarc_ref.format.arrays import Int64
 
-# From one mask to the next, every group of bits is split into halves, one of which is shifted.
+# Each step splits every group of bits into two halves and shifts the upper half.
 _SHIFTS = (32, 16, 8, 4, 2)
 _MASKS = (
     0x1FFFFF,
@@ -29,16 +29,16 @@ def interleave(points: Int64) -> Int64:
     Returns:
         `[n]` keys below 2^63.
     """
-    spread = points
+    spread_bits = points
     for shift, mask in zip(_SHIFTS, _MASKS[1:], strict=True):
-        spread = (spread | (spread << shift)) & mask
-    keys: Int64 = (spread[0] << 2) | (spread[1] << 1) | spread[2]
+        spread_bits = (spread_bits | (spread_bits << shift)) & mask
+    keys: Int64 = (spread_bits[0] << 2) | (spread_bits[1] << 1) | spread_bits[2]
     return keys
 
 
 def deinterleave(keys: Int64) -> Int64:
     """Return the points `[3, n]` of Morton keys `[n]`."""
-    gathered = np.stack([keys >> 2, keys >> 1, keys]) & _MASKS[-1]
+    coordinates = np.stack([keys >> 2, keys >> 1, keys]) & _MASKS[-1]
     for shift, mask in zip(_SHIFTS[::-1], _MASKS[-2::-1], strict=True):
-        gathered = (gathered | (gathered >> shift)) & mask
-    return gathered
+        coordinates = (coordinates | (coordinates >> shift)) & mask
+    return coordinates

@@ -20,7 +20,7 @@ class Section:
     """Coded planes of one subject (SPEC 8.1).
 
     Attributes:
-        words: `[n]` words of the entropy coder.
+        words: `[n]` words of the entropy coder, uint32.
     """
 
     words: UInt32
@@ -73,10 +73,10 @@ class StreamHeader:
         if self.level not in LEVELS:
             message = f"level {self.level} is not one of {sorted(LEVELS)}"
             raise ValueError(message)
-        for name, (least, most) in _HEADER_RANGES.items():
+        for name, (minimum, maximum) in _HEADER_RANGES.items():
             value = getattr(self, name)
-            if not least <= value <= most:
-                message = f"{name} is {value}, not within {least} to {most}"
+            if not minimum <= value <= maximum:
+                message = f"{name} is {value}, not within {minimum} to {maximum}"
                 raise ValueError(message)
         for name in _HEADER_STEPS:
             value = getattr(self, name)
@@ -109,23 +109,23 @@ class StreamHeader:
         return self.timescale / self.frame_ticks
 
 
-_U16 = (1 << 16) - 1
-_U32 = (1 << 32) - 1
+_UINT16_MAX = (1 << 16) - 1
+_UINT32_MAX = (1 << 32) - 1
 _HEADER_RANGES = {
-    "timescale": (1, _U32),
-    "frame_ticks": (1, _U32),
+    "timescale": (1, _UINT32_MAX),
+    "frame_ticks": (1, _UINT32_MAX),
     "lattice_exponent": (0, constants.LATTICE_EXPONENT_LIMIT),
-    "position_step": (1, _U16),
-    "translation_step": (1, _U16),
+    "position_step": (1, _UINT16_MAX),
+    "translation_step": (1, _UINT16_MAX),
     "rotation_unity": (1, constants.ROTATION_UNITY_LIMIT),
     "rotation_components": (3, 4),
     "rotation_bits": (1, constants.ROTATION_BITS_LIMIT),
     "sh_degree": (0, 1),
     "level_count": (1, constants.LEVEL_COUNT_LIMIT),
-    "gaussians_per_anchor": (1, _U16),
-    "anchor_ratio": (2, _U16),
-    "resample_interval": (1, _U16),
-    "full_crc_interval": (1, _U16),
+    "gaussians_per_anchor": (1, _UINT16_MAX),
+    "anchor_ratio": (2, _UINT16_MAX),
+    "resample_interval": (1, _UINT16_MAX),
+    "full_crc_interval": (1, _UINT16_MAX),
     "seed": (0, (1 << 64) - 1),
     "up_axis": (0, 6),
     "meters_per_unit": (0.0, 1e6),
@@ -183,7 +183,7 @@ class CanonicalChunk:
         frame: Ordinal of the frame in the stream.
         gaussian_count: Number of Gaussians in the frame.
         origin: Minimum xyz of the positions, in position steps.
-        axis_bits: Number of bits of a position minus the origin.
+        axis_bits: Bits per axis of a position relative to the origin.
         sections: Positions, SH DC, opacity, log-scales, rotations, SH rest.
         state_crc: CRC-32 of the decoded state.
     """
@@ -205,10 +205,10 @@ class SnapshotChunk:
 
     Attributes:
         frame: Ordinal of the frame in the stream.
-        canonical: Ordinal of the frame of the CANO.
+        canonical: Ordinal of the CANO's frame.
         newborn_count: Number of Gaussians that are not in the CANO.
-        origin: Minimum xyz of their positions, in position steps.
-        axis_bits: Number of bits of a position minus the origin.
+        origin: Minimum xyz of the new Gaussians' positions, in position steps.
+        axis_bits: Bits per axis of a position relative to the origin.
         survivors: Section of the surviving Gaussians of the CANO and their differences.
         sections: Sections of the new Gaussians, as in a CANO.
         state_crc: CRC-32 of the decoded state.
@@ -235,7 +235,7 @@ def _check_axis_bits(axis_bits: int) -> None:
 
 @dataclass(frozen=True, slots=True)
 class FrameChunk:
-    """A coded frame that moves the previous frame: the FRAM chunk (SPEC 5.5).
+    """A frame coded relative to the previous frame: the FRAM chunk (SPEC 5.5).
 
     Attributes:
         phase: Number of frames since the canonical frame.
@@ -269,7 +269,7 @@ class Tail:
 
 @dataclass(frozen=True, slots=True)
 class SeekPoint:
-    """An entry of the INDX chunk, for a CANO chunk of the stream (SPEC 5.9).
+    """An entry of the INDX chunk: the chunk of a canonical frame (SPEC 5.9).
 
     Attributes:
         offset: Offset of the chunk in the stream.

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from quarc_ref.format.records import SeekPoint
 
 Rows: TypeAlias = NDArray[np.void]
-ROW = np.dtype([("offset", np.uint64), ("sequence", np.uint32), ("frame", np.uint32)])
+ROW_DTYPE = np.dtype([("offset", np.uint64), ("sequence", np.uint32), ("frame", np.uint32)])
 
 
 class SeekPoints(Sequence[SeekPoint]):
@@ -20,50 +20,50 @@ class SeekPoints(Sequence[SeekPoint]):
     may be millions.
 
     Args:
-        rows: `[n]` offset, sequence number and ordinal, named as in `SeekPoint`.
+        rows: `[n]` structured array with the fields of `SeekPoint`.
     """
 
     def __init__(self, rows: Rows) -> None:
         self.rows = rows
 
     @classmethod
-    def of(cls, points: Iterable[SeekPoint]) -> "SeekPoints":
+    def from_records(cls, points: Iterable[SeekPoint]) -> "SeekPoints":
         """Make seek points from records."""
-        return cls(np.array([astuple(point) for point in points], dtype=ROW))
+        return cls(np.array([astuple(point) for point in points], dtype=ROW_DTYPE))
 
-    def followed_by(self, points: Iterable[SeekPoint]) -> "SeekPoints":
-        """Concatenate these seek points and others."""
-        return SeekPoints(np.concatenate([self.rows, SeekPoints.of(points).rows]))
+    def with_appended(self, points: Iterable[SeekPoint]) -> "SeekPoints":
+        """Return these seek points followed by `points`."""
+        return SeekPoints(np.concatenate([self.rows, SeekPoints.from_records(points).rows]))
 
-    def until(self, frame: int) -> "SeekPoints":
-        """Return the seek points up to a frame."""
+    def up_to_frame(self, frame: int) -> "SeekPoints":
+        """Return the seek points up to and including a frame."""
         return SeekPoints(self.rows[self.rows["frame"] <= frame])
 
-    def at(self, offset: int) -> SeekPoint | None:
+    def find_offset(self, offset: int) -> SeekPoint | None:
         """Return the seek point whose chunk starts at an offset, or None."""
-        (places,) = np.nonzero(self.rows["offset"] == offset)
-        return self[int(places[0])] if places.size else None
+        (indices,) = np.nonzero(self.rows["offset"] == offset)
+        return self[int(indices[0])] if indices.size else None
 
-    def of_frame(self, frame: int) -> SeekPoint | None:
+    def find_frame(self, frame: int) -> SeekPoint | None:
         """Return the seek point of a frame, or None."""
-        (places,) = np.nonzero(self.rows["frame"] == frame)
-        return self[int(places[0])] if places.size else None
+        (indices,) = np.nonzero(self.rows["frame"] == frame)
+        return self[int(indices[0])] if indices.size else None
 
     def __len__(self) -> int:
         return len(self.rows)
 
     @overload
-    def __getitem__(self, place: int) -> SeekPoint: ...
+    def __getitem__(self, index: int) -> SeekPoint: ...
 
     @overload
-    def __getitem__(self, place: slice) -> "SeekPoints": ...
+    def __getitem__(self, index: slice) -> "SeekPoints": ...
 
-    def __getitem__(self, place: int | slice) -> "SeekPoint | SeekPoints":
-        if isinstance(place, slice):
-            return SeekPoints(self.rows[place])
-        return SeekPoint(*self.rows[place].item())
+    def __getitem__(self, index: int | slice) -> "SeekPoint | SeekPoints":
+        if isinstance(index, slice):
+            return SeekPoints(self.rows[index])
+        return SeekPoint(*self.rows[index].item())
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, SeekPoints) and np.array_equal(self.rows, other.rows)
 
-    __hash__ = None  # type: ignore[assignment]  # arrays have none
+    __hash__ = None  # type: ignore[assignment]  # arrays have no hash

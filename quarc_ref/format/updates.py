@@ -12,9 +12,9 @@ class Updates:
 
     Attributes:
         gaussians: `[u]` indices in the scene of the Gaussians that change, ascending.
-        dies: `[u]` whether each of them is deleted.
-        residuals: `[RESIDUAL_ROWS, u]` residuals in steps: `TRANSLATION`, `ROTATION` and
-            `CODES`; 0 for deleted ones.
+        dies: `[u]` whether each of these Gaussians is deleted.
+        residuals: `[RESIDUAL_ROWS, u]` residuals in steps: rows `TRANSLATION`, `ROTATION`
+            and `CODES`; 0 for deleted Gaussians.
     """
 
     gaussians: Int64

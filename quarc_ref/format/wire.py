@@ -32,8 +32,8 @@ from quarc_ref.format.layouts import (
     INDEX,
     METADATA,
     MIN_CAMERA_BYTES,
+    SEEK_POINT_DTYPE,
     SNAPSHOT,
-    STORED_POINT,
     STREAM_HEADER,
     TAIL,
     VERSION,
@@ -82,16 +82,18 @@ def parse_stream_header(payload: bytes) -> StreamHeader:
         message = f"incompatible features {version.incompatible_features:#x}"
         raise UnsupportedFeatureError(message)
     parsed = _parse(STREAM_HEADER, payload)
-    for name, bit in _FEATURES.items():
+    for name, bit in _FEATURE_BITS.items():
         parsed[name] = bool(version.incompatible_features & bit)
-    return _record(StreamHeader, parsed)
+    return _make_record(StreamHeader, parsed)
 
 
 def build_stream_header(header: StreamHeader) -> bytes:
     """Return the payload of HEAD."""
-    features = sum(bit for name, bit in _FEATURES.items() if getattr(header, name))
-    numbers = (constants.VERSION_MAJOR, 1 if features else 0, features, 0)
-    version = {field.name: number for field, number in zip(VERSION.subcons, numbers, strict=True)}
+    features = sum(bit for name, bit in _FEATURE_BITS.items() if getattr(header, name))
+    version_values = (constants.VERSION_MAJOR, 1 if features else 0, features, 0)
+    version = {
+        field.name: number for field, number in zip(VERSION.subcons, version_values, strict=True)
+    }
     return _build(STREAM_HEADER, {"version": version, **asdict(header)})
 
 
@@ -99,8 +101,8 @@ def parse_canonical(payload: bytes) -> CanonicalChunk:
     """Parse CANO (SPEC 5.4)."""
     parsed = _parse(CANONICAL, payload)
     parsed.origin = tuple(parsed.origin)
-    parsed.sections = tuple(_section(section) for section in parsed.sections)
-    return _record(CanonicalChunk, parsed)
+    parsed.sections = tuple(_make_section(section) for section in parsed.sections)
+    return _make_record(CanonicalChunk, parsed)
 
 
 def build_canonical(chunk: CanonicalChunk) -> bytes:
@@ -114,9 +116,9 @@ def parse_snapshot(payload: bytes) -> SnapshotChunk:
     """Parse SNAP (SPEC 5.10)."""
     parsed = _parse(SNAPSHOT, payload)
     parsed.origin = tuple(parsed.origin)
-    parsed.survivors = _section(parsed.survivors)
-    parsed.sections = tuple(_section(section) for section in parsed.sections)
-    return _record(SnapshotChunk, parsed)
+    parsed.survivors = _make_section(parsed.survivors)
+    parsed.sections = tuple(_make_section(section) for section in parsed.sections)
+    return _make_record(SnapshotChunk, parsed)
 
 
 def build_snapshot(chunk: SnapshotChunk) -> bytes:
@@ -132,8 +134,8 @@ def parse_frame(payload: bytes, *, updates: bool = False) -> FrameChunk:
     parsed = _parse(FRAME_WITH_UPDATES if updates else FRAME, payload)
     parsed.previous_contexts = bool(parsed.previous_contexts)
     for name in _FRAME_SECTIONS:
-        parsed[name] = _section(parsed[name]) if name in parsed else None
-    return _record(FrameChunk, parsed)
+        parsed[name] = _make_section(parsed[name]) if name in parsed else None
+    return _make_record(FrameChunk, parsed)
 
 
 def build_frame(chunk: FrameChunk) -> bytes:
@@ -145,14 +147,16 @@ def build_frame(chunk: FrameChunk) -> bytes:
 
 def parse_cameras(payload: bytes) -> tuple[Camera, ...]:
     """Parse `came` (SPEC 5.6)."""
-    count, room = int.from_bytes(payload[:2], "little"), len(payload[2:])
-    if count * MIN_CAMERA_BYTES > room:
+    count, room_bytes = int.from_bytes(payload[:2], "little"), len(payload[2:])
+    if count * MIN_CAMERA_BYTES > room_bytes:
         message = (
-            f"{count} cameras of at least {MIN_CAMERA_BYTES} bytes each do not fit into {room} "
-            "bytes"
+            f"{count} cameras of at least {MIN_CAMERA_BYTES} bytes each do not fit into "
+            f"{room_bytes} bytes"
         )
         raise FieldError(message)
-    return tuple(_camera(parsed) for parsed in _parse(CAMERAS, payload, COMPILED_CAMERAS).cameras)
+    return tuple(
+        _make_camera(parsed) for parsed in _parse(CAMERAS, payload, COMPILED_CAMERAS).cameras
+    )
 
 
 def build_cameras(cameras: tuple[Camera, ...]) -> bytes:
@@ -173,7 +177,7 @@ def build_metadata(metadata: dict[str, str]) -> bytes:
 
 def parse_tail(payload: bytes) -> Tail:
     """Parse TAIL (SPEC 5.8)."""
-    return _record(Tail, _parse(TAIL, payload))
+    return _make_record(Tail, _parse(TAIL, payload))
 
 
 def build_tail(tail: Tail) -> bytes:
@@ -182,25 +186,25 @@ def build_tail(tail: Tail) -> bytes:
 
 
 def parse_index(payload: bytes) -> SeekPoints:
-    """Parse INDX (SPEC 5.9) and check its count; entries remain in stored form."""
-    return SeekPoints(np.frombuffer(_parse(INDEX, payload).points, STORED_POINT))
+    """Parse INDX (SPEC 5.9) and check its count; the entries remain an array."""
+    return SeekPoints(np.frombuffer(_parse(INDEX, payload).points, SEEK_POINT_DTYPE))
 
 
 def build_index(points: Iterable[SeekPoint]) -> bytes:
     """Return the payload of INDX."""
-    rows = SeekPoints.of(points).rows.astype(STORED_POINT)
+    rows = SeekPoints.from_records(points).rows.astype(SEEK_POINT_DTYPE)
     return _build(INDEX, {"count": rows.size, "points": rows.tobytes()})
 
 
 _Record = TypeVar("_Record")
 _FRAME_SECTIONS = ("motion", "updates", "births")
-_FEATURES = {"updates": constants.FEATURE_UPDATES, "snapshots": constants.FEATURE_SNAPSHOTS}
+_FEATURE_BITS = {"updates": constants.FEATURE_UPDATES, "snapshots": constants.FEATURE_SNAPSHOTS}
 
 
 def _parse(layout: Construct, payload: bytes, compiled: Construct | None = None) -> Any:  # noqa: ANN401, construct has no types
-    whole = compiled or Struct("body" / layout, "end" / Tell)
+    full_layout = compiled or Struct("body" / layout, "end" / Tell)
     try:
-        parsed = whole.parse(payload)
+        parsed = full_layout.parse(payload)
     except (ConstructError, ValueError, struct.error) as error:  # [5-1] [5-4]
         ends_early = isinstance(error, struct.error)  # for compiled layouts
         message = "the payload ends too early" if ends_early else " ".join(str(error).split())
@@ -213,27 +217,27 @@ def _parse(layout: Construct, payload: bytes, compiled: Construct | None = None)
 
 def _build(layout: Construct, values: dict[str, Any]) -> bytes:
     try:
-        built: bytes = layout.build(values)
+        payload: bytes = layout.build(values)
     except (ConstructError, ValueError) as error:
         message = " ".join(str(error).split())
         raise EncodeError(message) from error
-    return built
+    return payload
 
 
-def _record(kind: Callable[..., _Record], parsed: Any) -> _Record:  # noqa: ANN401
-    values = {name: parsed[name] for name in kind.__dataclass_fields__}  # type: ignore[attr-defined]
+def _make_record(record_type: Callable[..., _Record], parsed: Any) -> _Record:  # noqa: ANN401
+    values = {name: parsed[name] for name in record_type.__dataclass_fields__}  # type: ignore[attr-defined]
     try:
-        return kind(**values)  # [5-3]
+        return record_type(**values)  # [5-3]
     except ValueError as error:
         raise FieldError(str(error)) from error
 
 
-def _camera(parsed: Any) -> Camera:  # noqa: ANN401
+def _make_camera(parsed: Any) -> Camera:  # noqa: ANN401
     rows = {name: tuple(parsed[name]) for name in ("rotation", "translation")}
-    return _record(Camera, {**parsed, **rows, "held_out": bool(parsed["held_out"])})
+    return _make_record(Camera, {**parsed, **rows, "held_out": bool(parsed["held_out"])})
 
 
-def _section(parsed: Any) -> Section:  # noqa: ANN401
+def _make_section(parsed: Any) -> Section:  # noqa: ANN401
     return Section(np.frombuffer(parsed.words, dtype="<u4").astype(np.uint32))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from quarc_ref.format.arrays import Bits, UInt32
 from quarc_ref.format.coding.ans import PythonBitDecoder
-from quarc_ref.format.coding.entropy import BitDecoder, open_fastest
+from quarc_ref.format.coding.entropy import BitDecoder, make_fastest_decoder
 from quarc_ref.format.errors import BitstreamError, VerificationError
 
 _Answer = TypeVar("_Answer")
@@ -36,7 +36,9 @@ class CrossCheckingDecoder:
             InvalidWordsError: Both decoders reject the words.
             VerificationError: Only one of them does.
         """
-        fast, plain = _run_both(lambda: open_fastest(words), lambda: PythonBitDecoder(words))
+        fast, plain = _run_both(
+            lambda: make_fastest_decoder(words), lambda: PythonBitDecoder(words)
+        )
         self.section_count += 1
         return _CrossCheckingBitDecoder(fast, plain, self)
 

@@ -72,7 +72,7 @@ def inspect_stream(
         chunk = reader.take(header)
         size = chunk.byte_count()
         chunks.append(ChunkSummary(chunk.kind.decode(), chunk.sequence, chunk.offset, size))
-        state = decoder.push(chunk) if chunk.kind in container.KNOWN else None
+        state = decoder.push(chunk) if chunk.kind in container.KNOWN_TYPES else None
         if state is None:
             continue
         frames.append(_summarize(chunk, state, decoder))

@@ -8,7 +8,7 @@ from quarc_ref.decoder.digest import compute_digest
 from quarc_ref.decoder.reference_engine import ReferenceEngine
 from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.format import container, wire
-from quarc_ref.format.coding.entropy import HAS_CONSTRICTION, decoding_with
+from quarc_ref.format.coding.entropy import HAS_CONSTRICTION, use_bit_decoder
 from quarc_ref.format.container import Chunk
 from quarc_ref.format.errors import VerificationError
 from quarc_ref.inspection.cross_check import CrossCheckingDecoder
@@ -76,7 +76,7 @@ def verify_stream(
     """
     coders = CrossCheckingDecoder()
     run = _FirstPass(source, on_progress)
-    with decoding_with(coders.open):
+    with use_bit_decoder(coders.open):
         while (chunk := poll(run.reader.read_chunk, follow)) is not None:
             run.push(chunk)
     frames_compared = run.decode_from_seek_points(source)

@@ -104,7 +104,7 @@ class ChunkReader:
             ContainerError: The chunk is invalid.
         """
         for header in self.headers():
-            if header.kind in container.KNOWN:
+            if header.kind in container.KNOWN_TYPES:
                 return self.take(header)
             check_payload(self.source, header)  # [5.2-10]
         return None
@@ -116,7 +116,7 @@ class ChunkReader:
             ContainerError: The chunk is invalid.
         """
         data = self.source.read(header.payload_offset, header.length + CHUNK_CRC_BYTES)
-        chunk = container.take_payload(header, data)
+        chunk = container.make_chunk(header, data)
         if header.kind == container.HEAD:
             self._stream = _parse_head(chunk)
         self.skip(header)

@@ -123,6 +123,6 @@ def _find_headers(window: bytes, start: int) -> Iterator[ChunkHeader]:
     place = window.find(SYNC)
     while 0 <= place <= len(window) - CHUNK_HEADER_BYTES:
         data = window[place : place + CHUNK_HEADER_BYTES]
-        if container.header_crc_holds(data):
+        if container.is_header_crc_valid(data):
             yield container.parse_header(data, start + place)
         place = window.find(SYNC, place + 1)

@@ -36,12 +36,12 @@ def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
     """
     size, here = reader.source.size(), (reader.offset, reader.sequence)
     if size is None:
-        return SeekPoints.of(()), None
+        return SeekPoints.from_records(()), None
     points = _read_index(reader, size)
     if points is None:
         reader.seek(*here)
         points = _walk_headers(reader, frame)
-    points = points.until(frame)
+    points = points.up_to_frame(frame)
     if not points:
         reader.seek(*here)
         return points, None
@@ -55,7 +55,7 @@ def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
 
 def _take_canonical(reader: ChunkReader, header: ChunkHeader, points: SeekPoints) -> Chunk:
     """Read the CANO to which a snapshot refers."""
-    place = points.of_frame(_read_number(reader, header, _FRAME_BYTES))  # [11.2-5]
+    place = points.find_frame(_read_number(reader, header, _FRAME_BYTES))  # [11.2-5]
     if place is None:
         message = "the frame that a snapshot is coded against has no seek point"
         raise IndexMismatchError(message, header.offset)
@@ -90,7 +90,7 @@ def read_tail_chunk(source: Source, size: int) -> Chunk | None:
         data = source.read(max(0, offset), TAIL_CHUNK_BYTES)
         header = container.parse_header(data[:CHUNK_HEADER_BYTES], offset)
         if header.kind == container.TAIL and header.end == offset + TAIL_CHUNK_BYTES:
-            return container.take_payload(header, data[CHUNK_HEADER_BYTES:])
+            return container.make_chunk(header, data[CHUNK_HEADER_BYTES:])
     return None
 
 
@@ -105,7 +105,7 @@ def _walk_headers(reader: ChunkReader, frame: int) -> SeekPoints:
             due += header.kind in container.FRAMES
             if due > frame:
                 break
-    return SeekPoints.of(points)
+    return SeekPoints.from_records(points)
 
 
 def _read_number(reader: ChunkReader, header: ChunkHeader, place: int) -> int:

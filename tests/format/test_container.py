@@ -13,8 +13,8 @@ from quarc_ref.format.container import (
     check_length,
     check_place,
     check_type,
+    make_chunk,
     parse_header,
-    take_payload,
 )
 from quarc_ref.format.errors import (
     BadChunkTypeError,
@@ -36,7 +36,7 @@ def test_a_chunk_survives_a_round_trip(kind, sequence, payload, offset):
     data = build_chunk(kind, sequence, payload)
 
     header = parse_header(data[:CHUNK_HEADER_BYTES], offset)
-    chunk = take_payload(header, data[CHUNK_HEADER_BYTES:])
+    chunk = make_chunk(header, data[CHUNK_HEADER_BYTES:])
 
     assert header == ChunkHeader(kind, sequence, len(payload), offset)
     assert header.end - offset == chunk.byte_count() == len(data)
@@ -65,12 +65,12 @@ def test_a_payload_is_reported_as_truncated_or_damaged():
 
     for size in range(len(rest)):
         with pytest.raises(TruncatedError) as caught:
-            take_payload(header, rest[:size])
+            make_chunk(header, rest[:size])
         assert caught.value.offset == 5
         damaged = bytearray(rest)
         damaged[size] ^= 1
         with pytest.raises(PayloadCrcError):
-            take_payload(header, bytes(damaged))
+            make_chunk(header, bytes(damaged))
 
 
 def test_a_header_crc_covers_the_sixteen_bytes_before_it():
@@ -90,7 +90,7 @@ def _is_rejected(kind: bytes, stream: StreamHeader | None = None) -> type[Except
 @pytest.mark.parametrize(
     ("kinds", "error"),
     [
-        ([kind for kind in container.KNOWN if kind != container.SNAP], None),
+        ([kind for kind in container.KNOWN_TYPES if kind != container.SNAP], None),
         ([b"abcd", b"aBcd", b"zZzz", b"indx"], None),
         ([b"SNAP", b"SnAP", b"CaNO", b"ZZZZ"], UnknownCriticalError),
         ([b"SNaP", b"SNAp", b"me1a", b"\0\0\0\0", b"meT\xe4", b"mETA"], BadChunkTypeError),

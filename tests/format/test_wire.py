@@ -258,7 +258,7 @@ def test_the_length_of_a_tail_matches_the_specification():
 
 @given(st.lists(st.builds(SeekPoint, st.integers(0, (1 << 64) - 1), _U32, _U32), max_size=3))
 def test_a_truncated_or_longer_index_is_rejected(points):
-    check_reader(wire.parse_index, wire.build_index(points), SeekPoints.of(points))
+    check_reader(wire.parse_index, wire.build_index(points), SeekPoints.from_records(points))
     assert list(wire.parse_index(wire.build_index(points))) == points
 
 

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quarc_ref.format.coding import ans
-from quarc_ref.format.coding.entropy import decoding_with, make_bit_decoder, open_fastest
+from quarc_ref.format.coding.entropy import make_bit_decoder, make_fastest_decoder, use_bit_decoder
 from quarc_ref.format.constants import WEIGHT_TOTAL
 from quarc_ref.format.errors import InvalidWordsError, UnconsumedWordsError, VerificationError
 from quarc_ref.inspection import cross_check
@@ -76,16 +76,16 @@ def test_random_words_are_decoded_or_rejected_by_both(words, runs):
 
     assert (
         outcome(CrossCheckingDecoder().open)
-        == outcome(open_fastest)
+        == outcome(make_fastest_decoder)
         == outcome(ans.PythonBitDecoder)
     )
 
 
 def test_the_second_decoder_is_used_only_within_its_context():
     before = type(make_bit_decoder(_WORDS))
-    with decoding_with(ans.PythonBitDecoder):
+    with use_bit_decoder(ans.PythonBitDecoder):
         assert type(make_bit_decoder(_WORDS)) is ans.PythonBitDecoder
-        with decoding_with(CrossCheckingDecoder().open):
+        with use_bit_decoder(CrossCheckingDecoder().open):
             assert type(make_bit_decoder(_WORDS)).__name__ == "_CrossCheckingBitDecoder"
         assert type(make_bit_decoder(_WORDS)) is ans.PythonBitDecoder
     assert type(make_bit_decoder(_WORDS)) is before

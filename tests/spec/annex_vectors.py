@@ -114,7 +114,7 @@ def _seen(*pairs: tuple[int, int]) -> ContextCounts:
     """The counts of context 0 of a model after planes with given numbers of zeros and ones."""
     counts = ContextCounts()
     for zeros, ones in pairs:
-        counts.learn("model", np.array([0]), np.array([zeros]), np.array([ones]))
+        counts.add_bits("model", np.array([0]), np.array([zeros]), np.array([ones]))
     return counts
 
 

@@ -179,7 +179,7 @@ class Builder:
                 chunk = replace(chunk, updates=section)
                 moved = decode_updates(moved, section)
             births = self._change(Stage.BIRTHS, self._draws.births(moved), moved)
-            with patch.object(gaussian_planes, "_STEP_LIMIT", _ANY_STEP):
+            with patch.object(gaussian_planes, "_DIFFERENCE_LIMIT", _ANY_STEP):
                 section = write_births(births, moved.birth_counts)
             return replace(chunk, birth_count=births.parents.size, births=section)
         return chunk

@@ -44,7 +44,7 @@ class StatingWriter:
             self._runs.append((part, weight if code is None else _weight_of(code)))
         ones = np.array([np.count_nonzero(part) for part in parts])
         lengths = np.array([part.size for part in parts])
-        self._counts.learn(model, used, lengths - ones, ones)
+        self._counts.add_bits(model, used, lengths - ones, ones)
         return bits
 
     def code_raw(self, bits: Bits) -> Bits:

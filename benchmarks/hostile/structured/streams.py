@@ -22,7 +22,7 @@ _HEAD_FIELDS = "BBIIBIIBHHHBBffffBBHHHHQBBfB"
 _CRITICAL = (b"SNAP", b"SnAP")
 _ANCILLARY = (b"snap", b"nOte", b"fram")
 _BAD_TYPES = (b"FR4M", b"FRam", b"\x00\xff  ", b"frAM", b"FRA\n")
-_KINDS = (*_CRITICAL, *_ANCILLARY, *_BAD_TYPES, *container.KNOWN)
+_KINDS = (*_CRITICAL, *_ANCILLARY, *_BAD_TYPES, *container.KNOWN_TYPES)
 Pieces = list[Piece]
 _CAMERA = Camera("c", 64, 48, 5.0, 5.0, 32.0, 24.0, (1.0,) * 9, (0.0,) * 3, 0.5, held_out=False)
 _LARGE = (

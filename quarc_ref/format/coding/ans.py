@@ -1,7 +1,7 @@
 """The ANS coder of SPEC 8.3 in plain Python integers.
 
-An implementation that follows the text of the SPEC, and the fallback on systems without
-constriction. Both produce the same words.
+This implementation follows the text of SPEC and is used where constriction is not
+installed. Both coders produce the same words.
 """
 
 from collections.abc import Iterable
@@ -17,10 +17,10 @@ _WEIGHT_MASK = WEIGHT_TOTAL - 1
 
 
 def encode_bits(runs: Iterable[tuple[Bits, int]]) -> list[int]:
-    """Encode runs of bits, the last one first.
+    """Encode runs of bits, beginning with the last run.
 
     Args:
-        runs: Bits and weight of a 1 for each run, in decoding order.
+        runs: Bits of each run and the weight of a 1 bit (of 2^24), in decoding order.
 
     Returns:
         32-bit words in the order in which a section stores them.
@@ -28,13 +28,13 @@ def encode_bits(runs: Iterable[tuple[Bits, int]]) -> list[int]:
     state = 0
     words: list[int] = []
     for bits, weight in reversed(list(runs)):
-        zero = WEIGHT_TOTAL - weight
+        zero_weight = WEIGHT_TOTAL - weight
         for bit in reversed(bits.tolist()):
-            share, left = (weight, zero) if bit else (zero, 0)
-            if (state >> (2 * WORD_BITS - WEIGHT_BITS)) >= share:
+            bit_weight, bit_start = (weight, zero_weight) if bit else (zero_weight, 0)
+            if (state >> (2 * WORD_BITS - WEIGHT_BITS)) >= bit_weight:
                 words.append(state & _WORD_MASK)
                 state >>= WORD_BITS
-            state = ((state // share) << WEIGHT_BITS) | (left + state % share)
+            state = ((state // bit_weight) << WEIGHT_BITS) | (bit_start + state % bit_weight)
     while state:
         words.append(state & _WORD_MASK)
         state >>= WORD_BITS
@@ -59,27 +59,27 @@ class PythonBitDecoder:
         self._state = self._words.pop() if self._words else 0
 
     def take(self, count: int, weight: int) -> Bits:
-        """Return the next `count` bits for a weight of a 1."""
-        zero = WEIGHT_TOTAL - weight
+        """Decode the next `count` bits, in which a 1 bit has the given weight (of 2^24)."""
+        zero_weight = WEIGHT_TOTAL - weight
         state, words = self._state, self._words
         bits = bytearray(count)
         for index in range(count):
             if state <= _WORD_MASK and words:
                 state = (state << WORD_BITS) | words.pop()
-            part = state & _WEIGHT_MASK
-            if part >= zero:
+            remainder = state & _WEIGHT_MASK
+            if remainder >= zero_weight:
                 bits[index] = 1
-                state = (state >> WEIGHT_BITS) * weight + part - zero
+                state = (state >> WEIGHT_BITS) * weight + remainder - zero_weight
             else:
-                state = (state >> WEIGHT_BITS) * zero + part
+                state = (state >> WEIGHT_BITS) * zero_weight + remainder
         self._state = state
         return np.frombuffer(bits, dtype=np.bool_)
 
     def finish(self) -> None:
-        """Check that nothing is left.
+        """Check that all words are consumed.
 
         Raises:
-            UnconsumedWordsError: The state is not 0, or words are left.
+            UnconsumedWordsError: Words remain, or the state is not 0.
         """
         if self._state or self._words:  # [8.3-2] [8.3-3]
             message = "words are left after the last bit"

@@ -1,7 +1,7 @@
-"""Converts bits to words and back, by constriction if it is installed: SPEC 8.3.
+"""Entropy coding of bits, with constriction if it is installed: SPEC 8.3.
 
-This is the only module that imports constriction. Its models get integer weights minus 1,
-the form for which its arithmetic is exact and equal to `ans`.
+This is the only module that imports constriction. A constriction model gets the integer
+weights minus 1, because its arithmetic is then exact and gives the same words as `ans`.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -31,7 +31,7 @@ class BitDecoder(Protocol):
     """Decodes runs of bits from the words of a section."""
 
     def take(self, count: int, weight: int) -> Bits:
-        """Return the next `count` bits for a weight of a 1 (of 2^24)."""
+        """Decode the next `count` bits, in which a 1 bit has the given weight (of 2^24)."""
         ...
 
     def finish(self) -> None:
@@ -43,7 +43,7 @@ def encode_bits(runs: Iterable[tuple[Bits, int]]) -> UInt32:
     """Encode runs of bits to words.
 
     Args:
-        runs: Bits and weight of a 1 (1 to 2^24 - 1) for each run, in decoding order.
+        runs: Bits of each run and the weight of a 1 bit (1 to 2^24 - 1), in decoding order.
 
     Returns:
         Words in the order in which a section stores them.
@@ -52,40 +52,40 @@ def encode_bits(runs: Iterable[tuple[Bits, int]]) -> UInt32:
         return np.array(ans.encode_bits(runs), dtype=np.uint32)
     coder = AnsCoder()
     for bits, weight in reversed(list(runs)):
-        coder.encode_reverse(bits.astype(np.int32), _model(weight))
+        coder.encode_reverse(bits.astype(np.int32), _make_model(weight))
     words: UInt32 = coder.get_compressed()
     return words
 
 
 def make_bit_decoder(words: UInt32) -> BitDecoder:
-    """Return a decoder of words: that of `decoding_with`, or else the fastest available.
+    """Return a decoder of words: the one of `use_bit_decoder`, or else the fastest.
 
     Raises:
-        InvalidWordsError: The words are not those of any encoder.
+        InvalidWordsError: No encoder can produce these words.
     """
-    return (_opener.get() or open_fastest)(words)
+    return (_decoder_override.get() or make_fastest_decoder)(words)
 
 
 @contextmanager
-def decoding_with(opener: Callable[[UInt32], BitDecoder] | None) -> Iterator[None]:
+def use_bit_decoder(make_decoder: Callable[[UInt32], BitDecoder] | None) -> Iterator[None]:
     """Make `make_bit_decoder` use another decoder within this context.
 
     Args:
-        opener: Function with the arguments of `make_bit_decoder` and an equivalent result; None
-            for the fastest decoder.
+        make_decoder: Function from the words of a section to their decoder; None for the
+            fastest decoder.
     """
-    token = _opener.set(opener)
+    token = _decoder_override.set(make_decoder)
     try:
         yield
     finally:
-        _opener.reset(token)
+        _decoder_override.reset(token)
 
 
-def open_fastest(words: UInt32) -> BitDecoder:
+def make_fastest_decoder(words: UInt32) -> BitDecoder:
     """Return constriction's decoder if it is installed, or else the one in plain Python.
 
     Raises:
-        InvalidWordsError: The words are not those of any encoder.
+        InvalidWordsError: No encoder can produce these words.
     """
     return _ConstrictionBitDecoder(words) if HAS_CONSTRICTION else ans.PythonBitDecoder(words)
 
@@ -99,7 +99,7 @@ class _ConstrictionBitDecoder:
             raise InvalidWordsError(message) from error
 
     def take(self, count: int, weight: int) -> Bits:
-        bits: Bits = self._coder.decode(_model(weight), count).astype(np.bool_)
+        bits: Bits = self._coder.decode(_make_model(weight), count).astype(np.bool_)
         return bits
 
     def finish(self) -> None:
@@ -109,9 +109,11 @@ class _ConstrictionBitDecoder:
 
 
 @lru_cache(maxsize=1 << 12)
-def _model(weight: int) -> Any:  # noqa: ANN401, constriction has no types
-    shares = np.array([WEIGHT_TOTAL - weight - 1, weight - 1], dtype=np.float64)
-    return Categorical(shares, lazy=True)
+def _make_model(weight: int) -> Any:  # noqa: ANN401, constriction has no types
+    frequencies = np.array([WEIGHT_TOTAL - weight - 1, weight - 1], dtype=np.float64)
+    return Categorical(frequencies, lazy=True)
 
 
-_opener: ContextVar[Callable[[UInt32], BitDecoder] | None] = ContextVar("opener", default=None)
+_decoder_override: ContextVar[Callable[[UInt32], BitDecoder] | None] = ContextVar(
+    "decoder_override", default=None
+)

@@ -1,9 +1,9 @@
 """Codes Gaussians as planes: canonical frames (SPEC 8.5) and births (SPEC 8.6).
 
-Each of the two is one walk that serves both encoding and decoding (see `planes`). A
-canonical frame is coded in Morton order, with one section per subject and new contexts in
-each section. The births of a frame are few, so they share one section, whose contexts
-continue from previous frames.
+One walk codes canonical frames and one codes births; each serves both encoding and
+decoding (see `planes`). A canonical frame is coded in Morton order, with one section per
+subject and new contexts in each section. The births of a frame are few, so they share one
+section, whose contexts continue from previous frames.
 """
 
 from collections.abc import Sequence
@@ -49,17 +49,17 @@ def order_canonical(positions: Int64) -> Int64:
 
 
 def sort_canonical(gaussians: Gaussians) -> tuple[tuple[int, int, int], int, Gaussians]:
-    """Return origin, axis bits and the Gaussians in Morton order, for a canonical frame.
+    """Return the origin, the axis bits and the Gaussians in Morton order of a canonical frame.
 
     Args:
         gaussians: Gaussians in any order, with a range of positions below 2^20 steps per axis.
     """
-    least = gaussians.positions.min(axis=1)
+    minimum = gaussians.positions.min(axis=1)
     order = order_canonical(gaussians.positions)
     ordered = Gaussians(
         gaussians.positions[:, order], gaussians.rotations[:, order], gaussians.codes[:, order]
     )
-    x, y, z = least.tolist()
+    x, y, z = minimum.tolist()
     extent = int(np.ptp(gaussians.positions, axis=1).max())
     return (x, y, z), extent.bit_length(), ordered
 
@@ -75,7 +75,7 @@ def write_canonical(gaussians: Gaussians, origin: tuple[int, int, int]) -> tuple
         The sections of a CANO chunk.
 
     Raises:
-        EncodeError: Two colors of a Gaussian are too far apart.
+        EncodeError: Two color codes of a Gaussian are too far apart.
     """
     keys = interleave(gaussians.positions - np.array(origin)[:, None])
     writers = [PlaneWriter(ContextCounts()) for _ in range(CANONICAL_SECTIONS)]
@@ -87,7 +87,7 @@ def read_canonical(chunk: CanonicalChunk, code_planes: int) -> Gaussians:
     """Decode a canonical frame.
 
     Args:
-        chunk: Chunk with a count within the stream's level.
+        chunk: Chunk whose count is within the limit of the stream's level.
         code_planes: Number of codes of a Gaussian.
 
     Returns:
@@ -100,7 +100,7 @@ def read_canonical(chunk: CanonicalChunk, code_planes: int) -> Gaussians:
 
 
 def read_newborn(chunk: SnapshotChunk, code_planes: int) -> Gaussians:
-    """Decode the Gaussians of a snapshot that its canonical frame does not have."""
+    """Decode the Gaussians of a snapshot that are not in its canonical frame."""
     return _read_sections(chunk, chunk.newborn_count, code_planes)
 
 
@@ -108,8 +108,8 @@ def _read_sections(
     chunk: CanonicalChunk | SnapshotChunk, count: int, code_planes: int
 ) -> Gaussians:
     readers = [PlaneReader(section, ContextCounts()) for section in chunk.sections]
-    blank = _blank(code_planes, count)
-    keys, gaussians = _code_canonical(readers, blank.positions[0], blank)
+    placeholder = _make_placeholder(code_planes, count)
+    keys, gaussians = _code_canonical(readers, placeholder.positions[0], placeholder)
     for reader in readers:
         reader.finish()
     if keys.min(initial=0) < 0 or keys.max(initial=0) >> (3 * chunk.axis_bits):  # [8.5-1]
@@ -123,11 +123,11 @@ def write_births(births: Births, counts: ContextCounts) -> Section:
     """Code the births of a frame.
 
     Args:
-        births: Births with ascending parents.
+        births: Births, in ascending order of parents.
         counts: Current counts of the contexts.
 
     Raises:
-        EncodeError: Two colors or scales of a new Gaussian are too far apart.
+        EncodeError: Two color or log-scale codes of a new Gaussian are too far apart.
     """
     writer = PlaneWriter(counts)
     _code_births(writer, births)
@@ -152,53 +152,57 @@ def read_births(
         EntropyError: The section is malformed.
     """
     reader = PlaneReader(section, counts)
-    blank = _blank(code_planes, count)
-    births = _code_births(reader, Births(blank.positions[0], blank))
+    placeholder = _make_placeholder(code_planes, count)
+    births = _code_births(reader, Births(placeholder.positions[0], placeholder))
     return births, reader.finish()
 
 
 def _code_canonical(
     planes: Sequence[Planes], keys: Int64, gaussians: Gaussians
 ) -> tuple[Int64, Gaussians]:
-    """Walk the sections, which are independent of each other (SPEC 8.5)."""
-    positions, colors, opacities, log_scales, turns, rests = planes
+    """Code the planes of each section; the sections are independent (SPEC 8.5)."""
+    position_planes, color_planes, opacity_planes, scale_planes, rotation_planes, sh_rest_planes = (
+        planes
+    )
     codes = gaussians.codes
-    keys = code_ascending(positions, "keys", keys)
-    dc = _code_colors(colors, "SH DC", codes[SH_DC])
-    opacity = _code_rows(opacities, "opacity", codes[OPACITY])
-    scales = _code_rows(log_scales, "log-scales", codes[LOG_SCALES])
-    rotations = _code_rotations(turns, "rotations", gaussians.rotations)
-    rest = _code_rest(rests, "SH rest", codes[SH_REST])
-    codes = np.concatenate([scales, opacity, dc, rest])
+    keys = code_ascending(position_planes, "keys", keys)
+    sh_dc = _code_colors(color_planes, "SH DC", codes[SH_DC])
+    opacity = _code_rows(opacity_planes, "opacity", codes[OPACITY])
+    scales = _code_rows(scale_planes, "log-scales", codes[LOG_SCALES])
+    rotations = _code_rotations(rotation_planes, "rotations", gaussians.rotations)
+    sh_rest = _code_sh_rest(sh_rest_planes, "SH rest", codes[SH_REST])
+    codes = np.concatenate([scales, opacity, sh_dc, sh_rest])
     return keys, Gaussians(gaussians.positions, rotations, codes)
 
 
 def _code_births(planes: Planes, births: Births) -> Births:
     codes = births.newborn.codes
     parents = code_ascending(planes, "births parents", births.parents)
-    positions = _code_in_one_context(planes, "births positions", births.newborn.positions)
-    dc = _code_colors(planes, "births SH DC", codes[SH_DC])
+    positions = _code_rows_in_one_context(planes, "births positions", births.newborn.positions)
+    sh_dc = _code_colors(planes, "births SH DC", codes[SH_DC])
     opacity = _code_rows(planes, "births opacity", codes[OPACITY])
-    scales = _code_rows(planes, "births log-scales", _to_steps(codes[LOG_SCALES]))
+    scales = _code_rows(planes, "births log-scales", _row_differences(codes[LOG_SCALES]))
     scales = np.cumsum(scales, axis=0)
     rotations = _code_rotations(planes, "births rotations", births.newborn.rotations)
-    rest = _code_in_one_context(planes, "births SH rest", codes[SH_REST])
-    codes = np.concatenate([scales, opacity, dc, rest])
+    sh_rest = _code_rows_in_one_context(planes, "births SH rest", codes[SH_REST])
+    codes = np.concatenate([scales, opacity, sh_dc, sh_rest])
     return Births(parents, Gaussians(positions, rotations, codes))
 
 
 def code_ascending(planes: Planes, name: str, values: Int64) -> Int64:
-    """Code ascending numbers `[n]` from 0 by their differences (SPEC 8.4).
+    """Code ascending non-negative numbers `[n]` as differences (SPEC 8.4).
 
     Raises:
-        SymbolRangeError: When reading, a difference is beyond 2^60.
+        SymbolRangeError: When reading, a difference exceeds 2^60.
     """
-    steps = np.diff(values, prepend=0)
-    steps = code_unsigned(planes, name, np.zeros_like(steps), KEY_CLASS_BITS, steps)
-    if steps.max(initial=0) > _STEP_LIMIT:  # [8.4-1]
+    differences = np.diff(values, prepend=0)
+    differences = code_unsigned(
+        planes, name, np.zeros_like(differences), KEY_CLASS_BITS, differences
+    )
+    if differences.max(initial=0) > _DIFFERENCE_LIMIT:  # [8.4-1]
         message = "a difference of ascending numbers is too large"
         raise SymbolRangeError(message)
-    return np.cumsum(steps)
+    return np.cumsum(differences)
 
 
 def _code_rows(planes: Planes, name: str, rows: Int64) -> Int64:
@@ -207,7 +211,7 @@ def _code_rows(planes: Planes, name: str, rows: Int64) -> Int64:
     return _code_sequence(planes, name, contexts, rows)
 
 
-def _code_in_one_context(planes: Planes, name: str, rows: Int64) -> Int64:
+def _code_rows_in_one_context(planes: Planes, name: str, rows: Int64) -> Int64:
     """Code signed numbers `[r, n]` with one context for all rows."""
     return _code_sequence(planes, name, np.zeros(rows.size, dtype=np.int64), rows)
 
@@ -233,29 +237,32 @@ def _code_rotations(planes: Planes, name: str, rotations: Int64) -> Int64:
     return np.concatenate([largest[None], _code_rows(planes, name, rotations[1:])])
 
 
-def _code_rest(planes: Planes, name: str, rows: Int64) -> Int64:
-    """Code rows one by one, with the magnitudes of the previous rows as context."""
-    so_far = np.zeros(rows.shape[1], dtype=np.int64)
+def _code_sh_rest(planes: Planes, name: str, rows: Int64) -> Int64:
+    """Code rows one by one; contexts depend on the magnitudes in the previous rows."""
+    magnitude_sums = np.zeros(rows.shape[1], dtype=np.int64)
     coded = np.zeros_like(rows)
-    for number, row in enumerate(rows):
-        contexts = REST_CLASSES * number + _CLASS_OF[np.minimum(so_far, _CLASS_OF.size - 1)]
-        coded[number] = code_signed(planes, name, contexts, CLASS_BITS, row)
-        so_far += np.abs(coded[number])
+    for row_index, row in enumerate(rows):
+        contexts = (
+            REST_CLASSES * row_index
+            + _MAGNITUDE_CLASSES[np.minimum(magnitude_sums, _MAGNITUDE_CLASSES.size - 1)]
+        )
+        coded[row_index] = code_signed(planes, name, contexts, CLASS_BITS, row)
+        magnitude_sums += np.abs(coded[row_index])
     return coded
 
 
-def _to_steps(rows: Int64) -> Int64:
+def _row_differences(rows: Int64) -> Int64:
     """Return the differences between consecutive rows."""
     return np.diff(rows, axis=0, prepend=0)
 
 
-def _blank(code_planes: int, count: int) -> Gaussians:
-    """Return placeholders for a walk that decodes."""
+def _make_placeholder(code_planes: int, count: int) -> Gaussians:
+    """Return Gaussians of zeros, the arguments of a walk that decodes."""
     rows = np.zeros((7 + code_planes, count), dtype=np.int64)
     return Gaussians(rows[:3], rows[3:7], rows[7:])
 
 
-# Largest number below the last class.
-_CLASS_OF = bit_length(np.arange(1 << (REST_CLASSES - 1)))
-# A partial sum of steps above 2^63 would appear as a negative number.
-_STEP_LIMIT = 1 << 60
+# Class of each sum of magnitudes; larger sums are in the last class.
+_MAGNITUDE_CLASSES = bit_length(np.arange(1 << (REST_CLASSES - 1)))
+# At most this difference, a sum that exceeds int64 becomes negative and is rejected.
+_DIFFERENCE_LIMIT = 1 << 60

@@ -1,10 +1,10 @@
 """Codes the residuals of a frame's anchors as planes: SPEC 8.7.
 
-Levels go from coarse to fine. The first plane codes whether each anchor moves. For
-anchors that move, the next planes code, channel by channel, whether a symbol is nonzero,
-and then the signs and, in unary, the magnitudes of nonzero symbols. The contexts depend
-on the expected residual of an anchor: the motion of its Gaussian in the last frame, minus
-the motion of the coarser levels.
+Levels are coded from coarse to fine. The first plane codes whether each anchor moves. For
+anchors that move, the next planes code for each channel whether the symbol is nonzero.
+The last planes code the signs of nonzero symbols and, in unary, their magnitudes. The
+contexts depend on the expected residual of an anchor: the motion of its Gaussian in the
+last frame, minus the motion of the coarser levels.
 """
 
 from collections.abc import Sequence
@@ -22,12 +22,12 @@ from quarc_ref.format.records import Section
 
 @dataclass(frozen=True, slots=True)
 class LevelContext:
-    """Data about a level's anchors that encoder and decoder have before its symbols.
+    """Data about a level's anchors that is known before the level's symbols are coded.
 
     Attributes:
-        parents: `[a]` index in the next coarser level of each anchor's parent.
+        parents: `[a]` index of each anchor's parent in the next coarser level.
         previous: `[c, a]` motion of each anchor's Gaussian in the last frame, which is
-            the sum of the symbols of all levels; 0 if there is none.
+            the sum of the symbols of all levels; 0 if the Gaussian was deleted.
     """
 
     parents: Int64
@@ -47,7 +47,7 @@ def write_motion(
     Raises:
         EncodeError: A symbol exceeds 65 in magnitude.
     """
-    if any(np.any(np.abs(level) > SYMBOL_LIMIT) for level in symbols):
+    if any(np.any(np.abs(level_symbols) > SYMBOL_LIMIT) for level_symbols in symbols):
         message = f"a symbol exceeds {SYMBOL_LIMIT}: increase the step"
         raise EncodeError(message)
     writer = PlaneWriter(counts)
@@ -72,27 +72,27 @@ def read_motion(
         EntropyError: The section is malformed.
     """
     reader = PlaneReader(section, counts)
-    blank = [np.broadcast_to(_ZERO, level.previous.shape) for level in levels]
-    symbols = _code_motion(reader, levels, blank)
+    placeholder = [np.broadcast_to(_ZERO, level.previous.shape) for level in levels]
+    symbols = _code_motion(reader, levels, placeholder)
     return symbols, reader.finish()
 
 
 def _code_motion(
     planes: Planes, levels: Sequence[LevelContext], symbols: Sequence[Int64]
 ) -> list[Int64]:
-    done = _CoarserLevels.above_coarsest(levels[-1].parents, symbols[-1].shape[0])
+    coarser = _CoarserLevels.above_coarsest(levels[-1].parents, symbols[-1].shape[0])
     coded: list[Int64] = []
-    for number in reversed(range(len(levels))):
+    for level_index in reversed(range(len(levels))):
         if coded:
-            done = done.extended_by(levels[number + 1].parents, coded[-1])
-        level = _Level(planes, number + 1, levels[number], done)
-        coded.append(level.walk(symbols[number]))
+            coarser = coarser.add_level(levels[level_index + 1].parents, coded[-1])
+        level = _Level(planes, level_index + 1, levels[level_index], coarser)
+        coded.append(level.walk(symbols[level_index]))
     return coded[::-1]
 
 
 @dataclass(frozen=True, slots=True)
 class _CoarserLevels:
-    """Data that the anchors of a level pass to their children.
+    """Sums over a level and all coarser levels, for the contexts of the next finer level.
 
     Attributes:
         sums: `[c, a]` sums of the symbols of anchors and all their ancestors.
@@ -104,12 +104,12 @@ class _CoarserLevels:
 
     @classmethod
     def above_coarsest(cls, parents: Int64, channels: int) -> "_CoarserLevels":
-        """Return the data above the coarsest level."""
+        """Return sums of 0 for the parents of the coarsest level."""
         count = int(parents.max()) + 1
         return cls(np.zeros((channels, count), dtype=np.int64), np.zeros(count, dtype=np.int64))
 
-    def extended_by(self, parents: Int64, symbols: Int64) -> "_CoarserLevels":
-        """Return the data that the next level passes down."""
+    def add_level(self, parents: Int64, symbols: Int64) -> "_CoarserLevels":
+        """Return the sums that include the symbols of the next finer level."""
         return _CoarserLevels(
             self.sums.take(parents, axis=1) + symbols, np.abs(symbols).sum(axis=0)
         )
@@ -119,97 +119,107 @@ class _Level:
     """The planes of one level."""
 
     def __init__(
-        self, planes: Planes, number: int, context: LevelContext, above: _CoarserLevels
+        self, planes: Planes, level_number: int, context: LevelContext, coarser: _CoarserLevels
     ) -> None:
         self._planes = planes
-        self._name = f"motion {number}"
+        self._name = f"motion {level_number}"
         self._context = context
-        self._above = above
+        self._coarser = coarser
 
-    def walk(self, values: Int64) -> Int64:
+    def walk(self, symbols: Int64) -> Int64:
         """Code the symbols `[c, a]` of the level's anchors."""
-        moving = np.flatnonzero(self._moves(np.bitwise_or.reduce(values, axis=0) != 0))
-        expected, values_moving = self._expected(moving), values[:, moving]
-        there = self._not_zero(expected, values_moving)
-        coded_of_moving = np.zeros_like(values_moving)
-        coded_of_moving[there] = self._signed(expected[there], values_moving[there])
-        coded = np.zeros(values.shape, dtype=np.int64)
-        coded[:, moving] = coded_of_moving
+        moving = np.flatnonzero(self._code_moves(np.bitwise_or.reduce(symbols, axis=0) != 0))
+        expected_moving, moving_values = self._expected_residuals(moving), symbols[:, moving]
+        is_nonzero = self._code_nonzero(expected_moving, moving_values)
+        moving_symbols = np.zeros_like(moving_values)
+        moving_symbols[is_nonzero] = self._code_signs_and_magnitudes(
+            expected_moving[is_nonzero], moving_values[is_nonzero]
+        )
+        coded = np.zeros(symbols.shape, dtype=np.int64)
+        coded[:, moving] = moving_symbols
         return coded
 
-    def _expected(self, anchors: Int64) -> Int64:
-        """Return the `[c, n]` last motion of anchors `[n]`, minus that of coarser levels."""
+    def _expected_residuals(self, anchors: Int64) -> Int64:
+        """Return the `[c, n]` last motion of anchors `[n]` minus the motion of coarser levels."""
         parents = self._context.parents[anchors]
-        return self._context.previous[:, anchors] - self._above.sums[:, parents]
+        return self._context.previous[:, anchors] - self._coarser.sums[:, parents]
 
-    def _moves(self, moving: Bits) -> Bits:
-        """Code which anchors `[a]` move; most have no expected motion and share a context."""
-        done = np.bitwise_or.reduce(self._above.sums, axis=0) | self._above.magnitudes
-        parents_moving = done[self._context.parents]
-        asked = np.flatnonzero(
+    def _code_moves(self, moving: Bits) -> Bits:
+        """Code which anchors `[a]` move; anchors without expected motion share context 0."""
+        has_coarser_motion = (
+            np.bitwise_or.reduce(self._coarser.sums, axis=0) | self._coarser.magnitudes
+        )
+        parents_moving = has_coarser_motion[self._context.parents]
+        with_context = np.flatnonzero(
             np.bitwise_or.reduce(self._context.previous, axis=0) | parents_moving
         )
-        above = self._above.magnitudes[self._context.parents[asked]]
-        expected = np.abs(self._expected(asked)).sum(axis=0)
+        parent_magnitudes = self._coarser.magnitudes[self._context.parents[with_context]]
+        expected = np.abs(self._expected_residuals(with_context)).sum(axis=0)
         contexts = np.zeros(moving.size, dtype=np.int64)
-        contexts[asked] = _EXPECTED_CLASSES.count * _PARENT_CLASSES.of(above)
-        contexts[asked] += _EXPECTED_CLASSES.of(expected)
+        contexts[with_context] = _EXPECTED_CLASSES.count * _PARENT_CLASSES.classify(
+            parent_magnitudes
+        )
+        contexts[with_context] += _EXPECTED_CLASSES.classify(expected)
         return self._planes.code(f"{self._name}, moves", contexts, moving)
 
-    def _not_zero(self, expected: Int64, values: Int64) -> Bits:
-        """Code by channel whether symbols are nonzero; the context includes the count so far."""
-        there = np.zeros(values.shape, dtype=np.bool_)
-        so_far = np.zeros(values.shape[1], dtype=np.int64)
-        for channel, kind in enumerate(_kinds(values.shape[0])):
-            near = np.minimum(np.abs(expected[channel]), _MAXIMUM)
-            contexts = (_MAXIMUM + 1) * near + np.minimum(so_far, _MAXIMUM)
-            model = f"{self._name}, {kind} not 0"
-            there[channel] = self._planes.code(model, contexts, values[channel] != 0)
-            so_far += there[channel]
-        return there
+    def _code_nonzero(self, expected: Int64, values: Int64) -> Bits:
+        """Code whether symbols are nonzero; contexts count the nonzero channels so far."""
+        is_nonzero = np.zeros(values.shape, dtype=np.bool_)
+        nonzero_counts = np.zeros(values.shape[1], dtype=np.int64)
+        for channel, component in enumerate(_channel_components(values.shape[0])):
+            expected_magnitude = np.minimum(np.abs(expected[channel]), _CONTEXT_MAXIMUM)
+            contexts = (_CONTEXT_MAXIMUM + 1) * expected_magnitude + np.minimum(
+                nonzero_counts, _CONTEXT_MAXIMUM
+            )
+            model = f"{self._name}, {component} not 0"
+            is_nonzero[channel] = self._planes.code(model, contexts, values[channel] != 0)
+            nonzero_counts += is_nonzero[channel]
+        return is_nonzero
 
-    def _signed(self, expected: Int64, values: Int64) -> Int64:
-        """Code signs, then magnitudes above 0, by channel `[n]`."""
-        contexts = _SIGN_CONTEXTS.of(expected)
+    def _code_signs_and_magnitudes(self, expected: Int64, values: Int64) -> Int64:
+        """Code the signs, then the magnitudes, of nonzero symbols `[n]` in channel order."""
+        contexts = _SIGN_CONTEXTS.classify(expected)
         negative = self._planes.code(f"{self._name}, sign", contexts, values < 0)
-        ahead = np.where(negative, -expected, expected)
+        directed = np.where(negative, -expected, expected)
         magnitudes = np.ones_like(values)
-        left = np.arange(values.size)
+        remaining = np.arange(values.size)
         for plane in range(MAGNITUDE_PLANES):
-            contexts = _AHEAD_CLASSES.of(ahead[left] - plane)
-            contexts = contexts + _AHEAD_CLASSES.count * min(plane, _LAST_OWN_PLANE)
-            beyond = np.abs(values[left]) > plane + 1
-            left = left[self._planes.code(f"{self._name}, magnitude", contexts, beyond)]
-            magnitudes[left] += 1
+            contexts = _DIRECTED_CLASSES.classify(directed[remaining] - plane)
+            contexts = contexts + _DIRECTED_CLASSES.count * min(plane, _LAST_SEPARATE_PLANE)
+            is_larger = np.abs(values[remaining]) > plane + 1
+            remaining = remaining[
+                self._planes.code(f"{self._name}, magnitude", contexts, is_larger)
+            ]
+            magnitudes[remaining] += 1
         return np.where(negative, -magnitudes, magnitudes)
 
 
-def _kinds(channels: int) -> list[str]:
-    """Return the component of each channel: x, y, z, possibly w, and x, y, z."""
+def _channel_components(channels: int) -> list[str]:
+    """Return the name of each channel in the models; 7 channels include the w of the rotation."""
     return ["translation"] * 3 + ["w"] * (channels - 6) + ["rotation"] * 3
 
 
 class _Classes:
-    """Lookup table of integer classes: class k starts at border k, class 0 is below all."""
+    """Lookup table of integer classes: class k starts at border k, class 0 is below border 1."""
 
     def __init__(self, *borders: int) -> None:
         self.count = len(borders) + 1
-        self._least, self._most = borders[0] - 1, borders[-1]
-        numbers = np.arange(self._least, self._most + 1)
-        self._table = np.searchsorted(np.array(borders), numbers, side="right")
+        self._minimum, self._maximum = borders[0] - 1, borders[-1]
+        values = np.arange(self._minimum, self._maximum + 1)
+        self._table = np.searchsorted(np.array(borders), values, side="right")
 
-    def of(self, numbers: Int64) -> Int64:
-        within = np.maximum(
-            np.minimum(numbers, self._most), self._least
+    def classify(self, values: Int64) -> Int64:
+        clipped = np.maximum(
+            np.minimum(values, self._maximum), self._minimum
         )  # np.clip has a large overhead
-        classes: Int64 = self._table[within - self._least]
+        classes: Int64 = self._table[clipped - self._minimum]
         return classes
 
 
 _ZERO = np.int64(0)
-_MAXIMUM = 3
-_LAST_OWN_PLANE = 2
+_CONTEXT_MAXIMUM = 3
+_LAST_SEPARATE_PLANE = 2
 _PARENT_CLASSES = _Classes(1, 2, 4)
 _EXPECTED_CLASSES = _Classes(1, 2, 4, 8)
 _SIGN_CONTEXTS = _Classes(-7, -3, -1, 0, 1, 2, 4, 8)
-_AHEAD_CLASSES = _Classes(-8, -3, -1, 0, 1, 2, 3, 4, 6, 10)
+_DIRECTED_CLASSES = _Classes(-8, -3, -1, 0, 1, 2, 3, 4, 6, 10)

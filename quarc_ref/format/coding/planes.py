@@ -23,11 +23,11 @@ from quarc_ref.format.coding.probability import choose_codes, weight_of_code
 from quarc_ref.format.constants import CODE_BITS, STATED_WEIGHT, WEIGHT_TOTAL
 from quarc_ref.format.records import Section
 
-_EVEN = WEIGHT_TOTAL // 2
+_EVEN_WEIGHT = WEIGHT_TOTAL // 2
 
 
 class Planes(Protocol):
-    """Interface for a walk over planes that encodes or decodes."""
+    """Interface with which a walk encodes or decodes planes."""
 
     def code(self, model: str, contexts: Int64, bits: Bits) -> Bits:
         """Code one plane.
@@ -65,23 +65,23 @@ class PlaneWriter:
         """See `Planes.code`."""
         if contexts.size == 0:
             return bits
-        runs = _Runs.of(contexts)
-        parts = np.split(bits[runs.order], runs.starts[1:])
-        zeros, ones = runs.count(parts)
+        runs = _Runs.group(contexts)
+        runs_of_bits = np.split(bits[runs.order], runs.starts[1:])
+        zeros, ones = runs.count(runs_of_bits)
         weights = self._counts.weights(model, runs.contexts)
         codes = choose_codes(ones, runs.lengths)
-        fitting = np.array([weight_of_code(code) for code in codes.tolist()])
-        stated = saves_bits(zeros, ones, weights, fitting)
-        said = np.unpackbits(codes[stated].astype(np.uint8))
-        self._runs += [(stated, STATED_WEIGHT), (said.astype(np.bool_), _EVEN)]
-        weights[stated] = fitting[stated]
-        self._runs.extend(zip(parts, weights.tolist(), strict=True))
-        self._counts.learn(model, runs.contexts, zeros, ones)
+        fitted_weights = np.array([weight_of_code(code) for code in codes.tolist()])
+        is_stated = saves_bits(zeros, ones, weights, fitted_weights)
+        code_bits = np.unpackbits(codes[is_stated].astype(np.uint8))
+        self._runs += [(is_stated, STATED_WEIGHT), (code_bits.astype(np.bool_), _EVEN_WEIGHT)]
+        weights[is_stated] = fitted_weights[is_stated]
+        self._runs.extend(zip(runs_of_bits, weights.tolist(), strict=True))
+        self._counts.add_bits(model, runs.contexts, zeros, ones)
         return bits
 
     def code_raw(self, bits: Bits) -> Bits:
         """See `Planes.code_raw`."""
-        self._runs.append((bits, _EVEN))
+        self._runs.append((bits, _EVEN_WEIGHT))
         return bits
 
     def section(self) -> Section:
@@ -97,7 +97,7 @@ class PlaneReader:
         counts: Current counts of the contexts, which are not modified.
 
     Raises:
-        InvalidWordsError: The words are not those of any encoder.
+        InvalidWordsError: No encoder can produce the words of the section.
     """
 
     def __init__(self, section: Section, counts: ContextCounts) -> None:
@@ -108,27 +108,27 @@ class PlaneReader:
         """See `Planes.code`."""
         if contexts.size == 0:
             return bits
-        runs = _Runs.of(contexts)
-        stated = self._words.take(runs.contexts.size, STATED_WEIGHT)
-        codes = np.packbits(self._words.take(CODE_BITS * int(stated.sum()), _EVEN))
+        runs = _Runs.group(contexts)
+        is_stated = self._words.take(runs.contexts.size, STATED_WEIGHT)
+        codes = np.packbits(self._words.take(CODE_BITS * int(is_stated.sum()), _EVEN_WEIGHT))
         weights = self._counts.weights(model, runs.contexts)
-        weights[stated] = [weight_of_code(code) for code in codes.tolist()]
-        asked = zip(runs.lengths.tolist(), weights.tolist(), strict=True)
-        parts = [self._words.take(count, weight) for count, weight in asked]
-        self._counts.learn(model, runs.contexts, *runs.count(parts))
-        answers = np.empty_like(bits)
-        answers[runs.order] = np.concatenate(parts)
-        return answers
+        weights[is_stated] = [weight_of_code(code) for code in codes.tolist()]
+        run_sizes = zip(runs.lengths.tolist(), weights.tolist(), strict=True)
+        runs_of_bits = [self._words.take(count, weight) for count, weight in run_sizes]
+        self._counts.add_bits(model, runs.contexts, *runs.count(runs_of_bits))
+        decoded = np.empty_like(bits)
+        decoded[runs.order] = np.concatenate(runs_of_bits)
+        return decoded
 
     def code_raw(self, bits: Bits) -> Bits:
         """See `Planes.code_raw`."""
-        return self._words.take(bits.size, _EVEN)
+        return self._words.take(bits.size, _EVEN_WEIGHT)
 
     def finish(self) -> ContextCounts:
         """Check that all words are consumed, and return the updated counts.
 
         Raises:
-            UnconsumedWordsError: Words are left.
+            UnconsumedWordsError: Words remain.
         """
         self._words.finish()
         return self._counts
@@ -151,18 +151,23 @@ class _Runs:
     starts: Int64
 
     @classmethod
-    def of(cls, contexts: Int64) -> "_Runs":
+    def group(cls, contexts: Int64) -> "_Runs":
         counts = np.bincount(contexts)
         # NumPy uses radix sort for 16-bit numbers, which is four times as fast.
-        narrow = contexts.astype(np.uint16) if counts.size <= _NARROW else contexts
-        used = np.flatnonzero(counts)
-        lengths = counts[used]
-        return cls(np.argsort(narrow, kind="stable"), used, lengths, np.cumsum(lengths) - lengths)
+        sort_keys = contexts.astype(np.uint16) if counts.size <= _UINT16_CONTEXTS else contexts
+        used_contexts = np.flatnonzero(counts)
+        lengths = counts[used_contexts]
+        return cls(
+            np.argsort(sort_keys, kind="stable"),
+            used_contexts,
+            lengths,
+            np.cumsum(lengths) - lengths,
+        )
 
-    def count(self, parts: Sequence[Bits]) -> tuple[Int64, Int64]:
+    def count(self, runs_of_bits: Sequence[Bits]) -> tuple[Int64, Int64]:
         """Return the `[u]` numbers of zeros and ones of each context."""
-        ones = np.array([np.count_nonzero(part) for part in parts])
+        ones = np.array([np.count_nonzero(part) for part in runs_of_bits])
         return self.lengths - ones, ones
 
 
-_NARROW = 1 << 16
+_UINT16_CONTEXTS = 1 << 16

@@ -1,8 +1,8 @@
 """One-byte codes of the explicit probabilities of a plane: SPEC 8.2.
 
-A code represents the weight of a 1 in a context, out of 2^24. There are eight codes per
-octave towards both ends, so the loss compared with exact probabilities is below one part
-in a thousand.
+A code represents the weight of a 1 bit in a context, out of 2^24. Codes are spaced at
+eight per octave towards 0 and towards 2^24, so they cost less than one part in a thousand
+more bits than exact probabilities.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ _MIN_SHIFT = 5
 
 
 def weight_of_code(code: int) -> int:
-    """Return the weight of a 1 for a probability code.
+    """Return the weight of a 1 bit (of 2^24) for a probability code.
 
     Raises:
         BadProbabilityError: The code is 240 or more.
@@ -35,19 +35,19 @@ def choose_codes(ones: Int64, counts: Int64) -> Int64:
         ones: `[n]` numbers of 1 bits.
         counts: `[n]` numbers of bits, at least 1.
     """
-    shares = ones * WEIGHT_TOTAL // counts
-    codes: Int64 = _ASCENDING[np.searchsorted(_BORDERS, shares, side="right")]
+    weights = ones * WEIGHT_TOTAL // counts
+    codes: Int64 = _CODES_BY_WEIGHT[np.searchsorted(_CODE_BORDERS, weights, side="right")]
     return codes
 
 
-def _weight(code: int) -> int:
+def _compute_weight(code: int) -> int:
     if code >= _HALF:
-        return WEIGHT_TOTAL - _weight(code - _HALF)
+        return WEIGHT_TOTAL - _compute_weight(code - _HALF)
     octave, step = divmod(code, _STEPS_PER_OCTAVE)
     return (_STEPS_PER_OCTAVE + step) << (octave + _MIN_SHIFT)
 
 
-_WEIGHTS = tuple(_weight(code) for code in range(PROBABILITY_CODES))
-_ASCENDING = np.argsort(_WEIGHTS, kind="stable")
-_SORTED = np.sort(_WEIGHTS)
-_BORDERS = (_SORTED[:-1] + _SORTED[1:] + 1) // 2
+_WEIGHTS = tuple(_compute_weight(code) for code in range(PROBABILITY_CODES))
+_CODES_BY_WEIGHT = np.argsort(_WEIGHTS, kind="stable")
+_SORTED_WEIGHTS = np.sort(_WEIGHTS)
+_CODE_BORDERS = (_SORTED_WEIGHTS[:-1] + _SORTED_WEIGHTS[1:] + 1) // 2

@@ -1,8 +1,8 @@
 """Codes snapshots as planes: canonical frames relative to the last CANO (SPEC 8.9).
 
 One walk serves both encoding and decoding (see `planes`). Surviving Gaussians keep the
-Morton order of the CANO, so the previous one is a spatial neighbor and has often moved in
-the same way. All others are coded as in a canonical frame.
+Morton order of the CANO, so the previous survivor is a spatial neighbor and has often
+moved in the same way. New Gaussians are coded as in a canonical frame.
 """
 
 from dataclasses import dataclass
@@ -41,8 +41,8 @@ class Snapshot:
     """A canonical frame, and its relation to the last CANO.
 
     Attributes:
-        gaussians: Gaussians of the frame, in its order.
-        roots: `[N]` index in the CANO of each survivor; -1 for the others.
+        gaussians: Gaussians of the frame, in Morton order.
+        roots: `[N]` index of each survivor in the CANO; -1 for new Gaussians.
     """
 
     gaussians: Gaussians
@@ -55,11 +55,11 @@ class CodedSnapshot:
 
     Attributes:
         newborn_count: Number of Gaussians that are not in the CANO.
-        origin: Minimum xyz of their positions, in position steps.
-        axis_bits: Number of bits of a position minus the origin.
+        origin: Minimum xyz of the new Gaussians' positions, in position steps.
+        axis_bits: Bits per axis of a position relative to the origin.
         survivors: Section of the surviving Gaussians of the CANO.
         sections: Sections of the new Gaussians.
-        gaussians: Gaussians of the frame, in its order.
+        gaussians: Gaussians of the frame, in Morton order.
     """
 
     newborn_count: int
@@ -74,40 +74,42 @@ def write_snapshot(canonical: Gaussians, gaussians: Gaussians, roots: Int64) -> 
     """Code a frame relative to a canonical frame.
 
     Args:
-        canonical: Gaussians of the CANO, in its order.
+        canonical: Gaussians of the CANO, in its Morton order.
         gaussians: Gaussians of the frame, in any order.
-        roots: `[N]` distinct indices in the CANO of the survivors; -1 for the others.
-            Survivors that have changed too much are coded as new.
+        roots: `[N]` index of each survivor in the CANO, without repetition; -1 for new
+            Gaussians. Survivors that have changed too much are coded as new.
 
     Raises:
-        EncodeError: Two colors of a new Gaussian are too far apart.
+        EncodeError: Two color codes of a new Gaussian are too far apart.
         SymbolRangeError: The frame is wider than a CANO can represent.
     """
-    order = np.flatnonzero(roots >= 0)
-    order = order[np.argsort(roots[order], kind="stable")]
-    rows = _subtract(_rows_of(gaussians, order), _rows_of(canonical, roots[order]))
-    near = np.abs(rows).max(axis=0) <= _MAX_CHANGE
-    near &= (gaussians.codes[_CODES:, order] == canonical.codes[_CODES:, roots[order]]).all(axis=0)
-    order = order[near]
+    survivors = np.flatnonzero(roots >= 0)
+    survivors = survivors[np.argsort(roots[survivors], kind="stable")]
+    rows = _subtract(_coded_rows(gaussians, survivors), _coded_rows(canonical, roots[survivors]))
+    is_codable = np.abs(rows).max(axis=0) <= _MAX_CHANGE
+    is_codable &= (
+        gaussians.codes[_CODE_COUNT:, survivors] == canonical.codes[_CODE_COUNT:, roots[survivors]]
+    ).all(axis=0)
+    survivors = survivors[is_codable]
     lives = np.zeros(canonical.count, dtype=np.bool_)
-    lives[roots[order]] = True
-    spread = np.zeros((SURVIVOR_ROWS, canonical.count), dtype=np.int64)
-    spread[:, roots[order]] = rows[:, near]
+    lives[roots[survivors]] = True
+    rows_by_root = np.zeros((SURVIVOR_ROWS, canonical.count), dtype=np.int64)
+    rows_by_root[:, roots[survivors]] = rows[:, is_codable]
     writer = PlaneWriter(ContextCounts())
-    _code_survivors(writer, lives, spread)
-    left = np.ones(roots.size, dtype=np.bool_)
-    left[order] = False
-    newborn, origin, axis_bits = _take(gaussians, np.flatnonzero(left)), (0, 0, 0), 0
+    _code_survivors(writer, lives, rows_by_root)
+    is_new = np.ones(roots.size, dtype=np.bool_)
+    is_new[survivors] = False
+    newborn, origin, axis_bits = _select(gaussians, np.flatnonzero(is_new)), (0, 0, 0), 0
     if newborn.count:
         origin, axis_bits, newborn = sort_canonical(newborn)
-    whole = _join(_take(gaussians, order), newborn)
+    all_gaussians = _concatenate(_select(gaussians, survivors), newborn)
     return CodedSnapshot(
         newborn.count,
         origin,
         axis_bits,
         writer.section(),
         write_canonical(newborn, origin),
-        _take(whole, _sort(whole)),
+        _select(all_gaussians, _sort_morton(all_gaussians)),
     )
 
 
@@ -115,123 +117,125 @@ def read_snapshot(chunk: SnapshotChunk, canonical: Gaussians) -> Snapshot:
     """Decode a frame that is coded relative to a canonical frame.
 
     Args:
-        chunk: Chunk with a count within the stream's level.
-        canonical: Gaussians of the CANO, in its order.
+        chunk: Chunk whose count is within the limit of the stream's level.
+        canonical: Gaussians of the CANO, in its Morton order.
 
     Raises:
-        EntropyError: A section is malformed, or the frame is too wide.
+        EntropyError: A section is malformed, or the frame is wider than a CANO can represent.
     """
     reader = PlaneReader(chunk.survivors, ContextCounts())
-    nothing = np.zeros(canonical.count, dtype=np.bool_)
-    blank = np.broadcast_to(np.int64(0), (SURVIVOR_ROWS, canonical.count))
-    kept, rows = _code_survivors(reader, nothing, blank)
+    placeholder_lives = np.zeros(canonical.count, dtype=np.bool_)
+    placeholder_rows = np.broadcast_to(np.int64(0), (SURVIVOR_ROWS, canonical.count))
+    survivor_roots, rows = _code_survivors(reader, placeholder_lives, placeholder_rows)
     reader.finish()
-    survivors = _add(canonical, kept, rows)
+    survivors = _add(canonical, survivor_roots, rows)
     code_planes = canonical.codes.shape[0]
     newborn = read_newborn(chunk, code_planes)
-    gaussians = _join(survivors, newborn)
-    roots = np.concatenate([kept, np.full(newborn.count, -1, dtype=np.int64)])
-    order = _sort(gaussians)
-    return Snapshot(_take(gaussians, order), roots[order])
+    gaussians = _concatenate(survivors, newborn)
+    roots = np.concatenate([survivor_roots, np.full(newborn.count, -1, dtype=np.int64)])
+    order = _sort_morton(gaussians)
+    return Snapshot(_select(gaussians, order), roots[order])
 
 
 def compare(snapshot: Snapshot, canonical: Gaussians) -> Int64:
     """Return the `[SURVIVOR_ROWS, n]` differences of a snapshot's survivors from their CANO."""
-    (here,) = np.nonzero(snapshot.roots >= 0)
-    roots = snapshot.roots[here]
-    return _subtract(_rows_of(snapshot.gaussians, here), _rows_of(canonical, roots))
+    (survivors,) = np.nonzero(snapshot.roots >= 0)
+    roots = snapshot.roots[survivors]
+    return _subtract(_coded_rows(snapshot.gaussians, survivors), _coded_rows(canonical, roots))
 
 
 def _code_survivors(planes: Planes, lives: Bits, rows: Int64) -> tuple[Int64, Int64]:
-    """Walk the planes: `lives` is `[N]`, `rows` `[SURVIVOR_ROWS, N]`.
+    """Code which Gaussians survive (`lives`, `[N]`), then their `[SURVIVOR_ROWS, N]` rows.
 
     Returns:
-        The indices `[n]` of the survivors, and their rows.
+        The indices `[n]` of the survivors in the CANO, and their rows.
     """
     lives = planes.code("survivors, lives", np.zeros(lives.size, dtype=np.int64), lives)
-    kept = np.flatnonzero(lives)
-    rows = rows[:, kept]
-    answers = np.zeros(kept.size, dtype=np.int64)
-    for number, (name, field) in enumerate(SURVIVOR_FIELDS.items()):
-        differs = np.any(rows[field], axis=0)
-        bits = planes.code(f"survivors, {name}", answers, differs)
-        answers |= bits.astype(np.int64) << number
-    coded = np.zeros((SURVIVOR_ROWS, kept.size), dtype=np.int64)
-    for number, (name, field) in enumerate(SURVIVOR_FIELDS.items()):
-        there = np.flatnonzero((answers >> number) & 1)
-        values = rows[field][:, there]
+    survivor_roots = np.flatnonzero(lives)
+    rows = rows[:, survivor_roots]
+    changed_fields = np.zeros(survivor_roots.size, dtype=np.int64)
+    for bit, (name, field) in enumerate(SURVIVOR_FIELDS.items()):
+        is_changed = np.any(rows[field], axis=0)
+        bits = planes.code(f"survivors, {name}", changed_fields, is_changed)
+        changed_fields |= bits.astype(np.int64) << bit
+    coded = np.zeros((SURVIVOR_ROWS, survivor_roots.size), dtype=np.int64)
+    for bit, (name, field) in enumerate(SURVIVOR_FIELDS.items()):
+        changed = np.flatnonzero((changed_fields >> bit) & 1)
+        values = rows[field][:, changed]
         if name == "position":
             steps = _code_rows(planes, field, np.diff(values, axis=1, prepend=0))
-            coded[field, there] = np.cumsum(steps, axis=1)
+            coded[field, changed] = np.cumsum(steps, axis=1)
         elif name == "rotation":
-            zeros = np.zeros(there.size, dtype=np.int64)
-            turned = code_fixed(planes, "survivors, index", zeros, ROTATION_INDEX_BITS, values[0])
-            others = slice(field.start + 1, field.stop)
-            coded[others, there] = _code_rows(planes, others, values[1:])
-            coded[field.start, there] = turned
+            zeros = np.zeros(changed.size, dtype=np.int64)
+            largest = code_fixed(planes, "survivors, index", zeros, ROTATION_INDEX_BITS, values[0])
+            components = slice(field.start + 1, field.stop)
+            coded[components, changed] = _code_rows(planes, components, values[1:])
+            coded[field.start, changed] = largest
         else:
-            coded[field, there] = _code_rows(planes, field, values)
-    return kept, coded
+            coded[field, changed] = _code_rows(planes, field, values)
+    return survivor_roots, coded
 
 
 def _code_rows(planes: Planes, rows: slice, values: Int64) -> Int64:
-    """Code rows one by one, with the magnitudes of the previous field's rows as context."""
-    so_far = np.zeros(values.shape[1], dtype=np.int64)
+    """Code rows one by one; contexts depend on the magnitudes in the field's previous rows."""
+    magnitude_sums = np.zeros(values.shape[1], dtype=np.int64)
     coded = np.zeros_like(values)
-    for place, row in enumerate(range(rows.start, rows.stop)):
-        contexts = REST_CLASSES * row + np.minimum(bit_length(so_far), REST_CLASSES - 1)
-        coded[place] = code_signed(planes, _VALUES, contexts, CLASS_BITS, values[place])
-        so_far += np.abs(coded[place])
+    for row_index, row in enumerate(range(rows.start, rows.stop)):
+        contexts = REST_CLASSES * row + np.minimum(bit_length(magnitude_sums), REST_CLASSES - 1)
+        coded[row_index] = code_signed(
+            planes, _DIFFERENCES_MODEL, contexts, CLASS_BITS, values[row_index]
+        )
+        magnitude_sums += np.abs(coded[row_index])
     return coded
 
 
-def _rows_of(gaussians: Gaussians, which: Int64) -> Int64:
-    """Return the `[SURVIVOR_ROWS, n]` values of Gaussians that may differ."""
+def _coded_rows(gaussians: Gaussians, indices: Int64) -> Int64:
+    """Return the `[SURVIVOR_ROWS, n]` values of Gaussians that a snapshot may change."""
     return np.concatenate(
         [
-            gaussians.positions[:, which],
-            gaussians.rotations[:, which],
-            gaussians.codes[:_CODES, which],
+            gaussians.positions[:, indices],
+            gaussians.rotations[:, indices],
+            gaussians.codes[:_CODE_COUNT, indices],
         ]
     )
 
 
-def _subtract(rows: Int64, before: Int64) -> Int64:
-    """Return differences, or the components of rotations with a different index."""
-    differences = rows - before
+def _subtract(rows: Int64, canonical_rows: Int64) -> Int64:
+    """Return differences; a rotation whose index changes has absolute components instead."""
+    residuals = rows - canonical_rows
     index, components = _ROTATION.start, slice(_ROTATION.start + 1, _ROTATION.stop)
-    turned = differences[index] != 0
-    differences[index] %= 1 << ROTATION_INDEX_BITS
-    differences[components, turned] = rows[components, turned]
-    return differences
+    index_changed = residuals[index] != 0
+    residuals[index] %= 1 << ROTATION_INDEX_BITS
+    residuals[components, index_changed] = rows[components, index_changed]
+    return residuals
 
 
-def _add(canonical: Gaussians, kept: Int64, rows: Int64) -> Gaussians:
+def _add(canonical: Gaussians, survivor_roots: Int64, rows: Int64) -> Gaussians:
     """Add differences to the canonical Gaussians, and return the survivors."""
-    sums = _rows_of(canonical, kept) + rows
+    sums = _coded_rows(canonical, survivor_roots) + rows
     index, components = _ROTATION.start, slice(_ROTATION.start + 1, _ROTATION.stop)
-    turned = rows[index] != 0
+    index_changed = rows[index] != 0
     sums[index] %= 1 << ROTATION_INDEX_BITS
-    sums[components, turned] = rows[components, turned]
-    codes = canonical.codes[:, kept]
-    codes[:_CODES] = sums[_ROTATION.stop :]
+    sums[components, index_changed] = rows[components, index_changed]
+    codes = canonical.codes[:, survivor_roots]
+    codes[:_CODE_COUNT] = sums[_ROTATION.stop :]
     return Gaussians(sums[SURVIVOR_FIELDS["position"]], sums[_ROTATION], codes)
 
 
-def _sort(gaussians: Gaussians) -> Int64:
+def _sort_morton(gaussians: Gaussians) -> Int64:
     """Return the Morton order of the Gaussians of a frame, as in a CANO.
 
     Raises:
         SymbolRangeError: The frame is wider than a CANO can represent.
     """
-    offsets = gaussians.positions - gaussians.positions.min(axis=1, initial=_FAR)[:, None]
+    offsets = gaussians.positions - gaussians.positions.min(axis=1, initial=_NO_MINIMUM)[:, None]
     if offsets.max(initial=0) >> AXIS_BITS_LIMIT:  # [7.9-4]
         message = f"a snapshot is wider than 2^{AXIS_BITS_LIMIT} steps"
         raise SymbolRangeError(message)
     return np.argsort(interleave(offsets), kind="stable")
 
 
-def _join(first: Gaussians, second: Gaussians) -> Gaussians:
+def _concatenate(first: Gaussians, second: Gaussians) -> Gaussians:
     return Gaussians(
         np.concatenate([first.positions, second.positions], axis=1),
         np.concatenate([first.rotations, second.rotations], axis=1),
@@ -239,14 +243,16 @@ def _join(first: Gaussians, second: Gaussians) -> Gaussians:
     )
 
 
-def _take(gaussians: Gaussians, which: Int64) -> Gaussians:
+def _select(gaussians: Gaussians, indices: Int64) -> Gaussians:
     return Gaussians(
-        gaussians.positions[:, which], gaussians.rotations[:, which], gaussians.codes[:, which]
+        gaussians.positions[:, indices],
+        gaussians.rotations[:, indices],
+        gaussians.codes[:, indices],
     )
 
 
-_VALUES = "survivors, differences"
+_DIFFERENCES_MODEL = "survivors, differences"
 _ROTATION = SURVIVOR_FIELDS["rotation"]
-_CODES = 7  # the first codes of a Gaussian: all but SH rest
-_FAR = 1 << 62
+_CODE_COUNT = 7  # the first codes of a Gaussian: all but SH rest
+_NO_MINIMUM = 1 << 62
 _MAX_CHANGE = (1 << 14) - 1  # so that the difference of two numbers fits Signed(CLASS_BITS)

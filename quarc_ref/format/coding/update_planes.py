@@ -26,7 +26,7 @@ from quarc_ref.format.updates import ROTATION, UPDATE_FIELDS, Updates
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UpdateContext:
-    """Context of the Gaussians of a frame before its updates.
+    """Data about the Gaussians of a frame that is known before its updates are coded.
 
     Attributes:
         motion: `[c, N]` motion of each Gaussian in this frame: the sum of the symbols of
@@ -42,7 +42,7 @@ def write_updates(context: UpdateContext, updates: Updates, counts: ContextCount
     """Code the updates of a frame.
 
     Args:
-        context: Context of the frame.
+        context: Motion and recency of the frame's Gaussians.
         updates: Updates of the frame.
         counts: Counts of the contexts before the frame.
 
@@ -73,7 +73,7 @@ def read_updates(
 
     Args:
         section: Section of the FRAM chunk.
-        context: Context of the frame.
+        context: Motion and recency of the frame's Gaussians.
         counts: Counts of the contexts before the frame.
 
     Returns:
@@ -84,51 +84,55 @@ def read_updates(
     """
     count = context.recency.size
     reader = PlaneReader(section, counts)
-    nothing = np.zeros(count, dtype=np.bool_)
+    placeholder = np.zeros(count, dtype=np.bool_)
     residuals = np.broadcast_to(np.int64(0), (RESIDUAL_ROWS, count))
-    updates = _code_updates(reader, context, nothing, nothing, residuals)
+    updates = _code_updates(reader, context, placeholder, placeholder, residuals)
     return updates, reader.finish()
 
 
 def _code_updates(
     planes: Planes, context: UpdateContext, changes: Bits, dies: Bits, residuals: Int64
 ) -> Updates:
-    """Walk the planes: `changes` and `dies` are `[N]`, `residuals` `[RESIDUAL_ROWS, N]`."""
-    changes = planes.code("updates, changes", _changes_contexts(context), changes)
-    chosen = np.flatnonzero(changes)
-    dying = planes.code("updates, dies", context.recency[chosen].astype(np.int64), dies[chosen])
-    coded = np.zeros((RESIDUAL_ROWS, chosen.size), dtype=np.int64)
-    left = np.flatnonzero(~dying)
-    coded[:, left] = _code_fields(planes, residuals[:, chosen[left]])
-    return Updates(chosen, dying, coded)
+    """Code the planes of `changes` `[N]`, `dies` `[N]` and `residuals` `[RESIDUAL_ROWS, N]`."""
+    changes = planes.code("updates, changes", _change_contexts(context), changes)
+    changed = np.flatnonzero(changes)
+    dying = planes.code("updates, dies", context.recency[changed].astype(np.int64), dies[changed])
+    coded = np.zeros((RESIDUAL_ROWS, changed.size), dtype=np.int64)
+    surviving = np.flatnonzero(~dying)
+    coded[:, surviving] = _code_fields(planes, residuals[:, changed[surviving]])
+    return Updates(changed, dying, coded)
 
 
-def _changes_contexts(context: UpdateContext) -> Int64:
-    """Return `[N]` contexts 4 M + R from the motion (M) and recency (R) of each Gaussian."""
+def _change_contexts(context: UpdateContext) -> Int64:
+    """Return `[N]` contexts 4 M + R from the motion class M and recency R of each Gaussian."""
     contexts = context.recency.astype(np.int64)
     moved = np.flatnonzero(np.bitwise_or.reduce(context.motion, axis=0))
-    far = np.abs(context.motion[:, moved]).sum(axis=0, dtype=np.int64)
-    contexts[moved] += (RECENCY_LIMIT + 1) * (1 + (far > 1) + (far > _FAR))
+    motion_sums = np.abs(context.motion[:, moved]).sum(axis=0, dtype=np.int64)
+    contexts[moved] += (RECENCY_LIMIT + 1) * (1 + (motion_sums > 1) + (motion_sums > _FAR_MOTION))
     return contexts
 
 
 def _code_fields(planes: Planes, residuals: Int64) -> Int64:
     """Code which fields of Gaussians change, then the residuals `[RESIDUAL_ROWS, n]`."""
-    before = np.zeros(residuals.shape[1], dtype=np.int64)
-    for number, (name, rows) in enumerate(UPDATE_FIELDS.items()):
-        differs = np.any(residuals[rows], axis=0)
-        before |= planes.code(f"updates, {name}", before, differs).astype(np.int64) << number
+    changed_fields = np.zeros(residuals.shape[1], dtype=np.int64)
+    for bit, (name, rows) in enumerate(UPDATE_FIELDS.items()):
+        is_changed = np.any(residuals[rows], axis=0)
+        changed_fields |= (
+            planes.code(f"updates, {name}", changed_fields, is_changed).astype(np.int64) << bit
+        )
     coded = np.zeros_like(residuals)
-    for number, rows in enumerate(UPDATE_FIELDS.values()):
-        there = np.flatnonzero((before >> number) & 1)
-        so_far = np.zeros(there.size, dtype=np.int64)
+    for bit, rows in enumerate(UPDATE_FIELDS.values()):
+        changed = np.flatnonzero((changed_fields >> bit) & 1)
+        residual_sums = np.zeros(changed.size, dtype=np.int64)
         for row in range(rows.start, rows.stop):
-            contexts = 3 * row + 1 + np.sign(so_far)
-            values = residuals[row, there]
-            coded[row, there] = code_signed(planes, _VALUES, contexts, CLASS_BITS, values)
-            so_far += coded[row, there]
+            contexts = 3 * row + 1 + np.sign(residual_sums)
+            values = residuals[row, changed]
+            coded[row, changed] = code_signed(
+                planes, _RESIDUALS_MODEL, contexts, CLASS_BITS, values
+            )
+            residual_sums += coded[row, changed]
     return coded
 
 
-_VALUES = "updates, residuals"
-_FAR = 3
+_RESIDUALS_MODEL = "updates, residuals"
+_FAR_MOTION = 3

@@ -1,9 +1,8 @@
 """Codes integers as planes of bits: SPEC 8.4.
 
-There are three forms: numbers of fixed width, unsigned numbers, and signed numbers. Each
-is one walk that serves both encoding and decoding; the given numbers are ignored when
-decoding (see `planes`). The planes of a sequence of numbers belong to models with its
-name.
+There are three forms: numbers of fixed width, unsigned numbers, and signed numbers. One
+function per form serves both encoding and decoding, and ignores `values` when decoding
+(see `planes`). The names of the models begin with the name of the sequence of numbers.
 """
 
 import numpy as np
@@ -15,23 +14,25 @@ from quarc_ref.format.constants import MODELLED_BITS
 
 
 def code_fixed(planes: Planes, name: str, contexts: Int64, width: int, values: Int64) -> Int64:
-    """Code numbers below 2^width; the context of a bit is the bits above it.
+    """Code numbers below 2^width; the context of a bit includes the higher bits.
 
     Args:
-        planes: Planes of the walk.
+        planes: A `PlaneWriter` to encode, or a `PlaneReader` to decode.
         name: Name of the sequence.
         contexts: `[n]` outer context of each number.
         width: Number of bits of a number.
-        values: `[n]` numbers.
+        values: `[n]` numbers to encode; ignored when decoding.
 
     Returns:
-        `[n]` numbers.
+        The `[n]` coded numbers.
     """
-    node = np.ones_like(contexts)
-    for place in reversed(range(width)):
-        asked = (contexts << width) + node
-        node = 2 * node + planes.code(f"{name}, class", asked, _bit(values, place))
-    return node - (1 << width)
+    prefix = np.ones_like(contexts)
+    for bit_index in reversed(range(width)):
+        prefix_contexts = (contexts << width) + prefix
+        prefix = 2 * prefix + planes.code(
+            f"{name}, class", prefix_contexts, _get_bit(values, bit_index)
+        )
+    return prefix - (1 << width)
 
 
 def code_unsigned(
@@ -40,14 +41,14 @@ def code_unsigned(
     """Code unsigned numbers: class, then mantissa.
 
     Args:
-        planes: Planes of the walk.
+        planes: A `PlaneWriter` to encode, or a `PlaneReader` to decode.
         name: Name of the sequence.
         contexts: `[n]` outer context of each number.
         class_bits: Number of bits of a class; the numbers are below 2^(2^class_bits - 1).
-        values: `[n]` numbers.
+        values: `[n]` numbers to encode; ignored when decoding.
 
     Returns:
-        `[n]` numbers.
+        The `[n]` coded numbers.
     """
     classes = code_fixed(planes, name, contexts, class_bits, bit_length(values))
     return _code_mantissas(planes, name, (contexts << class_bits) + classes, classes, values)
@@ -59,21 +60,21 @@ def code_signed(
     """Code signed numbers: class, sign, mantissa of the magnitude.
 
     Args:
-        planes: Planes of the walk.
+        planes: A `PlaneWriter` to encode, or a `PlaneReader` to decode.
         name: Name of the sequence.
         contexts: `[n]` outer context of each number.
         class_bits: Number of bits of a class; magnitudes are below 2^(2^class_bits - 1).
-        values: `[n]` numbers.
+        values: `[n]` numbers to encode; ignored when decoding.
 
     Returns:
-        `[n]` numbers.
+        The `[n]` coded numbers.
     """
     magnitudes = np.abs(values)
     classes = code_fixed(planes, name, contexts, class_bits, bit_length(magnitudes))
     contexts = (contexts << class_bits) + classes
-    there = np.flatnonzero(classes)
+    nonzero = np.flatnonzero(classes)
     negative = np.zeros_like(contexts)
-    negative[there] = planes.code(f"{name}, sign", contexts[there], values[there] < 0)
+    negative[nonzero] = planes.code(f"{name}, sign", contexts[nonzero], values[nonzero] < 0)
     magnitudes = _code_mantissas(planes, name, 2 * contexts + negative, classes, magnitudes)
     return np.where(negative, -magnitudes, magnitudes)
 
@@ -81,19 +82,19 @@ def code_signed(
 def _code_mantissas(
     planes: Planes, name: str, contexts: Int64, classes: Int64, values: Int64
 ) -> Int64:
-    """Code the bits below the leading 1 of numbers: the first ones with contexts, the rest raw."""
-    known = np.minimum(classes, 1)
+    """Code the bits below each number's leading 1: the first two with contexts, others raw."""
+    mantissas = np.minimum(classes, 1)
     for depth in range(int(classes.max(initial=1)) - 1):
-        there = np.flatnonzero(classes > depth + 1)
-        bits = _bit(values[there], classes[there] - 2 - depth)
+        with_bit = np.flatnonzero(classes > depth + 1)
+        bits = _get_bit(values[with_bit], classes[with_bit] - 2 - depth)
         if depth < MODELLED_BITS:
-            asked = (contexts[there] << MODELLED_BITS) + known[there]
-            bits = planes.code(f"{name}, mantissa", asked, bits)
+            prefix_contexts = (contexts[with_bit] << MODELLED_BITS) + mantissas[with_bit]
+            bits = planes.code(f"{name}, mantissa", prefix_contexts, bits)
         else:
             bits = planes.code_raw(bits)
-        known[there] = 2 * known[there] + bits
-    return known
+        mantissas[with_bit] = 2 * mantissas[with_bit] + bits
+    return mantissas
 
 
-def _bit(values: Int64, place: Int64 | int) -> Bits:
-    return ((values >> place) & 1).astype(np.bool_)
+def _get_bit(values: Int64, index: Int64 | int) -> Bits:
+    return ((values >> index) & 1).astype(np.bool_)

@@ -14,7 +14,7 @@ _SEEN = st.lists(st.tuples(st.integers(0, 9000), st.integers(0, 9000)), min_size
 def _after(*planes):
     counts = ContextCounts()
     for plane in planes:
-        counts.learn("some", _CONTEXTS, *np.array(plane).T)
+        counts.add_bits("some", _CONTEXTS, *np.array(plane).T)
     return counts
 
 
@@ -58,7 +58,7 @@ def test_a_copy_is_independent():
     before = first.weights("some", _CONTEXTS).tolist()
 
     second = first.copy()
-    second.learn("some", _CONTEXTS, np.array([0, 0, 0]), np.array([50, 50, 50]))
+    second.add_bits("some", _CONTEXTS, np.array([0, 0, 0]), np.array([50, 50, 50]))
 
     assert first.weights("some", _CONTEXTS).tolist() == before
     assert second.weights("some", _CONTEXTS).tolist() != before
