@@ -123,7 +123,7 @@ class StreamDecoder:
             self._take_index(chunk)
         elif chunk.kind == container.TAIL:
             self._take_tail(wire.parse_tail(chunk.payload))
-        elif chunk.kind in container.CANONICAL:
+        elif chunk.kind in container.CANONICAL_TYPES:
             return self._push_canonical(chunk)
         elif chunk.kind == container.FRAM:
             return self._push_frame(chunk)

@@ -48,7 +48,7 @@ def count_frames(stream: bytes | Source) -> int:
         for header in reader.headers():
             if header.end > size:
                 break
-            count += header.kind in container.FRAMES
+            count += header.kind in container.FRAME_TYPES
     return count
 
 
@@ -136,7 +136,7 @@ def _summarize(chunk: Chunk, state: FrameState, decoder: StreamDecoder) -> Frame
         estimate["births"] = estimate_births(state.births) if state.births else 0.0
     return FrameSummary(
         scene.frame,
-        chunk.kind in container.CANONICAL,
+        chunk.kind in container.CANONICAL_TYPES,
         scene.count,
         sum(level.shape[1] for level in state.symbols),
         births,

@@ -120,7 +120,7 @@ class _FirstPass:
         scene = state.scene
         self.digests[scene.frame] = compute_digest(scene)
         self._update_maximum("gaussians", scene.count)
-        if chunk.kind in container.CANONICAL:
+        if chunk.kind in container.CANONICAL_TYPES:
             self.canonical.append(scene.frame)
         else:
             frame = wire.parse_frame(chunk.payload, updates=scene.header.updates)

@@ -26,5 +26,5 @@ def copy_stream(source: Source, sink: BinaryIO) -> int:
         reader.take(header)
         sink.write(source.read(copied, header.end - copied))
         copied = header.end
-        frames += header.kind in container.FRAMES
+        frames += header.kind in container.FRAME_TYPES
     return frames

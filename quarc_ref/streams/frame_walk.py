@@ -33,12 +33,12 @@ class Step:
     @property
     def is_canonical(self) -> bool:
         """Whether the chunk is a canonical frame."""
-        return self.header.kind in container.CANONICAL
+        return self.header.kind in container.CANONICAL_TYPES
 
     @property
     def is_frame(self) -> bool:
         """Whether the chunk is a frame."""
-        return self.header.kind in container.FRAMES
+        return self.header.kind in container.FRAME_TYPES
 
 
 class FrameWalk:
@@ -95,7 +95,7 @@ class FrameWalk:
         self._reader.skip(header)
 
     def _next_frame(self, header: ChunkHeader, frame: int | None) -> int | None:
-        if header.kind in container.CANONICAL:
+        if header.kind in container.CANONICAL_TYPES:
             ordinal = self._read_ordinal(header)
             if frame is not None and ordinal != frame + 1:
                 message = f"frame {ordinal} follows frame {frame}"

@@ -160,7 +160,7 @@ class _Recovery:
     def _expected_ordinal(self, found: ChunkHeader) -> int | None:
         """Return the expected ordinal at a CANO or TAIL; None at a TAIL without a first frame."""
         payload = self._source.read(found.payload_offset, TAIL_BYTES)
-        if found.kind in container.CANONICAL:
+        if found.kind in container.CANONICAL_TYPES:
             return canonical_frame(payload)
         if self._first is None:
             return None

@@ -45,7 +45,7 @@ def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
     if not points:
         reader.seek(*here)
         return points, None
-    header = _go_to(reader, points[-1].offset, points[-1].sequence, *container.CANONICAL)
+    header = _go_to(reader, points[-1].offset, points[-1].sequence, *container.CANONICAL_TYPES)
     canonical = None
     if header.kind == container.SNAP:
         canonical = _take_canonical(reader, header, points)
@@ -99,10 +99,10 @@ def _walk_headers(reader: ChunkReader, frame: int) -> SeekPoints:
     points, due = [], 0
     with suppress(TruncatedError):
         for header in reader.headers():
-            if header.kind in container.CANONICAL:
+            if header.kind in container.CANONICAL_TYPES:
                 due = _read_number(reader, header, 0)
                 points.append(SeekPoint(header.offset, header.sequence, due))
-            due += header.kind in container.FRAMES
+            due += header.kind in container.FRAME_TYPES
             if due > frame:
                 break
     return SeekPoints.from_records(points)

@@ -73,8 +73,8 @@ class StreamWriter:
         if self.offset >= self._held:
             self._sink.write(data)
             self._sink.flush()
-        if kind in container.CANONICAL:
+        if kind in container.CANONICAL_TYPES:
             self._points.append(SeekPoint(self.offset, self.sequence, canonical_frame(payload)))
-        self.frame_count += kind in container.FRAMES
+        self.frame_count += kind in container.FRAME_TYPES
         self.offset += len(data) - len(before)
         self.sequence += 1

@@ -94,7 +94,10 @@ def test_a_cut_can_start_at_a_snapshot_and_keeps_every_digest(start, stop):
     part = cut_bytes(_DATA, start, stop)
 
     assert _digests(part) == _DIGESTS[start:stop]
-    assert next(c.kind for c in split_chunks(part) if c.kind in container.FRAMES) == container.CANO
+    assert (
+        next(c.kind for c in split_chunks(part) if c.kind in container.FRAME_TYPES)
+        == container.CANO
+    )
 
 
 def test_later_snapshots_of_a_cut_stay_snapshots():
@@ -149,7 +152,7 @@ def test_an_encode_with_snapshots_resumes_to_the_same_bytes(tmp_path):
     options = EncodeOptions(replace(SMALL, canonical=canonical), 7, "cpu")
     encode_file(make_capture(7), tmp_path / "a.quarc", options)
     whole = (tmp_path / "a.quarc").read_bytes()
-    chunks = [chunk for chunk in split_chunks(whole) if chunk.kind in container.FRAMES]
+    chunks = [chunk for chunk in split_chunks(whole) if chunk.kind in container.FRAME_TYPES]
 
     assert [chunk.kind.decode() for chunk in chunks] == [
         *("CANO", "FRAM", "SNAP", "FRAM", "CANO", "FRAM", "SNAP")

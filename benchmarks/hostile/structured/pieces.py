@@ -55,8 +55,8 @@ def assemble(pieces: Sequence[Piece]) -> bytes:
             payload = wire.build_tail(Tail(frames, len(points), index_offset))
         if piece.kind == container.INDX:
             index_offset = len(data)
-        if piece.kind in container.CANONICAL:
+        if piece.kind in container.CANONICAL_TYPES:
             points.append(SeekPoint(len(data), number, canonical_frame(payload)))
-        frames += piece.kind in container.FRAMES
+        frames += piece.kind in container.FRAME_TYPES
         data += piece.pack(number, payload)
     return data

@@ -65,7 +65,7 @@ def read_partial_stream(source: Source) -> PartialStream | None:
     except TruncatedError:
         pass
     except BitstreamError:
-        if not any(chunk.kind in container.FRAMES for chunk in chunks):
+        if not any(chunk.kind in container.FRAME_TYPES for chunk in chunks):
             raise
     return _gather(chunks)
 
@@ -73,8 +73,12 @@ def read_partial_stream(source: Source) -> PartialStream | None:
 def _gather(chunks: Sequence[Chunk]) -> PartialStream | None:
     count = len(_PROLOGUE)
     prologue, rest = chunks[:count], chunks[count:]
-    frames = tuple(chunk for chunk in rest if chunk.kind in container.FRAMES)
-    foreign = {chunk.kind for chunk in rest} - {*container.FRAMES, container.INDX, container.TAIL}
+    frames = tuple(chunk for chunk in rest if chunk.kind in container.FRAME_TYPES)
+    foreign = {chunk.kind for chunk in rest} - {
+        *container.FRAME_TYPES,
+        container.INDX,
+        container.TAIL,
+    }
     if tuple(chunk.kind for chunk in prologue) != _PROLOGUE[: len(chunks)] or foreign:
         message = "the chunks of the stream are not in the order in which this encoder writes them"
         raise ResumeError(message)
@@ -150,7 +154,7 @@ def require_count(existing: PartialStream, frame_count: int) -> None:
 
 def _name_canonical(chunk: Chunk) -> int | None:
     """Return the ordinal of a canonical frame; None for other frames."""
-    return canonical_frame(chunk.payload) if chunk.kind in container.CANONICAL else None
+    return canonical_frame(chunk.payload) if chunk.kind in container.CANONICAL_TYPES else None
 
 
 def _as_written(cameras: Sequence[Camera]) -> tuple[Camera, ...]:

@@ -99,7 +99,7 @@ def recolor(source: Source, sink: BinaryIO, recoloring: Recoloring) -> int:
     writer: _Recoloring | None = None
     for chunk, state in walk_frames(source, decoder):
         writer = writer or _Recoloring(decoder, sink, recoloring)
-        if chunk.kind in container.CANONICAL:
+        if chunk.kind in container.CANONICAL_TYPES:
             writer.add_canonical(chunk, state.frame)
         else:
             writer.add_frame(chunk, state.symbols, state.updates, state.births)
