@@ -104,7 +104,7 @@ def encode_unquantized(
             motion.statistics,
             config,
             ByteCost(
-                rd.relative(config.births.rd_lambda) / moved.scene.count,
+                rd.scale_relative(config.births.rd_lambda) / moved.scene.count,
                 partial(_count_bytes, moved.birth_counts),
             ),
         )

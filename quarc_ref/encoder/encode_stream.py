@@ -168,7 +168,7 @@ class _Encoding:
         motion = fit_motion(context, start, config.motion, config.updates, rd)
         moved = self._loop.move_frame(start, motion.symbols, motion.updates)
         cost = ByteCost(
-            rd.relative(config.births.rd_lambda) / moved.state.scene.count,
+            rd.scale_relative(config.births.rd_lambda) / moved.state.scene.count,
             partial(self._loop.birth_bytes, moved),
         )
         births = fit_births(context, moved.state, motion.statistics, config, cost)

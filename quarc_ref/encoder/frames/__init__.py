@@ -1,1 +1,1 @@
-"""Training of the frames after a canonical one: motion, updates, births, rate control."""
+"""Training of frames between keyframes: motion, updates, births and rate control."""

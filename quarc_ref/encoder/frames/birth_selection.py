@@ -1,8 +1,8 @@
-"""Rate-distortion selection of births, which compares their loss reduction with their bytes.
+"""Rate-distortion selection of births: compares the loss reduction of births with their bytes.
 
-A new Gaussian is kept if it lowers the loss of the training views by more than the cost
-of its share of the section. The births of a frame are kept if together they lower the
-loss by more than the cost of the whole section.
+A new Gaussian is selected if it lowers the loss of the training views by more than the cost
+of an average Gaussian in the births section. The selected Gaussians are coded if together
+they lower the loss by more than the cost of the section.
 """
 
 from collections.abc import Callable
@@ -25,8 +25,8 @@ class ByteCost:
     """Cost of the bytes of births, in units of the loss.
 
     Attributes:
-        weight: Loss per byte.
-        count_bytes: Function that returns the size of births in the frame.
+        weight: Decrease of the loss that a byte must achieve.
+        count_bytes: Function that returns the bytes of the births section for given births.
     """
 
     weight: float
@@ -39,30 +39,30 @@ class BirthObjective:
 
     Attributes:
         context: Training views and renderer.
-        background: The decoded scene after the frame's motion, which stays fixed.
-        decoded: The same scene, in integers.
+        background: The decoded scene after the frame's motion, which training does not change.
+        decoded_scene: The scene of `background` in the integers of the decoder.
         lambda_dssim: Weight of D-SSIM in the loss.
     """
 
     context: TrainingContext
     background: FixedScene
-    decoded: Scene
+    decoded_scene: Scene
     lambda_dssim: float
 
-    def activate(self, births: Attributes) -> Gaussians:
-        """Quantize new Gaussians as in the stream, and activate them for rendering."""
-        return births.quantized(self.decoded.header).activated()
+    def activate(self, new_gaussians: Attributes) -> Gaussians:
+        """Return new Gaussians, quantized as in the stream and activated for rendering."""
+        return new_gaussians.quantized(self.decoded_scene.header).activated()
 
     def render(self, births: Gaussians, view: int) -> tuple[Rendering, Tensor]:
-        """Render the scene and new Gaussians in a view; return the rendering and its loss."""
+        """Render the scene with new Gaussians in a view; return the rendering and its loss."""
         rendering = self.background.backdrop(view).render(births)
         return rendering, self._loss(rendering.image, view)
 
     def mean_loss(self, births: Attributes) -> float:
         """Return the mean loss of the training views with new Gaussians."""
-        drawn, views = self.activate(births), range(self.context.view_count)
+        gaussians, views = self.activate(births), range(self.context.view_count)
         with torch.no_grad():
-            return sum(float(self.render(drawn, view)[1]) for view in views) / len(views)
+            return sum(float(self.render(gaussians, view)[1]) for view in views) / len(views)
 
     def mean_loss_without(self) -> float:
         """Return the mean loss of the training views without new Gaussians."""
@@ -71,51 +71,53 @@ class BirthObjective:
         return sum(map(float, losses)) / len(views)
 
     def _loss(self, image: Tensor, view: int) -> Tensor:
-        return self.context.photometric_loss(image, view, self.decoded.frame, self.lambda_dssim)
+        return self.context.photometric_loss(
+            image, view, self.decoded_scene.frame, self.lambda_dssim
+        )
 
 
 def select_births(
     objective: BirthObjective, births: Attributes, parents: Tensor, cost: ByteCost
 ) -> Births | None:
-    """Return the quantized new Gaussians whose gain exceeds their cost; None if there are none.
+    """Return the quantized new Gaussians whose gain exceeds their cost; None: no birth is coded.
 
     Args:
-        objective: Loss of the frame.
+        objective: Loss of the training views as a function of the births.
         births: Trained new Gaussians, at least one.
-        parents: `[n]` index of each one's parent in the scene.
-        cost: Cost of their bytes.
+        parents: `[n]` index of each new Gaussian's parent in the scene.
+        cost: Cost of the bytes of the births.
     """
     if cost.weight:
-        coded = _quantize(objective, births, parents)
-        bytes_each = cost.count_bytes(coded) / parents.numel()
-        chosen = measure_gains(objective, births) > cost.weight * bytes_each
-        births, parents = births.rows(chosen), parents[chosen]
+        quantized_births = _quantize(objective, births, parents)
+        bytes_per_gaussian = cost.count_bytes(quantized_births) / parents.numel()
+        is_selected = measure_gains(objective, births) > cost.weight * bytes_per_gaussian
+        births, parents = births.rows(is_selected), parents[is_selected]
     if not parents.numel():
         return None
-    coded = _quantize(objective, births, parents)
+    quantized_births = _quantize(objective, births, parents)
     gain = objective.mean_loss_without() - objective.mean_loss(births)
-    return coded if gain > cost.weight * cost.count_bytes(coded) else None
+    return quantized_births if gain > cost.weight * cost.count_bytes(quantized_births) else None
 
 
 def measure_gains(objective: BirthObjective, births: Attributes) -> Tensor:
-    """Return the `[n]` reductions of the mean loss of the training views by each new Gaussian.
+    """Estimate by how much each new Gaussian reduces the mean loss of the training views, `[n]`.
 
-    The opacity of each Gaussian is multiplied by a factor, with respect to which the loss is
-    differentiated. To second order, the reduction is the negative derivative at a factor of
-    0.5. (At a factor of 1, the derivative is close to 0 after training.)
+    The opacity of each Gaussian is multiplied by a factor, and the loss is differentiated with
+    respect to the factor. To second order, the reduction is the negative derivative at a
+    factor of 0.5. At a factor of 1, the derivative is close to 0 after training.
     """
-    drawn = objective.activate(births)
+    gaussians = objective.activate(births)
     factors = torch.full_like(births.opacities, 0.5).requires_grad_()
-    halfway = replace(drawn, opacities=drawn.opacities * factors)
+    half_opaque = replace(gaussians, opacities=gaussians.opacities * factors)
     views = range(objective.context.view_count)
     gains = torch.zeros_like(births.opacities)
     for view in views:
-        (slope,) = torch.autograd.grad(
-            objective.render(halfway, view)[1], factors, retain_graph=view < views[-1]
+        (derivative,) = torch.autograd.grad(
+            objective.render(half_opaque, view)[1], factors, retain_graph=view < views[-1]
         )
-        gains -= slope
+        gains -= derivative
     return gains / len(views)
 
 
 def _quantize(objective: BirthObjective, births: Attributes, parents: Tensor) -> Births:
-    return quantize_births(births, parents.cpu().numpy(), objective.decoded)
+    return quantize_births(births, parents.cpu().numpy(), objective.decoded_scene)

@@ -1,7 +1,7 @@
 """Stage 2 of a frame: new Gaussians where the scene changes (paper section 5).
 
-Only the new Gaussians are trained. The other Gaussians are those of the decoded scene
-after its motion, and stay fixed.
+Only the new Gaussians are trained. The Gaussians of the decoded scene after its motion stay
+fixed.
 """
 
 import torch
@@ -35,11 +35,11 @@ def fit_births(
         context: Training views, renderer and random numbers.
         moved: The decoder's state after the motion of the frame.
         statistics: Screen-space gradients from stage 1.
-        config: Settings of births, and the learning rates of canonical frames.
-        cost: Cost of the births' bytes.
+        config: All settings; births use their own, and learning rates of canonical frames.
+        cost: Cost of the bytes of the births.
 
     Returns:
-        The births, quantized; None if there are none.
+        The quantized births; None if the frame has no births.
     """
     settings, frame = config.births, moved.scene.frame
     if settings.iterations == 0:
@@ -54,8 +54,8 @@ def fit_births(
     objective = BirthObjective(context, scene, moved.scene, config.motion.lambda_dssim)
     learning_rates = canonical_learning_rates(config.canonical, context.views.extent)
     births, parents = _train(objective, births, parents, settings, learning_rates)
-    kept = torch.sigmoid(births.opacities) >= settings.prune_opacity
-    births, parents = births.rows(kept), parents[kept]
+    keep_mask = torch.sigmoid(births.opacities) >= settings.prune_opacity
+    births, parents = births.rows(keep_mask), parents[keep_mask]
     if parents.numel() == 0:
         return None
     if settings.rd_selection:
@@ -70,18 +70,20 @@ def _train(
     settings: BirthSettings,
     learning_rates: tuple[float, ...],
 ) -> tuple[Attributes, Tensor]:
-    """Train new Gaussians; return them and the parent of each."""
+    """Train new Gaussians; return the trained Gaussians and the index of each one's parent."""
     context = objective.context
     trainer = Trainer(births, learning_rates)
-    generator = context.generator(objective.decoded.frame, "births training")
+    generator = context.generator(objective.decoded_scene.frame, "births training")
     views = context.views.shuffled(generator)
     statistics = ScreenStatistics(trainer.count, context.device)
     for step in range(settings.iterations):
         if step in settings.split_iters:
-            kept, large = _choose_split(trainer, statistics, settings, context.views.extent)
-            large_rows = trainer.attributes.detached().rows(large)
-            trainer.replace_rows(kept, split(large_rows, generator))
-            parents = torch.cat([parents[kept], parents[large].repeat(2)])
+            keep_mask, split_mask = _choose_split(
+                trainer, statistics, settings, context.views.extent
+            )
+            split_gaussians = trainer.attributes.detached().rows(split_mask)
+            trainer.replace_rows(keep_mask, split(split_gaussians, generator))
+            parents = torch.cat([parents[keep_mask], parents[split_mask].repeat(2)])
             statistics = ScreenStatistics(trainer.count, context.device)
         if trainer.count == 0:
             break
@@ -91,9 +93,9 @@ def _train(
         rendering, loss = objective.render(objective.activate(trainer.attributes), view)
         gradient = trainer.step(loss, rendering.means2d)
         statistics.add_last(gradient, rendering, context.camera(view))
-        place = (objective.decoded.frame, step + 1, settings.iterations)
-        count = objective.decoded.count + trainer.count
-        context.report_step("births", place, view, count, rendering.image, loss)
+        counters = (objective.decoded_scene.frame, step + 1, settings.iterations)
+        gaussian_count = objective.decoded_scene.count + trainer.count
+        context.report_step("births", counters, view, gaussian_count, rendering.image, loss)
         context.observers.progress.advance("births", step + 1, settings.iterations)
     return trainer.attributes.detached(), parents
 
@@ -101,13 +103,13 @@ def _train(
 def _choose_split(
     trainer: Trainer, statistics: ScreenStatistics, settings: BirthSettings, extent: float
 ) -> tuple[Tensor, Tensor]:
-    """Return masks of the new Gaussians to keep unchanged and to split; the others are pruned."""
+    """Return a mask of new Gaussians to keep and a mask of those to split; the rest is pruned."""
     births = trainer.attributes.detached()
     scales = torch.exp(births.log_scales.amax(dim=1))
-    large = statistics.mean_gradients() >= settings.grad_threshold
-    large &= scales > settings.max_parent_scale * extent
-    large &= large.cumsum(0) <= settings.max_births - trainer.count
-    kept = torch.sigmoid(births.opacities) >= settings.prune_opacity
-    kept &= statistics.largest_radii() <= settings.prune_radius
-    kept &= scales <= settings.prune_scale * extent
-    return kept & ~large, large
+    split_mask = statistics.mean_gradients() >= settings.grad_threshold
+    split_mask &= scales > settings.max_parent_scale * extent
+    split_mask &= split_mask.cumsum(0) <= settings.max_births - trainer.count
+    keep_mask = torch.sigmoid(births.opacities) >= settings.prune_opacity
+    keep_mask &= statistics.largest_radii() <= settings.prune_radius
+    keep_mask &= scales <= settings.prune_scale * extent
+    return keep_mask & ~split_mask, split_mask

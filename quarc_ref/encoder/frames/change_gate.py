@@ -1,7 +1,7 @@
 """The change gate, which detects where the scene changed between frames (paper section 5).
 
-One rendered scene is compared with two pictures a frame apart; the difference of the two losses
-has a screen-space gradient only where the pictures differ (Eq. 4).
+A rendering is compared with the pictures of two consecutive frames. The difference between
+the two losses has a screen-space gradient only where the pictures differ (Eq. 4).
 """
 
 import torch
@@ -17,35 +17,35 @@ _MIN_MEDIAN = 1e-12
 def measure_change(
     context: TrainingContext, attributes: Attributes, frame: int, view_count: int
 ) -> Tensor:
-    """Return the gate's `[N]` weights of the Gaussians, from 0 to 1 (Eq. 5).
+    """Return the `[N]` weights of the change gate, from 0 (unchanged) to 1 (Eq. 5).
 
     Args:
         context: Views and renderer.
         attributes: Attributes of the scene after its motion.
         frame: Ordinal of the frame, which is compared with the previous one.
         view_count: Number of training views to use, evenly distributed and the same in
-            every frame; 0 opens the gate for all Gaussians.
+            every frame; 0: all weights are 1.
 
-    The median is computed over the Gaussians that are visible in some view. With the
-    others, it could be 0, which would open the gate for all.
+    The median of Eq. 5 is computed over the Gaussians that are visible in some view. Over all
+    Gaussians, the median could be 0, which would open the gate everywhere.
     """
     if view_count == 0:
         return torch.ones_like(attributes.opacities)
     total = torch.zeros_like(attributes.opacities)
-    seen = torch.zeros_like(attributes.opacities, dtype=torch.bool)
-    view_total = len(context.views.cameras)
-    for place in range(min(view_count, view_total)):
-        view = place * view_total // min(view_count, view_total)
+    is_visible = torch.zeros_like(attributes.opacities, dtype=torch.bool)
+    training_view_count = len(context.views.cameras)
+    for index in range(min(view_count, training_view_count)):
+        view = index * training_view_count // min(view_count, training_view_count)
         gaussians = attributes.detached()
         gaussians.means.requires_grad_()
         rendering = context.render(gaussians.activated(), view)
-        now, before = (
-            (context.mask(rendering.image, view, at) - context.truth(view, at)).abs().mean()
-            for at in (frame, frame - 1)
+        loss, previous_loss = (
+            (context.mask(rendering.image, view, time) - context.truth(view, time)).abs().mean()
+            for time in (frame, frame - 1)
         )
-        change = now - before
-        (gradient,) = torch.autograd.grad(change, rendering.means2d)
+        loss_difference = loss - previous_loss
+        (gradient,) = torch.autograd.grad(loss_difference, rendering.means2d)
         total += to_ndc(gradient, context.camera(view)).norm(dim=1)
-        seen |= rendering.radii > 0
-    median = total[seen].median() if bool(seen.any()) else total.new_tensor(0.0)
+        is_visible |= rendering.radii > 0
+    median = total[is_visible].median() if bool(is_visible.any()) else total.new_tensor(0.0)
     return total / (total + median.clamp(min=_MIN_MEDIAN))

@@ -1,7 +1,7 @@
 """Differentiable operations of the motion surrogate.
 
-On the CPU and in float32 they are numba kernels; elsewhere they are torch operations. Both
-agree to float precision.
+For float32 tensors on the CPU, numba kernels compute the operations; otherwise torch does.
+Both agree to float precision.
 """
 
 from typing import Any
@@ -38,18 +38,18 @@ def multiply_quaternions(left: Tensor, right: Tensor) -> Tensor:
     )
 
 
-def round_kept(values: Tensor, limits: Tensor, kept: Tensor) -> Tensor:
-    """Round rows to integers with the gradient of the identity.
+def round_masked(values: Tensor, limits: Tensor, mask: Tensor) -> Tensor:
+    """Round the rows of a mask to integers, with the gradient of the identity; zero other rows.
 
     Args:
         values: `[N, k]` values.
-        limits: `[k]` largest magnitudes; beyond them the gradient is 0.
-        kept: `[N]` whether a row is kept; other rows are 0 and have no gradient.
+        limits: `[k]` largest magnitudes. Values beyond the limits are clamped and have no gradient.
+        mask: `[N]` rows to round. Other rows become 0 and have no gradient.
     """
     if _has_kernels(values) and is_rounding():
-        rounded: Tensor = _RoundKept.apply(values, limits, kept)
+        rounded: Tensor = _RoundMasked.apply(values, limits, mask)
         return rounded
-    return round_to_step(torch.clamp(values, -limits, limits), 1.0) * kept[:, None]
+    return round_to_step(torch.clamp(values, -limits, limits), 1.0) * mask[:, None]
 
 
 def mean_log_norm(values: Tensor) -> Tensor:
@@ -63,13 +63,13 @@ def mean_log_norm(values: Tensor) -> Tensor:
 def sum_levels(residuals: Tensor, anchors: Tensor, followers: Tensor, starts: Tensor) -> Tensor:
     """Return the `[N, c]` sums of each Gaussian's residuals over the levels.
 
-    The gradient is summed in a fixed order, so that results can be reproduced.
+    The gradient is summed in a fixed order, so that results are reproducible.
 
     Args:
         residuals: `[A, c]` residuals of the anchors.
         anchors: `[L, N]` anchor of each Gaussian at each level.
-        followers: `[L N]` Gaussians that follow the anchors, by anchor.
-        starts: `[A + 1]` index of the first follower of each anchor.
+        followers: `[L N]` indices of the Gaussians bound to each anchor, sorted by anchor.
+        starts: `[A + 1]` index in `followers` of the first Gaussian of each anchor.
     """
     total: Tensor = _SumLevels.apply(residuals, anchors, followers, starts)
     return total
@@ -78,7 +78,7 @@ def sum_levels(residuals: Tensor, anchors: Tensor, followers: Tensor, starts: Te
 class _Product(Function):
     @staticmethod
     def forward(ctx: Any, left: Tensor, right: Tensor) -> Tensor:  # noqa: ANN401
-        ctx.cache = (_array(left), _array(right))
+        ctx.cache = (_to_array(left), _to_array(right))
         products = np.empty_like(ctx.cache[0])
         with KERNEL_LOCK:
             surrogate_kernels.multiply_quaternions(*ctx.cache, products)
@@ -87,48 +87,50 @@ class _Product(Function):
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, gradient: Tensor) -> tuple[Tensor, Tensor]:  # noqa: ANN401
-        by_left, by_right = (np.empty_like(array) for array in ctx.cache)
+        left_gradients, right_gradients = (np.empty_like(array) for array in ctx.cache)
         with KERNEL_LOCK:
             surrogate_kernels.multiply_quaternions_backward(
-                *ctx.cache, _array(gradient), by_left, by_right
+                *ctx.cache, _to_array(gradient), left_gradients, right_gradients
             )
-        return torch.from_numpy(by_left), torch.from_numpy(by_right)
+        return torch.from_numpy(left_gradients), torch.from_numpy(right_gradients)
 
 
-class _RoundKept(Function):
+class _RoundMasked(Function):
     @staticmethod
-    def forward(ctx: Any, values: Tensor, limits: Tensor, kept: Tensor) -> Tensor:  # noqa: ANN401
-        ctx.cache = (_array(values), _array(limits), kept.numpy())
+    def forward(ctx: Any, values: Tensor, limits: Tensor, mask: Tensor) -> Tensor:  # noqa: ANN401
+        ctx.cache = (_to_array(values), _to_array(limits), mask.numpy())
         rounded = np.empty_like(ctx.cache[0])
         with KERNEL_LOCK:
-            surrogate_kernels.round_kept(*ctx.cache, rounded)
+            surrogate_kernels.round_masked(*ctx.cache, rounded)
         return torch.from_numpy(rounded)
 
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, gradient: Tensor) -> tuple[Tensor, None, None]:  # noqa: ANN401
-        by_values = np.empty_like(ctx.cache[0])
+        value_gradients = np.empty_like(ctx.cache[0])
         with KERNEL_LOCK:
-            surrogate_kernels.round_kept_backward(*ctx.cache, _array(gradient), by_values)
-        return torch.from_numpy(by_values), None, None
+            surrogate_kernels.round_masked_backward(
+                *ctx.cache, _to_array(gradient), value_gradients
+            )
+        return torch.from_numpy(value_gradients), None, None
 
 
 class _MeanLogNorm(Function):
     @staticmethod
     def forward(ctx: Any, values: Tensor) -> Tensor:  # noqa: ANN401
-        rows = _array(values)
-        logs, slopes = (np.empty(rows.shape[0], dtype=np.float32) for _ in range(2))
+        rows = _to_array(values)
+        logs, derivatives = (np.empty(rows.shape[0], dtype=np.float32) for _ in range(2))
         with KERNEL_LOCK:
-            surrogate_kernels.log_norms(rows, np.float32(_NORM_FLOOR), logs, slopes)
-        ctx.save_for_backward(values, torch.from_numpy(slopes))
+            surrogate_kernels.log_norms(rows, np.float32(_NORM_FLOOR), logs, derivatives)
+        ctx.save_for_backward(values, torch.from_numpy(derivatives))
         return torch.from_numpy(logs).mean()
 
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, gradient: Tensor) -> Tensor:  # noqa: ANN401
-        values, slopes = ctx.saved_tensors
-        by_values: Tensor = values * (slopes * (gradient / slopes.numel()))[:, None]
-        return by_values
+        values, derivatives = ctx.saved_tensors
+        value_gradients: Tensor = values * (derivatives * (gradient / derivatives.numel()))[:, None]
+        return value_gradients
 
 
 class _SumLevels(Function):
@@ -144,7 +146,7 @@ class _SumLevels(Function):
         if _has_kernels(residuals):
             sums = np.empty((anchors.shape[1], residuals.shape[1]), dtype=np.float32)
             with KERNEL_LOCK:
-                surrogate_kernels.sum_levels(_array(residuals), anchors.numpy(), sums)
+                surrogate_kernels.sum_levels(_to_array(residuals), anchors.numpy(), sums)
             return torch.from_numpy(sums)
         total = residuals.index_select(0, anchors[0])
         for level in anchors[1:]:
@@ -156,12 +158,12 @@ class _SumLevels(Function):
     def backward(ctx: Any, gradient: Tensor) -> tuple[Tensor, None, None, None]:  # noqa: ANN401
         followers, starts = ctx.cache
         if _has_kernels(gradient):
-            by_anchor = np.empty((starts.numel() - 1, gradient.shape[1]), dtype=np.float32)
+            anchor_gradients = np.empty((starts.numel() - 1, gradient.shape[1]), dtype=np.float32)
             with KERNEL_LOCK:
                 surrogate_kernels.sum_followers(
-                    _array(gradient), followers.numpy(), starts.numpy(), by_anchor
+                    _to_array(gradient), followers.numpy(), starts.numpy(), anchor_gradients
                 )
-            return torch.from_numpy(by_anchor), None, None, None
+            return torch.from_numpy(anchor_gradients), None, None, None
         rows = gradient.index_select(0, followers)
         sums = torch.segment_reduce(rows, "sum", offsets=starts, axis=0, unsafe=True)
         return sums, None, None, None
@@ -171,6 +173,6 @@ def _has_kernels(tensor: Tensor) -> bool:
     return tensor.device.type == "cpu" and tensor.dtype == torch.float32
 
 
-def _array(tensor: Tensor) -> Float32:
+def _to_array(tensor: Tensor) -> Float32:
     array: Float32 = tensor.detach().contiguous().numpy()
     return array

@@ -1,7 +1,7 @@
 """Stage 1 of a frame: motion residuals of the anchors (paper section 4).
 
-Every iteration renders the scene moved by quantized residuals. The loss includes the
-estimated rate of the residuals, so that static parts cost nothing.
+Every iteration renders the scene after moving it by quantized residuals. The loss includes
+the estimated rate of the residuals, so that residuals of static parts become 0.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from quarc_ref.encoder.frames.differentiable import mean_log_norm
 from quarc_ref.encoder.frames.rate_control import RateDistortion
 from quarc_ref.encoder.frames.surrogate import BindingSums, deform
 from quarc_ref.encoder.frames.updates import TrainedUpdates
-from quarc_ref.encoder.frames.warm_start import start_symbols
+from quarc_ref.encoder.frames.warm_start import initial_residuals
 from quarc_ref.encoder.settings.frames import MotionSettings, UpdateSettings
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.density import ScreenStatistics
@@ -42,10 +42,11 @@ class FittedMotion:
 
     Attributes:
         symbols: `[c, a]` motion symbols of each level, level 1 first.
-        residuals: `[A, c]` residuals in steps, levels concatenated. These equal the
+        residuals: `[A, c]` residuals in steps, levels concatenated. The residuals equal the
             symbols, except within `without_rounding`.
-        statistics: Accumulated screen-space gradients of the remaining Gaussians, for stage 2.
-        updates: Updates of individual Gaussians; None if the stream has none.
+        statistics: Accumulated screen-space gradients of the Gaussians that updates do not
+            delete, for stage 2.
+        updates: Updates of individual Gaussians; None if the stream has no updates.
     """
 
     symbols: list[Int64]
@@ -70,15 +71,15 @@ def fit_motion(
         update_settings: Settings of updates; None for no updates.
         rd: Scale of the rate-distortion weights.
     """
-    fit = _Fit(context, start, settings, update_settings, rd)
+    fit = _MotionFit(context, start, settings, update_settings, rd)
     for step in range(settings.iterations):
         fit.take_step(step)
         context.observers.progress.advance("motion", step + 1, settings.iterations)
     return fit.result()
 
 
-class _Fit:
-    """The motion of a frame in training; see `fit_motion`."""
+class _MotionFit:
+    """State of the training of a frame's motion and updates; see `fit_motion`."""
 
     def __init__(
         self,
@@ -92,17 +93,17 @@ class _Fit:
         self._context, self._scene, self._settings = context, scene, settings
         self._attributes = from_splats(dequantize(scene), context.device)
         self._binding_sums = BindingSums(start.state.known_anchors, context.device)
-        symbols = start_symbols(start.previous, start.state, settings).to(context.device)
-        scale = rd.absolute if settings.rate_model == "l1" else rd.relative
-        self._rate_weight = scale(settings.rd_lambda)
-        self._residuals = _Residuals(symbols, self._binding_sums.borders, scene.header)
+        initial_values = initial_residuals(start.previous, start.state, settings).to(context.device)
+        scale_weight = rd.scale_absolute if settings.rate_model == "l1" else rd.scale_relative
+        self._rate_weight = scale_weight(settings.rd_lambda)
+        self._residuals = _Residuals(initial_values, self._binding_sums.level_offsets, scene.header)
         self._updates: TrainedUpdates | None = None
-        self._select_at = -1
+        self._selection_step = -1
         if scene.header.updates and update_settings is not None and update_settings.lr:
             self._updates = TrainedUpdates(
                 scene.count, scene.header, update_settings, context.device, rd
             )
-            self._select_at = round(update_settings.select_at * settings.iterations)
+            self._selection_step = round(update_settings.select_at * settings.iterations)
         self._statistics = ScreenStatistics(scene.count, context.device)
         self._views = context.views.shuffled(context.generator(scene.frame, "motion"))
         self._leaves = self._residuals.leaves()
@@ -112,13 +113,13 @@ class _Fit:
         self._adam = torch.optim.Adam(groups, eps=ADAM_EPSILON, fused=True)
 
     def take_step(self, step: int) -> None:
-        """Take an optimizer step; at `UpdateSettings.select_at`, first select updates."""
+        """Take an optimizer step; select updates first if `UpdateSettings.select_at` is reached."""
         settings, updates = self._settings, self._updates
-        if updates is not None and step == self._select_at:
+        if updates is not None and step == self._selection_step:
             updates.select(self._move().detached(), self._render, self._context.view_count)
-        left = cosine_decay(step, settings.iterations, settings.lr_end_factor)
-        rates = self._residuals.learning_rates(settings, left)
-        rates += [updates.learning_rate(left)] if updates else []
+        decay = cosine_decay(step, settings.iterations, settings.lr_end_factor)
+        rates = self._residuals.learning_rates(settings, decay)
+        rates += [updates.learning_rate(decay)] if updates else []
         for group, rate in zip(self._adam.param_groups, rates, strict=True):
             group["lr"] = rate
         view, moved = next(self._views), self._move()
@@ -128,25 +129,26 @@ class _Fit:
             + self._rate_weight * self._residuals.rate(settings)
             + (updates.penalty() if updates else 0.0)
         )
-        gradient = _descend(self._adam, self._leaves, loss, rendering.means2d)
+        gradient = _optimizer_step(self._adam, self._leaves, loss, rendering.means2d)
         self._statistics.add(gradient, rendering, self._context.camera(view))
-        place, count = (self._scene.frame, step + 1, settings.iterations), self._scene.count
-        self._context.report_step("motion", place, view, count, rendering.image, loss)
+        counters = (self._scene.frame, step + 1, settings.iterations)
+        image, gaussian_count = rendering.image, self._scene.count
+        self._context.report_step("motion", counters, view, gaussian_count, image, loss)
 
     def result(self) -> FittedMotion:
-        """Return the current motion and updates."""
+        """Return the trained motion and updates, quantized."""
         residuals = self._residuals
-        fitted = FittedMotion(residuals.symbols(), residuals.decoded_residuals(), self._statistics)
+        motion = FittedMotion(residuals.symbols(), residuals.decoded_residuals(), self._statistics)
         if self._updates is None:
-            return fitted
-        found = self._updates.updates(self._move())
-        gone = torch.zeros(self._scene.count, dtype=torch.bool, device=self._context.device)
-        gone[torch.from_numpy(found.gaussians[found.dies]).to(gone.device)] = True
-        return replace(fitted, statistics=self._statistics.without(gone), updates=found)
+            return motion
+        updates = self._updates.updates(self._move())
+        deleted = torch.zeros(self._scene.count, dtype=torch.bool, device=self._context.device)
+        deleted[torch.from_numpy(updates.gaussians[updates.dies]).to(deleted.device)] = True
+        return replace(motion, statistics=self._statistics.without(deleted), updates=updates)
 
     def _move(self) -> Attributes:
         sums = self._binding_sums.sum_levels(self._residuals.quantized())
-        return deform(self._attributes, *_kinds(sums), self._scene.header)
+        return deform(self._attributes, *_split_components(sums), self._scene.header)
 
     def _render(self, attributes: Attributes, view: int) -> tuple[Rendering, Tensor]:
         rendering = self._context.render(attributes.activated(), view)
@@ -154,86 +156,88 @@ class _Fit:
         return rendering, self._context.photometric_loss(rendering.image, view, frame, dssim)
 
 
-def _descend(
-    adam: torch.optim.Adam, leaves: Sequence[Tensor], loss: Tensor, extra: Tensor
+def _optimizer_step(
+    adam: torch.optim.Adam, leaves: Sequence[Tensor], loss: Tensor, extra_tensor: Tensor
 ) -> Tensor:
-    """Take an optimizer step; return the gradient with respect to an additional tensor."""
-    *gradients, by_extra = torch.autograd.grad(loss, [*leaves, extra])
+    """Take an optimizer step on a loss; return the gradient with respect to `extra_tensor`."""
+    *gradients, extra_gradient = torch.autograd.grad(loss, [*leaves, extra_tensor])
     for leaf, gradient in zip(leaves, gradients, strict=True):
         leaf.grad = gradient
     adam.step()
-    return by_extra
+    return extra_gradient
 
 
 class _Residuals:
-    """The residuals of all levels, and their quantizer.
+    """The trained residuals of all anchor levels, and their quantizer.
 
     Args:
-        symbols: `[A, c]` initial residuals in steps, levels concatenated.
-        borders: Index of the first anchor of each level, and the total number of anchors.
-        header: Header of the stream, which has the quantization steps.
+        initial_values: `[A, c]` initial residuals in steps, levels concatenated.
+        level_offsets: Index of the first anchor of each level, and the total number of anchors.
+        header: Header of the stream, which contains the quantization steps.
     """
 
-    def __init__(self, symbols: Tensor, borders: Tensor, header: StreamHeader) -> None:
-        self._steps = (translation_step(header), 1 / header.rotation_unity)
-        self._sizes = borders.diff().tolist()
-        first, last = borders[:-1].tolist(), borders[1:].tolist()
-        self._kinds = [
+    def __init__(self, initial_values: Tensor, level_offsets: Tensor, header: StreamHeader) -> None:
+        self._step_sizes = (translation_step(header), 1 / header.rotation_unity)
+        self._anchor_counts = level_offsets.diff().tolist()
+        starts, ends = level_offsets[:-1].tolist(), level_offsets[1:].tolist()
+        self._leaves_by_component = [
             [
                 (kind[i:j] * step).contiguous().requires_grad_()
-                for i, j in zip(first, last, strict=True)
+                for i, j in zip(starts, ends, strict=True)
             ]
-            for kind, step in zip(_kinds(symbols), self._steps, strict=True)
+            for kind, step in zip(_split_components(initial_values), self._step_sizes, strict=True)
         ]
 
     def leaves(self) -> list[Tensor]:
-        """The trained tensors: the translations of each level, then the rotations."""
-        return [leaf for kind in self._kinds for leaf in kind]
+        """Return the trained tensors: the translations of each level, then the rotations."""
+        return [leaf for kind in self._leaves_by_component for leaf in kind]
 
-    def learning_rates(self, settings: MotionSettings, left: float) -> list[float]:
-        """Return the learning rate of each leaf, multiplied by a decay factor."""
-        translation = settings.translation_lr * self._steps[0] or settings.lr
+    def learning_rates(self, settings: MotionSettings, decay: float) -> list[float]:
+        """Return the learning rate of each tensor in `leaves`, multiplied by a decay factor."""
+        translation = settings.translation_lr * self._step_sizes[0] or settings.lr
         return [
-            rate * left * settings.level_lr_factor**level
+            rate * decay * settings.level_lr_factor**level
             for rate in (translation, settings.lr)
-            for level in range(len(self._sizes))
+            for level in range(len(self._anchor_counts))
         ]
 
     def quantized(self) -> Tensor:
-        """Quantized residuals with straight-through gradients, `[A, c]`."""
-        parts = []
-        for kind, step in zip(self._kinds, self._steps, strict=True):
+        """Return the `[A, c]` quantized residuals, with straight-through gradients."""
+        columns = []
+        for kind, step in zip(self._leaves_by_component, self._step_sizes, strict=True):
             limit = SYMBOL_LIMIT * step
-            parts.append(round_to_step(torch.cat(kind).clamp(-limit, limit), step))
-        return torch.cat(parts, dim=1)
+            columns.append(round_to_step(torch.cat(kind).clamp(-limit, limit), step))
+        return torch.cat(columns, dim=1)
 
     def rate(self, settings: MotionSettings) -> Tensor:
-        """Estimated rate of the residuals before rounding; see `MotionSettings.rate_model`."""
-        kinds = [torch.cat(kind) for kind in self._kinds]
+        """Estimate the rate of the residuals before rounding; see `MotionSettings.rate_model`."""
+        components = [torch.cat(kind) for kind in self._leaves_by_component]
         if settings.rate_model == "l1":
-            return torch.cat(kinds, dim=1).abs().mean()
-        steps = [kind / step for kind, step in zip(kinds, self._steps, strict=True)]
-        return mean_log_norm(torch.cat(steps, dim=1))
+            return torch.cat(components, dim=1).abs().mean()
+        component_steps = [
+            kind / step for kind, step in zip(components, self._step_sizes, strict=True)
+        ]
+        return mean_log_norm(torch.cat(component_steps, dim=1))
 
     def decoded_residuals(self) -> Tensor:
-        """Quantized residuals in steps, `[A, c]`."""
+        """Return the `[A, c]` quantized residuals in steps."""
         with torch.no_grad():
-            kinds = zip(_kinds(self.quantized()), self._steps, strict=True)
+            kinds = zip(_split_components(self.quantized()), self._step_sizes, strict=True)
             return torch.cat([kind / step for kind, step in kinds], dim=1)
 
     def symbols(self) -> list[Int64]:
-        """Symbols of each level, `[c, a]`."""
+        """Return the `[c, a]` symbols of each level, level 1 first."""
         with torch.no_grad():
             residuals = self.quantized()
-        kinds = zip(_kinds(residuals), self._steps, strict=True)
+        kinds = zip(_split_components(residuals), self._step_sizes, strict=True)
         rows = [quantize_residuals(kind, step) for kind, step in kinds]
-        borders = np.cumsum(self._sizes)[:-1]
-        return np.split(np.concatenate(rows), borders, axis=1)
+        level_starts = np.cumsum(self._anchor_counts)[:-1]
+        return np.split(np.concatenate(rows), level_starts, axis=1)
 
 
-def _kinds(residuals: Tensor) -> tuple[Tensor, Tensor]:
-    """Split residuals into translation and rotation columns."""
-    return residuals[:, :_TRANSLATION], residuals[:, _TRANSLATION:]
+def _split_components(residuals: Tensor) -> tuple[Tensor, Tensor]:
+    """Split residuals `[A, c]` into translation and rotation columns."""
+    return residuals[:, :_TRANSLATION_COLUMNS], residuals[:, _TRANSLATION_COLUMNS:]
 
 
-_TRANSLATION = 3
+_TRANSLATION_COLUMNS = 3

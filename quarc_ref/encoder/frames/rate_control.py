@@ -1,7 +1,7 @@
-"""The rate-distortion weight of a frame: quality dial, `--lambda` and rate control.
+"""The rate-distortion weight of a frame, from `--quality`, `--lambda` and rate control.
 
-Rate control depends only on the target and the sizes of the frames written so far, so a
-resumed encode continues with the same weights.
+Rate control depends only on the target and the sizes of the previous frames, so a resumed
+encode continues with the same weights.
 """
 
 import math
@@ -10,16 +10,16 @@ from dataclasses import dataclass
 
 from quarc_ref.encoder.settings.config import EncoderConfig
 
-# Number of frames over which an accumulated surplus or deficit of bytes is compensated.
-_HORIZON = 8
+# Number of frames in which rate control compensates an accumulated surplus or deficit of bytes.
+_COMPENSATION_FRAMES = 8
 # Weight of the last frame in the model of frame sizes.
-_LEARNING = 0.5
-# Step from the current factor to the one that the model requires. It is below 1, because
-# frame sizes react with a delay, and full steps make them oscillate.
-_STRIDE = 0.5
-_NEUTRAL_QUALITY = 50.0  # quality at which all weights have the values of the settings
+_MODEL_UPDATE_WEIGHT = 0.5
+# Fraction of the change that the model requires, applied per frame. It is below 1, because
+# frame sizes react with a delay and would oscillate after full changes.
+_DAMPING = 0.5
+_NEUTRAL_QUALITY = 50.0  # the quality at which weights are used without scaling
 _QUALITY_PER_DOUBLING = 20.0
-_MAX_AIM = 2.0
+_MAX_TARGET_RATIO = 2.0
 _MAX_LOG_CHANGE = math.log(3)
 _MAX_LOG_FACTOR = math.log(256)
 
@@ -29,21 +29,20 @@ class RateDistortion:
     """Factors of the rate-distortion weights of a frame.
 
     Attributes:
-        factor: Factor of all weights: the product of the factors of quality, `--lambda` and
-            rate control.
+        factor: Product of the factors from quality, `--lambda` and rate control.
         reference_loss: Mean loss of the training views at decoded frame 0. Weights are
-            relative to it, so that the same settings suit easy and hard captures.
+            relative to this loss, so that the same settings suit easy and hard captures.
     """
 
     factor: float = 1.0
     reference_loss: float = 1.0
 
-    def absolute(self, weight: float) -> float:
-        """Scale a weight that does not depend on the capture."""
+    def scale_absolute(self, weight: float) -> float:
+        """Return a weight multiplied by the factor, but not by the loss of frame 0."""
         return weight * self.factor
 
-    def relative(self, weight: float) -> float:
-        """Scale a weight that is relative to the loss of frame 0."""
+    def scale_relative(self, weight: float) -> float:
+        """Return a weight multiplied by the factor and the loss of frame 0."""
         return weight * self.factor * self.reference_loss
 
 
@@ -51,8 +50,8 @@ def choose_lambda(config: EncoderConfig, sizes: Sequence[int]) -> float:
     """Return the factor of all rate-distortion weights in the next frame.
 
     Args:
-        config: Quality, lambda and target.
-        sizes: Bytes of the frames so far, without keyframes.
+        config: All settings, including quality, lambda and target size.
+        sizes: Bytes of each previous frame that is not a keyframe.
     """
     factor = config.rd_lambda * quality_factor(config.quality)
     target = config.target_kb_per_frame * 1024
@@ -68,23 +67,31 @@ def control_rate(sizes: Sequence[int], target: float) -> float:
     """Return the factor that brings the mean frame size to a target.
 
     The model assumes that the size of a frame is a constant divided by the factor, and
-    estimates the constant from the frames so far.
+    estimates the constant from the previous frames.
 
     Args:
-        sizes: Bytes of every frame so far, each coded with the factor that this function
+        sizes: Bytes of every previous frame, each coded with the factor that this function
             returned for the frames before it.
         target: Mean bytes per frame.
 
     Returns:
         A factor from 1/256 to 256, at most 3 times larger or smaller than for the previous frame.
     """
-    factor, constant, spent = 0.0, math.log(target), 0.0
-    for done, size in enumerate(sizes, start=1):
-        seen = math.log(max(size, 1)) + factor
-        constant += (seen - constant) * (1.0 if done == 1 else _LEARNING)
-        spent += size
-        owed = (done * target - spent) / _HORIZON
-        aim = min(max(target + owed, target / _MAX_AIM), target * _MAX_AIM)
-        wanted = min(max(constant - math.log(aim), -_MAX_LOG_FACTOR), _MAX_LOG_FACTOR)
-        factor += min(max(_STRIDE * (wanted - factor), -_MAX_LOG_CHANGE), _MAX_LOG_CHANGE)
-    return math.exp(factor)
+    log_factor, log_constant, total_bytes = 0.0, math.log(target), 0.0
+    for frame_count, size in enumerate(sizes, start=1):
+        frame_log_constant = math.log(max(size, 1)) + log_factor
+        log_constant += (frame_log_constant - log_constant) * (
+            1.0 if frame_count == 1 else _MODEL_UPDATE_WEIGHT
+        )
+        total_bytes += size
+        correction = (frame_count * target - total_bytes) / _COMPENSATION_FRAMES
+        frame_target = min(
+            max(target + correction, target / _MAX_TARGET_RATIO), target * _MAX_TARGET_RATIO
+        )
+        goal_log_factor = min(
+            max(log_constant - math.log(frame_target), -_MAX_LOG_FACTOR), _MAX_LOG_FACTOR
+        )
+        log_factor += min(
+            max(_DAMPING * (goal_log_factor - log_factor), -_MAX_LOG_CHANGE), _MAX_LOG_CHANGE
+        )
+    return math.exp(log_factor)

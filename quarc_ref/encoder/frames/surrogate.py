@@ -1,7 +1,7 @@
-"""Differentiable motion in floats, used for gradients only: SPEC 7.5 and 7.8, paper Eq. 2.
+"""Differentiable motion in floats, used only for gradients (SPEC 7.5 and 7.8, paper Eq. 2).
 
-Its results never become part of the state, because only the decoder applies residuals.
-The two differ only by rounding on the lattice and in Q22.
+The state of a frame comes from the decoder, never from this surrogate. Both differ only by
+the decoder's rounding to the lattice and to Q22.
 """
 
 import torch
@@ -18,17 +18,20 @@ class BindingSums:
 
     Args:
         anchors: Anchors of a frame.
-        device: Device of the computation.
+        device: Device of the residuals.
+
+    Attributes:
+        level_offsets: Index of the first anchor of each level, and the total number of anchors.
     """
 
     def __init__(self, anchors: Anchors, device: torch.device) -> None:
         sizes = [level.owners.size for level in anchors.levels]
-        self.borders = torch.tensor([0, *sizes]).cumsum(0)
-        binding = torch.from_numpy(anchors.binding) + self.borders[:-1, None]
+        self.level_offsets = torch.tensor([0, *sizes]).cumsum(0)
+        binding = torch.from_numpy(anchors.binding) + self.level_offsets[:-1, None]
         self._anchors = binding.to(device)
-        flat = binding.reshape(-1)
-        self._followers = (torch.argsort(flat, stable=True) % binding.shape[1]).to(device)
-        counts = torch.bincount(flat, minlength=sum(sizes))
+        flat_binding = binding.reshape(-1)
+        self._followers = (torch.argsort(flat_binding, stable=True) % binding.shape[1]).to(device)
+        counts = torch.bincount(flat_binding, minlength=sum(sizes))
         self._starts = torch.nn.functional.pad(counts.cumsum(0), (1, 0)).to(device)
 
     def sum_levels(self, residuals: Tensor) -> Tensor:
@@ -39,14 +42,14 @@ class BindingSums:
 def deform(
     attributes: Attributes, translations: Tensor, rotations: Tensor, header: StreamHeader
 ) -> Attributes:
-    """Move attributes by sums of residuals.
+    """Return attributes after moving them by sums of residuals.
 
     Args:
         attributes: Attributes of the scene before the motion.
-        translations: `[N, 3]` translations, world units.
-        rotations: `[N, 3 or 4]` residuals from the identity, with steps of
-            1 / rotation_unity.
-        header: Header of the stream, which has the levels and components.
+        translations: `[N, 3]` sums of translation residuals, world units.
+        rotations: `[N, 3 or 4]` sums of rotation residuals, as differences from the identity
+            quaternion.
+        header: Header of the stream, which contains the number of levels.
     """
     identity = float(header.level_count)
     w = rotations[:, :-3].sum(dim=1, keepdim=True) + identity
@@ -61,5 +64,5 @@ def deform(
 
 
 def rotate(rotations: Tensor, residuals: Tensor) -> Tensor:
-    """Rotate `[N, 4]` by residuals `[N, 3]` from the identity (SPEC 7.8)."""
+    """Rotate quaternions `[N, 4]` by the rotation residuals `[N, 3]` of updates (SPEC 7.8)."""
     return multiply_quaternions(rotations, torch.nn.functional.pad(residuals, (1, 0), value=1.0))

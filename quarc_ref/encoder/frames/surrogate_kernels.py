@@ -1,8 +1,8 @@
-"""Kernels of the motion surrogate on the CPU, each with its gradient.
+"""CPU kernels of the motion surrogate, and the kernels of their gradients.
 
-A frame is trained with many small steps. As torch operations, moving 20 000 Gaussians and
-its gradient take three times as long as rendering them. Every row is computed by one
-thread in a fixed order, so the number of threads does not affect the result.
+Training a frame takes many small steps. With torch operations, moving 20 000 Gaussians and
+computing the gradient takes three times as long as rendering them. One thread computes
+each row in a fixed order, so the number of threads does not affect the result.
 """
 
 import math
@@ -12,7 +12,7 @@ import numpy as np
 
 from quarc_ref.rendering.compiled import parallel_entrance, plain
 
-_1 = np.float32(1)
+_ONE = np.float32(1)
 
 
 @parallel_entrance
@@ -28,25 +28,25 @@ def sum_levels(residuals, anchors, sums):
 
 @parallel_entrance
 def sum_followers(gradients, followers, starts, sums):
-    """Compute `[A, c]` sums of `[N, c]` over the followers of each anchor.
+    """Compute the `[A, c]` sums of gradients over the Gaussians bound to each anchor.
 
     Args:
         gradients: `[N, c]` gradients of the Gaussians.
-        followers: `[L N]` followers of all anchors, by anchor.
-        starts: `[A + 1]` place of the first follower of each anchor.
+        followers: `[L N]` indices of the Gaussians bound to each anchor, sorted by anchor.
+        starts: `[A + 1]` index in `followers` of the first Gaussian of each anchor.
         sums: `[A, c]` output.
     """
     for anchor in numba.prange(sums.shape[0]):
         for k in range(sums.shape[1]):
             sums[anchor, k] = 0
-        for place in range(starts[anchor], starts[anchor + 1]):
+        for index in range(starts[anchor], starts[anchor + 1]):
             for k in range(sums.shape[1]):
-                sums[anchor, k] += gradients[followers[place], k]
+                sums[anchor, k] += gradients[followers[index], k]
 
 
 @plain
 def _multiply(a, b, sign_a, sign_b, out):
-    """Write the Hamilton product of two quaternions wxyz; a sign of -1 conjugates a factor."""
+    """Write the Hamilton product of two quaternions wxyz; sign -1 conjugates its quaternion."""
     aw, ax, ay, az = a[0], sign_a * a[1], sign_a * a[2], sign_a * a[3]
     bw, bx, by, bz = b[0], sign_b * b[1], sign_b * b[2], sign_b * b[3]
     out[0] = aw * bw - ax * bx - ay * by - az * bz
@@ -59,44 +59,44 @@ def _multiply(a, b, sign_a, sign_b, out):
 def multiply_quaternions(left, right, products):
     """Compute the `[N, 4]` Hamilton products of quaternions wxyz."""
     for i in numba.prange(left.shape[0]):
-        _multiply(left[i], right[i], _1, _1, products[i])
+        _multiply(left[i], right[i], _ONE, _ONE, products[i])
 
 
 @parallel_entrance
-def multiply_quaternions_backward(left, right, gradients, by_left, by_right):
-    """Compute the gradients by both factors: the products with the conjugate of the other."""
+def multiply_quaternions_backward(left, right, gradients, left_gradients, right_gradients):
+    """Compute the gradient of each factor: the product with the conjugate of the other factor."""
     for i in numba.prange(left.shape[0]):
-        _multiply(gradients[i], right[i], _1, -_1, by_left[i])
-        _multiply(left[i], gradients[i], -_1, _1, by_right[i])
+        _multiply(gradients[i], right[i], _ONE, -_ONE, left_gradients[i])
+        _multiply(left[i], gradients[i], -_ONE, _ONE, right_gradients[i])
 
 
 @parallel_entrance
-def round_kept(values, limits, kept, rounded):
-    """Round `[N, k]` to integers within limits `[k]`; rows that are not kept are 0."""
+def round_masked(values, limits, mask, rounded):
+    """Clamp values `[N, k]` to limits `[k]` and round them; rows outside the mask become 0."""
     for i in numba.prange(values.shape[0]):
         for k in range(values.shape[1]):
             value = min(max(values[i, k], -limits[k]), limits[k])
-            rounded[i, k] = np.rint(value) if kept[i] else 0
+            rounded[i, k] = np.rint(value) if mask[i] else 0
 
 
 @parallel_entrance
-def round_kept_backward(values, limits, kept, gradients, by_values):
-    """Compute the straight-through gradient, which is 0 beyond the limits."""
+def round_masked_backward(values, limits, mask, gradients, value_gradients):
+    """Compute the straight-through gradient: 0 beyond the limits and outside the mask."""
     for i in numba.prange(values.shape[0]):
         for k in range(values.shape[1]):
-            passes = kept[i] and -limits[k] <= values[i, k] <= limits[k]
-            by_values[i, k] = gradients[i, k] if passes else 0
+            has_gradient = mask[i] and -limits[k] <= values[i, k] <= limits[k]
+            value_gradients[i, k] = gradients[i, k] if has_gradient else 0
 
 
 @parallel_entrance
-def log_norms(values, floor, logs, slopes):
-    """Compute ln(1 + norm) of rows `[N, k]`, and its derivative by the norm over the norm.
+def log_norms(values, floor, logs, derivatives):
+    """Compute ln(1 + norm) of each row, and its derivative divided by the norm.
 
     Args:
         values: `[N, k]` rows.
-        floor: Added to squared norms, so that the derivative is finite.
-        logs: `[N]` output.
-        slopes: `[N]` output.
+        floor: Value added to squared norms, so that the derivative is finite.
+        logs: `[N]` output: ln(1 + norm).
+        derivatives: `[N]` output: 1 / (norm (1 + norm)), which times a row is the gradient.
     """
     for i in numba.prange(values.shape[0]):
         total = floor
@@ -104,4 +104,4 @@ def log_norms(values, floor, logs, slopes):
             total += values[i, k] * values[i, k]
         norm = math.sqrt(total)
         logs[i] = math.log1p(norm)
-        slopes[i] = _1 / (norm * (_1 + norm))
+        derivatives[i] = _ONE / (norm * (_ONE + norm))

@@ -1,8 +1,8 @@
 """Updates of individual Gaussians, trained together with the motion (SPEC 7.8).
 
-Initially every Gaussian may change individually. Partway through training, the updates
-that lower the loss enough are selected and trained further; the others are reset to zero.
-A Gaussian that an update has faded out is deleted.
+At first, the residuals of all Gaussians are trained. Partway through training, the updates
+that lower the loss enough are selected and trained further; the others are set to zero.
+Gaussians whose opacity an update has reduced to almost 0 are deleted.
 """
 
 from collections.abc import Callable
@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from quarc_ref.encoder.frames.differentiable import mean_log_norm, round_kept
+from quarc_ref.encoder.frames.differentiable import mean_log_norm, round_masked
 from quarc_ref.encoder.frames.rate_control import RateDistortion
 from quarc_ref.encoder.frames.surrogate import rotate
 from quarc_ref.encoder.settings.frames import UpdateSettings
@@ -24,32 +24,32 @@ from quarc_ref.format.updates import ROTATION, UPDATE_FIELDS, Updates
 from quarc_ref.rendering.rasterizer import Rendering
 
 
-def add_residuals(moved: Attributes, residuals: Tensor, header: StreamHeader) -> Attributes:
-    """Add residuals to attributes (SPEC 7.8).
+def add_residuals(attributes: Attributes, residuals: Tensor, header: StreamHeader) -> Attributes:
+    """Return attributes after adding the residuals of updates (SPEC 7.8).
 
     Args:
-        moved: Attributes after the motion.
-        residuals: `[N, RESIDUAL_ROWS]` in steps.
-        header: Header of the stream: the quantization steps.
+        attributes: Attributes after the motion.
+        residuals: `[N, RESIDUAL_ROWS]` residuals in steps.
+        header: Header of the stream, which contains the quantization steps.
     """
-    sizes = [rows.stop - rows.start for rows in UPDATE_FIELDS.values()]
-    translations, rotations, scales, opacity, color = torch.split(residuals, sizes, dim=1)
+    row_counts = [rows.stop - rows.start for rows in UPDATE_FIELDS.values()]
+    translations, rotations, scales, opacity, color = torch.split(residuals, row_counts, dim=1)
     return Attributes(
-        moved.means + translations * translation_step(header),
-        rotate(moved.rotations, rotations / header.rotation_unity),
-        moved.log_scales + scales * header.log_scale_step,
-        moved.opacities + opacity[:, 0] * header.opacity_step,
-        moved.sh_dc + color[:, None] * header.sh_dc_step,
-        moved.sh_rest,
+        attributes.means + translations * translation_step(header),
+        rotate(attributes.rotations, rotations / header.rotation_unity),
+        attributes.log_scales + scales * header.log_scale_step,
+        attributes.opacities + opacity[:, 0] * header.opacity_step,
+        attributes.sh_dc + color[:, None] * header.sh_dc_step,
+        attributes.sh_rest,
     )
 
 
 class TrainedUpdates:
-    """Residuals of every Gaussian of a frame in training, and their quantizer.
+    """The trained update residuals of all Gaussians of a frame, and their quantizer.
 
     Args:
-        count: Number of Gaussians of the scene.
-        header: Header of the stream: the quantization steps.
+        count: Number of Gaussians in the scene.
+        header: Header of the stream, which contains the quantization steps.
         settings: Learning rate, rate-distortion weight and selection.
         device: Device of the residuals.
         rd: Scale of the rate-distortion weights.
@@ -66,66 +66,66 @@ class TrainedUpdates:
         self._header, self._settings, self._rd = header, settings, rd
         self._limits = torch.full((RESIDUAL_ROWS,), float(CODE_LIMIT), device=device)
         self._limits[ROTATION] = ROTATION_UNITY_LIMIT
-        self._kept = torch.ones(count, dtype=torch.bool, device=device)
+        self._is_selected = torch.ones(count, dtype=torch.bool, device=device)
         self.leaf = torch.zeros((count, RESIDUAL_ROWS), device=device, requires_grad=True)
 
     def learning_rate(self, decay: float) -> float:
-        """Return the learning rate in steps, multiplied by a decay factor."""
+        """Return the learning rate of the residuals in steps, multiplied by a decay factor."""
         return self._settings.lr * decay
 
-    def apply_to(self, moved: Attributes) -> Attributes:
-        """Return moved attributes plus quantized updates (straight-through gradients)."""
-        return add_residuals(moved, self._quantized(), self._header)
+    def apply_to(self, attributes: Attributes) -> Attributes:
+        """Return attributes after adding the quantized updates, with straight-through gradients."""
+        return add_residuals(attributes, self._quantized(), self._header)
 
     def penalty(self) -> Tensor:
-        """Return the weighted rate of the unrounded updates: mean of ln(1 + norm of residuals)."""
-        rate = mean_log_norm(self.leaf * self._kept[:, None])
-        return self._rd.relative(self._settings.rd_lambda) * rate
+        """Return the weighted rate of the unrounded updates: the mean of ln(1 + norm)."""
+        rate = mean_log_norm(self.leaf * self._is_selected[:, None])
+        return self._rd.scale_relative(self._settings.rd_lambda) * rate
 
     def select(
         self,
-        moved: Attributes,
+        attributes: Attributes,
         render: Callable[[Attributes, int], tuple[Rendering, Tensor]],
         view_count: int,
     ) -> None:
-        """Keep the updates that reduce the loss enough, and disable the others.
+        """Select the updates that reduce the loss by more than `min_gain`, and disable the others.
 
-        The gain of an update is estimated from the gradient at zero residuals: half of its linear
-        prediction, because the gradient falls to about 0 at the trained residuals.
+        The gain of an update is estimated from the gradient at zero residuals. It is half of the
+        linear prediction, because the gradient is about 0 at the trained residuals.
 
         Args:
-            moved: Attributes after the motion.
-            render: Function that renders attributes in a view and returns rendering and loss.
+            attributes: Attributes after the motion.
+            render: Function that renders attributes in a view, and returns rendering and loss.
             view_count: Number of views.
         """
-        nothing = torch.zeros_like(self.leaf, requires_grad=True)
-        slope = torch.zeros_like(self.leaf)
+        zero_residuals = torch.zeros_like(self.leaf, requires_grad=True)
+        mean_gradient = torch.zeros_like(self.leaf)
         for view in range(view_count):
-            _, loss = render(add_residuals(moved, nothing, self._header), view)
-            slope += torch.autograd.grad(loss, nothing)[0] / view_count
+            _, loss = render(add_residuals(attributes, zero_residuals, self._header), view)
+            mean_gradient += torch.autograd.grad(loss, zero_residuals)[0] / view_count
         with torch.no_grad():
-            gains = -0.5 * (slope * self._quantized()).sum(dim=1)
-            least = self._rd.relative(self._settings.min_gain) / gains.numel()
-            self._kept = gains > least
+            gains = -0.5 * (mean_gradient * self._quantized()).sum(dim=1)
+            min_gain = self._rd.scale_relative(self._settings.min_gain) / gains.numel()
+            self._is_selected = gains > min_gain
 
-    def updates(self, before: Attributes) -> Updates:
+    def updates(self, attributes: Attributes) -> Updates:
         """Return the quantized updates of a frame.
 
         Args:
-            before: Attributes to which they are added.
+            attributes: Attributes after the motion, to which the updates are added.
         """
         with torch.no_grad():
             residuals = self._quantized()
-            after = self.apply_to(before)
-            faded = residuals[:, UPDATE_FIELDS["opacity"]][:, 0] < 0
-            faded &= torch.sigmoid(after.opacities) < self._settings.death_opacity
-            if bool(faded.all()):
-                faded[after.opacities.argmax()] = False
-        rows: Int64 = residuals.T.cpu().numpy().astype(np.int64)
-        chosen = np.flatnonzero(np.any(rows, axis=0))
-        dies = faded.cpu().numpy()[chosen]
-        return Updates(chosen, dies, rows[:, chosen] * ~dies)
+            updated = self.apply_to(attributes)
+            should_delete = residuals[:, UPDATE_FIELDS["opacity"]][:, 0] < 0
+            should_delete &= torch.sigmoid(updated.opacities) < self._settings.death_opacity
+            if bool(should_delete.all()):
+                should_delete[updated.opacities.argmax()] = False
+        residual_rows: Int64 = residuals.T.cpu().numpy().astype(np.int64)
+        indices = np.flatnonzero(np.any(residual_rows, axis=0))
+        dies = should_delete.cpu().numpy()[indices]
+        return Updates(indices, dies, residual_rows[:, indices] * ~dies)
 
     def _quantized(self) -> Tensor:
-        """Return the `[N, RESIDUAL_ROWS]` quantized residuals of the kept updates in steps."""
-        return round_kept(self.leaf, self._limits, self._kept)
+        """Return the `[N, RESIDUAL_ROWS]` residuals of the selected updates, rounded to steps."""
+        return round_masked(self.leaf, self._limits, self._is_selected)

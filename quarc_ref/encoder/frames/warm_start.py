@@ -1,7 +1,7 @@
-"""Initial motion residuals of a frame, from the decoded motion of the previous one.
+"""Initial motion residuals of a frame, computed from the decoded motion of the previous frame.
 
-They depend only on the decoder's state, so a resumed encode continues exactly. Gaussians
-without previous motion start at the identity.
+The residuals depend only on the decoder's state, so a resumed encode gives the same bytes.
+Gaussians without previous motion start without motion.
 """
 
 import numpy as np
@@ -18,38 +18,38 @@ from quarc_ref.format.arrays import Int64
 _NEIGHBORS = 3
 
 
-def start_symbols(previous: FrameState, start: FrameState, settings: MotionSettings) -> Tensor:
+def initial_residuals(previous: FrameState, start: FrameState, settings: MotionSettings) -> Tensor:
     """Return the `[A, c]` initial residuals of a frame in steps, not rounded.
 
     Args:
         previous: State of the previous frame.
-        start: State after `begin_frame`.
-        settings: Rule and momentum.
+        start: State of this frame after `begin_frame`.
+        settings: Settings, of which `warm_start` and `momentum` are used.
     """
     is_projected = settings.warm_start == "projection"
-    symbols = _project(start) if is_projected else _carry(previous, start)
-    return torch.tensor(symbols * settings.momentum, dtype=torch.float32)
+    residuals = _project_motion(start) if is_projected else _carry_symbols(previous, start)
+    return torch.tensor(residuals * settings.momentum, dtype=torch.float32)
 
 
-def _project(start: FrameState) -> NDArray[np.float64]:
+def _project_motion(start: FrameState) -> NDArray[np.float64]:
     """Fit each Gaussian's previous motion level by level, from coarse to fine.
 
-    An anchor starts at the mean of its Gaussians' motion that remains after coarser levels.
+    The residual of an anchor is the mean motion of its Gaussians that coarser levels leave.
     """
-    left = start.motion.astype(np.float64)
-    starts = []
+    remaining = start.motion.astype(np.float64)
+    level_means = []
     levels = zip(start.known_anchors.levels, start.known_anchors.binding, strict=True)
     for level, binding in reversed(list(levels)):
         followers = np.maximum(np.bincount(binding, minlength=level.owners.size), 1)
-        sums = [np.bincount(binding, row, minlength=level.owners.size) for row in left]
-        mean = np.stack(sums) / followers
-        left = left - mean[:, binding]
-        starts.append(mean.T)
-    return np.concatenate(starts[::-1])
+        sums = [np.bincount(binding, row, minlength=level.owners.size) for row in remaining]
+        level_mean = np.stack(sums) / followers
+        remaining = remaining - level_mean[:, binding]
+        level_means.append(level_mean.T)
+    return np.concatenate(level_means[::-1])
 
 
-def _carry(previous: FrameState, start: FrameState) -> NDArray[np.float64]:
-    """Return the anchors' previous symbols; after resampling, the mean of the nearest ones."""
+def _carry_symbols(previous: FrameState, start: FrameState) -> NDArray[np.float64]:
+    """Return each anchor's previous symbols; after resampling, the mean of the nearest anchors."""
     new_levels = start.known_anchors.levels
     if previous.anchors is None:
         count = sum(level.owners.size for level in new_levels)
@@ -57,16 +57,20 @@ def _carry(previous: FrameState, start: FrameState) -> NDArray[np.float64]:
     old_levels = zip(previous.anchors.levels, previous.symbols, strict=True)
     return np.concatenate(
         [
-            _carry_level(old, symbols, new)
-            for (old, symbols), new in zip(old_levels, new_levels, strict=True)
+            _carry_level_symbols(old_level, symbols, new_level)
+            for (old_level, symbols), new_level in zip(old_levels, new_levels, strict=True)
         ]
     )
 
 
-def _carry_level(old: AnchorLevel, symbols: Int64, new: AnchorLevel) -> NDArray[np.float64]:
-    if new is old:
+def _carry_level_symbols(
+    old_level: AnchorLevel, symbols: Int64, new_level: AnchorLevel
+) -> NDArray[np.float64]:
+    if new_level is old_level:
         return symbols.T.astype(np.float64)
-    neighbors = min(_NEIGHBORS, old.owners.size)
-    _, nearest = cKDTree(old.positions.T).query(new.positions.T, k=[*range(1, neighbors + 1)])
+    neighbors = min(_NEIGHBORS, old_level.owners.size)
+    _, nearest = cKDTree(old_level.positions.T).query(
+        new_level.positions.T, k=[*range(1, neighbors + 1)]
+    )
     mean: NDArray[np.float64] = symbols.T[nearest].mean(axis=1)
     return mean

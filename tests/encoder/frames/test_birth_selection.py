@@ -57,7 +57,7 @@ def _count_bytes(objective: BirthObjective, births: Births) -> int:
     gaussians = Gaussians(
         *(np.zeros((rows, 1), np.int64) for rows in (3, 4, SMALL.stream.code_planes))
     )
-    counts = begin_canonical(objective.decoded.header, 0, gaussians).birth_counts
+    counts = begin_canonical(objective.decoded_scene.header, 0, gaussians).birth_counts
     return write_births(births, counts).byte_count()
 
 
@@ -117,7 +117,7 @@ def test_gains_are_compared_with_the_bytes_of_the_section(objective):
 
 
 def test_the_scene_equals_the_decoders(objective):
-    splats = dequantize(objective.decoded)
+    splats = dequantize(objective.decoded_scene)
     picture = render_picture(splats, objective.context.camera(0))
 
     assert np.allclose(objective.background.backdrop(0).image.numpy(), picture, atol=1e-4)

@@ -7,7 +7,7 @@ from quarc_ref.encoder.frames import differentiable
 from quarc_ref.encoder.frames.differentiable import (
     mean_log_norm,
     multiply_quaternions,
-    round_kept,
+    round_masked,
     sum_levels,
 )
 from quarc_ref.encoder.training.straight_through import without_rounding
@@ -47,13 +47,13 @@ def test_rounding_within_limits(monkeypatch):
     values = 3 * _random(40, 3)
     values[0] = torch.tensor([1.0, -2.0, 2.5])  # at the limits, and halfway
 
-    _assert_equal_to_torch(lambda leaf: round_kept(leaf, limits, kept), [values], monkeypatch)
+    _assert_equal_to_torch(lambda leaf: round_masked(leaf, limits, kept), [values], monkeypatch)
 
 
 def test_without_rounding_values_are_only_clamped():
     values, limits, kept = _random(9, 2), torch.ones(2), torch.ones(9, dtype=torch.bool)
     with without_rounding():
-        assert torch.equal(round_kept(values, limits, kept), values.clamp(-1, 1))
+        assert torch.equal(round_masked(values, limits, kept), values.clamp(-1, 1))
 
 
 def test_mean_of_log_norms(monkeypatch):

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quarc_ref.decoder.dequantize import Splats
-from quarc_ref.encoder.frames.placement import find_largest_around, find_nearest, place_on_errors
+from quarc_ref.encoder.frames.placement import filter_maximum, find_nearest, place_on_errors
 from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.encoder.training.fixed_scene import FixedScene
 from quarc_ref.encoder.training.trainable import from_splats
@@ -119,4 +119,4 @@ def test_the_maximum_is_that_of_the_window(rows, columns, reach, seed):
     wanted = torch.nn.functional.max_pool2d(
         numbers[None, None], 2 * reach + 1, stride=1, padding=reach
     )
-    assert torch.equal(find_largest_around(numbers, reach), wanted[0, 0])
+    assert torch.equal(filter_maximum(numbers, reach), wanted[0, 0])

@@ -80,5 +80,5 @@ def test_too_large_frames_raise_lambda_for_the_next_one():
 def test_weights_are_relative_to_the_loss_of_frame_0_or_absolute():
     rd = RateDistortion(3.0, 0.01)
 
-    assert rd.relative(0.5) == pytest.approx(0.015)
-    assert rd.absolute(0.5) == 1.5
+    assert rd.scale_relative(0.5) == pytest.approx(0.015)
+    assert rd.scale_absolute(0.5) == 1.5

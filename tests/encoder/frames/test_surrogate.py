@@ -36,13 +36,13 @@ def test_the_gradient_of_an_anchor_is_the_sum_over_its_followers():
     header = StreamHeader(gaussians_per_anchor=3)
     started = begin_frame(begin_canonical(header, 0, make_gaussians(header, 50)), 0)
     following = BindingSums(started.known_anchors, torch.device("cpu"))
-    count = int(following.borders[-1])
+    count = int(following.level_offsets[-1])
     leaf = torch.randn(count, 2, requires_grad=True)
     weights = torch.randn(50, 2)
 
     (following.sum_levels(leaf) * weights).sum().backward()
 
     expected = torch.zeros(count, 2)
-    for start, binding in zip(following.borders, started.known_anchors.binding, strict=False):
+    for start, binding in zip(following.level_offsets, started.known_anchors.binding, strict=False):
         expected.index_add_(0, torch.from_numpy(binding) + start, weights)
     assert torch.allclose(leaf.grad, expected, atol=1e-5)

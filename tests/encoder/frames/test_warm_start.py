@@ -4,7 +4,7 @@ import numpy as np
 
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.reconstruct import begin_frame, move
-from quarc_ref.encoder.frames.warm_start import start_symbols
+from quarc_ref.encoder.frames.warm_start import initial_residuals
 from quarc_ref.encoder.settings.frames import MotionSettings
 from quarc_ref.format.records import StreamHeader
 from tests.small_streams import make_gaussians, make_symbols
@@ -20,7 +20,7 @@ def _two_frames(resample_interval):
 def test_kept_anchors_take_over_their_own_symbols():
     before, started = _two_frames(resample_interval=2)
 
-    start = start_symbols(before, started, MotionSettings(warm_start="anchors", momentum=0.5))
+    start = initial_residuals(before, started, MotionSettings(warm_start="anchors", momentum=0.5))
 
     assert start.T.tolist() == (np.concatenate(before.symbols, axis=1) * 0.5).tolist()
 
@@ -28,7 +28,7 @@ def test_kept_anchors_take_over_their_own_symbols():
 def test_new_anchors_take_over_the_mean_of_the_nearest_three():
     before, started = _two_frames(resample_interval=1)
 
-    start = start_symbols(before, started, MotionSettings(warm_start="anchors", momentum=1.0))
+    start = initial_residuals(before, started, MotionSettings(warm_start="anchors", momentum=1.0))
 
     old, new = before.known_anchors.levels[0], started.known_anchors.levels[0]
     squared = ((new.positions[:, :, None] - old.positions[:, None]).astype(float) ** 2).sum(0)
@@ -45,7 +45,9 @@ def test_a_common_motion_is_projected_onto_the_coarsest_level():
     motion = np.tile(np.arange(1.0, 7.0)[:, None], (1, 60)).astype(np.int64)
     started = replace(started, motion=motion)
 
-    start = start_symbols(before, started, MotionSettings(warm_start="projection", momentum=1.0))
+    start = initial_residuals(
+        before, started, MotionSettings(warm_start="projection", momentum=1.0)
+    )
 
     sizes = [level.owners.size for level in started.known_anchors.levels]
     assert start[-sizes[2] :].tolist() == [[1, 2, 3, 4, 5, 6]] * sizes[2]
@@ -58,4 +60,4 @@ def test_the_first_frame_starts_from_rest():
     started = begin_frame(canonical, 0)
 
     for rule in ("anchors", "projection"):
-        assert not start_symbols(canonical, started, MotionSettings(warm_start=rule)).any()
+        assert not initial_residuals(canonical, started, MotionSettings(warm_start=rule)).any()
