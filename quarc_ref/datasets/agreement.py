@@ -18,13 +18,14 @@ _MAX_NAMED = 5
 
 
 def require_one_rate(videos: Sequence[VideoReader]) -> None:
-    """Check that all videos have the same constant frame rate, so that they stay in sync.
+    """Check that all videos have the same constant frame rate, so that they stay synchronized.
 
     Args:
-        videos: Videos, at least one.
+        videos: At least one video.
 
     Raises:
-        FrameRateError: A video has a variable frame rate, or a rate that differs from most.
+        FrameRateError: A video has a variable frame rate, or a frame rate that differs from that
+            of most videos.
     """
     for video in videos:
         _require_constant_rate(video)
@@ -43,7 +44,7 @@ def require_one_rate(videos: Sequence[VideoReader]) -> None:
 
 
 def compare_lengths(names: Sequence[str], lengths: Sequence[int]) -> Finding | None:
-    """Find cameras with more or fewer frames than most; return None if all are equal.
+    """Return a finding if the cameras differ in their number of frames, otherwise None.
 
     Args:
         names: Names of the cameras, at least one.
@@ -62,7 +63,7 @@ def compare_lengths(names: Sequence[str], lengths: Sequence[int]) -> Finding | N
 
 
 def compare_rotations(names: Sequence[str], rotations: Sequence[int]) -> Finding | None:
-    """Find cameras whose rotation flag differs from most; return None if all are equal.
+    """Return a finding if the cameras differ in their rotation flags, otherwise None.
 
     Args:
         names: Names of the cameras, at least one.

@@ -1,7 +1,7 @@
-"""Finds the pictures of a capture's cameras in one of the common arrangements.
+"""Finds the pictures of a capture's cameras in common arrangements of files and folders.
 
-A layout gives the camera names from its poses. `find_pictures` searches for their videos
-or picture files in every arrangement and returns the first complete one.
+The loader of a layout reads the camera names from the poses. `find_pictures` searches for the
+cameras' videos or picture files in every arrangement, and returns the first complete set.
 """
 
 import re
@@ -21,38 +21,39 @@ Files = Mapping[str, Sequence[Path]]  # camera name -> path of its video, or pat
 
 
 def is_video(path: Path) -> bool:
-    """Return whether a file name is that of a video."""
+    """Return whether a file name has the suffix of a video and is not hidden."""
     return path.suffix.lower() in VIDEO_SUFFIXES and not path.name.startswith(".")
 
 
 def is_still(path: Path) -> bool:
-    """Return whether a file name is that of a picture."""
+    """Return whether a file name has the suffix of a picture and is not hidden."""
     return path.suffix.lower() in STILL_SUFFIXES and not path.name.startswith(".")
 
 
 def list_videos(folder: Path) -> Files:
-    """Return the videos in a folder, by file name without suffix."""
+    """Return the videos in a folder by camera; a video's name without suffix is the camera's."""
     return {path.stem: (path,) for path in _list(folder) if is_video(path) and path.is_file()}
 
 
 def list_picture_folders(folder: Path, inside: str = "") -> Files:
-    """Return the pictures in each subfolder of a folder, by subfolder name, in frame order.
+    """Return the pictures in each camera's subfolder of a folder, in frame order.
 
     Args:
         folder: Folder that contains the cameras' folders.
-        inside: Name of the folder of pictures within a camera's folder, such as `images`.
+        inside: Name of the folder of pictures in a camera's folder, such as `images`; empty if
+            the pictures are directly in the camera's folder.
     """
     found = {each.name: _list_stills(each / inside) for each in _list(folder) if each.is_dir()}
     return {name: paths for name, paths in found.items() if paths}
 
 
 def list_single_pictures(folder: Path) -> Files:
-    """Return the pictures in a folder that has one picture per camera, by file name."""
+    """Return the pictures in a folder with one picture per camera, by name without suffix."""
     return {path.stem: (path,) for path in _list_stills(folder)}
 
 
 def list_frame_folders(folder: Path) -> Files:
-    """Return the pictures of folders of frames, such as `0000/cam00.png`, by camera.
+    """Return pictures by camera from one folder per frame, such as `0000/cam00.png`.
 
     Raises:
         CountMismatchError: The numbers of the frames have a gap.
@@ -83,7 +84,7 @@ ARRANGEMENTS: tuple[tuple[str, Lister], ...] = (
 
 
 def find_pictures(folder: Path, names: Sequence[str]) -> Pictures:
-    """Find the pictures of cameras in a folder, in any known arrangement.
+    """Find the pictures of all cameras of a capture, in any known arrangement.
 
     Args:
         folder: Folder of the capture.
@@ -121,7 +122,7 @@ def open_pictures(paths: Sequence[Sequence[Path]], *, numbered: bool = True) -> 
 
     Args:
         paths: `[camera]` video files, or `[camera][frame]` picture files.
-        numbered: Whether the numbers in the names of a camera's pictures must have no gap.
+        numbered: Whether to reject a camera whose picture numbers have a gap.
 
     Raises:
         CaptureError: A file cannot be read, or the files are inconsistent.
@@ -154,10 +155,10 @@ def _list_stills(folder: Path) -> list[Path]:
 
 
 def _require_regular_numbers(folder: Path, names: Sequence[str]) -> None:
-    """Check that the last numbers in the file names increase by a constant step, such as 1.
+    """Check that the last number in each file name increases by a constant step, such as 1.
 
     Raises:
-        CountMismatchError: The steps differ, so pictures are missing.
+        CountMismatchError: The steps differ, which means that pictures are missing.
     """
     matches = [re.search(r"([0-9]{1,18})[^0-9]*$", name) for name in names]
     numbers = [int(match[1]) for match in matches if match]

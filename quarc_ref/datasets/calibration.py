@@ -1,9 +1,9 @@
-"""Pose and lens of a camera: the common form of all capture layouts.
+"""Pose and lens of a camera, as the loaders of all capture layouts return them.
 
-Loaders convert their files to `CalibratedCamera`s; `open_capture` converts these to
-pinholes and then to `Camera`s. Axes are OpenCV's (x right, y down, z forward). Pixel
-centers are at +0.5, also in lenses. Calls to OpenCV and poses with OpenGL axes are
-converted at the boundary.
+Loaders convert files to `CalibratedCamera`s. `open_capture` replaces every lens by a pinhole, and
+converts the results to `Camera`s. Axes are OpenCV's (x right, y down, z forward). Pixel centers
+are at +0.5, also in lenses. Code that calls OpenCV or reads OpenGL poses converts between the
+conventions.
 """
 
 import math
@@ -27,20 +27,20 @@ _NEAR_QUANTILE = 0.01
 
 
 def require_picture_size(width: int, height: int) -> None:
-    """Raise ValueError, with the limits, if pictures are too large."""
+    """Raise ValueError if pictures are larger than the limits; the message states the limits."""
     _require_size(width, height, _MAX_SIDE, "too large")
 
 
 def require_video_size(width: int, height: int) -> None:
-    """Raise ValueError, with the limits, if pictures are too large for a video."""
+    """Raise ValueError if pictures are too large for a video; the message states the limits."""
     _require_size(width, height, _MAX_VIDEO_SIDE, "too large for H.264")
 
 
 def _require_size(width: int, height: int, most_side: int, fault: str) -> None:
     if max(width, height) > most_side or width * height > MAX_PIXELS:
         message = (
-            f"pictures of {width} x {height} are {fault}: at most {most_side:,} pixels a side, "
-            f"and {MAX_PIXELS:,} in all"
+            f"pictures of {width} x {height} are {fault}: the limits are {most_side:,} pixels per "
+            f"side and {MAX_PIXELS:,} pixels in total"
         )
         raise ValueError(message)
 
@@ -52,17 +52,18 @@ class Lens:
     Attributes:
         width: Picture width, pixels.
         height: Picture height, pixels.
-        fx: Focal length, pixels.
-        fy: Focal length, pixels.
-        cx: Principal point, pixels.
-        cy: Principal point, pixels.
-        coefficients: Distortion, without trailing zeros: k1, k2, p1, p2, k3, k4, k5, k6 of OpenCV's
-            radial and tangential model, or k1 to k4 of its fisheye model.
+        fx: Horizontal focal length, pixels.
+        fy: Vertical focal length, pixels.
+        cx: Horizontal position of the principal point, pixels.
+        cy: Vertical position of the principal point, pixels.
+        coefficients: Distortion coefficients, whose trailing zeros may be omitted: k1, k2, p1, p2,
+            k3, k4, k5, k6 of OpenCV's radial and tangential model, or k1 to k4 of OpenCV's fisheye
+            model.
         fisheye: Whether `coefficients` belong to the fisheye model.
 
     Raises:
         ValueError: A number is not finite, a size or focal length is not positive, or the
-            size is too large.
+            picture size is too large.
     """
 
     width: int
@@ -80,13 +81,13 @@ class Lens:
             message = "a camera intrinsic is not finite"
             raise ValueError(message)
         if min(self.width, self.height, self.fx, self.fy) <= 0:
-            message = "sizes and focal lengths must be positive"
+            message = "picture sizes and focal lengths must be positive"
             raise ValueError(message)
         require_picture_size(self.width, self.height)
 
     @property
     def is_pinhole(self) -> bool:
-        """Whether straight lines stay straight, which is never true of a fisheye lens."""
+        """Whether the lens has no distortion; a fisheye lens is never a pinhole."""
         return not self.fisheye and not any(self.coefficients)
 
 
@@ -105,10 +106,10 @@ class Pose:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CalibratedCamera:
-    """A camera as a layout describes it.
+    """A camera of a capture, before its pictures are undistorted or afterwards.
 
     Attributes:
-        name: Name in the capture.
+        name: Name of the camera in the capture.
         lens: Lens of the pictures on disk, or of the pinhole pictures made from them.
         pose: Pose of the camera.
         near: Minimum depth of the scene in world units; None to derive it from the points.
@@ -177,7 +178,7 @@ def measure_depths(camera: CalibratedCamera, positions: NDArray[np.floating]) ->
 
 
 def choose_near(depths: Numbers) -> float:
-    """Return the near plane of a camera: the first percentile of the depths, at least one."""
+    """Return the near plane of a camera: the first percentile of at least one point depth."""
     return float(np.quantile(depths, _NEAR_QUANTILE))
 
 
@@ -189,7 +190,7 @@ class DownscaleError(ValueError):
 
 
 def shrink(pinhole: _Pinhole, factor: int) -> _Pinhole:
-    """Return a lens or camera for pictures that are downscaled by `factor`.
+    """Return the lens or camera of pictures that are downscaled by `factor`.
 
     Raises:
         DownscaleError: The factor is larger than the width or height.
@@ -212,7 +213,7 @@ def shrink(pinhole: _Pinhole, factor: int) -> _Pinhole:
 def make_camera(
     camera: CalibratedCamera, positions: NDArray[np.floating], *, held_out: bool = False
 ) -> Camera:
-    """Convert a calibrated camera to the camera type of streams.
+    """Convert a calibrated camera to `Camera`, the camera type of streams.
 
     Args:
         camera: Camera with a pinhole lens.

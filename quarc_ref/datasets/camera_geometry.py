@@ -1,4 +1,4 @@
-"""Geometry of pinhole cameras in float64: matrices, centers, projection."""
+"""Computes rotation matrices, centers and projections of pinhole cameras in float64."""
 
 from dataclasses import dataclass
 

@@ -38,13 +38,13 @@ class Points:
 
 
 def join_points(parts: Sequence[Points]) -> Points:
-    """Concatenate sets of points, of which there must be at least one."""
+    """Concatenate at least one set of points."""
     positions: NDArray[np.float32] = np.concatenate([part.positions for part in parts])
     return Points(positions, np.concatenate([part.colors for part in parts]))
 
 
 class PictureSource(Protocol):
-    """Interface of a source of pictures."""
+    """Interface for reading the pictures of a capture."""
 
     def read(self, camera: int, frame: int) -> Image:
         """Return a picture, `[H, W, 3]` sRGB, as a new array.
@@ -56,7 +56,7 @@ class PictureSource(Protocol):
 
 
 class MaskSource(Protocol):
-    """Interface of a source of masks."""
+    """Interface for reading the masks of a capture."""
 
     def read(self, camera: int, frame: int) -> Mask | None:
         """Return the `[H, W]` mask, true for pixels to use; None to use all pixels.
@@ -71,19 +71,19 @@ class Capture:
     """Multi-view video of one scene.
 
     Args:
-        name: Name for reports.
-        cameras: Undistorted cameras in the order of their names; their size is that of `image`.
+        name: Name of the capture in reports.
+        cameras: Undistorted cameras in the order of their names.
         frame_count: Number of frames that every camera has.
         frames_per_second: Frame rate of all cameras.
         points: Initial points in frame 0.
         source: Source of the pictures.
         fingerprint: Hex digest that identifies the capture's files.
         cache_bytes: Maximum size of the picture cache, bytes.
-        whole: The whole capture, if this object is a part of it; otherwise None.
+        whole: The whole capture, if the new object is only a part of it; otherwise None.
         findings: Problems that the loader found, and assumptions that it made.
         start: Frame of the synchronized recording that becomes frame 0 of the capture.
         notes: Up direction and scale of the scene.
-        masks: Source of the masks; None without masks.
+        masks: Source of the masks; None if the capture has no masks.
     """
 
     def __init__(  # noqa: PLR0913, a capture has this many parts
@@ -134,7 +134,7 @@ class Capture:
             asked: Requested number of frames; None for all.
 
         Raises:
-            TooFewFramesError: The capture has fewer frames.
+            TooFewFramesError: The capture has fewer frames than requested.
         """
         if asked is None:
             return self.frame_count

@@ -1,11 +1,11 @@
 """Reads and writes `quarc-capture.json`: properties of a capture that layouts cannot store.
 
-The file is in the folder of a capture, beside the files of any layout:
+The file is in the folder of a capture, next to the files of the capture's layout:
 
     {"offsets": {"cam03": 4, "cam07": 0.5}, "up": [0, -1, 0], "meters_per_unit": 1}
 
 Every key is optional. `calibrate` writes the file. Loading a capture applies the offsets,
-and encoding writes up direction and scale into the stream.
+and encoding writes the up direction and the scale into the stream.
 """
 
 import json
@@ -48,7 +48,10 @@ class CaptureNotes:
     def __post_init__(self) -> None:
         for name, offset in self.offsets.items():
             if not abs(offset) <= _MAX_FRAMES:
-                message = f"the offset of camera {name} is {offset}, not a number of frames"
+                message = (
+                    f"the offset of camera {name} is {offset}; it must be a number of frames, at "
+                    f"most {_MAX_FRAMES:,.0f}"
+                )
                 raise ValueError(message)
         if self.up is not None:
             object.__setattr__(self, "up", _normalize(self.up))
@@ -61,7 +64,7 @@ class CaptureNotes:
     def first_frames(self, cameras: Iterable[str]) -> dict[str, int]:
         """Return the frame of each camera's recording that is frame 0 of the capture.
 
-        Offsets are rounded to whole frames, and shifted so that the smallest is 0.
+        Offsets are rounded to whole frames, and shifted so that the smallest offset is 0.
 
         Args:
             cameras: Names of all cameras of the capture, at least one.
@@ -73,8 +76,8 @@ class CaptureNotes:
         unknown = sorted(set(self.offsets) - set(names))
         if unknown:
             message = (
-                f"{NOTES_NAME} has an offset for camera {', '.join(unknown)}, which does not "
-                f"exist; the cameras are {', '.join(names)}"
+                f"{NOTES_NAME} has an offset for camera {', '.join(unknown)}, which the capture "
+                f"does not have; the cameras are {', '.join(names)}"
             )
             raise MissingCameraError(message)
         rounded = {name: round(self.offsets.get(name, 0)) for name in names}
@@ -83,7 +86,7 @@ class CaptureNotes:
 
 
 def read_capture_notes(folder: Path) -> CaptureNotes:
-    """Read the notes of a capture; they are empty if the folder has no such file.
+    """Read `quarc-capture.json` from the folder of a capture; return empty notes without the file.
 
     Args:
         folder: Folder of the capture.
@@ -108,7 +111,7 @@ def read_capture_notes(folder: Path) -> CaptureNotes:
 
 
 def write_capture_notes(path: Path, notes: CaptureNotes) -> None:
-    """Write notes to a file, replacing an existing one.
+    """Write notes to a file, replacing an existing file.
 
     Args:
         path: Path of the file, named `NOTES_NAME`.
@@ -170,7 +173,7 @@ def _number(value: object, what: str) -> float:
 def _normalize(up: Direction) -> Direction:
     largest = max(map(abs, up))
     if not (math.isfinite(sum(up)) and 0 < largest < math.inf):
-        message = f"'up' is {list(up)}, which is not a direction"
+        message = f"'up' is {list(up)}: a direction needs finite numbers, not all of them 0"
         raise ValueError(message)
     x, y, z = (number / largest for number in up)  # scaled so that no square overflows
     length = math.hypot(x, y, z)

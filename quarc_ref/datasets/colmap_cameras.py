@@ -1,7 +1,7 @@
 """Converts lenses from and to COLMAP cameras, and turns off COLMAP's log.
 
-COLMAP's camera models are documented at colmap.github.io/cameras.html; their parameters
-after the principal point are OpenCV's first coefficients in the same order.
+COLMAP's camera models are documented at colmap.github.io/cameras.html. In each supported model,
+the parameters after the principal point are OpenCV's first coefficients in the same order.
 """
 
 from collections.abc import Iterator
@@ -29,8 +29,8 @@ def make_lens(name: str, camera: pycolmap.Camera) -> Lens:
     """Return the lens of a COLMAP camera.
 
     Args:
-        name: Name of the camera, for messages.
-        camera: Camera of pycolmap.
+        name: Name of the camera in error messages.
+        camera: The COLMAP camera.
 
     Raises:
         UnsupportedCameraError: The camera model cannot be undistorted to a pinhole.
@@ -38,8 +38,8 @@ def make_lens(name: str, camera: pycolmap.Camera) -> Lens:
     """
     if camera.model.name not in CAMERA_MODELS:
         message = (
-            f"camera {name} is a {camera.model.name}: undistort its pictures with COLMAP "
-            f"first, or use one of {', '.join(sorted(CAMERA_MODELS))}"
+            f"camera {name} has the unsupported camera model {camera.model.name}: undistort its "
+            f"pictures with COLMAP first, or use one of {', '.join(sorted(CAMERA_MODELS))}"
         )
         raise UnsupportedCameraError(message)
     return Lens(
@@ -58,7 +58,7 @@ def build_camera(lens: Lens, camera_id: int) -> pycolmap.Camera:
     """Return the COLMAP camera for a lens.
 
     Args:
-        lens: A pinhole, or a lens with distortion.
+        lens: Lens of the camera, with or without distortion.
         camera_id: Id of the camera in the COLMAP model.
     """
     coefficients = list(lens.coefficients)

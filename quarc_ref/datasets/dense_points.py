@@ -1,8 +1,8 @@
 """Computes dense initial points by plane sweep, where the depth maps of three cameras agree.
 
-Sparse points lie only at corners of the picture, and training from few initial points gives lower
-quality. A pixel's depth becomes a point if the depth maps of at least three cameras agree,
-including the pixel's own camera, and fewer cameras see a surface behind the point.
+Sparse points lie only at picture corners, and training from few initial points gives lower quality.
+A pixel's depth becomes a point if the depth maps of at least three cameras, including the pixel's
+camera, agree, and if they outnumber the cameras that see a surface behind the point.
 """
 
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from quarc_ref.datasets.capture import Image, Points, join_points
 from quarc_ref.datasets.plane_sweep import Depths, View, find_depths, find_neighbors, make_view
 
 _AGREEMENT = 0.01  # Maximum difference of depths that agree, relative to the depth.
-_BEHIND = 0.05  # Relative to a depth; a surface this much farther is behind the point.
+_BEHIND = 0.05  # A surface is behind a point if it is farther by this part of the point's depth.
 _MIN_AGREEING = 3  # cameras
 _MAX_POINTS = 40_000
 _SEED = 0
@@ -55,7 +55,7 @@ def densify(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Surface:
-    """A view, and its depth map."""
+    """A view and its depth map, `[H, W]` world units."""
 
     view: View
     depths: Depths
@@ -63,7 +63,7 @@ class _Surface:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Verdict:
-    """Agreement of the cameras' depth maps, for each of P points.
+    """How well the cameras' depth maps agree with each of P points.
 
     Attributes:
         agreeing: `[P]` number of cameras that see a surface at the point.
@@ -77,7 +77,7 @@ class _Verdict:
 
 
 def _keep_agreeing(surface: _Surface, surfaces: Sequence[_Surface]) -> Points:
-    """Return points for the pixels of a view whose depths other views confirm."""
+    """Return one point per pixel of a view whose depth other views confirm."""
     view, depths = surface.view, surface.depths
     rows, columns = np.nonzero(depths)
     rays = np.stack([columns, rows, np.ones_like(rows)], axis=1) @ np.linalg.inv(view.matrix).T
@@ -89,7 +89,7 @@ def _keep_agreeing(surface: _Surface, surfaces: Sequence[_Surface]) -> Points:
 
 
 def _judge(positions: NDArray[np.floating], surfaces: Sequence[_Surface]) -> _Verdict:
-    """Count the cameras that see a surface at each point, or behind it."""
+    """Count the cameras that see a surface at each point, and behind each point."""
     agreeing, behind = np.zeros((2, len(positions)), np.int64)
     total = np.zeros(len(positions))
     for surface in surfaces:
@@ -102,7 +102,7 @@ def _judge(positions: NDArray[np.floating], surfaces: Sequence[_Surface]) -> _Ve
 
 
 def _compare_depths(positions: NDArray[np.floating], surface: _Surface) -> Numbers:
-    """Return `[P]` depth map value at each point, relative to the point's depth; 0 if unseen."""
+    """Return `[P]` depth map values divided by the depths of the points; 0 outside the picture."""
     view, depths = surface.view, surface.depths
     places = view.rotation @ positions.T + view.translation[:, None]
     ahead = np.flatnonzero(places[2] > 0)
@@ -116,7 +116,7 @@ def _compare_depths(positions: NDArray[np.floating], surface: _Surface) -> Numbe
 
 
 def _subsample(points: Points) -> Points:
-    """Draw a random subset of the points that is small enough for training."""
+    """Return at most `_MAX_POINTS` of the points, drawn at random with a fixed seed."""
     count = len(points.positions)
     if count <= _MAX_POINTS:
         return points

@@ -1,23 +1,27 @@
 """Errors of captures, whose messages say what to fix.
 
-    CaptureError ├── UnknownLayoutError      the folder has no capture in a known layout ├──
-    MissingFileError        a file that the layout needs is missing ├── OutsideFileError        a
-    description names a file outside its folder ├── MissingCameraError      poses and pictures do
-    not name the same cameras │   └── HeldOutError        cameras to hold out do not exist, or are
-    all cameras ├── CountMismatchError      cameras differ in frame count, or poses in camera count
-    │   └── FrameRateError      videos differ in frame rate, or have a variable one ├──
-    TooFewFramesError       more frames are requested than the capture has │   └── StartError
-    the first requested frame is after the last one ├── TruncatedVideoError     a video ends before
-    it should ├── UnreadableVideoError    a video or picture cannot be decoded ├── MaskError
-    masks do not fit the pictures │   ├── MaskNameError       masks are named after no camera │
-    ├── MaskSizeError       a mask and the pictures of its camera differ in size │   └──
-    MaskCountError      a camera has several masks, but not one for each frame ├──
-    UnreadablePoseError     a pose file is malformed, or holds no valid pose ├──
-    UnreadableNotesError    quarc-capture.json is malformed ├── UnsupportedCameraError  a camera
-    model cannot be undistorted └── UnreadablePointsError   initial points are malformed, or cannot
-    be found
+    CaptureError
+    ├── UnknownLayoutError      the folder has no capture in a known layout
+    ├── MissingFileError        a file that the layout needs is missing
+    ├── OutsideFileError        a description names a file outside its folder
+    ├── MissingCameraError      poses and pictures do not name the same cameras
+    │   └── HeldOutError        cameras to hold out do not exist, or are all cameras
+    ├── CountMismatchError      cameras differ in frame count, or poses in camera count
+    │   └── FrameRateError      videos differ in frame rate, or a frame rate is variable
+    ├── TooFewFramesError       more frames are requested than the capture has
+    │   └── StartError          the first requested frame is after the last frame
+    ├── TruncatedVideoError     a video ends too early
+    ├── UnreadableVideoError    a video or picture cannot be decoded
+    ├── MaskError               masks do not fit the pictures
+    │   ├── MaskNameError       no mask is named after a camera
+    │   ├── MaskSizeError       a mask and the pictures of its camera differ in size
+    │   └── MaskCountError      a camera has several masks, but not one for each frame
+    ├── UnreadablePoseError     a pose file is malformed, or holds no valid pose
+    ├── UnreadableNotesError    quarc-capture.json is malformed
+    ├── UnsupportedCameraError  a camera model cannot be undistorted
+    └── UnreadablePointsError   initial points are malformed, or cannot be triangulated
 
-All of them report problems of the input: catch `CaptureError` and show its message.
+All of these errors report problems of the input: catch `CaptureError` and show its message.
 """
 
 
@@ -50,7 +54,7 @@ class CountMismatchError(CaptureError):
 
 
 class FrameRateError(CountMismatchError):
-    """Videos differ in frame rate, or the frame rate of one is variable."""
+    """Videos differ in frame rate, or a video has a variable frame rate."""
 
 
 class TooFewFramesError(CaptureError):
@@ -58,7 +62,7 @@ class TooFewFramesError(CaptureError):
 
 
 class StartError(TooFewFramesError):
-    """The first requested frame is after the last one of the capture."""
+    """The first requested frame is after the last frame of the capture."""
 
 
 class TruncatedVideoError(CaptureError):
@@ -74,7 +78,7 @@ class MaskError(CaptureError):
 
 
 class MaskNameError(MaskError):
-    """Masks are named after no camera."""
+    """No mask is named after a camera."""
 
 
 class MaskSizeError(MaskError):

@@ -1,4 +1,4 @@
-"""Findings: problems of a capture, reported by loading, checks and encoding."""
+"""Findings: possible problems of a capture, reported by loading, checks and encoding."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ def ignore(finding: Finding) -> None:
 
 
 def list_names(names: Sequence[str]) -> str:
-    """Format names for a sentence: the first five, and the number of further ones."""
+    """Return the first five names and the number of further names, as part of a sentence."""
     named = ", ".join(names[:_MAX_NAMED])
     more = len(names) - _MAX_NAMED
     return f"{named} and {more} more" if more > 0 else named

@@ -1,4 +1,4 @@
-"""The output of a loader: calibrated cameras, and pictures as stored on disk.
+"""The result of loading a capture: calibrated cameras, and pictures as stored on disk.
 
 `open_capture` converts `Footage` to a `Capture`. The fingerprint identifies a capture without
 reading all of its pictures.
@@ -27,10 +27,10 @@ class CaptureFiles:
 
     Attributes:
         descriptions: Files of poses and points; they are hashed completely.
-        pictures: Masks, and videos or picture files of all frames; their names and sizes are
+        pictures: Masks, and videos or picture files of all frames; file names and sizes are
             hashed.
-        sampled: Masks, and videos or picture files of frame 0; their first and last MiB are hashed
-            too.
+        sampled: Masks, and videos or picture files of frame 0; the first and the last MiB of each
+            file are hashed in addition.
     """
 
     descriptions: tuple[Path, ...]
@@ -40,7 +40,7 @@ class CaptureFiles:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Footage:
-    """A capture as stored on disk.
+    """A capture as stored on disk, before undistortion and synchronization.
 
     Attributes:
         cameras: Cameras in the order of their names.
@@ -49,7 +49,7 @@ class Footage:
         descriptions: Files of poses and points.
         stated_rate: Frame rate in a description file; None to use the frame rate of `source`.
         findings: Problems that the loader found, and assumptions that it made.
-        masks: Masks of the pictures on disk; None if there are none.
+        masks: Masks of the pictures on disk; None if the capture has no masks.
     """
 
     cameras: tuple[CalibratedCamera, ...]
@@ -85,12 +85,12 @@ def compute_fingerprint(folder: Path, files: CaptureFiles) -> str:
     """Compute the SHA-256 of a capture's files as hex digits.
 
     Args:
-        folder: Folder of the capture. Hashed names are relative to this folder, so that the capture
+        folder: Folder of the capture. Hashed names are relative to `folder`, so that the capture
             can be moved.
-        files: Files that the loader lists.
+        files: Files of the capture.
 
     Raises:
-        MissingFileError: A file was removed, or cannot be read.
+        MissingFileError: A file does not exist anymore, or cannot be read.
     """
     digest = hashlib.sha256()
     try:

@@ -1,7 +1,7 @@
-"""Masks of a capture, which select the pixels of its pictures to use.
+"""Reads the masks of a capture, which select the pixels to use for training and evaluation.
 
-White pixels are used and black ones are ignored, as in COLMAP and nerfstudio. A camera has one mask
-for all frames, one mask per frame, or no mask; without a mask, all pixels are used.
+White pixels are used and black pixels are ignored, as in COLMAP and nerfstudio. A camera has one
+mask for all frames, one mask per frame, or no mask. Without a mask, all pixels are used.
 """
 
 from collections.abc import Mapping, Sequence
@@ -32,16 +32,16 @@ class FileMasks:
     """Masks as stored on disk.
 
     Args:
-        files: For each camera, one file for all frames, one file per frame, or none.
+        files: `[camera]` mask files: one file for all frames, one file per frame, or no file.
         sizes: `[camera]` width and height of the pictures, pixels.
         lengths: `[camera]` number of frames of the pictures.
 
     Attributes:
-        paths: All files.
+        paths: Mask files of all cameras.
 
     Raises:
         MaskSizeError: The first mask of a camera differs from its pictures in size.
-        MaskCountError: A camera has several masks, but not one per frame.
+        MaskCountError: A camera has several masks, but not one mask per frame.
         CaptureError: A mask cannot be read.
     """
 
@@ -61,13 +61,13 @@ class FileMasks:
             if source is not None and source.lengths[0] not in (1, length):
                 path, count = source.paths[0][0], source.lengths[0]
                 message = (
-                    f"there are {count} masks like {path}, but {length} frames: a camera "
-                    "needs one mask for all frames, or one mask per frame"
+                    f"the camera of {path} has {count} masks, but {length} frames: a camera needs "
+                    "one mask for all frames, or one mask per frame"
                 )
                 raise MaskCountError(message)
 
     def read(self, camera: int, frame: int) -> Mask | None:
-        """See `MaskSource.read`."""
+        """Read a mask, as described for `MaskSource.read`."""
         source = self._sources[camera]
         if source is None:
             return None
@@ -78,7 +78,7 @@ class FileMasks:
 
 
 class RectifiedMasks:
-    """Masks for rectified pictures.
+    """Masks that are undistorted, downscaled and synchronized like the pictures.
 
     Args:
         source: Masks of the pictures on disk.
@@ -94,7 +94,7 @@ class RectifiedMasks:
         self._rectifiers = tuple(rectifiers)
 
     def read(self, camera: int, frame: int) -> Mask | None:
-        """See `MaskSource.read`."""
+        """Read a mask, as described for `MaskSource.read`."""
         mask = self._source.read(camera, self._firsts[camera] + frame)
         return None if mask is None else self._rectifiers[camera].rectify_mask(mask)
 
@@ -102,17 +102,18 @@ class RectifiedMasks:
 def find_masks(
     folder: Path, names: Sequence[str]
 ) -> tuple[list[Sequence[Path]] | None, tuple[Finding, ...]]:
-    """Return the masks in the folder `masks` of a capture, `[camera]`; None without masks.
+    """Find the masks of each camera in the folder `masks` of a capture.
 
     A mask is `NAME.png` for all frames of a camera, `NAME/0000.png` and so on for each frame, or a
-    video `NAME.mp4`. COLMAP's `NAME.png.png`, a mask named after the picture, is read too.
+    video `NAME.mp4`. COLMAP's masks `NAME.png.png`, named after the picture, are found as well.
 
     Args:
         folder: Folder of the capture.
         names: `[camera]` names of the cameras.
 
     Returns:
-        The masks, and a finding if some of them are not named after a camera.
+        `[camera]` mask files, or None if no camera has a mask; and a finding if some masks are not
+        named after a camera.
 
     Raises:
         MaskNameError: The folder has masks, but none is named after a camera.
@@ -139,7 +140,7 @@ def find_masks(
 
 
 def describe_unused_masks(folder: Path, unused: Sequence[str], names: Sequence[str]) -> str:
-    """Return a message about masks that are not named after a camera.
+    """Return an error message about masks that are not named after a camera.
 
     Args:
         folder: Folder of the masks.

@@ -1,6 +1,6 @@
-"""Matches SIFT features of pycolmap between two pictures.
+"""Detects SIFT features with pycolmap, and matches the features of two pictures.
 
-Matching does not depend on poses, so that matches can be used to check poses.
+Matching does not use the poses of the cameras, so that matches can be used to check the poses.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from quarc_ref.datasets.colmap_cameras import quiet
 
 _MAX_FEATURES = 2000
 _NUMBERS = 128  # Dimension of a descriptor.
-_RATIO = 0.8  # Ratio of Lowe's test.
+_RATIO = 0.8  # Largest ratio of distances that passes Lowe's test.
 _MIN_MATCHES = 16
 _MAX_PIXELS_OFF = 1.5  # pixels: maximum distance of an inlier from its epipolar line
 _LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)
@@ -23,7 +23,7 @@ _LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Features:
-    """SIFT features of a picture in descending order of size.
+    """SIFT features of a picture.
 
     Attributes:
         positions: `[n, 2]` positions in pixels, pixel centers at +0.5.
@@ -56,7 +56,7 @@ def match(first: Features, second: Features) -> tuple[Numbers, Numbers]:
     """Return the `[m, 2]` positions of matching features in both pictures, without outliers.
 
     Matches are mutual nearest neighbors, pass Lowe's ratio test and fit one fundamental matrix. If
-    too few matches fit the matrix, none is returned.
+    too few matches fit the matrix, the result is empty.
     """
     none = np.empty((0, 2))
     if min(len(first.positions), len(second.positions)) < _MIN_MATCHES:

@@ -1,9 +1,9 @@
-"""Opens every picture and video file that FFmpeg reads.
+"""Opens pictures and videos for FFmpeg; no other module passes file names to FFmpeg.
 
-FFmpeg also opens URLs, and playlists that refer to other files and hosts. This module
-restricts it to regular local files in the formats that captures use. It also makes the
-decoders reject oversized pictures before they allocate memory, even if the size changes in
-the middle of a video.
+FFmpeg also opens URLs, and playlists that refer to other files and hosts. The functions below
+restrict FFmpeg to regular local files in the formats that captures use. They also make the decoders
+reject oversized pictures before allocating memory, even if the size changes in the middle of a
+video.
 """
 
 import stat
@@ -20,7 +20,7 @@ from quarc_ref.datasets.still_header import UPRIGHT, StillHeader, read_still_hea
 _DEMUXERS = "mov,matroska"  # for mp4, mov, m4v; mkv, webm
 _THREADS = 4  # Every camera has its own decoder, so four threads per decoder are enough.
 _MAX_STILL_BYTES = 1 << 29
-# Decoders compare the padded size with this limit, so it exceeds the maximum picture size.
+# Decoders compare the limit with the padded size, so the limit exceeds the maximum picture size.
 _DECODER_LIMITS = {"max_pixels": str(MAX_PIXELS * 9 // 8)}
 _STRICT = {"err_detect": "crccheck+explode"}
 
@@ -79,7 +79,7 @@ def decode_still(path: Path, size: tuple[int, int] | None = None) -> av.VideoFra
         message = f"{path} cannot be decoded as a picture ({error.strerror}): export it again"
         raise UnreadableVideoError(message) from error
     if not frames:
-        message = f"{path} cannot be decoded as a picture (it contains none): export it again"
+        message = f"{path} cannot be decoded as a picture (it is empty): export it again"
         raise UnreadableVideoError(message)
     return frames[0]
 
@@ -159,8 +159,9 @@ def _require_usable(path: Path, data: bytes, size: tuple[int, int] | None) -> St
         )
         raise UnreadableVideoError(message)
     if header.orientation != UPRIGHT:
-        # COLMAP and nerfstudio calibrate pixels as stored, OpenCV as displayed. No file states
-        # which of them the poses are for, and a rotation by 180 degrees keeps the size.
+        # COLMAP and nerfstudio calibrate pixels as stored, OpenCV calibrates pixels as displayed.
+        # No file states whether its poses are for stored or displayed pixels, and a rotation by
+        # 180 degrees does not change the picture size.
         message = (
             f"{path} has EXIF orientation {header.orientation}, which some tools apply and some "
             "ignore: remove the tag if the poses are for the pixels as stored (exiftool "

@@ -1,10 +1,10 @@
-"""Natural sort order, in which digits compare as numbers."""
+"""Natural sort order, which compares groups of digits as numbers."""
 
 import re
 
 
 def natural_order(name: str) -> list[str | tuple[int, str]]:
-    """Return a sort key by which `cam_2` comes before `cam_10`."""
+    """Return a sort key that orders `cam_2` before `cam_10`."""
     parts = re.split(r"0*([0-9]+)", name)
-    # Numbers are compared by their digits, because `int` rejects thousands of them.
+    # Numbers are compared as strings, because `int` rejects numbers with thousands of digits.
     return [(len(part), part) if index % 2 else part for index, part in enumerate(parts)]

@@ -1,7 +1,7 @@
-"""Opens a folder as a `Capture`, for encoder and evaluation.
+"""Opens a folder as a `Capture`, for the encoder and evaluation.
 
-The files in the folder determine the layout. The loader of the layout returns the footage as stored
-on disk. This module converts pictures to pinhole cameras at the requested size, and computes
+The files in the folder determine the layout, whose loader returns cameras and pictures as stored on
+disk. `open_capture` undistorts and downscales the pictures, applies time offsets, and computes
 missing initial points and near planes.
 """
 
@@ -34,9 +34,9 @@ class CaptureOptions:
 
     Attributes:
         downscale: Factor by which pictures are downscaled.
-        held_out: Names of the cameras to keep for evaluation; empty for the first one.
+        held_out: Names of the cameras to hold out for evaluation; if empty, the first camera.
         max_frames: Maximum number of frames, from `start` on; None for all.
-        start: Frame that becomes frame 0, counted after the cameras' time offsets are applied.
+        start: Frame of the synchronized recording that becomes frame 0 of the capture.
 
     Raises:
         ValueError: A number is not positive, or `start` is negative.
@@ -67,8 +67,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
         options: Cameras to hold out, range of frames, and downscaling.
 
     Raises:
-        CaptureError: The folder is not a usable capture; the message names the file and the
-            remedy.
+        CaptureError: The folder is not a usable capture; the message names the file and a remedy.
         DownscaleError: The pictures cannot be downscaled by the requested factor.
     """
     footage = _add_masks(path, choose_layout(path).read(path))
@@ -119,7 +118,7 @@ def _add_masks(path: Path, footage: Footage) -> Footage:
 
 
 def _require_sizes(footage: Footage) -> None:
-    """Check that the sizes of the pictures match the calibration."""
+    """Check that the picture sizes match the calibration."""
     for camera, size in zip(footage.cameras, footage.source.sizes, strict=True):
         if size != (camera.lens.width, camera.lens.height):
             message = (
@@ -137,21 +136,21 @@ def _synchronize(
 
     Args:
         path: Path of the capture.
-        footage: Its contents.
-        options: Requested frames.
+        footage: Contents of the capture.
+        options: Options, whose range of frames is used.
 
     Returns:
-        The footage with the notes of the capture, and the synchronized pictures.
+        The footage with findings about rotations and lengths, and the synchronized pictures.
 
     Raises:
-        CaptureError: The notes are malformed, or no frame is left.
+        CaptureError: The notes are malformed, or `options.start` is after the last frame.
     """
     names, start = [camera.name for camera in footage.cameras], options.start
     offsets = read_capture_notes(path).first_frames(names)
     later = LaterPictures(footage.source, [start + offsets[name] for name in names])
     if later.frame_count < 1:
         has = f"{later.frame_count + start} frames common to all cameras"
-        message = f"the capture has {has}, none of them from frame {start} on"
+        message = f"cannot start at frame {start}: the capture has {has}"
         raise StartError(message)
     findings = [
         *footage.findings,
@@ -189,7 +188,7 @@ def _make_rectifier(camera: CalibratedCamera, downscale: int) -> Rectifier:
 def _find_points(
     cameras: Sequence[CalibratedCamera], source: PictureSource, held_out: frozenset[str]
 ) -> Points:
-    """Triangulate points without the held-out cameras."""
+    """Triangulate points from the training cameras."""
     training = [index for index, camera in enumerate(cameras) if camera.name not in held_out]
     pictures = [source.read(index, 0) for index in training]
     return triangulate([cameras[index] for index in training], pictures)

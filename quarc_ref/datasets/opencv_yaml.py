@@ -1,4 +1,4 @@
-"""Reads YAML files of OpenCV's FileStorage: matrices, numbers and lists of names."""
+"""Reads matrices, numbers and lists of names from YAML files of OpenCV's FileStorage."""
 
 import cv2
 import numpy as np
@@ -20,7 +20,7 @@ def parse_yaml(data: bytes) -> dict[str, Node]:
         data: The whole file.
 
     Raises:
-        ValueError: The file is not a YAML file of OpenCV, or too large.
+        ValueError: The file is not a YAML file of OpenCV, or is too large.
     """
     if len(data) > _MAX_BYTES:
         message = f"the file has more than {_MAX_BYTES:,} bytes"
@@ -42,7 +42,7 @@ def parse_yaml(data: bytes) -> dict[str, Node]:
 
 def _convert(node: cv2.FileNode) -> Node:
     if node.isMap():
-        # The matrix is read number by number, because rows and cols may be wrong.
+        # The matrix is read number by number, because `rows` and `cols` in the file may be wrong.
         return _read_numbers(node.getNode("data"))
     if node.isSeq():
         return [_read_name(node.at(index)) for index in range(min(node.size(), _MAX_NUMBERS))]

@@ -1,7 +1,7 @@
-"""Rotates pictures upright, according to the display matrix of a video.
+"""Rotates the frames of a video upright, according to the video's display matrix.
 
-Players, `ffmpeg` and OpenCV rotate the frames of a video that was recorded with the
-camera on its side, so poses and intrinsics refer to upright pictures.
+Players, `ffmpeg` and OpenCV rotate a video that was recorded with the camera on its side. Poses and
+intrinsics therefore refer to upright pictures.
 """
 
 from collections.abc import Mapping

@@ -1,8 +1,7 @@
 """Sources of the pictures of a capture: videos, picture files, and rectified pictures.
 
-Each class is a `PictureSource`; `RectifiedPictures` wraps another source. Pictures whose
-size differs from the calibration are rejected: files by their headers, video frames after
-decoding.
+Each class is a `PictureSource`. Pictures whose size differs from the calibration are rejected:
+picture files when their headers are read, video frames when they are decoded.
 """
 
 from collections.abc import Sequence
@@ -27,7 +26,8 @@ class Pictures(PictureSource, Protocol):
         paths: `[camera]` video files, or `[camera][frame]` picture files.
         sizes: `[camera]` width and height, pixels.
         lengths: `[camera]` number of frames.
-        rotations: `[camera]` degrees by which the file's rotation flag rotates the pictures.
+        rotations: `[camera]` degrees counterclockwise by which the file's rotation flag rotates the
+            pictures.
         frames_per_second: Frame rate of all cameras.
     """
 
@@ -45,7 +45,7 @@ class VideoPictures:
         readers: `[camera]` video readers, at least one.
 
     Raises:
-        FrameRateError: The videos differ in frame rate, or have a variable one.
+        FrameRateError: The videos differ in frame rate, or a video has a variable frame rate.
     """
 
     def __init__(self, readers: Sequence[VideoReader]) -> None:
@@ -58,7 +58,7 @@ class VideoPictures:
         self.frames_per_second = self._readers[0].frames_per_second
 
     def read(self, camera: int, frame: int) -> Image:
-        """See `PictureSource.read`."""
+        """Read a picture, as described for `PictureSource.read`."""
         return self._readers[camera].read(frame)
 
 
@@ -84,21 +84,21 @@ class FilePictures:
         self.frames_per_second = USUAL_FRAMES_PER_SECOND
 
     def read(self, camera: int, frame: int) -> Image:
-        """See `PictureSource.read`."""
+        """Read a picture, as described for `PictureSource.read`."""
         return read_still(self.paths[camera][frame], self.sizes[camera])
 
 
 class LaterPictures:
-    """Pictures of another source, synchronized by a first frame for each camera.
+    """Pictures of another source, synchronized by skipping the first frames of each camera.
 
     Args:
         source: Source of the pictures on disk.
         firsts: `[camera]` frame of `source` that becomes frame 0.
 
     Attributes:
-        firsts: First frames of the cameras.
-        frame_count: Number of frames that all cameras have; 0 or negative if they have none in
-            common.
+        firsts: `[camera]` frame of the source that becomes frame 0.
+        frame_count: Number of frames that all cameras have in common; 0 or negative if the cameras
+            have no common frame.
     """
 
     def __init__(self, source: Pictures, firsts: Sequence[int]) -> None:
@@ -109,17 +109,17 @@ class LaterPictures:
         )
 
     def read(self, camera: int, frame: int) -> Image:
-        """See `PictureSource.read`."""
+        """Read a picture, as described for `PictureSource.read`."""
         return self._source.read(camera, self.firsts[camera] + frame)
 
 
 class RectifiedPictures:
-    """Pictures of another source, converted to pinhole pictures.
+    """Pictures of another source, undistorted and downscaled.
 
     Args:
         source: Source of the pictures on disk.
-        names: `[camera]` names for messages.
-        rectifiers: `[camera]` rectifiers.
+        names: `[camera]` camera names for error messages.
+        rectifiers: `[camera]` rectifiers of the pictures.
     """
 
     def __init__(
@@ -130,7 +130,7 @@ class RectifiedPictures:
         self._rectifiers = tuple(rectifiers)
 
     def read(self, camera: int, frame: int) -> Image:
-        """See `PictureSource.read`."""
+        """Read a picture, as described for `PictureSource.read`."""
         picture = self._source.read(camera, frame)
         lens = self._rectifiers[camera].source
         height, width = picture.shape[:2]

@@ -1,8 +1,8 @@
 """Computes depth maps of posed pictures by plane sweep (Collins 1996; Yang and Pollefeys 2003).
 
 The neighbors of a view are warped through planes at many depths, and compared with the view by
-normalized cross-correlation of small windows. Each pixel gets the depth at which two neighbors fit
-best.
+normalized cross-correlation of small windows. Each pixel gets the depth at which its two best
+neighbors have the largest mean correlation.
 """
 
 import math
@@ -21,7 +21,7 @@ _LONGER_SIDE = 320  # Maximum width or height of the compared pictures, pixels.
 _PLANES = 96  # Number of planes, at equal steps of inverse depth.
 _WINDOW = 7  # pixels
 _NEIGHBORS = 4
-_FITTING = 2  # Number of neighbors that must fit; others may be occluded.
+_FITTING = 2  # Number of neighbors that determine a depth; other neighbors may be occluded.
 _MIN_ANGLE = 2.0  # Degrees; minimum angle between the viewing directions of neighbors.
 _MAX_ANGLE = 60.0
 _MIN_CORRELATION = 0.5
@@ -55,13 +55,13 @@ class View:
     inverse_depths: Numbers
 
     def to_world(self, positions: Numbers) -> Numbers:
-        """Convert positions `[P, 3]` from the camera's axes to world units."""
+        """Convert camera coordinates `[P, 3]` to world coordinates `[P, 3]`."""
         world: Numbers = (positions - self.translation) @ self.rotation
         return world
 
 
 def make_view(camera: CalibratedCamera, picture: Image, depths: Numbers) -> View:
-    """Make a view from the picture of a camera.
+    """Downscale the picture of a camera, and choose the planes of its view.
 
     Args:
         camera: A pinhole camera.
@@ -82,12 +82,12 @@ def make_view(camera: CalibratedCamera, picture: Image, depths: Numbers) -> View
 
 
 def find_neighbors(views: Sequence[View], middle: Numbers) -> list[list[int]]:
-    """Return the indices of the views that are nearest to each view by angle.
+    """Return, for each view, the indices of the views with the most similar viewing directions.
 
     Args:
         views: All views.
-        middle: `[3]` center of the scene, world units; angles are between the directions from it to
-            the cameras.
+        middle: `[3]` center of the scene, world units. A viewing direction points from the center
+            of the scene to a camera.
     """
     found: list[list[tuple[float, int]]] = [[] for _ in views]
     sights = [view.to_world(np.zeros(3)) - middle for view in views]
@@ -105,7 +105,7 @@ def find_depths(view: View, neighbors: Sequence[View]) -> Depths:
 
     Args:
         view: View whose depths are computed.
-        neighbors: Views to compare `view` with; with fewer than two, all depths are 0.
+        neighbors: Views to compare with `view`; for fewer than two neighbors, all depths are 0.
     """
     if len(neighbors) < _FITTING:
         return np.zeros(view.gray.shape, np.float32)
@@ -129,7 +129,7 @@ def find_depths(view: View, neighbors: Sequence[View]) -> Depths:
 
 
 def _warp(neighbor: View, view: View, inverse_depth: float) -> Gray:
-    """Warp a neighbor's gray levels to a view through the plane at an inverse depth."""
+    """Warp a neighbor's gray levels to a view through the plane at `1 / inverse_depth`."""
     rotation = neighbor.rotation @ view.rotation.T
     shift = neighbor.translation - rotation @ view.translation
     induced = rotation + np.outer(shift, (0, 0, inverse_depth))
@@ -145,13 +145,13 @@ def _warp(neighbor: View, view: View, inverse_depth: float) -> Gray:
 
 
 def _measure_windows(gray: Gray) -> tuple[Gray, Gray]:
-    """Return mean and standard deviation of the window around each pixel."""
+    """Return `[H, W]` mean and standard deviation of the window around each pixel."""
     mean = _average(gray)
     return mean, np.sqrt(np.maximum(_average(gray * gray) - mean * mean, 0) + _NOISE)
 
 
 def _correlate(gray: Gray, mean: Gray, deviation: Gray, other: Gray) -> Gray:
-    """Return the normalized cross-correlation of the windows around each pixel."""
+    """Return `[H, W]` normalized cross-correlation of the windows around each pixel."""
     other_mean, other_deviation = _measure_windows(other)
     covariance = _average(gray * other) - mean * other_mean
     correlation: Gray = covariance / (deviation * other_deviation)

@@ -1,7 +1,7 @@
 """Reads and writes PLY files as tables with a row per vertex and a column per property.
 
-Ascii and little-endian binary files whose first element is `vertex` are supported. The size of
-every array is checked against the available bytes before it is allocated.
+Supported files are ascii or little-endian binary, and have `vertex` as their first element. The
+size of every array is compared with the size of the file before the array is allocated.
 """
 
 import re
@@ -39,13 +39,13 @@ Columns = dict[str, NDArray[np.generic]]
 
 @dataclass(frozen=True, slots=True)
 class PlyHeader:
-    """Layout and start of the vertices in a file.
+    """The header of a PLY file.
 
     Attributes:
         is_ascii: Whether vertices are text.
         count: Number of vertices.
-        row: Names and types of a vertex's properties.
-        start: Offset of the first vertex, bytes.
+        row: Names and types of the properties of a vertex, as a structured type.
+        start: Offset of the first vertex in the file, bytes.
     """
 
     is_ascii: bool
@@ -104,10 +104,11 @@ def read_ply_columns(data: bytes, header: PlyHeader) -> Columns:
 
     Args:
         data: The whole file.
-        header: Its header.
+        header: Header of the file.
 
     Returns:
-        `[n]` values of each property by name, in the stored type; float64 from an ascii file.
+        `[n]` values of each property by name. The type is that in the header for a binary file, and
+        float64 for an ascii file.
 
     Raises:
         ValueError: The file ends before its last vertex, or a number cannot be read.

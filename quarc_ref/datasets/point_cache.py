@@ -1,4 +1,4 @@
-"""Caches triangulated points, so that a capture opens quickly the next time.
+"""Caches triangulated points, so that opening a capture again is fast.
 
 Triangulation takes ten seconds or more. The user's cache directory (`~/.cache/quarc-ref/points` on
 Linux) has a PLY file for each capture, choice of training cameras and version of the triangulation
@@ -24,10 +24,10 @@ _CODE = ("triangulation.py", "dense_points.py", "plane_sweep.py", "undistortion.
 
 
 def cache_points(key: str, find: Callable[[], Points]) -> Points:
-    """Return the cached points of a key; if there are none, find and cache them.
+    """Return the cached points of a key, or triangulate and cache the points.
 
     Args:
-        key: Key of `make_key`.
+        key: Cache key from `make_key`.
         find: Function that triangulates the points.
     """
     path = platformdirs.user_cache_path("quarc-ref") / "points" / f"{key}.ply"
@@ -45,7 +45,7 @@ def cache_points(key: str, find: Callable[[], Points]) -> Points:
 
 
 def make_key(fingerprint: str, start: int, downscale: int, cameras: Sequence[str]) -> str:
-    """Return a cache key that changes with all inputs of the triangulation.
+    """Return a cache key that depends on all inputs and on the code of the triangulation.
 
     Args:
         fingerprint: Fingerprint of the capture.
@@ -59,7 +59,7 @@ def make_key(fingerprint: str, start: int, downscale: int, cameras: Sequence[str
 
 
 def _store(path: Path, points: Points) -> None:
-    """Write points to a file; if that fails, log the reason."""
+    """Write points to a file; log a warning if the file cannot be written."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_points_ply(path, points)

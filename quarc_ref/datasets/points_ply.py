@@ -1,8 +1,7 @@
 """Reads and writes colored points in PLY files: `x y z` and `red green blue`.
 
-Ascii and little-endian binary files are read, and other properties are ignored. Little-endian
-binary files are written. The size of every array is checked against the available bytes before it
-is allocated.
+Files to read are ascii or little-endian binary; properties other than position and color are
+ignored. Written files are little-endian binary.
 """
 
 from pathlib import Path
@@ -47,7 +46,7 @@ def write_points_ply(path: Path, points: Points) -> None:
     """Write points as a little-endian binary PLY file.
 
     Args:
-        path: Path of the file; an existing one is replaced.
+        path: Path of the file; an existing file is replaced.
         points: Points to write.
     """
     rows = np.empty(len(points.positions), dtype=_WRITTEN)

@@ -1,4 +1,4 @@
-"""Reads the sound of a video, with the time of its start relative to the pictures."""
+"""Reads the sound of a video, with its start time on the clock of the pictures."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +13,7 @@ from quarc_ref.datasets.media import open_video
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sound:
-    """Sound with one channel.
+    """Sound of a video, mixed to one channel.
 
     Attributes:
         samples: `[S]` samples from -1 to 1.
@@ -27,7 +27,7 @@ class Sound:
 
 
 def read_sound(path: Path, samples_per_second: int, most_seconds: float) -> Sound | None:
-    """Read the sound of a video, mixed to one channel; return None if it has none.
+    """Read the sound of a video, mixed to one channel; return None if the video has no sound.
 
     Args:
         path: Path of the video.

@@ -1,9 +1,9 @@
 """Triangulates initial points for captures that have none.
 
-pycolmap detects SIFT features in frame 0 of every camera and matches all pairs. Matches
-are verified with the known poses, and points are triangulated without changing poses and
-lenses. The points determine the range of depths that `dense_points` searches. All seeds
-are fixed, so the result is deterministic.
+pycolmap detects SIFT features in frame 0 of every camera, matches all pairs of cameras, and
+verifies the matches with the known poses. Then pycolmap triangulates points without changing poses
+and lenses. The points determine the range of depths that `dense_points` searches. All seeds are
+fixed, so that the result is deterministic.
 """
 
 import tempfile
@@ -30,7 +30,7 @@ _REMEDY = (
 
 
 def triangulate(cameras: Sequence[CalibratedCamera], pictures: Sequence[Image]) -> Points:
-    """Triangulate points of a scene from one picture per camera.
+    """Triangulate points of a scene from one picture per camera, and add dense points.
 
     Args:
         cameras: Pinhole cameras.

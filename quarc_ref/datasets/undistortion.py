@@ -1,8 +1,8 @@
 """Undistorts and downscales pictures.
 
-The pinhole camera shows the largest upright rectangle inside the picture, so that all its
-pixels are defined. OpenCV has pixel centers at whole numbers: half a pixel is subtracted
-from principal points before calls and added afterwards.
+The pinhole picture shows the largest upright rectangle inside the distorted picture, so that every
+pinhole pixel has a color. OpenCV has pixel centers at whole numbers. Half a pixel is therefore
+subtracted from principal points before calls of OpenCV, and added afterwards.
 """
 
 import cv2
@@ -15,7 +15,7 @@ from quarc_ref.datasets.errors import UnsupportedCameraError
 
 _CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-9)
 _WIDEST = 6.0  # Tangent of a pinhole's largest half field of view, 80.5 degrees.
-_HALF = 128  # Of 255; the mask covers half of the pixel.
+_HALF = 128  # Of 255: the mask covers half of the pixel.
 _STRAY_LIMIT = 1.0  # Pixels; maximum error of the inverse distortion at the border.
 
 
@@ -26,8 +26,8 @@ class Rectifier:
 
     Args:
         lens: Lens of the pictures on disk.
-        downscale: Factor of downscaling by averaging. Incomplete pixels on the right and
-            at the bottom are dropped.
+        downscale: Factor by which pictures are downscaled by averaging. Pixels at the right and
+            bottom that do not fill a complete block are dropped.
 
     Attributes:
         source: Lens of the pictures on disk.
@@ -52,7 +52,7 @@ class Rectifier:
             picture: `[H, W, 3]` sRGB with the lens `source`.
         """
         if self._pinhole is not self.source:
-            border = cv2.BORDER_REPLICATE  # the filter reads pixels beyond the border
+            border = cv2.BORDER_REPLICATE  # The filter also reads pixels outside the picture.
             straight = cv2.remap(picture, *self._find_maps(), cv2.INTER_CUBIC, borderMode=border)
             picture = _as_image(straight)
         if self._downscale == 1:
@@ -62,7 +62,7 @@ class Rectifier:
         return _as_image(cv2.resize(kept, size, interpolation=cv2.INTER_AREA))
 
     def rectify_mask(self, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Convert a mask `[H, W]`; pixels are true if all their source pixels are.
+        """Convert a mask to `[H, W]`; a pixel is true if all of its source pixels are true.
 
         Args:
             mask: `[H, W]` mask of a picture with the lens `source`.
@@ -81,7 +81,7 @@ class Rectifier:
 
 
 def rotate_by_vector(vector: Numbers) -> Numbers:
-    """Return the `[3, 3]` rotation about a vector, `[3]`, by its length in radians."""
+    """Return the `[3, 3]` rotation about a `[3]` vector, by the vector's length in radians."""
     return np.asarray(cv2.Rodrigues(vector)[0], dtype=np.float64)
 
 
@@ -104,7 +104,7 @@ def _fit_pinhole(lens: Lens) -> Lens:
 
 
 def _straighten_border(lens: Lens, axis: int) -> tuple[float, float]:
-    """Return the interval along an axis, at depth 1, that lies between both undistorted borders.
+    """Return the interval along an axis, at depth 1, between the two undistorted borders.
 
     Args:
         lens: A lens with distortion.
@@ -122,7 +122,7 @@ def _straighten_border(lens: Lens, axis: int) -> tuple[float, float]:
 
 
 def _straighten(lens: Lens, pixels: Numbers) -> Numbers:
-    """Return the `[n, 1, 2]` undistorted positions of pixels at depth 1."""
+    """Undistort `[n, 1, 2]` pixels, and return their `[n, 1, 2]` positions at depth 1."""
     matrix, coefficients = _matrix(lens), _coefficients(lens)
     if lens.fisheye:
         directions = cv2.fisheye.undistortPoints(pixels, matrix, coefficients, criteria=_CRITERIA)
@@ -133,7 +133,7 @@ def _straighten(lens: Lens, pixels: Numbers) -> Numbers:
 
 
 def _require_cover(lens: Lens, pinhole: Lens) -> None:
-    """Check that the pinhole's border is inside the picture, as undistortion may not converge."""
+    """Check that undistortion has converged: the pinhole's border is inside the picture."""
     across, down = _map_pixels(lens, pinhole, cv2.CV_32FC1)
     border = np.ones(across.shape, dtype=bool)
     border[1:-1, 1:-1] = False

@@ -1,9 +1,9 @@
 """Decodes pictures of videos and picture files that `media` opens.
 
-Ground truth is defined as `frame.to_ndarray(format="rgb24")` of PyAV: FFmpeg's scaler
-upsamples chroma and converts to RGB with its default settings. Frames are numbered in the
-order of their time stamps, and counted by their packets, because headers can be wrong. A
-reader must be used by one thread at a time.
+Ground truth is defined as `frame.to_ndarray(format="rgb24")` of PyAV: FFmpeg's scaler upsamples
+chroma and converts to RGB with its default settings. Frames are numbered in the order of their time
+stamps. The number of frames is the number of packets, because headers can be wrong. Only one thread
+may use a `VideoReader` at a time.
 """
 
 import math
@@ -25,12 +25,13 @@ from quarc_ref.datasets.orientation import rotate_upright
 
 
 class VideoReader:
-    """The frames of one video, decoded on demand.
+    """Reader of a video, which decodes frames on demand.
 
-    Sequential reading is fastest; any other frame is decoded from the preceding key frame.
+    Sequential reading is fastest. To read any other frame, the reader decodes all frames from the
+    preceding key frame on.
 
     Args:
-        path: Path of a file with time stamps: mp4, mov, mkv, webm.
+        path: Path of a file in a format with time stamps: mp4, mov, mkv or webm.
 
     Attributes:
         path: Path of the file.
@@ -40,7 +41,7 @@ class VideoReader:
         rotation: Degrees counterclockwise by which pictures are rotated upright.
         frame_count: Number of frames in the file.
         frame_times: `[frame_count]` times in seconds, ascending.
-        tick: Time base in seconds; every frame time is a multiple of it.
+        tick: Time base in seconds; every frame time is a multiple of the time base.
 
     Raises:
         MissingFileError: The file does not exist.
@@ -69,7 +70,7 @@ class VideoReader:
         return np.array(self._times) * self.tick
 
     def read(self, frame: int) -> Image:
-        """Return the frame with an ordinal as `[H, W, 3]` sRGB.
+        """Return frame `frame` as `[H, W, 3]` sRGB.
 
         Raises:
             TruncatedVideoError: The video has fewer frames.
@@ -96,7 +97,7 @@ class VideoReader:
             raise UnreadableVideoError(message) from error
 
     def _release_decoder(self) -> None:
-        """Release the decoder's memory until the next read, because a capture has many videos."""
+        """Replace the decoder by a new one without frame buffers, to save memory until `read`."""
         self._container, self._stream = open_video(self.path)
         self._frames, self._next = iter(()), self.frame_count
 
@@ -107,7 +108,7 @@ class VideoReader:
         if not bisect_left(self._times, key.time) <= self._next <= frame:
             self._container.seek(key.decode_time, stream=self._stream)
             self._frames = self._container.decode(self._stream)
-        # If decoding fails, this position makes the next read seek.
+        # If decoding fails, `_next` keeps this value, which makes the next read seek.
         self._next = self.frame_count
         for found in self._frames:
             if found.pts is not None and found.pts >= wanted:
@@ -116,7 +117,7 @@ class VideoReader:
 
 
 def read_still(path: Path, size: tuple[int, int] | None = None) -> Image:
-    """Read a PNG or JPEG file as `[H, W, 3]` sRGB, ignoring transparency.
+    """Read a PNG or JPEG file as `[H, W, 3]` sRGB; transparency is ignored.
 
     Args:
         path: Path of the file.
@@ -124,7 +125,7 @@ def read_still(path: Path, size: tuple[int, int] | None = None) -> Image:
 
     Raises:
         MissingFileError: The file does not exist.
-        UnreadableVideoError: The file is not a picture, needs to be rotated, or has a
+        UnreadableVideoError: The file is not a picture, has an EXIF orientation, or has a
             different size.
     """
     frame = decode_still(path, size)
@@ -136,7 +137,7 @@ def read_still(path: Path, size: tuple[int, int] | None = None) -> Image:
 
 
 class _Packet(NamedTuple):
-    """A coded frame, sorted by presentation time. Trimmed frames are decoded but not shown."""
+    """A coded frame; packets sort by presentation time. Trimmed frames are decoded, not shown."""
 
     time: int
     decode_time: int
@@ -146,7 +147,7 @@ class _Packet(NamedTuple):
 
 
 def _list_packets(container: InputContainer, stream: VideoStream, path: Path) -> list[_Packet]:
-    """Return the packets of the file, in decoding order, checked against the header."""
+    """Return the packets of a video in decoding order, and check their number by the header."""
     try:
         packets = [
             _describe(packet, path)
@@ -178,9 +179,9 @@ def _describe(packet: "av.Packet[VideoStream]", path: Path) -> _Packet:
 
 
 def _is_cut_short(packets: list[_Packet], stream: VideoStream) -> bool:
-    """Return whether the header states more frames and a longer duration than the file has.
+    """Return whether the header states more frames and a longer duration than the packets have.
 
-    If a video was trimmed without re-encoding, its header states more frames, but not a longer
+    If a video was trimmed without re-encoding, its header states too many frames, but the correct
     duration.
     """
     shown = [packet.duration for packet in packets if packet.is_shown]

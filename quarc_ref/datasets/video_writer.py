@@ -1,7 +1,7 @@
 """Writes pictures as H.264 or VP9 videos with exact color metadata, and as PNG and JPEG files.
 
-Videos are BT.601 at limited range, which FFmpeg's scaler assumes for videos without color metadata;
-the metadata is written explicitly anyway.
+Videos are BT.601 with limited range, as FFmpeg's scaler assumes for videos without color metadata.
+The color metadata is written nevertheless.
 """
 
 from collections.abc import Iterable, Mapping
@@ -32,7 +32,7 @@ class VideoForm:
         width: Picture width, pixels.
         height: Picture height, pixels.
         frames_per_second: Frame rate.
-        options: Options of the encoder.
+        options: Options of FFmpeg's encoder.
         pixel_format: `yuv444p`, or `yuv420p`, which needs even sizes and
             halves the resolution of colors.
         container: `mp4` for H.264, `webm` for VP9.
@@ -94,7 +94,7 @@ def build_depth_png(levels: NDArray[np.uint16]) -> bytes:
 
 
 def build_jpeg(picture: Image) -> bytes:
-    """Encode a picture `[H, W, 3]` sRGB as JPEG of high quality."""
+    """Encode a picture `[H, W, 3]` sRGB as JPEG with high quality."""
     frame = av.VideoFrame.from_ndarray(picture, format="rgb24").reformat(
         format="yuvj444p", dst_colorspace=Colorspace.ITU601, dst_color_range=ColorRange.JPEG
     )

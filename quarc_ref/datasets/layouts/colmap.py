@@ -1,11 +1,11 @@
 """Loads captures calibrated by COLMAP: a model, and pictures or videos of its cameras.
 
-The model (colmap.github.io/format.html) is in `sparse/0`, in `sparse`, or in the folder
-itself, as binary or text files, and has one image per camera, because cameras are static.
-Pictures are found by `arrangements`: `images/cam00.png` as in COLMAP,
-`images/cam00/0000.png`, `frames/0000/cam00.png`, or videos beside the model. Pictures
-with lens distortion are undistorted when they are read. Pictures of cameras that are not
-in the model are ignored.
+The model (colmap.github.io/format.html) consists of binary or text files in `sparse/0`, in
+`sparse`, or directly in the capture's folder. It has one image per camera, because cameras are
+static. The module `arrangements` finds the pictures: `images/cam00.png` as in COLMAP,
+`images/cam00/0000.png`, `frames/0000/cam00.png`, or videos next to the model. Pictures with lens
+distortion are undistorted when they are read. Pictures of cameras that are not in the model are
+ignored.
 """
 
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ from quarc_ref.datasets.pictures import Pictures
 
 
 def find_model(folder: Path) -> Path | None:
-    """Return the folder of the COLMAP model of a capture, if there is one."""
+    """Return the folder of a capture's COLMAP model; None if the capture has no model."""
     candidates = [*sorted(folder.glob("sparse*/0")), *sorted(folder.glob("sparse*")), folder]
     names = ("cameras.bin", "cameras.txt")
     with_cameras = (c for c in candidates if any((c / name).is_file() for name in names))
@@ -35,10 +35,10 @@ def find_model(folder: Path) -> Path | None:
 
 
 def read_colmap(folder: Path) -> Footage:
-    """Load a capture of this layout.
+    """Load a capture that COLMAP calibrated.
 
     Args:
-        folder: Folder of the capture, with a model where `find_model` looks.
+        folder: Folder of the capture, in which `find_model` finds a model.
 
     Raises:
         CaptureError: A file is missing or malformed, or the files are inconsistent.
@@ -75,7 +75,7 @@ def _find_named(folder: Path, namings: Sequence[_Cameras]) -> tuple[_Cameras, Pi
 
 
 def _read_model(folder: Path) -> tuple[list[_Cameras], Points | None]:
-    """Return the cameras of a model for each possible set of names, and the model's points."""
+    """Return a model's points, after a list with the cameras under each possible set of names."""
     try:
         require_complete_files(folder)
         model = pycolmap.Reconstruction(folder)
@@ -89,8 +89,8 @@ def _read_model(folder: Path) -> tuple[list[_Cameras], Points | None]:
 def _name_images(model: pycolmap.Reconstruction) -> list[dict[str, pycolmap.Image]]:
     """Return the images with a pose by camera name, once for each possible set of names.
 
-    A camera is named after the stem of its image's file (`cam00.png`) or after the first folder
-    (`cam00/0000.png`), provided that the names are distinct.
+    A camera is named after the file of its image without suffix (`cam00.png`), or after the first
+    folder in the image's path (`cam00/0000.png`). The names in a set must be distinct.
     """
     images = [image for image in model.images.values() if image.has_pose]
     stems = [Path(image.name).stem for image in images]
@@ -102,9 +102,8 @@ def _name_images(model: pycolmap.Reconstruction) -> list[dict[str, pycolmap.Imag
     ]
     if not found:
         message = (
-            "a model must have exactly one image per camera, named after the camera, but this "
-            "one has "
-            f"{sorted(stems)}"
+            "the model must have exactly one image per camera, named after the camera, but its "
+            f"images are {sorted(stems)}"
         )
         raise ValueError(message)
     return found

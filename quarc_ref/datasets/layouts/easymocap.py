@@ -1,11 +1,11 @@
 """Loads captures calibrated by EasyMocap: `intri.yml`, `extri.yml` and pictures or videos.
 
-The layout is published in EasyMocap's documentation ("Camera calibration" and "Data
-preparation", github.com/zju3dv/EasyMocap), and is also used by ENeRF-Outdoor and other
-captures of ZJU: `images/00/000000.jpg` or `videos/00.mp4`. The files are OpenCV's
-FileStorage in YAML: `names`, and for each camera NAME `K_NAME` (3x3), `dist_NAME` (k1,
-k2, p1, p2, k3), `Rot_NAME` (3x3, world to camera) or `R_NAME` (its rotation vector), and
-`T_NAME` (3). Pixel centers are at whole numbers, as in OpenCV.
+EasyMocap's documentation describes the layout ("Camera calibration" and "Data preparation",
+github.com/zju3dv/EasyMocap). ENeRF-Outdoor and other captures of ZJU use the layout, too. Pictures
+are `images/00/000000.jpg` or `videos/00.mp4`. OpenCV's FileStorage writes the YAML files, which
+have a list `names` and the following matrices for each camera NAME: `K_NAME` (3x3), `dist_NAME`
+(k1, k2, p1, p2, k3), `T_NAME` (3), and `Rot_NAME` (3x3, world to camera) or the same rotation as a
+vector `R_NAME` (3). Pixel centers are at whole numbers, as in OpenCV.
 """
 
 from collections.abc import Mapping
@@ -23,13 +23,13 @@ from quarc_ref.datasets.pictures import Size
 from quarc_ref.datasets.undistortion import rotate_by_vector
 
 _MAX_COEFFICIENTS = 8
-_OPENCV_CENTER = 0.5  # added to principal points; here, pixel centers are at +0.5
+_OPENCV_CENTER = 0.5  # Added to principal points, because `Lens` has pixel centers at +0.5.
 
 Matrices = Mapping[str, Node]
 
 
 def read_easymocap(folder: Path) -> Footage:
-    """Load a capture of this layout.
+    """Load a capture in EasyMocap's layout.
 
     Args:
         folder: Folder with `intri.yml` and `extri.yml`.

@@ -1,12 +1,12 @@
 """Loads captures in the layout of Neural 3D Video: `poses_bounds.npy` and videos or pictures.
 
-Published with N3DV (DyNeRF; github.com/facebookresearch/Neural_3D_Video): `cam00.mp4`,
-... and poses in LLFF's format. MeetRoom's `cam_0.mp4` and camera folders with pictures
-(`cam00/0000.png`, `cam00/images/0000.png`) are supported as well. Row i of the poses
-belongs to the i-th camera in the natural order of the names, in which numbers may have
-gaps. A row is a 3x5 matrix [R | t | (H, W, f)] and two depths, near and far; R maps
-camera to world, and its columns point down, right and backwards. `points3D*.ply` holds
-initial points and is optional.
+N3DV, also called DyNeRF (github.com/facebookresearch/Neural_3D_Video), has videos `cam00.mp4`,
+`cam01.mp4` and so on, and poses in LLFF's format. Videos named `cam_0.mp4` as in MeetRoom, and
+camera folders with pictures (`cam00/0000.png`, `cam00/images/0000.png`) are supported as well.
+Row i of the poses belongs to the i-th camera in the natural order of the names; numbers in names
+may have gaps. A row is a 3x5 matrix [R | t | (H, W, f)] and two depths, near and far. R maps
+camera to world, and its columns point down, right and backwards. `points3D*.ply` is optional and
+contains initial points.
 """
 
 from collections.abc import Sequence
@@ -35,7 +35,7 @@ _USUAL_PREFIX = "cam"
 
 
 def read_n3dv(folder: Path) -> Footage:
-    """Load a capture of this layout.
+    """Load a capture in the layout of Neural 3D Video.
 
     Args:
         folder: Folder with `poses_bounds.npy`.
@@ -61,12 +61,12 @@ def read_n3dv(folder: Path) -> Footage:
 
 
 def _find_files(folder: Path, count: int) -> Files:
-    """Return videos or pictures by camera, whose number must be that of the poses."""
+    """Return the videos or pictures of `count` cameras, by camera name."""
     candidates = [_prefer_usual_prefix(list_files(folder)) for _, list_files in ARRANGEMENTS]
     candidates = [files for files in candidates if files]
     if not candidates:
         patterns = ", ".join(pattern for pattern, _ in ARRANGEMENTS).replace("NAME", "cam00")
-        message = f"{folder} has no videos or pictures beside {POSES_NAME}: looked for {patterns}"
+        message = f"{folder} has {POSES_NAME}, but no videos or pictures: looked for {patterns}"
         raise MissingFileError(message)
     for files in candidates:
         if len(files) == count:
@@ -79,13 +79,13 @@ def _find_files(folder: Path, count: int) -> Files:
 
 
 def _prefer_usual_prefix(files: Files) -> Files:
-    """Return the files whose names start with the usual prefix; all files if none does."""
+    """Return the cameras whose names start with `cam`, or all cameras if there are none."""
     usual = {name: paths for name, paths in files.items() if name.startswith(_USUAL_PREFIX)}
     return usual or files
 
 
 def _compare_orders(names: Sequence[str]) -> tuple[Finding, ...]:
-    """Return a finding if alphabetical and numeric order of the names differ."""
+    """Return a finding if the alphabetical and the numeric order of the names differ."""
     for first, second in pairwise(sorted(names)):
         if natural_order(first) > natural_order(second):
             message = (
@@ -112,17 +112,18 @@ def _read_rows(path: Path) -> Numbers:
         message = f"{path} is missing"
         raise MissingFileError(message) from error
     except Exception as error:  # numpy does not wrap the exceptions of its header parser
-        message = f"{path} is not an array of numbers ({error}): save it again by numpy.save"
+        message = f"{path} is not an array of numbers ({error}): save it again with numpy.save"
         raise UnreadablePoseError(message) from error
     if not isinstance(stored, np.ndarray) or stored.dtype.kind not in "fiu":
-        message = f"{path} is not an array of numbers: save it again by numpy.save"
+        message = f"{path} is not an array of numbers: save it again with numpy.save"
         raise UnreadablePoseError(message)
     if stored.ndim != 2 or stored.shape[1] != _ROW_LENGTH or not len(stored):
         message = f"{path} has shape {stored.shape}, but must have one row of 17 numbers per camera"
         raise UnreadablePoseError(message)
     rows = np.array(stored, dtype=np.float64)
     if not np.isfinite(rows).all():
-        message = f"row {int(np.argwhere(~np.isfinite(rows))[0, 0])} of {path} is not finite"
+        row = int(np.argwhere(~np.isfinite(rows))[0, 0])
+        message = f"row {row} of {path} has a number that is not finite"
         raise UnreadablePoseError(message)
     return rows
 
@@ -134,7 +135,7 @@ def _make_camera(name: str, size: Size, row: Numbers, path: Path) -> CalibratedC
         name: Name of the camera.
         size: Width and height of the camera's pictures, pixels.
         row: `[17]` row of the poses file.
-        path: Path of the file of poses, for messages.
+        path: Path of the poses file, for error messages.
     """
     width, height = size
     matrix = row[: _ROW_LENGTH - 2].reshape(3, 5)
@@ -158,7 +159,7 @@ def _make_camera(name: str, size: Size, row: Numbers, path: Path) -> CalibratedC
 
 
 def _measure_resize(pose_size: tuple[float, float], video_size: tuple[int, int]) -> float:
-    """Return the size of the video relative to the picture size in the pose file."""
+    """Return the size of the video divided by the picture size in the poses file."""
     (pose_width, pose_height), (width, height) = pose_size, video_size
     least, most = sorted((pose_width, float(width)))
     if least <= 0 or most % least or width * pose_height != height * pose_width:
@@ -172,8 +173,6 @@ def _measure_resize(pose_size: tuple[float, float], video_size: tuple[int, int])
 
 def _require_near(near: float, far: float) -> float:
     if not 0 < near < far:
-        message = (
-            f"the near depth {near:g} and the far depth {far:g} must be positive and ascending"
-        )
+        message = f"the near depth {near:g} must be positive and less than the far depth {far:g}"
         raise ValueError(message)
     return near

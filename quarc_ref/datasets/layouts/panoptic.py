@@ -1,12 +1,12 @@
 """Loads captures of CMU's Panoptic Studio: `calibration_NAME.json` and HD or VGA recordings.
 
-The layout is published with the Panoptic Toolbox
-(github.com/CMU-Perceptual-Computing-Lab/ panoptic-toolbox): `hdVideos/hd_00_00.mp4`, or
-`hdImgs/00_00/00_00_00000000.jpg` as extracted by its script, and the same for VGA cameras
-(`vgaVideos/vga_01_01.mp4`, `vgaImgs/01_01/...`). Each camera in the file has `K`,
-`distCoef` (k1, k2, p1, p2, k3), `R` and `t` (world to camera, centimeters) and
-`resolution`. Pixel centers are at whole numbers, as in OpenCV. Only cameras with
-pictures are used, HD cameras before VGA cameras.
+The Panoptic Toolbox (github.com/CMU-Perceptual-Computing-Lab/panoptic-toolbox) defines the layout.
+An HD camera has a video `hdVideos/hd_00_00.mp4`, or pictures `hdImgs/00_00/00_00_00000000.jpg` that
+the toolbox extracts. A VGA camera has `vgaVideos/vga_01_01.mp4` or `vgaImgs/01_01/...`. For each
+camera, the calibration file gives `K`, `distCoef` (k1, k2, p1, p2, k3), `R` and `t` (world to
+camera, centimeters) and `resolution`. Pixel centers are at whole numbers, as in OpenCV. If an HD
+camera has pictures, all HD cameras with pictures are loaded, otherwise all VGA cameras with
+pictures.
 """
 
 import json
@@ -27,11 +27,11 @@ from quarc_ref.datasets.footage import Footage
 from quarc_ref.datasets.natural_order import natural_order
 
 _KINDS = ("hd", "vga")
-_OPENCV_CENTER = 0.5  # added to principal points; here, pixel centers are at +0.5
+_OPENCV_CENTER = 0.5  # Added to principal points, because `Lens` has pixel centers at +0.5.
 
 
 def read_panoptic(folder: Path) -> Footage:
-    """Load a capture of this layout.
+    """Load a capture in the layout of Panoptic Studio.
 
     Args:
         folder: Folder with one `calibration_*.json`.
@@ -59,7 +59,7 @@ def read_panoptic(folder: Path) -> Footage:
 
 
 def read_cameras(path: Path) -> dict[str, dict[str, CalibratedCamera]]:
-    """Return the cameras of a file, by kind (`hd`, `vga`) and name.
+    """Return the cameras in a calibration file, by kind (`hd`, `vga`) and name.
 
     Raises:
         MissingFileError: The file cannot be read.
@@ -82,7 +82,7 @@ def read_cameras(path: Path) -> dict[str, dict[str, CalibratedCamera]]:
 
 
 def _list_files(folder: Path, kind: str) -> Files:
-    """Return videos or pictures by camera name in the calibration, such as `00_00`."""
+    """Return videos or pictures by the camera name in the calibration, such as `00_00`."""
     videos = list_videos(folder / f"{kind}Videos")
     named = {name.removeprefix(f"{kind}_"): paths for name, paths in videos.items()}
     return named or list_picture_folders(folder / f"{kind}Imgs")

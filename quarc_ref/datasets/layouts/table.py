@@ -1,4 +1,4 @@
-"""Table of the known layouts, and the choice of a layout by the files in a folder.
+"""Lists the known layouts of captures, and chooses the layout of a folder by its files.
 
 A new layout is a module with a `read_...` function and a row in `LAYOUTS`.
 """
@@ -19,13 +19,13 @@ from quarc_ref.datasets.layouts.transforms_json import read_nerfstudio
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """A known layout of captures: a row of the table.
+    """A known layout of captures.
 
     Attributes:
         name: Common name of the layout.
-        needs: Files that this layout requires. Each entry has a readable name and patterns for
-            `Path.glob`; one pattern must match.
-        read: Loader function.
+        needs: Files that the layout requires. Each entry has a file name for messages, followed by
+            patterns for `Path.glob`, at least one of which must match a file.
+        read: Function that loads the capture in a folder.
     """
 
     name: str
@@ -33,7 +33,7 @@ class Layout:
     read: Callable[[Path], Footage]
 
     def find_missing(self, folder: Path) -> list[str]:
-        """Return the names of required files that a folder lacks."""
+        """Return the names of the required files that are missing in a folder."""
         return [
             name
             for name, *patterns in self.needs
@@ -72,21 +72,21 @@ def choose_layout(folder: Path) -> Layout:
     """Return the first layout of the table whose required files are in a folder.
 
     Raises:
-        UnknownLayoutError: No layout matches; the message lists all layouts, their
-            missing files, and a remedy.
+        UnknownLayoutError: No layout matches. The message lists the missing files of every layout
+            and a remedy.
     """
     for layout in LAYOUTS:
         if not layout.find_missing(folder):
             return layout
     rows = [f"{layout.name} ({', '.join(layout.find_missing(folder))})" for layout in LAYOUTS]
     message = (
-        f"{folder} is not a capture in a known layout. The layouts, and what is missing for each: "
+        f"{folder} is not a capture in a known layout. Known layouts, with their missing files: "
     )
     raise UnknownLayoutError(message + "; ".join(rows) + _advise(folder))
 
 
 def describe_capture(folder: Path) -> str | None:
-    """Describe a folder by a noun phrase, such as "a folder of 3 videos"; None if unknown."""
+    """Return a noun phrase for a capture or a folder of videos, such as "a folder of 3 videos"."""
     if not folder.is_dir():
         return None
     for layout in LAYOUTS:

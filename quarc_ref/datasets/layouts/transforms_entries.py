@@ -1,8 +1,8 @@
 """Parses and checks nerfstudio's `transforms.json`.
 
-Intrinsics may be given for the whole file or for an entry; those of an entry take precedence. Path,
-pose and time are given per entry. Matrices map camera to world with OpenGL's axes: right, up,
-backwards. No pictures are read here.
+The file has default intrinsics, which an entry can override. Every entry has a path and a pose, and
+may have a time. Matrices map camera to world with OpenGL's axes: right, up, backwards. The module
+reads no pictures.
 """
 
 import json
@@ -33,11 +33,11 @@ class Entry:
     """An entry of `transforms.json`: a picture or a video.
 
     Attributes:
-        path: Path as stored in the file, relative to its folder.
+        path: Path of the picture or video as stored in the file, relative to the file's folder.
         lens: Lens of the picture.
         matrix: 3x4 matrix from camera to world with OpenGL's axes, row by row.
-        time: Time of the picture, if the file gives it.
-        mask: Path of the mask, if the file names one.
+        time: Time of the picture in any unit; None if the entry has no time.
+        mask: Path of the mask; None if the entry has no mask.
     """
 
     path: str
@@ -47,7 +47,7 @@ class Entry:
     mask: str | None = None
 
     def pose(self) -> Pose:
-        """Return the pose in the package's axes.
+        """Return the pose with OpenCV's axes: right, down, forward.
 
         Raises:
             ValueError: The matrix is not a pose.
@@ -58,12 +58,12 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Transforms:
-    """Contents of a `transforms.json`.
+    """Parsed contents of a `transforms.json`.
 
     Attributes:
         entries: Entries in file order, at least one.
-        frames_per_second: Frame rate, if the file gives it.
-        points: Name of the file of initial points, if there is one.
+        frames_per_second: Frame rate; None if the file has no frame rate.
+        points: Path of the file of initial points, as stored; None if the file names no points.
     """
 
     entries: tuple[Entry, ...]
@@ -91,12 +91,12 @@ def read_transforms(path: Path) -> Transforms:
 
 def _parse_document(document: object) -> Transforms:
     if not isinstance(document, dict) or not isinstance(document.get("frames"), list):
-        message = "there is no list 'frames'"
+        message = "the file has no list 'frames'"
         raise TypeError(message)
     entries = []
     for index, frame in enumerate(document["frames"]):
         if not isinstance(frame, dict):
-            message = f"frame {index} is not an object"
+            message = f"item {index} of 'frames' is not an object"
             raise TypeError(message)
         entries.append(_parse_entry(frame, document))
     if not entries:
@@ -104,7 +104,7 @@ def _parse_document(document: object) -> Transforms:
         raise ValueError(message)
     rate = _number(document, "fps") if "fps" in document else None
     if rate is not None and rate <= 0:
-        message = f"'fps' is {rate:g}"
+        message = f"'fps' is {rate:g}, but it must be positive"
         raise ValueError(message)
     points = _text(document, "ply_file_path") if "ply_file_path" in document else None
     return Transforms(tuple(entries), rate, points)

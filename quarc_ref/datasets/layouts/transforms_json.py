@@ -1,9 +1,9 @@
 """Loads captures of static cameras in nerfstudio's `transforms.json`.
 
-The format is nerfstudio's (docs.nerf.studio, "Data conventions"). Either every entry is a
-video, one per camera, or every entry is a picture. Pictures with the same pose and lens
-belong to one camera, ordered by `time`, or by name if no entry has a time. A camera is
-named after the common part of the paths of its pictures.
+nerfstudio's documentation describes the format (docs.nerf.studio, "Data conventions"). Either every
+entry is the video of a camera, or every entry is a picture. Pictures with the same pose and lens
+belong to one camera, and are ordered by `time`, or by name if no entry has a time. A camera is
+named after the common part of its pictures' paths.
 """
 
 from collections.abc import Callable, Sequence
@@ -31,11 +31,11 @@ TRANSFORMS_NAME = "transforms.json"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Rig:
-    """The cameras of a file and their entries.
+    """The cameras of a `transforms.json`, and the entries of each camera.
 
     Attributes:
         cameras: Calibrated cameras in the order of their names.
-        entries: `[camera][frame]` entries; a camera with a video has one entry.
+        entries: `[camera][frame]` entries; a camera with a video has only one entry.
     """
 
     cameras: tuple[CalibratedCamera, ...]
@@ -43,7 +43,7 @@ class _Rig:
 
 
 def read_nerfstudio(folder: Path) -> Footage:
-    """Load a capture of this layout.
+    """Load a capture in nerfstudio's format.
 
     Args:
         folder: Folder with `transforms.json`.
@@ -91,7 +91,7 @@ def _gather(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
 
 
 def _open_masks(named: NamedFiles, rig: _Rig, source: Pictures) -> FileMasks | None:
-    """Return the masks that the entries name; None if they name none."""
+    """Return the masks that the entries name; None if no entry names a mask."""
     rows = [[named.find(e.mask) for e in entries if e.mask] for entries in rig.entries]
     return FileMasks(rows, source.sizes, source.lengths) if any(rows) else None
 
@@ -99,7 +99,7 @@ def _open_masks(named: NamedFiles, rig: _Rig, source: Pictures) -> FileMasks | N
 def _read_descriptions(
     path: Path, transforms: Transforms, named: NamedFiles
 ) -> tuple[Points | None, tuple[Path, ...]]:
-    """Return the points that `transforms.json` names, and all files except pictures."""
+    """Return the initial points, and the description files: `transforms.json` and points."""
     if transforms.points is None:
         return None, (path,)
     points_path = named.find(transforms.points)
@@ -121,7 +121,7 @@ def _require_equal_times(rig: _Rig) -> None:
 
 
 def _number_by_name(entries: Sequence[Entry]) -> tuple[Entry, ...]:
-    """Return the entries with new times: the index among entries of the same pose and lens."""
+    """Set each entry's time to its index, by name, among the entries of the same camera."""
     counts: dict[object, int] = {}
     numbered = []
     for entry in sorted(entries, key=lambda entry: natural_order(entry.path)):
@@ -132,7 +132,7 @@ def _number_by_name(entries: Sequence[Entry]) -> tuple[Entry, ...]:
 
 
 def _build_rig(entries: Sequence[Entry], path: Path) -> _Rig:
-    """Group entries by camera, in the order of their times."""
+    """Group entries by camera, and order each camera's entries by time."""
     groups: dict[object, list[Entry]] = {}
     for entry in sorted(entries, key=lambda entry: entry.time or 0.0):
         groups.setdefault((entry.lens, entry.matrix), []).append(entry)
@@ -156,8 +156,8 @@ def _make_camera(name: str, entry: Entry, path: Path) -> CalibratedCamera:
 def _name_cameras(groups: Sequence[Sequence[str]]) -> list[str]:
     """Return a name for each group of paths.
 
-    A group is named after the common stem of its paths (`0000/cam00.png`), their common folder
-    (`cam00/0000.png`), or its number.
+    A group is named after the common file name of its paths (`0000/cam00.png`), after their common
+    folder (`cam00/0000.png`), or after the index of the group.
     """
     parts: tuple[Callable[[PurePosixPath], str], ...] = (
         lambda path: path.stem,
