@@ -20,8 +20,8 @@ from quarc_ref.calibration.solving import Solution, solve
 from quarc_ref.calibration.world import BY_LEVEL, Distance, World, define_world
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.capture_notes import CaptureNotes
-from quarc_ref.datasets.colmap_cameras import quiet
-from quarc_ref.datasets.pictures import LaterPictures
+from quarc_ref.datasets.colmap_cameras import silence_colmap
+from quarc_ref.datasets.pictures import SynchronizedPictures
 
 # each one halves a gap between the previous ones
 _FRACTIONS = (0, 4 / 8, 2 / 8, 6 / 8, 1 / 8, 5 / 8, 3 / 8, 7 / 8)
@@ -138,10 +138,10 @@ def _solve(
     """Return poses from as many moments as needed, and the number of moments."""
     names, pictures = recordings.names, recordings.pictures
     firsts = CaptureNotes(offsets.frames).first_frames(names)
-    later = LaterPictures(pictures, [firsts[name] for name in names])
+    later = SynchronizedPictures(pictures, [firsts[name] for name in names])
     chosen = _choose_moments(later.frame_count, options.moments)
     best: Solution | None = None
-    with tempfile.TemporaryDirectory() as folder, quiet():
+    with tempfile.TemporaryDirectory() as folder, silence_colmap():
         features = Features(Path(folder), [options.masks.get(name) for name in names])
         for done, moment in enumerate(chosen, start=1):
             read = [later.read(camera, moment) for camera in range(len(names))]

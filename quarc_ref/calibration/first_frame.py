@@ -44,7 +44,7 @@ class FirstFrame:
         ]
         views = [project_points(camera, points.positions) for camera in cameras]
         found = compare_colors(cameras, views, points.colors, iter(self.pictures))
-        blind = [index for index, view in enumerate(views) if not view.within.any()]
+        blind = [index for index, view in enumerate(views) if not view.is_visible.any()]
         wrong = {*blind, *found.wrong, *(picture for picture, _ in found.mixed_up)}
         return [self.cameras[index].name for index in sorted(wrong)]
 

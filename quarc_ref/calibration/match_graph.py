@@ -14,7 +14,7 @@ import pycolmap
 from quarc_ref.calibration.features import Features
 from quarc_ref.calibration.fusion import Indices, fuse_keypoints, keep_one_to_one
 from quarc_ref.calibration.lenses import AUTO_MODEL, FIRST_MODEL, LensOptions
-from quarc_ref.datasets.colmap_cameras import build_camera
+from quarc_ref.datasets.colmap_cameras import make_colmap_camera
 from quarc_ref.datasets.pictures import Size
 
 MIN_MATCHES = 15  # minimum number of verified matches between two cameras
@@ -137,7 +137,7 @@ def _write_lens(rows: pycolmap.Database, index: int, camera: pycolmap.Camera) ->
 
 def _make_camera(index: int, name: str, size: Size, lenses: LensOptions) -> pycolmap.Camera:
     if lenses.known is not None:
-        camera = build_camera(lenses.known[name], index)
+        camera = make_colmap_camera(lenses.known[name], index)
         camera.has_prior_focal_length = True
         return camera
     model = FIRST_MODEL if lenses.model == AUTO_MODEL else lenses.model

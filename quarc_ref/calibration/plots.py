@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from quarc_ref.datasets.calibration import CalibratedCamera, Numbers
+from quarc_ref.datasets.calibration import CalibratedCamera, Float64Array
 from quarc_ref.datasets.capture import Points
 
 _INK, _GRAY, _CAMERA = "#4a545e", "#9aa3ad", "#3b6ea8"
@@ -46,8 +46,8 @@ def plot_rig(cameras: Sequence[CalibratedCamera], points: Points, unit: str) -> 
 
 def _draw(
     axes: Axes,
-    rig: tuple[Numbers, Numbers],
-    points: tuple[Numbers, Numbers],
+    rig: tuple[Float64Array, Float64Array],
+    points: tuple[Float64Array, Float64Array],
     shown: tuple[int, int],
     names: Sequence[str],
 ) -> None:

@@ -47,7 +47,9 @@ class Recordings:
         left_out = set(names)
         kept = [index for index, name in enumerate(self.names) if name not in left_out]
         paths = [self.pictures.paths[index] for index in kept]
-        return Recordings(tuple(self.names[i] for i in kept), open_pictures(paths, numbered=False))
+        return Recordings(
+            tuple(self.names[i] for i in kept), open_pictures(paths, reject_gaps=False)
+        )
 
 
 def find_recordings(folder: Path) -> Recordings:

@@ -25,7 +25,7 @@ from quarc_ref.calibration.reconstruction import (
 )
 from quarc_ref.calibration.recordings import MIN_CAMERAS
 from quarc_ref.datasets.calibration import CalibratedCamera, make_pose
-from quarc_ref.datasets.colmap_cameras import make_lens, quiet
+from quarc_ref.datasets.colmap_cameras import make_lens, silence_colmap
 
 _FEW_FEATURES = 100
 # Requirements of the mapper, first strict, then lenient. A camera that passes the lenient
@@ -98,7 +98,7 @@ def solve(graph: MatchGraph, lenses: LensOptions) -> Solution:
         CalibrationError: Fewer than three cameras get a pose; the message says why.
     """
     best: tuple[pycolmap.Reconstruction, dict[int, int]] | None = None
-    with quiet():
+    with silence_colmap():
         for strictness in _STRICTNESS:
             model = _map(graph, lenses, *strictness)
             if model is None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from quarc_ref.calibration.errors import CalibrationError, UnknownCameraError
-from quarc_ref.datasets.calibration import CalibratedCamera, Numbers, make_pose
+from quarc_ref.datasets.calibration import CalibratedCamera, Float64Array, make_pose
 
 BY_LEVEL = "level"
 BY_PLANE = "plane"
@@ -57,7 +57,7 @@ class World:
 
 def define_world(
     cameras: Sequence[CalibratedCamera],
-    points: Numbers,
+    points: Float64Array,
     up: str = BY_LEVEL,
     distance: Distance | None = None,
 ) -> World:
@@ -91,7 +91,7 @@ def define_world(
     )
 
 
-def _find_up(cameras: Sequence[CalibratedCamera], up: str) -> tuple[Numbers, str]:
+def _find_up(cameras: Sequence[CalibratedCamera], up: str) -> tuple[Float64Array, str]:
     mean = -np.mean([camera.pose.rotation[1] for camera in cameras], axis=0)
     if up == BY_LEVEL:
         return _find_level(cameras, mean)
@@ -100,7 +100,9 @@ def _find_up(cameras: Sequence[CalibratedCamera], up: str) -> tuple[Numbers, str
     return -_find(cameras, up).pose.rotation[1], f"camera {up}, which is level"
 
 
-def _find_level(cameras: Sequence[CalibratedCamera], mean: Numbers) -> tuple[Numbers, str]:
+def _find_level(
+    cameras: Sequence[CalibratedCamera], mean: Float64Array
+) -> tuple[Float64Array, str]:
     """Return the direction to which the horizontal axes of all pictures are perpendicular."""
     rights = np.array([camera.pose.rotation[0] for camera in cameras])
     values, vectors = np.linalg.eigh(rights.T @ rights / len(cameras))
@@ -110,7 +112,7 @@ def _find_level(cameras: Sequence[CalibratedCamera], mean: Numbers) -> tuple[Num
     return np.asarray(axis if axis @ mean >= 0 else -axis), "cameras that are level"
 
 
-def _find_plane(cameras: Sequence[CalibratedCamera], mean: Numbers) -> Numbers:
+def _find_plane(cameras: Sequence[CalibratedCamera], mean: Float64Array) -> Float64Array:
     places = np.array([_center(camera) for camera in cameras])
     _, spreads, axes = np.linalg.svd(places - places.mean(axis=0))
     if len(cameras) < _MIN_FOR_PLANE or spreads[2] > _FLAT * spreads[1]:
@@ -122,7 +124,7 @@ def _find_plane(cameras: Sequence[CalibratedCamera], mean: Numbers) -> Numbers:
     return np.asarray(axes[2] if axes[2] @ mean >= 0 else -axes[2])
 
 
-def _find_focus(cameras: Sequence[CalibratedCamera], points: Numbers) -> Numbers:
+def _find_focus(cameras: Sequence[CalibratedCamera], points: Float64Array) -> Float64Array:
     """Return the point nearest to all lines of sight; the scene's center if they are parallel."""
     total, weighted = np.zeros((3, 3)), np.zeros(3)
     for camera in cameras:
@@ -141,7 +143,7 @@ def _find_focus(cameras: Sequence[CalibratedCamera], points: Numbers) -> Numbers
 
 
 def _find_scale(
-    cameras: Sequence[CalibratedCamera], origin: Numbers, distance: Distance | None
+    cameras: Sequence[CalibratedCamera], origin: Float64Array, distance: Distance | None
 ) -> float:
     if distance is None:
         return 1 / float(np.mean([np.linalg.norm(_center(camera) - origin) for camera in cameras]))
@@ -154,7 +156,7 @@ def _find_scale(
 
 
 def _move(
-    camera: CalibratedCamera, turn: Numbers, origin: Numbers, scale: float
+    camera: CalibratedCamera, turn: Float64Array, origin: Float64Array, scale: float
 ) -> CalibratedCamera:
     axes = turn @ camera.pose.rotation.T
     center = scale * (turn @ (_center(camera) - origin))
@@ -170,5 +172,5 @@ def _find(cameras: Sequence[CalibratedCamera], name: str) -> CalibratedCamera:
     raise UnknownCameraError(message)
 
 
-def _center(camera: CalibratedCamera) -> Numbers:
+def _center(camera: CalibratedCamera) -> Float64Array:
     return np.asarray(-camera.pose.rotation.T @ camera.pose.translation)

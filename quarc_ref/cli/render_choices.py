@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 from quarc_ref.cli.errors import UsageError
 
 if TYPE_CHECKING:
-    from quarc_ref.datasets.video_writer import VideoForm
+    from quarc_ref.datasets.video_writer import VideoFormat
     from quarc_ref.format.cameras import Camera
     from quarc_ref.viewing.outline import Outline
 
@@ -61,14 +61,14 @@ def require_pixels(camera: "Camera", most: int) -> None:
 
 def choose_form(
     outline: "Outline", camera: "Camera", pixels: str, container: Literal["mp4", "webm"]
-) -> "VideoForm":
+) -> "VideoFormat":
     """Choose the video format for a camera's pictures, at the stream's frame rate.
 
     Raises:
         UsageError: The pixel format does not allow this size, or videos do not allow this
             frame rate.
     """
-    from quarc_ref.datasets.video_writer import VideoForm
+    from quarc_ref.datasets.video_writer import VideoFormat
 
     if pixels == "yuv420p" and (camera.width % 2 or camera.height % 2):
         message = (
@@ -82,4 +82,4 @@ def choose_form(
         raise UsageError(message)
     is_large = camera.width * camera.height > _LARGE
     options = _OPTIONS[container, is_large]
-    return VideoForm(camera.width, camera.height, pace, options, pixels, container)
+    return VideoFormat(camera.width, camera.height, pace, options, pixels, container)

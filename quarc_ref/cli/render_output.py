@@ -11,7 +11,7 @@ from quarc_ref.cli.targets import written_file, written_folder, written_frame
 
 if TYPE_CHECKING:
     from quarc_ref.datasets.capture import Image
-    from quarc_ref.datasets.video_writer import VideoForm
+    from quarc_ref.datasets.video_writer import VideoFormat
     from quarc_ref.rendering.pipeline_data import Float32
     from quarc_ref.viewing.paths.pose import Shot
 
@@ -44,7 +44,7 @@ def choose_kind(output: Path, *, depth: bool) -> Kind:
 
 
 def write_video(
-    drawn: "Iterator[tuple[int, Image]]", output: Path, form: "VideoForm", *, force: bool
+    drawn: "Iterator[tuple[int, Image]]", output: Path, form: "VideoFormat", *, force: bool
 ) -> dict[str, object]:
     """Write pictures as a video; return the values that --json prints."""
     from quarc_ref.datasets.video_writer import write_video_file

@@ -14,10 +14,10 @@ from quarc_ref.datasets.video import VideoReader
 _RATE_TOLERANCE = 1e-3  # Relative; 29.97 and 30 count as equal.
 # Relative to the duration of a frame; a missing frame causes an error of 0.5.
 _TIME_TOLERANCE = 0.25
-_MAX_NAMED = 5
+_MAX_DESCRIPTIONS = 5
 
 
-def require_one_rate(videos: Sequence[VideoReader]) -> None:
+def require_common_frame_rate(videos: Sequence[VideoReader]) -> None:
     """Check that all videos have the same constant frame rate, so that they stay synchronized.
 
     Args:
@@ -28,16 +28,16 @@ def require_one_rate(videos: Sequence[VideoReader]) -> None:
             of most videos.
     """
     for video in videos:
-        _require_constant_rate(video)
+        _require_constant_frame_rate(video)
     common_rate = median_high(video.frames_per_second for video in videos)
-    odd = [
+    outliers = [
         video
         for video in videos
         if not math.isclose(video.frames_per_second, common_rate, rel_tol=_RATE_TOLERANCE)
     ]
-    if odd:
+    if outliers:
         message = (
-            f"{_shorten([_describe_rate(video) for video in odd])}, the others have "
+            f"{_join_descriptions([_describe_rate(video) for video in outliers])}, the others have "
             f"{common_rate:g}: convert all to one frame rate"
         )
         raise FrameRateError(message)
@@ -50,16 +50,16 @@ def compare_lengths(names: Sequence[str], lengths: Sequence[int]) -> Finding | N
         names: Names of the cameras, at least one.
         lengths: `[camera]` number of frames.
     """
-    common_rate = median_high(lengths)
-    odd = [index for index, length in enumerate(lengths) if length != common_rate]
-    if not odd:
+    common_length = median_high(lengths)
+    outliers = [index for index, length in enumerate(lengths) if length != common_length]
+    if not outliers:
         return None
-    listed = [f"{names[i]} has {lengths[i]} frames" for i in odd]
+    descriptions = [f"{names[i]} has {lengths[i]} frames" for i in outliers]
     message = (
-        f"{_shorten(listed)}, the others have {common_rate}: every camera is cut to its first "
-        f"{min(lengths)} frames"
+        f"{_join_descriptions(descriptions)}, the others have {common_length}: every camera is cut "
+        f"to its first {min(lengths)} frames"
     )
-    return Finding(UNEVEN_LENGTHS, message, tuple(names[i] for i in odd))
+    return Finding(UNEVEN_LENGTHS, message, tuple(names[i] for i in outliers))
 
 
 def compare_rotations(names: Sequence[str], rotations: Sequence[int]) -> Finding | None:
@@ -69,39 +69,41 @@ def compare_rotations(names: Sequence[str], rotations: Sequence[int]) -> Finding
         names: Names of the cameras, at least one.
         rotations: `[camera]` degrees counterclockwise.
     """
-    (common_rate, _), *_ = Counter(rotations).most_common(1)
-    odd = [index for index, degrees in enumerate(rotations) if degrees != common_rate]
-    if not odd:
+    (common_rotation, _), *_ = Counter(rotations).most_common(1)
+    outliers = [index for index, degrees in enumerate(rotations) if degrees != common_rotation]
+    if not outliers:
         return None
-    listed = [f"{names[i]} by {rotations[i] % 360} degrees counterclockwise" for i in odd]
+    descriptions = [
+        f"{names[i]} by {rotations[i] % 360} degrees counterclockwise" for i in outliers
+    ]
     message = (
-        f"rotation flags differ: {_shorten(listed)}, the others by {common_rate % 360} degrees. If "
-        "all cameras were mounted the same way, remove the flag (ffmpeg -display_rotation 0 "
-        "-i OLD.mp4 -c copy NEW.mp4)"
+        f"rotation flags differ: {_join_descriptions(descriptions)}, the others by "
+        f"{common_rotation % 360} degrees. If all cameras were mounted the same way, remove the "
+        "flag (ffmpeg -display_rotation 0 -i OLD.mp4 -c copy NEW.mp4)"
     )
-    return Finding("rotation-flags", message, tuple(names[i] for i in odd))
+    return Finding("rotation-flags", message, tuple(names[i] for i in outliers))
 
 
-def _require_constant_rate(video: VideoReader) -> None:
+def _require_constant_frame_rate(video: VideoReader) -> None:
     times = video.frame_times
     if len(times) < 3:
         return
-    duration = (times[-1] - times[0]) / (len(times) - 1)
-    strays = np.abs(times - np.linspace(times[0], times[-1], len(times)))
-    if strays.max() > _TIME_TOLERANCE * duration + video.tick:
+    mean_duration = (times[-1] - times[0]) / (len(times) - 1)
+    deviations = np.abs(times - np.linspace(times[0], times[-1], len(times)))
+    if deviations.max() > _TIME_TOLERANCE * mean_duration + video.tick:
         shortest, *_, longest = sorted(np.diff(times) * 1000)
         message = (
             f"{video.path} has a variable frame rate: its frames last from {shortest:.1f} to "
-            f"{longest:.1f} ms, {1 / duration:.2f} per second on average; convert it (ffmpeg "
-            f"-i {video.path.name} -vf fps={max(1, round(1 / duration))} NEW.mp4)"
+            f"{longest:.1f} ms, {1 / mean_duration:.2f} per second on average; convert it (ffmpeg "
+            f"-i {video.path.name} -vf fps={max(1, round(1 / mean_duration))} NEW.mp4)"
         )
         raise FrameRateError(message)
 
 
-def _shorten(parts: Sequence[str]) -> str:
-    named = ", ".join(parts[:_MAX_NAMED])
-    more = len(parts) - _MAX_NAMED
-    return f"{named} and {more} more differ" if more > 0 else named
+def _join_descriptions(descriptions: Sequence[str]) -> str:
+    joined = ", ".join(descriptions[:_MAX_DESCRIPTIONS])
+    omitted_count = len(descriptions) - _MAX_DESCRIPTIONS
+    return f"{joined} and {omitted_count} more differ" if omitted_count > 0 else joined
 
 
 def _describe_rate(video: VideoReader) -> str:

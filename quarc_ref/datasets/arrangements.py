@@ -32,19 +32,25 @@ def is_still(path: Path) -> bool:
 
 def list_videos(folder: Path) -> Files:
     """Return the videos in a folder by camera; a video's name without suffix is the camera's."""
-    return {path.stem: (path,) for path in _list(folder) if is_video(path) and path.is_file()}
+    return {
+        path.stem: (path,) for path in _list_contents(folder) if is_video(path) and path.is_file()
+    }
 
 
-def list_picture_folders(folder: Path, inside: str = "") -> Files:
+def list_picture_folders(folder: Path, subfolder: str = "") -> Files:
     """Return the pictures in each camera's subfolder of a folder, in frame order.
 
     Args:
         folder: Folder that contains the cameras' folders.
-        inside: Name of the folder of pictures in a camera's folder, such as `images`; empty if
+        subfolder: Name of the folder of pictures in a camera's folder, such as `images`; empty if
             the pictures are directly in the camera's folder.
     """
-    found = {each.name: _list_stills(each / inside) for each in _list(folder) if each.is_dir()}
-    return {name: paths for name, paths in found.items() if paths}
+    pictures = {
+        camera_folder.name: _list_stills(camera_folder / subfolder)
+        for camera_folder in _list_contents(folder)
+        if camera_folder.is_dir()
+    }
+    return {name: paths for name, paths in pictures.items() if paths}
 
 
 def list_single_pictures(folder: Path) -> Files:
@@ -59,20 +65,22 @@ def list_frame_folders(folder: Path) -> Files:
         CountMismatchError: The numbers of the frames have a gap.
         MissingCameraError: A frame lacks the picture of a camera that other frames have.
     """
-    frames = sorted((p for p in _list(folder) if p.name.isdecimal()), key=lambda p: int(p.name))
+    frames = sorted(
+        (p for p in _list_contents(folder) if p.name.isdecimal()), key=lambda p: int(p.name)
+    )
     _require_regular_numbers(folder, [frame.name for frame in frames])
-    found: dict[str, list[Path]] = {}
+    pictures: dict[str, list[Path]] = {}
     for index, frame in enumerate(frames):
         for path in _list_stills(frame):
-            row = found.setdefault(path.stem, [])
-            if len(row) < index:
-                _reject_missing(frames[len(row)], path.stem)
-            row.append(path)
-    return found
+            camera_pictures = pictures.setdefault(path.stem, [])
+            if len(camera_pictures) < index:
+                _raise_missing_picture(frames[len(camera_pictures)], path.stem)
+            camera_pictures.append(path)
+    return pictures
 
 
-Lister = Callable[[Path], Files]
-ARRANGEMENTS: tuple[tuple[str, Lister], ...] = (
+FileLister = Callable[[Path], Files]
+ARRANGEMENTS: tuple[tuple[str, FileLister], ...] = (
     ("frames/0000/NAME.png", lambda folder: list_frame_folders(folder / "frames")),
     ("NAME.mp4", list_videos),
     ("videos/NAME.mp4", lambda folder: list_videos(folder / "videos")),
@@ -95,55 +103,55 @@ def find_pictures(folder: Path, names: Sequence[str]) -> Pictures:
         MissingCameraError: Some cameras have no pictures.
         CaptureError: A file cannot be read, or the files are inconsistent.
     """
-    best: tuple[str, Files] = ("", {})
+    best_match: tuple[str, Files] = ("", {})
     for pattern, list_files in ARRANGEMENTS:
-        found = list_files(folder)
-        if all(name in found for name in names):
-            return open_pictures([found[name] for name in names])
-        if sum(name in found for name in names) > sum(name in best[1] for name in names):
-            best = pattern, found
-    missing = [name for name in names if name not in best[1]]
-    if len(missing) == len(names):
+        files = list_files(folder)
+        if all(name in files for name in names):
+            return open_pictures([files[name] for name in names])
+        if sum(name in files for name in names) > sum(name in best_match[1] for name in names):
+            best_match = pattern, files
+    missing_names = [name for name in names if name not in best_match[1]]
+    if len(missing_names) == len(names):
         patterns = ", ".join(pattern for pattern, _ in ARRANGEMENTS)
         message = (
-            f"{folder} has poses for cameras {_shorten(names)}, but no pictures of them; "
+            f"{folder} has poses for cameras {_join_names(names)}, but no pictures of them; "
             f"looked for {patterns} (or another suffix of a video or picture)"
         )
         raise MissingFileError(message)
     message = (
-        f"camera {_shorten(missing)} has a pose, but {folder} has no {best[0]} for it: add "
-        "the files, or remove the cameras from the poses"
+        f"camera {_join_names(missing_names)} has a pose, but {folder} has no {best_match[0]} for "
+        "it: add the files, or remove the cameras from the poses"
     )
     raise MissingCameraError(message)
 
 
-def open_pictures(paths: Sequence[Sequence[Path]], *, numbered: bool = True) -> Pictures:
+def open_pictures(paths: Sequence[Sequence[Path]], *, reject_gaps: bool = True) -> Pictures:
     """Open picture or video files as a source of pictures.
 
     Args:
         paths: `[camera]` video files, or `[camera][frame]` picture files.
-        numbered: Whether to reject a camera whose picture numbers have a gap.
+        reject_gaps: Whether to reject a camera whose picture numbers have a gap.
 
     Raises:
         CaptureError: A file cannot be read, or the files are inconsistent.
     """
-    if all(len(row) == 1 and is_video(row[0]) for row in paths):
-        return VideoPictures([VideoReader(row[0]) for row in paths])
-    for row in paths if numbered else ():
-        _require_regular_numbers(row[0].parent, [path.stem for path in row])
+    if all(len(camera_paths) == 1 and is_video(camera_paths[0]) for camera_paths in paths):
+        return VideoPictures([VideoReader(camera_paths[0]) for camera_paths in paths])
+    for camera_paths in paths if reject_gaps else ():
+        _require_regular_numbers(camera_paths[0].parent, [path.stem for path in camera_paths])
     return FilePictures(paths)
 
 
-def _shorten(names: Sequence[str]) -> str:
+def _join_names(names: Sequence[str]) -> str:
     return ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
 
 
-def _reject_missing(frame: Path, name: str) -> None:
+def _raise_missing_picture(frame: Path, name: str) -> None:
     message = f"frame {frame} has no picture of camera {name}, such as {name}.png"
     raise MissingCameraError(message)
 
 
-def _list(folder: Path) -> list[Path]:
+def _list_contents(folder: Path) -> list[Path]:
     """Return the contents of a folder, in natural order; empty if it is not a folder."""
     if not folder.is_dir():
         return []
@@ -151,7 +159,7 @@ def _list(folder: Path) -> list[Path]:
 
 
 def _list_stills(folder: Path) -> list[Path]:
-    return [path for path in _list(folder) if is_still(path) and path.is_file()]
+    return [path for path in _list_contents(folder) if is_still(path) and path.is_file()]
 
 
 def _require_regular_numbers(folder: Path, names: Sequence[str]) -> None:

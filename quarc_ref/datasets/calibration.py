@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from quarc_ref.datasets.errors import UnreadablePointsError
 from quarc_ref.format.cameras import Camera
 
-Numbers = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 _ORTHONORMAL_TOLERANCE = 1e-3  # Poses are often stored with four digits.
 # The declared size of a picture determines allocations before the picture is read.
@@ -36,10 +36,10 @@ def require_video_size(width: int, height: int) -> None:
     _require_size(width, height, _MAX_VIDEO_SIDE, "too large for H.264")
 
 
-def _require_size(width: int, height: int, most_side: int, fault: str) -> None:
-    if max(width, height) > most_side or width * height > MAX_PIXELS:
+def _require_size(width: int, height: int, max_side: int, problem: str) -> None:
+    if max(width, height) > max_side or width * height > MAX_PIXELS:
         message = (
-            f"pictures of {width} x {height} are {fault}: the limits are {most_side:,} pixels per "
+            f"pictures of {width} x {height} are {problem}: the limits are {max_side:,} pixels per "
             f"side and {MAX_PIXELS:,} pixels in total"
         )
         raise ValueError(message)
@@ -100,8 +100,8 @@ class Pose:
         translation: `[3]` translation from world to camera, world units.
     """
 
-    rotation: Numbers
-    translation: Numbers
+    rotation: Float64Array
+    translation: Float64Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,29 +135,29 @@ def make_pose(axes: ArrayLike, center: ArrayLike) -> Pose:
         ValueError: A number is not finite, or the axes are not a rotation.
     """
     columns = np.asarray(axes, dtype=np.float64)
-    origin = np.asarray(center, dtype=np.float64)
-    if not (np.isfinite(columns).all() and np.isfinite(origin).all()):
+    position = np.asarray(center, dtype=np.float64)
+    if not (np.isfinite(columns).all() and np.isfinite(position).all()):
         message = "the pose has a non-finite number"
         raise ValueError(message)
     with np.errstate(over="ignore", invalid="ignore"):
-        skew = np.abs(columns.T @ columns - np.eye(3)).max()
-    if not skew <= _ORTHONORMAL_TOLERANCE:
+        max_deviation = np.abs(columns.T @ columns - np.eye(3)).max()
+    if not max_deviation <= _ORTHONORMAL_TOLERANCE:
         message = "the axes of the pose are not orthonormal"
         raise ValueError(message)
     if np.linalg.det(columns) < 0:
         message = "the axes of the pose are left-handed: an axis is flipped"
         raise ValueError(message)
-    left, _, right = np.linalg.svd(columns)
-    rotation = (left @ right).T
+    left_vectors, _, right_vectors = np.linalg.svd(columns)
+    rotation = (left_vectors @ right_vectors).T
     with np.errstate(over="ignore", invalid="ignore"):
-        translation = -rotation @ origin
+        translation = -rotation @ position
     if not np.isfinite(translation).all():
         message = "the camera position is too large"
         raise ValueError(message)
     return Pose(rotation, translation)
 
 
-def measure_depths(camera: CalibratedCamera, positions: NDArray[np.floating]) -> Numbers:
+def measure_depths(camera: CalibratedCamera, positions: NDArray[np.floating]) -> Float64Array:
     """Return the depths of the points that a pinhole camera can see.
 
     Args:
@@ -169,15 +169,20 @@ def measure_depths(camera: CalibratedCamera, positions: NDArray[np.floating]) ->
     """
     lens = camera.lens
     x, y, z = (positions @ camera.pose.rotation.T + camera.pose.translation).T
-    in_front = z > 0
-    x, y, z = x[in_front], y[in_front], z[in_front]
-    across, down = lens.fx * x + lens.cx * z, lens.fy * y + lens.cy * z
-    inside = (across >= 0) & (across <= lens.width * z) & (down >= 0) & (down <= lens.height * z)
-    depths: Numbers = z[inside]
+    is_in_front = z > 0
+    x, y, z = x[is_in_front], y[is_in_front], z[is_in_front]
+    scaled_columns, scaled_rows = lens.fx * x + lens.cx * z, lens.fy * y + lens.cy * z
+    is_inside = (
+        (scaled_columns >= 0)
+        & (scaled_columns <= lens.width * z)
+        & (scaled_rows >= 0)
+        & (scaled_rows <= lens.height * z)
+    )
+    depths: Float64Array = z[is_inside]
     return depths
 
 
-def choose_near(depths: Numbers) -> float:
+def choose_near(depths: Float64Array) -> float:
     """Return the near plane of a camera: the first percentile of at least one point depth."""
     return float(np.quantile(depths, _NEAR_QUANTILE))
 
@@ -189,7 +194,7 @@ class DownscaleError(ValueError):
     """Pictures cannot be downscaled by the requested factor."""
 
 
-def shrink(pinhole: _Pinhole, factor: int) -> _Pinhole:
+def downscale_camera(pinhole: _Pinhole, factor: int) -> _Pinhole:
     """Return the lens or camera of pictures that are downscaled by `factor`.
 
     Raises:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from quarc_ref.format.cameras import Camera
 
-Float64 = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -18,23 +18,23 @@ class PointProjection:
         columns: `[P]` horizontal position, pixels; undefined behind the camera.
         rows: `[P]` vertical position, pixels; undefined behind the camera.
         depths: `[P]` distance along the optical axis, world units; 0 or less behind the camera.
-        within: `[P]` whether a point is in front of the camera and inside its picture.
+        is_visible: `[P]` whether a point is in front of the camera and inside its picture.
     """
 
-    columns: Float64
-    rows: Float64
-    depths: Float64
-    within: NDArray[np.bool_]
+    columns: Float64Array
+    rows: Float64Array
+    depths: Float64Array
+    is_visible: NDArray[np.bool_]
 
 
-def rotation_matrix(camera: Camera) -> Float64:
+def rotation_matrix(camera: Camera) -> Float64Array:
     """Return the `[3, 3]` rotation from world to camera."""
     return np.array(camera.rotation, dtype=np.float64).reshape(3, 3)
 
 
-def camera_center(camera: Camera) -> Float64:
+def camera_center(camera: Camera) -> Float64Array:
     """Return the `[3]` position of a camera in world units."""
-    center: Float64 = -rotation_matrix(camera).T @ np.array(camera.translation)
+    center: Float64Array = -rotation_matrix(camera).T @ np.array(camera.translation)
     return center
 
 
@@ -45,11 +45,11 @@ def project_points(camera: Camera, positions: NDArray[np.floating]) -> PointProj
         camera: A pinhole camera.
         positions: `[P, 3]` points, world units.
     """
-    in_camera = positions.astype(np.float64) @ rotation_matrix(camera).T
-    x, y, depths = (in_camera + np.array(camera.translation)).T
-    is_ahead = depths > 0
-    divisors = np.where(is_ahead, depths, 1.0)
+    rotated_positions = positions.astype(np.float64) @ rotation_matrix(camera).T
+    x, y, depths = (rotated_positions + np.array(camera.translation)).T
+    is_in_front = depths > 0
+    divisors = np.where(is_in_front, depths, 1.0)
     columns = camera.fx * x / divisors + camera.cx
     rows = camera.fy * y / divisors + camera.cy
-    inside = (columns >= 0) & (columns < camera.width) & (rows >= 0) & (rows < camera.height)
-    return PointProjection(columns, rows, depths, is_ahead & inside)
+    is_inside = (columns >= 0) & (columns < camera.width) & (rows >= 0) & (rows < camera.height)
+    return PointProjection(columns, rows, depths, is_in_front & is_inside)

@@ -79,7 +79,7 @@ class Capture:
         source: Source of the pictures.
         fingerprint: Hex digest that identifies the capture's files.
         cache_bytes: Maximum size of the picture cache, bytes.
-        whole: The whole capture, if the new object is only a part of it; otherwise None.
+        full_capture: The whole capture, if the new object is only a part of it; otherwise None.
         findings: Problems that the loader found, and assumptions that it made.
         start: Frame of the synchronized recording that becomes frame 0 of the capture.
         notes: Up direction and scale of the scene.
@@ -96,7 +96,7 @@ class Capture:
         source: PictureSource,
         fingerprint: str,
         cache_bytes: int = _CACHE_BYTES,
-        whole: "Capture | None" = None,
+        full_capture: "Capture | None" = None,
         findings: Sequence[Finding] = (),
         start: int = 0,
         notes: CaptureNotes = _NO_NOTES,
@@ -111,7 +111,7 @@ class Capture:
         self.findings = tuple(findings)
         self.start = start
         self.notes = notes
-        self.whole = whole or self
+        self.full_capture = full_capture or self
         self.masks = masks
         self._source = source
         self._cache: OrderedDict[tuple[int, int], Image] = OrderedDict()
@@ -127,22 +127,24 @@ class Capture:
         """Indices of the cameras held out for evaluation."""
         return tuple(i for i, camera in enumerate(self.cameras) if camera.held_out)
 
-    def require_frames(self, asked: int | None) -> int:
+    def require_frames(self, requested_count: int | None) -> int:
         """Return the number of frames to use.
 
         Args:
-            asked: Requested number of frames; None for all.
+            requested_count: Requested number of frames; None for all.
 
         Raises:
             TooFewFramesError: The capture has fewer frames than requested.
         """
-        if asked is None:
+        if requested_count is None:
             return self.frame_count
-        if not 1 <= asked <= self.frame_count:
-            found = self.frame_count
-            message = f"{asked} frames are requested, but capture {self.name} has {found}"
+        if not 1 <= requested_count <= self.frame_count:
+            message = (
+                f"{requested_count} frames are requested, but capture {self.name} has "
+                f"{self.frame_count}"
+            )
             raise TooFewFramesError(message)
-        return asked
+        return requested_count
 
     def image(self, camera: int, frame: int) -> Image:
         """Return a picture, `[H, W, 3]` sRGB, read-only.

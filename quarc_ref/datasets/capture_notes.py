@@ -20,8 +20,8 @@ from quarc_ref.files import write_file
 NOTES_NAME = "quarc-capture.json"
 _KEYS = ("offsets", "up", "meters_per_unit")
 _MAX_BYTES = 1 << 20
-_MAX_FRAMES = 1e7  # largest offset: a day at 100 frames per second
-_MAX_METERS = 1e6  # largest `meters_per_unit`, as in the header of a stream (SPEC 5.3)
+_MAX_OFFSET = 1e7  # largest offset: a day at 100 frames per second
+_MAX_METERS_PER_UNIT = 1e6  # largest `meters_per_unit`, as in the header of a stream (SPEC 5.3)
 
 Direction = tuple[float, float, float]
 
@@ -47,15 +47,18 @@ class CaptureNotes:
 
     def __post_init__(self) -> None:
         for name, offset in self.offsets.items():
-            if not abs(offset) <= _MAX_FRAMES:
+            if not abs(offset) <= _MAX_OFFSET:
                 message = (
                     f"the offset of camera {name} is {offset}; it must be a number of frames, at "
-                    f"most {_MAX_FRAMES:,.0f}"
+                    f"most {_MAX_OFFSET:,.0f}"
                 )
                 raise ValueError(message)
         if self.up is not None:
             object.__setattr__(self, "up", _normalize(self.up))
-        if self.meters_per_unit is not None and not 0 < self.meters_per_unit <= _MAX_METERS:
+        if (
+            self.meters_per_unit is not None
+            and not 0 < self.meters_per_unit <= _MAX_METERS_PER_UNIT
+        ):
             message = (
                 f"meters_per_unit is {self.meters_per_unit}; it must be above 0 and at most 1000000"
             )
@@ -73,16 +76,16 @@ class CaptureNotes:
             MissingCameraError: An offset names an unknown camera.
         """
         names = list(cameras)
-        unknown = sorted(set(self.offsets) - set(names))
-        if unknown:
+        unknown_names = sorted(set(self.offsets) - set(names))
+        if unknown_names:
             message = (
-                f"{NOTES_NAME} has an offset for camera {', '.join(unknown)}, which the capture "
-                f"does not have; the cameras are {', '.join(names)}"
+                f"{NOTES_NAME} has an offset for camera {', '.join(unknown_names)}, which the "
+                f"capture does not have; the cameras are {', '.join(names)}"
             )
             raise MissingCameraError(message)
-        rounded = {name: round(self.offsets.get(name, 0)) for name in names}
-        least = min(rounded.values())
-        return {name: offset - least for name, offset in rounded.items()}
+        rounded_offsets = {name: round(self.offsets.get(name, 0)) for name in names}
+        smallest_offset = min(rounded_offsets.values())
+        return {name: offset - smallest_offset for name, offset in rounded_offsets.items()}
 
 
 def read_capture_notes(folder: Path) -> CaptureNotes:
@@ -101,7 +104,7 @@ def read_capture_notes(folder: Path) -> CaptureNotes:
     try:
         with path.open("rb") as file:
             data = file.read(_MAX_BYTES + 1)
-        return _parse(data)
+        return _parse_notes(data)
     except OSError as error:
         message = f"{path} cannot be read: {error}"
         raise MissingFileError(message) from error
@@ -120,15 +123,15 @@ def write_capture_notes(path: Path, notes: CaptureNotes) -> None:
     Raises:
         OSError: The file cannot be written.
     """
-    known: dict[str, object] = {"offsets": dict(notes.offsets)}
+    document: dict[str, object] = {"offsets": dict(notes.offsets)}
     if notes.up is not None:
-        known["up"] = list(notes.up)
+        document["up"] = list(notes.up)
     if notes.meters_per_unit is not None:
-        known["meters_per_unit"] = notes.meters_per_unit
-    write_file(path, json.dumps(known, indent=2, allow_nan=False).encode() + b"\n")
+        document["meters_per_unit"] = notes.meters_per_unit
+    write_file(path, json.dumps(document, indent=2, allow_nan=False).encode() + b"\n")
 
 
-def _parse(data: bytes) -> CaptureNotes:
+def _parse_notes(data: bytes) -> CaptureNotes:
     if len(data) > _MAX_BYTES:
         message = f"the file has more than {_MAX_BYTES:,} bytes"
         raise ValueError(message)
@@ -136,10 +139,11 @@ def _parse(data: bytes) -> CaptureNotes:
     if not isinstance(document, dict):
         message = "the file is not a JSON object"
         raise TypeError(message)
-    unknown = sorted(set(document) - set(_KEYS))
-    if unknown:
+    unknown_keys = sorted(set(document) - set(_KEYS))
+    if unknown_keys:
         message = (
-            f"unknown key {', '.join(map(repr, unknown))}; the known keys are {', '.join(_KEYS)}"
+            f"unknown key {', '.join(map(repr, unknown_keys))}; the known keys are "
+            f"{', '.join(_KEYS)}"
         )
         raise ValueError(message)
     offsets = document.get("offsets", {})
@@ -147,9 +151,9 @@ def _parse(data: bytes) -> CaptureNotes:
         message = "'offsets' is not an object that maps cameras to frames"
         raise TypeError(message)
     return CaptureNotes(
-        {name: _number(offset, f"the offset of {name}") for name, offset in offsets.items()},
+        {name: _parse_number(offset, f"the offset of {name}") for name, offset in offsets.items()},
         _parse_up(document["up"]) if "up" in document else None,
-        _number(document["meters_per_unit"], "meters_per_unit")
+        _parse_number(document["meters_per_unit"], "meters_per_unit")
         if "meters_per_unit" in document
         else None,
     )
@@ -159,13 +163,13 @@ def _parse_up(value: object) -> Direction:
     if not isinstance(value, list) or len(value) != 3:
         message = "'up' is not a list of three numbers"
         raise TypeError(message)
-    x, y, z = (_number(number, "'up'") for number in value)
+    x, y, z = (_parse_number(number, "'up'") for number in value)
     return x, y, z
 
 
-def _number(value: object, what: str) -> float:
+def _parse_number(value: object, label: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        message = f"{what} is not a number"
+        message = f"{label} is not a number"
         raise TypeError(message)
     return float(value)
 

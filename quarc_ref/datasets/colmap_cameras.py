@@ -21,8 +21,8 @@ CAMERA_MODELS = (
     "FULL_OPENCV",
     "OPENCV_FISHEYE",
 )
-_OPENCV_COEFFICIENTS = 4
-_FULL_COEFFICIENTS = 8
+_OPENCV_COEFFICIENT_COUNT = 4
+_FULL_COEFFICIENT_COUNT = 8
 
 
 def make_lens(name: str, camera: pycolmap.Camera) -> Lens:
@@ -54,7 +54,7 @@ def make_lens(name: str, camera: pycolmap.Camera) -> Lens:
     )
 
 
-def build_camera(lens: Lens, camera_id: int) -> pycolmap.Camera:
+def make_colmap_camera(lens: Lens, camera_id: int) -> pycolmap.Camera:
     """Return the COLMAP camera for a lens.
 
     Args:
@@ -63,29 +63,29 @@ def build_camera(lens: Lens, camera_id: int) -> pycolmap.Camera:
     """
     coefficients = list(lens.coefficients)
     if lens.fisheye:
-        model, count = pycolmap.CameraModelId.OPENCV_FISHEYE, _OPENCV_COEFFICIENTS
+        model, coefficient_count = pycolmap.CameraModelId.OPENCV_FISHEYE, _OPENCV_COEFFICIENT_COUNT
     elif lens.is_pinhole:
-        model, count = pycolmap.CameraModelId.PINHOLE, 0
-    elif not any(coefficients[_OPENCV_COEFFICIENTS:]):
-        model, count = pycolmap.CameraModelId.OPENCV, _OPENCV_COEFFICIENTS
+        model, coefficient_count = pycolmap.CameraModelId.PINHOLE, 0
+    elif not any(coefficients[_OPENCV_COEFFICIENT_COUNT:]):
+        model, coefficient_count = pycolmap.CameraModelId.OPENCV, _OPENCV_COEFFICIENT_COUNT
     else:
-        model, count = pycolmap.CameraModelId.FULL_OPENCV, _FULL_COEFFICIENTS
-    extra = (coefficients + [0.0] * count)[:count]
+        model, coefficient_count = pycolmap.CameraModelId.FULL_OPENCV, _FULL_COEFFICIENT_COUNT
+    padded_coefficients = (coefficients + [0.0] * coefficient_count)[:coefficient_count]
     return pycolmap.Camera(
         camera_id=camera_id,
         model=model,
         width=lens.width,
         height=lens.height,
-        params=[lens.fx, lens.fy, lens.cx, lens.cy, *extra],
+        params=[lens.fx, lens.fy, lens.cx, lens.cy, *padded_coefficients],
     )
 
 
 @contextmanager
-def quiet() -> Iterator[None]:
+def silence_colmap() -> Iterator[None]:
     """Turn off pycolmap's log messages within the block."""
-    before = pycolmap.logging.minloglevel
+    previous_level = pycolmap.logging.minloglevel
     pycolmap.logging.minloglevel = pycolmap.logging.FATAL.value
     try:
         yield
     finally:
-        pycolmap.logging.minloglevel = before
+        pycolmap.logging.minloglevel = previous_level

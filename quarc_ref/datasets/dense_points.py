@@ -11,19 +11,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from quarc_ref.datasets.calibration import CalibratedCamera, Numbers, measure_depths
+from quarc_ref.datasets.calibration import CalibratedCamera, Float64Array, measure_depths
 from quarc_ref.datasets.capture import Image, Points, join_points
 from quarc_ref.datasets.plane_sweep import Depths, View, find_depths, find_neighbors, make_view
 
-_AGREEMENT = 0.01  # Maximum difference of depths that agree, relative to the depth.
-_BEHIND = 0.05  # A surface is behind a point if it is farther by this part of the point's depth.
-_MIN_AGREEING = 3  # cameras
+_AGREEMENT_TOLERANCE = 0.01  # Maximum difference of depths that agree, relative to the depth.
+_BEHIND_MARGIN = (
+    0.05  # A surface is behind a point if it is farther by this part of the point's depth.
+)
+_MIN_AGREEING_CAMERAS = 3  # cameras
 _MAX_POINTS = 40_000
 _SEED = 0
 
 
-def densify(
-    cameras: Sequence[CalibratedCamera], pictures: Sequence[Image], sparse: Points
+def add_dense_points(
+    cameras: Sequence[CalibratedCamera], pictures: Sequence[Image], sparse_points: Points
 ) -> Points:
     """Add dense points, on surfaces that at least three cameras see, to sparse points.
 
@@ -32,7 +34,7 @@ def densify(
     Args:
         cameras: Pinhole cameras.
         pictures: `[camera]` pictures, each `[H, W, 3]` sRGB.
-        sparse: Sparse points of the scene, which determine the range of depths to search.
+        sparse_points: Sparse points of the scene, which determine the range of depths to search.
 
     Returns:
         Up to 40,000 dense points, and the sparse points that the depth maps do not contradict.
@@ -40,21 +42,25 @@ def densify(
     views = [
         make_view(camera, picture, depths)
         for camera, picture in zip(cameras, pictures, strict=True)
-        if (depths := measure_depths(camera, sparse.positions)).size
+        if (depths := measure_depths(camera, sparse_points.positions)).size
     ]
-    neighbors = find_neighbors(views, np.median(sparse.positions, axis=0))
+    neighbors = find_neighbors(views, np.median(sparse_points.positions, axis=0))
     surfaces = [
-        _Surface(view, find_depths(view, [views[other] for other in others]))
-        for view, others in zip(views, neighbors, strict=True)
+        _ViewDepths(view, find_depths(view, [views[index] for index in neighbor_indices]))
+        for view, neighbor_indices in zip(views, neighbors, strict=True)
     ]
-    dense = _subsample(join_points([_keep_agreeing(surface, surfaces) for surface in surfaces]))
-    verdict = _judge(sparse.positions, surfaces)
-    kept = verdict.behind <= verdict.agreeing
-    return join_points([dense, Points(sparse.positions[kept], sparse.colors[kept])])
+    dense_points = _subsample(
+        join_points([_make_confirmed_points(surface, surfaces) for surface in surfaces])
+    )
+    agreement = _measure_agreement(sparse_points.positions, surfaces)
+    is_kept = agreement.behind_count <= agreement.agreeing_count
+    return join_points(
+        [dense_points, Points(sparse_points.positions[is_kept], sparse_points.colors[is_kept])]
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Surface:
+class _ViewDepths:
     """A view and its depth map, `[H, W]` world units."""
 
     view: View
@@ -62,56 +68,67 @@ class _Surface:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Verdict:
+class _DepthAgreement:
     """How well the cameras' depth maps agree with each of P points.
 
     Attributes:
-        agreeing: `[P]` number of cameras that see a surface at the point.
-        behind: `[P]` number of cameras that see a surface behind the point.
+        agreeing_count: `[P]` number of cameras that see a surface at the point.
+        behind_count: `[P]` number of cameras that see a surface behind the point.
         ratios: `[P]` mean depth of the agreeing cameras, relative to the point's depth.
     """
 
-    agreeing: NDArray[np.int64]
-    behind: NDArray[np.int64]
-    ratios: Numbers
+    agreeing_count: NDArray[np.int64]
+    behind_count: NDArray[np.int64]
+    ratios: Float64Array
 
 
-def _keep_agreeing(surface: _Surface, surfaces: Sequence[_Surface]) -> Points:
+def _make_confirmed_points(surface: _ViewDepths, surfaces: Sequence[_ViewDepths]) -> Points:
     """Return one point per pixel of a view whose depth other views confirm."""
     view, depths = surface.view, surface.depths
     rows, columns = np.nonzero(depths)
     rays = np.stack([columns, rows, np.ones_like(rows)], axis=1) @ np.linalg.inv(view.matrix).T
     rays *= depths[rows, columns, None]
-    verdict = _judge(view.to_world(rays), surfaces)
-    kept = (verdict.agreeing >= _MIN_AGREEING) & (verdict.behind < verdict.agreeing)
-    positions = view.to_world(rays[kept] * verdict.ratios[kept, None])
-    return Points(positions.astype(np.float32), view.picture[rows[kept], columns[kept]])
+    agreement = _measure_agreement(view.to_world(rays), surfaces)
+    is_confirmed = (agreement.agreeing_count >= _MIN_AGREEING_CAMERAS) & (
+        agreement.behind_count < agreement.agreeing_count
+    )
+    positions = view.to_world(rays[is_confirmed] * agreement.ratios[is_confirmed, None])
+    return Points(
+        positions.astype(np.float32), view.picture[rows[is_confirmed], columns[is_confirmed]]
+    )
 
 
-def _judge(positions: NDArray[np.floating], surfaces: Sequence[_Surface]) -> _Verdict:
+def _measure_agreement(
+    positions: NDArray[np.floating], surfaces: Sequence[_ViewDepths]
+) -> _DepthAgreement:
     """Count the cameras that see a surface at each point, and behind each point."""
-    agreeing, behind = np.zeros((2, len(positions)), np.int64)
-    total = np.zeros(len(positions))
+    agreeing_count, behind_count = np.zeros((2, len(positions)), np.int64)
+    ratio_sum = np.zeros(len(positions))
     for surface in surfaces:
         ratios = _compare_depths(positions, surface)
-        agrees = np.abs(ratios - 1) < _AGREEMENT
-        agreeing += agrees
-        total += np.where(agrees, ratios, 0)
-        behind += ratios > 1 + _BEHIND
-    return _Verdict(agreeing, behind, total / np.maximum(agreeing, 1))
+        agrees = np.abs(ratios - 1) < _AGREEMENT_TOLERANCE
+        agreeing_count += agrees
+        ratio_sum += np.where(agrees, ratios, 0)
+        behind_count += ratios > 1 + _BEHIND_MARGIN
+    return _DepthAgreement(agreeing_count, behind_count, ratio_sum / np.maximum(agreeing_count, 1))
 
 
-def _compare_depths(positions: NDArray[np.floating], surface: _Surface) -> Numbers:
+def _compare_depths(positions: NDArray[np.floating], surface: _ViewDepths) -> Float64Array:
     """Return `[P]` depth map values divided by the depths of the points; 0 outside the picture."""
     view, depths = surface.view, surface.depths
-    places = view.rotation @ positions.T + view.translation[:, None]
-    ahead = np.flatnonzero(places[2] > 0)
-    across, down, _ = np.rint(view.matrix @ (places[:, ahead] / places[2, ahead]))
+    camera_positions = view.rotation @ positions.T + view.translation[:, None]
+    front_indices = np.flatnonzero(camera_positions[2] > 0)
+    columns, rows, _ = np.rint(
+        view.matrix @ (camera_positions[:, front_indices] / camera_positions[2, front_indices])
+    )
     height, width = depths.shape
-    inside = (across >= 0) & (across < width) & (down >= 0) & (down < height)
-    seen = ahead[inside]
+    is_inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
+    visible_indices = front_indices[is_inside]
     ratios = np.zeros(len(positions))
-    ratios[seen] = depths[down[inside].astype(int), across[inside].astype(int)] / places[2, seen]
+    ratios[visible_indices] = (
+        depths[rows[is_inside].astype(int), columns[is_inside].astype(int)]
+        / camera_positions[2, visible_indices]
+    )
     return ratios
 
 
@@ -120,5 +137,5 @@ def _subsample(points: Points) -> Points:
     count = len(points.positions)
     if count <= _MAX_POINTS:
         return points
-    kept = np.sort(np.random.default_rng(_SEED).choice(count, _MAX_POINTS, replace=False))
-    return Points(points.positions[kept], points.colors[kept])
+    indices = np.sort(np.random.default_rng(_SEED).choice(count, _MAX_POINTS, replace=False))
+    return Points(points.positions[indices], points.colors[indices])

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 UNEVEN_LENGTHS = "uneven-lengths"
-_MAX_NAMED = 5
+_MAX_NAMES = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,15 +22,15 @@ class Finding:
     cameras: tuple[str, ...] = ()
 
 
-Report = Callable[[Finding], object]
+FindingCallback = Callable[[Finding], object]
 
 
-def ignore(finding: Finding) -> None:
+def ignore_finding(finding: Finding) -> None:
     """Ignore a finding."""
 
 
-def list_names(names: Sequence[str]) -> str:
+def format_names(names: Sequence[str]) -> str:
     """Return the first five names and the number of further names, as part of a sentence."""
-    named = ", ".join(names[:_MAX_NAMED])
-    more = len(names) - _MAX_NAMED
-    return f"{named} and {more} more" if more > 0 else named
+    first_names = ", ".join(names[:_MAX_NAMES])
+    omitted_count = len(names) - _MAX_NAMES
+    return f"{first_names} and {omitted_count} more" if omitted_count > 0 else first_names

@@ -29,13 +29,13 @@ class CaptureFiles:
         descriptions: Files of poses and points; they are hashed completely.
         pictures: Masks, and videos or picture files of all frames; file names and sizes are
             hashed.
-        sampled: Masks, and videos or picture files of frame 0; the first and the last MiB of each
-            file are hashed in addition.
+        sampled_files: Masks, and videos or picture files of frame 0; the first and the last MiB
+            of each file are hashed in addition.
     """
 
     descriptions: tuple[Path, ...]
     pictures: tuple[Path, ...]
-    sampled: tuple[Path, ...]
+    sampled_files: tuple[Path, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,7 +47,7 @@ class Footage:
         source: Pictures as stored on disk.
         points: Initial points; None to triangulate them.
         descriptions: Files of poses and points.
-        stated_rate: Frame rate in a description file; None to use the frame rate of `source`.
+        stated_frame_rate: Frame rate in a description file; None to use the frame rate of `source`.
         findings: Problems that the loader found, and assumptions that it made.
         masks: Masks of the pictures on disk; None if the capture has no masks.
     """
@@ -56,7 +56,7 @@ class Footage:
     source: Pictures
     points: Points | None
     descriptions: tuple[Path, ...]
-    stated_rate: float | None = None
+    stated_frame_rate: float | None = None
     findings: tuple[Finding, ...] = ()
     masks: FileMasks | None = None
 
@@ -68,7 +68,7 @@ class Footage:
     @property
     def frames_per_second(self) -> float:
         """Frame rate of all cameras."""
-        return self.stated_rate or self.source.frames_per_second
+        return self.stated_frame_rate or self.source.frames_per_second
 
     @property
     def files(self) -> CaptureFiles:
@@ -77,7 +77,7 @@ class Footage:
         return CaptureFiles(
             self.descriptions,
             pictures=(*(path for row in self.source.paths for path in row), *masks),
-            sampled=(*(row[0] for row in self.source.paths), *masks),
+            sampled_files=(*(row[0] for row in self.source.paths), *masks),
         )
 
 
@@ -98,7 +98,7 @@ def compute_fingerprint(folder: Path, files: CaptureFiles) -> str:
             digest.update(json.dumps([name, path.stat().st_size]).encode())
         for _, path in _sort_by_name(folder, files.descriptions):
             digest.update(path.read_bytes())
-        for _, path in _sort_by_name(folder, files.sampled):
+        for _, path in _sort_by_name(folder, files.sampled_files):
             digest.update(_read_ends(path))
     except OSError as error:
         message = f"{error.filename} cannot be read: {error}"

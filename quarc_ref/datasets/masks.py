@@ -18,14 +18,14 @@ from quarc_ref.datasets.arrangements import (
 )
 from quarc_ref.datasets.capture import Mask, MaskSource
 from quarc_ref.datasets.errors import MaskCountError, MaskNameError, MaskSizeError
-from quarc_ref.datasets.findings import Finding, list_names
+from quarc_ref.datasets.findings import Finding, format_names
 from quarc_ref.datasets.pictures import FilePictures, Pictures, Size, VideoPictures
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.datasets.video import VideoReader
 
 MASKS_NAME = "masks"
-_LOSSLESS = ".png"
-_HALF = 127  # of 255; lossy compression changes black and white slightly
+_LOSSLESS_SUFFIX = ".png"
+_WHITE_THRESHOLD = 127  # of 255; lossy compression changes black and white slightly
 
 
 class FileMasks:
@@ -48,8 +48,8 @@ class FileMasks:
     def __init__(
         self, files: Sequence[Sequence[Path]], sizes: Sequence[Size], lengths: Sequence[int]
     ) -> None:
-        self.paths = tuple(path for row in files for path in row)
-        self._sources = [_open(row) for row in files]
+        self.paths = tuple(path for camera_files in files for path in camera_files)
+        self._sources = [_open_masks(camera_files) for camera_files in files]
         for source, size, length in zip(self._sources, sizes, lengths, strict=True):
             if source is not None and source.sizes[0] != size:
                 path, (width, height) = source.paths[0][0], source.sizes[0]
@@ -73,8 +73,8 @@ class FileMasks:
             return None
         picture = source.read(0, frame if source.lengths[0] > 1 else 0)
         path = source.paths[0][min(frame, len(source.paths[0]) - 1)]
-        least = 0 if path.suffix.lower() == _LOSSLESS else _HALF
-        return np.asarray(picture.max(axis=2) > least)
+        threshold = 0 if path.suffix.lower() == _LOSSLESS_SUFFIX else _WHITE_THRESHOLD
+        return np.asarray(picture.max(axis=2) > threshold)
 
 
 class RectifiedMasks:
@@ -82,20 +82,20 @@ class RectifiedMasks:
 
     Args:
         source: Masks of the pictures on disk.
-        firsts: `[camera]` frame on disk that becomes frame 0.
+        first_frames: `[camera]` frame on disk that becomes frame 0.
         rectifiers: `[camera]` rectifiers of the pictures.
     """
 
     def __init__(
-        self, source: MaskSource, firsts: Sequence[int], rectifiers: Sequence[Rectifier]
+        self, source: MaskSource, first_frames: Sequence[int], rectifiers: Sequence[Rectifier]
     ) -> None:
         self._source = source
-        self._firsts = tuple(firsts)
+        self._first_frames = tuple(first_frames)
         self._rectifiers = tuple(rectifiers)
 
     def read(self, camera: int, frame: int) -> Mask | None:
         """Read a mask, as described for `MaskSource.read`."""
-        mask = self._source.read(camera, self._firsts[camera] + frame)
+        mask = self._source.read(camera, self._first_frames[camera] + frame)
         return None if mask is None else self._rectifiers[camera].rectify_mask(mask)
 
 
@@ -118,42 +118,44 @@ def find_masks(
     Raises:
         MaskNameError: The folder has masks, but none is named after a camera.
     """
-    inside = folder / MASKS_NAME
-    listed: list[Files] = [
-        list_picture_folders(inside),
-        list_videos(inside),
-        {Path(name).stem: paths for name, paths in list_single_pictures(inside).items()},
-        list_single_pictures(inside),
+    mask_folder = folder / MASKS_NAME
+    files_by_arrangement: list[Files] = [
+        list_picture_folders(mask_folder),
+        list_videos(mask_folder),
+        {Path(name).stem: paths for name, paths in list_single_pictures(mask_folder).items()},
+        list_single_pictures(mask_folder),
     ]
-    found: Mapping[str, Sequence[Path]] = {
-        name: paths for files in listed for name, paths in files.items()
+    masks: Mapping[str, Sequence[Path]] = {
+        name: paths for files in files_by_arrangement for name, paths in files.items()
     }
-    rows = [found.get(name, ()) for name in names]
-    used = {path for row in rows for path in row}
-    unused = sorted(name for name, paths in found.items() if not used.issuperset(paths))
-    if not unused:
-        return rows if used else None, ()
-    message = describe_unused_masks(inside, unused, names)
-    if not used:
+    camera_masks = [masks.get(name, ()) for name in names]
+    used_paths = {path for mask_paths in camera_masks for path in mask_paths}
+    unused_names = sorted(name for name, paths in masks.items() if not used_paths.issuperset(paths))
+    if not unused_names:
+        return camera_masks if used_paths else None, ()
+    message = describe_unused_masks(mask_folder, unused_names, names)
+    if not used_paths:
         raise MaskNameError(message)
-    return rows, (Finding("mask-name", message),)
+    return camera_masks, (Finding("mask-name", message),)
 
 
-def describe_unused_masks(folder: Path, unused: Sequence[str], names: Sequence[str]) -> str:
+def describe_unused_masks(
+    folder: Path, unused_names: Sequence[str], camera_names: Sequence[str]
+) -> str:
     """Return an error message about masks that are not named after a camera.
 
     Args:
         folder: Folder of the masks.
-        unused: Names of the masks that match no camera.
-        names: Names of the cameras.
+        unused_names: Names of the masks that match no camera.
+        camera_names: Names of the cameras.
     """
     return (
-        f"{folder} has masks named {list_names(unused)}, which match no camera: name masks "
-        f"after the cameras ({list_names(names)}), such as {names[0]}.png"
+        f"{folder} has masks named {format_names(unused_names)}, which match no camera: name masks "
+        f"after the cameras ({format_names(camera_names)}), such as {camera_names[0]}.png"
     )
 
 
-def _open(paths: Sequence[Path]) -> Pictures | None:
+def _open_masks(paths: Sequence[Path]) -> Pictures | None:
     if not paths:
         return None
     if len(paths) == 1 and is_video(paths[0]):

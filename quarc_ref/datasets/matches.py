@@ -9,15 +9,15 @@ import numpy as np
 import pycolmap
 from numpy.typing import NDArray
 
-from quarc_ref.datasets.calibration import Numbers
+from quarc_ref.datasets.calibration import Float64Array
 from quarc_ref.datasets.capture import Image
-from quarc_ref.datasets.colmap_cameras import quiet
+from quarc_ref.datasets.colmap_cameras import silence_colmap
 
 _MAX_FEATURES = 2000
-_NUMBERS = 128  # Dimension of a descriptor.
-_RATIO = 0.8  # Largest ratio of distances that passes Lowe's test.
+_DESCRIPTOR_SIZE = 128  # Dimension of a descriptor.
+_MAX_RATIO = 0.8  # Largest ratio of distances that passes Lowe's test.
 _MIN_MATCHES = 16
-_MAX_PIXELS_OFF = 1.5  # pixels: maximum distance of an inlier from its epipolar line
+_MAX_EPIPOLAR_DISTANCE = 1.5  # pixels: maximum distance of an inlier from its epipolar line
 _LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)
 
 
@@ -30,7 +30,7 @@ class Features:
         descriptors: `[n, 128]` SIFT descriptors, unit vectors.
     """
 
-    positions: Numbers
+    positions: Float64Array
     descriptors: NDArray[np.float32]
 
 
@@ -43,36 +43,39 @@ def find_features(picture: Image) -> Features:
     gray = np.ascontiguousarray(picture.astype(np.float32) @ _LUMA / 255, dtype=np.float32)
     options = pycolmap.FeatureExtractionOptions()
     options.sift.max_num_features = _MAX_FEATURES
-    with quiet():
+    with silence_colmap():
         extractor = pycolmap.FeatureExtractor.create(options, pycolmap.Device.cpu)
-        keypoints, coded = extractor.extract_from_float32_array(gray)
-    descriptors = coded.data.astype(np.float32).reshape(-1, _NUMBERS)
+        keypoints, descriptor_data = extractor.extract_from_float32_array(gray)
+    descriptors = descriptor_data.data.astype(np.float32).reshape(-1, _DESCRIPTOR_SIZE)
     positions = np.array([(point.x, point.y) for point in keypoints], dtype=np.float64)
     lengths = np.maximum(np.linalg.norm(descriptors, axis=1, keepdims=True), 1e-9)
     return Features(positions.reshape(-1, 2), descriptors / lengths)
 
 
-def match(first: Features, second: Features) -> tuple[Numbers, Numbers]:
+def match_features(first: Features, second: Features) -> tuple[Float64Array, Float64Array]:
     """Return the `[m, 2]` positions of matching features in both pictures, without outliers.
 
     Matches are mutual nearest neighbors, pass Lowe's ratio test and fit one fundamental matrix. If
     too few matches fit the matrix, the result is empty.
     """
-    none = np.empty((0, 2))
+    no_positions = np.empty((0, 2))
     if min(len(first.positions), len(second.positions)) < _MIN_MATCHES:
-        return none, none
-    likeness = first.descriptors @ second.descriptors.T
-    best = likeness.argmax(axis=1)
-    rows = np.arange(len(best))
-    mutual = likeness.argmax(axis=0)[best] == rows
-    distances = np.sqrt(np.maximum(2 - 2 * np.sort(likeness, axis=1)[:, -2:], 0))
-    kept = np.flatnonzero(mutual & (distances[:, 1] < _RATIO * distances[:, 0]))
-    if kept.size < _MIN_MATCHES:
-        return none, none
-    ours, theirs = first.positions[kept], second.positions[best[kept]]
+        return no_positions, no_positions
+    similarities = first.descriptors @ second.descriptors.T
+    best_indices = similarities.argmax(axis=1)
+    indices = np.arange(len(best_indices))
+    is_mutual = similarities.argmax(axis=0)[best_indices] == indices
+    distances = np.sqrt(np.maximum(2 - 2 * np.sort(similarities, axis=1)[:, -2:], 0))
+    kept_indices = np.flatnonzero(is_mutual & (distances[:, 1] < _MAX_RATIO * distances[:, 0]))
+    if kept_indices.size < _MIN_MATCHES:
+        return no_positions, no_positions
+    first_positions, second_positions = (
+        first.positions[kept_indices],
+        second.positions[best_indices[kept_indices]],
+    )
     options = pycolmap.RANSACOptions()
-    options.max_error, options.random_seed = _MAX_PIXELS_OFF, 0
-    found = pycolmap.estimate_fundamental_matrix(ours, theirs, options)
-    if found is None or found["num_inliers"] < _MIN_MATCHES:
-        return none, none
-    return ours[found["inlier_mask"]], theirs[found["inlier_mask"]]
+    options.max_error, options.random_seed = _MAX_EPIPOLAR_DISTANCE, 0
+    estimate = pycolmap.estimate_fundamental_matrix(first_positions, second_positions, options)
+    if estimate is None or estimate["num_inliers"] < _MIN_MATCHES:
+        return no_positions, no_positions
+    return first_positions[estimate["inlier_mask"]], second_positions[estimate["inlier_mask"]]

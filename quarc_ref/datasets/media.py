@@ -18,11 +18,11 @@ from quarc_ref.datasets.errors import MissingFileError, TruncatedVideoError, Unr
 from quarc_ref.datasets.still_header import UPRIGHT, StillHeader, read_still_header
 
 _DEMUXERS = "mov,matroska"  # for mp4, mov, m4v; mkv, webm
-_THREADS = 4  # Every camera has its own decoder, so four threads per decoder are enough.
+_DECODER_THREADS = 4  # Every camera has its own decoder, so four threads per decoder are enough.
 _MAX_STILL_BYTES = 1 << 29
 # Decoders compare the limit with the padded size, so the limit exceeds the maximum picture size.
 _DECODER_LIMITS = {"max_pixels": str(MAX_PIXELS * 9 // 8)}
-_STRICT = {"err_detect": "crccheck+explode"}
+_STRICT_OPTIONS = {"err_detect": "crccheck+explode"}
 
 
 def open_video(path: Path) -> tuple[InputContainer, VideoStream]:
@@ -69,10 +69,10 @@ def decode_still(path: Path, size: tuple[int, int] | None = None) -> av.VideoFra
             different size, is damaged, or has an EXIF orientation.
     """
     data = _read_still(path)
-    header = _require_usable(path, data, size)
+    header = _require_usable_still(path, data, size)
     # The decoder is called directly, so that no demuxer or protocol of FFmpeg opens the file.
     decoder = av.CodecContext.create(header.codec, "r")
-    decoder.options = _DECODER_LIMITS | _STRICT
+    decoder.options = _DECODER_LIMITS | _STRICT_OPTIONS
     try:
         frames = [*decoder.decode(av.Packet(data)), *decoder.decode(None)]
     except av.FFmpegError as error:
@@ -91,7 +91,7 @@ def read_still_size(path: Path) -> tuple[int, int]:
         MissingFileError: The file does not exist, or cannot be read.
         UnreadableVideoError: The path is not a regular file, or not a supported picture.
     """
-    header = _require_usable(path, _read_still(path), None)
+    header = _require_usable_still(path, _read_still(path), None)
     return header.width, header.height
 
 
@@ -128,7 +128,7 @@ def _prepare_stream(container: InputContainer, path: Path) -> VideoStream:
         message = f"{path}: {error}"
         raise UnreadableVideoError(message) from error
     stream.thread_type = "AUTO"
-    stream.codec_context.thread_count = _THREADS
+    stream.codec_context.thread_count = _DECODER_THREADS
     stream.codec_context.options = _DECODER_LIMITS
     return stream
 
@@ -144,7 +144,7 @@ def _read_still(path: Path) -> bytes:
         raise MissingFileError(message) from error
 
 
-def _require_usable(path: Path, data: bytes, size: tuple[int, int] | None) -> StillHeader:
+def _require_usable_still(path: Path, data: bytes, size: tuple[int, int] | None) -> StillHeader:
     """Return the header of a picture file that can be decoded and used as stored."""
     try:
         header = read_still_header(data)

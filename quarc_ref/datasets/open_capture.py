@@ -22,8 +22,8 @@ from quarc_ref.datasets.errors import (
 from quarc_ref.datasets.footage import Footage, compute_fingerprint
 from quarc_ref.datasets.layouts.table import choose_layout
 from quarc_ref.datasets.masks import FileMasks, RectifiedMasks, find_masks
-from quarc_ref.datasets.pictures import LaterPictures, RectifiedPictures
-from quarc_ref.datasets.point_cache import cache_points, make_key
+from quarc_ref.datasets.pictures import RectifiedPictures, SynchronizedPictures
+from quarc_ref.datasets.point_cache import load_or_compute_points, make_key
 from quarc_ref.datasets.triangulation import triangulate
 from quarc_ref.datasets.undistortion import Rectifier
 
@@ -56,10 +56,10 @@ class CaptureOptions:
             raise ValueError(message)
 
 
-_DEFAULTS = CaptureOptions()
+_DEFAULT_OPTIONS = CaptureOptions()
 
 
-def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
+def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capture:
     """Open the capture in a folder.
 
     Args:
@@ -79,21 +79,21 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
         for camera, rectifier in zip(footage.cameras, rectifiers, strict=True)
     ]
     names = [camera.name for camera in cameras]
-    footage, later = _synchronize(path, footage, options)
-    source = RectifiedPictures(later, names, rectifiers)
+    footage, synchronized = _synchronize(path, footage, options)
+    source = RectifiedPictures(synchronized, names, rectifiers)
     fingerprint = compute_fingerprint(path, footage.files)
     points = footage.points
     if points is None:
         training = [name for name in names if name not in held_out]
         key = make_key(fingerprint, options.start, options.downscale, training)
-        points = cache_points(key, lambda: _find_points(cameras, source, held_out))
+        points = load_or_compute_points(key, lambda: _triangulate_points(cameras, source, held_out))
     return Capture(
         name=path.resolve().name,
         cameras=[
             make_camera(camera, points.positions, held_out=camera.name in held_out)
             for camera in cameras
         ],
-        frame_count=min(later.frame_count, options.max_frames or later.frame_count),
+        frame_count=min(synchronized.frame_count, options.max_frames or synchronized.frame_count),
         frames_per_second=footage.frames_per_second,
         points=points,
         source=source,
@@ -101,7 +101,9 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
         findings=footage.findings,
         start=options.start,
         notes=read_capture_notes(path),
-        masks=RectifiedMasks(footage.masks, later.firsts, rectifiers) if footage.masks else None,
+        masks=RectifiedMasks(footage.masks, synchronized.first_frames, rectifiers)
+        if footage.masks
+        else None,
     )
 
 
@@ -109,11 +111,11 @@ def _add_masks(path: Path, footage: Footage) -> Footage:
     """Add the masks in the capture's folder, unless the loader has found masks."""
     if footage.masks is not None:
         return footage
-    rows, findings = find_masks(path, [camera.name for camera in footage.cameras])
-    if rows is None:
+    mask_files, findings = find_masks(path, [camera.name for camera in footage.cameras])
+    if mask_files is None:
         return footage
     source = footage.source
-    masks = FileMasks(rows, source.sizes, source.lengths)
+    masks = FileMasks(mask_files, source.sizes, source.lengths)
     return replace(footage, masks=masks, findings=(*footage.findings, *findings))
 
 
@@ -131,7 +133,7 @@ def _require_sizes(footage: Footage) -> None:
 
 def _synchronize(
     path: Path, footage: Footage, options: CaptureOptions
-) -> tuple[Footage, LaterPictures]:
+) -> tuple[Footage, SynchronizedPictures]:
     """Apply the cameras' time offsets, and drop the frames before the requested start.
 
     Args:
@@ -147,30 +149,34 @@ def _synchronize(
     """
     names, start = [camera.name for camera in footage.cameras], options.start
     offsets = read_capture_notes(path).first_frames(names)
-    later = LaterPictures(footage.source, [start + offsets[name] for name in names])
-    if later.frame_count < 1:
-        has = f"{later.frame_count + start} frames common to all cameras"
+    synchronized = SynchronizedPictures(footage.source, [start + offsets[name] for name in names])
+    if synchronized.frame_count < 1:
+        has = f"{synchronized.frame_count + start} frames common to all cameras"
         message = f"cannot start at frame {start}: the capture has {has}"
         raise StartError(message)
     findings = [
         *footage.findings,
         compare_rotations(names, footage.source.rotations),
     ]
-    if options.max_frames is None or options.max_frames > later.frame_count:
+    if options.max_frames is None or options.max_frames > synchronized.frame_count:
         findings.append(compare_lengths(names, footage.source.lengths))
-    footage = replace(footage, findings=tuple(each for each in findings if each is not None))
+    footage = replace(
+        footage, findings=tuple(finding for finding in findings if finding is not None)
+    )
     if any(offsets.values()):
         footage = replace(footage, descriptions=(*footage.descriptions, path / NOTES_NAME))
-    return footage, later
+    return footage, synchronized
 
 
-def _choose_held_out(names: Sequence[str], asked: Sequence[str]) -> frozenset[str]:
+def _choose_held_out(names: Sequence[str], requested_names: Sequence[str]) -> frozenset[str]:
     """Return the names of the held-out cameras."""
-    unknown = sorted(set(asked) - set(names))
-    if unknown:
-        message = f"cannot hold out camera {', '.join(unknown)}: the cameras are {', '.join(names)}"
+    unknown_names = sorted(set(requested_names) - set(names))
+    if unknown_names:
+        message = (
+            f"cannot hold out camera {', '.join(unknown_names)}: the cameras are {', '.join(names)}"
+        )
         raise HeldOutError(message)
-    held_out = frozenset(asked or names[:1])
+    held_out = frozenset(requested_names or names[:1])
     if len(held_out) == len(names):
         message = f"all cameras ({', '.join(names)}) are held out: no camera is left for training"
         raise HeldOutError(message)
@@ -185,7 +191,7 @@ def _make_rectifier(camera: CalibratedCamera, downscale: int) -> Rectifier:
         raise UnsupportedCameraError(message) from error
 
 
-def _find_points(
+def _triangulate_points(
     cameras: Sequence[CalibratedCamera], source: PictureSource, held_out: frozenset[str]
 ) -> Points:
     """Triangulate points from the training cameras."""

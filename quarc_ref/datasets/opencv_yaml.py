@@ -3,14 +3,14 @@
 import cv2
 import numpy as np
 
-from quarc_ref.datasets.calibration import Numbers
+from quarc_ref.datasets.calibration import Float64Array
 
-Node = Numbers | float | str | list[str]
+Node = Float64Array | float | str | list[str]
 
 _MAX_BYTES = 1 << 22
 _MAX_NUMBERS = 1 << 10  # maximum size of a matrix; a calibration needs at most 16
 _MAX_NODES = 1 << 14
-_ALLOWED = cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY | cv2.FILE_STORAGE_FORMAT_YAML
+_STORAGE_FLAGS = cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY | cv2.FILE_STORAGE_FORMAT_YAML
 
 
 def parse_yaml(data: bytes) -> dict[str, Node]:
@@ -30,17 +30,17 @@ def parse_yaml(data: bytes) -> dict[str, Node]:
         message = "the file does not begin with %YAML"
         raise ValueError(message)
     try:
-        storage = cv2.FileStorage(text, _ALLOWED)
+        storage = cv2.FileStorage(text, _STORAGE_FLAGS)
         root = storage.root()
         names = root.keys()[:_MAX_NODES] if root.isMap() else []
-        return {name: _convert(root.getNode(name)) for name in names}
+        return {name: _convert_node(root.getNode(name)) for name in names}
     except (cv2.error, SystemError, UnicodeDecodeError) as error:
         reason = str(error).strip().splitlines()[-1] if str(error).strip() else "malformed"
         message = f"OpenCV cannot read the file as YAML ({reason})"
         raise ValueError(message) from error
 
 
-def _convert(node: cv2.FileNode) -> Node:
+def _convert_node(node: cv2.FileNode) -> Node:
     if node.isMap():
         # The matrix is read number by number, because `rows` and `cols` in the file may be wrong.
         return _read_numbers(node.getNode("data"))
@@ -53,7 +53,7 @@ def _read_name(node: cv2.FileNode) -> str:
     return node.string() if node.isString() else f"{node.real():g}"
 
 
-def _read_numbers(node: cv2.FileNode) -> Numbers:
+def _read_numbers(node: cv2.FileNode) -> Float64Array:
     count = min(node.size(), _MAX_NUMBERS) if node.isSeq() else 0
     items = [node.at(index) for index in range(count)]
     return np.array([item.real() if item.isInt() or item.isReal() else np.nan for item in items])

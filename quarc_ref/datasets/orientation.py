@@ -20,16 +20,16 @@ def rotate_upright(frame: av.VideoFrame) -> Image:
         ValueError: The matrix is not a rotation by a multiple of 90 degrees, or the
             pixels cannot be converted to RGB.
     """
-    turns, rest = divmod(frame.rotation, 90)  # counterclockwise, as in `np.rot90`
-    if rest or _is_mirrored(frame):
-        by = "mirrored" if not rest else f"rotated by {frame.rotation} degrees"
+    quarter_turns, remainder = divmod(frame.rotation, 90)  # counterclockwise, as in `np.rot90`
+    if remainder or _is_mirrored(frame):
+        transformation = "mirrored" if not remainder else f"rotated by {frame.rotation} degrees"
         message = (
-            f"the picture is stored {by}, but only rotations by 90, 180 or 270 degrees are "
-            "supported"
+            f"the picture is stored {transformation}, but only rotations by 90, 180 or 270 "
+            "degrees are supported"
         )
         raise ValueError(message)
     picture = frame.to_ndarray(format="rgb24")
-    return np.ascontiguousarray(np.rot90(picture, turns), dtype=np.uint8)
+    return np.ascontiguousarray(np.rot90(picture, quarter_turns), dtype=np.uint8)
 
 
 def _is_mirrored(frame: av.VideoFrame) -> bool:

@@ -8,14 +8,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Protocol
 
-from quarc_ref.datasets.agreement import require_one_rate
+from quarc_ref.datasets.agreement import require_common_frame_rate
 from quarc_ref.datasets.capture import Image, PictureSource
 from quarc_ref.datasets.errors import UnreadableVideoError
 from quarc_ref.datasets.media import read_still_size
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.datasets.video import VideoReader, read_still
 
-USUAL_FRAMES_PER_SECOND = 30.0  # for picture files, which state no frame rate
+DEFAULT_FRAMES_PER_SECOND = 30.0  # for picture files, which state no frame rate
 Size = tuple[int, int]
 
 
@@ -50,7 +50,7 @@ class VideoPictures:
 
     def __init__(self, readers: Sequence[VideoReader]) -> None:
         self._readers = tuple(readers)
-        require_one_rate(self._readers)
+        require_common_frame_rate(self._readers)
         self.paths: tuple[tuple[Path, ...], ...] = tuple((reader.path,) for reader in readers)
         self.sizes = tuple((reader.width, reader.height) for reader in readers)
         self.lengths = tuple(reader.frame_count for reader in readers)
@@ -77,40 +77,42 @@ class FilePictures:
     def __init__(
         self, paths: Sequence[Sequence[Path]], sizes: Sequence[Size] | None = None
     ) -> None:
-        self.paths = tuple(tuple(row) for row in paths)
-        self.sizes = tuple(sizes or (read_still_size(row[0]) for row in self.paths))
-        self.lengths = tuple(len(row) for row in self.paths)
+        self.paths = tuple(tuple(camera_paths) for camera_paths in paths)
+        self.sizes = tuple(
+            sizes or (read_still_size(camera_paths[0]) for camera_paths in self.paths)
+        )
+        self.lengths = tuple(len(camera_paths) for camera_paths in self.paths)
         self.rotations = (0,) * len(self.paths)  # files with a rotation flag are rejected
-        self.frames_per_second = USUAL_FRAMES_PER_SECOND
+        self.frames_per_second = DEFAULT_FRAMES_PER_SECOND
 
     def read(self, camera: int, frame: int) -> Image:
         """Read a picture, as described for `PictureSource.read`."""
         return read_still(self.paths[camera][frame], self.sizes[camera])
 
 
-class LaterPictures:
+class SynchronizedPictures:
     """Pictures of another source, synchronized by skipping the first frames of each camera.
 
     Args:
         source: Source of the pictures on disk.
-        firsts: `[camera]` frame of `source` that becomes frame 0.
+        first_frames: `[camera]` frame of `source` that becomes frame 0.
 
     Attributes:
-        firsts: `[camera]` frame of the source that becomes frame 0.
+        first_frames: `[camera]` frame of the source that becomes frame 0.
         frame_count: Number of frames that all cameras have in common; 0 or negative if the cameras
             have no common frame.
     """
 
-    def __init__(self, source: Pictures, firsts: Sequence[int]) -> None:
+    def __init__(self, source: Pictures, first_frames: Sequence[int]) -> None:
         self._source = source
-        self.firsts = tuple(firsts)
+        self.first_frames = tuple(first_frames)
         self.frame_count = min(
-            length - first for length, first in zip(source.lengths, firsts, strict=True)
+            length - first for length, first in zip(source.lengths, first_frames, strict=True)
         )
 
     def read(self, camera: int, frame: int) -> Image:
         """Read a picture, as described for `PictureSource.read`."""
-        return self._source.read(camera, self.firsts[camera] + frame)
+        return self._source.read(camera, self.first_frames[camera] + frame)
 
 
 class RectifiedPictures:

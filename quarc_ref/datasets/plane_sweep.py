@@ -14,19 +14,21 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from quarc_ref.datasets.calibration import CalibratedCamera, Numbers
+from quarc_ref.datasets.calibration import CalibratedCamera, Float64Array
 from quarc_ref.datasets.capture import Image
 
 _LONGER_SIDE = 320  # Maximum width or height of the compared pictures, pixels.
-_PLANES = 96  # Number of planes, at equal steps of inverse depth.
-_WINDOW = 7  # pixels
-_NEIGHBORS = 4
-_FITTING = 2  # Number of neighbors that determine a depth; other neighbors may be occluded.
+_PLANE_COUNT = 96  # Number of planes, at equal steps of inverse depth.
+_WINDOW_SIZE = 7  # pixels
+_MAX_NEIGHBORS = 4
+_FITTING_NEIGHBORS = (
+    2  # Number of neighbors that determine a depth; other neighbors may be occluded.
+)
 _MIN_ANGLE = 2.0  # Degrees; minimum angle between the viewing directions of neighbors.
 _MAX_ANGLE = 60.0
 _MIN_CORRELATION = 0.5
-_NOISE = 2e-6  # Approximate variance of the rounding error of gray levels from 0 to 1.
-_OUTSIDE = -10.0  # Gray level outside the picture, so that no window across the border fits.
+_NOISE_VARIANCE = 2e-6  # Approximate variance of the rounding error of gray levels from 0 to 1.
+_OUTSIDE_GRAY = -10.0  # Gray level outside the picture, so that no window across the border fits.
 _RANGE_QUANTILES = (0.01, 0.99)
 _RANGE_MARGIN = 1.3
 
@@ -49,18 +51,18 @@ class View:
 
     picture: Image
     gray: Gray
-    matrix: Numbers
-    rotation: Numbers
-    translation: Numbers
-    inverse_depths: Numbers
+    matrix: Float64Array
+    rotation: Float64Array
+    translation: Float64Array
+    inverse_depths: Float64Array
 
-    def to_world(self, positions: Numbers) -> Numbers:
+    def to_world(self, positions: Float64Array) -> Float64Array:
         """Convert camera coordinates `[P, 3]` to world coordinates `[P, 3]`."""
-        world: Numbers = (positions - self.translation) @ self.rotation
+        world: Float64Array = (positions - self.translation) @ self.rotation
         return world
 
 
-def make_view(camera: CalibratedCamera, picture: Image, depths: Numbers) -> View:
+def make_view(camera: CalibratedCamera, picture: Image, depths: Float64Array) -> View:
     """Downscale the picture of a camera, and choose the planes of its view.
 
     Args:
@@ -71,33 +73,39 @@ def make_view(camera: CalibratedCamera, picture: Image, depths: Numbers) -> View
     lens = camera.lens
     scale = min(1.0, _LONGER_SIDE / max(lens.width, lens.height))
     size = (max(1, round(lens.width * scale)), max(1, round(lens.height * scale)))
-    across, down = size[0] / lens.width, size[1] / lens.height
-    small = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
-    gray = np.asarray(cv2.cvtColor(small, cv2.COLOR_RGB2GRAY), np.float32) / np.float32(255)
-    center = (lens.cx * across - 0.5, lens.cy * down - 0.5)
-    matrix = np.array([[lens.fx * across, 0, center[0]], [0, lens.fy * down, center[1]], [0, 0, 1]])
-    nearest, farthest = (float(np.quantile(depths, each)) for each in _RANGE_QUANTILES)
-    inverse = np.linspace(1 / (farthest * _RANGE_MARGIN), _RANGE_MARGIN / nearest, _PLANES)
-    return View(small, gray, matrix, camera.pose.rotation, camera.pose.translation, inverse)
+    x_scale, y_scale = size[0] / lens.width, size[1] / lens.height
+    small_picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+    gray = np.asarray(cv2.cvtColor(small_picture, cv2.COLOR_RGB2GRAY), np.float32) / np.float32(255)
+    center = (lens.cx * x_scale - 0.5, lens.cy * y_scale - 0.5)
+    matrix = np.array(
+        [[lens.fx * x_scale, 0, center[0]], [0, lens.fy * y_scale, center[1]], [0, 0, 1]]
+    )
+    nearest, farthest = (float(np.quantile(depths, quantile)) for quantile in _RANGE_QUANTILES)
+    inverse_depths = np.linspace(
+        1 / (farthest * _RANGE_MARGIN), _RANGE_MARGIN / nearest, _PLANE_COUNT
+    )
+    return View(
+        small_picture, gray, matrix, camera.pose.rotation, camera.pose.translation, inverse_depths
+    )
 
 
-def find_neighbors(views: Sequence[View], middle: Numbers) -> list[list[int]]:
+def find_neighbors(views: Sequence[View], scene_center: Float64Array) -> list[list[int]]:
     """Return, for each view, the indices of the views with the most similar viewing directions.
 
     Args:
         views: All views.
-        middle: `[3]` center of the scene, world units. A viewing direction points from the center
-            of the scene to a camera.
+        scene_center: `[3]` center of the scene, world units. A viewing direction points from the
+            center of the scene to a camera.
     """
-    found: list[list[tuple[float, int]]] = [[] for _ in views]
-    sights = [view.to_world(np.zeros(3)) - middle for view in views]
+    candidates: list[list[tuple[float, int]]] = [[] for _ in views]
+    directions = [view.to_world(np.zeros(3)) - scene_center for view in views]
     for first, second in combinations(range(len(views)), 2):
-        across = np.linalg.norm(np.cross(sights[first], sights[second]))
-        angle = math.degrees(math.atan2(across, sights[first] @ sights[second]))
+        cross_length = np.linalg.norm(np.cross(directions[first], directions[second]))
+        angle = math.degrees(math.atan2(cross_length, directions[first] @ directions[second]))
         if _MIN_ANGLE <= angle <= _MAX_ANGLE:
-            found[first].append((angle, second))
-            found[second].append((angle, first))
-    return [[index for _, index in sorted(each)[:_NEIGHBORS]] for each in found]
+            candidates[first].append((angle, second))
+            candidates[second].append((angle, first))
+    return [[index for _, index in sorted(neighbors)[:_MAX_NEIGHBORS]] for neighbors in candidates]
 
 
 def find_depths(view: View, neighbors: Sequence[View]) -> Depths:
@@ -107,56 +115,60 @@ def find_depths(view: View, neighbors: Sequence[View]) -> Depths:
         view: View whose depths are computed.
         neighbors: Views to compare with `view`; for fewer than two neighbors, all depths are 0.
     """
-    if len(neighbors) < _FITTING:
+    if len(neighbors) < _FITTING_NEIGHBORS:
         return np.zeros(view.gray.shape, np.float32)
     mean, deviation = _measure_windows(view.gray)
-    scores = np.empty((_PLANES, *view.gray.shape), np.float32)
-    for plane, inverse in enumerate(view.inverse_depths):
-        fits = [
-            _correlate(view.gray, mean, deviation, _warp(neighbor, view, inverse))
+    scores = np.empty((_PLANE_COUNT, *view.gray.shape), np.float32)
+    for plane, inverse_depth in enumerate(view.inverse_depths):
+        correlations = [
+            _correlate(view.gray, mean, deviation, _warp(neighbor, view, inverse_depth))
             for neighbor in neighbors
         ]
-        scores[plane] = np.sort(fits, axis=0)[-_FITTING:].mean(axis=0)
-    best = scores[1:-1].argmax(axis=0) + 1
-    before, at, after = (
-        np.take_along_axis(scores, best[None] + step, axis=0)[0] for step in (-1, 0, 1)
+        scores[plane] = np.sort(correlations, axis=0)[-_FITTING_NEIGHBORS:].mean(axis=0)
+    best_plane = scores[1:-1].argmax(axis=0) + 1
+    score_before, best_score, score_after = (
+        np.take_along_axis(scores, best_plane[None] + step, axis=0)[0] for step in (-1, 0, 1)
     )
-    is_peak = (at >= before) & (at >= after) & (at > _MIN_CORRELATION)
-    curvature = np.minimum(before - 2 * at + after, -1e-6)
-    place = best + np.clip((before - after) / (2 * curvature), -0.5, 0.5)
-    inverse = np.interp(place, np.arange(_PLANES), view.inverse_depths)
-    return np.where(is_peak, 1 / inverse, 0).astype(np.float32)
+    is_peak = (
+        (best_score >= score_before) & (best_score >= score_after) & (best_score > _MIN_CORRELATION)
+    )
+    curvature = np.minimum(score_before - 2 * best_score + score_after, -1e-6)
+    peak_position = best_plane + np.clip((score_before - score_after) / (2 * curvature), -0.5, 0.5)
+    inverse_depth = np.interp(peak_position, np.arange(_PLANE_COUNT), view.inverse_depths)
+    return np.where(is_peak, 1 / inverse_depth, 0).astype(np.float32)
 
 
 def _warp(neighbor: View, view: View, inverse_depth: float) -> Gray:
     """Warp a neighbor's gray levels to a view through the plane at `1 / inverse_depth`."""
     rotation = neighbor.rotation @ view.rotation.T
-    shift = neighbor.translation - rotation @ view.translation
-    induced = rotation + np.outer(shift, (0, 0, inverse_depth))
+    translation = neighbor.translation - rotation @ view.translation
+    homography = rotation + np.outer(translation, (0, 0, inverse_depth))
     warped = cv2.warpPerspective(
         neighbor.gray,
-        neighbor.matrix @ induced @ np.linalg.inv(view.matrix),
+        neighbor.matrix @ homography @ np.linalg.inv(view.matrix),
         view.gray.shape[::-1],
         flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
         borderMode=cv2.BORDER_CONSTANT,
-        borderValue=_OUTSIDE,
+        borderValue=_OUTSIDE_GRAY,
     )
     return np.asarray(warped, np.float32)
 
 
 def _measure_windows(gray: Gray) -> tuple[Gray, Gray]:
     """Return `[H, W]` mean and standard deviation of the window around each pixel."""
-    mean = _average(gray)
-    return mean, np.sqrt(np.maximum(_average(gray * gray) - mean * mean, 0) + _NOISE)
+    mean = _average_window(gray)
+    return mean, np.sqrt(
+        np.maximum(_average_window(gray * gray) - mean * mean, 0) + _NOISE_VARIANCE
+    )
 
 
-def _correlate(gray: Gray, mean: Gray, deviation: Gray, other: Gray) -> Gray:
+def _correlate(gray: Gray, mean: Gray, deviation: Gray, warped: Gray) -> Gray:
     """Return `[H, W]` normalized cross-correlation of the windows around each pixel."""
-    other_mean, other_deviation = _measure_windows(other)
-    covariance = _average(gray * other) - mean * other_mean
-    correlation: Gray = covariance / (deviation * other_deviation)
+    warped_mean, warped_deviation = _measure_windows(warped)
+    covariance = _average_window(gray * warped) - mean * warped_mean
+    correlation: Gray = covariance / (deviation * warped_deviation)
     return correlation
 
 
-def _average(values: Gray) -> Gray:
-    return np.asarray(cv2.blur(values, (_WINDOW, _WINDOW)), np.float32)
+def _average_window(values: Gray) -> Gray:
+    return np.asarray(cv2.blur(values, (_WINDOW_SIZE, _WINDOW_SIZE)), np.float32)

@@ -11,9 +11,9 @@ from itertools import takewhile
 import numpy as np
 from numpy.typing import NDArray
 
-_HEADER_LIMIT = 1 << 16
-_HEADER = re.compile(rb"ply\r?\n(.*?)^end_header\r?\n", re.DOTALL | re.MULTILINE)
-_TYPES = {
+_MAX_HEADER_BYTES = 1 << 16
+_HEADER_PATTERN = re.compile(rb"ply\r?\n(.*?)^end_header\r?\n", re.DOTALL | re.MULTILINE)
+_NUMPY_TYPES = {
     "char": "i1",
     "int8": "i1",
     "uchar": "u1",
@@ -32,7 +32,7 @@ _TYPES = {
     "float64": "<f8",
 }
 
-_WRITTEN_TYPES = {"<f4": "float", "|u1": "uchar"}
+_PLY_TYPES = {"<f4": "float", "|u1": "uchar"}
 
 Columns = dict[str, NDArray[np.generic]]
 
@@ -43,20 +43,20 @@ class PlyHeader:
 
     Attributes:
         is_ascii: Whether vertices are text.
-        count: Number of vertices.
-        row: Names and types of the properties of a vertex, as a structured type.
-        start: Offset of the first vertex in the file, bytes.
+        vertex_count: Number of vertices.
+        vertex_type: Names and types of the properties of a vertex, as a structured type.
+        data_offset: Offset of the first vertex in the file, bytes.
     """
 
     is_ascii: bool
-    count: int
-    row: np.dtype[np.void]
-    start: int
+    vertex_count: int
+    vertex_type: np.dtype[np.void]
+    data_offset: int
 
     @property
     def types(self) -> dict[str, str]:
         """NumPy type of each property without byte order, such as `f4`."""
-        return {name: self.row[name].str[1:] for name in self.row.names or ()}
+        return {name: self.vertex_type[name].str[1:] for name in self.vertex_type.names or ()}
 
 
 def build_ply_table(rows: NDArray[np.void]) -> bytes:
@@ -67,7 +67,7 @@ def build_ply_table(rows: NDArray[np.void]) -> bytes:
     """
     header = ["ply", "format binary_little_endian 1.0", f"element vertex {rows.size}"]
     names = rows.dtype.names or ()
-    header += [f"property {_WRITTEN_TYPES[rows.dtype[name].str]} {name}" for name in names]
+    header += [f"property {_PLY_TYPES[rows.dtype[name].str]} {name}" for name in names]
     return "\n".join([*header, "end_header", ""]).encode("ascii") + rows.tobytes()
 
 
@@ -80,11 +80,11 @@ def parse_ply_header(data: bytes) -> PlyHeader:
     Raises:
         ValueError: The file is malformed, or has no vertices.
     """
-    head = _HEADER.match(data[:_HEADER_LIMIT])
-    if head is None:
+    match = _HEADER_PATTERN.match(data[:_MAX_HEADER_BYTES])
+    if match is None:
         message = "the file does not begin with a PLY header"
         raise ValueError(message)
-    lines = [line.split() for line in head[1].decode("latin-1").splitlines()]
+    lines = [line.split() for line in match[1].decode("latin-1").splitlines()]
     lines = [words for words in lines if words and words[0] not in ("comment", "obj_info")]
     if not lines or lines[0][:2] not in (["format", "ascii"], ["format", "binary_little_endian"]):
         message = "the format is neither ascii nor binary_little_endian"
@@ -96,7 +96,7 @@ def parse_ply_header(data: bytes) -> PlyHeader:
     if not count.isdecimal() or not int(count):
         message = f"the file has no points: the vertex count is {count!r}"
         raise ValueError(message)
-    return PlyHeader(lines[0][1] == "ascii", int(count), _parse_row(lines[2:]), head.end())
+    return PlyHeader(lines[0][1] == "ascii", int(count), _parse_vertex_type(lines[2:]), match.end())
 
 
 def read_ply_columns(data: bytes, header: PlyHeader) -> Columns:
@@ -113,34 +113,34 @@ def read_ply_columns(data: bytes, header: PlyHeader) -> Columns:
     Raises:
         ValueError: The file ends before its last vertex, or a number cannot be read.
     """
-    read = _read_ascii if header.is_ascii else _read_binary
-    return read(data[header.start :], header)
+    read_vertices = _read_ascii if header.is_ascii else _read_binary
+    return read_vertices(data[header.data_offset :], header)
 
 
 def _read_binary(body: bytes, header: PlyHeader) -> Columns:
-    if header.count * header.row.itemsize > len(body):
-        message = f"the file ends before the last of {header.count} points"
+    if header.vertex_count * header.vertex_type.itemsize > len(body):
+        message = f"the file ends before the last of {header.vertex_count} points"
         raise ValueError(message)
-    rows = np.frombuffer(body, dtype=header.row, count=header.count)
-    return {name: rows[name] for name in header.row.names or ()}
+    rows = np.frombuffer(body, dtype=header.vertex_type, count=header.vertex_count)
+    return {name: rows[name] for name in header.vertex_type.names or ()}
 
 
 def _read_ascii(body: bytes, header: PlyHeader) -> Columns:
-    names = header.row.names or ()
-    values = [line.split() for line in body.split(b"\n")[: header.count]]
-    if len(values) < header.count or any(len(row) != len(names) for row in values):
-        message = f"the file does not have {header.count} lines of {len(names)} numbers"
+    names = header.vertex_type.names or ()
+    values = [line.split() for line in body.split(b"\n")[: header.vertex_count]]
+    if len(values) < header.vertex_count or any(len(row) != len(names) for row in values):
+        message = f"the file does not have {header.vertex_count} lines of {len(names)} numbers"
         raise ValueError(message)
     table = np.array(values).astype(np.float64)
     return dict(zip(names, table.T, strict=True))
 
 
-def _parse_row(lines: list[list[str]]) -> np.dtype[np.void]:
+def _parse_vertex_type(lines: list[list[str]]) -> np.dtype[np.void]:
     """Parse the property lines after the element `vertex`."""
     fields: list[tuple[str, str]] = []
     for words in takewhile(lambda words: words[0] != "element", lines):
-        if len(words) != 3 or words[0] != "property" or words[1] not in _TYPES:
+        if len(words) != 3 or words[0] != "property" or words[1] not in _NUMPY_TYPES:
             message = f"a property of the points is not supported: '{' '.join(words[1:])}'"
             raise ValueError(message)
-        fields.append((words[2], _TYPES[words[1]]))
+        fields.append((words[2], _NUMPY_TYPES[words[1]]))
     return np.dtype(fields)

@@ -20,15 +20,15 @@ from quarc_ref.datasets.points_ply import read_points_ply, write_points_ply
 from quarc_ref.files import OutputPathError
 
 _LOG = logging.getLogger(__name__)
-_CODE = ("triangulation.py", "dense_points.py", "plane_sweep.py", "undistortion.py")
+_CODE_FILES = ("triangulation.py", "dense_points.py", "plane_sweep.py", "undistortion.py")
 
 
-def cache_points(key: str, find: Callable[[], Points]) -> Points:
+def load_or_compute_points(key: str, compute_points: Callable[[], Points]) -> Points:
     """Return the cached points of a key, or triangulate and cache the points.
 
     Args:
         key: Cache key from `make_key`.
-        find: Function that triangulates the points.
+        compute_points: Function that triangulates the points.
     """
     path = platformdirs.user_cache_path("quarc-ref") / "points" / f"{key}.ply"
     try:
@@ -37,8 +37,8 @@ def cache_points(key: str, find: Callable[[], Points]) -> Points:
         _LOG.info(
             "the capture has no initial points: triangulating them, and saving them to %s", path
         )
-        points = find()
-        _store(path, points)
+        points = compute_points()
+        _save_points(path, points)
     else:
         _LOG.info("using the initial points triangulated earlier: %s", path)
     return points
@@ -53,12 +53,12 @@ def make_key(fingerprint: str, start: int, downscale: int, cameras: Sequence[str
         downscale: Factor by which pictures are downscaled.
         cameras: Names of the cameras whose pictures are used.
     """
-    code = [(Path(__file__).parent / name).read_text("utf-8") for name in _CODE]
+    code = [(Path(__file__).parent / name).read_text("utf-8") for name in _CODE_FILES]
     parts = [fingerprint, start, downscale, list(cameras), version("pycolmap"), code]
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:32]
 
 
-def _store(path: Path, points: Points) -> None:
+def _save_points(path: Path, points: Points) -> None:
     """Write points to a file; log a warning if the file cannot be written."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

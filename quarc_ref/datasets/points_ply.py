@@ -15,8 +15,8 @@ from quarc_ref.files import write_file
 
 _AXES = ("x", "y", "z")
 _COLORS = ("red", "green", "blue")
-_BRIGHTEST = 255
-_WRITTEN = np.dtype([(name, "<f4") for name in _AXES] + [(name, "u1") for name in _COLORS])
+_MAX_COLOR = 255
+_VERTEX_TYPE = np.dtype([(name, "<f4") for name in _AXES] + [(name, "u1") for name in _COLORS])
 
 
 def read_points_ply(path: Path) -> Points:
@@ -36,7 +36,7 @@ def read_points_ply(path: Path) -> Points:
         message = f"{path} cannot be read: {error}"
         raise MissingFileError(message) from error
     try:
-        return _parse(data)
+        return _parse_points(data)
     except ValueError as error:
         message = f"{path}: {error}; export it as a binary PLY of x, y, z, red, green, blue"
         raise UnreadablePointsError(message) from error
@@ -49,7 +49,7 @@ def write_points_ply(path: Path, points: Points) -> None:
         path: Path of the file; an existing file is replaced.
         points: Points to write.
     """
-    rows = np.empty(len(points.positions), dtype=_WRITTEN)
+    rows = np.empty(len(points.positions), dtype=_VERTEX_TYPE)
     for index, name in enumerate(_AXES):
         rows[name] = points.positions[:, index]
     for index, name in enumerate(_COLORS):
@@ -57,7 +57,7 @@ def write_points_ply(path: Path, points: Points) -> None:
     write_file(path, build_ply_table(rows))
 
 
-def _parse(data: bytes) -> Points:
+def _parse_points(data: bytes) -> Points:
     header = parse_ply_header(data)
     _require_points(header.types)
     columns = read_ply_columns(data, header)
@@ -67,8 +67,8 @@ def _parse(data: bytes) -> Points:
         message = "a position is not finite"
         raise ValueError(message)
     colors = np.stack([columns[name] for name in _COLORS], axis=1).astype(np.float64)
-    if not ((colors >= 0) & (colors <= _BRIGHTEST)).all():
-        message = f"a color is not between 0 and {_BRIGHTEST}"
+    if not ((colors >= 0) & (colors <= _MAX_COLOR)).all():
+        message = f"a color is not between 0 and {_MAX_COLOR}"
         raise ValueError(message)
     return Points(positions, colors.astype(np.uint8))
 

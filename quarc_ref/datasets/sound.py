@@ -26,13 +26,13 @@ class Sound:
     samples_per_second: int
 
 
-def read_sound(path: Path, samples_per_second: int, most_seconds: float) -> Sound | None:
+def read_sound(path: Path, samples_per_second: int, max_seconds: float) -> Sound | None:
     """Read the sound of a video, mixed to one channel; return None if the video has no sound.
 
     Args:
         path: Path of the video.
         samples_per_second: Sample rate to convert to, hertz.
-        most_seconds: Maximum duration to read, seconds.
+        max_seconds: Maximum duration to read, seconds.
 
     Raises:
         MissingFileError: The file does not exist.
@@ -44,14 +44,14 @@ def read_sound(path: Path, samples_per_second: int, most_seconds: float) -> Soun
             return None
         resampler = av.AudioResampler(format="flt", layout="mono", rate=samples_per_second)
         blocks: list[NDArray[np.float32]] = []
-        start, count = 0.0, 0
+        start, sample_count = 0.0, 0
         try:
             for frame in container.decode(container.streams.audio[0]):
                 if not blocks and frame.pts is not None and frame.time_base is not None:
                     start = float(frame.pts * frame.time_base)
                 blocks += [_mix_down(block) for block in resampler.resample(frame)]
-                count = sum(block.size for block in blocks[-1:]) + count
-                if count >= most_seconds * samples_per_second:
+                sample_count = sum(block.size for block in blocks[-1:]) + sample_count
+                if sample_count >= max_seconds * samples_per_second:
                     break
         except av.FFmpegError as error:
             message = f"the sound of {path} cannot be decoded ({error}): export the video again"

@@ -8,14 +8,14 @@ from itertools import islice
 from typing import Literal, NamedTuple
 
 UPRIGHT = 1  # EXIF orientation of an upright picture.
-_PNG = b"\x89PNG\r\n\x1a\n"
-_JPEG = b"\xff\xd8\xff"
-_EXIF = b"Exif\0\0"
-_MARKER = re.compile(rb"\xff([^\x00\xff])", re.DOTALL)
-_APP1, _SCAN = 0xE1, 0xDA
+_PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+_JPEG_SIGNATURE = b"\xff\xd8\xff"
+_EXIF_PREFIX = b"Exif\0\0"
+_MARKER_PATTERN = re.compile(rb"\xff([^\x00\xff])", re.DOTALL)
+_APP1_MARKER, _SCAN_MARKER = 0xE1, 0xDA
 _BARE_MARKERS = {0x01, *range(0xD0, 0xDA)}  # Markers without a length field.
 _FRAME_MARKERS = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
-_ORIENTATION_TAG, _SHORT = 0x0112, 3
+_ORIENTATION_TAG, _SHORT_TYPE = 0x0112, 3
 # Maximum number of chunks or segments before the picture data; real files have dozens.
 _MAX_PARTS = 4096
 
@@ -54,9 +54,9 @@ def read_still_header(data: bytes) -> StillHeader:
         ValueError: The file is neither PNG nor JPEG, or its header is malformed.
     """
     try:
-        if data.startswith(_PNG):
+        if data.startswith(_PNG_SIGNATURE):
             return _read_png(list(islice(_split_png(data), _MAX_PARTS)))
-        if data.startswith(_JPEG):
+        if data.startswith(_JPEG_SIGNATURE):
             return _read_jpeg(list(islice(_split_jpeg(data), _MAX_PARTS)))
     except (IndexError, struct.error) as error:
         message = "the header is truncated"
@@ -67,7 +67,7 @@ def read_still_header(data: bytes) -> StillHeader:
 
 def _split_png(data: bytes) -> Iterator[_Part]:
     """Yield the PNG chunks before the picture data."""
-    position = len(_PNG)
+    position = len(_PNG_SIGNATURE)
     while True:
         length, kind = struct.unpack_from(">I4s", data, position)
         if kind == b"IDAT":
@@ -88,9 +88,9 @@ def _read_png(chunks: list[_Part]) -> StillHeader:
 def _split_jpeg(data: bytes) -> Iterator[_Part]:
     """Yield the JPEG segments before the picture data; bytes between segments are skipped."""
     position = 2
-    while (found := _MARKER.search(data, position)) is not None:
-        marker, position = found[1][0], found.end()
-        if marker == _SCAN:
+    while (match := _MARKER_PATTERN.search(data, position)) is not None:
+        marker, position = match[1][0], match.end()
+        if marker == _SCAN_MARKER:
             return
         length = 0
         if marker not in _BARE_MARKERS:
@@ -106,9 +106,9 @@ def _read_jpeg(segments: list[_Part]) -> StillHeader:
         raise ValueError(message)
     height, width = struct.unpack_from(">HH", frame, 1)
     exif = [
-        segment.payload.removeprefix(_EXIF)
+        segment.payload.removeprefix(_EXIF_PREFIX)
         for segment in segments
-        if segment.kind == _APP1 and segment.payload.startswith(_EXIF)
+        if segment.kind == _APP1_MARKER and segment.payload.startswith(_EXIF_PREFIX)
     ]
     return StillHeader("mjpeg", width, height, _find_orientation(exif))
 
@@ -116,19 +116,21 @@ def _read_jpeg(segments: list[_Part]) -> StillHeader:
 def _find_orientation(exif: list[bytes]) -> int:
     """Return the orientation in the first EXIF block, or `UPRIGHT` without a valid block."""
     try:
-        found = _read_orientation(exif[0])
+        orientation = _read_orientation(exif[0])
     except (IndexError, KeyError, struct.error):
         return UPRIGHT
-    return found if 1 <= found <= 8 else UPRIGHT
+    return orientation if 1 <= orientation <= 8 else UPRIGHT
 
 
 def _read_orientation(exif: bytes) -> int:
     """Read the orientation from the first directory of an EXIF block, which has TIFF's format."""
-    order = {b"II*\0": "<", b"MM\0*": ">"}[exif[:4]]
-    (directory,) = struct.unpack_from(f"{order}I", exif, 4)
-    (count,) = struct.unpack_from(f"{order}H", exif, directory)
+    byte_order = {b"II*\0": "<", b"MM\0*": ">"}[exif[:4]]
+    (directory,) = struct.unpack_from(f"{byte_order}I", exif, 4)
+    (count,) = struct.unpack_from(f"{byte_order}H", exif, directory)
     for index in range(count):
-        tag, kind, _, value = struct.unpack_from(f"{order}HHIH", exif, directory + 2 + 12 * index)
-        if (tag, kind) == (_ORIENTATION_TAG, _SHORT):
+        tag, kind, _, value = struct.unpack_from(
+            f"{byte_order}HHIH", exif, directory + 2 + 12 * index
+        )
+        if (tag, kind) == (_ORIENTATION_TAG, _SHORT_TYPE):
             return int(value)
     return UPRIGHT

@@ -15,14 +15,14 @@ import pycolmap
 
 from quarc_ref.datasets.calibration import CalibratedCamera
 from quarc_ref.datasets.capture import Image, Points
-from quarc_ref.datasets.colmap_cameras import build_camera, quiet
-from quarc_ref.datasets.dense_points import densify
+from quarc_ref.datasets.colmap_cameras import make_colmap_camera, silence_colmap
+from quarc_ref.datasets.dense_points import add_dense_points
 from quarc_ref.datasets.errors import UnreadablePointsError
 
 _MIN_POINTS = 100
 _MIN_MATCHES = 10  # Minimum number of matches between two cameras.
-_EPIPOLAR_LIMIT = 2.0  # Pixels; maximum distance of a match from its epipolar line.
-_MATCH_RATIO = 0.9
+_MAX_EPIPOLAR_DISTANCE = 2.0  # Pixels; maximum distance of a match from its epipolar line.
+_MAX_MATCH_RATIO = 0.9
 _SEED = 0
 _REMEDY = (
     "provide points3D_init.ply (N3DV), ply_file_path (nerfstudio), or a model's points (COLMAP)"
@@ -39,22 +39,22 @@ def triangulate(cameras: Sequence[CalibratedCamera], pictures: Sequence[Image]) 
     Raises:
         UnreadablePointsError: Too few points are found.
     """
-    with tempfile.TemporaryDirectory() as name, quiet():
+    with tempfile.TemporaryDirectory() as name, silence_colmap():
         folder = Path(name)
         try:
-            found = _reconstruct(cameras, pictures, folder)
+            points = _reconstruct(cameras, pictures, folder)
         except (RuntimeError, ValueError) as error:
             message = f"the initial points cannot be triangulated: {error}; {_REMEDY}"
             raise UnreadablePointsError(message) from error
-    if len(found) < _MIN_POINTS:
+    if len(points) < _MIN_POINTS:
         message = (
-            f"only {len(found)} initial points could be triangulated from frame 0: check that "
+            f"only {len(points)} initial points could be triangulated from frame 0: check that "
             f"poses and pictures match, or {_REMEDY}"
         )
         raise UnreadablePointsError(message)
-    positions = np.array([point.xyz for point in found], dtype=np.float32)
-    colors = np.array([point.color for point in found], dtype=np.uint8)
-    return densify(cameras, pictures, Points(positions, colors))
+    positions = np.array([point.xyz for point in points], dtype=np.float32)
+    colors = np.array([point.color for point in points], dtype=np.uint8)
+    return add_dense_points(cameras, pictures, Points(positions, colors))
 
 
 def _reconstruct(
@@ -66,7 +66,7 @@ def _reconstruct(
     for index, picture in enumerate(pictures, start=1):
         pycolmap.Bitmap.from_array(picture).write(folder / _file_name(index))
     pycolmap.extract_features(database, folder, device=pycolmap.Device.cpu)
-    _match(model, database)
+    _match_features(model, database)
     options = pycolmap.IncrementalPipelineOptions()
     options.min_num_matches = _MIN_MATCHES
     options.random_seed = _SEED
@@ -77,15 +77,15 @@ def _reconstruct(
     return [model.points3D[index] for index in sorted(model.points3D)]
 
 
-def _match(model: pycolmap.Reconstruction, database: Path) -> None:
+def _match_features(model: pycolmap.Reconstruction, database: Path) -> None:
     """Match features of all pairs of images, and keep the matches that fit the poses."""
     matching = pycolmap.FeatureMatchingOptions()
     matching.skip_geometric_verification = True
     # The ratio test is lenient, because the epipolar check removes most wrong matches.
-    matching.sift.max_ratio = _MATCH_RATIO
+    matching.sift.max_ratio = _MAX_MATCH_RATIO
     verification = pycolmap.TwoViewGeometryOptions()
     verification.min_num_inliers = _MIN_MATCHES
-    verification.ransac.max_error = _EPIPOLAR_LIMIT
+    verification.ransac.max_error = _MAX_EPIPOLAR_DISTANCE
     verification.ransac.random_seed = _SEED
     pycolmap.match_exhaustive(database, matching, device=pycolmap.Device.cpu)
     pycolmap.guided_geometric_verification(model, database, two_view_geometry_options=verification)
@@ -94,18 +94,18 @@ def _match(model: pycolmap.Reconstruction, database: Path) -> None:
 def _pose_images(cameras: Sequence[CalibratedCamera], database: Path) -> pycolmap.Reconstruction:
     """Return a model of posed images without points, and add the images to a database."""
     model = pycolmap.Reconstruction()
-    with pycolmap.Database.open(database) as rows:
+    with pycolmap.Database.open(database) as open_database:
         for index, camera in enumerate(cameras, start=1):
             pose = pycolmap.Rigid3d(
                 pycolmap.Rotation3d(camera.pose.rotation), camera.pose.translation
             )
-            model.add_camera_with_trivial_rig(build_camera(camera.lens, index))
+            model.add_camera_with_trivial_rig(make_colmap_camera(camera.lens, index))
             image = pycolmap.Image(_file_name(index), np.empty((0, 2)), index, index)
             model.add_image_with_trivial_frame(image, pose)
-            rows.write_camera(model.camera(index), use_camera_id=True)
-            rows.write_rig(model.rig(index), use_rig_id=True)
-            rows.write_frame(model.frame(index), use_frame_id=True)
-            rows.write_image(model.image(index), use_image_id=True)
+            open_database.write_camera(model.camera(index), use_camera_id=True)
+            open_database.write_rig(model.rig(index), use_rig_id=True)
+            open_database.write_frame(model.frame(index), use_frame_id=True)
+            open_database.write_image(model.image(index), use_image_id=True)
     return model
 
 

@@ -9,14 +9,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from quarc_ref.datasets.calibration import Lens, Numbers, shrink
+from quarc_ref.datasets.calibration import Float64Array, Lens, downscale_camera
 from quarc_ref.datasets.capture import Image
 from quarc_ref.datasets.errors import UnsupportedCameraError
 
-_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-9)
-_WIDEST = 6.0  # Tangent of a pinhole's largest half field of view, 80.5 degrees.
-_HALF = 128  # Of 255: the mask covers half of the pixel.
-_STRAY_LIMIT = 1.0  # Pixels; maximum error of the inverse distortion at the border.
+_STOP_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-9)
+_MAX_TANGENT = 6.0  # Tangent of a pinhole's largest half field of view, 80.5 degrees.
+_MASK_THRESHOLD = 128  # Of 255: the mask covers half of the pixel.
+_MAX_OVERSHOOT = 1.0  # Pixels; maximum error of the inverse distortion at the border.
 
 
 class Rectifier:
@@ -30,7 +30,7 @@ class Rectifier:
             bottom that do not fill a complete block are dropped.
 
     Attributes:
-        source: Lens of the pictures on disk.
+        source_lens: Lens of the pictures on disk.
         lens: Pinhole lens of the resulting pictures.
 
     Raises:
@@ -39,9 +39,9 @@ class Rectifier:
     """
 
     def __init__(self, lens: Lens, downscale: int = 1) -> None:
-        self.source = lens
+        self.source_lens = lens
         self._pinhole = lens if lens.is_pinhole else _fit_pinhole(lens)
-        self.lens = shrink(self._pinhole, downscale)
+        self.lens = downscale_camera(self._pinhole, downscale)
         self._downscale = downscale
         self._maps: tuple[cv2.typing.MatLike, cv2.typing.MatLike] | None = None
 
@@ -49,48 +49,50 @@ class Rectifier:
         """Convert a picture to `[H, W, 3]` sRGB with the lens `lens`.
 
         Args:
-            picture: `[H, W, 3]` sRGB with the lens `source`.
+            picture: `[H, W, 3]` sRGB with the lens `source_lens`.
         """
-        if self._pinhole is not self.source:
+        if self._pinhole is not self.source_lens:
             border = cv2.BORDER_REPLICATE  # The filter also reads pixels outside the picture.
-            straight = cv2.remap(picture, *self._find_maps(), cv2.INTER_CUBIC, borderMode=border)
-            picture = _as_image(straight)
+            undistorted = cv2.remap(picture, *self._find_maps(), cv2.INTER_CUBIC, borderMode=border)
+            picture = _as_image(undistorted)
         if self._downscale == 1:
             return picture
-        kept = picture[: self.lens.height * self._downscale, : self.lens.width * self._downscale]
+        cropped = picture[: self.lens.height * self._downscale, : self.lens.width * self._downscale]
         size = (self.lens.width, self.lens.height)
-        return _as_image(cv2.resize(kept, size, interpolation=cv2.INTER_AREA))
+        return _as_image(cv2.resize(cropped, size, interpolation=cv2.INTER_AREA))
 
     def rectify_mask(self, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Convert a mask to `[H, W]`; a pixel is true if all of its source pixels are true.
 
         Args:
-            mask: `[H, W]` mask of a picture with the lens `source`.
+            mask: `[H, W]` mask of a picture with the lens `source_lens`.
         """
-        kept = np.where(mask, np.uint8(255), np.uint8(0))
-        if self._pinhole is not self.source:
-            kept = _as_image(cv2.remap(kept, *self._find_maps(), cv2.INTER_LINEAR))
-        side, height, width = self._downscale, self.lens.height, self.lens.width
-        squares = kept[: height * side, : width * side].reshape(height, side, width, side)
-        return np.asarray((squares >= _HALF).all(axis=(1, 3)))
+        levels = np.where(mask, np.uint8(255), np.uint8(0))
+        if self._pinhole is not self.source_lens:
+            levels = _as_image(cv2.remap(levels, *self._find_maps(), cv2.INTER_LINEAR))
+        block_size, height, width = self._downscale, self.lens.height, self.lens.width
+        blocks = levels[: height * block_size, : width * block_size].reshape(
+            height, block_size, width, block_size
+        )
+        return np.asarray((blocks >= _MASK_THRESHOLD).all(axis=(1, 3)))
 
     def _find_maps(self) -> tuple[cv2.typing.MatLike, cv2.typing.MatLike]:
         if self._maps is None:
-            self._maps = _map_pixels(self.source, self._pinhole)
+            self._maps = _map_pixels(self.source_lens, self._pinhole)
         return self._maps
 
 
-def rotate_by_vector(vector: Numbers) -> Numbers:
+def rotate_by_vector(vector: Float64Array) -> Float64Array:
     """Return the `[3, 3]` rotation about a `[3]` vector, by the vector's length in radians."""
     return np.asarray(cv2.Rodrigues(vector)[0], dtype=np.float64)
 
 
 def _fit_pinhole(lens: Lens) -> Lens:
     """Return the pinhole of the same size whose pixels all lie inside the distorted picture."""
-    left, right = _straighten_border(lens, axis=0)
-    top, bottom = _straighten_border(lens, axis=1)
-    widest = max(map(abs, (left, right, top, bottom)))
-    if not (right > left and bottom > top and widest < _WIDEST):
+    left, right = _undistort_borders(lens, axis=0)
+    top, bottom = _undistort_borders(lens, axis=1)
+    max_tangent = max(map(abs, (left, right, top, bottom)))
+    if not (right > left and bottom > top and max_tangent < _MAX_TANGENT):
         message = (
             "the field of view is too wide for a pinhole camera: crop the pictures, or remove "
             "the camera"
@@ -99,11 +101,11 @@ def _fit_pinhole(lens: Lens) -> Lens:
     fx, fy = (lens.width - 1) / (right - left), (lens.height - 1) / (bottom - top)
     cx, cy = 0.5 - left * fx, 0.5 - top * fy
     pinhole = Lens(lens.width, lens.height, fx, fy, cx, cy)
-    _require_cover(lens, pinhole)
+    _require_inside_picture(lens, pinhole)
     return pinhole
 
 
-def _straighten_border(lens: Lens, axis: int) -> tuple[float, float]:
+def _undistort_borders(lens: Lens, axis: int) -> tuple[float, float]:
     """Return the interval along an axis, at depth 1, between the two undistorted borders.
 
     Args:
@@ -112,36 +114,38 @@ def _straighten_border(lens: Lens, axis: int) -> tuple[float, float]:
             borders.
     """
     size = (lens.width, lens.height)
-    along = np.arange(size[1 - axis], dtype=np.float64)
+    border_positions = np.arange(size[1 - axis], dtype=np.float64)
     borders = []
-    for place in (0.0, size[axis] - 1.0):
-        pixels = np.empty((along.size, 1, 2))
-        pixels[:, 0, axis], pixels[:, 0, 1 - axis] = place, along
-        borders.append(_straighten(lens, pixels)[:, 0, axis])
+    for border_coordinate in (0.0, size[axis] - 1.0):
+        pixels = np.empty((border_positions.size, 1, 2))
+        pixels[:, 0, axis], pixels[:, 0, 1 - axis] = border_coordinate, border_positions
+        borders.append(_undistort_pixels(lens, pixels)[:, 0, axis])
     return float(borders[0].max()), float(borders[1].min())
 
 
-def _straighten(lens: Lens, pixels: Numbers) -> Numbers:
+def _undistort_pixels(lens: Lens, pixels: Float64Array) -> Float64Array:
     """Undistort `[n, 1, 2]` pixels, and return their `[n, 1, 2]` positions at depth 1."""
-    matrix, coefficients = _matrix(lens), _coefficients(lens)
+    matrix, coefficients = _make_intrinsic_matrix(lens), _pad_coefficients(lens)
     if lens.fisheye:
-        directions = cv2.fisheye.undistortPoints(pixels, matrix, coefficients, criteria=_CRITERIA)
+        directions = cv2.fisheye.undistortPoints(
+            pixels, matrix, coefficients, criteria=_STOP_CRITERIA
+        )
         return np.asarray(directions, dtype=np.float64)
-    straight = cv2.undistortImagePoints(pixels, matrix, coefficients, arg1=_CRITERIA)
+    undistorted = cv2.undistortImagePoints(pixels, matrix, coefficients, arg1=_STOP_CRITERIA)
     focal, center = np.array([lens.fx, lens.fy]), matrix[:2, 2]
-    return np.asarray((straight - center) / focal, dtype=np.float64)
+    return np.asarray((undistorted - center) / focal, dtype=np.float64)
 
 
-def _require_cover(lens: Lens, pinhole: Lens) -> None:
+def _require_inside_picture(lens: Lens, pinhole: Lens) -> None:
     """Check that undistortion has converged: the pinhole's border is inside the picture."""
-    across, down = _map_pixels(lens, pinhole, cv2.CV_32FC1)
-    border = np.ones(across.shape, dtype=bool)
-    border[1:-1, 1:-1] = False
-    strays = [
-        max(-values[border].min(), values[border].max() - (size - 1))
-        for values, size in ((across, lens.width), (down, lens.height))
+    columns, rows = _map_pixels(lens, pinhole, cv2.CV_32FC1)
+    is_border = np.ones(columns.shape, dtype=bool)
+    is_border[1:-1, 1:-1] = False
+    overshoots = [
+        max(-values[is_border].min(), values[is_border].max() - (size - 1))
+        for values, size in ((columns, lens.width), (rows, lens.height))
     ]
-    if not max(strays) <= _STRAY_LIMIT:
+    if not max(overshoots) <= _MAX_OVERSHOOT:
         message = (
             "the distortion cannot be inverted: its coefficients are not those of a lens with "
             "this picture size"
@@ -150,19 +154,26 @@ def _require_cover(lens: Lens, pinhole: Lens) -> None:
 
 
 def _map_pixels(
-    lens: Lens, pinhole: Lens, kind: int = cv2.CV_16SC2
+    lens: Lens, pinhole: Lens, map_type: int = cv2.CV_16SC2
 ) -> tuple[cv2.typing.MatLike, cv2.typing.MatLike]:
     """Return the position of each pinhole pixel in the distorted picture, for cv2.remap."""
-    build = cv2.fisheye.initUndistortRectifyMap if lens.fisheye else cv2.initUndistortRectifyMap
+    make_maps = cv2.fisheye.initUndistortRectifyMap if lens.fisheye else cv2.initUndistortRectifyMap
     size = (pinhole.width, pinhole.height)
-    return build(_matrix(lens), _coefficients(lens), np.eye(3), _matrix(pinhole), size, kind)
+    return make_maps(
+        _make_intrinsic_matrix(lens),
+        _pad_coefficients(lens),
+        np.eye(3),
+        _make_intrinsic_matrix(pinhole),
+        size,
+        map_type,
+    )
 
 
-def _matrix(lens: Lens) -> Numbers:
+def _make_intrinsic_matrix(lens: Lens) -> Float64Array:
     return np.array([[lens.fx, 0, lens.cx - 0.5], [0, lens.fy, lens.cy - 0.5], [0, 0, 1]])
 
 
-def _coefficients(lens: Lens) -> Numbers:
+def _pad_coefficients(lens: Lens) -> Float64Array:
     """Return `[4]` (fisheye) or `[8]` distortion coefficients, padded with zeros."""
     padded = np.zeros(4 if lens.fisheye else 8)
     padded[: len(lens.coefficients)] = lens.coefficients

@@ -17,7 +17,7 @@ import numpy as np
 from av.container import InputContainer
 from av.video.stream import VideoStream
 
-from quarc_ref.datasets.calibration import Numbers
+from quarc_ref.datasets.calibration import Float64Array
 from quarc_ref.datasets.capture import Image
 from quarc_ref.datasets.errors import TruncatedVideoError, UnreadableVideoError
 from quarc_ref.datasets.media import decode_still, open_video
@@ -57,15 +57,15 @@ class VideoReader:
         self.tick = float(self._stream.time_base or 0)
         packets = _list_packets(self._container, self._stream, path)
         self._times = sorted(packet.time for packet in packets if packet.is_shown)
-        self._keys = sorted(packet for packet in packets if packet.is_key)
+        self._key_packets = sorted(packet for packet in packets if packet.is_key)
         self.frame_count = len(self._times)
         self._frames: Iterator[av.VideoFrame] = iter(())
-        self._next = self.frame_count
+        self._next_frame = self.frame_count
         self.height, self.width = self.read(0).shape[:2]
         self._release_decoder()
 
     @property
-    def frame_times(self) -> Numbers:
+    def frame_times(self) -> Float64Array:
         """`[frame_count]` times in seconds, ascending."""
         return np.array(self._times) * self.tick
 
@@ -80,18 +80,18 @@ class VideoReader:
             message = f"{self.path} has {self.frame_count} frames, but no frame {frame}"
             raise TruncatedVideoError(message)
         try:
-            found = self._decode(frame)
+            decoded = self._decode(frame)
         except av.FFmpegError as error:
             reason = error.strerror
             message = f"frame {frame} of {self.path} cannot be decoded ({reason}): export it again"
             raise UnreadableVideoError(message) from error
-        if found is None or found.is_corrupt:
+        if decoded is None or decoded.is_corrupt:
             message = f"frame {frame} of {self.path} is damaged: export the video again"
             raise UnreadableVideoError(message)
-        self._next = frame + 1
-        self.rotation = found.rotation
+        self._next_frame = frame + 1
+        self.rotation = decoded.rotation
         try:
-            return rotate_upright(found)
+            return rotate_upright(decoded)
         except (av.FFmpegError, ValueError) as error:
             message = f"frame {frame} of {self.path} cannot be used: {error}; export it upright"
             raise UnreadableVideoError(message) from error
@@ -99,20 +99,22 @@ class VideoReader:
     def _release_decoder(self) -> None:
         """Replace the decoder by a new one without frame buffers, to save memory until `read`."""
         self._container, self._stream = open_video(self.path)
-        self._frames, self._next = iter(()), self.frame_count
+        self._frames, self._next_frame = iter(()), self.frame_count
 
     def _decode(self, frame: int) -> av.VideoFrame | None:
         """Return the decoded frame, or None if the decoder drops it."""
-        wanted = self._times[frame]
-        key = self._keys[max(0, bisect_right(self._keys, wanted, key=lambda k: k.time) - 1)]
-        if not bisect_left(self._times, key.time) <= self._next <= frame:
-            self._container.seek(key.decode_time, stream=self._stream)
+        target_time = self._times[frame]
+        key_packet = self._key_packets[
+            max(0, bisect_right(self._key_packets, target_time, key=lambda packet: packet.time) - 1)
+        ]
+        if not bisect_left(self._times, key_packet.time) <= self._next_frame <= frame:
+            self._container.seek(key_packet.decode_time, stream=self._stream)
             self._frames = self._container.decode(self._stream)
         # If decoding fails, `_next` keeps this value, which makes the next read seek.
-        self._next = self.frame_count
-        for found in self._frames:
-            if found.pts is not None and found.pts >= wanted:
-                return found if found.pts == wanted else None
+        self._next_frame = self.frame_count
+        for decoded in self._frames:
+            if decoded.pts is not None and decoded.pts >= target_time:
+                return decoded if decoded.pts == target_time else None
         return None
 
 
@@ -150,14 +152,14 @@ def _list_packets(container: InputContainer, stream: VideoStream, path: Path) ->
     """Return the packets of a video in decoding order, and check their number by the header."""
     try:
         packets = [
-            _describe(packet, path)
+            _make_packet(packet, path)
             for packet in container.demux(stream)
             if packet.size and not packet.is_corrupt
         ]
     except av.FFmpegError as error:
         message = f"{path} is truncated ({error}): copy or export it again"
         raise TruncatedVideoError(message) from error
-    if not packets or _is_cut_short(packets, stream):
+    if not packets or _is_truncated(packets, stream):
         message = (
             f"{path} is truncated: it has {len(packets)} of the {max(1, stream.frames)} "
             "frames that its header states; copy or export it again"
@@ -169,7 +171,7 @@ def _list_packets(container: InputContainer, stream: VideoStream, path: Path) ->
     return packets
 
 
-def _describe(packet: "av.Packet[VideoStream]", path: Path) -> _Packet:
+def _make_packet(packet: "av.Packet[VideoStream]", path: Path) -> _Packet:
     if packet.pts is None:
         message = f"{path} has frames without time stamps: put it into an mp4 container"
         raise UnreadableVideoError(message)
@@ -178,12 +180,12 @@ def _describe(packet: "av.Packet[VideoStream]", path: Path) -> _Packet:
     return _Packet(packet.pts, decode_time, duration, packet.is_keyframe, not packet.is_discard)
 
 
-def _is_cut_short(packets: list[_Packet], stream: VideoStream) -> bool:
+def _is_truncated(packets: list[_Packet], stream: VideoStream) -> bool:
     """Return whether the header states more frames and a longer duration than the packets have.
 
     If a video was trimmed without re-encoding, its header states too many frames, but the correct
     duration.
     """
-    shown = [packet.duration for packet in packets if packet.is_shown]
-    most = sum(shown) + max(shown, default=0) / 2
-    return len(packets) < stream.frames and most < (stream.duration or math.inf)
+    shown_durations = [packet.duration for packet in packets if packet.is_shown]
+    max_duration = sum(shown_durations) + max(shown_durations, default=0) / 2
+    return len(packets) < stream.frames and max_duration < (stream.duration or math.inf)

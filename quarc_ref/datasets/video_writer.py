@@ -25,7 +25,7 @@ _JPEG_QUANTIZER = 3  # FFmpeg's JPEG quality, from 2 (best) to 31
 
 
 @dataclass(frozen=True, slots=True)
-class VideoForm:
+class VideoFormat:
     """Format of a video.
 
     Attributes:
@@ -46,13 +46,13 @@ class VideoForm:
     container: Literal["mp4", "webm"] = "mp4"
 
 
-def write_video_file(sink: BinaryIO, pictures: Iterable[Image], form: VideoForm) -> int:
+def write_video_file(sink: BinaryIO, pictures: Iterable[Image], video_format: VideoFormat) -> int:
     """Write pictures as a video file.
 
     Args:
         sink: Seekable binary file to write to.
         pictures: Pictures, each `[H, W, 3]` sRGB.
-        form: Format of the video.
+        video_format: Format of the video.
 
     Returns:
         Number of frames written.
@@ -63,20 +63,22 @@ def write_video_file(sink: BinaryIO, pictures: Iterable[Image], form: VideoForm)
     count = 0
     try:
         flags = {"fflags": "+bitexact"}
-        with av.open(sink, "w", format=form.container, options=flags) as container:
+        with av.open(sink, "w", format=video_format.container, options=flags) as container:
             stream = cast(
                 "VideoStream",
                 container.add_stream(
-                    _ENCODERS[form.container], form.frames_per_second, options=dict(form.options)
+                    _ENCODERS[video_format.container],
+                    video_format.frames_per_second,
+                    options=dict(video_format.options),
                 ),
             )
-            _describe(stream, form)
+            _set_format(stream, video_format)
             for picture in pictures:
-                container.mux(stream.encode(_to_frame(picture, count, form)))
+                container.mux(stream.encode(_convert_to_frame(picture, count, video_format)))
                 count += 1
             container.mux(stream.encode(None))
     except av.FFmpegError as error:
-        message = f"the video cannot be written as {_CODECS[form.container]}: {error}"
+        message = f"the video cannot be written as {_CODECS[video_format.container]}: {error}"
         raise OSError(message) from error
     return count
 
@@ -109,8 +111,12 @@ def _encode_still(codec: av.VideoCodecContext, frame: av.VideoFrame) -> bytes:
     return b"".join(map(bytes, [*codec.encode(frame), *codec.encode(None)]))
 
 
-def _describe(stream: VideoStream, form: VideoForm) -> None:
-    stream.width, stream.height, stream.pix_fmt = form.width, form.height, form.pixel_format
+def _set_format(stream: VideoStream, video_format: VideoFormat) -> None:
+    stream.width, stream.height, stream.pix_fmt = (
+        video_format.width,
+        video_format.height,
+        video_format.pixel_format,
+    )
     context = stream.codec_context
     context.color_range = ColorRange.MPEG
     context.colorspace = Colorspace.ITU601
@@ -118,12 +124,12 @@ def _describe(stream: VideoStream, form: VideoForm) -> None:
     context.color_trc = _SRGB_TRANSFER
 
 
-def _to_frame(picture: Image, index: int, form: VideoForm) -> av.VideoFrame:
+def _convert_to_frame(picture: Image, index: int, video_format: VideoFormat) -> av.VideoFrame:
     frame = av.VideoFrame.from_ndarray(picture, format="rgb24").reformat(
-        format=form.pixel_format,
+        format=video_format.pixel_format,
         dst_colorspace=Colorspace.ITU601,
         dst_color_range=ColorRange.MPEG,
         interpolation=Interpolation.AREA,  # chroma is the mean of four pixels, as decoders assume
     )
-    frame.pts, frame.time_base = index, 1 / form.frames_per_second
+    frame.pts, frame.time_base = index, 1 / video_format.frames_per_second
     return frame

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from quarc_ref.datasets.capture import Capture
-from quarc_ref.datasets.findings import UNEVEN_LENGTHS, Report, ignore
+from quarc_ref.datasets.findings import UNEVEN_LENGTHS, FindingCallback, ignore_finding
 from quarc_ref.encoder.checks.capture_checks import check_capture
 from quarc_ref.encoder.monitoring.monitor import Monitor, NullMonitor
 from quarc_ref.encoder.progress import NullProgress, Progress
@@ -34,7 +34,7 @@ class EncodeOptions:
     progress: Progress = field(default_factory=NullProgress)
     checkpoint: Path | None = None
     checks: bool = True
-    report: Report = ignore
+    report: FindingCallback = ignore_finding
     monitor: Monitor = field(default_factory=NullMonitor)
 
     def check(self, capture: Capture) -> None:

@@ -248,7 +248,7 @@ def adapt_steps_to_capture(config: EncoderConfig, capture: Capture) -> EncoderCo
         CaptureError: A picture cannot be read.
         EncodeError: No training view sees an initial point.
     """
-    whole = capture.whole
+    whole = capture.full_capture
     views = [whole.cameras[index] for index in whole.training]
     pictures = (whole.image(index, 0) for index in whole.training)
     stream = propose_steps(config.stream, config.steps, views, whole.points, pictures)

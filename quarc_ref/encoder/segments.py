@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from quarc_ref.datasets.capture import Capture, Image, Mask
-from quarc_ref.datasets.findings import Finding, Report, ignore
+from quarc_ref.datasets.findings import Finding, FindingCallback, ignore_finding
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.description import describe_encode
 from quarc_ref.encoder.encode_options import EncodeOptions
@@ -69,7 +69,10 @@ def split_frames(frame_count: int, segment_count: int) -> list[tuple[int, int]]:
 
 
 def encode_segments(
-    segments: Sequence[Segment], pool: WorkerPool, progress: Progress, report: Report = ignore
+    segments: Sequence[Segment],
+    pool: WorkerPool,
+    progress: Progress,
+    report: FindingCallback = ignore_finding,
 ) -> None:
     """Encode segments, several at a time, without checking the capture for each.
 
@@ -97,7 +100,7 @@ def encode_segments(
 def _without_callbacks(options: EncodeOptions) -> EncodeOptions:
     """Return options without callbacks, which can be sent to another process."""
     return replace(
-        options, progress=NullProgress(), checks=False, report=ignore, monitor=NullMonitor()
+        options, progress=NullProgress(), checks=False, report=ignore_finding, monitor=NullMonitor()
     )
 
 
@@ -141,7 +144,7 @@ def slice_capture(capture: Capture, first: int, count: int) -> Capture:
         source=_LaterFrames(capture, first),
         fingerprint=capture.fingerprint,
         cache_bytes=0,  # the underlying capture has a cache
-        whole=capture.whole,
+        full_capture=capture.full_capture,
         start=capture.start,
         notes=capture.notes,
         masks=_LaterMasks(capture, first) if capture.masks else None,

@@ -81,7 +81,7 @@ def measure_pixel(cameras: Sequence[Camera], points: Points) -> float:
     widths = []
     for camera in cameras:
         projection = project_points(camera, points.positions)
-        depths = projection.depths[projection.within]
+        depths = projection.depths[projection.is_visible]
         if depths.size:
             widths.append(np.median(depths) / math.sqrt(camera.fx * camera.fy))
     if not widths:

@@ -62,9 +62,9 @@ def parse_spz(data: bytes) -> Splats:
     except ExportError as error:
         raise ValueError(str(error)) from error
     header = parse_ply_header(table)
-    rows = np.frombuffer(table, header.row, header.count, header.start).copy()
+    rows = np.frombuffer(table, header.vertex_type, header.vertex_count, header.data_offset).copy()
     rows["opacity"] = np.clip(rows["opacity"], -_FIRMEST, _FIRMEST)
-    return parse_ply(table[: header.start] + rows.tobytes())
+    return parse_ply(table[: header.data_offset] + rows.tobytes())
 
 
 def check_header(data: bytes) -> None:

@@ -9,7 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from quarc_ref.datasets.capture import Image
-from quarc_ref.datasets.video_writer import VideoForm, write_video_file
+from quarc_ref.datasets.video_writer import VideoFormat, write_video_file
 from quarc_ref.files import atomic_file
 from quarc_ref.synth.options import SynthOptions
 
@@ -27,6 +27,6 @@ def write_video(path: Path, pictures: Iterable[Image], options: SynthOptions) ->
     Raises:
         OSError: FFmpeg has no H.264 encoder, or the file cannot be written.
     """
-    form = VideoForm(options.width, options.height, Fraction(options.frames_per_second), _X264)
+    form = VideoFormat(options.width, options.height, Fraction(options.frames_per_second), _X264)
     with atomic_file(path) as sink:
         write_video_file(sink, pictures, form)

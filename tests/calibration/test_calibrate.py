@@ -15,7 +15,7 @@ from quarc_ref.calibration.write_capture import write_capture
 from quarc_ref.datasets.calibration import make_pose
 from quarc_ref.datasets.capture_notes import read_capture_notes
 from quarc_ref.datasets.open_capture import open_capture
-from quarc_ref.datasets.video_writer import VideoForm, write_video_file
+from quarc_ref.datasets.video_writer import VideoFormat, write_video_file
 from quarc_ref.files import written_folder
 from tests.calibration.rigs import compare
 
@@ -27,7 +27,7 @@ NEAR = [f"cam{number:02}" for number in range(5, 10)]  # cam07 and its neighbors
 
 def write_flat(path, pictures=(FLAT,)):
     with path.open("wb") as file:
-        write_video_file(file, pictures, VideoForm(64, 48, Fraction(30)))
+        write_video_file(file, pictures, VideoFormat(64, 48, Fraction(30)))
 
 
 def test_all_cameras_of_uncalibrated_videos_are_registered_with_their_true_poses(rig, traced):
@@ -81,7 +81,7 @@ def test_a_camera_that_sees_nothing_is_left_out_with_the_reason(traced, tmp_path
         (tmp_path / path.name).symlink_to(path)
     with (tmp_path / "gray.mp4").open("wb") as file:
         gray = np.full((240, 320, 3), 128, np.uint8)
-        write_video_file(file, [gray], VideoForm(320, 240, Fraction(30)))
+        write_video_file(file, [gray], VideoFormat(320, 240, Fraction(30)))
 
     found = calibrate(find_recordings(tmp_path), CalibrateOptions(sync=SyncMethod.NONE, moments=1))
 

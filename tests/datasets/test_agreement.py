@@ -2,7 +2,7 @@ import re
 
 import pytest
 
-from quarc_ref.datasets.agreement import compare_lengths, require_one_rate
+from quarc_ref.datasets.agreement import compare_lengths, require_common_frame_rate
 from quarc_ref.datasets.errors import FrameRateError, TooFewFramesError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.datasets.video import VideoReader
@@ -21,18 +21,18 @@ def make_videos(folder, **moments):
 def test_videos_of_the_same_rate_and_length_agree(tmp_path):
     videos = make_videos(tmp_path, cam00=EVEN, cam01=EVEN)
 
-    require_one_rate(videos)
+    require_common_frame_rate(videos)
     assert compare_lengths(["cam00", "cam01"], [12, 12]) is None
 
 
 def test_times_rounded_to_milliseconds_are_regular(tmp_path):
     fast = [round(index * 1000 / 240) for index in range(30)]
 
-    require_one_rate(make_videos(tmp_path, cam00=fast))
+    require_common_frame_rate(make_videos(tmp_path, cam00=fast))
 
 
 def test_one_or_two_frames_are_regular(tmp_path):
-    require_one_rate(make_videos(tmp_path, cam00=[0], cam01=[0, 33]))
+    require_common_frame_rate(make_videos(tmp_path, cam00=[0], cam01=[0, 33]))
 
 
 @pytest.mark.parametrize("left_out", [1, 5, 10])
@@ -42,7 +42,7 @@ def test_a_dropped_frame_makes_the_rate_variable(tmp_path, left_out):
     mean = 1000 * (len(moments) - 1) / moments[-1]
 
     with pytest.raises(FrameRateError) as caught:
-        require_one_rate(videos)
+        require_common_frame_rate(videos)
     assert re.search(
         r"cam01.mkv has a variable frame rate: its frames last from 33.0 to 6[67].0 ms, "
         rf"{mean:.2f} per second on average.*fps={mean:.0f} ",
@@ -55,7 +55,7 @@ def test_a_rate_that_changes_by_a_fifth_halfway_is_variable(tmp_path):
     later = [EVEN[-1] + round(index * 1000 / 24) for index in range(1, 12)]
 
     with pytest.raises(FrameRateError, match=r"cam00.mkv .*from 33.0 to 42.0 ms"):
-        require_one_rate(make_videos(tmp_path, cam00=EVEN + later))
+        require_common_frame_rate(make_videos(tmp_path, cam00=EVEN + later))
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@ import pytest
 
 from quarc_ref.datasets.calibration import CalibratedCamera, Lens, make_pose
 from quarc_ref.datasets.capture import Points
-from quarc_ref.datasets.dense_points import densify
+from quarc_ref.datasets.dense_points import add_dense_points
 from tests.datasets import scenes
 
 PLANE = scenes.plane_points(50)
@@ -26,7 +26,7 @@ def stage():
 
 @pytest.fixture(scope="module")
 def dense(stage):
-    points = densify(*stage, PLANE)
+    points = add_dense_points(*stage, PLANE)
     count = len(points.positions) - len(PLANE.positions)
     return Points(points.positions[:count], points.colors[:count])
 
@@ -55,7 +55,7 @@ def test_a_sparse_point_that_cameras_see_through_is_dropped(stage):
         np.concatenate([PLANE.colors, floater.colors]),
     )
 
-    points = densify(*stage, sparse)
+    points = add_dense_points(*stage, sparse)
 
     assert not (points.positions == floater.positions).all(axis=1).any()
     assert (points.positions == PLANE.positions[7]).all(axis=1).any()
@@ -64,7 +64,7 @@ def test_a_sparse_point_that_cameras_see_through_is_dropped(stage):
 def test_two_cameras_cannot_confirm_a_point(stage):
     cameras, pictures = stage
 
-    points = densify(cameras[:2], pictures[:2], PLANE)
+    points = add_dense_points(cameras[:2], pictures[:2], PLANE)
 
     np.testing.assert_array_equal(points.positions, PLANE.positions)
 
@@ -72,6 +72,6 @@ def test_two_cameras_cannot_confirm_a_point(stage):
 def test_pictures_without_texture_add_no_points(stage):
     cameras, pictures = stage
 
-    points = densify(cameras, [np.full_like(picture, 128) for picture in pictures], PLANE)
+    points = add_dense_points(cameras, [np.full_like(picture, 128) for picture in pictures], PLANE)
 
     np.testing.assert_array_equal(points.positions, PLANE.positions)

@@ -81,7 +81,9 @@ def test_a_fingerprint_changes_with_a_name(files):
     pictures = (*listed.pictures[:2], folder / "d.png")
 
     assert (
-        compute_fingerprint(folder, CaptureFiles(listed.descriptions, pictures, listed.sampled))
+        compute_fingerprint(
+            folder, CaptureFiles(listed.descriptions, pictures, listed.sampled_files)
+        )
         != before
     )
 

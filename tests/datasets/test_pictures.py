@@ -5,8 +5,8 @@ from quarc_ref.datasets.calibration import Lens
 from quarc_ref.datasets.errors import UnreadableVideoError
 from quarc_ref.datasets.pictures import (
     FilePictures,
-    LaterPictures,
     RectifiedPictures,
+    SynchronizedPictures,
     VideoPictures,
 )
 from quarc_ref.datasets.undistortion import Rectifier
@@ -35,12 +35,12 @@ def test_videos_of_different_lengths_have_their_common_frames(n3dv_folder, tmp_p
     videos = VideoPictures(readers)
 
     assert videos.lengths == (6, 4)
-    assert LaterPictures(videos, (0, 0)).frame_count == 4
+    assert SynchronizedPictures(videos, (0, 0)).frame_count == 4
 
 
 def test_cameras_that_started_apart_are_synchronized_by_their_offsets(n3dv_folder, pictures):
     readers = [VideoReader(n3dv_folder / f"{name}.mp4") for name in ("cam00", "cam01")]
-    later = LaterPictures(VideoPictures(readers), (0, 2))
+    later = SynchronizedPictures(VideoPictures(readers), (0, 2))
 
     assert later.frame_count == 4
     assert np.array_equal(later.read(0, 3), pictures[0][3])

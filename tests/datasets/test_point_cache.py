@@ -8,7 +8,7 @@ import pytest
 from quarc_ref.datasets import open_capture as module
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
-from quarc_ref.datasets.point_cache import cache_points, make_key
+from quarc_ref.datasets.point_cache import load_or_compute_points, make_key
 
 
 @pytest.fixture(autouse=True)
@@ -28,7 +28,7 @@ def found(monkeypatch):
         positions = rng.uniform(-0.5, 0.5, (50, 3)).astype(np.float32)
         return Points(positions, rng.integers(0, 255, (50, 3)).astype(np.uint8))
 
-    monkeypatch.setattr(module, "_find_points", find)
+    monkeypatch.setattr(module, "_triangulate_points", find)
     return times
 
 
@@ -81,5 +81,5 @@ def test_a_cache_that_cannot_be_written_is_only_a_warning(cache, caplog):
     cache.parent.write_bytes(b"")
     points = Points(np.zeros((1, 3), np.float32), np.zeros((1, 3), np.uint8))
 
-    assert cache_points(make_key("0", 0, 1, ["cam00"]), lambda: points) is points
+    assert load_or_compute_points(make_key("0", 0, 1, ["cam00"]), lambda: points) is points
     assert "cannot be saved" in caplog.text

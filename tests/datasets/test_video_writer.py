@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.datasets.video import VideoReader, read_still
-from quarc_ref.datasets.video_writer import VideoForm, build_jpeg, build_png, write_video_file
+from quarc_ref.datasets.video_writer import VideoFormat, build_jpeg, build_png, write_video_file
 
 
 def _smooth_picture(width, height, shift=0):
@@ -22,7 +22,7 @@ def _write(path, form, count=4):
 
 @pytest.mark.parametrize("pixel_format", ["yuv444p", "yuv420p"])
 def test_a_video_decodes_to_the_written_pictures(pixel_format, tmp_path):
-    form = VideoForm(48, 32, Fraction(30000, 1001), {"crf": "4"}, pixel_format)
+    form = VideoFormat(48, 32, Fraction(30000, 1001), {"crf": "4"}, pixel_format)
     pictures = _write(tmp_path / "a.mp4", form)
     reader = VideoReader(tmp_path / "a.mp4")
 
@@ -33,14 +33,14 @@ def test_a_video_decodes_to_the_written_pictures(pixel_format, tmp_path):
 
 
 def test_full_chroma_resolution_takes_any_size(tmp_path):
-    _write(tmp_path / "odd.mp4", VideoForm(47, 33, Fraction(30)))
+    _write(tmp_path / "odd.mp4", VideoFormat(47, 33, Fraction(30)))
     reader = VideoReader(tmp_path / "odd.mp4")
 
     assert (reader.width, reader.height) == (47, 33)
 
 
 def test_a_video_states_its_color_space(tmp_path):
-    _write(tmp_path / "a.mp4", VideoForm(48, 32, Fraction(30)))
+    _write(tmp_path / "a.mp4", VideoFormat(48, 32, Fraction(30)))
     with av.open(str(tmp_path / "a.mp4")) as container:
         context = container.streams.video[0].codec_context
         message = (context.colorspace, context.color_range, context.pix_fmt)
@@ -50,7 +50,7 @@ def test_a_video_states_its_color_space(tmp_path):
 
 def test_a_failing_encoder_is_a_system_error(tmp_path):
     with pytest.raises(OSError, match=r"H\.264"):
-        _write(tmp_path / "odd.mp4", VideoForm(47, 33, Fraction(30), {}, "yuv420p"))
+        _write(tmp_path / "odd.mp4", VideoFormat(47, 33, Fraction(30), {}, "yuv420p"))
 
 
 def test_a_png_equals_the_picture(tmp_path):

@@ -30,8 +30,10 @@ def find_model(folder: Path) -> Path | None:
     """Return the folder of a capture's COLMAP model; None if the capture has no model."""
     candidates = [*sorted(folder.glob("sparse*/0")), *sorted(folder.glob("sparse*")), folder]
     names = ("cameras.bin", "cameras.txt")
-    with_cameras = (c for c in candidates if any((c / name).is_file() for name in names))
-    return next(with_cameras, None)
+    model_folders = (
+        candidate for candidate in candidates if any((candidate / name).is_file() for name in names)
+    )
+    return next(model_folders, None)
 
 
 def read_colmap(folder: Path) -> Footage:
@@ -47,8 +49,8 @@ def read_colmap(folder: Path) -> Footage:
     if model_folder is None:
         message = f"{folder} has no COLMAP model, such as sparse/0/cameras.bin"
         raise MissingFileError(message)
-    namings, points = _read_model(model_folder)
-    cameras, source = _find_named(folder, namings)
+    camera_sets, points = _read_model(model_folder)
+    cameras, source = _find_matching_pictures(folder, camera_sets)
     return Footage(
         cameras,
         source,
@@ -62,13 +64,15 @@ def read_colmap(folder: Path) -> Footage:
 _Cameras = tuple[CalibratedCamera, ...]
 
 
-def _find_named(folder: Path, namings: Sequence[_Cameras]) -> tuple[_Cameras, Pictures]:
+def _find_matching_pictures(
+    folder: Path, camera_sets: Sequence[_Cameras]
+) -> tuple[_Cameras, Pictures]:
     """Return the cameras and their pictures, for the first set of names that matches pictures."""
-    first, *others = namings
+    first_cameras, *other_sets = camera_sets
     try:
-        return first, find_pictures(folder, [camera.name for camera in first])
+        return first_cameras, find_pictures(folder, [camera.name for camera in first_cameras])
     except MissingFileError:
-        for cameras in others:
+        for cameras in other_sets:
             with suppress(MissingFileError):
                 return cameras, find_pictures(folder, [camera.name for camera in cameras])
         raise
@@ -95,18 +99,18 @@ def _name_images(model: pycolmap.Reconstruction) -> list[dict[str, pycolmap.Imag
     images = [image for image in model.images.values() if image.has_pose]
     stems = [Path(image.name).stem for image in images]
     folders = [Path(image.name).parts[0] for image in images]
-    found = [
+    named_images = [
         dict(zip(names, images, strict=True))
         for names in (stems, folders)
         if names and len(set(names)) == len(names)
     ]
-    if not found:
+    if not named_images:
         message = (
             "the model must have exactly one image per camera, named after the camera, but its "
             f"images are {sorted(stems)}"
         )
         raise ValueError(message)
-    return found
+    return named_images
 
 
 def _make_cameras(images: dict[str, pycolmap.Image], model: pycolmap.Reconstruction) -> _Cameras:
@@ -122,8 +126,8 @@ def _make_camera(
     with np.errstate(over="ignore", invalid="ignore"):
         center = -axes @ camera_from_world.translation
     pose = make_pose(axes, center)
-    seen = [point.point3D_id for point in image.points2D if point.has_point3D()]
-    positions = np.array([model.points3D[index].xyz for index in seen]).reshape(-1, 3)
+    point_ids = [point.point3D_id for point in image.points2D if point.has_point3D()]
+    positions = np.array([model.points3D[index].xyz for index in point_ids]).reshape(-1, 3)
     depths = positions @ pose.rotation[2] + pose.translation[2]
     depths = depths[depths > 0]
     near = choose_near(depths) if depths.size else None

@@ -30,19 +30,19 @@ def require_complete_files(folder: Path) -> None:
         OSError: A file cannot be read.
         ValueError: A file is shorter or longer than its records.
     """
-    for name, skip in _SKIPS.items():
+    for name, skip_record in _SKIP_FUNCTIONS.items():
         path = folder / name
-        if path.is_file() and not _ends_with_records(path.read_bytes(), skip):
+        if path.is_file() and not _has_exact_length(path.read_bytes(), skip_record):
             message = f"the length of {name} does not match its records"
             raise ValueError(message)
 
 
-def _ends_with_records(data: bytes, skip: Callable[[bytes, int], int]) -> bool:
+def _has_exact_length(data: bytes, skip_record: Callable[[bytes, int], int]) -> bool:
     try:
         (count,) = _COUNT.unpack_from(data)
         position = _COUNT.size
         for _ in range(count):
-            position = skip(data, position)
+            position = skip_record(data, position)
     except (IndexError, OverflowError, struct.error, ValueError):
         return False
     return position == len(data)
@@ -78,7 +78,7 @@ def _skip_frame(data: bytes, position: int) -> int:
     return position + _SHORT_COUNT.size + _DATA_BYTES * int(count)
 
 
-_SKIPS: dict[str, Callable[[bytes, int], int]] = {
+_SKIP_FUNCTIONS: dict[str, Callable[[bytes, int], int]] = {
     "images.bin": _skip_image,
     "points3D.bin": _skip_point,
     "rigs.bin": _skip_rig,

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from quarc_ref.datasets.arrangements import find_pictures
-from quarc_ref.datasets.calibration import CalibratedCamera, Lens, Numbers, make_pose
+from quarc_ref.datasets.calibration import CalibratedCamera, Float64Array, Lens, make_pose
 from quarc_ref.datasets.errors import MissingFileError, UnreadablePoseError
 from quarc_ref.datasets.footage import Footage
 from quarc_ref.datasets.natural_order import natural_order
@@ -23,7 +23,7 @@ from quarc_ref.datasets.pictures import Size
 from quarc_ref.datasets.undistortion import rotate_by_vector
 
 _MAX_COEFFICIENTS = 8
-_OPENCV_CENTER = 0.5  # Added to principal points, because `Lens` has pixel centers at +0.5.
+_OPENCV_CENTER_SHIFT = 0.5  # Added to principal points, because `Lens` has pixel centers at +0.5.
 
 Matrices = Mapping[str, Node]
 
@@ -38,20 +38,20 @@ def read_easymocap(folder: Path) -> Footage:
         CaptureError: A file is missing or malformed, or the files are inconsistent.
     """
     paths = (folder / "intri.yml", folder / "extri.yml")
-    inner, outer = map(_read, paths)
-    names = _list_names(inner, paths[0])
+    intrinsics, extrinsics = map(_read_matrices, paths)
+    names = _list_names(intrinsics, paths[0])
     source = find_pictures(folder, names)
     cameras = []
     for name, size in zip(names, source.sizes, strict=True):
         try:
-            cameras.append(_make_camera(name, size, inner, outer))
+            cameras.append(_make_camera(name, size, intrinsics, extrinsics))
         except ValueError as error:
             message = f"{folder}: camera {name} in intri.yml or extri.yml: {error}"
             raise UnreadablePoseError(message) from error
     return Footage(tuple(cameras), source, points=None, descriptions=paths)
 
 
-def _read(path: Path) -> Matrices:
+def _read_matrices(path: Path) -> Matrices:
     try:
         return parse_yaml(path.read_bytes())
     except OSError as error:
@@ -62,12 +62,12 @@ def _read(path: Path) -> Matrices:
         raise UnreadablePoseError(message) from error
 
 
-def _list_names(inner: Matrices, path: Path) -> list[str]:
-    listed = inner.get("names")
+def _list_names(intrinsics: Matrices, path: Path) -> list[str]:
+    stored_names = intrinsics.get("names")
     names = (
-        [str(name) for name in listed]
-        if isinstance(listed, list)
-        else [key.removeprefix("K_") for key in inner if key.startswith("K_")]
+        [str(name) for name in stored_names]
+        if isinstance(stored_names, list)
+        else [key.removeprefix("K_") for key in intrinsics if key.startswith("K_")]
     )
     if not names or len(set(names)) < len(names):
         message = f"{path} has no list 'names' of distinct camera names"
@@ -75,11 +75,13 @@ def _list_names(inner: Matrices, path: Path) -> list[str]:
     return sorted(names, key=natural_order)
 
 
-def _make_camera(name: str, size: Size, inner: Matrices, outer: Matrices) -> CalibratedCamera:
-    matrix = _take(inner, f"K_{name}", 9).reshape(3, 3)
-    coefficients = inner.get(f"dist_{name}", inner.get(f"D_{name}"))
-    bent = () if not isinstance(coefficients, np.ndarray) else tuple(coefficients.tolist())
-    if len(bent) > _MAX_COEFFICIENTS:
+def _make_camera(
+    name: str, size: Size, intrinsics: Matrices, extrinsics: Matrices
+) -> CalibratedCamera:
+    matrix = _get_matrix(intrinsics, f"K_{name}", 9).reshape(3, 3)
+    coefficients = intrinsics.get(f"dist_{name}", intrinsics.get(f"D_{name}"))
+    distortion = () if not isinstance(coefficients, np.ndarray) else tuple(coefficients.tolist())
+    if len(distortion) > _MAX_COEFFICIENTS:
         message = f"dist_{name} has more than {_MAX_COEFFICIENTS} coefficients"
         raise ValueError(message)
     width, height = size
@@ -88,23 +90,23 @@ def _make_camera(name: str, size: Size, inner: Matrices, outer: Matrices) -> Cal
         height=height,
         fx=float(matrix[0, 0]),
         fy=float(matrix[1, 1]),
-        cx=float(matrix[0, 2]) + _OPENCV_CENTER,
-        cy=float(matrix[1, 2]) + _OPENCV_CENTER,
-        coefficients=bent if any(bent) else (),
+        cx=float(matrix[0, 2]) + _OPENCV_CENTER_SHIFT,
+        cy=float(matrix[1, 2]) + _OPENCV_CENTER_SHIFT,
+        coefficients=distortion if any(distortion) else (),
     )
-    rotation = _read_rotation(name, outer)
-    center = -rotation.T @ _take(outer, f"T_{name}", 3)
+    rotation = _read_rotation(name, extrinsics)
+    center = -rotation.T @ _get_matrix(extrinsics, f"T_{name}", 3)
     return CalibratedCamera(name, lens, make_pose(rotation.T, center))
 
 
-def _read_rotation(name: str, outer: Matrices) -> Numbers:
+def _read_rotation(name: str, extrinsics: Matrices) -> Float64Array:
     """Return the `[3, 3]` rotation from world to camera."""
-    if f"Rot_{name}" in outer:
-        return _take(outer, f"Rot_{name}", 9).reshape(3, 3)
-    return rotate_by_vector(_take(outer, f"R_{name}", 3))
+    if f"Rot_{name}" in extrinsics:
+        return _get_matrix(extrinsics, f"Rot_{name}", 9).reshape(3, 3)
+    return rotate_by_vector(_get_matrix(extrinsics, f"R_{name}", 3))
 
 
-def _take(matrices: Matrices, key: str, count: int) -> Numbers:
+def _get_matrix(matrices: Matrices, key: str, count: int) -> Float64Array:
     values = matrices.get(key)
     if not isinstance(values, np.ndarray) or values.size != count:
         message = f"{key} is missing, or not a matrix of {count} numbers"

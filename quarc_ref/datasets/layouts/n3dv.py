@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from quarc_ref.datasets.arrangements import ARRANGEMENTS, Files, open_pictures
-from quarc_ref.datasets.calibration import CalibratedCamera, Lens, Numbers, make_pose
+from quarc_ref.datasets.calibration import CalibratedCamera, Float64Array, Lens, make_pose
 from quarc_ref.datasets.errors import (
     CountMismatchError,
     MissingFileError,
@@ -31,7 +31,7 @@ from quarc_ref.datasets.points_ply import read_points_ply
 POSES_NAME = "poses_bounds.npy"
 _ROW_LENGTH = 17
 _POINTS_NAME = "points3D_init.ply"
-_USUAL_PREFIX = "cam"
+_CAMERA_PREFIX = "cam"
 
 
 def read_n3dv(folder: Path) -> Footage:
@@ -51,7 +51,8 @@ def read_n3dv(folder: Path) -> Footage:
     points_path = _find_points(folder)
     return Footage(
         cameras=tuple(
-            _make_camera(*each, poses_path) for each in zip(names, source.sizes, rows, strict=True)
+            _make_camera(*arguments, poses_path)
+            for arguments in zip(names, source.sizes, rows, strict=True)
         ),
         source=source,
         points=read_points_ply(points_path) if points_path else None,
@@ -62,7 +63,7 @@ def read_n3dv(folder: Path) -> Footage:
 
 def _find_files(folder: Path, count: int) -> Files:
     """Return the videos or pictures of `count` cameras, by camera name."""
-    candidates = [_prefer_usual_prefix(list_files(folder)) for _, list_files in ARRANGEMENTS]
+    candidates = [_prefer_camera_prefix(list_files(folder)) for _, list_files in ARRANGEMENTS]
     candidates = [files for files in candidates if files]
     if not candidates:
         patterns = ", ".join(pattern for pattern, _ in ARRANGEMENTS).replace("NAME", "cam00")
@@ -78,10 +79,12 @@ def _find_files(folder: Path, count: int) -> Files:
     raise CountMismatchError(message)
 
 
-def _prefer_usual_prefix(files: Files) -> Files:
+def _prefer_camera_prefix(files: Files) -> Files:
     """Return the cameras whose names start with `cam`, or all cameras if there are none."""
-    usual = {name: paths for name, paths in files.items() if name.startswith(_USUAL_PREFIX)}
-    return usual or files
+    prefixed_files = {
+        name: paths for name, paths in files.items() if name.startswith(_CAMERA_PREFIX)
+    }
+    return prefixed_files or files
 
 
 def _compare_orders(names: Sequence[str]) -> tuple[Finding, ...]:
@@ -103,24 +106,24 @@ def _find_points(folder: Path) -> Path | None:
     return next(iter(sorted(folder.glob("points3D*.ply"))), None)
 
 
-def _read_rows(path: Path) -> Numbers:
+def _read_rows(path: Path) -> Float64Array:
     """Return the `[N, 17]` rows of the poses file; all numbers are finite."""
     try:
         # Memory-mapping shows the size of the array before anything is allocated.
-        stored = np.load(path, mmap_mode="r", allow_pickle=False)
+        array = np.load(path, mmap_mode="r", allow_pickle=False)
     except FileNotFoundError as error:
         message = f"{path} is missing"
         raise MissingFileError(message) from error
     except Exception as error:  # numpy does not wrap the exceptions of its header parser
         message = f"{path} is not an array of numbers ({error}): save it again with numpy.save"
         raise UnreadablePoseError(message) from error
-    if not isinstance(stored, np.ndarray) or stored.dtype.kind not in "fiu":
+    if not isinstance(array, np.ndarray) or array.dtype.kind not in "fiu":
         message = f"{path} is not an array of numbers: save it again with numpy.save"
         raise UnreadablePoseError(message)
-    if stored.ndim != 2 or stored.shape[1] != _ROW_LENGTH or not len(stored):
-        message = f"{path} has shape {stored.shape}, but must have one row of 17 numbers per camera"
+    if array.ndim != 2 or array.shape[1] != _ROW_LENGTH or not len(array):
+        message = f"{path} has shape {array.shape}, but must have one row of 17 numbers per camera"
         raise UnreadablePoseError(message)
-    rows = np.array(stored, dtype=np.float64)
+    rows = np.array(array, dtype=np.float64)
     if not np.isfinite(rows).all():
         row = int(np.argwhere(~np.isfinite(rows))[0, 0])
         message = f"row {row} of {path} has a number that is not finite"
@@ -128,7 +131,7 @@ def _read_rows(path: Path) -> Numbers:
     return rows
 
 
-def _make_camera(name: str, size: Size, row: Numbers, path: Path) -> CalibratedCamera:
+def _make_camera(name: str, size: Size, row: Float64Array, path: Path) -> CalibratedCamera:
     """Return the camera that a row of the poses file describes.
 
     Args:
@@ -141,7 +144,7 @@ def _make_camera(name: str, size: Size, row: Numbers, path: Path) -> CalibratedC
     matrix = row[: _ROW_LENGTH - 2].reshape(3, 5)
     down, right, backwards, center, (pose_height, pose_width, focal) = matrix.T
     try:
-        scale = _measure_resize((pose_width, pose_height), size)
+        scale = _measure_scale((pose_width, pose_height), size)
         lens = Lens(
             width=width,
             height=height,
@@ -158,11 +161,15 @@ def _make_camera(name: str, size: Size, row: Numbers, path: Path) -> CalibratedC
     return CalibratedCamera(name, lens, pose, near)
 
 
-def _measure_resize(pose_size: tuple[float, float], video_size: tuple[int, int]) -> float:
+def _measure_scale(pose_size: tuple[float, float], video_size: tuple[int, int]) -> float:
     """Return the size of the video divided by the picture size in the poses file."""
     (pose_width, pose_height), (width, height) = pose_size, video_size
-    least, most = sorted((pose_width, float(width)))
-    if least <= 0 or most % least or width * pose_height != height * pose_width:
+    smaller_width, larger_width = sorted((pose_width, float(width)))
+    if (
+        smaller_width <= 0
+        or larger_width % smaller_width
+        or width * pose_height != height * pose_width
+    ):
         message = (
             f"the pose is for pictures of {pose_width:g}x{pose_height:g}, but the video is "
             f"{width}x{height}, which is not a whole multiple or fraction of that size"

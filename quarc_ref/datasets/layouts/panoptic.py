@@ -27,7 +27,7 @@ from quarc_ref.datasets.footage import Footage
 from quarc_ref.datasets.natural_order import natural_order
 
 _KINDS = ("hd", "vga")
-_OPENCV_CENTER = 0.5  # Added to principal points, because `Lens` has pixel centers at +0.5.
+_OPENCV_CENTER_SHIFT = 0.5  # Added to principal points, because `Lens` has pixel centers at +0.5.
 
 
 def read_panoptic(folder: Path) -> Footage:
@@ -40,13 +40,13 @@ def read_panoptic(folder: Path) -> Footage:
         CaptureError: A file is missing or malformed, or the files are inconsistent.
     """
     path = min(folder.glob("calibration_*.json"))
-    calibrated = read_cameras(path)
+    cameras = read_cameras(path)
     for kind in _KINDS:
         files = _list_files(folder, kind)
-        names = sorted(calibrated[kind].keys() & files.keys(), key=natural_order)
+        names = sorted(cameras[kind].keys() & files.keys(), key=natural_order)
         if names:
             return Footage(
-                cameras=tuple(calibrated[kind][name] for name in names),
+                cameras=tuple(cameras[kind][name] for name in names),
                 source=open_pictures([files[name] for name in names]),
                 points=None,
                 descriptions=(path,),
@@ -67,41 +67,41 @@ def read_cameras(path: Path) -> dict[str, dict[str, CalibratedCamera]]:
     """
     try:
         document = json.loads(path.read_bytes())
-        found: dict[str, dict[str, CalibratedCamera]] = {kind: {} for kind in _KINDS}
+        cameras: dict[str, dict[str, CalibratedCamera]] = {kind: {} for kind in _KINDS}
         for entry in document["cameras"]:
-            if entry["type"] in found:
+            if entry["type"] in cameras:
                 name = str(entry["name"])
-                found[entry["type"]][name] = _make_camera(name, entry)
+                cameras[entry["type"]][name] = _make_camera(name, entry)
     except OSError as error:
         message = f"{path} cannot be read: {error}"
         raise MissingFileError(message) from error
     except (KeyError, OverflowError, RecursionError, TypeError, ValueError) as error:
         message = f"{path} is not a Panoptic Studio calibration: {error!r}"
         raise UnreadablePoseError(message) from error
-    return found
+    return cameras
 
 
 def _list_files(folder: Path, kind: str) -> Files:
     """Return videos or pictures by the camera name in the calibration, such as `00_00`."""
     videos = list_videos(folder / f"{kind}Videos")
-    named = {name.removeprefix(f"{kind}_"): paths for name, paths in videos.items()}
-    return named or list_picture_folders(folder / f"{kind}Imgs")
+    videos_by_name = {name.removeprefix(f"{kind}_"): paths for name, paths in videos.items()}
+    return videos_by_name or list_picture_folders(folder / f"{kind}Imgs")
 
 
 def _make_camera(name: str, entry: Mapping[str, object]) -> CalibratedCamera:
-    def take(key: str, *shape: int) -> np.ndarray:
+    def get_array(key: str, *shape: int) -> np.ndarray:
         return np.array(entry[key], dtype=np.float64).reshape(shape)
 
-    width, height = take("resolution", 2).astype(np.int64).tolist()
-    matrix, rotation = take("K", 3, 3), take("R", 3, 3)
-    bent = tuple(take("distCoef", 5).tolist())
+    width, height = get_array("resolution", 2).astype(np.int64).tolist()
+    matrix, rotation = get_array("K", 3, 3), get_array("R", 3, 3)
+    distortion = tuple(get_array("distCoef", 5).tolist())
     lens = Lens(
         width=width,
         height=height,
         fx=float(matrix[0, 0]),
         fy=float(matrix[1, 1]),
-        cx=float(matrix[0, 2]) + _OPENCV_CENTER,
-        cy=float(matrix[1, 2]) + _OPENCV_CENTER,
-        coefficients=bent if any(bent) else (),
+        cx=float(matrix[0, 2]) + _OPENCV_CENTER_SHIFT,
+        cy=float(matrix[1, 2]) + _OPENCV_CENTER_SHIFT,
+        coefficients=distortion if any(distortion) else (),
     )
-    return CalibratedCamera(name, lens, make_pose(rotation.T, -rotation.T @ take("t", 3)))
+    return CalibratedCamera(name, lens, make_pose(rotation.T, -rotation.T @ get_array("t", 3)))

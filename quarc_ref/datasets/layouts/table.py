@@ -23,21 +23,21 @@ class Layout:
 
     Attributes:
         name: Common name of the layout.
-        needs: Files that the layout requires. Each entry has a file name for messages, followed by
-            patterns for `Path.glob`, at least one of which must match a file.
+        required_files: Files that the layout requires. Each entry has a file name for messages,
+            followed by patterns for `Path.glob`, at least one of which must match a file.
         read: Function that loads the capture in a folder.
     """
 
     name: str
-    needs: tuple[tuple[str, ...], ...]
+    required_files: tuple[tuple[str, ...], ...]
     read: Callable[[Path], Footage]
 
     def find_missing(self, folder: Path) -> list[str]:
         """Return the names of the required files that are missing in a folder."""
         return [
             name
-            for name, *patterns in self.needs
-            if not any(path.is_file() for each in patterns for path in folder.glob(each))
+            for name, *patterns in self.required_files
+            if not any(path.is_file() for pattern in patterns for path in folder.glob(pattern))
         ]
 
 
@@ -78,11 +78,13 @@ def choose_layout(folder: Path) -> Layout:
     for layout in LAYOUTS:
         if not layout.find_missing(folder):
             return layout
-    rows = [f"{layout.name} ({', '.join(layout.find_missing(folder))})" for layout in LAYOUTS]
+    missing_files = [
+        f"{layout.name} ({', '.join(layout.find_missing(folder))})" for layout in LAYOUTS
+    ]
     message = (
         f"{folder} is not a capture in a known layout. Known layouts, with their missing files: "
     )
-    raise UnknownLayoutError(message + "; ".join(rows) + _advise(folder))
+    raise UnknownLayoutError(message + "; ".join(missing_files) + _suggest_remedy(folder))
 
 
 def describe_capture(folder: Path) -> str | None:
@@ -92,23 +94,27 @@ def describe_capture(folder: Path) -> str | None:
     for layout in LAYOUTS:
         if not layout.find_missing(folder):
             return f"a capture ({layout.name})"
-    videos = sum(len(paths) for paths in list_videos(folder).values())
-    others = sum(not path.name.startswith(".") for path in folder.iterdir()) - videos
-    return f"a folder of {videos} videos" if videos and not others else None
+    video_count = sum(len(paths) for paths in list_videos(folder).values())
+    other_count = sum(not path.name.startswith(".") for path in folder.iterdir()) - video_count
+    return f"a folder of {video_count} videos" if video_count and not other_count else None
 
 
-def _advise(folder: Path) -> str:
+def _suggest_remedy(folder: Path) -> str:
     """Return advice about a folder that is not a capture, as a suffix of the error message."""
     if not folder.is_dir():
         return ""
-    for inner in sorted(path for path in folder.iterdir() if path.is_dir()):
-        if not all(layout.find_missing(inner) for layout in LAYOUTS):
-            return f". Its subfolder {inner.name} is a capture: use {inner}"
-    videos, folders = len(list_videos(folder)), len(list_picture_folders(folder))
-    if max(videos, folders) < 2:
+    for subfolder in sorted(path for path in folder.iterdir() if path.is_dir()):
+        if not all(layout.find_missing(subfolder) for layout in LAYOUTS):
+            return f". Its subfolder {subfolder.name} is a capture: use {subfolder}"
+    video_count, folder_count = len(list_videos(folder)), len(list_picture_folders(folder))
+    if max(video_count, folder_count) < 2:
         return ""
-    what = f"{videos} videos" if videos >= folders else f"{folders} folders of pictures"
+    contents = (
+        f"{video_count} videos"
+        if video_count >= folder_count
+        else f"{folder_count} folders of pictures"
+    )
     return (
-        f". It has {what} without poses; to find the poses, run: quarc-ref calibrate {folder} -o "
-        "CAPTURE"
+        f". It has {contents} without poses; to find the poses, run: quarc-ref calibrate {folder} "
+        "-o CAPTURE"
     )

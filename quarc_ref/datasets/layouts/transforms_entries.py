@@ -102,20 +102,20 @@ def _parse_document(document: object) -> Transforms:
     if not entries:
         message = "the list 'frames' is empty"
         raise ValueError(message)
-    rate = _number(document, "fps") if "fps" in document else None
-    if rate is not None and rate <= 0:
-        message = f"'fps' is {rate:g}, but it must be positive"
+    frame_rate = _get_number(document, "fps") if "fps" in document else None
+    if frame_rate is not None and frame_rate <= 0:
+        message = f"'fps' is {frame_rate:g}, but it must be positive"
         raise ValueError(message)
-    points = _text(document, "ply_file_path") if "ply_file_path" in document else None
-    return Transforms(tuple(entries), rate, points)
+    points = _get_text(document, "ply_file_path") if "ply_file_path" in document else None
+    return Transforms(tuple(entries), frame_rate, points)
 
 
-def _parse_entry(frame: dict[str, object], shared: dict[str, object]) -> Entry:
-    path = _text(frame, "file_path")
+def _parse_entry(frame: dict[str, object], defaults: dict[str, object]) -> Entry:
+    path = _get_text(frame, "file_path")
     try:
-        time = _number(frame, "time") if "time" in frame else None
-        mask = _text(frame, "mask_path") if "mask_path" in frame else None
-        lens = _parse_lens(ChainMap(frame, shared))
+        time = _get_number(frame, "time") if "time" in frame else None
+        mask = _get_text(frame, "mask_path") if "mask_path" in frame else None
+        lens = _parse_lens(ChainMap(frame, defaults))
         return Entry(path, lens, _parse_matrix(frame), time, mask)
     except (TypeError, ValueError) as error:
         message = f"frame {path}: {error}"
@@ -136,24 +136,26 @@ def _parse_lens(values: Mapping[str, object]) -> Lens:
     if model not in _COEFFICIENTS:
         message = f"camera model {model} is not supported; use one of {', '.join(_COEFFICIENTS)}"
         raise UnsupportedCameraError(message)
-    width, height = _number(values, "w"), _number(values, "h")
+    width, height = _get_number(values, "w"), _get_number(values, "h")
     if not (width.is_integer() and height.is_integer()):
         message = f"the picture size {width}x{height} is not a whole number of pixels"
         raise ValueError(message)
-    given = [_number(values, name) if name in values else 0.0 for name in _COEFFICIENTS[model]]
+    coefficients = [
+        _get_number(values, name) if name in values else 0.0 for name in _COEFFICIENTS[model]
+    ]
     return Lens(
         width=int(width),
         height=int(height),
-        fx=_number(values, "fl_x"),
-        fy=_number(values, "fl_y"),
-        cx=_number(values, "cx"),
-        cy=_number(values, "cy"),
-        coefficients=tuple(given),
+        fx=_get_number(values, "fl_x"),
+        fy=_get_number(values, "fl_y"),
+        cx=_get_number(values, "cx"),
+        cy=_get_number(values, "cy"),
+        coefficients=tuple(coefficients),
         fisheye=model == "OPENCV_FISHEYE",
     )
 
 
-def _number(values: Mapping[str, object], key: str) -> float:
+def _get_number(values: Mapping[str, object], key: str) -> float:
     value = values.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float):
         message = f"'{key}' is missing, or not a number"
@@ -161,7 +163,7 @@ def _number(values: Mapping[str, object], key: str) -> float:
     return float(value)
 
 
-def _text(values: Mapping[str, object], key: str) -> str:
+def _get_text(values: Mapping[str, object], key: str) -> str:
     value = values.get(key)
     if not isinstance(value, str):
         message = f"'{key}' is missing, or not a string"

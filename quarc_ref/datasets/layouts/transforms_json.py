@@ -55,80 +55,82 @@ def read_nerfstudio(folder: Path) -> Footage:
     transforms = read_transforms(path)
     entries = transforms.entries
     if all(PurePosixPath(entry.path).suffix.lower() in VIDEO_SUFFIXES for entry in entries):
-        return _join_videos(path, transforms, _build_rig(entries, path))
+        return _load_videos(path, transforms, _build_rig(entries, path))
     if all(entry.time is None for entry in entries):
-        entries = _number_by_name(entries)
+        entries = _set_times_by_name(entries)
     if all(entry.time is not None for entry in entries):
-        return _join_pictures(path, transforms, _build_rig(entries, path))
+        return _load_pictures(path, transforms, _build_rig(entries, path))
     message = (
         f"{path} is not a multi-view video: every entry must be a video, or a picture with a 'time'"
     )
     raise UnknownLayoutError(message)
 
 
-def _join_videos(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
+def _load_videos(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
     """Load a capture with one video per camera."""
     for camera, entries in zip(rig.cameras, rig.entries, strict=True):
         if len(entries) > 1:
             message = f"{path} names {len(entries)} videos for camera {camera.name}"
             raise CountMismatchError(message)
-    return _gather(path, transforms, rig)
+    return _make_footage(path, transforms, rig)
 
 
-def _join_pictures(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
+def _load_pictures(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
     """Load a capture with one picture file per camera and frame."""
     _require_equal_times(rig)
-    return _gather(path, transforms, rig)
+    return _make_footage(path, transforms, rig)
 
 
-def _gather(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
-    named = NamedFiles(path)
-    paths = [[named.find(entry.path) for entry in entries] for entries in rig.entries]
-    points, descriptions = _read_descriptions(path, transforms, named)
-    source, rate = open_pictures(paths, numbered=False), transforms.frames_per_second
-    masks = _open_masks(named, rig, source)
-    return Footage(rig.cameras, source, points, descriptions, rate, masks=masks)
+def _make_footage(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
+    resolver = NamedFiles(path)
+    paths = [[resolver.find(entry.path) for entry in entries] for entries in rig.entries]
+    points, descriptions = _read_descriptions(path, transforms, resolver)
+    source, frame_rate = open_pictures(paths, reject_gaps=False), transforms.frames_per_second
+    masks = _open_masks(resolver, rig, source)
+    return Footage(rig.cameras, source, points, descriptions, frame_rate, masks=masks)
 
 
-def _open_masks(named: NamedFiles, rig: _Rig, source: Pictures) -> FileMasks | None:
+def _open_masks(resolver: NamedFiles, rig: _Rig, source: Pictures) -> FileMasks | None:
     """Return the masks that the entries name; None if no entry names a mask."""
-    rows = [[named.find(e.mask) for e in entries if e.mask] for entries in rig.entries]
-    return FileMasks(rows, source.sizes, source.lengths) if any(rows) else None
+    mask_paths = [
+        [resolver.find(entry.mask) for entry in entries if entry.mask] for entries in rig.entries
+    ]
+    return FileMasks(mask_paths, source.sizes, source.lengths) if any(mask_paths) else None
 
 
 def _read_descriptions(
-    path: Path, transforms: Transforms, named: NamedFiles
+    path: Path, transforms: Transforms, resolver: NamedFiles
 ) -> tuple[Points | None, tuple[Path, ...]]:
     """Return the initial points, and the description files: `transforms.json` and points."""
     if transforms.points is None:
         return None, (path,)
-    points_path = named.find(transforms.points)
+    points_path = resolver.find(transforms.points)
     return read_points_ply(points_path), (path, points_path)
 
 
 def _require_equal_times(rig: _Rig) -> None:
     """Check that every camera has exactly one picture for each time."""
-    first = [entry.time for entry in rig.entries[0]]
+    first_times = [entry.time for entry in rig.entries[0]]
     for camera, entries in zip(rig.cameras, rig.entries, strict=True):
         times = [entry.time for entry in entries]
-        if times != first or len(set(times)) < len(times):
+        if times != first_times or len(set(times)) < len(times):
             message = (
                 f"the {len(times)} pictures of camera {camera.name} do not have the "
-                f"{len(first)} times of camera {rig.cameras[0].name}: every camera must be "
+                f"{len(first_times)} times of camera {rig.cameras[0].name}: every camera must be "
                 "static, and have one picture per time"
             )
             raise CountMismatchError(message)
 
 
-def _number_by_name(entries: Sequence[Entry]) -> tuple[Entry, ...]:
+def _set_times_by_name(entries: Sequence[Entry]) -> tuple[Entry, ...]:
     """Set each entry's time to its index, by name, among the entries of the same camera."""
     counts: dict[object, int] = {}
-    numbered = []
+    timed_entries = []
     for entry in sorted(entries, key=lambda entry: natural_order(entry.path)):
         key = (entry.lens, entry.matrix)
         counts[key] = counts.get(key, -1) + 1
-        numbered.append(replace(entry, time=float(counts[key])))
-    return tuple(numbered)
+        timed_entries.append(replace(entry, time=float(counts[key])))
+    return tuple(timed_entries)
 
 
 def _build_rig(entries: Sequence[Entry], path: Path) -> _Rig:
@@ -137,11 +139,11 @@ def _build_rig(entries: Sequence[Entry], path: Path) -> _Rig:
     for entry in sorted(entries, key=lambda entry: entry.time or 0.0):
         groups.setdefault((entry.lens, entry.matrix), []).append(entry)
     names = _name_cameras([[entry.path for entry in group] for group in groups.values()])
-    named = dict(zip(names, groups.values(), strict=True))
-    ordered = sorted(names, key=natural_order)
+    resolver = dict(zip(names, groups.values(), strict=True))
+    sorted_names = sorted(names, key=natural_order)
     return _Rig(
-        cameras=tuple(_make_camera(name, named[name][0], path) for name in ordered),
-        entries=tuple(tuple(named[name]) for name in ordered),
+        cameras=tuple(_make_camera(name, resolver[name][0], path) for name in sorted_names),
+        entries=tuple(tuple(resolver[name]) for name in sorted_names),
     )
 
 
@@ -159,13 +161,13 @@ def _name_cameras(groups: Sequence[Sequence[str]]) -> list[str]:
     A group is named after the common file name of its paths (`0000/cam00.png`), after their common
     folder (`cam00/0000.png`), or after the index of the group.
     """
-    parts: tuple[Callable[[PurePosixPath], str], ...] = (
+    name_functions: tuple[Callable[[PurePosixPath], str], ...] = (
         lambda path: path.stem,
         lambda path: path.parent.name,
     )
-    for part in parts:
-        shared = [{part(PurePosixPath(path)) for path in group} for group in groups]
-        names = [name for candidates in shared for name in candidates]
+    for get_name in name_functions:
+        group_names = [{get_name(PurePosixPath(path)) for path in group} for group in groups]
+        names = [name for candidates in group_names for name in candidates]
         if len(names) == len(set(names)) == len(groups):
             return names
     return [f"cam{index:02d}" for index in range(len(groups))]

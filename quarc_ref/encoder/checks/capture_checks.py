@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from quarc_ref.datasets.camera_geometry import PointProjection, camera_center, project_points
 from quarc_ref.datasets.capture import Capture, Image
-from quarc_ref.datasets.findings import Finding, list_names
+from quarc_ref.datasets.findings import Finding, format_names
 from quarc_ref.encoder.checks.color_agreement import compare_colors
 from quarc_ref.encoder.checks.picture_checks import find_odd_pictures
 from quarc_ref.format.cameras import Camera
@@ -39,14 +39,14 @@ class _ProjectedPoints:
         positions: `[P, 3]` positions, world units.
         colors: `[P, 3]` sRGB colors.
         views: Projections of the points, one per camera.
-        within: `[V, P]` whether a camera sees a point.
+        is_visible: `[V, P]` whether a camera sees a point.
     """
 
     cameras: tuple[Camera, ...]
     positions: NDArray[np.float32]
     colors: NDArray[np.uint8]
     views: tuple[PointProjection, ...]
-    within: NDArray[np.bool_]
+    is_visible: NDArray[np.bool_]
 
 
 def check_capture(capture: Capture) -> list[Finding]:
@@ -67,7 +67,7 @@ def check_capture(capture: Capture) -> list[Finding]:
         )
         raise UnusableCaptureError(message)
     seen = _measure_visibility(capture, cameras)
-    if not seen.within.any():
+    if not seen.is_visible.any():
         message = (
             f"none of the {len(capture.points.positions)} initial points of capture "
             f"{capture.name} is visible in a training view: check that poses and points have "
@@ -89,12 +89,12 @@ def _measure_visibility(capture: Capture, cameras: tuple[Camera, ...]) -> _Proje
     drawn = np.random.default_rng(0).permutation(len(points.positions))[:_MAX_POINTS]
     positions = points.positions[drawn]
     views = tuple(project_points(camera, positions) for camera in cameras)
-    within = np.stack([view.within for view in views])
+    within = np.stack([view.is_visible for view in views])
     return _ProjectedPoints(cameras, positions, points.colors[drawn], views, within)
 
 
 def _find_lost_points(seen: _ProjectedPoints) -> Iterator[Finding]:
-    outside = float(np.mean(~seen.within.any(axis=0)))
+    outside = float(np.mean(~seen.is_visible.any(axis=0)))
     if outside > _MAX_OUTSIDE:
         behind = float(np.mean(np.all([view.depths <= 0 for view in seen.views], axis=0)))
         message = (
@@ -105,11 +105,11 @@ def _find_lost_points(seen: _ProjectedPoints) -> Iterator[Finding]:
 
 
 def _find_blind_cameras(seen: _ProjectedPoints) -> Iterator[Finding]:
-    counts = seen.within.sum(axis=1)
+    counts = seen.is_visible.sum(axis=1)
     blind = _name(seen.cameras, np.flatnonzero(counts < _MIN_OF_MEDIAN * np.median(counts)))
     if blind:
         message = (
-            f"hardly any initial points are visible in the pictures of {list_names(blind)}: "
+            f"hardly any initial points are visible in the pictures of {format_names(blind)}: "
             "check the poses of these cameras"
         )
         yield Finding("camera-sees-no-points", message, blind)
@@ -118,7 +118,7 @@ def _find_blind_cameras(seen: _ProjectedPoints) -> Iterator[Finding]:
 def _find_one_place(seen: _ProjectedPoints) -> Iterator[Finding]:
     centers = np.stack([camera_center(camera) for camera in seen.cameras])
     radius = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
-    distances = np.concatenate([view.depths[view.within] for view in seen.views])
+    distances = np.concatenate([view.depths[view.is_visible] for view in seen.views])
     if radius < _MIN_RADIUS * np.median(distances):
         message = (
             "all training cameras are at the same position, so depth cannot be estimated: "
@@ -128,7 +128,7 @@ def _find_one_place(seen: _ProjectedPoints) -> Iterator[Finding]:
 
 
 def _find_too_few_cameras(seen: _ProjectedPoints) -> Iterator[Finding]:
-    by_few = float(np.mean(seen.within.sum(axis=0) < _ENOUGH_VIEWS))
+    by_few = float(np.mean(seen.is_visible.sum(axis=0) < _ENOUGH_VIEWS))
     degrees = _measure_parallax(seen)
     if by_few > _MAX_SEEN_BY_FEW or degrees > _MAX_DEGREES:
         message = (
@@ -150,7 +150,7 @@ def _measure_parallax(seen: _ProjectedPoints) -> float:
     centers = np.stack([camera_center(camera) for camera in seen.cameras])
     directions = seen.positions - centers[:, None]
     directions /= np.maximum(np.linalg.norm(directions, axis=2, keepdims=True), 1e-12)
-    nearest = [_nearest_cosines(directions, seen.within, view) for view in range(len(centers))]
+    nearest = [_nearest_cosines(directions, seen.is_visible, view) for view in range(len(centers))]
     found = np.concatenate([cosines[cosines >= -1] for cosines in nearest])
     return float(np.degrees(np.arccos(np.clip(np.median(found), -1, 1)))) if found.size else 0.0
 
@@ -168,7 +168,7 @@ def _nearest_cosines(
 
 def _read_first(capture: Capture) -> Iterator[Image]:
     """Yield the training views' pictures of the frame that the initial points belong to."""
-    whole = capture.whole
+    whole = capture.full_capture
     return (whole.image(index, 0) for index in whole.training)
 
 
@@ -181,7 +181,7 @@ def _find_wrong_poses(capture: Capture, seen: _ProjectedPoints) -> Iterator[Find
         ]
         message = (
             "pictures and poses are mixed up: the pictures of some cameras fit the pose of "
-            f"another one better ({list_names(pairs)}): check the order of the poses"
+            f"another one better ({format_names(pairs)}): check the order of the poses"
         )
         yield Finding(
             "poses-mixed-up", message, _name(seen.cameras, [i for i, _ in found.mixed_up])
@@ -189,7 +189,7 @@ def _find_wrong_poses(capture: Capture, seen: _ProjectedPoints) -> Iterator[Find
     if found.wrong:
         names = _name(seen.cameras, found.wrong)
         message = (
-            f"the pictures of {list_names(names)} do not show the initial points where their "
+            f"the pictures of {format_names(names)} do not show the initial points where their "
             "poses put them. If other cameras are fine, these poses are wrong: calibrate "
             "again with more matches (calibrate --moments 16), or check that pose, lens and "
             "picture belong to the same camera. If many cameras are named, the points are of "

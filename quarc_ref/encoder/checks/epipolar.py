@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from quarc_ref.datasets.camera_geometry import camera_center
 from quarc_ref.datasets.capture import Capture, Image
 from quarc_ref.datasets.findings import Finding
-from quarc_ref.datasets.matches import find_features, match
+from quarc_ref.datasets.matches import find_features, match_features
 from quarc_ref.format.cameras import Camera
 
 _NEAREST = 4
@@ -91,7 +91,7 @@ def _measure_pairs(capture: Capture) -> list[_Pair]:
     ]
     pairs = []
     for first, second, degrees in _choose_pairs(cameras):
-        ours, theirs = match(features[first], features[second])
+        ours, theirs = match_features(features[first], features[second])
         if len(ours):
             distances = _measure_distances(
                 ours * factors[first], theirs * factors[second], cameras[first], cameras[second]

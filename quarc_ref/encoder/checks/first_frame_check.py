@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from quarc_ref.datasets.findings import Finding, list_names
+from quarc_ref.datasets.findings import Finding, format_names
 from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.exposure import estimate_gain
@@ -86,7 +86,7 @@ def judge_views(views: Sequence[ViewQuality]) -> Iterator[Finding]:
         names = tuple(view.name for view in low)
         shown = [f"{view.name} ({view.psnr:.1f} dB)" for view in low]
         message = (
-            f"the quality of the first frame is far lower for {list_names(shown)} than for "
+            f"the quality of the first frame is far lower for {format_names(shown)} than for "
             f"the other training views (median {median(v.psnr for v in views):.1f} dB): "
             "check the poses and pictures of these cameras"
         )

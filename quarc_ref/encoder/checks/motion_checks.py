@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from quarc_ref.datasets.camera_geometry import camera_center
 from quarc_ref.datasets.capture_notes import NOTES_NAME
-from quarc_ref.datasets.findings import Finding, list_names
+from quarc_ref.datasets.findings import Finding, format_names
 from quarc_ref.encoder.checks.recording import Recording
 from quarc_ref.format.cameras import Camera
 
@@ -68,7 +68,7 @@ def _find_frozen(names: Sequence[str], frozen: NDArray[np.bool_]) -> Iterator[Fi
     odd = tuple(names[i] for i in np.flatnonzero(frozen).tolist())
     if odd:
         message = (
-            f"{list_names(odd)} shows the same picture in all frames, while other cameras "
+            f"{format_names(odd)} shows the same picture in all frames, while other cameras "
             "show motion: use the right file, or remove the camera"
         )
         yield Finding("frozen-camera", message, odd)
@@ -86,7 +86,7 @@ def _find_repeats(names: Sequence[str], recordings: Sequence[Recording]) -> Iter
         repeated = (relative[index] < _REPEATED) & (others > _OTHERS_MOVE) & both_there
         repeats = np.flatnonzero(repeated) + 1
         if repeats.size >= _MIN_REPEATS:
-            frames = list_names([str(frame) for frame in repeats])
+            frames = format_names([str(frame) for frame in repeats])
             message = (
                 f"{name} repeats the previous picture in frame {frames}: frames were lost in "
                 "recording or conversion; convert the original recording again"

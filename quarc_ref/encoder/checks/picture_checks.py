@@ -13,7 +13,7 @@ from scipy.ndimage import uniform_filter1d
 
 from quarc_ref.datasets.camera_geometry import PointProjection
 from quarc_ref.datasets.capture import Image
-from quarc_ref.datasets.findings import Finding, list_names
+from quarc_ref.datasets.findings import Finding, format_names
 from quarc_ref.encoder.checks.visibility import drop_hidden
 from quarc_ref.format.cameras import Camera
 
@@ -110,7 +110,7 @@ def _find_exposures(names: Sequence[str], stops: Numbers) -> Iterator[Finding]:
     if odd:
         listed = [f"{names[i]} by {exposures[i]:+.1f} stops" for i in odd]
         message = (
-            f"exposures differ from those of most cameras: {list_names(listed)}. Lock "
+            f"exposures differ from those of most cameras: {format_names(listed)}. Lock "
             "exposure, ISO and aperture, or correct the videos; the encoder corrects only "
             "smaller differences"
         )
@@ -127,7 +127,7 @@ def _find_colors(names: Sequence[str], stops: Numbers) -> Iterator[Finding]:
             for i in odd
         ]
         message = (
-            f"colors differ from those of most cameras: {list_names(listed)}. Lock the white "
+            f"colors differ from those of most cameras: {format_names(listed)}. Lock the white "
             "balance, or correct the videos"
         )
         yield Finding("colors-differ", message, tuple(names[i] for i in odd))
@@ -137,7 +137,7 @@ def _find_blurred(names: Sequence[str], blurs: Numbers) -> Iterator[Finding]:
     odd = tuple(names[i] for i in np.flatnonzero(blurs > np.median(blurs) + _MAX_BLUR).tolist())
     if odd:
         message = (
-            f"the pictures of {list_names(odd)} are more blurred than those of the other "
+            f"the pictures of {format_names(odd)} are more blurred than those of the other "
             "cameras: check focus and shutter, or remove these cameras"
         )
         yield Finding("blurred", message, odd)

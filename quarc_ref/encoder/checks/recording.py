@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from quarc_ref.datasets.capture import Capture, Image
 from quarc_ref.datasets.errors import CaptureError
-from quarc_ref.datasets.findings import Finding, list_names
+from quarc_ref.datasets.findings import Finding, format_names
 
 _COLUMNS = 96
 _MAX_KEPT = 240  # frames: later pictures are read but not kept
@@ -78,7 +78,7 @@ def find_unreadable(names: list[str], recordings: list[Recording]) -> Iterator[F
     for name, recording in zip(names, recordings, strict=True):
         if recording.faults:
             first = min(recording.faults)
-            frames = list_names([str(frame) for frame in sorted(recording.faults)])
+            frames = format_names([str(frame) for frame in sorted(recording.faults)])
             message = f"frame {frames} of {name} cannot be read: {recording.faults[first]}"
             yield Finding("unreadable-frame", message, (name,))
 

@@ -16,7 +16,7 @@ def drop_hidden(camera: Camera, projection: PointProjection) -> NDArray[np.intp]
     Only the nearest points in each cell of the picture are kept. Cells are small, so that
     a stray point in front of the camera occludes few others.
     """
-    seen = np.flatnonzero(projection.within)
+    seen = np.flatnonzero(projection.is_visible)
     if not seen.size:
         return seen
     side = max(1.0, (camera.width * camera.height * _POINTS_PER_CELL / seen.size) ** 0.5)

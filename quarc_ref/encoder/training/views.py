@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import torch
 from torch import Tensor
 
-from quarc_ref.datasets.calibration import shrink
+from quarc_ref.datasets.calibration import downscale_camera
 from quarc_ref.datasets.capture import Capture, Mask
 from quarc_ref.format.cameras import Camera
 
@@ -31,7 +31,9 @@ class TrainingViews:
         self._device = device
         self._downscale = downscale
         self._indices = capture.training
-        self._cameras = tuple(shrink(capture.cameras[index], downscale) for index in self._indices)
+        self._cameras = tuple(
+            downscale_camera(capture.cameras[index], downscale) for index in self._indices
+        )
         self._extent = measure_extent(self._cameras)
         self._pictures: dict[tuple[int, int], Tensor] = {}
         self._masks: dict[tuple[int, int], Tensor | None] = {}

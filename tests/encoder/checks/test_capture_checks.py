@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.datasets.camera_geometry import camera_center
-from quarc_ref.datasets.findings import list_names
+from quarc_ref.datasets.findings import format_names
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.checks.capture_checks import check_capture
 from quarc_ref.encoder.segments import slice_capture
@@ -215,5 +215,5 @@ def test_one_fault_does_not_hide_another(correct_capture):
 
 
 def test_names_after_the_fifth_are_counted():
-    assert list_names([*"abcde"]) == "a, b, c, d, e"
-    assert list_names([*"abcdefg"]) == "a, b, c, d, e and 2 more"
+    assert format_names([*"abcde"]) == "a, b, c, d, e"
+    assert format_names([*"abcdefg"]) == "a, b, c, d, e and 2 more"
