@@ -104,7 +104,7 @@ def test_a_stream_of_standard_input_is_rendered_too(made, tmp_path):
         (["--to", "mp4", "--pixels", "yuv420p", "--width", "33"], "even"),
         (["--to", "png", "--width", "1000000"], "at most 32,767 pixels a side"),
         (["--to", "png", "--width", "16384"], "16384 x 12288 are too large"),
-        (["--to", "mp4", "--width", "20000"], "too large for H.264: at most 16,384 pixels"),
+        (["--to", "mp4", "--width", "20000"], "too large for H.264: the limits are 16,384 pixels"),
         (["--to", "mp4", "--width", f"1{'0' * 400}"], "too large"),
     ],
 )

@@ -100,7 +100,7 @@ def test_a_near_bound_excludes_one_point_in_a_hundred():
 @pytest.mark.parametrize("size", [(1 << 15, 4), (4, 10**30), (1 << 14, 1 << 14)])
 def test_a_size_too_large_for_undistortion_maps_is_rejected(size):
     with pytest.raises(
-        ValueError, match="too large: at most 32,767 pixels a side, and 134,217,728"
+        ValueError, match="too large: the limits are 32,767 pixels per side and 134,217,728"
     ):
         Lens(*size, 40.0, 40.0, 20.0, 17.0)
 
@@ -108,7 +108,9 @@ def test_a_size_too_large_for_undistortion_maps_is_rejected(size):
 @pytest.mark.parametrize("size", [((1 << 14) + 1, 4), (4, 10**400), (1 << 14, (1 << 13) + 1)])
 def test_a_size_that_no_video_has_is_rejected(size):
     require_video_size(1 << 14, 1 << 13)
-    with pytest.raises(ValueError, match=r"H\.264: at most 16,384 pixels a side, and 134,217,728"):
+    with pytest.raises(
+        ValueError, match=r"H\.264: the limits are 16,384 pixels per side and 134,217,728"
+    ):
         require_video_size(*size)
 
 

@@ -114,7 +114,9 @@ def test_frames_can_start_later(n3dv_folder, pictures):
 
 
 def test_a_start_after_the_last_frame_is_rejected(n3dv_folder):
-    with pytest.raises(StartError, match=r"6 frames common to all cameras.*from frame 6 on"):
+    with pytest.raises(
+        StartError, match=r"cannot start at frame 6: .* 6 frames common to all cameras"
+    ):
         open_capture(n3dv_folder, CaptureOptions(start=6))
 
 

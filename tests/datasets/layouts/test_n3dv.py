@@ -224,8 +224,14 @@ def test_a_wrong_byte_in_the_poses_gives_poses_or_a_named_error(
         (lambda row: row.__setitem__(0, row[0] + 0.1), "cam01: .*not orthonormal"),
         (lambda row: row.__setitem__([0, 5, 10], -row[[0, 5, 10]]), "cam01: .*left-handed"),
         (lambda row: row.__setitem__(14, -40.0), "cam01: .*focal lengths must be positive"),
-        (lambda row: row.__setitem__(15, 0.0), "cam01: .*must be positive and ascending"),
-        (lambda row: row.__setitem__(16, 1.0), "cam01: .*must be positive and ascending"),
+        (
+            lambda row: row.__setitem__(15, 0.0),
+            "cam01: .*must be positive and less than the far depth",
+        ),
+        (
+            lambda row: row.__setitem__(16, 1.0),
+            "cam01: .*must be positive and less than the far depth",
+        ),
     ],
 )
 def test_rows_that_are_not_poses_are_rejected_with_the_camera(folder, rows, change, fault):

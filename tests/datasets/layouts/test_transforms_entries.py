@@ -121,7 +121,7 @@ def test_rate_points_and_times_are_read_from_their_keys(path):
         ({}, "no list 'frames'"),
         ({"frames": {}}, "no list 'frames'"),
         ({"frames": []}, "'frames' is empty"),
-        ({"frames": [1]}, "frame 0 is not an object"),
+        ({"frames": [1]}, "item 0 of 'frames' is not an object"),
         ({**SHARED, "frames": [{"transform_matrix": []}]}, "'file_path' is missing"),
         ({**SHARED, "frames": [{"file_path": "a.png"}]}, "frame a.png: .*not 4x4"),
         ({**SHARED, "frames": [{**FRAME, "transform_matrix": [[1], [1, 2]]}]}, "frame a.png"),

@@ -92,7 +92,7 @@ def test_a_missing_picture_is_named(frames_folder, shots):
     (frames_folder / "frames" / "0003" / "cam01.png").unlink()
     scenes.write_transforms(frames_folder, scenes.picture_document(shots))
 
-    with pytest.raises(MissingFileError, match=r"0003/cam01.png, which .*json names, is missing"):
+    with pytest.raises(MissingFileError, match=r"json names .*0003/cam01.png, which is missing"):
         read_nerfstudio(frames_folder)
 
 
