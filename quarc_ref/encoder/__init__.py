@@ -1,14 +1,14 @@
-"""The QuARC encoder, which trains and writes a `.quarc` stream from a capture.
+"""The QuARC encoder, which trains Gaussians on a capture and writes a `.quarc` stream.
 
     with open("out.quarc", "wb") as sink:
         encode(open_capture("flame_steak"), sink, EncodeOptions(choose_preset("main")))
 
-Gaussians of other methods are encoded without pictures and without torch:
+Gaussians that another method has trained are encoded without pictures and without torch:
 
     report = encode_scenes(frames, sink, SceneOptions(frames_per_second=30))
 
-torch is imported only with `encode` and its options, because writing a stream from given
-records (`closed_loop`) does not need it.
+Names are imported on first use, so that torch is loaded only by `encode` and its options.
+Writing a stream from existing records (`closed_loop`) does not need torch.
 """
 
 import os
@@ -47,8 +47,8 @@ _MODULES = {
     "encode_scenes": "scenes.encode_scenes",
 }
 
-# Waiting threads must not spin: on few cores, spinning starves the other thread pool.
-# Must be set before torch loads its OpenMP.
+# On few cores, threads that spin while they wait slow down the other thread pool.
+# OpenMP reads this variable when torch loads it.
 if (os.cpu_count() or 1) <= 4:
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 

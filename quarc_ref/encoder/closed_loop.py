@@ -15,8 +15,8 @@ from quarc_ref.encoder.frame_coder import (
     CodedFrame,
     FrameCoder,
     FrameStart,
-    GivenUpdates,
     MovedFrame,
+    UpdateSource,
 )
 from quarc_ref.encoder.loop_decoder import LoopDecoder
 from quarc_ref.format import container, wire
@@ -44,12 +44,12 @@ class ClosedLoop:
         header: Header of the stream.
         cameras: Content of the `came` chunk.
         metadata: Content of the `meta` chunk.
-        held: Number of bytes of the stream that the sink already has; `replay` must be
-            called with their frames before others are committed.
+        existing_bytes: Number of bytes of the stream that the sink already has. `replay` must be
+            called with the frames in these bytes before further frames are committed.
 
     Attributes:
         state: The decoder's state of the last frame.
-        frame_bytes: Size of the last frame's chunk including its framing.
+        frame_bytes: Size of the last frame's chunk including its framing, bytes.
         engine: The decoder's engine.
     """
 
@@ -62,23 +62,25 @@ class ClosedLoop:
         header: StreamHeader,
         cameras: tuple[Camera, ...],
         metadata: dict[str, str],
-        held: int = 0,
+        existing_bytes: int = 0,
     ) -> None:
         self.engine: Engine[Any] = choose_engine()
         self._coder = FrameCoder(self.engine, header)
         self._decoder = LoopDecoder(self.engine)
         self._decoded: FrameState | None = None
-        self._writer = StreamWriter(sink, wire.build_stream_header(header), self._decode, held)
+        self._writer = StreamWriter(
+            sink, wire.build_stream_header(header), self._decode, existing_bytes
+        )
         self._writer.write(container.CAME, wire.build_cameras(cameras))
         self._writer.write(container.META, wire.build_metadata(metadata))
 
     @property
     def byte_count(self) -> int:
-        """Bytes of the stream so far."""
+        """Number of bytes written to the stream so far."""
         return self._writer.offset
 
     def replay(self, chunk: Chunk) -> FrameState:
-        """Decode a frame that the sink already has, without writing it again.
+        """Decode a frame that the sink already contains, without writing its bytes again.
 
         Returns:
             The decoder's state of the frame.
@@ -99,59 +101,59 @@ class ClosedLoop:
         return self.state
 
     def start_frame(self, death_count: int) -> FrameStart:
-        """Start the frame after the last one committed; see `FrameCoder.start`."""
-        return self._coder.start(self.state, death_count)
+        """Start the frame after the last committed frame; see `FrameCoder.start_frame`."""
+        return self._coder.start_frame(self.state, death_count)
 
     def move_frame(
-        self, start: FrameStart, symbols: list[Int64], updates: GivenUpdates = None
+        self, start: FrameStart, symbols: list[Int64], updates: UpdateSource = None
     ) -> MovedFrame:
-        """Code the motion and updates of a frame; see `FrameCoder.move`."""
-        return self._coder.move(start, symbols, updates)
+        """Code the motion and updates of a frame; see `FrameCoder.move_frame`."""
+        return self._coder.move_frame(start, symbols, updates)
 
     def birth_bytes(self, moved: MovedFrame, births: Births) -> int:
-        """Size of the births of a frame; see `FrameCoder.birth_bytes`."""
+        """Return the size of the births section in bytes; see `FrameCoder.birth_bytes`."""
         return self._coder.birth_bytes(moved, births)
 
     def commit_canonical(self, gaussians: Gaussians, frame: int) -> FrameState:
-        """Write a canonical frame; see `FrameCoder.canonical`.
+        """Write a canonical frame; see `FrameCoder.code_canonical`.
 
         Returns:
             The decoder's state of the frame.
         """
-        return self._commit(self._coder.canonical(gaussians, frame))
+        return self._commit(self._coder.code_canonical(gaussians, frame))
 
     def commit_frame(self, moved: MovedFrame, births: Births | None) -> FrameState:
-        """Write a frame with its births.
+        """Write a frame with its births as a FRAM chunk.
 
         Raises:
             EncodeError: A new Gaussian is out of the format's range.
             ClosedLoopError: The chunk decodes to a different state.
-            ValueError: The frame does not follow the last one committed.
+            ValueError: The frame does not follow the last committed frame.
         """
         self._require_next(moved)
-        return self._commit(self._coder.with_births(moved, births))
+        return self._commit(self._coder.complete_frame(moved, births))
 
     def commit_as_canonical(self, moved: MovedFrame, births: Births | None) -> FrameState:
-        """Write a frame as a canonical one; see `FrameCoder.as_canonical`.
+        """Write a frame as a canonical frame; see `FrameCoder.code_as_canonical`.
 
         Raises:
             EncodeError: A Gaussian is out of the format's range.
             ClosedLoopError: The chunk decodes to a different state.
-            ValueError: The frame does not follow the last one committed.
+            ValueError: The frame does not follow the last committed frame.
         """
         self._require_next(moved)
-        return self._commit(self._coder.as_canonical(moved, births))
+        return self._commit(self._coder.code_as_canonical(moved, births))
 
     def commit_as_snapshot(
         self, moved: MovedFrame, births: Births | None, dead_zone: int = 0
     ) -> FrameState:
-        """Write a frame as a snapshot; see `FrameCoder.as_snapshot`.
+        """Write a frame as a snapshot; see `FrameCoder.code_as_snapshot`.
 
         Raises:
             EncodeError: A Gaussian is out of the format's range.
             ClosedLoopError: The chunk decodes to a different state.
-            ValueError: The stream has no snapshots, or the frame does not follow the last one
-                committed.
+            ValueError: The header does not allow snapshots, or the frame does not follow the
+                last committed frame.
         """
         reference = self._decoder.reference
         if reference is None:
@@ -159,36 +161,38 @@ class ClosedLoop:
             raise ValueError(message)
         self._require_next(moved)
         roots = self._decoder.roots
-        return self._commit(self._coder.as_snapshot(moved, births, reference, roots, dead_zone))
+        return self._commit(
+            self._coder.code_as_snapshot(moved, births, reference, roots, dead_zone)
+        )
 
     def finish(self) -> None:
-        """Write the end of the stream: index and tail."""
+        """Write the index and the TAIL chunk."""
         self._writer.finish()
 
     def _require_next(self, moved: MovedFrame) -> None:
         if moved.previous is not self.state:
-            message = "the frame does not follow the last one committed"
+            message = "the frame does not follow the last committed frame"
             raise ValueError(message)
 
-    def _commit(self, coded: CodedFrame) -> FrameState:
-        """Write a frame and return the decoder's state of it."""
-        if coded.previous is not None and coded.chunk is not None:
-            self._decoder.store(coded.previous, coded.chunk, coded.state)
-        self._write(coded.kind, coded.payload)
-        decoded = self._decoded
-        if decoded is not coded.state and (
-            decoded is None or not _is_same_scene(decoded.scene, coded.state.scene)
+    def _commit(self, frame: CodedFrame) -> FrameState:
+        """Write a frame; return the decoder's state of the frame."""
+        if frame.previous is not None and frame.chunk is not None:
+            self._decoder.store(frame.previous, frame.chunk, frame.state)
+        self._write(frame.kind, frame.payload)
+        decoded_state = self._decoded
+        if decoded_state is not frame.state and (
+            decoded_state is None or not _is_same_scene(decoded_state.scene, frame.state.scene)
         ):
             message = (
-                f"frame {coded.state.scene.frame} decodes to a state that differs from the "
+                f"frame {frame.state.scene.frame} decodes to a state that differs from the "
                 "encoder's"
             )
             raise ClosedLoopError(message)
-        self.state = decoded
-        return decoded
+        self.state = decoded_state
+        return decoded_state
 
     def _write(self, kind: bytes, payload: bytes) -> None:
-        """Write a chunk, which the writer passes to the decoder first, and store its size."""
+        """Write a chunk and store its size; the writer passes the chunk to the decoder first."""
         offset = self._writer.offset
         self._writer.write(kind, payload)
         self.frame_bytes = self._writer.offset - offset
@@ -202,7 +206,7 @@ class ClosedLoop:
 
 
 def _is_same_scene(first: Scene, second: Scene) -> bool:
-    """Return whether two scenes have the same integers."""
+    """Return whether all integers of two scenes are equal."""
     return (first.frame, first.phase) == (second.frame, second.phase) and all(
         np.array_equal(getattr(first, plane), getattr(second, plane))
         for plane in ("ids", "positions", "rotations", "codes")

@@ -1,9 +1,9 @@
-"""The dead zone of snapshots: small moves since the canonical frame are undone.
+"""The dead zone of snapshots: snapshots undo small moves since the canonical frame.
 
-A snapshot is the state from which decoding continues, so the encoder may choose it. Many
-Gaussians have drifted by a step or two, which costs bytes in a snapshot but does not
-change the picture (docs/experiments/what-moves.md). Codes of scale, opacity and color have
-no dead zone, because undoing their smallest changes is visible.
+Decoding continues from the state in a snapshot, so the encoder may change this state. Many
+Gaussians have drifted by a step or two since the canonical frame. Coding the drift costs
+bytes but does not change the picture (docs/experiments/what-moves.md). Codes of scale,
+opacity and color have no dead zone, because undoing even the smallest change is visible.
 """
 
 import numpy as np
@@ -18,30 +18,36 @@ def undo_small_moves(
 ) -> Gaussians:
     """Return the Gaussians of a snapshot after undoing moves within the dead zone.
 
-    A position returns to that of the canonical frame if it differs by at most `steps`
-    translation steps on every axis; a rotation if its coded components differ by at most
-    `steps` units of 2^-`rotation_bits` each.
+    A position is set to the position in the canonical frame if both differ by at most `steps`
+    translation steps on every axis. A rotation is set to the canonical one if each coded
+    component differs by at most `steps` units of 2^-`rotation_bits`.
 
     Args:
         gaussians: Gaussians on the grid of canonical frames.
-        canonical: Gaussians of the last canonical frame (CANO), in its order.
-        roots: `[N]` index of each Gaussian in the CANO; -1 for new ones.
+        canonical: Gaussians of the last canonical frame (CANO), in the order of the chunk.
+        roots: `[N]` index of each Gaussian in `canonical`; -1 for Gaussians added later.
         header: Header of the stream.
-        steps: Size of the dead zone; 0 for none.
+        steps: Size of the dead zone in steps; 0: no dead zone.
     """
-    (known,) = np.nonzero(roots >= 0)
-    reach = divide_round(np.array(steps * header.translation_step), header.position_step).item()
+    (in_canonical,) = np.nonzero(roots >= 0)
+    position_limit = divide_round(
+        np.array(steps * header.translation_step), header.position_step
+    ).item()
     positions, rotations = gaussians.positions.copy(), gaussians.rotations.copy()
-    for rows, before, limits in (
-        (positions, canonical.positions, (reach,) * 3),
+    for rows, canonical_rows, limits in (
+        (positions, canonical.positions, (position_limit,) * 3),
         (rotations, canonical.rotations, (0, steps, steps, steps)),
     ):
-        near = known[_differ_little(rows[:, known], before[:, roots[known]], limits)]
-        rows[:, near] = before[:, roots[near]]
+        undone = in_canonical[
+            _find_small_changes(
+                rows[:, in_canonical], canonical_rows[:, roots[in_canonical]], limits
+            )
+        ]
+        rows[:, undone] = canonical_rows[:, roots[undone]]
     return Gaussians(positions, rotations, gaussians.codes)
 
 
-def _differ_little(rows: Int64, before: Int64, limits: tuple[int, ...]) -> Bits:
-    """Return a mask of the columns in which no row differs by more than its limit."""
-    near: Bits = np.all(np.abs(rows - before) <= np.array(limits)[:, None], axis=0)
-    return near
+def _find_small_changes(rows: Int64, canonical_rows: Int64, limits: tuple[int, ...]) -> Bits:
+    """Return a mask of the columns in which every row differs by at most the row's limit."""
+    is_small: Bits = np.all(np.abs(rows - canonical_rows) <= np.array(limits)[:, None], axis=0)
+    return is_small

@@ -1,4 +1,4 @@
-"""Metadata that describes how a stream was made, and that `--resume` compares."""
+"""Metadata that describes how a stream was made; `--resume` compares it with the new encode."""
 
 from importlib.metadata import version
 from typing import Any
@@ -24,17 +24,17 @@ def describe_encode(capture: Capture, config: EncoderConfig, device: str) -> dic
     """
     renderer = choose_rasterizer(choose_device(device)).name
     libraries = ", ".join(f"{name} {version(name)}" for name in sorted({"torch", renderer}))
-    start = {"start": str(capture.start)} if capture.start else {}
+    start_entry = {"start": str(capture.start)} if capture.start else {}
     return {
         "capture": capture.name,
         "fingerprint": capture.fingerprint,
-        **start,
+        **start_entry,
         **describe_up(capture.notes),
         "encoder": f"quarc-ref {__version__}, {libraries}",
-        "settings": " ".join(f"{name}={value}" for name, value in _list_changed(config)),
+        "settings": " ".join(f"{name}={value}" for name, value in _list_changed_settings(config)),
     }
 
 
-def _list_changed(config: EncoderConfig) -> list[tuple[str, Any]]:
+def _list_changed_settings(config: EncoderConfig) -> list[tuple[str, Any]]:
     defaults = dict(list_settings(EncoderConfig()))
     return [(name, value) for name, value in list_settings(config) if value != defaults[name]]

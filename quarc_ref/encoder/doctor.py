@@ -1,8 +1,8 @@
 """Finds problems of a capture before hours are spent on encoding it.
 
-`encode` runs only the quick part, `checks.capture_checks`. This module also reads all
-frames of all cameras, including held-out ones, which can have faults too. An error that
-prevents opening the capture is reported as a finding.
+`encode` runs only the quick checks (`checks.capture_checks`). This module also reads all
+frames of all cameras, including held-out cameras. If the capture cannot be opened, the
+error is reported as a finding.
 """
 
 import re
@@ -31,7 +31,7 @@ class Examination:
     """Options for examining a capture.
 
     Attributes:
-        opening: Options for opening the capture.
+        opening: Options of `open_capture`.
         quick: Whether to check only files and frame 0, as `encode` does.
         config: Settings of the encode to forecast.
         device: Device, as in `EncodeOptions`.
@@ -52,9 +52,9 @@ class Diagnosis:
     Attributes:
         layout: Name of the layout; None if it is unknown.
         capture: The opened capture; None if it cannot be opened.
-        forecast: Forecast of an encode; None if it is not possible.
+        forecast: Forecast of an encode; None if the capture cannot be encoded.
         machine: Free resources of this machine.
-        findings: All faults; empty if the capture is good.
+        findings: All faults that were found.
     """
 
     layout: str | None
@@ -69,33 +69,33 @@ def examine(folder: Path, examination: Examination | None = None) -> Diagnosis:
 
     Args:
         folder: Folder of the capture.
-        examination: Options.
+        examination: Options; None for the defaults.
 
     Raises:
         HeldOutError: A camera to hold out does not exist.
         StartError: The requested first frame is after the last one.
         DownscaleError: The pictures cannot be downscaled by the requested factor.
     """
-    asked, machine = examination or Examination(), measure_machine()
+    options, machine = examination or Examination(), measure_machine()
     layout = None
     try:
         layout = choose_layout(folder).name
-        capture = open_capture(folder, asked.opening)
+        capture = open_capture(folder, options.opening)
     except (HeldOutError, StartError):
         raise
     except CaptureError as error:
-        return Diagnosis(layout, None, None, machine, (_as_finding(error),))
+        return Diagnosis(layout, None, None, machine, (_to_finding(error),))
     findings = [*capture.findings]
     try:
         findings += check_capture(capture)
-        if not asked.quick:
-            findings += _examine_frames(capture, asked.progress)
-        needs = forecast(capture, asked.config, device=asked.device)
+        if not options.quick:
+            findings += _examine_frames(capture, options.progress)
+        encode_forecast = forecast(capture, options.config, device=options.device)
     except (CaptureError, UnusableCaptureError) as error:
-        findings.append(_as_finding(error))
-        return Diagnosis(layout, capture, None, machine, _drop_repeats(findings))
-    findings += find_shortages(machine, needs.memory_bytes, needs.disk_bytes)
-    return Diagnosis(layout, capture, needs, machine, _drop_repeats(findings))
+        findings.append(_to_finding(error))
+        return Diagnosis(layout, capture, None, machine, _drop_repeated_findings(findings))
+    findings += find_shortages(machine, encode_forecast.memory_bytes, encode_forecast.disk_bytes)
+    return Diagnosis(layout, capture, encode_forecast, machine, _drop_repeated_findings(findings))
 
 
 def _examine_frames(capture: Capture, progress: Progress) -> list[Finding]:
@@ -109,20 +109,25 @@ def _examine_frames(capture: Capture, progress: Progress) -> list[Finding]:
     ]
 
 
-def _as_finding(error: Exception) -> Finding:
-    """Convert an error to a finding, whose kind is the name of its class."""
+def _to_finding(error: Exception) -> Finding:
+    """Convert an error to a finding whose kind is the name of the error's class."""
     words = re.findall("[A-Z][a-z]+", type(error).__name__.removesuffix("Error"))
     return Finding("-".join(words).lower(), str(error))
 
 
-def _drop_repeats(findings: list[Finding]) -> tuple[Finding, ...]:
-    """Drop findings about poses that the color check has already reported."""
-    named = {camera for each in findings if each.kind in _BY_COLORS for camera in each.cameras}
+def _drop_repeated_findings(findings: list[Finding]) -> tuple[Finding, ...]:
+    """Drop epipolar findings about cameras that the color check has already reported."""
+    reported_cameras = {
+        camera
+        for finding in findings
+        if finding.kind in _COLOR_CHECK_KINDS
+        for camera in finding.cameras
+    }
     return tuple(
-        each
-        for each in findings
-        if each.kind != "epipolar-error" or not named.issuperset(each.cameras)
+        finding
+        for finding in findings
+        if finding.kind != "epipolar-error" or not reported_cameras.issuperset(finding.cameras)
     )
 
 
-_BY_COLORS = ("pose-disagrees", "poses-mixed-up")
+_COLOR_CHECK_KINDS = ("pose-disagrees", "poses-mixed-up")

@@ -22,9 +22,10 @@ class EncodeOptions:
         device: `cpu`, `cuda`, or `auto`: CUDA if a device and gsplat are available.
         progress: Called after every training step.
         checkpoint: File in which the training of frame 0 is saved every minute, and from
-            which training resumes if the file belongs to this encode; None for no file.
+            which training resumes if the file belongs to this encode; None: training is not
+            saved.
         checks: Whether to check the capture before frame 0 is trained.
-        report: Called with every finding, which is a reason to expect poor quality.
+        report: Called with every finding, that is, every reason to expect poor quality.
         monitor: Called for every training step and every frame.
     """
 
@@ -38,14 +39,14 @@ class EncodeOptions:
     monitor: Monitor = field(default_factory=NullMonitor)
 
     def check(self, capture: Capture) -> None:
-        """Check a capture and report findings, unless `checks` is off.
+        """Check a capture and report the findings, if `checks` is set.
 
         Raises:
             UnusableCaptureError: The capture cannot be encoded with useful quality.
             CaptureError: A picture cannot be read.
         """
         if self.checks:
-            cut_as_asked = self.frames is not None
+            is_frame_count_requested = self.frames is not None
             for finding in (*capture.findings, *check_capture(capture)):
-                if not (cut_as_asked and finding.kind == UNEVEN_LENGTHS):
+                if not (is_frame_count_requested and finding.kind == UNEVEN_LENGTHS):
                     self.report(finding)

@@ -3,9 +3,9 @@
 points ──> train_canonical ──> commit_canonical ──> state of frame 0
 state ──> start_frame ──> fit_motion ──> move_frame ──> fit_births ──> commit_frame ──> state
 
-In a stream with updates `fit_motion` fits them too. Every `canonical.keyframe_interval` frames
-`commit_as_canonical` replaces `commit_frame`; every `canonical.snapshot_interval` frames
-`commit_as_snapshot` does.
+`fit_motion` also fits updates of individual Gaussians if the stream has them. Every
+`canonical.keyframe_interval` frames, `commit_as_canonical` replaces `commit_frame`. Every
+`canonical.snapshot_interval` frames, `commit_as_snapshot` replaces it.
 """
 
 from dataclasses import asdict, replace
@@ -46,7 +46,7 @@ from quarc_ref.format import container, wire
 from quarc_ref.format.records import OPACITY, Births
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
-_KINDS = {container.CANO: "canonical", container.SNAP: "snapshot", container.FRAM: "moved"}
+_KIND_NAMES = {container.CANO: "canonical", container.SNAP: "snapshot", container.FRAM: "moved"}
 
 
 def encode(
@@ -60,16 +60,16 @@ def encode(
     Args:
         capture: Multi-view video; held-out cameras are not read.
         sink: Binary file to which the stream is appended, one complete frame at a time.
-        options: Settings.
-        partial_stream: The part of the stream that the sink already has. Further bytes in
-            the sink are removed, and the encode continues with the same result as an
-            uninterrupted one. A complete stream is left unchanged.
+        options: Options of the encode; None for the defaults.
+        partial_stream: The part of the stream that the sink already has. Bytes after this
+            part are removed, and the encode continues. The result equals that of an
+            uninterrupted encode. A finished stream is not changed.
 
     Raises:
         CaptureError: A picture cannot be read, or the capture has fewer frames
             (`TooFewFramesError`).
         UnusableCaptureError: A check of the capture failed.
-        EncodeError: The scene cannot be represented with these settings.
+        EncodeError: The format cannot represent the scene with these settings.
         ResumeError: The partial stream was encoded from other inputs or settings.
     """
     options = options or EncodeOptions()
@@ -93,14 +93,14 @@ def encode(
 class _Encoding:
     """An encode in progress.
 
-    Only the decoder's state and the list of frame sizes change from frame to frame.
+    Only the decoder's state and the list of frame sizes pass from one frame to the next.
 
     Args:
-        capture: See `encode`.
-        options: See `encode`.
+        capture: Multi-view video; held-out cameras are not read.
+        options: Options of the encode.
 
     Attributes:
-        frame_count: Number of frames of the finished stream.
+        frame_count: Number of frames that the finished stream will have.
         next_frame: Index of the next frame.
     """
 
@@ -116,7 +116,7 @@ class _Encoding:
         self._sizes: list[int] = []
 
     def announce(self, byte_count: int = 0) -> None:
-        """Report the remaining work to the monitor, after `byte_count` bytes of the stream."""
+        """Report the remaining work to the monitor; the stream has `byte_count` bytes so far."""
         config, capture, context = self._config, self._capture, self._context
         plan = EncodePlan(
             capture.name,
@@ -147,7 +147,7 @@ class _Encoding:
             self._report(finding)
 
     def resume_from(self, sink: BinaryIO, partial_stream: PartialStream) -> None:
-        """Replay the frames of a partial stream."""
+        """Restore the state of the encode by decoding the frames of a partial stream."""
         first_count = wire.parse_canonical(partial_stream.frames[0].payload).gaussian_count
         self._open(sink, first_count, partial_stream)
         for chunk in partial_stream.frames:
@@ -178,7 +178,7 @@ class _Encoding:
         self.next_frame = frame + 1
 
     def finish(self) -> None:
-        """Write the end of the stream."""
+        """Write the index and the TAIL chunk, and report the end to the monitor."""
         self._loop.finish()
         self._context.observers.monitor.end()
         self._context.observers.progress.advance("frames", self.frame_count, self.frame_count)
@@ -188,7 +188,7 @@ class _Encoding:
         self._context.observers.monitor.frame(
             FrameWritten(
                 scene.frame,
-                _KINDS[kind],
+                _KIND_NAMES[kind],
                 loop.frame_bytes,
                 loop.byte_count,
                 scene.count,
@@ -198,7 +198,7 @@ class _Encoding:
         )
 
     def _commit(self, moved: MovedFrame, births: Births | None) -> bytes:
-        """Write a frame with the chunk type that its ordinal requires; return the type."""
+        """Write a frame as CANO, SNAP or FRAM, depending on its ordinal; return the chunk type."""
         kind = self._config.canonical.frame_kind(moved.state.scene.frame)
         if kind == container.CANO:
             self._loop.commit_as_canonical(moved, births)
@@ -212,20 +212,20 @@ class _Encoding:
     def _open(
         self, sink: BinaryIO, first_count: int, partial_stream: PartialStream | None = None
     ) -> None:
-        """Open the closed loop after the number of Gaussians in frame 0 is known."""
+        """Create the closed loop, whose header depends on the number of Gaussians in frame 0."""
         capture, self._first_count = self._capture, first_count
         header = make_header(self._config, capture.frames_per_second, first_count)
-        held, metadata = 0, self._metadata
+        existing_bytes, metadata = 0, self._metadata
         if partial_stream is not None:
             require_match(partial_stream, header, capture.cameras, metadata)
             require_frames(partial_stream, self.frame_count, self._config.canonical)
-            held, metadata = partial_stream.end, partial_stream.metadata
+            existing_bytes, metadata = partial_stream.end, partial_stream.metadata
             if not partial_stream.is_finished:
-                sink.truncate(sink.seek(held))
-        self._loop = ClosedLoop(sink, header, capture.cameras, metadata, held)
+                sink.truncate(sink.seek(existing_bytes))
+        self._loop = ClosedLoop(sink, header, capture.cameras, metadata, existing_bytes)
 
     def _start_inter_frames(self, state: FrameState) -> None:
-        """Compute the values from decoded frame 0 that all later frames use."""
+        """Compute exposures and reference loss from decoded frame 0, for use in later frames."""
         if self._config.canonical.exposure_lr:
             refit_exposures(self._context, state)
         self._reference_loss = measure_loss(self._context, state, self._config.motion.lambda_dssim)
@@ -234,33 +234,33 @@ class _Encoding:
             self._checkpoint.remove()
 
     def _open_checkpoint(self, path: Path | None) -> Checkpoint | None:
-        """Open the checkpoint, bound to the inputs of this encode."""
+        """Open the checkpoint, which identifies the inputs of this encode; None without a path."""
         cameras = [asdict(camera) for camera in self._capture.cameras]
         return None if path is None else Checkpoint(path, [self._metadata, cameras])
 
 
 def adapt_steps_to_capture(config: EncoderConfig, capture: Capture) -> EncoderConfig:
-    """Adapt the quantization steps to the training views of a capture.
+    """Return settings whose quantization steps suit the training views of a capture.
 
-    The steps depend on the whole capture, so that its segments can be joined.
+    All segments of a capture get the same steps, so that their streams can be joined.
 
     Raises:
         CaptureError: A picture cannot be read.
         EncodeError: No training view sees an initial point.
     """
-    whole = capture.full_capture
-    views = [whole.cameras[index] for index in whole.training]
-    pictures = (whole.image(index, 0) for index in whole.training)
-    stream = propose_steps(config.stream, config.steps, views, whole.points, pictures)
-    return replace(config, stream=set_world_frame(stream, whole.notes))
+    full_capture = capture.full_capture
+    views = [full_capture.cameras[index] for index in full_capture.training]
+    pictures = (full_capture.image(index, 0) for index in full_capture.training)
+    stream = propose_steps(config.stream, config.steps, views, full_capture.points, pictures)
+    return replace(config, stream=set_world_frame(stream, full_capture.notes))
 
 
 def count_deaths(state: FrameState, target: int, settings: BirthSettings) -> int:
-    """Return the number of faint Gaussians to delete because of an excess over a target."""
+    """Return how many faint Gaussians to delete to reduce the number of Gaussians to a target."""
     header = state.scene.header
     logits = state.scene.codes[OPACITY.start] * header.opacity_step
-    may_die = int(np.count_nonzero(1 / (1 + np.exp(-logits)) < settings.death_opacity))
-    return min(max(0, state.scene.count - target), may_die)
+    faint_count = int(np.count_nonzero(1 / (1 + np.exp(-logits)) < settings.death_opacity))
+    return min(max(0, state.scene.count - target), faint_count)
 
 
 def _make_context(capture: Capture, options: EncodeOptions) -> TrainingContext:

@@ -1,7 +1,7 @@
-"""Estimates the time of an encode and the size of its stream before it starts.
+"""Estimates the time of an encode and the size of the stream before the encode starts.
 
-A few steps of frame 0 are timed on this machine and extrapolated. Sizes are extrapolated
-from the captures in benchmarks/, with an error of up to a factor of two or three.
+Time is extrapolated from a few training steps of frame 0 on this machine. Size is
+extrapolated from the captures in benchmarks/, with an error of up to a factor of three.
 """
 
 import math
@@ -19,80 +19,95 @@ from quarc_ref.encoder.training.canonical import canonical_learning_rates, initi
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.trainable import Trainer
 
-_WARM_STEPS, _TIMED_STEPS = 2, 4
-_HALF_RESOLUTION = 0.4  # relative to the time of a step
-_BYTES_OF_GAUSSIAN = 7.0
-_BYTES_OF_MOVED, _BYTES_OF_UNPRICED = 0.25, 1.0  # bytes per Gaussian and frame
-# relative to the number of initial Gaussians, without their rate-distortion weight
+_WARM_UP_STEPS, _TIMED_STEPS = 2, 4
+_HALF_RESOLUTION_COST = 0.4  # time of a step at half resolution, relative to full resolution
+_CANONICAL_BYTES_PER_GAUSSIAN = 7.0
+_FRAME_BYTES_WITH_RD, _FRAME_BYTES_WITHOUT_RD = 0.25, 1.0  # bytes per Gaussian and frame
+# maximum number of Gaussians relative to the initial number, if `prune_rd_lambda` is 0
 _MAX_GROWTH = 10
-_BYTES_PER_LAMBDA = -0.2  # exponent: half the weight gives 15 % more bytes
+_LAMBDA_EXPONENT = -0.2  # exponent: half the weight gives 15 % more bytes
 
 
 def estimate_encode(
     context: TrainingContext, points: Points, plan: EncodePlan, config: EncoderConfig
 ) -> Estimate:
-    """Estimate time and size of an encode, without side effects on random numbers or training.
+    """Estimate the time and size of an encode; does not affect its random numbers or training.
 
     Args:
-        context: Views and renderer.
+        context: Training views and renderer.
         points: Initial points.
-        plan: The remaining work.
+        plan: The remaining work of the encode.
         config: All settings.
     """
-    step = time_step(context, points, config)
+    step_seconds = time_step(context, points, config)
     canonical = config.canonical
-    halved = min(canonical.half_resolution_until_iter, canonical.iterations)
-    first = step * (canonical.iterations - halved * (1 - _HALF_RESOLUTION))
+    half_resolution_steps = min(canonical.half_resolution_until_iter, canonical.iterations)
+    first_frame_seconds = step_seconds * (
+        canonical.iterations - half_resolution_steps * (1 - _HALF_RESOLUTION_COST)
+    )
     frames = plan.frames - max(1, plan.first_frame)
-    seconds = frames * frame_seconds(plan, step) + (first if plan.first_frame == 0 else 0.0)
-    _, expected = _guess_gaussians(len(points.positions), canonical)
-    return Estimate(seconds, _guess_bytes(expected, plan, config))
+    seconds = frames * frame_seconds(plan, step_seconds) + (
+        first_frame_seconds if plan.first_frame == 0 else 0.0
+    )
+    _, expected_count = _estimate_gaussians(len(points.positions), canonical)
+    return Estimate(seconds, _estimate_bytes(expected_count, plan, config))
 
 
 def time_step(context: TrainingContext, points: Points, config: EncoderConfig) -> float:
     """Return the mean duration of a training step of frame 0, seconds.
 
-    Some steps on the initial Gaussians are timed; there are more Gaussians later.
+    Steps on the initial Gaussians are timed, and scaled to the expected number of Gaussians.
 
     Args:
-        context: Views and renderer.
+        context: Training views and renderer.
         points: Initial points.
         config: All settings.
     """
-    initial, expected = _guess_gaussians(len(points.positions), config.canonical)
+    initial_count, expected_count = _estimate_gaussians(len(points.positions), config.canonical)
     generator = torch.Generator().manual_seed(0)
     start = initialize_from_points(points, config.canonical, generator, context.device)
     trainer = Trainer(start, canonical_learning_rates(config.canonical, context.views.extent))
-    times = []
-    for step in range(_WARM_STEPS + _TIMED_STEPS):
-        started = time.perf_counter()
+    durations = []
+    for step in range(_WARM_UP_STEPS + _TIMED_STEPS):
+        start_time = time.perf_counter()
         view = step % len(context.views.cameras)
         rendering = context.render(trainer.attributes.activated(), view)
         loss = context.photometric_loss(rendering.image, view, 0, config.canonical.lambda_dssim)
         trainer.step(loss, rendering.means2d)
         if context.device.type == "cuda":
             torch.cuda.synchronize(context.device)
-        times.append(time.perf_counter() - started)
-    return sorted(times[_WARM_STEPS:])[_TIMED_STEPS // 2] * expected / initial
+        durations.append(time.perf_counter() - start_time)
+    return sorted(durations[_WARM_UP_STEPS:])[_TIMED_STEPS // 2] * expected_count / initial_count
 
 
-def _guess_gaussians(point_count: int, settings: CanonicalSettings) -> tuple[int, float]:
-    """Return the initial number of Gaussians, and an estimate of the final one.
+def _estimate_gaussians(point_count: int, settings: CanonicalSettings) -> tuple[int, float]:
+    """Return the initial number of Gaussians, and an estimate of the final number.
 
     Densification increases the number towards `max_gaussians`, and pruning reduces it.
     """
-    initial = min(point_count, settings.initial_gaussians, settings.max_gaussians)
-    limit = settings.max_gaussians if settings.prune_rd_lambda else _most_grown(initial, settings)
-    return initial, math.sqrt(initial * limit)
+    initial_count = min(point_count, settings.initial_gaussians, settings.max_gaussians)
+    limit = (
+        settings.max_gaussians
+        if settings.prune_rd_lambda
+        else _limit_growth(initial_count, settings)
+    )
+    return initial_count, math.sqrt(initial_count * limit)
 
 
-def _most_grown(initial: int, settings: CanonicalSettings) -> int:
-    return min(settings.max_gaussians, initial * _MAX_GROWTH)
+def _limit_growth(initial_count: int, settings: CanonicalSettings) -> int:
+    return min(settings.max_gaussians, initial_count * _MAX_GROWTH)
 
 
-def _guess_bytes(gaussians: float, plan: EncodePlan, config: EncoderConfig) -> float:
-    """Estimate the size of a stream with the given number of Gaussians."""
-    price = math.pow(config.rd_lambda * quality_factor(config.quality), _BYTES_PER_LAMBDA)
-    per_gaussian = _BYTES_OF_MOVED if config.births.rd_lambda else _BYTES_OF_UNPRICED
-    per_frame = config.target_kb_per_frame * 1024 or gaussians * per_gaussian * price
-    return gaussians * _BYTES_OF_GAUSSIAN * price + (plan.frames - 1) * per_frame
+def _estimate_bytes(gaussian_count: float, plan: EncodePlan, config: EncoderConfig) -> float:
+    """Estimate the size of a stream in bytes from the number of Gaussians."""
+    byte_factor = math.pow(config.rd_lambda * quality_factor(config.quality), _LAMBDA_EXPONENT)
+    bytes_per_gaussian = (
+        _FRAME_BYTES_WITH_RD if config.births.rd_lambda else _FRAME_BYTES_WITHOUT_RD
+    )
+    bytes_per_frame = (
+        config.target_kb_per_frame * 1024 or gaussian_count * bytes_per_gaussian * byte_factor
+    )
+    return (
+        gaussian_count * _CANONICAL_BYTES_PER_GAUSSIAN * byte_factor
+        + (plan.frames - 1) * bytes_per_frame
+    )

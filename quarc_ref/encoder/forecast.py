@@ -1,7 +1,7 @@
 """Forecasts time, memory and size of an encode on this machine.
 
-Times are measured by running some training steps on the capture's pictures and points.
-The final scene is not known in advance, so the size is a range;
+The time is extrapolated from some training steps on the capture's pictures and points. The
+forecast of the size is a range, because the number of Gaussians is not known in advance.
 docs/experiments/forecast.md compares forecasts with encodes.
 """
 
@@ -18,28 +18,28 @@ from quarc_ref.encoder.training.views import TrainingViews
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
 _FLOAT_BYTES = 4
-# buffers per training picture: original, corrected, and two moments of the SSIM
+# arrays per training picture: original, corrected exposure, and two moments of SSIM
 _PICTURE_COPIES = 4
-_HALF = 1.25  # including the picture at half size
+_HALF_SIZE_FACTOR = 1.25  # memory of a picture and its copy at half size, relative to the picture
 _BASE_BYTES = 700 << 20  # memory of torch and other libraries
-_DECODER_BYTES = 8 << 20  # memory of a camera's video decoder, and its pictures:
-_DECODER_PICTURES = 20
+_DECODER_BYTES = 8 << 20  # memory of a camera's video decoder, without pictures
+_DECODER_PICTURES = 20  # number of pictures that a video decoder holds
 _PIXEL_BYTES = 1.5  # bytes per pixel of yuv420p
 _CACHE_BYTES = 1 << 28  # size of the capture's picture cache
-# copies of a Gaussian's numbers: values, gradients, and Adam's two moments
-_NUMBERS_TRAINED = 59 * 4
+# floats per Gaussian: four copies (values, gradients, two moments of Adam) of 59 numbers
+_NUMBERS_PER_GAUSSIAN = 59 * 4
 _BYTES_PER_GAUSSIAN = (7, 11)
 _FRAME_BYTES_PER_GAUSSIAN = (0.05, 0.4)
-_SHARE_OF_GAUSSIANS = (0.25, 1.0)  # share of the maximum number of Gaussians that remains
+_GAUSSIAN_SHARES = (0.25, 1.0)  # final number of Gaussians, relative to the maximum number
 
 
 @dataclass(frozen=True, slots=True)
 class Forecast:
-    """Time, memory and size of an encode.
+    """Forecast of the time, memory and size of an encode.
 
     Attributes:
-        seconds_of_first: Time for frame 0, measured on this machine.
-        seconds_per_frame: Time per later frame, measured on this machine.
+        seconds_of_first: Time for frame 0, extrapolated from steps on this machine.
+        seconds_per_frame: Time per later frame, extrapolated from steps on this machine.
         seconds: Time for all frames.
         memory_bytes: Upper bound of main memory, and on CUDA also of device memory.
         disk_bytes: Disk space for the stream and its checkpoint.
@@ -70,11 +70,16 @@ def forecast(
     """
     count = capture.require_frames(frames)
     canonical = config.canonical
-    gaussians = canonical.max_gaussians
+    max_gaussians = canonical.max_gaussians
     contexts = [_make_context(capture, config, device, downscale) for downscale in (1, 2)]
-    full, half = (time_step(context, capture.points, config) for context in contexts)
-    halved = min(canonical.half_resolution_until_iter, canonical.iterations)
-    first = halved * half + (canonical.iterations - halved) * full
+    full_step_seconds, half_step_seconds = (
+        time_step(context, capture.points, config) for context in contexts
+    )
+    half_resolution_steps = min(canonical.half_resolution_until_iter, canonical.iterations)
+    first_frame_seconds = (
+        half_resolution_steps * half_step_seconds
+        + (canonical.iterations - half_resolution_steps) * full_step_seconds
+    )
     plan = EncodePlan(
         capture.name,
         count,
@@ -85,40 +90,45 @@ def forecast(
         motion_steps=config.motion.iterations,
         birth_steps=config.births.iterations,
     )
-    each = frame_seconds(plan, full)
-    low, high = (
-        int(share * gaussians * (of_first + of_frame * (count - 1)))
-        for share, of_first, of_frame in zip(
-            _SHARE_OF_GAUSSIANS, _BYTES_PER_GAUSSIAN, _FRAME_BYTES_PER_GAUSSIAN, strict=True
+    later_frame_seconds = frame_seconds(plan, full_step_seconds)
+    min_bytes, max_bytes = (
+        int(share * max_gaussians * (canonical_bytes + frame_bytes * (count - 1)))
+        for share, canonical_bytes, frame_bytes in zip(
+            _GAUSSIAN_SHARES, _BYTES_PER_GAUSSIAN, _FRAME_BYTES_PER_GAUSSIAN, strict=True
         )
     )
-    training = gaussians * _NUMBERS_TRAINED * _FLOAT_BYTES
+    training_bytes = max_gaussians * _NUMBERS_PER_GAUSSIAN * _FLOAT_BYTES
     return Forecast(
-        seconds_of_first=first,
-        seconds_per_frame=each,
-        seconds=first + each * (count - 1),
-        memory_bytes=_BASE_BYTES + _CACHE_BYTES + _count_picture_bytes(capture) + 2 * training,
-        disk_bytes=high + training,
-        stream_bytes=(low, high),
+        seconds_of_first=first_frame_seconds,
+        seconds_per_frame=later_frame_seconds,
+        seconds=first_frame_seconds + later_frame_seconds * (count - 1),
+        memory_bytes=_BASE_BYTES
+        + _CACHE_BYTES
+        + _count_picture_bytes(capture)
+        + 2 * training_bytes,
+        disk_bytes=max_bytes + training_bytes,
+        stream_bytes=(min_bytes, max_bytes),
     )
 
 
 def _count_picture_bytes(capture: Capture) -> int:
-    """Return the bytes that a frame's training pictures take in training and decoders."""
+    """Return the bytes of memory for a frame's pictures in training and in video decoders."""
     cameras = [capture.cameras[index] for index in capture.training]
     pixels = sum(camera.width * camera.height for camera in cameras)
-    trained = pixels * 3 * _FLOAT_BYTES * _PICTURE_COPIES * _HALF
-    return int(trained + len(cameras) * _DECODER_BYTES + pixels * _DECODER_PICTURES * _PIXEL_BYTES)
+    training_bytes = pixels * 3 * _FLOAT_BYTES * _PICTURE_COPIES * _HALF_SIZE_FACTOR
+    return int(
+        training_bytes + len(cameras) * _DECODER_BYTES + pixels * _DECODER_PICTURES * _PIXEL_BYTES
+    )
 
 
 def _make_context(
     capture: Capture, config: EncoderConfig, device: str, downscale: int
 ) -> TrainingContext:
-    where = choose_device(device)
-    views = TrainingViews(capture, where, downscale)
+    torch_device = choose_device(device)
+    views = TrainingViews(capture, torch_device, downscale)
     return TrainingContext(
         views,
-        choose_rasterizer(where),
+        choose_rasterizer(torch_device),
         config.seed,
-        Exposures(len(views.cameras), where),
+        Exposures(len(views.cameras), torch_device),
     )

@@ -1,9 +1,9 @@
-"""Codes a frame in steps: started, moved, then coded and ready to be written.
+"""Codes a frame in three steps: start, motion, births.
 
-FrameState ──start──> FrameStart ──move──> MovedFrame ──with_births──> CodedFrame
+FrameState ──start_frame──> FrameStart ──move_frame──> MovedFrame ──complete_frame──> CodedFrame
 
-Every step encodes the encoder's decisions and decodes them with the decoder's engine, so
-its state equals that of a decoder. A `CodedFrame` is written by `closed_loop.ClosedLoop`.
+Every step encodes a section and decodes it with the decoder's engine, so the encoder's
+state equals that of every decoder. `closed_loop.ClosedLoop` writes the `CodedFrame`.
 """
 
 from collections.abc import Callable
@@ -32,8 +32,8 @@ from quarc_ref.format.records import (
 )
 from quarc_ref.format.updates import Updates
 
-GivenUpdates = Updates | Callable[[FrameState], Updates] | None
-EMPTY = Section(np.zeros(0, dtype=np.uint32))
+UpdateSource = Updates | Callable[[FrameState], Updates] | None
+EMPTY_SECTION = Section(np.zeros(0, dtype=np.uint32))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,9 +73,9 @@ class CodedFrame:
     Attributes:
         kind: Chunk type: CANO, SNAP or FRAM.
         payload: Payload of the chunk.
-        state: State that decoding the chunk must give.
-        previous: State of the previous frame; None for frames that do not depend on one.
-        chunk: The chunk of a FRAM, whose sections have been decoded; None otherwise.
+        state: State to which the chunk must decode.
+        previous: State of the previous frame; None for canonical frames and snapshots.
+        chunk: Content of a FRAM chunk, whose sections have been decoded; None for CANO and SNAP.
     """
 
     kind: bytes
@@ -86,7 +86,7 @@ class CodedFrame:
 
 
 class FrameCoder:
-    """Codes frames and decodes them, section by section.
+    """Codes the sections of frames, and decodes each section after coding it.
 
     Args:
         engine: The decoder's engine.
@@ -97,7 +97,7 @@ class FrameCoder:
         self._engine = engine
         self._header = header
 
-    def canonical(self, gaussians: Gaussians, frame: int) -> CodedFrame:
+    def code_canonical(self, gaussians: Gaussians, frame: int) -> CodedFrame:
         """Code a canonical frame (SPEC 5.4).
 
         Args:
@@ -107,52 +107,62 @@ class FrameCoder:
         Raises:
             StateError: A Gaussian is out of the format's range.
         """
-        origin, axis_bits, ordered = sort_canonical(gaussians)
-        state = self._engine.begin_canonical(self._header, frame, ordered)
+        origin, axis_bits, sorted_gaussians = sort_canonical(gaussians)
+        state = self._engine.begin_canonical(self._header, frame, sorted_gaussians)
         chunk = CanonicalChunk(
             frame,
-            ordered.count,
+            sorted_gaussians.count,
             origin,
             axis_bits,
-            self._engine.write_canonical(ordered, origin),
+            self._engine.write_canonical(sorted_gaussians, origin),
             self._engine.state_crc(state),
         )
         return CodedFrame(container.CANO, wire.build_canonical(chunk), state)
 
-    def start(self, previous: FrameState, death_count: int) -> FrameStart:
-        """Start the next frame: delete the faintest Gaussians and bind the rest (SPEC 7.4)."""
+    def start_frame(self, previous: FrameState, death_count: int) -> FrameStart:
+        """Start the next frame: delete faint Gaussians, bind the others to anchors (SPEC 7.4)."""
         return FrameStart(previous, self._engine.begin_frame(previous, death_count), death_count)
 
-    def move(
-        self, start: FrameStart, symbols: list[Int64], updates: GivenUpdates = None
+    def move_frame(
+        self, start: FrameStart, symbols: list[Int64], updates: UpdateSource = None
     ) -> MovedFrame:
         """Code and apply the motion of a frame, then its updates.
 
-        The contexts of the previous frame are used where they save bytes (SPEC 8.7).
+        The contexts of the previous frame are used if they save bytes (SPEC 8.7).
 
         Args:
-            start: The frame.
+            start: The frame before its motion.
             symbols: `[c, a]` motion symbols of each level, level 1 first.
-            updates: Updates of individual Gaussians, or a function that finds them, given the
-                state after the motion; must be None if the stream has none.
+            updates: Updates of individual Gaussians, or a function that returns them for the
+                state after the motion; None if the header does not allow updates.
 
         Raises:
             EncodeError: A symbol, a residual or a Gaussian is out of the format's range.
         """
         sections = {
-            previous: self._engine.write_motion(start.state, symbols, previous=previous)
-            for previous in (True, False)
+            use_previous: self._engine.write_motion(start.state, symbols, previous=use_previous)
+            for use_previous in (True, False)
         }
-        previous = sections[True].byte_count() < sections[False].byte_count()
+        use_previous = sections[True].byte_count() < sections[False].byte_count()
         chunk = FrameChunk(
-            start.state.scene.phase, previous, start.death_count, 0, sections[previous], EMPTY, 0
+            start.state.scene.phase,
+            use_previous,
+            start.death_count,
+            0,
+            sections[use_previous],
+            EMPTY_SECTION,
+            0,
         )
         chunk = wire.parse_frame(wire.build_frame(chunk))
         try:
-            state = self._engine.decode_motion(start.state, chunk.motion, previous=previous)
+            state = self._engine.decode_motion(start.state, chunk.motion, previous=use_previous)
             if self._header.updates:
-                found = updates(state) if callable(updates) else updates
-                section = EMPTY if found is None else self._engine.write_updates(state, found)
+                found_updates = updates(state) if callable(updates) else updates
+                section = (
+                    EMPTY_SECTION
+                    if found_updates is None
+                    else self._engine.write_updates(state, found_updates)
+                )
                 state = self._engine.decode_updates(state, section)
                 chunk = replace(chunk, updates=section)
         except (StateError, EntropyError) as error:
@@ -160,16 +170,16 @@ class FrameCoder:
         return MovedFrame(start.previous, state, chunk)
 
     def birth_bytes(self, moved: MovedFrame, births: Births) -> int:
-        """Return the size of the births section if these births were coded in this frame."""
+        """Return the bytes of the births section that would code these births in this frame."""
         return self._engine.write_births(moved.state, births).byte_count()
 
-    def with_births(self, moved: MovedFrame, births: Births | None) -> CodedFrame:
-        """Complete a frame by coding its births (SPEC 7.6).
+    def complete_frame(self, moved: MovedFrame, births: Births | None) -> CodedFrame:
+        """Code the births of a frame and complete its chunk (SPEC 7.6).
 
         Raises:
             EncodeError: A new Gaussian is out of the format's range.
         """
-        state, section = self._append(moved, births)
+        state, section = self._append_births(moved, births)
         chunk = replace(
             moved.chunk,
             birth_count=state.scene.count - moved.state.scene.count,
@@ -178,22 +188,22 @@ class FrameCoder:
         )
         return CodedFrame(container.FRAM, wire.build_frame(chunk), state, moved.previous, chunk)
 
-    def as_canonical(self, moved: MovedFrame, births: Births | None) -> CodedFrame:
-        """Code a fitted frame as a canonical frame.
+    def code_as_canonical(self, moved: MovedFrame, births: Births | None) -> CodedFrame:
+        """Code a moved frame and its births as a canonical frame.
 
-        Its scene is requantized to the grid of canonical frames (SPEC 7.2). Ids start
-        again at 0, so earlier ids and indices become invalid.
+        The scene is requantized to the grid of canonical frames (SPEC 7.2). The Gaussians get
+        new ids from 0, so earlier ids and indices become invalid.
 
         Raises:
             EncodeError: A Gaussian is out of the format's range.
         """
-        scene = self._append(moved, births)[0].scene
+        scene = self._append_births(moved, births)[0].scene
         try:
-            return self.canonical(requantize(scene), scene.frame)
+            return self.code_canonical(requantize(scene), scene.frame)
         except StateError as error:
             raise EncodeError(str(error)) from error
 
-    def as_snapshot(
+    def code_as_snapshot(
         self,
         moved: MovedFrame,
         births: Births | None,
@@ -201,24 +211,24 @@ class FrameCoder:
         roots: Int64,
         dead_zone: int = 0,
     ) -> CodedFrame:
-        """Code a fitted frame as a snapshot, relative to a canonical frame (SPEC 5.10).
+        """Code a moved frame and its births as a snapshot (SPEC 5.10).
 
         Args:
-            moved: The frame.
-            births: Its births.
+            moved: The frame after its motion.
+            births: Births of the frame; None if the frame has no births.
             reference: The last canonical frame (CANO).
             roots: `[n]` index in the CANO of each Gaussian of the last keyframe, by id;
-                -1 for those that are not in it.
-            dead_zone: Steps within which moves since the CANO are undone; see
+                -1 for Gaussians that are not in the CANO.
+            dead_zone: Largest move since the CANO that is undone, in steps; see
                 `undo_small_moves`.
 
         Raises:
             EncodeError: A Gaussian is out of the format's range.
         """
-        scene = self._append(moved, births)[0].scene
+        scene = self._append_births(moved, births)[0].scene
         scene_roots = np.full(scene.count, -1, dtype=np.int64)
-        is_old = scene.ids < roots.size  # the others were added after the last canonical frame
-        scene_roots[is_old] = roots[scene.ids[is_old]]
+        is_from_keyframe = scene.ids < roots.size  # later ids were added after the keyframe
+        scene_roots[is_from_keyframe] = roots[scene.ids[is_from_keyframe]]
         gaussians = undo_small_moves(
             requantize(scene), reference.gaussians, scene_roots, self._header, dead_zone
         )
@@ -239,13 +249,15 @@ class FrameCoder:
         )
         return CodedFrame(container.SNAP, wire.build_snapshot(chunk), state)
 
-    def _append(self, moved: MovedFrame, births: Births | None) -> tuple[FrameState, Section]:
-        """Return the state with the births of a frame, and their section.
+    def _append_births(
+        self, moved: MovedFrame, births: Births | None
+    ) -> tuple[FrameState, Section]:
+        """Return the state after the births of a frame, and the births section.
 
         Raises:
             EncodeError: A new Gaussian is out of the format's range.
         """
-        section, count = EMPTY, 0
+        section, count = EMPTY_SECTION, 0
         if births is not None:
             section = self._engine.write_births(moved.state, births)
             count = births.newborn.count

@@ -1,4 +1,4 @@
-"""The decoder of a closed loop, which decodes each section of a frame only once."""
+"""The decoder of the closed loop, which decodes each section of a frame only once."""
 
 from typing import NamedTuple
 
@@ -8,42 +8,42 @@ from quarc_ref.format import wire
 from quarc_ref.format.records import FrameChunk
 
 
-class _Decoded(NamedTuple):
-    """A frame whose sections have been decoded one by one."""
+class _DecodedFrame(NamedTuple):
+    """A frame whose sections the frame coder has already decoded."""
 
-    before: FrameState
+    previous_state: FrameState
     payload: bytes
-    after: FrameState
+    state: FrameState
 
 
 class LoopDecoder(StreamDecoder):
-    """A `StreamDecoder` that reuses what the commits of a frame have already decoded.
+    """A `StreamDecoder` that reuses the state that the frame coder has already decoded.
 
     A frame's state depends only on the previous state and on the bytes of its chunk. The
-    commits decode the sections of these bytes one by one, so their final state equals
-    that of decoding the whole chunk. A chunk that differs in any byte, or follows a
-    different state, is decoded completely.
+    frame coder decodes the sections of the chunk one by one, so its final state equals the
+    result of decoding the chunk. If a chunk differs in any byte, or follows a different
+    state, it is decoded again.
     """
 
-    _decoded: _Decoded | None = None
+    _decoded: _DecodedFrame | None = None
 
-    def store(self, before: FrameState, chunk: FrameChunk, after: FrameState) -> None:
-        """Store the result of the commits.
+    def store(self, previous_state: FrameState, chunk: FrameChunk, state: FrameState) -> None:
+        """Store the state of a frame whose sections have been decoded.
 
         Args:
-            before: State of the previous frame.
-            chunk: Chunk of the frame: the decoded sections, and the CRC of `after`.
-            after: State from decoding them one by one.
+            previous_state: State of the previous frame.
+            chunk: Chunk of the frame, with the CRC of `state`.
+            state: State after decoding the sections of the chunk one by one.
         """
-        self._decoded = _Decoded(before, wire.build_frame(chunk), after)
+        self._decoded = _DecodedFrame(previous_state, wire.build_frame(chunk), state)
 
     def decode_frame(self, state: FrameState, frame: FrameChunk) -> FrameState:
         """See `StreamDecoder.decode_frame`."""
         decoded, self._decoded = self._decoded, None
         if (
             decoded is not None
-            and decoded.before is state
+            and decoded.previous_state is state
             and decoded.payload == wire.build_frame(frame)
         ):
-            return decoded.after
+            return decoded.state
         return super().decode_frame(state, frame)

@@ -1,18 +1,18 @@
-"""Interface for progress reports."""
+"""Interface of progress callbacks."""
 
 from typing import Protocol
 
 
 class Progress(Protocol):
-    """Called after every step of the encoder."""
+    """Receives the progress of an encode."""
 
     def advance(self, stage: str, done: int, total: int) -> None:
-        """Receive the number of completed steps of a stage."""
+        """Receive the number of completed steps of a stage, and its total number of steps."""
         ...
 
 
 class NullProgress:
-    """Discards progress."""
+    """Ignores all progress."""
 
     def advance(self, stage: str, done: int, total: int) -> None:
         """See `Progress.advance`."""

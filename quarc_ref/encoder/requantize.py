@@ -1,7 +1,7 @@
 """Rounds a decoded scene to the grid of canonical frames: the inverse of SPEC 7.2.
 
-Uses only integers and no training. The error is at most half a `position_step` per axis,
-and half a step of 2^-`rotation_bits` in each of the three coded components of a rotation.
+Rounding uses only integers. Its error is at most half a `position_step` per axis, and half
+a step of 2^-`rotation_bits` in each of the three coded components of a rotation.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from quarc_ref.format.records import Gaussians
 
 
 def requantize(scene: Scene) -> Gaussians:
-    """Return a scene's Gaussians in the quantization steps of its stream, in scene order.
+    """Return the Gaussians of a scene in the quantization steps of canonical frames, in order.
 
     Raises:
         EncodeError: The scene is wider than a canonical frame can represent (SPEC 5.4).
@@ -33,7 +33,10 @@ def requantize(scene: Scene) -> Gaussians:
 
 
 def code_rotations(rotations: Int64, fraction_bits: int) -> Int64:
-    """Return `[4, n]` index of the largest component, made positive, and the other three."""
+    """Code quaternions `[4, n]` (Q22) as index of the largest component, and three others.
+
+    The result is `[4, n]`. Signs are chosen so that the largest component is positive.
+    """
     count = rotations.shape[1]
     largest = np.argmax(np.abs(rotations), axis=0)
     columns = np.arange(count)

@@ -1,6 +1,6 @@
-"""Encodes a capture in segments, on one machine or many, and joins them.
+"""Encodes a capture in segments, on one or several machines, and joins the streams.
 
-Every segment starts with its own canonical frame, so segments are independent.
+Every segment starts with a canonical frame, so segments are independent.
 """
 
 from collections.abc import Sequence
@@ -35,11 +35,11 @@ class Segment:
 
     Attributes:
         folder: Folder of the capture.
-        opening: Options for opening it.
-        options: Options of the encode; all frames of the segment are encoded.
+        opening: Options of `open_capture`.
+        options: Options of the encode, of which `frames` is ignored.
         first: First frame of the segment.
-        count: Number of frames.
-        file: File of its stream; an existing partial stream in it is resumed.
+        count: Number of frames in the segment.
+        file: File for the stream of the segment. If it has a partial stream, that is resumed.
     """
 
     folder: Path
@@ -51,12 +51,12 @@ class Segment:
 
     @property
     def name(self) -> str:
-        """Name in messages."""
+        """Name of the segment in messages, such as `frames 30 to 59`."""
         return f"frames {self.first} to {self.first + self.count - 1}"
 
 
 def split_frames(frame_count: int, segment_count: int) -> list[tuple[int, int]]:
-    """Return first frame and number of frames of each segment, as even as possible.
+    """Return first frame and number of frames of each segment; lengths differ by at most 1.
 
     Raises:
         ValueError: There are more segments than frames.
@@ -64,8 +64,8 @@ def split_frames(frame_count: int, segment_count: int) -> list[tuple[int, int]]:
     if not 1 <= segment_count <= frame_count:
         message = f"{frame_count} frames cannot be split into {segment_count} segments"
         raise ValueError(message)
-    borders = [place * frame_count // segment_count for place in range(segment_count + 1)]
-    return [(first, last - first) for first, last in pairwise(borders)]
+    boundaries = [index * frame_count // segment_count for index in range(segment_count + 1)]
+    return [(first, last - first) for first, last in pairwise(boundaries)]
 
 
 def encode_segments(
@@ -74,11 +74,11 @@ def encode_segments(
     progress: Progress,
     report: FindingCallback = ignore_finding,
 ) -> None:
-    """Encode segments, several at a time, without checking the capture for each.
+    """Encode segments in parallel, without checking the capture again for each segment.
 
     Args:
         segments: Segments with distinct files on storage that all machines share.
-        pool: Processes or Ray cluster that encode them.
+        pool: Processes or Ray cluster that encode the segments.
         progress: Called after every finished segment.
         report: Called with the findings of all segments at the end.
 
@@ -89,10 +89,10 @@ def encode_segments(
         Job(segment.name, replace(segment, options=_without_callbacks(segment.options)))
         for segment in segments
     ]
-    found = run_jobs(
+    findings_by_segment = run_jobs(
         encode_segment, jobs, pool, lambda _, *done: progress.advance("segments", *done)
     )
-    for segment, findings in zip(segments, found, strict=True):
+    for segment, findings in zip(segments, findings_by_segment, strict=True):
         for finding in findings:
             report(replace(finding, message=f"{segment.name}: {finding.message}"))
 
@@ -105,7 +105,7 @@ def _without_callbacks(options: EncodeOptions) -> EncodeOptions:
 
 
 def encode_segment(segment: Segment) -> list[Finding]:
-    """Encode a segment to its file; return the findings."""
+    """Encode a segment to its file; return the findings about its first frame."""
     findings: list[Finding] = []
     capture = slice_capture(
         open_capture(segment.folder, segment.opening), segment.first, segment.count
@@ -116,43 +116,48 @@ def encode_segment(segment: Segment) -> list[Finding]:
 
 
 def join_segments(segments: Sequence[Segment], sink: BinaryIO) -> None:
-    """Join the streams of segments."""
+    """Join the streams of consecutive segments into one stream."""
     with ExitStack() as files:
-        join([FileSource(files.enter_context(each.file.open("rb"))) for each in segments], sink)
+        join(
+            [FileSource(files.enter_context(segment.file.open("rb"))) for segment in segments], sink
+        )
 
 
 def require_finished(path: Path, capture: Capture, options: EncodeOptions) -> None:
-    """Raise ResumeError unless a file is the complete stream of this encode."""
+    """Raise ResumeError unless a file contains the complete stream of this encode."""
     with path.open("rb") as file:
-        existing = read_partial_stream(FileSource(file))
-    if existing is None or not existing.is_finished:
-        message = f"{path} is not a complete stream; the joined segments would replace it"
+        partial_stream = read_partial_stream(FileSource(file))
+    if partial_stream is None or not partial_stream.is_finished:
+        message = (
+            f"{path} is not a complete stream, and the joined segments would replace it: delete "
+            "the file, or choose another one"
+        )
         raise ResumeError(message)
     metadata = describe_encode(capture, options.config, options.device)
-    require_match(existing, existing.header, capture.cameras, metadata)
-    require_count(existing, capture.require_frames(options.frames))
+    require_match(partial_stream, partial_stream.header, capture.cameras, metadata)
+    require_count(partial_stream, capture.require_frames(options.frames))
 
 
 def slice_capture(capture: Capture, first: int, count: int) -> Capture:
-    """Return a capture with a range of frames of another one."""
+    """Return a capture with `count` frames of another capture, from frame `first`."""
     return Capture(
         name=capture.name,
         cameras=capture.cameras,
         frame_count=count,
         frames_per_second=capture.frames_per_second,
         points=capture.points,
-        source=_LaterFrames(capture, first),
+        source=_OffsetPictures(capture, first),
         fingerprint=capture.fingerprint,
         cache_bytes=0,  # the underlying capture has a cache
         full_capture=capture.full_capture,
         start=capture.start,
         notes=capture.notes,
-        masks=_LaterMasks(capture, first) if capture.masks else None,
+        masks=_OffsetMasks(capture, first) if capture.masks else None,
     )
 
 
-class _LaterFrames:
-    """Pictures of a capture, starting at a frame."""
+class _OffsetPictures:
+    """Picture source whose frame 0 is frame `first` of a capture."""
 
     def __init__(self, capture: Capture, first: int) -> None:
         self._capture = capture
@@ -163,8 +168,8 @@ class _LaterFrames:
         return self._capture.image(camera, self._first + frame)
 
 
-class _LaterMasks:
-    """Masks of a capture, starting at a frame."""
+class _OffsetMasks:
+    """Mask source whose frame 0 is frame `first` of a capture."""
 
     def __init__(self, capture: Capture, first: int) -> None:
         self._capture = capture

@@ -1,11 +1,11 @@
 """Chooses lattice and quantization steps from a capture's scale and resolution.
 
 World units have no fixed meaning: a capture may be in meters or in arbitrary units of its
-calibration. How visible a quantization error is depends on its size in pixels, and on the
+calibration. The visibility of a quantization error depends on its size in pixels and on the
 sharpness of the pictures: a small shift is visible in sharp pictures, but not in blurred or
-oversampled ones. The position step is therefore set in pixels, and the translation step by
-the mean change of the pictures that a shift by one step causes. Both are rounded to whole
-units of the lattice.
+oversampled pictures. The position step is therefore set in pixels. The translation step is
+set by the mean change of the pictures that a shift by one step causes. Both are rounded to
+multiples of the lattice unit.
 """
 
 import math
@@ -23,9 +23,9 @@ from quarc_ref.format.constants import LATTICE_EXPONENT_LIMIT, POSITION_LIMIT
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 
-_MIN_UNITS = 8
-_MARGIN = 4
-_MAX_PIXELS = 1.0
+_MIN_UNITS_PER_STEP = 8
+_RANGE_MARGIN = 4
+_MAX_TRANSLATION_PIXELS = 1.0
 _WHITE = 255
 
 
@@ -38,45 +38,49 @@ def propose_steps(
 ) -> StreamHeader:
     """Return a header with a lattice and steps that suit a capture.
 
-    The lattice is chosen so that the smaller step is 8 to 16 lattice units, so rounding
-    changes the steps by at most a sixteenth. A coarser lattice is used if this one does not
-    cover 4 times the largest coordinate of cameras and points.
+    The smaller step is 8 to 16 lattice units, so that rounding changes the steps by at most a
+    sixteenth. If such a lattice does not cover 4 times the largest coordinate of cameras and
+    points, a coarser lattice is used.
 
     Args:
-        stream: Header settings; a step that is 0 in `settings` is taken from here.
+        stream: Header from the settings; if a step is 0 in `settings`, its value is used.
         settings: Position step in pixels, and translation step as a change of the pictures.
-        cameras: The training views.
+        cameras: The training cameras.
         points: Initial points.
-        pictures: Pictures `[H, W, 3]` of each view at frame 0.
+        pictures: Picture `[H, W, 3]` of each training camera at frame 0.
 
     Raises:
-        EncodeError: No view sees any point.
+        EncodeError: No training camera sees an initial point.
     """
     if not (settings.position_pixels or settings.translation_change):
         return stream
-    pixel = measure_pixel(cameras, points)
-    position = settings.position_pixels * pixel or position_step(stream)
-    translation = translation_step(stream)
+    pixel_size = measure_pixel(cameras, points)
+    position_size = settings.position_pixels * pixel_size or position_step(stream)
+    translation_size = translation_step(stream)
     if settings.translation_change:
-        sharpness = max(measure_sharpness(pictures), settings.translation_change / _MAX_PIXELS)
-        translation = settings.translation_change / sharpness * pixel
-    exponent = _choose_exponent(min(position, translation), _measure_reach(cameras, points))
+        sharpness = max(
+            measure_sharpness(pictures), settings.translation_change / _MAX_TRANSLATION_PIXELS
+        )
+        translation_size = settings.translation_change / sharpness * pixel_size
+    exponent = _choose_exponent(
+        min(position_size, translation_size), _measure_max_coordinate(cameras, points)
+    )
     return replace(
         stream,
         lattice_exponent=exponent,
-        position_step=_count_units(position, exponent),
-        translation_step=_count_units(translation, exponent),
+        position_step=_count_units(position_size, exponent),
+        translation_step=_count_units(translation_size, exponent),
     )
 
 
 def measure_pixel(cameras: Sequence[Camera], points: Points) -> float:
     """Measure the width of a pixel at the scene's distance, in world units.
 
-    The result is the median over the views of the median pixel width at the points that a
-    view sees.
+    The pixel width of a camera is the median over the points that the camera sees. The result
+    is the median over the cameras.
 
     Raises:
-        EncodeError: No view sees any point.
+        EncodeError: No camera sees a point.
     """
     widths = []
     for camera in cameras:
@@ -86,7 +90,8 @@ def measure_pixel(cameras: Sequence[Camera], points: Points) -> float:
             widths.append(np.median(depths) / math.sqrt(camera.fx * camera.fy))
     if not widths:
         message = (
-            "no training view sees an initial point: set the quantization steps in world units"
+            "no training view sees an initial point, so a pixel has no size in world units: check "
+            "poses and points, or set steps.position_pixels and steps.translation_change to 0"
         )
         raise EncodeError(message)
     return float(np.median(widths))
@@ -96,37 +101,36 @@ def measure_sharpness(pictures: Iterable[Image]) -> float:
     """Measure the mean difference between neighboring pixels, as a fraction of white.
 
     The mean is over pixels, colors and both directions, after a 3x3 box filter that
-    suppresses noise. All sums are integer sums, so the result is the same on every
-    machine.
+    suppresses noise. All sums are in integers, so the result is the same on every machine.
 
     Args:
-        pictures: Pictures `[H, W, 3]`; those with a side below 4 pixels are ignored.
+        pictures: Pictures `[H, W, 3]`; pictures with a side below 4 pixels are ignored.
     """
     total = count = 0
     for picture in pictures:
-        rows = picture[:-2].astype(np.int64) + picture[1:-1] + picture[2:]
-        smooth = rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]
+        row_sums = picture[:-2].astype(np.int64) + picture[1:-1] + picture[2:]
+        box_sums = row_sums[:, :-2] + row_sums[:, 1:-1] + row_sums[:, 2:]
         for axis in (0, 1):
-            change = np.abs(np.diff(smooth, axis=axis))
+            change = np.abs(np.diff(box_sums, axis=axis))
             total, count = total + int(change.sum()), count + change.size
     return total / (9 * _WHITE * max(count, 1))
 
 
-def _measure_reach(cameras: Sequence[Camera], points: Points) -> float:
+def _measure_max_coordinate(cameras: Sequence[Camera], points: Points) -> float:
     """Return the largest coordinate of cameras and points, in world units."""
-    reach = float(np.abs(points.positions).max())
+    max_coordinate = float(np.abs(points.positions).max())
     for camera in cameras:
-        reach = max(reach, float(np.abs(camera_center(camera)).max()))
-    return reach
+        max_coordinate = max(max_coordinate, float(np.abs(camera_center(camera)).max()))
+    return max_coordinate
 
 
-def _choose_exponent(step: float, reach: float) -> int:
-    """Choose a lattice exponent that is fine enough for a step and covers a reach."""
-    fine = math.ceil(math.log2(_MIN_UNITS / step))
-    wide = math.floor(math.log2(POSITION_LIMIT / (_MARGIN * reach)))
-    return min(max(min(fine, wide), 0), LATTICE_EXPONENT_LIMIT)
+def _choose_exponent(step: float, max_coordinate: float) -> int:
+    """Choose a lattice exponent for a step and a largest coordinate, both in world units."""
+    precision_exponent = math.ceil(math.log2(_MIN_UNITS_PER_STEP / step))
+    range_exponent = math.floor(math.log2(POSITION_LIMIT / (_RANGE_MARGIN * max_coordinate)))
+    return min(max(min(precision_exponent, range_exponent), 0), LATTICE_EXPONENT_LIMIT)
 
 
 def _count_units(step: float, exponent: int) -> int:
-    """Convert a step to lattice units."""
+    """Convert a step in world units to lattice units, at least 1."""
     return max(1, round(step * 2.0**exponent))

@@ -1,4 +1,4 @@
-"""Encodes to a file that is locked against other encodes."""
+"""Encodes to a file, which is locked so that no other encode writes to it."""
 
 import os
 from collections.abc import Iterator
@@ -18,23 +18,23 @@ from quarc_ref.streams.sources import FileSource
 
 
 def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
-    """Encode a capture to a file, or resume a partial stream in it.
+    """Encode a capture to a file, or resume the partial stream in the file.
 
-    After an interruption, another call resumes the encode and produces the same bytes. A
-    file with the complete stream is left unchanged. Until frame 0 is written, its
-    training is saved in a checkpoint next to the file (`checkpoint_path`).
+    After an interruption, another call resumes the encode and produces the same bytes as an
+    uninterrupted encode. A file with the complete stream is not changed. Until frame 0 is
+    written, its training is saved in a checkpoint in the same folder (`checkpoint_path`).
 
     Args:
         capture: Multi-view video.
         path: Path of the file, which is created if missing.
-        options: Options; the checkpoint is set here.
+        options: Options of the encode, whose `checkpoint` is replaced.
 
     Raises:
         CaptureError: A picture cannot be read.
-        EncodeError: The scene cannot be written with these settings.
+        EncodeError: The format cannot represent the scene with these settings.
         BitstreamError: The file is not a stream.
-        ResumeError: The file has a stream of another encode, or is
-            being written by another process.
+        ResumeError: The file has a stream of another encode, or another process is writing
+            the file.
         OutputPathError: The path is a symbolic link, or not a regular file.
     """
     with open_exclusively(path) as file:
@@ -42,13 +42,13 @@ def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
 
 
 def encode_into(capture: Capture, file: BinaryIO, path: Path, options: EncodeOptions) -> None:
-    """Like `encode_file`, with a file from `open_exclusively`.
+    """Encode a capture as `encode_file` does, to a file that `open_exclusively` has opened.
 
     Args:
         capture: Multi-view video.
-        file: File that is open for reading and writing.
-        path: Path of the file.
-        options: Options, as for `encode_file`.
+        file: The file, open for reading and writing.
+        path: Path of the file, which determines the path of the checkpoint.
+        options: Options of the encode, whose `checkpoint` is replaced.
 
     Raises:
         CaptureError: See `encode_file`.
@@ -56,17 +56,17 @@ def encode_into(capture: Capture, file: BinaryIO, path: Path, options: EncodeOpt
         BitstreamError: See `encode_file`.
         ResumeError: The file has a stream of another encode.
     """
-    existing = read_partial_stream(FileSource(file))
-    if existing is None:
+    partial_stream = read_partial_stream(FileSource(file))
+    if partial_stream is None:
         file.truncate(file.seek(0))
-    encode(capture, file, replace(options, checkpoint=checkpoint_path(path)), existing)
+    encode(capture, file, replace(options, checkpoint=checkpoint_path(path)), partial_stream)
 
 
 @contextmanager
 def open_exclusively(path: Path) -> Iterator[BinaryIO]:
-    """Open a file for reading and writing, and lock it against other encodes.
+    """Open a file for reading and writing, and lock it so that no other encode writes to it.
 
-    The file is created if it is missing. Rejected files are left unchanged.
+    A missing file is created. Files that are rejected are not changed.
 
     Raises:
         ResumeError: Another process has the file open.

@@ -1,6 +1,7 @@
 """Sets the up direction and scale of a stream from the notes of a capture.
 
-HEAD (SPEC 5.3) has an axis that points up; other directions are stored as metadata (SPEC I.4).
+HEAD (SPEC 5.3) can store an up direction only if it is an axis. Other up directions are
+stored as metadata (SPEC I.4).
 """
 
 from dataclasses import replace
@@ -10,24 +11,24 @@ import numpy as np
 from quarc_ref.datasets.capture_notes import CaptureNotes
 from quarc_ref.format.records import StreamHeader
 
-_ALONG_AXIS = 0.9998  # cosine of one degree
+_MIN_AXIS_COSINE = 0.9998  # cosine of one degree
 
 
 def name_up_axis(notes: CaptureNotes) -> int:
-    """Return `up_axis` for the header: 1 to 6 for +x, -x, +y, -y, +z, -z, 0 for others."""
-    for axis, along in enumerate(notes.up or ()):
-        if abs(along) >= _ALONG_AXIS:
-            return 2 * axis + (1 if along > 0 else 2)
+    """Return `up_axis` for the header: 1 to 6 for +x, -x, +y, -y, +z, -z; 0 if not an axis."""
+    for axis, component in enumerate(notes.up or ()):
+        if abs(component) >= _MIN_AXIS_COSINE:
+            return 2 * axis + (1 if component > 0 else 2)
     return 0
 
 
 def set_world_frame(header: StreamHeader, notes: CaptureNotes) -> StreamHeader:
-    """Return a header with the up axis and scale of a capture, if known."""
-    meters = float(np.float32(notes.meters_per_unit or 0.0))  # as stored in the file
+    """Return a header with the up axis and scale of a capture, if the notes contain them."""
+    meters_per_unit = float(np.float32(notes.meters_per_unit or 0.0))  # as stored in the file
     return replace(
         header,
         up_axis=name_up_axis(notes) or header.up_axis,
-        meters_per_unit=meters or header.meters_per_unit,
+        meters_per_unit=meters_per_unit or header.meters_per_unit,
     )
 
 

@@ -53,7 +53,7 @@ def test_an_encode_does_not_write_through_a_link_at_its_part(
 def test_the_checkpoint_is_kept_next_to_a_link_at_its_old_temporary_name(
     capture, encoded, victim, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(checkpoint, "_SECONDS_APART", 0.0)
+    monkeypatch.setattr(checkpoint, "_SAVE_INTERVAL_SECONDS", 0.0)
     link = tmp_path / "a.quarc.part.training.part"
     link.symlink_to(victim)
 

@@ -149,7 +149,7 @@ def test_a_training_interrupted_in_its_first_minute_is_kept_to_the_step(ending, 
 def test_an_encode_interrupted_in_frame_0_resumes_its_training(
     capture, encoded, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(checkpoint, "_SECONDS_APART", 0.0)
+    monkeypatch.setattr(checkpoint, "_SAVE_INTERVAL_SECONDS", 0.0)
     file, training = tmp_path / "a.quarc", tmp_path / "a.quarc.part.training"
     command = ["encode", capture, "-o", file, *TINY_OPTIONS]
     save = checkpoint.Checkpoint.save_if_due

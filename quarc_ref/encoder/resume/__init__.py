@@ -1,1 +1,1 @@
-"""Resuming an interrupted encode: checkpoints and partial streams."""
+"""Resumes an interrupted encode from a checkpoint or a partial stream."""

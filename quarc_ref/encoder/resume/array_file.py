@@ -1,7 +1,7 @@
-"""Stores named arrays in a file, which is rejected unless all of it matches a layout.
+"""Stores named arrays in a file, and reads only files that match an expected layout.
 
-The file starts with a JSON line with a key, the type and shape of every array, and a CRC,
-followed by the uncompressed bytes of the arrays. Types and shapes are compared with the
+The file starts with a JSON line that contains a key, a CRC, and the type and shape of every
+array. The uncompressed bytes of the arrays follow. Types and shapes are compared with the
 layout before any array is read, so that reading never takes more memory than the layout
 allows.
 """
@@ -18,50 +18,57 @@ import numpy as np
 from numpy.typing import NDArray
 
 Arrays = dict[str, NDArray[Any]]
-Kind = tuple[str, tuple[int | str, ...]]
+ArrayType = tuple[str, tuple[int | str, ...]]
 _Shapes = dict[str, tuple[str, tuple[int, ...]]]
 _HEADER_LIMIT = 1 << 16
 
 
 class ArrayFileError(Exception):
-    """A file does not have the expected arrays."""
+    """A file is damaged, or does not contain the expected arrays."""
 
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Expected arrays of a file.
+    """Types and shapes that the arrays of a file must have.
 
     Attributes:
-        kinds: Type (`numpy.dtype.str`) and shape of each array. A dimension can be a
+        array_types: Type (`numpy.dtype.str`) and shape of each array. A dimension can be a
             name, which stands for the same length in all shapes.
-        lengths: Allowed values of each named length.
+        lengths: Allowed values of each named dimension.
     """
 
-    kinds: dict[str, Kind]
+    array_types: dict[str, ArrayType]
     lengths: dict[str, range]
 
-    def fits(self, found: _Shapes) -> bool:
-        """Return whether arrays have the expected names, types and shapes."""
+    def matches(self, shapes: _Shapes) -> bool:
+        """Return whether the types and shapes of arrays, by name, are the expected ones."""
         lengths: dict[str, int] = {}
-        return found.keys() == self.kinds.keys() and all(
-            dtype == self.kinds[name][0] and self._fits(shape, self.kinds[name][1], lengths)
-            for name, (dtype, shape) in found.items()
+        return shapes.keys() == self.array_types.keys() and all(
+            dtype == self.array_types[name][0]
+            and self._matches_shape(shape, self.array_types[name][1], lengths)
+            for name, (dtype, shape) in shapes.items()
         )
 
-    def _fits(
+    def _matches_shape(
         self, shape: tuple[int, ...], expected: tuple[int | str, ...], lengths: dict[str, int]
     ) -> bool:
-        """Return whether a shape is as expected, and record named lengths in `lengths`."""
+        """Return whether a shape matches; store the lengths of named dimensions in `lengths`."""
         return len(shape) == len(expected) and all(
-            length in self.lengths[place] and lengths.setdefault(place, length) == length
-            if isinstance(place, str)
-            else length == place
-            for length, place in zip(shape, expected, strict=True)
+            length in self.lengths[dimension] and lengths.setdefault(dimension, length) == length
+            if isinstance(dimension, str)
+            else length == dimension
+            for length, dimension in zip(shape, expected, strict=True)
         )
 
 
 def write_arrays(sink: BinaryIO, key: str, arrays: Arrays) -> None:
-    """Write arrays with a key that identifies their purpose."""
+    """Write arrays to a file.
+
+    Args:
+        sink: Binary file to which header and arrays are appended.
+        key: Text that identifies the content; `read_arrays` rejects files with another key.
+        arrays: Arrays by name.
+    """
     shapes = {name: (array.dtype.str, array.shape) for name, array in arrays.items()}
     header = {"key": key, "crc32": _compute_crc(arrays), "arrays": shapes}
     sink.write(json.dumps(header).encode() + b"\n")
@@ -75,15 +82,15 @@ def read_arrays(file: BinaryIO, key: str, layout: Layout) -> Arrays:
     Args:
         file: A regular file, opened at its beginning.
         key: Expected key.
-        layout: Expected arrays.
+        layout: Expected types and shapes.
 
     Raises:
-        ArrayFileError: The key or the arrays are not the expected ones.
+        ArrayFileError: The file is damaged, or key, types or shapes are not as expected.
         OSError: The file cannot be read.
     """
     line = file.readline(_HEADER_LIMIT)
-    found_key, crc, shapes = _parse(line)
-    if found_key != key or not layout.fits(shapes):
+    found_key, crc, shapes = _parse_header(line)
+    if found_key != key or not layout.matches(shapes):
         message = "the file does not have the expected arrays"
         raise ArrayFileError(message)
     sizes = {
@@ -97,13 +104,13 @@ def read_arrays(file: BinaryIO, key: str, layout: Layout) -> Arrays:
         for name, (dtype, shape) in shapes.items()
     }
     if _compute_crc(arrays) != crc:
-        message = "the file is damaged"
+        message = "the file is damaged: its CRC is wrong"
         raise ArrayFileError(message)
     return arrays
 
 
-def _parse(line: bytes) -> tuple[object, object, _Shapes]:
-    """Parse key, CRC and shapes from the header."""
+def _parse_header(line: bytes) -> tuple[object, object, _Shapes]:
+    """Parse the header line into the key, the CRC, and types and shapes by name."""
     try:
         header = json.loads(line)
         shapes = {
@@ -112,7 +119,7 @@ def _parse(line: bytes) -> tuple[object, object, _Shapes]:
         }
         return header["key"], header["crc32"], shapes
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
-        message = "the file has no header"
+        message = "the first line of the file is not a valid header"
         raise ArrayFileError(message) from error
 
 

@@ -1,6 +1,7 @@
-"""Checkpoints of the training of a canonical frame.
+"""Checkpoints of the training of frame 0.
 
-Later frames resume from the stream itself (`partial_stream`) without checkpoints.
+After frame 0 is written, an encode resumes from the stream (`partial_stream`) and needs no
+checkpoint.
 """
 
 import hashlib
@@ -20,39 +21,42 @@ from quarc_ref.encoder.resume.array_file import (
 from quarc_ref.files import atomic_file, remove_leftovers
 from quarc_ref.files.locks import open_regular
 
-_SECONDS_APART = 60.0
+_SAVE_INTERVAL_SECONDS = 60.0
 _SUFFIX = ".training"
 
 
 def checkpoint_path(stream: Path) -> Path:
-    """Return the path of the checkpoint next to a stream."""
+    """Return the path of the checkpoint of a stream, in the same folder."""
     return stream.with_name(stream.name + _SUFFIX)
 
 
 def remove_checkpoint(path: Path) -> None:
-    """Remove a checkpoint and its temporary files."""
+    """Remove a checkpoint and its temporary files, if they exist."""
     path.unlink(missing_ok=True)
     remove_leftovers(path)
 
 
 class Checkpoint:
-    """A file with the complete training state, written every minute.
+    """A file with the complete state of a training.
 
     Args:
         path: Path of the file.
-        said: JSON values that identify this training.
+        identity: JSON values that identify the training; files of other trainings are ignored.
     """
 
-    def __init__(self, path: Path, said: object) -> None:
+    def __init__(self, path: Path, identity: object) -> None:
         self._path = path
-        self._key = hashlib.sha256(json.dumps(said).encode()).hexdigest()
-        self._saved = time.monotonic()
+        self._key = hashlib.sha256(json.dumps(identity).encode()).hexdigest()
+        self._last_save_time = time.monotonic()
 
     def load(self, layout: Layout) -> Arrays | None:
-        """Load the arrays; None if the file is missing, damaged or from another training.
+        """Load the arrays of the file.
 
         Args:
-            layout: Expected arrays of this training.
+            layout: Types and shapes that arrays of this training have.
+
+        Returns:
+            The arrays; None if the file is missing, damaged or of another training.
         """
         try:
             with open_regular(self._path, os.O_RDONLY) as file:
@@ -60,24 +64,24 @@ class Checkpoint:
         except (OSError, ArrayFileError):
             return None
 
-    def save_if_due(self, describe: Callable[[], Arrays]) -> None:
-        """Save if the last save was at least a minute ago.
+    def save_if_due(self, get_arrays: Callable[[], Arrays]) -> None:
+        """Save the arrays that `get_arrays` returns if the last save was a minute ago or earlier.
 
         Raises:
             OSError: The file cannot be written.
         """
-        if time.monotonic() - self._saved >= _SECONDS_APART:
-            self.save(describe)
+        if time.monotonic() - self._last_save_time >= _SAVE_INTERVAL_SECONDS:
+            self.save(get_arrays)
 
-    def save(self, describe: Callable[[], Arrays]) -> None:
-        """Replace the file with the arrays that `describe` returns.
+    def save(self, get_arrays: Callable[[], Arrays]) -> None:
+        """Replace the content of the file by the arrays that `get_arrays` returns.
 
         Raises:
             OSError: The file cannot be written.
         """
         with atomic_file(self._path, durable=True) as file:
-            write_arrays(file, self._key, describe())
-        self._saved = time.monotonic()
+            write_arrays(file, self._key, get_arrays())
+        self._last_save_time = time.monotonic()
 
     def remove(self) -> None:
         """Remove the file and its temporary files."""

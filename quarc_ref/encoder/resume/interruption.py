@@ -1,4 +1,4 @@
-"""Defers Ctrl-C and SIGTERM to the end of a step."""
+"""Defers Ctrl-C and SIGTERM to the end of a training step."""
 
 import signal
 import threading
@@ -9,25 +9,25 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 @contextmanager
-def signals_deferred() -> Iterator[None]:
-    """Defer signals that arrive within this context until its end.
+def defer_signals() -> Iterator[None]:
+    """Defer SIGINT and SIGTERM that arrive within this context until its end.
 
-    Signals without a Python handler are not affected. Outside the main thread, which
-    receives all signals, the context has no effect.
+    A signal without a Python handler is not deferred. In threads other than the main thread,
+    the context has no effect, because only the main thread runs signal handlers.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    arrived: list[int] = []
+    received: list[int] = []
     handlers = {
         number: handler for number in _SIGNALS if callable(handler := signal.getsignal(number))
     }
     for number in handlers:
-        signal.signal(number, lambda number, _frame: arrived.append(number))
+        signal.signal(number, lambda number, _frame: received.append(number))
     try:
         yield
     finally:
         for number, handler in handlers.items():
             signal.signal(number, handler)
-    if arrived:
-        signal.raise_signal(arrived[0])
+    if received:
+        signal.raise_signal(received[0])

@@ -1,10 +1,10 @@
 """Partial streams, from which an interrupted encode is resumed.
 
-The complete frames of the stream are sufficient to resume: a frame depends on the
-decoder's state of the previous one, random numbers on (seed, frame, purpose), exposures
-on decoded frame 0, and rate-distortion weights on frame sizes. The result is
-byte-identical to an uninterrupted encode if capture, settings and software are the same,
-which is checked by the metadata of the stream.
+The complete frames of the stream are sufficient to resume. A frame depends on the decoder's
+state of the previous frame, random numbers on (seed, frame, purpose), exposures on decoded
+frame 0, and rate-distortion weights on frame sizes. The result is byte-identical to an
+uninterrupted encode if capture, settings and software are the same. The metadata of the
+stream shows whether they are.
 """
 
 from collections.abc import Sequence
@@ -32,8 +32,8 @@ class PartialStream:
         header: Header from the HEAD chunk.
         cameras: Cameras from the `came` chunk.
         metadata: Metadata from the `meta` chunk.
-        frames: Chunks of the frames; the first one is canonical.
-        end: Offset of the end of the last of these chunks, bytes.
+        frames: Chunks of the complete frames; the first frame is canonical.
+        end: Offset of the end of the last complete frame, bytes.
         is_finished: Whether the stream ends with TAIL.
     """
 
@@ -48,38 +48,38 @@ class PartialStream:
 def read_partial_stream(source: Source) -> PartialStream | None:
     """Read a stream up to its last complete frame.
 
-    Bytes after it are assumed to be left from an interrupted write.
+    Bytes after the last complete frame are ignored: an interrupted write may have left them.
 
     Returns:
-        The partial stream; None if there is no complete frame.
+        The partial stream; None if the stream has no complete frame.
 
     Raises:
-        BitstreamError: The bytes are not a stream.
+        BitstreamError: The source is not a stream.
         ResumeError: The chunks are not in the order in which this encoder writes them.
     """
     chunks: list[Chunk] = []
     reader = ChunkReader(source)
     try:
         for header in reader.headers():
-            chunks.append(reader.take(header))  # noqa: PERF401, those before an error count
+            chunks.append(reader.take(header))  # noqa: PERF401, keeps the chunks before an error
     except TruncatedError:
         pass
     except BitstreamError:
         if not any(chunk.kind in container.FRAME_TYPES for chunk in chunks):
             raise
-    return _gather(chunks)
+    return _build_partial_stream(chunks)
 
 
-def _gather(chunks: Sequence[Chunk]) -> PartialStream | None:
+def _build_partial_stream(chunks: Sequence[Chunk]) -> PartialStream | None:
     count = len(_PROLOGUE)
-    prologue, rest = chunks[:count], chunks[count:]
-    frames = tuple(chunk for chunk in rest if chunk.kind in container.FRAME_TYPES)
-    foreign = {chunk.kind for chunk in rest} - {
+    prologue, other_chunks = chunks[:count], chunks[count:]
+    frames = tuple(chunk for chunk in other_chunks if chunk.kind in container.FRAME_TYPES)
+    unexpected_kinds = {chunk.kind for chunk in other_chunks} - {
         *container.FRAME_TYPES,
         container.INDX,
         container.TAIL,
     }
-    if tuple(chunk.kind for chunk in prologue) != _PROLOGUE[: len(chunks)] or foreign:
+    if tuple(chunk.kind for chunk in prologue) != _PROLOGUE[: len(chunks)] or unexpected_kinds:
         message = "the chunks of the stream are not in the order in which this encoder writes them"
         raise ResumeError(message)
     if not frames:
@@ -90,90 +90,94 @@ def _gather(chunks: Sequence[Chunk]) -> PartialStream | None:
         wire.parse_metadata(prologue[2].payload),
         frames,
         frames[-1].offset + frames[-1].byte_count(),
-        rest[-1].kind == container.TAIL,
+        other_chunks[-1].kind == container.TAIL,
     )
 
 
 def require_match(
-    existing: PartialStream,
+    partial_stream: PartialStream,
     header: StreamHeader,
     cameras: Sequence[Camera],
     metadata: dict[str, str],
 ) -> None:
-    """Raise ResumeError unless header, cameras and metadata match this encode's.
+    """Raise ResumeError unless header, cameras and metadata equal those of this encode.
 
     Args:
-        existing: The partial stream.
-        header: Header of this encode; its conformance level is ignored.
+        partial_stream: The partial stream.
+        header: Header of this encode, whose conformance level is ignored.
         cameras: Cameras of this encode.
         metadata: Metadata of this encode.
     """
-    differ = _compare_metadata(existing.metadata, metadata) or [
-        *(["set of cameras"] if existing.cameras != _as_written(cameras) else []),
-        *_compare_headers(existing.header, header),
+    differences = _compare_metadata(partial_stream.metadata, metadata) or [
+        *(["set of cameras"] if partial_stream.cameras != _round_trip_cameras(cameras) else []),
+        *_compare_headers(partial_stream.header, header),
     ]
-    if differ:
+    if differences:
         message = (
             "the partial stream was encoded with different inputs; these differ: "
-            f"{', '.join(_DESCRIBED.get(name, name) for name in differ)}"
+            f"{', '.join(_DESCRIPTIONS.get(name, name) for name in differences)}"
         )
         raise ResumeError(message)
 
 
-_DESCRIBED = {"fingerprint": "fingerprint (of the capture's files, masks included)"}
+_DESCRIPTIONS = {"fingerprint": "fingerprint (of the capture's files, masks included)"}
 
 
-def require_frames(existing: PartialStream, frame_count: int, canonical: CanonicalSettings) -> None:
-    """Raise ResumeError unless the frames are the first ones of this encode.
+def require_frames(
+    partial_stream: PartialStream, frame_count: int, canonical: CanonicalSettings
+) -> None:
+    """Raise ResumeError unless the frames have the chunk types and ordinals of this encode.
 
     Args:
-        existing: The partial stream.
+        partial_stream: The partial stream.
         frame_count: Requested number of frames.
-        canonical: Settings that determine which frames are canonical.
+        canonical: Settings that determine the chunk type of each frame.
     """
-    for frame, chunk in enumerate(existing.frames):
-        due = canonical.frame_kind(frame)
-        named = None if due == container.FRAM else frame
-        if chunk.kind != due or _name_canonical(chunk) != named:
+    for frame, chunk in enumerate(partial_stream.frames):
+        expected_kind = canonical.frame_kind(frame)
+        expected_ordinal = None if expected_kind == container.FRAM else frame
+        if chunk.kind != expected_kind or _canonical_ordinal(chunk) != expected_ordinal:
             message = (
-                f"frame {frame} of the stream does not match this encode; the stream was cut or "
-                "joined"
+                f"frame {frame} of the stream does not match this encode, because the stream was "
+                "cut or joined: resume the original stream, or encode to another file"
             )
             raise ResumeError(message)
-    require_count(existing, frame_count)
+    require_count(partial_stream, frame_count)
 
 
-def require_count(existing: PartialStream, frame_count: int) -> None:
-    """Raise ResumeError if there are too many frames, or too few in a finished stream."""
-    found = len(existing.frames)
-    if found > frame_count or (existing.is_finished and found < frame_count):
-        end = "is complete with" if existing.is_finished else "has"
-        message = f"the stream {end} {found} frames, not {frame_count}"
+def require_count(partial_stream: PartialStream, frame_count: int) -> None:
+    """Raise ResumeError if the stream has too many frames, or is finished with too few."""
+    found_count = len(partial_stream.frames)
+    if found_count > frame_count or (partial_stream.is_finished and found_count < frame_count):
+        description = "is complete with" if partial_stream.is_finished else "has"
+        message = f"the stream {description} {found_count} frames, not {frame_count}"
         raise ResumeError(message)
 
 
-def _name_canonical(chunk: Chunk) -> int | None:
-    """Return the ordinal of a canonical frame; None for other frames."""
+def _canonical_ordinal(chunk: Chunk) -> int | None:
+    """Return the ordinal that a CANO or SNAP chunk contains; None for other chunks."""
     return canonical_frame(chunk.payload) if chunk.kind in container.CANONICAL_TYPES else None
 
 
-def _as_written(cameras: Sequence[Camera]) -> tuple[Camera, ...]:
+def _round_trip_cameras(cameras: Sequence[Camera]) -> tuple[Camera, ...]:
     return wire.parse_cameras(wire.build_cameras(tuple(cameras)))
 
 
-def _compare_headers(before: StreamHeader, now: StreamHeader) -> list[str]:
+def _compare_headers(existing_header: StreamHeader, new_header: StreamHeader) -> list[str]:
     """Return the names of header fields that differ, ignoring the conformance level."""
     names = [field.name for field in fields(StreamHeader) if field.name != "level"]
-    return [name for name in names if getattr(before, name) != getattr(now, name)]
+    return [name for name in names if getattr(existing_header, name) != getattr(new_header, name)]
 
 
-def _compare_metadata(before: dict[str, str], now: dict[str, str]) -> list[str]:
+def _compare_metadata(existing: dict[str, str], new: dict[str, str]) -> list[str]:
     """Return the names of metadata entries and settings that differ."""
-    if "settings" in before:
-        before = before | {"settings": update_names(before["settings"])}
-    names = [name for name in {**before, **now} if before.get(name) != now.get(name)]
+    if "settings" in existing:
+        existing = existing | {"settings": update_names(existing["settings"])}
+    names = [name for name in {**existing, **new} if existing.get(name) != new.get(name)]
     if "settings" in names:
         names.remove("settings")
-        said = {*before.get("settings", "").split()} ^ {*now["settings"].split()}
-        names += sorted({item.partition("=")[0] for item in said if "=" in item}) or ["settings"]
+        changed_items = {*existing.get("settings", "").split()} ^ {*new["settings"].split()}
+        names += sorted({item.partition("=")[0] for item in changed_items if "=" in item}) or [
+            "settings"
+        ]
     return names

@@ -1,7 +1,7 @@
-"""Validates checkpoints of the canonical frame before they are used.
+"""Validates the arrays of a checkpoint before training uses them.
 
-The file may be writable by other users, and kernels do not check their arguments, so
-types, shapes and values are checked here.
+Other users may be able to write the file, and the renderer's kernels do not check their
+arguments. This module therefore checks types, shapes and values.
 """
 
 from collections.abc import Collection
@@ -11,14 +11,14 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from quarc_ref.encoder.resume.array_file import Arrays, Kind, Layout
+from quarc_ref.encoder.resume.array_file import Arrays, ArrayType, Layout
 
 _GAUSSIANS, _VIEWS = "Gaussians", "views"
 
 
 @dataclass(frozen=True, slots=True)
-class Bounds:
-    """Bounds of the values in a checkpoint.
+class CheckpointBounds:
+    """Limits for the sizes and values of the arrays in a checkpoint.
 
     Attributes:
         gaussians: Maximum number of Gaussians.
@@ -30,31 +30,30 @@ class Bounds:
     views: int
     iterations: int
 
-    def describe_layout(self, fresh: Arrays, of_gaussians: Collection[str]) -> Layout:
-        """Return the types and shapes of the training's arrays at any step.
+    def describe_layout(self, initial_arrays: Arrays, gaussian_arrays: Collection[str]) -> Layout:
+        """Return the layout that the arrays of this training have at every step.
 
         Args:
-            fresh: Initial state of the training.
-            of_gaussians: Names of the arrays that have one row per Gaussian; scalars among them are
-                not affected.
+            initial_arrays: State of the training before its first step.
+            gaussian_arrays: Names of the arrays that have one row per Gaussian, and of scalars.
         """
-        kinds: dict[str, Kind] = {}
-        for name, array in fresh.items():
-            rows = (_GAUSSIANS,) if name in of_gaussians and array.ndim else ()
-            kinds[name] = (array.dtype.str, (*rows, *array.shape[len(rows) :]))
-        kinds["left"] = (kinds["left"][0], (_VIEWS,))
+        array_types: dict[str, ArrayType] = {}
+        for name, array in initial_arrays.items():
+            rows = (_GAUSSIANS,) if name in gaussian_arrays and array.ndim else ()
+            array_types[name] = (array.dtype.str, (*rows, *array.shape[len(rows) :]))
+        array_types["left"] = (array_types["left"][0], (_VIEWS,))
         lengths = {_GAUSSIANS: range(1, self.gaussians + 1), _VIEWS: range(self.views + 1)}
-        return Layout(kinds, lengths)
+        return Layout(array_types, lengths)
 
-    def are_valid(self, saved: Arrays) -> bool:
+    def are_valid(self, arrays: Arrays) -> bool:
         """Return whether this training could have produced the values of the arrays."""
-        squares = [array for name, array in saved.items() if name.endswith(".exp_avg_sq")]
+        second_moments = [array for name, array in arrays.items() if name.endswith(".exp_avg_sq")]
         return (
-            0 < int(saved["step"]) <= self.iterations
-            and all(0 <= view < self.views for view in saved["left"].tolist())
-            and all(bool(np.isfinite(array).all()) for array in saved.values())
-            and all(bool((array >= 0).all()) for array in squares)
-            and _is_generator_state(saved["generator"])
+            0 < int(arrays["step"]) <= self.iterations
+            and all(0 <= view < self.views for view in arrays["left"].tolist())
+            and all(bool(np.isfinite(array).all()) for array in arrays.values())
+            and all(bool((array >= 0).all()) for array in second_moments)
+            and _is_generator_state(arrays["generator"])
         )
 
 

@@ -1,1 +1,1 @@
-"""Settings of an encode: fields, presets and their ranges."""
+"""Settings of an encode: fields, valid ranges and presets."""

@@ -28,8 +28,9 @@ class CanonicalSettings(Validated):
     )
     snapshot_dead_zone: NonNegativeInt = described(
         2,
-        "Largest move since the last canonical frame that a snapshot undoes to save bytes, in "
-        "translation steps and units of 2^-stream.rotation_bits; 0: keep all moves.",
+        "Largest change since the last canonical frame that a snapshot undoes to save bytes: "
+        "of positions in translation steps, of rotations in units of 2^-stream.rotation_bits; "
+        "0: undo no change.",
     )
     iterations: PositiveInt = described(
         15_000, "Training iterations of a canonical frame (paper: 15 000)."
@@ -44,7 +45,7 @@ class CanonicalSettings(Validated):
         1000, "First iteration that trains SH degree 1 (paper: 1000)."
     )
     lambda_dssim: UnitInterval = described(
-        0.2, "Weight of D-SSIM in the loss; the rest is L1 (paper: 0.2)."
+        0.2, "Weight w of D-SSIM in the loss; L1 has the weight 1 - w (paper: 0.2)."
     )
     position_noise: NonNegativeFloat = described(
         0.01,
@@ -79,23 +80,23 @@ class CanonicalSettings(Validated):
     )
     half_resolution_until_iter: NonNegativeInt = described(
         0,
-        "Number of first iterations that use pictures of half the width and height, for speed; 0: "
-        "full resolution throughout.",
+        "Iteration before which training uses pictures of half the width and height, for speed; "
+        "0: all iterations use the full resolution.",
     )
     exposure_lr: UnitInterval = described(
         0.0,
-        "Rate, per iteration, at which the color gains of a camera follow their current estimate; "
-        "0: no exposure compensation (paper).",
+        "Weight of the latest estimate in the moving average of a camera's color gains; 0: no "
+        "exposure compensation (paper).",
     )
     exposure_from_iter: NonNegativeInt = described(
         200,
-        "First iteration that estimates the exposure of cameras, if canonical.exposure_lr is "
+        "First iteration that estimates the color gains of cameras, if canonical.exposure_lr is "
         "above 0.",
     )
     opacity_decay: UnitInterval = described(
         0.0,
-        "Fraction of its opacity that a Gaussian loses each time it is rendered, from the first "
-        "densification to fine-tuning; 0: no decay (paper). 4C4D uses 0.001.",
+        "Fraction of its opacity that a Gaussian loses in each iteration that renders it, from "
+        "the first densification to fine-tuning; 0: no decay (paper). 4C4D uses 0.001.",
     )
     opacity_reg: NonNegativeFloat = described(
         0.0,
@@ -109,25 +110,26 @@ class CanonicalSettings(Validated):
     )
     quantize_from: UnitInterval = described(
         0.8,
-        "Fraction of the iterations after which fine-tuning starts: training with quantized "
+        "Fraction of the iterations after which fine-tuning starts, which trains quantized "
         "attributes; 1: no fine-tuning (paper).",
     )
     prune_rd_lambda: NonNegativeFloat = described(
         0.0,
-        "Rate-distortion weight of a Gaussian. After densification, a Gaussian is pruned if its "
-        "removal would change the pictures by less than this multiple of the median squared error "
-        "around a Gaussian; halfway to the end of densification, by less than half of it. At most "
-        "half of the visible Gaussians are pruned each time. 0: no such pruning (paper).",
+        "Rate-distortion weight of a Gaussian. At the end of densification, Gaussians are pruned "
+        "whose removal would change the pictures by less than this multiple of the median squared "
+        "error around a Gaussian. At half that iteration, Gaussians are pruned with half the "
+        "multiple. Each pruning removes at most half of the visible Gaussians. 0: no pruning by "
+        "contribution (paper).",
     )
     code_rd_lambda: NonNegativeFloat = described(
         0.0,
-        "Rate-distortion weight, relative to the loss, of the estimated size in nats of a "
-        "Gaussian's codes, except position and opacity; 0: rate is not in the loss (paper).",
+        "Rate-distortion weight, relative to the loss, of the estimated nats per Gaussian of all "
+        "codes except position and opacity; 0: the loss has no rate term (paper).",
     )
     lr_end_factor: UnitInterval = described(
         1.0,
-        "Learning rates at the end of fine-tuning, relative to its start (cosine decay); 1: no "
-        "decay.",
+        "Learning rates at the end of fine-tuning, relative to those at its start (cosine decay); "
+        "1: no decay.",
     )
     position_lr: PositiveFloat = described(
         1.6e-4, "Initial learning rate of positions, relative to the camera extent."

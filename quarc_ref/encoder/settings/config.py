@@ -1,9 +1,9 @@
 """All encoder settings, with their defaults and descriptions.
 
-Values stated in the paper are the defaults. `presets` defines named sets of settings;
-`--set motion.lr=5e-4` changes one. Fields carry their description as metadata, which
-`quarc-ref encode --list-settings` prints. Iteration counts are optimizer steps; lengths
-are world units unless stated otherwise.
+Where the paper states a value, the default is this value. `presets` defines named sets of
+settings; `--set motion.lr=5e-4` changes a single setting. The metadata of a field contains
+its description, which `quarc-ref encode --list-settings` prints. Iteration counts are
+optimizer steps; lengths are in world units unless stated otherwise.
 """
 
 from dataclasses import dataclass, field, replace
@@ -35,8 +35,8 @@ class StepSettings(Validated):
     translation_change: NonNegativeFloat = described(
         0.0,
         "Mean change of the frame-0 pictures, as a fraction of white, that a shift by one "
-        "translation step causes. The translation step is derived from it, and is at most one "
-        "pixel. 0: use stream.translation_step, which is in lattice units.",
+        "translation step causes. The translation step is chosen to cause this change, but is at "
+        "most one pixel. 0: use stream.translation_step, which is in lattice units.",
     )
 
 
@@ -45,14 +45,14 @@ class EncoderConfig(Validated):
     """All settings of an encode.
 
     Attributes:
-        stream: Header fields, except clock, conformance level, seed and snapshots, which
-            the encoder sets.
+        stream: Header fields. The encoder replaces clock, conformance level, seed and
+            snapshots.
         steps: Quantization steps relative to the capture's resolution.
         canonical: Settings of canonical frames.
-        motion: Settings of stage 1 of the other frames.
-        updates: Settings of updates of individual Gaussians, part of stage 1, used if
+        motion: Settings of stage 1 (motion) of frames between keyframes.
+        updates: Settings of updates of individual Gaussians in stage 1, used if
             `stream.updates` is set.
-        births: Settings of stage 2 of the other frames.
+        births: Settings of stage 2 (births) of frames between keyframes.
     """
 
     stream: StreamHeader = field(default_factory=StreamHeader)
@@ -87,16 +87,16 @@ def make_header(
     """Make the header of a stream.
 
     Args:
-        config: All settings; `stream` determines the other header fields.
+        config: All settings; fields of the header that are not set here come from `stream`.
         frames_per_second: Frame rate of the capture.
-        gaussian_count: Number of Gaussians in the canonical frame; the conformance level
-            also allows one frame's births.
+        gaussian_count: Number of Gaussians in the canonical frame. The conformance level is
+            the lowest one that allows this number plus the maximum births of a frame.
     """
-    clock = Fraction(frames_per_second).limit_denominator(_CLOCK_LIMIT)
-    most = gaussian_count + config.births.max_births
+    clock = Fraction(frames_per_second).limit_denominator(_CLOCK_DENOMINATOR_LIMIT)
+    max_gaussians = gaussian_count + config.births.max_births
     return replace(
         config.stream,
-        level=min(level for level, limits in LEVELS.items() if most <= limits.gaussians),
+        level=min(level for level, limits in LEVELS.items() if max_gaussians <= limits.gaussians),
         timescale=clock.numerator,
         frame_ticks=clock.denominator,
         seed=config.seed,
@@ -104,4 +104,4 @@ def make_header(
     )
 
 
-_CLOCK_LIMIT = 1001
+_CLOCK_DENOMINATOR_LIMIT = 1001

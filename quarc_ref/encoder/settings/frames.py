@@ -37,7 +37,7 @@ class MotionSettings(Validated):
     )
     level_lr_factor: NonNegativeFloat = described(
         1.0,
-        "Factor of the learning rate from one anchor level to the next coarser one; 1: equal "
+        "Learning rate of an anchor level, relative to the next finer level; 1: equal learning "
         "rates (paper).",
     )
     lr_end_factor: UnitInterval = described(
@@ -46,7 +46,7 @@ class MotionSettings(Validated):
         "no decay (paper).",
     )
     lambda_dssim: UnitInterval = described(
-        0.2, "Weight of D-SSIM in the loss of motion and births; the rest is L1."
+        0.2, "Weight w of D-SSIM in the loss of motion and births; L1 has the weight 1 - w."
     )
     rate_model: RateModel = described(
         "l1",
@@ -58,13 +58,13 @@ class MotionSettings(Validated):
         1.0,
         "Rate-distortion weight of the motion residuals, whose rate motion.rate_model estimates. "
         "With group_log, relative to the loss of decoded frame 0; with l1, absolute (paper: 1). "
-        "0: rate is not in the loss.",
+        "0: the loss has no rate term.",
     )
     warm_start: WarmStart = described(
         "anchors",
-        "Initial motion residuals: anchors, those of the anchor in the previous frame or, after "
-        "resampling, the mean of the three nearest anchors (paper); or projection, a fit of each "
-        "Gaussian's previous motion from the coarsest anchor level to the finest.",
+        "Initial motion residuals: anchors, the residuals of the anchor in the previous frame or, "
+        "after resampling, the mean of the three nearest anchors (paper); or projection, a fit to "
+        "the Gaussians' previous motion from the coarsest anchor level to the finest.",
     )
     momentum: NonNegativeFloat = described(
         0.6,
@@ -92,8 +92,8 @@ class BirthSettings(Validated):
     )
     grad_threshold: NonNegativeFloat = described(
         1.5e-4,
-        "Screen-space gradient, in NDC, above which births clone a Gaussian (gated; placement "
-        "gate) or split a large new one.",
+        "Screen-space gradient, in NDC, above which a Gaussian is cloned (placement gate, after "
+        "weighting by the change gate) or a large new Gaussian is split.",
     )
     error_threshold: NonNegativeFloat = described(
         0.08,
@@ -103,7 +103,7 @@ class BirthSettings(Validated):
     error_radius: NonNegativeInt = described(
         1,
         "Radius in pixels of the square in which a pixel must have the largest error to get a new "
-        "Gaussian (placement errors); 0: no such condition.",
+        "Gaussian (placement errors); 0: compare no neighbors.",
     )
     death_opacity: UnitInterval = described(
         1.0,
@@ -115,8 +115,8 @@ class BirthSettings(Validated):
     )
     max_parent_scale: NonNegativeFloat = described(
         0.01,
-        "Scale, relative to the camera extent, up to which births clone a Gaussian (placement "
-        "gate), and above which they split a new one.",
+        "Largest scale, relative to the camera extent, of Gaussians that are cloned (placement "
+        "gate); new Gaussians with a larger scale are split.",
     )
     spread: NonNegativeFloat = described(
         2.0,
@@ -148,15 +148,15 @@ class BirthSettings(Validated):
     )
     rd_selection: bool = described(
         False,
-        "Keep only new Gaussians that lower the loss of the training views by more than their "
-        "bytes cost, as set by births.rd_lambda (not in the paper).",
+        "Code only new Gaussians that lower the loss of the training views by more than the cost "
+        "of their bytes, which births.rd_lambda sets (not in the paper).",
     )
     rd_lambda: NonNegativeFloat = described(
         0.0,
         "Rate-distortion weight of births with births.rd_selection: the decrease of the mean loss "
         "of the training views required per byte, multiplied by the number of Gaussians and "
-        "divided by the loss of decoded frame 0. 0: only the new Gaussians of a frame together "
-        "must lower the loss.",
+        "divided by the loss of decoded frame 0. 0: the new Gaussians of a frame must only lower "
+        "the loss together.",
     )
 
 
@@ -169,17 +169,18 @@ class UpdateSettings(Validated):
     )
     rd_lambda: NonNegativeFloat = described(
         0.2,
-        "Rate-distortion weight of updates, relative to the loss of decoded frame 0. Their rate "
-        "is estimated by the mean over all Gaussians of ln(1 + norm of the Gaussian's residuals "
-        "in steps). 0: rate is not in the loss.",
+        "Rate-distortion weight of updates, relative to the loss of decoded frame 0. The rate of "
+        "updates is estimated as the mean over all Gaussians of ln(1 + norm of the Gaussian's "
+        "residuals in steps). 0: the loss has no rate term.",
     )
     select_at: UnitInterval = described(
         0.5, "Fraction of the motion iterations after which the Gaussians to update are selected."
     )
     min_gain: NonNegativeFloat = described(
         0.5,
-        "Minimum decrease of the mean loss of the training views by an update, multiplied by the "
-        "number of Gaussians and divided by the loss of decoded frame 0; 0: any decrease.",
+        "Decrease of the mean loss of the training views above which an update is selected, "
+        "multiplied by the number of Gaussians and divided by the loss of decoded frame 0; 0: any "
+        "decrease.",
     )
     death_opacity: UnitInterval = described(
         0.02,

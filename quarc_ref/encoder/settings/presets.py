@@ -3,7 +3,7 @@
 `main` has the best measured trade-off between bytes and PSNR (benchmarks/README.md).
 `demo` encodes the built-in capture in a few minutes on two cores, with the same quality
 but several times the bytes. `paper` has the schedule and the quantization steps of the
-paper, which are all 0.01 except that of positions.
+paper; all steps except the position step are 0.01.
 """
 
 import difflib
@@ -116,11 +116,11 @@ PRESETS = {"main": _MAIN, "demo": _DEMO, "paper": _PAPER}
 
 
 class SettingError(ValueError):
-    """A setting does not exist, or a value is invalid."""
+    """A preset or setting does not exist, or a value is invalid."""
 
 
 def choose_preset(name: str) -> EncoderConfig:
-    """Return a preset.
+    """Return the settings of a preset.
 
     Raises:
         SettingError: The preset does not exist.
@@ -132,12 +132,12 @@ def choose_preset(name: str) -> EncoderConfig:
 
 
 def change_setting(config: EncoderConfig, path: str, text: str) -> EncoderConfig:
-    """Return settings with one change.
+    """Return the settings after changing one of them.
 
     Args:
-        config: Settings.
-        path: Name of a setting, such as `motion.lr`.
-        text: New value; items of tuples are separated by commas.
+        config: All settings.
+        path: Name of the setting to change, such as `motion.lr`.
+        text: New value as text; items of tuples are separated by commas.
 
     Raises:
         SettingError: The setting does not exist, or the value is invalid.
@@ -147,13 +147,13 @@ def change_setting(config: EncoderConfig, path: str, text: str) -> EncoderConfig
         raise SettingError(message)
     names = dict(list_settings(config))
     if path not in names:
-        last = [name for name in names if name.endswith(f".{path}")]
-        close = last or difflib.get_close_matches(path, names, n=3)
-        hint = f"; similar names: {', '.join(close)}" if close else ""
-        message = f"no setting {path!r}{hint}; encode --list-settings lists all settings"
+        same_name = [name for name in names if name.endswith(f".{path}")]
+        similar = same_name or difflib.get_close_matches(path, names, n=3)
+        suggestion = f"; similar names: {', '.join(similar)}" if similar else ""
+        message = f"no setting {path!r}{suggestion}; encode --list-settings lists all settings"
         raise SettingError(message)
-    changed: EncoderConfig = _changed(config, path.split("."), path, text)
-    return changed
+    new_config: EncoderConfig = _replace_setting(config, path.split("."), path, text)
+    return new_config
 
 
 def list_settings(config: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:  # noqa: ANN401
@@ -167,15 +167,17 @@ def list_settings(config: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:  
             yield path, value
 
 
-def _changed(node: Any, names: list[str], path: str, text: str) -> Any:  # noqa: ANN401
-    name, *rest = names
-    if rest:
-        return replace(node, **{name: _changed(getattr(node, name), rest, path, text)})
-    hint = get_type_hints(type(node), include_extras=True)[name]
+def _replace_setting(node: Any, names: list[str], path: str, text: str) -> Any:  # noqa: ANN401
+    name, *remaining_names = names
+    if remaining_names:
+        return replace(
+            node, **{name: _replace_setting(getattr(node, name), remaining_names, path, text)}
+        )
+    type_hint = get_type_hints(type(node), include_extras=True)[name]
     try:
-        value = _parse_value(hint, text)
+        value = _parse_value(type_hint, text)
     except (KeyError, ValueError) as error:
-        message = f"{path} takes {describe_values(hint)}, not {text!r}"
+        message = f"{path} takes {describe_values(type_hint)}, not {text!r}"
         raise SettingError(message) from error
     try:
         return replace(node, **{name: value})
@@ -184,16 +186,16 @@ def _changed(node: Any, names: list[str], path: str, text: str) -> Any:  # noqa:
         raise SettingError(message) from error
 
 
-def _parse_value(hint: Any, text: str) -> Any:  # noqa: ANN401
-    """Parse a value; raise KeyError or ValueError if it is invalid."""
-    kind = get_args(hint)[0] if get_origin(hint) is Annotated else hint
-    if kind is bool:
+def _parse_value(type_hint: Any, text: str) -> Any:  # noqa: ANN401
+    """Parse a value of a type; raise KeyError or ValueError if the text is invalid."""
+    value_type = get_args(type_hint)[0] if get_origin(type_hint) is Annotated else type_hint
+    if value_type is bool:
         return _BOOLEANS[text.lower()]
-    if get_origin(kind) is tuple:
+    if get_origin(value_type) is tuple:
         return tuple(int(item) for item in text.split(",") if item)
-    if get_origin(kind) is Literal:
-        return get_args(kind)[get_args(kind).index(text)]
-    return kind(text)
+    if get_origin(value_type) is Literal:
+        return get_args(value_type)[get_args(value_type).index(text)]
+    return value_type(text)
 
 
 _BOOLEANS = {"true": True, "false": False, "yes": True, "no": False, "1": True, "0": False}

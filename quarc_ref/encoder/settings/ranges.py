@@ -14,7 +14,7 @@ _FLOAT_LIMIT = sys.float_info.max
 
 
 class Bounds(NamedTuple):
-    """Smallest and largest valid value, both inclusive."""
+    """Bounds of a number: the smallest and the largest valid value."""
 
     minimum: float
     maximum: float
@@ -37,34 +37,36 @@ Quality = Annotated[float, Bounds(0, 100)]
 
 @dataclass(frozen=True, slots=True)
 class Validated:
-    """Base class of dataclasses whose numbers are checked against the bounds of their types.
+    """Base class of dataclasses that check their numbers against the bounds of the field types.
 
     Raises:
         ValueError: A value is out of bounds when an instance is created.
     """
 
     def __post_init__(self) -> None:
-        hints = get_type_hints(type(self), include_extras=True)
+        type_hints = get_type_hints(type(self), include_extras=True)
         for field in fields(self):
-            hint, value = hints[field.name], getattr(self, field.name)
-            for bounds in getattr(hint, "__metadata__", ()):
+            type_hint, value = type_hints[field.name], getattr(self, field.name)
+            for bounds in getattr(type_hint, "__metadata__", ()):
                 if not bounds.minimum <= value <= bounds.maximum:
-                    message = f"{field.name} takes {describe_values(hint)}, not {value!r}"
+                    message = f"{field.name} takes {describe_values(type_hint)}, not {value!r}"
                     raise ValueError(message)
 
 
-def describe_values(hint: Any) -> str:  # noqa: ANN401
+def describe_values(type_hint: Any) -> str:  # noqa: ANN401
     """Describe the valid values of a setting.
 
     Args:
-        hint: Type of the setting, with `Bounds` for bounded numbers.
+        type_hint: Type of the setting, with `Bounds` for bounded numbers.
     """
-    kind, *bounds = get_args(hint) if get_origin(hint) is Annotated else (hint,)
-    if get_origin(kind) is tuple:
+    value_type, *bounds = (
+        get_args(type_hint) if get_origin(type_hint) is Annotated else (type_hint,)
+    )
+    if get_origin(value_type) is tuple:
         return "integers separated by commas"
-    if get_origin(kind) is Literal:
-        return ", ".join(get_args(kind))
-    return " ".join([_KINDS[kind], *map(str, bounds)])
+    if get_origin(value_type) is Literal:
+        return ", ".join(get_args(value_type))
+    return " ".join([_TYPE_NAMES[value_type], *map(str, bounds)])
 
 
-_KINDS = {bool: "true, false", int: "an integer", float: "a number"}
+_TYPE_NAMES = {bool: "true, false", int: "an integer", float: "a number"}

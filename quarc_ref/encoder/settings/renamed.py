@@ -1,7 +1,7 @@
-"""Old names of settings, and their current names.
+"""Old names of settings, and the current name of each.
 
-`--set` rejects old names with the new name in the message. The metadata of older streams
-has old names, which `--resume` translates.
+`--set` rejects an old name with a message that states the current name. `--resume`
+translates old names in the metadata of a stream.
 """
 
 RENAMED = {
@@ -58,6 +58,6 @@ RENAMED = {
 
 
 def update_names(settings: str) -> str:
-    """Return the settings in a stream's metadata (`NAME=VALUE ...`) with current names."""
+    """Replace old names in the settings of a stream's metadata (`NAME=VALUE ...`)."""
     items = (item.partition("=") for item in settings.split(" "))
     return " ".join(RENAMED.get(name, name) + equals + value for name, equals, value in items)

@@ -1,4 +1,4 @@
-"""Lists every setting with its value, valid values and description, for `--list-settings`."""
+"""Lists every setting with value, valid values and description, for `--list-settings`."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
@@ -13,11 +13,11 @@ from quarc_ref.format.described import describe_field
 
 @dataclass(frozen=True, slots=True)
 class DescribedSetting:
-    """A setting and its description.
+    """A setting with its value and description, as text.
 
     Attributes:
-        name: Name, such as `motion.lr`.
-        text: Value in the form that `change_setting` accepts.
+        name: Full name, such as `motion.lr`.
+        text: Current value in the form that `change_setting` accepts.
         values: Description of the valid values.
         description: Meaning of the setting.
     """
@@ -29,16 +29,16 @@ class DescribedSetting:
 
 
 def describe_settings(config: EncoderConfig) -> Iterator[DescribedSetting]:
-    """Yield every setting, in the order of the fields."""
+    """Yield a description of every setting, in the order of the fields."""
     for path, value in list_settings(config):
         *groups, name = path.split(".")
-        kind = type(reduce(getattr, groups, config))
-        values = describe_values(get_type_hints(kind, include_extras=True)[name])
-        descriptions = {each.name: describe_field(each) for each in fields(kind)}
-        yield DescribedSetting(path, _write_value(value), values, descriptions[name])
+        settings_type = type(reduce(getattr, groups, config))
+        values = describe_values(get_type_hints(settings_type, include_extras=True)[name])
+        descriptions = {field.name: describe_field(field) for field in fields(settings_type)}
+        yield DescribedSetting(path, _format_value(value), values, descriptions[name])
 
 
-def _write_value(value: Any) -> str:  # noqa: ANN401
+def _format_value(value: Any) -> str:  # noqa: ANN401
     if isinstance(value, tuple):
         return ",".join(map(str, value))
     return str(value).lower() if isinstance(value, bool) else str(value)

@@ -25,8 +25,8 @@ from scipy.spatial import cKDTree
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder.resume.array_file import Arrays
 from quarc_ref.encoder.resume.checkpoint import Checkpoint
-from quarc_ref.encoder.resume.interruption import signals_deferred
-from quarc_ref.encoder.resume.saved_training import Bounds
+from quarc_ref.encoder.resume.interruption import defer_signals
+from quarc_ref.encoder.resume.saved_training import CheckpointBounds
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.context import TrainingContext
@@ -69,7 +69,7 @@ def train_canonical(
         training.restore(checkpoint)
     with _save_on_interrupt(training, checkpoint):
         while training.step < settings.iterations:
-            with signals_deferred():
+            with defer_signals():
                 training.take_step()
             if checkpoint is not None:
                 checkpoint.save_if_due(training.state_arrays)
@@ -139,7 +139,7 @@ class _Training:
         """Restore the state from a checkpoint; leave the state unchanged if the file is invalid."""
         gaussian_arrays = {**self._trainer.state(), **self._statistics.state()}
         settings = self._objective.settings
-        bounds = Bounds(
+        bounds = CheckpointBounds(
             gaussians=max(settings.max_gaussians, self._trainer.count),
             views=self._context.view_count,
             iterations=settings.iterations,
@@ -186,7 +186,7 @@ def _save_on_interrupt(training: _Training, checkpoint: Checkpoint | None) -> It
         yield
     except KeyboardInterrupt:
         if checkpoint is not None and training.step:
-            with signals_deferred():
+            with defer_signals():
                 checkpoint.save(training.state_arrays)
         raise
 

@@ -55,7 +55,7 @@ def unbroken():
 
 @pytest.fixture(autouse=True)
 def _every_step(monkeypatch):
-    monkeypatch.setattr(checkpoint, "_SECONDS_APART", 0.0)
+    monkeypatch.setattr(checkpoint, "_SAVE_INTERVAL_SECONDS", 0.0)
 
 
 def _break_off(path, step):
@@ -149,7 +149,7 @@ def test_a_capture_with_other_cameras_starts_again(tmp_path):
 
 
 def test_a_file_is_rewritten_after_a_minute(tmp_path, monkeypatch):
-    monkeypatch.setattr(checkpoint, "_SECONDS_APART", 60.0)
+    monkeypatch.setattr(checkpoint, "_SAVE_INTERVAL_SECONDS", 60.0)
     now = [0.0]
     monkeypatch.setattr(checkpoint.time, "monotonic", lambda: now[0])
     kept = Checkpoint(tmp_path / "kept", "this")

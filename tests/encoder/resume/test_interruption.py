@@ -3,7 +3,7 @@ import threading
 
 import pytest
 
-from quarc_ref.encoder.resume.interruption import signals_deferred
+from quarc_ref.encoder.resume.interruption import defer_signals
 
 _SIGNALS = [signal.SIGINT, signal.SIGTERM]
 
@@ -25,7 +25,7 @@ def _handled():
 
 
 def _work(done, *arriving):
-    with signals_deferred():
+    with defer_signals():
         for number in arriving:
             signal.raise_signal(number)
         done.append("all")
@@ -56,7 +56,7 @@ def test_an_ignored_or_default_signal_stays_so():
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
-    with signals_deferred():
+    with defer_signals():
         within = [signal.getsignal(number) for number in _SIGNALS]
 
     assert within == [signal.SIG_IGN, signal.SIG_DFL]

@@ -59,7 +59,7 @@ def _train(path, last=None):
 
 @pytest.fixture(autouse=True)
 def _every_step(monkeypatch):
-    monkeypatch.setattr(checkpoint, "_SECONDS_APART", 0.0)
+    monkeypatch.setattr(checkpoint, "_SAVE_INTERVAL_SECONDS", 0.0)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ def saved(tmp_path_factory):
     """The checkpoint of a stopped training, and its arrays."""
     path = tmp_path_factory.mktemp("training") / "saved"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(checkpoint, "_SECONDS_APART", 0.0)
+        patch.setattr(checkpoint, "_SAVE_INTERVAL_SECONDS", 0.0)
         with pytest.raises(_StoppedError):
             _train(path, _STOPPED_AT)
     return path, read_saved(path)
@@ -76,7 +76,7 @@ def saved(tmp_path_factory):
 @pytest.fixture(scope="module")
 def unbroken(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(checkpoint, "_SECONDS_APART", 1e9)
+        patch.setattr(checkpoint, "_SAVE_INTERVAL_SECONDS", 1e9)
         return _train(tmp_path_factory.mktemp("unbroken") / "none")[0]
 
 
