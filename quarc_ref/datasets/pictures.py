@@ -134,7 +134,7 @@ class RectifiedPictures:
     def read(self, camera: int, frame: int) -> Image:
         """Read a picture, as described for `PictureSource.read`."""
         picture = self._source.read(camera, frame)
-        lens = self._rectifiers[camera].source
+        lens = self._rectifiers[camera].source_lens
         height, width = picture.shape[:2]
         if (width, height) != (lens.width, lens.height):
             message = (
