@@ -124,7 +124,7 @@ def _parse_edit(
     if transform is not None:
         numbers = np.array(_parse_numbers("--transform", transform, (12, 16)))
         try:
-            similarity = Similarity.of(numbers.reshape(-1, 4))
+            similarity = Similarity.from_matrix(numbers.reshape(-1, 4))
         except ValueError as error:
             message = f"--transform: {error}"
             raise UsageError(message) from error

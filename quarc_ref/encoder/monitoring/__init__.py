@@ -1,1 +1,1 @@
-"""Reports of a running encode: every training step, every frame, and the remaining time."""
+"""Reports from a running encode: training steps, frames and the remaining time."""

@@ -1,4 +1,4 @@
-"""Forecasts the remaining time of an encode from the time so far."""
+"""Forecasts the remaining time of an encode from the durations of recent steps and frames."""
 
 import time
 from collections import deque
@@ -7,21 +7,21 @@ from statistics import fmean
 
 from quarc_ref.encoder.monitoring.monitor import EncodePlan
 
-# Time of a frame in canonical steps, measured by benchmarks/encode.py: the steps have
-# different costs, and work between them renders view by view.
-_MOTION_STEP, _BIRTH_STEP, _VIEW = 1.2, 0.3, 1.4
+# Durations of a motion step, of a birth step, and of the other work per view and frame,
+# relative to a step of frame 0. Measured by benchmarks/encode.py.
+_MOTION_STEP_COST, _BIRTH_STEP_COST, _VIEW_COST = 1.2, 0.3, 1.4
 _RECENT_STEPS, _RECENT_FRAMES = 50, 8
 
 
 def frame_seconds(plan: EncodePlan, step_seconds: float) -> float:
-    """Estimate the time of a frame after the first.
+    """Estimate the duration of a frame after frame 0, seconds.
 
     Args:
         plan: Plan of the encode.
         step_seconds: Duration of an iteration of frame 0, seconds.
     """
-    steps = plan.motion_steps * _MOTION_STEP + plan.birth_steps * _BIRTH_STEP
-    return step_seconds * (steps + plan.views * _VIEW)
+    steps = plan.motion_steps * _MOTION_STEP_COST + plan.birth_steps * _BIRTH_STEP_COST
+    return step_seconds * (steps + plan.views * _VIEW_COST)
 
 
 class Forecast:
@@ -34,35 +34,37 @@ class Forecast:
 
     def __init__(self, plan: EncodePlan, clock: Callable[[], float] = time.monotonic) -> None:
         self._plan, self._clock = plan, clock
-        self._steps: deque[float] = deque(maxlen=_RECENT_STEPS)
-        self._frames: deque[float] = deque(maxlen=_RECENT_FRAMES)
+        self._step_times: deque[float] = deque(maxlen=_RECENT_STEPS)
+        self._frame_durations: deque[float] = deque(maxlen=_RECENT_FRAMES)
         self._steps_left = plan.canonical_steps if plan.first_frame == 0 else 0
         self._next_frame = plan.first_frame
-        self._frame_begun = clock()
+        self._frame_start_time = clock()
 
     def record_step(self, stage: str, step: int) -> None:
-        """Record that a step of a stage, counted from 1, is done."""
+        """Record the time at which a step of a stage has ended; the first step is 1."""
         if stage == "canonical":
-            self._steps.append(self._clock())
+            self._step_times.append(self._clock())
             self._steps_left = self._plan.canonical_steps - step
 
     def record_frame(self, frame: int) -> None:
-        """Record that a frame has been written."""
+        """Record the time at which a frame has been written."""
         now = self._clock()
         if frame > 0:
-            self._frames.append(now - self._frame_begun)
-        self._next_frame, self._frame_begun = frame + 1, now
+            self._frame_durations.append(now - self._frame_start_time)
+        self._next_frame, self._frame_start_time = frame + 1, now
         self._steps_left = 0
 
     def seconds_left(self) -> float | None:
-        """Return the remaining time of the whole encode; None before the first measurement."""
-        frames = self._plan.frames - max(1, self._next_frame)
-        if self._frames:
-            passed = self._clock() - self._frame_begun
-            return max(0.0, fmean(self._frames) * frames - passed)
-        if len(self._steps) < 2:
+        """Return the remaining time of the encode in seconds; None before the first measurement."""
+        remaining_frames = self._plan.frames - max(1, self._next_frame)
+        if self._frame_durations:
+            elapsed = self._clock() - self._frame_start_time
+            return max(0.0, fmean(self._frame_durations) * remaining_frames - elapsed)
+        if len(self._step_times) < 2:
             return None
-        step = (self._steps[-1] - self._steps[0]) / (len(self._steps) - 1)
-        passed = self._clock() - self._frame_begun if self._next_frame else 0.0
-        left = self._steps_left * step + frames * frame_seconds(self._plan, step)
-        return max(0.0, left - passed)
+        step_seconds = (self._step_times[-1] - self._step_times[0]) / (len(self._step_times) - 1)
+        elapsed = self._clock() - self._frame_start_time if self._next_frame else 0.0
+        remaining = self._steps_left * step_seconds + remaining_frames * frame_seconds(
+            self._plan, step_seconds
+        )
+        return max(0.0, remaining - elapsed)

@@ -14,7 +14,7 @@ _SCHEMA = "encode-log/1"
 
 
 class JsonLog:
-    """A monitor that writes every event as a JSON line immediately.
+    """A monitor that writes a JSON line for every event.
 
     Args:
         sink: Text file to which lines are appended.
@@ -23,7 +23,7 @@ class JsonLog:
 
     def __init__(self, sink: TextIO, clock: Callable[[], float] = time.monotonic) -> None:
         self._sink, self._clock = sink, clock
-        self._begun = clock()
+        self._start_time = clock()
         self._forecast: Forecast | None = None
 
     def begin(self, plan: EncodePlan, estimate: Callable[[], Estimate]) -> None:
@@ -42,31 +42,31 @@ class JsonLog:
                 "frame": step.frame,
                 "step": step.step,
                 "steps": step.steps,
-                "loss": _finite(step.loss()),
-                "psnr": _finite(step.psnr()),
+                "loss": _finite_or_none(step.loss()),
+                "psnr": _finite_or_none(step.psnr()),
                 "gaussians": step.gaussians,
             },
         )
 
     def frame(self, frame: FrameWritten) -> None:
         """See `Monitor.frame`."""
-        left = None
+        seconds_left = None
         if self._forecast is not None:
             self._forecast.record_frame(frame.frame)
-            left = self._forecast.seconds_left()
-        self._write("frame", {**asdict(frame), "seconds_left": left})
+            seconds_left = self._forecast.seconds_left()
+        self._write("frame", {**asdict(frame), "seconds_left": seconds_left})
 
     def end(self) -> None:
         """See `Monitor.end`."""
         self._write("end", {})
 
     def _write(self, event: str, values: dict[str, object]) -> None:
-        seconds = round(self._clock() - self._begun, 3)
+        seconds = round(self._clock() - self._start_time, 3)
         line = {"schema": f"quarc-ref/{_SCHEMA}", "event": event, "seconds": seconds, **values}
         self._sink.write(json.dumps(line, allow_nan=False) + "\n")
         if event != "step":
             self._sink.flush()
 
 
-def _finite(number: float) -> float | None:
+def _finite_or_none(number: float) -> float | None:
     return number if math.isfinite(number) else None

@@ -1,4 +1,4 @@
-"""Callbacks during an encode, which do not affect the stream."""
+"""Interface of callbacks during an encode, which do not affect the stream."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -8,22 +8,22 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from torch import Tensor
 
-_MIN_SHARE = 1e-12  # minimum share of a view's pixels
+_MIN_MASK_FRACTION = 1e-12  # avoids a division by 0 if all pixels are masked
 
 
 @dataclass(frozen=True, slots=True)
 class EncodePlan:
-    """The work of an encode.
+    """The number of frames and training steps of an encode.
 
     Attributes:
         capture: Name of the capture.
         frames: Number of frames of the complete stream.
-        first_frame: First frame to encode; above 0 in a resumed encode.
+        first_frame: Index of the first frame to encode; above 0 in a resumed encode.
         byte_count: Number of bytes that the stream already has.
-        views: Number of training cameras.
-        canonical_steps: Number of iterations of frame 0.
-        motion_steps: Number of iterations of a later frame's motion.
-        birth_steps: Number of iterations of a later frame's births.
+        views: Number of training views.
+        canonical_steps: Number of training steps of frame 0.
+        motion_steps: Number of training steps of the motion of each later frame.
+        birth_steps: Number of training steps of the births of each later frame.
     """
 
     capture: str
@@ -41,8 +41,8 @@ class Estimate:
     """Expected duration and size of an encode.
 
     Attributes:
-        seconds: Duration of the encode.
-        byte_count: Size of the stream.
+        seconds: Duration of the encode, seconds.
+        byte_count: Size of the stream, bytes.
     """
 
     seconds: float
@@ -51,18 +51,18 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrainingStep:
-    """One iteration of training, on one training view.
+    """A training step on a training view.
 
     Attributes:
         stage: `canonical`, `motion` or `births`.
         frame: Ordinal of the frame.
-        step: Number of the iteration in its stage, from 1.
-        steps: Number of iterations of the stage.
+        step: Index of the step in its stage, from 1.
+        steps: Number of steps of the stage.
         gaussians: Number of rendered Gaussians.
-        loss_tensor: The loss, a scalar in the graph.
+        loss_tensor: The loss, a scalar in the autograd graph.
         image: `[H, W, 3]` rendering.
         truth: Function that returns the `[H, W, 3]` ground truth of the view.
-        mask: `[H, W, 1]` mask, 1 for pixels to use; None to use all.
+        mask: `[H, W, 1]` mask, 1 for pixels that training uses, else 0; None: all are used.
     """
 
     stage: str
@@ -80,11 +80,11 @@ class TrainingStep:
         return float(self.loss_tensor.detach())
 
     def psnr(self) -> float:
-        """Return the PSNR of the view, dB; infinite if it equals the truth."""
-        square = (self.image.detach().clamp(0, 1) - self.truth()).square()
-        error = float((square if self.mask is None else square * self.mask).mean())
+        """Return the PSNR of the rendering in dB; infinite if it equals the ground truth."""
+        squared_error = (self.image.detach().clamp(0, 1) - self.truth()).square()
+        error = float((squared_error if self.mask is None else squared_error * self.mask).mean())
         if self.mask is not None:
-            error /= max(float(self.mask.mean()), _MIN_SHARE)
+            error /= max(float(self.mask.mean()), _MIN_MASK_FRACTION)
         return -10 * math.log10(error) if error else math.inf
 
 
@@ -95,11 +95,11 @@ class FrameWritten:
     Attributes:
         frame: Ordinal of the frame.
         kind: `canonical`, `snapshot` or `moved`.
-        byte_count: Size of its chunk including framing, bytes.
-        total_bytes: Size of the stream so far.
-        gaussians: Number of Gaussians.
-        births: Number of births.
-        deaths: Number of deaths.
+        byte_count: Size of the frame's chunk including framing, bytes.
+        total_bytes: Size of the stream so far, bytes.
+        gaussians: Number of Gaussians in the frame.
+        births: Number of Gaussians that the frame adds.
+        deaths: Number of Gaussians that the frame deletes.
     """
 
     frame: int
@@ -112,19 +112,20 @@ class FrameWritten:
 
 
 class Monitor(Protocol):
-    """Interface of callbacks, which are called during an encode by the encoding thread."""
+    """Interface of callbacks, which the encoding thread calls."""
 
     def begin(self, plan: EncodePlan, estimate: Callable[[], Estimate]) -> None:
         """Receive the plan before encoding starts.
 
         Args:
             plan: The remaining work.
-            estimate: Function that estimates the time of the encode, in one or two seconds.
+            estimate: Function that estimates time and size of the encode. A call takes one or
+                two seconds.
         """
         ...
 
     def step(self, step: TrainingStep) -> None:
-        """Receive an iteration of training."""
+        """Receive a training step."""
         ...
 
     def frame(self, frame: FrameWritten) -> None:
@@ -137,7 +138,7 @@ class Monitor(Protocol):
 
 
 class NullMonitor:
-    """A monitor that ignores everything."""
+    """A monitor that ignores all calls."""
 
     def begin(self, plan: EncodePlan, estimate: Callable[[], Estimate]) -> None:
         """See `Monitor.begin`."""
@@ -153,7 +154,7 @@ class NullMonitor:
 
 
 class Monitors:
-    """Forwards all calls to several monitors; the estimate is computed once.
+    """A monitor that forwards all calls to several monitors, and computes the estimate once.
 
     Args:
         monitors: Monitors in the order of the calls.
@@ -164,12 +165,12 @@ class Monitors:
 
     def begin(self, plan: EncodePlan, estimate: Callable[[], Estimate]) -> None:
         """See `Monitor.begin`."""
-        found: list[Estimate] = []
+        estimates: list[Estimate] = []
 
         def estimate_once() -> Estimate:
-            if not found:
-                found.append(estimate())
-            return found[0]
+            if not estimates:
+                estimates.append(estimate())
+            return estimates[0]
 
         for monitor in self._monitors:
             monitor.begin(plan, estimate_once)

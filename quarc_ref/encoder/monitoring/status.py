@@ -1,4 +1,4 @@
-"""Formats the status of an encode in one line: frame, PSNR, Gaussians, bytes, time left."""
+"""Formats the status of an encode in one line: PSNR, Gaussians, bytes and remaining time."""
 
 import time
 from collections import deque
@@ -9,16 +9,17 @@ from quarc_ref.encoder.monitoring.forecast import Forecast
 from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate, FrameWritten, TrainingStep
 
 _KILOBYTE = 1024
-# steps between measurements of the PSNR, which takes about as long as the loss
+# computing the PSNR takes about as long as the loss, so not every step is sampled
 _SECONDS_BETWEEN_SAMPLES = 0.25
-_SAMPLES = 12
+_SAMPLE_COUNT = 12
 
 
 class EncodeStatus:
-    """A monitor that stores the status of an encode.
+    """A monitor that describes the current status of an encode.
 
     Args:
-        announce: Called with the estimate before training starts; None for no estimate.
+        announce: Called with plan and estimate before training starts; None: no estimate is
+            computed.
         clock: Function that returns seconds since an arbitrary time.
     """
 
@@ -29,7 +30,7 @@ class EncodeStatus:
     ) -> None:
         self._announce, self._clock = announce, clock
         self._forecast: Forecast | None = None
-        self._psnr: deque[float] = deque(maxlen=_SAMPLES)
+        self._psnr: deque[float] = deque(maxlen=_SAMPLE_COUNT)
         self._next_sample = 0.0
         self._gaussians = 0
         self._byte_count = 0
@@ -61,7 +62,7 @@ class EncodeStatus:
         """See `Monitor.end`."""
 
     def describe(self) -> str:
-        """Return the status without the frame: `31.20 dB train, 8,950 Gaussians, 95.1 KB, ...`."""
+        """Return the status, such as `31.2 dB train, 8,950 Gaussians, 95.1 KB, 2 h 5 min left`."""
         parts = []
         if self._psnr:
             parts.append(f"{fmean(self._psnr):.1f} dB train")
@@ -69,19 +70,19 @@ class EncodeStatus:
             parts.append(f"{self._gaussians:,} Gaussians")
         if self._byte_count:
             parts.append(f"{self._byte_count / _KILOBYTE:,.1f} KB")
-        left = None if self._forecast is None else self._forecast.seconds_left()
-        if left is not None:
-            parts.append(f"{format_duration(left)} left")
+        seconds_left = None if self._forecast is None else self._forecast.seconds_left()
+        if seconds_left is not None:
+            parts.append(f"{format_duration(seconds_left)} left")
         return ", ".join(parts)
 
 
 def format_duration(seconds: float) -> str:
-    """Format a duration: `45 s`, `3 min 20 s`, `2 h 5 min`."""
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    minutes, rest = divmod(whole, 60)
+    """Format a duration as `45 s`, `3 min 20 s` or `2 h 5 min`."""
+    total_seconds = round(seconds)
+    if total_seconds < 60:
+        return f"{total_seconds} s"
+    minutes, remaining_seconds = divmod(total_seconds, 60)
     if minutes < 60:
-        return f"{minutes} min {rest} s"
+        return f"{minutes} min {remaining_seconds} s"
     hours, minutes = divmod(minutes, 60)
     return f"{hours} h {minutes} min"

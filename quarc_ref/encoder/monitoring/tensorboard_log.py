@@ -1,4 +1,4 @@
-"""Logs an encode for TensorBoard by torch's `SummaryWriter`."""
+"""Logs an encode for TensorBoard, with torch's `SummaryWriter`."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -7,10 +7,12 @@ from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate, FrameWrit
 
 
 class TensorBoardLog:
-    """A monitor that writes scalars and pictures; steps are counted over all frames.
+    """A monitor that writes scalars and pictures for TensorBoard.
+
+    The step number of a stage is counted over all frames.
 
     Args:
-        folder: Folder for the event files; TensorBoard shows every folder as a run.
+        folder: Folder for the event files; TensorBoard shows each folder as a run.
 
     Raises:
         ImportError: `tensorboard` is not installed.
@@ -21,21 +23,23 @@ class TensorBoardLog:
         from torch.utils.tensorboard import SummaryWriter
 
         self._writer = SummaryWriter(str(folder))
-        self._last: TrainingStep | None = None
+        self._last_step: TrainingStep | None = None
 
     def begin(self, plan: EncodePlan, estimate: Callable[[], Estimate]) -> None:
         """See `Monitor.begin`."""
-        expected = estimate()
+        encode_estimate = estimate()
         self._writer.add_text("capture", plan.capture)
-        self._writer.add_text("expected", f"{expected.seconds:.0f} s, {expected.byte_count:.0f} B")
+        self._writer.add_text(
+            "expected", f"{encode_estimate.seconds:.0f} s, {encode_estimate.byte_count:.0f} B"
+        )
 
     def step(self, step: TrainingStep) -> None:
         """See `Monitor.step`."""
-        at = step.step if step.frame == 0 else (step.frame - 1) * step.steps + step.step
-        self._writer.add_scalar(f"{step.stage}/loss", step.loss(), at)
-        self._writer.add_scalar(f"{step.stage}/train PSNR", step.psnr(), at)
-        self._writer.add_scalar(f"{step.stage}/Gaussians", step.gaussians, at)
-        self._last = step
+        global_step = step.step if step.frame == 0 else (step.frame - 1) * step.steps + step.step
+        self._writer.add_scalar(f"{step.stage}/loss", step.loss(), global_step)
+        self._writer.add_scalar(f"{step.stage}/train PSNR", step.psnr(), global_step)
+        self._writer.add_scalar(f"{step.stage}/Gaussians", step.gaussians, global_step)
+        self._last_step = step
 
     def frame(self, frame: FrameWritten) -> None:
         """See `Monitor.frame`."""
@@ -46,8 +50,8 @@ class TensorBoardLog:
             ("deaths", frame.deaths),
         ):
             self._writer.add_scalar(f"frame/{name}", value, frame.frame)
-        if self._last is not None and self._last.frame == frame.frame:
-            picture = self._last.image.detach().clamp(0, 1)
+        if self._last_step is not None and self._last_step.frame == frame.frame:
+            picture = self._last_step.image.detach().clamp(0, 1)
             self._writer.add_image("frame/train view", picture, frame.frame, dataformats="HWC")
         self._writer.flush()
 
@@ -56,5 +60,5 @@ class TensorBoardLog:
         self.close()
 
     def close(self) -> None:
-        """Flush and close the files."""
+        """Flush and close the event files."""
         self._writer.close()

@@ -1,1 +1,1 @@
-"""Encodes Gaussians of other methods, without pictures and torch: fit, code, verify."""
+"""Encodes Gaussians that another method has trained, without pictures and without torch."""

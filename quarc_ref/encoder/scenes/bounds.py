@@ -1,4 +1,4 @@
-"""Error bounds of a stream relative to its input Gaussians, per attribute."""
+"""Bounds for the errors of decoded Gaussians relative to the input, per attribute."""
 
 from dataclasses import asdict, dataclass, fields, replace
 
@@ -13,18 +13,18 @@ class Bounds:
     """The largest allowed error of each attribute, for all Gaussians and frames.
 
     Attributes:
-        position: Error per axis, world units; 0 to use `position_share`.
-        rotation: Angle between the two rotations, radians.
+        position: Error per axis, world units; 0: use `position_share`.
+        rotation: Angle between input and decoded rotation, radians.
         log_scale: Error of the natural logarithm of each standard deviation.
         opacity: Error of the opacity logit.
         sh_dc: Error of each coefficient of degree 0.
         sh_rest: Error of each coefficient of degree 1.
-        position_share: Bound of positions relative to the median scale of the first frame; used if
-            `position` is 0.
-        most_slack: Largest factor by which the bounds of position and rotation grow for
-            Gaussians in which errors are less visible (`slack.measure_slack`); 1 for no
-            growth.
-        size: Median scale of the first frame, world units; 0 before `resolved`.
+        position_share: Bound of positions relative to the median scale of the first frame; used
+            if `position` is 0.
+        most_slack: Largest factor by which the bounds of position and rotation are multiplied
+            for Gaussians in which errors are less visible (`slack.measure_slack`); 1: all
+            Gaussians have the same bounds.
+        median_scale: Median scale of the first frame, world units; 0 until `resolved` sets it.
     """
 
     position: float = 0.0
@@ -35,12 +35,12 @@ class Bounds:
     sh_rest: float = 1 / 64
     position_share: float = 0.05
     most_slack: float = 1.0
-    size: float = 0.0
+    median_scale: float = 0.0
 
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            if not (0 <= value < np.inf and (value or field.name in ("position", "size"))):
+            if not (0 <= value < np.inf and (value or field.name in ("position", "median_scale"))):
                 message = f"the bound of {field.name} is {value}, not a positive number"
                 raise ValueError(message)
         if self.most_slack < 1:
@@ -48,10 +48,10 @@ class Bounds:
             raise ValueError(message)
 
     def resolved(self, splats: Splats) -> "Bounds":
-        """Return the bounds, with the bound of positions in world units.
+        """Return the bounds after computing `position` and `median_scale` from the first frame.
 
         Args:
-            splats: The first frame.
+            splats: Gaussians of the first frame.
 
         Raises:
             EncodeError: The median scale of the scene is 0 or not finite.
@@ -60,20 +60,24 @@ class Bounds:
             return self
         median = float(np.exp(np.median(splats.log_scales.astype(np.float64).mean(axis=1))))
         if not 0 < median < np.inf:
-            message = "the median scale is 0 or not finite: set the bound of positions"
+            message = (
+                "the median scale of the first frame is 0 or not finite: set the bound of positions"
+            )
             raise EncodeError(message)
-        return replace(self, position=self.position or self.position_share * median, size=median)
+        return replace(
+            self, position=self.position or self.position_share * median, median_scale=median
+        )
 
     def __str__(self) -> str:
         return " ".join(f"{name}={value:.6g}" for name, value in self.as_dict().items())
 
     def as_dict(self) -> dict[str, float]:
-        """Return the resolved bounds by name, and `most_slack` if it is above 1."""
-        named = asdict(self)
-        del named["position_share"], named["size"]
+        """Return the bound of each attribute by name, and `most_slack` if it is above 1."""
+        values = asdict(self)
+        del values["position_share"], values["median_scale"]
         if self.most_slack == 1:
-            del named["most_slack"]
-        return named
+            del values["most_slack"]
+        return values
 
 
 PROFILES = {

@@ -1,7 +1,7 @@
 """Applies the same edit to all decoded frames: crop, erase, transform, recolor.
 
-The set of Gaussians and their positions determine the anchors: after an edit that changes
-either, the stream is fitted again, and Gaussians keep their identities.
+The anchors of a stream depend on the set of Gaussians and on their positions. After an edit
+that changes either, all frames are fitted again; Gaussians keep their identities.
 """
 
 from collections.abc import Iterable, Iterator
@@ -20,7 +20,7 @@ from quarc_ref.format.cameras import Camera
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 
-_NOT_RIGID = 1e-4
+_RIGID_TOLERANCE = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,19 +38,19 @@ class Similarity:
     shift: tuple[float, float, float]
 
     @classmethod
-    def of(cls, matrix: NDArray[np.float64]) -> "Similarity":
-        """Return the similarity of a matrix `[3, 4]` or `[4, 4]`.
+    def from_matrix(cls, matrix: NDArray[np.float64]) -> "Similarity":
+        """Return the similarity that a matrix `[3, 4]` or `[4, 4]` describes.
 
         Raises:
-            ValueError: The matrix is not a similarity, because it mirrors or shears.
+            ValueError: The matrix is not a similarity: it mirrors, shears or scales unevenly.
         """
-        linear = matrix[:3, :3]
-        determinant = float(np.linalg.det(linear)) if np.isfinite(matrix).all() else 0.0
+        linear_part = matrix[:3, :3]
+        determinant = float(np.linalg.det(linear_part)) if np.isfinite(matrix).all() else 0.0
         if matrix.shape == (4, 4) and not np.allclose(matrix[3], [0, 0, 0, 1]):
             determinant = 0.0
         scale = max(determinant, 0.0) ** (1 / 3)
-        rotation = linear / (scale or 1.0)
-        if not scale or np.abs(rotation @ rotation.T - np.eye(3)).max() > _NOT_RIGID:
+        rotation = linear_part / (scale or 1.0)
+        if not scale or np.abs(rotation @ rotation.T - np.eye(3)).max() > _RIGID_TOLERANCE:
             message = "the matrix is not a rotation combined with a uniform scaling and a shift"
             raise ValueError(message)
         x, y, z = matrix[:3, 3].tolist()
@@ -62,18 +62,18 @@ class Similarity:
         return np.array(self.rotation).reshape(3, 3)
 
     def apply(self, splats: Splats) -> Splats:
-        """Rotate, scale and shift a scene, including its view-dependent color."""
-        moved = self.scale * (splats.positions.astype(np.float64) @ self.matrix.T) + self.shift
+        """Return a scene after rotation, scaling and shift; SH coefficients are rotated as well."""
+        positions = self.scale * (splats.positions.astype(np.float64) @ self.matrix.T) + self.shift
         return replace(
             splats,
-            positions=moved.astype(np.float32),
-            rotations=multiply(_quaternion(self.matrix), splats.rotations),
+            positions=positions.astype(np.float32),
+            rotations=multiply(_matrix_to_quaternion(self.matrix), splats.rotations),
             log_scales=splats.log_scales + np.float32(np.log(self.scale)),
             sh=turn_harmonics(self.matrix, splats.sh),
         )
 
     def apply_to_camera(self, camera: Camera) -> Camera:
-        """Return the camera that sees the edited scene as the given one sees the original."""
+        """Return a camera that sees the transformed scene as `camera` sees the original scene."""
         rotation = np.array(camera.rotation).reshape(3, 3) @ self.matrix.T
         translation = self.scale * np.array(camera.translation) - rotation @ self.shift
         return replace(
@@ -84,28 +84,29 @@ class Similarity:
         )
 
     def apply_to_header(self, header: StreamHeader) -> StreamHeader:
-        """Return a header with the new scale, and the new up direction if it is an axis."""
+        """Return a header with the transformed scale and up axis; 0 if up is no longer an axis."""
         up_axis = 0
         if header.up_axis:
-            place, sign = (header.up_axis - 1) // 2, 1 - 2 * ((header.up_axis - 1) % 2)
-            up = sign * self.matrix[:, place]
-            axis = int(np.abs(up).argmax())
-            if abs(abs(up[axis]) - 1) < _NOT_RIGID:
-                up_axis = 1 + 2 * axis + int(up[axis] < 0)
-        meters = float(np.float32(header.meters_per_unit / self.scale))
-        return replace(header, up_axis=up_axis, meters_per_unit=meters)
+            axis_index, sign = (header.up_axis - 1) // 2, 1 - 2 * ((header.up_axis - 1) % 2)
+            up_direction = sign * self.matrix[:, axis_index]
+            axis = int(np.abs(up_direction).argmax())
+            if abs(abs(up_direction[axis]) - 1) < _RIGID_TOLERANCE:
+                up_axis = 1 + 2 * axis + int(up_direction[axis] < 0)
+        meters_per_unit = float(np.float32(header.meters_per_unit / self.scale))
+        return replace(header, up_axis=up_axis, meters_per_unit=meters_per_unit)
 
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """Edits of every frame, applied in this order.
+    """Changes of every frame, applied in the order of the attributes.
 
     Attributes:
-        boxes: Boxes outside of which everything is removed: smallest x, y, z, then
-            largest; world units.
-        spheres: Spheres inside of which everything is removed: center x, y, z and radius.
-        similarity: Transformation of the scene; None for no change.
-        recoloring: Change of colors; None for no change.
+        boxes: Boxes `(min x, min y, min z, max x, max y, max z)` in world units. Gaussians
+            outside any of the boxes are removed.
+        spheres: Spheres `(center x, center y, center z, radius)` in world units. Gaussians
+            inside a sphere are removed.
+        similarity: Transformation of the scene; None: no transformation.
+        recoloring: Change of colors; None: no change.
     """
 
     boxes: tuple[tuple[float, ...], ...] = field(default=())
@@ -115,16 +116,16 @@ class Edit:
 
     @property
     def is_exact(self) -> bool:
-        """Whether only colors change, for which `recolor` is exact."""
+        """Whether the edit changes only colors, so that `recolor` can apply it exactly."""
         return not (self.boxes or self.spheres or self.similarity)
 
     def apply(self, splats: Splats, ids: Int64) -> GivenFrame:
-        """Return a frame after the edit.
+        """Return the edited Gaussians of a frame with their ids.
 
         Raises:
-            EncodeError: No Gaussian is left.
+            EncodeError: The edit removes all Gaussians.
         """
-        rows = np.flatnonzero(self._keeps(splats.positions))
+        rows = np.flatnonzero(self._mask_kept(splats.positions))
         if not rows.size:
             message = "the edit removes all Gaussians"
             raise EncodeError(message)
@@ -136,26 +137,26 @@ class Edit:
             splats = self.recoloring.apply(splats)
         return GivenFrame(splats, ids[rows])
 
-    def _keeps(self, positions: NDArray[np.float32]) -> Bits:
-        kept = np.ones(len(positions), dtype=np.bool_)
+    def _mask_kept(self, positions: NDArray[np.float32]) -> Bits:
+        mask = np.ones(len(positions), dtype=np.bool_)
         for box in self.boxes:
-            inside = (positions >= box[:3]) & (positions <= box[3:])
-            kept &= inside.all(axis=1)
+            is_inside = (positions >= box[:3]) & (positions <= box[3:])
+            mask &= is_inside.all(axis=1)
         for sphere in self.spheres:
-            apart = positions.astype(np.float64) - sphere[:3]
-            kept &= (apart * apart).sum(axis=1) > sphere[3] ** 2
-        return kept
+            offsets = positions.astype(np.float64) - sphere[:3]
+            mask &= (offsets * offsets).sum(axis=1) > sphere[3] ** 2
+        return mask
 
 
 def edit_frames(scenes: Iterable[Scene], edit: Edit) -> Iterator[GivenFrame]:
-    """Yield decoded frames after an edit, with ids that are unique across canonical frames.
+    """Yield edited frames, with ids that are unique across canonical frames.
 
     Args:
-        scenes: Frames of a stream, in order.
-        edit: The edit.
+        scenes: Decoded frames of a stream, in order.
+        edit: The edit of every frame.
 
     Raises:
-        EncodeError: A frame has no Gaussian left.
+        EncodeError: The edit removes all Gaussians of a frame.
     """
     canonical_index = -1
     for scene in scenes:
@@ -163,8 +164,8 @@ def edit_frames(scenes: Iterable[Scene], edit: Edit) -> Iterator[GivenFrame]:
         yield edit.apply(dequantize(scene), scene.ids + (canonical_index << 32))
 
 
-def _quaternion(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Convert a rotation matrix to a quaternion wxyz."""
+def _matrix_to_quaternion(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Convert a rotation matrix `[3, 3]` to a quaternion wxyz `[4]`."""
     m = matrix
     trace = np.trace(m)
     squares = np.array([trace, m[0, 0], m[1, 1], m[2, 2]])
@@ -179,5 +180,5 @@ def _quaternion(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
         q[1 + i] = 1 + m[i, i] - m[j, j] - m[k, k]
         q[1 + j] = m[j, i] + m[i, j]
         q[1 + k] = m[k, i] + m[i, k]
-    unit: NDArray[np.float64] = np.array(q) / np.linalg.norm(q)
-    return unit
+    unit_quaternion: NDArray[np.float64] = np.array(q) / np.linalg.norm(q)
+    return unit_quaternion

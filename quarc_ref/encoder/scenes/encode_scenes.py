@@ -1,4 +1,4 @@
-"""Encodes Gaussians of other methods with bounded errors, without pictures and training.
+"""Encodes Gaussians that another method has trained, with bounded errors.
 
 frame 0 ──> canonical frame
 frame t ──> match with t - 1 ──> deaths ──> fit_motion ──> fit_updates ──> fit_births ──> verify
@@ -43,12 +43,12 @@ from quarc_ref.format.updates import Updates
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GivenFrame:
-    """A frame of Gaussians from another program.
+    """A frame of Gaussians to encode.
 
     Attributes:
-        splats: Gaussians in the form of 3DGS; SH of degree 0 to 3, of which a stream
-            keeps up to degree 1.
-        ids: `[N]` identities of the Gaussians across frames; None to match by order.
+        splats: Gaussians in the form of 3DGS, with SH degree 0 to 3. A stream stores SH only
+            up to degree 1.
+        ids: `[N]` identities of the Gaussians across frames; None: match Gaussians by order.
     """
 
     splats: Splats
@@ -57,19 +57,18 @@ class GivenFrame:
 
 @dataclass(frozen=True, slots=True)
 class SceneOptions:
-    """Options for encoding given Gaussians.
+    """Options of `encode_scenes`.
 
     Attributes:
         bounds: Allowed errors.
-        frames_per_second: Frame rate.
-        keyframe_interval: Number of frames between canonical frames; 0 for as few
-            canonical frames as possible.
-        cameras: Cameras to store in the stream, which are not used for encoding.
-        metadata: Metadata of the stream besides `encoder` and `bounds`.
-        header: Header with the values that do not depend on the Gaussians: axes, scale,
-            seed, anchors.
+        frames_per_second: Frame rate of the stream.
+        keyframe_interval: Number of frames between canonical frames; 0: as few canonical
+            frames as possible.
+        cameras: Cameras to store in the stream; encoding does not use them.
+        metadata: Metadata of the stream, to which `encoder` and `bounds` are added.
+        header: Header fields that do not depend on the Gaussians: axes, scale, seed, anchors.
         progress: Called after every frame.
-        frame_count: Number of frames, for the progress; 0 if unknown.
+        frame_count: Total number of frames, for progress reports; 0 if unknown.
     """
 
     bounds: Bounds = field(default_factory=Bounds)
@@ -88,13 +87,14 @@ class SceneOptions:
 
 @dataclass(frozen=True, slots=True)
 class SceneReport:
-    """Result of encoding given Gaussians.
+    """Result of `encode_scenes`.
 
     Attributes:
-        frames: Number of frames written.
+        frames: Number of frames in the stream.
         bounds: Allowed errors.
         errors: Largest errors over all decoded frames.
-        dropped_sh_degree: Highest SH degree that was dropped; 0 for none.
+        dropped_sh_degree: Highest SH degree of the input that the stream lacks; 0 if it lacks
+            none.
     """
 
     frames: int
@@ -106,13 +106,13 @@ class SceneReport:
 def encode_scenes(
     scenes: Iterable[Splats | GivenFrame], sink: BinaryIO, options: SceneOptions | None = None
 ) -> SceneReport:
-    """Encode given Gaussians into a stream of format 1.1.
+    """Encode the Gaussians of several frames into a stream of format 1.1.
 
-    Every frame is decoded and compared with the input, so the reported errors are those
-    of the decoder's output.
+    Every frame is decoded and compared with the input, so the report contains the errors of
+    the decoder's output.
 
     Args:
-        scenes: Frames in order, which are read one by one, three in advance.
+        scenes: Frames in order, which are read one by one, up to three in advance.
         sink: Binary file to which the stream is appended.
         options: Bounds, and properties of the stream.
 
@@ -120,82 +120,86 @@ def encode_scenes(
         EncodeError: The Gaussians cannot be represented within the bounds.
     """
     options = options or SceneOptions()
-    given = map(_wrap, scenes)
-    ahead = list(islice(given, _AHEAD))
-    if not ahead:
-        message = "there are no frames"
+    frames = map(_to_frame, scenes)
+    first_frames = list(islice(frames, _LOOKAHEAD))
+    if not first_frames:
+        message = "there are no frames to encode"
         raise EncodeError(message)
-    encoding = _Encoding(sink, options, ahead)
-    for frame in chain(ahead, given):
+    encoding = _Encoding(sink, options, first_frames)
+    for frame in chain(first_frames, frames):
         encoding.add(frame)
     return encoding.finish()
 
 
-def _wrap(scene: Splats | GivenFrame) -> GivenFrame:
+def _to_frame(scene: Splats | GivenFrame) -> GivenFrame:
     return GivenFrame(scene) if isinstance(scene, Splats) else scene
 
 
 class _Encoding:
-    """A stream that is being written.
+    """State of an encode, frame by frame.
 
     Args:
         sink: Binary file to which the stream is appended.
         options: Options of `encode_scenes`.
-        ahead: The first frames, which determine the quantization steps.
+        first_frames: The first frames, which determine the quantization steps.
     """
 
-    def __init__(self, sink: BinaryIO, options: SceneOptions, ahead: list[GivenFrame]) -> None:
+    def __init__(
+        self, sink: BinaryIO, options: SceneOptions, first_frames: list[GivenFrame]
+    ) -> None:
         self._options = options
-        self._bounds = bounds = options.bounds.resolved(ahead[0].splats)
-        self._header = _make_header(options, bounds, ahead)
-        added = {"encoder": f"quarc-ref {__version__}", "bounds": str(bounds)}
-        metadata = {**options.metadata, **added}
+        self._bounds = bounds = options.bounds.resolved(first_frames[0].splats)
+        self._header = _make_header(options, bounds, first_frames)
+        own_metadata = {"encoder": f"quarc-ref {__version__}", "bounds": str(bounds)}
+        metadata = {**options.metadata, **own_metadata}
         self._loop = ClosedLoop(sink, self._header, options.cameras, metadata)
         self._errors = Errors()
-        self._count = 0
-        self._last = ahead[0]
-        # rows of the last frame for the Gaussians of the state
-        self._rows = np.zeros(0, dtype=np.int64)
-        self._dropped = 0
-        scale = self._header.translation_step * 2.0**-self._header.lattice_exponent
-        turn = self._header.rotation_unity * self._header.level_count / 2
-        self._tolerances = Tolerances(bounds.position / scale, bounds.rotation * turn)
+        self._frame_count = 0
+        self._last_frame = first_frames[0]
+        # `[N]` row of the last input frame for each Gaussian of the decoder's state
+        self._target_rows = np.zeros(0, dtype=np.int64)
+        self._dropped_sh_degree = 0
+        step_size = self._header.translation_step * 2.0**-self._header.lattice_exponent
+        steps_per_radian = self._header.rotation_unity * self._header.level_count / 2
+        self._tolerances = Tolerances(
+            bounds.position / step_size, bounds.rotation * steps_per_radian
+        )
 
-    def add(self, given: GivenFrame) -> None:
-        """Write a frame."""
-        frame, self._count = self._count, self._count + 1
+    def add(self, frame: GivenFrame) -> None:
+        """Encode a frame, write it, and check its errors."""
+        frame_index, self._frame_count = self._frame_count, self._frame_count + 1
         try:
-            target = make_target(given.splats, self._header, self._bounds)
-            self._write(frame, given, target)
+            target = make_target(frame.splats, self._header, self._bounds)
+            self._write_as_required(frame_index, frame, target)
         except EncodeError as error:
-            message = f"frame {frame}: {error}"
+            message = f"frame {frame_index}: {error}"
             raise EncodeError(message) from error
-        self._last = given
-        degree = round(given.splats.sh.shape[1] ** 0.5) - 1
-        self._dropped = max(self._dropped, degree if degree > 1 else 0)
-        errors = measure_errors(self._loop.state.scene, target, self._rows)
-        require_bounds(errors, self._bounds, frame)
-        self._errors = self._errors.joined(errors)
-        self._options.progress.advance("frames", self._count, self._options.frame_count)
+        self._last_frame = frame
+        degree = round(frame.splats.sh.shape[1] ** 0.5) - 1
+        self._dropped_sh_degree = max(self._dropped_sh_degree, degree if degree > 1 else 0)
+        errors = measure_errors(self._loop.state.scene, target, self._target_rows)
+        require_bounds(errors, self._bounds, frame_index)
+        self._errors = self._errors.maximum(errors)
+        self._options.progress.advance("frames", self._frame_count, self._options.frame_count)
 
     def finish(self) -> SceneReport:
-        """Write the end of the stream."""
+        """Write the index and the TAIL chunk; return the report."""
         self._loop.finish()
-        return SceneReport(self._count, self._bounds, self._errors, self._dropped)
+        return SceneReport(self._frame_count, self._bounds, self._errors, self._dropped_sh_degree)
 
-    def _write(self, frame: int, given: GivenFrame, target: Target) -> None:
+    def _write_as_required(self, frame_index: int, frame: GivenFrame, target: Target) -> None:
         interval = self._options.keyframe_interval
-        if frame == 0 or (interval and frame % interval == 0):
-            self._write_canonical(frame, target)
+        if frame_index == 0 or (interval and frame_index % interval == 0):
+            self._write_canonical(frame_index, target)
             return
-        match = match_frames(self._last, given)
-        successors = np.full(len(self._last.splats.positions), -1, dtype=np.int64)
-        successors[match.before] = match.after
-        rows = successors[self._rows]
+        match = match_frames(self._last_frame, frame)
+        successors = np.full(len(self._last_frame.splats.positions), -1, dtype=np.int64)
+        successors[match.first_rows] = match.second_rows
+        rows = successors[self._target_rows]
         rows[find_recolored(self._loop.state, target, rows, self._code_bounds)] = -1
-        new = target.count - np.count_nonzero(rows >= 0)
-        if new > min(target.count // 2, self._header.limits.births):
-            self._write_canonical(frame, target)
+        new_count = target.count - np.count_nonzero(rows >= 0)
+        if new_count > min(target.count // 2, self._header.limits.births):
+            self._write_canonical(frame_index, target)
         else:
             self._write_frame(target, rows)
 
@@ -204,63 +208,67 @@ class _Encoding:
         return bound_codes(self._bounds, self._header)
 
     def _write_canonical(self, frame: int, target: Target) -> None:
-        coded = target.coded(np.arange(target.count))
-        self._rows = order_canonical(coded.positions)
+        coded = target.quantized(np.arange(target.count))
+        self._target_rows = order_canonical(coded.positions)
         try:
             self._loop.commit_canonical(coded, frame)
         except StateError as error:
             raise EncodeError(str(error)) from error
 
     def _write_frame(self, target: Target, rows: Int64) -> None:
-        gone = _count_faint_deaths(self._loop.state, rows < 0)
-        start = self._loop.start_frame(gone.size)
-        rows = np.delete(rows, gone)
+        deleted = _find_faint_deaths(self._loop.state, rows < 0)
+        start = self._loop.start_frame(deleted.size)
+        rows = np.delete(rows, deleted)
         symbols = fit_motion(start.state, target, rows, self._tolerances)
-        leaving = np.zeros(0, dtype=np.bool_)
+        is_deleted = np.zeros(0, dtype=np.bool_)
 
         def update(state: FrameState) -> Updates:
-            nonlocal leaving
-            updates, leaving = fit_updates(state, target, rows, self._bounds)
+            nonlocal is_deleted
+            updates, is_deleted = fit_updates(state, target, rows, self._bounds)
             return updates
 
         moved = self._loop.move_frame(start, symbols, update)
-        rows = rows[~leaving]
+        rows = rows[~is_deleted]
         is_new = np.ones(target.count, dtype=np.bool_)
         is_new[rows] = False
         births, newborn = fit_births(moved.state, target, np.flatnonzero(is_new))
         self._loop.commit_frame(moved, births)
-        self._rows = np.concatenate([rows, newborn])
+        self._target_rows = np.concatenate([rows, newborn])
 
 
 def match_frames(before: GivenFrame, after: GivenFrame) -> Match:
-    """Match the Gaussians of two frames, by ids if both have them."""
+    """Match the Gaussians of two frames, by ids if both frames have ids, else by order."""
     if before.ids is not None and after.ids is not None:
         return match_ids(before.ids, after.ids)
     return match_order(before.splats, after.splats)
 
 
-def _make_header(options: SceneOptions, bounds: Bounds, ahead: list[GivenFrame]) -> StreamHeader:
+def _make_header(
+    options: SceneOptions, bounds: Bounds, first_frames: list[GivenFrame]
+) -> StreamHeader:
     clock = Fraction(options.frames_per_second).limit_denominator(_CLOCK_LIMIT)
-    most = _ROOM * max(len(each.splats.positions) for each in ahead)
-    fitting = [level for level, limits in LEVELS.items() if most <= limits.gaussians]
+    max_gaussians = _MAX_GROWTH * max(len(frame.splats.positions) for frame in first_frames)
+    sufficient_levels = [
+        level for level, limits in LEVELS.items() if max_gaussians <= limits.gaussians
+    ]
     header = replace(
         options.header,
-        level=min(fitting, default=max(LEVELS)),
+        level=min(sufficient_levels, default=max(LEVELS)),
         timescale=clock.numerator,
         frame_ticks=clock.denominator,
         updates=True,
     )
-    matches = [match_frames(before, after) for before, after in pairwise(ahead)]
-    return choose_steps(header, bounds, [each.splats for each in ahead], matches)
+    matches = [match_frames(before, after) for before, after in pairwise(first_frames)]
+    return choose_steps(header, bounds, [frame.splats for frame in first_frames], matches)
 
 
-def _count_faint_deaths(state: FrameState, dying: Bits) -> Int64:
-    """Return the Gaussians whose deletion needs no bits, because they are the faintest ones."""
+def _find_faint_deaths(state: FrameState, should_delete: Bits) -> Int64:
+    """Return the Gaussians to delete that are fainter than all others; they need no update."""
     order = np.argsort(state.scene.codes[OPACITY.start], kind="stable")
-    stays = np.flatnonzero(~dying[order])
-    return order[: stays[0] if stays.size else 0]
+    surviving = np.flatnonzero(~should_delete[order])
+    return order[: surviving[0] if surviving.size else 0]
 
 
-_AHEAD = 3
-_ROOM = 2  # maximum growth of the number of Gaussians
+_LOOKAHEAD = 3
+_MAX_GROWTH = 2  # maximum growth of the number of Gaussians
 _CLOCK_LIMIT = 1001

@@ -11,20 +11,20 @@ from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.morton import interleave
 from quarc_ref.format.records import Births, Gaussians
 
-_REACH = 4  # number of neighbors on each side
+_NEIGHBORS_PER_SIDE = 4  # number of neighbors on each side
 _KEY_SHIFT = 3  # a lattice coordinate has 24 bits, a coordinate of a Morton key 21
 
 
 def fit_births(updated: FrameState, target: Target, rows: Int64) -> tuple[Births | None, Int64]:
-    """Return the births of a frame, and their rows of the target in the same order.
+    """Return the births of a frame, and the target row of each birth in the same order.
 
     Args:
         updated: State after motion and updates.
-        target: The target frame.
+        target: Gaussians that the frame approximates.
         rows: `[n]` rows of the target that are new.
 
     Raises:
-        EncodeError: A new Gaussian is too far from all others for the format.
+        EncodeError: A new Gaussian is farther from its parent than the format allows.
     """
     if not rows.size:
         return None, rows
@@ -32,27 +32,33 @@ def fit_births(updated: FrameState, target: Target, rows: Int64) -> tuple[Births
     parents = _find_parents(positions, target.positions[:, rows])
     order = np.argsort(parents, kind="stable")
     parents, rows = parents[order], rows[order]
-    coded = target.coded(rows)
-    apart = target.positions[:, rows] - positions[:, parents]
-    places = np.rint(apart / target.header.position_step).astype(np.int64)
-    if np.abs(places).max() > CODE_LIMIT:
+    gaussians = target.quantized(rows)
+    offsets = target.positions[:, rows] - positions[:, parents]
+    offset_steps = np.rint(offsets / target.header.position_step).astype(np.int64)
+    if np.abs(offset_steps).max() > CODE_LIMIT:
         message = (
-            f"a new Gaussian is more than {CODE_LIMIT} steps from all others: allow larger errors"
+            f"a new Gaussian is more than {CODE_LIMIT} steps from its parent: allow larger errors"
         )
         raise EncodeError(message)
-    return Births(parents, Gaussians(places, coded.rotations, coded.codes)), rows
+    return Births(parents, Gaussians(offset_steps, gaussians.rotations, gaussians.codes)), rows
 
 
 def _find_parents(positions: Int64, newborn: Float64) -> Int64:
-    """Return `[n]` indices of nearby Gaussians: the nearest of some neighbors in Morton order."""
-    keys = _keys(positions)
+    """Return the `[n]` index of a nearby Gaussian: the nearest of 8 neighbors in Morton order."""
+    keys = _morton_keys(positions)
     order = np.argsort(keys, kind="stable")
-    places = np.searchsorted(keys[order], _keys(np.rint(newborn).astype(np.int64)))
-    candidates = order[np.clip(places + np.arange(-_REACH, _REACH)[:, None], 0, order.size - 1)]
-    apart = np.abs(positions[:, candidates] - newborn[:, None, :]).max(axis=0)
-    parents: Int64 = candidates[apart.argmin(axis=0), np.arange(newborn.shape[1])]
+    insertion_points = np.searchsorted(keys[order], _morton_keys(np.rint(newborn).astype(np.int64)))
+    candidates = order[
+        np.clip(
+            insertion_points + np.arange(-_NEIGHBORS_PER_SIDE, _NEIGHBORS_PER_SIDE)[:, None],
+            0,
+            order.size - 1,
+        )
+    ]
+    distances = np.abs(positions[:, candidates] - newborn[:, None, :]).max(axis=0)
+    parents: Int64 = candidates[distances.argmin(axis=0), np.arange(newborn.shape[1])]
     return parents
 
 
-def _keys(positions: Int64) -> Int64:
+def _morton_keys(positions: Int64) -> Int64:
     return interleave((positions + LATTICE_OFFSET) >> _KEY_SHIFT)

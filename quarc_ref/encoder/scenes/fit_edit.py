@@ -1,4 +1,4 @@
-"""Edits the frames of a stream and fits them again, as in `import`."""
+"""Decodes a stream, edits all frames, and encodes them again with bounded errors."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -15,20 +15,21 @@ from quarc_ref.streams.source import Source
 
 
 def encode_edited(source: Source, sink: BinaryIO, edit: Edit, options: SceneOptions) -> SceneReport:
-    """Write an edited stream; use `recolor` for pure color changes.
+    """Write an edited stream. If only colors change, `recolor` is exact and faster.
 
-    Frame rate, axes, scale, anchors, cameras and metadata are taken from the stream, and
-    transformed if necessary.
+    Frame rate, axes, scale, anchors, cameras and metadata are taken from the input stream;
+    axes, scale and cameras are transformed with the scene.
 
     Args:
-        source: A stream.
-        sink: Binary file to which the stream is appended.
+        source: The input stream.
+        sink: Binary file to which the edited stream is appended.
         edit: The edit of every frame.
-        options: Bounds and progress; other options are taken from the stream.
+        options: Options, of which bounds and progress are used.
 
     Raises:
-        BitstreamError: The stream is invalid.
-        EncodeError: A frame has no Gaussian left, or cannot be coded within the bounds.
+        BitstreamError: The input stream is invalid.
+        EncodeError: The edit removes all Gaussians of a frame, or a frame cannot be coded
+            within the bounds.
     """
     decoder = StreamDecoder()
     scenes: Iterator[Scene] = decode(source, decoder=decoder)

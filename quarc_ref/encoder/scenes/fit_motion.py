@@ -2,9 +2,9 @@
 
 From the coarsest level to the finest, each anchor gets the median, in steps, of the
 remaining motion of its Gaussians. The median ignores outliers, which finer levels and
-updates can handle. A second sweep fits each level to the residual of the others. The
-symbols of an anchor are 0 if all its Gaussians are close enough to their targets without
-it.
+updates can code. A second sweep fits each level to the motion that the other levels leave.
+Finally, symbols of an anchor are set to 0 if its Gaussians stay within the tolerances
+without them.
 """
 
 from collections.abc import Sequence
@@ -20,24 +20,24 @@ from quarc_ref.encoder.scenes.targets import Target
 from quarc_ref.format.arrays import Int32, Int64
 from quarc_ref.format.constants import ROTATION_ONE, SYMBOL_LIMIT
 
-_SWEEPS = 2
+_SWEEP_COUNT = 2
 _MAX_ROTATION = 190.0  # largest sum of symbols of three levels
 
 
 @dataclass(frozen=True, slots=True)
 class Tolerances:
-    """Largest allowed errors, in steps of the motion.
+    """Largest allowed errors of the motion, in steps of motion symbols.
 
     Attributes:
-        translation: Error per axis.
-        rotation: Error of a rotation residual.
+        translation: Error per axis, in translation steps.
+        rotation: Error of each component of a rotation residual, in rotation steps.
     """
 
     translation: float
     rotation: float
 
     def groups(self, slack: Slack) -> tuple[tuple[slice, Float64], ...]:
-        """Return groups of symbol channels, and the tolerance of each Gaussian for them."""
+        """Return slices of translation and rotation channels, each with `[N]` tolerances."""
         return (
             (slice(0, 3), self.translation * slack.position),
             (slice(3, 6), self.rotation * slack.rotation),
@@ -47,91 +47,102 @@ class Tolerances:
 def fit_motion(
     start: FrameState, target: Target, rows: Int64, tolerances: Tolerances
 ) -> list[Int64]:
-    """Return `[6, a]` symbols of each level, level 1 first.
+    """Return the `[6, a]` motion symbols of each level, level 1 first.
 
     Args:
-        start: State after the deaths.
-        target: The frame.
-        rows: `[N]` row of the target for each Gaussian; -1 for those that will be deleted.
+        start: State of the frame after the deaths.
+        target: Gaussians that the frame approximates.
+        rows: `[N]` row of the target for each Gaussian; -1 for Gaussians that updates delete.
         tolerances: Largest allowed errors.
     """
-    alive = np.flatnonzero(rows >= 0)
-    lacking = _measure(start, target, rows, alive)
-    symbols = _sweep(start.known_anchors, lacking, alive)
-    limits = tolerances.groups(target.slack.rows(rows[alive]))
-    return _drop_unneeded(start.known_anchors, symbols, lacking, alive, limits)
-
-
-def _measure(start: FrameState, target: Target, rows: Int64, alive: Int64) -> Float64:
-    """Return `[6, n]` sums of symbols that move Gaussians to the target."""
-    scene, header = start.scene, start.scene.header
-    wanted = rows[alive]
-    apart = target.positions[:, wanted] - scene.positions[:, alive]
-    turns = rotations_between(scene.rotations[:, alive] / ROTATION_ONE, target.rotations[:, wanted])
-    identity = header.rotation_unity * header.level_count
-    turning = identity * turns[1:] / np.maximum(turns[0], 1e-6)
-    return np.concatenate(
-        [apart / header.translation_step, np.clip(turning, -_MAX_ROTATION, _MAX_ROTATION)]
+    survivors = np.flatnonzero(rows >= 0)
+    target_motion = _measure_motion(start, target, rows, survivors)
+    symbols = _fit_levels(start.known_anchors, target_motion, survivors)
+    channel_tolerances = tolerances.groups(target.slack.rows(rows[survivors]))
+    return _drop_unneeded_symbols(
+        start.known_anchors, symbols, target_motion, survivors, channel_tolerances
     )
 
 
-def _sweep(anchors: Anchors, lacking: Float64, alive: Int64) -> list[Int64]:
-    """Fit level by level, from coarse to fine, in several sweeps."""
+def _measure_motion(start: FrameState, target: Target, rows: Int64, survivors: Int64) -> Float64:
+    """Return the `[6, n]` motion of each Gaussian to its target, in steps, not rounded."""
+    scene, header = start.scene, start.scene.header
+    target_rows = rows[survivors]
+    translations = target.positions[:, target_rows] - scene.positions[:, survivors]
+    rotations = rotations_between(
+        scene.rotations[:, survivors] / ROTATION_ONE, target.rotations[:, target_rows]
+    )
+    identity = header.rotation_unity * header.level_count
+    rotation_steps = identity * rotations[1:] / np.maximum(rotations[0], 1e-6)
+    return np.concatenate(
+        [
+            translations / header.translation_step,
+            np.clip(rotation_steps, -_MAX_ROTATION, _MAX_ROTATION),
+        ]
+    )
+
+
+def _fit_levels(anchors: Anchors, target_motion: Float64, survivors: Int64) -> list[Int64]:
+    """Fit the symbols of each level, from the coarsest to the finest level, in several sweeps."""
     symbols = [np.zeros((6, level.owners.size), dtype=np.int64) for level in anchors.levels]
-    left = lacking.copy()
-    for _ in range(_SWEEPS):
-        for number in reversed(range(len(symbols))):
-            followed = anchors.binding[number, alive]
-            left += symbols[number][:, followed]
-            medians = find_medians(left, followed, symbols[number].shape[1])
-            symbols[number] = np.clip(np.rint(medians), -SYMBOL_LIMIT, SYMBOL_LIMIT).astype(int)
-            left -= symbols[number][:, followed]
+    remaining = target_motion.copy()
+    for _ in range(_SWEEP_COUNT):
+        for level_index in reversed(range(len(symbols))):
+            anchor_indices = anchors.binding[level_index, survivors]
+            remaining += symbols[level_index][:, anchor_indices]
+            medians = find_medians(remaining, anchor_indices, symbols[level_index].shape[1])
+            symbols[level_index] = np.clip(np.rint(medians), -SYMBOL_LIMIT, SYMBOL_LIMIT).astype(
+                int
+            )
+            remaining -= symbols[level_index][:, anchor_indices]
     return symbols
 
 
-def find_medians(values: Float64, followed: Int32, count: int) -> Float64:
-    """Return the `[c, count]` medians of the values `[c, n]` of each anchor's Gaussians.
+def find_medians(values: Float64, anchor_indices: Int32, count: int) -> Float64:
+    """Return the `[c, count]` medians of values over the Gaussians of each anchor.
 
-    If there are two middle values, the one nearer to 0 is used, or 0 if they differ in
-    sign. The median of no values is 0.
+    Of two middle values, the median is the value nearer to 0, or 0 if their signs differ. The
+    median of an anchor without Gaussians is 0.
 
     Args:
-        values: Values with one column per Gaussian.
-        followed: `[n]` anchor of each Gaussian.
+        values: `[c, n]` values of each Gaussian.
+        anchor_indices: `[n]` anchor of each Gaussian.
         count: Number of anchors.
     """
-    sizes = np.bincount(followed, minlength=count)
+    sizes = np.bincount(anchor_indices, minlength=count)
     starts = np.cumsum(sizes) - sizes
-    some = sizes > 0
-    starts, sizes = starts[some], sizes[some]
+    has_values = sizes > 0
+    starts, sizes = starts[has_values], sizes[has_values]
     medians = np.zeros((len(values), count))
     for row, median in zip(values, medians, strict=True):
-        ordered = row[np.lexsort((row, followed))]
-        low, high = ordered[starts + (sizes - 1) // 2], ordered[starts + sizes // 2]
-        nearer = np.where(np.abs(low) < np.abs(high), low, high)
-        median[some] = np.where(low * high < 0, 0, nearer)
+        sorted_values = row[np.lexsort((row, anchor_indices))]
+        low, high = sorted_values[starts + (sizes - 1) // 2], sorted_values[starts + sizes // 2]
+        smaller = np.where(np.abs(low) < np.abs(high), low, high)
+        median[has_values] = np.where(low * high < 0, 0, smaller)
     return medians
 
 
-def _drop_unneeded(
+def _drop_unneeded_symbols(
     anchors: Anchors,
     symbols: list[Int64],
-    lacking: Float64,
-    alive: Int64,
-    limits: Sequence[tuple[slice, Float64]],
+    target_motion: Float64,
+    survivors: Int64,
+    channel_tolerances: Sequence[tuple[slice, Float64]],
 ) -> list[Int64]:
-    """Remove symbols that no Gaussian needs, starting with the finest level."""
-    bindings = anchors.binding[:, alive]
-    left = lacking - sum(level[:, bound] for level, bound in zip(symbols, bindings, strict=True))
-    kept = [level.copy() for level in symbols]
-    for level, bound in zip(kept, bindings, strict=True):
-        for group, limit in limits:
-            without = left[group] + level[group][:, bound]
+    """Set symbols to 0 that no Gaussian needs to stay within tolerance, finest level first."""
+    bindings = anchors.binding[:, survivors]
+    remaining = target_motion - sum(
+        level[:, level_binding] for level, level_binding in zip(symbols, bindings, strict=True)
+    )
+    reduced_symbols = [level.copy() for level in symbols]
+    for level, level_binding in zip(reduced_symbols, bindings, strict=True):
+        for channels, tolerance in channel_tolerances:
+            remaining_without = remaining[channels] + level[channels][:, level_binding]
             is_needed = np.zeros(level.shape[1], dtype=np.bool_)
-            worse = (np.abs(without).max(axis=0) > limit) & (
-                np.abs(left[group]).max(axis=0) <= limit
+            exceeds_tolerance = (np.abs(remaining_without).max(axis=0) > tolerance) & (
+                np.abs(remaining[channels]).max(axis=0) <= tolerance
             )
-            is_needed[bound[worse]] = True
-            level[group] *= is_needed
-            left[group] = without - level[group][:, bound]
-    return kept
+            is_needed[level_binding[exceeds_tolerance]] = True
+            level[channels] *= is_needed
+            remaining[channels] = remaining_without - level[channels][:, level_binding]
+    return reduced_symbols

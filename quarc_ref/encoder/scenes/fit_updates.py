@@ -1,6 +1,7 @@
 """Fits updates of individual Gaussians after the motion (SPEC 7.8).
 
-A Gaussian that no update can bring within the bounds is deleted, and coded again as a birth.
+If no update can bring a Gaussian within the bounds, the update deletes the Gaussian, and a
+birth codes it again.
 """
 
 from dataclasses import dataclass
@@ -21,17 +22,17 @@ from quarc_ref.format.constants import (
 from quarc_ref.format.records import LOG_SCALES, OPACITY, SH_DC, SH_REST, StreamHeader
 from quarc_ref.format.updates import ROTATION, TRANSLATION, UPDATE_FIELDS, Updates
 
-_ROUNDING = 1 + 1e-6  # tolerance for float errors in comparisons with a bound
+_ROUNDING_TOLERANCE = 1 + 1e-6  # factor of bounds, for rounding errors of floats
 _FIELDS = {"log-scales": LOG_SCALES, "opacity": OPACITY, "SH DC": SH_DC}
 
 
 @dataclass(frozen=True, slots=True)
 class CodeErrorBounds:
-    """Error bounds of codes, in code steps.
+    """Error bounds of codes, in quantization steps.
 
     Attributes:
-        fields: Bounds by the name of the field of an update.
-        sh_rest: Bound of SH rest, which updates cannot change.
+        fields: Bounds of the codes that updates can change, by name of the update field.
+        sh_rest: Bound of the codes of SH rest, which updates cannot change.
     """
 
     fields: dict[str, float]
@@ -39,82 +40,88 @@ class CodeErrorBounds:
 
 
 def bound_codes(bounds: Bounds, header: StreamHeader) -> CodeErrorBounds:
-    """Convert bounds to the quantization steps of a stream."""
+    """Convert the bounds of scales, opacity and SH to quantization steps."""
     return CodeErrorBounds(
         {
-            "log-scales": bounds.log_scale / header.log_scale_step * _ROUNDING,
-            "opacity": bounds.opacity / header.opacity_step * _ROUNDING,
-            "SH DC": bounds.sh_dc / header.sh_dc_step * _ROUNDING,
+            "log-scales": bounds.log_scale / header.log_scale_step * _ROUNDING_TOLERANCE,
+            "opacity": bounds.opacity / header.opacity_step * _ROUNDING_TOLERANCE,
+            "SH DC": bounds.sh_dc / header.sh_dc_step * _ROUNDING_TOLERANCE,
         },
-        bounds.sh_rest / header.sh_rest_step * _ROUNDING,
+        bounds.sh_rest / header.sh_rest_step * _ROUNDING_TOLERANCE,
     )
 
 
 def find_recolored(state: FrameState, target: Target, rows: Int64, bounds: CodeErrorBounds) -> Bits:
-    """Return `[N]` whether view-dependent color is out of bounds, which updates cannot change.
+    """Return a mask `[N]` of the Gaussians whose SH rest is out of bounds.
+
+    Updates cannot change SH rest, so these Gaussians must be coded again as births.
 
     Args:
         state: Any state of the frame.
-        target: The frame.
-        rows: `[N]` row of the target for each Gaussian; -1 for none.
-        bounds: Error bounds, in code steps.
+        target: Gaussians that the frame approximates.
+        rows: `[N]` row of the target for each Gaussian; -1 for Gaussians without a row.
+        bounds: Error bounds, in quantization steps.
     """
-    found = np.zeros(rows.size, dtype=np.bool_)
+    is_recolored = np.zeros(rows.size, dtype=np.bool_)
     if state.scene.header.sh_degree:
-        kept = np.flatnonzero(rows >= 0)
-        errors = target.codes[SH_REST, rows[kept]] - state.scene.codes[SH_REST, kept]
-        found[kept] = np.abs(errors).max(axis=0) > bounds.sh_rest
-    return found
+        matched = np.flatnonzero(rows >= 0)
+        errors = target.codes[SH_REST, rows[matched]] - state.scene.codes[SH_REST, matched]
+        is_recolored[matched] = np.abs(errors).max(axis=0) > bounds.sh_rest
+    return is_recolored
 
 
 def fit_updates(
     moved: FrameState, target: Target, rows: Int64, bounds: Bounds
 ) -> tuple[Updates, Bits]:
-    """Return the updates of a frame, and the Gaussians that they delete.
+    """Return the updates of a frame, and a mask `[N]` of the Gaussians that they delete.
 
-    Two kinds of Gaussians are deleted: those without a row in the target, and those that no
-    update can bring within the bounds.
+    Gaussians without a row in the target are deleted, and also Gaussians that no update can
+    bring within the bounds.
 
     Args:
         moved: State after the motion.
-        target: The frame.
-        rows: `[N]` row of the target for each Gaussian; -1 for those to delete.
+        target: Gaussians that the frame approximates.
+        rows: `[N]` row of the target for each Gaussian; -1 for Gaussians to delete.
         bounds: Largest allowed errors.
     """
     scene, header = moved.scene, moved.scene.header
-    kept = np.flatnonzero(rows >= 0)
-    wanted = rows[kept]
+    matched = np.flatnonzero(rows >= 0)
+    target_rows = rows[matched]
     residuals = np.zeros((RESIDUAL_ROWS, rows.size), dtype=np.int64)
-    apart = target.positions[:, wanted] - scene.positions[:, kept]
-    slack = target.slack.rows(wanted)
-    most = bounds.position * slack.position * _ROUNDING
-    off = np.abs(apart).max(axis=0) * 2.0**-header.lattice_exponent > most
-    residuals[TRANSLATION, kept] = np.rint(apart / header.translation_step) * off
-    turned = scene.rotations[:, kept] / ROTATION_ONE
-    residuals[ROTATION, kept], lost = _fit_turns(
-        turned, target.rotations[:, wanted], bounds.rotation * slack.rotation, header
+    offsets = target.positions[:, target_rows] - scene.positions[:, matched]
+    slack = target.slack.rows(target_rows)
+    limits = bounds.position * slack.position * _ROUNDING_TOLERANCE
+    is_out_of_bounds = np.abs(offsets).max(axis=0) * 2.0**-header.lattice_exponent > limits
+    residuals[TRANSLATION, matched] = np.rint(offsets / header.translation_step) * is_out_of_bounds
+    rotations = scene.rotations[:, matched] / ROTATION_ONE
+    residuals[ROTATION, matched], is_unreachable = _fit_rotations(
+        rotations, target.rotations[:, target_rows], bounds.rotation * slack.rotation, header
     )
-    limits = bound_codes(bounds, header)
+    code_bounds = bound_codes(bounds, header)
     for name, planes in _FIELDS.items():
-        errors = target.codes[planes, wanted] - scene.codes[planes, kept]
-        off = np.abs(errors).max(axis=0) > limits.fields[name]
-        residuals[UPDATE_FIELDS[name], kept] = np.rint(errors) * off
-    leaves = rows < 0
-    leaves[kept] |= lost | (np.abs(residuals[:, kept]).max(axis=0) > CODE_LIMIT)
-    chosen = np.flatnonzero(np.any(residuals, axis=0) | leaves)
-    dies = leaves[chosen]
-    return Updates(chosen, dies, residuals[:, chosen] * ~dies), leaves
+        errors = target.codes[planes, target_rows] - scene.codes[planes, matched]
+        is_out_of_bounds = np.abs(errors).max(axis=0) > code_bounds.fields[name]
+        residuals[UPDATE_FIELDS[name], matched] = np.rint(errors) * is_out_of_bounds
+    is_deleted = rows < 0
+    is_deleted[matched] |= is_unreachable | (np.abs(residuals[:, matched]).max(axis=0) > CODE_LIMIT)
+    indices = np.flatnonzero(np.any(residuals, axis=0) | is_deleted)
+    dies = is_deleted[indices]
+    return Updates(indices, dies, residuals[:, indices] * ~dies), is_deleted
 
 
-def _fit_turns(
-    before: Float64, wanted: Float64, bounds: Float64, header: StreamHeader
+def _fit_rotations(
+    rotations: Float64, targets: Float64, bounds: Float64, header: StreamHeader
 ) -> tuple[Int64, Bits]:
-    """Return `[3, n]` rotation residuals, and which Gaussians remain out of bounds."""
-    off = angles_between(before, wanted) > bounds * _ROUNDING
-    turns = rotations_between(before, wanted)
-    residuals = header.rotation_unity * turns[1:] / np.maximum(turns[0], 1e-9)
-    residuals = np.rint(np.clip(residuals, -ROTATION_UNITY_LIMIT, ROTATION_UNITY_LIMIT)) * off
-    left = np.concatenate([np.full((1, off.size), float(header.rotation_unity)), residuals])
-    left /= np.sqrt((left * left).sum(axis=0))
-    lost = off & (angles_between(left, turns) > bounds)
-    return residuals.astype(np.int64), lost
+    """Return `[3, n]` rotation residuals, and a mask of Gaussians that stay out of bounds."""
+    is_out_of_bounds = angles_between(rotations, targets) > bounds * _ROUNDING_TOLERANCE
+    differences = rotations_between(rotations, targets)
+    residuals = header.rotation_unity * differences[1:] / np.maximum(differences[0], 1e-9)
+    residuals = (
+        np.rint(np.clip(residuals, -ROTATION_UNITY_LIMIT, ROTATION_UNITY_LIMIT)) * is_out_of_bounds
+    )
+    coded_differences = np.concatenate(
+        [np.full((1, is_out_of_bounds.size), float(header.rotation_unity)), residuals]
+    )
+    coded_differences /= np.sqrt((coded_differences * coded_differences).sum(axis=0))
+    is_unreachable = is_out_of_bounds & (angles_between(coded_differences, differences) > bounds)
+    return residuals.astype(np.int64), is_unreachable

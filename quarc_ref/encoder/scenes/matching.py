@@ -1,8 +1,9 @@
 """Matches the Gaussians of consecutive frames by ids or by order.
 
-Without ids, Gaussians are matched by row. If frames have different numbers of
-rows, rows that are unique and equal except for position and rotation are landmarks; between two
-landmarks, runs of equal length are matched in order. Unmatched rows are deaths or births.
+Without ids, row i of a frame matches row i of the next frame if both frames have the same
+number of rows. Otherwise, pairs of rows are landmarks if their attributes except position
+and rotation are equal, and unique in each frame. Rows between two landmarks are matched in
+order. Unmatched rows are deaths or births.
 """
 
 from bisect import bisect_left
@@ -14,39 +15,39 @@ from numpy.typing import NDArray
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.format.arrays import Bits, Int64
 
-_FAR = 10.0  # largest plausible motion in a frame, relative to the scale of a Gaussian
-_RECOLORED = 1.0  # difference of SH DC: 0.28 of a color from 0 to 1
+_MAX_MOTION = 10.0  # largest plausible motion in a frame, relative to the scale of a Gaussian
+_MAX_COLOR_CHANGE = 1.0  # difference of SH DC: 0.28 of a color from 0 to 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Match:
-    """Rows of the same Gaussians in two frames.
+    """Pairs of rows that represent the same Gaussians in two frames.
 
     Attributes:
-        before: `[m]` rows in the first frame.
-        after: `[m]` rows in the second frame, without duplicates.
+        first_rows: `[m]` rows in the first frame.
+        second_rows: `[m]` rows in the second frame, without duplicates.
     """
 
-    before: Int64
-    after: Int64
+    first_rows: Int64
+    second_rows: Int64
 
 
 def match_ids(before: Int64, after: Int64) -> Match:
-    """Match rows by ids, which are unique in each frame."""
+    """Match the rows of two frames by ids, which must be unique in each frame."""
     _, first, second = np.intersect1d(before, after, assume_unique=True, return_indices=True)
     order = np.argsort(first)
     return Match(first[order], second[order])
 
 
 def match_order(before: Splats, after: Splats) -> Match:
-    """Match rows by order."""
+    """Match the rows of two frames by order, as the module docstring describes."""
     count = len(before.positions)
     if count == len(after.positions):
-        rows = np.arange(count)
-        if np.mean(_is_plausible(before, rows, after, rows)) > 0.5:
-            return Match(rows, rows)
+        first_rows = np.arange(count)
+        if np.mean(_is_plausible(before, first_rows, after, first_rows)) > 0.5:
+            return Match(first_rows, first_rows)
     first, second = _match_landmarks(before, after)
-    borders = zip(
+    gap_bounds = zip(
         np.concatenate([[-1], first]),
         np.concatenate([first, [count]]),
         np.concatenate([[-1], second]),
@@ -54,35 +55,37 @@ def match_order(before: Splats, after: Splats) -> Match:
         strict=True,
     )
     pairs = [(first, second)]
-    for low, high, other_low, other_high in borders:
+    for low, high, other_low, other_high in gap_bounds:
         if high - low > 1 and other_high - other_low > 1:
             pairs.append(_match_gap(before, (low + 1, high), after, (other_low + 1, other_high)))
-    rows, others = (np.concatenate(each) for each in zip(*pairs, strict=True))
-    order = np.argsort(rows)
-    return Match(rows[order], others[order])
+    first_rows, second_rows = (np.concatenate(columns) for columns in zip(*pairs, strict=True))
+    order = np.argsort(first_rows)
+    return Match(first_rows[order], second_rows[order])
 
 
 def _match_landmarks(before: Splats, after: Splats) -> tuple[Int64, Int64]:
-    """Match rows whose attributes are unique in both frames, in the same order."""
-    keys = np.concatenate([_describe(before), _describe(after)])
-    _, names, counts = np.unique(keys, return_inverse=True, return_counts=True)
-    names = names.reshape(-1)
-    split = len(before.positions)
-    singles = [
+    """Match rows with equal attributes that are unique in each frame; matches keep the order."""
+    keys = np.concatenate([_pack_attributes(before), _pack_attributes(after)])
+    _, labels, counts = np.unique(keys, return_inverse=True, return_counts=True)
+    labels = labels.reshape(-1)
+    first_count = len(before.positions)
+    unique_rows = [
         np.flatnonzero(np.bincount(part, minlength=counts.size)[part] == 1)
-        for part in (names[:split], names[split:])
+        for part in (labels[:first_count], labels[first_count:])
     ]
     _, first, second = np.intersect1d(
-        names[:split][singles[0]], names[split:][singles[1]], return_indices=True
+        labels[:first_count][unique_rows[0]],
+        labels[first_count:][unique_rows[1]],
+        return_indices=True,
     )
-    rows, others = singles[0][first], singles[1][second]
-    order = np.argsort(rows)
-    kept = _longest_ascent(others[order])
-    return rows[order][kept], others[order][kept]
+    first_rows, second_rows = unique_rows[0][first], unique_rows[1][second]
+    order = np.argsort(first_rows)
+    increasing = _longest_increasing_subsequence(second_rows[order])
+    return first_rows[order][increasing], second_rows[order][increasing]
 
 
-def _describe(splats: Splats) -> NDArray[np.void]:
-    """Return `[N]` items with all attributes of a Gaussian except position and rotation."""
+def _pack_attributes(splats: Splats) -> NDArray[np.void]:
+    """Pack all attributes except position and rotation into one item per Gaussian, `[N]`."""
     table = np.hstack(
         [splats.log_scales, splats.opacities[:, None], splats.sh.reshape(len(splats.sh), -1)]
     )
@@ -90,46 +93,52 @@ def _describe(splats: Splats) -> NDArray[np.void]:
     return packed.view(np.dtype((np.void, packed.itemsize * packed.shape[1]))).reshape(-1)
 
 
-def _longest_ascent(numbers: Int64) -> Int64:
-    """Return the indices of a longest ascending subsequence."""
+def _longest_increasing_subsequence(numbers: Int64) -> Int64:
+    """Return the indices of a longest increasing subsequence."""
     if np.all(np.diff(numbers) > 0):
         return np.arange(numbers.size)
-    ends: list[int] = []
-    last: list[int] = []
-    links = np.full(numbers.size, -1, dtype=np.int64)
+    tail_values: list[int] = []
+    tail_indices: list[int] = []
+    predecessors = np.full(numbers.size, -1, dtype=np.int64)
     for index, number in enumerate(numbers.tolist()):
-        place = bisect_left(ends, number)
-        if place:
-            links[index] = last[place - 1]
-        if place == len(ends):
-            ends.append(number)
-            last.append(index)
+        length = bisect_left(tail_values, number)
+        if length:
+            predecessors[index] = tail_indices[length - 1]
+        if length == len(tail_values):
+            tail_values.append(number)
+            tail_indices.append(index)
         else:
-            ends[place], last[place] = number, index
-    chain = [last[-1]] if last else []
-    while chain and links[chain[-1]] >= 0:
-        chain.append(int(links[chain[-1]]))
+            tail_values[length], tail_indices[length] = number, index
+    chain = [tail_indices[-1]] if tail_indices else []
+    while chain and predecessors[chain[-1]] >= 0:
+        chain.append(int(predecessors[chain[-1]]))
     return np.array(chain[::-1], dtype=np.int64)
 
 
 def _match_gap(
-    before: Splats, rows: tuple[int, int], after: Splats, others: tuple[int, int]
+    before: Splats, first_range: tuple[int, int], after: Splats, second_range: tuple[int, int]
 ) -> tuple[Int64, Int64]:
-    """Match the rows between two landmarks from the front."""
-    first, second = np.arange(*rows), np.arange(*others)
+    """Match the rows between two landmarks in order.
+
+    If both ranges have the same length, only implausible pairs are dropped. Otherwise, all
+    pairs after the first implausible pair are dropped.
+    """
+    first, second = np.arange(*first_range), np.arange(*second_range)
     count = min(first.size, second.size)
     first, second = first[:count], second[:count]
-    if rows[1] - rows[0] == others[1] - others[0]:
-        kept = _is_plausible(before, first, after, second)
+    if first_range[1] - first_range[0] == second_range[1] - second_range[0]:
+        is_same = _is_plausible(before, first, after, second)
     else:
-        kept = np.logical_and.accumulate(_is_plausible(before, first, after, second))
-    return first[kept], second[kept]
+        is_same = np.logical_and.accumulate(_is_plausible(before, first, after, second))
+    return first[is_same], second[is_same]
 
 
-def _is_plausible(before: Splats, rows: Int64, after: Splats, others: Int64) -> Bits:
-    """Return `[n]` whether position and color allow Gaussians to be the same."""
-    moved = np.abs(after.positions[others] - before.positions[rows]).max(axis=1)
-    reach = _FAR * np.exp(np.minimum(before.log_scales[rows].max(axis=1), 30.0))
-    recolored = np.abs(after.sh[others, 0] - before.sh[rows, 0]).max(axis=1)
-    plausible: Bits = (moved <= reach) & (recolored <= _RECOLORED)
+def _is_plausible(before: Splats, first_rows: Int64, after: Splats, second_rows: Int64) -> Bits:
+    """Return a mask `[n]` of row pairs whose positions and colors are close enough to match."""
+    distances = np.abs(after.positions[second_rows] - before.positions[first_rows]).max(axis=1)
+    max_distances = _MAX_MOTION * np.exp(
+        np.minimum(before.log_scales[first_rows].max(axis=1), 30.0)
+    )
+    color_changes = np.abs(after.sh[second_rows, 0] - before.sh[first_rows, 0]).max(axis=1)
+    plausible: Bits = (distances <= max_distances) & (color_changes <= _MAX_COLOR_CHANGE)
     return plausible

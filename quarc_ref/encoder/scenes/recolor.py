@@ -1,8 +1,8 @@
-"""Recolors a stream exactly: all coded integers stay, except the codes of SH DC.
+"""Recolors a stream without fitting it again: only SH steps and codes of SH DC change.
 
-A color is 0.5 + C0 s, where s are the coefficients (SPEC 10.2). A common gain scales the
-steps of SH and adds a number to the codes of SH DC; an offset of a channel also adds to
-these codes. Positions, anchors and decoder decisions do not depend on these codes, so the
+A color is 0.5 + C0 s, where s is an SH DC coefficient (SPEC 10.2). A gain scales the
+quantization steps of SH and adds a constant to the codes of SH DC. A color offset also adds
+a constant to these codes. Positions and anchors do not depend on the codes of SH DC, so the
 symbols of motion, updates and deaths stay the same.
 """
 
@@ -30,24 +30,24 @@ from quarc_ref.streams.source import Source
 
 @dataclass(frozen=True, slots=True)
 class Recoloring:
-    """A change of all colors of a scene.
+    """A change of all colors of a scene: gain * color + offset.
 
     Attributes:
         gain: Factor of all colors, above 0.
-        offset: Offset added to red, green and blue afterwards; 1 is white.
+        offset: Offsets of red, green and blue; 1 is white.
     """
 
     gain: float = 1.0
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def apply(self, splats: Splats) -> Splats:
-        """Return a scene with the new colors."""
+        """Return a scene after changing its colors."""
         sh = splats.sh * np.float32(self.gain)
         sh[:, 0] += ((self.gain - 1) / 2 + np.array(self.offset, np.float32)) / np.float32(SH_BASE)
         return replace(splats, sh=sh)
 
     def change_header(self, header: StreamHeader) -> StreamHeader:
-        """Return the header with the SH steps that apply the gain.
+        """Return the header with SH steps multiplied by the gain.
 
         Raises:
             EncodeError: The steps are out of the header's range.
@@ -59,11 +59,14 @@ class Recoloring:
                 sh_rest_step=float(np.float32(header.sh_rest_step * self.gain)),
             )
         except ValueError as error:
-            message = f"a gain of {self.gain}: {error}"
+            message = f"the gain {self.gain} cannot be applied to the steps of the stream: {error}"
             raise EncodeError(message) from error
 
-    def count_codes(self, header: StreamHeader) -> Int64:
-        """Return the `[3]` offsets of the codes of SH DC, for a header with the new steps.
+    def compute_code_offsets(self, header: StreamHeader) -> Int64:
+        """Return the `[3]` integers to add to the codes of SH DC.
+
+        Args:
+            header: Header that `change_header` returned.
 
         Raises:
             EncodeError: An offset exceeds the range of the codes.
@@ -72,7 +75,8 @@ class Recoloring:
         codes = np.rint(shift / (SH_BASE * header.sh_dc_step))
         if np.abs(codes).max() > 2 * CODE_LIMIT:
             message = (
-                f"a gain of {self.gain} and offsets of {self.offset} exceed the range of the codes"
+                f"the gain {self.gain} with the offsets {self.offset} exceeds the range of color "
+                "codes: use smaller changes"
             )
             raise EncodeError(message)
         rounded: Int64 = codes.astype(np.int64)
@@ -82,23 +86,23 @@ class Recoloring:
 def recolor(source: Source, sink: BinaryIO, recoloring: Recoloring) -> int:
     """Write a stream with new colors; return its number of frames.
 
-    Offsets are rounded to whole codes; everything else is exact. Cameras and metadata are
-    kept. Snapshots become canonical frames with the same state, and ancillary chunks of
+    Color offsets are rounded to whole codes; all other values are exact. Cameras and metadata
+    are copied. Snapshots become canonical frames with the same state. Ancillary chunks of
     unknown types are dropped.
 
     Args:
-        source: A stream.
-        sink: Binary file to which the stream is appended.
-        recoloring: The new colors.
+        source: The input stream.
+        sink: Binary file to which the recolored stream is appended.
+        recoloring: The change of colors.
 
     Raises:
-        BitstreamError: The stream is invalid.
+        BitstreamError: The input stream is invalid.
         EncodeError: A color is out of the format's range.
     """
     decoder = StreamDecoder()
-    writer: _Recoloring | None = None
+    writer: _RecoloringWriter | None = None
     for chunk, state in walk_frames(source, decoder):
-        writer = writer or _Recoloring(decoder, sink, recoloring)
+        writer = writer or _RecoloringWriter(decoder, sink, recoloring)
         if chunk.kind in container.CANONICAL_TYPES:
             writer.add_canonical(chunk, state.frame)
         else:
@@ -109,38 +113,38 @@ def recolor(source: Source, sink: BinaryIO, recoloring: Recoloring) -> int:
     return writer.finish()
 
 
-class _Recoloring:
-    """A stream that is being recolored.
+class _RecoloringWriter:
+    """Writes the recolored frames of a stream.
 
     Args:
-        decoder: Decoder of the input stream, at its first frame.
-        sink: Binary file to which the stream is appended.
-        recoloring: The new colors.
+        decoder: Decoder of the input stream, which has decoded the first frame.
+        sink: Binary file to which the recolored stream is appended.
+        recoloring: The change of colors.
     """
 
     def __init__(self, decoder: StreamDecoder, sink: BinaryIO, recoloring: Recoloring) -> None:
-        self._old = decoder.header
-        self._new = recoloring.change_header(self._old)
-        self._codes = recoloring.count_codes(self._new)
+        self._input_header = decoder.header
+        self._output_header = recoloring.change_header(self._input_header)
+        self._code_offsets = recoloring.compute_code_offsets(self._output_header)
         self._decoder = decoder
-        self._loop = ClosedLoop(sink, self._new, decoder.cameras, decoder.metadata)
-        self._count = 0
+        self._loop = ClosedLoop(sink, self._output_header, decoder.cameras, decoder.metadata)
+        self._frame_count = 0
 
     def add_canonical(self, chunk: Chunk, frame: int) -> None:
-        """Write a canonical frame, or a snapshot as one."""
+        """Write a canonical frame or a snapshot of the input as a canonical frame."""
         if chunk.kind == container.CANO:
-            gaussians = read_checked(self._old, wire.parse_canonical(chunk.payload))
+            gaussians = read_checked(self._input_header, wire.parse_canonical(chunk.payload))
         else:
-            parsed = wire.parse_snapshot(chunk.payload)
+            snapshot = wire.parse_snapshot(chunk.payload)
             reference = self._decoder.reference
             gaussians = read_checked_snapshot(
-                self._old, parsed, _known(reference).gaussians
+                self._input_header, snapshot, _require_reference(reference).gaussians
             ).gaussians
         try:
-            self._loop.commit_canonical(self._shift(gaussians), frame)
+            self._loop.commit_canonical(self._shift_colors(gaussians), frame)
         except StateError as error:
             raise EncodeError(str(error)) from error
-        self._count += 1
+        self._frame_count += 1
 
     def add_frame(
         self,
@@ -149,30 +153,30 @@ class _Recoloring:
         updates: Updates | None,
         births: Births | None,
     ) -> None:
-        """Write a frame with the same motion, updates and deaths."""
-        parsed = wire.parse_frame(chunk.payload, updates=self._old.updates)
-        start = self._loop.start_frame(parsed.death_count)
+        """Write a FRAM with unchanged motion, updates and deaths, and recolored births."""
+        frame = wire.parse_frame(chunk.payload, updates=self._input_header.updates)
+        start = self._loop.start_frame(frame.death_count)
         moved = self._loop.move_frame(start, list(symbols), updates)
         if births is not None and births.newborn.count:
-            births = Births(births.parents, self._shift(births.newborn))
+            births = Births(births.parents, self._shift_colors(births.newborn))
         else:
             births = None
         self._loop.commit_frame(moved, births)
-        self._count += 1
+        self._frame_count += 1
 
     def finish(self) -> int:
-        """Write the end of the stream; return the number of frames."""
+        """Write the index and the TAIL chunk; return the number of frames."""
         self._loop.finish()
-        return self._count
+        return self._frame_count
 
-    def _shift(self, gaussians: Gaussians) -> Gaussians:
+    def _shift_colors(self, gaussians: Gaussians) -> Gaussians:
         codes = gaussians.codes.copy()
-        codes[SH_DC] += self._codes[:, None]
+        codes[SH_DC] += self._code_offsets[:, None]
         return replace(gaussians, codes=codes)
 
 
-def _known(reference: Reference | None) -> Reference:
-    if reference is None:  # the decoder has rejected such a snapshot
-        message = "a snapshot without a canonical frame"
+def _require_reference(reference: Reference | None) -> Reference:
+    if reference is None:  # cannot happen: the decoder rejects such a stream
+        message = "the stream has a snapshot without a canonical frame before it"
         raise EncodeError(message)
     return reference

@@ -1,4 +1,4 @@
-"""Quaternions in floats, `[4, n]` wxyz: normalization, relative rotations and angles."""
+"""Operations on float quaternions `[4, n]` wxyz: normalization, relative rotations, angles."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,24 +9,24 @@ Float64 = NDArray[np.float64]
 
 
 def normalize(rotations: Float64) -> Float64:
-    """Return unit quaternions.
+    """Return the quaternions `[4, n]` divided by their norms.
 
     Raises:
         EncodeError: A quaternion is zero.
     """
-    lengths = np.sqrt((rotations * rotations).sum(axis=0))
-    if not lengths.all():
+    norms = np.sqrt((rotations * rotations).sum(axis=0))
+    if not norms.all():
         message = "a rotation is the zero quaternion"
         raise EncodeError(message)
-    unit: Float64 = rotations / lengths
-    return unit
+    unit_quaternions: Float64 = rotations / norms
+    return unit_quaternions
 
 
-def rotations_between(before: Float64, after: Float64) -> Float64:
-    """Return the unit quaternions q with w >= 0 for which `before` q is `after`."""
-    aw, ax, ay, az = before[0], -before[1], -before[2], -before[3]
-    bw, bx, by, bz = after
-    turn = np.stack(
+def rotations_between(first: Float64, second: Float64) -> Float64:
+    """Return the unit quaternions q with w >= 0 for which `first` times q equals `second`."""
+    aw, ax, ay, az = first[0], -first[1], -first[2], -first[3]
+    bw, bx, by, bz = second
+    rotation = np.stack(
         [
             aw * bw - ax * bx - ay * by - az * bz,
             aw * bx + ax * bw + ay * bz - az * by,
@@ -34,12 +34,12 @@ def rotations_between(before: Float64, after: Float64) -> Float64:
             aw * bz + ax * by - ay * bx + az * bw,
         ]
     )
-    near: Float64 = np.where(turn[0] < 0, -turn, turn)
-    return near
+    shortest: Float64 = np.where(rotation[0] < 0, -rotation, rotation)
+    return shortest
 
 
 def angles_between(first: Float64, second: Float64) -> Float64:
-    """Return `[n]` the angles between rotations, radians."""
-    turn = rotations_between(first, second)
-    angles: Float64 = 2 * np.arctan2(np.sqrt((turn[1:] ** 2).sum(axis=0)), turn[0])
+    """Return the `[n]` angles between two sets of rotations, radians."""
+    rotation = rotations_between(first, second)
+    angles: Float64 = 2 * np.arctan2(np.sqrt((rotation[1:] ** 2).sum(axis=0)), rotation[0])
     return angles

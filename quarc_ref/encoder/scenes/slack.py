@@ -1,7 +1,7 @@
-"""Factors by which the error bounds of a Gaussian may grow where an error is less visible.
+"""Slack: factors of the error bounds for Gaussians in which errors are less visible.
 
-A shift is less visible in a larger Gaussian, a rotation in a rounder one, and both in a fainter
-one.
+A shift is less visible in a larger Gaussian, and a rotation in a rounder Gaussian. Both are
+less visible in a fainter Gaussian.
 """
 
 from dataclasses import dataclass
@@ -29,29 +29,29 @@ class Slack:
     position: Float64
     rotation: Float64
 
-    def rows(self, which: Int64) -> "Slack":
-        """Return the factors of selected Gaussians."""
-        return Slack(self.position[which], self.rotation[which])
+    def rows(self, indices: Int64) -> "Slack":
+        """Return the factors of the Gaussians at some indices."""
+        return Slack(self.position[indices], self.rotation[indices])
 
 
 def measure_slack(splats: Splats, bounds: Bounds) -> Slack:
-    """Return the slack of the Gaussians of a frame.
+    """Return the slack of each Gaussian of a frame.
 
     The slack of the position is the middle of the three scales, divided by the median scale
     of the first frame. The slack of the rotation is 1 / ln(largest scale / smallest scale).
     Both are divided by the opacity and clamped to the range from 1 to `most_slack`.
 
     Args:
-        splats: The frame.
-        bounds: Bounds after `Bounds.resolved`.
+        splats: Gaussians of the frame.
+        bounds: Bounds that `Bounds.resolved` returned.
     """
     scales = np.sort(splats.log_scales.astype(np.float64), axis=1)
-    with np.errstate(over="ignore"):  # clipped below
+    with np.errstate(over="ignore"):  # infinite values are clipped below
         opacities = 1 / (1 + np.exp(-splats.opacities.astype(np.float64)))
-        size = np.exp(scales[:, 1]) / (bounds.size or 1.0)
-    faint = 1 / np.maximum(opacities, _MIN_OPACITY)
+        size = np.exp(scales[:, 1]) / (bounds.median_scale or 1.0)
+    faintness = 1 / np.maximum(opacities, _MIN_OPACITY)
     roundness = 1 / np.maximum(scales[:, 2] - scales[:, 0], _MIN_ELONGATION)
     return Slack(
-        np.clip(size * faint, 1, bounds.most_slack),
-        np.clip(roundness * faint, 1, bounds.most_slack),
+        np.clip(size * faintness, 1, bounds.most_slack),
+        np.clip(roundness * faintness, 1, bounds.most_slack),
     )

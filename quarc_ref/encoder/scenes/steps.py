@@ -1,8 +1,8 @@
-"""Chooses the lattice and quantization steps for given Gaussians from error bounds.
+"""Chooses the lattice and the quantization steps of a stream from error bounds.
 
-A step equals the bound: rounding takes up to half of it, which leaves the other half for
-changes between frames. If values are already on a suitable grid, its step is used, and
-they remain exact.
+Position steps equal the bound: rounding causes errors of up to half a step, which leaves
+half of the bound for changes between frames that are not coded. If values are already
+multiples of a suitable step, this step is used, and coding the values is exact.
 """
 
 import math
@@ -16,7 +16,12 @@ from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.decoder.rotation import expand_rotations
 from quarc_ref.encoder.requantize import code_rotations
 from quarc_ref.encoder.scenes.bounds import Bounds
-from quarc_ref.encoder.scenes.grids import find_lattice, find_step, greatest_divisor, usual_divisor
+from quarc_ref.encoder.scenes.grids import (
+    find_common_divisor,
+    find_lattice,
+    find_step,
+    greatest_common_divisor,
+)
 from quarc_ref.encoder.scenes.matching import Match
 from quarc_ref.encoder.scenes.rotations import angles_between, normalize
 from quarc_ref.format.constants import (
@@ -29,23 +34,25 @@ from quarc_ref.format.constants import (
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 
-_MIN_UNITS = 8
-_ROOM = 2  # margin for Gaussians that move farther than in the first frames
-_COARSEST_BITS = 5
-_SHARE = 1.6  # step relative to the bound; the rest after rounding is for changes between frames
-_EXACT = 1e-5  # radians
+_MIN_UNITS_PER_STEP = 8
+_RANGE_MARGIN = 2  # lattice range relative to the first frames, for Gaussians that move farther
+_MIN_ROTATION_BITS = 5
+# Step relative to the bound: rounding takes 0.8 of the bound and leaves 0.2 for changes
+# between frames that are not coded.
+_STEP_PER_BOUND = 1.6
+_EXACT_ANGLE = 1e-5  # radians
 
 
 def choose_steps(
     header: StreamHeader, bounds: Bounds, frames: Sequence[Splats], matches: Sequence[Match]
 ) -> StreamHeader:
-    """Return a header with a lattice and steps that keep the bounds.
+    """Return a header with a lattice and steps that allow coding within the bounds.
 
     Args:
-        header: Header with the other values.
-        bounds: Bounds after `Bounds.resolved`.
+        header: Header from which all other fields are taken.
+        bounds: Bounds that `Bounds.resolved` returned.
         frames: The first frames, at least one.
-        matches: Matches between each frame and the next.
+        matches: Match of each frame with the next frame.
 
     Raises:
         EncodeError: The bounds are too narrow for the extent of the scene.
@@ -68,57 +75,72 @@ def choose_steps(
 def _choose_lattice(
     header: StreamHeader, bounds: Bounds, frames: Sequence[Splats], matches: Sequence[Match]
 ) -> StreamHeader:
-    exponent = find_lattice([each.positions for each in frames], POSITION_LIMIT / _ROOM)
+    exponent = find_lattice([frame.positions for frame in frames], POSITION_LIMIT / _RANGE_MARGIN)
     if exponent is not None and 2.0**-exponent <= bounds.position:
         scale = 2.0**exponent
-        most = int(2 * bounds.position * scale)
-        position = greatest_divisor(frames[0].positions.astype(np.float64) * scale)
-        moved = [
-            (after.positions[match.after] - before.positions[match.before].astype(np.float64))
+        max_step = int(2 * bounds.position * scale)
+        position_divisor = greatest_common_divisor(frames[0].positions.astype(np.float64) * scale)
+        motions = [
+            (
+                after.positions[match.second_rows]
+                - before.positions[match.first_rows].astype(np.float64)
+            )
             for before, after, match in zip(frames, frames[1:], matches, strict=False)
         ]
-        translation = usual_divisor(np.concatenate([*moved, np.zeros((1, 3))]) * scale, most)
-        half = max(1, most // 2)
+        translation_divisor = find_common_divisor(
+            np.concatenate([*motions, np.zeros((1, 3))]) * scale, max_step
+        )
+        default_step = max(1, max_step // 2)
         return replace(
             header,
             lattice_exponent=exponent,
-            position_step=_choose_divisor(position, most, half),
-            translation_step=_choose_divisor(translation, most, half),
+            position_step=_choose_divisor(position_divisor, max_step, default_step),
+            translation_step=_choose_divisor(translation_divisor, max_step, default_step),
         )
-    reach = max(float(np.abs(each.positions).max()) for each in frames) * _ROOM
-    finest = math.floor(math.log2(POSITION_LIMIT / reach)) if reach else LATTICE_EXPONENT_LIMIT
-    wanted = math.ceil(math.log2(_MIN_UNITS / bounds.position))
-    exponent = max(0, min(wanted, finest, LATTICE_EXPONENT_LIMIT))
+    max_coordinate = max(float(np.abs(frame.positions).max()) for frame in frames) * _RANGE_MARGIN
+    range_exponent = (
+        math.floor(math.log2(POSITION_LIMIT / max_coordinate))
+        if max_coordinate
+        else LATTICE_EXPONENT_LIMIT
+    )
+    precision_exponent = math.ceil(math.log2(_MIN_UNITS_PER_STEP / bounds.position))
+    exponent = max(0, min(precision_exponent, range_exponent, LATTICE_EXPONENT_LIMIT))
     units = math.floor(bounds.position * 2.0**exponent)
     if units < 1:
         message = (
-            f"positions reach {reach / _ROOM:.6g} units: errors of at most "
-            f"{bounds.position:.6g} are finer than a stream can represent"
+            f"positions of up to {max_coordinate / _RANGE_MARGIN:.6g} units with errors of at most "
+            f"{bounds.position:.6g} are finer than a stream can represent: allow larger errors"
         )
         raise EncodeError(message)
     step = min(units, (1 << 16) - 1)
     return replace(header, lattice_exponent=exponent, position_step=step, translation_step=step)
 
 
-def _choose_divisor(divisor: int, most: int, otherwise: int) -> int:
-    """Return the step of a detected grid, unless it is too coarse or too fine."""
-    return divisor if otherwise / 16 <= divisor <= most else otherwise
+def _choose_divisor(divisor: int, max_step: int, default_step: int) -> int:
+    """Return a detected divisor as step, or `default_step` if it is too coarse or too fine."""
+    return divisor if default_step / 16 <= divisor <= max_step else default_step
 
 
 def _choose_step(values: NDArray[np.floating], bound: float) -> float:
-    found = find_step(values, 0.8 * bound)
-    step = found if found is not None and found <= 2 * bound else _SHARE * bound
+    grid_step = find_step(values, 0.8 * bound)
+    step = (
+        grid_step if grid_step is not None and grid_step <= 2 * bound else _STEP_PER_BOUND * bound
+    )
     return float(np.float32(step))
 
 
 def _choose_rotation_bits(rotations: NDArray[np.floating], bound: float) -> int:
-    """Return the smallest number of fraction bits that keeps the rotation bound."""
-    unit = normalize(rotations.T.astype(np.float64))
-    fixed = np.rint(unit * ROTATION_ONE).astype(np.int64)
+    """Return the number of fraction bits for rotations.
+
+    The result is the smallest number of bits for which coding is exact, or one bit more than
+    the bound needs, whichever is smaller.
+    """
+    unit_quaternions = normalize(rotations.T.astype(np.float64))
+    q22_quaternions = np.rint(unit_quaternions * ROTATION_ONE).astype(np.int64)
     errors = {}
-    for bits in range(_COARSEST_BITS, ROTATION_BITS_LIMIT + 1):
-        coded = expand_rotations(code_rotations(fixed, bits), bits)
-        errors[bits] = float(angles_between(coded / ROTATION_ONE, unit).max())
-    exact = [bits for bits, error in errors.items() if error < _EXACT]
-    fitting = [bits for bits, error in errors.items() if error <= 0.9 * bound]
-    return min([*exact, *fitting[1:2]] or fitting or [ROTATION_BITS_LIMIT])
+    for bits in range(_MIN_ROTATION_BITS, ROTATION_BITS_LIMIT + 1):
+        coded = expand_rotations(code_rotations(q22_quaternions, bits), bits)
+        errors[bits] = float(angles_between(coded / ROTATION_ONE, unit_quaternions).max())
+    exact_bits = [bits for bits, error in errors.items() if error < _EXACT_ANGLE]
+    sufficient_bits = [bits for bits, error in errors.items() if error <= 0.9 * bound]
+    return min([*exact_bits, *sufficient_bits[1:2]] or sufficient_bits or [ROTATION_BITS_LIMIT])

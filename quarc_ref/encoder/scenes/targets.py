@@ -1,4 +1,4 @@
-"""A frame to approximate, in the quantization steps of the stream."""
+"""The input Gaussians of a frame, converted to the quantization steps of the stream."""
 
 from dataclasses import dataclass, fields
 
@@ -17,14 +17,14 @@ from quarc_ref.format.records import Gaussians, StreamHeader
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Target:
-    """Gaussians in unrounded quantization steps, one column per Gaussian.
+    """Gaussians that a frame approximates, in unrounded quantization steps.
 
     Attributes:
         header: Header of the stream.
         positions: `[3, N]` positions, lattice units.
         rotations: `[4, N]` unit quaternions wxyz.
-        codes: `[code_planes, N]` attributes in their steps, in the order of the state's codes.
-        slack: Factors of the bounds of each Gaussian.
+        codes: `[code_planes, N]` attributes in quantization steps, in the order of `Scene.codes`.
+        slack: Factors of the error bounds of each Gaussian.
     """
 
     header: StreamHeader
@@ -38,38 +38,39 @@ class Target:
         """Number of Gaussians, N."""
         return int(self.positions.shape[1])
 
-    def coded(self, rows: Int64) -> Gaussians:
-        """Return Gaussians rounded to the form that canonical frames code."""
+    def quantized(self, rows: Int64) -> Gaussians:
+        """Return the Gaussians of some rows, rounded to the grid of canonical frames."""
         header = self.header
-        fixed = np.rint(self.rotations[:, rows] * ROTATION_ONE).astype(np.int64)
+        q22_quaternions = np.rint(self.rotations[:, rows] * ROTATION_ONE).astype(np.int64)
         return Gaussians(
             np.rint(self.positions[:, rows] / header.position_step).astype(np.int64),
-            code_rotations(fixed, header.rotation_bits),
+            code_rotations(q22_quaternions, header.rotation_bits),
             np.rint(self.codes[:, rows]).astype(np.int64),
         )
 
 
 def make_target(splats: Splats, header: StreamHeader, bounds: Bounds) -> Target:
-    """Convert a frame to the steps of a stream, with SH up to its degree.
+    """Convert the Gaussians of a frame to the quantization steps of a stream.
 
     Args:
-        splats: The frame.
+        splats: Gaussians of the frame; SH above the degree of the stream is ignored.
         header: Header of the stream.
-        bounds: Bounds after `Bounds.resolved`.
+        bounds: Bounds that `Bounds.resolved` returned.
 
     Raises:
-        EncodeError: A number is not finite, or out of the format's range.
+        EncodeError: The frame has no Gaussians or a lower SH degree than the stream, or an
+            attribute is not finite or out of the format's range.
     """
     for field in fields(splats):
         if not np.isfinite(getattr(splats, field.name)).all():
-            message = f"{field.name} has a non-finite number"
+            message = f"the field {field.name} contains a non-finite number"
             raise EncodeError(message)
     count, coefficients = len(splats.positions), (header.sh_degree and 4) or 1
     if not count or splats.sh.shape[1] < coefficients:
         message = (
-            "there are no Gaussians"
+            "the frame has no Gaussians"
             if not count
-            else "the frame has a lower SH degree than the first one"
+            else "the frame has a lower SH degree than the first frame"
         )
         raise EncodeError(message)
     codes = [
@@ -85,12 +86,12 @@ def make_target(splats: Splats, header: StreamHeader, bounds: Bounds) -> Target:
         np.hstack(codes).T,
         measure_slack(splats, bounds),
     )
-    _require(target.positions, POSITION_LIMIT - header.position_step, "a position")
-    _require(target.codes, CODE_LIMIT - 1, "an attribute")
+    _require_range(target.positions, POSITION_LIMIT - header.position_step, "a position")
+    _require_range(target.codes, CODE_LIMIT - 1, "an attribute")
     return target
 
 
-def _require(numbers: Float64, limit: int, what: str) -> None:
+def _require_range(numbers: Float64, limit: int, description: str) -> None:
     if np.abs(numbers).max() > limit:
-        message = f"{what} exceeds {limit} steps: allow larger errors"
+        message = f"{description} exceeds {limit} steps: allow larger errors"
         raise EncodeError(message)

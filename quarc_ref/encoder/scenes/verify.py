@@ -1,4 +1,4 @@
-"""Compares a decoded frame with the Gaussians that it was encoded from."""
+"""Compares a decoded frame with the Gaussians from which it was encoded."""
 
 from dataclasses import dataclass, fields
 
@@ -13,14 +13,14 @@ from quarc_ref.format.constants import ROTATION_ONE
 from quarc_ref.format.errors import BoundError
 from quarc_ref.format.records import LOG_SCALES, OPACITY, SH_DC, SH_REST
 
-_ROUNDING = 1 + 1e-5  # tolerance for rounding errors of floats and Q22
+_ROUNDING_TOLERANCE = 1 + 1e-5  # factor of bounds, for rounding errors of floats and Q22
 
 
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """Largest errors of a frame, in the units of `Bounds`.
+    """Largest error of each attribute in a frame, in the units of `Bounds`.
 
-    Errors of positions and rotations are divided by the slack of their Gaussians.
+    Errors of positions and rotations are divided by the slack of the Gaussian.
     """
 
     position: float = 0.0
@@ -30,8 +30,8 @@ class Errors:
     sh_dc: float = 0.0
     sh_rest: float = 0.0
 
-    def joined(self, other: "Errors") -> "Errors":
-        """Return the maximum of each error."""
+    def maximum(self, other: "Errors") -> "Errors":
+        """Return the larger of two errors for each attribute."""
         names = [field.name for field in fields(self)]
         return Errors(*(max(getattr(self, name), getattr(other, name)) for name in names))
 
@@ -41,22 +41,22 @@ def measure_errors(scene: Scene, target: Target, rows: Int64) -> Errors:
 
     Args:
         scene: The decoded scene.
-        target: The target frame.
-        rows: `[N]` row of the target of each Gaussian of the scene.
+        target: Gaussians from which the frame was encoded.
+        rows: `[N]` row of the target for each Gaussian of the scene.
     """
     header = scene.header
     slack = target.slack.rows(rows)
-    apart = (np.abs(target.positions[:, rows] - scene.positions) / slack.position).max()
-    turned = angles_between(scene.rotations / ROTATION_ONE, target.rotations[:, rows])
-    turned = (turned / slack.rotation).max()
-    codes = np.abs(target.codes[:, rows] - scene.codes).max(axis=1)
+    position_error = (np.abs(target.positions[:, rows] - scene.positions) / slack.position).max()
+    rotation_errors = angles_between(scene.rotations / ROTATION_ONE, target.rotations[:, rows])
+    rotation_errors = (rotation_errors / slack.rotation).max()
+    code_errors = np.abs(target.codes[:, rows] - scene.codes).max(axis=1)
     return Errors(
-        float(apart * 2.0**-header.lattice_exponent),
-        float(turned),
-        float(codes[LOG_SCALES].max() * header.log_scale_step),
-        float(codes[OPACITY].max() * header.opacity_step),
-        float(codes[SH_DC].max() * header.sh_dc_step),
-        float(codes[SH_REST].max(initial=0) * header.sh_rest_step),
+        float(position_error * 2.0**-header.lattice_exponent),
+        float(rotation_errors),
+        float(code_errors[LOG_SCALES].max() * header.log_scale_step),
+        float(code_errors[OPACITY].max() * header.opacity_step),
+        float(code_errors[SH_DC].max() * header.sh_dc_step),
+        float(code_errors[SH_REST].max(initial=0) * header.sh_rest_step),
     )
 
 
@@ -68,9 +68,9 @@ def require_bounds(errors: Errors, bounds: Bounds, frame: int) -> None:
     """
     for field in fields(errors):
         error, bound = getattr(errors, field.name), getattr(bounds, field.name)
-        if error > bound * _ROUNDING:
+        if error > bound * _ROUNDING_TOLERANCE:
             message = (
-                f"frame {frame}: an error of {field.name} is {error:.6g}, above its bound "
-                f"{bound:.6g}"
+                f"frame {frame}: the largest error of {field.name} is {error:.6g}, above the "
+                f"bound {bound:.6g}"
             )
             raise BoundError(message)

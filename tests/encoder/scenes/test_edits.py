@@ -74,7 +74,7 @@ def test_a_drop_keeps_the_outside_of_the_sphere(stream):
 
 
 def test_a_transformed_scene_looks_to_its_cameras_as_before(stream):
-    other = edited(stream, Edit(similarity=Similarity.of(_TURN)))
+    other = edited(stream, Edit(similarity=Similarity.from_matrix(_TURN)))
     (camera,), _ = read_prologue(BytesSource(other))
 
     for before, after in zip(frames_of(stream), frames_of(other), strict=True):
@@ -90,8 +90,8 @@ def test_the_up_axis_is_rotated_as_well_or_becomes_unknown():
     half = np.sqrt(0.5)
     slanted = np.array([[1, 0, 0, 0], [0, half, -half, 0], [0, half, half, 0]])
 
-    assert Similarity.of(about_x).apply_to_header(header).up_axis == 5
-    assert Similarity.of(slanted).apply_to_header(header).up_axis == 0
+    assert Similarity.from_matrix(about_x).apply_to_header(header).up_axis == 5
+    assert Similarity.from_matrix(slanted).apply_to_header(header).up_axis == 0
 
 
 def test_recoloring_with_a_crop_changes_the_remaining_gaussians(stream):
@@ -120,7 +120,7 @@ def test_an_edit_that_removes_everything_is_rejected(stream):
 )
 def test_a_matrix_that_is_not_a_similarity_is_rejected(matrix):
     with pytest.raises(ValueError, match="rotation"):
-        Similarity.of(matrix)
+        Similarity.from_matrix(matrix)
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
@@ -129,7 +129,7 @@ def test_sh_coefficients_rotate_like_positions(axis, angle):
     c, s = np.cos(angle), np.sin(angle)
     rotation = np.roll(np.array([[1, 0, 0], [0, c, -s], [0, s, c]]), axis, axis=(0, 1))
     splats = make_splats(50)
-    turned = Similarity.of(np.hstack([rotation, np.zeros((3, 1))])).apply(splats)
+    turned = Similarity.from_matrix(np.hstack([rotation, np.zeros((3, 1))])).apply(splats)
 
     def axes(rotations):
         w, x, y, z = rotations.T.astype(float)

@@ -173,7 +173,7 @@ def test_large_round_or_faint_gaussians_have_slack():
     splats = make_splats(5)
     splats.log_scales[:] = [(0, 0, 0), (1, 1, 1), (-1, -1, 1), (0, 0, 0.25), (0, 0, 2)]
     splats.opacities[:] = (9, 9, 9, 9, 0)
-    slack = measure_slack(splats, Bounds(position=1, most_slack=4, size=1))
+    slack = measure_slack(splats, Bounds(position=1, most_slack=4, median_scale=1))
 
     assert slack.position == pytest.approx([1, np.e, 1, 1, 2], rel=1e-3)
     assert slack.rotation == pytest.approx([4, 4, 1, 4, 1], rel=1e-3)
