@@ -14,7 +14,7 @@ from pathlib import Path
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1])]
 
 from making.suite import make_suite  # noqa: E402, the path is set above
-from making.writing_files import list_differing, write  # noqa: E402
+from making.writing_files import list_differing, write_files  # noqa: E402
 
 
 def main() -> int:
@@ -30,7 +30,7 @@ def main() -> int:
     files = make_suite()
     changed = list_differing(files, options.output)
     if not options.check:
-        write(files, changed, options.output)
+        write_files(files, changed, options.output)
     for name in changed:
         print(("differs: " if options.check else "written: ") + name)
     print(f"{len(files)} files, {sum(map(len, files.values())):,} bytes, {len(changed)} differ")

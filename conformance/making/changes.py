@@ -1,32 +1,32 @@
-"""Hand-written content: Gaussians as they are coded, and the changes of a frame."""
+"""Hand-written content of frames: coded Gaussians, motion, births, updates and survivors."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from making.writing import State
+from making.writing import StateCode
 
 Symbols = Callable[[int, int], Sequence[int] | None]
-"""The symbols of an anchor, given its level and index; None if it does not move."""
+"""Returns the symbols of an anchor, given its level and index; None if the anchor does not move."""
 
 
-def _no_symbols(_level: int, _anchor: int) -> None:
+def _give_no_symbols(_level: int, _anchor: int) -> None:
     return None
 
 
-def state_nothing(_model: str, _context: int, _zeros: int, _ones: int) -> None:
-    """State no probability."""
+def state_no_code(_model: str, _context: int, _zeros: int, _ones: int) -> None:
+    """Return None: the plane states no probability code."""
     return
 
 
 @dataclass(frozen=True)
-class Coded:
-    """A Gaussian as it is coded.
+class CodedGaussian:
+    """A coded Gaussian of a canonical frame, or a birth.
 
     Attributes:
-        position: In position steps; for a newborn, relative to the parent.
-        rotation: j, a, b, c of SPEC 7.2.
+        position: Position in position steps; for a birth, relative to the parent.
+        rotation: (j, a, b, c) of SPEC 7.2.
         codes: 3 log-scales, opacity, 3 SH DC, and optionally 9 SH rest.
-        parent: For a newborn, the index of its parent.
+        parent: Index of the parent, for a birth.
     """
 
     position: tuple[int, int, int]
@@ -40,14 +40,14 @@ class Update:
     """The update of one Gaussian (SPEC 7.8).
 
     Attributes:
-        gaussian: Its index in the scene after the motion.
+        gaussian: Index of the Gaussian in the scene after the motion.
         residuals: The 13 residuals; None if the Gaussian leaves.
-        fields: The changed fields, a bit for each; None for those with a nonzero residual.
+        field_mask: Changed fields, a bit for each; None for the fields with a nonzero residual.
     """
 
     gaussian: int
     residuals: tuple[int, ...] | None = (0,) * 13
-    fields: int | None = None
+    field_mask: int | None = None
 
 
 @dataclass(frozen=True)
@@ -55,14 +55,14 @@ class Survivor:
     """A Gaussian of the last CANO that a snapshot keeps (SPEC 7.9).
 
     Attributes:
-        index: In the CANO.
-        differences: The 14.
-        fields: As of `Update`.
+        index: Index of the Gaussian in the CANO.
+        differences: The 14 differences.
+        field_mask: As in `Update`.
     """
 
     index: int
     differences: tuple[int, ...] = (0,) * 14
-    fields: int | None = None
+    field_mask: int | None = None
 
 
 @dataclass(frozen=True)
@@ -70,23 +70,23 @@ class Change:
     """The content of a FRAM chunk.
 
     Attributes:
-        symbols: Of the anchors.
+        symbols: Symbols of the anchors.
         births: The births, in ascending order of their parents.
-        deaths: How many leave.
-        previous: Whether the motion of the previous frame provides contexts.
-        stating: Which probability codes the planes state.
-        motion: Words that replace those of the symbols.
-        newborn: Words that replace those of the births.
-        updates: Updates of single Gaussians, in ascending order of their indices.
-        updated: Words that replace those of the updates.
+        deaths: Number of Gaussians that die.
+        previous_contexts: 1 if the motion of the previous frame provides contexts, otherwise 0.
+        state_code: Returns the probability code that a plane states for a context.
+        motion_words: Words that replace those of the section of motion.
+        birth_words: Words that replace those of the section of births.
+        updates: Updates in ascending order of their Gaussians' indices.
+        update_words: Words that replace those of the section of updates.
     """
 
-    symbols: Symbols = _no_symbols
-    births: tuple[Coded, ...] = ()
+    symbols: Symbols = _give_no_symbols
+    births: tuple[CodedGaussian, ...] = ()
     deaths: int = 0
-    previous: int = 1
-    stating: State = state_nothing
-    motion: tuple[int, ...] | None = None
-    newborn: tuple[int, ...] | None = None
+    previous_contexts: int = 1
+    state_code: StateCode = state_no_code
+    motion_words: tuple[int, ...] | None = None
+    birth_words: tuple[int, ...] | None = None
     updates: tuple[Update, ...] = ()
-    updated: tuple[int, ...] | None = None
+    update_words: tuple[int, ...] | None = None

@@ -1,7 +1,7 @@
-"""damaged/: transmission errors, and the frames that can still be decoded.
+"""damaged/: streams with transmission errors, and the frames that can still be decoded.
 
-Truncation, flipped bits, loss, repetition, reordering, and junk. Each vector has the results of
-reading through the stream and of recovery (SPEC 11.4, 11.5).
+The errors are truncation, flipped bits, and lost, repeated, reordered or additional bytes. Each
+vector has the expected output of decoding with and without recovery (SPEC 11.4, 11.5).
 """
 
 from collections.abc import Sequence
@@ -9,48 +9,50 @@ from collections.abc import Sequence
 from making.fault_rows import (
     RECOVERY_CLAUSES,
     count_frames,
-    damaged_by,
-    resumed,
+    make_damaged_vector,
+    make_recovery,
 )
 from making.lost_chunks import make_losses, make_orders
 from making.payloads import MAGIC, pack_chunk, pack_chunk_header
-from making.recovery_rules import make_rules
-from making.scenes import pick
+from making.recovery_rules import make_recovery_rules
+from making.scenes import hash_numbers
 from making.streams import Piece, assemble
-from making.vectors import Gap, Outcome, Recovery, Valid, Vector
+from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector
 
 _ANCILLARY = (1, 6, 11)
 _FIRST_CANONICAL = 2
 
 
-def make_damaged(parent: Valid) -> list[Vector]:
+def make_damaged(parent: ValidStream) -> list[Vector]:
     """Return all vectors as patches of the journey, except the cuts at every byte."""
     return [
-        *_cuts(parent),
-        *_flips(parent),
+        *_make_cuts(parent),
+        *_make_flips(parent),
         *make_losses(parent),
         *make_orders(parent),
-        *_junk(parent),
-        *make_rules(parent),
+        *_make_junk(parent),
+        *make_recovery_rules(parent),
     ]
 
 
-def make_cut(parent: Valid, size: int, name: str, note: str) -> Vector:
+def make_cut(parent: ValidStream, size: int, name: str, note: str) -> Vector:
     """Return a stream that is cut after a number of bytes."""
     offsets, pieces = parent.layout.offsets, parent.stream.pieces
     data = parent.layout.data[:size]
     if size < offsets[1]:
-        ids = ("truncated",) if size >= len(MAGIC) else ("truncated", "bad-magic")
-        said, recovery = Outcome((), ids), Recovery((), refused=ids)
-        return damaged_by(parent, name, "5.1-4", data, said, recovery, note)
-    place = max(n for n, offset in enumerate(offsets) if offset <= size)
-    frames = parent.frames[: count_frames(pieces[:place])]
-    gap = Gap(offsets[place], size - offsets[place], ("truncated",), None)
-    said, recovery = Outcome(frames, ("truncated",)), Recovery(frames, (gap,))
-    return damaged_by(parent, name, f"5.1-4 {RECOVERY_CLAUSES}", data, said, recovery, note)
+        reject_ids = ("truncated",) if size >= len(MAGIC) else ("truncated", "bad-magic")
+        outcome, recovery = Outcome((), reject_ids), Recovery((), reject_ids=reject_ids)
+        return make_damaged_vector(parent, name, "5.1-4", data, outcome, recovery, note)
+    piece_index = max(n for n, offset in enumerate(offsets) if offset <= size)
+    frames = parent.frames[: count_frames(pieces[:piece_index])]
+    gap = Gap(offsets[piece_index], size - offsets[piece_index], ("truncated",), None)
+    outcome, recovery = Outcome(frames, ("truncated",)), Recovery(frames, (gap,))
+    return make_damaged_vector(
+        parent, name, f"5.1-4 {RECOVERY_CLAUSES}", data, outcome, recovery, note
+    )
 
 
-def _cuts(parent: Valid) -> list[Vector]:
+def _make_cuts(parent: ValidStream) -> list[Vector]:
     offsets = parent.layout.offsets
     sizes = {
         "nothing": (0, "no byte is left"),
@@ -77,116 +79,139 @@ def _cuts(parent: Valid) -> list[Vector]:
     ]
 
 
-def _flips(parent: Valid) -> list[Vector]:
-    """A flipped bit in the header and in the payload of every chunk."""
-    places = enumerate(parent.stream.pieces)
+def _make_flips(parent: ValidStream) -> list[Vector]:
+    """Return streams with a flipped bit in the header or in the payload of each chunk."""
+    numbered_pieces = enumerate(parent.stream.pieces)
     return [
         vector
-        for place, piece in places
-        for vector in flip(parent, place, f"flip-{place:02}-{piece.kind.decode()}")
+        for piece_index, piece in numbered_pieces
+        for vector in make_flips_of_piece(
+            parent, piece_index, f"flip-{piece_index:02}-{piece.kind.decode()}"
+        )
     ]
 
 
-def flip(parent: Valid, place: int, name: str) -> list[Vector]:
-    """Return streams with a flipped bit in the header, or in the payload, of a chunk."""
-    vectors, kind = [], parent.stream.pieces[place].kind.decode()
-    length = parent.layout.offsets[place + 1] - parent.layout.offsets[place]
-    header, payload = pick(place, 1) % 20, 20 + pick(place, 2) % (length - 20)
-    for part, at in (("header", header), ("payload", payload)):
-        ids = ("payload-crc",) if at >= 20 else ("bad-sync",) if at < 4 else ("header-crc",)
-        spoiled = parent.stream.replaced(place, flip_byte=at)
-        note = f"a bit of byte {at} of chunk {place}, {kind}"
-        vectors.append(_flipped(parent, place, spoiled, ids, f"damaged/{name}-{part}", note))
+def make_flips_of_piece(parent: ValidStream, piece_index: int, name: str) -> list[Vector]:
+    """Return two streams: a chunk has a flipped bit in its header, or in its payload."""
+    vectors, kind = [], parent.stream.pieces[piece_index].kind.decode()
+    length = parent.layout.offsets[piece_index + 1] - parent.layout.offsets[piece_index]
+    header, payload = (
+        hash_numbers(piece_index, 1) % 20,
+        20 + hash_numbers(piece_index, 2) % (length - 20),
+    )
+    for part, byte_index in (("header", header), ("payload", payload)):
+        reject_ids = (
+            ("payload-crc",)
+            if byte_index >= 20
+            else ("bad-sync",)
+            if byte_index < 4
+            else ("header-crc",)
+        )
+        pieces = parent.stream.replace_piece(piece_index, flip_byte=byte_index)
+        note = f"a bit of byte {byte_index} of chunk {piece_index}, {kind}"
+        vectors.append(
+            _make_flip(parent, piece_index, pieces, reject_ids, f"damaged/{name}-{part}", note)
+        )
     return vectors
 
 
-def _flipped(
-    parent: Valid, place: int, pieces: list[Piece], ids: Sequence[str], name: str, note: str
+def _make_flip(
+    parent: ValidStream,
+    piece_index: int,
+    pieces: list[Piece],
+    reject_ids: Sequence[str],
+    name: str,
+    note: str,
 ) -> Vector:
-    before = parent.frames[: count_frames(pieces[:place])]
+    frames_before = parent.frames[: count_frames(pieces[:piece_index])]
     offsets = parent.layout.offsets
     data = assemble(pieces).data
-    said = Outcome(before, tuple(ids))
-    start, end = offsets[place], offsets[place + 1]
-    if place == 0:
-        recovery = Recovery((), refused=tuple(ids))
-    elif place in _ANCILLARY and "payload-crc" in ids:
-        recovery = Recovery(parent.frames, (Gap(start, end - start, tuple(ids), 0),))
-    elif place == len(pieces) - 1:
+    outcome = Outcome(frames_before, tuple(reject_ids))
+    start, end = offsets[piece_index], offsets[piece_index + 1]
+    if piece_index == 0:
+        recovery = Recovery((), reject_ids=tuple(reject_ids))
+    elif piece_index in _ANCILLARY and "payload-crc" in reject_ids:
+        recovery = Recovery(parent.frames, (Gap(start, end - start, tuple(reject_ids), 0),))
+    elif piece_index == len(pieces) - 1:
         end = offsets[-1]
-        gaps = (Gap(start, end - start, tuple(ids), None), Gap(end, 0, ("truncated",), None))
-        recovery = Recovery(before, gaps)
+        gaps = (Gap(start, end - start, tuple(reject_ids), None), Gap(end, 0, ("truncated",), None))
+        recovery = Recovery(frames_before, gaps)
     else:
-        recovery = resumed(parent, pieces, place, ids)
-        if place <= _FIRST_CANONICAL:
-            recovery = Recovery(recovery.frames, (_unknown_gap(recovery.gaps[0]),))
-    return damaged_by(parent, name, RECOVERY_CLAUSES, data, said, recovery, note)
+        recovery = make_recovery(parent, pieces, piece_index, reject_ids)
+        if piece_index <= _FIRST_CANONICAL:
+            recovery = Recovery(recovery.frames, (_forget_lost_frames(recovery.gaps[0]),))
+    return make_damaged_vector(parent, name, RECOVERY_CLAUSES, data, outcome, recovery, note)
 
 
-def _unknown_gap(gap: Gap) -> Gap:
-    """A gap before the first frame: the number of lost frames is unknown."""
-    return Gap(gap.offset, gap.byte_count, gap.refused, None)
+def _forget_lost_frames(gap: Gap) -> Gap:
+    """Return a gap whose number of lost frames is unknown, as before the first frame."""
+    return Gap(gap.offset, gap.byte_count, gap.reject_ids, None)
 
 
-def _junk(parent: Valid) -> list[Vector]:
+def _make_junk(parent: ValidStream) -> list[Vector]:
     data, offsets, frames = parent.layout.data, parent.layout.offsets, parent.frames
-    at = offsets[7]  # FRAM of frame 4
-    fake = pack_chunk_header(b"CANO", 40, 4096)
-    old = data[offsets[2] : offsets[3]]
-    low = pack_chunk(b"CANO", 60, (3).to_bytes(4, "little") + bytes(40))
-    tail = data[offsets[14] :]
-    pieces = {
+    offset = offsets[7]  # FRAM of frame 4
+    lone_header = pack_chunk_header(b"CANO", 40, 4096)
+    old_canonical = data[offsets[2] : offsets[3]]
+    low_ordinal_canonical = pack_chunk(b"CANO", 60, (3).to_bytes(4, "little") + bytes(40))
+    early_tail = data[offsets[14] :]
+    junk_cases = {
         "bytes": (bytes(range(1, 60)), "bytes between two chunks"),
         "zeros": (bytes(512), "a block of zeros between two chunks"),
         "sync-words": (bytes.fromhex("9E5143F3") * 9, "sync words without chunks"),
-        "header": (b"?" + fake, "a chunk header without its payload"),
-        "old-canonical": (b"?" + old, "a CANO with an earlier number"),
-        "old-ordinal": (b"?" + low, "a CANO with a later number and an earlier ordinal"),
-        "tail": (b"?" + tail, "a TAIL that is not at the end"),
+        "header": (b"?" + lone_header, "a chunk header without its payload"),
+        "old-canonical": (b"?" + old_canonical, "a CANO with an earlier number"),
+        "old-ordinal": (
+            b"?" + low_ordinal_canonical,
+            "a CANO with a later number and an earlier ordinal",
+        ),
+        "tail": (b"?" + early_tail, "a TAIL that is not at the end"),
     }
     vectors = []
-    for name, (junk, note) in pieces.items():
-        changed = data[:at] + junk + data[at:]
-        gap = Gap(at, len(junk) + offsets[9] - at, ("bad-sync",), 2)
+    for name, (junk, note) in junk_cases.items():
+        changed = data[:offset] + junk + data[offset:]
+        gap = Gap(offset, len(junk) + offsets[9] - offset, ("bad-sync",), 2)
         if name == "sync-words":
             gap = Gap(gap.offset, gap.byte_count, ("header-crc",), 2)
-        said = Outcome(frames[:4], gap.refused)
+        outcome = Outcome(frames[:4], gap.reject_ids)
         recovery = Recovery([*frames[:4], *frames[6:]], (gap,))
         vectors.append(
-            damaged_by(
-                parent, f"damaged/junk-{name}", RECOVERY_CLAUSES, changed, said, recovery, note
+            make_damaged_vector(
+                parent, f"damaged/junk-{name}", RECOVERY_CLAUSES, changed, outcome, recovery, note
             )
         )
-    cut = {
+    byte_changes = {
         "byte-lost": (
-            data[: at + 30] + data[at + 31 :],
-            at,
-            offsets[9] - 1 - at,
+            data[: offset + 30] + data[offset + 31 :],
+            offset,
+            offsets[9] - 1 - offset,
             "a byte of a payload is missing",
         ),
         "byte-more": (
-            data[: at + 30] + b"\0" + data[at + 30 :],
-            at,
-            offsets[9] + 1 - at,
+            data[: offset + 30] + b"\0" + data[offset + 30 :],
+            offset,
+            offsets[9] + 1 - offset,
             "a payload has an additional byte",
         ),
         "block-of-zeros": (
-            data[: at + 30] + bytes(64) + data[at + 94 :],
-            at,
-            offsets[9] - at,
+            data[: offset + 30] + bytes(64) + data[offset + 94 :],
+            offset,
+            offsets[9] - offset,
             "64 bytes are 0",
         ),
         "block-lost": (
-            data[: at + 30] + data[offsets[8] + 50 :],
-            at,
-            offsets[9] - at - (offsets[8] + 50 - at - 30),
+            data[: offset + 30] + data[offsets[8] + 50 :],
+            offset,
+            offsets[9] - offset - (offsets[8] + 50 - offset - 30),
             "the bytes between two chunks are missing",
         ),
     }
-    for name, (changed, start, size, note) in cut.items():
-        said = Outcome(frames[:4], ("payload-crc",))
+    for name, (changed, start, size, note) in byte_changes.items():
+        outcome = Outcome(frames[:4], ("payload-crc",))
         recovery = Recovery([*frames[:4], *frames[6:]], (Gap(start, size, ("payload-crc",), 2),))
         vectors.append(
-            damaged_by(parent, f"damaged/{name}", RECOVERY_CLAUSES, changed, said, recovery, note)
+            make_damaged_vector(
+                parent, f"damaged/{name}", RECOVERY_CLAUSES, changed, outcome, recovery, note
+            )
         )
     return vectors

@@ -1,62 +1,73 @@
-"""invalid/: INDX, TAIL and data after them (SPEC 5.8, 5.9)."""
+"""invalid/: faults in INDX and TAIL, and data after TAIL (SPEC 5.8, 5.9)."""
 
 from collections.abc import Iterable
 from dataclasses import replace
 
-from making.fault_rows import INDX, TAIL
+from making.fault_rows import INDX_PIECE, TAIL_PIECE
 from making.payloads import pack_index, pack_tail
 from making.streams import Piece
-from making.vectors import Outcome, Valid, Vector, broken
+from making.vectors import Outcome, ValidStream, Vector, make_broken_vector
 
-_MISLEADING = ("-offset", "-sequence", "-frame", "-less", "-more", "-empty")
-End = tuple[str, str, str, list[Piece] | bytes, str]
-"""Name, clauses, reject ids, bytes, and description."""
+_MISLEADING_SUFFIXES = ("-offset", "-sequence", "-frame", "-less", "-more", "-empty")
+EndFault = tuple[str, str, str, list[Piece] | bytes, str]
+"""Name, clauses, reject ids, stream, and description."""
 
 
-def make_ends(parent: Valid) -> list[Vector]:
-    """Return all vectors: every frame is decoded before they are rejected."""
+def make_end_faults(parent: ValidStream) -> list[Vector]:
+    """Return streams that decoders reject after they have decoded all frames."""
     vectors = []
-    # A payload that is too short can also be rejected for the fields that it has.
-    for name, clauses, ids, there, note in [
-        *_of_payloads(parent),
-        *_of_places(parent),
-        *_of_indexes(parent),
-        *_of_tails(parent),
+    # A decoder may check the fields of a payload that is too short before its length.
+    for name, clauses, reject_ids, changed_stream, note in [
+        *_make_payload_faults(parent),
+        *_make_trailing_faults(parent),
+        *_make_index_faults(parent),
+        *_make_tail_faults(parent),
     ]:
-        said = Outcome(parent.frames, tuple(ids.split()))
-        vector = broken(parent, f"invalid/{name}", clauses, there, said, note)
-        vectors.append(replace(vector, seek=_seek_results(name)))
+        outcome = Outcome(parent.frames, tuple(reject_ids.split()))
+        vector = make_broken_vector(
+            parent, f"invalid/{name}", clauses, changed_stream, outcome, note
+        )
+        vectors.append(replace(vector, seek=_list_seek_outcomes(name)))
     return vectors
 
 
-def _of_payloads(parent: Valid) -> Iterable[End]:
-    index, tail = pack_index(_points(parent)), pack_tail(*_totals(parent))
+def _make_payload_faults(parent: ValidStream) -> Iterable[EndFault]:
+    index, tail = pack_index(_list_seek_points(parent)), pack_tail(*_compute_totals(parent))
     endless, note = b"\xff" * 4 + index[4:], "INDX claims 2^32 - 1 seek points"
     cases = {
-        "tail-shorter": (TAIL, bytes(15), "5-1", "field tail-mismatch", "TAIL of 15 bytes"),
-        "tail-longer": (TAIL, tail + b"\0", "5-2", "trailing-data", "TAIL of 17 bytes"),
-        "index-count": (INDX, endless, "5-1", "field index-mismatch", note),
-        "index-longer": (INDX, index + b"\0", "5-2", "trailing-data", "a byte after INDX"),
+        "tail-shorter": (TAIL_PIECE, bytes(15), "5-1", "field tail-mismatch", "TAIL of 15 bytes"),
+        "tail-longer": (TAIL_PIECE, tail + b"\0", "5-2", "trailing-data", "TAIL of 17 bytes"),
+        "index-count": (INDX_PIECE, endless, "5-1", "field index-mismatch", note),
+        "index-longer": (INDX_PIECE, index + b"\0", "5-2", "trailing-data", "a byte after INDX"),
     }
-    for name, (place, payload, clauses, ids, note) in cases.items():
-        yield name, clauses, ids, parent.stream.replaced(place, payload=payload), note
+    for name, (piece_index, payload, clauses, reject_ids, note) in cases.items():
+        yield (
+            name,
+            clauses,
+            reject_ids,
+            parent.stream.replace_piece(piece_index, payload=payload),
+            note,
+        )
 
 
-def _of_places(parent: Valid) -> Iterable[End]:
+def _make_trailing_faults(parent: ValidStream) -> Iterable[EndFault]:
     stream, data = parent.stream, parent.layout.data
-    more = stream.before(Piece(b"note", b""), place=TAIL + 1)
-    lone = [*stream.pieces[:INDX], Piece(b"TAIL", pack_tail(*_totals(parent)))]
-    behind = ("5.1-5", "trailing-data")
-    yield "after-tail", *behind, data + b"\0", "a byte after TAIL"
-    yield "after-tail-chunk", *behind, more, "a chunk after TAIL"
-    yield "after-tail-stream", *behind, data * 2, "the stream is repeated"
+    chunk_after_tail = stream.insert_pieces(Piece(b"note", b""), index=TAIL_PIECE + 1)
+    without_index = [
+        *stream.pieces[:INDX_PIECE],
+        Piece(b"TAIL", pack_tail(*_compute_totals(parent))),
+    ]
+    clauses_and_ids = ("5.1-5", "trailing-data")
+    yield "after-tail", *clauses_and_ids, data + b"\0", "a byte after TAIL"
+    yield "after-tail-chunk", *clauses_and_ids, chunk_after_tail, "a chunk after TAIL"
+    yield "after-tail-stream", *clauses_and_ids, data * 2, "the stream is repeated"
     note = "TAIL states an offset of INDX, which is missing"
-    yield "index-offset-of-none", "5.8-1", "tail-mismatch", lone, note
-    yield "no-tail", "5.1-4", "truncated", stream.pieces[:TAIL], "the stream ends after INDX"
+    yield "index-offset-of-none", "5.8-1", "tail-mismatch", without_index, note
+    yield "no-tail", "5.1-4", "truncated", stream.pieces[:TAIL_PIECE], "the stream ends after INDX"
 
 
-def _of_indexes(parent: Valid) -> Iterable[End]:
-    first, (offset, sequence, frame), last = points = _points(parent)
+def _make_index_faults(parent: ValidStream) -> Iterable[EndFault]:
+    first, (offset, sequence, frame), last = points = _list_seek_points(parent)
     indexes = {
         "index-offset": (
             [first, (offset + 1, sequence, frame), last],
@@ -69,13 +80,13 @@ def _of_indexes(parent: Valid) -> Iterable[End]:
         "index-more": ([*points, last], "a seek point is repeated"),
         "index-empty": ([], "INDX without seek points in a stream with frames"),
     }
-    for name, (listed, note) in indexes.items():
-        pieces = parent.stream.replaced(INDX, payload=pack_index(listed))
+    for name, (listed_points, note) in indexes.items():
+        pieces = parent.stream.replace_piece(INDX_PIECE, payload=pack_index(listed_points))
         yield name, "5.9-1 5.9-2", "index-mismatch", pieces, note
 
 
-def _of_tails(parent: Valid) -> Iterable[End]:
-    frames, canonicals, offset = _totals(parent)
+def _make_tail_faults(parent: ValidStream) -> Iterable[EndFault]:
+    frames, canonicals, offset = _compute_totals(parent)
     tails = {
         "tail-frames": (pack_tail(frames + 1, canonicals, offset), "frame_count"),
         "tail-canonicals": (pack_tail(frames, canonicals - 1, offset), "canonical_count"),
@@ -86,22 +97,22 @@ def _of_tails(parent: Valid) -> Iterable[End]:
         ),
     }
     for name, (payload, note) in tails.items():
-        pieces = parent.stream.replaced(TAIL, payload=payload)
+        pieces = parent.stream.replace_piece(TAIL_PIECE, payload=payload)
         yield name, "5.8-1 5.8-2", "tail-mismatch", pieces, note
 
 
-def _seek_results(name: str) -> tuple[tuple[int, Outcome], ...]:
-    """The results of seeking with an INDX that is wrong on the way to frame 4."""
-    misleading = name.startswith("index-") and name.endswith(_MISLEADING)
-    return ((4, Outcome((), ("index-mismatch",))),) if misleading else ()
+def _list_seek_outcomes(name: str) -> tuple[tuple[int, Outcome], ...]:
+    """Return the expected output of seeking to frame 4, if INDX misleads on the way there."""
+    is_misleading = name.startswith("index-") and name.endswith(_MISLEADING_SUFFIXES)
+    return ((4, Outcome((), ("index-mismatch",))),) if is_misleading else ()
 
 
-def _totals(parent: Valid) -> tuple[int, int, int]:
-    """The correct totals of TAIL."""
-    return len(parent.frames), len(_points(parent)), parent.layout.offsets[INDX]
+def _compute_totals(parent: ValidStream) -> tuple[int, int, int]:
+    """Return the correct frame count, canonical count and index offset for TAIL."""
+    return len(parent.frames), len(_list_seek_points(parent)), parent.layout.offsets[INDX_PIECE]
 
 
-def _points(parent: Valid) -> list[tuple[int, int, int]]:
+def _list_seek_points(parent: ValidStream) -> list[tuple[int, int, int]]:
     pieces, offsets = parent.stream.pieces, parent.layout.offsets
-    places = [n for n, piece in enumerate(pieces) if piece.kind == b"CANO"]
-    return [(offsets[n], n, frame) for n, frame in zip(places, (0, 3, 6), strict=True)]
+    canonical_indices = [n for n, piece in enumerate(pieces) if piece.kind == b"CANO"]
+    return [(offsets[n], n, frame) for n, frame in zip(canonical_indices, (0, 3, 6), strict=True)]

@@ -1,44 +1,44 @@
-"""Frames of hand-written records: the content of a CANO or FRAM chunk, and its state.
+"""Frames of hand-written records: the fields of a CANO, SNAP or FRAM chunk, and the state after it.
 
-The state is computed by `plain.decoder`, which follows SPEC in plain integers and shares no code
-with the package.
+The state is computed by `plain.decoder`, which follows SPEC.md in plain integers and shares no code
+with quarc_ref.
 """
 
 import zlib
 from collections.abc import Sequence
 from typing import Any
 
-from making.changes import Change, Coded, Survivor, state_nothing
+from making.changes import Change, CodedGaussian, Survivor, state_no_code
 from making.payloads import Canonical, Frame, Head, Snapshot
 from making.planes import (
-    birth_planes,
-    canonical_planes,
-    morton,
-    motion_planes,
-    survivor_planes,
-    update_planes,
+    make_birth_planes,
+    make_canonical_planes,
+    make_motion_planes,
+    make_survivor_planes,
+    make_update_planes,
+    morton_key,
 )
-from making.writing import Planes, State, WritingSection
+from making.writing import Planes, StateCode, WritingSection
 from plain.coder import Counts
 from plain.decoder import FrameDecoder
 from plain.planes import PlainSection
 from plain.state import PlainState, Vector
 
 
-class _Maker(FrameDecoder):
-    """A frame with fields, whose sections are written while they are walked."""
+class _FrameMaker(FrameDecoder):
+    """Computes the state of a frame from its fields, and writes its sections on the way."""
 
     def __init__(self, head: Head, fields: dict[str, Any]) -> None:
         super().__init__({name: getattr(head, name) for name in head.__slots__}, fields)
         self.sections: list[WritingSection] = []
-        self.levels: list[int] = []
+        self.anchor_counts: list[int] = []
         self.has_state = True
 
     def _open_section(self, title: str, stored: Any, counts: Counts) -> PlainSection:
         if isinstance(stored, dict):
             return super()._open_section(title, stored, counts)
         if callable(stored):
-            stored = stored(self.levels)
+            stored = stored(self.anchor_counts)
         section = WritingSection(title, stored, counts)
         self.sections.append(section)
         return section
@@ -46,122 +46,140 @@ class _Maker(FrameDecoder):
     def _expand_rotation(self, coded: Vector, bits: int) -> Vector:
         try:
             return super()._expand_rotation(coded, bits)
-        except ValueError:  # it is not a rotation; what follows must be written anyway
+        except ValueError:  # not a valid rotation; the other sections must be written anyway
             self.has_state = False
             return [1 << 22, 0, 0, 0]
 
     def _apply_motion(self, state: PlainState) -> None:
-        self.levels = [len(level.owners) for level in state.levels]
+        self.anchor_counts = [len(level.owners) for level in state.levels]
         super()._apply_motion(state)
 
 
 def make_canonical(
-    head: Head, frame: int, gaussians: Sequence[Coded], stating: State = state_nothing, **said: Any
+    head: Head,
+    frame: int,
+    gaussians: Sequence[CodedGaussian],
+    state_code: StateCode = state_no_code,
+    **overrides: Any,
 ) -> tuple[Canonical, PlainState | None]:
-    """Return a canonical frame.
+    """Return the payload of a canonical frame, and the state after it.
 
     Args:
         head: Of the stream.
-        frame: Its ordinal.
-        gaussians: Gaussians, which are sorted in Morton order.
-        stating: Which probability codes the planes state.
-        said: Fields with other values; the state is None if they violate a clause.
+        frame: Ordinal of the frame.
+        gaussians: Gaussians in any order; the payload has them in Morton order.
+        state_code: Which probability codes the planes state.
+        overrides: Values of fields that replace the computed ones; if they violate a clause,
+            the state is None.
     """
-    origin = said.get("origin", tuple(min(g.position[a] for g in gaussians) for a in range(3)))
-    ordered = sorted(gaussians, key=lambda g: morton(g.position, origin))
-    keys = [morton(g.position, origin) for g in ordered]
-    most = max(max(p - o for p, o in zip(g.position, origin, strict=True)) for g in gaussians)
-    planes = canonical_planes(head, keys, ordered)
+    origin = overrides.get("origin", tuple(min(g.position[a] for g in gaussians) for a in range(3)))
+    sorted_gaussians = sorted(gaussians, key=lambda g: morton_key(g.position, origin))
+    keys = [morton_key(g.position, origin) for g in sorted_gaussians]
+    extent = max(max(p - o for p, o in zip(g.position, origin, strict=True)) for g in gaussians)
+    planes = make_canonical_planes(head, keys, sorted_gaussians)
     fields = {"frame": frame, "gaussian_count": len(keys), "origin": origin}
-    fields |= {"axis_bits": max(0, most).bit_length()} | said
-    fields["sections"] = [Planes(bits, stating) for bits in planes]
-    maker = _Maker(head, fields)
-    state = _try(maker, None)
-    fields["sections"] = tuple(section.written for section in maker.sections)
-    return Canonical(state_crc=_crc(head, state), **fields), state
+    fields |= {"axis_bits": max(0, extent).bit_length()} | overrides
+    fields["sections"] = [Planes(bits, state_code) for bits in planes]
+    maker = _FrameMaker(head, fields)
+    state = _try_to_reconstruct(maker, None)
+    fields["sections"] = tuple(section.written_words for section in maker.sections)
+    return Canonical(state_crc=_compute_crc(head, state), **fields), state
 
 
 def make_frame(
-    head: Head, before: PlainState, change: Change, **said: Any
+    head: Head, previous: PlainState, change: Change, **overrides: Any
 ) -> tuple[Frame, PlainState | None]:
-    """Return the frame after a state; see `make_canonical`."""
+    """Return the payload of the next frame, and the state after it; see `make_canonical`."""
     fields = {
-        "phase": before.phase + 1,
-        "previous_contexts": change.previous,
+        "phase": previous.phase + 1,
+        "previous_contexts": change.previous_contexts,
         "death_count": change.deaths,
         "birth_count": len(change.births),
-    } | said
-    motion: Any = {"words": change.motion}
-    if change.motion is None:
-        motion = lambda counts: Planes(motion_planes(head, counts, change), change.stating)  # noqa: E731
-    births: Any = {"words": change.newborn}
-    if change.newborn is None:
-        births = Planes(birth_planes(head, change.births), change.stating)
-    updates: Any = {"words": change.updated}
-    if change.updated is None:
-        count = len(before.gaussians) - change.deaths
-        updates = Planes(update_planes(count, change.updates), change.stating)
-    maker = _Maker(head, {**fields, "motion": motion, "updates": updates, "births": births})
-    state = _try(maker, before)
-    words = {section.title: section.written for section in maker.sections}
-    moved = words.get("motion", change.motion or ())
-    born = words.get("births", change.newborn or ())
-    changed = words.get("updates", change.updated or ()) if head.has_updates else None
-    frame = Frame(motion=moved, updates=changed, births=born, state_crc=_crc(head, state), **fields)
+    } | overrides
+    motion: Any = {"words": change.motion_words}
+    if change.motion_words is None:
+        motion = lambda counts: Planes(make_motion_planes(head, counts, change), change.state_code)  # noqa: E731
+    births: Any = {"words": change.birth_words}
+    if change.birth_words is None:
+        births = Planes(make_birth_planes(head, change.births), change.state_code)
+    updates: Any = {"words": change.update_words}
+    if change.update_words is None:
+        count = len(previous.gaussians) - change.deaths
+        updates = Planes(make_update_planes(count, change.updates), change.state_code)
+    maker = _FrameMaker(head, {**fields, "motion": motion, "updates": updates, "births": births})
+    state = _try_to_reconstruct(maker, previous)
+    words_by_section = {section.title: section.written_words for section in maker.sections}
+    motion_words = words_by_section.get("motion", change.motion_words or ())
+    birth_words = words_by_section.get("births", change.birth_words or ())
+    update_words = (
+        words_by_section.get("updates", change.update_words or ()) if head.has_updates else None
+    )
+    frame = Frame(
+        motion=motion_words,
+        updates=update_words,
+        births=birth_words,
+        state_crc=_compute_crc(head, state),
+        **fields,
+    )
     return frame, state
 
 
 def make_snapshot(
     head: Head,
-    before: PlainState,
+    previous: PlainState,
     survivors: Sequence[Survivor],
-    newborn: Sequence[Coded] = (),
-    stating: State = state_nothing,
-    **said: Any,
+    newborn: Sequence[CodedGaussian] = (),
+    state_code: StateCode = state_no_code,
+    **overrides: Any,
 ) -> tuple[Snapshot, PlainState | None]:
-    """Return a snapshot after a state; see `make_canonical`.
+    """Return the payload of a snapshot, and the state after it; see `make_canonical`.
 
     Args:
         head: Of the stream.
-        before: State of the previous frame.
+        previous: State of the previous frame.
         survivors: Survivors in ascending order of their indices.
-        newborn: New Gaussians, which are sorted in Morton order.
-        stating: Which probability codes the planes state.
-        said: Fields with other values; `survivors` for its words.
+        newborn: New Gaussians in any order; the payload has them in Morton order.
+        state_code: Which probability codes the planes state.
+        overrides: Values of fields that replace the computed ones; `survivors` replaces words.
     """
-    frame, known = before.canonical or (0, [])
-    places = [g.position for g in newborn] or [(0, 0, 0)]
-    origin = said.get("origin", tuple(min(p[axis] for p in places) for axis in range(3)))
-    ordered = sorted(newborn, key=lambda g: morton(g.position, origin))
-    keys = [morton(g.position, origin) for g in ordered]
-    most = max(max(v - o for v, o in zip(p, origin, strict=True)) for p in places)
-    words = said.pop("survivors", None)
-    fields = {"frame": before.frame + 1, "canonical": frame, "newborn_count": len(keys)}
-    fields |= {"origin": origin, "axis_bits": max(0, most).bit_length()} | said
-    planes = Planes(survivor_planes(len(known), survivors), stating)
-    stored: dict[str, Any] = {"survivors": planes if words is None else {"words": words}}
-    sections = [Planes(bits, stating) for bits in canonical_planes(head, keys, ordered)]
-    maker = _Maker(head, fields | stored | {"sections": sections})
-    state = _try(maker, before)
-    written = [section.written for section in maker.sections]
+    frame, canonical_gaussians = previous.canonical or (0, [])
+    positions = [g.position for g in newborn] or [(0, 0, 0)]
+    origin = overrides.get("origin", tuple(min(p[axis] for p in positions) for axis in range(3)))
+    sorted_newborn = sorted(newborn, key=lambda g: morton_key(g.position, origin))
+    keys = [morton_key(g.position, origin) for g in sorted_newborn]
+    extent = max(max(v - o for v, o in zip(p, origin, strict=True)) for p in positions)
+    words = overrides.pop("survivors", None)
+    fields = {"frame": previous.frame + 1, "canonical": frame, "newborn_count": len(keys)}
+    fields |= {"origin": origin, "axis_bits": max(0, extent).bit_length()} | overrides
+    planes = Planes(make_survivor_planes(len(canonical_gaussians), survivors), state_code)
+    stored_survivors: dict[str, Any] = {"survivors": planes if words is None else {"words": words}}
+    sections = [
+        Planes(bits, state_code) for bits in make_canonical_planes(head, keys, sorted_newborn)
+    ]
+    maker = _FrameMaker(head, fields | stored_survivors | {"sections": sections})
+    state = _try_to_reconstruct(maker, previous)
+    written_words = [section.written_words for section in maker.sections]
     if words is not None:
-        written.insert(0, words)
-    written += [()] * (7 - len(written))
+        written_words.insert(0, words)
+    written_words += [()] * (7 - len(written_words))
     return Snapshot(
-        survivors=written[0], sections=tuple(written[1:]), state_crc=_crc(head, state), **fields
+        survivors=written_words[0],
+        sections=tuple(written_words[1:]),
+        state_crc=_compute_crc(head, state),
+        **fields,
     ), state
 
 
-def _try(maker: _Maker, before: PlainState | None) -> PlainState | None:
-    """Return the state; None if the given fields do not lead to one."""
+def _try_to_reconstruct(maker: _FrameMaker, previous: PlainState | None) -> PlainState | None:
+    """Return the state after a frame; None if the fields of the frame violate a clause."""
     try:
-        state = maker.reconstruct_state(before)
+        state = maker.reconstruct_state(previous)
     except (AssertionError, ValueError, IndexError, ZeroDivisionError):
         return None
     return state if maker.has_state else None
 
 
-def _crc(head: Head, state: PlainState | None) -> int:
+def _compute_crc(head: Head, state: PlainState | None) -> int:
     if state is None:
         return 0
     return zlib.crc32(state.serialize(codes=state.phase % head.full_crc_interval == 0))

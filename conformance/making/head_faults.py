@@ -3,89 +3,126 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
-from making.fault_rows import HEAD
+from making.fault_rows import HEAD_PIECE
 from making.payloads import MAGIC
-from making.vectors import Outcome, Recovery, Valid, Vector, broken
+from making.vectors import Outcome, Recovery, ValidStream, Vector, make_broken_vector
 
 HeadCase = tuple[str, bytes, str, str, str]
 """Name, payload, reject id, clauses and description."""
 
 
-def make_beginnings(parent: Valid) -> list[Vector]:
+def make_magic_and_head_faults(parent: ValidStream) -> list[Vector]:
     """Return patches of the journey with a fault in the magic or in HEAD."""
-    return [*_of_magic(parent), *_of_heads(parent)]
+    return [*_make_magic_faults(parent), *_make_head_payload_faults(parent)]
 
 
-def _of_magic(parent: Valid) -> Iterable[Vector]:
+def _make_magic_faults(parent: ValidStream) -> Iterable[Vector]:
     data, first = parent.layout.data, parent.layout.offsets[1]
-    as_text, twice = MAGIC.replace(b"\r\n", b"\n"), MAGIC + data[8:first]
+    converted_magic, repeated_head = MAGIC.replace(b"\r\n", b"\n"), MAGIC + data[8:first]
     cases = {
         "magic": (b"\x88" + data[1:], "a bit of the first byte"),
-        "magic-line-ends": (as_text + data[8:], "line ends converted by a transfer as text"),
+        "magic-line-ends": (
+            converted_magic + data[8:],
+            "line ends converted by a transfer as text",
+        ),
         "magic-seven-bits": (b"\x09" + data[1:], "the eighth bit is lost"),
         "magic-missing": (data[8:], "the stream begins with HEAD"),
     }
-    for name, (there, note) in cases.items():
-        yield broken(parent, f"invalid/{name}", "5.1-1", there, Outcome((), ("bad-magic",)), note)
-    said, note = Outcome((), ("sequence", "chunk-order")), "HEAD is repeated with the same number"
-    yield broken(parent, "invalid/head-again", "5.1-2 5.2-4", twice + data[8:], said, note)
+    for name, (changed_data, note) in cases.items():
+        yield make_broken_vector(
+            parent, f"invalid/{name}", "5.1-1", changed_data, Outcome((), ("bad-magic",)), note
+        )
+    outcome, note = (
+        Outcome((), ("sequence", "chunk-order")),
+        "HEAD is repeated with the same number",
+    )
+    yield make_broken_vector(
+        parent, "invalid/head-again", "5.1-2 5.2-4", repeated_head + data[8:], outcome, note
+    )
 
 
-def _of_heads(parent: Valid) -> Iterable[Vector]:
-    head = parent.stream.pieces[HEAD].payload or b""
-    for name, payload, ids, clauses, note in [
-        *_of_versions(head),
-        *_of_features(head),
-        *_of_sizes(head),
+def _make_head_payload_faults(parent: ValidStream) -> Iterable[Vector]:
+    head = parent.stream.pieces[HEAD_PIECE].payload or b""
+    for name, payload, reject_id, clauses, note in [
+        *_list_version_faults(head),
+        *_list_feature_faults(head),
+        *_list_size_faults(head),
     ]:
-        pieces, said = parent.stream.replaced(HEAD, payload=payload), Outcome((), (ids,))
-        vector = broken(parent, f"invalid/{name}", clauses, pieces, said, note)
-        yield replace(vector, recover=Recovery((), refused=(ids,)))
+        pieces, outcome = (
+            parent.stream.replace_piece(HEAD_PIECE, payload=payload),
+            Outcome((), (reject_id,)),
+        )
+        vector = make_broken_vector(parent, f"invalid/{name}", clauses, pieces, outcome, note)
+        yield replace(vector, recover=Recovery((), reject_ids=(reject_id,)))
 
 
-def _of_versions(head: bytes) -> Iterable[HeadCase]:
-    other, ids, parsed = b"\2\0" + head[2:], "unsupported-version", "12-1 5.3-1"
-    strange = other[:10] + b"\xee" * 30
-    yield "version-0", b"\0" + head[1:], ids, "12-1", "version 0.0"
-    yield "version-2", other, ids, "12-1", "version 2.0"
-    yield "version-255", b"\xff" + head[1:], ids, "12-1", "version 255.0"
-    yield "version-2-longer", other + bytes(20), ids, parsed, "version 2.0, with a longer HEAD"
-    yield "version-2-other-fields", strange, ids, parsed, "version 2.0, with other fields"
+def _list_version_faults(head: bytes) -> Iterable[HeadCase]:
+    other_version, reject_id, parse_clauses = (
+        b"\2\0" + head[2:],
+        "unsupported-version",
+        "12-1 5.3-1",
+    )
+    other_fields = other_version[:10] + b"\xee" * 30
+    yield "version-0", b"\0" + head[1:], reject_id, "12-1", "version 0.0"
+    yield "version-2", other_version, reject_id, "12-1", "version 2.0"
+    yield "version-255", b"\xff" + head[1:], reject_id, "12-1", "version 255.0"
+    yield (
+        "version-2-longer",
+        other_version + bytes(20),
+        reject_id,
+        parse_clauses,
+        "version 2.0, with a longer HEAD",
+    )
+    yield (
+        "version-2-other-fields",
+        other_fields,
+        reject_id,
+        parse_clauses,
+        "version 2.0, with other fields",
+    )
 
 
-def _of_features(head: bytes) -> Iterable[HeadCase]:
-    first, last = head[:2] + b"\1" + head[3:], head[:5] + b"\x80" + head[6:]
-    ids, parsed = "unsupported-feature", "12-2 5.3-1"
-    strange = first[:10] + b"\x63" + first[11:]
-    yield "feature", first, ids, "12-2", "bit 0 of incompatible_features"
-    yield "feature-31", last, ids, "12-2", "bit 31 of incompatible_features"
+def _list_feature_faults(head: bytes) -> Iterable[HeadCase]:
+    with_bit_0, with_bit_31 = head[:2] + b"\1" + head[3:], head[:5] + b"\x80" + head[6:]
+    reject_id, parse_clauses = "unsupported-feature", "12-2 5.3-1"
+    with_other_level = with_bit_0[:10] + b"\x63" + with_bit_0[11:]
+    yield "feature", with_bit_0, reject_id, "12-2", "bit 0 of incompatible_features"
+    yield "feature-31", with_bit_31, reject_id, "12-2", "bit 31 of incompatible_features"
     yield (
         "feature-longer",
-        first + b"\1",
-        ids,
-        parsed,
+        with_bit_0 + b"\1",
+        reject_id,
+        parse_clauses,
         "an unknown feature, and an additional field",
     )
-    yield "feature-other-level", strange, ids, parsed, "an unknown feature, and level 99"
+    yield (
+        "feature-other-level",
+        with_other_level,
+        reject_id,
+        parse_clauses,
+        "an unknown feature, and level 99",
+    )
 
 
-def _of_sizes(head: bytes) -> Iterable[HeadCase]:
-    long, ids = head + bytes(1025 - len(head)), "chunk-exceeds-level"
-    yield "head-beyond-1024", long, ids, "5.2-7", "HEAD of 1025 bytes"
+def _list_size_faults(head: bytes) -> Iterable[HeadCase]:
+    long_payload, reject_id = head + bytes(1025 - len(head)), "chunk-exceeds-level"
+    yield "head-beyond-1024", long_payload, reject_id, "5.2-7", "HEAD of 1025 bytes"
     yield "head-longer", head + b"\0", "trailing-data", "5-2", "a byte after the last field"
     yield "head-shorter", head[:-1], "field", "5-1", "the last field of HEAD is missing"
     yield "head-empty", b"", "field", "5-1", "HEAD without fields"
 
 
-def make_head_faults(parent: Valid) -> list[Vector]:
-    """Return patches of a brief stream with a field of HEAD out of range."""
+def make_head_faults(parent: ValidStream) -> list[Vector]:
+    """Return patches of `streams/brief` with a field of HEAD out of range."""
     vectors = []
     for name, value in HEAD_FAULTS:
         head = replace(parent.stream.head, **{name: value})
-        pieces = parent.stream.replaced(HEAD, payload=head.pack())
+        pieces = parent.stream.replace_piece(HEAD_PIECE, payload=head.pack())
         label = f"{name}-{value}".replace("_", "-").replace(".", "-")
-        said, note = Outcome((), ("field",)), f"{name} is {value}"
-        vectors.append(broken(parent, f"invalid/head-{label}", "5-3", pieces, said, note))
+        outcome, note = Outcome((), ("field",)), f"{name} is {value}"
+        vectors.append(
+            make_broken_vector(parent, f"invalid/head-{label}", "5-3", pieces, outcome, note)
+        )
     return vectors
 
 

@@ -1,125 +1,157 @@
-"""levels/: streams at the limits of their levels (SPEC 3.2), and one beyond."""
+"""levels/: streams at the limits of their levels, or beyond a limit by 1 (SPEC 3.2)."""
 
 import zlib
 from dataclasses import replace
 
-from making.changes import Change, Coded, Update
+from making.changes import Change, CodedGaussian, Update
 from making.payloads import Frame, Head
-from making.planes import update_planes
-from making.scenes import cloud, moving
+from making.planes import make_update_planes
+from making.scenes import make_cloud, make_moving_symbols
 from making.streams import Piece, Stream
 from making.update_scenes import NEEDS, update_head
-from making.vectors import Outcome, Splice, Valid, Vector, broken, valid
+from making.vectors import (
+    Outcome,
+    Splice,
+    ValidStream,
+    Vector,
+    make_broken_vector,
+    make_valid_stream,
+)
 from making.writing import Planes, WritingSection
 from plain.updates import read_updates
 
 LEVELS = {10: (65536, 4096, 1 << 22), 20: (262144, 16384, 1 << 24)}
-_POINT = Coded((0, 0, 0), codes=(0,) * 7)
-_FEW = {"level": 10, "sh_degree": 0, "level_count": 1, "gaussians_per_anchor": 65535}
+_POINT = CodedGaussian((0, 0, 0), codes=(0,) * 7)
+_HEAD_FIELDS = {"level": 10, "sh_degree": 0, "level_count": 1, "gaussians_per_anchor": 65535}
 
 
-def make_levels() -> list[Valid]:
+def make_levels() -> list[ValidStream]:
     """Return the streams within the limits of their level."""
-    most, births, _ = LEVELS[10]
-    full = _replace_one(Stream(Head(**_FEW)).canonical(0, [_POINT] * most))
-    grown = Stream(Head(level=10, sh_degree=0)).canonical(0, [_POINT] * 5)
-    grown.frame(Change(births=(_POINT,) * births))
-    wider = Stream(Head(level=20, sh_degree=0)).canonical(0, [_POINT] * 5)
-    wider.frame(Change(births=(_POINT,) * (births + 1)))
-    full_updated = _replace_by_update(Stream(update_head(**_FEW)).canonical(0, [_POINT] * most))
-    made = [
-        valid(
+    max_gaussians, max_births, _ = LEVELS[10]
+    full_stream = _append_death_and_birth(
+        Stream(Head(**_HEAD_FIELDS)).add_canonical(0, [_POINT] * max_gaussians)
+    )
+    max_births_stream = Stream(Head(level=10, sh_degree=0)).add_canonical(0, [_POINT] * 5)
+    max_births_stream.add_frame(Change(births=(_POINT,) * max_births))
+    more_births_stream = Stream(Head(level=20, sh_degree=0)).add_canonical(0, [_POINT] * 5)
+    more_births_stream.add_frame(Change(births=(_POINT,) * (max_births + 1)))
+    updated_stream = _append_update_and_birth(
+        Stream(update_head(**_HEAD_FIELDS)).add_canonical(0, [_POINT] * max_gaussians)
+    )
+    streams = [
+        make_valid_stream(
             "levels/10-updates",
             "the maximum number of Gaussians of level 1.0; one leaves by an update, one is born",
             "3.2-1 3.2-2 7.8",
-            full_updated.end(),
+            updated_stream.finish(),
             **NEEDS,
         ),
-        valid(
+        make_valid_stream(
             "levels/10-gaussians",
             "the maximum number of Gaussians of level 1.0 in a few bytes; one dies, one is born",
             "3.2-1 3.2-2",
-            full.end(),
+            full_stream.finish(),
         ),
-        valid(
-            "levels/10-births", "the maximum number of births of level 1.0", "3.2-3", grown.end()
+        make_valid_stream(
+            "levels/10-births",
+            "the maximum number of births of level 1.0",
+            "3.2-3",
+            max_births_stream.finish(),
         ),
-        valid(
+        make_valid_stream(
             "levels/20-births",
             "more births than level 1.0 allows, at level 2.0",
             "3.2-3",
-            wider.end(),
+            more_births_stream.finish(),
         ),
     ]
     for level in (10, 20, 30, 31):
-        stream = Stream(Head(level=level)).canonical(0, cloud(4)).frame(Change(moving(6, level)))
-        made.append(
-            valid(f"levels/{level}", f"level {level} in HEAD", "1-1", stream.end(index=True))
+        stream = (
+            Stream(Head(level=level))
+            .add_canonical(0, make_cloud(4))
+            .add_frame(Change(make_moving_symbols(6, level)))
         )
-    return made
+        streams.append(
+            make_valid_stream(
+                f"levels/{level}", f"level {level} in HEAD", "1-1", stream.finish(index=True)
+            )
+        )
+    return streams
 
 
-def _replace_one(stream: Stream) -> Stream:
-    """Append a frame in which the first of equal Gaussians dies, and an equal one is born.
+def _append_death_and_birth(stream: Stream) -> Stream:
+    """Append a frame in which one of equal Gaussians dies, and an equal Gaussian is born.
 
-    Written without decoding 65536 Gaussians: nothing moves, and no bit is 1.
+    The frame is written without decoding 65536 Gaussians: nothing moves, and no bit is 1.
     """
-    before = stream.states[0]
-    assert before is not None
-    last = replace(before.gaussians[0], id=len(before.gaussians))
-    left = [*before.gaussians[1:], last]
-    state = replace(before, frame=1, phase=1, gaussians=left, next_id=last.id + 1)
+    previous = stream.states[0]
+    assert previous is not None
+    newborn = replace(previous.gaussians[0], id=len(previous.gaussians))
+    gaussians = [*previous.gaussians[1:], newborn]
+    state = replace(previous, frame=1, phase=1, gaussians=gaussians, next_id=newborn.id + 1)
     crc = zlib.crc32(state.serialize(codes=False))
-    stream.places.append(len(stream.pieces))
+    stream.piece_indices.append(len(stream.pieces))
     stream.pieces.append(Piece(b"FRAM", Frame(1, 0, 1, 1, (), (), crc).pack()))
     stream.states.append(state)
     return stream
 
 
-def _replace_by_update(stream: Stream) -> Stream:
-    """Append a frame in which the first of equal Gaussians leaves by an update, as above.
+def _append_update_and_birth(stream: Stream) -> Stream:
+    """Append a frame in which one of equal Gaussians leaves by an update, and another is born.
 
-    The words are those of the planes of 65536 Gaussians, written without their state.
+    The words code the planes of 65536 Gaussians, and are written without decoding the Gaussians.
     """
-    before = stream.states[0]
-    assert before is not None
-    count = len(before.gaussians)
-    section = WritingSection("updates", Planes(update_planes(count, (Update(0, None),))), {})
-    read_updates(section, before.gaussians)
+    previous = stream.states[0]
+    assert previous is not None
+    count = len(previous.gaussians)
+    section = WritingSection("updates", Planes(make_update_planes(count, (Update(0, None),))), {})
+    read_updates(section, previous.gaussians)
     section.close()
-    last = replace(before.gaussians[0], id=count, recency=0)
-    left = [*before.gaussians[1:], last]
-    state = replace(before, frame=1, phase=1, gaussians=left, next_id=count + 1)
+    newborn = replace(previous.gaussians[0], id=count, recency=0)
+    gaussians = [*previous.gaussians[1:], newborn]
+    state = replace(previous, frame=1, phase=1, gaussians=gaussians, next_id=count + 1)
     crc = zlib.crc32(state.serialize(codes=False))
-    stream.places.append(len(stream.pieces))
-    frame = Frame(1, 0, 0, 1, (), (), crc, tuple(section.written))
+    stream.piece_indices.append(len(stream.pieces))
+    frame = Frame(1, 0, 0, 1, (), (), crc, tuple(section.written_words))
     stream.pieces.append(Piece(b"FRAM", frame.pack()))
     stream.states.append(state)
     return stream
 
 
-def make_larger(levels: list[Valid]) -> list[Vector]:
+def make_large_payloads(levels: list[ValidStream]) -> list[Vector]:
     """Return streams that are generated on demand, with payloads at the limit of their level."""
-    made = []
+    vectors = []
     for level, (_, _, size) in LEVELS.items():
-        parent = next(each for each in levels if each.vector.name == f"levels/{level}")
-        for more, refused in ((0, ()), (1, ("chunk-exceeds-level",))):
-            pieces = parent.stream.before(Piece(b"note", bytes(size + more)), place=1)
-            frames = [] if refused else parent.frames
-            name = f"levels/{level}-payload" + ("-beyond" if more else "")
-            allowed = "one more than" if more else "what"
-            note = f"an ancillary payload of {size + more} bytes, {allowed} the level allows"
+        parent = next(
+            level_stream for level_stream in levels if level_stream.vector.name == f"levels/{level}"
+        )
+        for extra_bytes, reject_ids in ((0, ()), (1, ("chunk-exceeds-level",))):
+            pieces = parent.stream.insert_pieces(Piece(b"note", bytes(size + extra_bytes)), index=1)
+            frames = [] if reject_ids else parent.frames
+            name = f"levels/{level}-payload" + ("-beyond" if extra_bytes else "")
+            amount = "one more than" if extra_bytes else "what"
+            note = f"an ancillary payload of {size + extra_bytes} bytes, {amount} the level allows"
             clauses = "3.2-4 5.2-6 5.2-10"
-            vector = broken(parent, name, clauses, pieces, Outcome(frames, refused), note)
-            made.append(
-                replace(vector, stored=False, splices=_fill(parent, vector.data, size + more))
+            vector = make_broken_vector(
+                parent, name, clauses, pieces, Outcome(frames, reject_ids), note
             )
-    return made
+            vectors.append(
+                replace(
+                    vector,
+                    is_stored=False,
+                    splices=_make_zero_splices(parent, vector.data, size + extra_bytes),
+                )
+            )
+    return vectors
 
 
-def _fill(parent: Valid, data: bytes, zeros: int) -> tuple[Splice, ...]:
-    """The patch to the parent, with the zeros of the payload as one repeated byte."""
-    place = parent.layout.offsets[1]
-    header, rest = data[place : place + 20], data[place + 20 + zeros :]
-    tail = len(parent.layout.data) - place
-    return (Splice(place, 0, header), Splice(place, 0, b"\0", zeros), Splice(place, tail, rest))
+def _make_zero_splices(parent: ValidStream, data: bytes, zeros: int) -> tuple[Splice, ...]:
+    """Return a patch of the parent that stores the zeros of the payload as one repeated byte."""
+    offset = parent.layout.offsets[1]
+    header, data_after = data[offset : offset + 20], data[offset + 20 + zeros :]
+    parent_tail_size = len(parent.layout.data) - offset
+    return (
+        Splice(offset, 0, header),
+        Splice(offset, 0, b"\0", zeros),
+        Splice(offset, parent_tail_size, data_after),
+    )

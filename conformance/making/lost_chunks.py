@@ -5,13 +5,13 @@ from dataclasses import replace
 from making.fault_rows import (
     RECOVERY_CLAUSES,
     count_frames,
-    damaged_by,
+    make_damaged_vector,
 )
 from making.streams import Layout, assemble
-from making.vectors import Gap, Outcome, Recovery, Valid, Vector
+from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector
 
 
-def make_losses(parent: Valid) -> list[Vector]:
+def make_losses(parent: ValidStream) -> list[Vector]:
     """Return streams with missing chunks."""
     cases = {
         "cameras": ([1], 0, "`came`"),
@@ -25,66 +25,92 @@ def make_losses(parent: Valid) -> list[Vector]:
         "last-frame": ([12], 8, "the last FRAM"),
         "index": ([13], 9, "INDX"),
     }
-    losses = [lose(parent, f"damaged/lost-{n}", *case) for n, case in cases.items()]
+    losses = [make_loss(parent, f"damaged/lost-{n}", *case) for n, case in cases.items()]
     return [*losses, _drop_both_ends(parent), _reject_two_canonicals(parent)]
 
 
-def lose(parent: Valid, name: str, gone: list[int], before: int, what: str) -> Vector:
-    """Return a stream without some of its chunks, and with frames before them."""
-    stream, pieces = parent.stream, parent.stream.without(*gone)
-    layout = _assemble_lost(parent, gone)
-    offsets = {piece.sequence: at for piece, at in zip(pieces, layout.offsets, strict=False)}
-    first = gone[-1] + 1
-    stops = (
-        n for n in range(first, len(stream.pieces)) if stream.pieces[n].kind in (b"CANO", b"TAIL")
+def make_loss(
+    parent: ValidStream, name: str, lost_indices: list[int], frames_before: int, description: str
+) -> Vector:
+    """Return a stream without some consecutive chunks, and its expected output.
+
+    Args:
+        parent: The complete stream.
+        name: Name of the vector.
+        lost_indices: Indices of the pieces to remove.
+        frames_before: Number of frames before the loss.
+        description: The lost chunks in words.
+    """
+    stream, pieces = parent.stream, parent.stream.drop_pieces(*lost_indices)
+    layout = _assemble_without(parent, lost_indices)
+    offsets = {
+        piece.sequence: offset for piece, offset in zip(pieces, layout.offsets, strict=False)
+    }
+    next_index = lost_indices[-1] + 1
+    resume_indices = (
+        n
+        for n in range(next_index, len(stream.pieces))
+        if stream.pieces[n].kind in (b"CANO", b"TAIL")
     )
-    later = next(stops)
-    lost: int | None = count_frames(stream.pieces[:later]) - before
-    if before == 0:
-        lost = None
-    frames = parent.frames[before + (lost or 0) :] if lost is not None else _after(parent, later)
-    gap = Gap(offsets[first], offsets[later] - offsets[first], ("sequence",), lost)
-    said = Outcome(parent.frames[:before], ("sequence",))
-    recovery = Recovery([*parent.frames[:before], *frames], (gap,))
-    if before == 0 and gone == [2]:
-        said = Outcome((), ("sequence",))
-    return damaged_by(
-        parent, name, f"5.2-4 {RECOVERY_CLAUSES}", layout.data, said, recovery, f"lost: {what}"
+    resume_index = next(resume_indices)
+    frames_lost: int | None = count_frames(stream.pieces[:resume_index]) - frames_before
+    if frames_before == 0:
+        frames_lost = None
+    frames = (
+        parent.frames[frames_before + (frames_lost or 0) :]
+        if frames_lost is not None
+        else _list_frames_after(parent, resume_index)
+    )
+    gap = Gap(
+        offsets[next_index], offsets[resume_index] - offsets[next_index], ("sequence",), frames_lost
+    )
+    outcome = Outcome(parent.frames[:frames_before], ("sequence",))
+    recovery = Recovery([*parent.frames[:frames_before], *frames], (gap,))
+    if frames_before == 0 and lost_indices == [2]:
+        outcome = Outcome((), ("sequence",))
+    return make_damaged_vector(
+        parent,
+        name,
+        f"5.2-4 {RECOVERY_CLAUSES}",
+        layout.data,
+        outcome,
+        recovery,
+        f"lost: {description}",
     )
 
 
-def _drop_both_ends(parent: Valid) -> Vector:
-    """TAIL counts from the first frame of the stream, which is unknown."""
-    layout = _assemble_lost(parent, [2, 12])
+def _drop_both_ends(parent: ValidStream) -> Vector:
+    """Return a stream without its first CANO and last FRAM; both gaps lose unknown frames."""
+    layout = _assemble_without(parent, [2, 12])
     offsets = layout.offsets  # of pieces 0, 1, 3 to 11, 13, 14
-    first = Gap(offsets[2], offsets[4] - offsets[2], ("sequence",), None)
-    last = Gap(offsets[11], offsets[12] - offsets[11], ("sequence",), None)
-    return damaged_by(
+    first_gap = Gap(offsets[2], offsets[4] - offsets[2], ("sequence",), None)
+    last_gap = Gap(offsets[11], offsets[12] - offsets[11], ("sequence",), None)
+    return make_damaged_vector(
         parent,
         "damaged/lost-first-canonical-and-last-frame",
         f"5.2-4 {RECOVERY_CLAUSES}",
         layout.data,
         Outcome((), ("sequence",)),
-        Recovery(parent.frames[3:8], (first, last)),
+        Recovery(parent.frames[3:8], (first_gap, last_gap)),
         "lost: the first CANO, and the last FRAM",
     )
 
 
-def _reject_two_canonicals(parent: Valid) -> Vector:
-    """The frame at which decoding resumed is missing as well, if it is rejected."""
+def _reject_two_canonicals(parent: ValidStream) -> Vector:
+    """Return a stream with two rejected CANO; the second is where recovery resumes."""
     pieces = list(parent.stream.pieces)
     for frame in (3, 6):
         payload = parent.stream.payloads[frame]
-        spoiled = replace(payload, state_crc=payload.state_crc ^ 1)
-        place = parent.stream.places[frame]
-        pieces[place] = replace(pieces[place], payload=spoiled.pack())
+        wrong_payload = replace(payload, state_crc=payload.state_crc ^ 1)
+        piece_index = parent.stream.piece_indices[frame]
+        pieces[piece_index] = replace(pieces[piece_index], payload=wrong_payload.pack())
     layout = assemble(pieces)
     offsets = layout.offsets
     gaps = (
         Gap(offsets[5], offsets[9] - offsets[5], ("state-crc",), 3),
         Gap(offsets[9], offsets[14] - offsets[9], ("state-crc",), 3),
     )
-    return damaged_by(
+    return make_damaged_vector(
         parent,
         "damaged/canonicals-rejected",
         f"9.2-1 {RECOVERY_CLAUSES}",
@@ -95,53 +121,53 @@ def _reject_two_canonicals(parent: Valid) -> Vector:
     )
 
 
-def _assemble_lost(parent: Valid, gone: list[int]):  # noqa: ANN202
-    """The bytes of the journey without some chunks; INDX and TAIL are unchanged."""
+def _assemble_without(parent: ValidStream, lost_indices: list[int]):  # noqa: ANN202
+    """Return a stream without some chunks; INDX and TAIL are unchanged."""
     data, offsets = parent.layout.data[:8], []
-    for place in range(len(parent.stream.pieces)):
-        if place not in gone:
+    for piece_index in range(len(parent.stream.pieces)):
+        if piece_index not in lost_indices:
             offsets.append(len(data))
             data += parent.layout.data[
-                parent.layout.offsets[place] : parent.layout.offsets[place + 1]
+                parent.layout.offsets[piece_index] : parent.layout.offsets[piece_index + 1]
             ]
     return Layout(data, (*offsets, len(data)))
 
 
-def _after(parent: Valid, place: int) -> list:
-    return parent.frames[count_frames(parent.stream.pieces[:place]) :]
+def _list_frames_after(parent: ValidStream, piece_index: int) -> list:
+    return parent.frames[count_frames(parent.stream.pieces[:piece_index]) :]
 
 
-def _chunks(parent: Valid, *order: int) -> bytes:
-    """Chunks of the journey in another order, with their own sequence numbers."""
+def _join_chunks(parent: ValidStream, *order: int) -> bytes:
+    """Return the chunks of a stream in another order, with unchanged sequence numbers."""
     data, offsets = parent.layout.data, parent.layout.offsets
     return data[:8] + b"".join(data[offsets[n] : offsets[n + 1]] for n in order)
 
 
-def make_orders(parent: Valid) -> list[Vector]:
-    """Reordered and repeated chunks."""
+def make_orders(parent: ValidStream) -> list[Vector]:
+    """Return streams with reordered or repeated chunks."""
     offsets, frames = parent.layout.offsets, parent.frames
-    size = [offsets[n + 1] - offsets[n] for n in range(15)]
-    skip = Gap(offsets[3], sum(size[3:5]), ("sequence",), 2)
+    sizes = [offsets[n + 1] - offsets[n] for n in range(15)]
+    gap_of_two = Gap(offsets[3], sum(sizes[3:5]), ("sequence",), 2)
     cases = {
         "frames": (
             (0, 1, 2, 4, 3, *range(5, 15)),
             1,
             [*frames[:1], *frames[3:]],
-            skip,
+            gap_of_two,
             "two FRAM chunks are swapped",
         ),
         "frame-twice": (
             (0, 1, 2, 3, 3, *range(4, 15)),
             2,
             [*frames[:2], *frames[3:]],
-            Gap(offsets[4], size[3] + size[4], ("sequence",), 1),
+            Gap(offsets[4], sizes[3] + sizes[4], ("sequence",), 1),
             "a FRAM is repeated",
         ),
         "canonical-twice": (
             (0, 1, 2, 3, 4, 5, 5, *range(6, 15)),
             4,
             [*frames[:4], *frames[6:]],
-            Gap(offsets[6], sum(size[5:9]), ("sequence",), 2),
+            Gap(offsets[6], sum(sizes[5:9]), ("sequence",), 2),
             "a CANO is repeated: the second has an earlier number",
         ),
         "segments": (
@@ -155,26 +181,26 @@ def make_orders(parent: Valid) -> list[Vector]:
             (*range(9), *range(2, 5), *range(9, 15)),
             6,
             frames,
-            Gap(offsets[9], sum(size[2:5]), ("sequence",), 0),
+            Gap(offsets[9], sum(sizes[2:5]), ("sequence",), 0),
             "an earlier segment is repeated",
         ),
     }
     vectors = []
-    for name, (order, before, out, gap, note) in cases.items():
-        data = _chunks(parent, *order)
+    for name, (order, frames_before, recovered_frames, gap, note) in cases.items():
+        data = _join_chunks(parent, *order)
         gaps: tuple[Gap, ...] = (gap,)
         if name == "segments":
-            place = offsets[5] + sum(size[9:13])
-            gaps = (gap, Gap(place, sum(size[5:9]) + size[13], ("sequence",), 0))
-        said = Outcome(frames[:before], ("sequence",))
+            offset = offsets[5] + sum(sizes[9:13])
+            gaps = (gap, Gap(offset, sum(sizes[5:9]) + sizes[13], ("sequence",), 0))
+        outcome = Outcome(frames[:frames_before], ("sequence",))
         vectors.append(
-            damaged_by(
+            make_damaged_vector(
                 parent,
                 f"damaged/order-{name}",
                 f"5.2-4 {RECOVERY_CLAUSES}",
                 data,
-                said,
-                Recovery(out, gaps),
+                outcome,
+                Recovery(recovered_frames, gaps),
                 note,
             )
         )

@@ -1,31 +1,38 @@
-"""invalid/: one fault in the fields of a payload (SPEC 5.4, 5.5, 7.2, 7.4)."""
+"""invalid/: streams with one fault in the fields of a payload (SPEC 5.4, 5.5, 7.2, 7.4)."""
 
 import struct
 from collections.abc import Iterable
 from typing import Any
 
-from making.fault_rows import CANO, FRAM, MOVED, Row, faults_at, with_fields
+from making.fault_rows import (
+    CANO_PIECE,
+    FRAM_PIECE,
+    MOVED_FRAME,
+    Row,
+    make_faults_at,
+    replace_frame_fields,
+)
 from making.metadata_faults import make_metadata_faults
 from making.payloads import Canonical, Frame
 from making.streams import Piece
-from making.vectors import Valid, Vector
-from making.word_faults import keys_at_fault, words_at_fault
+from making.vectors import ValidStream, Vector
+from making.word_faults import list_key_faults, list_word_faults
 
-_MAXIMUM = (1 << 32) - 1
-Field = tuple[str, str, str, dict[str, Any], str]
+_MAX_U32 = (1 << 32) - 1
+FieldFault = tuple[str, str, str, dict[str, Any], str]
 """Name, clauses, reject id, changed fields, and description."""
 
-_FRAME_FIELDS: tuple[Field, ...] = (
+_FRAME_FIELDS: tuple[FieldFault, ...] = (
     ("phase-repeated", "7.4-1", "frame-order", {"phase": 0}, "a phase is repeated"),
     ("phase-skipped", "7.4-1", "frame-order", {"phase": 2}, "a phase is skipped"),
-    ("phase-greatest", "7.4-1", "frame-order", {"phase": _MAXIMUM}, "a phase of 2^32 - 1"),
+    ("phase-greatest", "7.4-1", "frame-order", {"phase": _MAX_U32}, "a phase of 2^32 - 1"),
 )
-_FRAME_COUNTS: tuple[Field, ...] = (
+_FRAME_COUNTS: tuple[FieldFault, ...] = (
     (
         "deaths-of-more",
         "7.4-3 3.2-5",
         "count",
-        {"death_count": _MAXIMUM},
+        {"death_count": _MAX_U32},
         "more deaths than Gaussians",
     ),
     (
@@ -33,11 +40,11 @@ _FRAME_COUNTS: tuple[Field, ...] = (
         "one birth more than level 1.0 allows",
     ),
     (
-        *("births-greatest", "3.2-3 3.2-5", "count-exceeds-level", {"birth_count": _MAXIMUM}),
+        *("births-greatest", "3.2-3 3.2-5", "count-exceeds-level", {"birth_count": _MAX_U32}),
         "2^32 - 1 births",
     ),
 )
-_CANONICAL_FIELDS: tuple[Field, ...] = (
+_CANONICAL_FIELDS: tuple[FieldFault, ...] = (
     ("canonical-repeated", "7.2-1", "frame-order", {"frame": 2}, "an ordinal is repeated"),
     ("canonical-skipped", "7.2-1", "frame-order", {"frame": 4}, "an ordinal is skipped"),
     (
@@ -49,77 +56,103 @@ _CANONICAL_FIELDS: tuple[Field, ...] = (
         *({"gaussian_count": 65537}, "one Gaussian more than level 1.0 allows"),
     ),
     (
-        *("gaussians-greatest", "3.2-1 3.2-5", "count-exceeds-level", {"gaussian_count": _MAXIMUM}),
+        *("gaussians-greatest", "3.2-1 3.2-5", "count-exceeds-level", {"gaussian_count": _MAX_U32}),
         "2^32 - 1 Gaussians",
     ),
 )
 
 
-def make_payload_faults(parent: Valid) -> list[Vector]:
+def make_payload_faults(parent: ValidStream) -> list[Vector]:
     """Return all vectors, as patches of the journey."""
     return [
-        *faults_at(parent, FRAM, _of_frames(parent)),
-        *faults_at(parent, FRAM, words_at_fault(parent)),
-        *faults_at(parent, CANO, _of_canonicals(parent)),
-        *faults_at(parent, CANO, keys_at_fault(parent)),
+        *make_faults_at(parent, FRAM_PIECE, _list_frame_faults(parent)),
+        *make_faults_at(parent, FRAM_PIECE, list_word_faults(parent)),
+        *make_faults_at(parent, CANO_PIECE, _list_canonical_faults(parent)),
+        *make_faults_at(parent, CANO_PIECE, list_key_faults(parent)),
         *make_metadata_faults(parent),
     ]
 
 
-def _of_frames(parent: Valid) -> Iterable[Row]:
-    frame, place = parent.stream.payloads[MOVED], FRAM
+def _list_frame_faults(parent: ValidStream) -> Iterable[Row]:
+    frame, piece_index = parent.stream.payloads[MOVED_FRAME], FRAM_PIECE
     assert isinstance(frame, Frame)
-    payload, more = frame.pack(), len(frame.motion) + len(frame.births) + 3
-    flag = with_fields(parent, MOVED, previous_contexts=2)
-    yield "frame-flag", "5-3", "field", flag, "previous_contexts is 2"
-    yield from _of_sizes(parent, place, "frame", 0, 1)
-    words = _put(parent, place, payload, 13, _MAXIMUM)
-    yield "frame-words", "5-1 13-1", "field", words, "word_count is 2^32 - 1"
-    words, note = _put(parent, place, payload, 13, more), "words that extend beyond the payload"
-    yield "frame-words-beyond", "5-1", "field", words, note
-    yield from _each_field(parent, MOVED, _FRAME_FIELDS)
-    alive = parent.frames[MOVED - 1].gaussians
-    everyone = with_fields(parent, MOVED, death_count=alive)
-    yield "deaths-of-all", "7.4-3", "count", everyone, "all Gaussians die"
-    yield from _each_field(parent, MOVED, _FRAME_COUNTS)
+    payload, too_many_words = frame.pack(), len(frame.motion) + len(frame.births) + 3
+    with_wrong_flag = replace_frame_fields(parent, MOVED_FRAME, previous_contexts=2)
+    yield "frame-flag", "5-3", "field", with_wrong_flag, "previous_contexts is 2"
+    yield from _list_size_faults(parent, piece_index, "frame", 0, 1)
+    with_wrong_count = _replace_u32(parent, piece_index, payload, 13, _MAX_U32)
+    yield "frame-words", "5-1 13-1", "field", with_wrong_count, "word_count is 2^32 - 1"
+    with_wrong_count, note = (
+        _replace_u32(parent, piece_index, payload, 13, too_many_words),
+        "words that extend beyond the payload",
+    )
+    yield "frame-words-beyond", "5-1", "field", with_wrong_count, note
+    yield from _list_field_faults(parent, MOVED_FRAME, _FRAME_FIELDS)
+    gaussian_count = parent.frames[MOVED_FRAME - 1].gaussians
+    with_all_deaths = replace_frame_fields(parent, MOVED_FRAME, death_count=gaussian_count)
+    yield "deaths-of-all", "7.4-3", "count", with_all_deaths, "all Gaussians die"
+    yield from _list_field_faults(parent, MOVED_FRAME, _FRAME_COUNTS)
 
 
-def _of_canonicals(parent: Valid) -> Iterable[Row]:
-    canonical, place = parent.stream.payloads[3], CANO
+def _list_canonical_faults(parent: ValidStream) -> Iterable[Row]:
+    canonical, piece_index = parent.stream.payloads[3], CANO_PIECE
     assert isinstance(canonical, Canonical)
-    wide = with_fields(parent, 3, axis_bits=21)
-    yield "canonical-axis-bits", "5-3", "field", wide, "axis_bits is 21"
-    yield from _of_sizes(parent, place, "canonical", 4, 4)
-    words = _put(parent, place, canonical.pack(), 21, _MAXIMUM)
-    yield "canonical-words", "5-1 13-1", "field", words, "word_count is 2^32 - 1"
-    yield from _each_field(parent, 3, _CANONICAL_FIELDS)
-    first, rest = list(canonical.sections), list(canonical.sections)
-    first[2], rest[5] = (*first[2], 0), (1, *rest[5])
-    pieces, note = with_fields(parent, 3, sections=first), "a word of 0 ends the opacities"
+    with_wide_axis = replace_frame_fields(parent, 3, axis_bits=21)
+    yield "canonical-axis-bits", "5-3", "field", with_wide_axis, "axis_bits is 21"
+    yield from _list_size_faults(parent, piece_index, "canonical", 4, 4)
+    with_wrong_count = _replace_u32(parent, piece_index, canonical.pack(), 21, _MAX_U32)
+    yield "canonical-words", "5-1 13-1", "field", with_wrong_count, "word_count is 2^32 - 1"
+    yield from _list_field_faults(parent, 3, _CANONICAL_FIELDS)
+    opacity_sections, sh_rest_sections = list(canonical.sections), list(canonical.sections)
+    opacity_sections[2], sh_rest_sections[5] = (*opacity_sections[2], 0), (1, *sh_rest_sections[5])
+    pieces, note = (
+        replace_frame_fields(parent, 3, sections=opacity_sections),
+        "a word of 0 ends the opacities",
+    )
     yield "canonical-words-end-in-zero", "8.3-1", "invalid-words", pieces, note
-    pieces, note = with_fields(parent, 3, sections=rest), "a word before the first of SH rest"
+    pieces, note = (
+        replace_frame_fields(parent, 3, sections=sh_rest_sections),
+        "a word before the first of SH rest",
+    )
     yield "canonical-words-left", "8.3-3", "unconsumed-words", pieces, note
 
 
-def _of_sizes(parent: Valid, place: int, name: str, few: int, more: int) -> Iterable[Row]:
-    """A payload with a few bytes too many or too few."""
-    payload = parent.stream.pieces[place].payload or b""
-    kind = parent.stream.pieces[place].kind.decode()
+def _list_size_faults(
+    parent: ValidStream, piece_index: int, name: str, empty_size: int, extra_bytes: int
+) -> Iterable[Row]:
+    """Yield payloads with bytes too few or too many."""
+    payload = parent.stream.pieces[piece_index].payload or b""
+    kind = parent.stream.pieces[piece_index].kind.decode()
     sizes = {
         "shorter": (payload[:-1], "5-1", "field", f"the last byte of {kind} is missing"),
-        "empty": (payload[:few], "5-1", "field", f"{kind} of {few} bytes"),
-        "longer": (payload + bytes(more), "5-2", "trailing-data", f"{more} bytes after {kind}"),
+        "empty": (payload[:empty_size], "5-1", "field", f"{kind} of {empty_size} bytes"),
+        "longer": (
+            payload + bytes(extra_bytes),
+            "5-2",
+            "trailing-data",
+            f"{extra_bytes} bytes after {kind}",
+        ),
     }
-    for what, (changed, clauses, ids, note) in sizes.items():
-        pieces = parent.stream.replaced(place, payload=changed)
-        yield f"{name}-{what}", clauses, ids, pieces, note
+    for suffix, (changed_payload, clauses, reject_ids, note) in sizes.items():
+        pieces = parent.stream.replace_piece(piece_index, payload=changed_payload)
+        yield f"{name}-{suffix}", clauses, reject_ids, pieces, note
 
 
-def _put(parent: Valid, place: int, payload: bytes, at: int, number: int) -> list[Piece]:
-    changed = payload[:at] + struct.pack("<I", number) + payload[at + 4 :]
-    return parent.stream.replaced(place, payload=changed)
+def _replace_u32(
+    parent: ValidStream, piece_index: int, payload: bytes, offset: int, number: int
+) -> list[Piece]:
+    changed_payload = payload[:offset] + struct.pack("<I", number) + payload[offset + 4 :]
+    return parent.stream.replace_piece(piece_index, payload=changed_payload)
 
 
-def _each_field(parent: Valid, number: int, fields: Iterable[Field]) -> Iterable[Row]:
-    for name, clauses, ids, said, note in fields:
-        yield name, clauses, ids, with_fields(parent, number, **said), note
+def _list_field_faults(
+    parent: ValidStream, number: int, fields: Iterable[FieldFault]
+) -> Iterable[Row]:
+    for name, clauses, reject_ids, changed_fields, note in fields:
+        yield (
+            name,
+            clauses,
+            reject_ids,
+            replace_frame_fields(parent, number, **changed_fields),
+            note,
+        )

@@ -1,4 +1,4 @@
-"""Payloads of chunks as bytes: the syntax tables of SPEC 5, written once more."""
+"""Writes payloads of chunks as bytes, following the syntax tables of SPEC 5."""
 
 import struct
 import zlib
@@ -59,13 +59,13 @@ class Head:
 
 
 def pack_section(words: Sequence[int]) -> bytes:
-    """Return a section (SPEC 8.1)."""
+    """Return the bytes of a section (SPEC 8.1)."""
     return struct.pack(f"<I{len(words)}I", len(words), *words)
 
 
 @dataclass(frozen=True, slots=True)
 class Canonical:
-    """The fields of CANO (SPEC 5.4), with a section given by its words."""
+    """The fields of CANO (SPEC 5.4); a section is the list of its words."""
 
     frame: int
     gaussian_count: int
@@ -76,14 +76,16 @@ class Canonical:
 
     def pack(self) -> bytes:
         """Return the payload."""
-        head = struct.pack("<II3iB", self.frame, self.gaussian_count, *self.origin, self.axis_bits)
+        fields = struct.pack(
+            "<II3iB", self.frame, self.gaussian_count, *self.origin, self.axis_bits
+        )
         sections = b"".join(map(pack_section, self.sections))
-        return head + sections + struct.pack("<I", self.state_crc)
+        return fields + sections + struct.pack("<I", self.state_crc)
 
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """The fields of SNAP (SPEC 5.10), with a section given by its words."""
+    """The fields of SNAP (SPEC 5.10); a section is the list of its words."""
 
     frame: int
     canonical: int
@@ -97,14 +99,14 @@ class Snapshot:
     def pack(self) -> bytes:
         """Return the payload."""
         counts = (self.frame, self.canonical, self.newborn_count)
-        head = struct.pack("<III3iB", *counts, *self.origin, self.axis_bits)
+        fields = struct.pack("<III3iB", *counts, *self.origin, self.axis_bits)
         sections = b"".join(map(pack_section, (self.survivors, *self.sections)))
-        return head + sections + struct.pack("<I", self.state_crc)
+        return fields + sections + struct.pack("<I", self.state_crc)
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """The fields of FRAM (SPEC 5.5), with sections given by their words; `updates` may be None."""
+    """The fields of FRAM (SPEC 5.5); a section is the list of its words, or None if absent."""
 
     phase: int
     previous_contexts: int
@@ -131,16 +133,16 @@ def pack_cameras(*cameras: bytes) -> bytes:
 def pack_camera(
     name: bytes = b"left", size: tuple[int, int] = (64, 48), near: float = 0.5
 ) -> bytes:
-    """Return a camera two units in front of the origin."""
+    """Return the bytes of a camera two units in front of the origin."""
     numbers = (50.0, 50.0, 32.0, 24.0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 2, near)
     return bytes([len(name)]) + name + struct.pack("<BII17f", 1, *size, *numbers)
 
 
 def pack_metadata(*entries: tuple[str, str]) -> bytes:
     """Return the payload of `meta` (SPEC 5.7)."""
-    packed = [(key.encode(), value.encode()) for key, value in entries]
-    texts = (bytes([len(k)]) + k + struct.pack("<I", len(v)) + v for k, v in packed)
-    return struct.pack("<H", len(entries)) + b"".join(texts)
+    encoded = [(key.encode(), value.encode()) for key, value in entries]
+    packed_entries = (bytes([len(k)]) + k + struct.pack("<I", len(v)) + v for k, v in encoded)
+    return struct.pack("<H", len(entries)) + b"".join(packed_entries)
 
 
 def pack_index(points: Iterable[tuple[int, int, int]]) -> bytes:
@@ -156,8 +158,8 @@ def pack_tail(frames: int, canonicals: int, index_offset: int) -> bytes:
 
 def pack_chunk_header(kind: bytes, sequence: int, length: int) -> bytes:
     """Return a chunk header with a correct CRC (SPEC 5.2)."""
-    unproved = SYNC + kind + struct.pack("<II", sequence, length)
-    return unproved + struct.pack("<I", zlib.crc32(unproved))
+    fields = SYNC + kind + struct.pack("<II", sequence, length)
+    return fields + struct.pack("<I", zlib.crc32(fields))
 
 
 def pack_chunk(kind: bytes, sequence: int, payload: bytes) -> bytes:

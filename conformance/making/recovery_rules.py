@@ -1,146 +1,176 @@
-"""damaged/: streams to which several rules of recovery apply, and their priority (SPEC 11.4)."""
+"""damaged/: streams to which several rules of recovery apply (SPEC 11.4)."""
 
 from collections.abc import Iterable
 from dataclasses import replace
 
-from making.fault_rows import INDX, RECOVERY_CLAUSES, TAIL, damaged_by
+from making.fault_rows import INDX_PIECE, RECOVERY_CLAUSES, TAIL_PIECE, make_damaged_vector
 from making.payloads import pack_chunk, pack_chunk_header, pack_tail
 from making.streams import Piece, assemble
-from making.vectors import Gap, Outcome, Recovery, Valid, Vector
+from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector
 
-_FRAM, _LAST = 7, 12
-"""Pieces of the journey: FRAM of frame 4, and of frame 8."""
+_FRAME_4_PIECE, _FRAME_8_PIECE = 7, 12
+"""Indices of the pieces of `streams/journey` that hold frames 4 and 8."""
 
 
-def make_rules(parent: Valid) -> list[Vector]:
+def make_recovery_rules(parent: ValidStream) -> list[Vector]:
     """Return all vectors, as patches of the journey."""
     return [
-        *_of_unknown_criticals(parent),
-        *_before_the_first_canonical(parent),
-        *_of_indexes(parent),
-        *_of_tails(parent),
-        _old_number(parent),
+        *_make_unknown_critical(parent),
+        *_make_frame_before_canonical(parent),
+        *_make_index_rules(parent),
+        *_make_tail_rules(parent),
+        _make_old_number(parent),
     ]
 
 
-def _of_unknown_criticals(parent: Valid) -> Iterable[Vector]:
-    """Rejected if no earlier check of the order fails."""
+def _make_unknown_critical(parent: ValidStream) -> Iterable[Vector]:
+    """Yield streams with an unknown critical chunk and a second fault."""
     data, offsets, frames = parent.layout.data, parent.layout.offsets, parent.frames
-    at, ids = offsets[_FRAM], ("unknown-critical",)
-    damaged = pack_chunk(b"SNAP", _FRAM, bytes(8))[:-1] + b"\xff"
-    long = pack_chunk_header(b"SNAP", _FRAM, 1 << 30)
-    for name, chunk, others, note in (
-        ("damaged", damaged, ("payload-crc",), "its payload is damaged"),
-        ("too-long", long, ("chunk-exceeds-level", "truncated"), "it is too long"),
+    offset, reject_ids = offsets[_FRAME_4_PIECE], ("unknown-critical",)
+    damaged_chunk = pack_chunk(b"SNAP", _FRAME_4_PIECE, bytes(8))[:-1] + b"\xff"
+    long_chunk = pack_chunk_header(b"SNAP", _FRAME_4_PIECE, 1 << 30)
+    for name, chunk, other_ids, note in (
+        ("damaged", damaged_chunk, ("payload-crc",), "its payload is damaged"),
+        ("too-long", long_chunk, ("chunk-exceeds-level", "truncated"), "it is too long"),
     ):
-        said = Outcome(frames[:4], (*ids, *others))
-        recovery = Recovery(frames[:4], refused=ids)
-        changed = data[:at] + chunk + data[at:]
+        outcome = Outcome(frames[:4], (*reject_ids, *other_ids))
+        recovery = Recovery(frames[:4], reject_ids=reject_ids)
+        changed = data[:offset] + chunk + data[offset:]
         note = f"a critical chunk of an unknown type, and {note}"
-        yield _vector(parent, f"unknown-critical-{name}", "5.2-9", changed, said, recovery, note)
-    pieces = [*parent.stream.pieces[:TAIL], Piece(b"SNAP", bytes(8)), parent.stream.pieces[TAIL]]
-    said = Outcome(frames, (*ids, "chunk-order"))
+        yield _make_rule(
+            parent, f"unknown-critical-{name}", "5.2-9", changed, outcome, recovery, note
+        )
+    pieces = [
+        *parent.stream.pieces[:TAIL_PIECE],
+        Piece(b"SNAP", bytes(8)),
+        parent.stream.pieces[TAIL_PIECE],
+    ]
+    outcome = Outcome(frames, (*reject_ids, "chunk-order"))
     note = "a critical chunk of an unknown type after INDX"
-    recovery = Recovery(frames, refused=ids)
-    yield _vector(
-        parent, "unknown-critical-behind-index", "5.2-9 5.1-6", pieces, said, recovery, note
+    recovery = Recovery(frames, reject_ids=reject_ids)
+    yield _make_rule(
+        parent, "unknown-critical-behind-index", "5.2-9 5.1-6", pieces, outcome, recovery, note
     )
-    late = parent.stream.replaced(_FRAM, kind=b"SNAP", sequence=_FRAM + 1)
-    said = Outcome(frames[:4], ("sequence", *ids))
-    gap = Gap(at, offsets[9] - at, ("sequence",), 2)
+    out_of_sequence = parent.stream.replace_piece(
+        _FRAME_4_PIECE, kind=b"SNAP", sequence=_FRAME_4_PIECE + 1
+    )
+    outcome = Outcome(frames[:4], ("sequence", *reject_ids))
+    gap = Gap(offset, offsets[9] - offset, ("sequence",), 2)
     recovery = Recovery([*frames[:4], *frames[6:]], (gap,))
     note = "a critical chunk of an unknown type after a lost chunk"
-    yield _vector(
-        parent, "unknown-critical-out-of-sequence", "5.2-4 5.2-9", late, said, recovery, note
+    yield _make_rule(
+        parent,
+        "unknown-critical-out-of-sequence",
+        "5.2-4 5.2-9",
+        out_of_sequence,
+        outcome,
+        recovery,
+        note,
     )
 
 
-def _before_the_first_canonical(parent: Valid) -> Iterable[Vector]:
-    head, cameras, *rest = parent.stream.pieces
-    frame = parent.stream.pieces[_FRAM]
-    for name, flip_byte, ids, note in (
+def _make_frame_before_canonical(parent: ValidStream) -> Iterable[Vector]:
+    head, cameras, *later_pieces = parent.stream.pieces
+    frame = parent.stream.pieces[_FRAME_4_PIECE]
+    for name, flip_byte, reject_ids, note in (
         ("whole", None, ("chunk-order",), ""),
         ("damaged", 30, ("payload-crc", "chunk-order"), ", and its payload is damaged"),
     ):
-        pieces = [head, cameras, replace(frame, flip_byte=flip_byte), *rest]
+        pieces = [head, cameras, replace(frame, flip_byte=flip_byte), *later_pieces]
         offsets = assemble(pieces).offsets
-        gap = Gap(offsets[2], offsets[3] - offsets[2], ids[:1], None)
+        gap = Gap(offsets[2], offsets[3] - offsets[2], reject_ids[:1], None)
         recovery = Recovery(parent.frames, (gap,))
         note = f"FRAM precedes the first CANO{note}"
-        said = Outcome((), ids)
-        yield _vector(parent, f"frame-first-{name}", "5.1-3", pieces, said, recovery, note)
+        outcome = Outcome((), reject_ids)
+        yield _make_rule(parent, f"frame-first-{name}", "5.1-3", pieces, outcome, recovery, note)
 
 
-def _of_indexes(parent: Valid) -> Iterable[Vector]:
-    """INDX within the stream, and INDX after a gap."""
+def _make_index_rules(parent: ValidStream) -> Iterable[Vector]:
+    """Yield a stream with INDX before its end, and one with a wrong INDX after a gap."""
     stream, frames = parent.stream, parent.frames
-    within = [*stream.pieces[:5], Piece(b"INDX", None), *stream.pieces[5:]]
-    offset = assemble(within).offsets[6]
+    index_within = [*stream.pieces[:5], Piece(b"INDX", None), *stream.pieces[5:]]
+    offset = assemble(index_within).offsets[6]
     recovery = Recovery(frames, (Gap(offset, 0, ("chunk-order",), 0),))
     note = "a CANO after INDX: decoding resumes there"
-    said = Outcome(frames[:3], ("chunk-order",))
-    yield _vector(parent, "canonical-behind-index", "5.1-6", within, said, recovery, note)
+    outcome = Outcome(frames[:3], ("chunk-order",))
+    yield _make_rule(
+        parent, "canonical-behind-index", "5.1-6", index_within, outcome, recovery, note
+    )
     offsets, data = parent.layout.offsets, parent.layout.data
-    index = data[offsets[INDX] + 20 : offsets[TAIL] - 4]
-    pieces = stream.replaced(4, flip_byte=30)
-    pieces[INDX] = replace(pieces[INDX], payload=index + bytes(1))
+    index = data[offsets[INDX_PIECE] + 20 : offsets[TAIL_PIECE] - 4]
+    pieces = stream.replace_piece(4, flip_byte=30)
+    pieces[INDX_PIECE] = replace(pieces[INDX_PIECE], payload=index + bytes(1))
     offsets = assemble(pieces).offsets
     gaps = (
         Gap(offsets[4], offsets[5] - offsets[4], ("payload-crc",), 1),
-        Gap(offsets[INDX], offsets[TAIL] - offsets[INDX], ("trailing-data",), 0),
+        Gap(offsets[INDX_PIECE], offsets[TAIL_PIECE] - offsets[INDX_PIECE], ("trailing-data",), 0),
     )
     recovery = Recovery([*frames[:2], *frames[3:]], gaps)
     note = "after a gap INDX is not compared with the stream, but its fields are checked"
-    said = Outcome(frames[:2], ("payload-crc",))
-    yield _vector(parent, "index-longer-behind-a-gap", "5-2", pieces, said, recovery, note)
+    outcome = Outcome(frames[:2], ("payload-crc",))
+    yield _make_rule(parent, "index-longer-behind-a-gap", "5-2", pieces, outcome, recovery, note)
 
 
-def _of_tails(parent: Valid) -> Iterable[Vector]:
-    """The last frame is damaged, and so are the totals of TAIL."""
-    frames, said = parent.frames[:8], Outcome(parent.frames[:8], ("payload-crc",))
-    pieces = parent.stream.replaced(_LAST, flip_byte=30)
-    fewer = [*pieces[:TAIL], replace(pieces[TAIL], payload=pack_tail(3, 3, 0))]
+def _make_tail_rules(parent: ValidStream) -> Iterable[Vector]:
+    """Yield streams with a damaged last frame and a wrong TAIL."""
+    frames, outcome = parent.frames[:8], Outcome(parent.frames[:8], ("payload-crc",))
+    pieces = parent.stream.replace_piece(_FRAME_8_PIECE, flip_byte=30)
+    with_fewer_frames = [
+        *pieces[:TAIL_PIECE],
+        replace(pieces[TAIL_PIECE], payload=pack_tail(3, 3, 0)),
+    ]
     offsets = parent.layout.offsets
-    at, tail, end = offsets[_LAST], offsets[TAIL], offsets[-1]
-    recovery = Recovery(frames, (Gap(at, tail - at, ("payload-crc",), None),))
+    offset, tail_offset, end_offset = offsets[_FRAME_8_PIECE], offsets[TAIL_PIECE], offsets[-1]
+    recovery = Recovery(frames, (Gap(offset, tail_offset - offset, ("payload-crc",), None),))
     note = "TAIL states fewer frames than were decoded: the number of missing frames is unknown"
-    yield _vector(parent, "tail-of-fewer-frames", "5.8-1", fewer, said, recovery, note)
-    longer = [*pieces[:TAIL], replace(pieces[TAIL], payload=pack_tail(9, 3, 0) + bytes(1))]
+    yield _make_rule(
+        parent, "tail-of-fewer-frames", "5.8-1", with_fewer_frames, outcome, recovery, note
+    )
+    with_longer_tail = [
+        *pieces[:TAIL_PIECE],
+        replace(pieces[TAIL_PIECE], payload=pack_tail(9, 3, 0) + bytes(1)),
+    ]
     gaps = (
-        Gap(at, end + 1 - at, ("payload-crc",), None),
-        Gap(end + 1, 0, ("truncated",), None),
+        Gap(offset, end_offset + 1 - offset, ("payload-crc",), None),
+        Gap(end_offset + 1, 0, ("truncated",), None),
     )
     note = "TAIL has an additional byte: decoding does not resume there"
-    yield _vector(
-        parent, "tail-longer-behind-a-gap", "5-2", longer, said, Recovery(frames, gaps), note
+    yield _make_rule(
+        parent,
+        "tail-longer-behind-a-gap",
+        "5-2",
+        with_longer_tail,
+        outcome,
+        Recovery(frames, gaps),
+        note,
     )
 
 
-def _old_number(parent: Valid) -> Vector:
+def _make_old_number(parent: ValidStream) -> Vector:
     data, offsets, frames = parent.layout.data, parent.layout.offsets, parent.frames
-    at, payload = offsets[_FRAM], data[offsets[9] + 20 : offsets[10] - 4]
-    junk = b"?" + pack_chunk(b"CANO", _FRAM - 1, payload)
-    gap = Gap(at, len(junk) + offsets[9] - at, ("bad-sync",), 2)
-    return _vector(
+    offset, payload = offsets[_FRAME_4_PIECE], data[offsets[9] + 20 : offsets[10] - 4]
+    junk = b"?" + pack_chunk(b"CANO", _FRAME_4_PIECE - 1, payload)
+    gap = Gap(offset, len(junk) + offsets[9] - offset, ("bad-sync",), 2)
+    return _make_rule(
         parent,
         "junk-old-number",
         "5.2-4",
-        data[:at] + junk + data[at:],
+        data[:offset] + junk + data[offset:],
         Outcome(frames[:4], ("bad-sync",)),
         Recovery([*frames[:4], *frames[6:]], (gap,)),
         "a CANO of a later frame, but with an earlier number",
     )
 
 
-def _vector(  # a vector cannot be described with less
-    parent: Valid,
+def _make_rule(
+    parent: ValidStream,
     name: str,
     clauses: str,
     stream: list[Piece] | bytes,
-    said: Outcome,
+    outcome: Outcome,
     recovery: Recovery,
     note: str,
 ) -> Vector:
     data = stream if isinstance(stream, bytes) else assemble(stream).data
     clauses = f"{clauses} {RECOVERY_CLAUSES}"
-    return damaged_by(parent, f"damaged/{name}", clauses, data, said, recovery, note)
+    return make_damaged_vector(parent, f"damaged/{name}", clauses, data, outcome, recovery, note)

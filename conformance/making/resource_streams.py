@@ -1,14 +1,23 @@
-"""resource/: small inputs that demand many resources, and the limits of decoders (SPEC 13)."""
+"""resource/: small inputs that require much time or memory (SPEC 13)."""
 
 import zlib
 from dataclasses import replace
 
 from making.payloads import MAGIC, Frame, pack_chunk, pack_chunk_header
 from making.streams import Piece, Stream
-from making.vectors import Gap, Outcome, Recovery, Splice, Valid, Vector, broken, valid
+from making.vectors import (
+    Gap,
+    Outcome,
+    Recovery,
+    Splice,
+    ValidStream,
+    Vector,
+    make_broken_vector,
+    make_valid_stream,
+)
 
 
-def make_resources(journey: Valid, full: Valid, unlimited: Valid) -> list[Vector]:
+def make_resources(journey: ValidStream, full: ValidStream, unlimited: ValidStream) -> list[Vector]:
     """Return all vectors.
 
     Args:
@@ -18,37 +27,37 @@ def make_resources(journey: Valid, full: Valid, unlimited: Valid) -> list[Vector
         unlimited: A stream of level 31.
     """
     return [
-        _crowded(full),
-        *_lengths(journey, unlimited),
-        *_counts(unlimited),
-        *_searches(journey),
+        _make_crowd(full),
+        *_make_lengths(journey, unlimited),
+        *_make_counts(unlimited),
+        *_make_searches(journey),
     ]
 
 
-def _crowded(full: Valid) -> Vector:
-    """65536 Gaussians at one position that do not move: each follows anchor 0."""
-    stream = Stream(replace(full.stream.head, gaussians_per_anchor=16))
-    stream.pieces.append(full.stream.pieces[1])
-    state = full.stream.states[0]
+def _make_crowd(full_stream: ValidStream) -> Vector:
+    """Return a stream of 65536 still Gaussians at one position, all bound to anchor 0."""
+    stream = Stream(replace(full_stream.stream.head, gaussians_per_anchor=16))
+    stream.pieces.append(full_stream.stream.pieces[1])
+    state = full_stream.stream.states[0]
     assert state is not None
     moved = replace(state, frame=1, phase=1)
     crc = zlib.crc32(moved.serialize(codes=False))
     stream.pieces.append(Piece(b"FRAM", Frame(1, 0, 0, 0, (), (), crc).pack()))
     stream.states += [state, moved]
     note = "65536 Gaussians at one position with 4096 anchors, in 259 bytes"
-    return valid("resource/crowd", note, "1-1", stream.end()).vector
+    return make_valid_stream("resource/crowd", note, "1-1", stream.finish()).vector
 
 
-def _lengths(journey: Valid, unlimited: Valid) -> list[Vector]:
-    greatest = 0xFFFFFFFF
-    start = journey.layout.data[: journey.layout.offsets[7]]
-    head = MAGIC + pack_chunk_header(b"HEAD", 0, greatest)
-    end = unlimited.layout.offsets[2]
+def _make_lengths(journey: ValidStream, unlimited: ValidStream) -> list[Vector]:
+    max_u32 = 0xFFFFFFFF
+    data_before = journey.layout.data[: journey.layout.offsets[7]]
+    head_data = MAGIC + pack_chunk_header(b"HEAD", 0, max_u32)
+    data_end = unlimited.layout.offsets[2]
     cases = [
         (
             journey,
             "length",
-            start + pack_chunk_header(b"FRAM", 7, greatest),
+            data_before + pack_chunk_header(b"FRAM", 7, max_u32),
             journey.frames[:4],
             ("chunk-exceeds-level",),
             "the start of a FRAM of 2^32 - 1 bytes",
@@ -56,7 +65,7 @@ def _lengths(journey: Valid, unlimited: Valid) -> list[Vector]:
         (
             journey,
             "length-of-head",
-            head,
+            head_data,
             [],
             ("chunk-exceeds-level",),
             "the start of a HEAD of 2^32 - 1 bytes",
@@ -64,32 +73,34 @@ def _lengths(journey: Valid, unlimited: Valid) -> list[Vector]:
         (
             unlimited,
             "length-unlimited",
-            unlimited.layout.data[:end] + pack_chunk_header(b"FRAM", 2, greatest) + bytes(99),
+            unlimited.layout.data[:data_end] + pack_chunk_header(b"FRAM", 2, max_u32) + bytes(99),
             unlimited.frames[:1],
             ("truncated",),
             "the first 99 bytes of a FRAM of 2^32 - 1 bytes at the unlimited level",
         ),
     ]
     return [
-        broken(
+        make_broken_vector(
             parent,
             f"resource/{name}",
             "5.2-6 5.2-7 13-1",
             data,
-            Outcome(frames, ids, declined=parent is unlimited),
+            Outcome(frames, reject_ids, may_decline=parent is unlimited),
             note,
         )
-        for parent, name, data, frames, ids, note in cases
+        for parent, name, data, frames, reject_ids, note in cases
     ]
 
 
-def _counts(unlimited: Valid) -> list[Vector]:
-    greatest = 0xFFFFFFFF
+def _make_counts(unlimited: ValidStream) -> list[Vector]:
+    max_u32 = 0xFFFFFFFF
     stream = unlimited.stream
-    empty = ((),) * 6
-    gaussians = stream.frame_with(0, gaussian_count=greatest, sections=empty)
-    births = stream.frame_with(1, birth_count=greatest, births=())
-    some = stream.frame_with(0, gaussian_count=1 << 28, sections=empty)
+    empty_sections = ((),) * 6
+    gaussians = stream.replace_frame_fields(0, gaussian_count=max_u32, sections=empty_sections)
+    births = stream.replace_frame_fields(1, birth_count=max_u32, births=())
+    fewer_gaussians = stream.replace_frame_fields(
+        0, gaussian_count=1 << 28, sections=empty_sections
+    )
     cases = [
         (
             "gaussians",
@@ -100,7 +111,7 @@ def _counts(unlimited: Valid) -> list[Vector]:
         ),
         (
             "gaussians-fewer",
-            some,
+            fewer_gaussians,
             0,
             ("state-crc",),
             "2^28 Gaussians without words, at the unlimited level",
@@ -114,21 +125,21 @@ def _counts(unlimited: Valid) -> list[Vector]:
         ),
     ]
     return [
-        broken(
+        make_broken_vector(
             unlimited,
             f"resource/{name}",
             "3.2-5 13-1",
             pieces,
-            Outcome(unlimited.frames[:count], ids, declined=True),
+            Outcome(unlimited.frames[:count], reject_ids, may_decline=True),
             note,
         )
-        for name, pieces, count, ids, note in cases
+        for name, pieces, count, reject_ids, note in cases
     ]
 
 
-def _searches(journey: Valid) -> list[Vector]:
-    """A mebibyte of junk, in which a search for a chunk must stay fast."""
-    at, later = journey.layout.offsets[7], journey.layout.offsets[9]
+def _make_searches(journey: ValidStream) -> list[Vector]:
+    """Return streams with about 1 MiB of junk, in which the search for a chunk must be fast."""
+    offset, resume_offset = journey.layout.offsets[7], journey.layout.offsets[9]
     header = pack_chunk_header(b"CANO", 40, 1000)
     junk = {
         "search-sync-words": (bytes.fromhex("9E5143F3"), 1 << 18, "header-crc", "2^18 sync words"),
@@ -146,13 +157,13 @@ def _searches(journey: Valid) -> list[Vector]:
         ),
     }
     vectors = []
-    for name, (piece, count, ids, note) in junk.items():
-        data = journey.layout.data[:at] + piece * count + journey.layout.data[at:]
-        refused = tuple(ids.split())
-        gap = Gap(at, len(piece) * count + later - at, refused, 2)
-        said = Outcome(journey.frames[:4], refused)
-        vector = broken(journey, f"resource/{name}", "13-2", data, said, note)
+    for name, (piece, count, reject_ids, note) in junk.items():
+        data = journey.layout.data[:offset] + piece * count + journey.layout.data[offset:]
+        reject_id_tuple = tuple(reject_ids.split())
+        gap = Gap(offset, len(piece) * count + resume_offset - offset, reject_id_tuple, 2)
+        outcome = Outcome(journey.frames[:4], reject_id_tuple)
+        vector = make_broken_vector(journey, f"resource/{name}", "13-2", data, outcome, note)
         recovery = Recovery([*journey.frames[:4], *journey.frames[6:]], (gap,))
-        splices = (Splice(at, 0, piece, count),)
-        vectors.append(replace(vector, recover=recovery, splices=splices, stored=False))
+        splices = (Splice(offset, 0, piece, count),)
+        vectors.append(replace(vector, recover=recovery, splices=splices, is_stored=False))
     return vectors

@@ -1,108 +1,122 @@
-"""Random access: faults on the way to a frame, and faults that seeking skips (SPEC 11.2)."""
+"""Random access: faults that seeking finds, and faults that seeking skips (SPEC 11.2)."""
 
 from collections.abc import Iterable
 from dataclasses import replace
 
-from making.fault_rows import CANO, INDX, TAIL
+from making.fault_rows import CANO_PIECE, INDX_PIECE, TAIL_PIECE
 from making.payloads import pack_metadata, pack_tail
 from making.streams import Piece, assemble
-from making.vectors import Outcome, Valid, Vector, broken
+from making.vectors import Outcome, ValidStream, Vector, make_broken_vector
 
-_WANTED = 7
-"""The requested frame; its seek point is frame 6."""
+_REQUESTED_FRAME = 7
+"""The frame to seek to; decoding starts at the seek point of frame 6."""
 
 
-def make_seeks(parent: Valid) -> list[Vector]:
+def make_seek_faults(parent: ValidStream) -> list[Vector]:
     """Return all vectors, as patches of the journey."""
     return [
-        *_of_offsets(parent),
-        *_of_index(parent),
-        *_skipped_faults(parent),
-        *_without_index(parent),
+        *_make_offset_faults(parent),
+        *_make_index_faults(parent),
+        *_make_skipped_faults(parent),
+        *_make_unindexed(parent),
     ]
 
 
-def _of_offsets(parent: Valid) -> Iterable[Vector]:
+def _make_offset_faults(parent: ValidStream) -> Iterable[Vector]:
     count, offsets = len(parent.frames), parent.layout.offsets
-    places = {
+    wrong_offsets = {
         "frame": (offsets[3], "index_offset is that of a FRAM"),
-        "within": (offsets[INDX] + 4, "index_offset is within INDX"),
-        "itself": (offsets[TAIL], "index_offset is that of TAIL"),
+        "within": (offsets[INDX_PIECE] + 4, "index_offset is within INDX"),
+        "itself": (offsets[TAIL_PIECE], "index_offset is that of TAIL"),
         "behind": (len(parent.layout.data) + 100, "index_offset is beyond the end"),
         "greatest": ((1 << 64) - 1, "index_offset is 2^64 - 1"),
         "head": (8, "index_offset is that of HEAD"),
     }
-    for name, (offset, note) in places.items():
-        pieces = parent.stream.replaced(TAIL, payload=pack_tail(count, 3, offset))
-        yield _wrong_index(parent, f"seek-to-{name}", "11.2-2", pieces, "tail-mismatch", note)
+    for name, (offset, note) in wrong_offsets.items():
+        pieces = parent.stream.replace_piece(TAIL_PIECE, payload=pack_tail(count, 3, offset))
+        yield _make_wrong_index(parent, f"seek-to-{name}", "11.2-2", pieces, "tail-mismatch", note)
 
 
-def _of_index(parent: Valid) -> Iterable[Vector]:
+def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
     layout, pieces = parent.layout, parent.stream.pieces
     count = len(parent.frames)
-    separated = [*pieces[:TAIL], Piece(b"note", pack_metadata()), pieces[TAIL]]
-    yield _wrong_index(
+    with_chunk_between = [*pieces[:TAIL_PIECE], Piece(b"note", pack_metadata()), pieces[TAIL_PIECE]]
+    yield _make_wrong_index(
         parent,
         "seek-index-apart",
         "11.2-2",
-        separated,
+        with_chunk_between,
         "chunk-order",
         "a chunk is between INDX and TAIL",
     )
-    early = [*pieces[:TAIL], Piece(b"note", pack_metadata()), replace(pieces[TAIL], sequence=TAIL)]
+    with_early_index = [
+        *pieces[:TAIL_PIECE],
+        Piece(b"note", pack_metadata()),
+        replace(pieces[TAIL_PIECE], sequence=TAIL_PIECE),
+    ]
     note = "INDX has the number before TAIL's, but does not end at TAIL"
-    yield _wrong_index(parent, "seek-index-early", "11.2-2", early, "chunk-order", note)
-    fewer = parent.stream.replaced(TAIL, payload=pack_tail(count, 2, layout.offsets[INDX]))
+    yield _make_wrong_index(
+        parent, "seek-index-early", "11.2-2", with_early_index, "chunk-order", note
+    )
+    with_fewer_canonicals = parent.stream.replace_piece(
+        TAIL_PIECE, payload=pack_tail(count, 2, layout.offsets[INDX_PIECE])
+    )
     note = "canonical_count is less than the number of seek points in INDX"
-    yield _wrong_index(parent, "seek-count", "11.2-3", fewer, "tail-mismatch", note)
+    yield _make_wrong_index(
+        parent, "seek-count", "11.2-3", with_fewer_canonicals, "tail-mismatch", note
+    )
 
 
-def _wrong_index(
-    parent: Valid, name: str, clauses: str, pieces: list[Piece], read: str, note: str
+def _make_wrong_index(
+    parent: ValidStream, name: str, clauses: str, pieces: list[Piece], read_id: str, note: str
 ) -> Vector:
-    """A stream that seeking rejects at once, and reading through only at the end, by another id."""
-    said = Outcome(parent.frames, (read,))
-    vector = broken(parent, f"invalid/{name}", clauses, pieces, said, note)
-    return replace(vector, seek=((_WANTED, Outcome((), ("index-mismatch",))),))
+    """Return a stream that seeking rejects at once, and decoding rejects only after all frames."""
+    outcome = Outcome(parent.frames, (read_id,))
+    vector = make_broken_vector(parent, f"invalid/{name}", clauses, pieces, outcome, note)
+    return replace(vector, seek=((_REQUESTED_FRAME, Outcome((), ("index-mismatch",))),))
 
 
-def _skipped_faults(parent: Valid) -> Iterable[Vector]:
-    """A fault that is found by reading through, and not by seeking."""
+def _make_skipped_faults(parent: ValidStream) -> Iterable[Vector]:
+    """Yield streams with a fault that decoding from the start finds, and seeking does not."""
     frames, stream = parent.frames, parent.stream
-    spoiled = {
+    faults = {
         "payload": (
-            stream.replaced(CANO, flip_byte=60),
+            stream.replace_piece(CANO_PIECE, flip_byte=60),
             3,
             "payload-crc",
             "a payload before the seek point",
         ),
         "header": (
-            stream.replaced(4, flip_byte=9),
+            stream.replace_piece(4, flip_byte=9),
             2,
             "header-crc",
             "a header before the seek point",
         ),
     }
-    for name, (pieces, before, ids, note) in spoiled.items():
-        said = Outcome(frames[:before], (ids,))
-        vector = broken(parent, f"damaged/passed-{name}", "11.2-1", pieces, said, note)
-        yield replace(vector, seek=((_WANTED, Outcome(frames[_WANTED:])),))
-    head = stream.replaced(0, flip_byte=30)
-    vector = broken(
+    for name, (pieces, frames_before, reject_id, note) in faults.items():
+        outcome = Outcome(frames[:frames_before], (reject_id,))
+        vector = make_broken_vector(
+            parent, f"damaged/passed-{name}", "11.2-1", pieces, outcome, note
+        )
+        yield replace(vector, seek=((_REQUESTED_FRAME, Outcome(frames[_REQUESTED_FRAME:])),))
+    head = stream.replace_piece(0, flip_byte=30)
+    vector = make_broken_vector(
         parent, "damaged/passed-head", "11.2-1", head, Outcome((), ("payload-crc",)), "HEAD"
     )
-    yield replace(vector, seek=((_WANTED, Outcome((), ("payload-crc",))),))
-    index = stream.replaced(INDX, flip_byte=-20)
-    said = Outcome(frames, ("payload-crc",))
-    vector = broken(parent, "damaged/passed-index", "11.2-1", index, said, "a bit of INDX")
-    yield replace(vector, seek=((_WANTED, Outcome((), ("payload-crc",))),))
+    yield replace(vector, seek=((_REQUESTED_FRAME, Outcome((), ("payload-crc",))),))
+    index = stream.replace_piece(INDX_PIECE, flip_byte=-20)
+    outcome = Outcome(frames, ("payload-crc",))
+    vector = make_broken_vector(
+        parent, "damaged/passed-index", "11.2-1", index, outcome, "a bit of INDX"
+    )
+    yield replace(vector, seek=((_REQUESTED_FRAME, Outcome((), ("payload-crc",))),))
 
 
-def _without_index(parent: Valid) -> Iterable[Vector]:
+def _make_unindexed(parent: ValidStream) -> Iterable[Vector]:
     frames, stream = parent.frames, parent.stream
-    unindexed = [*stream.pieces[:INDX], stream.pieces[TAIL]]
+    unindexed = [*stream.pieces[:INDX_PIECE], stream.pieces[TAIL_PIECE]]
     note = "no INDX: seeking goes from chunk header to chunk header"
-    vector = broken(
+    vector = make_broken_vector(
         parent,
         "streams/journey-without-index",
         "11.2-1",
@@ -111,15 +125,19 @@ def _without_index(parent: Valid) -> Iterable[Vector]:
         note,
     )
     yield replace(vector, seek=tuple((f, Outcome(frames[f:])) for f in (1, 3, 5, 8)))
-    cut = assemble(stream.pieces).data[: parent.layout.offsets[12]]
-    said = Outcome(frames[:8], ("truncated",))
-    vector = broken(parent, "damaged/passed-end", "11.2-1 11.3", cut, said, "the end is missing")
+    cut_data = assemble(stream.pieces).data[: parent.layout.offsets[12]]
+    outcome = Outcome(frames[:8], ("truncated",))
+    vector = make_broken_vector(
+        parent, "damaged/passed-end", "11.2-1 11.3", cut_data, outcome, "the end is missing"
+    )
     yield replace(vector, seek=((4, Outcome(frames[4:8], ("truncated",))),))
-    short = [
-        *unindexed[:CANO],
-        replace(unindexed[CANO], payload=bytes(3)),
-        *unindexed[CANO + 1 :],
+    with_short_canonical = [
+        *unindexed[:CANO_PIECE],
+        replace(unindexed[CANO_PIECE], payload=bytes(3)),
+        *unindexed[CANO_PIECE + 1 :],
     ]
-    said, note = Outcome(frames[:3], ("field",)), "a CANO of 3 bytes on the way has no ordinal"
-    vector = broken(parent, "invalid/seek-canonical-short", "11.2-1 5-1", short, said, note)
-    yield replace(vector, seek=((_WANTED, Outcome((), ("field",))),))
+    outcome, note = Outcome(frames[:3], ("field",)), "a CANO of 3 bytes on the way has no ordinal"
+    vector = make_broken_vector(
+        parent, "invalid/seek-canonical-short", "11.2-1 5-1", with_short_canonical, outcome, note
+    )
+    yield replace(vector, seek=((_REQUESTED_FRAME, Outcome((), ("field",))),))

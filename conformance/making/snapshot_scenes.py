@@ -1,11 +1,11 @@
-"""Hand-written snapshots, and patterns that fill them (SPEC 7.9)."""
+"""Pseudorandom survivors, which fill snapshots with various differences (SPEC 7.9)."""
 
 from collections.abc import Iterable
 from dataclasses import replace
 
 from making.changes import Survivor
 from making.payloads import Head
-from making.scenes import between, pick, place_numbers
+from making.scenes import draw_between, fill_fields, hash_numbers
 
 FIELDS = {
     "position": range(3),
@@ -15,7 +15,7 @@ FIELDS = {
     "sh-dc": range(11, 14),
 }
 NEEDS = {"needs": "snapshots"}
-"""Decoders of 1.0 are not tested with these streams, which they reject."""
+"""Only decoders with this capability are tested with streams of format 1.1."""
 
 
 def snapshot_head(**fields: int) -> Head:
@@ -23,25 +23,25 @@ def snapshot_head(**fields: int) -> Head:
     return replace(Head(version_minor=1, incompatible_features=4), **fields)
 
 
-def differences(**said: tuple[int, ...] | int) -> tuple[int, ...]:
-    """Return the 14 differences of fields, `sh_dc` for SH DC; missing fields are 0."""
-    return place_numbers(FIELDS, said)
+def make_differences(**values_by_field: tuple[int, ...] | int) -> tuple[int, ...]:
+    """Return the 14 differences, given the differences of some fields; the others are 0."""
+    return fill_fields(FIELDS, values_by_field)
 
 
-def survive(which: Iterable[int], seed: int = 0) -> tuple[Survivor, ...]:
-    """Return survivors that each differ in some fields; the rotation index does not change."""
-    return tuple(_draw(i, seed) for i in which)
+def draw_survivors(indices: Iterable[int], seed: int = 0) -> tuple[Survivor, ...]:
+    """Return survivors with differences in some fields; rotation indices do not change."""
+    return tuple(_draw_survivor(i, seed) for i in indices)
 
 
-def _draw(i: int, seed: int) -> Survivor:
-    rows = [between(-5, 5, seed, i, 2, row) for row in range(14)]
+def _draw_survivor(i: int, seed: int) -> Survivor:
+    rows = [draw_between(-5, 5, seed, i, 2, row) for row in range(14)]
     rows[3] = 0
     for number, field in enumerate(FIELDS.values()):
-        if pick(seed, i, 3, number) % 2:
+        if hash_numbers(seed, i, 3, number) % 2:
             rows[field.start : field.stop] = [0] * len(field)
     return Survivor(i, tuple(rows))
 
 
-def unchanged_survivors(which: Iterable[int]) -> tuple[Survivor, ...]:
+def make_unchanged_survivors(indices: Iterable[int]) -> tuple[Survivor, ...]:
     """Return survivors without differences."""
-    return tuple(Survivor(i) for i in which)
+    return tuple(Survivor(i) for i in indices)

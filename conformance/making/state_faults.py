@@ -5,97 +5,132 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
-from making.changes import Change, Coded
-from making.fault_rows import CANO, FRAM, MOVED, Row, faults_at, with_fields
+from making.changes import Change, CodedGaussian
+from making.fault_rows import (
+    CANO_PIECE,
+    FRAM_PIECE,
+    MOVED_FRAME,
+    Row,
+    make_faults_at,
+    replace_frame_fields,
+)
 from making.frames import make_canonical, make_frame
-from making.scenes import cloud, moving, newborn
+from making.scenes import make_cloud, make_moving_symbols, make_newborn
 from making.streams import Piece
-from making.vectors import Outcome, Valid, Vector, broken
+from making.vectors import Outcome, ValidStream, Vector, make_broken_vector
 from plain.state import PlainState
 
-_UNIT = 1 << 8  # 2^rotation_bits of the journey
-_MUCH = "32768 by its difference from green"
-Wrong = tuple[str, str, str, dict[str, Any], str]
+_ROTATION_ONE = 1 << 8  # 2^rotation_bits of the journey
+_BEYOND_BY_DIFFERENCE = "32768 by its difference from green"
+WrongGaussian = tuple[str, str, str, dict[str, Any], str]
 """Name, clause, reject id, coded values of a Gaussian, and description."""
 
-_NEWBORN: tuple[Wrong, ...] = (
+_NEWBORN: tuple[WrongGaussian, ...] = (
     ("parent-far-beyond", "7.6-1", "parent-range", {"parent": 1 << 40}, "a parent of index 2^40"),
     (
         *("parent-wraps", "7.6-1 4.1-1", "parent-range", {"parent": 1 << 32}),
         "the index of a parent is 2^32: 0 in 32 bits",
     ),
     (
-        *("newborn-rotation", "7.6-4", "rotation-range", {"rotation": (0, _UNIT, 1, 0)}),
+        *("newborn-rotation", "7.6-4", "rotation-range", {"rotation": (0, _ROTATION_ONE, 1, 0)}),
         "a rotation that is just too long",
     ),
     (
-        *("newborn-component", "7.6-4", "rotation-range", {"rotation": (0, _UNIT + 1, 0, 0)}),
+        *(
+            "newborn-component",
+            "7.6-4",
+            "rotation-range",
+            {"rotation": (0, _ROTATION_ONE + 1, 0, 0)},
+        ),
         "a component beyond 1",
     ),
 )
-_ROTATIONS: tuple[Wrong, ...] = (
+_ROTATIONS: tuple[WrongGaussian, ...] = (
     (
-        *("rotation", "7.2-6", "rotation-range", {"rotation": (2, _UNIT, 0, 1)}),
+        *("rotation", "7.2-6", "rotation-range", {"rotation": (2, _ROTATION_ONE, 0, 1)}),
         "a rotation that is just too long",
     ),
     (
-        *("rotation-component", "7.2-5", "rotation-range", {"rotation": (1, 0, -_UNIT - 1, 0)}),
+        *(
+            "rotation-component",
+            "7.2-5",
+            "rotation-range",
+            {"rotation": (1, 0, -_ROTATION_ONE - 1, 0)},
+        ),
         "a component beyond 1",
     ),
     (
-        *("rotation-long", "7.2-6", "rotation-range", {"rotation": (3, _UNIT, _UNIT, -_UNIT)}),
+        *(
+            "rotation-long",
+            "7.2-6",
+            "rotation-range",
+            {"rotation": (3, _ROTATION_ONE, _ROTATION_ONE, -_ROTATION_ONE)},
+        ),
         "three components of 1",
     ),
 )
 
 
-def make_state_faults(parent: Valid) -> list[Vector]:
+def make_state_faults(parent: ValidStream) -> list[Vector]:
     """Return streams with an invalid state in frame 4 or 3, as patches of the journey."""
     return [
-        *faults_at(parent, FRAM, [*_of_newborn(parent), *_of_crcs(parent)]),
-        *faults_at(parent, CANO, [*_of_places(parent), *_of_gaussians(parent)]),
+        *make_faults_at(
+            parent, FRAM_PIECE, [*_list_newborn_faults(parent), *_list_crc_faults(parent)]
+        ),
+        *make_faults_at(
+            parent, CANO_PIECE, [*_list_position_faults(parent), *_list_gaussian_faults(parent)]
+        ),
     ]
 
 
-def _before(parent: Valid) -> PlainState:
-    state = parent.stream.states[MOVED - 1]
+def _get_previous_state(parent: ValidStream) -> PlainState:
+    state = parent.stream.states[MOVED_FRAME - 1]
     assert state is not None
     return state
 
 
-def _changed(parent: Valid, change: Change) -> list[Piece]:
-    frame, _ = make_frame(parent.stream.head, _before(parent), change)
-    return parent.stream.replaced(FRAM, payload=frame.pack())
+def _replace_frame(parent: ValidStream, change: Change) -> list[Piece]:
+    frame, _ = make_frame(parent.stream.head, _get_previous_state(parent), change)
+    return parent.stream.replace_piece(FRAM_PIECE, payload=frame.pack())
 
 
-def _of_newborn(parent: Valid) -> Iterable[Row]:
-    first, second = newborn([0, 5], 40)
-    codes, count = second.codes, len(_before(parent).gaussians)
+def _list_newborn_faults(parent: ValidStream) -> Iterable[Row]:
+    first, second = make_newborn([0, 5], 40)
+    codes, count = second.codes, len(_get_previous_state(parent).gaussians)
 
-    def born(**said: Any) -> list[Piece]:
-        return _changed(parent, Change(births=(first, replace(second, **said))))
+    def make_pieces(**fields: Any) -> list[Piece]:
+        return _replace_frame(parent, Change(births=(first, replace(second, **fields))))
 
-    back = _changed(parent, Change(lambda _level, _anchor: [0, 0, 0, -1, 0, 0, 0]))
+    with_inverse_w = _replace_frame(parent, Change(lambda _level, _anchor: [0, 0, 0, -1, 0, 0, 0]))
     note = "residuals of w that add up to minus the identity"
-    yield "degenerate-rotation", "7.3-1", "degenerate-rotation", back, note
+    yield "degenerate-rotation", "7.3-1", "degenerate-rotation", with_inverse_w, note
     note = "the parent is the newborn before it"
-    yield "parent-beyond", "7.6-1", "parent-range", born(parent=count), note
-    for name, clauses, ids, said, note in _NEWBORN:
-        yield name, clauses, ids, born(**said), note
-    for name, said_codes, note in _of_codes("newborn-code", codes):
-        yield name, "7.6-3", "code-range", born(codes=said_codes), note
-    scales, note = (-32767, -32766, -32768, *codes[3:]), "a log-scale is -32768 by differences"
-    yield "newborn-scale", "7.6-3", "code-range", born(codes=scales), note
+    yield "parent-beyond", "7.6-1", "parent-range", make_pieces(parent=count), note
+    for name, clauses, reject_id, fields, note in _NEWBORN:
+        yield name, clauses, reject_id, make_pieces(**fields), note
+    for name, wrong_codes, note in _list_wrong_codes("newborn-code", codes):
+        yield name, "7.6-3", "code-range", make_pieces(codes=wrong_codes), note
+    wrong_scales, note = (
+        (-32767, -32766, -32768, *codes[3:]),
+        "a log-scale is -32768 by differences",
+    )
+    yield "newborn-scale", "7.6-3", "code-range", make_pieces(codes=wrong_scales), note
 
 
-def _of_codes(name: str, codes: tuple[int, ...]) -> Iterable[tuple[str, tuple[int, ...], str]]:
-    """Colors just out of range, with differences in range."""
-    yield name, (*codes[:4], 32768, 1, 1, *codes[7:]), f"red is {_MUCH}"
-    yield f"{name}-negative", (*codes[:4], 1, -1, -32768, *codes[7:]), f"blue is -{_MUCH}"
+def _list_wrong_codes(
+    name: str, codes: tuple[int, ...]
+) -> Iterable[tuple[str, tuple[int, ...], str]]:
+    """Yield codes with a color that is out of range; its difference from green is in range."""
+    yield name, (*codes[:4], 32768, 1, 1, *codes[7:]), f"red is {_BEYOND_BY_DIFFERENCE}"
+    yield (
+        f"{name}-negative",
+        (*codes[:4], 1, -1, -32768, *codes[7:]),
+        f"blue is -{_BEYOND_BY_DIFFERENCE}",
+    )
 
 
-def _of_crcs(parent: Valid) -> Iterable[Row]:
-    state, frame = parent.stream.states[MOVED], parent.stream.payloads[MOVED]
+def _list_crc_faults(parent: ValidStream) -> Iterable[Row]:
+    state, frame = parent.stream.states[MOVED_FRAME], parent.stream.payloads[MOVED_FRAME]
     assert state is not None
     crcs = {
         "state-crc": (frame.state_crc ^ 1, "9.2-1 9.2-2", "a bit of a state's CRC"),
@@ -106,77 +141,102 @@ def _of_crcs(parent: Valid) -> Iterable[Row]:
         "state-crc-zero": (0, "9.2-1", "a CRC of 0 does not mean that there is none"),
     }
     for name, (crc, clauses, note) in crcs.items():
-        yield name, clauses, "state-crc", with_fields(parent, MOVED, state_crc=crc), note
-    other, _ = make_frame(parent.stream.head, _before(parent), Change(moving(7, 99)))
-    pieces = with_fields(parent, MOVED, motion=other.motion)
+        yield (
+            name,
+            clauses,
+            "state-crc",
+            replace_frame_fields(parent, MOVED_FRAME, state_crc=crc),
+            note,
+        )
+    other_frame, _ = make_frame(
+        parent.stream.head, _get_previous_state(parent), Change(make_moving_symbols(7, 99))
+    )
+    pieces = replace_frame_fields(parent, MOVED_FRAME, motion=other_frame.motion)
     yield "state-of-another-frame", "9.2-1", "state-crc", pieces, "the motion of another frame"
 
 
-def _scene(parent: Valid, gaussians: Iterable[Coded]) -> list[Piece]:
+def _replace_canonical(parent: ValidStream, gaussians: Iterable[CodedGaussian]) -> list[Piece]:
     canonical, _ = make_canonical(parent.stream.head, 3, list(gaussians))
-    return parent.stream.replaced(CANO, payload=canonical.pack())
+    return parent.stream.replace_piece(CANO_PIECE, payload=canonical.pack())
 
 
-def _of_places(parent: Valid) -> Iterable[Row]:
-    gaussians, far = cloud(12, 3, reach=20), 1 << 21  # position_step is 4
+def _list_position_faults(parent: ValidStream) -> Iterable[Row]:
+    gaussians, position_limit = make_cloud(12, 3, limit=20), 1 << 21  # position_step is 4
     values = [v for g in gaussians for v in g.position]
 
-    def shifted(by: int) -> list[Piece]:
-        places = ((g, tuple(v + by for v in g.position)) for g in gaussians)
-        return _scene(parent, (replace(g, position=place) for g, place in places))
+    def shift_scene(offset: int) -> list[Piece]:
+        shifted_positions = ((g, tuple(v + offset for v in g.position)) for g in gaussians)
+        return _replace_canonical(
+            parent,
+            (replace(g, position=shifted_position) for g, shifted_position in shifted_positions),
+        )
 
-    wrapped = with_fields(parent, 3, origin=(1 << 30, 0, 0))
+    with_wrapped_origin = replace_frame_fields(parent, 3, origin=(1 << 30, 0, 0))
     cases = {
-        "position": (shifted(far - max(values)), "a position just beyond the lattice"),
+        "position": (
+            shift_scene(position_limit - max(values)),
+            "a position just beyond the lattice",
+        ),
         "position-negative": (
-            shifted(-far - min(values)),
+            shift_scene(-position_limit - min(values)),
             "a position of -2^23, which 24 bits could hold",
         ),
-        "position-wraps": (wrapped, "an origin whose positions are small modulo 2^32"),
+        "position-wraps": (with_wrapped_origin, "an origin whose positions are small modulo 2^32"),
     }
     for name, (pieces, note) in cases.items():
         yield name, "7.2-3 4.1-1", "position-range", pieces, note
 
 
-def _of_gaussians(parent: Valid) -> Iterable[Row]:
-    *others, last = cloud(12, 3, reach=20)
-    for name, codes, note in _of_codes("code", last.codes):
-        pieces = _scene(parent, [*others, replace(last, codes=codes)])
+def _list_gaussian_faults(parent: ValidStream) -> Iterable[Row]:
+    *other_gaussians, last = make_cloud(12, 3, limit=20)
+    for name, codes, note in _list_wrong_codes("code", last.codes):
+        pieces = _replace_canonical(parent, [*other_gaussians, replace(last, codes=codes)])
         yield name, "7.2-4", "code-range", pieces, note
-    for name, clauses, ids, said, note in _ROTATIONS:
-        yield name, clauses, ids, _scene(parent, [*others, replace(last, **said)]), note
+    for name, clauses, reject_id, fields, note in _ROTATIONS:
+        yield (
+            name,
+            clauses,
+            reject_id,
+            _replace_canonical(parent, [*other_gaussians, replace(last, **fields)]),
+            note,
+        )
 
 
-_STEPS: dict[str, tuple[list[int], str]] = {
+_MOTION_FAULTS: dict[str, tuple[list[int], str]] = {
     "moved-beyond": ([1, 0, 0, 0, 0, 0], "a Gaussian moves just beyond the lattice"),
     "moved-beyond-negative": ([0, -1, 0, 0, 0, 0], "a Gaussian moves below the least position"),
     "moved-far-beyond": ([0, 0, 65, 0, 0, 0], "a Gaussian moves far beyond the lattice"),
 }
 
 
-def make_motion_faults(parent: Valid) -> list[Vector]:
+def make_motion_faults(parent: ValidStream) -> list[Vector]:
     """Return streams whose last frame leaves the lattice, as patches of one at its edge."""
-    before = parent.stream.states[-1]
-    assert before is not None
-    places = [g.position[0] for g in before.gaussians]
-    child = replace(newborn([places.index(max(places))], 1, 0)[0], position=(1, 0, 0))
+    previous = parent.stream.states[-1]
+    assert previous is not None
+    x_positions = [g.position[0] for g in previous.gaussians]
+    newborn_beyond = replace(
+        make_newborn([x_positions.index(max(x_positions))], 1, 0)[0], position=(1, 0, 0)
+    )
     vectors = [
-        _append(parent, name, "7.5-1", Change(_always(symbols)), note)
-        for name, (symbols, note) in _STEPS.items()
+        _append_frame(parent, name, "7.5-1", Change(_repeat_symbols(symbols)), note)
+        for name, (symbols, note) in _MOTION_FAULTS.items()
     ]
     note = "a newborn beyond the lattice"
-    return [*vectors, _append(parent, "newborn-beyond", "7.6-2", Change(births=(child,)), note)]
+    return [
+        *vectors,
+        _append_frame(parent, "newborn-beyond", "7.6-2", Change(births=(newborn_beyond,)), note),
+    ]
 
 
-def _always(symbols: list[int]) -> Callable[[int, int], list[int]]:
+def _repeat_symbols(symbols: list[int]) -> Callable[[int, int], list[int]]:
     return lambda _level, _anchor: symbols
 
 
-def _append(parent: Valid, name: str, clause: str, change: Change, note: str) -> Vector:
-    """The parent with an additional frame, which is rejected."""
-    stream, before = parent.stream, parent.stream.states[-1]
-    assert before is not None
-    frame, _ = make_frame(stream.head, before, change)
-    pieces = stream.before(Piece(b"FRAM", frame.pack()), place=len(stream.pieces) - 1)
-    said = Outcome(parent.frames, ("position-range",))
-    return broken(parent, f"invalid/{name}", f"{clause} 4.1-1", pieces, said, note)
+def _append_frame(parent: ValidStream, name: str, clause: str, change: Change, note: str) -> Vector:
+    """Return the parent with an additional frame, which decoders must reject."""
+    stream, previous = parent.stream, parent.stream.states[-1]
+    assert previous is not None
+    frame, _ = make_frame(stream.head, previous, change)
+    pieces = stream.insert_pieces(Piece(b"FRAM", frame.pack()), index=len(stream.pieces) - 1)
+    outcome = Outcome(parent.frames, ("position-range",))
+    return make_broken_vector(parent, f"invalid/{name}", f"{clause} 4.1-1", pieces, outcome, note)

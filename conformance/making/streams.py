@@ -1,7 +1,7 @@
-"""Streams of frames: numbered, with CRCs, and with the correct index and totals.
+"""Streams of chunks: adds sequence numbers, CRCs, INDX and TAIL.
 
-A stream is a list of pieces. A piece can be left unchanged, replaced, or made wrong in one respect;
-INDX and TAIL are generated last from the pieces.
+A stream is a list of pieces. A fault is a replaced, added, removed or damaged piece; the payloads
+of INDX and TAIL are computed afterwards from all pieces.
 """
 
 import struct
@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from making.changes import Change, Coded, Survivor, state_nothing
+from making.changes import Change, CodedGaussian, Survivor, state_no_code
 from making.frames import make_canonical, make_frame, make_snapshot
 from making.payloads import (
     MAGIC,
@@ -22,14 +22,14 @@ from making.payloads import (
     pack_index,
     pack_tail,
 )
-from making.writing import State
+from making.writing import StateCode
 from plain.state import PlainState
 
-FRAMES = (b"CANO", b"SNAP", b"FRAM")
+FRAME_TYPES = (b"CANO", b"SNAP", b"FRAM")
 
 
 @dataclass(frozen=True)
-class Decoded:
+class DecodedFrame:
     """The expected output for a frame: its ordinal, number of Gaussians and digest."""
 
     frame: int
@@ -42,30 +42,30 @@ class Piece:
     """A chunk to write.
 
     Attributes:
-        kind: Its type.
+        kind: Type of the chunk.
         payload: None for INDX and TAIL, whose payloads are computed from the stream; bytes
             override them.
         sequence: Sequence number that replaces the correct one.
         flip_byte: Index of a byte whose lowest bit is flipped after the CRCs are computed.
-        skip: How many sequence numbers the chunk skips before its own.
+        skipped_numbers: Number of sequence numbers to skip before the chunk.
     """
 
     kind: bytes
     payload: bytes | None
     sequence: int | None = None
     flip_byte: int | None = None
-    skip: int = 0
+    skipped_numbers: int = 0
 
     def pack(self, number: int, payload: bytes) -> bytes:
-        """Return the chunk."""
+        """Return the bytes of the chunk, given its number in the stream."""
         sequence = number if self.sequence is None else self.sequence
         header = pack_chunk_header(self.kind, sequence, len(payload))
         data = header + payload + struct.pack("<I", zlib.crc32(payload))
         if self.flip_byte is None:
             return data
-        spoiled = bytearray(data)
-        spoiled[self.flip_byte] ^= 1
-        return bytes(spoiled)
+        flipped = bytearray(data)
+        flipped[self.flip_byte] ^= 1
+        return bytes(flipped)
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,8 @@ class Layout:
     """A stream and the offsets of its chunks.
 
     Attributes:
-        data: The stream.
-        offsets: Offsets of every chunk, and of the end.
+        data: Bytes of the stream.
+        offsets: Offset of each chunk, followed by the size of the stream.
     """
 
     data: bytes
@@ -84,21 +84,21 @@ class Layout:
 def assemble(pieces: Iterable[Piece]) -> Layout:
     """Number the chunks and add their CRCs; generate INDX and TAIL."""
     data, offsets, points, number = MAGIC, [], [], 0
-    frames, index_offset, kinds = 0, 0, (b"CANO", b"FRAM")
+    frames, index_offset, frame_types = 0, 0, (b"CANO", b"FRAM")
     for piece in pieces:
         if piece.kind == b"HEAD" and (piece.payload or bytes(3))[2] & 4:
-            kinds = FRAMES
+            frame_types = FRAME_TYPES
         offsets.append(len(data))
-        number += piece.skip
+        number += piece.skipped_numbers
         payload = piece.payload
         if piece.kind == b"INDX":
             index_offset = index_offset or len(data)
             payload = pack_index(points) if payload is None else payload
         elif piece.kind == b"TAIL" and payload is None:
             payload = pack_tail(frames, len(points), index_offset)
-        elif piece.kind in kinds and piece.kind != b"FRAM":
+        elif piece.kind in frame_types and piece.kind != b"FRAM":
             points.append((len(data), number, int.from_bytes((payload or b"")[:4], "little")))
-        frames += piece.kind in kinds
+        frames += piece.kind in frame_types
         data += piece.pack(number, payload or b"")
         number += 1
     return Layout(data, (*offsets, len(data)))
@@ -109,101 +109,107 @@ class Stream:
     """A stream that is being written.
 
     Attributes:
-        head: Its HEAD.
-        pieces: So far.
-        states: States of its frames; None if a frame violates a clause.
-        places: Indices of their pieces.
+        head: Fields of HEAD.
+        pieces: Chunks that have been added.
+        states: State after each frame; None if the frame violates a clause.
+        piece_indices: Index of the piece of each frame.
     """
 
     head: Head
     pieces: list[Piece] = field(default_factory=list)
     states: list[PlainState | None] = field(default_factory=list)
-    places: list[int] = field(default_factory=list)
+    piece_indices: list[int] = field(default_factory=list)
     payloads: list[Canonical | Snapshot | Frame] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.add(b"HEAD", self.head.pack())
+        self.add_chunk(b"HEAD", self.head.pack())
 
-    def add(self, kind: bytes, payload: bytes) -> "Stream":
+    def add_chunk(self, kind: bytes, payload: bytes) -> "Stream":
         """Append a chunk that is not a frame."""
         self.pieces.append(Piece(kind, payload))
         return self
 
-    def canonical(
-        self, frame: int, gaussians: Iterable[Coded], stating: State = state_nothing, **said: Any
+    def add_canonical(
+        self,
+        frame: int,
+        gaussians: Iterable[CodedGaussian],
+        state_code: StateCode = state_no_code,
+        **overrides: Any,
     ) -> "Stream":
-        """Append a CANO chunk; one that violates a clause has no state, and ends the frames."""
-        payload, state = make_canonical(self.head, frame, list(gaussians), stating, **said)
+        """Append a CANO chunk; no frame can follow if an override violates a clause."""
+        payload, state = make_canonical(self.head, frame, list(gaussians), state_code, **overrides)
         return self._append(b"CANO", payload, state)
 
-    def frame(self, change: Change = Change(), **said: Any) -> "Stream":  # noqa: B008, frozen
-        """Append a FRAM chunk; see `canonical`."""
-        before = self.states[-1]
-        assert before is not None, "the previous frame violates a clause"
-        payload, state = make_frame(self.head, before, change, **said)
+    def add_frame(self, change: Change = Change(), **overrides: Any) -> "Stream":  # noqa: B008, frozen
+        """Append a FRAM chunk; see `add_canonical`."""
+        previous = self.states[-1]
+        assert previous is not None, "the previous frame violates a clause"
+        payload, state = make_frame(self.head, previous, change, **overrides)
         return self._append(b"FRAM", payload, state)
 
-    def snapshot(
+    def add_snapshot(
         self,
         survivors: Iterable[Survivor],
-        newborn: Iterable[Coded] = (),
-        stating: State = state_nothing,
-        **said: Any,
+        newborn: Iterable[CodedGaussian] = (),
+        state_code: StateCode = state_no_code,
+        **overrides: Any,
     ) -> "Stream":
-        """Append a SNAP chunk; see `canonical`."""
-        before = self.states[-1]
-        assert before is not None, "the previous frame violates a clause"
-        kept, born = list(survivors), list(newborn)
-        payload, state = make_snapshot(self.head, before, kept, born, stating, **said)
+        """Append a SNAP chunk; see `add_canonical`."""
+        previous = self.states[-1]
+        assert previous is not None, "the previous frame violates a clause"
+        survivor_list, newborn_list = list(survivors), list(newborn)
+        payload, state = make_snapshot(
+            self.head, previous, survivor_list, newborn_list, state_code, **overrides
+        )
         return self._append(b"SNAP", payload, state)
 
-    def end(self, *, index: bool = False) -> "Stream":
-        """Append TAIL, after INDX."""
+    def finish(self, *, index: bool = False) -> "Stream":
+        """Append TAIL, with `index` also INDX before it."""
         if index:
             self.pieces.append(Piece(b"INDX", None))
         self.pieces.append(Piece(b"TAIL", None))
         return self
 
-    def layout(self) -> Layout:
-        """Return the stream as bytes."""
+    def make_layout(self) -> Layout:
+        """Return the bytes of the stream, and the offsets of its chunks."""
         return assemble(self.pieces)
 
-    def decoded(self) -> list[Decoded]:
-        """Return the expected output for its frames."""
+    def list_decoded(self) -> list[DecodedFrame]:
+        """Return the expected output for the frames of the stream."""
         assert None not in self.states, "a frame violates a clause"
-        return [describe(state) for state in self.states if state is not None]
+        return [describe_state(state) for state in self.states if state is not None]
 
-    def frame_with(self, number: int, **said: Any) -> list[Piece]:
+    def replace_frame_fields(self, number: int, **fields: Any) -> list[Piece]:
         """Return the pieces with changed fields in the payload of a frame."""
-        payload = replace(self.payloads[number], **said).pack()
-        return self.replaced(self.places[number], payload=payload)
+        payload = replace(self.payloads[number], **fields).pack()
+        return self.replace_piece(self.piece_indices[number], payload=payload)
 
-    def replaced(self, place: int, **said: Any) -> list[Piece]:
-        """Return the pieces with one of them changed."""
+    def replace_piece(self, index: int, **fields: Any) -> list[Piece]:
+        """Return the pieces with changed fields of the piece at `index`."""
         return [
-            *self.pieces[:place],
-            replace(self.pieces[place], **said),
-            *self.pieces[place + 1 :],
+            *self.pieces[:index],
+            replace(self.pieces[index], **fields),
+            *self.pieces[index + 1 :],
         ]
 
-    def before(self, *pieces: Piece, place: int) -> list[Piece]:
-        """Return the pieces with others inserted before one of them."""
-        return [*self.pieces[:place], *pieces, *self.pieces[place:]]
+    def insert_pieces(self, *pieces: Piece, index: int) -> list[Piece]:
+        """Return the pieces with additional pieces before the one at `index`."""
+        return [*self.pieces[:index], *pieces, *self.pieces[index:]]
 
-    def without(self, *places: int) -> list[Piece]:
-        """Return the pieces without some; the others keep their sequence numbers."""
-        return [replace(p, sequence=n) for n, p in enumerate(self.pieces) if n not in places]
+    def drop_pieces(self, *indices: int) -> list[Piece]:
+        """Return the pieces without those at `indices`; sequence numbers do not change."""
+        return [replace(p, sequence=n) for n, p in enumerate(self.pieces) if n not in indices]
 
     def _append(
         self, kind: bytes, payload: Canonical | Snapshot | Frame, state: PlainState | None
     ) -> "Stream":
-        self.places.append(len(self.pieces))
+        self.piece_indices.append(len(self.pieces))
         self.pieces.append(Piece(kind, payload.pack()))
         self.payloads.append(payload)
         self.states.append(state)
         return self
 
 
-def describe(state: PlainState) -> Decoded:
+def describe_state(state: PlainState) -> DecodedFrame:
     """Return the expected output for a state."""
-    return Decoded(state.frame, len(state.gaussians), state.digest())
+    return DecodedFrame(state.frame, len(state.gaussians), state.digest())

@@ -1,18 +1,18 @@
 """traps/: contexts, counts and words (SPEC 8)."""
 
-from making.changes import Change, Coded
+from making.changes import Change, CodedGaussian
 from making.payloads import Head
-from making.scenes import cloud, moving, newborn
+from making.scenes import make_cloud, make_moving_symbols, make_newborn
 from making.streams import Stream
-from making.trap_making import make_trap_vectors
-from making.vectors import Valid
+from making.trap_making import make_trap_streams
+from making.vectors import ValidStream
 
 _ZEROS = [0] * 6
 
 
-def make_context_traps() -> list[Valid]:
+def make_context_traps() -> list[ValidStream]:
     """Return all vectors."""
-    return make_trap_vectors(
+    return make_trap_streams(
         (
             (counts_are_halved, "8.2"),
             (moving_without_symbols, "8.7"),
@@ -26,48 +26,60 @@ def make_context_traps() -> list[Valid]:
 
 def counts_are_halved() -> Stream:
     """A context with more than 4096 bits."""
-    stream = Stream(Head(level_count=1)).canonical(0, cloud(4, 11))
+    stream = Stream(Head(level_count=1)).add_canonical(0, make_cloud(4, 11))
     for frame in range(2):
-        stream.frame(Change(moving(6, frame), newborn([k % 4 for k in range(470)], frame)))
+        stream.add_frame(
+            Change(make_moving_symbols(6, frame), make_newborn([k % 4 for k in range(470)], frame))
+        )
     return stream
 
 
 def moving_without_symbols() -> Stream:
     """Anchors that are coded as moving and have only symbols of 0."""
-    stream = Stream(Head(level_count=2)).canonical(0, cloud(20, 12))
-    stream.frame(Change(lambda _level, anchor: _ZEROS if anchor % 3 else None))
-    return stream.frame(Change(lambda _level, anchor: _ZEROS if anchor % 2 else [1, *_ZEROS[1:]]))
+    stream = Stream(Head(level_count=2)).add_canonical(0, make_cloud(20, 12))
+    stream.add_frame(Change(lambda _level, anchor: _ZEROS if anchor % 3 else None))
+    return stream.add_frame(
+        Change(lambda _level, anchor: _ZEROS if anchor % 2 else [1, *_ZEROS[1:]])
+    )
 
 
 def stillness_is_counted() -> Stream:
     """Sections without words, whose planes are counted as well."""
-    stream = Stream(Head(level_count=2)).canonical(0, cloud(30, 13, reach=300))
+    stream = Stream(Head(level_count=2)).add_canonical(0, make_cloud(30, 13, limit=300))
     for _ in range(5):
-        stream.frame()
-    return stream.frame(Change(moving(6, 1))).frame().frame(Change(moving(6, 2)))
+        stream.add_frame()
+    return (
+        stream.add_frame(Change(make_moving_symbols(6, 1)))
+        .add_frame()
+        .add_frame(Change(make_moving_symbols(6, 2)))
+    )
 
 
 def canonical_forgets() -> Stream:
     """A canonical frame resets counts, motion and anchors."""
-    moved = moving(6, 3)
-    stream = Stream(Head(level_count=2)).canonical(0, cloud(14, 14))
-    stream.frame(Change(moved, newborn([1, 2], 1))).frame(Change(moved))
-    stream.canonical(3, cloud(14, 15)).frame(Change(moved, newborn([1, 2], 2)))
-    return stream.frame(Change(moved))
+    moved = make_moving_symbols(6, 3)
+    stream = Stream(Head(level_count=2)).add_canonical(0, make_cloud(14, 14))
+    stream.add_frame(Change(moved, make_newborn([1, 2], 1))).add_frame(Change(moved))
+    stream.add_canonical(3, make_cloud(14, 15)).add_frame(Change(moved, make_newborn([1, 2], 2)))
+    return stream.add_frame(Change(moved))
 
 
 def words_of_zero() -> Stream:
     """A section whose first words are 0."""
     opacities = [16384] * 8 + [16385]
-    scene = [Coded((i, 0, 0), codes=(-40, -40, -40, v, 0, 0, 0)) for i, v in enumerate(opacities)]
-    return Stream(Head(sh_degree=0)).canonical(0, scene)
+    scene = [
+        CodedGaussian((i, 0, 0), codes=(-40, -40, -40, v, 0, 0, 0)) for i, v in enumerate(opacities)
+    ]
+    return Stream(Head(sh_degree=0)).add_canonical(0, scene)
 
 
 def against_expectation() -> Stream:
     """Motion that reverses in every frame and differs between the levels."""
-    stream = Stream(Head(level_count=3, gaussians_per_anchor=1)).canonical(0, cloud(12, 16))
+    stream = Stream(Head(level_count=3, gaussians_per_anchor=1)).add_canonical(
+        0, make_cloud(12, 16)
+    )
     for frame in range(1, 6):
         sign = (-1) ** frame
         change = Change(lambda level, anchor, s=sign: [s * (2 * level - 5) * (anchor % 4)] * 6)
-        stream.frame(change)
+        stream.add_frame(change)
     return stream

@@ -1,21 +1,21 @@
-"""traps/: valid streams that a decoder with one plausible mistake gets wrong."""
+"""traps/: valid streams, each of which detects one plausible mistake of decoders."""
 
 from making.snapshot_streams import make_snapshot_traps
 from making.trap_anchors import make_anchor_traps
 from making.trap_contexts import make_context_traps
 from making.trap_distances import make_distance_traps
-from making.trap_lives import make_life_traps
+from making.trap_lives import make_birth_and_death_traps
 from making.trap_rotations import make_rotation_traps
 from making.trap_updates import make_update_traps
-from making.vectors import Valid
+from making.vectors import ValidStream
 
 
-def make_traps() -> list[Valid]:
+def make_traps() -> list[ValidStream]:
     """Return all vectors."""
     return [
         *make_anchor_traps(),
         *make_distance_traps(),
-        *make_life_traps(),
+        *make_birth_and_death_traps(),
         *make_rotation_traps(),
         *make_context_traps(),
         *make_update_traps(),

@@ -1,23 +1,29 @@
-"""unit/: known answers for building blocks, each from plain integers (SPEC Annex F has some)."""
+"""unit/: known answers of single functions, computed in plain integers (see SPEC Annex F)."""
 
 import struct
 import zlib
 from itertools import product
 from math import isqrt
 
-from making.planes import morton
-from making.scenes import between, cloud
-from making.unit_coding import make_coding, make_states
-from making.units import Input, Refusal, Unit
+from making.planes import morton_key
+from making.scenes import draw_between, make_cloud
+from making.unit_coding import make_coding_units, make_state_units
+from making.units import Input, Rejection, Unit
 from plain import oracle
 
 
 def make_units() -> list[Unit]:
     """Return all units."""
-    return [*_of_arithmetic(), *_of_rotations(), *_of_anchors(), *make_coding(), *make_states()]
+    return [
+        *_make_arithmetic_units(),
+        *_make_rotation_units(),
+        *_make_anchor_units(),
+        *make_coding_units(),
+        *make_state_units(),
+    ]
 
 
-def _of_arithmetic() -> list[Unit]:
+def _make_arithmetic_units() -> list[Unit]:
     quotients = [
         (n, d)
         for d in (1, 2, 3, 4, 10, 1 << 22)
@@ -36,7 +42,7 @@ def _of_arithmetic() -> list[Unit]:
         (1 << 60) - 1,
     ]
     lengths = [*range(10), 255, 256, (1 << 32) - 1, 1 << 32, (1 << 61) - 1, (1 << 62) - 1]
-    data = ["", "00", "ffffffff", "313233343536373839", "5155415243", bytes(range(256)).hex()]
+    crc_inputs = ["", "00", "ffffffff", "313233343536373839", "5155415243", bytes(range(256)).hex()]
     return [
         Unit(
             "divide_round",
@@ -60,20 +66,23 @@ def _of_arithmetic() -> list[Unit]:
             "crc",
             "CRC-32 of bytes",
             "4.5",
-            [({"bytes": each}, zlib.crc32(bytes.fromhex(each))) for each in data],
+            [
+                ({"bytes": hex_bytes}, zlib.crc32(bytes.fromhex(hex_bytes)))
+                for hex_bytes in crc_inputs
+            ],
         ),
         Unit(
             "morton",
             "the key of a position less the origin",
             "8.5",
-            [({"position": p}, morton(p, (0, 0, 0))) for p in _places()],
+            [({"position": p}, morton_key(p, (0, 0, 0))) for p in _list_positions()],
         ),
         Unit(
             "dequantize",
             "code times step, as the bits of a binary32",
             "10.1-1",
             [
-                ({"code": c, "step": s}, _scaled(c, s))
+                ({"code": c, "step": s}, _dequantize(c, s))
                 for c in (0, 1, -40, 3, -7, 32767, -32767)
                 for s in ("3d800000", "3dcccccd", "3c23d70a", "00000001", "007fffff", "44800000")
             ],
@@ -81,7 +90,7 @@ def _of_arithmetic() -> list[Unit]:
     ]
 
 
-def _places() -> list[list[int]]:
+def _list_positions() -> list[list[int]]:
     return [
         [0, 0, 0],
         [1, 0, 0],
@@ -95,12 +104,12 @@ def _places() -> list[list[int]]:
     ]
 
 
-def _scaled(code: int, step: str) -> str:
-    exact = struct.unpack("<f", bytes.fromhex(step)[::-1])[0] * code
-    return struct.pack("<f", exact)[::-1].hex()
+def _dequantize(code: int, step: str) -> str:
+    product = struct.unpack("<f", bytes.fromhex(step)[::-1])[0] * code
+    return struct.pack("<f", product)[::-1].hex()
 
 
-def _of_rotations() -> list[Unit]:
+def _make_rotation_units() -> list[Unit]:
     vectors = [
         [1, 0, 0, 0],
         [0, 0, -7, 0],
@@ -112,7 +121,7 @@ def _of_rotations() -> list[Unit]:
         [1, 0, 0, -1],
         [2, -1, 0, 2],
     ]
-    turned = [
+    rotations = [
         [2097152, 2097152, 2097152, 2097152],
         [4194304, 0, 0, 0],
         [-2965821, 2965820, 0, 0],
@@ -129,47 +138,52 @@ def _of_rotations() -> list[Unit]:
         [1, -1, 1, 1],
         [-2, 0, 0, 0],
     ]
-    coded = [
+    coded_rotations = [
         (8, j, abc)
         for j in range(4)
         for abc in ([0, 0, 0], [12, -7, 90], [147, 147, -147], [0, -256, 0], [-100, 0, 100])
     ]
-    coded += [(1, 1, [1, 1, -1]), (14, 3, [-8192, 8191, 1]), (14, 0, [16384, 0, 0])]
-    long = [
+    coded_rotations += [(1, 1, [1, 1, -1]), (14, 3, [-8192, 8191, 1]), (14, 0, [16384, 0, 0])]
+    too_long_rotations = [
         (8, 0, [257, 0, 0]),
         (8, 2, [256, 1, 0]),
         (8, 1, [-256, 0, 1]),
         (1, 3, [2, 2, 1]),
         (14, 2, [16384, 0, -1]),
     ]
-    expanded = [
+    expand_cases = [
         ({"rotation_bits": b, "j": j, "abc": abc}, oracle.expand_rotation(j, abc, b))
-        for b, j, abc in coded
+        for b, j, abc in coded_rotations
     ]
-    expanded += [
-        ({"rotation_bits": b, "j": j, "abc": abc}, Refusal("rotation-range")) for b, j, abc in long
+    expand_cases += [
+        ({"rotation_bits": b, "j": j, "abc": abc}, Rejection("rotation-range"))
+        for b, j, abc in too_long_rotations
     ]
-    turns = [({"rotation": q, "sums": s}, oracle.rotate(q, s)) for q in turned for s in sums]
-    zero = [({"rotation": turned[0], "sums": [0, 0, 0, 0]}, Refusal("degenerate-rotation"))]
+    turn_cases = [
+        ({"rotation": q, "sums": s}, oracle.rotate(q, s)) for q in rotations for s in sums
+    ]
+    zero_cases = [
+        ({"rotation": rotations[0], "sums": [0, 0, 0, 0]}, Rejection("degenerate-rotation"))
+    ]
     return [
         Unit(
             "normalize",
             "a vector of four integers, normalized with SUM_GUARD_BITS",
             "7.3-1",
             [({"vector": v}, oracle.normalize(v, 20)) for v in vectors]
-            + [({"vector": [0] * 4}, Refusal("degenerate-rotation"))],
+            + [({"vector": [0] * 4}, Rejection("degenerate-rotation"))],
         ),
-        Unit("expand", "the rotation of j, a, b, c", "7.2-5 7.2-6", expanded),
+        Unit("expand", "the rotation of j, a, b, c", "7.2-5 7.2-6", expand_cases),
         Unit(
             "turn",
             "a rotation after residuals, given by their sums including L x W",
             "7.5",
-            turns + zero,
+            turn_cases + zero_cases,
         ),
     ]
 
 
-def _of_anchors() -> list[Unit]:
+def _make_anchor_units() -> list[Unit]:
     counters = [
         ([0] * 4, [0] * 2),
         ([0xFFFFFFFF] * 4, [0xFFFFFFFF] * 2),
@@ -178,7 +192,7 @@ def _of_anchors() -> list[Unit]:
         ([42, 300, 0, 1], [7, 0]),
     ]
     counters += [([i, 1, 0, 1], [5546942, 0]) for i in (1, 56)]
-    numbers = [
+    count_inputs = [
         (40, 4, 3, 3),
         (1, 1, 2, 3),
         (7, 2, 2, 3),
@@ -207,12 +221,17 @@ def _of_anchors() -> list[Unit]:
                         "anchor_ratio": r,
                         "level_count": levels,
                     },
-                    _count(n, m, r, levels),
+                    _count_anchors(n, m, r, levels),
                 )
-                for n, m, r, levels in numbers
+                for n, m, r, levels in count_inputs
             ],
         ),
-        Unit("sample", "the ids of the anchors of each level, level 1 first", "6.3", _sampled()),
+        Unit(
+            "sample",
+            "the ids of the anchors of each level, level 1 first",
+            "6.3",
+            _make_sample_cases(),
+        ),
         Unit(
             "bind",
             "the index of the anchor that each position follows",
@@ -222,7 +241,7 @@ def _of_anchors() -> list[Unit]:
                     {"positions": p, "anchors": a},
                     oracle.bind([tuple(q) for q in p], [tuple(q) for q in a]),
                 )
-                for p, a in _bound()
+                for p, a in _list_bind_inputs()
             ],
         ),
         Unit(
@@ -234,80 +253,80 @@ def _of_anchors() -> list[Unit]:
                     {"opacities": o, "count": n},
                     sorted(sorted(range(len(o)), key=lambda i: (o[i], i))[:n]),
                 )
-                for o, n in _opacities()
+                for o, n in _list_death_inputs()
             ],
         ),
     ]
 
 
-def _count(gaussians: int, per_anchor: int, ratio: int, levels: int) -> list[int]:
+def _count_anchors(gaussians: int, per_anchor: int, ratio: int, levels: int) -> list[int]:
     counts = [-(-gaussians // per_anchor)]
     while len(counts) < levels:
         counts.append(max(1, counts[-1] // ratio))
     return counts
 
 
-def _sampled() -> list[tuple[Input, list[list[int]]]]:
+def _make_sample_cases() -> list[tuple[Input, list[list[int]]]]:
     grid = [list(p) for p in product((-1, 0, 1), repeat=3)]
-    spread = [list(g.position) for g in cloud(30, 21, 0, 4000)]
-    far = [[s * 8388607 for s in p] for p in product((-1, 1), repeat=3)]
-    tied = [[160 * (i // 16), 0, 0] for i in range(57)]
+    spread_positions = [list(g.position) for g in make_cloud(30, 21, 0, 4000)]
+    corners = [[s * 8388607 for s in p] for p in product((-1, 1), repeat=3)]
+    tied_positions = [[160 * (i // 16), 0, 0] for i in range(57)]
     cases = [
         (grid, 7, 1, 3, 2, 3),
-        (spread, 1 << 63, 5, 4, 3, 3),
-        (far, 3, 1, 2, 2, 2),
+        (spread_positions, 1 << 63, 5, 4, 3, 3),
+        (corners, 3, 1, 2, 2, 2),
         ([[5, 5, 5]] * 9, 1, 2, 2, 2, 3),
         ([[0, 0, 0]], 0, 1, 1, 2, 3),
-        (tied, 5546942, 1, 8, 2, 1),
+        (tied_positions, 5546942, 1, 8, 2, 1),
     ]
-    made = []
+    sample_cases = []
     for positions, seed, phase, per_anchor, ratio, levels in cases:
         ids = (
             [2 * i for i in range(len(positions))]
-            if positions is spread
+            if positions is spread_positions
             else list(range(len(positions)))
         )
-        counts = _count(len(ids), per_anchor, ratio, levels)
-        places = [tuple(p) for p in positions]
-        chosen = [
-            [ids[i] for i in oracle.sample(ids, places, phase, seed, level, count)]
+        counts = _count_anchors(len(ids), per_anchor, ratio, levels)
+        position_tuples = [tuple(p) for p in positions]
+        anchor_ids = [
+            [ids[i] for i in oracle.sample(ids, position_tuples, phase, seed, level, count)]
             for level, count in enumerate(counts, 1)
         ]
-        given = {"ids": ids, "positions": positions, "seed": seed, "phase": phase}
-        made.append(
+        sample_input = {"ids": ids, "positions": positions, "seed": seed, "phase": phase}
+        sample_cases.append(
             (
-                given
+                sample_input
                 | {
                     "gaussians_per_anchor": per_anchor,
                     "anchor_ratio": ratio,
                     "level_count": levels,
                 },
-                chosen,
+                anchor_ids,
             )
         )
-    return made
+    return sample_cases
 
 
-def _bound() -> list[tuple[list[list[int]], list[list[int]]]]:
+def _list_bind_inputs() -> list[tuple[list[list[int]], list[list[int]]]]:
     grid = [list(p) for p in product((-1, 0, 1), repeat=3)]
-    far = [[-8388607, 0, 0], [8388607, 8388607, 8388607], [0, 0, 0]]
-    near = [[8388606, 3, 0], [8388606, 2, 1], [8388606, 0, 2], [8388606, 1, 1]]
-    spread = [list(g.position) for g in cloud(40, 22, 0, 900)]
+    far_positions = [[-8388607, 0, 0], [8388607, 8388607, 8388607], [0, 0, 0]]
+    far_anchors = [[8388606, 3, 0], [8388606, 2, 1], [8388606, 0, 2], [8388606, 1, 1]]
+    spread_positions = [list(g.position) for g in make_cloud(40, 22, 0, 900)]
     return [
         (grid, grid[::2]),
         (grid, [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]]),
-        (far, near),
-        (spread, spread[::3]),
+        (far_positions, far_anchors),
+        (spread_positions, spread_positions[::3]),
         ([[5, 5, 5]] * 3, [[9, 9, 9], [5, 5, 5], [5, 5, 5]]),
-        (spread[:4], [[7, 7, 7]]),
+        (spread_positions[:4], [[7, 7, 7]]),
     ]
 
 
-def _opacities() -> list[tuple[list[int], int]]:
+def _list_death_inputs() -> list[tuple[list[int], int]]:
     return [
         ([5] * 6, 3),
         ([1, -1, 300, -300, 0, 32767, -32767], 4),
         ([2, 1, 2, 1, 2, 1], 4),
         ([7, 7], 0),
-        ([between(-2, 2, i) for i in range(40)], 17),
+        ([draw_between(-2, 2, i) for i in range(40)], 17),
     ]

@@ -6,77 +6,85 @@ from hashlib import sha256
 from typing import Any
 
 from making.payloads import Head
-from making.scenes import between, cloud, pick
+from making.scenes import draw_between, hash_numbers, make_cloud
 from making.streams import Stream
-from making.units import Input, Refusal, Unit
+from making.units import Input, Rejection, Unit
 from making.writing import Planes, WritingSection, ascending, encode, fixed, signed, unsigned
 from plain import planes
 from plain.coder import add_to_counts, weight_from_code, weight_from_counts
 
-_SEEN = (
+_COUNTS = (
     *((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (6, 1), (3, 4), (100, 3)),
     *((4095, 0), (4096, 0), (0, 4096), (2048, 2048)),
 )
-_COUNTED = (
+_COUNT_UPDATES = (
     *(((0, 0), (3, 2)), ((4000, 95), (1, 0)), ((4000, 95), (1, 1)), ((4000, 95), (0, 7))),
     *(((1, 4095), (0, 1)), ((0, 1), (8191, 0)), ((0, 0), (8191, 8193)), ((7, 0), (0, 65536))),
 )
-_TURNS = {width: [k % width for k in range(60)] for width in (2, 3)}
-"""Alternating outer contexts."""
+_ALTERNATING_CONTEXTS = {width: [k % width for k in range(60)] for width in (2, 3)}
+"""Outer contexts that alternate, by their number."""
 _FIXED = (
     ([0, 3, 1, 2], [0, 0, 1, 0], 2),
     ([3] * 30 + [2], [0] * 31, 2),
-    (list(range(16)), _TURNS[3][:16], 4),
+    (list(range(16)), _ALTERNATING_CONTEXTS[3][:16], 4),
 )
 _UNSIGNED = (
     ([0, 1, 5, 6, 200], [0, 0, 0, 0, 2], 4),
     ([(1 << 63) - 1, 1 << 62, 0], [0] * 3, 6),
-    ([pick(k) >> (k % 30) for k in range(40)], _TURNS[2][:40], 6),
+    ([hash_numbers(k) >> (k % 30) for k in range(40)], _ALTERNATING_CONTEXTS[2][:40], 6),
 )
 _SIGNED = (
     ([0, -1, -6, 3], [0, 0, 0, 1], 4),
     ([32767, -32767, 0, -1], [0] * 4, 4),
-    ([between(-900, 900, k) >> (k % 9) for k in range(60)], _TURNS[3], 4),
+    ([draw_between(-900, 900, k) >> (k % 9) for k in range(60)], _ALTERNATING_CONTEXTS[3], 4),
 )
 
 
-def make_coding() -> list[Unit]:
-    """Return the answers for the coder and for integers as planes."""
-    return [*_of_weights(), *_of_bits()]
+def make_coding_units() -> list[Unit]:
+    """Return the known answers for entropy coding, and for integers as planes."""
+    return [*_make_weight_units(), *_make_bit_units()]
 
 
-def _of_weights() -> list[Unit]:
+def _make_weight_units() -> list[Unit]:
     codes: list[tuple[Input, Any]] = [({"code": c}, weight_from_code(c)) for c in range(240)]
-    codes += [({"code": c}, Refusal("bad-probability")) for c in (240, 255)]
-    weights = [({"zeros": z, "ones": o}, weight_from_counts(z, o)) for z, o in _SEEN]
+    codes += [({"code": c}, Rejection("bad-probability")) for c in (240, 255)]
+    weights = [({"zeros": z, "ones": o}, weight_from_counts(z, o)) for z, o in _COUNTS]
     counts = [
         ({"before": list(b), "plane": [z, o]}, add_to_counts(list(b), [0] * z + [1] * o))
-        for b, (z, o) in _COUNTED
+        for b, (z, o) in _COUNT_UPDATES
     ]
-    by_counts = "the weight of a 1, from the zeros and ones of a context"
+    weight_note = "the weight of a 1, from the zeros and ones of a context"
     return [
         Unit("weight_of_code", "the weight of a 1, from a stated code", "8.2-1", codes),
-        Unit("weight_by_counts", by_counts, "8.2", weights),
+        Unit("weight_by_counts", weight_note, "8.2", weights),
         Unit("counts", "the zeros and ones of a context after a plane", "8.2", counts),
     ]
 
 
-def _of_bits() -> list[Unit]:
-    bits = "the bits of words, all of which must be used"
-    first = "numbers by Fixed(width) in outer contexts, from counts of 0"
-    last = "numbers by Ascending(6), from counts of 0"
+def _make_bit_units() -> list[Unit]:
+    bits_note = "the bits of words, all of which must be used"
+    fixed_note = "numbers by Fixed(width) in outer contexts, from counts of 0"
+    ascending_note = "numbers by Ascending(6), from counts of 0"
     return [
-        Unit("decode_bits", bits, "8.3-1 8.3-2 8.3-3", _coded()),
-        Unit("fixed", first, "8.4", _forms("fixed", _FIXED)),
+        Unit("decode_bits", bits_note, "8.3-1 8.3-2 8.3-3", _make_bit_cases()),
+        Unit("fixed", fixed_note, "8.4", _make_integer_cases("fixed", _FIXED)),
         Unit(
-            "unsigned", "numbers by Unsigned(width), likewise", "8.4", _forms("unsigned", _UNSIGNED)
+            "unsigned",
+            "numbers by Unsigned(width), likewise",
+            "8.4",
+            _make_integer_cases("unsigned", _UNSIGNED),
         ),
-        Unit("signed", "numbers by Signed(width), likewise", "8.4", _forms("signed", _SIGNED)),
-        Unit("ascending", last, "8.4-1", _ascended()),
+        Unit(
+            "signed",
+            "numbers by Signed(width), likewise",
+            "8.4",
+            _make_integer_cases("signed", _SIGNED),
+        ),
+        Unit("ascending", ascending_note, "8.4-1", _make_ascending_cases()),
     ]
 
 
-def _coded() -> list[tuple[Input, Any]]:
+def _make_bit_cases() -> list[tuple[Input, Any]]:
     runs = [
         ([0] * 4, [8388608, 8388608, 256, 1048576]),
         ([1], [8388608]),
@@ -85,36 +93,43 @@ def _coded() -> list[tuple[Input, Any]]:
         ([1, 0, 1, 1, 0, 1, 1], [16776960, 256, 15728640, 8388608, 7864320, 256, 256]),
     ]
     runs.append(
-        ([pick(k) & 1 for k in range(200)], [1 + pick(k, 1) % ((1 << 24) - 1) for k in range(200)])
+        (
+            [hash_numbers(k) & 1 for k in range(200)],
+            [1 + hash_numbers(k, 1) % ((1 << 24) - 1) for k in range(200)],
+        )
     )
-    made: list[tuple[Input, Any]] = []
+    cases: list[tuple[Input, Any]] = []
     for bits, weights in runs:
         words = encode(zip(bits, weights, strict=True))
-        made.append(({"words": words, "weights": weights}, bits))
+        cases.append(({"words": words, "weights": weights}, bits))
     words, weights = encode(zip(*runs[-1], strict=True)), runs[-1][1]
-    made.append(({"words": [*words, 0], "weights": weights}, Refusal("invalid-words")))
-    made.append(({"words": [1, *words], "weights": weights}, Refusal("unconsumed-words")))
-    made.append(({"words": [0, *words], "weights": weights}, Refusal("unconsumed-words")))
-    made.append(({"words": [1], "weights": []}, Refusal("unconsumed-words")))
-    made.append(({"words": words[1:], "weights": weights}, Refusal("unconsumed-words")))
-    return made
+    cases.append(({"words": [*words, 0], "weights": weights}, Rejection("invalid-words")))
+    cases.append(({"words": [1, *words], "weights": weights}, Rejection("unconsumed-words")))
+    cases.append(({"words": [0, *words], "weights": weights}, Rejection("unconsumed-words")))
+    cases.append(({"words": [1], "weights": []}, Rejection("unconsumed-words")))
+    cases.append(({"words": words[1:], "weights": weights}, Rejection("unconsumed-words")))
+    return cases
 
 
-_MAKERS = {"fixed": fixed, "unsigned": unsigned, "signed": signed}
+_PLANE_WRITERS = {"fixed": fixed, "unsigned": unsigned, "signed": signed}
 
 
-def _forms(form: str, given: Iterable[tuple[list[int], list[int], int]]) -> list[tuple[Input, Any]]:
-    made: list[tuple[Input, Any]] = []
-    for values, contexts, width in given:
-        section = WritingSection("n", Planes(_MAKERS[form](values, width)), {})
+def _make_integer_cases(
+    form: str, inputs: Iterable[tuple[list[int], list[int], int]]
+) -> list[tuple[Input, Any]]:
+    cases: list[tuple[Input, Any]] = []
+    for values, contexts, width in inputs:
+        section = WritingSection("n", Planes(_PLANE_WRITERS[form](values, width)), {})
         getattr(planes, form)(section, "n", contexts, width)
         section.close()
-        made.append(({"words": section.written, "contexts": contexts, "width": width}, values))
-    return made
+        cases.append(
+            ({"words": section.written_words, "contexts": contexts, "width": width}, values)
+        )
+    return cases
 
 
-def _ascended() -> list[tuple[Input, Any]]:
-    made: list[tuple[Input, Any]] = []
+def _make_ascending_cases() -> list[tuple[Input, Any]]:
+    cases: list[tuple[Input, Any]] = []
     for values in (
         [3, 3, 10, 11],
         [0, 0, 0],
@@ -124,23 +139,25 @@ def _ascended() -> list[tuple[Input, Any]]:
         section = WritingSection("n", Planes(ascending(values)), {})
         planes.ascending(section, "n", len(values), 6)
         section.close()
-        made.append(({"words": section.written, "count": len(values)}, values))
+        cases.append(({"words": section.written_words, "count": len(values)}, values))
     section = WritingSection("n", Planes(unsigned([(1 << 60) + 1, 0], 6)), {})
     planes.unsigned(section, "n", [0, 0], 6)
     section.close()
-    made.append(({"words": section.written, "count": 2}, Refusal("symbol-range")))
-    return made
+    cases.append(({"words": section.written_words, "count": 2}, Rejection("symbol-range")))
+    return cases
 
 
-def make_states() -> list[Unit]:
-    """Return the answers for serialization."""
+def make_state_units() -> list[Unit]:
+    """Return the known answers for the digests of states."""
     cases = []
     for degree in (0, 1):
-        stream = Stream(Head(sh_degree=degree)).canonical(0, cloud(3, 30, degree)).frame()
+        stream = (
+            Stream(Head(sh_degree=degree)).add_canonical(0, make_cloud(3, 30, degree)).add_frame()
+        )
         for state in stream.states:
             assert state is not None
             rows = state.gaussians
-            given = {
+            state_input = {
                 "phase": state.phase,
                 "ids": [g.id for g in rows],
                 "positions": [g.position for g in rows],
@@ -150,7 +167,7 @@ def make_states() -> list[Unit]:
             digest = sha256(state.serialize()).hexdigest()
             cases.append(
                 (
-                    given,
+                    state_input,
                     {
                         "crc_all": zlib.crc32(state.serialize()),
                         "crc_without_codes": zlib.crc32(state.serialize(codes=False)),

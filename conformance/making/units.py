@@ -1,9 +1,9 @@
-"""The form of a known answer."""
+"""The class of unit files, which hold known answers of a function."""
 
 from dataclasses import dataclass
 from typing import Any
 
-_SAFE = (1 << 53) - 1
+_MAX_SAFE_INTEGER = (1 << 53) - 1
 
 
 Input = dict[str, Any]
@@ -11,10 +11,10 @@ Input = dict[str, Any]
 
 @dataclass(frozen=True)
 class Unit:
-    """A function of SPEC with inputs and outputs.
+    """A function of SPEC.md with inputs and expected outputs.
 
     Attributes:
-        function: Its name.
+        function: Name of the function.
         note: Description of inputs and outputs.
         clauses: Clauses of SPEC.md, or sections without clauses.
         cases: Inputs and outputs; an output can be a rejection.
@@ -26,24 +26,31 @@ class Unit:
     cases: list[tuple[Input, Any]]
 
     def as_json(self) -> dict[str, Any]:
-        """Return the content of the file."""
-        cases = [{"input": _plain(given), **_answer(answer)} for given, answer in self.cases]
-        said = {"function": self.function, "note": self.note, "clauses": self.clauses.split()}
-        return said | {"cases": cases}
+        """Return the content of the unit file."""
+        cases = [
+            {"input": _encode_numbers(unit_input), **_encode_answer(answer)}
+            for unit_input, answer in self.cases
+        ]
+        entry = {"function": self.function, "note": self.note, "clauses": self.clauses.split()}
+        return entry | {"cases": cases}
 
 
-class Refusal(str):
-    """A reject id in place of an output."""
+class Rejection(str):
+    """A reject id, which takes the place of an output."""
 
 
-def _answer(answer: Any) -> dict[str, Any]:
-    return {"refused": str(answer)} if isinstance(answer, Refusal) else {"output": _plain(answer)}
+def _encode_answer(answer: Any) -> dict[str, Any]:
+    return (
+        {"refused": str(answer)}
+        if isinstance(answer, Rejection)
+        else {"output": _encode_numbers(answer)}
+    )
 
 
-def _plain(value: Any) -> Any:
+def _encode_numbers(value: Any) -> Any:
     """Convert integers that a double cannot represent to decimal strings."""
     if isinstance(value, dict):
-        return {key: _plain(each) for key, each in value.items()}
+        return {key: _encode_numbers(element) for key, element in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
-    return str(value) if isinstance(value, int) and abs(value) > _SAFE else value
+        return [_encode_numbers(element) for element in value]
+    return str(value) if isinstance(value, int) and abs(value) > _MAX_SAFE_INTEGER else value

@@ -1,11 +1,11 @@
-"""Hand-written updates, and patterns that fill frames with them (SPEC 7.8)."""
+"""Pseudorandom updates, which fill frames with various residuals (SPEC 7.8)."""
 
 from collections.abc import Iterable
 from dataclasses import replace
 
 from making.changes import Update
 from making.payloads import Head
-from making.scenes import between, pick, place_numbers
+from making.scenes import draw_between, fill_fields, hash_numbers
 
 FIELDS = {
     "translation": range(3),
@@ -15,7 +15,7 @@ FIELDS = {
     "sh-dc": range(10, 13),
 }
 NEEDS = {"needs": "updates"}
-"""Decoders of 1.0 are not tested with these streams, which they reject."""
+"""Only decoders with this capability are tested with streams of format 1.1."""
 
 
 def update_head(**fields: int) -> Head:
@@ -23,32 +23,34 @@ def update_head(**fields: int) -> Head:
     return replace(Head(version_minor=1, incompatible_features=2), **fields)
 
 
-def residuals(**said: tuple[int, ...] | int) -> tuple[int, ...]:
-    """Return the 13 residuals of fields, `sh_dc` for SH DC; missing fields are 0."""
-    return place_numbers(FIELDS, said)
+def make_residuals(**values_by_field: tuple[int, ...] | int) -> tuple[int, ...]:
+    """Return the 13 residuals, given the residuals of some fields; the others are 0."""
+    return fill_fields(FIELDS, values_by_field)
 
 
-def drawn(count: int, seed: int, *, one_in: int = 3, leaving: int = 7) -> tuple[Update, ...]:
-    """Return updates of some Gaussians in some fields each; the first one does not leave."""
-    chosen = [i for i in range(count) if pick(seed, i) % one_in == 0]
-    return tuple(_draw(i, seed, leaving) for i in chosen)
+def draw_updates(
+    count: int, seed: int, *, one_in: int = 3, leaving_one_in: int = 7
+) -> tuple[Update, ...]:
+    """Return updates of some fields of some Gaussians; Gaussian 0 does not leave."""
+    indices = [i for i in range(count) if hash_numbers(seed, i) % one_in == 0]
+    return tuple(_draw_update(i, seed, leaving_one_in) for i in indices)
 
 
-def _draw(i: int, seed: int, leaving: int) -> Update:
-    if i and pick(seed, i, 1) % leaving == 0:
+def _draw_update(i: int, seed: int, leaving_one_in: int) -> Update:
+    if i and hash_numbers(seed, i, 1) % leaving_one_in == 0:
         return Update(i, None)
-    rows = [between(-5, 5, seed, i, 2, row) for row in range(13)]
+    rows = [draw_between(-5, 5, seed, i, 2, row) for row in range(13)]
     for number, field in enumerate(FIELDS.values()):
-        if pick(seed, i, 3, number) % 2:
+        if hash_numbers(seed, i, 3, number) % 2:
             rows[field.start : field.stop] = [0] * len(field)
     return Update(i, tuple(rows))
 
 
-def of_all(count: int, said: tuple[int, ...]) -> tuple[Update, ...]:
-    """Return the same update of all Gaussians."""
-    return tuple(Update(i, said) for i in range(count))
+def update_all(count: int, residuals: tuple[int, ...]) -> tuple[Update, ...]:
+    """Return an update with the same residuals for every Gaussian."""
+    return tuple(Update(i, residuals) for i in range(count))
 
 
-def leaving(which: Iterable[int]) -> tuple[Update, ...]:
-    """Return updates that make Gaussians leave."""
-    return tuple(Update(i, None) for i in which)
+def make_leaving_updates(indices: Iterable[int]) -> tuple[Update, ...]:
+    """Return updates by which the Gaussians at `indices` leave."""
+    return tuple(Update(i, None) for i in indices)

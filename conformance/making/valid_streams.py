@@ -1,114 +1,180 @@
-"""streams/: one feature for each stream."""
+"""streams/: valid streams, each of which has one feature."""
 
-from making.changes import Change, Coded
-from making.motion_streams import make_lives, make_motions
+from making.changes import Change, CodedGaussian
+from making.motion_streams import make_births_and_deaths, make_motion_streams
 from making.payloads import Head, pack_camera, pack_cameras, pack_metadata
-from making.scenes import between, cloud, moving, newborn, only, state_some
-from making.snapshot_streams import make_snapshots
+from making.scenes import (
+    draw_between,
+    make_cloud,
+    make_moving_symbols,
+    make_newborn,
+    select_symbols,
+    state_varied_codes,
+)
+from making.snapshot_streams import make_snapshot_streams
 from making.streams import Stream
-from making.update_streams import make_updates
-from making.vectors import Outcome, Valid, valid
+from making.update_streams import make_update_streams
+from making.vectors import Outcome, ValidStream, make_valid_stream
 
 _CAMERA = pack_camera()
 
 
-def journey() -> Valid:
-    """The parent of most faults: frames 0 to 8, canonical 0, 3 and 6, ancillary chunks, INDX."""
+def make_journey() -> ValidStream:
+    """Return the parent of most faults: canonical frames 0, 3 and 6, ancillary chunks, INDX."""
     head = Head(rotation_components=4, rotation_unity=1, sh_degree=1, level_count=2)
-    stream = Stream(head).add(b"came", pack_cameras(_CAMERA))
+    stream = Stream(head).add_chunk(b"came", pack_cameras(_CAMERA))
     for frame in (0, 3, 6):
-        stream.canonical(frame, cloud(12, frame, reach=20))
+        stream.add_canonical(frame, make_cloud(12, frame, limit=20))
         if frame == 3:
-            stream.add(b"meta", pack_metadata(("title", "before frame 4")))
-        stream.frame(Change(moving(7, frame + 1)))
+            stream.add_chunk(b"meta", pack_metadata(("title", "before frame 4")))
+        stream.add_frame(Change(make_moving_symbols(7, frame + 1)))
         if frame == 6:
-            stream.add(b"note", b"an ancillary chunk of a type that nobody knows")
-        stream.frame(Change(moving(7, frame + 2), newborn([2, 7], frame), deaths=1))
-    stream.end(index=True)
-    made = valid("streams/journey", "a little of everything; the parent of most faults", "", stream)
-    seek = tuple((f, Outcome(made.frames[f:])) for f in range(1, 9))
+            stream.add_chunk(b"note", b"an ancillary chunk of a type that nobody knows")
+        stream.add_frame(
+            Change(make_moving_symbols(7, frame + 2), make_newborn([2, 7], frame), deaths=1)
+        )
+    stream.finish(index=True)
+    without_seek = make_valid_stream(
+        "streams/journey", "a little of everything; the parent of most faults", "", stream
+    )
+    seek = tuple((f, Outcome(without_seek.frames[f:])) for f in range(1, 9))
     note = "canonical frames 0, 3 and 6, motion, births, deaths, ancillary chunks, index"
-    return valid("streams/journey", note, "1-1 1-2 11.2-1", stream, seek=seek, grow=True)
+    return make_valid_stream(
+        "streams/journey", note, "1-1 1-2 11.2-1", stream, seek=seek, grow=True
+    )
 
 
-def brief() -> Valid:
-    """The parent of truncations: three frames of one Gaussian."""
-    stream = Stream(Head(level_count=1, sh_degree=0)).canonical(0, [Coded((3, -2, 1))])
-    stream.frame(Change(only((1, 0, [1, 0, 0, 0, 0, 2]))))
-    stream.frame(Change(only((1, 0, [0, -1, 0, 0, 0, 0])))).end()
-    return valid("streams/brief", "three frames of one Gaussian, no index", "7.1 6.1", stream)
+def make_brief() -> ValidStream:
+    """Return the stream that is cut at every byte: three frames of one Gaussian."""
+    stream = Stream(Head(level_count=1, sh_degree=0)).add_canonical(0, [CodedGaussian((3, -2, 1))])
+    stream.add_frame(Change(select_symbols((1, 0, [1, 0, 0, 0, 0, 2]))))
+    stream.add_frame(Change(select_symbols((1, 0, [0, -1, 0, 0, 0, 0])))).finish()
+    return make_valid_stream(
+        "streams/brief", "three frames of one Gaussian, no index", "7.1 6.1", stream
+    )
 
 
-def make_streams() -> list[Valid]:
+def make_streams() -> list[ValidStream]:
     """Return all streams."""
     return [
-        *(journey(), brief(), *_containers(), *_scenes()),
-        *(*make_motions(), *make_lives(), *make_updates(), *make_snapshots()),
+        *(make_journey(), make_brief(), *_make_containers(), *_make_scenes()),
+        *(
+            *make_motion_streams(),
+            *make_births_and_deaths(),
+            *make_update_streams(),
+            *make_snapshot_streams(),
+        ),
     ]
 
 
-def _still(**fields: object) -> Stream:
+def _make_still(**fields: object) -> Stream:
     degree = fields.get("sh_degree", 1)
-    return Stream(Head(**fields)).canonical(0, cloud(6, degree=degree))  # type: ignore[arg-type]
+    return Stream(Head(**fields)).add_canonical(0, make_cloud(6, degree=degree))  # type: ignore[arg-type]
 
 
-def _containers() -> list[Valid]:
-    return [*_without_frames(), _metadata(), _ancillaries(), *_headers(), *_ordinals(), *_fields()]
-
-
-def _without_frames() -> list[Valid]:
-    bare, indexed = Stream(Head()).end(), Stream(Head()).end(index=True)
+def _make_containers() -> list[ValidStream]:
     return [
-        valid("streams/no-frames", "a stream without frames is valid", "5.1-4", bare),
-        valid("streams/no-frames-index", "INDX without seek points", "5.9-1", indexed),
-        valid("streams/still", "one canonical frame", "7.2-1 7.2-2 9.2-1", _still().end()),
+        *_make_streams_without_motion(),
+        _make_metadata(),
+        _make_ancillaries(),
+        *_make_headers(),
+        *_make_ordinals(),
+        *_make_field_extremes(),
     ]
 
 
-def _metadata() -> Valid:
+def _make_streams_without_motion() -> list[ValidStream]:
+    empty_stream, indexed_stream = Stream(Head()).finish(), Stream(Head()).finish(index=True)
+    return [
+        make_valid_stream(
+            "streams/no-frames", "a stream without frames is valid", "5.1-4", empty_stream
+        ),
+        make_valid_stream(
+            "streams/no-frames-index", "INDX without seek points", "5.9-1", indexed_stream
+        ),
+        make_valid_stream(
+            "streams/still", "one canonical frame", "7.2-1 7.2-2 9.2-1", _make_still().finish()
+        ),
+    ]
+
+
+def _make_metadata() -> ValidStream:
     meta = pack_metadata(("title", "Große Straße \u0000 \ufeff 日本"), ("title", "again"), ("", ""))
-    stream = Stream(Head()).add(b"meta", pack_metadata())
-    stream.add(b"came", pack_cameras(_CAMERA, _CAMERA)).canonical(0, cloud(3))
-    stream.add(b"meta", meta).add(b"came", pack_cameras()).frame()
-    stream.add(b"came", pack_cameras(_CAMERA)).add(b"meta", meta).end()
+    stream = Stream(Head()).add_chunk(b"meta", pack_metadata())
+    stream.add_chunk(b"came", pack_cameras(_CAMERA, _CAMERA)).add_canonical(0, make_cloud(3))
+    stream.add_chunk(b"meta", meta).add_chunk(b"came", pack_cameras()).add_frame()
+    stream.add_chunk(b"came", pack_cameras(_CAMERA)).add_chunk(b"meta", meta).finish()
     note = "`came` and `meta` anywhere and more than once, U+0000, an empty key"
-    return valid("streams/cameras-and-metadata", note, "5-4", stream)
+    return make_valid_stream("streams/cameras-and-metadata", note, "5-4", stream)
 
 
-def _ancillaries() -> Valid:
-    stream = Stream(Head()).add(b"nOte", b"").add(b"zZzz", b"\xff" * 9).canonical(0, cloud(2))
-    stream.add(b"note", pack_metadata()[:1]).frame().end(index=True)
+def _make_ancillaries() -> ValidStream:
+    stream = (
+        Stream(Head())
+        .add_chunk(b"nOte", b"")
+        .add_chunk(b"zZzz", b"\xff" * 9)
+        .add_canonical(0, make_cloud(2))
+    )
+    stream.add_chunk(b"note", pack_metadata()[:1]).add_frame().finish(index=True)
     note = "ancillary chunks of unknown types, including private ones"
-    return valid("streams/unknown-ancillary", note, "5.2-8 5.2-10", stream, grow=True)
+    return make_valid_stream("streams/unknown-ancillary", note, "5.2-8 5.2-10", stream, grow=True)
 
 
-def _headers() -> list[Valid]:
-    feature, minor = _still(compatible_features=0x80000001), _still(version_minor=7)
+def _make_headers() -> list[ValidStream]:
+    feature_stream, minor_stream = (
+        _make_still(compatible_features=0x80000001),
+        _make_still(version_minor=7),
+    )
     note = "unknown bits of compatible_features"
     return [
-        valid("streams/compatible-feature", note, "12-3", feature.end()),
-        valid("streams/minor-version", "a later minor version", "12-1", minor.end()),
+        make_valid_stream("streams/compatible-feature", note, "12-3", feature_stream.finish()),
+        make_valid_stream(
+            "streams/minor-version", "a later minor version", "12-1", minor_stream.finish()
+        ),
     ]
 
 
-def _ordinals() -> list[Valid]:
-    late = Stream(Head()).canonical(4294967294, cloud(2)).frame().end(index=True)
-    last = ((4294967295, Outcome([late.decoded()[1]])), (1, Outcome(late.decoded())))
-    twice = Stream(Head()).canonical(7, cloud(4)).canonical(8, cloud(5, 2)).frame().end(index=True)
-    second, sync = ((8, Outcome(twice.decoded()[1:])),), bytes.fromhex("9E5143F3")
-    inside = Stream(Head()).add(b"note", sync + b"CANO" + sync * 3).canonical(0, cloud(2)).end()
+def _make_ordinals() -> list[ValidStream]:
+    late_stream = (
+        Stream(Head()).add_canonical(4294967294, make_cloud(2)).add_frame().finish(index=True)
+    )
+    late_seek = (
+        (4294967295, Outcome([late_stream.list_decoded()[1]])),
+        (1, Outcome(late_stream.list_decoded())),
+    )
+    two_canonicals = (
+        Stream(Head())
+        .add_canonical(7, make_cloud(4))
+        .add_canonical(8, make_cloud(5, 2))
+        .add_frame()
+        .finish(index=True)
+    )
+    second_seek, sync_word = (
+        ((8, Outcome(two_canonicals.list_decoded()[1:])),),
+        bytes.fromhex("9E5143F3"),
+    )
+    sync_stream = (
+        Stream(Head())
+        .add_chunk(b"note", sync_word + b"CANO" + sync_word * 3)
+        .add_canonical(0, make_cloud(2))
+        .finish()
+    )
     name, note = (
         "streams/canonical-after-canonical",
         "two canonical frames in a row, from ordinal 7 on",
     )
     return [
-        valid("streams/last-ordinals", "ordinals up to 2^32 - 1", "7.4-2", late, seek=last),
-        valid(name, note, "7.2-1 11.2-4", twice, seek=second),
-        valid("streams/sync-in-a-payload", "sync words within a payload", "5.2-1", inside),
+        make_valid_stream(
+            "streams/last-ordinals", "ordinals up to 2^32 - 1", "7.4-2", late_stream, seek=late_seek
+        ),
+        make_valid_stream(name, note, "7.2-1 11.2-4", two_canonicals, seek=second_seek),
+        make_valid_stream(
+            "streams/sync-in-a-payload", "sync words within a payload", "5.2-1", sync_stream
+        ),
     ]
 
 
-_GREATEST = {
+_MAXIMUM_FIELDS = {
     **dict.fromkeys(("timescale", "frame_ticks"), 4294967295),
     **dict.fromkeys(("position_step", "translation_step", "gaussians_per_anchor"), 65535),
     **dict.fromkeys(("anchor_ratio", "resample_interval", "full_crc_interval"), 65535),
@@ -122,103 +188,124 @@ _GREATEST = {
 }
 
 
-def _fields() -> list[Valid]:
-    greatest, least = _still(**_GREATEST).frame().end(), _least()
+def _make_field_extremes() -> list[ValidStream]:
+    maximum_stream, minimum_stream = (
+        _make_still(**_MAXIMUM_FIELDS).add_frame().finish(),
+        _make_minimum_fields(),
+    )
     note = "minimum values of fields of HEAD; a subnormal step; meters_per_unit -0"
     return [
-        valid("streams/largest-fields", "maximum values of fields of HEAD", "5-3", greatest),
-        valid("streams/least-fields", note, "5-3", least),
+        make_valid_stream(
+            "streams/largest-fields", "maximum values of fields of HEAD", "5-3", maximum_stream
+        ),
+        make_valid_stream("streams/least-fields", note, "5-3", minimum_stream),
     ]
 
 
-def _least() -> Stream:
-    least = {"timescale": 1, "lattice_exponent": 0, "position_step": 1, "translation_step": 1}
-    least |= {"rotation_unity": 1, "rotation_bits": 1, "sh_degree": 0, "level_count": 1}
-    least |= {"gaussians_per_anchor": 1, "resample_interval": 1, "full_crc_interval": 1, "seed": 0}
+def _make_minimum_fields() -> Stream:
+    fields = {"timescale": 1, "lattice_exponent": 0, "position_step": 1, "translation_step": 1}
+    fields |= {"rotation_unity": 1, "rotation_bits": 1, "sh_degree": 0, "level_count": 1}
+    fields |= {"gaussians_per_anchor": 1, "resample_interval": 1, "full_crc_interval": 1, "seed": 0}
     steps = {"log_scale_step": 1e-45, "opacity_step": 1e-45, "meters_per_unit": -0.0}
-    small = [Coded((0, 0, 0), (0, 1, 0, 0)), Coded((1, 0, 0), (1, 0, -1, 0))]
-    stream = Stream(Head(**least, **steps, right_handed=0)).canonical(0, small)  # type: ignore[arg-type]
-    return stream.frame(Change(only((1, 1, [1, 0, 0, 0, 0, -1])))).end()
+    gaussians = [CodedGaussian((0, 0, 0), (0, 1, 0, 0)), CodedGaussian((1, 0, 0), (1, 0, -1, 0))]
+    stream = Stream(Head(**fields, **steps, right_handed=0)).add_canonical(0, gaussians)  # type: ignore[arg-type]
+    return stream.add_frame(Change(select_symbols((1, 1, [1, 0, 0, 0, 0, -1])))).finish()
 
 
-def _scenes() -> list[Valid]:
-    far = [Coded((-524288,) * 3), Coded((524287,) * 3), Coded((0, 1, 77))]
-    one = [Coded((-5, 9, 2), codes=cloud(4)[i].codes) for i in range(4)]
-    codes = [(32767, -32767, 0, 32767, 16384, 0, -16383, *[32767, -32767] * 4, 0), (-1,) * 16]
-    extreme = [Coded((i, 0, 0), codes=c) for i, c in enumerate(codes)]
-    turned = [Coded((i, i, 0), (i % 4, *c)) for i, c in enumerate(_TURNED)]
+def _make_scenes() -> list[ValidStream]:
+    far_corners = [
+        CodedGaussian((-524288,) * 3),
+        CodedGaussian((524287,) * 3),
+        CodedGaussian((0, 1, 77)),
+    ]
+    one_position = [CodedGaussian((-5, 9, 2), codes=make_cloud(4)[i].codes) for i in range(4)]
+    code_rows = [(32767, -32767, 0, 32767, 16384, 0, -16383, *[32767, -32767] * 4, 0), (-1,) * 16]
+    extreme_codes = [CodedGaussian((i, 0, 0), codes=c) for i, c in enumerate(code_rows)]
+    rotated = [CodedGaussian((i, i, 0), (i % 4, *c)) for i, c in enumerate(_ROTATIONS)]
     return [
-        valid("streams/sh-degree-0", "Gaussians of 7 codes", "7.1", _still(sh_degree=0).end()),
-        valid(
+        make_valid_stream(
+            "streams/sh-degree-0", "Gaussians of 7 codes", "7.1", _make_still(sh_degree=0).finish()
+        ),
+        make_valid_stream(
             "streams/sh-rest",
             "SH rest of many magnitudes, which use all classes of contexts",
             "8.5",
-            Stream(Head()).canonical(0, _rest()).end(),
+            Stream(Head()).add_canonical(0, _make_sh_rest_scene()).finish(),
         ),
-        valid(
+        make_valid_stream(
             "streams/one-place",
             "axis_bits 0: all Gaussians at one position",
             "8.5-1",
-            Stream(Head()).canonical(0, one).end(),
+            Stream(Head()).add_canonical(0, one_position).finish(),
         ),
-        valid(
+        make_valid_stream(
             "streams/wide-box",
             "axis_bits 20: the widest box, position_step 1",
             "8.5-1 7.2-3",
-            Stream(Head(position_step=1)).canonical(0, far).end(),
+            Stream(Head(position_step=1)).add_canonical(0, far_corners).finish(),
         ),
-        valid(
+        make_valid_stream(
             "streams/extreme-codes",
             "codes of the greatest magnitude",
             "7.2-4",
-            Stream(Head()).canonical(0, extreme).end(),
+            Stream(Head()).add_canonical(0, extreme_codes).finish(),
         ),
-        valid(
+        make_valid_stream(
             "streams/rotations",
             "indices j that are not the largest component's, components at their limit",
             "7.2-5 7.2-6",
-            Stream(Head()).canonical(0, turned).end(),
+            Stream(Head()).add_canonical(0, rotated).finish(),
         ),
-        valid(
+        make_valid_stream(
             "streams/stated",
             "every context states a probability",
             "8.2-1",
             Stream(Head())
-            .canonical(0, cloud(9), state_some)
-            .frame(Change(moving(6, 3), newborn([1, 2], 4), stating=state_some))
-            .end(),
+            .add_canonical(0, make_cloud(9), state_varied_codes)
+            .add_frame(
+                Change(
+                    make_moving_symbols(6, 3),
+                    make_newborn([1, 2], 4),
+                    state_code=state_varied_codes,
+                )
+            )
+            .finish(),
         ),
-        valid(
+        make_valid_stream(
             "streams/stated-codes",
             "stated codes 0, 119, 120 and 239",
             "8.2-1",
-            Stream(Head()).canonical(0, cloud(9), _state_ends).end(),
+            Stream(Head()).add_canonical(0, make_cloud(9), _state_extreme_codes).finish(),
         ),
-        valid(
+        make_valid_stream(
             "streams/roomy-box",
             "axis_bits and origin larger than the positions need",
             "8.5-1",
-            Stream(Head()).canonical(0, cloud(5), origin=(-90, -80, -70), axis_bits=19).end(),
+            Stream(Head())
+            .add_canonical(0, make_cloud(5), origin=(-90, -80, -70), axis_bits=19)
+            .finish(),
         ),
     ]
 
 
-_TURNED = (
+_ROTATIONS = (
     *((0, 0, 0), (256, 0, 0), (0, -256, 0), (0, 0, 256), (181, 181, 0), (-181, 0, 181), (1, 2, 3)),
     *((147, 147, -147), (-147, 147, 148), (255, 22, 0), (128, 128, 128), (90, -90, 200)),
 )
 
 
-def _rest() -> list[Coded]:
-    clouds = cloud(40, 77)
-    rest = [
-        tuple(between(-(1 << (i % 11)), 1 << (i % 11), i, k) for k in range(9)) for i in range(40)
+def _make_sh_rest_scene() -> list[CodedGaussian]:
+    gaussians = make_cloud(40, 77)
+    sh_rest = [
+        tuple(draw_between(-(1 << (i % 11)), 1 << (i % 11), i, k) for k in range(9))
+        for i in range(40)
     ]
     return [
-        Coded(g.position, g.rotation, g.codes[:7] + r) for g, r in zip(clouds, rest, strict=True)
+        CodedGaussian(g.position, g.rotation, g.codes[:7] + r)
+        for g, r in zip(gaussians, sh_rest, strict=True)
     ]
 
 
-def _state_ends(_model: str, context: int, zeros: int, ones: int) -> int | None:
+def _state_extreme_codes(_model: str, context: int, zeros: int, ones: int) -> int | None:
     choices = [239, 119, None] + ([0] if not ones else []) + ([120] if not zeros else [])
     return choices[(context + zeros) % len(choices)]

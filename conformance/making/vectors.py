@@ -1,13 +1,13 @@
-"""A vector: bytes, and the expected output of decoders."""
+"""Vectors: streams with the expected output of decoders."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any
 
-from making.streams import Decoded, Layout, Piece, Stream, assemble
+from making.streams import DecodedFrame, Layout, Piece, Stream, assemble
 
-Frames = Sequence[Decoded]
+Frames = Sequence[DecodedFrame]
 
 
 @dataclass(frozen=True)
@@ -15,22 +15,22 @@ class Outcome:
     """The expected output for a stream.
 
     Attributes:
-        frames: The frames that must be printed, and no others.
-        rejected: Reject ids that apply to the stream; empty if it can be decoded to its end.
-        declined: Whether a decoder may decline the stream, which has the unlimited level.
+        frames: Frames that a decoder must print; it must not print others.
+        reject_ids: Allowed reject ids; empty if the stream can be decoded to its end.
+        may_decline: Whether a decoder may decline the stream, which has the unlimited level.
     """
 
     frames: Frames
-    refused: tuple[str, ...] = ()
-    declined: bool = False
+    reject_ids: tuple[str, ...] = ()
+    may_decline: bool = False
 
     def as_json(self) -> dict[str, Any]:
         """Return the entry in the manifest."""
         frames = [[f.frame, f.gaussians, f.sha256] for f in self.frames]
-        said: dict[str, Any] = {"frames": frames}
-        if self.refused:
-            said["refused"] = list(self.refused)
-        return said | ({"may_decline": True} if self.declined else {})
+        entry: dict[str, Any] = {"frames": frames}
+        if self.reject_ids:
+            entry["refused"] = list(self.reject_ids)
+        return entry | ({"may_decline": True} if self.may_decline else {})
 
 
 @dataclass(frozen=True)
@@ -39,47 +39,47 @@ class Gap:
 
     offset: int
     byte_count: int
-    refused: tuple[str, ...]
+    reject_ids: tuple[str, ...]
     frames_lost: int | None
 
     def as_json(self) -> dict[str, Any]:
         """Return the entry in the manifest."""
-        lost = {"frames_lost": self.frames_lost}
+        lost_entry = {"frames_lost": self.frames_lost}
         return {
             "offset": self.offset,
             "bytes": self.byte_count,
-            "refused": list(self.refused),
-        } | lost
+            "refused": list(self.reject_ids),
+        } | lost_entry
 
 
 @dataclass(frozen=True)
 class Recovery:
-    """The expected output for a stream if decoding continues after damage."""
+    """The expected output of a decoder that recovers damaged streams (SPEC 11.4)."""
 
     frames: Frames
     gaps: tuple[Gap, ...] = ()
-    refused: tuple[str, ...] = ()
+    reject_ids: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """Return the entry in the manifest."""
-        return Outcome(self.frames, self.refused).as_json() | {
+        return Outcome(self.frames, self.reject_ids).as_json() | {
             "gaps": [g.as_json() for g in self.gaps]
         }
 
 
 @dataclass(frozen=True)
 class Splice:
-    """A replacement of bytes: `count` times `insert` for `remove` bytes at `at`."""
+    """A change of a parent: `removed_bytes` bytes at `offset` become `count` times `inserted`."""
 
-    at: int
-    remove: int
-    insert: bytes
+    offset: int
+    removed_bytes: int
+    inserted: bytes
     count: int = 1
 
     def as_json(self) -> dict[str, Any]:
         """Return the entry in the manifest."""
-        said = {"at": self.at, "remove": self.remove, "insert": self.insert.hex()}
-        return said | ({"count": self.count} if self.count > 1 else {})
+        entry = {"at": self.offset, "remove": self.removed_bytes, "insert": self.inserted.hex()}
+        return entry | ({"count": self.count} if self.count > 1 else {})
 
 
 @dataclass(frozen=True)
@@ -88,17 +88,18 @@ class Vector:
 
     Attributes:
         name: `category/feature`.
-        note: One sentence on what it tests.
-        clauses: Tested clauses of SPEC.md.
-        data: The stream.
-        decode: Expected output when reading through; None if this is not tested.
+        note: Short description of the tested feature or fault.
+        clauses: Numbers of the tested clauses of SPEC.md.
+        data: Bytes of the stream.
+        decode: Expected output of decoding from the start; None if this is not tested.
         recover: Expected output with recovery.
-        seek: Expected output from given frames on.
-        grow: Whether it is also fed in pieces.
-        parent: Name of the valid stream that it patches.
-        stored: Whether it is committed; otherwise it is generated from its parent on demand.
-        numbers: SHA-256 of the dequantized frames.
-        needs: A capability without which the stream is not tested.
+        seek: Frames to seek to, with the expected output from there on.
+        grow: Whether the stream is also fed to the decoder chunk by chunk.
+        parent: Vector of the valid stream that this one patches.
+        is_stored: Whether the stream is a file; otherwise it is generated from its parent.
+        splices: Patch of the parent; if empty, it is computed from both streams.
+        numbers: SHA-256 of the dequantized numbers of each frame.
+        needs: Capability that a decoder must have to be tested with the stream.
     """
 
     name: str
@@ -110,32 +111,32 @@ class Vector:
     seek: tuple[tuple[int, Outcome], ...] = ()
     grow: bool = False
     parent: "Vector | None" = None
-    stored: bool = True
+    is_stored: bool = True
     splices: tuple[Splice, ...] = ()
     numbers: tuple[tuple[int, str], ...] = ()
     needs: str = ""
 
     @property
-    def file(self) -> str:
+    def file_name(self) -> str:
         """Path of the stream in conformance/."""
         return f"{self.name}.quarc"
 
     def as_json(self) -> dict[str, Any]:
         """Return the entry of the manifest."""
-        said: dict[str, Any] = {
+        entry: dict[str, Any] = {
             "name": self.name,
             "note": self.note,
             "clauses": list(self.clauses),
             "bytes": len(self.data),
             "sha256": sha256(self.data).hexdigest(),
         }
-        if self.stored:
-            said["file"] = self.file
+        if self.is_stored:
+            entry["file"] = self.file_name
         if self.parent is not None:
-            splices = self.splices or splice(self.parent.data, self.data)
-            patch = [each.as_json() for each in splices]
-            said |= {"parent": self.parent.name, "patch": patch}
-        asked: dict[str, Any] = {
+            splices = self.splices or find_splices(self.parent.data, self.data)
+            patch = [change.as_json() for change in splices]
+            entry |= {"parent": self.parent.name, "patch": patch}
+        optional_entries: dict[str, Any] = {
             "needs": self.needs,
             "decode": self.decode and self.decode.as_json(),
             "recover": self.recover and self.recover.as_json(),
@@ -143,62 +144,67 @@ class Vector:
             "grow": self.grow,
             "numbers": [list(pair) for pair in self.numbers],
         }
-        return said | {key: value for key, value in asked.items() if value}
+        return entry | {key: value for key, value in optional_entries.items() if value}
 
 
-def splice(parent: bytes, child: bytes) -> tuple[Splice, ...]:
-    """Return how a child differs: the changed bytes, or one splice if its size differs."""
+def find_splices(parent: bytes, child: bytes) -> tuple[Splice, ...]:
+    """Return splices that turn a parent into a child; a single one if their sizes differ."""
     if len(parent) == len(child):
-        return tuple(_runs(parent, child))
-    least = min(len(parent), len(child))
-    start = next((i for i in range(least) if parent[i] != child[i]), least)
-    tail = least - start
-    end = next((i for i in range(tail) if parent[-1 - i] != child[-1 - i]), tail)
+        return tuple(_find_runs(parent, child))
+    min_size = min(len(parent), len(child))
+    start = next((i for i in range(min_size) if parent[i] != child[i]), min_size)
+    max_end = min_size - start
+    end = next((i for i in range(max_end) if parent[-1 - i] != child[-1 - i]), max_end)
     return (Splice(start, len(parent) - end - start, child[start : len(child) - end]),)
 
 
-def _runs(parent: bytes, child: bytes) -> Iterable[Splice]:
-    begun: int | None = None
-    for place in range(len(parent) + 1):
-        differs = place < len(parent) and parent[place] != child[place]
-        if differs and begun is None:
-            begun = place
-        elif not differs and begun is not None:
-            yield Splice(begun, place - begun, child[begun:place])
-            begun = None
+def _find_runs(parent: bytes, child: bytes) -> Iterable[Splice]:
+    start: int | None = None
+    for index in range(len(parent) + 1):
+        differs = index < len(parent) and parent[index] != child[index]
+        if differs and start is None:
+            start = index
+        elif not differs and start is not None:
+            yield Splice(start, index - start, child[start:index])
+            start = None
 
 
 @dataclass(frozen=True)
-class Valid:
-    """A valid stream as a vector, and as the parent of others."""
+class ValidStream:
+    """A valid stream, which can be the parent of other vectors."""
 
     vector: Vector
     stream: Stream
     layout: Layout
 
     @property
-    def frames(self) -> list[Decoded]:
+    def frames(self) -> list[DecodedFrame]:
         """The expected output for its frames."""
         return list(self.vector.decode.frames) if self.vector.decode else []
 
 
-def valid(
+def make_valid_stream(
     name: str,
     note: str,
     clauses: str,
     stream: Stream,
-    **more: Any,
-) -> Valid:
+    **options: Any,
+) -> ValidStream:
     """Return a stream that can be decoded to its end."""
-    layout = stream.layout()
-    outcome = Outcome(stream.decoded())
-    vector = Vector(name, note, tuple(clauses.split()), layout.data, outcome, **more)
-    return Valid(vector, stream, layout)
+    layout = stream.make_layout()
+    outcome = Outcome(stream.list_decoded())
+    vector = Vector(name, note, tuple(clauses.split()), layout.data, outcome, **options)
+    return ValidStream(vector, stream, layout)
 
 
-def broken(
-    parent: Valid, name: str, clauses: str, pieces: list[Piece] | bytes, said: Outcome, note: str
+def make_broken_vector(
+    parent: ValidStream,
+    name: str,
+    clauses: str,
+    stream: list[Piece] | bytes,
+    outcome: Outcome,
+    note: str,
 ) -> Vector:
     """Return a patch of a valid stream, which must be rejected."""
-    data = pieces if isinstance(pieces, bytes) else assemble(pieces).data
-    return Vector(name, note, tuple(clauses.split()), data, said, parent=parent.vector)
+    data = stream if isinstance(stream, bytes) else assemble(stream).data
+    return Vector(name, note, tuple(clauses.split()), data, outcome, parent=parent.vector)

@@ -1,18 +1,18 @@
-"""invalid/: sections that no encoder writes (SPEC 8)."""
+"""invalid/: sections whose words or integers violate a clause (SPEC 8)."""
 
 from collections.abc import Iterable
 from dataclasses import replace
 
 from making.changes import Change
-from making.fault_rows import FRAM, MOVED, Row, with_fields
+from making.fault_rows import FRAM_PIECE, MOVED_FRAME, Row, replace_frame_fields
 from making.frames import make_frame
 from making.payloads import Canonical, Frame
 from making.streams import Piece
-from making.vectors import Valid
+from making.vectors import ValidStream
 from making.writing import Planes, WritingSection, encode, unsigned
 from plain import planes
 
-_HALF, _STATED = 1 << 23, 1 << 18
+_HALF_WEIGHT, _STATED_WEIGHT = 1 << 23, 1 << 18
 _DIFFERENCES: tuple[tuple[str, str, list[int], str], ...] = (
     ("difference-beyond", "8.4-1", [(1 << 60) + 1], "a difference of keys beyond 2^60"),
     ("difference-greatest", "8.4-1", [(1 << 63) - 1], "the largest number of Unsigned(6)"),
@@ -22,29 +22,38 @@ _DIFFERENCES: tuple[tuple[str, str, list[int], str], ...] = (
 )
 
 
-def words_at_fault(parent: Valid) -> Iterable[Row]:
-    """Yield frames whose motion or births are sections that no encoder writes."""
-    frame = parent.stream.payloads[MOVED]
+def list_word_faults(parent: ValidStream) -> Iterable[Row]:
+    """Yield frames with wrong words in the section of motion or births."""
+    frame = parent.stream.payloads[MOVED_FRAME]
     assert isinstance(frame, Frame)
     for code, note in ((240, "the first undefined code"), (255, "a code of all ones")):
-        pieces = with_fields(parent, MOVED, motion=state_code(code))
+        pieces = replace_frame_fields(parent, MOVED_FRAME, motion=encode_stated_code(code))
         yield f"probability-{code}", "8.2-1", "bad-probability", pieces, note
-    words, left = tuple(frame.motion), "unconsumed-words"
-    changed = {
+    words, unconsumed_id = tuple(frame.motion), "unconsumed-words"
+    word_cases = {
         "words-end-in-zero": ((*words, 0), "invalid-words", "8.3-1", "a word of 0 after the last"),
         "words-zero": ((0,), "invalid-words", "8.3-1", "a section of one word, which is 0"),
-        "words-left": ((7, *words), left, "8.3-2 8.3-3", "a word before the first"),
-        "words-left-zero": ((0, *words), left, "8.3-3", "a word of 0 before the first"),
+        "words-left": ((7, *words), unconsumed_id, "8.3-2 8.3-3", "a word before the first"),
+        "words-left-zero": ((0, *words), unconsumed_id, "8.3-3", "a word of 0 before the first"),
     }
-    for name, (said, ids, clauses, note) in changed.items():
-        yield name, clauses, ids, with_fields(parent, MOVED, motion=said), note
-    no_births, note = with_fields(parent, MOVED, births=(1,)), "a word in a section without planes"
-    yield "words-of-no-births", "8.3-2", left, no_births, note
+    for name, (motion_words, reject_id, clauses, note) in word_cases.items():
+        yield (
+            name,
+            clauses,
+            reject_id,
+            replace_frame_fields(parent, MOVED_FRAME, motion=motion_words),
+            note,
+        )
+    with_birth_words, note = (
+        replace_frame_fields(parent, MOVED_FRAME, births=(1,)),
+        "a word in a section without planes",
+    )
+    yield "words-of-no-births", "8.3-2", unconsumed_id, with_birth_words, note
     note = "words without motion that leave a state"
-    yield "words-after-stillness", "8.3-2", left, _still(parent), note
+    yield "words-after-stillness", "8.3-2", unconsumed_id, _replace_motion_words(parent), note
 
 
-def keys_at_fault(parent: Valid) -> Iterable[Row]:
+def list_key_faults(parent: ValidStream) -> Iterable[Row]:
     """Yield canonical frames whose keys are outside their box."""
     canonical = parent.stream.payloads[3]
     assert isinstance(canonical, Canonical)
@@ -53,31 +62,31 @@ def keys_at_fault(parent: Valid) -> Iterable[Row]:
         "keys-in-no-box": (0, "different positions in a box of one position"),
     }
     for name, (bits, note) in boxes.items():
-        yield name, "8.5-1", "symbol-range", with_fields(parent, 3, axis_bits=bits), note
+        yield name, "8.5-1", "symbol-range", replace_frame_fields(parent, 3, axis_bits=bits), note
     for name, clauses, differences, note in _DIFFERENCES:
-        section = _code(differences + [0] * (canonical.gaussian_count - len(differences)))
+        section = _encode_keys(differences + [0] * (canonical.gaussian_count - len(differences)))
         sections = [section, *canonical.sections[1:]]
-        pieces = with_fields(parent, 3, sections=sections, axis_bits=20)
+        pieces = replace_frame_fields(parent, 3, sections=sections, axis_bits=20)
         yield name, clauses, "symbol-range", pieces, note
 
 
-def _still(parent: Valid) -> list[Piece]:
-    """All bits are 0, but the state after them is not."""
-    before = parent.stream.states[MOVED - 1]
-    assert before is not None
-    frame, _ = make_frame(parent.stream.head, before, Change())
-    return parent.stream.replaced(FRAM, payload=replace(frame, motion=(1,)).pack())
+def _replace_motion_words(parent: ValidStream) -> list[Piece]:
+    """Return the pieces with a motion of zero bits, after which the coder's state is not 0."""
+    previous = parent.stream.states[MOVED_FRAME - 1]
+    assert previous is not None
+    frame, _ = make_frame(parent.stream.head, previous, Change())
+    return parent.stream.replace_piece(FRAM_PIECE, payload=replace(frame, motion=(1,)).pack())
 
 
-def state_code(code: int) -> list[int]:
+def encode_stated_code(code: int) -> list[int]:
     """Return the words of a first plane with one context and a stated probability."""
     bits = [1, *(code >> place & 1 for place in reversed(range(8)))]
-    return encode(zip(bits, [_STATED] + [_HALF] * 8, strict=True))
+    return encode(zip(bits, [_STATED_WEIGHT] + [_HALF_WEIGHT] * 8, strict=True))
 
 
-def _code(values: list[int]) -> list[int]:
-    """The words of a sequence by Unsigned(6), with counts of 0 at the start."""
+def _encode_keys(values: list[int]) -> list[int]:
+    """Return the words of values that are coded by Unsigned(6), with counts that begin at 0."""
     section = WritingSection("positions", Planes(unsigned(values, 6)), {})
     planes.unsigned(section, "keys", [0] * len(values), 6)
     section.close()
-    return section.written
+    return section.written_words

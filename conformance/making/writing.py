@@ -1,8 +1,8 @@
-"""Values to bits, and bits to words: the writing direction of SPEC 8.
+"""Converts values to planes of bits, and bits to words: the encoder of SPEC 8.
 
-The walks of `plain` request the planes of a section. A writing section knows the bits of every
-plane in advance, in the order of the planes; contexts and counts come from the walk, so reading and
-writing agree.
+The decoder in `plain` reads the planes of a section one after the other. A `WritingSection` takes
+the place of the section that is read: it returns the bits of each plane, which are known in
+advance, and encodes them with the contexts and counts of the decoder.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -11,21 +11,21 @@ from dataclasses import dataclass, field
 from plain.coder import add_to_counts, weight_from_code, weight_from_counts
 from plain.planes import PlainSection
 
-TOTAL = 1 << 24
+WEIGHT_TOTAL = 1 << 24
 Bits = list[int]
-State = Callable[[str, int, int, int], int | None]
-"""Returns the code to state, if any, for model, context, zeros and ones of a plane."""
+StateCode = Callable[[str, int, int, int], int | None]
+"""Returns the code to state, or None, given the model, context, zeros and ones of a plane."""
 
 
 def encode(bits: Iterable[tuple[int, int]]) -> list[int]:
-    """Return the words of (bit, weight of a 1), first to last (SPEC 8.3)."""
+    """Return the words that code a sequence of (bit, weight of a 1) (SPEC 8.3)."""
     state, words = 0, []
     for bit, weight in reversed(list(bits)):
-        left, share = (TOTAL - weight, weight) if bit else (0, TOTAL - weight)
+        offset, share = (WEIGHT_TOTAL - weight, weight) if bit else (0, WEIGHT_TOTAL - weight)
         if state >> 40 >= share:
             words.append(state % (1 << 32))
             state >>= 32
-        state = state // share * TOTAL + left + state % share
+        state = state // share * WEIGHT_TOTAL + offset + state % share
     while state:
         words.append(state % (1 << 32))
         state >>= 32
@@ -38,55 +38,60 @@ class Planes:
 
     Attributes:
         bits: Bits of each plane, in the order of the planes.
-        stating: Which codes are stated.
+        state_code: Returns the code to state for a context, or None.
     """
 
     bits: list[Bits]
-    stating: State = field(default=lambda *_: None)
+    state_code: StateCode = field(default=lambda *_: None)
 
 
 class WritingSection(PlainSection):
-    """A section that returns known bits, and collects them for the coder."""
+    """A section that returns bits known in advance, and encodes them into words."""
 
     def __init__(
         self, title: str, planes: Planes, counts: dict[tuple[str, int], list[int]]
     ) -> None:
         super().__init__(title, [], counts)
         self._planes = iter(planes.bits)
-        self._stating = planes.stating
+        self._state_code = planes.state_code
         self._coded: list[tuple[int, int]] = []
-        self.written: list[int] = []
+        self.written_words: list[int] = []
 
     def read_plane(self, model: str, name: str, contexts: list[int]) -> Bits:
-        """See `PlainSection.plane`."""
+        """See `PlainSection.read_plane`."""
         bits = next(self._planes)
         assert len(bits) == len(contexts), f"{model}, {name}: {len(bits)} of {len(contexts)} bits"
-        parts: dict[int, Bits] = {context: [] for context in sorted(set(contexts))}
+        bits_by_context: dict[int, Bits] = {context: [] for context in sorted(set(contexts))}
         for context, bit in zip(contexts, bits, strict=True):
-            parts[context].append(bit)
-        codes = {c: self._stating(model, c, len(b) - sum(b), sum(b)) for c, b in parts.items()}
+            bits_by_context[context].append(bit)
+        codes = {
+            c: self._state_code(model, c, len(b) - sum(b), sum(b))
+            for c, b in bits_by_context.items()
+        }
         self._coded += [(int(code is not None), 1 << 18) for code in codes.values()]
         for code in codes.values():
             if code is not None:
-                self._coded += [(code >> place & 1, TOTAL // 2) for place in reversed(range(8))]
-        for context, part in parts.items():
+                self._coded += [
+                    (code >> place & 1, WEIGHT_TOTAL // 2) for place in reversed(range(8))
+                ]
+        for context, context_bits in bits_by_context.items():
             code, counts = codes[context], self.counts.get((model, context), [0, 0])
             weight = weight_from_counts(*counts) if code is None else weight_from_code(code)
-            self._coded += [(bit, weight) for bit in part]
-            self.counts[model, context] = add_to_counts(counts, part)
+            self._coded += [(bit, weight) for bit in context_bits]
+            self.counts[model, context] = add_to_counts(counts, context_bits)
         return bits
 
     def read_raw_plane(self, name: str, count: int) -> Bits:
-        """See `PlainSection.raw`."""
+        """See `PlainSection.read_raw_plane`."""
         bits = next(self._planes)
         assert len(bits) == count, name
-        self._coded += [(bit, TOTAL // 2) for bit in bits]
+        self._coded += [(bit, WEIGHT_TOTAL // 2) for bit in bits]
         return bits
 
     def close(self) -> None:
-        """Make the words."""
+        """Encode the collected bits into `written_words`."""
         assert next(self._planes, None) is None, "planes are left"
-        self.written = encode(self._coded)
+        self.written_words = encode(self._coded)
 
 
 def fixed(values: Sequence[int], width: int) -> list[Bits]:
@@ -108,7 +113,7 @@ def signed(values: Sequence[int], width: int = 4) -> list[Bits]:
 
 def ascending(values: Sequence[int], width: int = 6) -> list[Bits]:
     """Return the planes of Ascending (SPEC 8.4)."""
-    steps = [v - before for v, before in zip(values, [0, *values], strict=False)]
+    steps = [v - previous for v, previous in zip(values, [0, *values], strict=False)]
     return unsigned(steps, width)
 
 
@@ -118,8 +123,8 @@ def rows(*values: Sequence[int]) -> list[Bits]:
 
 
 def _mantissas(values: Sequence[int]) -> list[Bits]:
-    most = max((v.bit_length() for v in values), default=0)
+    max_bits = max((v.bit_length() for v in values), default=0)
     return [
         [v >> (v.bit_length() - 2 - depth) & 1 for v in values if v.bit_length() > depth + 1]
-        for depth in range(most - 1)
+        for depth in range(max_bits - 1)
     ]

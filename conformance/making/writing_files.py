@@ -1,4 +1,4 @@
-"""Reads and writes the files of the suite."""
+"""Compares the files of the suite with generated content, and writes them."""
 
 from pathlib import Path
 
@@ -6,15 +6,18 @@ FOLDERS = ("streams", "traps", "levels", "invalid", "damaged", "resource", "unit
 
 
 def list_differing(files: dict[str, bytes], root: Path) -> list[str]:
-    """Return the names of files that are missing, different, or superfluous."""
-    changed = [name for name, data in files.items() if not _has_content(root / name, data)]
-    there = [
-        p.relative_to(root).as_posix() for f in FOLDERS for p in (root / f).glob("*") if p.is_file()
+    """Return the names of files that are missing, differ, or do not belong to the suite."""
+    differing = [name for name, data in files.items() if not _has_content(root / name, data)]
+    existing = [
+        path.relative_to(root).as_posix()
+        for folder in FOLDERS
+        for path in (root / folder).glob("*")
+        if path.is_file()
     ]
-    return changed + sorted(set(there) - files.keys())
+    return differing + sorted(set(existing) - files.keys())
 
 
-def write(files: dict[str, bytes], names: list[str], root: Path) -> None:
+def write_files(files: dict[str, bytes], names: list[str], root: Path) -> None:
     """Write files; remove those that do not belong to the suite."""
     for name in names:
         path = root / name

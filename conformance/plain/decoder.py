@@ -22,7 +22,7 @@ from plain.planes import (
     read_rows_in_one_context,
 )
 from plain.snapshots import add_differences, read_survivors, sort_by_key
-from plain.state import PlainCoded, PlainGaussian, PlainLevel, PlainState, Vector
+from plain.state import PlainCodedGaussian, PlainGaussian, PlainLevel, PlainState, Vector
 from plain.updates import apply_updates, read_updates
 
 _CANONICAL_SECTIONS = ("positions", "SH DC", "opacity", "log-scales", "rotations", "SH rest")
@@ -122,7 +122,7 @@ class FrameDecoder:
         state.canonical = previous.canonical
         return state
 
-    def _read_gaussians(self, count: int) -> list[PlainCoded]:
+    def _read_gaussians(self, count: int) -> list[PlainCodedGaussian]:
         """Read the Gaussians of a canonical frame or the new Gaussians of a snapshot (SPEC 8.5)."""
         named_sections = zip(_CANONICAL_SECTIONS, self.fields["sections"], strict=True)
         sections = [self._open_section(name, section, {}) for name, section in named_sections]
@@ -145,10 +145,10 @@ class FrameDecoder:
             position = [o + v for o, v in zip(self.fields["origin"], offsets, strict=True)]
             j, components = rotations[i]
             codes = [row[i] for row in scales + opacity + sh_dc + sh_rest]
-            coded.append(PlainCoded(position, [j, *components], codes))
+            coded.append(PlainCodedGaussian(position, [j, *components], codes))
         return coded
 
-    def _make_state(self, coded_gaussians: list[PlainCoded]) -> PlainState:
+    def _make_state(self, coded_gaussians: list[PlainCodedGaussian]) -> PlainState:
         """Return the state at the start of a segment, from coded Gaussians (SPEC 7.2)."""
         step, bits = self.header["position_step"], self.header["rotation_bits"]
         gaussians = []

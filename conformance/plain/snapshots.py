@@ -1,7 +1,7 @@
 """Reads survivors of snapshots (SPEC 7.9, 8.9) in plain integers, written from SPEC.md alone."""
 
 from plain.planes import PlainSection, fixed, signed
-from plain.state import PlainCoded, Vector
+from plain.state import PlainCodedGaussian, Vector
 
 # The 14 differences of each surviving Gaussian, by its index in the CANO.
 Survivors = dict[int, Vector]
@@ -43,12 +43,14 @@ def read_survivors(section: PlainSection, count: int) -> Survivors:
     return dict(zip(survivor_indices, differences, strict=True))
 
 
-def add_differences(canonical: list[PlainCoded], survivors: Survivors) -> list[PlainCoded]:
+def add_differences(
+    canonical: list[PlainCodedGaussian], survivors: Survivors
+) -> list[PlainCodedGaussian]:
     """Return the surviving Gaussians of the CANO with their differences added."""
     return [_add_difference(canonical[i], difference) for i, difference in survivors.items()]
 
 
-def sort_by_key(gaussians: list[PlainCoded]) -> list[PlainCoded]:
+def sort_by_key(gaussians: list[PlainCodedGaussian]) -> list[PlainCodedGaussian]:
     """Return Gaussians in the order of their Morton keys."""
     minimum = [min(g.position[axis] for g in gaussians) for axis in range(3)]
     extent = max(g.position[axis] - minimum[axis] for g in gaussians for axis in range(3))
@@ -56,13 +58,13 @@ def sort_by_key(gaussians: list[PlainCoded]) -> list[PlainCoded]:
     return sorted(gaussians, key=lambda g: _morton(g.position, minimum))
 
 
-def _add_difference(g: PlainCoded, difference: Vector) -> PlainCoded:
+def _add_difference(g: PlainCodedGaussian, difference: Vector) -> PlainCodedGaussian:
     position = [p + d for p, d in zip(g.position, difference[:3], strict=True)]
     j, components = difference[3], difference[4:7]
     if j == 0:
         components = [c + d for c, d in zip(g.rotation[1:], components, strict=True)]
     codes = [c + d for c, d in zip(g.codes[:7], difference[7:], strict=True)]
-    return PlainCoded(position, [(g.rotation[0] + j) % 4, *components], codes + g.codes[7:])
+    return PlainCodedGaussian(position, [(g.rotation[0] + j) % 4, *components], codes + g.codes[7:])
 
 
 def _morton(position: Vector, minimum: Vector) -> int:

@@ -30,7 +30,7 @@ class PlainGaussian:
 
 
 @dataclass
-class PlainCoded:
+class PlainCodedGaussian:
     """A coded Gaussian of a canonical frame: position in steps, rotation as (j, a, b, c)."""
 
     position: Vector
@@ -46,7 +46,9 @@ class PlainState:
     gaussians: list[PlainGaussian]
     levels: list[PlainLevel]
     counts: Counts = field(default_factory=dict)
-    canonical: tuple[int, list[PlainCoded]] | None = None  # ordinal and Gaussians of the last CANO
+    canonical: tuple[int, list[PlainCodedGaussian]] | None = (
+        None  # ordinal and Gaussians of the last CANO
+    )
 
     def serialize(self, *, codes: bool = True) -> bytes:
         """Return the state as bytes (SPEC 9.1), optionally without codes."""

@@ -1,4 +1,4 @@
-"""Mistakes in the choice of anchors and in the binding to them (SPEC 6)."""
+"""Mistakes in sampling anchors and in binding Gaussians to anchors (SPEC 6)."""
 
 from mutant import mutant
 

@@ -100,7 +100,7 @@ MUTANTS = (
         "format/arithmetic.py",
         "root: Int64 = estimate - (estimate * estimate > values)",
         "root: Int64 = estimate",
-        alone="unit",
+        only_category="unit",
     ),
     mutant(
         "halves rounded to even",

@@ -1,4 +1,4 @@
-"""Mistakes in reading the container, and in seeking (SPEC 5, 11)."""
+"""Mistakes in reading the container, in seeking and in recovery (SPEC 5, 11)."""
 
 from mutant import mutant
 
@@ -24,14 +24,14 @@ MUTANTS = (
         _WIRE,
         "if version.incompatible_features & ~",
         "if (version.incompatible_features | version.compatible_features) & ~",
-        alone="streams",
+        only_category="streams",
     ),
     mutant(
         "any case of the third letter",
         _CONTAINER,
         "for letter in (kind[0], *kind[2:])",
         "for letter in (kind[0], *kind[3:])",
-        alone="invalid",
+        only_category="invalid",
     ),
     mutant(
         "bytes after TAIL ignored", _READER, "if self.source.read(self.offset, 1):", "if False:"
@@ -73,7 +73,7 @@ MUTANTS = (
         "streams/resync.py",
         "return not source.read(header.end, 1)",
         "return True",
-        alone="damaged",
+        only_category="damaged",
     ),
     mutant(
         "recovery resumes at an earlier frame",
@@ -86,35 +86,35 @@ MUTANTS = (
         "streams/recover.py",
         "        if self._first is None:\n            return None\n        return self._first +",
         "        return (self._first or 0) +",
-        alone="damaged",
+        only_category="damaged",
     ),
     mutant(
         "recovery resumes at a past sequence number",
         "streams/resync.py",
         "if header.sequence < self.sequence or header.length > self.limit:",
         "if header.length > self.limit:",
-        alone="damaged",
+        only_category="damaged",
     ),
     mutant(
         "recovery resumes at a TAIL of any length",
         "streams/resync.py",
         "return header.length == TAIL_BYTES",
         "return True",
-        alone="damaged",
+        only_category="damaged",
     ),
     mutant(
         "a negative number of lost frames",
         "streams/recover.py",
         "or self._due is None or self._due < before:",
         "or self._due is None:",
-        alone="damaged",
+        only_category="damaged",
     ),
     mutant(
         "a frame rejected after resuming is not counted as lost",
         "streams/recover.py",
         "        return self._due - before\n",
         "        self._due += 1\n        return self._due - 1 - before\n",
-        alone="damaged",
+        only_category="damaged",
     ),
     mutant(
         "damaged ancillary chunks cost frames",

@@ -1,28 +1,28 @@
-"""The form of a mutant."""
+"""The class of mutants: changes of the source that introduce a mistake."""
 
 from dataclasses import dataclass
 
 Edit = tuple[str, str, str]
-"""File in quarc_ref, a text that occurs exactly once, and its replacement."""
+"""(file in quarc_ref, text that occurs exactly once in the file, replacement of the text)."""
 
 
 @dataclass(frozen=True)
 class Mutant:
-    """A mistake that a decoder might make, as changes of the reference decoder's source.
+    """A mistake that a decoder might have, as changes of the source of the reference decoder.
 
     Attributes:
-        name: The resulting behavior of the decoder.
-        edits: Changes of the source.
-        alone: The only category of vectors that may detect it: without this category it would
-            survive. Empty if this is not tested.
+        name: Description of the wrong behavior.
+        edits: Replacements of source text.
+        only_category: The only category of vectors that detects the mutant; empty if this is not
+            tested.
     """
 
     name: str
     edits: tuple[Edit, ...]
-    alone: str = ""
+    only_category: str = ""
 
 
-def mutant(name: str, file: str, *texts: str, alone: str = "") -> Mutant:
-    """Return a mutant of one file: pairs of a text and its replacement."""
+def mutant(name: str, file: str, *texts: str, only_category: str = "") -> Mutant:
+    """Return a mutant that changes one file; `texts` alternates between old and new text."""
     pairs = zip(texts[::2], texts[1::2], strict=True)
-    return Mutant(name, tuple((file, old, new) for old, new in pairs), alone)
+    return Mutant(name, tuple((file, old, new) for old, new in pairs), only_category)

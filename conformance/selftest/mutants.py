@@ -1,4 +1,4 @@
-"""All mutants."""
+"""The list of all mutants."""
 
 import anchor_mutants
 import coding_mutants

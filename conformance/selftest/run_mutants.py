@@ -1,13 +1,12 @@
-"""Breaks the reference decoder in one place at a time: does the suite detect it?
+"""Checks that the suite detects mutants, which are copies of the reference decoder with a mistake.
 
-    python conformance/selftest/run_mutants.py             every mutant: who caught it
-    python conformance/selftest/run_mutants.py --only CRC  those whose names hold a word
-    python conformance/selftest/run_mutants.py --all       and who else would have
+    python conformance/selftest/run_mutants.py             test each mutant until it is detected
+    python conformance/selftest/run_mutants.py --only CRC  test mutants with CRC in their name
+    python conformance/selftest/run_mutants.py --all       test each mutant with every category
 
-A mutant is tested until a category of vectors detects it, or with --all by every category. The
-script fails if a mutant survives, if one no longer applies, or if one that a single category should
-detect is not detected by exactly that category: so each category has a mutant that would survive
-without it.
+The script fails if a mutant survives, or if its text to replace is no longer in the source. It also
+fails if a mutant with an `only_category` is not detected by exactly this category. There is such a
+mutant for each category, so each category is needed.
 """
 
 import argparse
@@ -33,7 +32,7 @@ from runner.manifest import Suite  # noqa: E402
 
 PACKAGE = _HERE.parents[1] / "quarc_ref"
 CATEGORIES = ("traps", "invalid", "streams", "unit", "damaged", "levels", "resource")
-_SERIES = "damaged/cut-at-byte"
+_CUT_SERIES = "damaged/cut-at-byte"
 _LAUNCHER = """import sys
 sys.path[0] = {folder!r}
 from quarc_ref.conformance.__main__ import main
@@ -46,19 +45,19 @@ class Outcome:
     """The result of a mutant.
 
     Attributes:
-        mutant: Which.
-        caught: The first case of each category that failed, and how.
+        mutant: The tested mutant.
+        first_failures: The first failed case of each category, with its verdict.
     """
 
     mutant: Mutant
-    caught: dict[str, str]
+    first_failures: dict[str, str]
 
 
-def break_package(mutant: Mutant, package: Path, folder: Path) -> str:
-    """Make a copy of a package with a mistake in it; return the command that runs it.
+def copy_with_mutant(mutant: Mutant, package: Path, folder: Path) -> str:
+    """Copy a package, apply a mutant to the copy, and return the command that runs it.
 
     Raises:
-        ValueError: A text to replace does not occur exactly once.
+        ValueError: A text to replace does not occur exactly once in its file.
     """
     ignored = shutil.ignore_patterns("__pycache__", "*.pyc")
     shutil.copytree(package, folder / "quarc_ref", ignore=ignored)
@@ -66,7 +65,9 @@ def break_package(mutant: Mutant, package: Path, folder: Path) -> str:
         path = folder / "quarc_ref" / file
         text = path.read_text("utf-8")
         if text.count(old) != 1:
-            message = f"{mutant.name}: {old!r} is {text.count(old)} times in {file}"
+            message = (
+                f"{mutant.name}: {old!r} occurs {text.count(old)} times in {file}, expected once"
+            )
             raise ValueError(message)
         path.write_text(text.replace(old, new), "utf-8")
     launcher = folder / "decoder.py"
@@ -75,23 +76,25 @@ def break_package(mutant: Mutant, package: Path, folder: Path) -> str:
 
 
 def try_mutant(
-    mutant: Mutant, package: Path, suite: Suite, limits: Limits, enough_caught: int
+    mutant: Mutant, package: Path, suite: Suite, limits: Limits, needed_categories: int
 ) -> Outcome:
-    """Test a broken decoder until enough categories detect the mistake, or no cases are left."""
-    enough_caught = len(CATEGORIES) if mutant.alone else enough_caught
+    """Test a mutant until the needed number of categories has detected it, or no case is left."""
+    needed_categories = len(CATEGORIES) if mutant.only_category else needed_categories
     with tempfile.TemporaryDirectory() as folder:
         case_runner = CaseRunner(
-            break_package(mutant, package, Path(folder)), suite, limits, jobs=True
+            copy_with_mutant(mutant, package, Path(folder)), suite, limits, jobs=True
         )
         try:
-            caught = _find_first(list_all(suite), case_runner, enough_caught)
+            first_failures = _find_first_failures(
+                list_all_cases(suite), case_runner, needed_categories
+            )
         finally:
             case_runner.close()
-    return Outcome(mutant, caught)
+    return Outcome(mutant, first_failures)
 
 
-def list_all(suite: Suite) -> list[Case]:
-    """Return all cases, those first that detect most in the shortest time."""
+def list_all_cases(suite: Suite) -> list[Case]:
+    """Return all cases, beginning with the categories that detect the most mutants per second."""
     functions = [unit["function"] for unit in suite.units]
     cases = list_cases(
         suite, {"capabilities": [*MODES, "metadata", "updates", "snapshots"], "units": functions}
@@ -99,72 +102,81 @@ def list_all(suite: Suite) -> list[Case]:
     return sorted(cases, key=lambda case: CATEGORIES.index(case.category))
 
 
-def _find_first(
-    cases: Iterable[Case], case_runner: CaseRunner, enough_caught: int
+def _find_first_failures(
+    cases: Iterable[Case], case_runner: CaseRunner, needed_categories: int
 ) -> dict[str, str]:
-    caught: dict[str, str] = {}
+    first_failures: dict[str, str] = {}
     for case in cases:
-        if len(caught) == enough_caught:
+        if len(first_failures) == needed_categories:
             break
-        # There are many cuts at every byte; those at chosen places detect as much.
-        if case.category in caught or case.name.startswith(_SERIES):
+        # The many cuts at every byte detect no more than the other cuts.
+        if case.category in first_failures or case.name.startswith(_CUT_SERIES):
             continue
         verdict = case_runner.run_case(case)
         if verdict.name != PASS:
-            caught[case.category] = f"{case.name}: {verdict.name}"
-    return caught
+            first_failures[case.category] = f"{case.name}: {verdict.name}"
+    return first_failures
 
 
 def describe(outcome: Outcome) -> str:
-    """Return a line on which categories detected a mutant, and how."""
-    lines = [outcome.mutant.name + ("" if outcome.caught else ": SURVIVES")]
-    lines += [f"    {category:<9} {said}" for category, said in sorted(outcome.caught.items())]
+    """Return text that lists the categories that detected a mutant, with the failed cases."""
+    lines = [outcome.mutant.name + ("" if outcome.first_failures else ": SURVIVES")]
+    lines += [
+        f"    {category:<9} {failure}"
+        for category, failure in sorted(outcome.first_failures.items())
+    ]
     return "\n".join(lines)
 
 
 def summarize_categories(outcomes: list[Outcome]) -> tuple[str, bool]:
-    """Return which mutant needs which category, and whether all expectations hold."""
-    lines, good = ["Mutants that only one category detects:"], True
+    """Return a summary, and whether all mutants were detected by the expected categories."""
+    lines, is_as_expected = ["Mutants that exactly one category must detect:"], True
     for outcome in outcomes:
-        if outcome.mutant.alone:
-            needed = outcome.caught.keys() == {outcome.mutant.alone}
-            said = "" if needed else f" NO: caught by {', '.join(outcome.caught)}"
-            lines.append(f"    {outcome.mutant.alone:<9} {outcome.mutant.name}{said}")
-            good = good and needed
-    caught = sum(bool(outcome.caught) for outcome in outcomes)
-    lines.append(f"{caught} of {len(outcomes)} mutants caught")
-    return "\n".join(lines), good and caught == len(outcomes)
+        if outcome.mutant.only_category:
+            is_needed = outcome.first_failures.keys() == {outcome.mutant.only_category}
+            suffix = (
+                "" if is_needed else f" FAILED: detected by {', '.join(outcome.first_failures)}"
+            )
+            lines.append(f"    {outcome.mutant.only_category:<9} {outcome.mutant.name}{suffix}")
+            is_as_expected = is_as_expected and is_needed
+    caught_count = sum(bool(outcome.first_failures) for outcome in outcomes)
+    lines.append(f"{caught_count} of {len(outcomes)} mutants detected")
+    return "\n".join(lines), is_as_expected and caught_count == len(outcomes)
 
 
 def main() -> int:
-    """Return 0 if every mutant was detected and every category is needed."""
+    """Return 0 if all mutants were detected by the expected categories, otherwise 1."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--only", default="", help="mutants whose names contain this")
-    parser.add_argument("--all", action="store_true", help="ask every category")
+    parser.add_argument("--only", default="", help="test only mutants whose names contain this")
+    parser.add_argument("--all", action="store_true", help="test each mutant with every category")
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
     parser.add_argument(
         "--timeout", type=float, default=30.0, help="time limit of a case in seconds"
     )
-    parser.add_argument("--package", type=Path, default=PACKAGE, help="what is broken")
+    parser.add_argument("--package", type=Path, default=PACKAGE, help="package to copy and change")
     options = parser.parse_args()
-    os.environ["QUARC_REF_ENGINE"] = "reference"  # what is broken
+    os.environ["QUARC_REF_ENGINE"] = "reference"  # mutants change only this engine
     suite = Suite.load(_HERE.parent)
-    wanted = [mutant for mutant in MUTANTS if options.only in mutant.name]
+    mutants = [mutant for mutant in MUTANTS if options.only in mutant.name]
     limits = Limits(options.timeout, 512)
-    enough_caught = len(CATEGORIES) if options.all else 1
+    needed_categories = len(CATEGORIES) if options.all else 1
     attempt = partial(
-        try_mutant, package=options.package, suite=suite, limits=limits, enough_caught=enough_caught
+        try_mutant,
+        package=options.package,
+        suite=suite,
+        limits=limits,
+        needed_categories=needed_categories,
     )
     outcomes = []
     with ThreadPoolExecutor(options.processes) as pool:
-        for outcome in pool.map(attempt, wanted):
+        for outcome in pool.map(attempt, mutants):
             print(describe(outcome), flush=True)
             outcomes.append(outcome)
-    text, good = summarize_categories(outcomes)
+    text, is_as_expected = summarize_categories(outcomes)
     print(text)
-    return 0 if good else 1
+    return 0 if is_as_expected else 1
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Mistakes in the effect of a frame on the state (SPEC 7, 9)."""
+"""Mistakes in reconstructing the state of a frame (SPEC 7, 9)."""
 
 from mutant import Mutant, mutant
 
@@ -26,14 +26,14 @@ MUTANTS = (
         _LIMITS,
         "if count > header.limits.births:",
         "if count >= header.limits.births:",
-        alone="levels",
+        only_category="levels",
     ),
     mutant(
         "Gaussians of the unlimited level made room for, however many",
         _LIMITS,
         '    _decline_beyond(_OWN_LIMITS.gaussians, count, "Gaussians")\n',
         "",
-        alone="resource",
+        only_category="resource",
     ),
     mutant(
         "positions wrap",
@@ -155,7 +155,7 @@ MUTANTS = (
         _RECONSTRUCT,
         _TURNING,
         "turning = np.arange(scene.count)",
-        alone="traps",
+        only_category="traps",
     ),
     mutant(
         "w alone turns nothing",

@@ -6,7 +6,7 @@ import pytest
 
 from mutant import Mutant
 from mutants import MUTANTS
-from run_mutants import CATEGORIES, Outcome, break_package, describe, summarize_categories
+from run_mutants import CATEGORIES, Outcome, copy_with_mutant, describe, summarize_categories
 
 ROOT = Path(__file__).resolve().parents[2]
 MINIMUM = 20
@@ -23,14 +23,14 @@ def test_every_text_to_replace_occurs_exactly_once(mutant):
 
 def test_there_are_many_mutants_and_one_specific_to_each_category():
     assert len(MUTANTS) >= MINIMUM
-    assert {mutant.alone for mutant in MUTANTS} - {""} == set(CATEGORIES)
+    assert {mutant.only_category for mutant in MUTANTS} - {""} == set(CATEGORIES)
 
 
 def test_a_mutant_that_does_not_apply_is_an_error(tmp_path):
     stray = Mutant("stray", (("format/coding/ans.py", "no such text", ""),))
 
     with pytest.raises(ValueError, match="0 times"):
-        break_package(stray, ROOT / "quarc_ref", tmp_path)
+        copy_with_mutant(stray, ROOT / "quarc_ref", tmp_path)
 
 
 def test_a_surviving_mutant_is_reported_and_fails():
@@ -41,7 +41,7 @@ def test_a_surviving_mutant_is_reported_and_fails():
 
 
 def test_an_unneeded_category_fails():
-    alone = Mutant("lonely", (), alone="traps")
+    alone = Mutant("lonely", (), only_category="traps")
 
     assert summarize_categories([Outcome(alone, {"traps": "a"})])[1] is True
     assert summarize_categories([Outcome(alone, {"traps": "a", "unit": "b"})])[1] is False
