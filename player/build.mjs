@@ -1,8 +1,8 @@
 /**
- * Builds dist/: quarc-player.js for pages and quarc-decode.js for programs, each a single file; with --test, builds the
- * tests for node --test.
+ * Builds the two files of dist/: quarc-player.js for pages, and quarc-decode.js for programs. With --test, it instead
+ * builds the tests for node --test.
  *
- * The import `worker:NAME` is the code of src/NAME.ts as text, and `wasm:quarc` is the compressed decoder.
+ * Importing `worker:NAME` gives the code of src/NAME.ts as text; importing `wasm:quarc` gives the compressed decoder.
  */
 
 import { existsSync, readFileSync, rmSync } from "node:fs";
@@ -10,59 +10,59 @@ import { fileURLToPath } from "node:url";
 import { gzipSync } from "node:zlib";
 import { build } from "esbuild";
 
-const here = (path) => fileURLToPath(new URL(path, import.meta.url));
-const WASM = process.env.QUARC_WASM ?? here("../core/wasm/quarc-player.wasm");
+const resolvePath = (path) => fileURLToPath(new URL(path, import.meta.url));
+const WASM_PATH = process.env.QUARC_WASM ?? resolvePath("../core/wasm/quarc-player.wasm");
 
-const shared = { bundle: true, minify: true, target: "es2022", legalComments: "none" };
+const SHARED_OPTIONS = { bundle: true, minify: true, target: "es2022", legalComments: "none" };
 
-const wasm = {
+const wasmPlugin = {
   name: "wasm",
   setup({ onResolve, onLoad }) {
     onResolve({ filter: /^wasm:quarc$/ }, ({ path }) => ({ path, namespace: "wasm" }));
     onLoad({ filter: /.*/, namespace: "wasm" }, () => {
-      const contents = gzipSync(readFileSync(WASM), { level: 9 }).toString("base64");
-      return { contents, loader: "text", watchFiles: [WASM] };
+      const contents = gzipSync(readFileSync(WASM_PATH), { level: 9 }).toString("base64");
+      return { contents, loader: "text", watchFiles: [WASM_PATH] };
     });
   },
 };
 
-const workers = {
+const workerPlugin = {
   name: "workers",
   setup({ onResolve, onLoad }) {
     onResolve({ filter: /^worker:/ }, ({ path }) => ({
-      path: here(`src/${path.slice("worker:".length)}.ts`),
+      path: resolvePath(`src/${path.slice("worker:".length)}.ts`),
       namespace: "worker",
     }));
     onLoad({ filter: /.*/, namespace: "worker" }, async ({ path }) => {
-      const bundled = await build({
-        ...{ ...shared, entryPoints: [path], plugins: [wasm] },
+      const result = await build({
+        ...{ ...SHARED_OPTIONS, entryPoints: [path], plugins: [wasmPlugin] },
         ...{ format: "iife", write: false, metafile: true },
       });
-      const watchFiles = Object.keys(bundled.metafile.inputs);
-      return { contents: bundled.outputFiles[0].text, loader: "text", watchFiles };
+      const watchFiles = Object.keys(result.metafile.inputs);
+      return { contents: result.outputFiles[0].text, loader: "text", watchFiles };
     });
   },
 };
 
-if (!existsSync(WASM)) {
-  console.error(`player/build.mjs: ${WASM} is missing; run core/wasm/build.sh --player`);
+if (!existsSync(WASM_PATH)) {
+  console.error(`player/build.mjs: ${WASM_PATH} is missing; run core/wasm/build.sh --player`);
   process.exit(1);
 }
-const plugins = [workers, wasm];
+const plugins = [workerPlugin, wasmPlugin];
 if (process.argv.includes("--test")) {
-  rmSync(here("build"), { recursive: true, force: true });
+  rmSync(resolvePath("build"), { recursive: true, force: true });
   await build({
     ...{ bundle: true, target: "es2022", plugins, platform: "node", format: "esm" },
-    ...{ entryPoints: [here("test/*.test.ts")], outdir: here("build"), outExtension: { ".js": ".mjs" } },
+    ...{ entryPoints: [resolvePath("test/*.test.ts")], outdir: resolvePath("build"), outExtension: { ".js": ".mjs" } },
     external: ["node:*", "playwright-core"],
   });
 } else {
   await build({
-    ...{ ...shared, plugins, format: "esm", outdir: here("dist") },
-    entryPoints: { "quarc-player": here("src/index.ts"), "quarc-decode": here("src/decode/index.ts") },
+    ...{ ...SHARED_OPTIONS, plugins, format: "esm", outdir: resolvePath("dist") },
+    entryPoints: { "quarc-player": resolvePath("src/index.ts"), "quarc-decode": resolvePath("src/decode/index.ts") },
   });
   for (const name of ["quarc-player", "quarc-decode"]) {
-    const size = gzipSync(readFileSync(here(`dist/${name}.js`)), { level: 9 }).length;
-    console.log(`dist/${name}.js: ${size} bytes gzipped`);
+    const gzippedBytes = gzipSync(readFileSync(resolvePath(`dist/${name}.js`)), { level: 9 }).length;
+    console.log(`dist/${name}.js: ${gzippedBytes} bytes gzipped`);
   }
 }

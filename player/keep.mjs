@@ -1,13 +1,13 @@
 /**
- * Stores the built player in the Python package, which `quarc-ref view` and `publish` use:
+ * Stores the built player in the Python package, where `quarc-ref view` and `quarc-ref publish` find it:
  *
- *     node keep.mjs           builds it again if its sources have changed
- *     node keep.mjs --check   fails if they have changed, or if a new build differs
+ *     node keep.mjs           builds the player if its sources have changed
+ *     node keep.mjs --check   fails if the sources have changed, or if a new build differs
  *
- * A stamp beside the player has digests of its sources, and the tools that built it. If the sources of the decoder have
- * not changed, its module is taken from the stored player, so that a change of player/src needs only npm. `make player`
- * passes a module that it has just built ($QUARC_WASM); if that differs although the sources are the same, it is an
- * error, unless other tools have built it.
+ * The file stamp.json beside the stored player contains digests of the sources and the versions of the tools. If the
+ * sources of the decoder have not changed, its WebAssembly module is taken from the stored player; so a change of
+ * player/src needs only npm. `make player` builds a module and passes it in $QUARC_WASM. If that module differs from the
+ * stored one although the sources and the tools are the same, this is an error.
  */
 
 import { execFileSync, spawnSync } from "node:child_process";
@@ -19,38 +19,39 @@ import { fileURLToPath } from "node:url";
 import { gunzipSync } from "node:zlib";
 
 const ROOT = fileURLToPath(new URL("..", import.meta.url));
-const at = (path) => join(ROOT, path);
-const KEPT = "quarc_ref/viewing/player";
-const PLAYER = at(`${KEPT}/quarc-player.js`);
-const STAMP = at(`${KEPT}/stamp.json`);
-const SOURCES = JSON.parse(readFileSync(at("player/sources.json"), "utf8"));
-const MODULE = /H4sI[A-Za-z0-9+/]+=*/; // gzip in base64
+const resolvePath = (path) => join(ROOT, path);
+const STORED_FOLDER = "quarc_ref/viewing/player";
+const STORED_PLAYER = resolvePath(`${STORED_FOLDER}/quarc-player.js`);
+const STAMP_PATH = resolvePath(`${STORED_FOLDER}/stamp.json`);
+const SOURCES = JSON.parse(readFileSync(resolvePath("player/sources.json"), "utf8"));
+const MODULE_PATTERN = /H4sI[A-Za-z0-9+/]+=*/; // gzip in base64
 
 const sha256 = (data) => createHash("sha256").update(data).digest("hex");
 
 function listFiles(path) {
-  if (!statSync(at(path)).isDirectory()) return [path];
-  return readdirSync(at(path)).flatMap((name) => listFiles(`${path}/${name}`));
+  if (!statSync(resolvePath(path)).isDirectory()) return [path];
+  return readdirSync(resolvePath(path)).flatMap((name) => listFiles(`${path}/${name}`));
 }
 
-/** One digest of the names and contents of files; tests/viewing/test_kept_player.py computes the same. */
+/** Return a digest of the names and contents of files; tests/viewing/test_kept_player.py computes the same digest. */
 function digestSources(paths) {
-  const lines = paths.flatMap(listFiles).map((path) => `${sha256(readFileSync(at(path)))}  ${path}\n`);
+  const lines = paths.flatMap(listFiles).map((path) => `${sha256(readFileSync(resolvePath(path)))}  ${path}\n`);
   return sha256(lines.sort().join(""));
 }
 
-const takeModule = (player) => gunzipSync(Buffer.from(MODULE.exec(player)[0], "base64"));
+const extractModule = (player) => gunzipSync(Buffer.from(MODULE_PATTERN.exec(player)[0], "base64"));
 
-/** The player with its module replaced by a digest, because zlib versions compress differently. */
-const normalize = (player) => player.replace(MODULE, () => sha256(takeModule(player)));
+/** Replace the module in a player by a digest of the module, because zlib versions compress differently. */
+const normalize = (player) => player.replace(MODULE_PATTERN, () => sha256(extractModule(player)));
 
-function nameTools() {
-  const ask = (command) => {
+function readToolVersions() {
+  const readVersion = (command) => {
     const { stdout } = spawnSync(command, ["--version"], { encoding: "utf8" });
     return (stdout ?? "").trim().split("\n")[0] || null;
   };
-  const { version: esbuild } = JSON.parse(readFileSync(at("player/node_modules/esbuild/package.json"), "utf8"));
-  return { esbuild, rustc: readFileSync(at("core/wasm/toolchain"), "utf8").trim(), wasmOpt: ask("wasm-opt") };
+  const { version: esbuild } = JSON.parse(readFileSync(resolvePath("player/node_modules/esbuild/package.json"), "utf8"));
+  const rustc = readFileSync(resolvePath("core/wasm/toolchain"), "utf8").trim();
+  return { esbuild, rustc, wasmOpt: readVersion("wasm-opt") };
 }
 
 function buildPlayer(wasm) {
@@ -58,16 +59,16 @@ function buildPlayer(wasm) {
   try {
     writeFileSync(join(folder, "quarc.wasm"), wasm);
     const env = { ...process.env, QUARC_WASM: join(folder, "quarc.wasm") };
-    execFileSync(process.execPath, [at("player/build.mjs")], { env, stdio: ["ignore", "ignore", "inherit"] });
-    return readFileSync(at("player/dist/quarc-player.js"), "utf8");
+    execFileSync(process.execPath, [resolvePath("player/build.mjs")], { env, stdio: ["ignore", "ignore", "inherit"] });
+    return readFileSync(resolvePath("player/dist/quarc-player.js"), "utf8");
   } finally {
     rmSync(folder, { recursive: true });
   }
 }
 
 function buildModule() {
-  execFileSync(at("core/wasm/build.sh"), ["--player"], { stdio: ["ignore", "ignore", "inherit"] });
-  return readFileSync(at("core/wasm/quarc-player.wasm"));
+  execFileSync(resolvePath("core/wasm/build.sh"), ["--player"], { stdio: ["ignore", "ignore", "inherit"] });
+  return readFileSync(resolvePath("core/wasm/quarc-player.wasm"));
 }
 
 function fail(message) {
@@ -76,35 +77,40 @@ function fail(message) {
 }
 
 const isCheck = process.argv.includes("--check");
-const stamp = existsSync(STAMP) ? JSON.parse(readFileSync(STAMP, "utf8")) : {};
-const kept = existsSync(PLAYER) ? readFileSync(PLAYER, "utf8") : null;
+const stamp = existsSync(STAMP_PATH) ? JSON.parse(readFileSync(STAMP_PATH, "utf8")) : {};
+const storedPlayer = existsSync(STORED_PLAYER) ? readFileSync(STORED_PLAYER, "utf8") : null;
 const digests = { player: digestSources(SOURCES.player), core: digestSources(SOURCES.core) };
 const isCurrent = { player: stamp.player === digests.player, core: stamp.core === digests.core };
-const isKept = kept !== null && stamp.bytes === sha256(kept);
+const isStoredIntact = storedPlayer !== null && stamp.bytes === sha256(storedPlayer);
 
-if (isCheck && !(isKept && isCurrent.player && isCurrent.core)) {
-  fail(`${KEPT} is out of date: run \`make player\``);
+if (isCheck && !(isStoredIntact && isCurrent.player && isCurrent.core)) {
+  fail(`${STORED_FOLDER} is out of date: run \`make player\``);
 }
-const given = process.env.QUARC_WASM ? readFileSync(process.env.QUARC_WASM) : null;
-let wasm = given;
-if (isKept && isCurrent.core) {
-  wasm = takeModule(kept);
-  if (given !== null && !given.equals(wasm)) {
-    const tools = JSON.stringify(nameTools());
-    const said = `the stored decoder was built with ${JSON.stringify(stamp.tools)}, and ${tools} build a different one`;
-    if (tools === JSON.stringify(stamp.tools)) fail(said);
-    console.log(`${said}: kept the stored one`);
+const newModule = process.env.QUARC_WASM ? readFileSync(process.env.QUARC_WASM) : null;
+let wasm = newModule;
+if (isStoredIntact && isCurrent.core) {
+  wasm = extractModule(storedPlayer);
+  if (newModule !== null && !newModule.equals(wasm)) {
+    const tools = JSON.stringify(readToolVersions());
+    const difference = `the new decoder module (${tools}) differs from the stored one (${JSON.stringify(stamp.tools)})`;
+    if (tools === JSON.stringify(stamp.tools)) fail(`${difference}, although the sources and tools are the same`);
+    console.log(`${difference}: using the stored module`);
   }
 }
 wasm ??= buildModule();
-const built = buildPlayer(wasm);
-if (isKept && isCurrent.player && isCurrent.core) {
-  if (normalize(built) !== normalize(kept)) fail(`the build differs from ${KEPT} although the sources are the same`);
-  console.log(`${KEPT} is up to date`);
+const builtPlayer = buildPlayer(wasm);
+if (isStoredIntact && isCurrent.player && isCurrent.core) {
+  if (normalize(builtPlayer) !== normalize(storedPlayer)) {
+    fail(`the build differs from ${STORED_FOLDER}, although the sources are the same`);
+  }
+  console.log(`${STORED_FOLDER} is up to date`);
 } else {
-  mkdirSync(at(KEPT), { recursive: true });
-  writeFileSync(PLAYER, built);
-  const written = { ...digests, bytes: sha256(built), wasm: sha256(wasm), tools: nameTools() };
-  writeFileSync(STAMP, `${JSON.stringify(written, null, 2)}\n`);
-  console.log(`${KEPT} was updated`);
+  mkdirSync(resolvePath(STORED_FOLDER), { recursive: true });
+  writeFileSync(STORED_PLAYER, builtPlayer);
+  // A module from the stored player was not built by the compiler of this machine.
+  const versions = readToolVersions();
+  const tools = isStoredIntact && isCurrent.core ? { ...stamp.tools, esbuild: versions.esbuild } : versions;
+  const newStamp = { ...digests, bytes: sha256(builtPlayer), wasm: sha256(wasm), tools };
+  writeFileSync(STAMP_PATH, `${JSON.stringify(newStamp, null, 2)}\n`);
+  console.log(`${STORED_FOLDER} was updated`);
 }

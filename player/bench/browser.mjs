@@ -3,10 +3,10 @@
  *
  *     node bench/browser.mjs FILE [FRAMES]     after npm run build
  *
- * Prints frames per second of decoding, sorting and uploading, from the processor time of the decode worker, of the
- * sort worker and of the page, which also runs the player and issues the draw calls; the work of a graphics card is not
- * included. Then the number of late frames in real time, and the time to the first picture and the first frame over a
- * connection of 2 Mbit/s. $QUARC_CHROMIUM names the browser.
+ * The frame rates of decoding, sorting and uploading are computed from the processor time of the decode worker, the sort
+ * worker and the page. The time of the page includes the player and its draw calls, but not the work of a graphics card.
+ * The program also prints the number of late frames in real time, and the time to the first picture and to the first
+ * frame over a connection of 2 Mbit/s. $QUARC_CHROMIUM names the browser.
  */
 
 import { readFileSync } from "node:fs";
@@ -14,7 +14,7 @@ import { createServer } from "node:http";
 import { chromium } from "playwright-core";
 import { measureThreads } from "./threads.mjs";
 
-const [path, most = "Infinity"] = process.argv.slice(2);
+const [path, maxFrames = "Infinity"] = process.argv.slice(2);
 if (path === undefined) {
   console.error("usage: node bench/browser.mjs FILE [FRAMES]");
   process.exit(2);
@@ -23,15 +23,15 @@ if (path === undefined) {
 const BITS_PER_SECOND = 2e6;
 const PIECE_BYTES = 4096;
 const stream = readFileSync(path);
-const script = readFileSync(new URL("../dist/quarc-player.js", import.meta.url));
+const playerScript = readFileSync(new URL("../dist/quarc-player.js", import.meta.url));
 let bitsPerSecond = Infinity;
 
 async function send(response, bytes) {
-  const begun = performance.now();
-  for (let place = 0; place < bytes.length && !response.destroyed; place += PIECE_BYTES) {
-    response.write(bytes.subarray(place, place + PIECE_BYTES));
-    const early = begun + (8000 * (place + PIECE_BYTES)) / bitsPerSecond - performance.now();
-    if (early > 0) await new Promise((resolve) => setTimeout(resolve, early));
+  const startTime = performance.now();
+  for (let offset = 0; offset < bytes.length && !response.destroyed; offset += PIECE_BYTES) {
+    response.write(bytes.subarray(offset, offset + PIECE_BYTES));
+    const waitMs = startTime + (8000 * (offset + PIECE_BYTES)) / bitsPerSecond - performance.now();
+    if (waitMs > 0) await new Promise((resolve) => setTimeout(resolve, waitMs));
   }
   response.end();
 }
@@ -44,7 +44,7 @@ const server = createServer((request, response) => {
     response.writeHead(206, { "Content-Range": `bytes ${begin}-${size - 1}/${size}`, "Content-Length": size - begin });
     void send(response, stream.subarray(begin));
   } else if (request.url === "/quarc-player.js") {
-    response.writeHead(200, { "Content-Type": "text/javascript" }).end(script);
+    response.writeHead(200, { "Content-Type": "text/javascript" }).end(playerScript);
   } else response.writeHead(200, { "Content-Type": "text/html" }).end("<!doctype html><canvas width=160 height=120>");
 });
 await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
@@ -52,14 +52,14 @@ const browser = await chromium.launch({
   executablePath: process.env.QUARC_CHROMIUM ?? "/usr/bin/chromium-headless-shell",
   args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
 });
-const open = async () => {
+const openPage = async () => {
   const page = await browser.newPage({ viewport: { width: 160, height: 120 } });
   await page.goto(`http://127.0.0.1:${server.address().port}/`);
   return page;
 };
 
-/** Make a player and wait for its first frame. Runs on the page. */
-async function begin() {
+/** Create a player, wait until its stream is indexed, and return the statistics of its first frame. Runs on the page. */
+async function openPlayer() {
   const { Player } = await import("/quarc-player.js");
   globalThis.player = new Player(document.querySelector("canvas"), { controls: false });
   await player.open({ url: `${location.origin}/stream.quarc` });
@@ -67,64 +67,64 @@ async function begin() {
   return player.statistics;
 }
 
-/** Step through the frames. Runs on the page. */
-async function stepThrough(most) {
+/** Step through the frames; return their number and the mean number of changed Gaussians. Runs on the page. */
+async function stepThrough(maxFrames) {
   let [frames, changed] = [0, 0];
-  for (; frames < most && player.frame + 1 < player.endFrame; frames++) {
-    const shown = new Promise((resolve) => player.addEventListener("frame", resolve, { once: true }));
+  for (; frames < maxFrames && player.frame + 1 < player.endFrame; frames++) {
+    const nextFrame = new Promise((resolve) => player.addEventListener("frame", resolve, { once: true }));
     player.step(1);
-    await shown;
+    await nextFrame;
     changed += player.statistics.changed / (player.endFrame - 1);
   }
   return { frames, changed };
 }
 
-/** Milliseconds from the script to the first picture, and to the first frame. Runs on the page. */
-async function load() {
+/** Return the milliseconds from creating a player to the first picture and to the first frame. Runs on the page. */
+async function measureLoading() {
   const { Player } = await import("/quarc-player.js");
-  const begun = performance.now();
+  const startTime = performance.now();
   const player = new Player(document.querySelector("canvas"), { controls: false });
   let preview = null;
-  player.addEventListener("preview", () => (preview ??= performance.now() - begun));
+  player.addEventListener("preview", () => (preview ??= performance.now() - startTime));
   await player.open({ url: `${location.origin}/stream.quarc` });
-  const frame = performance.now() - begun;
+  const frame = performance.now() - startTime;
   player.dispose();
   return { preview: preview ?? frame, frame };
 }
 
-/** Play in real time, and count late frames. Runs on the page. */
-async function playThrough(most) {
+/** Play in real time; count the shown frames and the late frames. Runs on the page. */
+async function playThrough(maxFrames) {
   const { Player } = await import("/quarc-player.js");
   const player = new Player(document.querySelector("canvas"), { controls: false });
   await player.open({ url: `${location.origin}/stream.quarc` });
-  let shown = 0;
+  let shownFrames = 0;
   const ended = new Promise((resolve) => {
-    player.addEventListener("frame", () => ++shown >= most && resolve());
+    player.addEventListener("frame", () => ++shownFrames >= maxFrames && resolve());
     player.addEventListener("ended", resolve);
   });
   player.play();
   await ended;
-  const late = player.statistics.lateFrames;
+  const lateFrames = player.statistics.lateFrames;
   player.dispose();
-  return { shown, late };
+  return { shown: shownFrames, late: lateFrames };
 }
 
-const page = await open();
-const { gaussians, decodeMs } = await page.evaluate(begin);
-const before = await measureThreads(browser);
-const { frames, changed } = await page.evaluate(stepThrough, Number(most));
-const spent = (await measureThreads(browser)).map((ms, thread) => (ms - before[thread]) / frames);
+const page = await openPage();
+const { gaussians, decodeMs } = await page.evaluate(openPlayer);
+const timesBefore = await measureThreads(browser);
+const { frames, changed } = await page.evaluate(stepThrough, Number(maxFrames));
+const threadTimes = (await measureThreads(browser)).map((ms, thread) => (ms - timesBefore[thread]) / frames);
 await page.close();
-const rate = (ms) => `${ms.toFixed(1)} ms, ${(1000 / ms).toFixed(0)} per second`;
+const formatRate = (ms) => `${ms.toFixed(1)} ms, ${(1000 / ms).toFixed(0)} per second`;
 console.log(`${gaussians} Gaussians, ${changed.toFixed(0)} change per frame, ${frames} frames; the first decodes in ${decodeMs.toFixed(0)} ms`);
-const [upload, sort, decode] = spent;
+const [upload, sort, decode] = threadTimes;
 for (const [name, ms] of Object.entries({ decode, sort, upload, together: decode + sort + upload })) {
-  console.log(`${name.padEnd(9)} ${rate(ms)}`);
+  console.log(`${name.padEnd(9)} ${formatRate(ms)}`);
 }
-const { shown, late } = await (await open()).evaluate(playThrough, Number(most));
-console.log(`played: ${shown} frames shown, ${late} of them late`);
+const { shown: shownFrames, late: lateFrames } = await (await openPage()).evaluate(playThrough, Number(maxFrames));
+console.log(`played: ${shownFrames} frames shown, ${lateFrames} of them late`);
 bitsPerSecond = BITS_PER_SECOND;
-const { preview, frame } = await (await open()).evaluate(load);
+const { preview, frame } = await (await openPage()).evaluate(measureLoading);
 console.log(`at 2 Mbit/s: first picture after ${preview.toFixed(0)} ms, first frame after ${frame.toFixed(0)} ms`);
 await browser.close();
 server.closeAllConnections();

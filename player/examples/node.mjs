@@ -1,5 +1,5 @@
 /**
- * Prints a summary of a stream and the changes in each frame: node examples/node.mjs FILE-OR-URL [FROM]
+ * Prints a summary of a stream and the changes in each frame: node examples/node.mjs FILE-OR-URL [FIRST-FRAME]
  *
  * In your own project: import { readFrames, StreamError } from "quarc-player/decode".
  */
@@ -7,25 +7,25 @@
 import { readFileSync } from "node:fs";
 import { readFrames, StreamError } from "../dist/quarc-decode.js";
 
-const [place, from = "0"] = process.argv.slice(2);
-if (place === undefined) {
-  console.error("usage: node examples/node.mjs FILE-OR-URL [FROM]");
+const [location, startFrame = "0"] = process.argv.slice(2);
+if (location === undefined) {
+  console.error("usage: node examples/node.mjs FILE-OR-URL [FIRST-FRAME]");
   process.exit(2);
 }
 
-const isAddress = /^https?:/.test(place);
-const source = isAddress ? { url: place } : { bytes: new Uint8Array(readFileSync(place)).buffer };
+const isAddress = /^https?:/.test(location);
+const source = isAddress ? { url: location } : { bytes: new Uint8Array(readFileSync(location)).buffer };
 
 function onInfo({ timescale, frameTicks, frameCount, cameras }) {
-  const rate = timescale / frameTicks;
-  console.log(`${frameCount ?? "?"} frames, ${rate} a second, ${cameras.length} cameras`);
+  const frameRate = timescale / frameTicks;
+  console.log(`${frameCount ?? "?"} frames, ${frameRate} per second, ${cameras.length} cameras`);
 }
 
 try {
-  for await (const packet of readFrames(source, { from: Number(from), onInfo })) {
+  for await (const packet of readFrames(source, { from: Number(startFrame), onInfo })) {
     const { frame, count, movedSlots, codedSlots, bytes } = packet;
-    const changed = `${movedSlots.length} moved, ${codedSlots.length} recoded`;
-    console.log(`frame ${frame}: ${count} Gaussians, ${changed}, ${bytes} bytes`);
+    const changes = `${movedSlots.length} moved, ${codedSlots.length} recoded`;
+    console.log(`frame ${frame}: ${count} Gaussians, ${changes}, ${bytes} bytes`);
   }
 } catch (error) {
   if (!(error instanceof StreamError)) throw error;

@@ -1,4 +1,4 @@
-/** Workers that the build bundles, as text. */
+/** The code of a worker, bundled by the build, as text. */
 declare module "worker:*" {
   const code: string;
   export default code;

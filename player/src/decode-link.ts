@@ -1,50 +1,50 @@
 /**
- * The page's side of the decode worker: runs, and the replies to them.
+ * The page's connection to the decode worker.
  *
- * A run is an opening, a seek or a lap of a loop. Replies to a replaced run are dropped, except for information on the
- * stream as a whole.
+ * Opening a stream, a seek and each lap of a loop start a new run, which replaces the previous run. Replies to replaced
+ * runs are dropped, unless they describe the whole stream.
  */
 
 import type { DecodeReply, DecodeRequest, PlayerFault, StreamSource } from "./protocol.js";
 
 export class DecodeLink {
-  /** Number of the last run. */
+  /** Number of the current run; 0 before the first. */
   run = 0;
-  #runOpened = 0;
+  #openingRun = 0;
   readonly #decoder: Worker;
 
-  constructor(decoder: Worker, receive: (reply: DecodeReply) => void, fail: (fault: PlayerFault) => void) {
+  constructor(decoder: Worker, onReply: (reply: DecodeReply) => void, onFault: (fault: PlayerFault) => void) {
     this.#decoder = decoder;
     decoder.onmessage = ({ data }) => {
-      if (this.#isWanted(data as DecodeReply)) receive(data as DecodeReply);
+      if (this.#isCurrent(data as DecodeReply)) onReply(data as DecodeReply);
     };
     decoder.onerror = (event) => {
       const message = event.message || "the decode worker could not be started";
-      fail({ kind: "player", message, rejectId: null, frame: null });
+      onFault({ kind: "player", message, rejectId: null, frame: null });
     };
   }
 
-  /** Open a stream, and allow a number of frames to be decoded. */
+  /** Open a stream, and allow `frames` frames to be decoded. */
   open(source: StreamSource, frames: number): void {
-    this.#runOpened = ++this.run;
-    const transferred = "bytes" in source ? [source.bytes] : [];
-    this.#decoder.postMessage({ kind: "open", source, run: this.run }, transferred);
-    this.allow(frames);
+    this.#openingRun = ++this.run;
+    const transferList = "bytes" in source ? [source.bytes] : [];
+    this.#decoder.postMessage({ kind: "open", source, run: this.run }, transferList);
+    this.allowFrames(frames);
   }
 
-  /** Continue at a frame, or at the last one of the stream if that comes first. */
+  /** Continue at a frame, or at the last frame if the stream ends earlier; allow `frames` frames to be decoded. */
   seek(frame: number, frames: number): void {
     this.run += 1;
-    this.#request({ kind: "seek", frame, run: this.run, orLast: true });
-    this.allow(frames);
+    this.#sendRequest({ kind: "seek", frame, run: this.run, clampToLast: true });
+    this.allowFrames(frames);
   }
 
-  /** Allow more frames to be decoded. */
-  allow(frames: number): void {
-    this.#request({ kind: "more", frames, run: this.run });
+  /** Allow `frames` more frames to be decoded. */
+  allowFrames(frames: number): void {
+    this.#sendRequest({ kind: "more", frames, run: this.run });
   }
 
-  /** Drop further replies to the last run, and return the number of a run without replies. */
+  /** Drop further replies to the current run, and return the number of a new run, which has no replies. */
   abandon(): number {
     return ++this.run;
   }
@@ -54,13 +54,13 @@ export class DecodeLink {
     this.#decoder.terminate();
   }
 
-  #isWanted(reply: DecodeReply): boolean {
+  #isCurrent(reply: DecodeReply): boolean {
     const run = reply.kind === "frame" ? reply.packet.run : reply.run;
-    const isOfStream = reply.kind === "info" || reply.kind === "edge";
-    return run === this.run || (isOfStream && run >= this.#runOpened);
+    const describesStream = reply.kind === "info" || reply.kind === "edge";
+    return run === this.run || (describesStream && run >= this.#openingRun);
   }
 
-  #request(request: DecodeRequest): void {
+  #sendRequest(request: DecodeRequest): void {
     this.#decoder.postMessage(request);
   }
 }

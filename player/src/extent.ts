@@ -1,52 +1,52 @@
-/** The extent of the open stream, and its description. */
+/** The range of frames of the open stream, and the stream's description. */
 
 import type { StreamInfo } from "./protocol.js";
 
 export class Extent {
-  /** Null before the first frame or preview. */
+  /** Description of the stream; null before the first frame or preview. */
   info: StreamInfo | null = null;
-  #counted: number | null = null;
+  #decodedEnd: number | null = null;
   #liveEdge: number | null = null;
 
   get firstFrame(): number {
     return this.info?.firstFrame ?? 0;
   }
 
-  /** Ordinal after the last frame, once that has been decoded. */
-  get counted(): number | null {
-    return this.#counted;
+  /** Ordinal after the last frame; null until the last frame has been decoded. */
+  get decodedEnd(): number | null {
+    return this.#decodedEnd;
   }
 
-  /** Ordinal after the last frame, if known. */
-  get end(): number | null {
+  /** Ordinal after the last frame; null if unknown. */
+  get endFrame(): number | null {
     const count = this.info?.frameCount ?? null;
-    return this.#counted ?? (count === null ? null : this.firstFrame + count);
+    return this.#decodedEnd ?? (count === null ? null : this.firstFrame + count);
   }
 
-  /** Ordinal of the newest frame of a live stream; null if it is not live, or not yet known. */
+  /** Ordinal of the newest frame of a live stream; null while unknown, and for a stream that is not live. */
   get liveEdge(): number | null {
-    return this.#counted === null ? this.#liveEdge : null;
+    return this.#decodedEnd === null ? this.#liveEdge : null;
   }
 
-  /** Duration of a frame at the speed of the capture, milliseconds. */
+  /** Duration of a frame at normal speed, milliseconds. */
   get frameMs(): number {
     const { timescale = 30, frameTicks = 1 } = this.info ?? {};
     return (1000 * frameTicks) / timescale;
   }
 
-  /** Note that the live stream has grown to a frame. */
+  /** Set the newest frame of a live stream. */
   grow(frame: number): void {
     this.#liveEdge = frame;
   }
 
-  /** Note that all frames have been decoded. */
+  /** Set the number of frames, after all frames have been decoded. */
   finish(frameCount: number): void {
-    this.#counted = this.firstFrame + frameCount;
+    this.#decodedEnd = this.firstFrame + frameCount;
   }
 
-  /** The frame of the stream nearest to an ordinal; may be Infinity if the end is unknown. */
+  /** The frame of the stream that is nearest to an ordinal; Infinity stays Infinity while the end is unknown. */
   clamp(frame: number): number {
-    const last = this.end === null ? Infinity : this.end - 1;
+    const last = this.endFrame === null ? Infinity : this.endFrame - 1;
     return Math.max(this.firstFrame, Math.min(last, Math.round(frame)));
   }
 }

@@ -1,4 +1,4 @@
-/** The player: `<quarc-player>` for pages, `Player` for programs, `readFrames` for the frames. */
+/** Entry point of the player: `<quarc-player>` for pages, `Player` for programs, `readFrames` for other renderers. */
 
 import { QuarcPlayer } from "./component/quarc-player.js";
 

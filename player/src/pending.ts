@@ -1,44 +1,45 @@
-/** The promises of a player, which are pending until their frames are shown. */
+/** The promises of a player, which stay pending until their frames are shown. */
 
 import type { PlayerFault, StreamInfo } from "./protocol.js";
 import { StreamError } from "./stream-error.js";
 
-interface Waiting<T> {
+interface Deferred<T> {
   resolve: (value: T) => void;
   reject: (error: StreamError) => void;
 }
 
-export class Pending {
-  #opening: Waiting<StreamInfo> | null = null;
-  #seeks: Waiting<number>[] = [];
+export class PendingPromises {
+  #deferredOpen: Deferred<StreamInfo> | null = null;
+  #deferredSeeks: Deferred<number>[] = [];
 
   /** Resolves when the first frame of the stream being opened is shown. */
-  open(): Promise<StreamInfo> {
-    return promise((waiting) => (this.#opening = waiting));
+  waitForOpen(): Promise<StreamInfo> {
+    return makePromise((deferred) => (this.#deferredOpen = deferred));
   }
 
-  /** Resolves when the current seek or step has shown its frame. */
-  seek(): Promise<number> {
-    return promise((waiting) => this.#seeks.push(waiting));
+  /** Resolves to the ordinal of the frame that the current seek or step has shown. */
+  waitForSeek(): Promise<number> {
+    return makePromise((deferred) => this.#deferredSeeks.push(deferred));
   }
 
-  resolveOpened(info: StreamInfo): void {
-    this.#opening?.resolve(info);
-    this.#opening = null;
+  resolveOpen(info: StreamInfo): void {
+    this.#deferredOpen?.resolve(info);
+    this.#deferredOpen = null;
   }
 
   resolveSeeks(frame: number): void {
-    for (const seek of this.#seeks.splice(0)) seek.resolve(frame);
+    for (const deferred of this.#deferredSeeks.splice(0)) deferred.resolve(frame);
   }
 
-  reject(fault: PlayerFault): void {
-    for (const waiting of [this.#opening, ...this.#seeks.splice(0)]) waiting?.reject(new StreamError(fault));
-    this.#opening = null;
+  rejectAll(fault: PlayerFault): void {
+    const allDeferred = [this.#deferredOpen, ...this.#deferredSeeks.splice(0)];
+    this.#deferredOpen = null;
+    for (const deferred of allDeferred) deferred?.reject(new StreamError(fault));
   }
 }
 
-function promise<T>(keep: (waiting: Waiting<T>) => void): Promise<T> {
-  const promised = new Promise<T>((resolve, reject) => keep({ resolve, reject }));
-  promised.catch(() => undefined); // the error event reports it, too
-  return promised;
+function makePromise<T>(store: (deferred: Deferred<T>) => void): Promise<T> {
+  const promise = new Promise<T>((resolve, reject) => store({ resolve, reject }));
+  promise.catch(() => undefined); // the error event also reports the error
+  return promise;
 }

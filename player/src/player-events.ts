@@ -1,12 +1,12 @@
-/** The events of a player. */
+/** The events of a player, and their types. */
 
 import type { PlayerFault, StreamInfo } from "./protocol.js";
 
 /** The events of a player; `detail` is passed to listeners. */
 export interface PlayerEvents {
-  /** The stream is known; again when its index has been read, or a live stream has ended. */
+  /** The description of the stream is available; sent again when the index has been read or a live stream has ended. */
   info: StreamInfo;
-  /** A part of the first frame is on the screen, while loading. */
+  /** The first frame is partly loaded, and a preview of it is on the screen. */
   preview: null;
   /** A frame is on the screen. */
   frame: { readonly frame: number };
@@ -14,19 +14,19 @@ export interface PlayerEvents {
   pause: null;
   /** The last frame has been shown, and playback does not loop. */
   ended: null;
-  /** Playback waits for frames, or no longer waits. */
+  /** Playback has started or stopped waiting for frames. */
   waiting: { readonly isWaiting: boolean };
   /** A live stream has grown: `frame` is the ordinal of its newest frame. */
   liveedge: { readonly frame: number };
   progress: { readonly bytes: number; readonly byteLength: number | null };
-  /** The view has changed, by the user or by a program. */
+  /** The user or the program has changed the view. */
   view: null;
   error: PlayerFault;
 }
 
 /** A target whose listeners know the type of `detail`. */
 export class PlayerEventTarget extends EventTarget {
-  protected tell<K extends keyof PlayerEvents>(type: K, detail: PlayerEvents[K]): void {
+  protected dispatch<K extends keyof PlayerEvents>(type: K, detail: PlayerEvents[K]): void {
     this.dispatchEvent(new CustomEvent(type, { detail }));
   }
 }

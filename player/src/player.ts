@@ -1,19 +1,19 @@
 /**
- * The player for programs: draws a stream on a canvas, without any other element.
+ * The player for programs: draws a stream on a canvas and needs no other element.
  *
  *     const player = new Player(document.querySelector("canvas"));
  *     await player.open({ url: "steak.quarc" });
  *     player.play();
  */
 
-import type { Depth } from "./draw/picture.js";
+import type { PixelFormat } from "./draw/picture.js";
 import { Stage, type FrameCost } from "./draw/stage.js";
-import { Pending } from "./pending.js";
+import { PendingPromises } from "./pending.js";
 import { PlayerEventTarget } from "./player-events.js";
 import type { OpenOptions, PlayerOptions } from "./player-options.js";
-import { Playing } from "./playing.js";
+import { Playback } from "./playback.js";
 import type { CaptureCamera, FramePacket, PlayerFault, StreamInfo, StreamSource } from "./protocol.js";
-import { rateOf, Recorder, type Statistics } from "./statistics.js";
+import { frameRate, Recorder, type Statistics } from "./statistics.js";
 import { Controls } from "./view/controls.js";
 import type { Axis } from "./view/scene.js";
 import { Viewer } from "./view/viewer.js";
@@ -21,185 +21,186 @@ import { makeDecoder, makeSorter } from "./workers.js";
 
 export class Player extends PlayerEventTarget {
   readonly #stage: Stage;
-  readonly #playing: Playing;
+  readonly #playback: Playback;
   readonly #viewer: Viewer;
   readonly #controls: Controls | null;
   readonly #recorder = new Recorder();
-  readonly #pending = new Pending();
-  #cameraWanted: string | null = null;
-  #isMeasured = false;
-  #isWaiting = false;
+  readonly #pendingPromises = new PendingPromises();
+  #requestedCamera: string | null = null;
+  #isSceneMeasured = false;
+  #wasWaiting = false;
   #wasPlaying = false;
-  #decoded: ((packet: FramePacket) => void) | null = null;
+  #decodedListener: ((packet: FramePacket) => void) | null = null;
 
-  /** Throws DrawingError if the browser has no WebGL2. */
+  /** Create a player on a canvas. Throws DrawingError if the browser has no WebGL2. */
   constructor(canvas: HTMLCanvasElement, { controls = true }: PlayerOptions = {}) {
     super();
     this.#stage = new Stage(canvas, makeSorter(), {
-      onShown: (packet, cost) => this.#takeShown(packet, cost),
-      onRestored: () => void this.setFrame(this.#playing.frame ?? 0),
-      onFault: (message) => this.#fail({ kind: "limit", message, rejectId: null, frame: null }),
+      onShown: (packet, cost) => this.#handleShown(packet, cost),
+      onRestored: () => void this.setFrame(this.#playback.frame ?? 0),
+      onFault: (message) => this.#handleFault({ kind: "limit", message, rejectId: null, frame: null }),
     });
-    this.#viewer = new Viewer(this.#stage, () => this.tell("view", null));
-    this.#playing = new Playing(makeDecoder(), this.#stage, {
-      onInfo: (info) => this.#takeInfo(info),
-      onState: () => this.#takeState(),
-      onEnded: () => this.tell("ended", null),
-      onLiveEdge: (frame) => this.tell("liveedge", { frame }),
+    this.#viewer = new Viewer(this.#stage, () => this.dispatch("view", null));
+    this.#playback = new Playback(makeDecoder(), this.#stage, {
+      onInfo: (info) => this.#handleInfo(info),
+      onState: () => this.#handleStateChange(),
+      onEnded: () => this.dispatch("ended", null),
+      onLiveEdge: (frame) => this.dispatch("liveedge", { frame }),
       onProgress: (bytes, byteLength) => {
         this.#recorder.receivedBytes = bytes;
-        this.tell("progress", { bytes, byteLength });
+        this.dispatch("progress", { bytes, byteLength });
       },
-      onDecoded: (packet) => this.#takeDecoded(packet),
-      onError: (fault) => this.#fail(fault),
+      onDecoded: (packet) => this.#handleDecoded(packet),
+      onError: (fault) => this.#handleFault(fault),
     });
     this.#controls = controls ? new Controls(canvas, this.#viewer) : null;
   }
 
   /**
-   * Open a stream and show a frame of it, by default the first. Another call replaces the stream.
+   * Open a stream and show one frame, by default the first. Another call replaces the stream.
    *
-   * Rejects with a StreamError if the stream cannot be received or decoded that far.
+   * Resolves when the frame is shown. Rejects with a StreamError if the stream cannot be received or decoded up to that
+   * frame.
    */
   open(source: StreamSource, { frame = null }: OpenOptions = {}): Promise<StreamInfo> {
-    this.#isMeasured = false;
+    this.#isSceneMeasured = false;
     this.#recorder.receivedBytes = 0;
-    const opened = this.#pending.open();
-    this.#playing.open(source, frame);
-    this.#takeState();
-    return opened;
+    const promise = this.#pendingPromises.waitForOpen();
+    this.#playback.open(source, frame);
+    this.#handleStateChange();
+    return promise;
   }
 
   play(): void {
-    this.#playing.play();
+    this.#playback.play();
   }
 
   pause(): void {
-    this.#playing.pause();
+    this.#playback.pause();
   }
 
-  /** Go to a time, seconds from the first frame; as `setFrame`. */
+  /** Seek to a time, in seconds from the first frame. Resolves and rejects like `setFrame`. */
   seek(seconds: number): Promise<number | null> {
     const { info } = this;
-    return this.setFrame(info === null ? seconds : info.firstFrame + Math.floor(seconds * rateOf(info) + 1e-6));
+    return this.setFrame(info === null ? seconds : info.firstFrame + Math.floor(seconds * frameRate(info) + 1e-6));
   }
 
   /**
-   * Go to a frame by its ordinal; to the last one (for a live stream, the newest) if the stream ends before it.
+   * Seek to a frame by its ordinal; if the stream ends earlier, to its last frame (in a live stream, its newest frame).
    *
-   * Resolves to the ordinal of the frame that is then shown. If another seek replaces this one, both resolve with its
-   * frame. Rejects with a StreamError if the frame cannot be received or decoded. Resolves immediately to null if no
-   * stream is open. Rejects with a RangeError if `frame` is NaN.
+   * Resolves to the ordinal of the frame that is then shown. If a later seek replaces this one, both resolve to the
+   * frame of the later seek. Rejects with a StreamError if the frame cannot be received or decoded. Resolves immediately
+   * to null if no stream is open. Rejects with a RangeError if `frame` is NaN.
    */
   setFrame(frame: number): Promise<number | null> {
     if (Number.isNaN(frame)) {
       return Promise.reject(new RangeError("NaN is not the ordinal of a frame"));
     }
-    this.#playing.setFrame(frame);
-    return this.#sought();
+    this.#playback.setFrame(frame);
+    return this.#waitForSeek();
   }
 
-  /** Pause, and move by a number of frames; negative numbers go back. As `setFrame`. */
-  step(by = 1): Promise<number | null> {
-    this.#playing.step(by);
-    return this.#sought();
+  /** Pause, and move by `count` frames; negative numbers move back. Resolves and rejects like `setFrame`. */
+  step(count = 1): Promise<number | null> {
+    this.#playback.step(count);
+    return this.#waitForSeek();
   }
 
-  /** Go to the newest frame of a live stream, or to the last one of any other. As `setFrame`. */
+  /** Seek to the newest frame of a live stream, or to the last frame of any other stream. Resolves like `setFrame`. */
   seekToLiveEdge(): Promise<number | null> {
     return this.setFrame(Infinity);
   }
 
-  /** Release the workers and the graphics card. The player cannot be used afterwards. */
+  /** Stop the workers and release the graphics memory. The player cannot be used afterwards. */
   dispose(): void {
     this.#controls?.dispose();
-    this.#playing.close();
+    this.#playback.close();
     this.#stage.dispose();
   }
 
   /** The description of the stream; null before its first frame. */
   get info(): StreamInfo | null {
-    return this.#playing.extent.info;
+    return this.#playback.extent.info;
   }
 
-  /** Ordinal of the frame that is shown; null before the first. */
+  /** Ordinal of the frame that is shown; null before the first frame is shown. */
   get frame(): number | null {
-    return this.#playing.frame;
+    return this.#playback.frame;
   }
 
-  /** The frame that is shown or, during a seek, its target. */
+  /** Ordinal of the frame that is shown or, during a seek, of the seek's target. */
   get targetFrame(): number | null {
-    return this.#playing.target;
+    return this.#playback.target;
   }
 
-  /** Ordinal after the last frame, if it is known. */
+  /** Ordinal after the last frame; null if unknown. */
   get endFrame(): number | null {
-    return this.#playing.extent.end;
+    return this.#playback.extent.endFrame;
   }
 
   /** Ordinal after the last decoded frame. */
   get bufferedTo(): number {
-    return this.#playing.bufferedTo;
+    return this.#playback.bufferedTo;
   }
 
   /** Seconds from the first frame to the current one. */
   get currentTime(): number {
     const { info, frame } = this;
-    return info === null || frame === null ? 0 : (frame - info.firstFrame) / rateOf(info);
+    return info === null || frame === null ? 0 : (frame - info.firstFrame) / frameRate(info);
   }
 
-  /** Seconds from the first frame to the end; null while unknown. */
+  /** Seconds from the first frame to the end; null while the end is unknown. */
   get duration(): number | null {
     const { info, endFrame } = this;
-    return info === null || endFrame === null ? null : (endFrame - info.firstFrame) / rateOf(info);
+    return info === null || endFrame === null ? null : (endFrame - info.firstFrame) / frameRate(info);
   }
 
-  /** Ordinal of the newest frame of a live stream; null if unknown, and at its end. */
+  /** Ordinal of the newest frame of a live stream; null if unknown, and after the stream has ended. */
   get liveEdge(): number | null {
-    return this.#playing.extent.liveEdge;
+    return this.#playback.extent.liveEdge;
   }
 
-  /** Seconds from the current frame to the live edge; null if there is none. */
+  /** Seconds from the current frame to the newest frame of a live stream; null if `liveEdge` is null. */
   get latency(): number | null {
     const { info } = this;
-    const { framesBehind } = this.#playing;
-    return info === null || framesBehind === null ? null : framesBehind / rateOf(info);
+    const { framesBehind } = this.#playback;
+    return info === null || framesBehind === null ? null : framesBehind / frameRate(info);
   }
 
   get isPlaying(): boolean {
-    return this.#playing.isPlaying;
+    return this.#playback.isPlaying;
   }
 
   /** Whether playback waits for frames. */
   get isWaiting(): boolean {
-    return this.#playing.isWaiting;
+    return this.#playback.isWaiting;
   }
 
   get loop(): boolean {
-    return this.#playing.isLooping;
+    return this.#playback.isLooping;
   }
 
   set loop(loop: boolean) {
-    this.#playing.isLooping = loop;
+    this.#playback.isLooping = loop;
   }
 
   /** Speed of playback; 1 is the speed of the capture. */
   get speed(): number {
-    return this.#playing.speed;
+    return this.#playback.speed;
   }
 
   set speed(speed: number) {
     if (!(speed > 0 && Number.isFinite(speed))) throw new RangeError(`the speed ${speed} is not positive`);
-    this.#playing.speed = speed;
-    this.#takeState();
+    this.#playback.speed = speed;
+    this.#handleStateChange();
   }
 
-  /** Figures of the current frame; null before the first. */
+  /** Statistics of the current frame and of playback; null before the first frame. */
   get statistics(): Statistics | null {
-    return this.#recorder.read(this.#playing);
+    return this.#recorder.read(this.#playback);
   }
 
-  /** The cameras of the capture; if the stream has none, one that sees the whole scene. */
+  /** The cameras of the capture; if the stream has no cameras, one camera that sees the whole scene. */
   get cameras(): readonly CaptureCamera[] {
     return this.#viewer.cameras;
   }
@@ -210,14 +211,14 @@ export class Player extends PlayerEventTarget {
     return isAtCamera ? (cameras[cameraIndex]?.name ?? null) : null;
   }
 
-  /** Look through a camera. An unknown name changes nothing; null goes back to the last camera. */
+  /** Select a camera by name. An unknown name changes nothing; null returns to the last selected camera. */
   set camera(name: string | null) {
-    this.#cameraWanted = name;
+    this.#requestedCamera = name;
     const { cameras, cameraIndex } = this.#viewer;
     this.#viewer.lookThrough(name === null ? cameraIndex : cameras.findIndex((camera) => camera.name === name));
   }
 
-  /** The axis that points up, about which the view orbits; null for the one of the stream. */
+  /** The axis that points up, about which the view orbits; null for the up axis of the stream. */
   get up(): Axis | null {
     return this.#viewer.axis;
   }
@@ -226,71 +227,71 @@ export class Player extends PlayerEventTarget {
     this.#viewer.axis = axis;
   }
 
-  /** Turn the scene upside down: the up vector is negated. */
+  /** Turn the scene upside down by negating the up vector. */
   flip(): void {
     this.#viewer.flip();
   }
 
   /**
-   * Draw what a camera sees of the current frame, at the camera's size.
+   * Draw the current frame from a camera, at the camera's size.
    *
-   * Resolves to red, green and blue from 0 to 1, row by row. `float` blends in 32-bit floats, `bytes` in 8 bits, as on
-   * the screen. Rejects with a DrawingError.
+   * Resolves to [height, width, 3] red, green and blue, from 0 to 1. The format `float` blends in 32-bit floats; `bytes`
+   * blends in 8 bits, as on the screen. Rejects with a DrawingError if the picture cannot be drawn.
    */
-  takePicture(camera: CaptureCamera, depth: Depth = "bytes"): Promise<Float32Array> {
-    return this.#stage.takePicture(camera, depth);
+  takePicture(camera: CaptureCamera, format: PixelFormat = "bytes"): Promise<Float32Array> {
+    return this.#stage.takePicture(camera, format);
   }
 
-  /** Call a function with every decoded packet, before it is shown. */
-  onDecoded(receive: (packet: FramePacket) => void): void {
-    this.#decoded = receive;
+  /** Set a function that is called with every decoded packet, before the packet is shown. */
+  onDecoded(listener: (packet: FramePacket) => void): void {
+    this.#decodedListener = listener;
   }
 
-  /** Resolves when the current seek or step has shown its frame. */
-  #sought(): Promise<number | null> {
-    if (this.info === null || !this.#playing.isSeeking) return Promise.resolve(this.frame);
-    return this.#pending.seek();
+  /** Resolves to the ordinal of the frame that the current seek or step shows; at once if none is in progress. */
+  #waitForSeek(): Promise<number | null> {
+    if (this.info === null || !this.#playback.isSeeking) return Promise.resolve(this.frame);
+    return this.#pendingPromises.waitForSeek();
   }
 
-  #takeInfo(info: StreamInfo): void {
-    if (!this.#isMeasured) this.#viewer.begin(info, this.#cameraWanted);
-    this.tell("info", info);
+  #handleInfo(info: StreamInfo): void {
+    if (!this.#isSceneMeasured) this.#viewer.begin(info, this.#requestedCamera);
+    this.dispatch("info", info);
   }
 
-  #takeDecoded(packet: FramePacket): void {
+  #handleDecoded(packet: FramePacket): void {
     const { info } = this;
-    if (info !== null && !this.#isMeasured) {
-      this.#isMeasured = true;
+    if (info !== null && !this.#isSceneMeasured) {
+      this.#isSceneMeasured = true;
       this.#viewer.measure(packet, info);
     }
-    this.#decoded?.(packet);
+    this.#decodedListener?.(packet);
   }
 
-  #takeShown(packet: FramePacket, cost: FrameCost): void {
-    this.#playing.shown(packet);
-    if (packet.isPreview) return this.tell("preview", null);
+  #handleShown(packet: FramePacket, cost: FrameCost): void {
+    this.#playback.noteShown(packet);
+    if (packet.isPreview) return this.dispatch("preview", null);
     this.#recorder.add(packet, cost);
-    if (this.info !== null) this.#pending.resolveOpened(this.info);
-    this.tell("frame", { frame: packet.frame });
-    if (!this.#playing.isSeeking) this.#pending.resolveSeeks(packet.frame);
-    this.#takeState();
+    if (this.info !== null) this.#pendingPromises.resolveOpen(this.info);
+    this.dispatch("frame", { frame: packet.frame });
+    if (!this.#playback.isSeeking) this.#pendingPromises.resolveSeeks(packet.frame);
+    this.#handleStateChange();
   }
 
-  #takeState(): void {
-    const { isPlaying, isWaiting } = this.#playing;
+  #handleStateChange(): void {
+    const { isPlaying, isWaiting } = this.#playback;
     if (isPlaying !== this.#wasPlaying) {
       this.#wasPlaying = isPlaying;
-      this.tell(isPlaying ? "play" : "pause", null);
+      this.dispatch(isPlaying ? "play" : "pause", null);
     }
-    if (isWaiting !== this.#isWaiting) {
-      this.#isWaiting = isWaiting;
-      this.tell("waiting", { isWaiting });
+    if (isWaiting !== this.#wasWaiting) {
+      this.#wasWaiting = isWaiting;
+      this.dispatch("waiting", { isWaiting });
     }
   }
 
-  #fail(fault: PlayerFault): void {
-    this.#playing.pause();
-    this.#pending.reject(fault);
-    this.tell("error", fault);
+  #handleFault(fault: PlayerFault): void {
+    this.#playback.pause();
+    this.#pendingPromises.rejectAll(fault);
+    this.dispatch("error", fault);
   }
 }

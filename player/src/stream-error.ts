@@ -1,6 +1,6 @@
 import type { PlayerFault } from "./protocol.js";
 
-/** A stream that cannot be received or decoded; `fault` says why. */
+/** A stream cannot be received or decoded; `fault` gives the reason. */
 export class StreamError extends Error {
   override readonly name = "StreamError";
   constructor(readonly fault: PlayerFault) {

@@ -1,39 +1,39 @@
-/** The frames of a stream for pages with their own renderer. */
+/** Decoding in a worker, for pages with another renderer. */
 
 import { generateFrames, type DecodeChannel, type FramesOptions } from "./decode/frames.js";
 import type { DecodeReply, FramePacket, StreamSource } from "./protocol.js";
 import { makeDecoder } from "./workers.js";
 
-const AHEAD = 3;
+const FRAMES_AHEAD = 3;
 
 /**
- * The frames of a stream in order, each as the changes to the previous one; the first is complete. A worker decodes
- * them, a few ahead of the requested one.
+ * Generate the packets of a stream in order of frames. Each packet contains the changes from the previous frame; the
+ * first packet contains all Gaussians. A worker decodes a few frames ahead of the requested frame.
  *
- * Throws StreamError, after returning all frames before the error.
+ * Throws StreamError after the last frame before the error.
  */
 export function readFrames(
   source: StreamSource,
   options: FramesOptions = {},
 ): AsyncGenerator<FramePacket, void, void> {
   // The worker cannot resolve relative addresses.
-  const absolute = "url" in source ? { ...source, url: new URL(source.url, document.baseURI).href } : source;
-  return generateFrames(startDecoder, absolute, options, AHEAD);
+  const absoluteSource = "url" in source ? { ...source, url: new URL(source.url, document.baseURI).href } : source;
+  return generateFrames(startDecoder, absoluteSource, options, FRAMES_AHEAD);
 }
 
-function startDecoder(receive: (reply: DecodeReply) => void): DecodeChannel {
+function startDecoder(onReply: (reply: DecodeReply) => void): DecodeChannel {
   const worker = makeDecoder();
   let run = 0;
-  worker.onmessage = ({ data }) => receive(data as DecodeReply);
+  worker.onmessage = ({ data }) => onReply(data as DecodeReply);
   worker.onerror = ({ message }) => {
     const text = message || "the decoder could not be started";
-    receive({ kind: "error", error: { kind: "player", message: text, rejectId: null, frame: null }, run });
+    onReply({ kind: "error", error: { kind: "player", message: text, rejectId: null, frame: null }, run });
   };
   return {
-    take(request) {
+    handle(request) {
       if ("run" in request) run = request.run;
-      const transferred = request.kind === "open" && "bytes" in request.source ? [request.source.bytes] : [];
-      worker.postMessage(request, transferred); // on "close" the worker terminates itself
+      const transferList = request.kind === "open" && "bytes" in request.source ? [request.source.bytes] : [];
+      worker.postMessage(request, transferList); // on "close", the worker terminates itself
     },
   };
 }

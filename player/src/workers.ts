@@ -1,15 +1,15 @@
-/** The workers, whose code is part of the bundle, so that a page needs only one file. */
+/** Starts the workers. Their code is part of the bundle, so that a page needs only one file. */
 
 import decoderCode from "worker:decode/worker";
 import sorterCode from "worker:sort/worker";
 
-const urls = new Map<string, string>();
+const urlByCode = new Map<string, string>();
 
-export const makeDecoder = (): Worker => start(decoderCode);
-export const makeSorter = (): Worker => start(sorterCode);
+export const makeDecoder = (): Worker => startWorker(decoderCode);
+export const makeSorter = (): Worker => startWorker(sorterCode);
 
-function start(code: string): Worker {
-  const url = urls.get(code) ?? URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
-  urls.set(code, url);
+function startWorker(code: string): Worker {
+  const url = urlByCode.get(code) ?? URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
+  urlByCode.set(code, url);
   return new Worker(url);
 }

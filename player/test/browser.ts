@@ -1,8 +1,8 @@
 /**
  * Headless Chromium for the tests of the player and of the examples.
  *
- * `QUARC_CHROMIUM` names the browser; the default is Debian's chromium-headless-shell or chromium. Without a browser,
- * the tests that need one are skipped.
+ * `QUARC_CHROMIUM` is the path of the browser; by default, Chromium is searched on $PATH. Without a browser, the tests
+ * that need one are skipped.
  */
 
 import assert from "node:assert/strict";
@@ -13,15 +13,15 @@ import { chromium, type Browser, type Page } from "playwright-core";
 import { decodePng, type Pixels } from "./png.js";
 import { readPlayerFile, readRoom, StreamServer, type ServerOptions } from "./server.js";
 
-const NAMES = ["chromium-headless-shell", "chromium", "chromium-browser", "google-chrome"];
-const ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--js-flags=--expose-gc"];
-const PATIENCE_MS = 60_000; // CI machines are slow, and share their processors
+const BROWSER_NAMES = ["chromium-headless-shell", "chromium", "chromium-browser", "google-chrome"];
+const BROWSER_ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--js-flags=--expose-gc"];
+const TIMEOUT_MS = 60_000; // CI machines are slow, and share their processors
 
-const executable = findChromium();
-let running: Promise<Browser> | null = null;
+const browserPath = findChromium();
+let browserPromise: Promise<Browser> | null = null;
 
 after(async () => {
-  await (await running)?.close();
+  await (await browserPromise)?.close();
 });
 
 export interface PageOptions extends ServerOptions {
@@ -35,7 +35,7 @@ export interface PageOptions extends ServerOptions {
   readonly expectedErrors?: RegExp;
 }
 
-/** A page with its own server; the test fails if anything is logged as an error. */
+/** A page with its own server. The test fails if the page logs an error or a warning. */
 export class PlayerPage {
   readonly errors: string[] = [];
 
@@ -44,19 +44,19 @@ export class PlayerPage {
     readonly server: StreamServer,
     private readonly expectedErrors: RegExp | null,
   ) {
-    page.setDefaultTimeout(PATIENCE_MS);
+    page.setDefaultTimeout(TIMEOUT_MS);
     page.on("pageerror", (error) => this.errors.push(String(error.stack ?? error)));
     page.on("console", (message) => {
-      const isOfDriver = message.text().includes("GL Driver Message"); // reading pixels is slow
-      const isWrong = ["error", "warning"].includes(message.type()) && !isOfDriver;
-      if (isWrong) this.errors.push(message.text());
+      const isDriverMessage = message.text().includes("GL Driver Message"); // reading pixels is slow
+      const isError = ["error", "warning"].includes(message.type()) && !isDriverMessage;
+      if (isError) this.errors.push(message.text());
     });
   }
 
   static async open(options: PageOptions = {}): Promise<PlayerPage> {
     const { stream = readRoom(), attributes = "", width = 480, height = 400 } = options;
     const files = {
-      "/": writePage(attributes),
+      "/": makePage(attributes),
       "/quarc-player.js": readPlayerFile("dist/quarc-player.js"),
       ...options.files,
     };
@@ -64,30 +64,30 @@ export class PlayerPage {
     const browser = await launch();
     const viewport = { width, height };
     const page = await browser.newPage({ viewport, hasTouch: options.isTouch ?? false });
-    const opened = new PlayerPage(page, server, options.expectedErrors ?? null);
+    const playerPage = new PlayerPage(page, server, options.expectedErrors ?? null);
     await page.goto(`${server.origin}/`);
-    return opened;
+    return playerPage;
   }
 
-  /** Run a function on the page with its player; `argument` is passed as JSON. */
-  run<T, A>(act: (player: PlayerElement, argument: A) => T | Promise<T>, argument?: A): Promise<T> {
+  /** Run a function on the page; it receives the player element and `argument`, which is passed as JSON. */
+  run<T, A>(action: (playerElement: PlayerElement, argument: A) => T | Promise<T>, argument?: A): Promise<T> {
     const json = JSON.stringify(argument ?? null);
-    return this.page.evaluate(`(${String(act)})(document.querySelector("quarc-player"), ${json})`);
+    return this.page.evaluate(`(${String(action)})(document.querySelector("quarc-player"), ${json})`);
   }
 
-  /** Wait until a condition on the player holds. */
-  async until(holds: (player: PlayerElement) => boolean): Promise<void> {
-    await this.page.waitForFunction(`(${String(holds)})(document.querySelector("quarc-player"))`);
+  /** Wait until a condition on the player element is true. */
+  async waitUntil(condition: (playerElement: PlayerElement) => boolean): Promise<void> {
+    await this.page.waitForFunction(`(${String(condition)})(document.querySelector("quarc-player"))`);
   }
 
-  /** A screenshot. */
-  async look(): Promise<Pixels> {
+  /** Take a screenshot of the page. */
+  async takeScreenshot(): Promise<Pixels> {
     return decodePng(await this.page.screenshot());
   }
 
   /** Seek, and wait until the frame is shown. */
   async setFrame(frame: number): Promise<void> {
-    await this.run((player, to) => player.setFrame(to), frame);
+    await this.run((playerElement, target) => playerElement.setFrame(target), frame);
     await this.page.waitForFunction(`document.querySelector("quarc-player").frame === ${frame}`);
   }
 
@@ -99,28 +99,28 @@ export class PlayerPage {
   }
 }
 
-/** The part of the component that tests use; not imported, because its module needs a page. */
+/** The type of the component. Its module is not imported, because it needs a page. */
 export type PlayerElement = import("../src/component/quarc-player.js").QuarcPlayer;
 
-/** A test that needs a browser. */
-export function browserTest(name: string, act: (context: TestContext) => Promise<void>): void {
-  const skip = executable === null && "no Chromium here: apt-get install chromium-headless-shell";
-  test(name, { skip, timeout: 3 * PATIENCE_MS }, act);
+/** Define a test that needs a browser. */
+export function browserTest(name: string, body: (context: TestContext) => Promise<void>): void {
+  const skip = browserPath === null && "Chromium is not installed: install it, or set QUARC_CHROMIUM";
+  test(name, { skip, timeout: 3 * TIMEOUT_MS }, body);
 }
 
-/** The browser of this process, started when it is first needed. */
+/** Return the browser of this process; the first call starts it. */
 export function launch(): Promise<Browser> {
-  assert.ok(executable !== null);
-  running ??= chromium.launch({ executablePath: executable, args: ARGUMENTS });
-  return running;
+  assert.ok(browserPath !== null);
+  browserPromise ??= chromium.launch({ executablePath: browserPath, args: BROWSER_ARGUMENTS });
+  return browserPromise;
 }
 
 function findChromium(): string | null {
-  const named = process.env["QUARC_CHROMIUM"];
-  if (named !== undefined) return named;
+  const chosenPath = process.env["QUARC_CHROMIUM"];
+  if (chosenPath !== undefined) return chosenPath;
   const folders = (process.env["PATH"] ?? "").split(delimiter);
-  const places = NAMES.flatMap((name) => folders.map((folder) => join(folder, name)));
-  return places.find(isExecutable) ?? null;
+  const paths = BROWSER_NAMES.flatMap((name) => folders.map((folder) => join(folder, name)));
+  return paths.find(isExecutable) ?? null;
 }
 
 function isExecutable(path: string): boolean {
@@ -132,11 +132,11 @@ function isExecutable(path: string): boolean {
   }
 }
 
-function writePage(attributes: string | null): string {
-  const player =
+function makePage(attributes: string | null): string {
+  const playerElement =
     attributes === null ? "" : `<quarc-player src="stream.quarc" ${attributes}></quarc-player>`;
   return `<!doctype html><html lang="en"><meta charset="utf-8"><title>player</title>
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <style>body { margin: 0; background: #000 } quarc-player { width: 100vw; height: 100vh }</style>
-<script type="module" src="quarc-player.js"></script>${player}`;
+<script type="module" src="quarc-player.js"></script>${playerElement}`;
 }

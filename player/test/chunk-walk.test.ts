@@ -1,4 +1,4 @@
-/** The walk over chunk headers finds the same frames as the decoder. */
+/** The walk over chunk headers finds the frames that the decoder finds. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -7,64 +7,65 @@ import { readFrames } from "../src/decode/index.js";
 import { makeStreamBytes, type StreamBytes } from "../src/decode/stream-bytes.js";
 import { readVector } from "./server.js";
 
-const inMemory = (stream: Uint8Array): StreamBytes => makeStreamBytes({ bytes: Uint8Array.from(stream).buffer });
+const makeMemoryStream = (stream: Uint8Array): StreamBytes => makeStreamBytes({ bytes: Uint8Array.from(stream).buffer });
 
-/** The start of a stream of this size, whose rest has not arrived. */
-function arrived(bytes: Uint8Array, size: number | null): StreamBytes {
-  const find = (place: number): Uint8Array | null => (place < bytes.length ? bytes.subarray(place) : null);
-  return { ...inMemory(bytes), size, find };
+/** Make a stream of `size` bytes, of which only `bytes` have arrived. */
+function makePartialStream(bytes: Uint8Array, size: number | null): StreamBytes {
+  const findAvailable = (offset: number): Uint8Array | null => (offset < bytes.length ? bytes.subarray(offset) : null);
+  return { ...makeMemoryStream(bytes), size, findAvailable };
 }
 
-/** Where the chunks of a stream end, and their types. */
-function listChunks(stream: Uint8Array): { end: number; kind: string }[] {
-  const [chunks, view]: [{ end: number; kind: string }[], DataView] = [[], new DataView(Uint8Array.from(stream).buffer)];
-  for (let place = 8; place < stream.length; ) {
-    const kind = new TextDecoder().decode(stream.subarray(place + 4, place + 8));
-    place += 24 + view.getUint32(place + 12, true);
-    chunks.push({ end: place, kind });
+/** List the type and the end offset of each chunk of a stream. */
+function listChunks(stream: Uint8Array): { end: number; chunkType: string }[] {
+  const chunks: { end: number; chunkType: string }[] = [];
+  const view = new DataView(Uint8Array.from(stream).buffer);
+  for (let offset = 8; offset < stream.length; ) {
+    const chunkType = new TextDecoder().decode(stream.subarray(offset + 4, offset + 8));
+    offset += 24 + view.getUint32(offset + 12, true);
+    chunks.push({ end: offset, chunkType });
   }
   return chunks;
 }
 
 for (const name of ["journey", "snapshots-journey", "births-and-deaths", "updates-journey"]) {
-  test(`${name}: the last frame is that of the decoder`, async () => {
+  test(`${name}: the walk and the decoder find the same last frame`, async () => {
     const stream = readVector(`streams/${name}`);
-    const walk = new ChunkWalk(inMemory(stream));
-    assert.ok(walk.advance() && walk.isEnded);
-    let last: number | null = null;
-    for await (const { frame } of readFrames({ bytes: Uint8Array.from(stream).buffer })) last = frame;
-    assert.equal(walk.lastFrame, last);
+    const chunkWalk = new ChunkWalk(makeMemoryStream(stream));
+    assert.ok(chunkWalk.advance() && chunkWalk.hasEnded);
+    let lastFrame: number | null = null;
+    for await (const { frame } of readFrames({ bytes: Uint8Array.from(stream).buffer })) lastFrame = frame;
+    assert.equal(chunkWalk.lastFrame, lastFrame);
   });
 }
 
-test("in a growing stream, a frame counts once its last byte has arrived", () => {
+test("a frame of a growing stream is counted when its last byte has arrived", () => {
   const stream = readVector("streams/journey");
-  let frames = 0;
-  for (const { end, kind } of listChunks(stream)) {
-    const before = new ChunkWalk(inMemory(stream.subarray(0, end - 1)));
-    assert.ok(before.advance() && !before.isEnded);
-    assert.equal(before.place, end - 1, "available bytes are not requested again");
-    assert.equal(before.lastFrame, frames === 0 ? null : frames - 1);
-    if (["CANO", "SNAP", "FRAM"].includes(kind)) frames += 1;
-    const after = new ChunkWalk(inMemory(stream.subarray(0, end)));
-    assert.ok(after.advance());
-    assert.equal(after.lastFrame, frames === 0 ? null : frames - 1);
-    assert.equal(after.isEnded, kind === "TAIL");
+  let frameCount = 0;
+  for (const { end, chunkType } of listChunks(stream)) {
+    const walkBefore = new ChunkWalk(makeMemoryStream(stream.subarray(0, end - 1)));
+    assert.ok(walkBefore.advance() && !walkBefore.hasEnded);
+    assert.equal(walkBefore.nextOffset, end - 1, "available bytes are not requested again");
+    assert.equal(walkBefore.lastFrame, frameCount === 0 ? null : frameCount - 1);
+    if (["CANO", "SNAP", "FRAM"].includes(chunkType)) frameCount += 1;
+    const walkAfter = new ChunkWalk(makeMemoryStream(stream.subarray(0, end)));
+    assert.ok(walkAfter.advance());
+    assert.equal(walkAfter.lastFrame, frameCount === 0 ? null : frameCount - 1);
+    assert.equal(walkAfter.hasEnded, chunkType === "TAIL");
   }
 });
 
-test("missing bytes are named, and more frames are expected", () => {
+test("the walk stops at missing bytes and names their offset", () => {
   const stream = readVector("streams/journey");
-  const half = stream.subarray(0, stream.length >> 1);
+  const firstHalf = stream.subarray(0, stream.length >> 1);
   for (const size of [stream.length, null]) {
-    const walk = new ChunkWalk(arrived(half, size));
-    assert.equal(walk.advance(), false);
-    assert.ok(walk.place >= half.length && walk.place < stream.length);
+    const chunkWalk = new ChunkWalk(makePartialStream(firstHalf, size));
+    assert.equal(chunkWalk.advance(), false);
+    assert.ok(chunkWalk.nextOffset >= firstHalf.length && chunkWalk.nextOffset < stream.length);
   }
 });
 
 test("a file that is not a stream has no frames", () => {
-  const walk = new ChunkWalk(inMemory(new TextEncoder().encode("<!doctype html><p>There is no stream here.")));
-  assert.ok(walk.advance() && walk.isEnded);
-  assert.equal(walk.lastFrame, null);
+  const chunkWalk = new ChunkWalk(makeMemoryStream(new TextEncoder().encode("<!doctype html><p>There is no stream here.")));
+  assert.ok(chunkWalk.advance() && chunkWalk.hasEnded);
+  assert.equal(chunkWalk.lastFrame, null);
 });

@@ -3,48 +3,48 @@
 import assert from "node:assert/strict";
 import { browserTest, PlayerPage } from "./browser.js";
 
-/** The selected camera is null once the view has been moved. */
-const camera = (page: PlayerPage): Promise<string | null> => page.run((player) => player.player?.camera ?? null);
+/** Name of the selected camera; null after the view has been moved. */
+const readCamera = (page: PlayerPage): Promise<string | null> => page.run((player) => player.player?.camera ?? null);
 
-/** The first and last column of a screen row that are not black. */
-async function measure(page: PlayerPage, y: number): Promise<[number, number]> {
-  const { width, at } = await page.look();
-  const isLit = (x: number): boolean => at(x, y).reduce((sum, value) => sum + value, 0) > 12;
-  const lit = Array.from({ length: width }, (_, x) => x).filter(isLit);
-  return [lit[0] ?? width, lit.at(-1) ?? 0];
+/** Return the first and the last column of a screen row that are not black. */
+async function findPictureEdges(page: PlayerPage, y: number): Promise<[number, number]> {
+  const { width, pixelAt } = await page.takeScreenshot();
+  const isVisible = (x: number): boolean => pixelAt(x, y).reduce((sum, value) => sum + value, 0) > 12;
+  const visibleColumns = Array.from({ length: width }, (_, x) => x).filter(isVisible);
+  return [visibleColumns[0] ?? width, visibleColumns.at(-1) ?? 0];
 }
 
 browserTest("keys play, step, loop, choose a camera, change the speed and flip", async () => {
   await using page = await PlayerPage.open();
-  await page.until((player) => player.frame === 0);
+  await page.waitUntil((player) => player.frame === 0);
   const { keyboard } = page.page;
   await page.page.locator("quarc-player canvas.view").focus();
   await keyboard.press(".");
-  await page.until((player) => player.frame === 1);
+  await page.waitUntil((player) => player.frame === 1);
   await keyboard.press(",");
-  await page.until((player) => player.frame === 0);
+  await page.waitUntil((player) => player.frame === 0);
   await keyboard.press("Space");
-  await page.until((player) => player.isPlaying && (player.frame ?? 0) > 0);
+  await page.waitUntil((player) => player.isPlaying && (player.frame ?? 0) > 0);
   await keyboard.press("k");
-  await page.until((player) => !player.isPlaying);
+  await page.waitUntil((player) => !player.isPlaying);
   for (const key of ["l", "2", ">", "i"]) await keyboard.press(key);
   const state = await page.run(({ player }) => [player?.loop, player?.camera, player?.speed]);
   assert.deepEqual(state, [true, "side", 2]);
   await page.page.locator("quarc-player dl.statistics").waitFor();
   await keyboard.press("u");
-  assert.equal(await camera(page), null);
+  assert.equal(await readCamera(page), null);
   await keyboard.press("0");
-  assert.equal(await camera(page), "side");
+  assert.equal(await readCamera(page), "side");
   await keyboard.press("End");
-  await page.until((player) => player.frame === 23);
+  await page.waitUntil((player) => player.frame === 23);
 });
 
-browserTest("a drag orbits, a wheel zooms, and the list returns to a camera", async () => {
+browserTest("dragging, the wheel and arrow keys move the view, and the list returns to a camera", async () => {
   await using page = await PlayerPage.open();
-  await page.until((player) => player.frame === 0);
+  await page.waitUntil((player) => player.frame === 0);
   const { mouse } = page.page;
   const select = page.page.locator("quarc-player #camera");
-  for (const move of [
+  for (const moveView of [
     async () => {
       await mouse.move(200, 150);
       await mouse.down();
@@ -54,38 +54,38 @@ browserTest("a drag orbits, a wheel zooms, and the list returns to a camera", as
     () => mouse.wheel(0, 200),
     () => page.page.keyboard.press("ArrowLeft"),
   ]) {
-    const before = await page.run((player) => player.takePicture(0).then(() => player.player?.camera));
-    assert.equal(before, "front");
-    await move();
-    await page.until((player) => player.player?.camera === null);
+    const cameraBefore = await page.run((player) => player.takePicture(0).then(() => player.player?.camera));
+    assert.equal(cameraBefore, "front");
+    await moveView();
+    await page.waitUntil((player) => player.player?.camera === null);
     await page.page.waitForFunction(`document.querySelector("quarc-player").shadowRoot.querySelector("#camera").value === ""`);
     await select.selectOption("front");
-    assert.equal(await camera(page), "front");
+    assert.equal(await readCamera(page), "front");
   }
 });
 
-browserTest("fingers orbit, pinch and scrub on a phone", async () => {
+browserTest("on a phone, fingers orbit, zoom and scrub", async () => {
   await using page = await PlayerPage.open({ width: 390, height: 700, isTouch: true });
-  await page.until((player) => player.frame === 0);
+  await page.waitUntil((player) => player.frame === 0);
   const session = await page.page.context().newCDPSession(page.page);
-  const touch = async (kind: string, places: readonly (readonly [number, number])[]): Promise<void> => {
-    const touchPoints = places.map(([x, y], id) => ({ x, y, id }));
+  const touch = async (kind: string, points: readonly (readonly [number, number])[]): Promise<void> => {
+    const touchPoints = points.map(([x, y], id) => ({ x, y, id }));
     await session.send("Input.dispatchTouchEvent", { type: kind as "touchStart", touchPoints });
   };
   await touch("touchStart", [[100, 200]]);
   await touch("touchMove", [[140, 220]]);
   await touch("touchEnd", []);
-  await page.until((player) => player.player?.camera === null);
+  await page.waitUntil((player) => player.player?.camera === null);
   await page.run((player) => player.lookThrough("front"));
   await touch("touchStart", [[100, 200], [200, 200]]);
   await touch("touchMove", [[60, 200], [260, 200]]);
   await touch("touchEnd", []);
-  await page.until((player) => player.player?.camera === null);
+  await page.waitUntil((player) => player.player?.camera === null);
   const slider = page.page.locator("quarc-player input[type=range]");
   const box = await slider.boundingBox();
   assert.ok(box !== null);
   await page.page.touchscreen.tap(box.x + box.width / 2, box.y + box.height / 2);
-  await page.until((player) => Math.abs((player.frame ?? 0) - 12) <= 1);
+  await page.waitUntil((player) => Math.abs((player.frame ?? 0) - 12) <= 1);
   const buttons = await page.page.locator("quarc-player button:visible").all();
   for (const button of buttons) {
     const size = await button.boundingBox();
@@ -93,18 +93,18 @@ browserTest("fingers orbit, pinch and scrub on a phone", async () => {
   }
 });
 
-browserTest("a camera's picture keeps its proportions, and a moved view fills the canvas", async () => {
+browserTest("a camera's picture keeps its aspect ratio, and a moved view fills the canvas", async () => {
   await using page = await PlayerPage.open({ width: 640, height: 480, attributes: 'camera="upright"' });
-  await page.until((player) => player.frame === 0);
+  await page.waitUntil((player) => player.frame === 0);
   const height = await page.run((player) => player.shadowRoot?.querySelector("canvas")?.clientHeight ?? 0);
   const width = (height * 90) / 160;
-  const floor = Math.floor(0.8 * height);
-  const [left, right] = await measure(page, floor);
+  const floorRow = Math.floor(0.8 * height);
+  const [left, right] = await findPictureEdges(page, floorRow);
   assert.ok(left >= (640 - width) / 2 - 1 && right <= (640 + width) / 2, `${left} to ${right}`);
   assert.ok(right - left > 0.9 * width, `${left} to ${right} of ${width}`);
   await page.page.locator("quarc-player canvas.view").focus();
   await page.page.keyboard.press("ArrowLeft");
-  await page.until((player) => player.player?.camera === null);
-  const [wideLeft, wideRight] = await measure(page, floor);
+  await page.waitUntil((player) => player.player?.camera === null);
+  const [wideLeft, wideRight] = await findPictureEdges(page, floorRow);
   assert.ok(wideRight - wideLeft > 1.3 * width);
 });

@@ -1,4 +1,4 @@
-/** What `npm pack` makes can be installed into another project and used there, with its types. */
+/** The package that `npm pack` makes can be installed into another project, and includes types. */
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -8,10 +8,10 @@ import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { test } from "node:test";
 
-const PLAYER = fileURLToPath(new URL("../", import.meta.url));
-const STREAM = fileURLToPath(new URL("../../conformance/streams/journey.quarc", import.meta.url));
+const PLAYER_FOLDER = fileURLToPath(new URL("../", import.meta.url));
+const STREAM_PATH = fileURLToPath(new URL("../../conformance/streams/journey.quarc", import.meta.url));
 
-const PROGRAM = `
+const JAVASCRIPT_PROGRAM = `
 import { readFileSync } from "node:fs";
 import { readFrames } from "quarc-player/decode";
 const bytes = new Uint8Array(readFileSync(process.argv[2])).buffer;
@@ -19,7 +19,7 @@ let frames = 0;
 for await (const packet of readFrames({ bytes })) frames += packet.count > 0 ? 1 : 0;
 console.log(frames);
 `;
-const TYPED = `
+const TYPESCRIPT_PROGRAM = `
 import { Player, StreamError, type PlayerFault, type Statistics } from "quarc-player";
 export async function play(canvas: HTMLCanvasElement): Promise<Statistics | PlayerFault | null> {
   const player = new Player(canvas, { controls: false });
@@ -34,19 +34,21 @@ export async function play(canvas: HTMLCanvasElement): Promise<Statistics | Play
 }
 `;
 
-test("the package is installed into another project", () => {
+test("another project can install and use the package", () => {
   const project = mkdtempSync(join(tmpdir(), "quarc-player-"));
-  const run = (name: string, ...more: string[]): string =>
-    execFileSync(name, more, { cwd: project, encoding: "utf8" });
+  const runCommand = (name: string, ...args: string[]): string =>
+    execFileSync(name, args, { cwd: project, encoding: "utf8" });
   try {
-    const [packed] = JSON.parse(execFileSync("npm", ["pack", "--json", "--pack-destination", project], { cwd: PLAYER, encoding: "utf8" }));
+    const [packResult] = JSON.parse(
+      execFileSync("npm", ["pack", "--json", "--pack-destination", project], { cwd: PLAYER_FOLDER, encoding: "utf8" }),
+    );
     writeFileSync(join(project, "package.json"), '{ "type": "module" }');
-    run("npm", "install", "--offline", "--no-audit", "--no-fund", "--ignore-scripts", `./${packed.filename}`);
-    writeFileSync(join(project, "program.mjs"), PROGRAM);
-    assert.equal(run(process.execPath, "program.mjs", STREAM).trim(), "9");
-    writeFileSync(join(project, "typed.ts"), TYPED);
+    runCommand("npm", "install", "--offline", "--no-audit", "--no-fund", "--ignore-scripts", `./${packResult.filename}`);
+    writeFileSync(join(project, "program.mjs"), JAVASCRIPT_PROGRAM);
+    assert.equal(runCommand(process.execPath, "program.mjs", STREAM_PATH).trim(), "9");
+    writeFileSync(join(project, "typed.ts"), TYPESCRIPT_PROGRAM);
     const options = ["--noEmit", "--strict", "--target", "es2022", "--module", "esnext", "--moduleResolution", "bundler"];
-    run(process.execPath, join(PLAYER, "node_modules/typescript/bin/tsc"), ...options, "--lib", "es2022,dom,dom.iterable", "typed.ts");
+    runCommand(process.execPath, join(PLAYER_FOLDER, "node_modules/typescript/bin/tsc"), ...options, "--lib", "es2022,dom,dom.iterable", "typed.ts");
   } finally {
     rmSync(project, { recursive: true, force: true });
   }

@@ -1,4 +1,4 @@
-/** Pictures of `quarc-ref render`, if its Python is available. */
+/** Runs quarc-ref, if a Python with its packages is available: reference pictures and simulated streams. */
 
 import { spawn, spawnSync, type ChildProcess } from "node:child_process";
 import { createHash } from "node:crypto";
@@ -7,53 +7,53 @@ import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 
 const ROOT = fileURLToPath(new URL("../../", import.meta.url));
-const KEPT = join(ROOT, "player/.reference");
+const CACHE_FOLDER = join(ROOT, "player/.reference");
 const python = findPython();
 
-/** Why there are no reference pictures; false if there are. */
-export const skipReference =
-  python === null && "no quarc_ref with its renderer here: QUARC_PYTHON names a Python that has it";
+/** The reason for skipping tests that need quarc-ref; false if quarc-ref is available. */
+export const referenceSkipReason =
+  python === null && "quarc_ref and its renderer are not installed: set QUARC_PYTHON to a Python that has them";
 
-/** A PNG of a frame of a stream through a camera. */
+/** Render a frame of a stream from a camera with quarc-ref; return the PNG. */
 export function renderReference(stream: Uint8Array, camera: string, frame: number): Uint8Array {
   const digest = createHash("sha256").update(stream).digest("hex").slice(0, 16);
-  const [file, picture] = [`${digest}.quarc`, `${digest}-${camera}-${frame}.png`];
-  if (!existsSync(join(KEPT, picture))) {
-    mkdirSync(KEPT, { recursive: true });
-    writeFileSync(join(KEPT, file), stream);
-    const which = ["--camera", camera, "--frames", String(frame), "-o", join(KEPT, picture)];
-    runPython(["-m", "quarc_ref", "render", join(KEPT, file), ...which, "--quiet", "--force"]);
+  const [streamName, pictureName] = [`${digest}.quarc`, `${digest}-${camera}-${frame}.png`];
+  if (!existsSync(join(CACHE_FOLDER, pictureName))) {
+    mkdirSync(CACHE_FOLDER, { recursive: true });
+    writeFileSync(join(CACHE_FOLDER, streamName), stream);
+    const options = ["--camera", camera, "--frames", String(frame), "-o", join(CACHE_FOLDER, pictureName)];
+    runPython(["-m", "quarc_ref", "render", join(CACHE_FOLDER, streamName), ...options, "--quiet", "--force"]);
   }
-  return readFileSync(join(KEPT, picture));
+  return readFileSync(join(CACHE_FOLDER, pictureName));
 }
 
-/** A stream of simulated Gaussians in motion: `job` are the arguments of Job in benchmarks/moving_stream.py. */
+/** Make a stream of simulated moving Gaussians; `job` contains the arguments of Job in benchmarks/moving_stream.py. */
 export function makeMovingStream(job: string): Uint8Array {
   const digest = createHash("sha256").update(job).digest("hex").slice(0, 16);
-  const path = join(KEPT, `moving-${digest}.quarc`);
+  const path = join(CACHE_FOLDER, `moving-${digest}.quarc`);
   if (!existsSync(path)) {
-    mkdirSync(KEPT, { recursive: true });
+    mkdirSync(CACHE_FOLDER, { recursive: true });
     const program = "from benchmarks.moving_stream import *; import sys";
     runPython(["-c", `${program}; write_moving_stream(Path(sys.argv[1]), Job(${job}))`, path]);
   }
   return readFileSync(path);
 }
 
-/** Run a Python command to its end. */
-export function runPython(more: readonly string[]): void {
-  const { status, stderr } = spawnSync(python ?? "", more, { cwd: ROOT });
-  if (status !== 0) throw new Error(`python ${more.join(" ")}: ${String(stderr)}`);
+/** Run a Python command, and wait until it has ended. Throws an Error if it fails. */
+export function runPython(args: readonly string[]): void {
+  const { status, stderr } = spawnSync(python ?? "", args, { cwd: ROOT });
+  if (status !== 0) throw new Error(`python ${args.join(" ")}: ${String(stderr)}`);
 }
 
 /** Start a Python command with unbuffered output. */
-export function startPython(more: readonly string[]): ChildProcess {
-  return spawn(python ?? "", ["-u", ...more], { cwd: ROOT, stdio: ["ignore", "pipe", "inherit"] });
+export function startPython(args: readonly string[]): ChildProcess {
+  return spawn(python ?? "", ["-u", ...args], { cwd: ROOT, stdio: ["ignore", "pipe", "inherit"] });
 }
 
 function findPython(): string | null {
-  const known = process.env["QUARC_PYTHON"];
-  const candidates = known === undefined ? [join(ROOT, ".venv/bin/python"), "python3"] : [known];
-  const works = (name: string): boolean =>
+  const configuredPython = process.env["QUARC_PYTHON"];
+  const candidates = configuredPython === undefined ? [join(ROOT, ".venv/bin/python"), "python3"] : [configuredPython];
+  const canRender = (name: string): boolean =>
     spawnSync(name, ["-c", "import quarc_ref.rendering.rasterizer"], { cwd: ROOT }).status === 0;
-  return candidates.find(works) ?? null;
+  return candidates.find(canRender) ?? null;
 }

@@ -1,37 +1,37 @@
-/** A server of one stream, with the features and faults of real servers. */
+/** A test server for one stream, with the features and faults of real servers. */
 
 import { readFileSync } from "node:fs";
 import { createServer, type IncomingMessage, type Server, type ServerResponse } from "node:http";
 import type { AddressInfo } from "node:net";
 import { fileURLToPath } from "node:url";
 
-const PLAYER = fileURLToPath(new URL("../", import.meta.url));
-const SUITE = new URL("../../conformance/", import.meta.url);
-const PIECES_PER_SECOND = 50; // for a response of limited speed
+const PLAYER_FOLDER = fileURLToPath(new URL("../", import.meta.url));
+const CONFORMANCE_FOLDER = new URL("../../conformance/", import.meta.url);
+const PIECES_PER_SECOND = 50; // of a response whose transfer rate is limited
 
-/** A stream of the conformance suite. */
-export const readVector = (path: string): Uint8Array => readFileSync(new URL(`${path}.quarc`, SUITE));
+/** Read a stream of the conformance suite. */
+export const readVector = (path: string): Uint8Array => readFileSync(new URL(`${path}.quarc`, CONFORMANCE_FOLDER));
 
-/** A file of player/. */
-export const readPlayerFile = (path: string): Uint8Array => readFileSync(`${PLAYER}${path}`);
+/** Read a file of player/. */
+export const readPlayerFile = (path: string): Uint8Array => readFileSync(`${PLAYER_FOLDER}${path}`);
 
-/** The stream for the browser tests (test/streams/make_room.py). */
+/** Read the stream of the browser tests, which test/streams/make_room.py has written. */
 export const readRoom = (): Uint8Array => readPlayerFile("test/streams/room.quarc");
 
 export interface ServerOptions {
-  /** Whether it answers range requests with 206; otherwise all responses are 200. */
-  readonly ranges?: boolean;
-  /** Break the connection after this number of bytes of every response. */
-  readonly diesAfter?: number;
-  /** Answer every request for the stream with this status. */
+  /** Whether the server answers range requests with status 206; otherwise it answers all requests with 200. */
+  readonly supportsRanges?: boolean;
+  /** Number of bytes of each response after which the server breaks the connection. */
+  readonly breakAfterBytes?: number;
+  /** Status with which the server answers every request for the stream; null for normal answers. */
   readonly status?: number | null;
-  /** Limit of the transfer rate. */
+  /** Maximum transfer rate of the stream. */
   readonly bitsPerSecond?: number;
-  /** Other files, by path: "/" is the page. */
+  /** Other files by path; "/" is the page. */
   readonly files?: Readonly<Record<string, Uint8Array | string>>;
 }
 
-const TYPES: Readonly<Record<string, string>> = {
+const CONTENT_TYPES: Readonly<Record<string, string>> = {
   js: "text/javascript",
   mjs: "text/javascript",
   png: "image/png",
@@ -39,7 +39,7 @@ const TYPES: Readonly<Record<string, string>> = {
 };
 
 export class StreamServer {
-  /** The Range headers of the requests for the stream, in order. */
+  /** Range headers of the requests for the stream, in order; "" for a request without a range. */
   readonly requests: string[] = [];
   readonly #server: Server;
   #stream: Uint8Array;
@@ -48,7 +48,7 @@ export class StreamServer {
   private constructor(stream: Uint8Array, options: ServerOptions) {
     this.#stream = stream;
     this.#options = options;
-    this.#server = createServer((request, response) => void this.#answer(request, response));
+    this.#server = createServer((request, response) => void this.#respond(request, response));
   }
 
   static async start(stream: Uint8Array, options: ServerOptions = {}): Promise<StreamServer> {
@@ -65,13 +65,13 @@ export class StreamServer {
     return `${this.origin}/stream.quarc`;
   }
 
-  /** Serve another stream from now on, as if one was being written. */
+  /** Replace the stream, usually by a longer one, as if the stream was being written. */
   grow(stream: Uint8Array): void {
     this.#stream = stream;
   }
 
   /** Change some of the options. */
-  set(options: ServerOptions): void {
+  setOptions(options: ServerOptions): void {
     this.#options = { ...this.#options, ...options };
   }
 
@@ -80,52 +80,52 @@ export class StreamServer {
     await new Promise((resolve) => this.#server.close(resolve));
   }
 
-  async #answer(request: IncomingMessage, response: ServerResponse): Promise<void> {
+  async #respond(request: IncomingMessage, response: ServerResponse): Promise<void> {
     const path = (request.url ?? "").replace(/\?.*/, "");
-    if (path === "/stream.quarc") await this.#answerStream(request, response);
-    else this.#answerFile(path, response);
+    if (path === "/stream.quarc") await this.#respondWithStream(request, response);
+    else this.#respondWithFile(path, response);
   }
 
-  #answerFile(path: string, response: ServerResponse): void {
+  #respondWithFile(path: string, response: ServerResponse): void {
     const file = this.#options.files?.[path];
-    const type = TYPES[path.split(".").at(-1) ?? ""] ?? "text/html; charset=utf-8";
+    const type = CONTENT_TYPES[path.split(".").at(-1) ?? ""] ?? "text/html; charset=utf-8";
     if (file === undefined) response.writeHead(path === "/favicon.ico" ? 204 : 404).end();
     else response.writeHead(200, { "Content-Type": type }).end(file);
   }
 
-  async #answerStream(request: IncomingMessage, response: ServerResponse): Promise<void> {
-    const { status = null, ranges = true, diesAfter = Infinity } = this.#options;
+  async #respondWithStream(request: IncomingMessage, response: ServerResponse): Promise<void> {
+    const { status = null, supportsRanges = true, breakAfterBytes = Infinity } = this.#options;
     const size = this.#stream.length;
-    const asked = /^bytes=(\d+)-(\d*)$/.exec(request.headers.range ?? "");
+    const rangeMatch = /^bytes=(\d+)-(\d*)$/.exec(request.headers.range ?? "");
     this.requests.push(request.headers.range ?? "");
     if (status !== null) {
       response.writeHead(status).end();
       return;
     }
-    const isPart = ranges && asked !== null;
-    const begin = isPart ? Number(asked[1]) : 0;
+    const isPartial = supportsRanges && rangeMatch !== null;
+    const begin = isPartial ? Number(rangeMatch[1]) : 0;
     if (begin >= size) {
       response.writeHead(416, { "Content-Range": `bytes */${size}` }).end();
       return;
     }
-    const end = isPart && asked[2] !== "" ? Math.min(size, Number(asked[2]) + 1) : size;
+    const end = isPartial && rangeMatch[2] !== "" ? Math.min(size, Number(rangeMatch[2]) + 1) : size;
     const body = this.#stream.subarray(begin, end);
     const range = { "Content-Range": `bytes ${begin}-${end - 1}/${size}` };
-    response.writeHead(isPart ? 206 : 200, { "Content-Length": body.length, ...(isPart ? range : {}) });
-    await this.#send(body.subarray(0, diesAfter), response);
-    if (diesAfter < body.length) setTimeout(() => response.destroy(), 5);
+    response.writeHead(isPartial ? 206 : 200, { "Content-Length": body.length, ...(isPartial ? range : {}) });
+    await this.#send(body.subarray(0, breakAfterBytes), response);
+    if (breakAfterBytes < body.length) setTimeout(() => response.destroy(), 5);
     else response.end();
   }
 
   async #send(body: Uint8Array, response: ServerResponse): Promise<void> {
     const { bitsPerSecond = Infinity } = this.#options;
-    const piece = Math.min(body.length, Math.ceil(bitsPerSecond / 8 / PIECES_PER_SECOND));
-    const begun = performance.now();
-    for (let sent = 0; sent < body.length && !response.destroyed; ) {
-      response.write(body.subarray(sent, sent + piece));
-      sent += piece;
-      const due = begun + (8000 * sent) / bitsPerSecond;
-      if (due > performance.now()) await new Promise((wake) => setTimeout(wake, due - performance.now()));
+    const pieceBytes = Math.min(body.length, Math.ceil(bitsPerSecond / 8 / PIECES_PER_SECOND));
+    const startTime = performance.now();
+    for (let sentBytes = 0; sentBytes < body.length && !response.destroyed; ) {
+      response.write(body.subarray(sentBytes, sentBytes + pieceBytes));
+      sentBytes += pieceBytes;
+      const dueTime = startTime + (8000 * sentBytes) / bitsPerSecond;
+      if (dueTime > performance.now()) await new Promise((resolve) => setTimeout(resolve, dueTime - performance.now()));
     }
   }
 }

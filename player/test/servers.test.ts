@@ -1,15 +1,15 @@
-/** All kinds of servers and streams, as seen by a page. */
+/** The component with servers and streams that have faults. */
 
 import assert from "node:assert/strict";
 import { browserTest, PlayerPage, type PlayerElement } from "./browser.js";
 import { readRoom } from "./server.js";
 
-const CANONICAL_BYTES = 30_000; // approximate size of the first frame
+const CANONICAL_BYTES = 30_000; // approximate size of the first frame of room.quarc
 
-const text = (page: PlayerPage, selector: string): Promise<string> =>
+const readText = (page: PlayerPage, selector: string): Promise<string> =>
   page.page.locator("quarc-player").locator(selector).innerText();
 
-/** The next error of the player; an error at startup may be missed. Runs on the page. */
+/** Open the stream again, and wait for the next error, because the first error may be missed. Runs on the page. */
 function nextFault(player: PlayerElement): Promise<{ kind: string; rejectId: string | null; frame: number | null }> {
   return new Promise((resolve) => {
     player.addEventListener("error", ({ detail }) => resolve(detail), { once: true });
@@ -17,9 +17,9 @@ function nextFault(player: PlayerElement): Promise<{ kind: string; rejectId: str
   });
 }
 
-browserTest("without range requests the stream is read once, even for seeks", async () => {
-  await using page = await PlayerPage.open({ ranges: false });
-  await page.until((player) => player.frame === 0);
+browserTest("without range requests, the stream is requested only once, even for seeks", async () => {
+  await using page = await PlayerPage.open({ supportsRanges: false });
+  await page.waitUntil((player) => player.frame === 0);
   await page.setFrame(20);
   await page.setFrame(2);
   assert.equal(page.server.requests.length, 1);
@@ -28,21 +28,21 @@ browserTest("without range requests the stream is read once, even for seeks", as
 browserTest("a missing stream is reported, and can be retried", async () => {
   await using page = await PlayerPage.open({ status: 404, attributes: 'frame="4"', expectedErrors: /404/ });
   await page.page.locator("quarc-player .fault h2").waitFor();
-  assert.equal(await text(page, ".fault h2"), "The stream cannot be loaded");
-  assert.match(await text(page, ".fault p"), /stream\.quarc: the server answered 404/);
-  page.server.set({ status: null });
+  assert.equal(await readText(page, ".fault h2"), "The stream cannot be loaded");
+  assert.match(await readText(page, ".fault p"), /stream\.quarc: the server answered 404/);
+  page.server.setOptions({ status: null });
   await page.page.locator("quarc-player .fault button").click();
-  await page.until((player) => player.frame === 4);
+  await page.waitUntil((player) => player.frame === 4);
   assert.equal(await page.page.locator("quarc-player .fault").isVisible(), false);
 });
 
-browserTest("after a broken connection the rest is requested", async () => {
+browserTest("after a connection breaks, the missing bytes are requested", async () => {
   await using page = await PlayerPage.open({
-    diesAfter: 20_000,
+    breakAfterBytes: 20_000,
     attributes: 'autoplay speed="8"',
     expectedErrors: /ERR_(CONTENT_LENGTH_MISMATCH|INCOMPLETE_CHUNKED_ENCODING|CONNECTION_RESET)/,
   });
-  await page.until((player) => player.frame === 23);
+  await page.waitUntil((player) => player.frame === 23);
   assert.ok(page.server.requests.length > 3);
 });
 
@@ -53,8 +53,8 @@ browserTest("a damaged stream plays up to the damage, and shows the reject id", 
   const fault = await page.run(nextFault);
   assert.deepEqual([fault.kind, fault.rejectId], ["rejected", "payload-crc"]);
   assert.ok((fault.frame ?? 0) > 0);
-  assert.equal(await text(page, ".fault h2"), "This stream is damaged");
-  assert.match(await text(page, ".fault code"), /payload-crc/);
+  assert.equal(await readText(page, ".fault h2"), "This stream is damaged");
+  assert.match(await readText(page, ".fault code"), /payload-crc/);
 });
 
 browserTest("a truncated stream plays up to its end, and is reported as truncated", async () => {
@@ -62,10 +62,10 @@ browserTest("a truncated stream plays up to its end, and is reported as truncate
   await using page = await PlayerPage.open({ stream: stream.subarray(0, stream.length - 100), attributes: 'autoplay speed="8"' });
   const fault = await page.run(nextFault);
   assert.deepEqual([fault.kind, fault.rejectId], ["rejected", "truncated"]);
-  await page.until((player) => (player.frame ?? -1) >= 0);
+  await page.waitUntil((player) => (player.frame ?? -1) >= 0);
 });
 
-browserTest("a file that is not a stream is rejected by name", async () => {
+browserTest("a file that is not a stream is rejected with bad-magic", async () => {
   await using page = await PlayerPage.open({ stream: new TextEncoder().encode("<!doctype html>") });
   const fault = await page.run(nextFault);
   assert.deepEqual([fault.kind, fault.rejectId], ["rejected", "bad-magic"]);
@@ -76,13 +76,13 @@ browserTest("a picture is shown before the first frame has arrived", async () =>
   const received = await page.page.evaluate(async () => {
     const player = document.createElement("quarc-player") as PlayerElement;
     player.setAttribute("src", "stream.quarc");
-    let [bytes, atPreview] = [0, 0];
+    let [bytes, bytesAtPreview] = [0, 0];
     player.addEventListener("progress", ({ detail }) => (bytes = detail.bytes));
-    player.addEventListener("preview", () => (atPreview ||= bytes), { once: true });
+    player.addEventListener("preview", () => (bytesAtPreview ||= bytes), { once: true });
     const shown = new Promise((resolve) => player.addEventListener("frame", resolve, { once: true }));
     document.body.append(player);
     await shown;
-    return { atPreview, atFrame: bytes };
+    return { atPreview: bytesAtPreview, atFrame: bytes };
   });
   assert.ok(received.atPreview > 0 && received.atPreview < CANONICAL_BYTES * 0.75, JSON.stringify(received));
   assert.ok(received.atFrame > received.atPreview);

@@ -1,27 +1,27 @@
-/** The actions of buttons, lists, slider and keys. */
+/** Connects buttons, lists, slider and keys to their actions. */
 
 import { ICONS } from "./icons.js";
 import { SPEEDS, type ButtonName } from "./layout.js";
 import type { Session } from "./session.js";
 
-const LIVE_TOLERANCE_S = 1; // a live stream arrives in pieces, so a viewer is always a little behind
+const LIVE_TOLERANCE_S = 1; // a live stream arrives in pieces, so the picture is always a little behind
 
-/** Connect the controls of a session. */
+/** Connect the controls of a session to its player, until `signal` aborts. */
 export function connectControls(session: Session, root: ShadowRoot, signal: AbortSignal): void {
   const { layout, player } = session;
   const actions = listActions(session);
-  for (const [name, act] of Object.entries(actions)) {
-    layout.buttons[name as ButtonName].addEventListener("click", act, { signal });
+  for (const [name, action] of Object.entries(actions)) {
+    layout.buttons[name as ButtonName].addEventListener("click", action, { signal });
   }
   layout.slider.addEventListener("input", () => void player.setFrame(Number(layout.slider.value)), { signal });
-  layout.speed.addEventListener("change", () => (player.speed = Number(layout.speed.value)), { signal });
-  const choose = (): void => void (player.camera = layout.camera.value);
-  layout.camera.addEventListener("change", choose, { signal });
-  const press = (event: Event): void => pressKey(event as KeyboardEvent, session, actions);
-  root.addEventListener("keydown", press, { signal });
+  layout.speedSelect.addEventListener("change", () => (player.speed = Number(layout.speedSelect.value)), { signal });
+  const selectCamera = (): void => void (player.camera = layout.cameraSelect.value);
+  layout.cameraSelect.addEventListener("change", selectCamera, { signal });
+  const onKeyDown = (event: Event): void => pressKey(event as KeyboardEvent, session, actions);
+  root.addEventListener("keydown", onKeyDown, { signal });
 }
 
-/** Show on the play button what it does next. */
+/** Show on the play button whether it plays or pauses. */
 export function showPlaying(button: HTMLButtonElement, isPlaying: boolean): void {
   const label = isPlaying ? "Pause" : "Play";
   if (button.ariaLabel === label) return; // replacing the icon during a press would lose the click
@@ -30,7 +30,7 @@ export function showPlaying(button: HTMLButtonElement, isPlaying: boolean): void
   button.title = `${label} (Space)`;
 }
 
-/** Show on the live button how many seconds the picture is behind, unless it is nearly live. */
+/** Show on the live button how many seconds the picture is behind the newest frame, if more than LIVE_TOLERANCE_S. */
 export function showLive(button: HTMLButtonElement, latency: number | null): void {
   const isBehind = latency !== null && latency > LIVE_TOLERANCE_S;
   button.ariaPressed = String(latency !== null && !isBehind);
@@ -75,8 +75,8 @@ function pressKey(
   actions: Readonly<Record<ButtonName, () => void>>,
 ): void {
   const isModified = event.ctrlKey || event.metaKey || event.altKey;
-  const isOnButton = event.target instanceof HTMLButtonElement && [" ", "Enter"].includes(event.key);
-  if (isModified || isOnButton || event.target instanceof HTMLSelectElement) return;
+  const isButtonKey = event.target instanceof HTMLButtonElement && [" ", "Enter"].includes(event.key);
+  if (isModified || isButtonKey || event.target instanceof HTMLSelectElement) return;
   const name = KEYS[event.key.toLowerCase()];
   if (name !== undefined) actions[name]();
   else if (event.key === "<" || event.key === ">") changeSpeed(session, event.key === ">" ? 1 : -1);
@@ -94,8 +94,8 @@ function chooseCamera(session: Session, index: number): void {
   if (camera !== undefined) session.player.camera = camera.name;
 }
 
-function changeSpeed(session: Session, by: 1 | -1): void {
+function changeSpeed(session: Session, direction: 1 | -1): void {
   const index = SPEEDS.findIndex((speed) => speed >= session.player.speed);
-  const next = SPEEDS[(index < 0 ? SPEEDS.length : index) + by];
-  if (next !== undefined) session.player.speed = next;
+  const nextSpeed = SPEEDS[(index < 0 ? SPEEDS.length : index) + direction];
+  if (nextSpeed !== undefined) session.player.speed = nextSpeed;
 }

@@ -1,4 +1,4 @@
-/** Error messages for people. */
+/** Error messages for the user. */
 
 import type { PlayerFault } from "../protocol.js";
 
@@ -9,7 +9,7 @@ const TITLES: Readonly<Record<PlayerFault["kind"], string>> = {
   player: "The player has failed",
 };
 
-/** The panel of an error; `retry` is called by its button. */
+/** Create the panel that shows an error; if `retry` is not null, the panel has a button that calls it. */
 export function describeFault(fault: PlayerFault, retry: (() => void) | null): HTMLElement {
   const panel = document.createElement("div");
   const title = document.createElement("h2");

@@ -1,9 +1,9 @@
-/** Figures as text. */
+/** Formats statistics as text. */
 
 import type { StreamInfo } from "../protocol.js";
-import { rateOf, type Statistics } from "../statistics.js";
+import { frameRate, type Statistics } from "../statistics.js";
 
-/** A number of bytes; a KB is 1024 bytes, as everywhere in quarc-ref. */
+/** Format a number of bytes; a KB is 1024 bytes, as everywhere in quarc-ref. */
 export function formatBytes(bytes: number | null): string {
   if (bytes === null) return "size unknown";
   if (bytes < 1024) return `${bytes} bytes`;
@@ -11,20 +11,20 @@ export function formatBytes(bytes: number | null): string {
   return kilobytes < 1024 ? `${kilobytes.toFixed(1)} KB` : `${(kilobytes / 1024).toFixed(1)} MB`;
 }
 
-/** How much of a stream has been received. */
+/** Describe how much of a stream has been received. */
 export function describeLoading(bytes: number, byteLength: number | null): string {
-  const all = byteLength === null ? "" : ` of ${formatBytes(byteLength)}`;
-  return bytes === 0 ? "Loading" : `Loading ${formatBytes(bytes)}${all}`;
+  const total = byteLength === null ? "" : ` of ${formatBytes(byteLength)}`;
+  return bytes === 0 ? "Loading" : `Loading ${formatBytes(bytes)}${total}`;
 }
 
-/** The rows of the statistics panel. */
+/** List the rows of the statistics panel: names and values. */
 export function listStatistics(
   statistics: Statistics,
   info: StreamInfo,
 ): readonly (readonly [string, string])[] {
   const { gaussians, changed, frameBytes, isCanonical, decodeMs, sortMs, uploadMs } = statistics;
   const { bufferedFrames, framesPerSecond, lateFrames, framesBehind } = statistics;
-  const frames = (count: number): string => `${count} frame${count === 1 ? "" : "s"}`;
+  const formatFrames = (count: number): string => `${count} frame${count === 1 ? "" : "s"}`;
   return [
     ["Gaussians", gaussians.toLocaleString("en")],
     ["changed", changed.toLocaleString("en")],
@@ -32,9 +32,9 @@ export function listStatistics(
     ["decode", `${decodeMs.toFixed(1)} ms`],
     ["sort", `${sortMs.toFixed(1)} ms`],
     ["upload", `${uploadMs.toFixed(1)} ms`],
-    ["buffer", frames(bufferedFrames)],
-    ["shown", `${framesPerSecond} of ${rateOf(info).toFixed(0)} per second`],
-    ["late", frames(lateFrames)],
-    ...(framesBehind === null ? [] : [["behind live", frames(framesBehind)] as const]),
+    ["buffer", formatFrames(bufferedFrames)],
+    ["shown", `${framesPerSecond} of ${frameRate(info).toFixed(0)} per second`],
+    ["late", formatFrames(lateFrames)],
+    ...(framesBehind === null ? [] : [["behind live", formatFrames(framesBehind)] as const]),
   ];
 }

@@ -1,18 +1,18 @@
-/** The contents of the buttons: icons of 24 by 24 in the color of the text, and a word. */
+/** The contents of the buttons: SVG icons in the color of the text, and the word "Live". */
 
-const draw = (shapes: string): string =>
+const makeIcon = (shapes: string): string =>
   `<svg viewBox="0 0 24 24" aria-hidden="true" fill="none" stroke="currentColor" ` +
   `stroke-width="1.8" stroke-linecap="round" stroke-linejoin="round">${shapes}</svg>`;
-const filled = 'fill="currentColor"';
+const FILL = 'fill="currentColor"';
 
 export const ICONS = {
-  play: draw(`<path d="M8 5.5v13l10.5-6.5z" ${filled}/>`),
-  pause: draw(`<path d="M8 6v12M16 6v12" stroke-width="3.4"/>`),
-  back: draw(`<path d="M17 6v12l-8.5-6z" ${filled}/><path d="M6 6v12"/>`),
-  forward: draw(`<path d="M7 6v12l8.5-6z" ${filled}/><path d="M18 6v12"/>`),
-  loop: draw(`<path d="M17 3l3.5 3.5L17 10M3.5 11V9a2.5 2.5 0 0 1 2.5-2.5h14M7 21l-3.5-3.5L7 14M20.5 13v2a2.5 2.5 0 0 1-2.5 2.5H4"/>`),
+  play: makeIcon(`<path d="M8 5.5v13l10.5-6.5z" ${FILL}/>`),
+  pause: makeIcon(`<path d="M8 6v12M16 6v12" stroke-width="3.4"/>`),
+  back: makeIcon(`<path d="M17 6v12l-8.5-6z" ${FILL}/><path d="M6 6v12"/>`),
+  forward: makeIcon(`<path d="M7 6v12l8.5-6z" ${FILL}/><path d="M18 6v12"/>`),
+  loop: makeIcon(`<path d="M17 3l3.5 3.5L17 10M3.5 11V9a2.5 2.5 0 0 1 2.5-2.5h14M7 21l-3.5-3.5L7 14M20.5 13v2a2.5 2.5 0 0 1-2.5 2.5H4"/>`),
   live: `<i></i><span>Live</span>`,
-  flip: draw(`<path d="M7 20V5M3.5 8.5L7 5l3.5 3.5M17 4v15M13.5 15.5L17 19l3.5-3.5"/>`),
-  statistics: draw(`<path d="M5 20v-7M12 20V4M19 20v-10" stroke-width="2.4"/>`),
-  fullscreen: draw(`<path d="M4 9V4h5M15 4h5v5M20 15v5h-5M9 20H4v-5"/>`),
+  flip: makeIcon(`<path d="M7 20V5M3.5 8.5L7 5l3.5 3.5M17 4v15M13.5 15.5L17 19l3.5-3.5"/>`),
+  statistics: makeIcon(`<path d="M5 20v-7M12 20V4M19 20v-10" stroke-width="2.4"/>`),
+  fullscreen: makeIcon(`<path d="M4 9V4h5M15 4h5v5M20 15v5h-5M9 20H4v-5"/>`),
 } as const;

@@ -20,31 +20,31 @@ const BUTTONS = {
 export type ButtonName = keyof typeof BUTTONS;
 
 export interface Layout {
-  readonly view: HTMLCanvasElement;
+  readonly canvas: HTMLCanvasElement;
   readonly poster: HTMLImageElement;
   readonly chart: HTMLCanvasElement;
   readonly slider: HTMLInputElement;
-  readonly time: HTMLElement;
-  readonly camera: HTMLSelectElement;
-  readonly speed: HTMLSelectElement;
-  readonly statistics: HTMLElement;
-  readonly waiting: HTMLElement;
-  readonly loading: HTMLElement;
-  readonly loaded: HTMLElement;
+  readonly timeText: HTMLElement;
+  readonly cameraSelect: HTMLSelectElement;
+  readonly speedSelect: HTMLSelectElement;
+  readonly statisticsPanel: HTMLElement;
+  readonly waitingIndicator: HTMLElement;
+  readonly loadingPanel: HTMLElement;
+  readonly loadingText: HTMLElement;
   readonly progress: HTMLProgressElement;
-  readonly fault: HTMLElement;
+  readonly faultPanel: HTMLElement;
   readonly buttons: Readonly<Record<ButtonName, HTMLButtonElement>>;
 }
 
-const button = (name: ButtonName): string => {
-  const [icon, what, key] = BUTTONS[name];
-  const kind = name === "play" ? ' class="main"' : "";
-  return `<button type="button" id="${name}"${kind} title="${what} (${key})" aria-label="${what}">${ICONS[icon]}</button>`;
+const makeButton = (name: ButtonName): string => {
+  const [icon, label, key] = BUTTONS[name];
+  const classAttribute = name === "play" ? ' class="main"' : "";
+  return `<button type="button" id="${name}"${classAttribute} title="${label} (${key})" aria-label="${label}">${ICONS[icon]}</button>`;
 };
 
-const speeds = SPEEDS.map((speed) => `<option value="${speed}">${speed}×</option>`).join("");
+const speedOptions = SPEEDS.map((speed) => `<option value="${speed}">${speed}×</option>`).join("");
 
-const PAGE = `<style>${STYLE}</style>
+const TEMPLATE = `<style>${STYLE}</style>
 <div class="frame">
   <div class="picture">
     <canvas class="view" tabindex="0" role="img" aria-label="The scene: drag to orbit, scroll to zoom, W A S D Q E to fly"></canvas>
@@ -57,35 +57,35 @@ const PAGE = `<style>${STYLE}</style>
   <div class="bar">
     <div class="timeline"><canvas></canvas><input type="range" min="0" max="0" value="0" step="1" aria-label="Frame"></div>
     <div class="row">
-      ${button("play")}${button("back")}${button("forward")}${button("loop")}${button("live")}
+      ${makeButton("play")}${makeButton("back")}${makeButton("forward")}${makeButton("loop")}${makeButton("live")}
       <span class="time"></span><span class="gap"></span>
       <select id="camera" aria-label="Camera" title="Camera (1 to 9)"></select>
-      <select id="speed" aria-label="Speed" title="Speed (&lt; and &gt;)">${speeds}</select>
-      ${button("flip")}${button("statistics")}${button("fullscreen")}
+      <select id="speed" aria-label="Speed" title="Speed (&lt; and &gt;)">${speedOptions}</select>
+      ${makeButton("flip")}${makeButton("statistics")}${makeButton("fullscreen")}
     </div>
   </div>
 </div>`;
 
-/** Fill a shadow root. */
-export function layOut(root: ShadowRoot): Layout {
-  root.innerHTML = PAGE;
+/** Fill a shadow root with the elements of the component, and return them. */
+export function createLayout(root: ShadowRoot): Layout {
+  root.innerHTML = TEMPLATE;
   const find = <T extends Element>(selector: string): T => root.querySelector(selector) as T;
   const names = Object.keys(BUTTONS) as ButtonName[];
   const buttons = Object.fromEntries(names.map((name) => [name, find(`#${name}`)]));
   return {
-    view: find("canvas.view"),
+    canvas: find("canvas.view"),
     poster: find(".poster"),
     chart: find(".timeline canvas"),
     slider: find(".timeline input"),
-    time: find(".time"),
-    camera: find("#camera"),
-    speed: find("#speed"),
-    statistics: find(".statistics"),
-    waiting: find(".waiting"),
-    loading: find(".loading"),
-    loaded: find(".loading span"),
+    timeText: find(".time"),
+    cameraSelect: find("#camera"),
+    speedSelect: find("#speed"),
+    statisticsPanel: find(".statistics"),
+    waitingIndicator: find(".waiting"),
+    loadingPanel: find(".loading"),
+    loadingText: find(".loading span"),
     progress: find(".loading progress"),
-    fault: find(".fault"),
+    faultPanel: find(".fault"),
     buttons: buttons as Layout["buttons"],
   };
 }

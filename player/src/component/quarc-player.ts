@@ -1,10 +1,10 @@
 /**
  * `<quarc-player src="stream.quarc" poster="first.jpg" autoplay loop camera="cam00" speed="1" up="-y">`
  *
- * The events of `Player` are dispatched on the element, too.
+ * The events of `Player` are also dispatched on the element.
  */
 
-import type { Depth } from "../draw/picture.js";
+import type { PixelFormat } from "../draw/picture.js";
 import { DrawingError } from "../draw/programs.js";
 import type { Player } from "../player.js";
 import type { PlayerEvents } from "../player-events.js";
@@ -26,7 +26,7 @@ export class QuarcPlayer extends HTMLElement {
       this.#session = new Session(this, this.#root);
     } catch (error) {
       if (!(error instanceof DrawingError)) throw error;
-      this.#refuse(error.message);
+      this.#showFault(error.message);
       return;
     }
     for (const name of ["loop", "speed", "up"]) this.attributeChangedCallback(name);
@@ -52,12 +52,12 @@ export class QuarcPlayer extends HTMLElement {
     this.#session?.refresh();
   }
 
-  /** The player of the element; null while the element is not on a page. */
+  /** The player of the element; null while the element is not in a document. */
   get player(): Player | null {
     return this.#session?.player ?? null;
   }
 
-  /** Play a stream in memory, one that needs request headers, or a live one. */
+  /** Open a stream instead of `src`: a buffer, an address with request headers, or a live stream. */
   open(source: StreamSource): void {
     this.#source = source;
     this.#open();
@@ -71,27 +71,27 @@ export class QuarcPlayer extends HTMLElement {
     this.player?.pause();
   }
 
-  /** Go to a time, seconds from the first frame; as `Player.setFrame`. */
+  /** Seek to a time, in seconds from the first frame. Resolves and rejects like `Player.setFrame`. */
   async seek(seconds: number): Promise<number | null> {
     return (await this.player?.seek(seconds)) ?? null;
   }
 
-  /** Go to a frame, by its ordinal; as `Player.setFrame`. */
+  /** Seek to a frame by its ordinal. Resolves and rejects like `Player.setFrame`. */
   async setFrame(frame: number): Promise<number | null> {
     return (await this.player?.setFrame(frame)) ?? null;
   }
 
-  /** Pause, and move by a number of frames; negative numbers go back. As `Player.setFrame`. */
-  async step(by = 1): Promise<number | null> {
-    return (await this.player?.step(by)) ?? null;
+  /** Pause, and move by `count` frames; negative numbers move back. Resolves and rejects like `Player.setFrame`. */
+  async step(count = 1): Promise<number | null> {
+    return (await this.player?.step(count)) ?? null;
   }
 
-  /** Go to the newest frame of a live stream; as `Player.seekToLiveEdge`. */
+  /** Seek to the newest frame of a live stream. Resolves and rejects like `Player.setFrame`. */
   async seekToLiveEdge(): Promise<number | null> {
     return (await this.player?.seekToLiveEdge()) ?? null;
   }
 
-  /** Look through a camera of the stream; an unknown name changes nothing. */
+  /** Select a camera of the stream by name; an unknown name changes nothing. */
   lookThrough(name: string): void {
     if (this.player !== null) this.player.camera = name;
   }
@@ -101,7 +101,7 @@ export class QuarcPlayer extends HTMLElement {
     this.player?.flip();
   }
 
-  /** Ordinal of the frame that is shown; null before the first. */
+  /** Ordinal of the frame that is shown; null before the first frame is shown. */
   get frame(): number | null {
     return this.player?.frame ?? null;
   }
@@ -115,16 +115,18 @@ export class QuarcPlayer extends HTMLElement {
     return this.player?.isPlaying ?? false;
   }
 
-  /** Figures of the frame that is shown; null before the first. */
+  /** Statistics of the current frame and of playback; null before the first frame. */
   get statistics(): Statistics | null {
     return this.player?.statistics ?? null;
   }
 
-  /** As `Player.takePicture`, of the camera with this index. */
-  async takePicture(cameraIndex: number, depth: Depth = "bytes"): Promise<Float32Array> {
+  /** Draw the current frame from a camera, given by its index. Resolves and rejects like `Player.takePicture`. */
+  async takePicture(cameraIndex: number, format: PixelFormat = "bytes"): Promise<Float32Array> {
     const camera = this.player?.cameras[cameraIndex];
-    if (this.player === null || camera === undefined) throw new RangeError(`no camera ${cameraIndex}`);
-    return this.player.takePicture(camera, depth);
+    if (this.player === null || camera === undefined) {
+      throw new RangeError(`the stream has no camera with index ${cameraIndex}`);
+    }
+    return this.player.takePicture(camera, format);
   }
 
   #open(): void {
@@ -132,8 +134,8 @@ export class QuarcPlayer extends HTMLElement {
     const url = this.getAttribute("src");
     const isLive = this.hasAttribute("live");
     // The worker cannot resolve relative addresses.
-    const addressed = url === null ? null : { url: new URL(url, document.baseURI).href, isLive };
-    const source = this.#source ?? addressed;
+    const attributeSource = url === null ? null : { url: new URL(url, document.baseURI).href, isLive };
+    const source = this.#source ?? attributeSource;
     if (session === null || source === null) return;
     session.player.camera = this.getAttribute("camera");
     const frame = Number.parseInt(this.getAttribute("frame") ?? "", 10);
@@ -141,7 +143,7 @@ export class QuarcPlayer extends HTMLElement {
     if (this.hasAttribute("autoplay")) session.player.play();
   }
 
-  #refuse(message: string): void {
+  #showFault(message: string): void {
     const fault = { kind: "limit", message, rejectId: null, frame: null } as const;
     this.#root.replaceChildren(describeFault(fault, null));
     this.dispatchEvent(new CustomEvent("error", { detail: fault }));
@@ -166,7 +168,7 @@ export interface QuarcPlayer {
   ): void;
 }
 
-/** The speed in an attribute; 1 unless it is a positive number. */
+/** Parse the speed in an attribute; return 1 if the text is not a positive number. */
 function parseSpeed(text: string | null): number {
   const speed = Number(text);
   return text !== null && Number.isFinite(speed) && speed > 0 ? speed : 1;

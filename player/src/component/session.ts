@@ -3,15 +3,15 @@
 import { Player } from "../player.js";
 import type { PlayerEvents } from "../player-events.js";
 import type { FramePacket, PlayerFault, StreamInfo, StreamSource } from "../protocol.js";
-import { rateOf } from "../statistics.js";
+import { frameRate } from "../statistics.js";
 import { connectControls, showLive, showPlaying } from "./buttons.js";
 import { describeFault } from "./faults.js";
 import { describeLoading, listStatistics } from "./format.js";
-import { layOut, type Layout } from "./layout.js";
+import { createLayout, type Layout } from "./layout.js";
 import { Timeline } from "./timeline.js";
 
-const WAITING_MS = 400; // before the waiting indicator is shown
-const FORWARDED: readonly (keyof PlayerEvents)[] = [
+const WAITING_DELAY_MS = 400; // before the waiting indicator is shown
+const FORWARDED_EVENTS: readonly (keyof PlayerEvents)[] = [
   ...(["info", "preview", "frame", "play", "pause", "ended"] as const),
   ...(["waiting", "progress", "view", "liveedge", "error"] as const),
 ];
@@ -21,85 +21,85 @@ export class Session {
   readonly player: Player;
   readonly #host: HTMLElement;
   readonly #timeline: Timeline;
-  readonly #ended = new AbortController();
+  readonly #abortController = new AbortController();
   #source: StreamSource | null = null;
-  #start: number | null = null;
-  #refreshing = 0;
-  #waiting = 0;
+  #startFrame: number | null = null;
+  #refreshRequest = 0;
+  #waitingTimer = 0;
 
-  /** Throws DrawingError if the browser has no WebGL2. */
+  /** Create the user interface in a shadow root. Throws DrawingError if the browser has no WebGL2. */
   constructor(host: HTMLElement, root: ShadowRoot) {
     this.#host = host;
-    this.layout = layOut(root);
+    this.layout = createLayout(root);
     this.#timeline = new Timeline(this.layout.chart);
-    this.player = new Player(this.layout.view);
-    this.#listen();
-    const { signal } = this.#ended;
+    this.player = new Player(this.layout.canvas);
+    this.#addListeners();
+    const { signal } = this.#abortController;
     connectControls(this, root, signal);
     const { slider } = this.layout;
     slider.addEventListener("pointermove", (event) => this.#describeFrame(event), { signal });
-    const resized = new ResizeObserver(() => this.refresh());
-    resized.observe(this.layout.chart);
-    signal.addEventListener("abort", () => resized.disconnect());
+    const resizeObserver = new ResizeObserver(() => this.refresh());
+    resizeObserver.observe(this.layout.chart);
+    signal.addEventListener("abort", () => resizeObserver.disconnect());
   }
 
-  /** Open a stream at a frame; until it is shown, show the poster, the address of a picture. */
+  /** Open a stream at a frame; `poster` is the address of a picture to show until the frame is shown. */
   open(source: StreamSource, poster: string | null = null, frame: number | null = null): void {
-    // Bytes are transferred, so only an address can be opened again.
+    // Bytes are transferred to the worker, so only an address can be opened again.
     this.#source = "url" in source ? source : null;
-    this.#start = frame;
+    this.#startFrame = frame;
     this.#timeline.clear();
-    this.layout.fault.hidden = true;
+    this.layout.faultPanel.hidden = true;
     this.layout.poster.hidden = poster === null;
     if (poster !== null) this.layout.poster.src = poster;
     this.#showLoading(0, null);
-    void this.player.open(source, { frame }).catch(() => undefined); // the event shows it
+    void this.player.open(source, { frame }).catch(() => undefined); // the error event shows the error
   }
 
   toggleStatistics(): void {
-    const { statistics, buttons } = this.layout;
-    statistics.hidden = !statistics.hidden;
-    buttons.statistics.ariaPressed = String(!statistics.hidden);
+    const { statisticsPanel, buttons } = this.layout;
+    statisticsPanel.hidden = !statisticsPanel.hidden;
+    buttons.statistics.ariaPressed = String(!statisticsPanel.hidden);
     this.refresh();
   }
 
   toggleFullscreen(): void {
-    const isFull = document.fullscreenElement === this.#host;
-    // A page in an iframe may not have the permission; then nothing happens.
-    void (isFull ? document.exitFullscreen() : this.#host.requestFullscreen()).catch(() => undefined);
+    const isFullscreen = document.fullscreenElement === this.#host;
+    // If a page in an iframe has no permission for full screen, nothing happens.
+    void (isFullscreen ? document.exitFullscreen() : this.#host.requestFullscreen()).catch(() => undefined);
   }
 
-  /** Update figures, timeline and buttons with the next picture. */
+  /** Update statistics, timeline and buttons at the next animation frame. */
   refresh(): void {
-    if (this.#refreshing !== 0) return;
-    this.#refreshing = requestAnimationFrame(() => {
-      this.#refreshing = 0;
+    if (this.#refreshRequest !== 0) return;
+    this.#refreshRequest = requestAnimationFrame(() => {
+      this.#refreshRequest = 0;
       this.#update();
     });
   }
 
   dispose(): void {
-    this.#ended.abort();
-    cancelAnimationFrame(this.#refreshing);
-    clearTimeout(this.#waiting);
+    this.#abortController.abort();
+    cancelAnimationFrame(this.#refreshRequest);
+    clearTimeout(this.#waitingTimer);
     this.player.dispose();
   }
 
-  #listen(): void {
+  #addListeners(): void {
     const { player } = this;
-    player.onDecoded((packet) => this.#takeDecoded(packet));
+    player.onDecoded((packet) => this.#handleDecoded(packet));
     player.addEventListener("info", () => this.#listCameras());
     player.addEventListener("frame", () => this.#hideLoading());
-    const { poster, view } = this.layout;
+    const { poster, canvas } = this.layout;
     poster.addEventListener("error", () => (poster.hidden = true));
-    view.addEventListener("pointerdown", () => (poster.hidden = true)); // it does not turn with the view
+    canvas.addEventListener("pointerdown", () => (poster.hidden = true)); // the poster does not follow the view
     player.addEventListener("progress", ({ detail }) => this.#showLoading(detail.bytes, detail.byteLength));
-    player.addEventListener("waiting", ({ detail }) => this.#takeWaiting(detail.isWaiting));
-    player.addEventListener("error", ({ detail }) => this.#fail(detail));
+    player.addEventListener("waiting", ({ detail }) => this.#handleWaiting(detail.isWaiting));
+    player.addEventListener("error", ({ detail }) => this.#showFault(detail));
     for (const type of ["play", "pause"] as const) {
       player.addEventListener(type, () => this.#host.toggleAttribute("playing", player.isPlaying));
     }
-    for (const type of FORWARDED) {
+    for (const type of FORWARDED_EVENTS) {
       player.addEventListener(type, ({ detail }: CustomEvent<unknown>) => {
         this.refresh();
         this.#host.dispatchEvent(new CustomEvent(type, { detail }));
@@ -107,50 +107,50 @@ export class Session {
     }
   }
 
-  #takeDecoded(packet: FramePacket): void {
+  #handleDecoded(packet: FramePacket): void {
     if (packet.isPreview) return;
     this.#timeline.add(packet.frame, packet);
-    if (this.layout.camera.options.length < 2) this.#listCameras(); // one has been made
+    if (this.layout.cameraSelect.options.length < 2) this.#listCameras(); // the viewer has created a camera
     this.refresh();
   }
 
-  #takeWaiting(isWaiting: boolean): void {
-    clearTimeout(this.#waiting);
-    if (!isWaiting) this.layout.waiting.hidden = true;
-    else this.#waiting = window.setTimeout(() => this.#showWaiting(), WAITING_MS);
+  #handleWaiting(isWaiting: boolean): void {
+    clearTimeout(this.#waitingTimer);
+    if (!isWaiting) this.layout.waitingIndicator.hidden = true;
+    else this.#waitingTimer = window.setTimeout(() => this.#showWaiting(), WAITING_DELAY_MS);
   }
 
-  /** Show that frames are awaited, unless this is shown already. */
+  /** Show the waiting indicator, unless the loading panel or an error is shown. */
   #showWaiting(): void {
-    const { waiting, loading, fault } = this.layout;
-    waiting.hidden = !(loading.hidden && fault.hidden);
+    const { waitingIndicator, loadingPanel, faultPanel } = this.layout;
+    waitingIndicator.hidden = !(loadingPanel.hidden && faultPanel.hidden);
   }
 
-  #fail(fault: PlayerFault): void {
+  #showFault(fault: PlayerFault): void {
     const { layout } = this;
     const source = this.#source;
     const canRetry = source !== null && fault.kind === "network";
     const retry = (): void => {
-      if (source !== null) this.open(source, null, this.player.frame ?? this.#start);
+      if (source !== null) this.open(source, null, this.player.frame ?? this.#startFrame);
     };
-    layout.loading.hidden = layout.waiting.hidden = true;
-    layout.fault.replaceChildren(describeFault(fault, canRetry ? retry : null));
-    layout.fault.hidden = false;
+    layout.loadingPanel.hidden = layout.waitingIndicator.hidden = true;
+    layout.faultPanel.replaceChildren(describeFault(fault, canRetry ? retry : null));
+    layout.faultPanel.hidden = false;
   }
 
   #showLoading(bytes: number, byteLength: number | null): void {
-    if (this.player.frame !== null || !this.layout.fault.hidden) return;
-    const { loading, loaded, progress } = this.layout;
-    loading.hidden = false;
-    loaded.textContent = describeLoading(bytes, byteLength);
+    if (this.player.frame !== null || !this.layout.faultPanel.hidden) return;
+    const { loadingPanel, loadingText, progress } = this.layout;
+    loadingPanel.hidden = false;
+    loadingText.textContent = describeLoading(bytes, byteLength);
     if (byteLength === null) progress.removeAttribute("value");
     else progress.value = bytes / byteLength;
   }
 
   #hideLoading(): void {
     this.layout.poster.hidden = true;
-    this.layout.loading.hidden = true;
-    this.layout.fault.hidden = true;
+    this.layout.loadingPanel.hidden = true;
+    this.layout.faultPanel.hidden = true;
   }
 
   #listCameras(): void {
@@ -159,61 +159,64 @@ export class Session {
       option.title = isHeldOut ? "The encoder was not trained on this camera" : "";
       return option;
     });
-    const free = new Option("free view", "");
-    free.hidden = true;
-    this.layout.camera.replaceChildren(free, ...options);
+    const freeView = new Option("free view", "");
+    freeView.hidden = true;
+    this.layout.cameraSelect.replaceChildren(freeView, ...options);
   }
 
   #describeFrame(event: PointerEvent): void {
     const { slider } = this.layout;
-    const [first, last] = [Number(slider.min), Number(slider.max)];
-    const share = event.offsetX / Math.max(1, slider.clientWidth);
-    slider.title = this.#timeline.describe(first + Math.floor(share * (last - first + 1)));
+    const [firstFrame, lastFrame] = [Number(slider.min), Number(slider.max)];
+    const fraction = event.offsetX / Math.max(1, slider.clientWidth);
+    slider.title = this.#timeline.describe(firstFrame + Math.floor(fraction * (lastFrame - firstFrame + 1)));
   }
 
   #update(): void {
     const { player, layout } = this;
     const { info } = player;
-    const first = info?.firstFrame ?? 0;
-    const shown = player.targetFrame ?? first;
-    const end = player.endFrame ?? Math.max(player.bufferedTo, (player.liveEdge ?? shown) + 1, shown + 1);
-    layout.slider.min = String(first);
-    layout.slider.max = String(Math.max(first, end - 1));
-    layout.slider.value = String(shown);
-    const frameMs = info === null ? 1 : 1000 / rateOf(info);
+    const firstFrame = info?.firstFrame ?? 0;
+    const shownFrame = player.targetFrame ?? firstFrame;
+    const knownEnd = Math.max(player.bufferedTo, (player.liveEdge ?? shownFrame) + 1, shownFrame + 1);
+    const endFrame = player.endFrame ?? knownEnd;
+    layout.slider.min = String(firstFrame);
+    layout.slider.max = String(Math.max(firstFrame, endFrame - 1));
+    layout.slider.value = String(shownFrame);
+    const frameMs = info === null ? 1 : 1000 / frameRate(info);
     const isLoading = player.frame === null;
-    this.#timeline.draw({ first, end: isLoading ? first : end, shown, bufferedTo: player.bufferedTo, frameMs });
-    layout.time.replaceChildren(...(isLoading || info === null ? [] : describeTime(shown, player.endFrame, info)));
-    layout.camera.value = player.camera ?? "";
-    layout.speed.value = String(player.speed);
+    const { bufferedTo } = player;
+    this.#timeline.draw({ firstFrame, endFrame: isLoading ? firstFrame : endFrame, shownFrame, bufferedTo, frameMs });
+    const timeNodes = isLoading || info === null ? [] : describeTime(shownFrame, player.endFrame, info);
+    layout.timeText.replaceChildren(...timeNodes);
+    layout.cameraSelect.value = player.camera ?? "";
+    layout.speedSelect.value = String(player.speed);
     layout.buttons.loop.ariaPressed = String(player.loop);
     showPlaying(layout.buttons.play, player.isPlaying);
     const isLive = info?.isLive === true && player.endFrame === null;
     layout.buttons.live.hidden = !isLive;
-    layout.buttons.loop.hidden = isLive; // it has no end at which to loop
+    layout.buttons.loop.hidden = isLive; // a live stream has no end at which to loop
     showLive(layout.buttons.live, player.latency);
-    if (!layout.statistics.hidden) this.#listStatistics();
+    if (!layout.statisticsPanel.hidden) this.#listStatistics();
   }
 
   #listStatistics(): void {
     const { info, statistics } = this.player;
     if (info === null || statistics === null) return;
     const rows = listStatistics(statistics, info).flatMap(([name, value]) => [
-      makeText("dt", name),
-      makeText("dd", value),
+      makeTextElement("dt", name),
+      makeTextElement("dd", value),
     ]);
-    this.layout.statistics.replaceChildren(...rows);
+    this.layout.statisticsPanel.replaceChildren(...rows);
   }
 }
 
-function describeTime(frame: number, end: number | null, info: StreamInfo): Node[] {
-  const seconds = ((frame - info.firstFrame) / rateOf(info)).toFixed(2);
-  const last = end === null ? "" : ` of ${end - 1}`;
-  return [makeText("b", `${seconds} s`), new Text(` · frame ${frame}${last}`)];
+function describeTime(frame: number, endFrame: number | null, info: StreamInfo): Node[] {
+  const seconds = ((frame - info.firstFrame) / frameRate(info)).toFixed(2);
+  const totalText = endFrame === null ? "" : ` of ${endFrame - 1}`;
+  return [makeTextElement("b", `${seconds} s`), new Text(` · frame ${frame}${totalText}`)];
 }
 
-function makeText(kind: string, text: string): HTMLElement {
-  const element = document.createElement(kind);
+function makeTextElement(tagName: string, text: string): HTMLElement {
+  const element = document.createElement(tagName);
   element.textContent = text;
   return element;
 }

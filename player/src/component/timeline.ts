@@ -1,19 +1,19 @@
 /**
- * The chart under the slider: bytes and decode time of every frame, the buffered range, the current frame.
+ * The chart under the slider: bytes and decode time of every frame, the buffered range, and the current frame.
  *
- * The height of a bar is the square root of the bytes, because frames with many births would otherwise make all others
- * invisible.
+ * The height of a bar is proportional to the square root of the bytes. Otherwise, frames with many births would make the
+ * bars of all other frames invisible.
  */
 
 import { formatBytes } from "./format.js";
 
-const EMPTY = "#2b313a";
-const BUFFERED = "#5b6675";
-const KNOWN = "#3d4550";
-const PASSED = "#6aa8ff";
-const CANONICAL = "#e6ebf2";
-const DECODE_TIME = "#ffb454";
-const PLAYHEAD = "#fff";
+const EMPTY_COLOR = "#2b313a";
+const BUFFERED_COLOR = "#5b6675";
+const KNOWN_COLOR = "#3d4550";
+const PLAYED_COLOR = "#6aa8ff";
+const CANONICAL_COLOR = "#e6ebf2";
+const DECODE_TIME_COLOR = "#ffb454";
+const PLAYHEAD_COLOR = "#fff";
 
 interface Bar {
   readonly bytes: number | null;
@@ -21,21 +21,21 @@ interface Bar {
   readonly isCanonical: boolean;
 }
 
-/** The extent of a stream, and the position of playback. */
-export interface Extent {
-  readonly first: number;
-  /** Ordinal after the last known frame. */
-  readonly end: number;
-  readonly shown: number;
+/** The range of frames of a stream, and the position of playback. */
+export interface TimelineExtent {
+  readonly firstFrame: number;
+  /** Ordinal after the last frame that is known. */
+  readonly endFrame: number;
+  readonly shownFrame: number;
   readonly bufferedTo: number;
-  /** Duration of a frame, milliseconds: the full height for decode times. */
+  /** Duration of a frame, milliseconds; a decode time of this duration has the full height. */
   readonly frameMs: number;
 }
 
 export class Timeline {
   readonly #canvas: HTMLCanvasElement;
   readonly #bars = new Map<number, Bar>();
-  #tallest = 1;
+  #maxBytes = 1;
 
   constructor(canvas: HTMLCanvasElement) {
     this.#canvas = canvas;
@@ -43,17 +43,17 @@ export class Timeline {
 
   clear(): void {
     this.#bars.clear();
-    this.#tallest = 1;
+    this.#maxBytes = 1;
   }
 
-  /** Add a frame. Canonical frames have full height; the scale is that of the others. */
+  /** Add a frame. Canonical frames have full height and do not affect the scale of the other bars. */
   add(frame: number, { bytes, decodeMs, isCanonical }: Bar): void {
-    const known = this.#bars.get(frame)?.bytes ?? null;
-    this.#bars.set(frame, { bytes: bytes ?? known, decodeMs, isCanonical });
-    if (!isCanonical) this.#tallest = Math.max(this.#tallest, bytes ?? 0);
+    const knownBytes = this.#bars.get(frame)?.bytes ?? null;
+    this.#bars.set(frame, { bytes: bytes ?? knownBytes, decodeMs, isCanonical });
+    if (!isCanonical) this.#maxBytes = Math.max(this.#maxBytes, bytes ?? 0);
   }
 
-  /** The description of a frame, shown when the pointer is over it. */
+  /** Describe a frame, for the tooltip of the slider. */
   describe(frame: number): string {
     const bar = this.#bars.get(frame);
     if (bar === undefined) return `frame ${frame}`;
@@ -61,7 +61,7 @@ export class Timeline {
     return `frame ${frame} · ${formatBytes(bar.bytes)}${kind} · decoded in ${bar.decodeMs.toFixed(1)} ms`;
   }
 
-  draw(extent: Extent): void {
+  draw(extent: TimelineExtent): void {
     const { clientWidth, clientHeight } = this.#canvas;
     const width = Math.round(clientWidth * devicePixelRatio);
     const height = Math.round(clientHeight * devicePixelRatio);
@@ -70,56 +70,56 @@ export class Timeline {
     const context = this.#canvas.getContext("2d");
     if (context === null) return;
     context.clearRect(0, 0, width, height);
-    const count = extent.end - extent.first;
-    if (count <= 0) return;
-    const pitch = width / count;
-    const step = Math.max(1, Math.floor(1 / pitch)); // frames per pixel
-    for (let frame = extent.first; frame < extent.end; frame += step) {
-      this.#drawBar(context, frame, this.#find(frame, step), extent, pitch * step, height);
+    const frameCount = extent.endFrame - extent.firstFrame;
+    if (frameCount <= 0) return;
+    const frameWidth = width / frameCount;
+    const framesPerBar = Math.max(1, Math.floor(1 / frameWidth)); // frames per pixel
+    for (let frame = extent.firstFrame; frame < extent.endFrame; frame += framesPerBar) {
+      this.#drawBar(context, frame, this.#findBar(frame, framesPerBar), extent, frameWidth * framesPerBar, height);
     }
-    const at = (extent.shown - extent.first + 0.5) * pitch;
-    context.fillStyle = PLAYHEAD;
-    context.fillRect(at - devicePixelRatio, 0, 2 * devicePixelRatio, height);
+    const playheadX = (extent.shownFrame - extent.firstFrame + 0.5) * frameWidth;
+    context.fillStyle = PLAYHEAD_COLOR;
+    context.fillRect(playheadX - devicePixelRatio, 0, 2 * devicePixelRatio, height);
   }
 
   #drawBar(
     context: CanvasRenderingContext2D,
     frame: number,
     bar: Bar | undefined,
-    extent: Extent,
-    pitch: number,
+    extent: TimelineExtent,
+    barPitch: number,
     height: number,
   ): void {
-    const left = ((frame - extent.first) * this.#canvas.width) / (extent.end - extent.first);
-    const width = Math.max(1, pitch - (pitch > 4 ? devicePixelRatio : 0));
-    const tall = Math.max(2 * devicePixelRatio, this.#heightOf(bar) * height);
-    context.fillStyle = colorOf(frame, bar, extent);
-    context.fillRect(left, height - tall, width, tall);
+    const left = ((frame - extent.firstFrame) * this.#canvas.width) / (extent.endFrame - extent.firstFrame);
+    const width = Math.max(1, barPitch - (barPitch > 4 ? devicePixelRatio : 0));
+    const barHeight = Math.max(2 * devicePixelRatio, this.#barHeight(bar) * height);
+    context.fillStyle = chooseColor(frame, bar, extent);
+    context.fillRect(left, height - barHeight, width, barHeight);
     if (bar === undefined) return;
-    const time = Math.min(1, bar.decodeMs / extent.frameMs) * (height - devicePixelRatio);
-    context.fillStyle = DECODE_TIME;
-    context.fillRect(left, height - time - devicePixelRatio, width, devicePixelRatio);
+    const timeHeight = Math.min(1, bar.decodeMs / extent.frameMs) * (height - devicePixelRatio);
+    context.fillStyle = DECODE_TIME_COLOR;
+    context.fillRect(left, height - timeHeight - devicePixelRatio, width, devicePixelRatio);
   }
 
-  /** The bar of a pixel: a canonical frame if there is one, else the largest. */
-  #find(frame: number, step: number): Bar | undefined {
-    let found = this.#bars.get(frame);
-    for (let other = frame + 1; other < frame + step; other++) {
-      const bar = this.#bars.get(other);
-      if (bar !== undefined && (found === undefined || (bar.bytes ?? 0) > (found.bytes ?? 0))) found = bar;
+  /** Find the largest bar of consecutive frames that share a pixel. */
+  #findBar(frame: number, framesPerBar: number): Bar | undefined {
+    let chosen = this.#bars.get(frame);
+    for (let nextFrame = frame + 1; nextFrame < frame + framesPerBar; nextFrame++) {
+      const bar = this.#bars.get(nextFrame);
+      if (bar !== undefined && (chosen === undefined || (bar.bytes ?? 0) > (chosen.bytes ?? 0))) chosen = bar;
     }
-    return found;
+    return chosen;
   }
 
-  #heightOf(bar: Bar | undefined): number {
+  #barHeight(bar: Bar | undefined): number {
     if (bar === undefined) return 0;
-    return bar.isCanonical ? 1 : 0.85 * Math.sqrt(Math.min(1, (bar.bytes ?? 0) / this.#tallest));
+    return bar.isCanonical ? 1 : 0.85 * Math.sqrt(Math.min(1, (bar.bytes ?? 0) / this.#maxBytes));
   }
 }
 
-function colorOf(frame: number, bar: Bar | undefined, { shown, bufferedTo }: Extent): string {
-  if (bar?.isCanonical === true) return CANONICAL;
-  if (frame <= shown) return PASSED;
-  if (frame < bufferedTo) return BUFFERED;
-  return bar === undefined ? EMPTY : KNOWN;
+function chooseColor(frame: number, bar: Bar | undefined, { shownFrame, bufferedTo }: TimelineExtent): string {
+  if (bar?.isCanonical === true) return CANONICAL_COLOR;
+  if (frame <= shownFrame) return PLAYED_COLOR;
+  if (frame < bufferedTo) return BUFFERED_COLOR;
+  return bar === undefined ? EMPTY_COLOR : KNOWN_COLOR;
 }

@@ -1,68 +1,69 @@
-/** Frames in order, from any decoder that handles requests and sends replies. */
+/** Generates packets from any decoder that handles requests and sends replies. */
 
 import type { DecodeReply, DecodeRequest, FramePacket, StreamInfo, StreamSource } from "../protocol.js";
 import { StreamError } from "../stream-error.js";
 
 export interface FramesOptions {
-  /** Ordinal of the first frame to return; default 0. */
+  /** Ordinal of the first frame to generate; 0 by default. */
   readonly from?: number;
-  /** Called once, before the first frame. */
+  /** Called once with the description of the stream, before the first frame. */
   readonly onInfo?: (info: StreamInfo) => void;
 }
 
 /** A decoder in this thread or in a worker. */
 export interface DecodeChannel {
-  take(request: DecodeRequest): void;
+  handle(request: DecodeRequest): void;
 }
 
 /**
- * The frames of a stream in order, each as the changes to the previous one; the first is complete.
+ * Generate the packets of a stream in order of frames. Each packet contains the changes from the previous frame; the
+ * first packet contains all Gaussians.
  *
- * Up to `ahead` frames are decoded before they are requested. Throws StreamError, after returning all frames before the
+ * Up to `framesAhead` frames are decoded before they are requested. Throws StreamError after the last frame before the
  * error.
  */
 export async function* generateFrames(
-  connect: (receive: (reply: DecodeReply) => void) => DecodeChannel,
+  connect: (onReply: (reply: DecodeReply) => void) => DecodeChannel,
   source: StreamSource,
-  { from = 0, onInfo }: FramesOptions,
-  ahead: number,
+  { from: firstFrame = 0, onInfo }: FramesOptions,
+  framesAhead: number,
 ): AsyncGenerator<FramePacket, void, void> {
-  let [run, isTold] = [0, false];
+  let [run, isInfoReported] = [0, false];
   const replies: DecodeReply[] = [];
-  let wake = (): void => undefined;
+  let wakeUp = (): void => undefined;
   const channel = connect((reply) => {
     replies.push(reply);
-    wake();
+    wakeUp();
   });
-  const allow = (frames: number): void => channel.take({ kind: "more", frames, run });
-  const next = async (): Promise<FramePacket | null> => {
+  const allowFrames = (frames: number): void => channel.handle({ kind: "more", frames, run });
+  const nextPacket = async (): Promise<FramePacket | null> => {
     for (;;) {
-      while (replies.length === 0) await new Promise<void>((resolve) => (wake = resolve));
+      while (replies.length === 0) await new Promise<void>((resolve) => (wakeUp = resolve));
       const reply = replies.shift() as DecodeReply;
       if (reply.kind === "frame") {
         if (reply.packet.run === run && !reply.packet.isPreview) return reply.packet;
       } else if (reply.run !== run) continue;
-      else if (reply.kind === "info" && !isTold) {
-        isTold = true;
+      else if (reply.kind === "info" && !isInfoReported) {
+        isInfoReported = true;
         onInfo?.(reply.info);
       } else if (reply.kind === "end") return null;
       else if (reply.kind === "error") throw new StreamError(reply.error);
     }
   };
   try {
-    channel.take({ kind: "open", source, run, isIndexFirst: true });
-    allow(1 + (from === 0 ? ahead : 0));
-    let packet = await next();
-    if (from > (packet?.frame ?? Infinity)) {
-      channel.take({ kind: "seek", frame: from, run: ++run });
-      allow(1 + ahead);
-      packet = await next();
+    channel.handle({ kind: "open", source, run, readsIndexFirst: true });
+    allowFrames(1 + (firstFrame === 0 ? framesAhead : 0));
+    let packet = await nextPacket();
+    if (firstFrame > (packet?.frame ?? Infinity)) {
+      channel.handle({ kind: "seek", frame: firstFrame, run: ++run });
+      allowFrames(1 + framesAhead);
+      packet = await nextPacket();
     }
-    for (; packet !== null; packet = await next()) {
+    for (; packet !== null; packet = await nextPacket()) {
       yield packet;
-      allow(1);
+      allowFrames(1);
     }
   } finally {
-    channel.take({ kind: "close" });
+    channel.handle({ kind: "close" });
   }
 }

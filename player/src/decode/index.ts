@@ -1,8 +1,8 @@
-/** The frames of a stream for programs in Node or on a page, without a worker or canvas. */
+/** Entry point of the decoder for programs in Node or on a page, without a worker or canvas. */
 
 import type { FramePacket, StreamSource } from "../protocol.js";
 import { StreamError } from "../stream-error.js";
-import { Decoding } from "./decoding.js";
+import { DecodeService } from "./decode-service.js";
 import { generateFrames, type FramesOptions } from "./frames.js";
 
 export type * from "../protocol.js";
@@ -10,14 +10,14 @@ export { Splats } from "../splats.js";
 export { StreamError, type FramesOptions };
 
 /**
- * The frames of a stream in order, each as the changes to the previous one; the first is complete. The next frame is
- * decoded on demand.
+ * Generate the packets of a stream in order of frames. Each packet contains the changes from the previous frame; the
+ * first packet contains all Gaussians. A frame is decoded when it is requested.
  *
- * Throws StreamError, after returning all frames before the error.
+ * Throws StreamError after the last frame before the error.
  */
 export function readFrames(
   source: StreamSource,
   options: FramesOptions = {},
 ): AsyncGenerator<FramePacket, void, void> {
-  return generateFrames((receive) => new Decoding(receive), source, options, 0);
+  return generateFrames((receive) => new DecodeService(receive), source, options, 0);
 }

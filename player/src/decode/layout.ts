@@ -1,9 +1,9 @@
-/** Structures of core/capi/include/quarc.h, as laid out in 32-bit memory. */
+/** Reads the structures of core/capi/include/quarc.h from the module's 32-bit memory. */
 
 import type { CaptureCamera, StreamInfo } from "../protocol.js";
 
-/** The fields of `StreamInfo` from HEAD. */
-export type Head = Pick<
+/** The fields of `StreamInfo` that HEAD contains. */
+export type HeadFields = Pick<
   StreamInfo,
   | "timescale"
   | "frameTicks"
@@ -18,38 +18,38 @@ export type Head = Pick<
   | "metersPerUnit"
 >;
 
-export function readHead(memory: DataView, place: number): Head {
-  const number = (field: number): number => memory.getUint32(place + 4 * field, true);
-  const float = (field: number): number => memory.getFloat32(place + 4 * field, true);
+export function readHead(memory: DataView, address: number): HeadFields {
+  const readUint = (field: number): number => memory.getUint32(address + 4 * field, true);
+  const readFloat = (field: number): number => memory.getFloat32(address + 4 * field, true);
   return {
-    timescale: number(0),
-    frameTicks: number(1),
-    latticeExponent: number(3),
-    logScaleStep: float(4),
-    opacityStep: float(5),
-    shDcStep: float(6),
-    shRestStep: float(7),
-    shDegree: number(8),
-    isRightHanded: number(9) === 1,
-    upAxis: number(10),
-    metersPerUnit: float(11),
+    timescale: readUint(0),
+    frameTicks: readUint(1),
+    latticeExponent: readUint(3),
+    logScaleStep: readFloat(4),
+    opacityStep: readFloat(5),
+    shDcStep: readFloat(6),
+    shRestStep: readFloat(7),
+    shDegree: readUint(8),
+    isRightHanded: readUint(9) === 1,
+    upAxis: readUint(10),
+    metersPerUnit: readFloat(11),
   };
 }
 
-export function readCamera(memory: DataView, place: number, name: string): CaptureCamera {
-  const number = (field: number): number => memory.getUint32(place + 4 * field, true);
-  const float = (field: number): number => memory.getFloat32(place + 4 * field, true);
+export function readCamera(memory: DataView, address: number, name: string): CaptureCamera {
+  const readUint = (field: number): number => memory.getUint32(address + 4 * field, true);
+  const readFloat = (field: number): number => memory.getFloat32(address + 4 * field, true);
   return {
     name,
-    isHeldOut: number(2) === 1,
-    width: number(3),
-    height: number(4),
-    fx: float(5),
-    fy: float(6),
-    cx: float(7),
-    cy: float(8),
-    rotation: Array.from({ length: 9 }, (_, at) => float(9 + at)),
-    translation: Array.from({ length: 3 }, (_, at) => float(18 + at)),
-    near: float(21),
+    isHeldOut: readUint(2) === 1,
+    width: readUint(3),
+    height: readUint(4),
+    fx: readFloat(5),
+    fy: readFloat(6),
+    cx: readFloat(7),
+    cy: readFloat(8),
+    rotation: Array.from({ length: 9 }, (_, index) => readFloat(9 + index)),
+    translation: Array.from({ length: 3 }, (_, index) => readFloat(18 + index)),
+    near: readFloat(21),
   };
 }

@@ -1,16 +1,16 @@
-/** The open stream: its bytes, its index, and its extent. */
+/** The open stream: its bytes, its index, and its range of frames. */
 
 import type { StreamSource } from "../protocol.js";
 import { ChunkWalk } from "./chunk-walk.js";
-import type { Decoder, Index, Quarc } from "./quarc.js";
+import type { Decoder, StreamIndex, QuarcModule } from "./quarc.js";
 import type { Piece } from "./source.js";
 import { makeStreamBytes, type StreamBytes } from "./stream-bytes.js";
 
-const LEAD_BYTES = 1 << 25; // of a live stream, received ahead of decoding
-const NEVER = new AbortController().signal; // a seek does not abort the search for the index
+const READ_AHEAD_BYTES = 1 << 25; // of a live stream, received ahead of the decoder
+const NEVER_ABORTED = new AbortController().signal; // a seek does not abort the search for the index
 
-/** Receives bytes from an offset on; null at the end of the stream. */
-export type Receive = (place: number) => Promise<Piece | null>;
+/** Receives bytes from an offset onwards; gives null at the end of the stream. */
+export type ReceiveBytes = (offset: number) => Promise<Piece | null>;
 
 export class OpenStream {
   readonly bytes: StreamBytes;
@@ -18,64 +18,64 @@ export class OpenStream {
   readonly isIndexFirst: boolean;
   /** Ordinal of the first frame; null until it is known. */
   firstFrame: number | null = null;
-  /** From INDX; null until it has been read, and in streams without one. */
-  index: Index | null = null;
+  /** The contents of INDX; null until the index has been read, and for streams without an index. */
+  index: StreamIndex | null = null;
   /** Whether the contents of the index have been sent to the page. */
   isIndexPosted = false;
-  readonly #walk: ChunkWalk;
-  #search: Promise<void> | null = null;
+  readonly #chunkWalk: ChunkWalk;
+  #indexSearch: Promise<void> | null = null;
 
   constructor(source: StreamSource, isIndexFirst: boolean) {
     this.bytes = makeStreamBytes(source);
     this.isIndexFirst = isIndexFirst;
-    this.#walk = new ChunkWalk(this.bytes);
+    this.#chunkWalk = new ChunkWalk(this.bytes);
   }
 
-  /** Set the length of the stream in a decoder, if it is known. */
-  limit(decoder: Decoder): void {
+  /** Tell a decoder the length of the stream, if the length is known and final. */
+  setDecoderLength(decoder: Decoder): void {
     const { size, isLive } = this.bytes;
-    if (size !== null && !isLive) decoder.limit(size);
+    if (size !== null && !isLive) decoder.setLength(size);
   }
 
   /**
-   * Look for the index in parallel with the frames, so that the first picture does not wait for the end of the stream.
-   * Errors are reported when a seek uses the index.
+   * Look for the index while frames are decoded, so that the first picture does not wait for the end of the stream.
+   * After an error, the index stays null.
    */
-  async findIndex(quarc: Quarc): Promise<void> {
-    if (this.bytes.isSeekable) await (this.#search ??= this.#searchIndex(quarc));
+  async findIndex(quarc: QuarcModule): Promise<void> {
+    if (this.bytes.isSeekable) await (this.#indexSearch ??= this.#searchIndex(quarc));
   }
 
-  /** The frame, or the last one of the stream if that comes first. */
-  async clamp(frame: number, quarc: Quarc, receive: Receive): Promise<number> {
+  /** Return `frame`, or the last frame of the stream if the stream ends earlier. */
+  async clampFrame(frame: number, quarc: QuarcModule, receiveBytes: ReceiveBytes): Promise<number> {
     await this.findIndex(quarc);
     const { index, firstFrame } = this;
     if (index !== null) return Math.min(frame, (firstFrame ?? 0) + index.frameCount - 1);
-    const walk = this.#walk;
-    while (!walk.advance() && (walk.lastFrame ?? -1) < frame) {
-      if ((await receive(walk.place)) === null) break;
+    const chunkWalk = this.#chunkWalk;
+    while (!chunkWalk.advance() && (chunkWalk.lastFrame ?? -1) < frame) {
+      if ((await receiveBytes(chunkWalk.nextOffset)) === null) break;
     }
-    return Math.min(frame, walk.lastFrame ?? 0);
+    return Math.min(frame, chunkWalk.lastFrame ?? 0);
   }
 
   /** Ordinal of the newest frame of a live stream; null while unknown. */
   get liveEdge(): number | null {
-    return this.bytes.isLive && this.#walk.advance() ? this.#walk.lastFrame : null;
+    return this.bytes.isLive && this.#chunkWalk.advance() ? this.#chunkWalk.lastFrame : null;
   }
 
-  /** Receive more of a live stream to find its live edge; `place` is the position of decoding. */
-  async readAhead(place: number, receive: Receive): Promise<void> {
-    const walk = this.#walk;
-    while (this.bytes.isLive && !walk.isEnded && walk.place < place + LEAD_BYTES) {
-      await receive(walk.place);
-      walk.advance();
+  /** Receive more of a live stream to find its newest frame; the decoder has reached `decodedOffset`. */
+  async readAhead(decodedOffset: number, receiveBytes: ReceiveBytes): Promise<void> {
+    const chunkWalk = this.#chunkWalk;
+    while (this.bytes.isLive && !chunkWalk.hasEnded && chunkWalk.nextOffset < decodedOffset + READ_AHEAD_BYTES) {
+      await receiveBytes(chunkWalk.nextOffset);
+      chunkWalk.advance();
     }
   }
 
-  async #searchIndex(quarc: Quarc): Promise<void> {
+  async #searchIndex(quarc: QuarcModule): Promise<void> {
     const decoder = quarc.open(0);
     try {
       await this.bytes.prefetchEnd();
-      this.limit(decoder);
+      this.setDecoderLength(decoder);
       this.index = await this.#readIndex(decoder);
     } catch {
       return;
@@ -84,12 +84,12 @@ export class OpenStream {
     }
   }
 
-  async #readIndex(decoder: Decoder): Promise<Index | null> {
+  async #readIndex(decoder: Decoder): Promise<StreamIndex | null> {
     for (;;) {
       const index = decoder.findIndex();
-      const range = index === null ? decoder.missing() : null;
+      const range = index === null ? decoder.missingRange() : null;
       if (range === null) return index;
-      const piece = await this.bytes.next(range.begin, NEVER);
+      const piece = await this.bytes.readPiece(range.begin, NEVER_ABORTED);
       if (piece === null) return null;
       decoder.put(piece.offset, piece.bytes);
     }

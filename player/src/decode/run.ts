@@ -1,151 +1,151 @@
-/** One opening or seek, from the first byte read to the last frame posted. */
+/** A run: decodes and posts frames after the stream is opened or after a seek. */
 
 import type { FramePacket, StreamInfo } from "../protocol.js";
-import type { Post } from "./decoding.js";
+import type { PostReply } from "./decode-service.js";
 import type { OpenStream } from "./open-stream.js";
-import { Preview, SECTIONS_TO_SHOW } from "./preview.js";
-import type { Decoder, Quarc, State, StreamHead } from "./quarc.js";
-import { Slots } from "./slots.js";
+import { Preview, MIN_PREVIEW_SECTIONS } from "./preview.js";
+import type { Decoder, QuarcModule, FrameState, StreamHead } from "./quarc.js";
+import { SlotTracker } from "./slots.js";
 import type { Piece } from "./source.js";
 import { unlessAborted } from "./stream-bytes.js";
 
-const PREVIEW_PAUSE_MS = 250;
+const PREVIEW_INTERVAL_MS = 250;
 
 export class Run {
-  readonly number: number;
-  /** Ordinal of the last posted frame. */
+  readonly runNumber: number;
+  /** Ordinal of the last posted frame; null before the first frame. */
   frame: number | null = null;
   readonly #stream: OpenStream;
-  readonly #post: Post;
-  readonly #ended = new AbortController();
-  readonly #slots = new Slots();
+  readonly #post: PostReply;
+  readonly #abortController = new AbortController();
+  readonly #slots = new SlotTracker();
   readonly #preview = new Preview();
-  #credit = 0;
-  #wake = (): void => undefined;
-  #previewAt = -Infinity;
+  #frameCredit = 0;
+  #wakeUp = (): void => undefined;
+  #previewTime = -Infinity;
   #head: StreamHead | null = null;
   #hasUpdates = false;
-  #liveEdge: number | null = null; // as last posted
-  #place = 0; // offset in the stream, after the last posted frame
+  #postedLiveEdge: number | null = null;
+  #decodedOffset = 0; // offset of the chunk after the last posted frame
 
-  constructor(number: number, stream: OpenStream, post: Post) {
-    this.number = number;
+  constructor(number: number, stream: OpenStream, post: PostReply) {
+    this.runNumber = number;
     this.#stream = stream;
     this.#post = post;
   }
 
   get isAborted(): boolean {
-    return this.#ended.signal.aborted;
+    return this.#abortController.signal.aborted;
   }
 
   abort(): void {
-    this.#ended.abort();
+    this.#abortController.abort();
   }
 
-  /** Allow more frames to be posted. */
+  /** Allow `frames` more frames to be posted. */
   allow(frames: number): void {
-    this.#credit += frames;
-    this.#wake();
+    this.#frameCredit += frames;
+    this.#wakeUp();
   }
 
   /**
-   * Post the frames from `start` to the end of the stream; with `orLast`, the last frame if the stream ends before
-   * `start`.
+   * Post the frames from `startFrame` to the end of the stream. If the stream ends before `startFrame` and `clampToLast`
+   * is true, post the last frame.
    */
-  async play(quarc: Quarc, start: number, orLast = false): Promise<void> {
+  async play(quarc: QuarcModule, startFrame: number, clampToLast = false): Promise<void> {
     const { bytes, isIndexFirst } = this.#stream;
     if (isIndexFirst) {
-      await bytes.next(0, this.#ended.signal); // the response tells whether the end can be read
+      await bytes.readPiece(0, this.#abortController.signal); // the response shows whether the end of the stream can be read
       await this.#stream.findIndex(quarc);
     }
-    const decoder = quarc.open(orLast ? await this.#clamp(start, quarc) : start);
+    const decoder = quarc.open(clampToLast ? await this.#clampFrame(startFrame, quarc) : startFrame);
     try {
-      this.#stream.limit(decoder);
+      this.#stream.setDecoderLength(decoder);
       await this.#postFrames(decoder, quarc);
     } finally {
       decoder.close();
     }
   }
 
-  async #postFrames(decoder: Decoder, quarc: Quarc): Promise<void> {
-    let begin = this.#stream.firstFrame === null ? 0 : null; // of the frame's chunks, if known
+  async #postFrames(decoder: Decoder, quarc: QuarcModule): Promise<void> {
+    let beginOffset = this.#stream.firstFrame === null ? 0 : null; // offset of the frame's first chunk, if known
     let decodeMs = 0;
     for (;;) {
       await this.#waitForCredit();
-      const begun = performance.now();
-      const found = decoder.pull();
-      decodeMs += performance.now() - begun;
-      if (found === "end") break;
-      if (found === null) {
+      const startTime = performance.now();
+      const result = decoder.decodeNext();
+      decodeMs += performance.now() - startTime;
+      if (result === "end") break;
+      if (result === null) {
         this.#postPreview(decoder);
-        await this.#readOn(decoder);
+        await this.#feedDecoder(decoder);
         continue;
       }
-      if (this.frame === null) this.#learn(decoder, found.frame);
-      this.#place = decoder.offset;
-      this.#postFrame(found, begin === null ? null : this.#place - begin, decodeMs);
-      [begin, decodeMs] = [this.#place, 0];
+      if (this.frame === null) this.#readHeader(decoder, result.frame);
+      this.#decodedOffset = decoder.offset;
+      this.#postFrame(result, beginOffset === null ? null : this.#decodedOffset - beginOffset, decodeMs);
+      [beginOffset, decodeMs] = [this.#decodedOffset, 0];
       this.#postLiveEdge();
       void this.#findIndex(quarc);
-      await nextTask();
+      await yieldToMessages();
     }
     this.#postEnd();
   }
 
-  /** Pass the bytes that the decoder needs. */
-  async #readOn(decoder: Decoder): Promise<void> {
+  /** Receive bytes that the decoder needs, and pass them to the decoder. */
+  async #feedDecoder(decoder: Decoder): Promise<void> {
     const { bytes } = this.#stream;
-    const range = decoder.missing();
-    if (range === null) throw new Error("the decoder lacks no bytes");
-    const piece = await this.#receive(range.begin, this.#ended.signal);
-    if (piece === null) decoder.limit(bytes.size ?? range.begin);
+    const range = decoder.missingRange();
+    if (range === null) throw new Error("the decoder returned no frame, although no bytes are missing");
+    const piece = await this.#receiveBytes(range.begin, this.#abortController.signal);
+    if (piece === null) decoder.setLength(bytes.size ?? range.begin);
     else {
       decoder.put(piece.offset, piece.bytes);
-      this.#stream.limit(decoder);
+      this.#stream.setDecoderLength(decoder);
     }
     this.#postLiveEdge();
   }
 
-  async #receive(place: number, signal: AbortSignal): Promise<Piece | null> {
+  async #receiveBytes(offset: number, signal: AbortSignal): Promise<Piece | null> {
     const { bytes } = this.#stream;
-    const piece = await bytes.next(place, signal);
-    this.#post({ kind: "progress", bytes: bytes.received, byteLength: bytes.size, run: this.number }, []);
+    const piece = await bytes.readPiece(offset, signal);
+    this.#post({ kind: "progress", bytes: bytes.receivedBytes, byteLength: bytes.size, run: this.runNumber }, []);
     return piece;
   }
 
-  /** The frame, or the last one of the stream if that comes first. */
-  async #clamp(frame: number, quarc: Quarc): Promise<number> {
-    const { signal } = this.#ended;
-    const receive = (place: number): Promise<Piece | null> => this.#receive(place, signal);
-    const clamped = await unlessAborted(this.#stream.clamp(frame, quarc, receive), signal);
+  /** Return `frame`, or the last frame of the stream if the stream ends earlier. */
+  async #clampFrame(frame: number, quarc: QuarcModule): Promise<number> {
+    const { signal } = this.#abortController;
+    const receiveBytes = (offset: number): Promise<Piece | null> => this.#receiveBytes(offset, signal);
+    const clampedFrame = await unlessAborted(this.#stream.clampFrame(frame, quarc, receiveBytes), signal);
     this.#postLiveEdge();
-    return clamped;
+    return clampedFrame;
   }
 
-  /** While there is nothing to decode, follow a live stream. */
+  /** Find new frames of a live stream while no frame may be posted. */
   async #readAhead(signal: AbortSignal): Promise<void> {
-    const receive = async (place: number): Promise<Piece | null> => {
+    const receiveBytes = async (offset: number): Promise<Piece | null> => {
       this.#postLiveEdge();
-      return this.#receive(place, signal);
+      return this.#receiveBytes(offset, signal);
     };
-    // If the server fails, the error is reported when the bytes are decoded.
-    await this.#stream.readAhead(this.#place, receive).catch(() => undefined);
+    // An error of the server is reported when the decoder needs the bytes.
+    await this.#stream.readAhead(this.#decodedOffset, receiveBytes).catch(() => undefined);
   }
 
   #postLiveEdge(): void {
     const { liveEdge } = this.#stream;
-    if (liveEdge === null || liveEdge === this.#liveEdge) return;
-    this.#liveEdge = liveEdge;
-    this.#post({ kind: "edge", frame: liveEdge, run: this.number }, []);
+    if (liveEdge === null || liveEdge === this.#postedLiveEdge) return;
+    this.#postedLiveEdge = liveEdge;
+    this.#post({ kind: "edge", frame: liveEdge, run: this.runNumber }, []);
   }
 
   async #waitForCredit(): Promise<void> {
-    const { signal } = this.#ended;
+    const { signal } = this.#abortController;
     const idle = new AbortController();
-    if (this.#credit === 0) void this.#readAhead(idle.signal);
-    while (this.#credit === 0 && !signal.aborted) {
+    if (this.#frameCredit === 0) void this.#readAhead(idle.signal);
+    while (this.#frameCredit === 0 && !signal.aborted) {
       await new Promise<void>((resolve) => {
-        this.#wake = resolve;
+        this.#wakeUp = resolve;
         signal.addEventListener("abort", () => resolve(), { once: true });
       });
     }
@@ -153,8 +153,8 @@ export class Run {
     signal.throwIfAborted();
   }
 
-  /** Read the header of the stream at the first frame or preview, and post it if it is new. */
-  #learn(decoder: Decoder, frame: number): void {
+  /** Read the header of the stream at the first frame or preview; post the description if this is the first run. */
+  #readHeader(decoder: Decoder, frame: number): void {
     this.#head = decoder.streamHead;
     this.#hasUpdates = decoder.hasUpdates;
     if (this.#stream.firstFrame !== null) return;
@@ -163,7 +163,7 @@ export class Run {
   }
 
   /** Look for the index, and post its contents. */
-  async #findIndex(quarc: Quarc): Promise<void> {
+  async #findIndex(quarc: QuarcModule): Promise<void> {
     if (this.#stream.isIndexPosted) return;
     await this.#stream.findIndex(quarc);
     const { index, isIndexPosted } = this.#stream;
@@ -171,46 +171,46 @@ export class Run {
     this.#postInfo(this.#head);
   }
 
-  #postInfo(known: StreamHead): void {
+  #postInfo(head: StreamHead): void {
     const { index, bytes, firstFrame } = this.#stream;
     const info: StreamInfo = {
-      ...known,
+      ...head,
       firstFrame: firstFrame ?? 0,
       frameCount: index?.frameCount ?? null,
       canonicalFrames: index?.canonicalFrames ?? [],
       ...{ byteLength: bytes.size, isLive: bytes.isLive },
     };
     this.#stream.isIndexPosted = index !== null;
-    this.#post({ kind: "info", info, run: this.number }, []);
+    this.#post({ kind: "info", info, run: this.runNumber }, []);
   }
 
-  /** Post a preview of the first frame, if more of it has arrived. */
+  /** Post a preview of the first frame if a further section has arrived. */
   #postPreview(decoder: Decoder): void {
-    const isWanted = this.#stream.firstFrame === null || this.#previewAt > -Infinity;
-    const begun = performance.now();
-    if (!isWanted || this.frame !== null || begun < this.#previewAt + PREVIEW_PAUSE_MS) return;
-    const found = decoder.preview();
-    if (found === null) return;
-    if (found.sections < SECTIONS_TO_SHOW) {
-      this.#preview.prepare(found.state);
+    const isFirstFrame = this.#stream.firstFrame === null || this.#previewTime > -Infinity;
+    const startTime = performance.now();
+    if (!isFirstFrame || this.frame !== null || startTime < this.#previewTime + PREVIEW_INTERVAL_MS) return;
+    const preview = decoder.preview();
+    if (preview === null) return;
+    if (preview.sections < MIN_PREVIEW_SECTIONS) {
+      this.#preview.estimateSizes(preview.state);
       return;
     }
-    this.#previewAt = begun;
-    this.#learn(decoder, found.state.frame);
+    this.#previewTime = startTime;
+    this.#readHeader(decoder, preview.state.frame);
     if (this.#head === null) return;
-    const packet = this.#preview.make(found.state, found.sections, this.#head);
-    this.#send({ ...packet, run: this.number, decodeMs: performance.now() - begun });
+    const packet = this.#preview.makePacket(preview.state, preview.sections, this.#head);
+    this.#postPacket({ ...packet, run: this.runNumber, decodeMs: performance.now() - startTime });
   }
 
-  #postFrame(state: State, bytes: number | null, decodeMs: number): void {
-    const begun = performance.now();
-    const taken = this.#slots.take(state, this.#hasUpdates, { run: this.number, bytes, decodeMs });
-    this.frame = taken.frame;
-    this.#credit -= 1;
-    this.#send({ ...taken, decodeMs: decodeMs + performance.now() - begun });
+  #postFrame(state: FrameState, bytes: number | null, decodeMs: number): void {
+    const startTime = performance.now();
+    const packet = this.#slots.makePacket(state, this.#hasUpdates, { run: this.runNumber, bytes, decodeMs });
+    this.frame = packet.frame;
+    this.#frameCredit -= 1;
+    this.#postPacket({ ...packet, decodeMs: decodeMs + performance.now() - startTime });
   }
 
-  #send(packet: FramePacket): void {
+  #postPacket(packet: FramePacket): void {
     const { movedSlots, positions, rotations, codedSlots, codes, freedSlots } = packet;
     const arrays = [movedSlots, positions, rotations, codedSlots, codes, freedSlots];
     this.#post({ kind: "frame", packet }, arrays.map(({ buffer }) => buffer as ArrayBuffer));
@@ -218,14 +218,14 @@ export class Run {
 
   #postEnd(): void {
     const { index, firstFrame } = this.#stream;
-    const counted = (this.frame ?? -1) + 1 - (firstFrame ?? 0);
-    const frameCount = index?.frameCount ?? Math.max(0, counted);
-    this.#post({ kind: "end", frameCount, run: this.number }, []);
+    const decodedCount = (this.frame ?? -1) + 1 - (firstFrame ?? 0);
+    const frameCount = index?.frameCount ?? Math.max(0, decodedCount);
+    this.#post({ kind: "end", frameCount, run: this.runNumber }, []);
   }
 }
 
-/** Let the worker receive messages. */
-function nextTask(): Promise<void> {
+/** Resolve in a new task, so that the worker can receive messages. */
+function yieldToMessages(): Promise<void> {
   return new Promise((resolve) => {
     const { port1, port2 } = new MessageChannel();
     port1.onmessage = () => {

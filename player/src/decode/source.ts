@@ -1,12 +1,12 @@
-/** A stream on a server, by range requests if the server supports them, with retries. */
+/** Reads a stream from a server, with retries, and with range requests if the server supports them. */
 
 import type { StreamSource } from "../protocol.js";
 
-const RETRIES = 4; // in a row, without receiving a byte
-const FIRST_PAUSE_MS = 100;
-const LIVE_PAUSE_MS = 500;
+const MAX_RETRIES = 4; // consecutive failures without a received byte
+const RETRY_PAUSE_MS = 100;
+const LIVE_POLL_MS = 500;
 
-/** The stream cannot be received; this says nothing about its contents. */
+/** A stream cannot be received. */
 export class NetworkError extends Error {
   override readonly name = "NetworkError";
 }
@@ -18,7 +18,7 @@ export interface Piece {
 }
 
 export class HttpSource {
-  /** Size of the stream in bytes, once known; for a live stream, its size so far. */
+  /** Size of the stream in bytes, or the size so far of a live stream; null if unknown. */
   size: number | null = null;
   /** Whether the server supports range requests. */
   hasRanges = false;
@@ -32,41 +32,39 @@ export class HttpSource {
     this.isLive = source.isLive === true;
   }
 
-  /**
-   * The bytes from an offset to the end of the stream; for a live stream, including those written later.
-   */
+  /** Read the bytes from an offset to the end of the stream; a live stream is read as it grows. */
   async *read(offset: number, signal: AbortSignal): AsyncGenerator<Piece, void, void> {
-    let place = offset;
+    let nextOffset = offset;
     for (let failures = 0; ; ) {
       try {
-        for await (const piece of this.#request(place, signal)) {
-          place = piece.offset + piece.bytes.length;
+        for await (const piece of this.#readResponse(nextOffset, signal)) {
+          nextOffset = piece.offset + piece.bytes.length;
           failures = 0;
           yield piece;
         }
         if (!this.isLive) return;
-        await pause(LIVE_PAUSE_MS, signal);
+        await sleep(LIVE_POLL_MS, signal);
       } catch (error) {
         if (signal.aborted || error instanceof NetworkError) throw error;
-        if (++failures > RETRIES) throw new NetworkError(`${this.#url}: ${String(error)}`);
-        await pause(FIRST_PAUSE_MS * 2 ** failures, signal);
+        if (++failures > MAX_RETRIES) throw new NetworkError(`${this.#url}: ${String(error)}`);
+        await sleep(RETRY_PAUSE_MS * 2 ** failures, signal);
       }
     }
   }
 
-  /** The bytes of one response from an offset on. */
-  async *#request(place: number, signal: AbortSignal): AsyncGenerator<Piece, void, void> {
-    const headers = { ...this.#headers, Range: `bytes=${place}-` };
+  /** Send a request, and read the bytes of its response from an offset onwards. */
+  async *#readResponse(requestedOffset: number, signal: AbortSignal): AsyncGenerator<Piece, void, void> {
+    const headers = { ...this.#headers, Range: `bytes=${requestedOffset}-` };
     const response = await fetch(this.#url, { headers, signal, cache: this.isLive ? "no-store" : "no-cache" });
-    let offset = this.#begin(response, place);
+    let offset = this.#findBodyOffset(response, requestedOffset);
     if (response.body === null || offset === null) return;
     const reader = response.body.getReader();
     try {
       for (;;) {
         const { done, value } = await reader.read();
         if (done) break;
-        const passed = Math.min(value.length, Math.max(0, place - offset));
-        if (passed < value.length) yield { offset: offset + passed, bytes: value.subarray(passed) };
+        const skippedBytes = Math.min(value.length, Math.max(0, requestedOffset - offset));
+        if (skippedBytes < value.length) yield { offset: offset + skippedBytes, bytes: value.subarray(skippedBytes) };
         offset += value.length;
       }
       // A complete response ends at the end of the stream.
@@ -77,48 +75,48 @@ export class HttpSource {
     }
   }
 
-  /** The offset of a response's body; null if the stream has no bytes there (yet). */
-  #begin(response: Response, place: number): number | null {
+  /** Find the offset of a response's body; return null if the stream ends before `requestedOffset`. */
+  #findBodyOffset(response: Response, requestedOffset: number): number | null {
     const { status, headers } = response;
-    const range = /^bytes (?:(\d+)-\d+|\*)\/(\d+)$/.exec(headers.get("Content-Range") ?? "");
+    const rangeMatch = /^bytes (?:(\d+)-\d+|\*)\/(\d+)$/.exec(headers.get("Content-Range") ?? "");
     if (status === 416) {
-      this.#learnSize(range === null ? null : Number(range[2]));
+      this.#setSize(rangeMatch === null ? null : Number(rangeMatch[2]));
       void response.body?.cancel();
       return null;
     }
-    if (status === 206 && range !== null && Number(range[1]) === place) {
+    if (status === 206 && rangeMatch !== null && Number(rangeMatch[1]) === requestedOffset) {
       this.hasRanges = true;
-      this.#learnSize(Number(range[2]));
-      return place;
+      this.#setSize(Number(rangeMatch[2]));
+      return requestedOffset;
     }
     if (status === 200) {
       const length = headers.get("Content-Length");
       const isCompressed = headers.has("Content-Encoding");
-      this.#learnSize(length === null || isCompressed ? null : Number(length));
+      this.#setSize(length === null || isCompressed ? null : Number(length));
       return 0;
     }
     void response.body?.cancel();
-    if (status >= 500) throw new TypeError(`the server answered ${status}`); // it may recover
-    const answer = status === 206 ? "with another range than was requested" : String(status);
+    if (status >= 500) throw new TypeError(`the server answered ${status}`); // is retried
+    const answer = status === 206 ? "with a range that was not requested" : String(status);
     throw new NetworkError(`${this.#url}: the server answered ${answer}`);
   }
 
-  #learnSize(size: number | null): void {
+  #setSize(size: number | null): void {
     if (size !== null) this.size = size;
   }
 }
 
-function pause(milliseconds: number, signal: AbortSignal): Promise<void> {
+function sleep(milliseconds: number, signal: AbortSignal): Promise<void> {
   return new Promise((resolve, reject) => {
-    const stop = (): void => {
+    const abort = (): void => {
       clearTimeout(timer);
       reject(signal.reason as Error);
     };
     const timer = setTimeout(() => {
-      signal.removeEventListener("abort", stop);
+      signal.removeEventListener("abort", abort);
       resolve();
     }, milliseconds);
-    if (signal.aborted) stop();
-    else signal.addEventListener("abort", stop, { once: true });
+    if (signal.aborted) abort();
+    else signal.addEventListener("abort", abort, { once: true });
   });
 }

@@ -1,32 +1,31 @@
 /**
- * The bytes of a stream as the decoder requests them: in memory, or from a server.
+ * Provides the bytes of a stream to the decoder, from memory or from a server.
  *
- * Received bytes are kept, up to a limit, so that seeking back and looping request nothing twice. A response is read on
- * as long as it leads to the wanted bytes. It belongs to the stream and not to a seek, so that a seek does not restart
- * a download.
+ * Received bytes are kept in a cache, so that seeking back and looping need no new requests. A download continues as long
+ * as it leads to the bytes that are needed; a seek does not restart it.
  */
 
 import type { StreamSource } from "../protocol.js";
 import { HttpSource, type Piece } from "./source.js";
 
 const BLOCK_BYTES = 1 << 16;
-const BLOCKS = 1024; // maximum number kept: 64 MiB
-const SKIP_BYTES = 1 << 17; // reading past so many bytes is faster than a new request
-const END_BYTES = 1 << 12; // contains TAIL and, for most streams, INDX
+const MAX_BLOCKS = 1024; // size of the cache: 64 MiB
+const MAX_SKIP_BYTES = 1 << 17; // skipping so many bytes of a response is faster than a new request
+const PREFETCH_BYTES = 1 << 12; // contains TAIL and, for most streams, INDX
 
 export interface StreamBytes {
-  /** Size of the stream, if known. */
+  /** Size of the stream in bytes; null if unknown. */
   readonly size: number | null;
-  /** Whether its end can be read before its start. */
+  /** Whether the end of the stream can be read before its start. */
   readonly isSeekable: boolean;
   readonly isLive: boolean;
-  /** Bytes received so far. */
-  readonly received: number;
-  /** Return the available bytes from an offset on without a request; null if there are none. */
-  find(place: number): Uint8Array | null;
-  /** Return some bytes from an offset on, or null at the end of the stream. */
-  next(place: number, signal: AbortSignal): Promise<Piece | null>;
-  /** Request the end of the stream in parallel, and keep it. */
+  /** Number of bytes received so far. */
+  readonly receivedBytes: number;
+  /** Return available bytes from an offset onwards, without a request; null if the byte at the offset is missing. */
+  findAvailable(offset: number): Uint8Array | null;
+  /** Return some bytes from an offset onwards, or null at the end of the stream. */
+  readPiece(offset: number, signal: AbortSignal): Promise<Piece | null>;
+  /** Request the end of the stream, in parallel to the download, and store it in the cache. */
   prefetchEnd(): Promise<void>;
   close(): void;
 }
@@ -48,17 +47,17 @@ class MemoryBytes implements StreamBytes {
     return this.#bytes.length;
   }
 
-  get received(): number {
+  get receivedBytes(): number {
     return this.#bytes.length;
   }
 
-  find(place: number): Uint8Array | null {
-    return place < this.size ? this.#bytes.subarray(place, place + BLOCK_BYTES) : null;
+  findAvailable(offset: number): Uint8Array | null {
+    return offset < this.size ? this.#bytes.subarray(offset, offset + BLOCK_BYTES) : null;
   }
 
-  async next(place: number): Promise<Piece | null> {
-    const bytes = this.find(place);
-    return bytes === null ? null : { offset: place, bytes };
+  async readPiece(offset: number): Promise<Piece | null> {
+    const bytes = this.findAvailable(offset);
+    return bytes === null ? null : { offset, bytes };
   }
 
   async prefetchEnd(): Promise<void> {}
@@ -69,18 +68,18 @@ class MemoryBytes implements StreamBytes {
 /** A response that is still arriving. */
 interface Download {
   readonly pieces: AsyncGenerator<Piece, void, void>;
-  readonly abort: AbortController;
-  /** Offset of its next piece. */
-  place: number;
-  /** Resolves when that piece has been stored: false if the response has ended. */
-  coming: Promise<boolean> | null;
+  readonly abortController: AbortController;
+  /** Offset of the next piece. */
+  nextOffset: number;
+  /** Resolves when the next piece has been stored, to true; or when the response has ended, to false. */
+  pendingPiece: Promise<boolean> | null;
 }
 
 class ReceivedBytes implements StreamBytes {
-  received = 0;
+  receivedBytes = 0;
   readonly #source: HttpSource;
-  readonly #kept = new Kept();
-  readonly #ended = new AbortController();
+  readonly #cache = new BlockCache();
+  readonly #abortController = new AbortController();
   #download: Download | null = null;
 
   constructor(source: HttpSource) {
@@ -99,113 +98,113 @@ class ReceivedBytes implements StreamBytes {
     return this.#source.isLive;
   }
 
-  find(place: number): Uint8Array | null {
-    return this.#kept.find(place);
+  findAvailable(offset: number): Uint8Array | null {
+    return this.#cache.find(offset);
   }
 
-  async next(place: number, signal: AbortSignal): Promise<Piece | null> {
+  async readPiece(offset: number, signal: AbortSignal): Promise<Piece | null> {
     for (;;) {
       signal.throwIfAborted();
-      const bytes = this.find(place);
-      if (bytes !== null) return { offset: place, bytes };
-      if (this.size !== null && place >= this.size && !this.isLive) return null;
-      const download = this.#find(place);
-      download.coming ??= this.#receive(download);
-      // If a seek aborts the wait, the piece is stored all the same.
-      if (!(await unlessAborted(download.coming, signal))) return null;
+      const bytes = this.findAvailable(offset);
+      if (bytes !== null) return { offset, bytes };
+      if (this.size !== null && offset >= this.size && !this.isLive) return null;
+      const download = this.#findDownload(offset);
+      download.pendingPiece ??= this.#receivePiece(download);
+      // The piece is stored even if a seek stops waiting for it.
+      if (!(await unlessAborted(download.pendingPiece, signal))) return null;
     }
   }
 
   async prefetchEnd(): Promise<void> {
     const { size } = this;
-    if (size === null || !this.isSeekable || this.#kept.find(size - 1) !== null) return;
-    for await (const piece of this.#source.read(Math.max(0, size - END_BYTES), this.#ended.signal)) {
-      this.#keep(piece);
+    if (size === null || !this.isSeekable || this.#cache.find(size - 1) !== null) return;
+    for await (const piece of this.#source.read(Math.max(0, size - PREFETCH_BYTES), this.#abortController.signal)) {
+      this.#store(piece);
     }
   }
 
   close(): void {
-    this.#download?.abort.abort();
-    this.#ended.abort();
+    this.#download?.abortController.abort();
+    this.#abortController.abort();
   }
 
-  /** The download that leads to an offset; a new one if the current one does not. */
-  #find(place: number): Download {
-    const known = this.#download;
-    const reach = this.#source.hasRanges ? SKIP_BYTES : Infinity;
-    if (known !== null && known.place <= place && place < known.place + reach) return known;
-    known?.abort.abort();
-    const abort = new AbortController();
-    const pieces = this.#source.read(place, abort.signal);
-    this.#download = { pieces, abort, place, coming: null };
+  /** Return the current download if it soon reaches an offset; otherwise start a new download. */
+  #findDownload(offset: number): Download {
+    const current = this.#download;
+    const maxSkipBytes = this.#source.hasRanges ? MAX_SKIP_BYTES : Infinity;
+    if (current !== null && current.nextOffset <= offset && offset < current.nextOffset + maxSkipBytes) return current;
+    current?.abortController.abort();
+    const abortController = new AbortController();
+    const pieces = this.#source.read(offset, abortController.signal);
+    this.#download = { pieces, abortController, nextOffset: offset, pendingPiece: null };
     return this.#download;
   }
 
-  async #receive(download: Download): Promise<boolean> {
-    let isOver = true;
+  async #receivePiece(download: Download): Promise<boolean> {
+    let hasEnded = true;
     try {
       const { value } = await download.pieces.next();
       if (value === undefined) return false;
-      this.#keep(value);
-      download.place = value.offset + value.bytes.length;
-      isOver = false;
+      this.#store(value);
+      download.nextOffset = value.offset + value.bytes.length;
+      hasEnded = false;
       return true;
     } finally {
-      download.coming = null;
-      if (isOver && this.#download === download) this.#download = null;
+      download.pendingPiece = null;
+      if (hasEnded && this.#download === download) this.#download = null;
     }
   }
 
-  #keep({ offset, bytes }: Piece): void {
-    this.received += bytes.length;
-    this.#kept.add(offset, bytes);
+  #store({ offset, bytes }: Piece): void {
+    this.receivedBytes += bytes.length;
+    this.#cache.add(offset, bytes);
   }
 }
 
-/** A block of a stream whose bytes from `begin` up to `end` are known. */
+/** A block of a stream whose bytes from `begin` to `end` (exclusive) are available. */
 interface Block {
   readonly bytes: Uint8Array;
   begin: number;
   end: number;
 }
 
-/** Bytes by offset; the oldest blocks are dropped. */
-class Kept {
+/** A cache of bytes by offset; when it is full, the oldest block is dropped. */
+class BlockCache {
   readonly #blocks = new Map<number, Block>();
 
   add(offset: number, bytes: Uint8Array): void {
-    for (let done = 0; done < bytes.length; ) {
-      const within = (offset + done) % BLOCK_BYTES;
-      const length = Math.min(bytes.length - done, BLOCK_BYTES - within);
-      const block = this.#blockOf(Math.floor((offset + done) / BLOCK_BYTES));
-      block.bytes.set(bytes.subarray(done, done + length), within);
-      const isApart = within > block.end || within + length < block.begin;
-      block.begin = isApart ? within : Math.min(block.begin, within);
-      block.end = isApart ? within + length : Math.max(block.end, within + length);
-      done += length;
+    for (let storedBytes = 0; storedBytes < bytes.length; ) {
+      const blockOffset = (offset + storedBytes) % BLOCK_BYTES;
+      const length = Math.min(bytes.length - storedBytes, BLOCK_BYTES - blockOffset);
+      const block = this.#findOrAddBlock(Math.floor((offset + storedBytes) / BLOCK_BYTES));
+      block.bytes.set(bytes.subarray(storedBytes, storedBytes + length), blockOffset);
+      const isDisjoint = blockOffset > block.end || blockOffset + length < block.begin;
+      block.begin = isDisjoint ? blockOffset : Math.min(block.begin, blockOffset);
+      block.end = isDisjoint ? blockOffset + length : Math.max(block.end, blockOffset + length);
+      storedBytes += length;
     }
   }
 
-  /** The known bytes from an offset on, within its block; null if there are none. */
-  find(place: number): Uint8Array | null {
-    const block = this.#blocks.get(Math.floor(place / BLOCK_BYTES));
-    const within = place % BLOCK_BYTES;
-    if (block === undefined || within < block.begin || within >= block.end) return null;
-    return block.bytes.subarray(within, block.end);
+  /** Return the available bytes from an offset to the end of its block; null if the byte at the offset is missing. */
+  find(offset: number): Uint8Array | null {
+    const block = this.#blocks.get(Math.floor(offset / BLOCK_BYTES));
+    const blockOffset = offset % BLOCK_BYTES;
+    if (block === undefined || blockOffset < block.begin || blockOffset >= block.end) return null;
+    return block.bytes.subarray(blockOffset, block.end);
   }
 
-  #blockOf(number: number): Block {
-    const known = this.#blocks.get(number);
-    if (known !== undefined) return known;
+  #findOrAddBlock(number: number): Block {
+    const existing = this.#blocks.get(number);
+    if (existing !== undefined) return existing;
     const block = { bytes: new Uint8Array(BLOCK_BYTES), begin: BLOCK_BYTES, end: 0 };
     this.#blocks.set(number, block);
     const [oldest] = this.#blocks.keys();
-    if (this.#blocks.size > BLOCKS && oldest !== undefined) this.#blocks.delete(oldest);
+    if (this.#blocks.size > MAX_BLOCKS && oldest !== undefined) this.#blocks.delete(oldest);
     return block;
   }
 }
 
-/** The result of a promise, unless the signal aborts first. */
+/** Resolve or reject like `promise`, or reject when the signal aborts first. */
 export function unlessAborted<T>(promise: Promise<T>, signal: AbortSignal): Promise<T> {
   return new Promise((resolve, reject) => {
     const abort = (): void => reject(signal.reason as Error);

@@ -1,19 +1,19 @@
-/** The decode worker. */
+/** The code of the decode worker. */
 
 import type { DecodeReply, DecodeRequest } from "../protocol.js";
-import { Decoding } from "./decoding.js";
+import { DecodeService } from "./decode-service.js";
 
-/** The part of a worker's global scope that is used here. */
-interface Scope {
+/** The members of a worker's global scope that the decode worker uses. */
+interface WorkerScope {
   onmessage: (event: MessageEvent<DecodeRequest>) => void;
-  postMessage(reply: DecodeReply, transferred: readonly Transferable[]): void;
+  postMessage(reply: DecodeReply, transferList: readonly Transferable[]): void;
   close(): void;
 }
 
-const scope = self as unknown as Scope;
-const decoding = new Decoding((reply, transferred) => scope.postMessage(reply, transferred));
+const scope = self as unknown as WorkerScope;
+const service = new DecodeService((reply, transferList) => scope.postMessage(reply, transferList));
 
 scope.onmessage = ({ data }) => {
-  decoding.take(data);
+  service.handle(data);
   if (data.kind === "close") scope.close();
 };

@@ -1,22 +1,22 @@
 /**
  * Draws the Gaussians of a frame as in SPEC 10.3.
  *
- * They are blended back to front, because eight bits suffice for this: each blend rounds by half a step, and Gaussians
- * in front attenuate the error; front to back, small contributions would be rounded to nothing. One rule cannot be
- * implemented by blending: a pixel does not stop at T <= 1e-4. The difference is the Gaussians behind, one hundredth of
- * the light at most.
+ * Gaussians are blended back to front, for which 8 bits per channel suffice: each blend rounds by half a step, and the
+ * Gaussians in front attenuate the error. Front to back, small contributions would be rounded to 0. Blending cannot
+ * implement one rule of SPEC 10.3, by which a pixel stops at T <= 1e-4. The Gaussians that this rule leaves out
+ * contribute at most one hundredth of the light.
  */
 
 import type { FramePacket, StreamInfo } from "../protocol.js";
-import { centerOf, type Area, type Eye } from "./eye.js";
+import { eyeCenter, type Area, type Eye } from "./eye.js";
 import { buildProgram, DrawingError, numberSamplers } from "./programs.js";
 import { SlotTextures } from "./slot-textures.js";
 import { samplerNames, SPLAT_FRAGMENT_SHADER, splatVertexShader } from "./splat-shaders.js";
 
 const NEAR_FRACTION = 0.8; // SPEC 3.1
-const CORNERS = 4;
+const QUAD_CORNERS = 4;
 
-const CONTEXT: WebGLContextAttributes = {
+const CONTEXT_ATTRIBUTES: WebGLContextAttributes = {
   alpha: false,
   antialias: false,
   depth: false,
@@ -27,20 +27,20 @@ const CONTEXT: WebGLContextAttributes = {
 export class Painter {
   readonly gl: WebGL2RenderingContext;
   readonly #program: WebGLProgram;
-  readonly #slots: SlotTextures;
+  readonly #slotTextures: SlotTextures;
   readonly #orderBuffer: WebGLBuffer;
-  readonly #vertices: WebGLVertexArrayObject;
+  readonly #vertexArray: WebGLVertexArrayObject;
   readonly #uniforms = new Map<string, WebGLUniformLocation | null>();
-  #count = 0;
+  #splatCount = 0;
 
-  /** A painter of streams with the same header. */
+  /** Create a painter for a stream; the header determines shaders and textures. */
   constructor(gl: WebGL2RenderingContext, info: StreamInfo) {
     this.gl = gl;
     this.#program = buildProgram(gl, splatVertexShader(info.shDegree), SPLAT_FRAGMENT_SHADER);
-    this.#slots = new SlotTextures(gl, info.shDegree);
+    this.#slotTextures = new SlotTextures(gl, info.shDegree);
     this.#orderBuffer = gl.createBuffer();
-    this.#vertices = gl.createVertexArray();
-    gl.bindVertexArray(this.#vertices);
+    this.#vertexArray = gl.createVertexArray();
+    gl.bindVertexArray(this.#vertexArray);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.#orderBuffer);
     gl.enableVertexAttribArray(0);
     gl.vertexAttribIPointer(0, 1, gl.UNSIGNED_INT, 0, 0);
@@ -51,22 +51,22 @@ export class Painter {
     this.#setSteps(info);
   }
 
-  /** Upload the changes of a frame, without drawing. */
+  /** Upload the changes of a frame; this does not draw the frame. */
   apply(packet: FramePacket): void {
-    this.#slots.apply(packet);
+    this.#slotTextures.apply(packet);
   }
 
   /** Set the slots to draw, farthest first. */
   setOrder(order: Uint32Array): void {
     this.gl.bindBuffer(this.gl.ARRAY_BUFFER, this.#orderBuffer);
     this.gl.bufferData(this.gl.ARRAY_BUFFER, order, this.gl.STREAM_DRAW);
-    this.#count = order.length;
+    this.#splatCount = order.length;
   }
 
-  /** Draw what an eye sees into an area of its size; the rest of the canvas is black. */
-  paint(eye: Eye, area: Area, height: number, target: WebGLFramebuffer | null = null): void {
+  /** Draw the picture of an eye into an area of the same size; the other pixels of the canvas become black. */
+  paint(eye: Eye, area: Area, canvasHeight: number, target: WebGLFramebuffer | null = null): void {
     const gl = this.gl;
-    const bottom = height - area.top - area.height;
+    const bottom = canvasHeight - area.top - area.height;
     gl.bindFramebuffer(gl.FRAMEBUFFER, target);
     gl.disable(gl.SCISSOR_TEST);
     gl.clearColor(0, 0, 0, 1);
@@ -78,53 +78,53 @@ export class Painter {
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.useProgram(this.#program);
     this.#setEye(eye);
-    this.#slots.textures.forEach((texture, unit) => {
+    this.#slotTextures.textures.forEach((texture, unit) => {
       gl.activeTexture(gl.TEXTURE0 + unit);
       gl.bindTexture(gl.TEXTURE_2D, texture);
     });
     gl.activeTexture(gl.TEXTURE0);
-    gl.bindVertexArray(this.#vertices);
-    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, CORNERS, this.#count);
+    gl.bindVertexArray(this.#vertexArray);
+    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, QUAD_CORNERS, this.#splatCount);
     gl.bindVertexArray(null);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
 
   dispose(): void {
-    this.#slots.dispose();
+    this.#slotTextures.dispose();
     this.gl.deleteBuffer(this.#orderBuffer);
-    this.gl.deleteVertexArray(this.#vertices);
+    this.gl.deleteVertexArray(this.#vertexArray);
     this.gl.deleteProgram(this.#program);
   }
 
   #setSteps(info: StreamInfo): void {
     const { logScaleStep, opacityStep, shDcStep, shRestStep } = info;
-    this.gl.uniform1f(this.#find("unit"), 2 ** -info.latticeExponent);
-    this.gl.uniform4f(this.#find("steps"), logScaleStep, opacityStep, shDcStep, shRestStep);
+    this.gl.uniform1f(this.#findUniform("unit"), 2 ** -info.latticeExponent);
+    this.gl.uniform4f(this.#findUniform("steps"), logScaleStep, opacityStep, shDcStep, shRestStep);
   }
 
   #setEye(eye: Eye): void {
     const gl = this.gl;
-    gl.uniformMatrix3fv(this.#find("rotation"), true, eye.rotation);
-    gl.uniform3fv(this.#find("translation"), eye.translation);
-    gl.uniform3fv(this.#find("center"), centerOf(eye));
-    gl.uniform2f(this.#find("focal"), eye.fx, eye.fy);
-    gl.uniform2f(this.#find("principal"), eye.cx, eye.cy);
-    gl.uniform2f(this.#find("size"), eye.width, eye.height);
-    gl.uniform1f(this.#find("nearest"), NEAR_FRACTION * eye.near);
+    gl.uniformMatrix3fv(this.#findUniform("rotation"), true, eye.rotation);
+    gl.uniform3fv(this.#findUniform("translation"), eye.translation);
+    gl.uniform3fv(this.#findUniform("center"), eyeCenter(eye));
+    gl.uniform2f(this.#findUniform("focal"), eye.fx, eye.fy);
+    gl.uniform2f(this.#findUniform("principal"), eye.cx, eye.cy);
+    gl.uniform2f(this.#findUniform("size"), eye.width, eye.height);
+    gl.uniform1f(this.#findUniform("nearest"), NEAR_FRACTION * eye.near);
   }
 
-  #find(name: string): WebGLUniformLocation | null {
-    const known = this.#uniforms.get(name);
-    if (known !== undefined) return known;
-    const found = this.gl.getUniformLocation(this.#program, name);
-    this.#uniforms.set(name, found);
-    return found;
+  #findUniform(name: string): WebGLUniformLocation | null {
+    const cached = this.#uniforms.get(name);
+    if (cached !== undefined) return cached;
+    const location = this.gl.getUniformLocation(this.#program, name);
+    this.#uniforms.set(name, location);
+    return location;
   }
 }
 
-/** Open a canvas for drawing. */
+/** Return the WebGL2 context of a canvas. Throws DrawingError if the browser has no WebGL2. */
 export function openContext(canvas: HTMLCanvasElement): WebGL2RenderingContext {
-  const gl = canvas.getContext("webgl2", CONTEXT);
+  const gl = canvas.getContext("webgl2", CONTEXT_ATTRIBUTES);
   if (gl === null) throw new DrawingError("this browser has no WebGL2, or it is disabled");
   return gl;
 }

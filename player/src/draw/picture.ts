@@ -1,29 +1,29 @@
-/** Pictures as numbers, drawn off screen. */
+/** Draws pictures off screen, and returns their pixels. */
 
 import type { Eye } from "./eye.js";
 import type { Painter } from "./painter.js";
 import { DrawingError } from "./programs.js";
 
-/** The format of the target: 32-bit floats, or the 8 bits of the screen. */
-export type Depth = "float" | "bytes";
+/** The format of the pixels: 32-bit floats, or 8 bits per channel as on the screen. */
+export type PixelFormat = "float" | "bytes";
 
-/** Draw what an eye sees at its own size; returns red, green, blue from 0 to 1, row by row. */
-export function takePicture(painter: Painter, eye: Eye, depth: Depth): Float32Array {
+/** Draw the picture of an eye; return [height, width, 3] red, green and blue, from 0 to 1. */
+export function takePicture(painter: Painter, eye: Eye, format: PixelFormat): Float32Array {
   const { gl } = painter;
-  if (depth === "float" && !canBlendFloats(gl)) {
+  if (format === "float" && !canBlendFloats(gl)) {
     throw new DrawingError("this graphics card cannot blend floats");
   }
   const { width, height } = eye;
   const buffer = gl.createRenderbuffer();
   const target = gl.createFramebuffer();
   gl.bindRenderbuffer(gl.RENDERBUFFER, buffer);
-  const format = depth === "float" ? gl.RGBA32F : gl.RGBA8;
-  gl.renderbufferStorage(gl.RENDERBUFFER, format, width, height);
+  const internalFormat = format === "float" ? gl.RGBA32F : gl.RGBA8;
+  gl.renderbufferStorage(gl.RENDERBUFFER, internalFormat, width, height);
   gl.bindFramebuffer(gl.FRAMEBUFFER, target);
   gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.RENDERBUFFER, buffer);
   painter.paint(eye, { left: 0, top: 0, width, height }, height, target);
   gl.bindFramebuffer(gl.FRAMEBUFFER, target);
-  const pixels = readPixels(gl, width, height, depth);
+  const pixels = readPixels(gl, width, height, format);
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   gl.deleteFramebuffer(target);
   gl.deleteRenderbuffer(buffer);
@@ -35,23 +35,23 @@ function canBlendFloats(gl: WebGL2RenderingContext): boolean {
   return names.every((name) => gl.getExtension(name) !== null);
 }
 
-/** Read a framebuffer from top to bottom; its first row is the lowest. */
+/** Read the pixels of a framebuffer, and reverse the order of rows, because WebGL begins with the lowest row. */
 function readPixels(
   gl: WebGL2RenderingContext,
   width: number,
   height: number,
-  depth: Depth,
+  format: PixelFormat,
 ): Float32Array {
-  const [kind, most] = depth === "float" ? [gl.FLOAT, 1] : [gl.UNSIGNED_BYTE, 255];
-  const Data = depth === "float" ? Float32Array : Uint8Array;
-  const read = new Data(4 * width * height);
-  gl.readPixels(0, 0, width, height, gl.RGBA, kind, read);
+  const [componentType, maxValue] = format === "float" ? [gl.FLOAT, 1] : [gl.UNSIGNED_BYTE, 255];
+  const ArrayType = format === "float" ? Float32Array : Uint8Array;
+  const pixels = new ArrayType(4 * width * height);
+  gl.readPixels(0, 0, width, height, gl.RGBA, componentType, pixels);
   const picture = new Float32Array(3 * width * height);
   for (let pixel = 0; pixel < width * height; pixel++) {
     const row = height - 1 - Math.floor(pixel / width);
-    const from = 4 * (row * width + (pixel % width));
-    for (let k = 0; k < 3; k++) {
-      picture[3 * pixel + k] = Math.min(1, Math.max(0, (read[from + k] ?? 0) / most));
+    const start = 4 * (row * width + (pixel % width));
+    for (let channel = 0; channel < 3; channel++) {
+      picture[3 * pixel + channel] = Math.min(1, Math.max(0, (pixels[start + channel] ?? 0) / maxValue));
     }
   }
   return picture;

@@ -1,6 +1,6 @@
-/** WebGL programs; errors include the messages of the driver. */
+/** Builds WebGL programs; errors include the messages of the driver. */
 
-/** Drawing is not possible on this machine, or no longer. */
+/** Drawing is impossible on this machine, or the graphics context is lost. */
 export class DrawingError extends Error {
   override readonly name = "DrawingError";
 }
@@ -13,8 +13,8 @@ export function buildProgram(
 ): WebGLProgram {
   const program = gl.createProgram();
   const shaders = [
-    compile(gl, gl.VERTEX_SHADER, vertexSource),
-    compile(gl, gl.FRAGMENT_SHADER, fragmentSource),
+    compileShader(gl, gl.VERTEX_SHADER, vertexSource),
+    compileShader(gl, gl.FRAGMENT_SHADER, fragmentSource),
   ];
   for (const shader of shaders) gl.attachShader(program, shader);
   gl.linkProgram(program);
@@ -25,7 +25,7 @@ export function buildProgram(
   return program;
 }
 
-/** Assign the units 0, 1, 2, ... to the samplers of a program in this order. */
+/** Assign texture units 0, 1, 2, ... to the samplers of a program, in the order of `names`. */
 export function numberSamplers(
   gl: WebGL2RenderingContext,
   program: WebGLProgram,
@@ -35,8 +35,8 @@ export function numberSamplers(
   names.forEach((name, unit) => gl.uniform1i(gl.getUniformLocation(program, name), unit));
 }
 
-function compile(gl: WebGL2RenderingContext, kind: GLenum, source: string): WebGLShader {
-  const shader = gl.createShader(kind);
+function compileShader(gl: WebGL2RenderingContext, shaderType: GLenum, source: string): WebGLShader {
+  const shader = gl.createShader(shaderType);
   if (shader === null) throw new DrawingError("the graphics context is lost");
   gl.shaderSource(shader, source);
   gl.compileShader(shader);

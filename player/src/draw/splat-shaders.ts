@@ -1,14 +1,14 @@
-/** The shaders of a splat: SPEC 10.1 to 10.3, from integers of the state to pixels. */
+/** The shaders that draw splats from the integers of the state (SPEC 10.1 to 10.3). */
 
 import { ROW_BITS } from "./slot-textures.js";
 
-/** Textures of the vertex shader, in the order of their units. */
+/** Names of the samplers of the vertex shader, in the order of their texture units. */
 export function samplerNames(shDegree: number): readonly string[] {
   const names = ["positions", "rotations", "shapes", "base"];
   return shDegree > 0 ? [...names, "rest0", "rest1"] : names;
 }
 
-/** A vertex is a corner of the box around the ellipse at which alpha falls to 1/255. */
+/** Return the source of the vertex shader. A vertex is a corner of the box around the ellipse where alpha is 1/255. */
 export function splatVertexShader(shDegree: number): string {
   return `#version 300 es
 precision highp float;
@@ -17,10 +17,10 @@ precision highp isampler2D;
 uniform isampler2D ${samplerNames(shDegree).join(", ")};
 uniform mat3 rotation;    // R
 uniform vec3 translation; // t
-uniform vec3 center;      // of the eye, in the world
+uniform vec3 center;      // position of the eye in the world
 uniform vec2 focal, principal, size;
 uniform float nearest;
-uniform float unit;       // world units of a lattice unit
+uniform float unit;       // world units per lattice unit
 uniform vec4 steps;       // log-scale, opacity, SH DC, SH rest
 layout(location = 0) in uint slot;
 out vec2 place;           // 1 on the ellipse
@@ -40,7 +40,7 @@ mat3 turn(vec4 q) { // q is x, y, z and w of the quaternion
 
 vec3 colorOf(ivec2 at, ivec4 base4, vec3 world) {
   vec3 color = 0.5 + 0.28209479177387814 * steps.z * vec3(base4.xyz);
-${shDegree > 0 ? SHADE : ""}
+${shDegree > 0 ? SH_DEGREE_1_COLOR : ""}
   return max(color, 0.0);
 }
 
@@ -66,7 +66,7 @@ void main() {
   float det = a * c - b * b;
   if (!(det > 0.0 && det < LARGEST)) return;
 
-  // The axes of the ellipse. Of the two formulas for the longer one, use that without cancellation.
+  // The axes of the ellipse. Two formulas give the longer axis; use the formula without cancellation.
   float half_ = 0.5 * (a - c), root = length(vec2(half_, b));
   float longer = 0.5 * (a + c) + root, shorter = det / longer;
   vec2 along = half_ >= 0.0 ? vec2(half_ + root, b) : vec2(b, root - half_);
@@ -82,13 +82,13 @@ void main() {
 }`;
 }
 
-// The coefficients 1, 2, 3 of red, green and blue are the last in `base`, then the eight of `rest0` and `rest1`.
-const SHADE = `  vec3 toward = normalize(world - center);
+// The SH coefficients 1, 2 and 3 of red, green and blue: the last component of `base`, then `rest0` and `rest1`.
+const SH_DEGREE_1_COLOR = `  vec3 toward = normalize(world - center);
   ivec4 first = texelFetch(rest0, at, 0), second = texelFetch(rest1, at, 0);
   vec3 s1 = vec3(base4.w, first.xy), s2 = vec3(first.zw, second.x), s3 = vec3(second.yzw);
   color += 0.4886025119029199 * steps.w * (toward.z * s2 - toward.y * s1 - toward.x * s3);`;
 
-/** Outputs colors multiplied by alpha. */
+/** The source of the fragment shader; it outputs colors multiplied by alpha. */
 export const SPLAT_FRAGMENT_SHADER = `#version 300 es
 precision highp float;
 in vec2 place;

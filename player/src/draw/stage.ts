@@ -1,22 +1,22 @@
 /**
- * A canvas that shows frames with their sorted order.
+ * Shows frames on a canvas, with their Gaussians in sorted order.
  *
- * A frame is first sent to the sort worker. When its order is back, its changes are uploaded and it is drawn; until
- * then, the previous frame stays visible, even if the view changes.
+ * A frame is first sent to the sort worker. When the worker returns the order, the changes of the frame are uploaded and
+ * the frame is drawn. Until then, the previous frame stays visible, even if the view changes.
  */
 
 import type { Direction, FramePacket, SortReply, SortRequest, StreamInfo } from "../protocol.js";
-import { axisOf, fitArea, resizeEye, widenEye, type Area, type Eye } from "./eye.js";
+import { eyeAxis, fitArea, resizeEye, widenEye, type Area, type Eye } from "./eye.js";
 import { openContext, Painter } from "./painter.js";
-import { takePicture, type Depth } from "./picture.js";
+import { takePicture, type PixelFormat } from "./picture.js";
 import { DrawingError } from "./programs.js";
 
-const MOST_PIXELS = 2560 * 1440;
+const MAX_PIXELS = 2560 * 1440;
 
-/** Whether to show only an eye's picture, or everything around it, too. */
+/** Whether the canvas shows only the picture of an eye, or also its surroundings. */
 export type Framing = "picture" | "wide";
 
-/** The time to bring a frame onto the screen, milliseconds. */
+/** The time to sort a frame and to upload its changes, milliseconds. */
 export interface FrameCost {
   readonly sortMs: number;
   readonly uploadMs: number;
@@ -24,114 +24,114 @@ export interface FrameCost {
 
 export interface StageEvents {
   onShown(packet: FramePacket, cost: FrameCost): void;
-  /** The graphics context was lost and restored, but is empty: a full packet is needed. */
+  /** The graphics context has been lost and restored. It is now empty, so a full packet is needed. */
   onRestored(): void;
   onFault(message: string): void;
 }
 
-/** What to do with an order when the sort worker returns it. */
-type Receive = (reply: SortReply) => void;
+/** Handles a reply of the sort worker. */
+type HandleSortReply = (reply: SortReply) => void;
 
 export class Stage {
   readonly #canvas: HTMLCanvasElement;
   readonly #gl: WebGL2RenderingContext;
   readonly #sorter: Worker;
   readonly #events: StageEvents;
-  readonly #ended = new AbortController();
-  readonly #resized: ResizeObserver;
-  readonly #asked = new Map<number, Receive>();
+  readonly #abortController = new AbortController();
+  readonly #resizeObserver: ResizeObserver;
+  readonly #pendingRequests = new Map<number, HandleSortReply>();
   #lastToken = 0;
   #info: StreamInfo | null = null;
   #painter: Painter | null = null;
   #eye: Eye | null = null;
   #framing: Framing = "wide";
-  #sortedFor: Direction | null = null;
-  #coming: FramePacket | null = null;
+  #sortDirection: Direction | null = null;
+  #pendingPacket: FramePacket | null = null;
   #order = new Uint32Array(0);
-  #drawing = 0;
+  #drawRequest = 0;
 
   constructor(canvas: HTMLCanvasElement, sorter: Worker, events: StageEvents) {
     this.#canvas = canvas;
     this.#gl = openContext(canvas);
     this.#sorter = sorter;
     this.#events = events;
-    const { signal } = this.#ended;
-    sorter.addEventListener("message", ({ data }) => this.#receive(data as SortReply), { signal });
-    canvas.addEventListener("webglcontextlost", (event) => this.#lose(event), { signal });
-    canvas.addEventListener("webglcontextrestored", () => this.#restore(), { signal });
-    this.#resized = new ResizeObserver(() => this.#requestDrawing());
-    this.#resized.observe(canvas);
+    const { signal } = this.#abortController;
+    sorter.addEventListener("message", ({ data }) => this.#handleSortReply(data as SortReply), { signal });
+    canvas.addEventListener("webglcontextlost", (event) => this.#handleContextLost(event), { signal });
+    canvas.addEventListener("webglcontextrestored", () => this.#handleContextRestored(), { signal });
+    this.#resizeObserver = new ResizeObserver(() => this.#requestDrawing());
+    this.#resizeObserver.observe(canvas);
   }
 
-  /** Whether a frame is being sorted; the next one can be shown when it is on the screen. */
+  /** Whether a frame is being sorted. The next frame must not be shown before it is on the screen. */
   get isBusy(): boolean {
-    return this.#coming !== null;
+    return this.#pendingPacket !== null;
   }
 
-  /** Prepare for a stream; the last picture stays until the first frame is shown. */
+  /** Prepare for a stream; the current picture stays on the screen until the first frame is shown. */
   begin(info: StreamInfo): void {
     this.#painter?.dispose();
     this.#info = info;
-    this.#coming = null;
-    this.#asked.clear();
-    this.#sortedFor = null;
+    this.#pendingPacket = null;
+    this.#pendingRequests.clear();
+    this.#sortDirection = null;
     this.#painter = new Painter(this.#gl, info);
   }
 
-  /** Show a frame as soon as it is sorted. */
+  /** Sort a frame, and then show it. */
   show(packet: FramePacket): void {
-    this.#coming = packet;
+    this.#pendingPacket = packet;
     const { isFull, slotLimit, movedSlots, positions, freedSlots } = packet;
-    const part = { isFull, slotLimit, movedSlots, positions, freedSlots };
-    const forward = this.#sortedFor = this.#forward();
-    this.#ask({ kind: "frame", packet: part, forward, token: this.#nextToken() }, (reply) => {
-      this.#coming = null;
+    const sortPacket = { isFull, slotLimit, movedSlots, positions, freedSlots };
+    const forward = this.#sortDirection = this.#viewDirection();
+    this.#requestSort({ kind: "frame", packet: sortPacket, forward, token: this.#nextToken() }, (reply) => {
+      this.#pendingPacket = null;
       this.#apply(packet, reply);
     });
   }
 
-  /** Set the view. */
-  look(eye: Eye, framing: Framing): void {
+  /** Set the eye and the framing of the view. */
+  setView(eye: Eye, framing: Framing): void {
     this.#eye = eye;
     this.#framing = framing;
     this.#requestDrawing();
-    this.#sortIfTurned();
+    this.#sortIfViewTurned();
   }
 
-  /** The eye as drawn on the canvas, in pixels of the canvas. */
+  /** The eye of the whole canvas, in canvas pixels; null before the view is set. */
   get shownEye(): Eye | null {
-    return this.#eye === null ? null : this.#lay(this.#eye)[0];
+    return this.#eye === null ? null : this.#fitEye(this.#eye)[0];
   }
 
-  /** Draw what an eye sees of the current frame, off screen. */
-  takePicture(eye: Eye, depth: Depth): Promise<Float32Array> {
+  /** Draw the current frame from an eye, off screen; see `Player.takePicture`. */
+  takePicture(eye: Eye, format: PixelFormat): Promise<Float32Array> {
     return new Promise((resolve, reject) => {
       const draw = ({ order }: SortReply): void => {
         const painter = this.#painter;
         if (painter === null) return reject(new DrawingError("no frame is shown"));
         painter.setOrder(order);
         try {
-          resolve(takePicture(painter, eye, depth));
+          resolve(takePicture(painter, eye, format));
         } catch (error) {
           reject(error as Error);
         }
         painter.setOrder(this.#order);
       };
-      this.#ask({ kind: "view", forward: axisOf(eye, 2), token: this.#nextToken() }, draw);
+      this.#requestSort({ kind: "view", forward: eyeAxis(eye, 2), token: this.#nextToken() }, draw);
     });
   }
 
   dispose(): void {
-    this.#ended.abort();
-    this.#resized.disconnect();
-    cancelAnimationFrame(this.#drawing);
+    this.#abortController.abort();
+    this.#resizeObserver.disconnect();
+    cancelAnimationFrame(this.#drawRequest);
     this.#sorter.terminate();
     this.#painter?.dispose();
     this.#gl.getExtension("WEBGL_lose_context")?.loseContext();
   }
 
-  #ask(request: SortRequest, receive: Receive): void {
-    this.#asked.set(request.token, receive);
+  #requestSort(request: SortRequest, handleReply: HandleSortReply): void {
+    this.#pendingRequests.set(request.token, handleReply);
     this.#sorter.postMessage(request);
   }
 
@@ -139,15 +139,16 @@ export class Stage {
     return ++this.#lastToken;
   }
 
-  #receive(reply: SortReply): void {
-    const receive = this.#asked.get(reply.token); // none if the stream has changed since
-    this.#asked.delete(reply.token);
-    receive?.(reply);
-    this.#sortIfTurned();
+  #handleSortReply(reply: SortReply): void {
+    // Undefined if another stream has been opened since the request.
+    const handleReply = this.#pendingRequests.get(reply.token);
+    this.#pendingRequests.delete(reply.token);
+    handleReply?.(reply);
+    this.#sortIfViewTurned();
   }
 
   #apply(packet: FramePacket, { order, sortMs }: SortReply): void {
-    const begun = performance.now();
+    const startTime = performance.now();
     try {
       this.#painter?.apply(packet);
     } catch (error) {
@@ -155,7 +156,7 @@ export class Stage {
       this.#events.onFault(error.message);
     }
     this.#setOrder(order);
-    this.#events.onShown(packet, { sortMs, uploadMs: performance.now() - begun });
+    this.#events.onShown(packet, { sortMs, uploadMs: performance.now() - startTime });
   }
 
   #setOrder(order: Uint32Array): void {
@@ -164,54 +165,54 @@ export class Stage {
     this.#requestDrawing();
   }
 
-  #sortIfTurned(): void {
-    if (this.#asked.size > 0 || this.#painter === null || this.#sortedFor === null) return;
-    const forward = this.#forward();
-    if (forward.every((value, k) => value === this.#sortedFor?.[k])) return;
-    this.#sortedFor = forward;
-    this.#ask({ kind: "view", forward, token: this.#nextToken() }, ({ order }) => this.#setOrder(order));
+  #sortIfViewTurned(): void {
+    if (this.#pendingRequests.size > 0 || this.#painter === null || this.#sortDirection === null) return;
+    const forward = this.#viewDirection();
+    if (forward.every((value, axis) => value === this.#sortDirection?.[axis])) return;
+    this.#sortDirection = forward;
+    this.#requestSort({ kind: "view", forward, token: this.#nextToken() }, ({ order }) => this.#setOrder(order));
   }
 
-  #forward(): Direction {
-    return this.#eye === null ? [0, 0, 1] : axisOf(this.#eye, 2);
+  #viewDirection(): Direction {
+    return this.#eye === null ? [0, 0, 1] : eyeAxis(this.#eye, 2);
   }
 
   #requestDrawing(): void {
-    if (this.#drawing === 0) this.#drawing = requestAnimationFrame(() => this.#draw());
+    if (this.#drawRequest === 0) this.#drawRequest = requestAnimationFrame(() => this.#draw());
   }
 
   #draw(): void {
-    this.#drawing = 0;
+    this.#drawRequest = 0;
     if (this.#painter === null || this.#eye === null || this.#gl.isContextLost()) return;
     this.#fitCanvas();
-    const [eye, area] = this.#lay(this.#eye);
+    const [eye, area] = this.#fitEye(this.#eye);
     this.#painter.paint(eye, area, this.#canvas.height);
   }
 
-  #lay(eye: Eye): [Eye, Area] {
+  #fitEye(eye: Eye): [Eye, Area] {
     const { width, height } = this.#canvas;
     if (this.#framing === "wide") return [widenEye(eye, width, height), { left: 0, top: 0, width, height }];
     const area = fitArea(eye, width, height);
     return [resizeEye(eye, area.width, area.height), area];
   }
 
-  /** Match the canvas to the pixels of the screen, up to what graphics cards draw quickly. */
+  /** Give the canvas the resolution of the screen, but at most MAX_PIXELS pixels. */
   #fitCanvas(): void {
     const { clientWidth, clientHeight } = this.#canvas;
-    const most = Math.sqrt(MOST_PIXELS / Math.max(1, clientWidth * clientHeight));
-    const scale = Math.min(devicePixelRatio, most);
+    const maxScale = Math.sqrt(MAX_PIXELS / Math.max(1, clientWidth * clientHeight));
+    const scale = Math.min(devicePixelRatio, maxScale);
     const width = Math.max(1, Math.round(clientWidth * scale));
     const height = Math.max(1, Math.round(clientHeight * scale));
     if (this.#canvas.width !== width) this.#canvas.width = width;
     if (this.#canvas.height !== height) this.#canvas.height = height;
   }
 
-  #lose(event: Event): void {
-    event.preventDefault(); // otherwise it is not restored
+  #handleContextLost(event: Event): void {
+    event.preventDefault(); // otherwise the browser does not restore the context
     this.#painter = null;
   }
 
-  #restore(): void {
+  #handleContextRestored(): void {
     if (this.#info === null) return;
     this.begin(this.#info);
     this.#events.onRestored();

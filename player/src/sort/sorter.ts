@@ -1,107 +1,114 @@
 /**
- * The drawing order of slots: farthest first.
+ * Sorts slots into drawing order, farthest first.
  *
- * Depths are converted to integers of 22 bits and sorted by 11 bits at a time. Two short tables of counts fit into the
- * cache, unlike one of 16 bits, and resolve 64 times as many depths.
+ * Depths are converted to keys of 22 bits, and radix-sorted by 11 bits at a time. The two tables of counts fit into the
+ * cache, unlike one table for keys of 16 bits, and 22 bits distinguish 64 times as many depths.
  */
 
 import type { Direction, SortPacket } from "../protocol.js";
 
 const DIGIT_BITS = 11;
-const DIGITS = 1 << DIGIT_BITS;
-const LAST_KEY = 2 ** (2 * DIGIT_BITS) - 1;
+const DIGIT_VALUES = 1 << DIGIT_BITS;
+const MAX_KEY = 2 ** (2 * DIGIT_BITS) - 1;
 
 export class Sorter {
   #positions = new Int32Array(0);
-  #isUsed = new Uint8Array(0);
+  #usedFlags = new Uint8Array(0);
   #slotLimit = 0;
   #depths = new Float64Array(0);
   #keys = new Uint32Array(0);
   #slots = new Uint32Array(0);
   #halfSorted = new Uint32Array(0);
-  readonly #low = new Uint32Array(DIGITS);
-  readonly #high = new Uint32Array(DIGITS);
+  readonly #lowCounts = new Uint32Array(DIGIT_VALUES);
+  readonly #highCounts = new Uint32Array(DIGIT_VALUES);
 
   /** Update the positions of the Gaussians of a frame. */
   apply(packet: SortPacket): void {
     this.#reserve(packet.slotLimit);
     this.#slotLimit = packet.slotLimit;
-    if (packet.isFull) this.#isUsed.fill(0);
+    if (packet.isFull) this.#usedFlags.fill(0);
     const { movedSlots, positions } = packet;
     for (let index = 0; index < movedSlots.length; index++) {
       const slot = movedSlots[index]!;
-      this.#isUsed[slot] = 1;
+      this.#usedFlags[slot] = 1;
       this.#positions[3 * slot] = positions[3 * index]!;
       this.#positions[3 * slot + 1] = positions[3 * index + 1]!;
       this.#positions[3 * slot + 2] = positions[3 * index + 2]!;
     }
-    for (const slot of packet.freedSlots) this.#isUsed[slot] = 0;
+    for (const slot of packet.freedSlots) this.#usedFlags[slot] = 0;
   }
 
-  /** Return the slots in use, sorted from the farthest along a direction; the sort is stable. */
+  /** Return the used slots, sorted by depth along `forward`, farthest first; the sort is stable. */
   sort(forward: Direction): Uint32Array {
-    const [count, least, most] = this.#measure(forward);
-    this.#makeKeys(count, most, most > least ? LAST_KEY / (most - least) : 0);
+    const [count, minDepth, maxDepth] = this.#measureDepths(forward);
+    this.#makeKeys(count, maxDepth, maxDepth > minDepth ? MAX_KEY / (maxDepth - minDepth) : 0);
     const order = new Uint32Array(count);
-    this.#pass(this.#low, null, this.#halfSorted, count, 0);
-    this.#pass(this.#high, this.#halfSorted, order, count, DIGIT_BITS);
+    this.#sortByDigit(this.#lowCounts, null, this.#halfSorted, count, 0);
+    this.#sortByDigit(this.#highCounts, this.#halfSorted, order, count, DIGIT_BITS);
     const slots = this.#slots;
-    for (let place = 0; place < count; place++) order[place] = slots[order[place]!]!;
+    for (let rank = 0; rank < count; rank++) order[rank] = slots[order[rank]!]!;
     return order;
   }
 
-  /** List the slots in use with their depths; returns their number, and the minimum and maximum depth. */
-  #measure([x, y, z]: Direction): [number, number, number] {
-    const [positions, isUsed, depths, slots] = [this.#positions, this.#isUsed, this.#depths, this.#slots];
-    let [count, least, most] = [0, Infinity, -Infinity];
+  /** List the used slots and their depths; return their number, the minimum depth and the maximum depth. */
+  #measureDepths([x, y, z]: Direction): [number, number, number] {
+    const [positions, usedFlags, depths, slots] = [this.#positions, this.#usedFlags, this.#depths, this.#slots];
+    let [count, minDepth, maxDepth] = [0, Infinity, -Infinity];
     for (let slot = 0; slot < this.#slotLimit; slot++) {
-      if (isUsed[slot] === 0) continue;
-      const at = 3 * slot;
-      const depth = x * positions[at]! + y * positions[at + 1]! + z * positions[at + 2]!;
+      if (usedFlags[slot] === 0) continue;
+      const base = 3 * slot;
+      const depth = x * positions[base]! + y * positions[base + 1]! + z * positions[base + 2]!;
       slots[count] = slot;
       depths[count++] = depth;
-      if (depth < least) least = depth;
-      if (depth > most) most = depth;
+      if (depth < minDepth) minDepth = depth;
+      if (depth > maxDepth) maxDepth = depth;
     }
-    return [count, least, most];
+    return [count, minDepth, maxDepth];
   }
 
-  /** Convert depths to keys, 0 for the farthest, and set the tables to the start of each digit. */
-  #makeKeys(count: number, most: number, scale: number): void {
-    const [low, high, keys, depths] = [this.#low.fill(0), this.#high.fill(0), this.#keys, this.#depths];
+  /** Convert depths to keys, 0 for the farthest, and set the tables to the first rank of each digit. */
+  #makeKeys(count: number, maxDepth: number, scale: number): void {
+    const [lowCounts, highCounts] = [this.#lowCounts.fill(0), this.#highCounts.fill(0)];
+    const [keys, depths] = [this.#keys, this.#depths];
     for (let index = 0; index < count; index++) {
-      const key = ((most - depths[index]!) * scale) >>> 0;
+      const key = ((maxDepth - depths[index]!) * scale) >>> 0;
       keys[index] = key;
-      low[key & (DIGITS - 1)]!++;
-      high[key >>> DIGIT_BITS]!++;
+      lowCounts[key & (DIGIT_VALUES - 1)]!++;
+      highCounts[key >>> DIGIT_BITS]!++;
     }
-    for (const table of [low, high]) {
-      let before = 0;
-      for (let digit = 0; digit < DIGITS; digit++) {
-        const size = table[digit]!;
-        table[digit] = before;
-        before += size;
+    for (const table of [lowCounts, highCounts]) {
+      let start = 0;
+      for (let digit = 0; digit < DIGIT_VALUES; digit++) {
+        const digitCount = table[digit]!;
+        table[digit] = start;
+        start += digitCount;
       }
     }
   }
 
-  /** Move indices to the positions of a digit of their keys; stable. */
-  #pass(table: Uint32Array, from: Uint32Array | null, to: Uint32Array, count: number, shift: number): void {
+  /** Sort indices by one digit of their keys, stably; a null `source` means 0, 1, 2, ... */
+  #sortByDigit(
+    table: Uint32Array,
+    source: Uint32Array | null,
+    target: Uint32Array,
+    count: number,
+    shift: number,
+  ): void {
     const keys = this.#keys;
-    for (let place = 0; place < count; place++) {
-      const index = from === null ? place : from[place]!;
-      const digit = (keys[index]! >>> shift) & (DIGITS - 1);
-      to[table[digit]!++] = index;
+    for (let rank = 0; rank < count; rank++) {
+      const index = source === null ? rank : source[rank]!;
+      const digit = (keys[index]! >>> shift) & (DIGIT_VALUES - 1);
+      target[table[digit]!++] = index;
     }
   }
 
   #reserve(slotLimit: number): void {
-    if (slotLimit <= this.#isUsed.length) return;
-    const size = Math.max(slotLimit, Math.ceil(1.5 * this.#isUsed.length));
-    const [positions, isUsed] = [new Int32Array(3 * size), new Uint8Array(size)];
+    if (slotLimit <= this.#usedFlags.length) return;
+    const size = Math.max(slotLimit, Math.ceil(1.5 * this.#usedFlags.length));
+    const [positions, usedFlags] = [new Int32Array(3 * size), new Uint8Array(size)];
     positions.set(this.#positions);
-    isUsed.set(this.#isUsed);
-    [this.#positions, this.#isUsed] = [positions, isUsed];
+    usedFlags.set(this.#usedFlags);
+    [this.#positions, this.#usedFlags] = [positions, usedFlags];
     [this.#depths, this.#keys] = [new Float64Array(size), new Uint32Array(size)];
     [this.#slots, this.#halfSorted] = [new Uint32Array(size), new Uint32Array(size)];
   }

@@ -1,21 +1,21 @@
-/** The sort worker: keeps the positions of a frame's Gaussians and replies with their order. */
+/** The code of the sort worker, which stores the positions of a frame's Gaussians and replies with their order. */
 
 import type { SortReply, SortRequest } from "../protocol.js";
 import { Sorter } from "./sorter.js";
 
-/** The part of a worker's global scope that is used here. */
-interface Scope {
+/** The members of a worker's global scope that the sort worker uses. */
+interface WorkerScope {
   onmessage: (event: MessageEvent<SortRequest>) => void;
   postMessage(reply: SortReply, transferred: readonly Transferable[]): void;
 }
 
-const scope = self as unknown as Scope;
+const scope = self as unknown as WorkerScope;
 const sorter = new Sorter();
 
 scope.onmessage = ({ data }) => {
-  const begun = performance.now();
+  const startTime = performance.now();
   if (data.kind === "frame") sorter.apply(data.packet);
   const order = sorter.sort(data.forward);
-  const sortMs = performance.now() - begun;
+  const sortMs = performance.now() - startTime;
   scope.postMessage({ token: data.token, order, sortMs }, [order.buffer]);
 };

@@ -1,60 +1,60 @@
-/** Measures of a scene: its up vector, its distance, and a camera that sees it. */
+/** Measures a scene: its up vector, its distance from an eye, and a camera that sees all of it. */
 
-import { axisOf, centerOf, type Eye, type Vector } from "../draw/eye.js";
+import { eyeAxis, eyeCenter, type Eye, type Vector } from "../draw/eye.js";
 import type { CaptureCamera, FramePacket, StreamInfo } from "../protocol.js";
-import { add, cross, dot, scale, unit } from "./stand.js";
+import { add, cross, dot, scale, normalize } from "./pose.js";
 
-const SAMPLES = 20_000;
-const SHARE_INSIDE = 0.8;
+const TARGET_SAMPLES = 20_000;
+const FRACTION_INSIDE = 0.8;
 
-/** An axis of the world, in the order of SPEC 5.3. */
+/** The axes of the world, in the order of SPEC 5.3. */
 export const AXES = ["x", "-x", "y", "-y", "z", "-z"] as const;
 export type Axis = (typeof AXES)[number];
 
-/** The up vector: the requested axis, else the stream's, else the mean of its cameras' up vectors. */
-export function findUp(info: StreamInfo, wanted: Axis | null): Vector {
-  const axis = wanted ?? AXES[info.upAxis - 1];
+/** Find the up vector: the requested axis, the header's axis, the metadata key `up`, or the mean of the cameras. */
+export function findUp(info: StreamInfo, requestedAxis: Axis | null): Vector {
+  const axis = requestedAxis ?? AXES[info.upAxis - 1];
   if (axis !== undefined) {
     const sign = axis.startsWith("-") ? -1 : 1;
     return [axis.endsWith("x") ? sign : 0, axis.endsWith("y") ? sign : 0, axis.endsWith("z") ? sign : 0];
   }
-  const stated = parseVector(info.metadata["up"]);
-  if (stated !== null) return stated;
-  let total: Vector = [0, 0, 0];
-  for (const camera of info.cameras) total = add(total, axisOf(camera, 1), -1);
-  return unit(total, [0, 1, 0]);
+  const metadataUp = parseVector(info.metadata["up"]);
+  if (metadataUp !== null) return metadataUp;
+  let sum: Vector = [0, 0, 0];
+  for (const camera of info.cameras) sum = add(sum, eyeAxis(camera, 1), -1);
+  return normalize(sum, [0, 1, 0]);
 }
 
-/** The unit vector given by three numbers in a text (SPEC I.4); null if there is none. */
+/** Parse a unit vector from a text of three numbers (SPEC I.4); return null if the text is not a direction. */
 function parseVector(text = ""): Vector | null {
-  const [x = NaN, y = NaN, z = NaN, ...more] = text.trim().split(/\s+/).map(Number);
+  const [x = NaN, y = NaN, z = NaN, ...extra] = text.trim().split(/\s+/).map(Number);
   const length = Math.hypot(x, y, z);
-  return length > 0 && Number.isFinite(length) && more.length === 0 ? scale([x, y, z], 1 / length) : null;
+  return length > 0 && Number.isFinite(length) && extra.length === 0 ? scale([x, y, z], 1 / length) : null;
 }
 
-/** Median depth of the positions that an eye sees; twice its near plane if it sees none. */
-export function findDistance(eye: Eye, places: Float32Array | null): number {
+/** Return the median depth of the positions that an eye sees; if it sees none, twice its minimum depth. */
+export function findDistance(eye: Eye, positions: Float32Array | null): number {
   const depths: number[] = [];
-  const [right, down, ahead] = [axisOf(eye, 0), axisOf(eye, 1), axisOf(eye, 2)];
-  const center = centerOf(eye);
-  for (const place of placesOf(places)) {
-    const offset = add(place, center, -1);
+  const [right, down, ahead] = [eyeAxis(eye, 0), eyeAxis(eye, 1), eyeAxis(eye, 2)];
+  const center = eyeCenter(eye);
+  for (const point of listPoints(positions)) {
+    const offset = add(point, center, -1);
     const z = dot(ahead, offset);
-    const isAcross = Math.abs(dot(right, offset)) * eye.fx < (z * eye.width) / 2;
-    const isDown = Math.abs(dot(down, offset)) * eye.fy < (z * eye.height) / 2;
-    if (z > eye.near && isAcross && isDown) depths.push(z);
+    const isInsideWidth = Math.abs(dot(right, offset)) * eye.fx < (z * eye.width) / 2;
+    const isInsideHeight = Math.abs(dot(down, offset)) * eye.fy < (z * eye.height) / 2;
+    if (z > eye.near && isInsideWidth && isInsideHeight) depths.push(z);
   }
   return depths.length > 0 ? quantile(depths, 0.5) : 2 * eye.near;
 }
 
-/** A camera for a stream that has none: in front of the scene, far enough to see most of it. */
-export function makeCamera(sampled: Float32Array, up: Vector, isRightHanded: boolean): CaptureCamera {
-  const places = [...placesOf(sampled)];
-  const middle = [0, 1, 2].map((k) => quantile(places.map((place) => place[k] ?? 0), 0.5));
-  const [x = 0, y = 0, z = 0] = middle;
-  const lengths = places.map((place) => Math.hypot(...add(place, [x, y, z], -1)));
-  const radius = Math.max(1e-3, quantile(lengths, SHARE_INSIDE));
-  const ahead = unit(cross(up, Math.abs(up[0]) < 0.5 ? [1, 0, 0] : [0, 0, 1]), [0, 0, 1]);
+/** Make a camera for a stream without cameras: in front of the scene, and far enough away to see most of it. */
+export function makeCamera(positions: Float32Array, up: Vector, isRightHanded: boolean): CaptureCamera {
+  const points = [...listPoints(positions)];
+  const medians = [0, 1, 2].map((axis) => quantile(points.map((point) => point[axis] ?? 0), 0.5));
+  const [x = 0, y = 0, z = 0] = medians;
+  const distances = points.map((point) => Math.hypot(...add(point, [x, y, z], -1)));
+  const radius = Math.max(1e-3, quantile(distances, FRACTION_INSIDE));
+  const ahead = normalize(cross(up, Math.abs(up[0]) < 0.5 ? [1, 0, 0] : [0, 0, 1]), [0, 0, 1]);
   const right = scale(cross(ahead, up), isRightHanded ? 1 : -1);
   const center = add([x, y, z], ahead, -2.5 * radius);
   const down = scale(up, -1);
@@ -73,24 +73,24 @@ export function makeCamera(sampled: Float32Array, up: Vector, isRightHanded: boo
   };
 }
 
-/** [n, 3] positions of some of a packet's Gaussians, world units. */
-export function samplePlaces({ positions }: FramePacket, info: StreamInfo): Float32Array {
+/** Return [N, 3] positions of a sample of a packet's Gaussians, world units. */
+export function samplePositions({ positions }: FramePacket, info: StreamInfo): Float32Array {
   const count = positions.length / 3;
-  const step = Math.max(1, Math.floor(count / SAMPLES));
-  const size = 2 ** -info.latticeExponent;
+  const step = Math.max(1, Math.floor(count / TARGET_SAMPLES));
+  const latticeUnit = 2 ** -info.latticeExponent;
   const length = 3 * Math.floor(count / step);
-  return Float32Array.from({ length }, (_, at) => {
-    return size * positions[3 * step * Math.floor(at / 3) + (at % 3)]!;
+  return Float32Array.from({ length }, (_, index) => {
+    return latticeUnit * positions[3 * step * Math.floor(index / 3) + (index % 3)]!;
   });
 }
 
-function* placesOf(places: Float32Array | null): Generator<Vector> {
-  for (let at = 0; places !== null && at < places.length; at += 3) {
-    yield [places[at]!, places[at + 1]!, places[at + 2]!];
+function* listPoints(positions: Float32Array | null): Generator<Vector> {
+  for (let index = 0; positions !== null && index < positions.length; index += 3) {
+    yield [positions[index]!, positions[index + 1]!, positions[index + 2]!];
   }
 }
 
-function quantile(values: readonly number[], share: number): number {
+function quantile(values: readonly number[], fraction: number): number {
   const sorted = Float64Array.from(values).sort();
-  return sorted[Math.floor(share * (sorted.length - 1))] ?? 0;
+  return sorted[Math.floor(fraction * (sorted.length - 1))] ?? 0;
 }

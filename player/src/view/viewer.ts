@@ -1,10 +1,10 @@
-/** The view of the scene: from a capture camera, or as moved by the controls. */
+/** The view of the scene: that of a capture camera, or moved away from a camera by the controls. */
 
 import type { Eye, Vector } from "../draw/eye.js";
 import type { Stage } from "../draw/stage.js";
 import type { CaptureCamera, FramePacket, StreamInfo } from "../protocol.js";
-import { findDistance, findUp, makeCamera, samplePlaces, type Axis } from "./scene.js";
-import { approach, eyeAt, flip, move, orbit, scale, standAt, turn, type Stand } from "./stand.js";
+import { findDistance, findUp, makeCamera, samplePositions, type Axis } from "./scene.js";
+import { approach, eyeFromPose, flip, move, orbit, scale, poseFromEye, turn, type Pose } from "./pose.js";
 
 export class Viewer {
   readonly #stage: Stage;
@@ -14,11 +14,11 @@ export class Viewer {
   #axis: Axis | null = null;
   #info: StreamInfo | null = null;
   #eye: Eye | null = null;
-  #stand: Stand | null = null;
+  #pose: Pose | null = null;
   #cameraIndex = 0;
-  #places: Float32Array | null = null;
+  #samplePositions: Float32Array | null = null;
   #isMoved = false;
-  #isWhole = false; // the camera was made here to see the whole scene
+  #showsWholeScene = false; // the stream has no cameras
 
   constructor(stage: Stage, onMoved: () => void) {
     this.#stage = stage;
@@ -29,17 +29,17 @@ export class Viewer {
     return this.#cameras;
   }
 
-  /** Index of the camera of the view, or of the one from which the view was moved away. */
+  /** Index of the last selected camera, which is the camera of the view until the view is moved. */
   get cameraIndex(): number {
     return this.#cameraIndex;
   }
 
-  /** Whether the view is that of a camera and has not been moved. */
+  /** Whether the view is that of the selected camera, so that it has not been moved. */
   get isAtCamera(): boolean {
     return !this.#isMoved;
   }
 
-  /** The axis that points up; null for the one of the stream. */
+  /** The requested up axis; null means the up axis of the stream. */
   get axis(): Axis | null {
     return this.#axis;
   }
@@ -49,86 +49,86 @@ export class Viewer {
     if (this.#info !== null) this.#up = findUp(this.#info, axis);
   }
 
-  /** Look through a camera of a new stream: the named one, or else the first. */
+  /** Begin a new stream: select the camera `cameraName`, or the first camera if there is no such camera. */
   begin(info: StreamInfo, cameraName: string | null): void {
     this.#info = info;
     this.#cameras = info.cameras;
-    this.#isWhole = false;
+    this.#showsWholeScene = false;
     this.#up = findUp(info, this.#axis);
-    this.#stand = this.#eye = this.#places = null;
-    const named = info.cameras.findIndex(({ name }) => name === cameraName);
-    if (info.cameras.length > 0) this.lookThrough(Math.max(0, named));
+    this.#pose = this.#eye = this.#samplePositions = null;
+    const namedIndex = info.cameras.findIndex(({ name }) => name === cameraName);
+    if (info.cameras.length > 0) this.lookThrough(Math.max(0, namedIndex));
   }
 
-  /** Measure the scene in its first packet; without capture cameras, make one that sees it. */
+  /** Measure the scene in its first packet; if the stream has no cameras, make a camera that sees the scene. */
   measure(packet: FramePacket, info: StreamInfo): void {
-    this.#places = samplePlaces(packet, info);
+    this.#samplePositions = samplePositions(packet, info);
     if (this.#cameras.length === 0) {
-      this.#cameras = [makeCamera(this.#places, this.#up, info.isRightHanded)];
-      this.#isWhole = true;
+      this.#cameras = [makeCamera(this.#samplePositions, this.#up, info.isRightHanded)];
+      this.#showsWholeScene = true;
       this.lookThrough(0);
-    } else if (this.#stand !== null && this.#eye !== null) {
-      this.#stand = { ...this.#stand, distance: findDistance(eyeAt(this.#stand, this.#eye), this.#places) };
+    } else if (this.#pose !== null && this.#eye !== null) {
+      this.#pose = { ...this.#pose, distance: findDistance(eyeFromPose(this.#pose, this.#eye), this.#samplePositions) };
     }
   }
 
-  /** Look through a camera by its index; an invalid index changes nothing. */
+  /** Select a camera by its index; an invalid index changes nothing. */
   lookThrough(index: number): void {
     const camera = this.#cameras[index];
     if (camera === undefined) return;
     this.#cameraIndex = index;
     this.#eye = camera;
     this.#isMoved = false;
-    this.#stand = standAt(camera, findDistance(camera, this.#places));
-    this.#look();
+    this.#pose = poseFromEye(camera, findDistance(camera, this.#samplePositions));
+    this.#updateStage();
   }
 
-  orbit(across: number, along: number): void {
-    this.#go((stand) => orbit(stand, this.#up, across, along));
+  orbit(yaw: number, pitch: number): void {
+    this.#changePose((pose) => orbit(pose, this.#up, yaw, pitch));
   }
 
-  turn(across: number, along: number): void {
-    this.#go((stand) => turn(stand, this.#up, across, along));
+  turn(yaw: number, pitch: number): void {
+    this.#changePose((pose) => turn(pose, this.#up, yaw, pitch));
   }
 
-  /** Move so that the pivot follows a pointer, by a number of CSS pixels. */
-  pan(right: number, down: number, pixelsAcross: number): void {
-    this.#go((stand) => {
-      const size = (stand.distance * (this.#eye?.width ?? 1)) / (this.#eye?.fx ?? 1) / pixelsAcross;
-      return move(stand, -right * size, -down * size, 0);
+  /** Move so that the scene at the distance of the pivot follows a pointer by `right` and `down` CSS pixels. */
+  pan(right: number, down: number, widthPixels: number): void {
+    this.#changePose((pose) => {
+      const unitsPerPixel = (pose.distance * (this.#eye?.width ?? 1)) / (this.#eye?.fx ?? 1) / widthPixels;
+      return move(pose, -right * unitsPerPixel, -down * unitsPerPixel, 0);
     });
   }
 
-  /** Move by fractions of the distance to the pivot. */
+  /** Move right, down and ahead, in units of the distance to the pivot. */
   fly(right: number, down: number, ahead: number): void {
-    this.#go((stand) => {
-      const [x, y, z] = scale([right, down, ahead], stand.distance);
-      return move(stand, x, y, z);
+    this.#changePose((pose) => {
+      const [x, y, z] = scale([right, down, ahead], pose.distance);
+      return move(pose, x, y, z);
     });
   }
 
   approach(factor: number): void {
-    this.#go((stand) => approach(stand, factor));
+    this.#changePose((pose) => approach(pose, factor));
   }
 
-  /** Negate the up vector, and turn the view with it. */
+  /** Negate the up vector, and rotate the view by 180 degrees about the line of sight. */
   flip(): void {
     this.#up = scale(this.#up, -1);
-    this.#go(flip);
+    this.#changePose(flip);
   }
 
-  #go(change: (stand: Stand) => Stand): void {
-    if (this.#stand === null) return;
-    this.#stand = change(this.#stand);
+  #changePose(change: (pose: Pose) => Pose): void {
+    if (this.#pose === null) return;
+    this.#pose = change(this.#pose);
     this.#isMoved = true;
-    this.#look();
+    this.#updateStage();
   }
 
-  /** A camera's own picture keeps its proportions; any other view fills the canvas. */
-  #look(): void {
-    if (this.#stand === null || this.#eye === null) return;
-    if (this.#isMoved || this.#isWhole) this.#stage.look(eyeAt(this.#stand, this.#eye), "wide");
-    else this.#stage.look(this.#eye, "picture");
+  /** Pass the view to the stage. The picture of a capture camera keeps its aspect ratio; other views fill the canvas. */
+  #updateStage(): void {
+    if (this.#pose === null || this.#eye === null) return;
+    if (this.#isMoved || this.#showsWholeScene) this.#stage.setView(eyeFromPose(this.#pose, this.#eye), "wide");
+    else this.#stage.setView(this.#eye, "picture");
     this.#onMoved();
   }
 }

@@ -1,8 +1,8 @@
 """Write `room.quarc`, the stream that the browser tests play: `make_room.py OUTPUT`.
 
-A room of some 3000 Gaussians in which a ball rises and falls and sparks appear.
-Everything is drawn here, nothing is trained. Three cameras see it, one of them
-upright; there are two canonical frames and an index.
+The scene is a room of about 3000 Gaussians, in which a ball rises and falls and sparks appear.
+This program makes all Gaussians; none are trained. The stream has three cameras, one of them with
+an upright picture, two canonical frames, and an index.
 """
 
 import sys
@@ -17,13 +17,12 @@ from quarc_ref.format.cameras import Camera
 from quarc_ref.format.records import Births, Gaussians, StreamHeader
 
 FRAMES, CANONICAL_EVERY = 24, 12
-UNIT = 1 << 12  # lattice units of a meter
-BALL = np.array([0.3, 0.0, 0.2])
-REACH = 0.4  # meters around the middle of the ball that move with it
+UNITS_PER_METER = 1 << 12  # lattice units
+BALL_CENTER = np.array([0.3, 0.0, 0.2])  # in frame 0, meters
+MOVED_RADIUS = 0.4  # meters around the center of the ball, within which anchors move with it
 SPEED = 16  # translation steps per frame
-FINEST = (True, False, False)  # of the levels of anchors
 
-# y is down, as in most captures: the header says that up is -y.
+# y points down, as in most captures, so the up axis in the header is -y (4).
 HEADER = StreamHeader(
     sh_dc_step=1 / 16, sh_rest_step=1 / 16, log_scale_step=1 / 8, up_axis=4, seed=24
 )
@@ -35,24 +34,22 @@ CAMERAS = (
 
 
 def main() -> None:
-    """Write the stream; the file is there when it is whole."""
+    """Write the stream; the file appears when it is complete."""
     rng = np.random.default_rng(24)
     cameras = tuple(make_camera(*row) for row in CAMERAS)
     with atomic_file(Path(sys.argv[1])) as sink:
         loop = ClosedLoop(sink, HEADER, cameras, {"title": "a ball in a room"})
         loop.commit_canonical(make_scene(rng), 0)
-        center = BALL.copy()
+        center = BALL_CENTER.copy()
         for frame in range(1, FRAMES):
-            way = -SPEED if frame < FRAMES // 2 else SPEED
+            speed = -SPEED if frame < FRAMES // 2 else SPEED
             start = loop.start_frame(0)
             symbols = [
-                follow(level.positions, center, way if finest else 0)
-                for finest, level in zip(
-                    (True, False, False), start.state.known_anchors.levels, strict=True
-                )
+                make_symbols(level.positions, center, speed if level_index == 0 else 0)
+                for level_index, level in enumerate(start.state.known_anchors.levels)
             ]
             moved = loop.move_frame(start, symbols)
-            center[1] += way * HEADER.translation_step / UNIT
+            center[1] += speed * HEADER.translation_step / UNITS_PER_METER
             births = make_sparks(moved.state.scene.positions, moved.state.scene.codes, center, rng)
             if frame % CANONICAL_EVERY == 0:
                 loop.commit_as_canonical(moved, births)
@@ -62,28 +59,30 @@ def main() -> None:
 
 
 def make_camera(
-    name: str, place: tuple[float, float, float], width: int, height: int, focal: float
+    name: str, position: tuple[float, float, float], width: int, height: int, focal: float
 ) -> Camera:
-    """Return a camera at a place, meters, that looks at the middle of the room."""
-    center = np.array(place)
+    """Return a camera at a position, in meters, that looks at the center of the room."""
+    center = np.array(position)
     ahead = -center / np.linalg.norm(center)
     right = np.cross([0.0, 1.0, 0.0], ahead)
     right /= np.linalg.norm(right)
     rotation = np.stack([right, np.cross(ahead, right), ahead])
     rows = tuple(np.float32(rotation).ravel().tolist())
-    shift = tuple(np.float32(-rotation @ center).tolist())
-    half, is_held_out = (width / 2, height / 2), name == "side"
-    return Camera(name, width, height, focal, focal, *half, rows, shift, 0.2, is_held_out)
+    translation = tuple(np.float32(-rotation @ center).tolist())
+    principal, is_held_out = (width / 2, height / 2), name == "side"
+    return Camera(
+        name, width, height, focal, focal, *principal, rows, translation, 0.2, is_held_out
+    )
 
 
 def make_scene(rng: np.random.Generator) -> Gaussians:
-    """Return floor, walls, a column and the ball."""
+    """Return the Gaussians of the floor, two walls, a column and the ball."""
     floor = rng.uniform((-1.5, 0.95, -1.5), (1.5, 1.0, 1.5), (900, 3))
     back = rng.uniform((-1.5, -1.0, 1.45), (1.5, 1.0, 1.5), (900, 3))
     wall = rng.uniform((-1.5, -1.0, -1.5), (-1.45, 1.0, 1.5), (500, 3))
     column = rng.uniform((0.9, -0.4, 0.4), (1.1, 1.0, 0.6), (300, 3))
     ball = rng.normal(size=(400, 3))
-    ball = BALL + 0.25 * ball / np.linalg.norm(ball, axis=1, keepdims=True)
+    ball = BALL_CENTER + 0.25 * ball / np.linalg.norm(ball, axis=1, keepdims=True)
     squares = np.floor(floor[:, [0, 2]] / 0.5).sum(axis=1) % 2
     stripes = np.floor(back[:, 0] / 0.3) % 2
     colors = np.concatenate(
@@ -92,17 +91,17 @@ def make_scene(rng: np.random.Generator) -> Gaussians:
             np.where(stripes[:, None] > 0, [0.55, 0.62, 0.7], [0.68, 0.74, 0.8]),
             np.tile([0.5, 0.56, 0.5], (500, 1)),
             np.tile([0.8, 0.66, 0.36], (300, 1)),
-            np.where(ball[:, 1:2] > BALL[1], [0.8, 0.25, 0.18], [0.95, 0.5, 0.25]),
+            np.where(ball[:, 1:2] > BALL_CENTER[1], [0.8, 0.25, 0.18], [0.95, 0.5, 0.25]),
         ]
     )
     scales = np.repeat([0.06, 0.06, 0.07, 0.04, 0.03], [900, 900, 500, 300, 400])
-    return gather(np.concatenate([floor, back, wall, column, ball]), colors, scales, rng)
+    return quantize_scene(np.concatenate([floor, back, wall, column, ball]), colors, scales, rng)
 
 
-def gather(
+def quantize_scene(
     means: np.ndarray, colors: np.ndarray, scales: np.ndarray, rng: np.random.Generator
 ) -> Gaussians:
-    """Return Gaussians in the steps of the stream."""
+    """Quantize Gaussians by the steps of the header; other attributes are random."""
     count = len(means)
     codes = np.zeros((16, count), dtype=np.int64)
     sizes = np.log(scales) + rng.normal(0, 0.25, (3, count))
@@ -111,28 +110,30 @@ def gather(
     codes[4:7] = np.rint((colors.T - 0.5) / 0.2820948 / HEADER.sh_dc_step)
     codes[7:] = rng.laplace(0, 0.5, (9, count))
     largest = rng.integers(0, 4, (1, count))
-    others = rng.uniform(-0.5, 0.5, (3, count)) * (1 << HEADER.rotation_bits)
-    rotations = np.concatenate([largest, others.astype(np.int64)])
+    components = rng.uniform(-0.5, 0.5, (3, count)) * (1 << HEADER.rotation_bits)
+    rotations = np.concatenate([largest, components.astype(np.int64)])
     return Gaussians(
-        np.rint(means.T * UNIT / HEADER.position_step).astype(np.int64), rotations, codes
+        np.rint(means.T * UNITS_PER_METER / HEADER.position_step).astype(np.int64), rotations, codes
     )
 
 
-def follow(positions: np.ndarray, center: np.ndarray, way: int) -> Int64:
-    """Return symbols `[c, a]` that move the anchors near the ball up or down."""
+def make_symbols(positions: np.ndarray, center: np.ndarray, speed: int) -> Int64:
+    """Return symbols `[planes, A]` that move the anchors near the ball by `speed` steps along y."""
     symbols = np.zeros((HEADER.symbol_planes, positions.shape[1]), dtype=np.int64)
-    near = np.linalg.norm(positions / UNIT - center[:, None], axis=0) < REACH
-    symbols[1, near] = way
+    near = np.linalg.norm(positions / UNITS_PER_METER - center[:, None], axis=0) < MOVED_RADIUS
+    symbols[1, near] = speed
     return symbols
 
 
 def make_sparks(
     positions: np.ndarray, codes: np.ndarray, center: np.ndarray, rng: np.random.Generator
 ) -> Births:
-    """Return four newborn near Gaussians of the ball."""
-    near = np.flatnonzero(np.linalg.norm(positions / UNIT - center[:, None], axis=0) < REACH)
+    """Return the births of four Gaussians, whose parents are near the center of the ball."""
+    near = np.flatnonzero(
+        np.linalg.norm(positions / UNITS_PER_METER - center[:, None], axis=0) < MOVED_RADIUS
+    )
     parents = np.sort(rng.choice(near, 4))
-    offsets = rng.normal(0, 0.1 * UNIT / HEADER.position_step, (3, 4)).astype(np.int64)
+    offsets = rng.normal(0, 0.1 * UNITS_PER_METER / HEADER.position_step, (3, 4)).astype(np.int64)
     rotations = np.array([[0], [0], [0], [0]], dtype=np.int64).repeat(4, axis=1)
     return Births(parents, Gaussians(offsets, rotations, codes[:, parents].astype(np.int64)))
 

@@ -1,17 +1,17 @@
-/** Playback in a browser: seeks, loops, steps, start and end of a stream. */
+/** Playback in a browser: seeks, steps, loops, and the start and end of a stream. */
 
 import assert from "node:assert/strict";
 import { browserTest, PlayerPage, type PlayerElement } from "./browser.js";
 import type { StreamError } from "../src/stream-error.js";
 import { readRoom } from "./server.js";
 
-/** The picture of the first camera as bytes. Runs on the page. */
-async function see(player: PlayerElement): Promise<number[]> {
+/** Draw the current frame from the first camera, as 8-bit values. Runs on the page. */
+async function takePictureBytes(player: PlayerElement): Promise<number[]> {
   const picture = await player.takePicture(0);
   return Array.from(picture, (value) => Math.round(255 * value));
 }
 
-/** Step to a frame, and return the frames that were shown. Runs on the page. */
+/** Step to a frame; return the shown frames. Runs on the page. */
 async function stepTo(player: PlayerElement, last: number): Promise<number[]> {
   const frames = [];
   while ((player.frame ?? last) < last) {
@@ -23,8 +23,8 @@ async function stepTo(player: PlayerElement, last: number): Promise<number[]> {
   return frames;
 }
 
-/** The next frames that are shown, `count` of them. Runs on the page. */
-function watch(player: PlayerElement, count: number): Promise<number[]> {
+/** Play, and return the next `count` shown frames. Runs on the page. */
+function playFrames(player: PlayerElement, count: number): Promise<number[]> {
   const frames: number[] = [];
   return new Promise((resolve) => {
     player.addEventListener("frame", () => {
@@ -37,42 +37,42 @@ function watch(player: PlayerElement, count: number): Promise<number[]> {
 
 browserTest("a seek shows the same picture as playing up to the frame", async () => {
   await using page = await PlayerPage.open();
-  await page.until((player) => player.frame === 0);
-  const due = new Map<number, number[]>();
+  await page.waitUntil((player) => player.frame === 0);
+  const expectedPictures = new Map<number, number[]>();
   for (const frame of [3, 13, 17]) {
     const frames = await page.run(stepTo, frame);
     assert.equal(frames.at(-1), frame);
-    due.set(frame, await page.run(see));
+    expectedPictures.set(frame, await page.run(takePictureBytes));
   }
   for (const frame of [13, 3, 17]) {
     await page.setFrame(frame);
-    const seen = await page.run(see);
-    const differences = seen.map((value, at) => Math.abs(value - (due.get(frame)?.[at] ?? 0)));
-    assert.ok(Math.max(...differences) <= 2, `frame ${frame}`); // from Gaussians at the same depth
+    const picture = await page.run(takePictureBytes);
+    const differences = picture.map((value, index) => Math.abs(value - (expectedPictures.get(frame)?.[index] ?? 0)));
+    assert.ok(Math.max(...differences) <= 2, `frame ${frame}`); // Gaussians at the same depth may be drawn in another order
   }
 });
 
 browserTest("steps go forward and back across canonical frames, and stop at both ends", async () => {
   await using page = await PlayerPage.open();
-  await page.until((player) => player.frame === 0);
+  await page.waitUntil((player) => player.frame === 0);
   assert.deepEqual(await page.run(stepTo, 13), [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13]);
   for (const frame of [12, 11]) {
     await page.run((player) => player.step(-1));
     await page.page.waitForFunction(`document.querySelector("quarc-player").frame === ${frame}`);
   }
   await page.run((player) => player.step(-20));
-  await page.until((player) => player.frame === 0);
+  await page.waitUntil((player) => player.frame === 0);
   await page.run((player) => player.step(1000));
-  await page.until((player) => player.frame === 23);
+  await page.waitUntil((player) => player.frame === 23);
 });
 
-browserTest("a loop shows every frame in order, again and again", async () => {
+browserTest("a loop shows every frame in order in every lap", async () => {
   await using page = await PlayerPage.open({ attributes: 'loop speed="4"' });
-  await page.until((player) => player.frame === 0);
-  const frames = await page.run(watch, 60);
-  assert.deepEqual(frames, Array.from({ length: 60 }, (_, at) => (at + 1) % 24));
-  assert.equal(page.server.requests.length, 1, "a lap sends no requests");
-  // Frames of the next lap are already decoded; they are not shown if the loop is disabled.
+  await page.waitUntil((player) => player.frame === 0);
+  const frames = await page.run(playFrames, 60);
+  assert.deepEqual(frames, Array.from({ length: 60 }, (_, index) => (index + 1) % 24));
+  assert.equal(page.server.requests.length, 1, "further laps must not send requests");
+  // Frames of the next lap are already decoded, but must not be shown after the loop is disabled.
   const ended = page.run(
     (player) => new Promise((resolve) => player.addEventListener("ended", () => resolve(player.frame))),
   );
@@ -82,8 +82,8 @@ browserTest("a loop shows every frame in order, again and again", async () => {
 
 browserTest("playback pauses at the end, and restarts from the beginning", async () => {
   await using page = await PlayerPage.open({ attributes: 'autoplay speed="8"' });
-  await page.until((player) => player.frame === 23 && !player.isPlaying);
-  assert.deepEqual((await page.run(watch, 5)).slice(0, 3), [0, 1, 2]);
+  await page.waitUntil((player) => player.frame === 23 && !player.isPlaying);
+  assert.deepEqual((await page.run(playFrames, 5)).slice(0, 3), [0, 1, 2]);
 });
 
 browserTest("opening at a frame shows no other frame before it", async () => {
@@ -102,14 +102,14 @@ browserTest("opening at a frame shows no other frame before it", async () => {
   assert.deepEqual(shown, { frames: [15], previews: 0 });
 });
 
-browserTest("a seek resolves when its frame is shown, and so do those that it replaces", async () => {
+browserTest("a seek and the seeks that it replaces resolve when its frame is shown", async () => {
   await using page = await PlayerPage.open();
-  await page.until((player) => player.frame === 0);
+  await page.waitUntil((player) => player.frame === 0);
   const shown = await page.run(async (player) => {
     const first = [await player.setFrame(7), player.frame];
     const next = [await player.step(), await player.step(-1), await player.seek(0.5)];
-    const replaced = await Promise.all([player.setFrame(3), player.setFrame(20), player.setFrame(9)]);
-    return { first, next, last: replaced.at(-1), frame: player.frame };
+    const replacedResults = await Promise.all([player.setFrame(3), player.setFrame(20), player.setFrame(9)]);
+    return { first, next, last: replacedResults.at(-1), frame: player.frame };
   });
   assert.deepEqual(shown, { first: [7, 7], next: [8, 7, 15], last: 9, frame: 9 });
 });
@@ -118,7 +118,7 @@ browserTest("a seek to a damaged frame rejects with the reject id", async () => 
   const stream = readRoom().slice();
   stream[stream.length - 4000] = stream[stream.length - 4000]! ^ 0xff;
   await using page = await PlayerPage.open({ stream });
-  await page.until((player) => player.frame === 0);
+  await page.waitUntil((player) => player.frame === 0);
   const rejectId = await page.run((player) =>
     player.setFrame(23).then(
       () => null,
@@ -130,7 +130,7 @@ browserTest("a seek to a damaged frame rejects with the reject id", async () => 
 
 browserTest("scrubbing shows intermediate pictures, and ends at the last position", async () => {
   await using page = await PlayerPage.open();
-  await page.until((player) => player.frame === 0);
+  await page.waitUntil((player) => player.frame === 0);
   const shown = await page.run(async (player) => {
     const frames: (number | null)[] = [];
     player.addEventListener("frame", () => frames.push(player.frame));
@@ -148,7 +148,7 @@ browserTest("scrubbing shows intermediate pictures, and ends at the last positio
 
 browserTest("a program draws on its own canvas, and receives errors", async () => {
   await using page = await PlayerPage.open({ attributes: null, expectedErrors: /404/ });
-  const seen = await page.page.evaluate(async () => {
+  const picture = await page.page.evaluate(async () => {
     const { Player, StreamError } = await import(`${location.origin}/quarc-player.js`);
     const canvas = document.body.appendChild(document.createElement("canvas"));
     const player = new Player(canvas);
@@ -166,12 +166,12 @@ browserTest("a program draws on its own canvas, and receives errors", async () =
     player.dispose();
     return { title: info.metadata.title, statistics, currentTime, duration, names, fault };
   });
-  assert.equal(seen.title, "a ball in a room");
-  assert.deepEqual([seen.currentTime, seen.duration], [0.5, 0.8]);
-  assert.deepEqual(seen.names, ["front", "side", 3]);
-  const { gaussians, bufferedFrames, decodeMs, sortMs, receivedBytes, frameBytes } = seen.statistics;
+  assert.equal(picture.title, "a ball in a room");
+  assert.deepEqual([picture.currentTime, picture.duration], [0.5, 0.8]);
+  assert.deepEqual(picture.names, ["front", "side", 3]);
+  const { gaussians, bufferedFrames, decodeMs, sortMs, receivedBytes, frameBytes } = picture.statistics;
   assert.ok(gaussians > 3000 && bufferedFrames >= 0 && decodeMs > 0 && sortMs > 0);
   assert.ok(receivedBytes > 60_000);
-  assert.equal(frameBytes, null, "unknown right after a seek");
-  assert.deepEqual([seen.fault.kind, seen.fault.rejectId], ["network", null]);
+  assert.equal(frameBytes, null, "the size is unknown directly after a seek");
+  assert.deepEqual([picture.fault.kind, picture.fault.rejectId], ["network", null]);
 });

@@ -1,21 +1,21 @@
-/** The interfaces that playback needs. */
+/** The interfaces between playback and the player. */
 
 import type { FramePacket, PlayerFault, StreamInfo } from "./protocol.js";
 
-/** A screen that shows frames. */
+/** A screen that shows frames, one at a time. */
 export interface Screen {
   readonly isBusy: boolean;
   begin(info: StreamInfo): void;
   show(packet: FramePacket): void;
 }
 
-export interface PlayingEvents {
+export interface PlaybackEvents {
   onInfo(info: StreamInfo): void;
-  /** Playing, waiting or the end of the stream has changed. */
+  /** Playback has started, stopped or begun to wait, or the end of the stream has become known. */
   onState(): void;
   onEnded(): void;
   onProgress(bytes: number, byteLength: number | null): void;
-  /** A live stream has grown, or its extent has become known. */
+  /** A live stream has grown, or its newest frame has become known. */
   onLiveEdge(frame: number): void;
   /** A frame has been decoded; it will be shown, unless a seek comes first. */
   onDecoded(packet: FramePacket): void;

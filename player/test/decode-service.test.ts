@@ -1,0 +1,109 @@
+/** The decode service: allowed frames, quick seeks, memory. */
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { DecodeService } from "../src/decode/decode-service.js";
+import type { DecodeReply, FramePacket } from "../src/protocol.js";
+import { FrameRebuilder } from "./frame-rebuilder.js";
+import { readVector, StreamServer } from "./server.js";
+
+const LAP_COUNT = 120; // each of nine frames
+
+/** Stores the replies of a decode service, and waits for conditions on them. */
+class ReplyRecorder {
+  readonly replies: DecodeReply[] = [];
+  readonly decoding = new DecodeService((reply) => {
+    this.replies.push(reply);
+    this.#checkCondition();
+  });
+  #checkCondition = (): void => undefined;
+
+  get frames(): FramePacket[] {
+    return this.replies.flatMap((reply) => (reply.kind === "frame" ? [reply.packet] : []));
+  }
+
+  async waitUntil(condition: () => boolean): Promise<void> {
+    await new Promise<void>((resolve) => {
+      this.#checkCondition = () => (condition() ? resolve() : undefined);
+      this.#checkCondition();
+    });
+  }
+
+  hasReply(kind: DecodeReply["kind"], run: number): boolean {
+    return this.replies.some((reply) => reply.kind === kind && "run" in reply && reply.run === run);
+  }
+
+  open(name: string): void {
+    const bytes = Uint8Array.from(readVector(`streams/${name}`)).buffer;
+    this.decoding.handle({ kind: "open", source: { bytes }, run: 0 });
+  }
+}
+
+const sleep = (milliseconds: number): Promise<void> =>
+  new Promise((resolve) => setTimeout(resolve, milliseconds));
+
+test("only the allowed number of frames is sent", async () => {
+  const recorder = new ReplyRecorder();
+  recorder.open("journey");
+  recorder.decoding.handle({ kind: "more", frames: 2, run: 0 });
+  await recorder.waitUntil(() => recorder.frames.length === 2);
+  await sleep(100);
+  assert.deepEqual(recorder.frames.map(({ frame }) => frame), [0, 1]);
+  recorder.decoding.handle({ kind: "more", frames: 3, run: 0 });
+  await recorder.waitUntil(() => recorder.frames.length === 5);
+  await sleep(100);
+  assert.equal(recorder.frames.length, 5);
+  recorder.decoding.handle({ kind: "close" });
+});
+
+test("after several quick seeks, only the last seek is completed", async () => {
+  const recorder = new ReplyRecorder();
+  recorder.open("journey");
+  for (let run = 1; run <= 20; run++) {
+    recorder.decoding.handle({ kind: "seek", frame: (3 * run) % 9, run });
+    recorder.decoding.handle({ kind: "more", frames: 9, run });
+  }
+  recorder.decoding.handle({ kind: "seek", frame: 5, run: 21 });
+  recorder.decoding.handle({ kind: "more", frames: 9, run: 21 });
+  await recorder.waitUntil(() => recorder.hasReply("end", 21));
+  const frames = recorder.frames.filter(({ run }) => run === 21);
+  assert.deepEqual(frames.map(({ frame }) => frame), [5, 6, 7, 8]);
+  assert.deepEqual(frames.map(({ isFull }) => isFull), [true, false, false, false]);
+});
+
+test("playing a stream repeatedly gives the same frames and does not increase memory", async () => {
+  const recorder = new ReplyRecorder();
+  recorder.open("snapshots-updates");
+  recorder.decoding.handle({ kind: "more", frames: 100, run: 0 });
+  await recorder.waitUntil(() => recorder.hasReply("end", 0));
+  const playLap = async (run: number): Promise<string> => {
+    recorder.replies.length = 0;
+    recorder.decoding.handle({ kind: "seek", frame: 0, run });
+    recorder.decoding.handle({ kind: "more", frames: 100, run });
+    await recorder.waitUntil(() => recorder.hasReply("end", run));
+    const rebuilt = new FrameRebuilder();
+    return recorder.frames.map((packet) => rebuilt.apply(packet)).join();
+  };
+  const expectedDigests = await playLap(1);
+  const measureMiB = (): number => process.memoryUsage().rss / 2 ** 20;
+  let settledMiB = 0;
+  for (let run = 2; run < LAP_COUNT; run++) {
+    assert.equal(await playLap(run), expectedDigests);
+    if (run === LAP_COUNT >> 1) settledMiB = measureMiB();
+  }
+  assert.ok(measureMiB() < settledMiB + 32, `memory grew from ${settledMiB.toFixed()} MiB to ${measureMiB().toFixed()} MiB`);
+});
+
+test("a seek does not request available bytes", async () => {
+  await using server = await StreamServer.start(readVector("streams/journey"));
+  const recorder = new ReplyRecorder();
+  recorder.decoding.handle({ kind: "open", source: { url: server.url }, run: 0 });
+  recorder.decoding.handle({ kind: "more", frames: 1, run: 0 });
+  await recorder.waitUntil(() => recorder.frames.length === 1);
+  const requestCount = server.requests.length;
+  recorder.decoding.handle({ kind: "seek", frame: 7, run: 1 });
+  recorder.decoding.handle({ kind: "more", frames: 9, run: 1 });
+  await recorder.waitUntil(() => recorder.hasReply("end", 1));
+  assert.deepEqual(recorder.frames.map(({ frame }) => frame), [0, 7, 8]);
+  assert.equal(server.requests.length, requestCount, "the whole stream has already been received");
+});
