@@ -1,6 +1,6 @@
-"""The `quarc-ref` application: registers the commands, prints `--version`, runs.
+"""The `quarc-ref` application: registers all commands, and handles `--version`.
 
-Commands import heavy modules inside their functions, so that `--help` is fast and `info`,
+Commands import heavy modules inside their functions, so that `--help` is fast, and that `info`,
 `verify` and `decode` need neither torch nor OpenCV.
 """
 
@@ -85,7 +85,7 @@ def _options(
 
 
 def main() -> None:
-    """Run the command."""
+    """Run the `quarc-ref` command line."""
     ensure_standard_streams()
     install_sigterm_handler()
     app(prog_name="quarc-ref")

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 
 _QUALITY = {
     "PSNR": "in dB against the camera's picture, mean over frames; higher is better, at most 100.",
-    "cc": "PSNR after the picture's colors are fitted to the truth.",
+    "cc": "PSNR after the rendered colors are fitted to the truth.",
     "SSIM": "structural similarity, up to 1; higher is better.",
     "moving, static": "PSNR of foreground pixels, where the truth differs from the "
-    "background, and of the rest.",
-    "flicker": "change from frame to frame of pixels that should not change, in 8-bit levels.",
+    "background, and PSNR of all other pixels.",
+    "flicker": "change of static pixels from frame to frame, in 8-bit levels.",
     "of truth": "flicker of the capture's own pictures, caused by camera noise.",
     "LPIPS": "perceptual distance; lower is better.",
 }
@@ -20,7 +20,7 @@ COMPARE = {
     "entry": "METHOD@POINT, and the type of the entry: stream, PLY per frame, renders, 4dgs.",
     "runs": "number of entries of this METHOD@POINT; if several, figures are mean ± deviation.",
     "PSNR, SSIM, LPIPS": "against the truth, mean over frames and cameras; PSNR is at most 100 dB.",
-    "cc PSNR": "PSNR after the picture's colors are fitted to the truth.",
+    "cc PSNR": "PSNR after the rendered colors are fitted to the truth.",
     "moving, static": _QUALITY["moving, static"],
     "flicker": _QUALITY["flicker"],
     "bytes, KB / frame": "size of all frames of the entry; a KB is 1024 bytes.",
@@ -36,7 +36,7 @@ INFO = {
     "motion, updates, births": "bytes of other frames: anchor motion, changed and new Gaussians.",
     "zero-order estimate": "bytes that the paper's entropy estimate gives for the same symbols.",
     "overhead": "headers, cameras, metadata and checksums.",
-    "KB per frame": "mean size of a frame, without and with the bytes of canonical frames.",
+    "KB per frame": "mean size of a frame, without and with canonical frames.",
 }
 
 

@@ -1,4 +1,4 @@
-"""The class of all subcommands, which adds hints to usage errors."""
+"""The base class of all subcommands, which names the new option if an old name is given."""
 
 import typer
 from typer.core import TyperCommand
@@ -14,12 +14,12 @@ _VALIDATOR_PREFIX = "Value error, "
 
 
 class Verb(TyperCommand):
-    """A subcommand that reports the new name if a renamed option is given."""
+    """A subcommand that reports the new name of a renamed option."""
 
     def parse_args(  # type: ignore[override]  # typer does not export the class of its contexts
         self, context: typer.Context, arguments: list[str]
     ) -> list[str]:
-        """Parse the arguments.
+        """Parse the arguments; reject old names of renamed options.
 
         Raises:
             BadParameter: An option has been renamed, or does not take a value.

@@ -1,4 +1,4 @@
-"""Input and output of `decode`: scenes of a stream, and files in the chosen format."""
+"""Input and output of `decode`: reads scenes of a stream, and writes files."""
 
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 
 class Decoding:
-    """Frames of a stream, and its header, cameras and metadata.
+    """Decodes frames of a stream, and reads its header, cameras and metadata.
 
     Args:
         source: The stream.
-        follow: How long to wait for more data of a growing stream; None not to wait.
+        follow: Wait options for a growing stream; None to end at the current end of the stream.
         gaps: List to which gaps are appended; if given, decoding continues after damage.
     """
 
@@ -36,7 +36,7 @@ class Decoding:
 
     @property
     def clip(self) -> "Clip":
-        """Header, cameras and metadata read so far."""
+        """The header, and the cameras and metadata that have been read so far."""
         from quarc_ref.export.clip import Clip
 
         decoder = self._decoder
@@ -45,12 +45,12 @@ class Decoding:
         return Clip(decoder.header, decoder.cameras, decoder.metadata)
 
     def scenes(self, start: int, stop: int | None) -> "Iterator[Scene]":
-        """Yield the scenes with ordinals from `start` to `stop` - 1."""
+        """Yield the scenes of frames `start` to `stop - 1`, or to the last frame for None."""
         from quarc_ref.streams import Gap, decode, recover
         from quarc_ref.streams.prologue import read_prologue
 
         if self._gaps is None:
-            if start > 0 and self._source.size() is not None:  # `decode` skips these chunks
+            if start > 0 and self._source.size() is not None:  # `decode` skips the prologue
                 self._prologue = read_prologue(self._source)
             yield from decode(self._source, start, stop, self._follow, self._decoder)
             return
@@ -65,11 +65,11 @@ class Decoding:
 
 
 class Written:
-    """Record of the files that `decode` has written, and of the frames that are missing.
+    """Writes frames to files, and records the file names and the gaps of the stream.
 
     Args:
-        export: The format.
-        with_sidecar: Whether `sequence.json` is written beside the frames.
+        export: Format of the files.
+        with_sidecar: Whether `sequence.json` is written to the folder of the frames.
     """
 
     def __init__(self, export: Export, *, with_sidecar: bool) -> None:
@@ -96,19 +96,18 @@ class Written:
             self.names.append(target.write(name, data).name)
 
     def finish(self, target: "OutputFolder | OneFrame") -> None:
-        """Write the single file of all frames, if the format has one."""
+        """Write the file of all frames, if the format has a single file."""
         if self._sequence is not None:
             name = f"frames.{self._export.suffix}"
             self.names.append(target.write(name, self._sequence.finish()).name)
 
     def show(self, output: Path | None, *, as_json: bool, past_damage: bool) -> None:
-        """Print the files written so far.
+        """Print the names of all written files.
 
         Args:
-            output: Output path on the command line, a folder or a file; None if nothing was
-                written.
+            output: Path of the output folder or file; None if nothing was written.
             as_json: Whether to print JSON.
-            past_damage: Whether decoding continued after damage, so that gaps are reported.
+            past_damage: Whether to print the gaps, because decoding continues after damage.
         """
         if as_json:
             gaps = {"gaps": [asdict(gap) for gap in self.gaps]} if past_damage else {}
@@ -134,7 +133,7 @@ class Written:
 
 
 def _report_gap(gap: "Gap") -> None:
-    """Report a gap on stderr."""
+    """Print the position and the size of a gap to standard error."""
     size = "to the end" if gap.byte_count is None else f"{gap.byte_count:,} bytes"
     lost = "unknown" if gap.frames_lost is None else f"{gap.frames_lost}"
     line = f"gap at byte {gap.offset}, {size}, frames lost: {lost}: {gap.message}"

@@ -1,4 +1,4 @@
-"""Runs the whole pipeline on the built-in capture: trace, encode, decode, measure, report."""
+"""Runs the `demo` command: ray-traces a capture, encodes it, and measures the stream."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -19,8 +19,8 @@ class Demo:
     """Outputs of a demo.
 
     Attributes:
-        stream: The stream's file.
-        report: The report's page.
+        stream: Path of the stream.
+        report: Path of the report page.
         evaluation: Measurements shown in the report.
     """
 
@@ -32,7 +32,7 @@ class Demo:
 def run_demo(
     folder: OutputFolder, options: SynthOptions, config: EncoderConfig, progress: Progress
 ) -> Demo:
-    """Make a capture, a stream and a report in a folder.
+    """Write a capture, a stream and a report into a folder.
 
     Args:
         folder: Output folder.

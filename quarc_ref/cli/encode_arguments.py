@@ -1,4 +1,4 @@
-"""Options of the `encode` command, and which of them can be combined."""
+"""Options of the `encode` command, and checks of their combinations."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -58,8 +58,8 @@ KeyframeInterval = Annotated[
         "--keyframe-interval",
         min=1,
         metavar="N",
-        help="Make every N-th frame a keyframe (a canonical frame): decoding, cut and join can "
-        "start there.",
+        help="Make every N-th frame a keyframe (a canonical frame), at which decoding, cut and "
+        "join can start.",
         show_default="only frame 0",
     ),
 ]
@@ -69,8 +69,8 @@ SnapshotInterval = Annotated[
         "--snapshot-interval",
         min=1,
         metavar="N",
-        help="Make every N-th frame a snapshot: like a keyframe, but about a third of the "
-        "size; not in format 1.0.",
+        help="Make every N-th frame a snapshot, which is like a keyframe of about a third of the "
+        "size; not available in format 1.0.",
         show_default="none",
     ),
 ]
@@ -90,8 +90,8 @@ Lambda = Annotated[
     typer.Option(
         "--lambda",
         metavar="X",
-        help="Rate-distortion lambda, relative to the preset: larger means fewer bytes, lower "
-        "quality.",
+        help="Rate-distortion lambda, relative to the preset. A larger lambda means fewer bytes "
+        "and lower quality.",
         show_default="1",
     ),
 ]
@@ -137,7 +137,7 @@ Segments = Annotated[
         "--segments",
         min=1,
         metavar="K",
-        help="Encode the frames in K segments, several at a time, and join them.",
+        help="Encode the frames in K segments, several at a time, and join the segments.",
         show_default="one stream",
     ),
 ]
@@ -168,7 +168,7 @@ LogFile = Annotated[
     typer.Option(
         "--log-json",
         metavar="FILE",
-        help="Write a JSON line as soon as a training step or a frame is finished.",
+        help="Append a JSON line to FILE after each training step and each frame.",
     ),
 ]
 TensorBoardFolder = Annotated[
@@ -180,7 +180,7 @@ TensorBoardFolder = Annotated[
 
 
 def reject_with(what: str, asked: dict[str, bool]) -> None:
-    """Raise UsageError if any of the options is given, because they conflict with `what`."""
+    """Raise UsageError if an option is given that conflicts with `what`."""
     for option, is_given in asked.items():
         if is_given:
             message = f"{what} cannot be combined with {option}"

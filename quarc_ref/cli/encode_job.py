@@ -1,4 +1,4 @@
-"""Runs an encode: opens the capture, and writes the stream to a pipe, a file or segments."""
+"""Runs an encode: opens the capture, and writes the stream to a pipe or a file."""
 
 import os
 from dataclasses import dataclass
@@ -28,14 +28,14 @@ class EncodeJob:
 
     Attributes:
         folder: Folder of the capture.
-        opening: Frames, held-out cameras and downscaling of the capture.
-        config: Encoder settings of training and stream.
+        opening: Start frame, held-out cameras and downscaling of the capture.
+        config: Settings of the encoder.
         frames: Number of frames to encode; None for all.
         device: Value of `--device`.
         progress: Callback for the progress of every step.
-        warnings: Collects the findings, which are reasons to expect poor quality.
-        checks: Whether to check the capture before it is encoded.
-        monitor: Callback for every training step and every frame.
+        warnings: Prints and collects findings about the capture.
+        checks: Whether to check the capture before encoding.
+        monitor: Receives every training step and every frame.
     """
 
     folder: Path
@@ -92,7 +92,7 @@ class WriteMode:
 
 
 def encode_to_pipe(work: EncodeJob, target: Path) -> None:
-    """Encode to standard output."""
+    """Encode a capture to standard output."""
     with written_stream(target, force=False) as sink:
         from quarc_ref.encoder import encode
 
@@ -101,7 +101,7 @@ def encode_to_pipe(work: EncodeJob, target: Path) -> None:
 
 
 def encode_to_file(work: EncodeJob, target: Path, wanted: WriteMode) -> None:
-    """Encode to a file, or resume the encode of a partial file.
+    """Encode a capture to a file, or resume an interrupted encode.
 
     Raises:
         UsageError: The file exists and `wanted` does not allow replacing or resuming it.
@@ -119,14 +119,14 @@ def encode_to_file(work: EncodeJob, target: Path, wanted: WriteMode) -> None:
 def encode_to_joined_file(
     work: EncodeJob, target: Path, wanted: WriteMode, segment_count: int, pool: "WorkerPool"
 ) -> None:
-    """Encode segments independently and join them into one file.
+    """Encode segments of a capture independently, and join the segments to a single file.
 
     Raises:
         UsageError: The file exists and `wanted` does not allow replacing it, or there are fewer
             frames than segments.
         UnusableCaptureError: The capture cannot be encoded with useful quality.
-        ResumeError: The file to resume is from an encode with a different capture or settings.
-        JobsError: Some segments could not be encoded; the finished segments are kept.
+        ResumeError: The file to resume is from a different capture, or has different settings.
+        JobsError: Some segments could not be encoded; all finished segments are kept.
     """
     is_there = wanted.resume and target.is_file() and not wanted.force
     with kept_segments(target, force=wanted.force or is_there, resume=wanted.resume) as folder:
@@ -166,7 +166,7 @@ def choose_pool(
 def _cut(
     work: EncodeJob, capture: "Capture", options: "EncodeOptions", into: tuple[Path, int]
 ) -> "list[Segment]":
-    """Split a capture into segments; each gets its own file in the folder `into[0]`."""
+    """Split a capture into segments, whose files are in the given folder."""
     from quarc_ref.encoder.segments import Segment, split_frames
 
     folder, segment_count = into

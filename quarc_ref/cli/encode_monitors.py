@@ -1,4 +1,4 @@
-"""Monitors of an encode: the terminal, `--log-json` and `--tensorboard`."""
+"""Monitors of an encode: status on the terminal, `--log-json` and `--tensorboard`."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -20,11 +20,11 @@ _MEGABYTE = 1e6
 
 @dataclass(frozen=True, slots=True)
 class LogOptions:
-    """Logs to write beside a stream.
+    """Options of the logs that an encode writes.
 
     Attributes:
-        json: Path of the JSON Lines log; None for no such log.
-        tensorboard: Folder of TensorBoard logs; None for no such logs.
+        json: Path of the JSON Lines log; None to write no JSON Lines log.
+        tensorboard: Folder of TensorBoard logs; None to write no TensorBoard logs.
         keep: Whether to append to an existing JSON Lines log.
         force: Whether to replace an existing JSON Lines log.
     """

@@ -1,4 +1,4 @@
-"""Findings of an encode: printed to standard error at once, and kept for `--json`."""
+"""Prints the findings of an encode to standard error, and collects them for `--json`."""
 
 from dataclasses import asdict
 from typing import TYPE_CHECKING
@@ -10,13 +10,13 @@ if TYPE_CHECKING:
 
 
 class Warnings:
-    """The findings of an encode so far."""
+    """The findings that an encode has reported so far."""
 
     def __init__(self) -> None:
         self._findings: list[Finding] = []
 
     def add(self, finding: "Finding") -> None:
-        """Print a finding to standard error, and keep it."""
+        """Print a finding to standard error, and store it."""
         print_message(f"warning: {finding.message}")
         self._findings.append(finding)
 

@@ -1,4 +1,4 @@
-"""Options of `encode` and `demo`, validated before work starts."""
+"""Converts and checks options of `encode`, `demo` and `doctor` before work starts."""
 
 import math
 import sys
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def configure(preset: str, settings: list[str], seed: int) -> "EncoderConfig":
-    """Return a preset with changed settings.
+    """Return the settings of a preset, changed by `KEY=VALUE` texts and the seed.
 
     Raises:
         UsageError: The preset or a setting does not exist, or a value is not allowed.
@@ -43,7 +43,7 @@ def require_positive(asked: dict[str, float | None]) -> None:
 
 
 def as_settings(asked: dict[str, float | None]) -> list[str]:
-    """Return the given options as `KEY=VALUE` texts of encoder settings."""
+    """Return `KEY=VALUE` texts of the encoder settings that are not None."""
     return [f"{key}={value}" for key, value in asked.items() if value is not None]
 
 
@@ -59,7 +59,7 @@ def print_settings() -> None:
         for first, *others in by_preset
     ]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    # The last column is not padded, because a terminal would wrap trailing blanks.
+    # The last column is not padded, because a terminal would wrap trailing spaces.
     for *cells, meaning in rows:
         filled = [f"{cell:<{width}}" for cell, width in zip(cells, widths, strict=False)]
         sys.stdout.write("  ".join([*filled, meaning]) + "\n")
@@ -79,7 +79,7 @@ def open_requested_capture(folder: Path, options: "CaptureOptions") -> "Capture"
 
     Raises:
         UsageError: The pictures cannot be downscaled by the factor, a camera to hold out does not
-            exist, or there is no frame from the requested start on.
+            exist, or the start is after the last frame.
         CaptureError: The capture cannot be read.
         UnicodeEncodeError: The name of a file, the capture or a camera is not valid UTF-8.
     """
@@ -100,5 +100,5 @@ def open_requested_capture(folder: Path, options: "CaptureOptions") -> "Capture"
         message = f"--start {options.start}: {error}"
         raise UsageError(message) from error
     for name in (capture.name, *(camera.name for camera in capture.cameras)):
-        name.encode()  # fails before training, not when the stream is written
+        name.encode()  # raises UnicodeEncodeError now, rather than after training
     return capture

@@ -1,10 +1,10 @@
 """Converts exceptions to messages and exit codes.
 
-0: success. 1: the stream is invalid. 2: the command line is invalid: conflicting options, or a
-path that does not exist or is not of a kind that the command accepts. 3: any other failure:
-a file or capture that cannot be read, a full disk, a bug. After a signal, 128 plus its
-number, as in a shell: 130 after Ctrl-C (SIGINT), 143 after SIGTERM, 141 if the reader of a pipe
-has closed it (SIGPIPE).
+Exit code 0 means success. 1: the stream is invalid. 2: the command line is invalid: options
+conflict, or a path does not exist or has the wrong type. 3: another error occurred, such as an
+unreadable file or capture, a full disk, or a bug. After a signal, the exit code is 128 plus the
+signal's number, as in a shell: 130 after Ctrl-C (SIGINT), 143 after SIGTERM, 141 if the reader of
+a pipe has closed the pipe (SIGPIPE).
 """
 
 import os
@@ -48,19 +48,19 @@ _NOTHING_LEFT = "interrupted; nothing was written"
 
 
 class UsageError(Exception):
-    """Options or paths that cannot be used, or not together."""
+    """An option or a path is invalid, or options conflict."""
 
 
 class Termination(KeyboardInterrupt):
-    """SIGTERM was received: work ends as after Ctrl-C, but with a different exit code."""
+    """The process received SIGTERM: work ends as after Ctrl-C, but with another exit code."""
 
 
 @contextmanager
 def report_errors() -> Iterator[None]:
-    """Convert exceptions of a command to a line on stderr and an exit code."""
+    """Convert an exception of a command to a message on standard error and an exit code."""
     try:
         yield
-        sys.stdout.flush()  # at exit, Python would turn an error into exit code 120
+        sys.stdout.flush()  # if flushing failed at exit, Python would return exit code 120
     except typer.Exit:
         _discard_output(sys.stdout)
         raise
@@ -83,14 +83,14 @@ def restore_sigterm_handler() -> None:
 
 
 def ensure_standard_streams() -> None:
-    """Replace standard output and standard error by the null device if they are closed."""
+    """Open the null device as standard output or standard error if the stream is closed."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115, kept open
 
 
 def _discard_output(output: TextIO) -> None:
-    """Flush an output; if it is broken, keep Python from flushing it again at exit."""
+    """Flush an output; if that fails, redirect it so that flushing at exit does not fail."""
     try:
         output.flush()
     except OSError:
@@ -112,11 +112,11 @@ def _describe_bad_name(error: UnicodeEncodeError) -> str:
 
 
 def _suggest_no_checks(error: UnusableCaptureError) -> str:
-    return f"{error}; --no-checks encodes it anyway"
+    return f"{error}: use --no-checks to encode the capture nevertheless"
 
 
 def _suggest_force(error: OutputPathError) -> str:
-    return f"{error}; --force replaces it" if error.replaceable else str(error)
+    return f"{error}: use --force to replace it" if error.replaceable else str(error)
 
 
 def _describe_rejection(error: BitstreamError) -> str:
@@ -145,7 +145,7 @@ _FAULTS: tuple[tuple[tuple[type[BaseException], ...], int, Callable[[Any], str]]
 
 
 def _judge(error: BaseException) -> tuple[str, int]:
-    """Return the message, which may be empty, and the exit code for an exception."""
+    """Return the message, which may be empty, and the exit code of an exception."""
     if isinstance(error, KeyboardInterrupt):
         return str(error) or _NOTHING_LEFT, _BY_SIGNAL + _name_signal(error)
     if isinstance(error, BrokenPipeError) and any(map(_has_no_reader, (sys.stdout, sys.stderr))):
@@ -158,7 +158,7 @@ def _judge(error: BaseException) -> tuple[str, int]:
 
 
 def _name_signal(error: BaseException | None) -> signal.Signals:
-    """Return the signal that caused an interruption."""
+    """Return the signal that caused an exception: SIGTERM or SIGINT."""
     while error is not None:
         if isinstance(error, Termination):
             return signal.SIGTERM
@@ -167,7 +167,7 @@ def _name_signal(error: BaseException | None) -> signal.Signals:
 
 
 def _has_no_reader(output: TextIO) -> bool:
-    """Return whether an output is a pipe whose reader has closed it."""
+    """Return whether an output is a pipe without a reader."""
     if sys.platform == "win32":
         return True
     watch = select.poll()

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 PATIENCE = 60.0
 _POLL_SECONDS = 0.1
 
-# No callback checks whether the file exists: `follow_stream` does.
+# `follow_stream` checks whether the file exists, so the argument has no callback.
 FollowedName = Annotated[
     str,
     typer.Argument(
@@ -41,9 +41,10 @@ Patience = Annotated[
 
 
 def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None":
-    """Return the wait options for a growing stream; None for a pipe, whose reads block anyway.
+    """Return the options for waiting at the end of a growing stream; None not to wait.
 
-    With `follow`, wait until the file exists.
+    The result is also None for standard input, whose reads block. If `follow` is set, the function
+    waits until the file exists.
 
     Args:
         name: Path or URL of the stream, or `-`.
@@ -59,7 +60,7 @@ def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None
     try:
         check_file(name)
     except typer.BadParameter as error:
-        error.param_hint = "'FILE'"  # the name that typer would add in a callback
+        error.param_hint = "'FILE'"  # the hint that typer adds to errors of a callback
         raise
     if not follow or name == STANDARD_STREAM:
         return None

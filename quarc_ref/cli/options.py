@@ -1,4 +1,4 @@
-"""Options and arguments that several commands share, and their parsing."""
+"""Options and arguments that several commands share, and functions that check and parse them."""
 
 import os
 import stat
@@ -12,7 +12,7 @@ from quarc_ref.cli.errors import UsageError
 
 STANDARD_STREAM = "-"
 AXES = ("x", "-x", "y", "-y", "z", "-z")  # in the order of a stream's header
-_DIGITS = 20  # more digits than the ordinal of any frame has
+_DIGITS = 20  # Frame numbers have fewer digits.
 
 
 def is_file(name: str) -> bool:
@@ -21,12 +21,12 @@ def is_file(name: str) -> bool:
 
 
 def name_stream(name: str) -> str:
-    """Return the display name of a stream."""
+    """Return the name of a stream in output: a file name, or `standard input`."""
     return "standard input" if name == STANDARD_STREAM else name.rstrip("/").rpartition("/")[2]
 
 
 def check_file(name: str) -> str:
-    """Check that a stream exists if its name is a path.
+    """Check that the file of a stream exists; URLs and `-` are not checked.
 
     Raises:
         BadParameter: The path does not exist, or is not a file.
@@ -37,7 +37,7 @@ def check_file(name: str) -> str:
 
 
 def check_path(name: str) -> str:
-    """Check that the name of a stream is the path of a file that exists.
+    """Check that the name of a stream is the path of an existing file.
 
     Raises:
         BadParameter: The name is not a path, or the path is missing or a folder.
@@ -69,7 +69,7 @@ def check_existing(path: str) -> None:
 
 
 def check_axis(name: str | None) -> str | None:
-    """Return the name of an axis without its plus sign.
+    """Return the name of an axis without plus sign, such as `x` or `-x`.
 
     Raises:
         BadParameter: The name is not one of `AXES`.
@@ -89,7 +89,7 @@ def _find_file_mode(path: str) -> int:
 
 
 def _find_mode(path: str) -> int:
-    """Return the mode of a path from `stat`; raise BadParameter if it does not exist."""
+    """Return the mode of a path from `stat`; raise BadParameter if the path does not exist."""
     try:
         return os.stat(path).st_mode
     except (FileNotFoundError, NotADirectoryError):
@@ -107,7 +107,7 @@ StreamFile = Annotated[
     str,
     typer.Argument(
         metavar="FILE",
-        help="A .quarc stream, in a file.",
+        help="A .quarc stream in a file.",
         show_default=False,
         callback=check_path,
     ),
@@ -126,7 +126,7 @@ Frames = Annotated[
     typer.Option(
         "--frames",
         metavar="A:B",
-        help="Frames A to B - 1, or frame A alone (no colon); all by default.",
+        help="Frames A to B - 1; A without a colon selects a single frame. Default: all frames.",
     ),
 ]
 CaptureFolder = Annotated[
@@ -145,8 +145,8 @@ Settings = Annotated[
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
-        help="Change a setting, such as motion.lr=5e-4; may be repeated. encode "
-        "--list-settings prints all.",
+        help="Change a setting, such as motion.lr=5e-4; may be repeated. encode --list-settings "
+        "prints all settings.",
         autocompletion=complete_setting,
     ),
 ]
@@ -178,14 +178,14 @@ Force = Annotated[
     typer.Option(
         "--force",
         "-f",
-        help="Replace an existing file, or a folder that holds only files written by quarc-ref.",
+        help="Replace an existing file, or a folder that has only files written by quarc-ref.",
     ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Do not show progress.")]
 
 
 def parse_frames(text: str | None) -> tuple[int, int | None]:
-    """Return the first frame of a range and the frame after its end.
+    """Return the first frame of a range, and the frame after the last; None if it is open.
 
     Args:
         text: `A:B`, where A or B may be omitted, or `A` for a single frame; None for all frames.
@@ -198,7 +198,7 @@ def parse_frames(text: str | None) -> tuple[int, int | None]:
     first, colon, last = text.partition(":")
     numbers = [first or "0", last or "0"] if colon else [first]
     if not all(number.isdecimal() and len(number) < _DIGITS for number in numbers):
-        message = f"--frames takes A:B, such as 0:10, or one frame, such as 7, not {text!r}"
+        message = f"--frames takes a range A:B, such as 0:10, or a frame, such as 7, not {text!r}"
         raise UsageError(message)
     start = int(numbers[0])
     if not colon:

@@ -1,4 +1,4 @@
-"""Output of commands: JSON and tables on stdout, progress on stderr."""
+"""Output of commands: JSON and tables on standard output, progress on standard error."""
 
 import json
 import logging
@@ -30,13 +30,13 @@ _AS_WIDE_AS_IT_IS = 1 << 12
 
 
 class _Output(Console):
-    """Standard output that prints text without markup, because streams may contain any text."""
+    """Console that prints text without markup, because streams may contain any text."""
 
     def __init__(self, width: int | None = None) -> None:
         super().__init__(markup=False, emoji=False, width=width)
 
     def on_broken_pipe(self) -> NoReturn:
-        """Re-raise the error for `report_errors`; rich itself would exit with code 1."""
+        """Re-raise BrokenPipeError for `report_errors`; rich would exit with code 1."""
         raise
 
 
@@ -57,14 +57,14 @@ def print_message(message: str) -> None:
 
 
 class MessageHandler(logging.Handler):
-    """Logging handler that prints each message of the package's modules once."""
+    """Logging handler that prints each different message only once."""
 
     def __init__(self) -> None:
         super().__init__(logging.INFO)
         self._printed: set[str] = set()
 
     def emit(self, record: logging.LogRecord) -> None:
-        """See `logging.Handler.emit`."""
+        """Print the message of a record, unless the same message was printed before."""
         message = record.getMessage()
         if message not in self._printed:
             self._printed.add(message)
@@ -72,7 +72,12 @@ class MessageHandler(logging.Handler):
 
 
 def print_table(title: str, rows: dict[str, str]) -> None:
-    """Print names and values on standard output, without markup: streams may contain any text."""
+    """Print a table of names and values on standard output.
+
+    Args:
+        title: Text above the table.
+        rows: Values by name; control characters are escaped.
+    """
     table = Table(show_header=False, box=None, pad_edge=False)
     table.add_column(style="dim")
     table.add_column(overflow="fold")
@@ -88,9 +93,9 @@ def print_columns(title: str, headings: Sequence[str], rows: Iterable[Sequence[s
 
     Args:
         title: Text above the table.
-        headings: Heading of each column. A leading `<`, which is not printed, marks a
-            column of text; other columns are numbers.
-        rows: Unescaped cells, because names in a stream can be any text.
+        headings: Heading of each column. A leading `<` is not printed and marks a column of text,
+            which is aligned to the left; other columns are aligned to the right.
+        rows: Cells of each row; control characters are escaped.
     """
     table = Table(title=escape_controls(title), title_justify="left", box=None, pad_edge=False)
     for heading in headings:
@@ -110,7 +115,7 @@ def escape_controls(text: str) -> str:
 
 
 def warn_of_reference_engine() -> bool:
-    """Suggest the fast engine on stderr if a large scene was decoded without it.
+    """Suggest the fast engine on standard error if a large scene was decoded without it.
 
     Returns:
         Whether the suggestion was printed.
@@ -124,10 +129,10 @@ def warn_of_reference_engine() -> bool:
 
 
 class TerminalProgress:
-    """Shows progress on stderr: bars on a terminal, otherwise occasional lines.
+    """Shows progress on standard error: bars on a terminal, otherwise a line every few seconds.
 
-    Used as a context manager. Without a terminal, short stages and stages that repeat in every
-    frame have no line of their own.
+    The object is a context manager. Without a terminal, short stages and stages that repeat in
+    every frame are not shown.
 
     Args:
         quiet: Whether to show no progress.
@@ -175,7 +180,7 @@ class TerminalProgress:
         self._bars.stop()
 
     def advance(self, stage: str, done: int, total: int) -> None:
-        """Update a stage as `encoder.progress.Progress` describes; a total of 0 means unknown."""
+        """Update the progress of a stage; a total of 0 means that the total is unknown."""
         if stage not in self._tasks:
             self._tasks[stage] = self._bars.add_task(stage, total=total or None, status="")
         status = self._describe(stage)
@@ -214,8 +219,8 @@ class TerminalProgress:
 
 
 class _TimeLeft(TimeRemainingColumn):
-    """Column with the remaining time of a bar, empty if the bar has a status text."""
+    """Column with the remaining time of a stage; empty if the stage has a status text."""
 
     def render(self, task: Task) -> Text:
-        """See `ProgressColumn.render`."""
+        """Return the text of the column for a stage."""
         return Text() if task.fields.get("status") else super().render(task)

@@ -1,4 +1,4 @@
-"""Options of the commands that show a stream on a page: `view` and `publish`."""
+"""Options that `view` and `publish` share: title and camera of the page."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -31,11 +31,11 @@ def name_page(stream: str) -> str:
 
 
 def choose_first_camera(cameras: "tuple[Camera, ...] | None", name: str | None) -> "Camera | None":
-    """Return the initial camera; None if the stream has none.
+    """Return the camera of the initial view; None if the stream has no cameras.
 
     Args:
-        cameras: Cameras of the stream, from `read_cameras`.
-        name: Name of a camera of the stream; None for the first.
+        cameras: Cameras of the stream; None if the stream has no frame.
+        name: Name of a camera of the stream; None for the first camera.
 
     Raises:
         UsageError: The stream has no frame, or no camera of this name.

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def load_lpips(path: Path | None) -> "Lpips | None":
-    """Return the LPIPS metric; None if no weights are given.
+    """Return the LPIPS metric with weights from a file; None if `path` is None.
 
     Raises:
         UsageError: The file does not contain LPIPS weights.

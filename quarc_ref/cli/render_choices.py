@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 _MAX_RATE_TERM = (1 << 31) - 1  # FFmpeg's rationals have 32-bit terms
 # The quality is nearly lossless, so that smaller files can be encoded from the video.
 _X264 = {"crf": "6", "preset": "medium"}
-# x264 keeps dozens of pictures of ten bytes per pixel for lookahead; large ones need too much.
+# For lookahead, x264 buffers dozens of pictures with ten bytes per pixel. For large pictures, this
+# needs too much memory.
 _LARGE = 1 << 21
 _X264_LARGE = _X264 | {
     "x264-params": "rc-lookahead=0:sync-lookahead=0:mbtree=0:ref=1:bframes=0:sliced-threads=1"
@@ -30,10 +31,10 @@ _OPTIONS = {
 
 
 def choose_camera(outline: "Outline", name: str | None, width: int | None, kind: str) -> "Camera":
-    """Return the requested camera, with pictures `width` pixels wide.
+    """Return the requested camera, resized to pictures of the requested width.
 
     Raises:
-        UsageError: The stream has no camera of this name, or its pictures are too large.
+        UsageError: The stream has no camera of the name, or its pictures are too large.
     """
     from quarc_ref.datasets.calibration import require_picture_size, require_video_size
     from quarc_ref.viewing.outline import find_camera, fit_height, resize_camera
@@ -49,7 +50,7 @@ def choose_camera(outline: "Outline", name: str | None, width: int | None, kind:
 
 
 def require_pixels(camera: "Camera", most: int) -> None:
-    """Raise UsageError, with the options to change, if pictures have more pixels than `most`."""
+    """Raise UsageError if pictures have too many pixels; the message names options to change."""
     pixels = camera.width * camera.height
     if pixels > most:
         message = (
@@ -65,8 +66,8 @@ def choose_form(
     """Choose the video format for a camera's pictures, at the stream's frame rate.
 
     Raises:
-        UsageError: The pixel format does not allow this size, or videos do not allow this
-            frame rate.
+        UsageError: The pixel format does not support the picture size, or FFmpeg cannot represent
+            the frame rate.
     """
     from quarc_ref.datasets.video_writer import VideoFormat
 

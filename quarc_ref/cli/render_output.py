@@ -1,4 +1,4 @@
-"""Output of `render`: a video, pictures, or depth with a file that describes it."""
+"""Writes the output of `render`: a video, pictures, or depth files with a description."""
 
 import io
 import json
@@ -24,10 +24,10 @@ _SCHEMA = "depth/1"
 
 
 def choose_kind(output: Path, *, depth: bool) -> Kind:
-    """Return the output type that a file name implies, for use without --to.
+    """Choose the type of output by the suffix of the output path.
 
     Raises:
-        UsageError: The name implies no output type.
+        UsageError: The suffix does not determine a type.
     """
     suffix = output.suffix.lower()
     video = _VIDEO_SUFFIXES.get(suffix)
@@ -46,7 +46,7 @@ def choose_kind(output: Path, *, depth: bool) -> Kind:
 def write_video(
     drawn: "Iterator[tuple[int, Image]]", output: Path, form: "VideoFormat", *, force: bool
 ) -> dict[str, object]:
-    """Write pictures as a video; return the values that --json prints."""
+    """Write pictures as a video, and return the values that `--json` prints."""
     from quarc_ref.datasets.video_writer import write_video_file
 
     with written_file(output, force=force) as sink:
@@ -57,7 +57,7 @@ def write_video(
 def write_pictures(
     drawn: "Iterator[tuple[int, Image]]", output: Path, *, force: bool
 ) -> dict[str, object]:
-    """Write pictures as PNG files; return the values that --json prints."""
+    """Write pictures as PNG files, and return the values that `--json` prints."""
     from quarc_ref.datasets.video_writer import build_png
 
     one = output.suffix.lower() == _ONE_PICTURE
@@ -77,11 +77,11 @@ def write_depths(
     *,
     force: bool,
 ) -> dict[str, object]:
-    """Write depth as 16-bit PNG files or NumPy archives, with a sidecar that describes them.
+    """Write depth as 16-bit PNG files or NumPy archives, and `depth.json`, which describes them.
 
     Args:
-        drawn: Shots in order, each with its `[H, W]` depth (world units) and opacity.
-        output: The folder.
+        drawn: Shots in order, each with `[H, W]` depth in world units and `[H, W]` opacity.
+        output: Path of the folder.
         kind: `png` or `npz`.
         force: Whether to replace a folder that quarc-ref created.
     """

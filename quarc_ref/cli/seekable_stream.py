@@ -1,4 +1,4 @@
-"""Temporary copies of streams that can be read only once."""
+"""Copies streams that can be read only once, such as pipes, to temporary files."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -16,10 +16,10 @@ _PIECE_BYTES = 1 << 16
 
 
 class _Sink(Protocol):
-    """A raw binary file: a write may accept only some of the bytes."""
+    """An unbuffered binary file, whose `write` may accept only some of the bytes."""
 
     def write(self, piece: bytes, /) -> int:
-        """Write bytes, and return how many were written."""
+        """Write bytes, and return the number of written bytes."""
         ...
 
 
@@ -28,7 +28,7 @@ def seekable_stream(source: "Source") -> "Iterator[Source]":
     """Yield a stream that can be read repeatedly; a pipe is copied to a temporary file.
 
     Raises:
-        SourceError: The temporary file cannot be written, such as on a full disk.
+        SourceError: The temporary file cannot be written, for example because the disk is full.
     """
     from quarc_ref.streams import FileSource
 
@@ -41,12 +41,12 @@ def seekable_stream(source: "Source") -> "Iterator[Source]":
 
 
 def _copy(source: "Source", file: _Sink) -> None:
-    """Copy a stream chunk by chunk, because input that is not a stream might be endless."""
+    """Copy a stream chunk by chunk, so that endless input that is not a stream is rejected."""
     from quarc_ref.streams.chunk_reader import ChunkReader
 
     copying = _Copying(source, file)
     reader = ChunkReader(copying)
-    with suppress(BitstreamError):  # reported again when the copy is read
+    with suppress(BitstreamError):  # the reader of the copy finds the same error
         reader.read_chunk()
         for header in reader.headers():
             copying.go_to(header.end)
@@ -54,9 +54,9 @@ def _copy(source: "Source", file: _Sink) -> None:
 
 @contextmanager
 def growing_copy(source: "Source") -> "Iterator[Source]":
-    """Yield a copy of a stream in a temporary file, which grows as the stream arrives.
+    """Yield a copy of a stream in a temporary file, which grows while the stream is received.
 
-    If an error ends the copy early, the error is printed to standard error.
+    An error of the copying thread is printed to standard error, and ends the copy.
     """
     with TemporaryFile(buffering=0) as file:
         copy = _GrowingCopy(file)
@@ -75,7 +75,7 @@ def _fill_copy(source: "Source", copy: "_GrowingCopy") -> None:
 
 
 class _GrowingCopy:
-    """Copy of a stream in a file that one thread writes and other threads read.
+    """Copy of a stream in a file, which one thread writes and other threads read.
 
     Args:
         file: Empty file, open for writing and reading.
@@ -88,7 +88,7 @@ class _GrowingCopy:
         self._is_closed = False
 
     def write(self, piece: bytes) -> int:
-        """Append bytes, and return their number; after `close`, bytes are discarded."""
+        """Append bytes, and return the number of written bytes; after `close`, discard bytes."""
         with self._lock:
             if self._is_closed:
                 return len(piece)
@@ -98,7 +98,7 @@ class _GrowingCopy:
             return written
 
     def read(self, offset: int, length: int) -> bytes:
-        """Read `length` bytes at `offset`; fewer if they have not arrived yet."""
+        """Read up to `length` bytes at `offset` that have been received."""
         with self._lock:
             missing = max(0, min(length, self._size - offset))
             self._file.seek(offset if missing else 0)
@@ -109,13 +109,13 @@ class _GrowingCopy:
         return self._size
 
     def close(self) -> None:
-        """Stop using the file."""
+        """Stop reading and writing the file, before the caller closes it."""
         with self._lock:
             self._is_closed = True
 
 
 class _Copying:
-    """A source that copies all bytes that are read from it to a file.
+    """A source that copies all bytes to a file while they are read.
 
     Args:
         source: The stream.
@@ -128,7 +128,7 @@ class _Copying:
         self._copied = 0
 
     def read(self, offset: int, length: int) -> bytes:
-        """Read `length` bytes at `offset`; fewer at the end of the stream."""
+        """Read up to `length` bytes at `offset`, and copy all bytes before the end of the read."""
         self.go_to(offset + length)
         return self._source.read(offset, length)
 
@@ -137,7 +137,7 @@ class _Copying:
         return
 
     def go_to(self, offset: int) -> None:
-        """Copy all bytes before an offset."""
+        """Copy all bytes before an offset that have not been copied yet."""
         while self._copied < offset:
             size = min(_PIECE_BYTES, offset - self._copied)
             piece = self._source.read(self._copied, size)

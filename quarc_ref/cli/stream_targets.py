@@ -1,4 +1,4 @@
-"""Output files of `encode`, which keep an interrupted encode so that it can be resumed."""
+"""Output files of `encode`, which are kept after an interruption, so that `--resume` works."""
 
 import sys
 from collections.abc import Iterator
@@ -18,14 +18,14 @@ _SEGMENTS = ".segments"
 def growing_stream(
     target: Path, *, force: bool, live: bool, resume: bool
 ) -> Iterator[tuple[Path, BinaryIO]]:
-    """Open the output file of a stream exclusively; it may contain a partial stream.
+    """Open the output file of a stream exclusively; the file may contain a partial stream.
 
-    The file is `<target>.part` and replaces the target when the stream is complete. After an
-    interruption the file is kept, unless it is empty, with the checkpoint of frame 0.
+    The file is `<target>.part`, and replaces the target when the stream is complete. After an
+    interruption, the file and the checkpoint of frame 0 are kept, unless the file is empty.
 
     Args:
         target: Path of the stream.
-        force: Whether to replace an existing target, or a partial stream that is not resumed.
+        force: Whether to replace an existing target or partial stream.
         live: Whether to write the target directly, so that other programs can follow the stream.
         resume: Whether to continue the partial stream, or the target if the stream is complete.
 
@@ -33,7 +33,7 @@ def growing_stream(
         Path of the file that is written, and the file object, open for reading and writing.
 
     Raises:
-        UsageError: The target or a partial stream exists, and is neither replaced nor resumed.
+        UsageError: The target or a partial stream exists, and neither `force` nor `resume` is set.
         ResumeError: Another process is writing the file.
     """
     from quarc_ref.encoder.stream_file import open_exclusively
@@ -63,12 +63,12 @@ def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[Output
 
     Args:
         target: Path of the joined stream.
-        force: Whether to replace an existing target, or segments that are not resumed.
+        force: Whether to replace an existing target or existing segments.
         resume: Whether to continue with existing segments.
 
     Raises:
-        UsageError: The target cannot be written, or segments exist that are neither replaced nor
-            resumed.
+        UsageError: The target cannot be written, or segments exist and neither `force` nor `resume`
+            is set.
         OutputPathError: The folder has files that quarc-ref did not create, or is in use.
     """
     reject_target(target, force=force)
@@ -83,15 +83,15 @@ def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[Output
 
 @contextmanager
 def _reporting_kept_files(place: Path) -> Iterator[None]:
-    """On an interruption, name the kept files in the message."""
+    """Add the names of the kept files to the message of an interruption."""
     try:
         yield
     except KeyboardInterrupt as error:
         training = _name_training(place)
         if _is_nonempty(place):
-            kept = f"{place} holds the frames written so far: --resume continues after them"
+            kept = f"{place} has the finished frames: use --resume to encode the missing frames"
         elif _is_nonempty(training):
-            kept = f"{training} holds the training of frame 0: --resume continues it"
+            kept = f"{training} has the training state of frame 0: use --resume to continue"
         else:
             raise
         message = f"interrupted; {kept}"
@@ -134,7 +134,8 @@ def _reject_existing_part(place: Path) -> None:
 
 def _reject_leftover(place: Path) -> NoReturn:
     message = (
-        f"{place} remains from an interrupted encode: --resume continues it, --force starts over"
+        f"{place} is from an interrupted encode: use --resume to continue the encode, or --force "
+        "to start again"
     )
     raise UsageError(message)
 

@@ -1,4 +1,4 @@
-"""Output files and folders: written completely or not at all, replaced only with `--force`."""
+"""Opens output files and folders, and replaces existing ones only with `--force`."""
 
 import os
 import sys
@@ -24,12 +24,12 @@ _FILE_SUFFIXES = {
 
 @contextmanager
 def written_file(target: Path, *, force: bool, durable: bool = False) -> Iterator[BinaryIO]:
-    """Open a file that replaces a target once it is complete.
+    """Open a temporary file that replaces a target when the block ends without an error.
 
     Args:
         target: Path of the file.
-        force: Whether to replace a file.
-        durable: Whether to flush to disk; see `files.atomic_file`.
+        force: Whether to replace an existing file.
+        durable: Whether to flush the file to disk, so that it survives a power failure.
 
     Raises:
         UsageError: The target is `-`, or exists and must not be replaced.
@@ -42,11 +42,11 @@ def written_file(target: Path, *, force: bool, durable: bool = False) -> Iterato
 
 @contextmanager
 def written_stream(target: Path, *, force: bool) -> Iterator[BinaryIO]:
-    """Open the file that a stream is written to, or standard output.
+    """Open the output file of a stream, or standard output.
 
     Args:
-        target: A file, or `-` for standard output.
-        force: Whether to replace a file.
+        target: Path of the file, or `-` for standard output.
+        force: Whether to replace an existing file.
 
     Raises:
         UsageError: The file exists and must not be replaced, or standard output is a terminal.
@@ -63,7 +63,7 @@ def written_stream(target: Path, *, force: bool) -> Iterator[BinaryIO]:
 
 @contextmanager
 def written_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
-    """Yield a folder to fill, which replaces the target once it is complete.
+    """Yield a temporary folder, which replaces the target when the block ends without an error.
 
     Args:
         target: Path of the folder.
@@ -78,22 +78,23 @@ def written_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
         yield made
     if made.moved_to:
         message = (
-            f"files were added to {target} during the work; they were moved to {made.moved_to}"
+            f"another program added files to {target} while it was written; these files are now in "
+            f"{made.moved_to}"
         )
         print_message(message)
 
 
 @contextmanager
 def growing_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
-    """Yield a folder to fill, whose files are visible at once, and kept after an error.
+    """Yield the target folder, whose files are visible immediately, and remain after an error.
 
     Args:
         target: Path of the folder.
-        force: Whether to replace earlier output of quarc-ref.
+        force: Whether to replace a folder that quarc-ref created.
 
     Raises:
-        UsageError: As for `written_folder`.
-        OutputPathError: As for `written_folder`.
+        UsageError: The target is `-`, or its name has the suffix of a file.
+        OutputPathError: The target is not empty and must not be replaced.
     """
     _reject_folder(target)
     with files.growing_folder(target, replace=force) as made, _reporting_kept_files(made):
@@ -101,7 +102,7 @@ def growing_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
 
 
 class OneFrame:
-    """An output file that accepts a single frame.
+    """An output file for a single frame; a second frame is an error.
 
     Args:
         target: Path of the file.
@@ -132,21 +133,21 @@ class OneFrame:
 
 @contextmanager
 def written_frame(target: Path, *, force: bool) -> Iterator[OneFrame]:
-    """Open a file for one frame; it replaces a target once it is complete.
+    """Open a temporary file for one frame, which replaces a target when the block ends.
 
     Raises:
-        UsageError: As for `written_file`.
+        UsageError: The target is `-`, or exists and must not be replaced.
     """
     with written_file(target, force=force) as sink:
         yield OneFrame(target, sink)
 
 
 def reject_target(target: Path, *, force: bool) -> None:
-    """Raise UsageError if a path must not be written."""
+    """Raise UsageError if no file can be written at a path, or an existing file must remain."""
     _reject_standard_output(target, "this file")
     _reject_missing_parent(target)
     if os.path.lexists(target) and not force:
-        message = f"{target} exists; --force replaces it"
+        message = f"{target} exists: use --force to replace it"
         raise UsageError(message)
     if target.is_dir():
         message = f"{target} is a folder: give the path of a file"
@@ -157,7 +158,7 @@ def reject_target(target: Path, *, force: bool) -> None:
 
 
 def _reject_folder(target: Path) -> None:
-    """Raise UsageError if a folder must not be created at a path."""
+    """Raise UsageError if the path of an output folder is `-` or looks like that of a file."""
     _reject_standard_output(target, "a folder")
     _reject_missing_parent(target)
     if target.suffix.lower() in _FILE_SUFFIXES:
@@ -182,11 +183,11 @@ def _reject_missing_parent(target: Path) -> None:
 
 @contextmanager
 def _reporting_kept_files(made: OutputFolder) -> Iterator[None]:
-    """On an interruption, name the folder of the finished frames in the message."""
+    """Add the folder of the finished frames to the message of an interruption."""
     try:
         yield
     except KeyboardInterrupt as error:
         if not made.contains_files():
             raise
-        message = f"interrupted; {made.path} holds the frames written so far"
+        message = f"interrupted; {made.path} has the finished frames"
         raise KeyboardInterrupt(message) from error

@@ -2,13 +2,13 @@
 
     with atomic_file(Path("a.bin")) as sink:            # visible only after the block ends
         sink.write(data)
-    with written_folder(Path("frames")) as made:        # the same for a folder
+    with written_folder(Path("frames")) as made:        # also visible only after the block ends
         made.write("frame_0000.ply", data)
 
-Output is written next to its target under a hidden random name, is locked while its
-process runs, and is removed if the work fails. Leftovers of a killed process are removed
-by the next process that writes the same target. Every folder lists its own files in a
-marker, and only files listed there are ever deleted.
+Output is written next to its target under a hidden random name, is locked while the writing process
+runs, and is removed after an error. If a process is killed, the next process that writes the same
+target removes the leftovers. Every folder lists its files in a marker, and only files that the
+marker lists are deleted.
 """
 
 from quarc_ref.files.atomic import atomic_file, sync_file, sync_folder, write_file

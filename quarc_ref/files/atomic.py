@@ -1,8 +1,8 @@
-"""Files that become visible only when they are complete.
+"""Writes files that become visible only when they are complete.
 
-A file is written beside its target under a new random name, so that no planted link is followed,
-and renamed when it is complete. It has the permissions of a new file, not those of the file that
-it replaces.
+A file is written next to its target under a new random name, so that no existing link is followed,
+and is renamed when it is complete. The file has the permissions of a new file, even if it replaces
+a file with different permissions.
 """
 
 import os
@@ -20,15 +20,15 @@ def atomic_file(target: Path, *, durable: bool = False) -> Iterator[BinaryIO]:
     """Open a file that replaces a target when the block ends without an error.
 
     Args:
-        target: Path of the file. An existing file or link is replaced; the target of the link is
-            unchanged.
+        target: Path of the file. An existing file or link is replaced; the file to which a link
+            points does not change.
         durable: Whether the file must survive a power failure once it is visible.
 
     Yields:
-        The file, to be written.
+        The open file.
 
     Raises:
-        OSError: It cannot be written.
+        OSError: The file cannot be written.
     """
     beside, file = _create_temporary(target)
     try:
@@ -48,7 +48,13 @@ def atomic_file(target: Path, *, durable: bool = False) -> Iterator[BinaryIO]:
 
 
 def write_file(target: Path, data: bytes, *, durable: bool = False) -> None:
-    """Write a file whose bytes are in memory, as `atomic_file` does."""
+    """Write bytes to a file that becomes visible only when it is complete.
+
+    Args:
+        target: Path of the file; an existing file or link is replaced.
+        data: Contents of the file.
+        durable: Whether the file must survive a power failure once it is visible.
+    """
     with atomic_file(target, durable=durable) as file:
         file.write(data)
 
@@ -60,7 +66,7 @@ def sync_file(file: BinaryIO) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Flush the names of a folder to disk, where the system supports that."""
+    """Flush the file names in a folder to disk, if the system supports it."""
     with suppress(OSError):
         number = os.open(folder, os.O_RDONLY)
         try:

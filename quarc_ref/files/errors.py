@@ -5,7 +5,7 @@ class OutputPathError(FileExistsError):
     """An existing file or folder must not be replaced, followed or written to.
 
     Attributes:
-        replaceable: Whether quarc-ref created it, so that it can be replaced on request.
+        replaceable: Whether quarc-ref created the existing folder, which `--force` can replace.
     """
 
     def __init__(self, message: str, *, replaceable: bool = False) -> None:

@@ -1,4 +1,4 @@
-"""Distinguishes files that a folder's marker lists, which may be removed, from foreign files."""
+"""Lists and removes the files in a folder's marker, and detects all other files."""
 
 import stat
 from contextlib import suppress
@@ -9,11 +9,11 @@ from quarc_ref.files.beside import PART, is_temporary_name
 from quarc_ref.files.errors import OutputPathError
 from quarc_ref.files.marker import MARKER, read_marker
 
-_DEPTH = 1  # subfolders of subfolders do not occur
+_DEPTH = 1  # Output folders have subfolders, but no subfolders of subfolders.
 
 
 def contains_files(folder: Path) -> bool:
-    """Return whether a folder exists and contains more than a marker."""
+    """Return whether a folder exists and contains any file other than a marker."""
     return folder.is_dir() and any(path.name != MARKER for path in folder.iterdir())
 
 
@@ -22,8 +22,8 @@ def require_no_foreign_files(folder: Path, depth: int = _DEPTH) -> None:
     stock = _list_contents(folder, depth)
     if stock.foreign:
         message = (
-            f"{folder} holds {stock.foreign[0].name}, which quarc-ref did not create (it is "
-            f"not listed in {MARKER}): remove it, or choose another folder"
+            f"{folder} contains {stock.foreign[0].name}, which quarc-ref did not create (it is "
+            f"not listed in {MARKER}): remove this file, or choose another folder"
         )
         raise OutputPathError(message)
     for path in stock.folders:
@@ -31,7 +31,7 @@ def require_no_foreign_files(folder: Path, depth: int = _DEPTH) -> None:
 
 
 def remove_listed_with_subfolders(folder: Path, depth: int = _DEPTH) -> None:
-    """Remove the files that a folder's marker lists, and the folder if it has no others.
+    """Remove the files that a folder's marker lists, and the folder if it is empty afterwards.
 
     Raises:
         OutputPathError: The marker is damaged.
@@ -59,7 +59,7 @@ def remove_listed(folder: Path, depth: int = _DEPTH) -> None:
 
 @dataclass(slots=True)
 class _Contents:
-    """Contents of a folder: files that its marker lists, and foreign ones."""
+    """Contents of a folder: files and subfolders that its marker lists, and all other paths."""
 
     files: list[Path] = field(default_factory=list)
     folders: list[Path] = field(default_factory=list)
@@ -84,5 +84,5 @@ def _list_contents(folder: Path, depth: int) -> _Contents:
 
 
 def _is_leftover_of(name: str, listed: set[str]) -> bool:
-    """Return whether a file was left by a killed process that was writing a listed file."""
+    """Return whether a file is the temporary file of a listed file, from a killed process."""
     return name.startswith(".") and any(is_temporary_name(name, each, PART) for each in listed)

@@ -1,4 +1,4 @@
-"""Output folders, which are filled under a hidden name and renamed, or filled in place."""
+"""Creates output folders: under a hidden name until they are complete, or in place."""
 
 import os
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ from quarc_ref.files.output_folder import (
 
 @contextmanager
 def written_folder(target: Path, *, replace: bool = False) -> Iterator[OutputFolder]:
-    """Yield a folder next to a target, which replaces it if the block ends without an error.
+    """Yield a temporary folder, which replaces a target if the block ends without an error.
 
     Args:
         target: Path of the folder; an empty folder may exist.
@@ -54,14 +54,14 @@ def written_folder(target: Path, *, replace: bool = False) -> Iterator[OutputFol
 def growing_folder(
     target: Path, *, replace: bool = False, keep: bool = False
 ) -> Iterator[OutputFolder]:
-    """Yield a folder that is filled in place; its files remain if the work fails.
+    """Yield a folder at its final path, whose files remain after an error.
 
-    A folder that is empty at the end is removed.
+    If the folder is empty at the end, it is removed.
 
     Args:
         target: Path of the folder; an empty folder may exist.
         replace: Whether to reuse a folder that quarc-ref created.
-        keep: Whether to keep its existing files.
+        keep: Whether to keep the existing files of the folder.
 
     Yields:
         The folder to fill.
@@ -95,7 +95,7 @@ def _open_in_place(target: Path, *, keep: bool) -> OutputFolder:
 
 
 def _require_free(target: Path, *, replace: bool) -> None:
-    """Raise OutputPathError if a folder must not be created at a path."""
+    """Raise OutputPathError if a path exists and is not a folder that can be replaced."""
     remove_leftovers(target)
     if not os.path.lexists(target):
         return
@@ -134,15 +134,15 @@ def _put_in_place(made: OutputFolder, target: Path, *, replace: bool) -> None:
     elif replace:
         _swap(made, target)
     else:
-        message = f"{target} was created by another process in the meantime"
+        message = f"{target} was created by another process at the same time: choose another path"
         raise OutputPathError(message)
 
 
 def _swap(made: OutputFolder, target: Path) -> None:
     """Replace an existing folder, and delete the files that its marker lists.
 
-    The old folder remains complete, at its path or renamed, until it is replaced. If this
-    process is killed, the next one restores it (`remove_leftovers`).
+    The old folder is renamed before the new folder takes its place. If the process is killed in
+    between, the next process restores the old folder (`remove_leftovers`).
     """
     old = replaced_name(made.path)
     with open_marker(target) as marker:

@@ -14,9 +14,9 @@ from quarc_ref.files.marker import MARKER
 def remove_leftovers(target: Path) -> None:
     """Remove temporary files that killed processes left next to a target.
 
-    Files of running processes and of other users are kept. If locking is not supported, all
-    files are kept. A folder that was renamed for a replacement that did not happen is
-    restored.
+    Files of running processes and of other users are kept. If the system does not support locks,
+    all files are kept. If a process was killed while it replaced the target folder, the old folder
+    is restored.
 
     Raises:
         OSError: A file cannot be removed.
@@ -29,7 +29,7 @@ def remove_leftovers(target: Path) -> None:
 
 
 def _list_names(folder: Path) -> list[str]:
-    with suppress(PermissionError):  # the folder is writable but not readable
+    with suppress(PermissionError):  # the folder may be writable but not readable
         return sorted(os.listdir(folder))
     return []
 
@@ -39,7 +39,7 @@ def _remove(path: Path, target: Path) -> None:
         return
     is_folder = path.is_dir()
     with suppress(OSError):
-        path.rmdir()  # its process was killed before it wrote the marker
+        path.rmdir()  # an empty folder: its process was killed before it wrote the marker
     try:
         file = open_regular(path / MARKER if is_folder else path)
     except OSError:

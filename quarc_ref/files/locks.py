@@ -1,7 +1,7 @@
 """Opens files without following links, and locks them while they are open.
 
-A lock shows other processes that the writer of a file is running; the system releases it
-when the process ends.
+A lock shows other processes that the writer of a file is running. The system releases the lock when
+the process ends.
 """
 
 import os
@@ -15,17 +15,17 @@ from quarc_ref.files.errors import OutputPathError
 
 CAN_LOCK = sys.platform != "win32"  # on Windows, open files cannot be renamed or removed
 _BINARY = getattr(os, "O_BINARY", 0)
-# opening a pipe would block
+# Without O_NONBLOCK, opening a pipe would block.
 _CAREFUL = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-_MODE = 0o666  # before the umask is applied
+_MODE = 0o666  # The umask removes some of these permissions.
 
 
 def open_regular(path: Path, flags: int = os.O_RDWR) -> BinaryIO:
-    """Open a regular file; new files get default permissions.
+    """Open a regular file for reading and writing; a new file gets default permissions.
 
     Args:
-        path: Path of the file; a symbolic link is rejected, not followed.
-        flags: Flags of `os.open`.
+        path: Path of the file; a symbolic link is rejected.
+        flags: Flags of `os.open`; with `os.O_RDONLY`, the file is opened only for reading.
 
     Raises:
         OutputPathError: The path exists and is not a regular file.
@@ -46,8 +46,8 @@ def lock(file: BinaryIO) -> bool | None:
     """Lock a file until it is closed.
 
     Returns:
-        True if the file is locked now, False if another process holds the lock, None if
-        the system or disk does not support locks.
+        True if the file is locked now, False if another process has locked the file, None if the
+        system or the disk does not support locks.
     """
     if sys.platform != "win32":
         import fcntl
@@ -62,7 +62,7 @@ def lock(file: BinaryIO) -> bool | None:
 
 
 def is_still_at(file: BinaryIO, path: Path) -> bool:
-    """Return whether an open file is still at a path; another process may have moved it."""
+    """Return whether a path still refers to an open file, which other processes may move."""
     with suppress(FileNotFoundError):
         return os.path.samestat(os.fstat(file.fileno()), path.lstat())
     return False

@@ -1,4 +1,4 @@
-"""Log files, which are written line by line and can be read during the work."""
+"""Opens log files, which other processes can read while lines are written."""
 
 import io
 import os
@@ -12,11 +12,11 @@ from quarc_ref.files.locks import open_regular
 
 @contextmanager
 def open_log(path: Path, *, keep: bool) -> Iterator[TextIO]:
-    """Open a file to append lines; it is removed if it remains empty.
+    """Open a file to append lines; if the file is empty at the end, it is removed.
 
     Args:
-        path: Path of the file, which is created if missing.
-        keep: Whether to keep its existing lines.
+        path: Path of the file; a missing file is created.
+        keep: Whether to keep the existing lines of the file.
 
     Raises:
         OutputPathError: The path is a symbolic link, or not a regular file.

@@ -1,9 +1,9 @@
-"""The marker of folders created by quarc-ref: `.quarc-ref-made`, which lists their files.
+"""Reads and writes markers: files `.quarc-ref-made`, which list the contents of output folders.
 
-The marker is text: a fixed line, then one name per line. Names of subfolders, which have
-their own markers, end with a slash. A name is listed before its file is created. Other
-users may be able to write markers, so only plain file names, which cannot lead out of the
-folder, are accepted.
+A marker is a text file with a fixed first line and a name in each further line. Names of subfolders
+end with a slash; every subfolder has another marker. A name is listed before its file is created.
+Because other users may be able to write markers, only plain file names are accepted, which cannot
+lead out of the folder.
 """
 
 import os
@@ -21,13 +21,13 @@ _BYTES_LIMIT = 1 << 26
 
 
 def begin_marker(marker: BinaryIO) -> None:
-    """Write an empty marker."""
+    """Write the first line of a marker, and remove all other lines."""
     marker.truncate(marker.seek(0))
     _write_line(marker, _FIRST_LINE)
 
 
 def append_line(marker: BinaryIO, line: str) -> None:
-    """List a file, or a folder with a trailing slash.
+    """Append the name of a file, or the name of a folder with a trailing slash, to a marker.
 
     Raises:
         ValueError: The name is not a plain file name.
@@ -40,7 +40,7 @@ def append_line(marker: BinaryIO, line: str) -> None:
 
 
 def continue_marker(marker: BinaryIO, folder: Path) -> set[str]:
-    """Read the lines of a marker, and prepare it for appending.
+    """Read the names in a marker, and prepare the marker for appending.
 
     Raises:
         OutputPathError: The marker is damaged.
@@ -53,7 +53,7 @@ def continue_marker(marker: BinaryIO, folder: Path) -> set[str]:
 
 
 def read_marker(folder: Path) -> set[str]:
-    """Read the lines of a folder's marker; none if there is no marker.
+    """Read the names in a folder's marker; return an empty set if the folder has no marker.
 
     Raises:
         OutputPathError: The marker is damaged.
@@ -71,9 +71,9 @@ def _write_line(marker: BinaryIO, line: str) -> None:
 
 
 def _read_lines(marker: BinaryIO, folder: Path) -> tuple[set[str], int]:
-    """Return the names in a marker, and the offset at which the last one ends.
+    """Return the names in a marker, and the offset at which the last complete line ends.
 
-    Bytes after it are an incomplete line of a killed process.
+    Bytes after that offset are an incomplete line of a killed process.
     """
     data = marker.read(_BYTES_LIMIT)
     end = data.rfind(b"\n") + 1
@@ -82,7 +82,7 @@ def _read_lines(marker: BinaryIO, folder: Path) -> tuple[set[str], int]:
     if not is_own or first != _FIRST_LINE or not all(map(_LINE.fullmatch, names)):
         message = (
             f"{folder / MARKER} is damaged, or was not written by quarc-ref: remove the "
-            "folder, or choose another one"
+            "folder, or choose another folder"
         )
         raise OutputPathError(message)
     return set(names), end

@@ -1,4 +1,4 @@
-"""Folders that are being filled, with a marker that lists every file before it is created."""
+"""Output folders, whose marker lists every file before the file is created."""
 
 import os
 import shutil
@@ -15,7 +15,7 @@ from quarc_ref.files.marker import MARKER, append_line, begin_marker, continue_m
 
 
 class OutputFolder:
-    """A folder that is being filled. Its marker is open and locked until `close`.
+    """An output folder, whose marker is open and locked until `close`.
 
     Args:
         path: Path of the folder.
@@ -24,8 +24,8 @@ class OutputFolder:
 
     Attributes:
         path: Path of the folder.
-        moved_to: Path of the replaced folder if it still has files that quarc-ref did
-            not create.
+        moved_to: Path of the replaced folder, if files that quarc-ref did not create are left in
+            that folder; otherwise None.
     """
 
     def __init__(self, path: Path, marker: BinaryIO, listed: Iterable[str] = ()) -> None:
@@ -35,7 +35,7 @@ class OutputFolder:
         self._listed = set(listed)
 
     def add(self, name: str) -> Path:
-        """List a file that will be created, and return its path.
+        """Add the name of a file to the marker before the file is created, and return its path.
 
         Raises:
             ValueError: The name is not a plain file name.
@@ -46,18 +46,18 @@ class OutputFolder:
 
     @contextmanager
     def open(self, name: str) -> Iterator[BinaryIO]:
-        """Open a file of the folder, which appears if the block ends without an error."""
+        """Open a new file in the folder, which is visible if the block ends without an error."""
         with atomic_file(self.add(name)) as file:
             yield file
 
     def write(self, name: str, data: bytes) -> Path:
-        """Write a file of the folder, and return its path."""
+        """Write a file into the folder, and return the file's path."""
         with self.open(name) as file:
             file.write(data)
         return self.path / name
 
     def link(self, name: str, source: Path) -> Path:
-        """Link or copy a file from elsewhere into the folder, and return its path there.
+        """Link or copy an existing file into the folder, and return the path of the new file.
 
         The file is hard-linked if the file system supports it, and copied otherwise.
 
@@ -78,22 +78,22 @@ class OutputFolder:
 
     @contextmanager
     def folder(self, name: str) -> Iterator["OutputFolder"]:
-        """Create a subfolder to fill within the block."""
+        """Create a subfolder, which is open until the block ends."""
         self._list(f"{name}/")
         (self.path / name).mkdir()
         with mark_folder(self.path / name) as made:
             yield made
 
     def contains_files(self) -> bool:
-        """Return whether any file has been created."""
+        """Return whether the folder contains any file other than the marker."""
         return contains_files(self.path)
 
     def empty(self) -> None:
-        """Remove the listed files."""
+        """Remove all files that the marker lists."""
         remove_listed(self.path)
 
     def close(self) -> None:
-        """Close the marker, which ends writing to this folder."""
+        """Close and unlock the marker; afterwards, no files can be added."""
         self._marker.close()
 
     def __enter__(self) -> "OutputFolder":
@@ -112,7 +112,7 @@ def mark_folder(path: Path) -> OutputFolder:
     """Write a marker into an empty folder.
 
     Raises:
-        FileExistsError: A marker exists, or another process has removed the new one.
+        FileExistsError: A marker exists, or another process has removed the new marker.
         OSError: The marker cannot be written.
     """
     marker = create_locked(path / MARKER)
@@ -149,7 +149,7 @@ def continue_folder(path: Path) -> OutputFolder:
     """Open an existing output folder, and keep its files.
 
     Raises:
-        OutputPathError: As for `open_marker`, or the marker is damaged.
+        OutputPathError: The folder has no valid marker, or another process is writing the folder.
         OSError: The marker cannot be opened.
     """
     with ExitStack() as opened:
@@ -160,10 +160,10 @@ def continue_folder(path: Path) -> OutputFolder:
 
 
 def empty_folder(path: Path) -> OutputFolder:
-    """Open an existing output folder, and remove its listed files.
+    """Open an existing output folder, and remove all files that its marker lists.
 
     Raises:
-        OutputPathError: As for `open_marker`, or the marker is damaged.
+        OutputPathError: The folder has no valid marker, or another process is writing the folder.
         OSError: A file cannot be removed, or the marker cannot be written.
     """
     with ExitStack() as opened:

@@ -1,8 +1,8 @@
 """Calls a function for many arguments, in local processes or on a Ray cluster.
 
-    run_jobs(encode_segment, [Job("frames 0 to 29", first), ...], Where(workers=2))
+    run_jobs(encode_segment, [Job("frames 0 to 29", segment), ...], WorkerPool(workers=2))
 
-This package is independent of the content of jobs.
+The package does not depend on what the function does.
 """
 
 from quarc_ref.jobs.job import Job, JobsError, WorkerPool

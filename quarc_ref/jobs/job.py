@@ -1,4 +1,4 @@
-"""Jobs, worker pools and outcomes."""
+"""Data types of jobs, worker pools and outcomes, and functions to run a pickled call."""
 
 import os
 import pickle
@@ -13,10 +13,10 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, slots=True)
 class Job(Generic[Argument]):
-    """An independent call.
+    """A function call that depends on no other call.
 
     Attributes:
-        name: Name for messages.
+        name: Name of the job in messages.
         argument: Argument of the function; must be picklable.
     """
 
@@ -31,10 +31,10 @@ class WorkerPool:
     Attributes:
         workers: Number of processes at a time on this machine or on a `local` cluster.
         threads: Number of threads of each job.
-        ray: Address of a Ray cluster for `ray.init`: `host:port`, `ray://host:port`,
-            `auto` for a running cluster on this machine, or `local` for a temporary one.
-            None for local processes.
-        gpus: Share of a cluster's GPU for each job.
+        ray: Address of a Ray cluster for `ray.init`: `host:port`, `ray://host:port`, `auto` for a
+            running cluster on this machine, or `local` for a temporary cluster. None to run jobs
+            in local processes.
+        gpus: Number of GPUs of the cluster for each job; may be a fraction.
 
     Raises:
         ValueError: A number is out of range.
@@ -52,7 +52,7 @@ class WorkerPool:
 
     @property
     def environment(self) -> dict[str, str]:
-        """Return the environment variables that limit the libraries of a job to its threads."""
+        """Environment variables that limit the number of threads of a job's libraries."""
         names = ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS", "MKL_NUM_THREADS")
         return dict.fromkeys(names, str(self.threads))
 
@@ -62,9 +62,9 @@ class Outcome:
     """Outcome of a job.
 
     Attributes:
-        result: Result of the function, pickled; empty if it raised.
-        fault: One-line error message; empty if there was no error.
-        details: Traceback of the error.
+        result: Pickled result of the function; empty if the function raised an error.
+        fault: Error message in one line; empty if there was no error.
+        details: Traceback of the error; empty if there was no error.
     """
 
     result: bytes = b""
@@ -73,7 +73,7 @@ class Outcome:
 
 
 class JobsError(RuntimeError):
-    """Some jobs have failed; all others are complete.
+    """Some jobs have failed; all other jobs are complete.
 
     Args:
         outcomes: Outcomes of the failed jobs, by name.
@@ -92,15 +92,15 @@ class JobsError(RuntimeError):
 
 
 def pack_call(function: Callable[[Any], Any], argument: object) -> bytes:
-    """Pickle a call, so that its libraries are imported only where it runs."""
+    """Pickle a function and its argument, so that only the worker imports their libraries."""
     return pickle.dumps((function, argument))
 
 
 def run_call(call: bytes, environment: Mapping[str, str]) -> Outcome:
-    """Run a packed call.
+    """Run a pickled call, and return its result or its error.
 
     Args:
-        call: Call packed by `pack_call`.
+        call: Pickled call from `pack_call`.
         environment: Environment variables to set before the call.
     """
     os.environ.update(environment)

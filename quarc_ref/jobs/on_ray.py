@@ -10,14 +10,14 @@ _LOCAL = "local"
 
 
 def run_on_ray(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple[int, Outcome]]:
-    """Run calls, as many at a time as the cluster has resources for.
+    """Run calls on a Ray cluster, which determines how many calls run at the same time.
 
     Yields:
         Index and outcome of each call, in the order of completion.
 
     Raises:
         ImportError: Ray is not installed.
-        ConnectionError: There is no cluster at the address.
+        ConnectionError: There is no Ray cluster at the address.
     """
     import ray
 

@@ -1,6 +1,7 @@
 """Runs each job in a new process on this machine.
 
-If a process is killed, only its job is lost. No process outlives its parent.
+If a process is killed, only the job of that process fails. All processes end when their parent
+process ends.
 """
 
 import multiprocessing
@@ -25,7 +26,7 @@ _PATIENCE = 10.0  # seconds before a process that does not end is killed
 
 
 def run_in_processes(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple[int, Outcome]]:
-    """Run calls, `pool.workers` at a time.
+    """Run each call in a new process; at most `pool.workers` processes run at the same time.
 
     Yields:
         Index and outcome of each call, in the order of completion.
@@ -51,14 +52,14 @@ def _start(call: bytes, pool: WorkerPool) -> "tuple[Pipe, BaseProcess]":
     process = _SPAWN.Process(target=_work, args=(theirs, call, pool.environment))
     with _environment(pool.environment):
         process.start()
-    theirs.close()  # only the process holds the other end, so the pipe closes when it ends
+    theirs.close()  # now only the process has the sending end, so the pipe closes when it exits
     return ours, process
 
 
 def _wait_for_ended(
     running: "dict[Pipe, tuple[int, BaseProcess]]",
 ) -> Iterator[tuple[int, Outcome]]:
-    """Wait until a process ends, remove ended ones from `running`, and yield their outcomes."""
+    """Wait until a process ends, remove all ended processes, and yield their outcomes."""
     for pipe in [pipe for pipe in running if pipe in wait(list(running))]:
         place, process = running.pop(pipe)
         try:
@@ -80,7 +81,7 @@ def _await_end(process: BaseProcess) -> None:
 
 @contextmanager
 def _environment(changes: Mapping[str, str]) -> Iterator[None]:
-    """Change the environment while a process starts, as it may load libraries before `_work`."""
+    """Change the environment of a starting process, which may load libraries before `_work`."""
     before = {name: os.environ.get(name) for name in changes}
     os.environ.update(changes)
     try:
@@ -94,10 +95,10 @@ def _environment(changes: Mapping[str, str]) -> Iterator[None]:
 
 
 def _work(pipe: "Pipe", call: bytes, environment: Mapping[str, str]) -> None:
-    """Run a call in this process and send its outcome."""
-    # the caller handles Ctrl-C, and ends this process
+    """Run a call in a new process, and send the outcome to the parent process."""
+    # The parent process handles Ctrl-C, and terminates the new process.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # gives the job time to save its work
+    # SIGTERM raises KeyboardInterrupt, so that the job can save its work.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     threading.Thread(target=_exit_with_caller, daemon=True).start()
     try:

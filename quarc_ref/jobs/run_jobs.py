@@ -14,23 +14,23 @@ def run_jobs(
     pool: WorkerPool,
     on_done: Callable[[str, int, int], object] | None = None,
 ) -> list[Result]:
-    """Call a function once per job, each in its own process.
+    """Call a function once per job, and run each call in a separate process.
 
-    A job that fails does not stop the others. If the caller is interrupted or killed, its
-    jobs end as well, so long jobs should save their progress in files.
+    A job that fails does not stop other jobs. If the caller is interrupted or killed, its jobs end
+    as well, so that long jobs should save their progress in files.
 
     Args:
-        function: Function that is importable by name where the jobs run, and returns a
-            picklable result.
-        jobs: Jobs in the order of starting.
+        function: Function that workers can import by name, and that returns a picklable result.
+        jobs: Jobs in the order in which they start.
         pool: Local processes, or a Ray cluster that can access the files of the jobs.
-        on_done: Called after each job with its name, the number of completed jobs, and the total.
+        on_done: Function to call after each job, with the name of the job, the number of completed
+            jobs and the number of all jobs.
 
     Returns:
         The results in the order of the jobs.
 
     Raises:
-        JobsError: Some jobs have failed; the results of the others are lost.
+        JobsError: Some jobs have failed; the results of all other jobs are discarded.
         ImportError: Ray is requested but not installed.
         ConnectionError: There is no Ray cluster at the address.
     """

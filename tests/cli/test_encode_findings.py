@@ -97,7 +97,7 @@ def test_one_training_camera_is_rejected_before_any_work(
 
     assert result.exit_code == 3
     assert "narrow has 1 training camera, but estimating depth needs at least 2" in result.stderr
-    assert "--no-checks encodes it anyway" in result.stderr
+    assert "use --no-checks to encode" in result.stderr
     assert list_names(tmp_path) == ["narrow"]
 
 

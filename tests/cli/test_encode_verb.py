@@ -295,8 +295,8 @@ def test_a_live_encode_can_be_read_while_it_is_written_and_keeps_its_frames(
 
     assert result.exit_code == 130
     assert result.stderr.splitlines()[-1] == (
-        f"quarc-ref: interrupted; {file} holds the frames written so far: "
-        "--resume continues after them"
+        f"quarc-ref: interrupted; {file} has the finished frames: "
+        "use --resume to encode the missing frames"
     )
     files = [read_json(each.stdout)["files"] for each in seen]
     assert files == [["frame_0000.ply"], ["frame_0000.ply", "frame_0001.ply"]]

@@ -150,7 +150,7 @@ def test_a_stream_that_does_not_name_its_capture_is_measured_with_a_warning(
     result = run("eval", tmp_path / "unnamed.quarc", capture, "--json")
 
     assert result.exit_code == 0
-    assert "has no fingerprint" in result.stderr
+    assert "the stream has no fingerprint of its capture" in result.stderr
     assert read_json(result.stdout)["same_capture"] is None
 
 

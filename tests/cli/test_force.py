@@ -48,7 +48,7 @@ def test_force_deletes_no_file_of_the_user_of_any_name(
 
     assert _read_all(mine) == before
     assert result.exit_code == 2
-    assert f"holds {sorted(names)[0].partition('/')[0]}" in result.stderr
+    assert f"contains {sorted(names)[0].partition('/')[0]}" in result.stderr
     assert "choose another folder" in result.stderr
 
 
@@ -61,7 +61,7 @@ def test_segments_of_the_user_are_not_deleted(option, capture, tmp_path):
 
     assert _read_all(mine) == before
     assert result.exit_code == 2
-    assert "holds frames_0.quarc" in result.stderr
+    assert "contains frames_0.quarc" in result.stderr
 
 
 def test_a_folder_of_the_command_has_a_marker_and_is_replaced(stream_file, tmp_path):
@@ -88,7 +88,7 @@ def test_a_demo_is_replaced_with_all_its_files(tmp_path):
     forced = run(*command, "--force")
 
     assert rejected.exit_code == 2
-    assert "report holds mine.txt" in rejected.stderr
+    assert "report contains mine.txt" in rejected.stderr
     assert forced.exit_code == 0, forced.stderr
     assert list_names(out) == ["capture", "demo.quarc", "report"]
     assert list_names(tmp_path) == ["out"]
@@ -127,6 +127,6 @@ def test_a_replacement_of_a_listed_file_is_not_deleted(kind, stream_file, tmp_pa
     result = run("decode", stream_file, "-o", out, "--force")
 
     assert result.exit_code == 2
-    assert "holds frame_0002.ply" in result.stderr
+    assert "contains frame_0002.ply" in result.stderr
     assert "mine" in {path.read_text() for path in tmp_path.rglob("a")}
     assert len(list_names(out)) == 4

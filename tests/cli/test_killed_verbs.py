@@ -64,5 +64,5 @@ def test_frames_of_a_growing_folder_stay_and_are_replaced_by_force(stream_file, 
 
     assert left == ["frame_0000.ply"]
     assert (rejected.exit_code, forced.exit_code) == (2, 0)
-    assert "out exists; --force replaces it" in rejected.stderr
+    assert "out exists: use --force to replace it" in rejected.stderr
     assert len(list_names(out)) == 4

@@ -24,7 +24,7 @@ app.main()
 @pytest.mark.parametrize(
     ("fault", "code", "message"),
     [
-        (KeyboardInterrupt(), 130, "--resume continues"),
+        (KeyboardInterrupt(), 130, "use --resume to"),
         (OSError(errno.ENOSPC, "No space left on device"), 3, "No space left"),
         (RuntimeError("out of memory"), 3, "out of memory"),
     ],
@@ -136,7 +136,8 @@ def test_a_training_interrupted_in_its_first_minute_is_kept_to_the_step(ending, 
     assert first.startswith("canonical 1/400: ")
     assert encoding.returncode == 128 + ending
     assert message.splitlines()[-1] == (
-        f"quarc-ref: interrupted; {training} holds the training of frame 0: --resume continues it"
+        f"quarc-ref: interrupted; {training} has the training state of frame 0: "
+        "use --resume to continue"
     )
     assert list_names(tmp_path) == [training.name]
     assert 0 < read_saved(training)["step"] < 400
@@ -164,11 +165,12 @@ def test_an_encode_interrupted_in_frame_0_resumes_its_training(
 
     assert (result.exit_code, list_names(tmp_path)) == (130, [training.name])
     assert result.stderr.splitlines()[-1] == (
-        f"quarc-ref: interrupted; {training} holds the training of frame 0: --resume continues it"
+        f"quarc-ref: interrupted; {training} has the training state of frame 0: "
+        "use --resume to continue"
     )
     rejected = run(*command)
     assert rejected.exit_code == 2
-    assert f"{training} remains from an interrupted encode" in rejected.stderr
+    assert f"{training} is from an interrupted encode" in rejected.stderr
     assert run(*command, "--resume").exit_code == 0
     assert file.read_bytes() == encoded.file.read_bytes()
     assert list_names(tmp_path) == [file.name]

@@ -72,8 +72,8 @@ def test_completed_segments_are_kept_and_partial_ones_resumed(
     resumed = run(*_command(capture, file, "--segments", 2, "--workers", 1, "--resume"))
 
     assert (broken.exit_code, left) == (130, [])
-    assert "a.quarc.segments holds the frames" in resumed_broken.stderr
-    assert (rejected.exit_code, "--resume continues" in rejected.stderr) == (2, True)
+    assert "a.quarc.segments has the finished frames" in resumed_broken.stderr
+    assert (rejected.exit_code, "use --resume to continue" in rejected.stderr) == (2, True)
     assert resumed.exit_code == 0
     assert file.read_bytes() == join_bytes(*parts)
     assert list_names(tmp_path) == ["a.quarc"]

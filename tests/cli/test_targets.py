@@ -135,7 +135,7 @@ def test_a_stream_is_not_written_to_a_terminal(monkeypatch):
 
 
 def test_an_interrupted_growing_folder_says_what_stays(old_folder):
-    with pytest.raises(KeyboardInterrupt, match="out holds the frames written so far"):
+    with pytest.raises(KeyboardInterrupt, match="out has the finished frames"):
         _write_frame(growing_folder, old_folder, force=True, fault=KeyboardInterrupt())
 
     assert (old_folder / "frame_1.ply").read_bytes() == b"new"
@@ -152,5 +152,6 @@ def test_files_added_to_a_folder_during_replacement_are_kept_and_named(old_folde
     assert list_names(kept) == ["notes.txt"]
     assert (kept / "notes.txt").read_text() == "mine"
     assert reported == (
-        f"quarc-ref: files were added to {old_folder} during the work; they were moved to {kept}\n"
+        f"quarc-ref: another program added files to {old_folder} while it was written; "
+        f"these files are now in {kept}\n"
     )

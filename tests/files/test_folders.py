@@ -112,7 +112,7 @@ def test_a_folder_is_replaced_only_on_request(make, old):
 @pytest.mark.parametrize("make", [written_folder, growing_folder])
 def test_a_folder_with_foreign_files_is_unchanged(make, old):
     (old / "thesis.tex").write_text("mine")
-    with pytest.raises(OutputPathError, match=r"out holds thesis\.tex, which") as caught:
+    with pytest.raises(OutputPathError, match=r"out contains thesis\.tex, which") as caught:
         _make(old, make=make, replace=True)
 
     assert not caught.value.replaceable
@@ -163,7 +163,7 @@ def test_a_folder_nested_too_deeply_is_foreign(tmp_path):
         inner.folder("innermost") as innermost,
     ):
         innermost.write("a.ply", b"made")
-    with pytest.raises(OutputPathError, match="inner holds innermost"):
+    with pytest.raises(OutputPathError, match="inner contains innermost"):
         _make(tmp_path / "out", replace=True)
 
 

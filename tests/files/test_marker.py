@@ -60,7 +60,7 @@ def test_an_incomplete_line_names_nothing(made):
     (made / "b").write_text("mine")
     with (made / MARKER).open("ab") as marker:
         marker.write(b"b")
-    with pytest.raises(OutputPathError, match="holds b"):
+    with pytest.raises(OutputPathError, match="contains b"):
         _replace(made)
     (made / "b").unlink()
     with growing_folder(made, replace=True, keep=True) as folder:

@@ -1,1 +1,1 @@
-"""The subcommands of `quarc-ref`: a module has one command, or a few similar ones."""
+"""The subcommands of `quarc-ref`; a module contains one command, or a few similar commands."""

@@ -43,7 +43,7 @@ def bench(
 
 
 def _describe(speed: "Speed") -> dict[str, str]:
-    """Return the output of `bench` as names and values."""
+    """Format a measured decoding speed as rows of a table."""
     warm = speed.warm_first_frame_s
     again = "" if warm is None else f", {warm:.2f} s with all code loaded"
     share = speed.stolen_share

@@ -1,4 +1,4 @@
-"""The `calibrate` command: turns recordings without poses into a capture."""
+"""The `calibrate` command: makes a capture from recordings without poses."""
 
 import time
 from pathlib import Path
@@ -69,8 +69,8 @@ def calibrate(
         typer.Option(
             "--intrinsics",
             metavar="CAPTURE",
-            help="Take the lenses from this capture, made with the same cameras, and keep "
-            "them fixed.",
+            help="Use the lenses of another capture that was made with the same cameras, and do "
+            "not optimize them.",
             callback=lambda path: path and check_folder(path),
         ),
     ] = None,
@@ -97,8 +97,8 @@ def calibrate(
         Literal["auto", "sound", "motion", "none"],
         typer.Option(
             "--sync",
-            help="How to estimate the time offsets between cameras: by sound, by motion or not at "
-            "all (none); auto uses sound if all cameras have it, else motion.",
+            help="How to estimate the time offsets between cameras: from sound, from motion, or "
+            "not at all (none). auto uses sound if all videos have sound, otherwise motion.",
         ),
     ] = "auto",
     up: Annotated[
@@ -123,7 +123,7 @@ def calibrate(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Turn recordings into a capture: find poses, lenses and time offsets of the cameras."""
+    """Make a capture from recordings: find poses, lenses and time offsets of the cameras."""
     with report_errors():
         from quarc_ref.calibration.calibrate import CalibrateOptions
         from quarc_ref.calibration.calibrate import calibrate as find
@@ -188,9 +188,7 @@ def _require_cameras(found: "Recordings", up: str, distance: "Distance | None") 
     named |= dict.fromkeys((distance.first, distance.second), "--meters") if distance else {}
     for name, option in named.items():
         if name not in found.names:
-            message = (
-                f"{option}: there is no camera {name}; the cameras are {', '.join(found.names)}"
-            )
+            message = f"{option}: there is no camera {name}; choose one of {', '.join(found.names)}"
             raise UsageError(message)
 
 
@@ -237,7 +235,7 @@ _OFFSETS = {
 
 
 def _list_values(rig: "Calibration") -> dict[str, object]:
-    """Return the calibration in the form of `docs/schemas/calibrate.json`."""
+    """Return a calibration as values of `docs/schemas/calibrate.json`."""
     confidence = rig.offsets.confidence
     return {
         "cameras": {

@@ -1,4 +1,4 @@
-"""The `synth` and `demo` commands, which ray-trace a capture."""
+"""The commands `synth`, which ray-traces a capture, and `demo`, which also encodes it."""
 
 from functools import partial
 from pathlib import Path
@@ -41,7 +41,7 @@ def synth(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Ray-trace a synthetic capture in N3DV's layout, in which cam00 is meant to be held out."""
+    """Ray-trace a synthetic capture in N3DV's layout; cam00 is intended as held-out camera."""
     with report_errors():
         from quarc_ref.datasets.calibration import require_video_size
         from quarc_ref.synth import SynthOptions, fill_synthetic_capture

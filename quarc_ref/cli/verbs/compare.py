@@ -140,7 +140,8 @@ def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[EntrySour
     """Parse the entries on the command line.
 
     Raises:
-        UsageError: There are fewer than two entries, or a size is malformed or belongs to no entry.
+        UsageError: There are fewer than two entries, or a size is malformed, or the path of a size
+            is not an entry.
     """
     from quarc_ref.evaluation.comparison.entries import Label
     from quarc_ref.evaluation.comparison.open_entries import EntrySource
@@ -165,7 +166,7 @@ def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[EntrySour
 
 
 def _parse_entry(text: str) -> tuple[str, Path]:
-    """Return the name of an entry, empty if none is given, and its path."""
+    """Return the name of an entry, which may be empty, and its path."""
     name, equals, path = text.partition("=")
     if not equals or Path(text).exists():
         name, path = "", text

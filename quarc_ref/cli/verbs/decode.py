@@ -39,8 +39,8 @@ def decode_frames(
             "--output",
             "-o",
             metavar="PATH",
-            help="Folder to create; or a file, for a single frame or a format that holds all "
-            "frames.",
+            help="Folder to create; or a file, if a single frame is decoded or the format stores "
+            "all frames in a file.",
         ),
     ],
     to: Annotated[
@@ -60,7 +60,7 @@ def decode_frames(
     past_damage: Annotated[
         bool,
         typer.Option(
-            "--recover", help="Continue after damage, and report the frames that are lost."
+            "--recover", help="Continue decoding after damage, and report the lost frames."
         ),
     ] = False,
     as_json: AsJson = False,
@@ -69,9 +69,9 @@ def decode_frames(
 ) -> None:
     """Decode frames into files for other programs, such as PATH/frame_0000.ply.
 
-    PATH/sequence.json holds frame rate, axes and cameras. Formats with all frames in one file write
-    PATH/frames.usdc or similar. With --follow each file appears as soon as its frame is decoded;
-    otherwise all files appear at the end.
+    PATH/sequence.json has frame rate, axes and cameras. A format with all frames in one file writes
+    PATH/frames.usdc or similar. With --follow, each file appears as soon as its frame is decoded;
+    otherwise, all files appear at the end.
     """
     waiting = follow_stream(file, patience, follow=follow)
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
@@ -107,7 +107,7 @@ def decode_frames(
 
 @contextmanager
 def _suggest_recovery(written: "Written", frames: str | None) -> Iterator[None]:
-    """Add the number of frames that `--recover` would keep to the message of an error."""
+    """Add the number of frames that `--recover` would keep to the message of a stream error."""
     try:
         yield
     except UnknownCriticalError:  # an unknown critical chunk stops --recover as well

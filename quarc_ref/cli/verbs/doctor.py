@@ -1,4 +1,4 @@
-"""The `doctor` command: finds problems of a capture before hours are spent on encoding."""
+"""The `doctor` command: finds problems of a capture before an encode of several hours."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -50,13 +50,13 @@ def doctor(
         str,
         typer.Option(
             "--preset",
-            help="Preset whose time and size are forecast; demo is the fastest.",
+            help="Preset of the encode whose time and size are forecast; demo is the fastest.",
             autocompletion=complete_preset,
         ),
     ] = "main",
     device: Annotated[
         Literal["auto", "cpu", "cuda"],
-        typer.Option("--device", help="Device whose time is forecast."),
+        typer.Option("--device", help="Device of the encode whose time is forecast."),
     ] = "auto",
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -101,7 +101,7 @@ def _examine(folder: Path, examination: "Examination") -> "Diagnosis":
 
 
 def _describe(found: "Diagnosis", preset: str) -> dict[str, str]:
-    """Return the findings and the forecast as rows of a table."""
+    """Format the properties of a capture and the forecast of its encode as rows of a table."""
     rows = {"layout": found.layout or "unknown"}
     if found.capture is not None:
         rows |= _describe_capture(found.capture)
@@ -138,7 +138,7 @@ def _describe_capture(capture: "Capture") -> dict[str, str]:
 def _as_json(
     folder: Path, found: "Diagnosis", opening: "CaptureOptions", *, quick: bool, preset: str
 ) -> dict[str, object]:
-    """Return the findings and the forecast in the form of docs/schemas/doctor.json."""
+    """Return a diagnosis as values of `docs/schemas/doctor.json`."""
     capture, forecast = found.capture, found.forecast
     return {
         "folder": str(folder),
@@ -169,7 +169,7 @@ def _as_json(
 
 
 def _duration(seconds: float) -> str:
-    """Format a duration in seconds, minutes or hours."""
+    """Format a duration, given in seconds, with the unit s, min or h."""
     if seconds < 90:
         return f"{seconds:.1f} s" if seconds < 10 else f"{seconds:.0f} s"
     minutes = seconds / 60
@@ -177,7 +177,7 @@ def _duration(seconds: float) -> str:
 
 
 def _bytes(count: float) -> str:
-    """Format a number of bytes in units of 1024."""
+    """Format a number of bytes with a unit from B to TB; a KB is 1024 bytes."""
     for unit in _UNITS[:-1]:
         if count < 1000:
             return f"{count:.3g} {unit}"

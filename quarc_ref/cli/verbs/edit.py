@@ -1,4 +1,4 @@
-"""The `cut` and `join` commands."""
+"""The `cut` and `join` commands, which copy frames of streams without re-encoding."""
 
 from contextlib import ExitStack
 from pathlib import Path
@@ -77,7 +77,8 @@ def join(
 
         if STANDARD_STREAM in files:
             message = (
-                "join reads every stream twice: save the stream from standard input to a file first"
+                "join cannot read from standard input, because it reads every stream twice: save "
+                "the stream to a file first"
             )
             raise UsageError(message)
         _reject_shared_output(output, as_json=as_json)
@@ -90,12 +91,12 @@ def join(
 def _reject_shared_output(output: Path, *, as_json: bool) -> None:
     """Raise UsageError if both the stream and JSON would be written to standard output."""
     if as_json and str(output) == STANDARD_STREAM:
-        message = "-o - and --json both write to standard output"
+        message = "-o - and --json both write to standard output: give a path to -o"
         raise UsageError(message)
 
 
 def _show(schema: str, output: Path, count: int, *, as_json: bool) -> None:
-    """Print a summary, unless the stream was written to standard output."""
+    """Print frames and bytes of a stream, unless it was written to standard output."""
     if str(output) == STANDARD_STREAM:
         return
     size = output.stat().st_size

@@ -35,8 +35,8 @@ def edit(
         typer.Option(
             "--crop",
             metavar="X,Y,Z,X,Y,Z",
-            help="Keep only Gaussians in a box, given by its two corners in world units; may be "
-            "repeated.",
+            help="Keep only Gaussians inside a box, given by two opposite corners in world units; "
+            "may be repeated.",
         ),
     ] = None,
     drop: Annotated[
@@ -44,7 +44,8 @@ def edit(
         typer.Option(
             "--drop",
             metavar="X,Y,Z,R",
-            help="Remove Gaussians in a sphere, given by its center and radius; may be repeated.",
+            help="Remove Gaussians inside a sphere, given by center and radius in world units; may "
+            "be repeated.",
         ),
     ] = None,
     transform: Annotated[
@@ -61,13 +62,13 @@ def edit(
         typer.Option(
             "--recolor",
             metavar="NAME=VALUE",
-            help="gain multiplies all colors; red, green, blue are added to them (1 is white); may "
-            "be repeated.",
+            help="Change colors: gain multiplies all channels; red, green and blue are added to "
+            "one channel (1 is white). May be repeated.",
         ),
     ] = None,
     profile: Annotated[
         Literal["fine", "coarse"],
-        typer.Option("--profile", help="Error bounds for frames that must be fitted again."),
+        typer.Option("--profile", help="Error bounds for edits that fit frames again."),
     ] = "fine",
     as_json: AsJson = False,
     force: Force = False,
@@ -75,14 +76,14 @@ def edit(
 ) -> None:
     """Crop, erase, rotate or recolor all frames of a stream in the same way.
 
-    Pure color changes are exact, in integers. Other edits change the anchors: frames are fitted
-    again, as in `import`, and their errors are checked against bounds. No pictures are needed.
+    Color changes alone are exact, in integers. All other edits change the anchors: frames are
+    fitted again, as in `import`, and no error exceeds its bound. No pictures are needed.
     """
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.streams import open_source
 
         if as_json and str(output) == STANDARD_STREAM:
-            message = "-o - and --json both write to standard output"
+            message = "-o - and --json both write to standard output: give a path to -o"
             raise UsageError(message)
         asked = _parse_edit(crop or [], drop or [], transform, recolor or [])
         with open_source(file) as source, written_stream(output, force=force) as sink:
@@ -93,7 +94,7 @@ def edit(
 def _write(
     source: "Source", sink: BinaryIO, asked: "Edit", profile: str, progress: "Progress"
 ) -> "tuple[int, SceneReport | None]":
-    """Write the stream; return its frame count, and a report if frames were fitted again."""
+    """Write the edited stream; return its frame count, and a report if frames were fitted again."""
     from quarc_ref.encoder.scenes.bounds import PROFILES
     from quarc_ref.encoder.scenes.encode_scenes import SceneOptions
     from quarc_ref.encoder.scenes.fit_edit import encode_edited
@@ -170,7 +171,7 @@ def _parse_colors(changes: list[str]) -> "Recoloring":
 
 
 def _show(output: Path, count: int, report: "SceneReport | None", *, as_json: bool) -> None:
-    """Print a summary, unless the stream is written to standard output."""
+    """Print the size and the errors of a stream, unless it was written to standard output."""
     if str(output) == STANDARD_STREAM:
         return
     size, method = output.stat().st_size, "fitted" if report else "exact"

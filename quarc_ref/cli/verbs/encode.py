@@ -1,4 +1,4 @@
-"""The `encode` command: encodes a capture to a stream in a file or pipe."""
+"""The `encode` command: encodes a capture to a stream in a file or a pipe."""
 
 import time
 from pathlib import Path
@@ -142,11 +142,11 @@ def _encode_one_segment(work: EncodeJob, output: Path, wanted: WriteMode) -> Non
 def _change_settings(
     preset: str, settings: list[str] | None, asked: dict[str, float | None], seed: int, version: str
 ) -> "EncoderConfig":
-    """Return the preset with the changes of `--set` and of options such as `--lambda`.
+    """Return the settings of a preset, changed by `--set` and by options such as `--lambda`.
 
     Raises:
-        UsageError: A setting does not exist, or its value is not allowed or not supported by format
-            1.0.
+        UsageError: A setting does not exist, its value is not allowed, or format 1.0 does not
+            support the value.
     """
     if version == "1.0":
         is_asked = asked["canonical.snapshot_interval"] is not None
@@ -156,7 +156,7 @@ def _change_settings(
 
 
 def _show(output: Path, found: Warnings, seconds: float, *, as_json: bool) -> None:
-    """Print a summary of the stream."""
+    """Print the sizes of the stream, the findings and the time of the encode."""
     from quarc_ref.inspection.inspect_stream import inspect_stream
 
     summary = inspect_stream(output.read_bytes())

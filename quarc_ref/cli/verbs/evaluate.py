@@ -77,7 +77,7 @@ def evaluate(
 
 @contextmanager
 def _rejected(file: str, *, as_json: bool) -> Iterator[None]:
-    """Raise UsageError if the capture does not match the stream."""
+    """Convert errors about a capture that does not match the stream to UsageError."""
     from quarc_ref.evaluation.same_capture import MismatchError, OtherCaptureError
 
     try:
@@ -86,7 +86,7 @@ def _rejected(file: str, *, as_json: bool) -> Iterator[None]:
         if as_json:
             captures = {"fingerprint": error.fingerprint, "encoded_from": error.encoded_from}
             print_json("eval-refused/1", {"file": file, "same_capture": False, **captures})
-        message = f"{error}: --other-capture measures the stream anyway"
+        message = f"{error}: use --other-capture to measure the stream nevertheless"
         raise UsageError(message) from error
     except MismatchError as error:
         raise UsageError(str(error)) from error
@@ -95,7 +95,8 @@ def _rejected(file: str, *, as_json: bool) -> Iterator[None]:
 def _warn_of_other_capture(protocol: "Protocol") -> None:
     if protocol.same_capture is None:
         print_message(
-            "the stream has no fingerprint, so it is unknown whether it was made from this capture"
+            "the stream has no fingerprint of its capture, so it may have been made from another "
+            "capture"
         )
     elif not protocol.same_capture:
         print_message(
@@ -119,10 +120,10 @@ def show_evaluation(
     """Print an evaluation, as JSON or as text.
 
     Args:
-        schema: Schema for `print_json`.
-        file: The stream.
-        evaluation: Its measurements.
-        page: Page of the report; None if none was written.
+        schema: Name and version of the JSON schema, such as `eval/3`.
+        file: Path of the stream.
+        evaluation: Measurements of the stream.
+        page: Path of the report page; None if no report was written.
         as_json: Whether to print JSON.
     """
     summary, quality = evaluation.summary, evaluation.quality

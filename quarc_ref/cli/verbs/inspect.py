@@ -20,7 +20,7 @@ _FRAME_HEADINGS = (
 def inspect(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> None:
     """Show the chunks, frames and symbols of a stream, with sizes and estimated entropy.
 
-    Sizes are bytes. An estimate is the zero-order entropy of the same symbols.
+    Sizes are in bytes. An estimate is the zero-order entropy of the coded symbols.
     """
     with report_errors():
         from quarc_ref.inspection.inspect_stream import inspect_stream

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _FRAME_WIDTH = 960
 _FRAME_HEIGHT = 600  # pixels, for streams without cameras
-_BAR_HEIGHT = 93  # pixels: the player's controls on a page of this width
+_BAR_HEIGHT = 93  # pixels: height of the player's controls on a page of width _FRAME_WIDTH
 
 
 def publish(
@@ -50,8 +50,8 @@ def publish(
 ) -> None:
     """Create a folder for any web server, with a page that plays a stream.
 
-    Prints the iframe that embeds the page in another one. If the extra "media" is
-    installed, the page has a poster, which is a picture of the first frame.
+    Prints an iframe that embeds the page into other pages. If the extra "media" is installed, the
+    page has a poster, which is a picture of the first frame.
     """
     with report_errors():
         from quarc_ref.streams import open_source
@@ -83,7 +83,7 @@ def _require_url(url: str) -> str:
 
 
 def _draw_poster(source: "Source", camera: "Camera | None") -> bytes | None:
-    """Render the poster as JPEG; without a camera or renderer, print why and return None."""
+    """Render the poster as JPEG; print a message and return None if that is not possible."""
     if camera is None:
         print_message("the page has no poster, because the stream has no cameras")
         return None
@@ -99,7 +99,7 @@ def _draw_poster(source: "Source", camera: "Camera | None") -> bytes | None:
 
 
 def _size_iframe(camera: "Camera | None") -> tuple[int, int]:
-    """Return the iframe's width and height in pixels, for the camera's picture and the controls."""
+    """Return width and height of the iframe in pixels, for a camera's picture and the controls."""
     from quarc_ref.viewing.outline import fit_height
 
     height = _FRAME_HEIGHT if camera is None else fit_height(camera, _FRAME_WIDTH)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from quarc_ref.viewing.outline import Outline
     from quarc_ref.viewing.paths.pose import Shot
 
-_MAX_PIXELS = 6 << 20  # 2.7K has 5.5 million; a malicious stream may declare any size
+_MAX_PIXELS = 6 << 20  # A 2.7K picture has 5.5 million; a malicious stream may declare any size.
 
 
 def render(
@@ -43,7 +43,7 @@ def render(
     camera: Annotated[
         str | None,
         typer.Option(
-            "--camera", metavar="NAME", help="A camera of the stream; the first by default."
+            "--camera", metavar="NAME", help="Camera of the stream; the first camera by default."
         ),
     ] = None,
     to: Annotated[
@@ -60,8 +60,8 @@ def render(
             "--path",
             metavar="orbit|spiral|interpolate|FILE",
             help="Move the camera: on a circle around the center of the scene (orbit), on a "
-            "spiral in front of it (spiral), through all cameras (interpolate), or along the "
-            "keyframes of a JSON file.",
+            "spiral in front of the scene (spiral), through the poses of all cameras "
+            "(interpolate), or along the poses in a JSON file.",
             show_default="the camera does not move",
         ),
     ] = None,
@@ -72,7 +72,7 @@ def render(
             min=1,
             max=1 << 20,
             metavar="N",
-            help="Number of pictures along a path; the frames are distributed evenly over them.",
+            help="Number of pictures along a path, over which the frames are distributed evenly.",
             show_default="one per frame",
         ),
     ] = None,
@@ -80,8 +80,8 @@ def render(
         bool,
         typer.Option(
             "--depth",
-            help="Draw depth: a folder of 16-bit PNG or, with --to npz, float32; depth.json has "
-            "scales and cameras.",
+            help="Render depth into a folder of 16-bit PNG files or, with --to npz, float32 "
+            "arrays; depth.json has scales and cameras.",
         ),
     ] = False,
     frames: Frames = None,
@@ -95,14 +95,15 @@ def render(
             "--max-pixels",
             min=1,
             metavar="N",
-            help="Reject larger pictures, because a stream may have cameras of any size.",
+            help="Reject pictures with more than N pixels, because a stream may declare any size.",
         ),
     ] = _MAX_PIXELS,
     pixels: Annotated[
         Literal["yuv444p", "yuv420p"] | None,
         typer.Option(
             "--pixels",
-            help="Pixel format of a video: yuv420p halves the color detail, and plays anywhere.",
+            help="Pixel format of a video: yuv420p halves the color resolution, and more players "
+            "support it.",
             show_default="yuv444p",
         ),
     ] = None,
@@ -110,10 +111,10 @@ def render(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Render what a camera of a stream sees, as a video or a folder of PNG files.
+    """Render a stream from one of its cameras, as a video or a folder of PNG files.
 
-    Pictures are those that `eval` measures, rounded to 8 bits; videos are H.264 at CRF 6,
-    or VP9. With --path the camera moves while the stream plays.
+    Pictures equal those that `eval` measures, rounded to 8 bits. Videos are H.264 with CRF 6, or
+    VP9. With --path, the camera moves while the stream plays.
     """
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.rendering.pictures import render_depth
@@ -168,7 +169,7 @@ def _choose_shots(
     path: str | None,
     pictures: int | None,
 ) -> "list[Shot]":
-    """Return the shots to draw, of which there is at least one."""
+    """Return at least one shot to draw; raise UsageError if the requested frames do not exist."""
     from quarc_ref.viewing.paths.pose import PathError, Shot
     from quarc_ref.viewing.paths.shots import plan_shots
 
@@ -188,7 +189,7 @@ def _choose_shots(
 
 
 def _with_progress(drawn: Iterator[Any], progress: TerminalProgress, total: int) -> Iterator[Any]:
-    """Yield the drawn shots, and show progress."""
+    """Yield drawn pictures, and show progress."""
     for done, each in enumerate(drawn, start=1):
         progress.advance("render", done, total)
         yield each

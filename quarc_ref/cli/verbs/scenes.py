@@ -38,8 +38,8 @@ def import_frames(
         Literal["fine", "coarse"],
         typer.Option(
             "--profile",
-            help="Named error bounds. coarse needs fewer bytes than fine: its bounds are two to "
-            "three times as large, and larger still where errors are less visible.",
+            help="Set of error bounds. coarse gives fewer bytes than fine: its bounds are two to "
+            "three times as large, and even larger where errors are less visible.",
         ),
     ] = "fine",
     bound: Annotated[
@@ -79,7 +79,7 @@ def import_frames(
     """Encode Gaussians that another method trained, without pictures.
 
     Gaussians are identified across frames by ids or by the order of rows. Every frame is decoded
-    and compared with the input, which ensures that no error exceeds its bound.
+    and compared with the input, so that no error exceeds its bound.
     """
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.encoder.scenes.bounds import PROFILES
@@ -87,7 +87,7 @@ def import_frames(
         from quarc_ref.export.frames_in import open_frames
 
         if as_json and str(output) == STANDARD_STREAM:
-            message = "-o - and --json both write to standard output"
+            message = "-o - and --json both write to standard output: give a path to -o"
             raise UsageError(message)
         bounds = _change_bounds(PROFILES[profile], bound or [])
         _reject_capture(source)
@@ -103,7 +103,7 @@ def import_frames(
 
 
 def _reject_capture(source: Path) -> None:
-    """Raise UsageError if the source is a folder of pictures, which `encode` takes."""
+    """Raise UsageError if the source is a capture or a folder of videos, which are for `encode`."""
     if source.is_file():
         return
     from quarc_ref.datasets.layouts.table import describe_capture
@@ -126,7 +126,7 @@ def _read(frames: "FramesIn") -> "Iterator[GivenFrame]":
 
 
 def _describe(frames: "FramesIn", fps: float | None, up: str | None) -> "SceneOptions":
-    """Return the options stored with the source, overridden by those on the command line."""
+    """Return the options from the source's sidecar and files, overridden by `--fps` and `--up`."""
     from quarc_ref.encoder.scenes.encode_scenes import SceneOptions
 
     options, sidecar = SceneOptions(), frames.sidecar
@@ -169,7 +169,7 @@ def _change_bounds(bounds: "Bounds", changes: list[str]) -> "Bounds":
 
 
 def _show(output: Path, report: "SceneReport", *, as_json: bool) -> None:
-    """Print a summary, unless the stream is written to standard output."""
+    """Print the size and the errors of a stream, unless it was written to standard output."""
     from dataclasses import asdict
 
     if str(output) == STANDARD_STREAM:

@@ -1,4 +1,4 @@
-"""The `info` and `verify` commands, which describe and check a stream."""
+"""The `info` and `verify` commands: `info` summarizes a stream, `verify` checks it."""
 
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Annotated
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def info(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> None:
-    """Summarize a stream: counts, bytes by kind, and the paper's estimate of these bytes."""
+    """Summarize a stream: counts, bytes by kind, and the paper's estimate of the bytes."""
     with report_errors():
         from quarc_ref.inspection.inspect_stream import inspect_stream
         from quarc_ref.streams import open_source
@@ -38,9 +38,9 @@ def verify(
         bool,
         typer.Option(
             "--deep",
-            help="Also check that both entropy decoders agree and that decoding from every seek "
-            "point gives the same states, and show how close the stream is to its level's "
-            "limits.",
+            help="Also check that both entropy decoders agree, and that decoding from every seek "
+            "point gives the same states. Also print the stream's largest values and the limits of "
+            "its conformance level.",
         ),
     ] = False,
     follow: FollowFlag = False,
@@ -48,7 +48,7 @@ def verify(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Decode a whole stream and check every CRC and every state."""
+    """Decode a whole stream, and check every CRC and every state."""
     waiting = follow_stream(file, patience, follow=follow)
     with report_errors(), TerminalProgress(quiet=quiet) as progress, ExitStack() as stack:
         from quarc_ref.streams import open_source
@@ -76,11 +76,11 @@ def verify(
 
 
 class _Verification:
-    """Progress and result of `verify`.
+    """Runs the checks of `verify`, and stores their results.
 
     Attributes:
         frames: Number of decoded frames.
-        digest: Digest of the last decoded state.
+        digest: Digest of the last decoded state; None before the first frame.
     """
 
     def __init__(self, progress: TerminalProgress) -> None:
@@ -115,7 +115,7 @@ class _Verification:
 
 
 def describe_verification(proof: "Verification") -> dict[str, str]:
-    """Return the output of `verify --deep` as names and values."""
+    """Format the results of `verify --deep` as rows of a table."""
     bits = f"{proof.bits:,} bits in {proof.sections:,} sections"
     coders = f"both decoders give the same {bits}"
     if proof.entropy_decoders == 1:
@@ -134,7 +134,7 @@ def describe_verification(proof: "Verification") -> dict[str, str]:
 
 
 def describe(summary: "StreamSummary") -> dict[str, str]:
-    """Return the output of `info` as names and values."""
+    """Format a summary of a stream as rows of a table."""
     from quarc_ref.inspection.stream_summary import KINDS
 
     coded, estimate = summary.coded_bytes(), summary.estimate_bytes()

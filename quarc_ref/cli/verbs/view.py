@@ -41,8 +41,8 @@ def view(
         typer.Option(
             "--allow-host",
             metavar="NAME",
-            help="Also accept requests for this host name, such as that of a reverse proxy or "
-            "tunnel; may be repeated.",
+            help="Also accept requests for another host name, such as the name of a reverse proxy "
+            "or tunnel; may be repeated.",
             show_default=False,
         ),
     ] = None,
@@ -60,10 +60,10 @@ def view(
     patience: Patience = PATIENCE,
     as_json: AsJson = False,
 ) -> None:
-    """Play a stream in a browser, which decodes and renders it. Ctrl-C stops the server.
+    """Play a stream in a browser, which decodes and renders the stream. Ctrl-C stops the server.
 
-    The URL contains a random token, so only those who know it can open the page. Streams
-    from standard input and streams with --follow play while they arrive.
+    The URL contains a random token, so that only people who know the URL can open the page. A
+    stream from standard input or with --follow plays while it is received.
     """
     waiting = follow_stream(file, patience, follow=follow)
     with report_errors():
@@ -82,7 +82,7 @@ def view(
 
 
 class _Stream(NamedTuple):
-    """A stream, and the options of the page that plays it."""
+    """An open stream, and the options of its page."""
 
     source: "Source"
     options: "PageOptions"
@@ -90,7 +90,7 @@ class _Stream(NamedTuple):
 
 @contextmanager
 def _open_stream(name: str, options: "PageOptions", follow: "Follow | None") -> Iterator[_Stream]:
-    """Open a stream, and check everything before its first frame."""
+    """Open a stream, and check that its first camera or the requested camera exists."""
     from quarc_ref.streams import open_source
     from quarc_ref.streams.follow import poll
     from quarc_ref.viewing.outline import read_cameras
