@@ -45,7 +45,7 @@ class FirstFrame:
         views = [project_points(camera, points.positions) for camera in cameras]
         found = compare_colors(cameras, views, points.colors, iter(self.pictures))
         blind = [index for index, view in enumerate(views) if not view.is_visible.any()]
-        wrong = {*blind, *found.wrong, *(picture for picture, _ in found.mixed_up)}
+        wrong = {*blind, *found.wrong_cameras, *(picture for picture, _ in found.mixed_up_pairs)}
         return [self.cameras[index].name for index in sorted(wrong)]
 
 

@@ -1,1 +1,1 @@
-"""Checks of a capture before training."""
+"""Checks that find faults of a capture before hours are spent on training."""

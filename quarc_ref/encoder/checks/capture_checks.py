@@ -1,9 +1,9 @@
-"""Checks before training whether a capture can be encoded with good quality, or at all.
+"""Checks on frame 0 whether a capture can be encoded, and with good quality.
 
-The initial points show where the scene is. If training views hardly see them, see them
-from very different directions, or show other colors at their projections, training
-overfits the individual views. Thresholds were chosen on traced and real captures with 3
-to 30 cameras: docs/experiments/capture-checks.md.
+The initial points show where the scene is. Training overfits the individual views if they
+hardly see the points, see the points from very different directions, or show other colors
+at the projected points. Thresholds were chosen on synthetic and real captures with 3 to 30
+cameras (docs/experiments/capture-checks.md).
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,24 +22,26 @@ from quarc_ref.format.errors import UnusableCaptureError
 
 _MAX_POINTS = 20000
 _MIN_VIEWS = 2
-_ENOUGH_VIEWS = 3  # views that should see a point: with two, depth along the baseline is ambiguous
-_MAX_SEEN_BY_FEW = 0.5
-_MAX_DEGREES = 25.0
-_MAX_OUTSIDE = 0.2
-_MIN_OF_MEDIAN = 0.02
-_MIN_RADIUS = 0.01  # relative to the cameras' distance from the points they see: half a degree
+# Number of views that should see a point: two views leave depth along the baseline ambiguous.
+_RECOMMENDED_VIEWS = 3
+_MAX_RARELY_SEEN_FRACTION = 0.5
+_MAX_PARALLAX_DEGREES = 25.0
+_MAX_OUTSIDE_FRACTION = 0.2
+_MIN_MEDIAN_FRACTION = 0.02
+# Radius of the camera centers relative to the median distance of the points: half a degree.
+_MIN_RELATIVE_RADIUS = 0.01
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _ProjectedPoints:
-    """Some initial points, projected into all training views.
+    """A random sample of the initial points, projected into all training views.
 
     Attributes:
-        cameras: The training views.
+        cameras: The training cameras.
         positions: `[P, 3]` positions, world units.
-        colors: `[P, 3]` sRGB colors.
-        views: Projections of the points, one per camera.
-        is_visible: `[V, P]` whether a camera sees a point.
+        colors: `[P, 3]` sRGB colors, 0 to 255.
+        views: Projection of the points into each camera.
+        is_visible: `[V, P]` whether a point is inside the picture of a camera.
     """
 
     cameras: tuple[Camera, ...]
@@ -50,10 +52,10 @@ class _ProjectedPoints:
 
 
 def check_capture(capture: Capture) -> list[Finding]:
-    """Find reasons to expect poor quality, using frame 0 only.
+    """Find reasons to expect poor quality, using only frame 0.
 
     Args:
-        capture: The capture, whose held-out cameras are not read.
+        capture: Capture, whose held-out cameras are not read.
 
     Raises:
         UnusableCaptureError: The capture cannot be encoded with useful quality.
@@ -63,11 +65,11 @@ def check_capture(capture: Capture) -> list[Finding]:
     if len(cameras) < _MIN_VIEWS:
         message = (
             f"capture {capture.name} has {len(cameras)} training camera, but estimating depth "
-            f"needs at least {_MIN_VIEWS}: hold out fewer cameras, or add some"
+            f"needs at least {_MIN_VIEWS}: hold out fewer cameras, or add cameras"
         )
         raise UnusableCaptureError(message)
-    seen = _measure_visibility(capture, cameras)
-    if not seen.is_visible.any():
+    projected = _measure_visibility(capture, cameras)
+    if not projected.is_visible.any():
         message = (
             f"none of the {len(capture.points.positions)} initial points of capture "
             f"{capture.name} is visible in a training view: check that poses and points have "
@@ -75,51 +77,55 @@ def check_capture(capture: Capture) -> list[Finding]:
         )
         raise UnusableCaptureError(message)
     return [
-        *_find_lost_points(seen),
-        *_find_blind_cameras(seen),
-        *_find_one_place(seen),
-        *_find_too_few_cameras(seen),
-        *_find_wrong_poses(capture, seen),
-        *find_odd_pictures(seen.cameras, seen.views, _read_first(capture)),
+        *_find_points_outside_views(projected),
+        *_find_blind_cameras(projected),
+        *_find_coinciding_cameras(projected),
+        *_find_too_few_cameras(projected),
+        *_find_wrong_poses(capture, projected),
+        *find_odd_pictures(projected.cameras, projected.views, _read_first_frame(capture)),
     ]
 
 
 def _measure_visibility(capture: Capture, cameras: tuple[Camera, ...]) -> _ProjectedPoints:
     points = capture.points
-    drawn = np.random.default_rng(0).permutation(len(points.positions))[:_MAX_POINTS]
-    positions = points.positions[drawn]
+    sample = np.random.default_rng(0).permutation(len(points.positions))[:_MAX_POINTS]
+    positions = points.positions[sample]
     views = tuple(project_points(camera, positions) for camera in cameras)
-    within = np.stack([view.is_visible for view in views])
-    return _ProjectedPoints(cameras, positions, points.colors[drawn], views, within)
+    is_visible = np.stack([view.is_visible for view in views])
+    return _ProjectedPoints(cameras, positions, points.colors[sample], views, is_visible)
 
 
-def _find_lost_points(seen: _ProjectedPoints) -> Iterator[Finding]:
-    outside = float(np.mean(~seen.is_visible.any(axis=0)))
-    if outside > _MAX_OUTSIDE:
-        behind = float(np.mean(np.all([view.depths <= 0 for view in seen.views], axis=0)))
+def _find_points_outside_views(projected: _ProjectedPoints) -> Iterator[Finding]:
+    outside_fraction = float(np.mean(~projected.is_visible.any(axis=0)))
+    if outside_fraction > _MAX_OUTSIDE_FRACTION:
+        behind_fraction = float(
+            np.mean(np.all([view.depths <= 0 for view in projected.views], axis=0))
+        )
         message = (
-            f"{outside:.0%} of the initial points are not visible in any training view "
-            f"({behind:.0%} are behind all cameras): check that poses and points match"
+            f"{outside_fraction:.0%} of the initial points are not visible in any training view "
+            f"({behind_fraction:.0%} are behind all cameras): check that poses and points match"
         )
         yield Finding("points-outside-views", message)
 
 
-def _find_blind_cameras(seen: _ProjectedPoints) -> Iterator[Finding]:
-    counts = seen.is_visible.sum(axis=1)
-    blind = _name(seen.cameras, np.flatnonzero(counts < _MIN_OF_MEDIAN * np.median(counts)))
-    if blind:
+def _find_blind_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
+    counts = projected.is_visible.sum(axis=1)
+    blind_cameras = _camera_names(
+        projected.cameras, np.flatnonzero(counts < _MIN_MEDIAN_FRACTION * np.median(counts))
+    )
+    if blind_cameras:
         message = (
-            f"hardly any initial points are visible in the pictures of {format_names(blind)}: "
-            "check the poses of these cameras"
+            "hardly any initial points are visible in the pictures of "
+            f"{format_names(blind_cameras)}: check the poses of these cameras"
         )
-        yield Finding("camera-sees-no-points", message, blind)
+        yield Finding("camera-sees-no-points", message, blind_cameras)
 
 
-def _find_one_place(seen: _ProjectedPoints) -> Iterator[Finding]:
-    centers = np.stack([camera_center(camera) for camera in seen.cameras])
+def _find_coinciding_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
+    centers = np.stack([camera_center(camera) for camera in projected.cameras])
     radius = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
-    distances = np.concatenate([view.depths[view.is_visible] for view in seen.views])
-    if radius < _MIN_RADIUS * np.median(distances):
+    distances = np.concatenate([view.depths[view.is_visible] for view in projected.views])
+    if radius < _MIN_RELATIVE_RADIUS * np.median(distances):
         message = (
             "all training cameras are at the same position, so depth cannot be estimated: "
             "move them apart, or check their poses"
@@ -127,67 +133,78 @@ def _find_one_place(seen: _ProjectedPoints) -> Iterator[Finding]:
         yield Finding("cameras-in-one-place", message)
 
 
-def _find_too_few_cameras(seen: _ProjectedPoints) -> Iterator[Finding]:
-    by_few = float(np.mean(seen.is_visible.sum(axis=0) < _ENOUGH_VIEWS))
-    degrees = _measure_parallax(seen)
-    if by_few > _MAX_SEEN_BY_FEW or degrees > _MAX_DEGREES:
+def _find_too_few_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
+    rarely_seen_fraction = float(np.mean(projected.is_visible.sum(axis=0) < _RECOMMENDED_VIEWS))
+    degrees = _measure_parallax(projected)
+    if rarely_seen_fraction > _MAX_RARELY_SEEN_FRACTION or degrees > _MAX_PARALLAX_DEGREES:
         message = (
-            f"{len(seen.cameras)} training cameras are too few for this scene: {by_few:.0%} "
-            f"of the initial points are seen by fewer than {_ENOUGH_VIEWS} of them, and the "
+            f"{len(projected.cameras)} training cameras are too few for this scene: "
+            f"{rarely_seen_fraction:.0%} of the initial points are seen by fewer than {_RECOMMENDED_VIEWS} of them, and the "
             f"two nearest cameras of a point see it at an angle of {degrees:.0f} degrees (it "
-            f"should be at most {_MAX_DEGREES:.0f}). Quality between the cameras will be "
+            f"should be at most {_MAX_PARALLAX_DEGREES:.0f}). Quality between the cameras will be "
             "poor: add cameras"
         )
         yield Finding("too-few-cameras", message)
 
 
-def _measure_parallax(seen: _ProjectedPoints) -> float:
+def _measure_parallax(projected: _ProjectedPoints) -> float:
     """Measure the angle between neighboring cameras as seen from a point, in degrees.
 
-    The result is the median, over all cameras and the points they see, of the angle to
-    the nearest other camera that sees the point, or 0 if there is no such pair.
+    For each camera and each point that it sees, the angle to the nearest other camera that
+    sees the point is computed. The result is the median of these angles, or 0 if no point is
+    visible in two cameras.
     """
-    centers = np.stack([camera_center(camera) for camera in seen.cameras])
-    directions = seen.positions - centers[:, None]
+    centers = np.stack([camera_center(camera) for camera in projected.cameras])
+    directions = projected.positions - centers[:, None]
     directions /= np.maximum(np.linalg.norm(directions, axis=2, keepdims=True), 1e-12)
-    nearest = [_nearest_cosines(directions, seen.is_visible, view) for view in range(len(centers))]
-    found = np.concatenate([cosines[cosines >= -1] for cosines in nearest])
-    return float(np.degrees(np.arccos(np.clip(np.median(found), -1, 1)))) if found.size else 0.0
+    cosines_by_camera = [
+        _nearest_cosines(directions, projected.is_visible, view) for view in range(len(centers))
+    ]
+    valid_cosines = np.concatenate([cosines[cosines >= -1] for cosines in cosines_by_camera])
+    return (
+        float(np.degrees(np.arccos(np.clip(np.median(valid_cosines), -1, 1))))
+        if valid_cosines.size
+        else 0.0
+    )
 
 
 def _nearest_cosines(
-    directions: NDArray[np.float64], within: NDArray[np.bool_], view: int
+    directions: NDArray[np.float64], is_visible: NDArray[np.bool_], view: int
 ) -> NDArray[np.float64]:
-    """Return `[P]` cosines of the angles to each point's nearest other view; -2 without one."""
+    """Return the `[P]` largest cosine between a view and another view of each point, else -2."""
     cosines = np.einsum("vpk,pk->vp", directions, directions[view])
-    shared = within & within[view]
-    shared[view] = False
-    nearest: NDArray[np.float64] = np.where(shared, np.maximum(cosines, -1), -2).max(axis=0)
+    is_shared = is_visible & is_visible[view]
+    is_shared[view] = False
+    nearest: NDArray[np.float64] = np.where(is_shared, np.maximum(cosines, -1), -2).max(axis=0)
     return nearest
 
 
-def _read_first(capture: Capture) -> Iterator[Image]:
-    """Yield the training views' pictures of the frame that the initial points belong to."""
-    whole = capture.full_capture
-    return (whole.image(index, 0) for index in whole.training)
+def _read_first_frame(capture: Capture) -> Iterator[Image]:
+    """Yield the training pictures of the full capture's frame 0, which the points belong to."""
+    full_capture = capture.full_capture
+    return (full_capture.image(index, 0) for index in full_capture.training)
 
 
-def _find_wrong_poses(capture: Capture, seen: _ProjectedPoints) -> Iterator[Finding]:
-    found = compare_colors(seen.cameras, seen.views, seen.colors, _read_first(capture))
-    if found.mixed_up:
+def _find_wrong_poses(capture: Capture, projected: _ProjectedPoints) -> Iterator[Finding]:
+    disagreement = compare_colors(
+        projected.cameras, projected.views, projected.colors, _read_first_frame(capture)
+    )
+    if disagreement.mixed_up_pairs:
         pairs = [
-            f"{seen.cameras[picture].name}: pose of {seen.cameras[pose].name}"
-            for picture, pose in found.mixed_up
+            f"{projected.cameras[picture].name}: pose of {projected.cameras[pose].name}"
+            for picture, pose in disagreement.mixed_up_pairs
         ]
         message = (
             "pictures and poses are mixed up: the pictures of some cameras fit the pose of "
-            f"another one better ({format_names(pairs)}): check the order of the poses"
+            f"another camera better ({format_names(pairs)}): check the order of the poses"
         )
         yield Finding(
-            "poses-mixed-up", message, _name(seen.cameras, [i for i, _ in found.mixed_up])
+            "poses-mixed-up",
+            message,
+            _camera_names(projected.cameras, [i for i, _ in disagreement.mixed_up_pairs]),
         )
-    if found.wrong:
-        names = _name(seen.cameras, found.wrong)
+    if disagreement.wrong_cameras:
+        names = _camera_names(projected.cameras, disagreement.wrong_cameras)
         message = (
             f"the pictures of {format_names(names)} do not show the initial points where their "
             "poses put them. If other cameras are fine, these poses are wrong: calibrate "
@@ -200,10 +217,12 @@ def _find_wrong_poses(capture: Capture, seen: _ProjectedPoints) -> Iterator[Find
 
 
 def _hold_out_options(capture: Capture, names: Sequence[str]) -> str:
-    """Return the options that hold out cameras besides those that are held out already."""
+    """Return command-line options that hold out cameras in addition to the current ones."""
     held_out = [capture.cameras[index].name for index in capture.held_out]
     return " ".join(f"--held-out {name}" for name in [*held_out, *names])
 
 
-def _name(cameras: Sequence[Camera], indices: Sequence[int] | NDArray[np.intp]) -> tuple[str, ...]:
+def _camera_names(
+    cameras: Sequence[Camera], indices: Sequence[int] | NDArray[np.intp]
+) -> tuple[str, ...]:
     return tuple(cameras[index].name for index in indices)

@@ -1,8 +1,8 @@
-"""Checks whether a decoded first frame reproduces its training views well enough.
+"""Checks whether decoded frame 0 reproduces the training views well enough.
 
-Training uses these views, so a scene that fails for them fails everywhere. The reference
-for each picture is the PSNR of the same picture averaged over squares of a twentieth of
-its width: a scene with a lower PSNR has no detail.
+Training uses these views, so a scene that is bad in these views is bad in all views. The
+PSNR of a view is compared with the PSNR of its picture after averaging over squares of a
+twentieth of the width: a scene with a lower PSNR has no detail.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -22,7 +22,7 @@ from quarc_ref.encoder.training.first_frame import render_views
 _SQUARES_ACROSS = 20
 _MIN_SIDE = 4
 _MIN_ERROR = 1e-10
-_FAR_BELOW = 8.0  # dB
+_MAX_DETAIL_DEFICIT = 8.0  # dB
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,22 +31,22 @@ class ViewQuality:
 
     Attributes:
         name: Name of the camera.
-        psnr: PSNR of the rendered scene with corrected exposure, dB.
-        coarse: PSNR of the picture averaged over squares, dB.
+        psnr: PSNR of the rendering after correction of its exposure, dB.
+        coarse_psnr: PSNR of the picture after averaging over squares, dB.
     """
 
     name: str
     psnr: float
-    coarse: float
+    coarse_psnr: float
 
     @property
     def detail(self) -> float:
-        """Difference between the two PSNR values, dB."""
-        return self.psnr - self.coarse
+        """`psnr` minus `coarse_psnr`, dB."""
+        return self.psnr - self.coarse_psnr
 
 
 def check_first_frame(context: TrainingContext, state: FrameState) -> Iterator[Finding]:
-    """Yield findings about a decoded first frame."""
+    """Yield findings about the quality of decoded frame 0 in the training views."""
     names = [camera.name for camera in context.views.cameras]
     return judge_views(measure_views(names, render_views(context, state)))
 
@@ -54,11 +54,11 @@ def check_first_frame(context: TrainingContext, state: FrameState) -> Iterator[F
 def measure_views(
     names: Iterable[str], pairs: Iterable[tuple[Tensor, Tensor]]
 ) -> list[ViewQuality]:
-    """Measure the quality of views.
+    """Measure the quality of training views.
 
     Args:
-        names: Camera names of the views.
-        pairs: Rendered and original picture of each view, `[H, W, 3]` from 0 to 1.
+        names: Camera name of each view.
+        pairs: Rendering and picture of each view, `[H, W, 3]` from 0 to 1.
     """
     return [
         ViewQuality(
@@ -71,30 +71,30 @@ def measure_views(
 
 
 def judge_views(views: Sequence[ViewQuality]) -> Iterator[Finding]:
-    """Yield findings from the quality of views."""
-    usual = median(view.detail for view in views)
-    if usual < 0:
+    """Yield findings about views with low quality."""
+    median_detail = median(view.detail for view in views)
+    if median_detail < 0:
         message = (
             f"the first frame reaches only {median(v.psnr for v in views):.1f} dB on its "
             f"training views, less than the pictures reduced to {_SQUARES_ACROSS} squares "
-            f"across ({median(v.coarse for v in views):.1f} dB): check poses and initial "
+            f"across ({median(v.coarse_psnr for v in views):.1f} dB): check poses and initial "
             "points, or train longer (--preset, --set canonical.iterations=N)"
         )
         yield Finding("first-frame-coarse", message)
-    low = [view for view in views if view.detail < usual - _FAR_BELOW]
-    if low:
-        names = tuple(view.name for view in low)
-        shown = [f"{view.name} ({view.psnr:.1f} dB)" for view in low]
+    low_views = [view for view in views if view.detail < median_detail - _MAX_DETAIL_DEFICIT]
+    if low_views:
+        names = tuple(view.name for view in low_views)
+        descriptions = [f"{view.name} ({view.psnr:.1f} dB)" for view in low_views]
         message = (
-            f"the quality of the first frame is far lower for {format_names(shown)} than for "
-            f"the other training views (median {median(v.psnr for v in views):.1f} dB): "
+            f"the quality of the first frame is far lower for {format_names(descriptions)} than "
+            f"for the other training views (median {median(v.psnr for v in views):.1f} dB): "
             "check the poses and pictures of these cameras"
         )
         yield Finding("first-frame-misses-cameras", message, names)
 
 
 def _average_squares(picture: Tensor) -> Tensor:
-    """Average a picture `[H, W, 3]` over squares."""
+    """Replace each pixel of a picture `[H, W, 3]` by the mean of its square."""
     side = max(_MIN_SIDE, round(picture.shape[1] / _SQUARES_ACROSS))
     planes = picture.permute(2, 0, 1)[None]
     means = functional.avg_pool2d(planes, side, ceil_mode=True, count_include_pad=False)

@@ -31,12 +31,12 @@ def measure_machine() -> Machine:
 
 
 def find_shortages(machine: Machine, memory_bytes: int, disk_bytes: int) -> Iterator[Finding]:
-    """Yield a finding for each resource that is too small.
+    """Yield a finding if the machine lacks memory, and a finding if it lacks disk space.
 
     Args:
-        machine: Free resources.
-        memory_bytes: Memory needed.
-        disk_bytes: Disk space needed.
+        machine: Free resources of the machine.
+        memory_bytes: Main memory that the encode needs, bytes.
+        disk_bytes: Disk space that the encode needs, bytes.
     """
     if machine.memory_bytes is not None and machine.memory_bytes < memory_bytes:
         message = (

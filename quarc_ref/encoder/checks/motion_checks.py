@@ -1,10 +1,10 @@
-"""Finds cameras whose motion is frozen, stuttering, or out of sync with the others.
+"""Finds cameras that are frozen, repeat frames, or are out of sync with other cameras.
 
-Synchronized cameras see motion at the same time in the same epipolar planes: a plane
-through the centers of two cameras intersects both pictures in lines, and motion in the
-plane is visible on both. Poses give the plane of each pixel; the times of motion in the
-planes are compared at every shift (after Ben-Artzi et al., "Camera Calibration from
-Dynamic Silhouettes Using Motion Barcodes", 2016).
+Synchronized cameras see motion at the same time in the same epipolar planes. A plane through
+the centers of two cameras intersects each picture in a line, and motion in the plane is
+visible on both lines. The poses determine the plane of each pixel. The motion in each plane
+over time is compared at every shift in time (after Ben-Artzi et al., "Camera Calibration
+from Dynamic Silhouettes Using Motion Barcodes", 2016).
 """
 
 from collections.abc import Iterator, Sequence
@@ -19,18 +19,18 @@ from quarc_ref.datasets.findings import Finding, format_names
 from quarc_ref.encoder.checks.recording import Recording
 from quarc_ref.format.cameras import Camera
 
-# relative to the change of other cameras: coding changes even frozen pictures slightly
-_STILL = 0.02
-_MIN_MOTION = 0.1  # levels: minimum average change of pictures with motion
-_REPEATED = 0.02  # relative to a camera's usual change
-_OTHERS_MOVE = 0.3  # relative to the other cameras' usual changes
+# Relative to the median change of all cameras: video coding changes even frozen pictures.
+_MAX_FROZEN_CHANGE = 0.02
+_MIN_MOTION = 0.1  # minimum average change of pictures with motion, levels of 255
+_MAX_REPEATED_CHANGE = 0.02  # relative to the camera's median change
+_MIN_OTHERS_CHANGE = 0.3  # relative to the median changes of the other cameras
 _MIN_REPEATS = 2
 _MIN_FRAMES = 8
 _MAX_SHIFT = 15
-_PLANES = 48
-_NEIGHBORS = 5
-_MIN_COMMON = 6  # planes
-_CLEARLY = 0.1  # minimum increase of the correlation by a shift
+_PLANE_COUNT = 48
+_NEIGHBOR_COUNT = 5
+_MIN_COMMON_PLANES = 6
+_MIN_CORRELATION_GAIN = 0.1  # minimum increase of the correlation by a shift in time
 _MIN_CORRELATION = 0.3
 
 Numbers = NDArray[np.float64]
@@ -40,53 +40,61 @@ Changes = NDArray[np.float32]
 def find_motion_faults(
     cameras: Sequence[Camera], recordings: Sequence[Recording]
 ) -> Iterator[Finding]:
-    """Yield findings about cameras whose motion differs from that of the others.
+    """Yield findings about cameras whose motion differs from the motion of other cameras.
 
     Args:
-        cameras: At least two.
+        cameras: Cameras, at least two.
         recordings: Recording of each camera.
     """
     names = [camera.name for camera in cameras]
     changes = [recording.changes for recording in recordings]
     if not len(changes[0]):  # a single frame has no motion
         return
-    means = np.array([np.median(each.mean(axis=(1, 2))) for each in changes])
-    usual = float(np.median(means))
-    frozen = (means < _STILL * usual) & (usual > _MIN_MOTION)
-    yield from _find_frozen(names, frozen)
-    live = np.flatnonzero(~frozen).tolist()
-    yield from _find_repeats([names[i] for i in live], [recordings[i] for i in live])
-    if changes[0].shape[0] + 1 >= _MIN_FRAMES and len(live) > 2:
+    mean_changes = np.array(
+        [np.median(camera_changes.mean(axis=(1, 2))) for camera_changes in changes]
+    )
+    median_change = float(np.median(mean_changes))
+    is_frozen = (mean_changes < _MAX_FROZEN_CHANGE * median_change) & (median_change > _MIN_MOTION)
+    yield from _find_frozen(names, is_frozen)
+    moving_cameras = np.flatnonzero(~is_frozen).tolist()
+    yield from _find_repeats(
+        [names[i] for i in moving_cameras], [recordings[i] for i in moving_cameras]
+    )
+    if changes[0].shape[0] + 1 >= _MIN_FRAMES and len(moving_cameras) > 2:
         yield from _find_shifts(
-            [cameras[i] for i in live],
-            [changes[i] for i in live],
-            [recordings[i].side for i in live],
+            [cameras[i] for i in moving_cameras],
+            [changes[i] for i in moving_cameras],
+            [recordings[i].block_size for i in moving_cameras],
         )
 
 
-def _find_frozen(names: Sequence[str], frozen: NDArray[np.bool_]) -> Iterator[Finding]:
-    odd = tuple(names[i] for i in np.flatnonzero(frozen).tolist())
-    if odd:
+def _find_frozen(names: Sequence[str], is_frozen: NDArray[np.bool_]) -> Iterator[Finding]:
+    frozen_names = tuple(names[i] for i in np.flatnonzero(is_frozen).tolist())
+    if frozen_names:
         message = (
-            f"{format_names(odd)} shows the same picture in all frames, while other cameras "
-            "show motion: use the right file, or remove the camera"
+            f"{format_names(frozen_names)} shows the same picture in all frames, while other "
+            "cameras show motion: use the right file, or remove the camera"
         )
-        yield Finding("frozen-camera", message, odd)
+        yield Finding("frozen-camera", message, frozen_names)
 
 
 def _find_repeats(names: Sequence[str], recordings: Sequence[Recording]) -> Iterator[Finding]:
-    """Yield a finding for each camera that repeats frames while most others move."""
-    means = np.array([each.changes.mean(axis=(1, 2)) for each in recordings])
-    usual = np.median(means, axis=1, keepdims=True)
-    relative = means / np.maximum(usual, 1e-9)
+    """Yield a finding for each camera that repeats frames while most other cameras show motion."""
+    means = np.array([recording.changes.mean(axis=(1, 2)) for recording in recordings])
+    median_changes = np.median(means, axis=1, keepdims=True)
+    relative_changes = means / np.maximum(median_changes, 1e-9)
     for index, name in enumerate(names):
-        others = np.median(np.delete(relative, index, axis=0), axis=0)
-        is_there = recordings[index].is_there
-        both_there = is_there[1:] & is_there[:-1]
-        repeated = (relative[index] < _REPEATED) & (others > _OTHERS_MOVE) & both_there
-        repeats = np.flatnonzero(repeated) + 1
-        if repeats.size >= _MIN_REPEATS:
-            frames = format_names([str(frame) for frame in repeats])
+        others_change = np.median(np.delete(relative_changes, index, axis=0), axis=0)
+        is_frame_readable = recordings[index].is_readable
+        is_pair_readable = is_frame_readable[1:] & is_frame_readable[:-1]
+        is_repeated = (
+            (relative_changes[index] < _MAX_REPEATED_CHANGE)
+            & (others_change > _MIN_OTHERS_CHANGE)
+            & is_pair_readable
+        )
+        repeated_frames = np.flatnonzero(is_repeated) + 1
+        if repeated_frames.size >= _MIN_REPEATS:
+            frames = format_names([str(frame) for frame in repeated_frames])
             message = (
                 f"{name} repeats the previous picture in frame {frames}: frames were lost in "
                 "recording or conversion; convert the original recording again"
@@ -95,13 +103,13 @@ def _find_repeats(names: Sequence[str], recordings: Sequence[Recording]) -> Iter
 
 
 def _find_shifts(
-    cameras: Sequence[Camera], changes: Sequence[Changes], sides: Sequence[int]
+    cameras: Sequence[Camera], changes: Sequence[Changes], block_sizes: Sequence[int]
 ) -> Iterator[Finding]:
-    for camera, shift in zip(cameras, measure_shifts(cameras, changes, sides), strict=True):
+    for camera, shift in zip(cameras, measure_shifts(cameras, changes, block_sizes), strict=True):
         if shift:
-            which = "late" if shift > 0 else "early"
+            direction = "late" if shift > 0 else "early"
             message = (
-                f"{camera.name} is {abs(shift)} frames {which}, judging by its motion: write "
+                f"{camera.name} is {abs(shift)} frames {direction}, judging by its motion: write "
                 f'{{"offsets": {{"{camera.name}": {shift}}}}} into {NOTES_NAME} in the capture, '
                 "or cut the video"
             )
@@ -109,131 +117,137 @@ def _find_shifts(
 
 
 def measure_shifts(
-    cameras: Sequence[Camera], changes: Sequence[Changes], sides: Sequence[int]
+    cameras: Sequence[Camera], changes: Sequence[Changes], block_sizes: Sequence[int]
 ) -> list[int]:
-    """Return the delay of each camera in frames; 0 if it is unclear.
+    """Return the delay of each camera in frames; 0 if the correlation shows no clear delay.
 
     Args:
         cameras: Cameras, at least three, most of which are synchronized.
-        changes: `[T - 1, rows, columns]` changes of each camera, from `Recording`.
-        sides: Width in pixels of each camera's blocks in `changes`.
+        changes: `[T - 1, rows, columns]` changes of each camera (`Recording.changes`).
+        block_sizes: Width of a block of `changes` in pixels, for each camera.
     """
-    motion = [_keep_motion(each) for each in changes]
+    motion = [_remove_constant_change(geometry) for geometry in changes]
     rays = [
-        _find_rays(*each)
-        for each in zip(cameras, sides, (m.shape[1:] for m in motion), strict=True)
+        _find_rays(*geometry)
+        for geometry in zip(cameras, block_sizes, (m.shape[1:] for m in motion), strict=True)
     ]
-    most = min(_MAX_SHIFT, len(motion[0]) // 3)
+    max_shift = min(_MAX_SHIFT, len(motion[0]) // 3)
     centers = np.stack([camera_center(camera) for camera in cameras])
     shifts = []
     for index, center in enumerate(centers):
         distances = np.linalg.norm(centers - center, axis=1)
-        neighbors = (other for other in np.argsort(distances) if distances[other] > 0)
+        neighbors = (neighbor for neighbor in np.argsort(distances) if distances[neighbor] > 0)
         curves = (
             _correlate(
-                (motion[index], motion[other]),
-                (rays[index], rays[other]),
-                centers[other] - center,
-                most,
+                (motion[index], motion[neighbor]),
+                (rays[index], rays[neighbor]),
+                centers[neighbor] - center,
+                max_shift,
             )
-            for other in neighbors
+            for neighbor in neighbors
         )
-        found = islice((curve for curve in curves if curve is not None), _NEIGHBORS)
-        shifts.append(_choose_shift(list(found), most))
+        neighbor_curves = islice((curve for curve in curves if curve is not None), _NEIGHBOR_COUNT)
+        shifts.append(_choose_shift(list(neighbor_curves), max_shift))
     return shifts
 
 
-def _keep_motion(changes: Changes) -> Changes:
-    """Remove permanent changes, such as noise."""
+def _remove_constant_change(changes: Changes) -> Changes:
+    """Subtract the median over time from each pixel, which removes noise."""
     return np.maximum(changes - np.median(changes, axis=0), 0).astype(np.float32)
 
 
-def _find_rays(camera: Camera, side: int, shape: tuple[int, ...]) -> Numbers:
-    """Return the `[rows, columns, 3]` world directions of downscaled pixels."""
-    rows, columns = ((np.arange(count) + 0.5) * side for count in shape)
-    across, down = np.meshgrid((columns - camera.cx) / camera.fx, (rows - camera.cy) / camera.fy)
-    rays = np.stack([across, down, np.ones_like(across)], axis=-1)
-    turned: Numbers = rays @ np.array(camera.rotation).reshape(3, 3)
-    return turned
+def _find_rays(camera: Camera, block_size: int, shape: tuple[int, ...]) -> Numbers:
+    """Return the `[rows, columns, 3]` directions of downscaled pixels in world space."""
+    rows, columns = ((np.arange(count) + 0.5) * block_size for count in shape)
+    x, y = np.meshgrid((columns - camera.cx) / camera.fx, (rows - camera.cy) / camera.fy)
+    rays = np.stack([x, y, np.ones_like(x)], axis=-1)
+    world_rays: Numbers = rays @ np.array(camera.rotation).reshape(3, 3)
+    return world_rays
 
 
 def _correlate(
     motion: tuple[Changes, Changes],
     rays: tuple[Numbers, Numbers],
     baseline: Numbers,
-    most: int,
+    max_shift: int,
 ) -> Numbers | None:
     """Return `[2 most + 1]` correlations of two cameras' motion in their common planes.
 
-    Item n is the correlation of the first camera, `n - most` frames later, with the
-    second. Returns None if they have too few planes in common.
+    Item n is the correlation of the first camera, `n - max_shift` frames later, with the
+    second camera. The result is None if the cameras have too few planes in common.
     """
-    middle = rays[0].mean(axis=(0, 1))
-    angles = [_find_planes(each, baseline, middle) for each in rays]
+    reference_direction = rays[0].mean(axis=(0, 1))
+    angles = [_find_planes(item, baseline, reference_direction) for item in rays]
     low, high = (
-        pick(float(bound(each)) for each in angles)
+        pick(float(bound(item)) for item in angles)
         for pick, bound in ((max, np.min), (min, np.max))
     )
     if high - low <= 0:
         return None
-    edges = np.linspace(low, high, _PLANES + 1)
+    edges = np.linspace(low, high, _PLANE_COUNT + 1)
     first, second = (
-        _sum_by_plane(each, np.searchsorted(edges, angle.ravel()) - 1)
-        for each, angle in zip(motion, angles, strict=True)
+        _sum_by_plane(item, np.searchsorted(edges, angle.ravel()) - 1)
+        for item, angle in zip(motion, angles, strict=True)
     )
-    moving = (first.max(axis=0) > 0) & (second.max(axis=0) > 0)
-    if moving.sum() < _MIN_COMMON:
+    has_motion = (first.max(axis=0) > 0) & (second.max(axis=0) > 0)
+    if has_motion.sum() < _MIN_COMMON_PLANES:
         return None
-    first, second = first[:, moving], second[:, moving]
+    first, second = first[:, has_motion], second[:, has_motion]
     count = len(first)
     curve = []
-    for shift in range(-most, most + 1):
-        ours = first[max(0, shift) : count + min(0, shift)]
-        theirs = second[max(0, -shift) : count + min(0, -shift)]
-        curve.append(_correlate_planes(ours, theirs))
+    for shift in range(-max_shift, max_shift + 1):
+        first_part = first[max(0, shift) : count + min(0, shift)]
+        second_part = second[max(0, -shift) : count + min(0, -shift)]
+        curve.append(_correlate_planes(first_part, second_part))
     return np.array(curve)
 
 
-def _find_planes(rays: Numbers, baseline: Numbers, middle: Numbers) -> Numbers:
-    """Return the `[rows, columns]` angles of half-planes about the baseline, in radians.
+def _find_planes(rays: Numbers, baseline: Numbers, reference_direction: Numbers) -> Numbers:
+    """Return the `[rows, columns]` angles of the rays around the baseline, radians.
+
+    Rays with the same angle are in the same epipolar half-plane.
 
     Args:
         rays: `[rows, columns, 3]` directions.
-        baseline: `[3]` from one center to the other.
-        middle: `[3]` direction whose half-plane has an angle of about 0.
+        baseline: `[3]` vector from one camera center to the other.
+        reference_direction: `[3]` direction whose half-plane has an angle of about 0.
     """
     axis = baseline / np.linalg.norm(baseline)
-    # the direction may be the axis itself
-    aside = middle + 1e-6 * np.eye(3)[np.abs(axis).argmin()]
-    second = np.cross(axis, aside)
-    second /= np.linalg.norm(second)
-    first = np.cross(second, axis)
-    angles: Numbers = np.arctan2(rays @ second, rays @ first)
+    # a small offset, because the reference direction may be parallel to the baseline
+    reference = reference_direction + 1e-6 * np.eye(3)[np.abs(axis).argmin()]
+    normal = np.cross(axis, reference)
+    normal /= np.linalg.norm(normal)
+    zero_direction = np.cross(normal, axis)
+    angles: Numbers = np.arctan2(rays @ normal, rays @ zero_direction)
     return angles
 
 
 def _sum_by_plane(motion: Changes, planes: NDArray[np.intp]) -> Numbers:
-    """Return `[T, plane]` amounts of motion in each plane."""
-    valid = (planes >= 0) & (planes < _PLANES)
-    sums = np.zeros((len(motion), _PLANES))
-    flat = motion.reshape(len(motion), -1)[:, valid]
-    for moment, row in enumerate(flat):
-        sums[moment] = np.bincount(planes[valid], weights=row, minlength=_PLANES)[:_PLANES]
+    """Return the `[T, plane]` square root of the summed motion in each plane."""
+    is_valid = (planes >= 0) & (planes < _PLANE_COUNT)
+    sums = np.zeros((len(motion), _PLANE_COUNT))
+    valid_motion = motion.reshape(len(motion), -1)[:, is_valid]
+    for time, row in enumerate(valid_motion):
+        sums[time] = np.bincount(planes[is_valid], weights=row, minlength=_PLANE_COUNT)[
+            :_PLANE_COUNT
+        ]
     return np.sqrt(sums)
 
 
-def _correlate_planes(ours: Numbers, theirs: Numbers) -> float:
-    """Return the correlation over time of motion in planes, without each plane's mean."""
-    ours, theirs = ours - ours.mean(axis=0), theirs - theirs.mean(axis=0)
-    size = float(np.square(ours).sum() * np.square(theirs).sum()) ** 0.5
-    return float((ours * theirs).sum()) / size if size else 0.0
+def _correlate_planes(first: Numbers, second: Numbers) -> float:
+    """Return the correlation of two motions `[T, plane]` after subtracting each plane's mean."""
+    first, second = first - first.mean(axis=0), second - second.mean(axis=0)
+    norm = float(np.square(first).sum() * np.square(second).sum()) ** 0.5
+    return float((first * second).sum()) / norm if norm else 0.0
 
 
-def _choose_shift(curves: Sequence[Numbers], most: int) -> int:
-    """Return the shift at which a camera clearly agrees best with its neighbors, else 0."""
+def _choose_shift(curves: Sequence[Numbers], max_shift: int) -> int:
+    """Return the shift with the highest correlation if it is clearly above that of 0, else 0."""
     if not curves:
         return 0
-    mean = np.median(np.stack(curves), axis=0)
-    best = int(mean.argmax())
-    is_clear = mean[best] > max(_MIN_CORRELATION, mean[most] + _CLEARLY)
-    return best - most if is_clear else 0
+    median_curve = np.median(np.stack(curves), axis=0)
+    best_index = int(median_curve.argmax())
+    is_clear = median_curve[best_index] > max(
+        _MIN_CORRELATION, median_curve[max_shift] + _MIN_CORRELATION_GAIN
+    )
+    return best_index - max_shift if is_clear else 0

@@ -1,7 +1,7 @@
-"""Compares the cameras' pictures of one moment: exposure, colors, blur, duplicates.
+"""Compares the pictures of all cameras at frame 0: exposure, colors, blur, duplicates.
 
-Cameras are compared at the initial points that both see, so that a camera with a darker
-part of the scene in view does not appear underexposed.
+Exposure and colors are compared at initial points that several cameras see, so that a
+camera that views a darker part of the scene does not appear underexposed.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -14,91 +14,97 @@ from scipy.ndimage import uniform_filter1d
 from quarc_ref.datasets.camera_geometry import PointProjection
 from quarc_ref.datasets.capture import Image
 from quarc_ref.datasets.findings import Finding, format_names
-from quarc_ref.encoder.checks.visibility import drop_hidden
+from quarc_ref.encoder.checks.visibility import find_visible_points
 from quarc_ref.format.cameras import Camera
 
 _GAMMA = 2.2
-_BLACK, _WHITE = 8, 247  # levels outside of which a ratio is not informative
-_ENOUGH_VIEWS = 3
+_BLACK, _WHITE = 8, 247  # darker and brighter levels are not compared
+_MIN_VIEWS = 3
 _MIN_POINTS = 50
-_MAX_STOPS = 0.8  # the encoder estimates and corrects smaller gains
-_MAX_TINT = 0.45
-_MAX_BLUR = 0.1  # above that of the median camera
-_TWIN_LEVELS = 0.5
-_MAX_SHARP = 1024  # pixels: size of the central square in which blur is measured
-_SMALL = 32
+_MAX_EXPOSURE_STOPS = 0.8  # the encoder estimates and corrects smaller gains
+_MAX_TINT_STOPS = 0.45
+_MAX_BLUR_EXCESS = 0.1  # above the median blur of all cameras
+_MAX_DUPLICATE_DIFFERENCE = 0.5
+_BLUR_WINDOW_PIXELS = 1024  # size of the central square in which blur is measured
+_THUMBNAIL_COLUMNS = 32
 
 Numbers = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Looks:
+class _PictureMeasurements:
     """Measurements of a camera's picture.
 
     Attributes:
-        light: `[P, 3]` base-2 logarithms of linear light at the points; NaN where the
-            camera does not see a point, or sees it black or white.
+        light: `[P, 3]` base-2 logarithms of linear light at the points; NaN for points that
+            the camera does not see, or that are almost black or white.
         blur: Blur from 0 (noise) to 1 (no detail).
-        small: `[rows, columns]` downscaled gray picture.
+        thumbnail: `[rows, columns]` downscaled gray picture.
     """
 
     light: Numbers
     blur: float
-    small: Numbers
+    thumbnail: Numbers
 
 
 def find_odd_pictures(
     cameras: Sequence[Camera], projections: Sequence[PointProjection], pictures: Iterable[Image]
 ) -> Iterator[Finding]:
-    """Yield findings about cameras whose pictures differ from the others.
+    """Yield findings about cameras whose pictures differ from those of other cameras.
 
     Args:
         cameras: Cameras, at least two.
         projections: Projection of the initial points into each camera.
-        pictures: `[H, W, 3]` sRGB of one moment, one per camera.
+        pictures: `[H, W, 3]` sRGB picture of each camera at the same frame.
     """
     names = [camera.name for camera in cameras]
-    looks = [_measure_looks(*each) for each in zip(cameras, projections, pictures, strict=True)]
-    stops = _compare_light(np.stack([look.light for look in looks]))
+    measurements = [
+        _measure_picture(*camera_data)
+        for camera_data in zip(cameras, projections, pictures, strict=True)
+    ]
+    stops = _compare_light(np.stack([measurement.light for measurement in measurements]))
     yield from _find_exposures(names, stops)
     yield from _find_colors(names, stops)
-    yield from _find_blurred(names, np.array([look.blur for look in looks]))
-    yield from _find_equal_pictures(names, [look.small for look in looks])
+    yield from _find_blurred(names, np.array([measurement.blur for measurement in measurements]))
+    yield from _find_equal_pictures(names, [measurement.thumbnail for measurement in measurements])
 
 
-def _measure_looks(camera: Camera, projection: PointProjection, picture: Image) -> _Looks:
+def _measure_picture(
+    camera: Camera, projection: PointProjection, picture: Image
+) -> _PictureMeasurements:
     light = np.full((len(projection.depths), 3), np.nan)
-    shown = drop_hidden(camera, projection)
+    visible = find_visible_points(camera, projection)
     rows, columns = (
-        np.floor(a[shown]).astype(np.int64) for a in (projection.rows, projection.columns)
+        np.floor(coordinates[visible]).astype(np.int64)
+        for coordinates in (projection.rows, projection.columns)
     )
     levels = picture[rows, columns].astype(np.float64)
-    usable = ((levels > _BLACK) & (levels < _WHITE)).all(axis=1)
-    light[shown[usable]] = _GAMMA * np.log2(levels[usable] / 255)
+    is_usable = ((levels > _BLACK) & (levels < _WHITE)).all(axis=1)
+    light[visible[is_usable]] = _GAMMA * np.log2(levels[is_usable] / 255)
     gray = picture.astype(np.float32).mean(axis=2)
-    return _Looks(light, _measure_blur(gray), _average(gray))
+    return _PictureMeasurements(light, _measure_blur(gray), _make_thumbnail(gray))
 
 
 def _compare_light(light: Numbers) -> Numbers:
-    """Return `[camera, 4]` differences from most cameras in stops: exposure, then tints.
+    """Return `[camera, 4]` differences from the median camera in stops: exposure, then tints.
 
-    The lower quartile over the points is used, because undetected occlusions are not
-    differences between cameras.
+    The quartile nearer to 0 over the points is used, because points with undetected
+    occlusions would exaggerate the differences.
 
     Args:
-        light: `[camera, P, 3]` light of each camera, from `_Looks`.
+        light: `[camera, P, 3]` light of each camera, from `_PictureMeasurements`.
     """
-    seen = np.isfinite(light[..., 0])
-    shared = seen.sum(axis=0) >= _ENOUGH_VIEWS
-    light, seen = light[:, shared], seen[:, shared]
+    is_measured = np.isfinite(light[..., 0])
+    is_shared = is_measured.sum(axis=0) >= _MIN_VIEWS
+    light, is_measured = light[:, is_shared], is_measured[:, is_shared]
     stops = np.zeros((len(light), 4))
     if not light.size:
         return stops
     differences = light - np.nanmedian(light, axis=0)
-    for camera, own in enumerate(seen):
-        if own.sum() >= _MIN_POINTS:
-            exposures = np.median(differences[camera, own], axis=1, keepdims=True)
-            tints = differences[camera, own] - exposures
+    for camera, is_own in enumerate(is_measured):
+        if is_own.sum() >= _MIN_POINTS:
+            exposures = np.median(differences[camera, is_own], axis=1, keepdims=True)
+            tints = differences[camera, is_own] - exposures
             low, high = np.quantile(np.hstack([exposures, tints]), (0.25, 0.75), axis=0)
             stops[camera] = np.where(low > 0, low, np.where(high < 0, high, 0.0))
     return stops
@@ -106,79 +112,88 @@ def _compare_light(light: Numbers) -> Numbers:
 
 def _find_exposures(names: Sequence[str], stops: Numbers) -> Iterator[Finding]:
     exposures = stops[:, 0]
-    odd = np.flatnonzero(np.abs(exposures) > _MAX_STOPS).tolist()
-    if odd:
-        listed = [f"{names[i]} by {exposures[i]:+.1f} stops" for i in odd]
+    camera_indices = np.flatnonzero(np.abs(exposures) > _MAX_EXPOSURE_STOPS).tolist()
+    if camera_indices:
+        descriptions = [f"{names[i]} by {exposures[i]:+.1f} stops" for i in camera_indices]
         message = (
-            f"exposures differ from those of most cameras: {format_names(listed)}. Lock "
+            f"exposures differ from those of most cameras: {format_names(descriptions)}. Lock "
             "exposure, ISO and aperture, or correct the videos; the encoder corrects only "
             "smaller differences"
         )
-        yield Finding("exposure-differs", message, tuple(names[i] for i in odd))
+        yield Finding("exposure-differs", message, tuple(names[i] for i in camera_indices))
 
 
 def _find_colors(names: Sequence[str], stops: Numbers) -> Iterator[Finding]:
     tints = stops[:, 1:]
-    odd = np.flatnonzero(np.abs(tints).max(axis=1) > _MAX_TINT).tolist()
-    if odd:
-        listed = [
+    camera_indices = np.flatnonzero(np.abs(tints).max(axis=1) > _MAX_TINT_STOPS).tolist()
+    if camera_indices:
+        descriptions = [
             f"{names[i]} (red {tints[i, 0]:+.1f}, green {tints[i, 1]:+.1f}, blue "
             f"{tints[i, 2]:+.1f} stops)"
-            for i in odd
+            for i in camera_indices
         ]
         message = (
-            f"colors differ from those of most cameras: {format_names(listed)}. Lock the white "
-            "balance, or correct the videos"
+            f"colors differ from those of most cameras: {format_names(descriptions)}. Lock the "
+            "white balance, or correct the videos"
         )
-        yield Finding("colors-differ", message, tuple(names[i] for i in odd))
+        yield Finding("colors-differ", message, tuple(names[i] for i in camera_indices))
 
 
 def _find_blurred(names: Sequence[str], blurs: Numbers) -> Iterator[Finding]:
-    odd = tuple(names[i] for i in np.flatnonzero(blurs > np.median(blurs) + _MAX_BLUR).tolist())
-    if odd:
+    blurred_cameras = tuple(
+        names[i] for i in np.flatnonzero(blurs > np.median(blurs) + _MAX_BLUR_EXCESS).tolist()
+    )
+    if blurred_cameras:
         message = (
-            f"the pictures of {format_names(odd)} are more blurred than those of the other "
-            "cameras: check focus and shutter, or remove these cameras"
+            f"the pictures of {format_names(blurred_cameras)} are more blurred than those of "
+            "the other cameras: check focus and shutter, or remove these cameras"
         )
-        yield Finding("blurred", message, odd)
+        yield Finding("blurred", message, blurred_cameras)
 
 
 def _find_equal_pictures(names: Sequence[str], pictures: Sequence[Numbers]) -> Iterator[Finding]:
     for first in range(len(names)):
         for second in range(first + 1, len(names)):
             pair = pictures[first], pictures[second]
-            if pair[0].shape == pair[1].shape and np.abs(pair[0] - pair[1]).max() < _TWIN_LEVELS:
-                both = names[first], names[second]
+            if (
+                pair[0].shape == pair[1].shape
+                and np.abs(pair[0] - pair[1]).max() < _MAX_DUPLICATE_DIFFERENCE
+            ):
+                camera_names = names[first], names[second]
                 message = (
-                    f"{both[0]} and {both[1]} show the same picture: one file is a copy of "
-                    "the other; use the right one"
+                    f"{camera_names[0]} and {camera_names[1]} show the same picture, so one file "
+                    "is a copy of the other: use the right file for each camera"
                 )
-                yield Finding("same-pictures", message, both)
+                yield Finding("same-pictures", message, camera_names)
 
 
 def _measure_blur(gray: NDArray[np.float32]) -> float:
     """Measure the blur of a picture, from 0 to 1.
 
-    The measure is that of Crete et al., "The Blur Effect" (2007): the share of
-    differences between neighbors that remains after blurring, for the axis where it is
-    larger.
+    The measure is that of Crete et al., "The Blur Effect" (2007): the fraction of the
+    differences between neighboring pixels that remains after blurring. The result is the
+    larger of the fractions for the two axes.
     """
     size = 2 * max(2, gray.shape[1] // 100) + 1
-    top, left = (max(0, (side - _MAX_SHARP) // 2) for side in gray.shape)
-    gray = gray[top : top + _MAX_SHARP, left : left + _MAX_SHARP]
-    shares = []
+    top, left = (max(0, (length - _BLUR_WINDOW_PIXELS) // 2) for length in gray.shape)
+    gray = gray[top : top + _BLUR_WINDOW_PIXELS, left : left + _BLUR_WINDOW_PIXELS]
+    remaining_fractions = []
     for axis in (0, 1):
         blurred = uniform_filter1d(gray, size, axis=axis)
-        sharp, soft = (np.abs(np.diff(each, axis=axis)) for each in (gray, blurred))
-        lost = np.maximum(0, sharp - soft).sum()
-        whole = float(sharp.sum())
-        shares.append((whole - float(lost)) / whole if whole else 1.0)
-    return max(shares)
+        differences, blurred_differences = (
+            np.abs(np.diff(image, axis=axis)) for image in (gray, blurred)
+        )
+        lost_sum = np.maximum(0, differences - blurred_differences).sum()
+        total = float(differences.sum())
+        remaining_fractions.append((total - float(lost_sum)) / total if total else 1.0)
+    return max(remaining_fractions)
 
 
-def _average(gray: NDArray[np.float32]) -> Numbers:
-    """Downscale a picture by averaging squares, to about `_SMALL` columns."""
-    side = max(1, gray.shape[1] // _SMALL)
-    rows, columns = gray.shape[0] // side, gray.shape[1] // side
-    cut = gray[: rows * side, : columns * side].reshape(rows, side, columns, side)
-    return np.asarray(cut.mean(axis=(1, 3)), dtype=np.float64)
+def _make_thumbnail(gray: NDArray[np.float32]) -> Numbers:
+    """Downscale a gray picture to about `_THUMBNAIL_COLUMNS` columns by averaging squares."""
+    square_size = max(1, gray.shape[1] // _THUMBNAIL_COLUMNS)
+    rows, columns = gray.shape[0] // square_size, gray.shape[1] // square_size
+    squares = gray[: rows * square_size, : columns * square_size].reshape(
+        rows, square_size, columns, square_size
+    )
+    return np.asarray(squares.mean(axis=(1, 3)), dtype=np.float64)

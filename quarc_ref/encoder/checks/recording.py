@@ -1,4 +1,4 @@
-"""Reads all frames of a capture once, and keeps downscaled pictures and read errors."""
+"""Reads all frames of a capture once, and stores downscaled pictures and read errors."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -11,52 +11,55 @@ from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.findings import Finding, format_names
 
 _COLUMNS = 96
-_MAX_KEPT = 240  # frames: later pictures are read but not kept
+_MAX_STORED_FRAMES = 240  # pictures of later frames are read but not stored
 
-Advance = Callable[[int, int], object]
+ReportProgress = Callable[[int, int], object]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
-    """Downscaled gray pictures of a camera.
+    """Downscaled gray pictures and read errors of a camera.
 
     Attributes:
-        side: Factor by which pictures are downscaled.
-        gray_pictures: `[T, rows, columns]` levels of 255, times 128, of the first frames.
-        is_there: `[T]` whether a frame could be read.
-        faults: Error messages of frames that could not be read, by frame.
+        block_size: Integer factor by which width and height are reduced.
+        gray_pictures: `[T, rows, columns]` gray levels from 0 to 255, multiplied by 128, of
+            the first T frames.
+        is_readable: `[T]` whether a frame could be read.
+        faults: Error message of each frame that could not be read, by index of the frame.
     """
 
-    side: int
+    block_size: int
     gray_pictures: NDArray[np.uint16]
-    is_there: NDArray[np.bool_]
+    is_readable: NDArray[np.bool_]
     faults: dict[int, str]
 
     @property
     def changes(self) -> NDArray[np.float32]:
-        """`[T - 1, rows, columns]` absolute differences of successive frames, levels."""
-        steps = np.abs(np.diff(self.gray_pictures.astype(np.float32), axis=0)) / np.float32(_SCALE)
-        steps[~(self.is_there[1:] & self.is_there[:-1])] = 0
-        return steps.astype(np.float32, copy=False)
+        """The `[T - 1, rows, columns]` absolute differences of consecutive frames, 0 to 255."""
+        differences = np.abs(np.diff(self.gray_pictures.astype(np.float32), axis=0)) / np.float32(
+            _SCALE
+        )
+        differences[~(self.is_readable[1:] & self.is_readable[:-1])] = 0
+        return differences.astype(np.float32, copy=False)
 
 
 _SCALE = 128
 
 
-def record(capture: Capture, advance: Advance) -> list[Recording]:
-    """Record all cameras, reading every frame.
+def record(capture: Capture, advance: ReportProgress) -> list[Recording]:
+    """Read every frame of all cameras, and return a recording of each camera.
 
     Args:
-        capture: The capture; held-out cameras are included.
-        advance: Called with the number of pictures read so far, and the total.
+        capture: Capture, whose held-out cameras are included.
+        advance: Called with the number of pictures read so far, and the total number.
     """
     total = len(capture.cameras) * capture.frame_count
     recordings = []
     for index, camera in enumerate(capture.cameras):
-        side = max(1, camera.width // _COLUMNS)
-        kept = min(_MAX_KEPT, capture.frame_count)
+        block_size = max(1, camera.width // _COLUMNS)
+        stored_count = min(_MAX_STORED_FRAMES, capture.frame_count)
         gray_pictures = np.zeros(
-            (kept, camera.height // side, camera.width // side), dtype=np.uint16
+            (stored_count, camera.height // block_size, camera.width // block_size), dtype=np.uint16
         )
         faults: dict[int, str] = {}
         for frame in range(capture.frame_count):
@@ -65,11 +68,11 @@ def record(capture: Capture, advance: Advance) -> list[Recording]:
             except CaptureError as error:
                 faults[frame] = str(error)
             else:
-                if frame < kept:
-                    gray_pictures[frame] = _shrink(picture, side)
+                if frame < stored_count:
+                    gray_pictures[frame] = _downscale(picture, block_size)
             advance(index * capture.frame_count + frame + 1, total)
-        is_there = np.array([frame not in faults for frame in range(kept)])
-        recordings.append(Recording(side, gray_pictures, is_there, faults))
+        is_readable = np.array([frame not in faults for frame in range(stored_count)])
+        recordings.append(Recording(block_size, gray_pictures, is_readable, faults))
     return recordings
 
 
@@ -83,9 +86,13 @@ def find_unreadable(names: list[str], recordings: list[Recording]) -> Iterator[F
             yield Finding("unreadable-frame", message, (name,))
 
 
-def _shrink(picture: Image, side: int) -> NDArray[np.uint16]:
-    rows, columns = picture.shape[0] // side, picture.shape[1] // side
-    squares = picture[: rows * side, : columns * side].reshape(rows, side, columns, 3 * side)
+def _downscale(picture: Image, block_size: int) -> NDArray[np.uint16]:
+    rows, columns = picture.shape[0] // block_size, picture.shape[1] // block_size
+    squares = picture[: rows * block_size, : columns * block_size].reshape(
+        rows, block_size, columns, 3 * block_size
+    )
     sums = squares.sum(axis=(1, 3), dtype=np.uint32)
-    means: NDArray[np.uint16] = (sums * (_SCALE / (3 * side * side)) + 0.5).astype(np.uint16)
+    means: NDArray[np.uint16] = (sums * (_SCALE / (3 * block_size * block_size)) + 0.5).astype(
+        np.uint16
+    )
     return means

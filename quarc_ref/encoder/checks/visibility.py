@@ -1,4 +1,4 @@
-"""Determines which projected points are visible."""
+"""Determines which projected points are not occluded by other points."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,23 +7,25 @@ from quarc_ref.datasets.camera_geometry import PointProjection
 from quarc_ref.format.cameras import Camera
 
 _POINTS_PER_CELL = 2
-_SAME_SURFACE = 1.05  # depths with a smaller ratio belong to the same surface
+_MAX_SURFACE_DEPTH_RATIO = 1.05  # depths with a smaller ratio belong to the same surface
 
 
-def drop_hidden(camera: Camera, projection: PointProjection) -> NDArray[np.intp]:
-    """Return the indices of the points that no other point occludes.
+def find_visible_points(camera: Camera, projection: PointProjection) -> NDArray[np.intp]:
+    """Return the indices of the points in the picture that no other point occludes.
 
-    Only the nearest points in each cell of the picture are kept. Cells are small, so that
-    a stray point in front of the camera occludes few others.
+    The picture is divided into small cells; the points with the smallest depths in each cell
+    are visible. The cells are small, so that a wrong point near the camera hides few points.
     """
-    seen = np.flatnonzero(projection.is_visible)
-    if not seen.size:
-        return seen
-    side = max(1.0, (camera.width * camera.height * _POINTS_PER_CELL / seen.size) ** 0.5)
-    across = int(camera.width // side) + 1
-    cells = (projection.rows[seen] // side).astype(np.int64) * across
-    cells += (projection.columns[seen] // side).astype(np.int64)
-    nearest = np.full(int(cells.max()) + 1, np.inf)
-    np.minimum.at(nearest, cells, projection.depths[seen])
-    shown: NDArray[np.intp] = seen[projection.depths[seen] <= _SAME_SURFACE * nearest[cells]]
-    return shown
+    inside = np.flatnonzero(projection.is_visible)
+    if not inside.size:
+        return inside
+    cell_size = max(1.0, (camera.width * camera.height * _POINTS_PER_CELL / inside.size) ** 0.5)
+    cells_per_row = int(camera.width // cell_size) + 1
+    cells = (projection.rows[inside] // cell_size).astype(np.int64) * cells_per_row
+    cells += (projection.columns[inside] // cell_size).astype(np.int64)
+    nearest_depths = np.full(int(cells.max()) + 1, np.inf)
+    np.minimum.at(nearest_depths, cells, projection.depths[inside])
+    visible: NDArray[np.intp] = inside[
+        projection.depths[inside] <= _MAX_SURFACE_DEPTH_RATIO * nearest_depths[cells]
+    ]
+    return visible

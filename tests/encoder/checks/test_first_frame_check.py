@@ -41,7 +41,7 @@ def test_a_view_far_below_the_others_is_named():
 
 def test_a_difficult_picture_is_not_blamed_on_its_camera():
     views = _make_views(5, 4, 4, 6, 3)
-    views[2] = replace(views[2], psnr=18.0, coarse=14.0)
+    views[2] = replace(views[2], psnr=18.0, coarse_psnr=14.0)
 
     assert list(judge_views(views)) == []
 
@@ -59,7 +59,7 @@ def test_a_picture_of_squares_equals_its_coarse_picture():
     (flat,) = measure_views(["a"], [(picture, picture)])
     (cut,) = measure_views(["a"], [(picture[:35, :119], picture[:35, :119])])
 
-    assert flat.coarse == cut.coarse == pytest.approx(100)
+    assert flat.coarse_psnr == cut.coarse_psnr == pytest.approx(100)
 
 
 def test_squares_do_not_reveal_stripes():
@@ -67,7 +67,7 @@ def test_squares_do_not_reveal_stripes():
     picture[:, ::2] = 1.0
     (view,) = measure_views(["a"], [(torch.zeros_like(picture), picture)])
 
-    assert view.coarse == pytest.approx(-10 * math.log10(0.25), abs=1e-3)
+    assert view.coarse_psnr == pytest.approx(-10 * math.log10(0.25), abs=1e-3)
 
 
 def _encode(capture, tmp_path, **changes):
