@@ -10,7 +10,7 @@ import pytest
 from quarc_ref.encoder import encode_stream
 from quarc_ref.encoder.resume import checkpoint
 from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
-from tests.encoder.resume.saved import read_saved
+from tests.encoder.resume.saved import read_checkpoint_arrays
 
 _TALKATIVE = """
 import sys
@@ -140,7 +140,7 @@ def test_a_training_interrupted_in_its_first_minute_is_kept_to_the_step(ending, 
         "use --resume to continue"
     )
     assert list_names(tmp_path) == [training.name]
-    assert 0 < read_saved(training)["step"] < 400
+    assert 0 < read_checkpoint_arrays(training)["step"] < 400
     assert run(*command, whole).exit_code == 0
     assert run(*command, file, "--resume").exit_code == 0
     assert file.read_bytes() == whole.read_bytes()

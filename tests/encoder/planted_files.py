@@ -9,19 +9,19 @@ import numpy as np
 from quarc_ref.datasets.points_ply import read_points_ply, write_points_ply
 from tests.datasets import forgeries, scenes
 
-CAMERA, OTHER = "cam03", "cam04"
+CAMERA, OTHER_CAMERA = "cam03", "cam04"
 
 
-def rewrite(folder, change, **options):
+def rewrite_video(folder, edit, **options):
     """Rewrite a camera's video after applying a function to its list of pictures."""
     path = folder / f"{CAMERA}.mp4"
-    scenes.write_video(path, change(scenes.read_video(path)), **options)
+    scenes.write_video(path, edit(scenes.read_video(path)), **options)
 
 
-def change_levels(change):
+def map_levels(edit):
     """Return a change of all pictures, applied to their levels as floats."""
     return lambda pictures: [
-        np.clip(change(picture.astype(float)), 0, 255).astype(np.uint8) for picture in pictures
+        np.clip(edit(picture.astype(float)), 0, 255).astype(np.uint8) for picture in pictures
     ]
 
 
@@ -34,15 +34,17 @@ def remove_poses(folder):
 
 
 def change_frame_rate(folder):
-    rewrite(folder, list, rate=25)
+    rewrite_video(folder, list, rate=25)
 
 
 def scale_video(folder):
-    rewrite(folder, lambda pictures: [cv2.resize(each, (240, 180)) for each in pictures])
+    rewrite_video(
+        folder, lambda pictures: [cv2.resize(picture, (240, 180)) for picture in pictures]
+    )
 
 
 def shorten_video(folder):
-    rewrite(folder, lambda pictures: pictures[:-2])
+    rewrite_video(folder, lambda pictures: pictures[:-2])
 
 
 def truncate_video(folder):
@@ -56,28 +58,30 @@ def add_rotation_flag(folder):
 
 
 def darken_video(folder):
-    rewrite(folder, change_levels(lambda picture: 0.5 * picture))
+    rewrite_video(folder, map_levels(lambda picture: 0.5 * picture))
 
 
 def tint_video(folder):
-    rewrite(folder, change_levels(lambda picture: picture * (1.25, 1.0, 0.75)))
+    rewrite_video(folder, map_levels(lambda picture: picture * (1.25, 1.0, 0.75)))
 
 
 def blur_video(folder):
-    rewrite(folder, change_levels(lambda picture: cv2.GaussianBlur(picture, (0, 0), 1.5)))
+    rewrite_video(folder, map_levels(lambda picture: cv2.GaussianBlur(picture, (0, 0), 1.5)))
 
 
 def delay_video(folder):
     """The camera misses the first three moments, so it is three frames early afterwards."""
-    rewrite(folder, lambda pictures: pictures[3:])
+    rewrite_video(folder, lambda pictures: pictures[3:])
 
 
 def freeze_video(folder):
-    rewrite(folder, lambda pictures: [pictures[0]] * len(pictures))
+    rewrite_video(folder, lambda pictures: [pictures[0]] * len(pictures))
 
 
 def repeat_frames(folder):
-    rewrite(folder, lambda pictures: [pictures[i - (i % 3 == 2)] for i in range(len(pictures))])
+    rewrite_video(
+        folder, lambda pictures: [pictures[i - (i % 3 == 2)] for i in range(len(pictures))]
+    )
 
 
 def damage_frame(folder):
@@ -91,14 +95,14 @@ def damage_frame(folder):
 
 
 def swap_videos(folder):
-    first, second = (folder / f"{name}.mp4" for name in (CAMERA, OTHER))
+    first, second = (folder / f"{name}.mp4" for name in (CAMERA, OTHER_CAMERA))
     first.rename(folder / "x.mp4")
     second.rename(first)
     (folder / "x.mp4").rename(second)
 
 
 def duplicate_video(folder):
-    shutil.copy(folder / f"{CAMERA}.mp4", folder / f"{OTHER}.mp4")
+    shutil.copy(folder / f"{CAMERA}.mp4", folder / f"{OTHER_CAMERA}.mp4")
 
 
 def rotate_pose(folder, degrees=(0.0, 1.0, 0.0)):
@@ -106,8 +110,8 @@ def rotate_pose(folder, degrees=(0.0, 1.0, 0.0)):
     rows = np.load(folder / "poses_bounds.npy")
     index = int(CAMERA[3:])
     matrix = rows[index, :15].reshape(3, 5)
-    turn = cv2.Rodrigues(np.radians(degrees))[0]
-    matrix[:, :3] = matrix[:, :3] @ turn
+    rotation = cv2.Rodrigues(np.radians(degrees))[0]
+    matrix[:, :3] = matrix[:, :3] @ rotation
     np.save(folder / "poses_bounds.npy", rows)
 
 
@@ -139,8 +143,8 @@ FAULTS = {
     freeze_video: ("frozen-camera", (CAMERA,)),
     repeat_frames: ("repeated-frames", (CAMERA,)),
     damage_frame: ("unreadable-frame", (CAMERA,)),
-    swap_videos: ("poses-mixed-up", (CAMERA, OTHER)),
-    duplicate_video: ("same-pictures", (CAMERA, OTHER)),
+    swap_videos: ("poses-mixed-up", (CAMERA, OTHER_CAMERA)),
+    duplicate_video: ("same-pictures", (CAMERA, OTHER_CAMERA)),
     rotate_pose: ("pose-disagrees", (CAMERA,)),
     roll_pose: ("epipolar-error", (CAMERA,)),
     move_points: ("points-outside-views", ()),

@@ -24,47 +24,47 @@ from tests.small_streams import CAMERA, make_births, make_gaussians, make_stream
 _HEADER = StreamHeader(gaussians_per_anchor=4)
 
 
-def _loop():
+def _make_loop():
     return ClosedLoop(io.BytesIO(), _HEADER, (CAMERA,), {})
 
 
 def test_the_next_frame_starts_from_exactly_the_decoders_state():
     sink = io.BytesIO()
     loop = ClosedLoop(sink, _HEADER, (CAMERA,), {})
-    seeds = [loop.commit_canonical(make_gaussians(_HEADER, 50), 0)]
+    states = [loop.commit_canonical(make_gaussians(_HEADER, 50), 0)]
     for frame in range(1, 5):
-        moved = _move(loop, frame % 2, frame)
-        seeds.append(loop.commit_frame(moved, make_births(moved.state, 2, frame)))
+        moved = _move_next_frame(loop, frame % 2, frame)
+        states.append(loop.commit_frame(moved, make_births(moved.state, 2, frame)))
     loop.finish()
 
     decoded = list(decode_states(sink.getvalue()))
 
-    assert len(decoded) == len(seeds)
-    for mine, theirs in zip(seeds, decoded, strict=True):
-        assert np.array_equal(mine.scene.ids, theirs.scene.ids)
-        assert np.array_equal(mine.scene.positions, theirs.scene.positions)
-        assert np.array_equal(mine.scene.rotations, theirs.scene.rotations)
-        assert np.array_equal(mine.scene.codes, theirs.scene.codes)
-        assert np.array_equal(mine.motion, theirs.motion)
-        assert mine.next_id == theirs.next_id
-        assert (mine.anchors is None) == (theirs.anchors is None)
-        if mine.anchors is not None:
-            assert np.array_equal(mine.anchors.binding, theirs.known_anchors.binding)
+    assert len(decoded) == len(states)
+    for encoded, decoded_state in zip(states, decoded, strict=True):
+        assert np.array_equal(encoded.scene.ids, decoded_state.scene.ids)
+        assert np.array_equal(encoded.scene.positions, decoded_state.scene.positions)
+        assert np.array_equal(encoded.scene.rotations, decoded_state.scene.rotations)
+        assert np.array_equal(encoded.scene.codes, decoded_state.scene.codes)
+        assert np.array_equal(encoded.motion, decoded_state.motion)
+        assert encoded.next_id == decoded_state.next_id
+        assert (encoded.anchors is None) == (decoded_state.anchors is None)
+        if encoded.anchors is not None:
+            assert np.array_equal(encoded.anchors.binding, decoded_state.known_anchors.binding)
 
 
 def test_a_loop_that_has_replayed_its_frames_continues_as_if_it_had_written_them():
     data, _ = make_stream(_HEADER, frame_count=4, canonical_every=3)
     chunks = [chunk for chunk in split_chunks(data) if chunk.kind in (CANO, FRAM)]
-    held = chunks[2].offset
-    sink = io.BytesIO(data[:held])
-    sink.seek(held)
-    loop = ClosedLoop(sink, _HEADER, (CAMERA,), {"capture": "made by hand"}, held)
+    existing_bytes = chunks[2].offset
+    sink = io.BytesIO(data[:existing_bytes])
+    sink.seek(existing_bytes)
+    loop = ClosedLoop(sink, _HEADER, (CAMERA,), {"capture": "made by hand"}, existing_bytes)
     sizes = []
     for chunk in chunks[:2]:
         loop.replay(chunk)
         sizes.append(loop.frame_bytes)
     for frame in (2, 3):
-        moved = _move(loop, max(0, loop.state.scene.count - 40), frame)
+        moved = _move_next_frame(loop, max(0, loop.state.scene.count - 40), frame)
         commit = loop.commit_frame if frame == 2 else loop.commit_as_canonical
         commit(moved, make_births(moved.state, 3, frame) if frame % 2 else None)
     loop.finish()
@@ -74,7 +74,7 @@ def test_a_loop_that_has_replayed_its_frames_continues_as_if_it_had_written_them
 
 
 def test_a_frame_that_the_decoder_rejects_cannot_be_replayed():
-    loop = _loop()
+    loop = _make_loop()
     frames = [chunk for chunk in split_chunks(make_stream(_HEADER)[0]) if chunk.kind == FRAM]
     with pytest.raises(ResumeError, match="canonical frame"):
         loop.replay(frames[0])
@@ -83,7 +83,7 @@ def test_a_frame_that_the_decoder_rejects_cannot_be_replayed():
 
 
 def test_a_committed_motion_equals_the_decoded_one():
-    loop = _loop()
+    loop = _make_loop()
     loop.commit_canonical(make_gaussians(_HEADER, 50), 0)
     start = loop.start_frame(0)
     symbols = make_symbols(start.state, 1)
@@ -95,7 +95,7 @@ def test_a_committed_motion_equals_the_decoded_one():
 
 
 def test_an_encoder_whose_state_differs_from_the_decoders_is_stopped(monkeypatch):
-    loop = _loop()
+    loop = _make_loop()
     monkeypatch.setattr(loop.engine, "state_crc", lambda _: 0)
 
     with pytest.raises(ClosedLoopError):
@@ -103,23 +103,23 @@ def test_an_encoder_whose_state_differs_from_the_decoders_is_stopped(monkeypatch
 
 
 def test_a_frame_is_decoded_once_and_again_if_a_byte_differs(monkeypatch):
-    loop, moved = _moved(_HEADER)
-    decoded_whole = []
+    loop, moved = _make_moved_frame(_HEADER)
+    decode_calls = []
     decode_frame = loop.engine.decode_frame
 
-    def note(state, chunk):
-        decoded_whole.append(chunk)
+    def record_call(state, chunk):
+        decode_calls.append(chunk)
         return decode_frame(state, chunk)
 
-    monkeypatch.setattr(loop.engine, "decode_frame", note)
+    monkeypatch.setattr(loop.engine, "decode_frame", record_call)
     births = make_births(moved.state, 2)
 
     first = loop.commit_frame(moved, births)
 
     assert loop.state is first
-    assert decoded_whole == []
+    assert decode_calls == []
 
-    moved = _move(loop, 0, 2)
+    moved = _move_next_frame(loop, 0, 2)
     store = loop._decoder.store
     monkeypatch.setattr(
         loop._decoder,
@@ -129,7 +129,7 @@ def test_a_frame_is_decoded_once_and_again_if_a_byte_differs(monkeypatch):
 
     loop.commit_frame(moved, None)
 
-    assert len(decoded_whole) == 1
+    assert len(decode_calls) == 1
     assert (loop.state.scene.frame, loop.state.scene.count) == (2, 49)
 
 
@@ -137,16 +137,16 @@ def test_a_motion_that_cannot_be_written_is_an_error_of_the_scene():
     loop = ClosedLoop(io.BytesIO(), StreamHeader(translation_step=65_535), (CAMERA,), {})
     loop.commit_canonical(make_gaussians(_HEADER, 50), 0)
     start = loop.start_frame(0)
-    far = [np.full_like(level, 60) for level in make_symbols(start.state)]
+    far_symbols = [np.full_like(level, 60) for level in make_symbols(start.state)]
 
     with pytest.raises(EncodeError, match="lattice"):
-        loop.move_frame(start, far)
+        loop.move_frame(start, far_symbols)
 
 
 def test_a_newborn_that_cannot_be_written_is_an_error_of_the_scene():
-    loop = _loop()
+    loop = _make_loop()
     loop.commit_canonical(make_gaussians(_HEADER, 50), 0)
-    moved = _move(loop, 0)
+    moved = _move_next_frame(loop, 0)
     births = make_births(moved.state, 2)
     births.parents[:] = 50
 
@@ -155,7 +155,7 @@ def test_a_newborn_that_cannot_be_written_is_an_error_of_the_scene():
 
 
 def test_a_frame_is_committed_only_after_the_frame_it_started_from():
-    loop, moved = _moved(_HEADER)
+    loop, moved = _make_moved_frame(_HEADER)
     loop.commit_frame(moved, None)
 
     for commit in (loop.commit_frame, loop.commit_as_canonical):
@@ -163,17 +163,17 @@ def test_a_frame_is_committed_only_after_the_frame_it_started_from():
             commit(moved, None)
 
 
-_POSITIONS = "position-range"
+_POSITION_ERROR = "position-range"
 
 
-def _moved(header, sink=None):
+def _make_moved_frame(header, sink=None):
     """A loop in the middle of its second frame, after the motion."""
     loop = ClosedLoop(sink or io.BytesIO(), header, (CAMERA,), {})
     loop.commit_canonical(make_gaussians(header, 50), 0)
-    return loop, _move(loop, 3)
+    return loop, _move_next_frame(loop, 3)
 
 
-def _move(loop, deaths, seed=0):
+def _move_next_frame(loop, deaths, seed=0):
     """The next frame of a loop, after a motion."""
     start = loop.start_frame(deaths)
     return loop.move_frame(start, make_symbols(start.state, seed))
@@ -183,33 +183,35 @@ def _move(loop, deaths, seed=0):
 @settings(max_examples=25)
 def test_a_frame_can_be_written_as_a_canonical_one(header):
     sink = io.BytesIO()
-    loop, moved = _moved(header, sink)
+    loop, moved = _make_moved_frame(header, sink)
     births = make_births(moved.state, 4, 1)
     section = loop.engine.write_births(moved.state, births)
-    grown = loop.engine.decode_births(moved.state, section, 4)
+    expected_state = loop.engine.decode_births(moved.state, section, 4)
 
     state = loop.commit_as_canonical(moved, births)
     start = loop.start_frame(1)
-    still = [0 * level for level in make_symbols(start.state)]
-    loop.commit_frame(loop.move_frame(start, still), None)
+    zero_symbols = [0 * level for level in make_symbols(start.state)]
+    loop.commit_frame(loop.move_frame(start, zero_symbols), None)
     loop.finish()
 
     assert (state.scene.frame, state.scene.phase, state.next_id) == (1, 0, 51)
-    _check_near(state.scene, grown.scene, header)
-    decoder, last = StreamDecoder(), None
+    _check_near(state.scene, expected_state.scene, header)
+    decoder, last_state = StreamDecoder(), None
     for chunk in split_chunks(sink.getvalue()):
-        last = decoder.push(chunk) or last
-    assert (last.scene.frame, last.scene.phase) == (2, 1)
+        last_state = decoder.push(chunk) or last_state
+    assert (last_state.scene.frame, last_state.scene.phase) == (2, 1)
     assert [point.frame for point in decoder.index] == [0, 1]
 
 
-def _check_near(scene, exact, header):
+def _check_near(scene, expected, header):
     """Every Gaussian is present, moved at most by the rounding to the grid of canonical frames."""
-    nearest = np.abs(scene.positions[:, :, None] - exact.positions[:, None]).max(axis=0)
-    same = (scene.codes[:, :, None] == exact.codes[:, None]).all(axis=0)
-    dots = np.abs(scene.rotations.astype(float).T @ exact.rotations.astype(float)) / (1 << 44)
-    angle_ok = 1 - dots <= 3 * (1 / (1 << header.rotation_bits)) ** 2 + 1e-6
-    matches = (nearest <= (header.position_step + 1) // 2) & same & angle_ok
+    distances = np.abs(scene.positions[:, :, None] - expected.positions[:, None]).max(axis=0)
+    has_same_codes = (scene.codes[:, :, None] == expected.codes[:, None]).all(axis=0)
+    dot_products = np.abs(scene.rotations.astype(float).T @ expected.rotations.astype(float)) / (
+        1 << 44
+    )
+    is_angle_close = 1 - dot_products <= 3 * (1 / (1 << header.rotation_bits)) ** 2 + 1e-6
+    matches = (distances <= (header.position_step + 1) // 2) & has_same_codes & is_angle_close
     assert matches.any(axis=0).all()
     assert matches.any(axis=1).all()
 
@@ -231,7 +233,7 @@ def test_a_frame_out_of_range_of_canonical_steps_is_an_error_of_the_scene():
             break
         loop.commit_frame(moved, None)
 
-    with pytest.raises(EncodeError, match=_POSITIONS):
+    with pytest.raises(EncodeError, match=_POSITION_ERROR):
         loop.commit_as_canonical(moved, None)
 
 
@@ -260,24 +262,26 @@ def test_every_rotation_can_be_requantized_on_every_grid(bits, seed):
         np.zeros((7, 200), np.int16),
     )  # fmt: skip
 
-    again = expand_rotations(requantize(scene).rotations, bits)
+    requantized_rotations = expand_rotations(requantize(scene).rotations, bits)
 
-    dots = np.abs((again.astype(float) * unit).sum(axis=0)) / ROTATION_ONE**2
-    assert np.all(1 - dots <= 3 * (1 / (1 << bits)) ** 2 + 1e-6)
+    dot_products = (
+        np.abs((requantized_rotations.astype(float) * unit).sum(axis=0)) / ROTATION_ONE**2
+    )
+    assert np.all(1 - dot_products <= 3 * (1 / (1 << bits)) ** 2 + 1e-6)
 
 
 def test_contexts_of_the_last_frame_are_used_if_they_save_bytes():
-    def second_frame(symbols):
-        loop = _loop()
+    def encode_second_frame(symbols):
+        loop = _make_loop()
         loop.commit_canonical(make_gaussians(_HEADER, 400), 0)
         for _ in range(2):
             moved = loop.move_frame(loop.start_frame(0), symbols)
             loop.commit_frame(moved, None)
         return moved.chunk
 
-    probe = _loop()
-    probe.commit_canonical(make_gaussians(_HEADER, 400), 0)
-    symbols = make_symbols(probe.start_frame(0).state, share=0.1)
+    probe_loop = _make_loop()
+    probe_loop.commit_canonical(make_gaussians(_HEADER, 400), 0)
+    symbols = make_symbols(probe_loop.start_frame(0).state, share=0.1)
 
-    assert second_frame([2 * level for level in symbols]).previous_contexts
-    assert not second_frame([0 * level for level in symbols]).previous_contexts
+    assert encode_second_frame([2 * level for level in symbols]).previous_contexts
+    assert not encode_second_frame([0 * level for level in symbols]).previous_contexts

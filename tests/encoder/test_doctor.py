@@ -14,7 +14,7 @@ from quarc_ref.synth import SynthOptions, write_synthetic_capture
 from tests.encoder.planted_files import CAMERA, FAULTS, damage_frame, delay_video
 from tests.marks import thorough
 
-_STILL = Path(__file__).resolve().parents[3] / "shared" / "data" / "n3dv_flame_steak_frame0"
+_STILL_CAPTURE = Path(__file__).resolve().parents[3] / "shared" / "data" / "n3dv_flame_steak_frame0"
 _DEMO = choose_preset("demo")
 
 
@@ -32,16 +32,16 @@ def folder(correct_capture, tmp_path):
     return shutil.copytree(correct_capture, tmp_path / "room")
 
 
-def find(folder, **options):
+def find_faults(folder, **options):
     return examine(folder, Examination(config=_DEMO, device="cpu", **options)).findings
 
 
 def test_a_correct_capture_has_no_findings(correct_capture):
-    found = examine(correct_capture, Examination(config=_DEMO, device="cpu"))
+    diagnosis = examine(correct_capture, Examination(config=_DEMO, device="cpu"))
 
-    assert found.findings == ()
-    assert found.layout.startswith("N3DV")
-    assert (len(found.capture.cameras), found.capture.frame_count) == (9, 18)
+    assert diagnosis.findings == ()
+    assert diagnosis.layout.startswith("N3DV")
+    assert (len(diagnosis.capture.cameras), diagnosis.capture.frame_count) == (9, 18)
 
 
 @pytest.mark.parametrize(
@@ -51,40 +51,40 @@ def test_an_honest_variant_has_no_findings(tmp_path, variant):
     options = SynthOptions(128, 96, frames=9, cameras=8, variant=variant)
     write_synthetic_capture(tmp_path / "room", options)
 
-    assert find(tmp_path / "room") == ()
+    assert find_faults(tmp_path / "room") == ()
 
 
 def test_a_correct_capture_of_one_moment_has_no_findings(correct_capture):
-    assert find(correct_capture, opening=CaptureOptions(max_frames=1)) == ()
+    assert find_faults(correct_capture, opening=CaptureOptions(max_frames=1)) == ()
 
 
 @pytest.mark.capture
 def test_a_real_capture_has_no_findings(real_capture):
-    assert find(real_capture, opening=CaptureOptions(max_frames=20)) == ()
+    assert find_faults(real_capture, opening=CaptureOptions(max_frames=20)) == ()
 
 
 @pytest.mark.capture
 def test_a_real_capture_of_one_moment_has_no_findings():
-    folder = Path(os.environ.get("QUARC_STILL_CAPTURE", _STILL))
+    folder = Path(os.environ.get("QUARC_STILL_CAPTURE", _STILL_CAPTURE))
     if not folder.is_dir():
         pytest.skip("no real capture: set QUARC_STILL_CAPTURE to a folder in N3DV's layout")
-    assert find(folder) == ()
+    assert find_faults(folder) == ()
 
 
 @pytest.mark.parametrize("plant", FAULTS, ids=lambda plant: plant.__name__)
 def test_a_planted_fault_is_named(folder, plant):
     plant(folder)
-    found = find(folder)
+    findings = find_faults(folder)
     kind, cameras = FAULTS[plant]
 
-    (finding,) = (each for each in found if each.kind == kind)
+    (finding,) = (finding for finding in findings if finding.kind == kind)
     assert finding.cameras == cameras
     assert not cameras or cameras[0] in finding.message
 
 
 def test_insufficient_memory_and_disk_are_reported(correct_capture, monkeypatch):
     monkeypatch.setattr(doctor, "measure_machine", lambda: Machine(1 << 20, 1 << 20))
-    memory, disk = find(correct_capture, quick=True)
+    memory, disk = find_faults(correct_capture, quick=True)
 
     assert (memory.kind, disk.kind) == ("memory-short", "disk-short")
     assert "0.0 GiB are free: use --downscale 2" in memory.message
@@ -93,14 +93,14 @@ def test_insufficient_memory_and_disk_are_reported(correct_capture, monkeypatch)
 def test_a_quick_check_reads_only_the_first_frame(folder):
     damage_frame(folder)
 
-    assert find(folder, quick=True) == ()
+    assert find_faults(folder, quick=True) == ()
 
 
 def test_the_reported_offset_repairs_the_capture(folder):
     delay_video(folder)
-    (finding,) = (each for each in find(folder) if each.kind == "out-of-sync")
+    (finding,) = (finding for finding in find_faults(folder) if finding.kind == "out-of-sync")
     offsets = finding.message.split("write ")[1].split(" into")[0]
 
     assert offsets == f'{{"offsets": {{"{CAMERA}": -3}}}}'
     (folder / "quarc-capture.json").write_text(offsets)
-    assert [each.kind for each in find(folder)] == ["uneven-lengths"]
+    assert [finding.kind for finding in find_faults(folder)] == ["uneven-lengths"]

@@ -35,7 +35,7 @@ def _encode(config=SMALL, frames=None) -> bytes:
     return sink.getvalue()
 
 
-def _whole_frames(data: bytes) -> list[State]:
+def _decode_complete_frames(data: bytes) -> list[State]:
     """The states of the frames in an unfinished stream."""
     states = []
     with contextlib.suppress(TruncatedError):
@@ -56,7 +56,7 @@ def stream() -> bytes:
     return _encode()
 
 
-def _error(scene, capture) -> float:
+def _measure_error(scene, capture) -> float:
     splats = dequantize(scene)
     errors = []
     for index in capture.training:
@@ -70,11 +70,11 @@ def test_every_frame_is_present_and_close_to_its_own_pictures(stream):
     capture = make_capture()
     scenes = list(decode(stream))
 
-    own = [_error(scene, capture) for scene in scenes]
-    stale = _error(replace(scenes[0], frame=3), capture)
+    errors = [_measure_error(scene, capture) for scene in scenes]
+    stale_error = _measure_error(replace(scenes[0], frame=3), capture)
 
     assert [scene.frame for scene in scenes] == [0, 1, 2, 3]
-    assert own[3] < 0.8 * stale
+    assert errors[3] < 0.8 * stale_error
 
 
 def test_the_same_seed_gives_the_same_bytes(stream):
@@ -99,22 +99,24 @@ def test_only_the_requested_number_of_frames_is_encoded():
 
 
 def test_a_frame_is_trained_from_the_decoders_previous_state(monkeypatch):
-    sink, seeds = io.BytesIO(), []
+    sink, frame_starts = io.BytesIO(), []
     fit, measure, losses = encode_stream.fit_motion, encode_stream.measure_loss, []
     monkeypatch.setattr(
-        encode_stream, "measure_loss", lambda *asked: losses.append(measure(*asked)) or losses[-1]
+        encode_stream,
+        "measure_loss",
+        lambda *arguments: losses.append(measure(*arguments)) or losses[-1],
     )
 
     def spy(context, start, *rest):
-        seeds.append((start.previous, sink.getvalue()))
+        frame_starts.append((start.previous, sink.getvalue()))
         return fit(context, start, *rest)
 
     monkeypatch.setattr(encode_stream, "fit_motion", spy)
     encode(make_capture(), sink, EncodeOptions(SMALL, device="cpu"))
 
-    assert len(seeds) == 3
-    for before, written in seeds:
-        decoded = _whole_frames(written)[-1]
+    assert len(frame_starts) == 3
+    for before, written in frame_starts:
+        decoded = _decode_complete_frames(written)[-1]
         for field in ("ids", "positions", "rotations", "codes"):
             assert np.array_equal(getattr(before.scene, field), getattr(decoded.scene, field))
         assert np.array_equal(before.motion, decoded.motion)
@@ -122,29 +124,33 @@ def test_a_frame_is_trained_from_the_decoders_previous_state(monkeypatch):
 
 def test_lambda_follows_from_the_file_so_far(monkeypatch):
     config = replace(SMALL, target_kb_per_frame=0.2, rd_lambda=3.0)
-    sink, seen = io.BytesIO(), []
+    sink, calls = io.BytesIO(), []
     fit, measure, losses = encode_stream.fit_motion, encode_stream.measure_loss, []
     monkeypatch.setattr(
-        encode_stream, "measure_loss", lambda *asked: losses.append(measure(*asked)) or losses[-1]
+        encode_stream,
+        "measure_loss",
+        lambda *arguments: losses.append(measure(*arguments)) or losses[-1],
     )
 
     def spy(*given):
-        seen.append((given[-1], sink.getvalue()))
+        calls.append((given[-1], sink.getvalue()))
         return fit(*given)
 
     monkeypatch.setattr(encode_stream, "fit_motion", spy)
     encode(make_capture(), sink, EncodeOptions(config, device="cpu"))
 
-    for rd, written in seen:
+    for rd, written in calls:
         assert rd == RateDistortion(choose_lambda(config, _frame_sizes(written)), losses[0])
-    assert len({rd for rd, _ in seen}) == len(seen)
+    assert len({rd for rd, _ in calls}) == len(calls)
     assert len(losses) == 1
     assert 0 < losses[0] < 0.2
 
 
 def test_the_mean_of_the_frames_meets_its_target(monkeypatch):
-    splats = toys.make_splats
-    monkeypatch.setattr(toys, "make_splats", lambda frame: splats(6 * math.sin(frame / 5)))
+    make_original_splats = toys.make_splats
+    monkeypatch.setattr(
+        toys, "make_splats", lambda frame: make_original_splats(6 * math.sin(frame / 5))
+    )
     config = replace(
         SMALL,
         motion=replace(SMALL.motion, iterations=10),
@@ -189,10 +195,10 @@ def test_births_at_errors_are_added_and_only_faint_gaussians_die_for_them():
 
     frames = inspect_stream(_encode(replace(SMALL, births=births))).frames
 
-    born = sum(frame.births for frame in frames)
-    died = sum(frame.deaths for frame in frames)
-    assert born > died
-    assert frames[-1].gaussians == frames[0].gaussians + born - died
+    birth_count = sum(frame.births for frame in frames)
+    death_count = sum(frame.deaths for frame in frames)
+    assert birth_count > death_count
+    assert frames[-1].gaussians == frames[0].gaussians + birth_count - death_count
 
 
 @cache
@@ -202,24 +208,24 @@ def _make_state():
 
 
 @given(st.integers(0, 60), st.floats(0, 1))
-def test_only_surplus_and_faint_gaussians_die(target, deaths_below):
+def test_only_surplus_and_faint_gaussians_die(target, death_opacity):
     state = _make_state()
 
-    deaths = encode_stream.count_deaths(state, target, BirthSettings(death_opacity=deaths_below))
+    deaths = encode_stream.count_deaths(state, target, BirthSettings(death_opacity=death_opacity))
 
     logits = dequantize(state.scene).opacities.astype(np.float64)
-    faint = sum(1 / (1 + math.exp(-logit)) < deaths_below for logit in logits)
-    assert deaths == min(max(0, state.scene.count - target), faint)
+    faint_count = sum(1 / (1 + math.exp(-logit)) < death_opacity for logit in logits)
+    assert deaths == min(max(0, state.scene.count - target), faint_count)
 
 
 def test_progress_reports_every_stage():
     reported = []
 
-    class Notes:
+    class RecordingProgress:
         def advance(self, stage, done, total):
             reported.append((stage, done, total))
 
-    encode(make_capture(), io.BytesIO(), EncodeOptions(SMALL, 2, "cpu", Notes()))
+    encode(make_capture(), io.BytesIO(), EncodeOptions(SMALL, 2, "cpu", RecordingProgress()))
 
     assert {stage for stage, _, _ in reported} == {"canonical", "motion", "births", "frames"}
     assert reported[-1] == ("frames", 2, 2)
@@ -241,16 +247,16 @@ def test_an_interrupted_stream_consists_of_complete_frames(monkeypatch):
     sink = io.BytesIO()
     start = ClosedLoop.start_frame
 
-    def interrupted(self, deaths):
+    def raise_at_frame_2(self, deaths):
         if self.state.scene.frame == 2:
             raise KeyboardInterrupt
         return start(self, deaths)
 
-    monkeypatch.setattr(ClosedLoop, "start_frame", interrupted)
+    monkeypatch.setattr(ClosedLoop, "start_frame", raise_at_frame_2)
     with pytest.raises(KeyboardInterrupt):
         encode(make_capture(), sink, EncodeOptions(SMALL, device="cpu"))
 
-    assert [state.scene.frame for state in _whole_frames(sink.getvalue())] == [0, 1, 2]
+    assert [state.scene.frame for state in _decode_complete_frames(sink.getvalue())] == [0, 1, 2]
 
 
 def test_every_nth_frame_is_canonical_and_close_to_its_own_pictures():
@@ -263,5 +269,5 @@ def test_every_nth_frame_is_canonical_and_close_to_its_own_pictures():
     assert [frame.canonical for frame in frames] == [True, False, True, False]
     assert frames[2].gaussians == inspect_stream(_encode(frames=3)).frames[2].gaussians
     for frame in (2, 3):
-        stale = _error(replace(scenes[0], frame=frame), capture)
-        assert _error(scenes[frame], capture) < 0.8 * stale
+        stale_error = _measure_error(replace(scenes[0], frame=frame), capture)
+        assert _measure_error(scenes[frame], capture) < 0.8 * stale_error

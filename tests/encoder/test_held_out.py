@@ -25,50 +25,50 @@ class _GuardedSource:
     def __init__(self, source, forbidden):
         self._source = source
         self._forbidden = forbidden
-        self.asked = set()
+        self.requests = set()
 
     def read(self, camera, frame):
         if camera == self._forbidden:
             message = f"frame {frame} of the held-out camera"
             raise HeldOutReadError(message)
-        self.asked.add((camera, frame))
+        self.requests.add((camera, frame))
         return self._source.read(camera, frame)
 
 
 @pytest.fixture
-def guarded(tmp_path, monkeypatch) -> tuple[Path, list[_GuardedSource]]:
+def guarded_capture(tmp_path, monkeypatch) -> tuple[Path, list[_GuardedSource]]:
     """A capture without initial points, in which every reader is guarded."""
     shots, guards = scenes.make_shots(6, (160, 120), 150.0), []
     for shot in shots:
         picture = scenes.render(shot, painting=scenes.paint_grains, samples=4)
         scenes.write_video(tmp_path / f"{shot.name}.mp4", [picture] * 3)
     np.save(tmp_path / "poses_bounds.npy", [scenes.poses_row(shot) for shot in shots])
-    real = opening.RectifiedPictures
+    original_class = opening.RectifiedPictures
 
     def guard(source, names, rectifiers):
         guards.append(_GuardedSource(source, names.index(_HELD_OUT)))
-        return real(guards[-1], names, rectifiers)
+        return original_class(guards[-1], names, rectifiers)
 
     monkeypatch.setattr(opening, "RectifiedPictures", guard)
     return tmp_path, guards
 
 
-def test_held_out_pictures_are_never_read_during_an_encode(guarded):
-    folder, guards = guarded
+def test_held_out_pictures_are_never_read_during_an_encode(guarded_capture):
+    folder, guards = guarded_capture
     capture = open_capture(folder, CaptureOptions(held_out=(_HELD_OUT,)))
     sink = io.BytesIO()
     encode(capture, sink, EncodeOptions(SMALL, device="cpu"))
 
     (guard,) = guards
-    frames = {frame for _, frame in guard.asked}
-    cameras = {camera for camera, _ in guard.asked}
+    frames = {frame for _, frame in guard.requests}
+    cameras = {camera for camera, _ in guard.requests}
     assert frames == {0, 1, 2}
     assert cameras == {0, 2, 3, 4, 5}
     assert len(sink.getvalue()) > 1000
 
 
-def test_the_guard_detects_a_read(guarded):
-    folder, _ = guarded
+def test_the_guard_detects_a_read(guarded_capture):
+    folder, _ = guarded_capture
     capture = open_capture(folder, CaptureOptions(held_out=(_HELD_OUT,)))
 
     with pytest.raises(HeldOutReadError, match="frame 2"):

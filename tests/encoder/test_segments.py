@@ -41,20 +41,20 @@ def test_more_segments_than_frames_are_rejected(segment_count):
 
 def test_a_segment_of_a_capture_has_its_own_pictures():
     capture = make_capture(5)
-    part = slice_capture(capture, 2, 3)
+    segment = slice_capture(capture, 2, 3)
 
-    assert part.frame_count == 3
+    assert segment.frame_count == 3
     for frame in range(3):
-        assert np.array_equal(part.image(1, frame), capture.image(1, frame + 2))
-    assert not np.array_equal(part.image(1, 0), capture.image(1, 0))
+        assert np.array_equal(segment.image(1, frame), capture.image(1, frame + 2))
+    assert not np.array_equal(segment.image(1, 0), capture.image(1, 0))
     with pytest.raises(ValueError, match="frame 3"):
-        part.image(0, 3)
+        segment.image(0, 3)
     for name in ("name", "cameras", "frames_per_second", "points", "fingerprint", "training"):
-        assert getattr(part, name) == getattr(capture, name)
+        assert getattr(segment, name) == getattr(capture, name)
 
 
 @pytest.fixture(scope="module")
-def joined():
+def joined_stream():
     parts = []
     for first, count in split_frames(3, 2):
         sink = io.BytesIO()
@@ -63,15 +63,15 @@ def joined():
     return join_bytes(*parts)
 
 
-def test_a_joined_stream_is_recognized(joined, tmp_path):
+def test_a_joined_stream_is_recognized(joined_stream, tmp_path):
     path = tmp_path / "a.quarc"
-    path.write_bytes(joined)
+    path.write_bytes(joined_stream)
 
     require_finished(path, make_capture(3), _OPTIONS)
     with pytest.raises(ResumeError, match="these differ: seed"):
         require_finished(path, make_capture(3), replace(_OPTIONS, config=replace(_CONFIG, seed=1)))
     with pytest.raises(ResumeError, match="with 3 frames, not 2"):
         require_finished(path, make_capture(3), replace(_OPTIONS, frames=2))
-    path.write_bytes(joined[:-1])
+    path.write_bytes(joined_stream[:-1])
     with pytest.raises(ResumeError, match="not a complete stream"):
         require_finished(path, make_capture(3), _OPTIONS)

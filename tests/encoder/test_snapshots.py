@@ -35,7 +35,7 @@ _HEADER = StreamHeader(seed=3, gaussians_per_anchor=4, updates=True, snapshots=T
 _SNAPSHOTS, _CANONICAL, _FRAMES = (3, 6, 11), 8, 13
 
 
-def _make() -> tuple[bytes, list[str]]:
+def _make_stream() -> tuple[bytes, list[str]]:
     sink = io.BytesIO()
     loop = ClosedLoop(sink, _HEADER, (CAMERA,), {})
     states = [loop.commit_canonical(make_gaussians(_HEADER, 50), 0)]
@@ -54,17 +54,17 @@ def _make() -> tuple[bytes, list[str]]:
     return sink.getvalue(), [compute_digest(state.scene) for state in states]
 
 
-_DATA, _DIGESTS = _make()
+_DATA, _DIGESTS = _make_stream()
 _CHUNKS = list(split_chunks(_DATA))
 
 
-def _digests(data: bytes, start: int = 0, stop: int | None = None) -> list[str]:
+def _compute_digests(data: bytes, start: int = 0, stop: int | None = None) -> list[str]:
     return [compute_digest(scene) for scene in decode(data, start, stop)]
 
 
 def test_a_stream_with_snapshots_decodes_as_written():
     assert [c.kind for c in _CHUNKS].count(container.SNAP) == len(_SNAPSHOTS)
-    assert _digests(_DATA) == _DIGESTS
+    assert _compute_digests(_DATA) == _DIGESTS
 
 
 @pytest.mark.parametrize("frame", range(_FRAMES))
@@ -75,14 +75,14 @@ def test_every_frame_is_reached_through_one_canonical_frame_and_one_snapshot(fra
     scene = next(iter(decode(source, frame, frame + 1)))
 
     assert compute_digest(scene) == _DIGESTS[frame]
-    read = {
+    read_types = {
         chunk.kind
         for chunk in _CHUNKS
         if chunk.kind in (container.CANO, container.SNAP)
         and any(begin <= chunk.offset + 40 < begin + size for begin, size in source.reads)
     }
-    seek_point = max(each for each in (0, _CANONICAL, *_SNAPSHOTS) if each <= frame)
-    assert (container.SNAP in read) == (seek_point in _SNAPSHOTS)
+    seek_point = max(item for item in (0, _CANONICAL, *_SNAPSHOTS) if item <= frame)
+    assert (container.SNAP in read_types) == (seek_point in _SNAPSHOTS)
 
 
 @pytest.mark.parametrize("start", [0, _CANONICAL, *_SNAPSHOTS])
@@ -91,11 +91,11 @@ def test_a_cut_can_start_at_a_snapshot_and_keeps_every_digest(start, stop):
     if stop is not None and stop <= start:
         return
 
-    part = cut_bytes(_DATA, start, stop)
+    cut_stream = cut_bytes(_DATA, start, stop)
 
-    assert _digests(part) == _DIGESTS[start:stop]
+    assert _compute_digests(cut_stream) == _DIGESTS[start:stop]
     assert (
-        next(c.kind for c in split_chunks(part) if c.kind in container.FRAME_TYPES)
+        next(c.kind for c in split_chunks(cut_stream) if c.kind in container.FRAME_TYPES)
         == container.CANO
     )
 
@@ -108,18 +108,18 @@ def test_later_snapshots_of_a_cut_stay_snapshots():
 
 @pytest.mark.parametrize(("kind", "place"), [(container.CANO, 4), (container.SNAP, 8)])
 def test_a_cut_does_not_exceed_the_gaussians_of_its_level(kind, place):
-    pieces = [(chunk.kind, bytearray(chunk.payload)) for chunk in _CHUNKS]
-    payload = next(payload for each, payload in pieces if each == kind)
+    type_and_payload = [(chunk.kind, bytearray(chunk.payload)) for chunk in _CHUNKS]
+    payload = next(payload for item, payload in type_and_payload if item == kind)
     payload[place : place + 4] = b"\xff" * 4  # gaussian_count, newborn_count
 
     with pytest.raises(CountLevelError):
-        cut_bytes(rebuild_stream([(each, bytes(data)) for each, data in pieces]), 3, None)
+        cut_bytes(rebuild_stream([(item, bytes(data)) for item, data in type_and_payload]), 3, None)
 
 
 def test_parts_join_to_the_whole():
     parts = [cut_bytes(_DATA, 0, 6), cut_bytes(_DATA, 6, None)]
 
-    assert _digests(join_bytes(*parts)) == _DIGESTS
+    assert _compute_digests(join_bytes(*parts)) == _DIGESTS
 
 
 @pytest.mark.parametrize("number", range(3, len(_CHUNKS) - 2))
@@ -127,14 +127,14 @@ def test_after_damage_decoding_resumes_at_a_snapshot_with_its_canonical_frame(nu
     damaged = bytearray(_DATA)
     damaged[_CHUNKS[number].offset + 25] ^= 1
 
-    found = [each for each in recover(bytes(damaged)) if not isinstance(each, Gap)]
+    scenes = [item for item in recover(bytes(damaged)) if not isinstance(item, Gap)]
 
-    lost = number - 3
-    after = next((f for f in sorted((*_SNAPSHOTS, _CANONICAL)) if f > lost), _FRAMES)
-    if lost in (0, _CANONICAL):  # with a lost CANO its snapshots are lost
-        after = _CANONICAL if lost == 0 else _FRAMES
-    assert [scene.frame for scene in found] == [*range(lost), *range(after, _FRAMES)]
-    assert all(compute_digest(scene) == _DIGESTS[scene.frame] for scene in found)
+    lost_frame = number - 3
+    resume_frame = next((f for f in sorted((*_SNAPSHOTS, _CANONICAL)) if f > lost_frame), _FRAMES)
+    if lost_frame in (0, _CANONICAL):  # with a lost CANO its snapshots are lost
+        resume_frame = _CANONICAL if lost_frame == 0 else _FRAMES
+    assert [scene.frame for scene in scenes] == [*range(lost_frame), *range(resume_frame, _FRAMES)]
+    assert all(compute_digest(scene) == _DIGESTS[scene.frame] for scene in scenes)
 
 
 def test_snapshots_need_a_header_that_allows_them():
@@ -151,23 +151,25 @@ def test_an_encode_with_snapshots_resumes_to_the_same_bytes(tmp_path):
     canonical = replace(SMALL.canonical, iterations=30, keyframe_interval=4, snapshot_interval=2)
     options = EncodeOptions(replace(SMALL, canonical=canonical), 7, "cpu")
     encode_file(make_capture(7), tmp_path / "a.quarc", options)
-    whole = (tmp_path / "a.quarc").read_bytes()
-    chunks = [chunk for chunk in split_chunks(whole) if chunk.kind in container.FRAME_TYPES]
+    complete_stream = (tmp_path / "a.quarc").read_bytes()
+    chunks = [
+        chunk for chunk in split_chunks(complete_stream) if chunk.kind in container.FRAME_TYPES
+    ]
 
     assert [chunk.kind.decode() for chunk in chunks] == [
         *("CANO", "FRAM", "SNAP", "FRAM", "CANO", "FRAM", "SNAP")
     ]
     for place in (3, 6):
-        (tmp_path / "a.quarc").write_bytes(whole[: chunks[place].offset + 9])
+        (tmp_path / "a.quarc").write_bytes(complete_stream[: chunks[place].offset + 9])
         encode_file(make_capture(7), tmp_path / "a.quarc", options)
-        assert (tmp_path / "a.quarc").read_bytes() == whole
+        assert (tmp_path / "a.quarc").read_bytes() == complete_stream
 
 
 def test_snapshots_are_declared_in_the_header_on_request():
     plain = make_header(SMALL, 30.0, 9)
-    asked = replace(SMALL, canonical=replace(SMALL.canonical, snapshot_interval=30))
+    config = replace(SMALL, canonical=replace(SMALL.canonical, snapshot_interval=30))
 
-    assert (plain.snapshots, make_header(asked, 30.0, 9).snapshots) == (False, True)
+    assert (plain.snapshots, make_header(config, 30.0, 9).snapshots) == (False, True)
 
 
 def test_the_kind_of_a_frame_is_given_once():
@@ -190,8 +192,8 @@ def test_an_encode_undoes_moves_within_the_dead_zone_of_its_settings(dead_zone):
 
     chunks = {chunk.kind: chunk.payload for chunk in split_chunks(sink.getvalue())}
     code_planes = wire.parse_stream_header(chunks[container.HEAD]).code_planes
-    known = read_canonical(wire.parse_canonical(chunks[container.CANO]), code_planes)
-    snapshot = read_snapshot(wire.parse_snapshot(chunks[container.SNAP]), known)
+    canonical_gaussians = read_canonical(wire.parse_canonical(chunks[container.CANO]), code_planes)
+    snapshot = read_snapshot(wire.parse_snapshot(chunks[container.SNAP]), canonical_gaussians)
 
-    moves = compare(snapshot, known)[SURVIVOR_FIELDS["position"]]
+    moves = compare(snapshot, canonical_gaussians)[SURVIVOR_FIELDS["position"]]
     assert moves.any() == (dead_zone == 0)

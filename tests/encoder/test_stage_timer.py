@@ -6,10 +6,10 @@ from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.stage_timer import StageTimer
 from tests.encoder.toys import SMALL, make_capture
 
-_SHOWN = ["canonical", "canonical commit", "anchors", "motion", "placement", "births", "commit"]
+_STAGES = ["canonical", "canonical commit", "anchors", "motion", "placement", "births", "commit"]
 
 
-class _Ticks:
+class _ManualClock:
     """A clock that advances by given seconds on demand."""
 
     def __init__(self):
@@ -20,7 +20,7 @@ class _Ticks:
 
 
 def test_seconds_between_two_stages_count_for_the_next():
-    clock = _Ticks()
+    clock = _ManualClock()
     timer = StageTimer(clock=clock)
     steps = [
         (5, "canonical"), (2, "canonical"), (1, "frames"), (3, "motion"), (4, "motion"),
@@ -37,7 +37,7 @@ def test_seconds_between_two_stages_count_for_the_next():
 
 
 def test_seconds_of_another_timer_are_excluded():
-    clock, reported = _Ticks(), []
+    clock, reported = _ManualClock(), []
 
     class SlowProgress:
         def advance(self, *step):
@@ -55,7 +55,7 @@ def test_seconds_of_another_timer_are_excluded():
 
 
 def test_time_of_other_work_in_between_is_excluded():
-    clock = _Ticks()
+    clock = _ManualClock()
     timer = StageTimer(clock=clock)
     clock.now += 1
     timer.advance("frames", 1, 2)
@@ -69,8 +69,8 @@ def test_time_of_other_work_in_between_is_excluded():
 
 def test_an_encode_times_all_stages_and_no_others():
     timer = StageTimer()
-    started = timer._clock()
+    start_time = timer._clock()
     encode(make_capture(2), io.BytesIO(), EncodeOptions(SMALL, device="cpu", progress=timer))
 
-    assert sorted(timer.seconds) == sorted(_SHOWN)
-    assert 0 < sum(timer.seconds.values()) == pytest.approx(timer._clock() - started, rel=0.1)
+    assert sorted(timer.seconds) == sorted(_STAGES)
+    assert 0 < sum(timer.seconds.values()) == pytest.approx(timer._clock() - start_time, rel=0.1)

@@ -16,22 +16,22 @@ from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 from tests.encoder.toys import make_cameras, make_capture
 
-_ASKED = StepSettings(position_pixels=0.25, translation_change=0.004)
-_TOY = make_cameras(), make_capture().points
+_SETTINGS = StepSettings(position_pixels=0.25, translation_change=0.004)
+_CAMERAS_AND_POINTS = make_cameras(), make_capture().points
 
 
-def _fade(slope: float, shape: tuple[int, int] = (40, 60)):
+def _make_gradient_picture(slope: float, shape: tuple[int, int] = (40, 60)):
     """Return a picture that becomes brighter to the right, by a given slope."""
     row = np.round(np.arange(shape[1]) * slope * 255).astype(np.uint8)
     return np.broadcast_to(row[None, :, None], (*shape, 3))
 
 
-_PICTURES = [_fade(2 / 255)]
+_PICTURES = [_make_gradient_picture(2 / 255)]
 
 
-def _scaled(factor: float):
+def _scale_scene(factor: float):
     """Return the toy's cameras and points in other units of length."""
-    cameras, points = _TOY
+    cameras, points = _CAMERAS_AND_POINTS
     cameras = [
         replace(camera, translation=tuple(factor * x for x in camera.translation))
         for camera in cameras
@@ -39,8 +39,8 @@ def _scaled(factor: float):
     return cameras, Points((factor * points.positions).astype(np.float32), points.colors)
 
 
-def _propose(factor: float = 1.0, settings: StepSettings = _ASKED) -> StreamHeader:
-    return propose_steps(StreamHeader(), settings, *_scaled(factor), _PICTURES)
+def _propose(factor: float = 1.0, settings: StepSettings = _SETTINGS) -> StreamHeader:
+    return propose_steps(StreamHeader(), settings, *_scale_scene(factor), _PICTURES)
 
 
 def test_a_pixel_is_as_wide_as_the_median_depth_over_the_focal_length():
@@ -53,26 +53,31 @@ def test_a_pixel_is_as_wide_as_the_median_depth_over_the_focal_length():
 
 
 def test_sharpness_is_the_change_from_pixel_to_pixel():
-    across = 2 / 255 * (38 * 57) / (38 * 57 + 37 * 58)  # and nothing downward
+    horizontal_change = 2 / 255 * (38 * 57) / (38 * 57 + 37 * 58)  # and nothing downward
 
-    assert measure_sharpness([_fade(2 / 255)]) == pytest.approx(across)
-    assert measure_sharpness([_fade(2 / 255), _fade(0.0)]) == pytest.approx(across / 2)
+    assert measure_sharpness([_make_gradient_picture(2 / 255)]) == pytest.approx(horizontal_change)
+    assert measure_sharpness(
+        [_make_gradient_picture(2 / 255), _make_gradient_picture(0.0)]
+    ) == pytest.approx(horizontal_change / 2)
 
 
 def test_noise_hardly_increases_sharpness():
     rng = np.random.default_rng(1)
-    truth = _fade(4 / 255).astype(np.float64)
+    truth = _make_gradient_picture(4 / 255).astype(np.float64)
     noisy = np.clip(np.round(truth + rng.normal(0, 2, truth.shape)), 0, 255).astype(np.uint8)
 
-    plain = np.abs(np.diff(noisy.astype(int), axis=0)).mean() / 255
-    assert measure_sharpness([noisy]) - measure_sharpness([_fade(4 / 255)]) < plain / 5
+    unfiltered_sharpness = np.abs(np.diff(noisy.astype(int), axis=0)).mean() / 255
+    assert (
+        measure_sharpness([noisy]) - measure_sharpness([_make_gradient_picture(4 / 255)])
+        < unfiltered_sharpness / 5
+    )
 
 
 def test_steps_match_the_requested_pixels_and_change_of_pictures():
-    pixel = measure_pixel(*_TOY)
+    pixel = measure_pixel(*_CAMERAS_AND_POINTS)
     shift = 0.002 / measure_sharpness(_PICTURES)
 
-    header = _propose(settings=replace(_ASKED, translation_change=0.002))
+    header = _propose(settings=replace(_SETTINGS, translation_change=0.002))
 
     assert position_step(header) == pytest.approx(0.25 * pixel, rel=1 / 16)
     assert translation_step(header) == pytest.approx(shift * pixel, rel=1 / 16)
@@ -80,32 +85,44 @@ def test_steps_match_the_requested_pixels_and_change_of_pictures():
 
 
 def test_a_step_is_at_most_a_pixel_even_without_texture():
-    for flat in ([_fade(0.0)], [_fade(0.5, (3, 3))], []):
-        header = propose_steps(StreamHeader(), _ASKED, *_TOY, flat)
+    for pictures_without_texture in (
+        [_make_gradient_picture(0.0)],
+        [_make_gradient_picture(0.5, (3, 3))],
+        [],
+    ):
+        header = propose_steps(
+            StreamHeader(), _SETTINGS, *_CAMERAS_AND_POINTS, pictures_without_texture
+        )
 
-        assert translation_step(header) == pytest.approx(measure_pixel(*_TOY), rel=1 / 16)
+        assert translation_step(header) == pytest.approx(
+            measure_pixel(*_CAMERAS_AND_POINTS), rel=1 / 16
+        )
 
 
 def test_a_capture_in_units_of_an_eighth_differs_only_in_the_lattice_exponent():
-    header, larger = _propose(), _propose(8.0)
+    header, scaled_header = _propose(), _propose(8.0)
 
-    assert larger == replace(header, lattice_exponent=header.lattice_exponent - 3)
+    assert scaled_header == replace(header, lattice_exponent=header.lattice_exponent - 3)
 
 
 @given(st.floats(1e-2, 1e3))
 def test_steps_in_pixels_do_not_depend_on_the_unit_of_length(factor):
-    header, other = _propose(), _propose(factor)
+    header, scaled_header = _propose(), _propose(factor)
 
-    assert position_step(other) == pytest.approx(factor * position_step(header), rel=1 / 7)
-    assert translation_step(other) == pytest.approx(factor * translation_step(header), rel=1 / 7)
+    assert position_step(scaled_header) == pytest.approx(factor * position_step(header), rel=1 / 7)
+    assert translation_step(scaled_header) == pytest.approx(
+        factor * translation_step(header), rel=1 / 7
+    )
 
 
 @given(st.floats(1e-4, 1.0))
 def test_the_lattice_extends_beyond_the_cameras_and_the_points(pixels):
-    cameras, points = _TOY
-    far = Points(np.concatenate([points.positions, [[9e3, 0, 0]]]), points.colors)
+    cameras, points = _CAMERAS_AND_POINTS
+    far_points = Points(np.concatenate([points.positions, [[9e3, 0, 0]]]), points.colors)
 
-    header = propose_steps(StreamHeader(), StepSettings(pixels, pixels), cameras, far, _PICTURES)
+    header = propose_steps(
+        StreamHeader(), StepSettings(pixels, pixels), cameras, far_points, _PICTURES
+    )
 
     assert 4 * 9e3 * 2.0**header.lattice_exponent <= POSITION_LIMIT
 
@@ -122,29 +139,29 @@ def test_one_step_can_be_in_world_units_and_the_other_in_pixels():
 
 
 def test_points_outside_all_views_give_no_steps():
-    cameras, points = _TOY
-    behind = Points(points.positions + np.float32(1e3), points.colors)
+    cameras, points = _CAMERAS_AND_POINTS
+    hidden_points = Points(points.positions + np.float32(1e3), points.colors)
 
     with pytest.raises(EncodeError, match="no training view"):
-        propose_steps(StreamHeader(), _ASKED, cameras, behind, _PICTURES)
+        propose_steps(StreamHeader(), _SETTINGS, cameras, hidden_points, _PICTURES)
 
 
 def test_the_stream_of_an_encode_has_the_steps_of_its_training_views():
     capture = make_capture()
     training = [capture.cameras[index] for index in capture.training]
 
-    suited = adapt_steps_to_capture(EncoderConfig(steps=_ASKED), capture)
+    adapted = adapt_steps_to_capture(EncoderConfig(steps=_SETTINGS), capture)
 
     pictures = [capture.image(index, 0) for index in capture.training]
-    proposed = propose_steps(StreamHeader(), _ASKED, training, capture.points, pictures)
-    assert suited.stream == proposed != StreamHeader()
+    proposed = propose_steps(StreamHeader(), _SETTINGS, training, capture.points, pictures)
+    assert adapted.stream == proposed != StreamHeader()
 
 
 def test_a_segment_of_a_capture_has_the_steps_of_the_whole():
     capture = make_capture()
-    config = EncoderConfig(steps=_ASKED)
+    config = EncoderConfig(steps=_SETTINGS)
 
-    part = slice_capture(slice_capture(capture, 1, 2), 1, 1)
+    segment = slice_capture(slice_capture(capture, 1, 2), 1, 1)
 
-    assert (part.image(1, 0) != capture.image(1, 0)).any()
-    assert adapt_steps_to_capture(config, part) == adapt_steps_to_capture(config, capture)
+    assert (segment.image(1, 0) != capture.image(1, 0)).any()
+    assert adapt_steps_to_capture(config, segment) == adapt_steps_to_capture(config, capture)

@@ -19,8 +19,8 @@ def test_an_up_direction_between_axes_is_metadata():
 
 
 def test_the_header_states_what_the_notes_know():
-    known = set_world_frame(StreamHeader(), CaptureNotes(up=(0, -1, 0), meters_per_unit=0.1))
+    header = set_world_frame(StreamHeader(), CaptureNotes(up=(0, -1, 0), meters_per_unit=0.1))
 
-    assert known.up_axis == 4
-    assert known.meters_per_unit == pytest.approx(0.1)
+    assert header.up_axis == 4
+    assert header.meters_per_unit == pytest.approx(0.1)
     assert set_world_frame(StreamHeader(), CaptureNotes()) == StreamHeader()

@@ -45,10 +45,12 @@ def make_cameras(count: int = 4) -> list[Camera]:
         angle = 0.5 * (index - (count - 1) / 2)
         c, s = math.cos(angle), math.sin(angle)
         rotation = (c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c)
-        lens = (50.0, 50.0, WIDTH / 2, HEIGHT / 2)
-        place = (0.0, 0.0, _DISTANCE)
+        intrinsics = (50.0, 50.0, WIDTH / 2, HEIGHT / 2)
+        translation = (0.0, 0.0, _DISTANCE)
         name = f"cam{index:02}"
-        cameras.append(Camera(name, WIDTH, HEIGHT, *lens, rotation, place, 0.5, index == 0))
+        cameras.append(
+            Camera(name, WIDTH, HEIGHT, *intrinsics, rotation, translation, 0.5, index == 0)
+        )
     return cameras
 
 

@@ -139,10 +139,10 @@ def _find_too_few_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
     if rarely_seen_fraction > _MAX_RARELY_SEEN_FRACTION or degrees > _MAX_PARALLAX_DEGREES:
         message = (
             f"{len(projected.cameras)} training cameras are too few for this scene: "
-            f"{rarely_seen_fraction:.0%} of the initial points are seen by fewer than {_RECOMMENDED_VIEWS} of them, and the "
-            f"two nearest cameras of a point see it at an angle of {degrees:.0f} degrees (it "
-            f"should be at most {_MAX_PARALLAX_DEGREES:.0f}). Quality between the cameras will be "
-            "poor: add cameras"
+            f"{rarely_seen_fraction:.0%} of the initial points are seen by fewer than "
+            f"{_RECOMMENDED_VIEWS} of them, and the two nearest cameras of a point see it at an "
+            f"angle of {degrees:.0f} degrees (it should be at most {_MAX_PARALLAX_DEGREES:.0f}). "
+            "Quality between the cameras will be poor: add cameras"
         )
         yield Finding("too-few-cameras", message)
 

@@ -29,9 +29,13 @@ class _Reordered:
         return self._capture.image(self._order[camera], frame).copy()
 
 
-def keep_cameras(capture, kept):
+def keep_cameras(capture, camera_indices):
     """The capture with some of its cameras."""
-    return plant(capture, cameras=[capture.cameras[index] for index in kept], order=list(kept))
+    return plant(
+        capture,
+        cameras=[capture.cameras[index] for index in camera_indices],
+        order=list(camera_indices),
+    )
 
 
 def swap_pictures(capture, first, second):
@@ -44,8 +48,8 @@ def swap_pictures(capture, first, second):
 def turn_camera(capture, index, axis, degrees):
     """The capture with one camera rotated around one of its own axes."""
     angle = np.radians(degrees)
-    turn = np.eye(3)
-    turn[np.ix_(*[[other for other in range(3) if other != axis]] * 2)] = [
+    rotation = np.eye(3)
+    rotation[np.ix_(*[[other_axis for other_axis in range(3) if other_axis != axis]] * 2)] = [
         [np.cos(angle), -np.sin(angle)],
         [np.sin(angle), np.cos(angle)],
     ]
@@ -53,8 +57,8 @@ def turn_camera(capture, index, axis, degrees):
     return _pose_camera(
         capture,
         index,
-        turn @ np.array(camera.rotation).reshape(3, 3),
-        turn @ np.array(camera.translation),
+        rotation @ np.array(camera.rotation).reshape(3, 3),
+        rotation @ np.array(camera.translation),
     )
 
 
@@ -75,11 +79,11 @@ def _pose_camera(capture, index, rotation, translation):
     return plant(capture, cameras=cameras)
 
 
-def move_points(capture, share, step):
+def move_points(capture, fraction, offset):
     """The capture with a share of its points moved by a distance in world units."""
     positions, colors = capture.points.positions.copy(), capture.points.colors
-    chosen = np.random.default_rng(1).permutation(len(positions))[: int(share * len(positions))]
-    positions[chosen] += np.array(step, dtype=np.float32)
+    indices = np.random.default_rng(1).permutation(len(positions))[: int(fraction * len(positions))]
+    positions[indices] += np.array(offset, dtype=np.float32)
     return plant(capture, points=Points(positions, colors))
 
 

@@ -22,12 +22,12 @@ from tests.encoder.checks.planted import (
 )
 from tests.marks import thorough
 
-_USUAL = ("playroom", "dark-stage")
-_SCENES = [name if name in _USUAL else thorough(name) for name in VARIANTS]
+_FAST_VARIANTS = ("playroom", "dark-stage")
+_VARIANTS = [name if name in _FAST_VARIANTS else thorough(name) for name in VARIANTS]
 
 
 @pytest.fixture(scope="module")
-def trace(tmp_path_factory):
+def trace_capture(tmp_path_factory):
     """Traces captures of one frame, each only once."""
     root, traced = tmp_path_factory.mktemp("traced"), {}
 
@@ -44,32 +44,32 @@ def trace(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def correct_capture(trace):
-    return trace(frames=2)
+def correct_capture(trace_capture):
+    return trace_capture(frames=2)
 
 
 def _list_kinds(capture):
     return [finding.kind for finding in check_capture(capture)]
 
 
-@pytest.mark.parametrize("variant", _SCENES)
-def test_an_honest_variant_has_no_findings(trace, variant):
-    assert check_capture(trace(variant=variant)) == []
+@pytest.mark.parametrize("variant", _VARIANTS)
+def test_an_honest_variant_has_no_findings(trace_capture, variant):
+    assert check_capture(trace_capture(variant=variant)) == []
 
 
 @pytest.mark.parametrize("cameras", [4, 8, thorough(13), thorough(30)])
-def test_enough_cameras_have_no_findings(trace, cameras):
-    assert check_capture(trace(cameras=cameras)) == []
+def test_enough_cameras_have_no_findings(trace_capture, cameras):
+    assert check_capture(trace_capture(cameras=cameras)) == []
 
 
 @pytest.mark.parametrize("seed", [1, thorough(2)])
-def test_another_seed_has_no_findings(trace, seed):
-    assert check_capture(trace(seed=seed)) == []
+def test_another_seed_has_no_findings(trace_capture, seed):
+    assert check_capture(trace_capture(seed=seed)) == []
 
 
 @pytest.mark.parametrize(("width", "height"), [(64, 48), thorough(320, 240)])
-def test_another_size_has_no_findings(trace, width, height):
-    assert check_capture(trace(width=width, height=height, cameras=8)) == []
+def test_another_size_has_no_findings(trace_capture, width, height):
+    assert check_capture(trace_capture(width=width, height=height, cameras=8)) == []
 
 
 @pytest.mark.capture
@@ -79,16 +79,16 @@ def test_a_real_capture_has_no_findings(real_capture):
 
 
 @pytest.mark.parametrize("cameras", [2, 3])
-def test_cameras_far_apart_are_too_few(trace, cameras):
-    (finding,) = check_capture(trace(cameras=cameras))
+def test_cameras_far_apart_are_too_few(trace_capture, cameras):
+    (finding,) = check_capture(trace_capture(cameras=cameras))
 
     assert finding.kind == "too-few-cameras"
     assert f"{cameras} training cameras are too few" in finding.message
     assert finding.cameras == ()
 
 
-def test_two_cameras_side_by_side_are_too_few(trace):
-    (finding,) = check_capture(keep_cameras(trace(cameras=30), [0, 15, 16]))
+def test_two_cameras_side_by_side_are_too_few(trace_capture):
+    (finding,) = check_capture(keep_cameras(trace_capture(cameras=30), [0, 15, 16]))
 
     assert finding.kind == "too-few-cameras"
     assert "100% of the initial points are seen by fewer than 3" in finding.message
@@ -139,9 +139,9 @@ def test_a_camera_that_looks_away_is_named(correct_capture):
     assert "visible in the pictures of cam04" in finding.message
 
 
-@pytest.mark.parametrize("variant", _SCENES)
-def test_swapped_pictures_are_named(trace, variant):
-    (finding,) = check_capture(swap_pictures(trace(variant=variant), 5, 6))
+@pytest.mark.parametrize("variant", _VARIANTS)
+def test_swapped_pictures_are_named(trace_capture, variant):
+    (finding,) = check_capture(swap_pictures(trace_capture(variant=variant), 5, 6))
 
     assert (finding.kind, finding.cameras) == ("poses-mixed-up", ("cam05", "cam06"))
     assert "cam05: pose of cam06, cam06: pose of cam05" in finding.message
@@ -152,16 +152,16 @@ def test_a_shuffled_order_of_poses_is_found(correct_capture):
     order = [0, *(1 + np.random.default_rng(3).permutation(count - 1)).tolist()]
     (finding,) = check_capture(plant(correct_capture, order=order))
 
-    moved = [f"cam{index:02}" for index in range(count) if order[index] != index]
-    assert (finding.kind, list(finding.cameras)) == ("poses-mixed-up", moved)
+    moved_cameras = [f"cam{index:02}" for index in range(count) if order[index] != index]
+    assert (finding.kind, list(finding.cameras)) == ("poses-mixed-up", moved_cameras)
 
 
 @pytest.mark.parametrize("variant", ["playroom", thorough("dark-stage"), thorough("mixed-cameras")])
 @pytest.mark.parametrize(
     ("axis", "degrees"), [(1, 3), (1, -8), (0, 5), (0, 15), (2, 30), thorough(2, 180)]
 )
-def test_a_rotated_camera_is_named(trace, variant, axis, degrees):
-    (finding,) = check_capture(turn_camera(trace(variant=variant), 7, axis, degrees))
+def test_a_rotated_camera_is_named(trace_capture, variant, axis, degrees):
+    (finding,) = check_capture(turn_camera(trace_capture(variant=variant), 7, axis, degrees))
 
     assert (finding.kind, finding.cameras) == ("pose-disagrees", ("cam07",))
 
@@ -196,10 +196,10 @@ def test_colors_of_points_are_those_of_the_first_frame_of_the_whole_capture(corr
             message = f"frame {frame} of camera {camera} is read"
             raise AssertionError(message)
 
-    part = slice_capture(correct_capture, 1, 1)
-    part._source = UnreadableSource()
+    segment = slice_capture(correct_capture, 1, 1)
+    segment._source = UnreadableSource()
 
-    assert check_capture(part) == []
+    assert check_capture(segment) == []
 
 
 def test_a_held_out_picture_is_not_read(correct_capture):

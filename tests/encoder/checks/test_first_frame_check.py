@@ -16,7 +16,7 @@ def _make_views(*details):
 
 
 def _list_findings(*details):
-    return [(it.kind, it.cameras) for it in judge_views(_make_views(*details))]
+    return [(finding.kind, finding.cameras) for finding in judge_views(_make_views(*details))]
 
 
 def test_views_above_their_coarse_pictures_have_no_findings():
@@ -72,8 +72,8 @@ def test_squares_do_not_reveal_stripes():
 
 def _encode(capture, tmp_path, **changes):
     findings = []
-    longer = {"iterations": 400, "densify_until_iter": 200, "max_gaussians": 400}
-    canonical = replace(SMALL.canonical, **{**longer, **changes})
+    defaults = {"iterations": 400, "densify_until_iter": 200, "max_gaussians": 400}
+    canonical = replace(SMALL.canonical, **{**defaults, **changes})
     options = EncodeOptions(
         replace(SMALL, canonical=canonical),
         frames=1,

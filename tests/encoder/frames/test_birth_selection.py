@@ -22,7 +22,7 @@ _CPU = torch.device("cpu")
 _PARENTS = torch.tensor([3, 9, 20])
 
 
-def _blobs() -> Attributes:
+def _make_blobs() -> Attributes:
     """Three blobs in front of the scene: two red ones with a green one between them."""
     colors = torch.tensor([[0.9, 0.1, 0.1], [0.1, 0.9, 0.1], [0.9, 0.1, 0.1]])
     return Attributes(
@@ -43,11 +43,13 @@ def objective(monkeypatch) -> BirthObjective:
         header, 0, quantize_gaussians(from_splats(make_splats(0), _CPU), header)
     )
     scene = from_splats(dequantize(state.scene), _CPU)
-    red = _blobs().rows(torch.tensor([0, 2])).quantized(header)
+    red = _make_blobs().rows(torch.tensor([0, 2])).quantized(header)
     with torch.no_grad():
-        drawn = scene.joined(red).activated()
-        truths = [context.render(drawn, view).image for view in range(len(context.views.cameras))]
-    monkeypatch.setattr(type(context), "truth", lambda *asked: truths[asked[1]])
+        gaussians = scene.joined(red).activated()
+        truths = [
+            context.render(gaussians, view).image for view in range(len(context.views.cameras))
+        ]
+    monkeypatch.setattr(type(context), "truth", lambda *arguments: truths[arguments[1]])
     return BirthObjective(
         context, FixedScene(context, scene), state.scene, SMALL.motion.lambda_dssim
     )
@@ -67,53 +69,61 @@ def _cost(objective: BirthObjective, weight: float) -> ByteCost:
 
 
 def test_missing_gaussians_gain_most_and_wrong_ones_less_than_nothing(objective):
-    large, wrong, small = measure_gains(objective, _blobs()).tolist()
+    large, wrong, small = measure_gains(objective, _make_blobs()).tolist()
 
     assert large > small > 0 > wrong
 
 
 def test_the_gain_of_a_newborn_is_close_to_the_decrease_of_the_loss(objective):
-    red = _blobs().rows(torch.tensor([0]))
+    red = _make_blobs().rows(torch.tensor([0]))
 
-    fall = objective.mean_loss_without() - objective.mean_loss(red)
-    assert float(measure_gains(objective, red)) == pytest.approx(fall, rel=0.5)
+    decrease = objective.mean_loss_without() - objective.mean_loss(red)
+    assert float(measure_gains(objective, red)) == pytest.approx(decrease, rel=0.5)
 
 
 def test_births_that_gain_too_little_are_left_out_and_the_others_stay(objective):
-    births = select_births(objective, _blobs(), _PARENTS, _cost(objective, 1e-9))
+    births = select_births(objective, _make_blobs(), _PARENTS, _cost(objective, 1e-9))
 
     assert births is not None
     assert births.parents.tolist() == [3, 20]
 
 
 def test_a_high_lambda_allows_no_births(objective):
-    assert select_births(objective, _blobs(), _PARENTS, _cost(objective, 1.0)) is None
+    assert select_births(objective, _make_blobs(), _PARENTS, _cost(objective, 1.0)) is None
 
 
 def test_without_a_cost_of_bytes_all_births_or_none_stay(objective):
-    births = select_births(objective, _blobs(), _PARENTS, _cost(objective, 0))
-    wrong = torch.tensor([1])
+    births = select_births(objective, _make_blobs(), _PARENTS, _cost(objective, 0))
+    wrong_index = torch.tensor([1])
 
     assert births is not None
     assert births.parents.tolist() == _PARENTS.tolist()
     assert (
-        select_births(objective, _blobs().rows(wrong), _PARENTS[wrong], _cost(objective, 0)) is None
+        select_births(
+            objective, _make_blobs().rows(wrong_index), _PARENTS[wrong_index], _cost(objective, 0)
+        )
+        is None
     )
 
 
 def test_gains_are_compared_with_the_bytes_of_the_section(objective):
-    red = _blobs().rows(torch.tensor([0, 2]))
-    born = select_births(objective, red, _PARENTS[[0, 2]], _cost(objective, 0.0))
-    assert born is not None
+    red = _make_blobs().rows(torch.tensor([0, 2]))
+    births = select_births(objective, red, _PARENTS[[0, 2]], _cost(objective, 0.0))
+    assert births is not None
     gain = objective.mean_loss_without() - objective.mean_loss(red)
-    even = gain / _count_bytes(objective, born)
+    break_even_weight = gain / _count_bytes(objective, births)
 
     first = torch.tensor([0])
     assert (
-        select_births(objective, red.rows(first), _PARENTS[first], _cost(objective, 1.5 * even))
+        select_births(
+            objective, red.rows(first), _PARENTS[first], _cost(objective, 1.5 * break_even_weight)
+        )
         is None
     )
-    assert select_births(objective, red, _PARENTS[[0, 2]], _cost(objective, 0.2 * even)) is not None
+    assert (
+        select_births(objective, red, _PARENTS[[0, 2]], _cost(objective, 0.2 * break_even_weight))
+        is not None
+    )
 
 
 def test_the_scene_equals_the_decoders(objective):

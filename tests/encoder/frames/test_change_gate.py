@@ -22,8 +22,8 @@ def test_the_gate_opens_only_where_the_picture_changes():
 
 def test_between_equal_pictures_the_gate_stays_closed(monkeypatch):
     context = make_context()
-    still = context.truth(0, 0)
-    monkeypatch.setattr(type(context), "truth", lambda *_: still)
+    picture = context.truth(0, 0)
+    monkeypatch.setattr(type(context), "truth", lambda *_: picture)
     attributes = from_splats(make_splats(0), torch.device("cpu"))
 
     assert not measure_change(context, attributes, frame=1, view_count=3).any()

@@ -26,9 +26,9 @@ def _assert_equal_to_torch(operation, inputs, monkeypatch, atol=1e-6):
         value = operation(*leaves)
         (value * torch.linspace(-1, 2, value.numel()).reshape(value.shape)).sum().backward()
         results.append([value.detach(), *(leaf.grad for leaf in leaves)])
-    for with_kernels, without in zip(*results, strict=True):
+    for with_kernels, without_kernels in zip(*results, strict=True):
         assert with_kernels.abs().max() > 0
-        assert torch.allclose(with_kernels, without, rtol=1e-5, atol=atol)
+        assert torch.allclose(with_kernels, without_kernels, rtol=1e-5, atol=atol)
 
 
 def test_products_of_quaternions(monkeypatch):

@@ -23,11 +23,11 @@ from tests.encoder.toys import SMALL, make_capture, make_context, make_splats
 
 _CPU = torch.device("cpu")
 _DOUBLINGS = 3
-_EIGHT = 1 << _DOUBLINGS
-_EIGHT_IN_CODES = 32
+_SCALE_FACTOR = 1 << _DOUBLINGS
+_SCALE_FACTOR_CODES = 32
 _HEADER = StreamHeader(
     gaussians_per_anchor=4,
-    log_scale_step=float(np.float32(math.log(_EIGHT) / _EIGHT_IN_CODES)),
+    log_scale_step=float(np.float32(math.log(_SCALE_FACTOR) / _SCALE_FACTOR_CODES)),
 )
 _MOTION = replace(SMALL.motion, iterations=12, translation_lr=3.0)
 
@@ -37,17 +37,17 @@ def _make_state() -> State:
     return begin_canonical(_HEADER, 0, quantize_gaussians(splats, _HEADER))
 
 
-def _coarser_lattice(state: State) -> State:
+def _coarsen_lattice(state: State) -> State:
     """The same integers on a lattice eight times as coarse, with Gaussians eight times as large."""
     scene = state.scene
     codes = scene.codes.copy()
-    codes[LOG_SCALES] += _EIGHT_IN_CODES
+    codes[LOG_SCALES] += _SCALE_FACTOR_CODES
     exponent = scene.header.lattice_exponent - _DOUBLINGS
     header = replace(scene.header, lattice_exponent=exponent)
     return replace(state, scene=replace(scene, header=header, codes=codes))
 
 
-class _SamePictures:
+class _CaptureSource:
     """The pictures of a capture."""
 
     def __init__(self, capture: Capture) -> None:
@@ -57,18 +57,20 @@ class _SamePictures:
         return self._capture.image(camera, frame)
 
 
-def _with_larger_scenes(context: TrainingContext) -> TrainingContext:
+def _scale_context(context: TrainingContext) -> TrainingContext:
     capture = make_capture()
     cameras = [
         replace(
             camera,
-            translation=tuple(_EIGHT * place for place in camera.translation),
-            near=_EIGHT * camera.near,
+            translation=tuple(_SCALE_FACTOR * coordinate for coordinate in camera.translation),
+            near=_SCALE_FACTOR * camera.near,
         )
         for camera in capture.cameras
     ]
-    far = Capture("far", cameras, 4, 30.0, capture.points, _SamePictures(capture), "0" * 64)
-    return replace(context, views=TrainingViews(far, _CPU))
+    scaled_capture = Capture(
+        "far", cameras, 4, 30.0, capture.points, _CaptureSource(capture), "0" * 64
+    )
+    return replace(context, views=TrainingViews(scaled_capture, _CPU))
 
 
 def _fit(context: TrainingContext, state: State, settings: MotionSettings) -> Int64:
@@ -79,11 +81,11 @@ def _fit(context: TrainingContext, state: State, settings: MotionSettings) -> In
 def test_a_capture_in_other_units_moves_by_the_same_symbols():
     context, state = make_context(), _make_state()
 
-    here = _fit(context, state, _MOTION)
-    far = _fit(_with_larger_scenes(context), _coarser_lattice(state), _MOTION)
+    symbols = _fit(context, state, _MOTION)
+    scaled_symbols = _fit(_scale_context(context), _coarsen_lattice(state), _MOTION)
 
-    assert np.count_nonzero(here) > 20
-    assert np.mean(here == far) > 0.95  # a few depend on the last bits of floats
+    assert np.count_nonzero(symbols) > 20
+    assert np.mean(symbols == scaled_symbols) > 0.95  # a few depend on the last bits of floats
 
 
 def test_the_learning_rate_of_translations_is_in_world_units_or_in_steps():
@@ -113,9 +115,9 @@ def test_residuals_are_the_symbols_unless_rounding_is_off():
 
     rounded = fit_motion(context, start, _MOTION)
     with without_rounding():
-        free = fit_motion(context, start, _MOTION)
+        unrounded = fit_motion(context, start, _MOTION)
 
     symbols = np.concatenate(rounded.symbols, axis=1).T
     assert np.allclose(rounded.residuals.numpy(), symbols, atol=1e-4)
-    fractions = free.residuals.numpy() - np.concatenate(free.symbols, axis=1).T
-    assert np.count_nonzero(np.abs(fractions) > 0.01) > free.residuals.numel() / 2
+    fractions = unrounded.residuals.numpy() - np.concatenate(unrounded.symbols, axis=1).T
+    assert np.count_nonzero(np.abs(fractions) > 0.01) > unrounded.residuals.numel() / 2

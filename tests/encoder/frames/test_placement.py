@@ -15,18 +15,18 @@ from quarc_ref.rendering.pictures import render_picture
 from tests.encoder.toys import make_context, make_splats
 
 _CPU = torch.device("cpu")
-_PLACE = np.array([0.2, -0.1, -1.2], dtype=np.float32)
+_BLOB_POSITION = np.array([0.2, -0.1, -1.2], dtype=np.float32)
 _SETTINGS = BirthSettings(
     placement="errors", error_threshold=0.05, max_births=40, opacity_logit=0.0
 )
 _SH_C0 = 0.28209479177387814
 
 
-def _with_a_red_blob(splats: Splats) -> Splats:
+def _add_red_blob(splats: Splats) -> Splats:
     """The scene with an additional dense red blob in front."""
     red = np.array([[[0.9, 0.1, 0.1]]], dtype=np.float32)
     return Splats(
-        np.concatenate([splats.positions, _PLACE[None]]),
+        np.concatenate([splats.positions, _BLOB_POSITION[None]]),
         np.concatenate([splats.rotations, splats.rotations[:1]]),
         np.concatenate([splats.log_scales, np.full((1, 3), np.log(0.1), dtype=np.float32)]),
         np.concatenate([splats.opacities, np.full(1, 6.0, dtype=np.float32)]),
@@ -38,7 +38,7 @@ def _with_a_red_blob(splats: Splats) -> Splats:
 def context(monkeypatch):
     """A context whose truth is frame 0 with an additional blob."""
     context = make_context()
-    changed = _with_a_red_blob(make_splats(0))
+    changed = _add_red_blob(make_splats(0))
 
     def truth(_, view: int, frame: int) -> torch.Tensor:
         del frame
@@ -51,23 +51,26 @@ def context(monkeypatch):
 def test_births_start_at_wrong_pixels_with_the_color_of_the_truth(context):
     scene = FixedScene(context, from_splats(make_splats(0), _CPU))
 
-    newborn, parents = place_on_errors(context, scene, frame=1, settings=_SETTINGS)
+    new_attributes, parents = place_on_errors(context, scene, frame=1, settings=_SETTINGS)
 
-    colors = 0.5 + _SH_C0 * newborn.sh_dc[:, 0].numpy()
-    red = colors[:, 0] > colors[:, 1:].max(axis=1) + 0.25
+    colors = 0.5 + _SH_C0 * new_attributes.sh_dc[:, 0].numpy()
+    is_red = colors[:, 0] > colors[:, 1:].max(axis=1) + 0.25
     assert 1 <= parents.numel() <= _SETTINGS.max_births
-    assert red.mean() > 0.8
+    assert is_red.mean() > 0.8
     cameras = [context.camera(view) for view in range(len(context.views.cameras))]
-    apart = [_pixels_apart(camera, newborn.means.numpy(), _PLACE) for camera in cameras]
-    assert np.max(np.min(apart, axis=0)) < 4
+    distances_by_camera = [
+        _measure_pixel_distances(camera, new_attributes.means.numpy(), _BLOB_POSITION)
+        for camera in cameras
+    ]
+    assert np.max(np.min(distances_by_camera, axis=0)) < 4
 
 
 def test_births_lie_on_the_visible_surface(context):
     scene = FixedScene(context, from_splats(make_splats(0), _CPU))
 
-    newborn, _ = place_on_errors(context, scene, frame=1, settings=_SETTINGS)
+    new_attributes, _ = place_on_errors(context, scene, frame=1, settings=_SETTINGS)
 
-    depths = newborn.means[:, 2].numpy()
+    depths = new_attributes.means[:, 2].numpy()
     assert depths.min() > -0.8
     assert depths.max() < 1.3
 
@@ -82,7 +85,7 @@ def test_the_worst_pixels_come_first_up_to_the_limit(context):
 
 
 def test_a_correct_picture_gets_no_births(context):
-    scene = FixedScene(context, from_splats(_with_a_red_blob(make_splats(0)), _CPU))
+    scene = FixedScene(context, from_splats(_add_red_blob(make_splats(0)), _CPU))
 
     _, parents = place_on_errors(context, scene, frame=1, settings=_SETTINGS)
 
@@ -104,7 +107,7 @@ def test_the_nearest_neighbor_is_found(scene_count, place_count, seed):
         assert torch.allclose(chosen, distances.min(dim=1).values)
 
 
-def _pixels_apart(camera, places: np.ndarray, center: np.ndarray) -> np.ndarray:
+def _measure_pixel_distances(camera, places: np.ndarray, center: np.ndarray) -> np.ndarray:
     """Distance in the picture between positions and a center, in pixels."""
     rotation = np.array(camera.rotation).reshape(3, 3)
     points = [p @ rotation.T + np.array(camera.translation) for p in (places, center[None])]
@@ -116,7 +119,7 @@ def _pixels_apart(camera, places: np.ndarray, center: np.ndarray) -> np.ndarray:
 def test_the_maximum_is_that_of_the_window(rows, columns, reach, seed):
     numbers = torch.rand((rows, columns), generator=torch.Generator().manual_seed(seed))
 
-    wanted = torch.nn.functional.max_pool2d(
+    expected = torch.nn.functional.max_pool2d(
         numbers[None, None], 2 * reach + 1, stride=1, padding=reach
     )
-    assert torch.equal(filter_maximum(numbers, reach), wanted[0, 0])
+    assert torch.equal(filter_maximum(numbers, reach), expected[0, 0])

@@ -12,24 +12,26 @@ sizes_so_far = st.lists(st.integers(0, 1 << 30), max_size=60)
 targets = st.floats(1, 1e8)
 
 
-def _encode(target: float, elasticity: float, dearth: float, noise: float, seed: int) -> list[int]:
+def _encode(
+    target: float, elasticity: float, content_factor: float, noise: float, seed: int
+) -> list[int]:
     """The sizes of 40 frames from a toy encoder, with content that varies."""
-    draws, sizes = random.Random(seed), []
+    rng, sizes = random.Random(seed), []
     for frame in range(40):
-        content = math.exp(0.3 * math.sin(frame / 6) + draws.gauss(0, noise))
+        content = math.exp(0.3 * math.sin(frame / 6) + rng.gauss(0, noise))
         factor = control_rate(sizes, target)
-        sizes.append(60 + round(dearth * target * content * factor**-elasticity))
+        sizes.append(60 + round(content_factor * target * content * factor**-elasticity))
     return sizes
 
 
 @given(
     target=st.floats(1000, 1e6),
     elasticity=st.floats(0.6, 1.6),
-    dearth=st.floats(0.2, 5),
+    content_factor=st.floats(0.2, 5),
     seed=st.integers(0, 1 << 16),
 )
-def test_the_mean_meets_the_target_for_any_content(target, elasticity, dearth, seed):
-    sizes = _encode(target, elasticity, dearth, 0.1, seed)
+def test_the_mean_meets_the_target_for_any_content(target, elasticity, content_factor, seed):
+    sizes = _encode(target, elasticity, content_factor, 0.1, seed)
 
     assert sum(sizes) / len(sizes) == pytest.approx(target, rel=0.05)
 

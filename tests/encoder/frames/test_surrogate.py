@@ -15,17 +15,17 @@ from tests.small_streams import make_gaussians, make_symbols
 @pytest.mark.parametrize("components", [3, 4])
 def test_the_surrogate_moves_a_scene_as_the_decoder_does(components):
     header = StreamHeader(rotation_components=components, gaussians_per_anchor=2)
-    started = begin_frame(begin_canonical(header, 0, make_gaussians(header, 200)), 0)
-    symbols = make_symbols(started, seed=1)
+    frame_start = begin_frame(begin_canonical(header, 0, make_gaussians(header, 200)), 0)
+    symbols = make_symbols(frame_start, seed=1)
     rows = torch.tensor(np.concatenate(symbols, axis=1).T, dtype=torch.float32)
     steps = [translation_step(header)] * 3 + [1 / header.rotation_unity] * components
-    following = BindingSums(started.known_anchors, torch.device("cpu"))
-    sums = following.sum_levels(rows * torch.tensor(steps))
+    binding_sums = BindingSums(frame_start.known_anchors, torch.device("cpu"))
+    sums = binding_sums.sum_levels(rows * torch.tensor(steps))
 
-    before = from_splats(dequantize(started.scene), torch.device("cpu"))
+    before = from_splats(dequantize(frame_start.scene), torch.device("cpu"))
     moved = deform(before, sums[:, :3], sums[:, 3:], header)
 
-    decoded = dequantize(move(started, symbols).scene)
+    decoded = dequantize(move(frame_start, symbols).scene)
     unit = torch.nn.functional.normalize(moved.rotations, dim=1).numpy()
     # Rounding: nothing is lost on the lattice, a few units in Q22.
     assert np.abs(moved.means.numpy() - decoded.positions).max() < 1e-6
@@ -34,15 +34,17 @@ def test_the_surrogate_moves_a_scene_as_the_decoder_does(components):
 
 def test_the_gradient_of_an_anchor_is_the_sum_over_its_followers():
     header = StreamHeader(gaussians_per_anchor=3)
-    started = begin_frame(begin_canonical(header, 0, make_gaussians(header, 50)), 0)
-    following = BindingSums(started.known_anchors, torch.device("cpu"))
-    count = int(following.level_offsets[-1])
+    frame_start = begin_frame(begin_canonical(header, 0, make_gaussians(header, 50)), 0)
+    binding_sums = BindingSums(frame_start.known_anchors, torch.device("cpu"))
+    count = int(binding_sums.level_offsets[-1])
     leaf = torch.randn(count, 2, requires_grad=True)
     weights = torch.randn(50, 2)
 
-    (following.sum_levels(leaf) * weights).sum().backward()
+    (binding_sums.sum_levels(leaf) * weights).sum().backward()
 
     expected = torch.zeros(count, 2)
-    for start, binding in zip(following.level_offsets, started.known_anchors.binding, strict=False):
+    for start, binding in zip(
+        binding_sums.level_offsets, frame_start.known_anchors.binding, strict=False
+    ):
         expected.index_add_(0, torch.from_numpy(binding) + start, weights)
     assert torch.allclose(leaf.grad, expected, atol=1e-5)

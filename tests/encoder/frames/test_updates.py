@@ -31,9 +31,9 @@ def _make_state(header: StreamHeader = _HEADER) -> State:
     return begin_canonical(header, 0, quantize_gaussians(splats, header))
 
 
-def _with_codes(state: State, row: int, gaussians: list[int], more: int) -> State:
+def _add_to_codes(state: State, row: int, gaussians: list[int], offset: int) -> State:
     codes = state.scene.codes.copy()
-    codes[row, gaussians] += more
+    codes[row, gaussians] += offset
     return replace(state, scene=replace(state.scene, codes=codes))
 
 
@@ -44,19 +44,25 @@ def _fit(state: State, settings: UpdateSettings | None = _UPDATES) -> FittedMoti
 
 
 def test_the_scene_in_training_equals_the_decoders():
-    started = begin_frame(_make_state(), 0)
-    still = [np.zeros((6, level.owners.size), np.int64) for level in started.known_anchors.levels]
-    moved = move(started, still)
+    frame_start = begin_frame(_make_state(), 0)
+    zero_symbols = [
+        np.zeros((6, level.owners.size), np.int64) for level in frame_start.known_anchors.levels
+    ]
+    moved = move(frame_start, zero_symbols)
     before = from_splats(dequantize(moved.scene), _CPU)
     trained = TrainedUpdates(moved.scene.count, _HEADER, _UPDATES, _CPU)
-    drawn = torch.from_numpy(np.random.default_rng(0).integers(-20, 20, trained.leaf.shape))
+    random_residuals = torch.from_numpy(
+        np.random.default_rng(0).integers(-20, 20, trained.leaf.shape)
+    )
     with torch.no_grad():
-        trained.leaf.copy_(drawn * (torch.arange(len(drawn)) % 3 == 0)[:, None])
+        trained.leaf.copy_(
+            random_residuals * (torch.arange(len(random_residuals)) % 3 == 0)[:, None]
+        )
 
     after = trained.apply_to(before).detached()
     decoded = from_splats(
         dequantize(
-            update(moved, replace(trained.updates(before), dies=_none(trained, before))).scene
+            update(moved, replace(trained.updates(before), dies=_no_deaths(trained, before))).scene
         ),
         _CPU,
     )
@@ -67,17 +73,19 @@ def test_the_scene_in_training_equals_the_decoders():
         assert torch.allclose(getattr(after, name), getattr(decoded, name), atol=1e-5), name
 
 
-def _none(trained, before):
+def _no_deaths(trained, before):
     return np.zeros(trained.updates(before).count, dtype=np.bool_)
 
 
 def test_a_wrong_color_is_corrected():
-    wrong = _with_codes(_make_state(), SH_DC.start, [4, 50], 12)
+    wrong_state = _add_to_codes(_make_state(), SH_DC.start, [4, 50], 12)
 
-    updates = _fit(wrong).updates
+    updates = _fit(wrong_state).updates
 
-    there = {int(i): row for i, row in zip(updates.gaussians, updates.residuals.T, strict=True)}
-    assert max(there[4][10], there[50][10]) < -2
+    residuals_by_gaussian = {
+        int(i): row for i, row in zip(updates.gaussians, updates.residuals.T, strict=True)
+    }
+    assert max(residuals_by_gaussian[4][10], residuals_by_gaussian[50][10]) < -2
 
 
 def test_faded_gaussians_leave():
@@ -98,27 +106,29 @@ def test_statistics_of_deleted_gaussians_are_dropped():
     statistics = ScreenStatistics(3, _CPU)
     statistics.restore({name: torch.tensor([4.0, 5.0, 6.0]) for name in ("sums", "views", "radii")})
 
-    left = statistics.without(torch.tensor([False, True, False]))
+    remaining = statistics.without(torch.tensor([False, True, False]))
 
-    assert left.largest_radii().tolist() == [4.0, 6.0]
-    assert left.mean_gradients().tolist() == [1.0, 1.0]
+    assert remaining.largest_radii().tolist() == [4.0, 6.0]
+    assert remaining.mean_gradients().tolist() == [1.0, 1.0]
 
 
 def test_a_higher_lambda_gives_fewer_updates():
-    wrong = _with_codes(_make_state(), SH_DC.start, list(range(40)), 3)
+    wrong_state = _add_to_codes(_make_state(), SH_DC.start, list(range(40)), 3)
 
     counts = [
-        _fit(wrong, replace(_UPDATES, rd_lambda=price)).updates.count for price in (0.0, 0.01, 10.0)
+        _fit(wrong_state, replace(_UPDATES, rd_lambda=rd_lambda)).updates.count
+        for rd_lambda in (0.0, 0.01, 10.0)
     ]
 
     assert counts[0] > counts[1] > counts[2]
 
 
 def test_an_update_that_gains_too_little_is_left_out():
-    wrong = _with_codes(_make_state(), SH_DC.start, list(range(40)), 3)
+    wrong_state = _add_to_codes(_make_state(), SH_DC.start, list(range(40)), 3)
 
     counts = [
-        _fit(wrong, replace(_UPDATES, min_gain=least)).updates.count for least in (0.0, 0.02, 9.0)
+        _fit(wrong_state, replace(_UPDATES, min_gain=min_gain)).updates.count
+        for min_gain in (0.0, 0.02, 9.0)
     ]
 
     assert counts[0] > counts[1] > counts[2] == 0
@@ -128,13 +138,15 @@ def test_an_update_that_gains_too_little_is_left_out():
     ("updates", "settings"), [(False, _UPDATES), (True, None), (True, replace(_UPDATES, lr=0.0))]
 )
 def test_without_updates_motion_is_unchanged(updates, settings):
-    plain = replace(_HEADER, updates=False)
+    header_without_updates = replace(_HEADER, updates=False)
 
     fitted = _fit(_make_state(replace(_HEADER, updates=updates)), settings)
 
     assert fitted.updates is None
-    for mine, wanted in zip(fitted.symbols, _fit(_make_state(plain), None).symbols, strict=True):
-        assert np.array_equal(mine, wanted)
+    for symbols, expected_symbols in zip(
+        fitted.symbols, _fit(_make_state(header_without_updates), None).symbols, strict=True
+    ):
+        assert np.array_equal(symbols, expected_symbols)
 
 
 def test_at_least_one_gaussian_is_left():

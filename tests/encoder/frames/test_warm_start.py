@@ -10,46 +10,50 @@ from quarc_ref.format.records import StreamHeader
 from tests.small_streams import make_gaussians, make_symbols
 
 
-def _two_frames(resample_interval):
+def _make_two_frames(resample_interval):
     header = StreamHeader(gaussians_per_anchor=3, resample_interval=resample_interval)
-    started = begin_frame(begin_canonical(header, 0, make_gaussians(header, 60)), 0)
-    before = move(started, make_symbols(started, seed=4))
-    return before, begin_frame(before, 0)
+    frame_start = begin_frame(begin_canonical(header, 0, make_gaussians(header, 60)), 0)
+    previous = move(frame_start, make_symbols(frame_start, seed=4))
+    return previous, begin_frame(previous, 0)
 
 
 def test_kept_anchors_take_over_their_own_symbols():
-    before, started = _two_frames(resample_interval=2)
+    previous, frame_start = _make_two_frames(resample_interval=2)
 
-    start = initial_residuals(before, started, MotionSettings(warm_start="anchors", momentum=0.5))
+    start = initial_residuals(
+        previous, frame_start, MotionSettings(warm_start="anchors", momentum=0.5)
+    )
 
-    assert start.T.tolist() == (np.concatenate(before.symbols, axis=1) * 0.5).tolist()
+    assert start.T.tolist() == (np.concatenate(previous.symbols, axis=1) * 0.5).tolist()
 
 
 def test_new_anchors_take_over_the_mean_of_the_nearest_three():
-    before, started = _two_frames(resample_interval=1)
+    previous, frame_start = _make_two_frames(resample_interval=1)
 
-    start = initial_residuals(before, started, MotionSettings(warm_start="anchors", momentum=1.0))
+    start = initial_residuals(
+        previous, frame_start, MotionSettings(warm_start="anchors", momentum=1.0)
+    )
 
-    old, new = before.known_anchors.levels[0], started.known_anchors.levels[0]
+    old, new = previous.known_anchors.levels[0], frame_start.known_anchors.levels[0]
     squared = ((new.positions[:, :, None] - old.positions[:, None]).astype(float) ** 2).sum(0)
     for index in range(new.owners.size):
-        third = np.sort(squared[index])[2]
-        if (squared[index] == third).sum() > 1:
+        third_smallest = np.sort(squared[index])[2]
+        if (squared[index] == third_smallest).sum() > 1:
             continue
-        nearest = squared[index] <= third
-        assert np.allclose(start[index], before.symbols[0][:, nearest].mean(axis=1))
+        nearest = squared[index] <= third_smallest
+        assert np.allclose(start[index], previous.symbols[0][:, nearest].mean(axis=1))
 
 
 def test_a_common_motion_is_projected_onto_the_coarsest_level():
-    before, started = _two_frames(resample_interval=1)
+    previous, frame_start = _make_two_frames(resample_interval=1)
     motion = np.tile(np.arange(1.0, 7.0)[:, None], (1, 60)).astype(np.int64)
-    started = replace(started, motion=motion)
+    frame_start = replace(frame_start, motion=motion)
 
     start = initial_residuals(
-        before, started, MotionSettings(warm_start="projection", momentum=1.0)
+        previous, frame_start, MotionSettings(warm_start="projection", momentum=1.0)
     )
 
-    sizes = [level.owners.size for level in started.known_anchors.levels]
+    sizes = [level.owners.size for level in frame_start.known_anchors.levels]
     assert start[-sizes[2] :].tolist() == [[1, 2, 3, 4, 5, 6]] * sizes[2]
     assert not start[: -sizes[2]].any()
 
@@ -57,7 +61,7 @@ def test_a_common_motion_is_projected_onto_the_coarsest_level():
 def test_the_first_frame_starts_from_rest():
     header = StreamHeader(gaussians_per_anchor=3)
     canonical = begin_canonical(header, 0, make_gaussians(header, 60))
-    started = begin_frame(canonical, 0)
+    frame_start = begin_frame(canonical, 0)
 
     for rule in ("anchors", "projection"):
-        assert not initial_residuals(canonical, started, MotionSettings(warm_start=rule)).any()
+        assert not initial_residuals(canonical, frame_start, MotionSettings(warm_start=rule)).any()

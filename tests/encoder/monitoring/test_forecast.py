@@ -17,32 +17,32 @@ def clock():
     return _Clock()
 
 
-def _plan(first_frame=0):
+def _make_plan(first_frame=0):
     return EncodePlan("room", 11, first_frame, 0, 10, 100, 50, 20)
 
 
 def test_there_is_no_forecast_before_the_first_measurement(clock):
-    forecast = Forecast(_plan(), clock)
+    forecast = Forecast(_make_plan(), clock)
     assert forecast.seconds_left() is None
     forecast.record_step("canonical", 1)
     assert forecast.seconds_left() is None
 
 
 def test_frame_0_gives_a_forecast_for_all_frames(clock):
-    forecast = Forecast(_plan(), clock)
+    forecast = Forecast(_make_plan(), clock)
     for step in range(1, 41):
         clock.now += 0.5
         forecast.record_step("canonical", step)
 
-    rest = 10 * frame_seconds(_plan(), 0.5)
-    assert forecast.seconds_left() == pytest.approx(60 * 0.5 + rest)
+    remaining_seconds = 10 * frame_seconds(_make_plan(), 0.5)
+    assert forecast.seconds_left() == pytest.approx(60 * 0.5 + remaining_seconds)
     clock.now += 1
     forecast.record_frame(0)
-    assert forecast.seconds_left() == pytest.approx(rest)
+    assert forecast.seconds_left() == pytest.approx(remaining_seconds)
 
 
 def test_later_frames_improve_the_forecast(clock):
-    forecast = Forecast(_plan(), clock)
+    forecast = Forecast(_make_plan(), clock)
     forecast.record_frame(0)
     for frame in range(1, 5):
         clock.now += 3
@@ -57,7 +57,7 @@ def test_later_frames_improve_the_forecast(clock):
 
 
 def test_a_resumed_encode_forecasts_the_remaining_time(clock):
-    forecast = Forecast(_plan(first_frame=8), clock)
+    forecast = Forecast(_make_plan(first_frame=8), clock)
     assert forecast.seconds_left() is None
     clock.now += 4
     forecast.record_frame(8)

@@ -6,11 +6,11 @@ import math
 import numpy as np
 
 
-def read_saved(path):
+def read_checkpoint_arrays(path):
     """The arrays in a file, by name."""
     header, _, body = path.read_bytes().partition(b"\n")
-    arrays, place = {}, 0
+    arrays, offset = {}, 0
     for name, (dtype, shape) in json.loads(header)["arrays"].items():
-        arrays[name] = np.frombuffer(body, dtype, math.prod(shape), place).reshape(shape)
-        place += arrays[name].nbytes
+        arrays[name] = np.frombuffer(body, dtype, math.prod(shape), offset).reshape(shape)
+        offset += arrays[name].nbytes
     return arrays

@@ -23,7 +23,7 @@ _LAYOUT = Layout(
 )
 
 
-def _arrays(count=4):
+def _make_arrays(count=4):
     return {
         "step": np.array(7),
         "rows": np.arange(3 * count, dtype=np.float32).reshape(count, 3),
@@ -40,25 +40,25 @@ def _read(path, data, key="key"):
 
 def _build(arrays=None, header=None):
     sink = io.BytesIO()
-    write_arrays(sink, "key", _arrays() if arrays is None else arrays)
+    write_arrays(sink, "key", _make_arrays() if arrays is None else arrays)
     line, _, body = sink.getvalue().partition(b"\n")
     return json.dumps(json.loads(line) | (header or {})).encode() + b"\n" + body
 
 
 def test_arrays_survive_a_round_trip_and_are_writable(tmp_path):
     for count in (1, 8):
-        arrays = _arrays(count)
-        found = _read(tmp_path / "a", _build(arrays))
+        arrays = _make_arrays(count)
+        read_back = _read(tmp_path / "a", _build(arrays))
 
-        assert found.keys() == arrays.keys()
+        assert read_back.keys() == arrays.keys()
         for name, array in arrays.items():
-            assert np.array_equal(found[name], array)
-            assert (found[name].dtype, found[name].shape) == (array.dtype, array.shape)
-            assert found[name].flags.writeable
-            assert found[name].flags.aligned
+            assert np.array_equal(read_back[name], array)
+            assert (read_back[name].dtype, read_back[name].shape) == (array.dtype, array.shape)
+            assert read_back[name].flags.writeable
+            assert read_back[name].flags.aligned
 
 
-_ODD = {
+_UNEXPECTED_ARRAYS = {
     "a name is missing": {"more": None},
     "a name is unknown": {"other": np.zeros(4, np.float32)},
     "another type": {"rows": np.zeros((4, 3))},
@@ -72,9 +72,11 @@ _ODD = {
 }
 
 
-@pytest.mark.parametrize("odd", _ODD.values(), ids=_ODD)
-def test_other_arrays_than_expected_are_rejected(odd, tmp_path):
-    arrays = {name: array for name, array in (_arrays() | odd).items() if array is not None}
+@pytest.mark.parametrize("changes", _UNEXPECTED_ARRAYS.values(), ids=_UNEXPECTED_ARRAYS)
+def test_other_arrays_than_expected_are_rejected(changes, tmp_path):
+    arrays = {
+        name: array for name, array in (_make_arrays() | changes).items() if array is not None
+    }
     with pytest.raises(ArrayFileError, match="expected arrays"):
         _read(tmp_path / "a", _build(arrays))
 
@@ -127,10 +129,10 @@ def test_a_wrong_checksum_is_rejected(crc, tmp_path):
         _read(tmp_path / "a", _build(header={"crc32": crc}))
 
 
-@pytest.mark.parametrize("place", range(1, 30, 4))
-def test_a_flipped_bit_is_found(place, tmp_path):
+@pytest.mark.parametrize("position", range(1, 30, 4))
+def test_a_flipped_bit_is_found(position, tmp_path):
     data = bytearray(_build())
-    data[-place] ^= 1
+    data[-position] ^= 1
     with pytest.raises(ArrayFileError, match="damaged"):
         _read(tmp_path / "a", bytes(data))
 

@@ -47,43 +47,43 @@ def _options(step=None, config=_CONFIG):
 
 
 @pytest.fixture(scope="module")
-def unbroken():
+def uninterrupted():
     sink = io.BytesIO()
     encode(make_capture(), sink, _options())
     return sink.getvalue()
 
 
 @pytest.fixture(autouse=True)
-def _every_step(monkeypatch):
+def _save_every_step(monkeypatch):
     monkeypatch.setattr(checkpoint, "_SAVE_INTERVAL_SECONDS", 0.0)
 
 
-def _break_off(path, step):
+def _interrupt(path, step):
     with pytest.raises(KeyboardInterrupt):
         encode_file(make_capture(), path, _options(step))
 
 
 @pytest.mark.parametrize("step", [1, 15, 25, 48, 60])
-def test_an_interrupted_training_gives_the_same_bytes(step, tmp_path, unbroken):
+def test_an_interrupted_training_gives_the_same_bytes(step, tmp_path, uninterrupted):
     path = tmp_path / "toy.quarc"
-    _break_off(path, step)
+    _interrupt(path, step)
     options = _options()
 
     encode_file(make_capture(), path, options)
 
-    assert path.read_bytes() == unbroken
+    assert path.read_bytes() == uninterrupted
     assert options.progress.first == (step + 1 if step < 60 else None)
     assert [each.name for each in tmp_path.iterdir()] == ["toy.quarc"]
 
 
-def test_a_training_interrupted_twice_gives_the_same_bytes(tmp_path, unbroken):
+def test_a_training_interrupted_twice_gives_the_same_bytes(tmp_path, uninterrupted):
     path = tmp_path / "toy.quarc"
-    _break_off(path, 12)
-    _break_off(path, 40)
+    _interrupt(path, 12)
+    _interrupt(path, 40)
 
     encode_file(make_capture(), path, _options())
 
-    assert path.read_bytes() == unbroken
+    assert path.read_bytes() == uninterrupted
 
 
 def _cut(file):
@@ -110,15 +110,15 @@ def _put_text(file):
 
 
 @pytest.mark.parametrize("damage", [_cut, _flip, _empty, _put_other, _put_text])
-def test_an_incomplete_or_foreign_file_is_ignored(damage, tmp_path, unbroken):
+def test_an_incomplete_or_foreign_file_is_ignored(damage, tmp_path, uninterrupted):
     path = tmp_path / "toy.quarc"
-    _break_off(path, 30)
+    _interrupt(path, 30)
     damage(checkpoint_path(path))
     options = _options()
 
     encode_file(make_capture(), path, options)
 
-    assert path.read_bytes() == unbroken
+    assert path.read_bytes() == uninterrupted
     assert options.progress.first == 1
     assert not checkpoint_path(path).exists()
 
@@ -128,7 +128,7 @@ def test_an_incomplete_or_foreign_file_is_ignored(damage, tmp_path, unbroken):
 )
 def test_other_settings_start_again(config, tmp_path):
     path = tmp_path / "toy.quarc"
-    _break_off(path, 30)
+    _interrupt(path, 30)
     options = _options(config=config)
 
     encode_file(make_capture(), path, options)
@@ -138,7 +138,7 @@ def test_other_settings_start_again(config, tmp_path):
 
 def test_a_capture_with_other_cameras_starts_again(tmp_path):
     path = tmp_path / "toy.quarc"
-    _break_off(path, 30)
+    _interrupt(path, 30)
     capture, options = make_capture(), _options()
     last = replace(capture.cameras[-1], held_out=True)
     capture.cameras = (*capture.cameras[:-1], last)
@@ -152,23 +152,23 @@ def test_a_file_is_rewritten_after_a_minute(tmp_path, monkeypatch):
     monkeypatch.setattr(checkpoint, "_SAVE_INTERVAL_SECONDS", 60.0)
     now = [0.0]
     monkeypatch.setattr(checkpoint.time, "monotonic", lambda: now[0])
-    kept = Checkpoint(tmp_path / "kept", "this")
-    saved = []
+    saved_training = Checkpoint(tmp_path / "kept", "this")
+    loaded_times = []
     for now[0] in (0.0, 59.0, 60.0, 61.0, 119.0, 121.0):
-        kept.save_if_due(lambda: {"now": np.array(now[0])})
-        loaded = kept.load(Layout({"now": ("<f8", ())}, {}))
-        saved.append(None if loaded is None else float(loaded["now"]))
+        saved_training.save_if_due(lambda: {"now": np.array(now[0])})
+        loaded = saved_training.load(Layout({"now": ("<f8", ())}, {}))
+        loaded_times.append(None if loaded is None else float(loaded["now"]))
 
-    assert saved == [None, None, 60.0, 60.0, 60.0, 121.0]
+    assert loaded_times == [None, None, 60.0, 60.0, 60.0, 121.0]
 
 
 def test_temporary_files_of_a_killed_process_are_removed(tmp_path):
     pytest.importorskip("fcntl")
-    kept = Checkpoint(tmp_path / "kept", "this")
-    kept.save_if_due(dict)
+    saved_training = Checkpoint(tmp_path / "kept", "this")
+    saved_training.save_if_due(dict)
     (tmp_path / ".kept.0123456789abcdef.part").touch()
 
-    kept.remove()
+    saved_training.remove()
 
     assert list(tmp_path.iterdir()) == []
 

@@ -17,37 +17,37 @@ def _handle(number, _frame):
 
 
 @pytest.fixture(autouse=True)
-def _handled():
-    before = {number: signal.signal(number, _handle) for number in _SIGNALS}
+def _install_handlers():
+    handlers = {number: signal.signal(number, _handle) for number in _SIGNALS}
     yield
-    for number, handler in before.items():
+    for number, handler in handlers.items():
         signal.signal(number, handler)
 
 
-def _work(done, *arriving):
+def _raise_signals(events, *signals):
     with defer_signals():
-        for number in arriving:
+        for number in signals:
             signal.raise_signal(number)
-        done.append("all")
+        events.append("all")
 
 
 @pytest.mark.parametrize(
-    "arriving", [[signal.SIGINT], [signal.SIGTERM], [signal.SIGTERM, signal.SIGINT]]
+    "signals", [[signal.SIGINT], [signal.SIGTERM], [signal.SIGTERM, signal.SIGINT]]
 )
-def test_a_signal_takes_effect_when_the_work_is_done(arriving):
-    done = []
+def test_a_signal_takes_effect_when_the_work_is_done(signals):
+    events = []
 
-    with pytest.raises(_SignalError) as arrived:
-        _work(done, *arriving)
+    with pytest.raises(_SignalError) as caught:
+        _raise_signals(events, *signals)
 
-    assert done == ["all"]
-    assert arrived.value.args == (arriving[0],)
+    assert events == ["all"]
+    assert caught.value.args == (signals[0],)
 
 
 def test_signal_handlers_are_restored():
-    _work([])
+    _raise_signals([])
     with pytest.raises(AttributeError):
-        _work("no list")
+        _raise_signals("no list")
 
     assert [signal.getsignal(number) for number in _SIGNALS] == [_handle, _handle]
 
@@ -57,15 +57,15 @@ def test_an_ignored_or_default_signal_stays_so():
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
     with defer_signals():
-        within = [signal.getsignal(number) for number in _SIGNALS]
+        installed_handlers = [signal.getsignal(number) for number in _SIGNALS]
 
-    assert within == [signal.SIG_IGN, signal.SIG_DFL]
+    assert installed_handlers == [signal.SIG_IGN, signal.SIG_DFL]
 
 
 def test_other_threads_are_not_affected():
-    done = []
-    thread = threading.Thread(target=_work, args=(done,))
+    events = []
+    thread = threading.Thread(target=_raise_signals, args=(events,))
     thread.start()
     thread.join()
 
-    assert done == ["all"]
+    assert events == ["all"]

@@ -30,7 +30,7 @@ CONFIG = replace(
 _OPTIONS = EncodeOptions(CONFIG, 5, "cpu")
 
 
-def _go_on(path, data, options=_OPTIONS, frames=5):
+def _resume(path, data, options=_OPTIONS, frames=5):
     """The treatment of a file that contains the beginning of a stream."""
     path.write_bytes(data)
     encode_file(make_capture(frames), path, options)
@@ -38,87 +38,99 @@ def _go_on(path, data, options=_OPTIONS, frames=5):
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
+def complete_stream(tmp_path_factory):
     path = tmp_path_factory.mktemp("resume") / "whole.quarc"
     encode_file(make_capture(5), path, _OPTIONS)
     return path.read_bytes()
 
 
-def _ends(data):
+def _chunk_ends(data):
     """Offsets of the ends of the chunks of a stream."""
     return [chunk.offset + chunk.byte_count() for chunk in split_chunks(data)]
 
 
 @pytest.mark.parametrize("frame", range(4))
-@pytest.mark.parametrize("more", [0, 1, 25])
+@pytest.mark.parametrize("extra_bytes", [0, 1, 25])
 def test_an_interrupted_stream_is_resumed_to_the_same_bytes(
-    frame, more, whole, tmp_path, monkeypatch
+    frame, extra_bytes, complete_stream, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(encode_stream, "train_canonical", None)  # frame 0 exists
-    broken = whole[: _ends(whole)[3 + frame] + more]
+    partial_data = complete_stream[: _chunk_ends(complete_stream)[3 + frame] + extra_bytes]
 
-    assert _go_on(tmp_path / "a.quarc", broken) == whole
+    assert _resume(tmp_path / "a.quarc", partial_data) == complete_stream
 
 
 @pytest.mark.parametrize("share", [0, 0.3, 0.999])
-def test_without_a_complete_frame_the_stream_starts_again(share, whole, tmp_path):
-    before_frames, frame_0 = _ends(whole)[2:4]
-    broken = whole[: int(share * before_frames)] if share < 0.5 else whole[: frame_0 - 1]
+def test_without_a_complete_frame_the_stream_starts_again(share, complete_stream, tmp_path):
+    before_frames, frame_0 = _chunk_ends(complete_stream)[2:4]
+    partial_data = (
+        complete_stream[: int(share * before_frames)]
+        if share < 0.5
+        else complete_stream[: frame_0 - 1]
+    )
 
-    assert _go_on(tmp_path / "a.quarc", broken) == whole
-
-
-def test_damage_ends_the_intact_part(whole, tmp_path):
-    ends = _ends(whole)
-    garbled = bytearray(whole)
-    garbled[ends[4] + 30] ^= 1  # in frame 2
-    zeros = whole[: ends[4]] + bytes(100)
-
-    assert _go_on(tmp_path / "a.quarc", bytes(garbled)) == whole
-    assert _go_on(tmp_path / "b.quarc", zeros) == whole
+    assert _resume(tmp_path / "a.quarc", partial_data) == complete_stream
 
 
-@pytest.mark.parametrize("left_out", [0, 1])
-def test_a_stream_without_its_end_is_completed(left_out, whole, tmp_path, monkeypatch):
+def test_damage_ends_the_intact_part(complete_stream, tmp_path):
+    ends = _chunk_ends(complete_stream)
+    damaged = bytearray(complete_stream)
+    damaged[ends[4] + 30] ^= 1  # in frame 2
+    zeroed = complete_stream[: ends[4]] + bytes(100)
+
+    assert _resume(tmp_path / "a.quarc", bytes(damaged)) == complete_stream
+    assert _resume(tmp_path / "b.quarc", zeroed) == complete_stream
+
+
+@pytest.mark.parametrize("missing_chunks", [0, 1])
+def test_a_stream_without_its_end_is_completed(
+    missing_chunks, complete_stream, tmp_path, monkeypatch
+):
     monkeypatch.setattr(encode_stream, "fit_motion", None)  # all frames exist
 
-    assert _go_on(tmp_path / "a.quarc", whole[: _ends(whole)[-2 - left_out]]) == whole
+    assert (
+        _resume(
+            tmp_path / "a.quarc",
+            complete_stream[: _chunk_ends(complete_stream)[-2 - missing_chunks]],
+        )
+        == complete_stream
+    )
 
 
-def test_a_finished_file_is_unchanged(whole, tmp_path):
+def test_a_finished_file_is_unchanged(complete_stream, tmp_path):
     path = tmp_path / "a.quarc"
-    path.write_bytes(whole)
+    path.write_bytes(complete_stream)
     before = path.stat().st_mtime_ns
     encode_file(make_capture(5), path, _OPTIONS)
 
     assert path.stat().st_mtime_ns == before
-    assert path.read_bytes() == whole
+    assert path.read_bytes() == complete_stream
 
 
-def test_a_file_is_written_by_one_encode_at_a_time(whole, tmp_path):
+def test_a_file_is_written_by_one_encode_at_a_time(complete_stream, tmp_path):
     path, message = tmp_path / "a.quarc", []
 
-    class Second:
+    class SecondEncode:
         def advance(self, stage, _done, _total):
             if stage == "frames" and not message:
                 with pytest.raises(ResumeError) as caught:
                     encode_file(make_capture(5), path, _OPTIONS)
                 message.append(str(caught.value))
 
-    encode_file(make_capture(5), path, replace(_OPTIONS, progress=Second()))
+    encode_file(make_capture(5), path, replace(_OPTIONS, progress=SecondEncode()))
 
     assert message == [f"{path} is being written by another process"]
-    assert path.read_bytes() == whole
+    assert path.read_bytes() == complete_stream
 
 
-def _with_metadata(data, **changes):
+def _replace_metadata(data, **changes):
     chunks = [
         (chunk.kind, chunk.payload)
         for chunk in split_chunks(data)
         if chunk.kind not in (container.INDX, container.TAIL)
     ]
-    started = read_partial_stream(BytesSource(data))
-    metadata = container.wire.build_metadata({**started.metadata, **changes})
+    partial_stream = read_partial_stream(BytesSource(data))
+    metadata = container.wire.build_metadata({**partial_stream.metadata, **changes})
     chunks[2] = (container.META, metadata)
     return rebuild_stream(chunks)
 
@@ -134,27 +146,27 @@ def _with_metadata(data, **changes):
         ),
     ],
 )
-def test_other_settings_are_rejected_by_name(changes, message, whole, tmp_path):
-    broken = whole[: _ends(whole)[4]]
+def test_other_settings_are_rejected_by_name(changes, message, complete_stream, tmp_path):
+    partial_data = complete_stream[: _chunk_ends(complete_stream)[4]]
     options = replace(_OPTIONS, config=replace(CONFIG, **changes))
     with pytest.raises(ResumeError, match=message):
-        _go_on(tmp_path / "a.quarc", broken, options)
+        _resume(tmp_path / "a.quarc", partial_data, options)
 
-    assert (tmp_path / "a.quarc").read_bytes() == broken
+    assert (tmp_path / "a.quarc").read_bytes() == partial_data
 
 
-def test_a_stream_that_quotes_old_names_of_settings_is_resumed(whole, tmp_path):
-    today = read_partial_stream(BytesSource(whole)).metadata["settings"]
+def test_a_stream_that_quotes_old_names_of_settings_is_resumed(complete_stream, tmp_path):
+    current_settings = read_partial_stream(BytesSource(complete_stream)).metadata["settings"]
     names = {new: old for old, new in RENAMED.items()}
-    items = (item.partition("=") for item in today.split(" "))
-    quoted = " ".join(names.get(name, name) + "=" + value for name, _, value in items)
-    assert "motion.rate=" in quoted
-    older = _with_metadata(whole, settings=quoted)
+    items = (item.partition("=") for item in current_settings.split(" "))
+    old_settings = " ".join(names.get(name, name) + "=" + value for name, _, value in items)
+    assert "motion.rate=" in old_settings
+    older_stream = _replace_metadata(complete_stream, settings=old_settings)
 
-    ends = _ends(whole)
-    resumed = _go_on(tmp_path / "a.quarc", older[: -(ends[7] - ends[6])])  # without frame 4
+    ends = _chunk_ends(complete_stream)
+    resumed = _resume(tmp_path / "a.quarc", older_stream[: -(ends[7] - ends[6])])  # without frame 4
 
-    assert resumed.startswith(older)
+    assert resumed.startswith(older_stream)
     assert [chunk.kind for chunk in split_chunks(resumed)][-1] == container.TAIL
 
 
@@ -166,43 +178,50 @@ def test_a_stream_that_quotes_old_names_of_settings_is_resumed(whole, tmp_path):
         ("encoder", "encoder"),
     ],
 )
-def test_another_capture_or_encoder_is_rejected(name, message, whole, tmp_path):
-    other = _with_metadata(whole, **{name: "another"})
+def test_another_capture_or_encoder_is_rejected(name, message, complete_stream, tmp_path):
+    other = _replace_metadata(complete_stream, **{name: "another"})
     with pytest.raises(
         ResumeError, match=f"encoded with different inputs; these differ: {message}$"
     ):
-        _go_on(tmp_path / "a.quarc", other)
+        _resume(tmp_path / "a.quarc", other)
 
 
-def test_other_cameras_or_another_time_base_are_rejected(whole, tmp_path):
+def test_other_cameras_or_another_time_base_are_rejected(complete_stream, tmp_path):
     capture = make_capture(5)
     capture.cameras = (replace(capture.cameras[0], fx=51.0), *capture.cameras[1:])
     capture.frames_per_second = 25.0
-    (tmp_path / "a.quarc").write_bytes(whole)
+    (tmp_path / "a.quarc").write_bytes(complete_stream)
     with pytest.raises(ResumeError, match="these differ: set of cameras, timescale"):
         encode_file(capture, tmp_path / "a.quarc", _OPTIONS)
 
 
-def test_frames_that_do_not_match_are_rejected(whole, tmp_path):
+def test_frames_that_do_not_match_are_rejected(complete_stream, tmp_path):
     with pytest.raises(ResumeError, match="complete with 5 frames, not 4"):
-        _go_on(tmp_path / "a.quarc", whole, replace(_OPTIONS, frames=4))
+        _resume(tmp_path / "a.quarc", complete_stream, replace(_OPTIONS, frames=4))
     with pytest.raises(ResumeError, match="complete with 5 frames, not 6"):
-        _go_on(tmp_path / "b.quarc", whole, replace(_OPTIONS, frames=6), frames=6)
+        _resume(tmp_path / "b.quarc", complete_stream, replace(_OPTIONS, frames=6), frames=6)
     with pytest.raises(ResumeError, match="has 4 frames, not 3"):
-        _go_on(tmp_path / "c.quarc", whole[: _ends(whole)[6]], replace(_OPTIONS, frames=3))
+        _resume(
+            tmp_path / "c.quarc",
+            complete_stream[: _chunk_ends(complete_stream)[6]],
+            replace(_OPTIONS, frames=3),
+        )
 
 
-def test_an_edited_stream_is_rejected(whole, tmp_path):
-    later, twice = cut_bytes(whole, 3), join_bytes(whole, whole)
+def test_an_edited_stream_is_rejected(complete_stream, tmp_path):
+    cut_stream, joined_stream = (
+        cut_bytes(complete_stream, 3),
+        join_bytes(complete_stream, complete_stream),
+    )
     with pytest.raises(ResumeError, match="frame 0 of the stream does not match"):
-        _go_on(tmp_path / "a.quarc", later)
+        _resume(tmp_path / "a.quarc", cut_stream)
     with pytest.raises(ResumeError, match="frame 5 of the stream does not match"):
-        _go_on(tmp_path / "b.quarc", twice, replace(_OPTIONS, frames=10), frames=10)
+        _resume(tmp_path / "b.quarc", joined_stream, replace(_OPTIONS, frames=10), frames=10)
 
 
 def test_a_file_that_is_not_a_stream_is_unchanged(tmp_path):
     with pytest.raises(BadMagicError):
-        _go_on(tmp_path / "a.quarc", b"my thesis")
+        _resume(tmp_path / "a.quarc", b"my thesis")
 
     assert (tmp_path / "a.quarc").read_bytes() == b"my thesis"
 
@@ -219,13 +238,15 @@ def test_chunks_that_the_encoder_does_not_write_are_rejected():
 
 def test_complete_frames_are_reported():
     data, states = make_stream(gaussian_count=8, frame_count=3)
-    ends = _ends(data)
+    ends = _chunk_ends(data)
 
     assert [
         read_partial_stream(BytesSource(data[:end])) for end in (0, 4, *ends[:3], ends[3] - 1)
     ] == [None] * 6
-    part, all_ = (read_partial_stream(BytesSource(data[:end])) for end in (ends[4] + 9, ends[-1]))
+    part, finished = (
+        read_partial_stream(BytesSource(data[:end])) for end in (ends[4] + 9, ends[-1])
+    )
     assert isinstance(part, PartialStream)
     assert (len(part.frames), part.end, part.is_finished) == (2, ends[4], False)
-    assert (len(all_.frames), all_.end, all_.is_finished) == (3, ends[5], True)
+    assert (len(finished.frames), finished.end, finished.is_finished) == (3, ends[5], True)
     assert part.header == states[0].scene.header

@@ -21,25 +21,25 @@ def make_splats(count=200, coefficients=4, seed=0):
     )
 
 
-def move(splats, shift, turn=0.0, share=0.5, seed=1):
+def move(splats, shift, angle=0.0, fraction=0.5, seed=1):
     """The same with some Gaussians shifted, and rotated around z by radians."""
     rng = np.random.default_rng(seed)
-    chosen = rng.random(len(splats.positions)) < share
+    is_moved = rng.random(len(splats.positions)) < fraction
     positions, rotations = splats.positions.copy(), splats.rotations.copy()
-    positions[chosen] += np.asarray(shift, np.float32)
-    c, s = np.cos(turn / 2), np.sin(turn / 2)
-    w, x, y, z = splats.rotations[chosen].T
-    rotations[chosen] = np.stack([c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w], 1)
+    positions[is_moved] += np.asarray(shift, np.float32)
+    c, s = np.cos(angle / 2), np.sin(angle / 2)
+    w, x, y, z = splats.rotations[is_moved].T
+    rotations[is_moved] = np.stack([c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w], 1)
     return replace(splats, positions=positions, rotations=rotations)
 
 
-def take(splats, rows):
+def select_rows(splats, rows):
     """Some rows."""
     names = ("positions", "rotations", "log_scales", "opacities", "sh")
     return Splats(*(getattr(splats, name)[rows] for name in names))
 
 
-def join(*parts):
+def concatenate(*parts):
     """Concatenated rows of two scenes."""
     names = ("positions", "rotations", "log_scales", "opacities", "sh")
     return Splats(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))

@@ -24,7 +24,7 @@ _BOUNDS = Bounds(position=0.001)
 _CAMERA = Camera(
     "front", 64, 48, 60.0, 60.0, 32.0, 24.0, (1, 0, 0, 0, 1, 0, 0, 0, 1), (0, 0, 2), 0.5, False
 )
-_TURN = np.array(
+_ROTATION_AND_SCALE = np.array(
     [[0, 0, 2, 1], [0, 2, 0, 2], [-2, 0, 0, 3]], dtype=float
 )  # around y, twice as large
 
@@ -40,14 +40,14 @@ def stream():
     return sink.getvalue()
 
 
-def edited(stream, edit):
+def edit_stream(stream, edit):
     sink = io.BytesIO()
     report = encode_edited(BytesSource(stream), sink, edit, SceneOptions(_BOUNDS))
     assert report.frames == 3
     return sink.getvalue()
 
 
-def frames_of(stream):
+def decode_frames(stream):
     return [dequantize(scene) for scene in decode(stream)]
 
 
@@ -58,7 +58,7 @@ def measure_psnr(first, second):
 def test_a_crop_keeps_the_inside_of_the_box_in_every_frame(stream):
     box = (-0.2, -0.3, -0.5, 0.3, 0.3, 0.5)
     for before, after in zip(
-        frames_of(stream), frames_of(edited(stream, Edit(boxes=(box,)))), strict=True
+        decode_frames(stream), decode_frames(edit_stream(stream, Edit(boxes=(box,)))), strict=True
     ):
         inside = np.all((before.positions >= box[:3]) & (before.positions <= box[3:]), axis=1)
         assert 0 < inside.sum() == len(after.positions) < len(inside)
@@ -67,19 +67,21 @@ def test_a_crop_keeps_the_inside_of_the_box_in_every_frame(stream):
 def test_a_drop_keeps_the_outside_of_the_sphere(stream):
     sphere = (0.1, 0.0, 0.0, 0.4)
     for before, after in zip(
-        frames_of(stream), frames_of(edited(stream, Edit(spheres=(sphere,)))), strict=True
+        decode_frames(stream),
+        decode_frames(edit_stream(stream, Edit(spheres=(sphere,)))),
+        strict=True,
     ):
         outside = np.linalg.norm(before.positions - np.array(sphere[:3]), axis=1) > sphere[3]
         assert 0 < outside.sum() == len(after.positions) < len(outside)
 
 
 def test_a_transformed_scene_looks_to_its_cameras_as_before(stream):
-    other = edited(stream, Edit(similarity=Similarity.from_matrix(_TURN)))
-    (camera,), _ = read_prologue(BytesSource(other))
+    transformed = edit_stream(stream, Edit(similarity=Similarity.from_matrix(_ROTATION_AND_SCALE)))
+    (camera,), _ = read_prologue(BytesSource(transformed))
 
-    for before, after in zip(frames_of(stream), frames_of(other), strict=True):
+    for before, after in zip(decode_frames(stream), decode_frames(transformed), strict=True):
         assert measure_psnr(render_picture(before, _CAMERA), render_picture(after, camera)) > 45
-    header = next(iter(decode(other))).header
+    header = next(iter(decode(transformed))).header
     assert header.up_axis == 4  # a rotation around y keeps it
     assert header.meters_per_unit == 1.5
 
@@ -88,16 +90,18 @@ def test_the_up_axis_is_rotated_as_well_or_becomes_unknown():
     header = StreamHeader(up_axis=3)
     about_x = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0]], dtype=float)
     half = np.sqrt(0.5)
-    slanted = np.array([[1, 0, 0, 0], [0, half, -half, 0], [0, half, half, 0]])
+    about_x_by_45_degrees = np.array([[1, 0, 0, 0], [0, half, -half, 0], [0, half, half, 0]])
 
     assert Similarity.from_matrix(about_x).apply_to_header(header).up_axis == 5
-    assert Similarity.from_matrix(slanted).apply_to_header(header).up_axis == 0
+    assert Similarity.from_matrix(about_x_by_45_degrees).apply_to_header(header).up_axis == 0
 
 
 def test_recoloring_with_a_crop_changes_the_remaining_gaussians(stream):
     box = (-0.2, -0.3, -0.5, 0.3, 0.3, 0.5)
-    plain = frames_of(edited(stream, Edit(boxes=(box,))))[0]
-    colored = frames_of(edited(stream, Edit((box,), recoloring=Recoloring(offset=(0.1, 0, 0)))))[0]
+    plain = decode_frames(edit_stream(stream, Edit(boxes=(box,))))[0]
+    colored = decode_frames(
+        edit_stream(stream, Edit((box,), recoloring=Recoloring(offset=(0.1, 0, 0))))
+    )[0]
 
     red = 0.28209479177387814 * (colored.sh[:, 0, 0].mean() - plain.sh[:, 0, 0].mean())
     assert red == pytest.approx(0.1, abs=0.005)
@@ -105,7 +109,7 @@ def test_recoloring_with_a_crop_changes_the_remaining_gaussians(stream):
 
 def test_an_edit_that_removes_everything_is_rejected(stream):
     with pytest.raises(EncodeError, match="removes all Gaussians"):
-        edited(stream, Edit(boxes=((5, 5, 5, 6, 6, 6),)))
+        edit_stream(stream, Edit(boxes=((5, 5, 5, 6, 6, 6),)))
 
 
 @pytest.mark.parametrize(
@@ -129,14 +133,14 @@ def test_sh_coefficients_rotate_like_positions(axis, angle):
     c, s = np.cos(angle), np.sin(angle)
     rotation = np.roll(np.array([[1, 0, 0], [0, c, -s], [0, s, c]]), axis, axis=(0, 1))
     splats = make_splats(50)
-    turned = Similarity.from_matrix(np.hstack([rotation, np.zeros((3, 1))])).apply(splats)
+    rotated = Similarity.from_matrix(np.hstack([rotation, np.zeros((3, 1))])).apply(splats)
 
     def axes(rotations):
         w, x, y, z = rotations.T.astype(float)
         return np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)], axis=1)
 
-    assert axes(turned.rotations) == pytest.approx(axes(splats.rotations) @ rotation.T, abs=1e-5)
-    assert turned.positions == pytest.approx(splats.positions @ rotation.T, abs=1e-5)
+    assert axes(rotated.rotations) == pytest.approx(axes(splats.rotations) @ rotation.T, abs=1e-5)
+    assert rotated.positions == pytest.approx(splats.positions @ rotation.T, abs=1e-5)
 
 
 def test_ids_of_one_canonical_frame_are_not_those_of_the_next(stream):

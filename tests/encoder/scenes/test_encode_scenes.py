@@ -17,7 +17,7 @@ from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.streams import decode
 from quarc_ref.streams.decode_stream import decode_states
-from tests.encoder.scenes.given import join, make_splats, move, take
+from tests.encoder.scenes.given import concatenate, make_splats, move, select_rows
 from tests.small_streams import make_stream
 
 _OPTIONS = SceneOptions(bounds=Bounds(position=0.002))
@@ -29,27 +29,27 @@ def encode(scenes, options=_OPTIONS):
     return sink.getvalue(), report
 
 
-def find_nearest(decoded, given):
-    apart = np.linalg.norm(decoded.positions[:, None] - given.positions[None], axis=2)
-    return apart.argmin(axis=1), apart.min(axis=1)
+def find_nearest(decoded, expected):
+    distances = np.linalg.norm(decoded.positions[:, None] - expected.positions[None], axis=2)
+    return distances.argmin(axis=1), distances.min(axis=1)
 
 
 def assert_close(data, scenes, position=0.002):
     """Every decoded Gaussian matches a given one, each only once, within the default bounds."""
     frames = [dequantize(scene) for scene in decode(data)]
     assert len(frames) == len(scenes)
-    for decoded, given in zip(frames, scenes, strict=True):
-        rows, _ = find_nearest(decoded, given)
-        assert sorted(rows) == list(range(len(given.positions)))
-        chosen = take(given, rows)
-        slack = 1e-5
-        assert np.abs(decoded.positions - chosen.positions).max() <= position + slack
-        cosines = np.abs((decoded.rotations * chosen.rotations).sum(axis=1))
+    for decoded, expected in zip(frames, scenes, strict=True):
+        rows, _ = find_nearest(decoded, expected)
+        assert sorted(rows) == list(range(len(expected.positions)))
+        matched = select_rows(expected, rows)
+        tolerance = 1e-5
+        assert np.abs(decoded.positions - matched.positions).max() <= position + tolerance
+        cosines = np.abs((decoded.rotations * matched.rotations).sum(axis=1))
         assert 2 * np.arccos(np.minimum(cosines, 1)).max() <= 0.02 + 1e-3
-        assert np.abs(decoded.log_scales - chosen.log_scales).max() <= 1 / 32 + slack
-        assert np.abs(decoded.opacities - chosen.opacities).max() <= 1 / 16 + slack
-        degree_one = chosen.sh[:, : decoded.sh.shape[1]]
-        assert np.abs(decoded.sh - degree_one).max() <= 1 / 64 + slack
+        assert np.abs(decoded.log_scales - matched.log_scales).max() <= 1 / 32 + tolerance
+        assert np.abs(decoded.opacities - matched.opacities).max() <= 1 / 16 + tolerance
+        degree_one = matched.sh[:, : decoded.sh.shape[1]]
+        assert np.abs(decoded.sh - degree_one).max() <= 1 / 64 + tolerance
 
 
 @pytest.mark.parametrize("coefficients", [1, 4, 9, 16])
@@ -74,10 +74,10 @@ def test_moving_and_rotating_gaussians_keep_their_identity():
 
 def test_recolored_gaussians_are_updated_or_replaced():
     first = make_splats()
-    sh, rest = first.sh.copy(), first.sh.copy()
+    sh, sh_rest = first.sh.copy(), first.sh.copy()
     sh[10:15, 0] += 0.2
-    rest[20:25, 2] += 0.3  # which updates cannot change
-    scenes = [first, replace(first, sh=sh), replace(first, sh=rest)]
+    sh_rest[20:25, 2] += 0.3  # which updates cannot change
+    scenes = [first, replace(first, sh=sh), replace(first, sh=sh_rest)]
     data, _ = encode(scenes)
 
     assert_close(data, scenes)
@@ -89,12 +89,12 @@ def test_recolored_gaussians_are_updated_or_replaced():
 @pytest.mark.parametrize("with_ids", [True, False])
 def test_arrivals_and_departures_are_found_by_ids_or_by_order(with_ids):
     first, others = make_splats(), make_splats(12, seed=9)
-    kept = np.delete(np.arange(200), [3, 50, 51, 120])
-    second = join(move(take(first, kept), (0.02, 0, 0)), others)
-    ids = [np.arange(200), np.concatenate([kept, 500 + np.arange(12)])]
+    kept_rows = np.delete(np.arange(200), [3, 50, 51, 120])
+    second = concatenate(move(select_rows(first, kept_rows), (0.02, 0, 0)), others)
+    ids = [np.arange(200), np.concatenate([kept_rows, 500 + np.arange(12)])]
     scenes = [first, second]
-    given = [GivenFrame(*pair) for pair in zip(scenes, ids, strict=True)] if with_ids else scenes
-    data, _ = encode(given)
+    frames = [GivenFrame(*pair) for pair in zip(scenes, ids, strict=True)] if with_ids else scenes
+    data, _ = encode(frames)
 
     assert_close(data, scenes)
     last = list(decode_states(data))[-1]
@@ -105,7 +105,7 @@ def test_arrivals_and_departures_are_found_by_ids_or_by_order(with_ids):
 def test_ids_identify_gaussians_in_any_order():
     first = make_splats()
     shuffled = np.random.default_rng(2).permutation(200)
-    second = take(move(first, (0.01, 0, 0)), shuffled)
+    second = select_rows(move(first, (0.01, 0, 0)), shuffled)
     data, _ = encode([GivenFrame(first, np.arange(200)), GivenFrame(second, shuffled)])
 
     assert_close(data, [first, second])
@@ -135,10 +135,10 @@ def test_a_decoded_stream_encoded_again_keeps_its_first_frame_exactly():
     scenes = [dequantize(scene) for scene in decode(original)]
     data, report = encode(scenes, SceneOptions(bounds=Bounds(position=2**-10)))
 
-    again = dequantize(next(iter(decode(data))))
-    assert np.array_equal(again.positions, scenes[0].positions)
-    assert np.array_equal(again.log_scales, scenes[0].log_scales)
-    assert np.array_equal(again.sh, scenes[0].sh)
+    decoded_again = dequantize(next(iter(decode(data))))
+    assert np.array_equal(decoded_again.positions, scenes[0].positions)
+    assert np.array_equal(decoded_again.log_scales, scenes[0].log_scales)
+    assert np.array_equal(decoded_again.sh, scenes[0].sh)
     assert report.errors.log_scale == report.errors.sh_dc == 0
 
 
@@ -153,7 +153,7 @@ def test_the_bounds_are_in_the_metadata_and_the_errors_stay_within_them():
 
 def test_bounds_are_wider_where_errors_are_less_visible():
     first = make_splats()
-    second = move(first, (0.006, 0, 0), turn=0.03)
+    second = move(first, (0.006, 0, 0), angle=0.03)
     strict, _ = encode([first, second])
     bounds = replace(SceneOptions().bounds, position=0.002, most_slack=4)
     loose, report = encode([first, second], SceneOptions(bounds=bounds))
@@ -209,10 +209,10 @@ def test_frames_that_no_stream_can_hold_are_rejected_by_number(change, message):
 
 def test_bounds_that_are_too_narrow_for_the_extent_are_rejected():
     splats = make_splats()
-    wide = replace(splats, positions=splats.positions * 1e6)
+    wide_splats = replace(splats, positions=splats.positions * 1e6)
 
     with pytest.raises(EncodeError, match="finer than a stream can represent"):
-        encode([wide], SceneOptions(bounds=Bounds(position=1e-3)))
+        encode([wide_splats], SceneOptions(bounds=Bounds(position=1e-3)))
 
 
 def test_an_empty_input_is_rejected():
@@ -249,6 +249,8 @@ def test_frames_are_read_one_at_a_time():
 
 def test_torch_is_not_loaded():
     code = "import sys; from quarc_ref.encoder import encode_scenes; print('torch' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    process = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
 
-    assert done.stdout.strip() == "False"
+    assert process.stdout.strip() == "False"

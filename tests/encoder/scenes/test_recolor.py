@@ -17,7 +17,7 @@ from tests.small_streams import make_stream
 _BASE = 0.28209479177387814
 
 
-def recolored(data, recoloring):
+def recolor_stream(data, recoloring):
     sink = io.BytesIO()
     count = recolor(BytesSource(data), sink, recoloring)
     assert count == len(list(decode(data)))
@@ -29,38 +29,40 @@ def recolored(data, recoloring):
 def test_everything_but_the_base_colors_is_unchanged(updates, canonical_every):
     header = StreamHeader(seed=7, gaussians_per_anchor=4, updates=updates, rotation_components=4)
     data, _ = make_stream(header, frame_count=6, canonical_every=canonical_every)
-    other = recolored(data, Recoloring(offset=(0.1, 0.0, -0.2)))
-    added = np.rint(np.array([0.1, 0.0, -0.2]) / (_BASE * header.sh_dc_step))
+    recolored_data = recolor_stream(data, Recoloring(offset=(0.1, 0.0, -0.2)))
+    code_offsets = np.rint(np.array([0.1, 0.0, -0.2]) / (_BASE * header.sh_dc_step))
 
-    for before, after in zip(decode_states(data), decode_states(other), strict=True):
+    for before, after in zip(decode_states(data), decode_states(recolored_data), strict=True):
         for plane in ("ids", "positions", "rotations"):
             first, second = getattr(before.scene, plane), getattr(after.scene, plane)
             assert np.array_equal(first, second)
         assert np.array_equal(before.motion, after.motion)
-        apart = after.scene.codes.astype(int) - before.scene.codes
-        assert np.array_equal(apart[SH_DC], np.broadcast_to(added[:, None], apart[SH_DC].shape))
-        assert not np.any(np.delete(apart, np.r_[SH_DC], axis=0))
+        differences = after.scene.codes.astype(int) - before.scene.codes
+        assert np.array_equal(
+            differences[SH_DC], np.broadcast_to(code_offsets[:, None], differences[SH_DC].shape)
+        )
+        assert not np.any(np.delete(differences, np.r_[SH_DC], axis=0))
 
 
 def test_a_gain_multiplies_the_visible_color():
     data, _ = make_stream(StreamHeader(seed=7, gaussians_per_anchor=4))
     gain = 1.3
-    other = recolored(data, Recoloring(gain=gain))
+    recolored_data = recolor_stream(data, Recoloring(gain=gain))
 
-    for before, after in zip(decode(data), decode(other), strict=True):
+    for before, after in zip(decode(data), decode(recolored_data), strict=True):
         old, new = dequantize(before), dequantize(after)
-        seen, wanted = 0.5 + _BASE * new.sh[:, 0], gain * (0.5 + _BASE * old.sh[:, 0])
-        half_a_code = _BASE * after.header.sh_dc_step / 2
-        assert np.abs(seen - wanted).max() <= half_a_code * 1.01
+        colors, expected_colors = 0.5 + _BASE * new.sh[:, 0], gain * (0.5 + _BASE * old.sh[:, 0])
+        half_step = _BASE * after.header.sh_dc_step / 2
+        assert np.abs(colors - expected_colors).max() <= half_step * 1.01
         assert new.sh[:, 1:] == pytest.approx(gain * old.sh[:, 1:], rel=1e-6)
 
 
 def test_snapshots_become_canonical_frames_of_the_same_state():
     header = StreamHeader(seed=7, gaussians_per_anchor=4, snapshots=True, updates=True)
     data, _ = make_stream(header, frame_count=6, snapshot_every=2)
-    other = recolored(data, Recoloring(gain=2.0))
+    recolored_data = recolor_stream(data, Recoloring(gain=2.0))
 
-    for before, after in zip(decode(data), decode(other), strict=True):
+    for before, after in zip(decode(data), decode(recolored_data), strict=True):
         assert before.phase == after.phase
         assert np.array_equal(before.positions, after.positions)
         assert np.array_equal(before.rotations, after.rotations)
@@ -69,7 +71,7 @@ def test_snapshots_become_canonical_frames_of_the_same_state():
 def test_an_identity_recoloring_gives_the_same_bytes():
     data, _ = make_stream(StreamHeader(seed=7, gaussians_per_anchor=4, updates=True))
 
-    assert recolored(data, Recoloring()) == data
+    assert recolor_stream(data, Recoloring()) == data
 
 
 @pytest.mark.parametrize("gain", [1e-40, 1e9])
@@ -77,18 +79,18 @@ def test_a_gain_that_no_header_can_hold_is_rejected(gain):
     data, _ = make_stream()
 
     with pytest.raises(EncodeError, match="gain"):
-        recolored(data, Recoloring(gain=gain))
+        recolor_stream(data, Recoloring(gain=gain))
 
 
 def test_offsets_beyond_the_range_of_codes_are_rejected():
     data, _ = make_stream()
 
     with pytest.raises(EncodeError):
-        recolored(data, Recoloring(offset=(1e5, 0, 0)))
+        recolor_stream(data, Recoloring(offset=(1e5, 0, 0)))
 
 
 def test_a_damaged_stream_is_rejected():
     data, _ = make_stream()
 
     with pytest.raises(BitstreamError):
-        recolored(data[:-30], Recoloring(gain=2.0))
+        recolor_stream(data[:-30], Recoloring(gain=2.0))

@@ -7,7 +7,7 @@ from quarc_ref.encoder.settings.setting_list import describe_settings
 
 
 @dataclass(frozen=True, slots=True)
-class _WithoutDescriptions:
+class _SettingsWithoutDescriptions:
     on: bool = True
 
 
@@ -15,22 +15,24 @@ class _WithoutDescriptions:
 def test_every_setting_is_listed_with_its_meaning(config):
     described = list(describe_settings(config))
 
-    assert [each.name for each in described] == list(dict(list_settings(config)))
-    assert [each.name for each in described if not each.description] == []
-    assert [each.name for each in described if not each.values] == []
+    assert [setting.name for setting in described] == list(dict(list_settings(config)))
+    assert [setting.name for setting in described if not setting.description] == []
+    assert [setting.name for setting in described if not setting.values] == []
 
 
 @pytest.mark.parametrize("config", PRESETS.values(), ids=PRESETS)
 def test_the_listed_texts_are_accepted_as_settings(config):
     changed = PRESETS["paper"]
-    for each in describe_settings(config):
-        changed = change_setting(changed, each.name, each.text)
+    for setting in describe_settings(config):
+        changed = change_setting(changed, setting.name, setting.text)
 
     assert changed == config
 
 
 def test_a_description_stands_beside_its_field():
-    descriptions = {each.name: each.description for each in describe_settings(PRESETS["main"])}
+    descriptions = {
+        setting.name: setting.description for setting in describe_settings(PRESETS["main"])
+    }
 
     assert descriptions["target_kb_per_frame"] == (
         "Target size of frames that are not keyframes, in KB of 1024 bytes per frame; 0: no target."
@@ -39,6 +41,6 @@ def test_a_description_stands_beside_its_field():
 
 
 def test_a_field_without_a_description_has_an_empty_one():
-    (described,) = describe_settings(_WithoutDescriptions())
+    (described,) = describe_settings(_SettingsWithoutDescriptions())
 
     assert (described.text, described.values, described.description) == ("true", "true, false", "")

@@ -22,7 +22,7 @@ from tests.encoder.toys import SMALL, make_capture, make_context
 _CPU = torch.device("cpu")
 
 
-def _start(points, **settings):
+def _initialize(points, **settings):
     generator = torch.Generator().manual_seed(0)
     return initialize_from_points(points, CanonicalSettings(**settings), generator, _CPU)
 
@@ -30,7 +30,7 @@ def _start(points, **settings):
 def test_a_gaussian_is_as_large_as_the_distance_to_the_nearest_three_points():
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3]], dtype=np.float32)
 
-    attributes = _start(Points(corners, np.zeros((4, 3), dtype=np.uint8)))
+    attributes = _initialize(Points(corners, np.zeros((4, 3), dtype=np.uint8)))
 
     sizes = {tuple(mean): math.exp(float(scale)) for mean, scale in
              zip(attributes.means.tolist(), attributes.log_scales[:, 0], strict=True)}  # fmt: skip
@@ -40,7 +40,7 @@ def test_a_gaussian_is_as_large_as_the_distance_to_the_nearest_three_points():
 def test_a_gaussian_has_the_color_of_its_point():
     colors = np.array([[255, 0, 128]], dtype=np.uint8)
 
-    attributes = _start(Points(np.zeros((1, 3), dtype=np.float32), colors))
+    attributes = _initialize(Points(np.zeros((1, 3), dtype=np.float32), colors))
 
     shown = 0.5 + 0.28209479177387814 * attributes.sh_dc[0, 0]
     assert torch.allclose(shown, torch.tensor([1.0, 0.0, 128 / 255]), atol=1e-6)
@@ -49,14 +49,14 @@ def test_a_gaussian_has_the_color_of_its_point():
 def test_too_many_points_are_subsampled():
     points = make_capture().points
 
-    attributes = _start(points, initial_gaussians=20)
+    attributes = _initialize(points, initial_gaussians=20)
 
     assert attributes.means.shape == (20, 3)
     rows = {tuple(row) for row in points.positions.tolist()}
     assert {tuple(row) for row in attributes.means.tolist()} <= rows
 
 
-def _errors(context, attributes):
+def _measure_errors(context, attributes):
     with torch.no_grad():
         return [
             float(
@@ -71,15 +71,19 @@ def _errors(context, attributes):
 def test_training_approaches_the_pictures_and_ends_on_the_grid():
     context, header = make_context(), StreamHeader()
     points = make_capture().points
-    before = initialize_from_points(points, SMALL.canonical, torch.Generator().manual_seed(0), _CPU)
+    initial = initialize_from_points(
+        points, SMALL.canonical, torch.Generator().manual_seed(0), _CPU
+    )
 
-    after = train_canonical(context, points, CanonicalObjective(SMALL.canonical, header))
+    trained = train_canonical(context, points, CanonicalObjective(SMALL.canonical, header))
 
-    assert np.mean(_errors(context, after)) < 0.25 * np.mean(_errors(context, before))
-    again = after.quantized(header)
-    for trained, rounded in zip(after.tensors(), again.tensors(), strict=True):
-        assert torch.allclose(trained, rounded, atol=1e-6)
-    assert quantize_gaussians(after, header).count == after.means.shape[0]
+    assert np.mean(_measure_errors(context, trained)) < 0.25 * np.mean(
+        _measure_errors(context, initial)
+    )
+    requantized = trained.quantized(header)
+    for tensor, rounded in zip(trained.tensors(), requantized.tensors(), strict=True):
+        assert torch.allclose(tensor, rounded, atol=1e-6)
+    assert quantize_gaussians(trained, header).count == trained.means.shape[0]
 
 
 def test_training_starts_at_half_resolution_and_ends_at_full(monkeypatch):
@@ -94,13 +98,15 @@ def test_training_starts_at_half_resolution_and_ends_at_full(monkeypatch):
     )
     context, points = make_context(), make_capture().points
     settings = replace(SMALL.canonical, half_resolution_until_iter=10)
-    before = initialize_from_points(points, settings, torch.Generator().manual_seed(0), _CPU)
+    initial = initialize_from_points(points, settings, torch.Generator().manual_seed(0), _CPU)
 
-    after = train_canonical(context, points, CanonicalObjective(settings, StreamHeader()))
+    trained = train_canonical(context, points, CanonicalObjective(settings, StreamHeader()))
 
-    whole = context.camera(0).width
-    assert widths == 10 * [whole // 2] + (settings.iterations - 10) * [whole]
-    assert np.mean(_errors(context, after)) < 0.25 * np.mean(_errors(context, before))
+    full_width = context.camera(0).width
+    assert widths == 10 * [full_width // 2] + (settings.iterations - 10) * [full_width]
+    assert np.mean(_measure_errors(context, trained)) < 0.25 * np.mean(
+        _measure_errors(context, initial)
+    )
 
 
 def test_the_same_seed_gives_the_same_scene_to_the_bit():
@@ -118,48 +124,50 @@ def test_the_same_seed_gives_the_same_scene_to_the_bit():
 def test_without_spherical_harmonics_none_are_trained():
     header = StreamHeader(sh_degree=0)
 
-    after = train_canonical(
+    trained = train_canonical(
         make_context(), make_capture().points, CanonicalObjective(SMALL.canonical, header)
     )
 
-    assert not after.sh_rest.any()
+    assert not trained.sh_rest.any()
 
 
 def test_opacity_and_scale_penalties_thin_out_haze():
     context = make_context()
     points = make_capture().points
-    priced = replace(SMALL.canonical, opacity_reg=1.0, scale_reg=1.0)
+    changed_settings = replace(SMALL.canonical, opacity_reg=1.0, scale_reg=1.0)
 
-    free, thin = (
+    baseline, regularized = (
         train_canonical(context, points, CanonicalObjective(settings, SMALL.stream))
-        for settings in (SMALL.canonical, priced)
+        for settings in (SMALL.canonical, changed_settings)
     )
 
-    assert torch.sigmoid(thin.opacities).mean() < torch.sigmoid(free.opacities).mean()
-    assert torch.exp(thin.log_scales).mean() < torch.exp(free.log_scales).mean()
+    assert torch.sigmoid(regularized.opacities).mean() < torch.sigmoid(baseline.opacities).mean()
+    assert torch.exp(regularized.log_scales).mean() < torch.exp(baseline.log_scales).mean()
 
 
 def test_gaussians_without_gradient_fade_away():
     context, points = make_context(), make_capture().points
-    fading = replace(SMALL.canonical, opacity_decay=0.02)
+    changed_settings = replace(SMALL.canonical, opacity_decay=0.02)
 
-    lasting, faded = (
+    baseline, faded = (
         train_canonical(context, points, CanonicalObjective(settings, SMALL.stream))
-        for settings in (SMALL.canonical, fading)
+        for settings in (SMALL.canonical, changed_settings)
     )
 
-    assert torch.sigmoid(faded.opacities).mean() < torch.sigmoid(lasting.opacities).mean()
-    assert np.mean(_errors(context, faded)) < 1.5 * np.mean(_errors(context, lasting))
+    assert torch.sigmoid(faded.opacities).mean() < torch.sigmoid(baseline.opacities).mean()
+    assert np.mean(_measure_errors(context, faded)) < 1.5 * np.mean(
+        _measure_errors(context, baseline)
+    )
 
 
 def test_noise_along_the_axes_changes_training_and_ends_before_fine_tuning(monkeypatch):
-    drawn = []
+    rendered_means = []
     render = NumbaRasterizer.render
     monkeypatch.setattr(
         NumbaRasterizer,
         "render",
         lambda self, gaussians, camera, background: (
-            drawn.append(gaussians.means.detach().clone())
+            rendered_means.append(gaussians.means.detach().clone())
             or render(self, gaussians, camera, background)
         ),
     )
@@ -169,25 +177,29 @@ def test_noise_along_the_axes_changes_training_and_ends_before_fine_tuning(monke
         make_context(), make_capture().points, CanonicalObjective(settings, StreamHeader())
     )
 
-    quantized = StreamHeader()
-    step = position_step(quantized)
-    on_grid = [bool(torch.allclose(m / step, (m / step).round(), atol=1e-2)) for m in drawn]
-    fine = math.ceil(settings.quantize_from * settings.iterations)
-    assert not any(on_grid[:fine])
-    assert all(on_grid[fine:])
+    header = StreamHeader()
+    step = position_step(header)
+    on_grid = [
+        bool(torch.allclose(m / step, (m / step).round(), atol=1e-2)) for m in rendered_means
+    ]
+    fine_tuning_start = math.ceil(settings.quantize_from * settings.iterations)
+    assert not any(on_grid[:fine_tuning_start])
+    assert all(on_grid[fine_tuning_start:])
 
 
 def test_gaussians_of_low_contribution_are_pruned_with_a_gaussian_lambda():
     context, points = make_context(), make_capture().points
-    priced = replace(SMALL.canonical, prune_rd_lambda=0.02)
+    changed_settings = replace(SMALL.canonical, prune_rd_lambda=0.02)
 
-    free, few = (
+    baseline, pruned = (
         train_canonical(context, points, CanonicalObjective(settings, SMALL.stream))
-        for settings in (SMALL.canonical, priced)
+        for settings in (SMALL.canonical, changed_settings)
     )
 
-    assert few.means.shape[0] < 0.9 * free.means.shape[0]
-    assert np.mean(_errors(context, few)) < 1.5 * np.mean(_errors(context, free))
+    assert pruned.means.shape[0] < 0.9 * baseline.means.shape[0]
+    assert np.mean(_measure_errors(context, pruned)) < 1.5 * np.mean(
+        _measure_errors(context, baseline)
+    )
 
 
 def test_learning_rates_decay_only_during_fine_tuning():
@@ -204,15 +216,15 @@ def test_learning_rates_decay_only_during_fine_tuning():
 
 def test_codes_are_smaller_with_a_regularizer():
     context, points = make_context(), make_capture().points
-    priced = replace(SMALL.canonical, code_rd_lambda=0.01)
+    changed_settings = replace(SMALL.canonical, code_rd_lambda=0.01)
 
-    free, cheap = (
+    baseline, regularized = (
         quantize_gaussians(
             train_canonical(context, points, CanonicalObjective(settings, SMALL.stream)),
             SMALL.stream,
         )
-        for settings in (SMALL.canonical, priced)
+        for settings in (SMALL.canonical, changed_settings)
     )
 
-    assert cheap.codes[LOG_SCALES].std() < free.codes[LOG_SCALES].std()
-    assert np.abs(cheap.rotations[1:]).mean() < np.abs(free.rotations[1:]).mean()
+    assert regularized.codes[LOG_SCALES].std() < baseline.codes[LOG_SCALES].std()
+    assert np.abs(regularized.rotations[1:]).mean() < np.abs(baseline.rotations[1:]).mean()

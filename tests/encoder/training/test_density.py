@@ -11,7 +11,7 @@ from tests.rendering.scenes import make_camera
 _EXTENT = 1.0
 
 
-def _attributes(scales: list[float], opacities: list[float] | None = None) -> Attributes:
+def _make_attributes(scales: list[float], opacities: list[float] | None = None) -> Attributes:
     count = len(scales)
     return Attributes(
         torch.arange(count * 3, dtype=torch.float32).reshape(count, 3),
@@ -23,32 +23,34 @@ def _attributes(scales: list[float], opacities: list[float] | None = None) -> At
     )
 
 
-def _statistics(gradients: list[float]) -> ScreenStatistics:
+def _make_statistics(gradients: list[float]) -> ScreenStatistics:
     statistics = ScreenStatistics(len(gradients), torch.device("cpu"))
-    seen = torch.ones(len(gradients))
+    radii = torch.ones(len(gradients))
     blank = torch.zeros(1, 1, 3)
     camera = make_camera(2, 2)
     pixels = torch.tensor([[gradient, 0.0] for gradient in gradients])
-    statistics.add(pixels, Rendering(blank, blank[..., 0], pixels, seen), camera)
+    statistics.add(pixels, Rendering(blank, blank[..., 0], pixels, radii), camera)
     return statistics
 
 
-def _densified(attributes, gradients, **settings) -> Attributes:
+def _densify(attributes, gradients, **settings) -> Attributes:
     trainer = Trainer(attributes, (0.1,) * 6)
-    chosen = CanonicalSettings(densify_grad_threshold=0.5, densify_scale_threshold=0.1, **settings)
+    densify_settings = CanonicalSettings(
+        densify_grad_threshold=0.5, densify_scale_threshold=0.1, **settings
+    )
     generator = torch.Generator().manual_seed(0)
-    densify(trainer, _statistics(gradients), chosen, _EXTENT, generator)
+    densify(trainer, _make_statistics(gradients), densify_settings, _EXTENT, generator)
     return trainer.attributes.detached()
 
 
 def test_a_small_gaussian_with_a_large_gradient_is_cloned():
-    after = _densified(_attributes([0.01, 0.01]), [1.0, 0.1])
+    after = _densify(_make_attributes([0.01, 0.01]), [1.0, 0.1])
 
     assert after.means.tolist() == [[0, 1, 2], [3, 4, 5], [0, 1, 2]]
 
 
 def test_a_large_gaussian_with_a_large_gradient_is_split_into_two_smaller_ones():
-    after = _densified(_attributes([0.5, 0.5]), [1.0, 0.1])
+    after = _densify(_make_attributes([0.5, 0.5]), [1.0, 0.1])
 
     assert after.means.shape[0] == 3
     assert after.means[0].tolist() == [3, 4, 5]
@@ -56,13 +58,13 @@ def test_a_large_gaussian_with_a_large_gradient_is_split_into_two_smaller_ones()
 
 
 def test_a_transparent_gaussian_is_pruned():
-    after = _densified(_attributes([0.01, 0.01], [0.0, -9.0]), [0.0, 0.0])
+    after = _densify(_make_attributes([0.01, 0.01], [0.0, -9.0]), [0.0, 0.0])
 
     assert after.means.tolist() == [[0, 1, 2]]
 
 
 def test_densification_respects_the_maximum_number_of_gaussians():
-    after = _densified(_attributes([0.01] * 4), [1.0, 4.0, 3.0, 2.0], max_gaussians=6)
+    after = _densify(_make_attributes([0.01] * 4), [1.0, 4.0, 3.0, 2.0], max_gaussians=6)
 
     assert after.means[4:].tolist() == [[3, 4, 5], [6, 7, 8]]
 
@@ -80,34 +82,36 @@ def test_gradients_are_means_over_the_views_that_see_a_gaussian():
 
 
 def test_adam_continues_with_the_remaining_rows():
-    def steps(trainer, count):
+    def take_steps(trainer, count):
         for _ in range(count):
             means = trainer.attributes.means
             trainer.step((means**2).sum() + 0 * trainer.attributes.sh_dc.sum(), means)
 
-    alone, changed = (Trainer(_attributes([1.0] * 3), (0.1,) * 6) for _ in range(2))
-    steps(alone, 3)
-    steps(changed, 3)
-    changed.replace_rows(torch.tensor([True, False, True]), _attributes([2.0]))
-    steps(alone, 2)
-    steps(changed, 2)
+    reference_trainer, changed_trainer = (
+        Trainer(_make_attributes([1.0] * 3), (0.1,) * 6) for _ in range(2)
+    )
+    take_steps(reference_trainer, 3)
+    take_steps(changed_trainer, 3)
+    changed_trainer.replace_rows(torch.tensor([True, False, True]), _make_attributes([2.0]))
+    take_steps(reference_trainer, 2)
+    take_steps(changed_trainer, 2)
 
-    after = changed.attributes.means
-    assert torch.equal(after[:2], alone.attributes.means[[0, 2]])
-    assert changed.count == 3
+    after = changed_trainer.attributes.means
+    assert torch.equal(after[:2], reference_trainer.attributes.means[[0, 2]])
+    assert changed_trainer.count == 3
 
 
 def test_parts_of_a_split_gaussian_are_sampled_from_it():
-    wide = _attributes([1.0] * 4000)
-    wide = Attributes(
-        0 * wide.means,
+    elongated = _make_attributes([1.0] * 4000)
+    elongated = Attributes(
+        0 * elongated.means,
         torch.tensor([[1.0, 0, 0, 1.0]]).repeat(4000, 1),
         torch.log(torch.tensor([[1.0, 0.1, 0.01]])).repeat(4000, 1),
-        *wide.tensors()[3:],
+        *elongated.tensors()[3:],
     )
 
-    offsets = sample_offsets(wide, 2.0, torch.Generator().manual_seed(0))
-    parts = split(wide, torch.Generator().manual_seed(0))
+    offsets = sample_offsets(elongated, 2.0, torch.Generator().manual_seed(0))
+    parts = split(elongated, torch.Generator().manual_seed(0))
 
     # A quarter turn around z: a Gaussian that is wide along x becomes wide along y.
     assert torch.allclose(offsets.std(dim=0), torch.tensor([0.2, 2.0, 0.02]), rtol=0.05)

@@ -18,39 +18,39 @@ _CPU = torch.device("cpu")
 _GAINS = np.array([1.0, 1.25, 0.8, 1.0])
 
 
-def _image(seed=0):
+def _make_image(seed=0):
     return torch.rand(12, 16, 3, generator=torch.Generator().manual_seed(seed)) * 0.6
 
 
 @given(st.tuples(*[st.floats(0.55, 1.5)] * 3))
 def test_a_gain_is_the_factor_that_an_image_was_multiplied_by(factors):
-    gain = estimate_gain(_image(), _image() * torch.tensor(factors))
+    gain = estimate_gain(_make_image(), _make_image() * torch.tensor(factors))
 
     assert torch.allclose(gain, torch.tensor(factors), rtol=1e-4)
 
 
 def test_saturated_pixels_are_ignored():
-    image, picture = _image(), _image() * 1.2
+    image, picture = _make_image(), _make_image() * 1.2
     picture[:5] = 1.0
 
     assert torch.allclose(estimate_gain(image, picture), torch.tensor(1.2), rtol=1e-4)
 
 
 def test_a_black_image_gives_no_gain():
-    assert torch.equal(estimate_gain(torch.zeros(4, 4, 3), _image()[:4, :4]), torch.ones(3))
+    assert torch.equal(estimate_gain(torch.zeros(4, 4, 3), _make_image()[:4, :4]), torch.ones(3))
 
 
 def test_gains_are_bounded():
-    assert torch.equal(estimate_gain(_image(), _image() * 1e-3), torch.full((3,), 0.5))
+    assert torch.equal(estimate_gain(_make_image(), _make_image() * 1e-3), torch.full((3,), 0.5))
 
 
-@pytest.mark.parametrize("settled", [False, True])
-def test_the_gains_of_the_views_are_found_and_their_mean_is_one(settled):
+@pytest.mark.parametrize("has_initial_estimate", [False, True])
+def test_the_gains_of_the_views_are_found_and_their_mean_is_one(has_initial_estimate):
     exposures = Exposures(3, _CPU)
     gains = torch.tensor([0.9, 1.0, 1.1])
-    pairs = [(_image(view), _image(view) * gain) for view, gain in enumerate(gains)]
+    pairs = [(_make_image(view), _make_image(view) * gain) for view, gain in enumerate(gains)]
 
-    if settled:
+    if has_initial_estimate:
         exposures.estimate_all(iter(pairs))
     for _ in range(60):
         for view, (image, picture) in enumerate(pairs):
@@ -63,7 +63,7 @@ def test_the_gains_of_the_views_are_found_and_their_mean_is_one(settled):
 
 
 def test_a_corrected_picture_is_kept_until_the_gains_change():
-    exposures, picture = Exposures(2, _CPU), _image()
+    exposures, picture = Exposures(2, _CPU), _make_image()
     corrected = exposures.correct(picture, 1)
 
     assert exposures.correct(picture, 1) is corrected

@@ -20,7 +20,7 @@ FRAMES = 2
 BORDER = 28
 
 
-class _Masks:
+class _ColumnMasks:
     """Keeps the columns to the left of a border, in every frame of every camera."""
 
     def __init__(self, border=BORDER):
@@ -44,14 +44,15 @@ class _NoisySource:
         return picture
 
 
-def _mask(capture, source=None, masks=None):
+def _add_masks(capture, source=None, masks=None):
     return Capture(
         capture.name, capture.cameras, capture.frame_count, capture.frames_per_second,
-        capture.points, source or _Passed(capture), capture.fingerprint, masks=masks or _Masks(),
+        capture.points, source or _CopiedSource(capture), capture.fingerprint,
+        masks=masks or _ColumnMasks(),
     )  # fmt: skip
 
 
-class _Passed:
+class _CopiedSource:
     def __init__(self, capture):
         self._capture = capture
 
@@ -65,7 +66,7 @@ def _encode(capture, config=SMALL):
     return sink.getvalue()
 
 
-EVERYTHING = replace(
+FULL_CONFIG = replace(
     SMALL,
     canonical=replace(SMALL.canonical, exposure_lr=0.2, exposure_from_iter=10, prune_rd_lambda=0.2),
     births=replace(SMALL.births, placement="errors", error_threshold=0.02, rd_selection=True),
@@ -73,69 +74,79 @@ EVERYTHING = replace(
 
 
 @pytest.fixture(scope="module")
-def clean():
+def clean_capture():
     return make_capture(FRAMES)
 
 
 @pytest.fixture(scope="module")
-def unmasked_stream(clean):
-    return _encode(clean, EVERYTHING)
+def unmasked_stream(clean_capture):
+    return _encode(clean_capture, FULL_CONFIG)
 
 
 @pytest.fixture(scope="module")
-def spoiled_stream(clean):
-    return _encode(_mask(clean, _NoisySource(clean)), EVERYTHING)
+def noisy_stream(clean_capture):
+    return _encode(_add_masks(clean_capture, _NoisySource(clean_capture)), FULL_CONFIG)
 
 
-def test_masked_pixels_change_no_byte(clean, spoiled_stream):
-    assert _encode(_mask(clean), EVERYTHING) == spoiled_stream
+def test_masked_pixels_change_no_byte(clean_capture, noisy_stream):
+    assert _encode(_add_masks(clean_capture), FULL_CONFIG) == noisy_stream
 
 
-def test_masks_that_keep_everything_change_no_byte(clean, unmasked_stream):
-    assert _encode(_mask(clean, masks=_Masks(WIDTH)), EVERYTHING) == unmasked_stream
+def test_masks_that_keep_everything_change_no_byte(clean_capture, unmasked_stream):
+    assert (
+        _encode(_add_masks(clean_capture, masks=_ColumnMasks(WIDTH)), FULL_CONFIG)
+        == unmasked_stream
+    )
 
 
 def test_kept_pixels_are_trained_as_well_as_without_the_fault(
-    clean, unmasked_stream, spoiled_stream
+    clean_capture, unmasked_stream, noisy_stream
 ):
-    faulty = _mask(clean, _NoisySource(clean))
+    noisy_capture = _add_masks(clean_capture, _NoisySource(clean_capture))
     psnr = []
-    for stream in (unmasked_stream, spoiled_stream):
-        group = CameraGroup(faulty, clean.cameras, clean.training)
+    for stream in (unmasked_stream, noisy_stream):
+        group = CameraGroup(noisy_capture, clean_capture.cameras, clean_capture.training)
         for scene in decode(stream):
             group.measure(dequantize(scene), scene.frame)
         psnr.append(group.quality.mean()["psnr"])
-    without_fault, masked = psnr
-    assert masked > without_fault - 1.0
-    assert masked > 20
+    unmasked_psnr, masked_psnr = psnr
+    assert masked_psnr > unmasked_psnr - 1.0
+    assert masked_psnr > 20
 
 
 def test_figures_include_only_kept_pixels(unmasked_stream):
-    clean = make_capture(3)
-    drawn = next(iter(decode(unmasked_stream)))
+    clean_capture = make_capture(3)
+    scene = next(iter(decode(unmasked_stream)))
     figures = []
-    for capture in (_mask(clean), _mask(clean, _NoisySource(clean))):
-        group = CameraGroup(capture, clean.cameras, clean.held_out)
-        group.measure(dequantize(drawn), 0)
+    for capture in (
+        _add_masks(clean_capture),
+        _add_masks(clean_capture, _NoisySource(clean_capture)),
+    ):
+        group = CameraGroup(capture, clean_capture.cameras, clean_capture.held_out)
+        group.measure(dequantize(scene), 0)
         figures.append(group.quality.mean())
     assert figures[0] == figures[1]
 
 
 def test_a_mask_is_halved_with_its_picture():
-    views = TrainingViews(_mask(make_capture(), masks=_Masks(BORDER - 1)), torch.device("cpu"))
-    mask, half = views.mask(0, 0), views.halved().mask(0, 0)
+    views = TrainingViews(
+        _add_masks(make_capture(), masks=_ColumnMasks(BORDER - 1)), torch.device("cpu")
+    )
+    mask, half_mask = views.mask(0, 0), views.halved().mask(0, 0)
     assert mask.shape == (HEIGHT, WIDTH, 1)
     assert mask.sum() == HEIGHT * (BORDER - 1)
-    assert half.shape == (HEIGHT // 2, WIDTH // 2, 1)
-    assert half.sum() == HEIGHT // 2 * (BORDER // 2 - 1)
+    assert half_mask.shape == (HEIGHT // 2, WIDTH // 2, 1)
+    assert half_mask.sum() == HEIGHT // 2 * (BORDER // 2 - 1)
     assert (views.halved().picture(0, 0)[:, BORDER // 2 :] == 0).all()
 
 
 def test_the_gradient_of_masked_pixels_is_zero():
     context = make_context()
-    masked = replace(context, views=TrainingViews(_mask(make_capture()), context.device))
+    masked_context = replace(
+        context, views=TrainingViews(_add_masks(make_capture()), context.device)
+    )
     image = torch.rand(HEIGHT, WIDTH, 3).requires_grad_()
-    masked.photometric_loss(image, 0, 0, 0.2).backward()
+    masked_context.photometric_loss(image, 0, 0, 0.2).backward()
     assert (image.grad[:, BORDER:] == 0).all()
     assert (image.grad[:, :BORDER] != 0).any()
 

@@ -16,36 +16,36 @@ from quarc_ref.encoder.settings.config import make_header
 from quarc_ref.encoder.training.canonical import train_canonical
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.context import Observers
-from tests.encoder.resume.saved import read_saved
+from tests.encoder.resume.saved import read_checkpoint_arrays
 from tests.encoder.toys import SMALL, make_capture, make_context
 
 _CONFIG = replace(
     SMALL.canonical, iterations=12, densify_from_iter=4, densify_until_iter=9, exposure_lr=0.2,
     exposure_from_iter=5, sh_from_iter=6,
 )  # fmt: skip
-_STOPPED_AT = 8
+_LAST_STEP = 8
 
 
 class _StoppedError(Exception):
     pass
 
 
-class _Steps:
+class _StoppingProgress:
     """Progress that records the first step, and stops the training after a given one."""
 
     def __init__(self, last=None):
         self.first = None
         self._last = last
 
-    def advance(self, _stage, done, _total):
-        self.first = self.first or done
-        if done == self._last:
+    def advance(self, _stage, process, _total):
+        self.first = self.first or process
+        if process == self._last:
             raise _StoppedError
 
 
 def _train(path, last=None):
     """Train with a checkpoint; return the attributes and the first step."""
-    steps = _Steps(last)
+    steps = _StoppingProgress(last)
     context = replace(make_context(), observers=Observers(steps))
     header = make_header(SMALL, 30.0, 160)
     trained = train_canonical(
@@ -58,7 +58,7 @@ def _train(path, last=None):
 
 
 @pytest.fixture(autouse=True)
-def _every_step(monkeypatch):
+def _save_every_step(monkeypatch):
     monkeypatch.setattr(checkpoint, "_SAVE_INTERVAL_SECONDS", 0.0)
 
 
@@ -69,12 +69,12 @@ def saved(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(checkpoint, "_SAVE_INTERVAL_SECONDS", 0.0)
         with pytest.raises(_StoppedError):
-            _train(path, _STOPPED_AT)
-    return path, read_saved(path)
+            _train(path, _LAST_STEP)
+    return path, read_checkpoint_arrays(path)
 
 
 @pytest.fixture(scope="module")
-def unbroken(tmp_path_factory):
+def uninterrupted(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(checkpoint, "_SAVE_INTERVAL_SECONDS", 1e9)
         return _train(tmp_path_factory.mktemp("unbroken") / "none")[0]
@@ -87,16 +87,16 @@ def _plant(path, saved, changes):
         write_arrays(file, key, arrays)
 
 
-def _same(one, other):
-    return all(map(np.array_equal, one.tensors(), other.tensors()))
+def _are_equal(first, second):
+    return all(map(np.array_equal, first.tensors(), second.tensors()))
 
 
-def test_a_saved_training_is_resumed(saved, unbroken, tmp_path):
+def test_a_saved_training_is_resumed(saved, uninterrupted, tmp_path):
     _plant(tmp_path / "a", saved[1], {})
     trained, first = _train(tmp_path / "a")
 
-    assert first == _STOPPED_AT + 1
-    assert _same(trained, unbroken)
+    assert first == _LAST_STEP + 1
+    assert _are_equal(trained, uninterrupted)
 
 
 def _ones(*shape, dtype=np.float32):
@@ -126,20 +126,20 @@ _CHANGES = {
 
 
 @pytest.mark.parametrize("changes", _CHANGES.values(), ids=_CHANGES)
-def test_invalid_arrays_restart_the_training(changes, saved, unbroken, tmp_path):
+def test_invalid_arrays_restart_the_training(changes, saved, uninterrupted, tmp_path):
     _plant(tmp_path / "a", saved[1], changes)
     trained, first = _train(tmp_path / "a")
 
     assert first == 1
-    assert _same(trained, unbroken)
+    assert _are_equal(trained, uninterrupted)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("name", ["means", "gains", "log_scales.exp_avg_sq", "sums"])
 def test_numbers_that_are_not_finite_restart_the_training(name, value, saved, tmp_path):
-    odd = saved[1][name].copy()
-    odd.flat[-1] = value
-    _plant(tmp_path / "a", saved[1], {name: odd})
+    corrupted = saved[1][name].copy()
+    corrupted.flat[-1] = value
+    _plant(tmp_path / "a", saved[1], {name: corrupted})
 
     assert _train(tmp_path / "a")[1] == 1
 
@@ -188,6 +188,6 @@ def test_a_bomb_is_not_inflated(tmp_path):
         "assert kept.load(None) is None\n"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)"
     )
-    done = subprocess.run([sys.executable, "-c", program, path], capture_output=True, check=True)
+    process = subprocess.run([sys.executable, "-c", program, path], capture_output=True, check=True)
 
-    assert int(done.stdout) < 16 << 10  # KiB
+    assert int(process.stdout) < 16 << 10  # KiB

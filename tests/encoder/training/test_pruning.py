@@ -36,16 +36,19 @@ def _generator():
 
 
 def test_presence_is_the_change_of_a_view_without_the_gaussian(context, attributes):
-    full = _render(context, attributes)
-    every = torch.arange(attributes.opacities.numel())
-    sampled = every[::9]
+    renderings = _render(context, attributes)
+    indices = torch.arange(attributes.opacities.numel())
+    sampled = indices[::9]
     changes = torch.stack(
         [
-            (_render(context, attributes.rows(every != one)) - full).square().mean(dim=3).sum()
-            for one in sampled
+            (_render(context, attributes.rows(indices != index)) - renderings)
+            .square()
+            .mean(dim=3)
+            .sum()
+            for index in sampled
         ]
     )
-    seen = sum(
+    view_counts = sum(
         context.render(attributes.activated(), view).radii[sampled] > 0
         for view in range(len(context.views.cameras))
     )
@@ -55,7 +58,7 @@ def test_presence_is_the_change_of_a_view_without_the_gaussian(context, attribut
 
     estimate = torch.stack(draws).mean(dim=0)[sampled].numpy()
     # 400 probes in each of 3 views: a deviation of at most sqrt(2 / 400) of a view's share.
-    np.testing.assert_allclose(estimate, changes / seen.clamp(min=1), rtol=0.25, atol=1e-6)
+    np.testing.assert_allclose(estimate, changes / view_counts.clamp(min=1), rtol=0.25, atol=1e-6)
 
 
 def test_the_error_around_a_gaussian_is_that_of_its_pixels(context, attributes, monkeypatch):
@@ -85,25 +88,25 @@ def test_an_error_at_few_gaussians_keeps_all_others(context, attributes, monkeyp
 
 
 def test_gaussians_outside_all_views_are_pruned_and_the_others_stay(context, attributes):
-    hidden = attributes.rows(torch.arange(5))
-    hidden.means[:] = torch.tensor([0.0, 0.0, -1e3])
-    trainer = Trainer(attributes.joined(hidden), (0.1,) * 6)
-    presence, _ = measure_contributions(context, attributes, _generator())
-    seen = int((presence > 0).sum())
+    hidden_gaussians = attributes.rows(torch.arange(5))
+    hidden_gaussians.means[:] = torch.tensor([0.0, 0.0, -1e3])
+    trainer = Trainer(attributes.joined(hidden_gaussians), (0.1,) * 6)
+    contributions, _ = measure_contributions(context, attributes, _generator())
+    visible_count = int((contributions > 0).sum())
 
     prune_by_contribution(trainer, context, 1e-9, _generator())
 
-    assert seen - 1 <= trainer.count <= seen
+    assert visible_count - 1 <= trainer.count <= visible_count
     assert trainer.attributes.means[:, 2].min() > -1e3
 
 
 def test_a_higher_lambda_keeps_fewer_and_at_least_half(context, attributes):
-    seen = int((measure_contributions(context, attributes, _generator())[0] > 0).sum())
+    visible_count = int((measure_contributions(context, attributes, _generator())[0] > 0).sum())
     counts = []
-    for price in (0.0, 0.005, 0.02, 1e9):
+    for threshold in (0.0, 0.005, 0.02, 1e9):
         trainer = Trainer(attributes, (0.1,) * 6)
-        prune_by_contribution(trainer, context, price, _generator())
+        prune_by_contribution(trainer, context, threshold, _generator())
         counts.append(trainer.count)
 
-    assert counts[0] == seen
-    assert counts[0] > counts[1] > counts[2] > counts[3] == seen // 2 + 1
+    assert counts[0] == visible_count
+    assert counts[0] > counts[1] > counts[2] > counts[3] == visible_count // 2 + 1

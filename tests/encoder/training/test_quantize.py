@@ -22,7 +22,7 @@ from tests import strategies
 from tests.small_streams import make_gaussians, make_symbols
 
 
-def _attributes(header, count=20, seed=0):
+def _make_attributes(header, count=20, seed=0):
     scene = begin_canonical(header, 0, make_gaussians(header, count, seed)).scene
     return from_splats(dequantize(scene), torch.device("cpu"))
 
@@ -30,13 +30,13 @@ def _attributes(header, count=20, seed=0):
 @given(st.data())
 def test_a_decoded_scene_quantizes_to_itself(data):
     header = replace(data.draw(strategies.headers()), rotation_bits=data.draw(st.integers(4, 12)))
-    made = make_gaussians(header, 12)
+    gaussians = make_gaussians(header, 12)
 
-    again = quantize_gaussians(_attributes(header, 12), header)
+    requantized = quantize_gaussians(_make_attributes(header, 12), header)
 
-    assert again.positions.tolist() == made.positions.tolist()
-    assert again.codes.tolist() == made.codes.tolist()
-    scenes = [begin_canonical(header, 0, g).scene for g in (made, again)]
+    assert requantized.positions.tolist() == gaussians.positions.tolist()
+    assert requantized.codes.tolist() == gaussians.codes.tolist()
+    scenes = [begin_canonical(header, 0, item).scene for item in (gaussians, requantized)]
     rotations = [scene.rotations.astype(np.int64) for scene in scenes]
     overlap = np.abs((rotations[0] * rotations[1]).sum(axis=0)) / 2.0**44
     # The norm of a Q22 quaternion itself has an error of 1e-7.
@@ -46,7 +46,7 @@ def test_a_decoded_scene_quantizes_to_itself(data):
 def test_quantized_attributes_lose_at_most_half_a_step():
     header = StreamHeader()
     generator = torch.Generator().manual_seed(0)
-    exact = _attributes(header, 200)
+    exact = _make_attributes(header, 200)
     noisy = exact.quantized(header)
     moved = noisy.means + torch.rand(noisy.means.shape, generator=generator) * 0.01
     noisy = replace(noisy, means=moved)
@@ -60,7 +60,7 @@ def test_quantized_attributes_lose_at_most_half_a_step():
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])
 def test_numbers_that_are_not_finite_cannot_be_written(value):
     header = StreamHeader()
-    attributes = _attributes(header)
+    attributes = _make_attributes(header)
     attributes.opacities[3] = value
 
     with pytest.raises(EncodeError, match="finite"):
@@ -69,7 +69,7 @@ def test_numbers_that_are_not_finite_cannot_be_written(value):
 
 def test_codes_beyond_their_range_cannot_be_written():
     header = StreamHeader()
-    attributes = _attributes(header)
+    attributes = _make_attributes(header)
     attributes.log_scales[0, 0] = 1e6
 
     with pytest.raises(EncodeError, match="increase the step"):
@@ -78,18 +78,18 @@ def test_codes_beyond_their_range_cannot_be_written():
 
 def test_outliers_off_the_lattice_are_dropped():
     header = StreamHeader()
-    attributes = _attributes(header)
+    attributes = _make_attributes(header)
     attributes.means[5, 1] = 1e7
 
-    kept = drop_unrepresentable(attributes, header)
+    representable = drop_unrepresentable(attributes, header)
 
-    assert kept.means.shape[0] == 19
-    quantize_gaussians(kept, header)
+    assert representable.means.shape[0] == 19
+    quantize_gaussians(representable, header)
 
 
 def test_a_scene_without_any_valid_gaussian_is_an_encode_error():
     header = StreamHeader()
-    attributes = _attributes(header)
+    attributes = _make_attributes(header)
     attributes.means[:] = 1e30
 
     with pytest.raises(EncodeError, match="no trained Gaussian"):
@@ -98,7 +98,7 @@ def test_a_scene_without_any_valid_gaussian_is_an_encode_error():
 
 def test_a_number_beyond_all_integers_is_an_encode_error():
     header = StreamHeader()
-    attributes = _attributes(header)
+    attributes = _make_attributes(header)
     attributes.log_scales[3, 1] = -1e30
 
     with pytest.raises(EncodeError, match="an attribute exceeds"):
@@ -107,29 +107,29 @@ def test_a_number_beyond_all_integers_is_an_encode_error():
 
 def test_births_are_decoded_where_they_were_trained():
     header = StreamHeader()
-    started = begin_frame(begin_canonical(header, 0, make_gaussians(header, 30)), 0)
-    moved = move(started, make_symbols(started))
-    newborn = _attributes(header, 6, seed=9)
+    frame_start = begin_frame(begin_canonical(header, 0, make_gaussians(header, 30)), 0)
+    moved = move(frame_start, make_symbols(frame_start))
+    new_attributes = _make_attributes(header, 6, seed=9)
     parents = np.array([4, 2, 9, 2, 0, 29])
 
-    births = quantize_births(newborn, parents, moved.scene)
-    grown = dequantize(append_births(moved, births).scene)
+    births = quantize_births(new_attributes, parents, moved.scene)
+    splats = dequantize(append_births(moved, births).scene)
 
     order = np.argsort(parents, kind="stable")
     assert births.parents.tolist() == sorted(parents.tolist())
     # A parent is not on the newborn's grid, so half a step can be lost.
-    assert np.abs(grown.positions[30:] - newborn.means.numpy()[order]).max() <= (
+    assert np.abs(splats.positions[30:] - new_attributes.means.numpy()[order]).max() <= (
         position_step(header) / 2 * (1 + 1e-5)
     )
-    assert np.array_equal(grown.opacities[30:], newborn.opacities.numpy()[order])
+    assert np.array_equal(splats.opacities[30:], new_attributes.opacities.numpy()[order])
 
 
 def test_a_newborn_too_far_from_its_parent_cannot_be_written():
     header = StreamHeader()
-    started = begin_frame(begin_canonical(header, 0, make_gaussians(header, 30)), 0)
-    moved = move(started, make_symbols(started))
-    newborn = _attributes(header, 1)
-    newborn.means[:] = 100.0
+    frame_start = begin_frame(begin_canonical(header, 0, make_gaussians(header, 30)), 0)
+    moved = move(frame_start, make_symbols(frame_start))
+    new_attributes = _make_attributes(header, 1)
+    new_attributes.means[:] = 100.0
 
     with pytest.raises(EncodeError, match="position of a new Gaussian"):
-        quantize_births(newborn, np.array([0]), moved.scene)
+        quantize_births(new_attributes, np.array([0]), moved.scene)

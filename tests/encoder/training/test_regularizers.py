@@ -20,8 +20,8 @@ _BLANK = Attributes(
 )
 
 
-def _codes(**changed: torch.Tensor) -> float:
-    return float(code_rate_nats(replace(_BLANK, **changed), _HEADER))
+def _measure_code_rate(**changes: torch.Tensor) -> float:
+    return float(code_rate_nats(replace(_BLANK, **changes), _HEADER))
 
 
 def test_the_haze_penalty_is_the_mean_opacity_and_the_mean_scale():
@@ -35,20 +35,20 @@ def test_the_haze_penalty_is_zero_without_a_weight():
 
 
 def test_equal_codes_are_free_and_so_is_the_component_that_is_not_coded():
-    assert _codes() == 0
+    assert _measure_code_rate() == 0
 
 
 def test_a_code_of_sh_rest_costs_its_logarithm():
     rest = torch.zeros(2, 3, 3)
     rest[1, 2, 0] = -0.75
 
-    assert _codes(sh_rest=rest) == pytest.approx(math.log(1 + 3) / 2)
+    assert _measure_code_rate(sh_rest=rest) == pytest.approx(math.log(1 + 3) / 2)
 
 
 def test_a_rotation_costs_the_logarithm_of_its_smaller_components():
     rotations = torch.tensor([[2.0, 0, 0, 0], [0.6, 0, 0, -0.8]])
 
-    assert _codes(rotations=rotations) == pytest.approx(math.log(1 + 0.6 * 16) / 2)
+    assert _measure_code_rate(rotations=rotations) == pytest.approx(math.log(1 + 0.6 * 16) / 2)
 
 
 def test_scales_and_colors_cost_the_logarithm_of_their_spread_in_every_row():
@@ -56,7 +56,7 @@ def test_scales_and_colors_cost_the_logarithm_of_their_spread_in_every_row():
     colors = torch.tensor([[0.0, 0, 3.0], [0, 0, -1.0]])[:, None]
 
     spread = math.log(1 + 0.5 * 16) + math.log(1 + 2.0 * 32)
-    assert _codes(log_scales=log_scales, sh_dc=colors) == pytest.approx(spread)
+    assert _measure_code_rate(log_scales=log_scales, sh_dc=colors) == pytest.approx(spread)
 
 
 def test_the_gradient_reduces_rotations():

@@ -42,20 +42,20 @@ def test_rounded_rotations_are_what_the_decoder_expands(components, bits):
     rounded = round_rotations(quaternion, bits)[0]
     decoded = torch.from_numpy(expand_rotations(coded, bits)[:, 0]) / (1 << 22)
 
-    same = min(float((rounded - decoded).abs().max()), float((rounded + decoded).abs().max()))
-    assert same < 1e-6
+    error = min(float((rounded - decoded).abs().max()), float((rounded + decoded).abs().max()))
+    assert error < 1e-6
     assert float((rounded - unit[0]).norm()) < 2.0 ** (1 - bits)
 
 
 def test_the_gradient_of_rounded_rotations_is_that_of_the_normalization():
     leaf = torch.tensor([[0.9, 0.1, -0.3, 0.2]], requires_grad=True)
-    plain = torch.tensor([[0.9, 0.1, -0.3, 0.2]], requires_grad=True)
+    reference_leaf = torch.tensor([[0.9, 0.1, -0.3, 0.2]], requires_grad=True)
     weights = torch.tensor([[1.0, 2.0, 3.0, 4.0]])
 
     (round_rotations(leaf, 8) * weights).sum().backward()
-    (torch.nn.functional.normalize(plain, dim=1) * weights).sum().backward()
+    (torch.nn.functional.normalize(reference_leaf, dim=1) * weights).sum().backward()
 
-    assert torch.equal(leaf.grad, plain.grad)
+    assert torch.equal(leaf.grad, reference_leaf.grad)
 
 
 def test_nothing_is_rounded_if_no_stream_will_be_written():

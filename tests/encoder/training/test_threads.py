@@ -13,10 +13,10 @@ def _sum_in_pieces(threads):
 
 
 @pytest.fixture(autouse=True)
-def _threads_as_they_were():
-    before = torch.get_num_threads()
+def _restore_thread_count():
+    thread_count = torch.get_num_threads()
     yield
-    torch.set_num_threads(before)
+    torch.set_num_threads(thread_count)
 
 
 def test_sums_do_not_depend_on_the_threads_of_torch():

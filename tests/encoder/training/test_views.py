@@ -12,19 +12,19 @@ from tests.encoder.toys import make_cameras, make_capture
 
 def test_held_out_cameras_are_unreachable(monkeypatch):
     capture = make_capture()
-    looked_at = set()
+    accessed_cameras = set()
     image = Capture.image
     monkeypatch.setattr(
         Capture,
         "image",
-        lambda self, camera, frame: looked_at.add(camera) or image(self, camera, frame),
+        lambda self, camera, frame: accessed_cameras.add(camera) or image(self, camera, frame),
     )
     views = TrainingViews(capture, torch.device("cpu"))
 
     for view in range(len(views.cameras)):
         views.picture(view, 0)
 
-    assert looked_at == set(capture.training) == {1, 2, 3}
+    assert accessed_cameras == set(capture.training) == {1, 2, 3}
     assert [camera.name for camera in views.cameras] == ["cam01", "cam02", "cam03"]
 
 
@@ -41,25 +41,25 @@ def test_a_pixel_of_a_halved_picture_is_the_mean_of_four():
 
     halved = views.halved()
 
-    whole, half = views.picture(1, 0), halved.picture(1, 0)
-    rows, columns = half.shape[:2]
-    assert (rows, columns) == (whole.shape[0] // 2, whole.shape[1] // 2)
-    squares = whole[: 2 * rows, : 2 * columns].reshape(rows, 2, columns, 2, 3)
-    assert torch.allclose(half, squares.mean(dim=(1, 3)), atol=1e-6)
+    full_picture, half_picture = views.picture(1, 0), halved.picture(1, 0)
+    rows, columns = half_picture.shape[:2]
+    assert (rows, columns) == (full_picture.shape[0] // 2, full_picture.shape[1] // 2)
+    squares = full_picture[: 2 * rows, : 2 * columns].reshape(rows, 2, columns, 2, 3)
+    assert torch.allclose(half_picture, squares.mean(dim=(1, 3)), atol=1e-6)
     assert (halved.cameras[1].width, halved.cameras[1].height) == (columns, rows)
 
 
-@given(place=arrays(np.float64, 3, elements=st.floats(-2, 2)))
-def test_a_halved_camera_projects_a_point_to_half_the_coordinates(place):
+@given(position=arrays(np.float64, 3, elements=st.floats(-2, 2)))
+def test_a_halved_camera_projects_a_point_to_half_the_coordinates(position):
     views = TrainingViews(make_capture(), torch.device("cpu"))
 
-    for whole, half in zip(views.cameras, views.halved().cameras, strict=True):
-        assert _project(half, place) == pytest.approx(_project(whole, place) / 2)
+    for full_camera, half_camera in zip(views.cameras, views.halved().cameras, strict=True):
+        assert _project(half_camera, position) == pytest.approx(_project(full_camera, position) / 2)
 
 
-def _project(camera, place):
+def _project(camera, position):
     rotation = np.array(camera.rotation).reshape(3, 3)
-    x, y, z = rotation @ place + np.array(camera.translation)
+    x, y, z = rotation @ position + np.array(camera.translation)
     return np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy])
 
 
