@@ -52,9 +52,9 @@ MUTANTS = (
     mutant(
         "length checked only after the payload has been read",
         _READER,
-        "        container.check_length(header.length, self._stream, self.offset)  #",
-        "        if self._stream is None:\n"
-        "            container.check_length(header.length, self._stream, self.offset)  #",
+        "        container.check_length(header.length, self._stream_header, self.offset)  #",
+        "        if self._stream_header is None:\n"
+        "            container.check_length(header.length, self._stream_header, self.offset)  #",
     ),
     mutant(
         "a step of 0 taken",
@@ -84,8 +84,9 @@ MUTANTS = (
     mutant(
         "TAIL tells how many frames are missing, also where the first was lost",
         "streams/recover.py",
-        "        if self._first is None:\n            return None\n        return self._first +",
-        "        return (self._first or 0) +",
+        "        if self._first_frame is None:\n            return None\n"
+        "        return self._first_frame +",
+        "        return (self._first_frame or 0) +",
         only_category="damaged",
     ),
     mutant(
@@ -105,15 +106,15 @@ MUTANTS = (
     mutant(
         "a negative number of lost frames",
         "streams/recover.py",
-        "or self._due is None or self._due < before:",
-        "or self._due is None:",
+        "or self._next_frame is None or self._next_frame < expected_frame:",
+        "or self._next_frame is None:",
         only_category="damaged",
     ),
     mutant(
         "a frame rejected after resuming is not counted as lost",
         "streams/recover.py",
-        "        return self._due - before\n",
-        "        self._due += 1\n        return self._due - 1 - before\n",
+        "        return self._next_frame - expected_frame\n",
+        "        self._next_frame += 1\n        return self._next_frame - 1 - expected_frame\n",
         only_category="damaged",
     ),
     mutant(

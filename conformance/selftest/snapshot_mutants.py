@@ -80,8 +80,8 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "seeking to a snapshot without its CANO",
         _SEEK,
-        "    place = points.find_frame(_read_number(reader, header, _FRAME_BYTES))",
-        "    place = points[0]",
+        "    point = points.find_frame(_read_frame_number(reader, header, _FRAME_BYTES))",
+        "    point = points[0]",
     ),
     mutant(
         "resumed at any snapshot",

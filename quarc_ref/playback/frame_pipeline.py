@@ -88,7 +88,7 @@ class FramePipeline:
             states = self._decode(engine, start, stop, self.follow)
             return self._finish(states, start, stop, engine.dequantizer())
         closed = Event()
-        follow = self.follow and replace(self.follow, ended=closed)
+        follow = self.follow and replace(self.follow, stop_event=closed)
         dequantize = engine.dequantizer()
         decoded = Prefetcher(lambda: self._decode(engine, start, stop, follow), self.prefetch)
         return Prefetcher(

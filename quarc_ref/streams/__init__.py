@@ -3,8 +3,8 @@
     for scene in decode(data):
         splats = dequantize(scene)
 
-A stream is given as bytes or as a `Source` that reads at an offset; `open_source` opens a
-file, an HTTP URL or standard input. `recover` decodes damaged streams.
+Functions take a stream as bytes or as a `Source`, which reads bytes at an offset.
+`open_source` opens a file, an HTTP URL or standard input. `recover` decodes damaged streams.
 """
 
 from quarc_ref.streams.decode_stream import decode

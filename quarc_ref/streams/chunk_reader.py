@@ -1,6 +1,6 @@
 """Reads the chunks of a stream in order: SPEC 5.1.
 
-All reading uses this module: strict or after damage, from the beginning or from a seek
+Decoding and recovery use this module, from the beginning of a stream or from a seek
 point. A chunk is rejected by its header if possible, before its payload is read or memory
 is allocated for it.
 """
@@ -36,7 +36,7 @@ class ChunkReader:
     Attributes:
         source: The stream.
         offset: Offset of the next chunk.
-        sequence: Expected sequence number of that chunk.
+        sequence: Expected sequence number of the next chunk.
         current: Last accepted chunk header; None if the header of the current chunk was rejected.
     """
 
@@ -45,13 +45,13 @@ class ChunkReader:
         self.offset = 0
         self.sequence = 0
         self.current: ChunkHeader | None = None
-        self._before = b""
-        self._stream: StreamHeader | None = None
+        self._previous_kind = b""
+        self._stream_header: StreamHeader | None = None
 
     @property
     def is_past_tail(self) -> bool:
         """Whether TAIL has been read."""
-        return self._before == container.TAIL
+        return self._previous_kind == container.TAIL
 
     def read_header(self) -> ChunkHeader | None:
         """Read the header of the next chunk without moving.
@@ -73,16 +73,16 @@ class ChunkReader:
         if header.sequence != self.sequence:  # [5.2-4]
             message = f"found chunk {header.sequence} where chunk {self.sequence} was expected"
             raise SequenceError(message, self.offset)
-        container.check_type(header, self._stream)
-        container.check_place(header, self._before)
-        container.check_length(header.length, self._stream, self.offset)  # [5.2-6] [13-1]
+        container.check_type(header, self._stream_header)
+        container.check_place(header, self._previous_kind)
+        container.check_length(header.length, self._stream_header, self.offset)  # [5.2-6] [13-1]
         self.current = header
         return header
 
     def headers(self) -> Iterator[ChunkHeader]:
         """Yield the chunk headers up to TAIL, without reading the payloads of skipped chunks.
 
-        A chunk is skipped when the next header is read, unless it was taken.
+        A chunk is skipped when the next header is read, unless `take` has read the chunk.
 
         Raises:
             ContainerError: A chunk header is invalid.
@@ -106,7 +106,7 @@ class ChunkReader:
         for header in self.headers():
             if header.kind in container.KNOWN_TYPES:
                 return self.take(header)
-            check_payload(self.source, header)  # [5.2-10]
+            check_payload_crc(self.source, header)  # [5.2-10]
         return None
 
     def take(self, header: ChunkHeader) -> Chunk:
@@ -118,17 +118,21 @@ class ChunkReader:
         data = self.source.read(header.payload_offset, header.length + CHUNK_CRC_BYTES)
         chunk = container.make_chunk(header, data)
         if header.kind == container.HEAD:
-            self._stream = _parse_head(chunk)
+            self._stream_header = _parse_head(chunk)
         self.skip(header)
         return chunk
 
     def skip(self, header: ChunkHeader) -> None:
         """Move past a chunk without reading its payload."""
-        self.offset, self.sequence, self._before = header.end, header.sequence + 1, header.kind
+        self.offset, self.sequence, self._previous_kind = (
+            header.end,
+            header.sequence + 1,
+            header.kind,
+        )
 
     def seek(self, offset: int, sequence: int) -> None:
         """Move to a chunk at a known offset; HEAD must have been read."""
-        self.offset, self.sequence, self._before = offset, sequence, b""
+        self.offset, self.sequence, self._previous_kind = offset, sequence, b""
 
     def _check_magic(self) -> None:
         if self.offset:
@@ -148,8 +152,8 @@ class ChunkReader:
             raise TrailingDataError(message, self.offset)
 
 
-def check_payload(source: Source, header: ChunkHeader) -> None:
-    """Check the CRC of a payload piece by piece, without keeping it.
+def check_payload_crc(source: Source, header: ChunkHeader) -> None:
+    """Check the CRC of a payload piece by piece, without storing the payload.
 
     Raises:
         TruncatedError: The stream ends inside the chunk.
@@ -170,10 +174,10 @@ def split_chunks(stream: bytes | Source) -> Iterator[Chunk]:
     Ancillary chunks of unknown types are checked and skipped.
 
     Args:
-        stream: A stream, complete or not.
+        stream: A stream, which may be incomplete.
 
     Yields:
-        HEAD first, TAIL last.
+        The chunks in stream order, from HEAD to TAIL.
 
     Raises:
         ContainerError: A chunk is invalid (SPEC 5); all chunks before it have been yielded.

@@ -1,4 +1,4 @@
-"""Copies a stream byte by byte, and verifies every chunk."""
+"""Copies a stream unchanged, and verifies every chunk."""
 
 from typing import BinaryIO
 
@@ -18,13 +18,13 @@ def copy_stream(source: Source, sink: BinaryIO) -> int:
         Number of frames.
 
     Raises:
-        BitstreamError: The stream is invalid; everything before the error has been copied.
+        BitstreamError: The stream is invalid; all chunks before the error have been copied.
         SourceError: The file, pipe or server cannot be read.
     """
-    reader, copied, frames = ChunkReader(source), 0, 0
+    reader, copied_bytes, frame_count = ChunkReader(source), 0, 0
     for header in reader.headers():
         reader.take(header)
-        sink.write(source.read(copied, header.end - copied))
-        copied = header.end
-        frames += header.kind in container.FRAME_TYPES
-    return frames
+        sink.write(source.read(copied_bytes, header.end - copied_bytes))
+        copied_bytes = header.end
+        frame_count += header.kind in container.FRAME_TYPES
+    return frame_count

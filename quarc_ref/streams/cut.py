@@ -1,8 +1,8 @@
 """Extracts frames of a stream as a new stream.
 
 The first frame must be a keyframe. Chunks are copied unchanged, except snapshots whose
-CANO is not included. Frame numbers are preserved (SPEC 11.1), and with them times,
-digests and the correspondence to pictures of the capture.
+CANO is not included. Frame numbers do not change (SPEC 11.1), so times and digests stay
+the same, and frames still correspond to the pictures of the capture.
 """
 
 from collections.abc import Iterator
@@ -13,22 +13,22 @@ from quarc_ref.format import container
 from quarc_ref.format.container import Chunk
 from quarc_ref.format.errors import EditError, TruncatedError
 from quarc_ref.streams.frame_walk import FrameWalk, Step
-from quarc_ref.streams.rebase import Rebase
+from quarc_ref.streams.rebase import SnapshotRebaser
 from quarc_ref.streams.source import Source
 from quarc_ref.streams.stream_writer import StreamWriter
 
 
 def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> int:
-    """Write the frames of a stream from a keyframe on.
+    """Write the frames from `start` to `stop` of a stream as a new stream.
 
-    Other chunks are kept if they precede the stream's first frame or follow a kept frame.
-    The last `came` and `meta` chunks before `start` are kept as well, because they apply
-    to all later frames. Bytes after the requested frames are not read, because the stream
-    may be damaged there or still grow.
+    Other chunks are copied if they precede the stream's first frame or follow a copied
+    frame. The last `came` and `meta` chunks before `start` are also copied, because they
+    apply to all later frames. Bytes after the requested frames are not read, because the
+    stream may be damaged there or still grow.
 
     Args:
         source: A stream.
-        start: Ordinal of the first frame; None for the stream's first one.
+        start: Ordinal of the first frame; None for the first frame of the stream.
         stop: Ordinal after the last frame; None for all.
         sink: Binary file to which the result is appended, after `start` has been found.
 
@@ -40,27 +40,27 @@ def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> 
         BitstreamError: The stream is invalid.
         SourceError: The file, pipe or server cannot be read.
     """
-    walk, passed = FrameWalk(source), _SkippedFrames()
+    walk, skipped = FrameWalk(source), _SkippedFrames()
     steps = iter(walk)
-    first = _find(steps, start, walk, passed)
+    first = _find_first(steps, start, walk, skipped)
     if first.frame is not None and stop is not None and stop <= first.frame:
         message = f"there is no frame between frame {first.frame} and frame {stop}"
         raise EditError(message)
     writer = StreamWriter(sink, walk.head)
-    for chunk in passed.chunks():
+    for chunk in skipped.chunks():
         writer.write(chunk.kind, chunk.payload)
-    copying = _Copying(writer, walk, passed.reference)
-    copying.copy(first)
+    copier = _ChunkCopier(writer, walk, skipped.reference)
+    copier.copy(first)
     for step in steps:
         if step.is_frame and step.frame == stop:
             break
-        copying.copy(step)
+        copier.copy(step)
     writer.finish()
     return writer.frame_count
 
 
 class _SkippedFrames:
-    """State that a cut needs from skipped frames.
+    """Chunks and ordinals of the skipped frames that a cut needs.
 
     Attributes:
         canonical: Ordinal of the last skipped canonical frame.
@@ -71,9 +71,9 @@ class _SkippedFrames:
         self.canonical: int | None = None
         self.reference: Chunk | None = None
         self._prologue: list[Chunk] = []
-        self._latest: dict[bytes, Chunk] = {}
+        self._latest_by_kind: dict[bytes, Chunk] = {}
 
-    def note(self, step: Step, walk: FrameWalk) -> None:
+    def add(self, step: Step, walk: FrameWalk) -> None:
         """Record a step of the walk."""
         if step.is_canonical:
             self.canonical = step.frame
@@ -82,51 +82,57 @@ class _SkippedFrames:
         elif step.frame is None:
             self._prologue.append(walk.take(step))
         elif step.header.kind in (container.CAME, container.META):
-            self._latest[step.header.kind] = walk.take(step)
+            self._latest_by_kind[step.header.kind] = walk.take(step)
 
     def chunks(self) -> list[Chunk]:
         """Return the chunks to write before the first frame, in stream order."""
-        return self._prologue + sorted(self._latest.values(), key=lambda chunk: chunk.sequence)
+        return self._prologue + sorted(
+            self._latest_by_kind.values(), key=lambda chunk: chunk.sequence
+        )
 
 
-def _find(
-    steps: Iterator[Step], start: int | None, walk: FrameWalk, passed: _SkippedFrames
+def _find_first(
+    steps: Iterator[Step], start: int | None, walk: FrameWalk, skipped: _SkippedFrames
 ) -> Step:
-    """Find the first requested frame; `passed` collects the chunks before it."""
+    """Find the first requested frame; `skipped` collects the chunks before it."""
     for step in steps:
         if step.is_frame and (start is None or (step.frame or 0) >= start):
             if start is None or (step.is_canonical and step.frame == start):
                 return step
-            _reject(start, passed.canonical, step, steps)
-        passed.note(step, walk)
-    near = _describe_nearest(passed.canonical, None)
-    message = f"the stream has no frame {'at all' if start is None else start}{near}"
+            _raise_no_keyframe(start, skipped.canonical, step, steps)
+        skipped.add(step, walk)
+    hint = _describe_nearest(skipped.canonical, None)
+    message = f"the stream has no {'frames' if start is None else f'frame {start}'}{hint}"
     raise EditError(message)
 
 
-def _reject(start: int, before: int | None, step: Step, steps: Iterator[Step]) -> NoReturn:
+def _raise_no_keyframe(
+    start: int, previous_keyframe: int | None, step: Step, steps: Iterator[Step]
+) -> NoReturn:
     """Raise EditError that names the keyframes before and after a frame."""
-    after = step.frame if step.is_canonical else None
+    next_keyframe = step.frame if step.is_canonical else None
     with suppress(TruncatedError):
-        after = after or next((other.frame for other in steps if other.is_canonical), None)
-    fault = f"frame {start} is not canonical, so a stream cannot begin with it"
+        next_keyframe = next_keyframe or next(
+            (later.frame for later in steps if later.is_canonical), None
+        )
+    problem = f"frame {start} is not canonical, so a stream cannot begin with it"
     if step.frame != start:
-        fault = f"the stream has no frame {start}"
-    raise EditError(fault + _describe_nearest(before, after))
+        problem = f"the stream has no frame {start}"
+    raise EditError(problem + _describe_nearest(previous_keyframe, next_keyframe))
 
 
-class _Copying:
+class _ChunkCopier:
     """Writes chunks unchanged, except snapshots whose CANO is not included.
 
     Args:
         writer: Writer of the new stream.
         walk: Walk of the stream.
-        reference: The CANO that is not included, if snapshots refer to it.
+        reference: The CANO that is not included, if snapshots refer to that CANO.
     """
 
     def __init__(self, writer: StreamWriter, walk: FrameWalk, reference: Chunk | None) -> None:
         self._writer, self._walk, self._reference = writer, walk, reference
-        self._rebase: Rebase | None = None
+        self._rebaser: SnapshotRebaser | None = None
 
     def copy(self, step: Step) -> None:
         """Write the chunk of a step."""
@@ -134,15 +140,14 @@ class _Copying:
         if chunk.kind == container.CANO:
             self._reference = None
         elif chunk.kind == container.SNAP and self._reference is not None:
-            self._rebase = self._rebase or Rebase(self._walk.header, self._reference)
-            chunk = self._rebase.take(chunk)
+            self._rebaser = self._rebaser or SnapshotRebaser(self._walk.header, self._reference)
+            chunk = self._rebaser.take(chunk)
         self._writer.write(chunk.kind, chunk.payload)
 
 
-def _describe_nearest(before: int | None, after: int | None) -> str:
-    near = [str(frame) for frame in (before, after) if frame is not None]
-    if not near:
+def _describe_nearest(previous_keyframe: int | None, next_keyframe: int | None) -> str:
+    keyframes = [str(frame) for frame in (previous_keyframe, next_keyframe) if frame is not None]
+    if not keyframes:
         return ""
-    return (
-        f"; the nearest canonical frame{'s are' if len(near) > 1 else ' is'} {' and '.join(near)}"
-    )
+    subject = "frames are" if len(keyframes) > 1 else "frame is"
+    return f"; the nearest canonical {subject} {' and '.join(keyframes)}"

@@ -30,7 +30,7 @@ def decode(
         stream: A stream; if it is truncated, its complete frames are yielded before the error.
         start: Ordinal of the first frame; only the bytes needed to reach it are read (SPEC 11.2).
         stop: Ordinal after the last frame; None for all.
-        follow: How long to wait for a growing stream; None not to wait.
+        follow: Polling of a growing stream; None to stop at the stream's current end.
         decoder: A new decoder, which gives the caller access to cameras and metadata;
             None to create one.
 
@@ -73,7 +73,7 @@ def walk_frames(
         stream: See `decode`.
         decoder: A new decoder.
         start: See `decode`.
-        stop: See `decode`; a first frame after it is yielded as well.
+        stop: See `decode`; the first decoded frame is yielded even if it is after `stop`.
         follow: See `decode`.
 
     Yields:

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from quarc_ref.format.errors import TruncatedError
 
-_Answer = TypeVar("_Answer")
+_Result = TypeVar("_Result")
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,21 +18,21 @@ class Follow:
     Attributes:
         interval: Seconds between polls.
         patience: Seconds without a new complete chunk after which the stream counts as truncated.
-        ended: Event that another thread can set to stop waiting; the stream then counts
+        stop_event: Event that another thread can set to stop waiting; the stream then counts
             as truncated.
     """
 
     interval: float = 0.1
     patience: float = 10.0
-    ended: Event = field(default_factory=Event, compare=False)
+    stop_event: Event = field(default_factory=Event, compare=False)
 
 
-def poll(action: Callable[[], _Answer], follow: Follow | None) -> _Answer:
+def poll(action: Callable[[], _Result], follow: Follow | None) -> _Result:
     """Retry a read until a growing stream has enough bytes for it.
 
     Args:
         action: Function to call, which must have no effect if the stream ends too early.
-        follow: How long to wait; None not to wait.
+        follow: Interval and duration of the retries; None to try once.
 
     Returns:
         The result of the action.
@@ -42,14 +42,14 @@ def poll(action: Callable[[], _Answer], follow: Follow | None) -> _Answer:
     """
     if follow is None:
         return action()
-    give_up = time.monotonic() + follow.patience
+    deadline = time.monotonic() + follow.patience
     while True:
         try:
             return action()
         except TruncatedError as error:
-            if time.monotonic() >= give_up:
-                waited = str(follow.patience).removesuffix(".0")
-                message = f"{error.args[0]}; no new data in {waited} seconds"
+            if time.monotonic() >= deadline:
+                patience_text = str(follow.patience).removesuffix(".0")
+                message = f"{error.args[0]}; no new data in {patience_text} seconds"
                 raise TruncatedError(message, error.offset) from error
-            if follow.ended.wait(follow.interval):
+            if follow.stop_event.wait(follow.interval):
                 raise

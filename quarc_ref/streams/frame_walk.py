@@ -24,7 +24,8 @@ class Step:
 
     Attributes:
         header: Header of the chunk.
-        frame: Ordinal of its frame or of the previous frame; None before the first frame.
+        frame: Ordinal of the chunk's frame, or of the previous frame if the chunk is no frame;
+            None before the first frame.
     """
 
     header: ChunkHeader
@@ -49,7 +50,7 @@ class FrameWalk:
 
     Attributes:
         head: Payload of HEAD.
-        header: Parsed header.
+        header: Parsed HEAD.
 
     Raises:
         BitstreamError: HEAD is invalid.
@@ -60,8 +61,8 @@ class FrameWalk:
         chunk = self._reader.read_chunk()
         self.head = chunk.payload if chunk else b""
         self.header = wire.parse_stream_header(self.head)
-        self._taken = False
-        self._size: int | None = 0  # minimum number of available bytes; None if unknown
+        self._is_chunk_read = False
+        self._available_bytes: int | None = 0  # minimum number of available bytes; None if unknown
 
     def __iter__(self) -> Iterator[Step]:
         """Yield every chunk after HEAD, except INDX and TAIL.
@@ -72,26 +73,26 @@ class FrameWalk:
         frame: int | None = None
         for header in self._reader.headers():
             frame = self._next_frame(header, frame)
-            self._taken = False
+            self._is_chunk_read = False
             step = Step(header, frame)
             if header.kind in (container.INDX, container.TAIL):
-                self.take(step)  # checked, so that a damaged TAIL does not end the stream
+                self.take(step)  # checks the CRC, so that a damaged TAIL is rejected
             else:
                 yield step
-            if not self._taken:
+            if not self._is_chunk_read:
                 self._skip_chunk(header)
 
     def take(self, step: Step) -> Chunk:
         """Read and check the chunk of the current step."""
-        self._taken = True
+        self._is_chunk_read = True
         return self._reader.take(step.header)
 
     def _skip_chunk(self, header: ChunkHeader) -> None:
         """Skip a chunk after checking by the stream's size that it is complete."""
-        if self._size is not None and header.end > self._size:
-            self._size = self._reader.source.size()
-            if self._size is not None and header.end > self._size:
-                _raise_no_frame(header)
+        if self._available_bytes is not None and header.end > self._available_bytes:
+            self._available_bytes = self._reader.source.size()
+            if self._available_bytes is not None and header.end > self._available_bytes:
+                _raise_truncated(header)
         self._reader.skip(header)
 
     def _next_frame(self, header: ChunkHeader, frame: int | None) -> int | None:
@@ -111,10 +112,10 @@ class FrameWalk:
     def _read_ordinal(self, header: ChunkHeader) -> int:
         data = self._reader.source.read(header.payload_offset, _FRAME_BYTES)
         if len(data) < _FRAME_BYTES:
-            _raise_no_frame(header)
+            _raise_truncated(header)
         return canonical_frame(data)
 
 
-def _raise_no_frame(header: ChunkHeader) -> NoReturn:
+def _raise_truncated(header: ChunkHeader) -> NoReturn:
     message = "the stream ends inside a chunk"
     raise TruncatedError(message, header.offset)

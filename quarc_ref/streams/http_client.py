@@ -25,7 +25,7 @@ class RedirectError(Exception):
 
 
 class HttpClient:
-    """Sends requests, using the proxies of the environment."""
+    """Sends HTTP requests through the proxies that the environment configures."""
 
     def __init__(self) -> None:
         self._opener = OpenerDirector()
@@ -50,21 +50,21 @@ class HttpClient:
             RedirectError: The response redirects to a rejected target.
             ValueError: The URL is not an http or https URL.
         """
-        deadline, asked = Deadline(timeout), [_check_url(url)]
+        deadline, visited_urls = Deadline(timeout), [_check_url(url)]
         while True:
-            request = Request(asked[-1], headers=dict(headers))
+            request = Request(visited_urls[-1], headers=dict(headers))
             response: HTTPResponse = self._opener.open(request, timeout=deadline.remaining())
             if response.status not in _REDIRECTS:
                 return response
             response.close()
-            target = follow_redirect(asked[-1], response.headers.get("Location"))
-            if target in asked:
+            target = follow_redirect(visited_urls[-1], response.headers.get("Location"))
+            if target in visited_urls:
                 message = f"redirects in a loop, back to {target}"
                 raise RedirectError(message)
-            if len(asked) > _MAX_REDIRECTS:
+            if len(visited_urls) > _MAX_REDIRECTS:
                 message = f"redirects more than {_MAX_REDIRECTS} times"
                 raise RedirectError(message)
-            asked.append(target)
+            visited_urls.append(target)
 
 
 def follow_redirect(url: str, location: str | None) -> str:
@@ -81,11 +81,11 @@ def follow_redirect(url: str, location: str | None) -> str:
         message = "redirects without a target URL"
         raise RedirectError(message)
     target = quote(urljoin(url, location), safe=string.punctuation, encoding="latin-1")
-    before, after = urlsplit(url).scheme, urlsplit(target).scheme
-    if after not in _SCHEMES:
+    source_scheme, target_scheme = urlsplit(url).scheme, urlsplit(target).scheme
+    if target_scheme not in _SCHEMES:
         message = f"redirects to {location!r}: only http and https URLs are followed"
         raise RedirectError(message)
-    if (before, after) == ("https", "http"):
+    if (source_scheme, target_scheme) == ("https", "http"):
         message = (
             f"redirects from https to {location!r}: redirects from https may only lead to https "
             "URLs"
@@ -112,5 +112,5 @@ class _Handler(HTTPHandler):
 
     @cached_property
     def _tls_context(self) -> ssl.SSLContext:
-        # loading certificates is slow, so it is done once and only for TLS
+        # certificates load slowly, so they are loaded once and only for TLS
         return make_tls_context()

@@ -9,10 +9,10 @@ from quarc_ref.format.errors import SourceError
 from quarc_ref.streams.file_version import Change, FileVersion
 from quarc_ref.streams.http_client import HttpClient, RedirectError
 
-_PARTIAL = 206
-_BEYOND_THE_END = 416
-_RANGE = re.compile(r"bytes (\d{1,20})-(\d{1,20})/(\d{1,20}|\*)")
-_TOTAL = re.compile(r"bytes \*/(\d{1,20})")
+_PARTIAL_CONTENT = 206
+_RANGE_NOT_SATISFIABLE = 416
+_CONTENT_RANGE = re.compile(r"bytes (\d{1,20})-(\d{1,20})/(\d{1,20}|\*)")
+_UNSATISFIED_RANGE = re.compile(r"bytes \*/(\d{1,20})")
 _PIECE_BYTES = 1 << 16
 _SAMPLE_BYTES = 64
 
@@ -20,10 +20,10 @@ _SAMPLE_BYTES = 64
 class HttpSource:
     """A stream at an HTTP URL, of which only requested ranges are read.
 
-    The file on the server may grow while it is read, but must not change otherwise. Size,
-    ETag and modification time are compared with each response. If they do not show
-    whether a grown file is still the same, some bytes are read again and compared. There
-    is no `If-Range` or `If-Match`: both would reject a file that has only grown.
+    The file on the server may grow while it is read, but must not change otherwise. Each
+    response is compared with the known size, ETag and modification time. If these do not
+    show whether the file has only grown, some bytes are read again and compared. Requests
+    have no `If-Range` or `If-Match`, because both would reject a file that has only grown.
 
     Args:
         url: URL of the stream, `http` or `https`.
@@ -59,70 +59,75 @@ class HttpSource:
         """Fetch a range, and check that the file has not changed."""
         body, version = self._request(offset, length)
         change = self._version.compare(version)
-        if change is Change.REPLACED or (change is Change.GROWN and not self._has_sample()):
-            self._reject("now has a different file: it was changed while it was being read")
-        self._version = self._version.updated(version)
+        if change is Change.REPLACED or (change is Change.GROWN and not self._sample_matches()):
+            self._raise_error("now has a different file: it was changed while it was being read")
+        self._version = self._version.merged_with(version)
         self._store_sample(offset, body)
         return body, version.size
 
     def _store_sample(self, offset: int, body: bytes) -> None:
-        """Keep the end of a body to identify the file, unless a longer sample is kept."""
+        """Store the end of a body as the sample of the file, unless the stored one is longer."""
         sample = body[-_SAMPLE_BYTES:]
         if len(sample) >= len(self._sample[1]):
             self._sample = (offset + len(body) - len(sample), sample)
 
-    def _has_sample(self) -> bool:
-        """Return whether the file still has the kept bytes."""
+    def _sample_matches(self) -> bool:
+        """Return whether the file still contains the sample."""
         offset, sample = self._sample
         return not sample or self._request(offset, len(sample))[0] == sample
 
     def _request(self, offset: int, length: int) -> tuple[bytes, FileVersion]:
-        """Request a range; return it and the file's version."""
-        wanted = {"Range": f"bytes={offset}-{offset + length - 1}", "Accept-Encoding": "identity"}
+        """Request a range; return its bytes and the file's version."""
+        request_headers = {
+            "Range": f"bytes={offset}-{offset + length - 1}",
+            "Accept-Encoding": "identity",
+        }
         try:
-            with self._client.get(self._url, wanted, self._timeout) as response:
-                return self._take(response, offset, length)
+            with self._client.get(self._url, request_headers, self._timeout) as response:
+                return self._read_response(response, offset, length)
         except RedirectError as error:
-            self._reject(str(error))
+            self._raise_error(str(error))
         except (OSError, HTTPException, ValueError) as error:
             reason = error.reason if isinstance(error, URLError) else error
             if isinstance(reason, TimeoutError):
-                self._reject(f"takes more than {self._timeout} seconds to answer")
-            self._reject(f"cannot be read: {_describe(reason)}")
+                self._raise_error(f"takes more than {self._timeout} seconds to answer")
+            self._raise_error(f"cannot be read: {_describe(reason)}")
 
-    def _take(self, response: HTTPResponse, offset: int, length: int) -> tuple[bytes, FileVersion]:
-        said = response.headers.get("Content-Range", "")
-        if response.status == _BEYOND_THE_END:
-            return b"", self._update_size(said, offset)
-        if response.status != _PARTIAL:
-            self._reject_status(response)
+    def _read_response(
+        self, response: HTTPResponse, offset: int, length: int
+    ) -> tuple[bytes, FileVersion]:
+        content_range = response.headers.get("Content-Range", "")
+        if response.status == _RANGE_NOT_SATISFIABLE:
+            return b"", self._parse_total_size(content_range, offset)
+        if response.status != _PARTIAL_CONTENT:
+            self._raise_status_error(response)
         encoding = response.headers.get("Content-Encoding", "identity")
         if encoding.lower() != "identity":
-            self._reject(
+            self._raise_error(
                 f"answers with content encoding {encoding!r}: it must send the file unencoded"
             )
-        found = _RANGE.fullmatch(said)
-        if found is None:
-            self._reject("does not state which bytes it sends")
-        first, last = int(found[1]), int(found[2])
-        size = None if found[3] == "*" else int(found[3])
+        match = _CONTENT_RANGE.fullmatch(content_range)
+        if match is None:
+            self._raise_error("does not state which bytes it sends")
+        first, last = int(match[1]), int(match[2])
+        size = None if match[3] == "*" else int(match[3])
         end = offset + length if size is None else min(offset + length, size)
         if first != offset or (last + 1 != end if size is not None else last >= end):
-            self._reject(
+            self._raise_error(
                 f"sends bytes {first} to {last} where {offset} to {end - 1} were requested"
             )
-        version = FileVersion.of(response.headers, size)
+        version = FileVersion.from_headers(response.headers, size)
         return self._read_body(response, last + 1 - first), version
 
-    def _update_size(self, said: str, offset: int) -> FileVersion:
-        """Return the version of a file that ends before the requested range."""
-        found = _TOTAL.fullmatch(said)
-        if found and int(found[1]) > offset:
-            self._reject(f"does not send byte {offset} of {found[1]}")
-        return FileVersion(int(found[1]) if found else None)
+    def _parse_total_size(self, content_range: str, offset: int) -> FileVersion:
+        """Return the version of a file that ends before the requested range, from status 416."""
+        match = _UNSATISFIED_RANGE.fullmatch(content_range)
+        if match and int(match[1]) > offset:
+            self._raise_error(f"does not send byte {offset} of {match[1]}")
+        return FileVersion(int(match[1]) if match else None)
 
     def _read_body(self, response: HTTPResponse, length: int) -> bytes:
-        """Read a whole body, including one with chunked encoding."""
+        """Read a complete body, whose transfer encoding may be chunked."""
         body, piece = bytearray(), b"more"
         while piece and len(body) <= length:
             try:
@@ -131,18 +136,18 @@ class HttpSource:
                 piece = b""
             body += piece
         if len(body) < length:
-            self._reject(f"stops after {len(body)} bytes of {length}")
+            self._raise_error(f"stops after {len(body)} bytes of {length}")
         if len(body) > length:
-            self._reject(f"sends more than the {length} bytes that were requested")
+            self._raise_error(f"sends more than the {length} bytes that were requested")
         return bytes(body)
 
-    def _reject_status(self, response: HTTPResponse) -> NoReturn:
+    def _raise_status_error(self, response: HTTPResponse) -> NoReturn:
         if 200 <= response.status < 300:
-            self._reject("does not support range requests: download the stream to decode it")
-        self._reject(f"answers {response.status} {response.reason}")
+            self._raise_error("does not support range requests: download the stream to decode it")
+        self._raise_error(f"answers {response.status} {response.reason}")
 
-    def _reject(self, what: str) -> NoReturn:
-        message = f"the server of {self._url} {what}"
+    def _raise_error(self, problem: str) -> NoReturn:
+        message = f"the server of {self._url} {problem}"
         raise SourceError(message)
 
 

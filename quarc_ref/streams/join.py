@@ -1,6 +1,6 @@
 """Joins streams with the same header.
 
-Canonical frames do not depend on anything before them (SPEC 7.2), so nothing is decoded or
+Canonical frames do not depend on earlier frames (SPEC 7.2), so no frame is decoded or
 re-encoded. Only the frame numbers of keyframes change; states and digests stay the same.
 """
 
@@ -20,18 +20,18 @@ from quarc_ref.streams.frame_walk import FrameWalk, Step
 from quarc_ref.streams.source import Source
 from quarc_ref.streams.stream_writer import StreamWriter
 
-_LEVEL_PLACE = VERSION.sizeof()
+_LEVEL_OFFSET = VERSION.sizeof()
 _FRAME_BYTES = 4
 
 
 def join(sources: Sequence[Source], sink: BinaryIO) -> int:
     """Write the frames of several streams as one stream.
 
-    The first stream keeps its ordinals, and those of the others are shifted. HEAD is that
-    of the first stream with the highest level of all streams. Cameras must be the same in
-    all streams, and only the metadata entries that are the same in all streams are kept.
-    Ancillary chunks of unknown types are copied in place; identical ones at the start of
-    several streams are copied once.
+    The first stream keeps its ordinals; the ordinals of the other streams are shifted. HEAD
+    is copied from the first stream, with the highest level of all streams. Cameras must be
+    the same in all streams. The result has the metadata entries that are the same in all
+    streams. Ancillary chunks of unknown types are copied in place; identical chunks at the
+    start of several streams are copied once.
 
     Args:
         sources: Streams, which are read twice, so pipes are not allowed.
@@ -42,7 +42,7 @@ def join(sources: Sequence[Source], sink: BinaryIO) -> int:
 
     Raises:
         EditError: The streams are not compatible.
-        BitstreamError: A stream is invalid; the message names it.
+        BitstreamError: A stream is invalid; the message states its number.
         SourceError: A file or server cannot be read.
     """
     parts = []
@@ -54,11 +54,11 @@ def join(sources: Sequence[Source], sink: BinaryIO) -> int:
         raise EditError(message)
     for number, part in enumerate(parts[1:], 2):
         _require_joinable(parts[0], part, number)
-    joining = _Joining(sink, parts)
+    joiner = _StreamJoiner(sink, parts)
     for number, source in enumerate(sources, 1):
         with _number_errors(number):
-            joining.append(FrameWalk(source))
-    return joining.finish()
+            joiner.append(FrameWalk(source))
+    return joiner.finish()
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,8 +67,8 @@ class _Part:
 
     Attributes:
         head: Payload of HEAD.
-        cameras: Content of the last `came`; None if there is none.
-        metadata: Content of the last `meta`; None if there is none.
+        cameras: Content of the last `came` chunk; None without a `came` chunk.
+        metadata: Content of the last `meta` chunk; None without a `meta` chunk.
     """
 
     head: bytes
@@ -78,7 +78,7 @@ class _Part:
 
 @contextmanager
 def _number_errors(number: int) -> Iterator[None]:
-    """Add the number of the stream to an error."""
+    """Prefix the message of an error with the number of the stream."""
     try:
         yield
     except BitstreamError as error:
@@ -104,23 +104,23 @@ def _inspect_part(source: Source) -> _Part:
 def _require_joinable(first: _Part, part: _Part, number: int) -> None:
     """Raise EditError if a stream cannot be joined to the first."""
     headers = [wire.parse_stream_header(each.head) for each in (first, part)]
-    differ = [
+    differences = [
         f"{field.name} ({getattr(headers[0], field.name)} and {getattr(headers[1], field.name)})"
         for field in fields(StreamHeader)
         if field.name != "level"
         and getattr(headers[0], field.name) != getattr(headers[1], field.name)
     ]
-    if first.head[:_LEVEL_PLACE] != part.head[:_LEVEL_PLACE]:
-        differ.append("compatible_features")
-    if differ:
-        message = f"stream {number} differs from the first in {', '.join(differ)}"
+    if first.head[:_LEVEL_OFFSET] != part.head[:_LEVEL_OFFSET]:
+        differences.append("compatible_features")
+    if differences:
+        message = f"stream {number} differs from the first in {', '.join(differences)}"
         raise EditError(message)
     if first.cameras != part.cameras:
         message = f"stream {number} has different cameras from the first"
         raise EditError(message)
 
 
-class _Joining:
+class _StreamJoiner:
     """A joined stream that is being written.
 
     Args:
@@ -130,12 +130,12 @@ class _Joining:
 
     def __init__(self, sink: BinaryIO, parts: Sequence[_Part]) -> None:
         head = parts[0].head
-        level = max(part.head[_LEVEL_PLACE] for part in parts)
-        head = head[:_LEVEL_PLACE] + bytes([level]) + head[_LEVEL_PLACE + 1 :]
+        level = max(part.head[_LEVEL_OFFSET] for part in parts)
+        head = head[:_LEVEL_OFFSET] + bytes([level]) + head[_LEVEL_OFFSET + 1 :]
         self._writer = StreamWriter(sink, head)
-        self._due: int | None = None  # ordinal of the next frame
-        self._shift = 0
-        self._begun: set[tuple[bytes, bytes]] = set()  # chunks at the start of streams
+        self._next_frame: int | None = None  # ordinal of the next frame
+        self._frame_shift = 0
+        self._prologue_chunks: set[tuple[bytes, bytes]] = set()  # chunks at the start of streams
         if parts[0].cameras is not None:
             self._writer.write(container.CAME, wire.build_cameras(parts[0].cameras))
         if any(part.metadata is not None for part in parts):
@@ -143,51 +143,53 @@ class _Joining:
 
     def append(self, walk: FrameWalk) -> None:
         """Append the frames of a stream."""
-        due, is_first = self._due, True
+        first_frame, is_first = self._next_frame, True
         for step in walk:
             if step.is_frame and step.frame is not None:
                 if is_first:
-                    self._shift = 0 if due is None else due - step.frame
+                    self._frame_shift = 0 if first_frame is None else first_frame - step.frame
                 is_first = False
-                self._due = self._place(step.frame) + 1
+                self._next_frame = self._joined_frame(step.frame) + 1
             if step.header.kind not in (container.CAME, container.META):
                 self._write(step, walk.take(step))
 
     def finish(self) -> int:
-        """Write the end of the stream; return its number of frames."""
+        """Write INDX and TAIL; return the number of frames in the stream."""
         self._writer.finish()
         return self._writer.frame_count
 
     def _write(self, step: Step, chunk: Chunk) -> None:
         payload = chunk.payload
         if step.frame is None:
-            if (chunk.kind, payload) in self._begun:
+            if (chunk.kind, payload) in self._prologue_chunks:
                 return
-            self._begun.add((chunk.kind, payload))
+            self._prologue_chunks.add((chunk.kind, payload))
         elif step.is_canonical:
-            payload = self._shifted(payload, 0)
+            payload = self._shift_frame_number(payload, 0)
             if chunk.kind == container.SNAP:
-                payload = self._shifted(payload, _FRAME_BYTES)
+                payload = self._shift_frame_number(payload, _FRAME_BYTES)
         self._writer.write(chunk.kind, payload)
 
-    def _shifted(self, payload: bytes, place: int) -> bytes:
+    def _shift_frame_number(self, payload: bytes, offset: int) -> bytes:
         """Shift the frame number at a byte offset of a payload."""
-        end = place + _FRAME_BYTES
-        ordinal = self._place(int.from_bytes(payload[place:end], "little"))
-        return payload[:place] + ordinal.to_bytes(_FRAME_BYTES, "little") + payload[end:]
+        end = offset + _FRAME_BYTES
+        ordinal = self._joined_frame(int.from_bytes(payload[offset:end], "little"))
+        return payload[:offset] + ordinal.to_bytes(_FRAME_BYTES, "little") + payload[end:]
 
-    def _place(self, frame: int) -> int:
+    def _joined_frame(self, frame: int) -> int:
         """Return the frame number in the joined stream."""
-        place = frame + self._shift
-        if place > COUNTER_LIMIT:
+        joined_frame = frame + self._frame_shift
+        if joined_frame > COUNTER_LIMIT:
             message = f"frame numbers are limited to {COUNTER_LIMIT}"
             raise EditError(message)
-        return place
+        return joined_frame
 
 
 def _common_metadata(parts: Sequence[_Part]) -> dict[str, str]:
-    """Return the metadata that is the same in all streams, in the order of the first."""
-    said = [part.metadata or {} for part in parts]
+    """Return the metadata that is the same in all streams, in the order of the first stream."""
+    entries = [part.metadata or {} for part in parts]
     return {
-        key: text for key, text in said[0].items() if all(other.get(key) == text for other in said)
+        key: text
+        for key, text in entries[0].items()
+        if all(other_entries.get(key) == text for other_entries in entries)
     }

@@ -1,4 +1,4 @@
-"""Recodes snapshots whose CANO was removed, relative to another CANO or as a CANO.
+"""Recodes snapshots whose CANO was removed: relative to another CANO, or as a CANO.
 
 States remain bit-identical (SPEC 7.9), because snapshots and CANOs have the same order of
 Gaussians.
@@ -17,7 +17,7 @@ from quarc_ref.format.container import Chunk
 from quarc_ref.format.records import CanonicalChunk, Gaussians, SnapshotChunk, StreamHeader
 
 
-class Rebase:
+class SnapshotRebaser:
     """Recodes the snapshots of one removed CANO, in stream order.
 
     Args:
@@ -31,43 +31,47 @@ class Rebase:
     def __init__(self, header: StreamHeader, canonical: Chunk) -> None:
         parsed = wire.parse_canonical(canonical.payload)
         self._header = header
-        self._before = read_checked(header, parsed)
-        self._after: tuple[int, Snapshot] | None = None
+        self._removed_gaussians = read_checked(header, parsed)
+        self._new_canonical: tuple[int, Snapshot] | None = None
 
     def take(self, chunk: Chunk) -> Chunk:
-        """Return the chunk that replaces a snapshot.
+        """Recode a snapshot.
 
-        Returns:
-            A CANO for the first snapshot, and if a SNAP would change the order; otherwise a SNAP.
+        Args:
+            chunk: A SNAP chunk that refers to the removed CANO.        Returns:
+            The chunk that replaces the snapshot: a CANO for the first snapshot, or if a SNAP
+            would change the order of Gaussians; otherwise a SNAP.
 
         Raises:
             BitstreamError: The snapshot is invalid.
         """
         parsed = wire.parse_snapshot(chunk.payload)
-        snapshot = read_checked_snapshot(self._header, parsed, self._before)
-        if self._after is not None:
-            frame, first = self._after
-            coded = write_snapshot(first.gaussians, snapshot.gaussians, _relate(first, snapshot))
-            if _equal(coded.gaussians, snapshot.gaussians):
+        snapshot = read_checked_snapshot(self._header, parsed, self._removed_gaussians)
+        if self._new_canonical is not None:
+            frame, first = self._new_canonical
+            coded = write_snapshot(
+                first.gaussians, snapshot.gaussians, _match_gaussians(first, snapshot)
+            )
+            if _are_equal(coded.gaussians, snapshot.gaussians):
                 names = ("newborn_count", "origin", "axis_bits", "survivors", "sections")
-                said = {name: getattr(coded, name) for name in names}
-                again = replace(parsed, canonical=frame, **said)
-                return replace(chunk, payload=wire.build_snapshot(again))
-        self._after = parsed.frame, snapshot
-        payload = wire.build_canonical(_as_canonical(parsed, snapshot.gaussians))
+                coded_fields = {name: getattr(coded, name) for name in names}
+                recoded = replace(parsed, canonical=frame, **coded_fields)
+                return replace(chunk, payload=wire.build_snapshot(recoded))
+        self._new_canonical = parsed.frame, snapshot
+        payload = wire.build_canonical(_build_canonical(parsed, snapshot.gaussians))
         return replace(chunk, kind=container.CANO, payload=payload)
 
 
-def _relate(first: Snapshot, later: Snapshot) -> Int64:
-    """Return the `[N]` index in the first snapshot of each Gaussian of a later one, or -1."""
-    known = max(first.roots.max(initial=-1), later.roots.max(initial=-1)) + 1
-    places = np.full(known + 1, -1, dtype=np.int64)  # the last entry is for index -1
-    (since,) = np.nonzero(first.roots >= 0)
-    places[first.roots[since]] = since
-    return places[later.roots]
+def _match_gaussians(first: Snapshot, later: Snapshot) -> Int64:
+    """Return the `[N]` index of each Gaussian of `later` in `first`; -1 for new Gaussians."""
+    root_count = max(first.roots.max(initial=-1), later.roots.max(initial=-1)) + 1
+    indices = np.full(root_count + 1, -1, dtype=np.int64)  # the last entry is for index -1
+    (survivors,) = np.nonzero(first.roots >= 0)
+    indices[first.roots[survivors]] = survivors
+    return indices[later.roots]
 
 
-def _as_canonical(parsed: SnapshotChunk, gaussians: Gaussians) -> CanonicalChunk:
+def _build_canonical(parsed: SnapshotChunk, gaussians: Gaussians) -> CanonicalChunk:
     origin, axis_bits, ordered = sort_canonical(gaussians)
     sections = write_canonical(ordered, origin)
     return CanonicalChunk(
@@ -75,6 +79,6 @@ def _as_canonical(parsed: SnapshotChunk, gaussians: Gaussians) -> CanonicalChunk
     )
 
 
-def _equal(one: Gaussians, other: Gaussians) -> bool:
+def _are_equal(first: Gaussians, second: Gaussians) -> bool:
     names = ("positions", "rotations", "codes")
-    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in names)
+    return all(np.array_equal(getattr(first, name), getattr(second, name)) for name in names)

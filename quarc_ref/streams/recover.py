@@ -19,7 +19,12 @@ from quarc_ref.format.errors import (
 )
 from quarc_ref.streams.chunk_reader import ChunkReader
 from quarc_ref.streams.follow import Follow, poll
-from quarc_ref.streams.resync import Search, SearchBudget, canonical_frame, find_resumption
+from quarc_ref.streams.resync import (
+    ResumeConditions,
+    SearchBudget,
+    canonical_frame,
+    find_resumption,
+)
 from quarc_ref.streams.source import Source, as_source
 
 
@@ -30,8 +35,8 @@ class Gap:
     Attributes:
         offset: Offset of the first byte.
         byte_count: Length in bytes; None if the stream has not been read to its end.
-        reject_id: Reject id of the error at its beginning (SPEC 3.3).
-        message: Message of this error.
+        reject_id: Reject id of the error at the gap's beginning (SPEC 3.3).
+        message: Message of the error.
         frames_lost: Number of frames lost; None if unknown.
     """
 
@@ -53,7 +58,7 @@ def recover(
 
     Args:
         stream: A stream.
-        follow: How long to wait for a growing stream; None not to wait.
+        follow: Polling of a growing stream; None to stop at the stream's current end.
         decoder: See `decode`.
 
     Yields:
@@ -67,31 +72,31 @@ def recover(
     """
     recovery = _Recovery(as_source(stream), follow, decoder or StreamDecoder())
     recovery.begin()
-    while not recovery.is_over:
+    while not recovery.is_finished:
         yield from recovery.step()
 
 
 class _Recovery:
     def __init__(self, source: Source, follow: Follow | None, decoder: StreamDecoder) -> None:
-        self.is_over = False
+        self.is_finished = False
         self._source = source
         self._follow = follow
         self._reader = ChunkReader(source)
         self._decoder = decoder
-        self._effort = SearchBudget(0)
-        self._first: int | None = None  # ordinal of the stream's first frame, if decoded
-        self._due: int | None = None  # ordinal of the next frame
+        self._search_budget = SearchBudget(0)
+        self._first_frame: int | None = None  # ordinal of the stream's first frame, if decoded
+        self._next_frame: int | None = None  # ordinal of the next frame
 
     def begin(self) -> None:
         """Read HEAD."""
         self._push(self._read())
-        self._effort = SearchBudget(self._decoder.header.limits.chunk_bytes)
+        self._search_budget = SearchBudget(self._decoder.header.limits.chunk_bytes)
 
     def step(self) -> Iterator[Scene | Gap]:
         """Decode a chunk, or search for one at which decoding can resume."""
         try:
             chunk = self._read()
-            self.is_over = chunk is None
+            self.is_finished = chunk is None
             scene = self._push(chunk)
         except UnknownCriticalError:
             raise
@@ -108,65 +113,67 @@ class _Recovery:
         state = None if chunk is None else self._decoder.push(chunk)
         if state is None:
             return None
-        if self._due is None:
-            self._first = state.frame
-        self._due = state.frame + 1
+        if self._next_frame is None:
+            self._first_frame = state.frame
+        self._next_frame = state.frame + 1
         return state.scene
 
     def _skip_ancillary(self, error: BitstreamError) -> Iterator[Gap]:
         offset, header = error.offset or 0, self._reader.current
         if self._reader.is_past_tail and header is None:  # bytes follow TAIL
-            self.is_over = True
+            self.is_finished = True
             size = self._source.size()
-            yield _gap(error, offset, size, None)
+            yield _make_gap(error, offset, size, None)
         elif header is not None and header.is_ancillary and not isinstance(error, TruncatedError):
             self._reader.skip(header)
-            yield _gap(error, offset, header.end, 0)
+            yield _make_gap(error, offset, header.end, 0)
         else:
             if header is not None and isinstance(error, PayloadCrcError):
-                self._effort.spend(header.length)  # [13-2]
+                self._search_budget.spend(header.length)  # [13-2]
             self._decoder.mark_lost()  # [11.4-3]
             yield from self._resume(error, offset)
 
     def _resume(self, error: BitstreamError, offset: int) -> Iterator[Gap]:
         reference = self._decoder.reference
-        search = Search(
+        conditions = ResumeConditions(
             offset=self._reader.offset,
             sequence=self._reader.sequence,
-            frame=self._due or 0,
+            frame=self._next_frame or 0,
             limit=self._decoder.header.limits.chunk_bytes,
-            effort=self._effort,
+            budget=self._search_budget,
             canonical=None if reference is None else reference.frame,
         )
         follow = None if isinstance(error, TruncatedError) else self._follow
         try:
-            found = poll(lambda: find_resumption(self._source, search), follow)
-        except TruncatedError as cut:
-            self.is_over = True
-            yield _gap(error, offset, cut.offset, None)
+            resumption = poll(lambda: find_resumption(self._source, conditions), follow)
+        except TruncatedError as end_error:
+            self.is_finished = True
+            yield _make_gap(error, offset, end_error.offset, None)
             if not isinstance(error, TruncatedError):
-                yield _gap(cut, cut.offset or 0, cut.offset, None)
+                yield _make_gap(end_error, end_error.offset or 0, end_error.offset, None)
             return
-        self._reader.seek(found.offset, found.sequence)
-        yield _gap(error, offset, found.offset, self._count_lost(found))  # [11.4-2]
+        self._reader.seek(resumption.offset, resumption.sequence)
+        yield _make_gap(
+            error, offset, resumption.offset, self._count_lost_frames(resumption)
+        )  # [11.4-2]
 
-    def _count_lost(self, found: ChunkHeader) -> int | None:
+    def _count_lost_frames(self, resumption: ChunkHeader) -> int | None:
         """Count the missing frames before the chunk at which decoding resumes."""
-        before, self._due = self._due, self._expected_ordinal(found)
-        if before is None or self._due is None or self._due < before:
+        expected_frame, self._next_frame = self._next_frame, self._expected_ordinal(resumption)
+        if expected_frame is None or self._next_frame is None or self._next_frame < expected_frame:
             return None
-        return self._due - before
+        return self._next_frame - expected_frame
 
-    def _expected_ordinal(self, found: ChunkHeader) -> int | None:
-        """Return the expected ordinal at a CANO or TAIL; None at a TAIL without a first frame."""
-        payload = self._source.read(found.payload_offset, TAIL_BYTES)
-        if found.kind in container.CANONICAL_TYPES:
+    def _expected_ordinal(self, resumption: ChunkHeader) -> int | None:
+        """Return the ordinal of a CANO or SNAP, or the end ordinal at TAIL; None if unknown."""
+        payload = self._source.read(resumption.payload_offset, TAIL_BYTES)
+        if resumption.kind in container.CANONICAL_TYPES:
             return canonical_frame(payload)
-        if self._first is None:
+        if self._first_frame is None:
             return None
-        return self._first + wire.parse_tail(payload).frame_count
+        return self._first_frame + wire.parse_tail(payload).frame_count
 
 
-def _gap(error: BitstreamError, offset: int, end: int | None, frames_lost: int | None) -> Gap:
+def _make_gap(error: BitstreamError, offset: int, end: int | None, frames_lost: int | None) -> Gap:
     byte_count = None if end is None else end - offset
     return Gap(offset, byte_count, error.reject_id, str(error), frames_lost)

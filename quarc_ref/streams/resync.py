@@ -2,7 +2,7 @@
 
 A search checks every sync word once. Each payload whose CRC fails is charged to a
 `SearchBudget`, which all searches of a stream share. The total time of all searches is
-therefore proportional to the size of the stream, even if the damage imitates chunks.
+therefore proportional to the size of the stream, even if damaged bytes look like chunks.
 """
 
 from collections.abc import Iterator
@@ -13,12 +13,12 @@ from quarc_ref.format import container
 from quarc_ref.format.constants import CHUNK_HEADER_BYTES, LEVELS, SYNC, TAIL_BYTES
 from quarc_ref.format.container import ChunkHeader
 from quarc_ref.format.errors import PayloadCrcError, TruncatedError
-from quarc_ref.streams.chunk_reader import check_payload
+from quarc_ref.streams.chunk_reader import check_payload_crc
 from quarc_ref.streams.source import Source
 
 WINDOW_BYTES = 1 << 20
 _FIRST_WINDOW_BYTES = 1 << 12  # the chunk is often near
-_EFFORT = 16
+_BUDGET_FACTOR = 16
 _MAX_PAYLOAD_BYTES = LEVELS[30].chunk_bytes
 _FRAME_BYTES = 4
 
@@ -31,20 +31,20 @@ class SearchBudget:
     """
 
     def __init__(self, limit: int) -> None:
-        self._besides = _EFFORT * min(limit, _MAX_PAYLOAD_BYTES)
-        self._spent = 0
+        self._base_budget = _BUDGET_FACTOR * min(limit, _MAX_PAYLOAD_BYTES)
+        self._spent_bytes = 0
 
     def spend(self, byte_count: int) -> None:
         """Charge a payload whose CRC failed."""
-        self._spent += byte_count
+        self._spent_bytes += byte_count
 
-    def allows(self, place: int) -> bool:
+    def allows(self, offset: int) -> bool:
         """Return whether a payload at an offset of the stream may still be checked."""
-        return self._spent <= _EFFORT * place + self._besides
+        return self._spent_bytes <= _BUDGET_FACTOR * offset + self._base_budget
 
 
 @dataclass(frozen=True, slots=True)
-class Search:
+class ResumeConditions:
     """Conditions on a chunk at which decoding can resume.
 
     Attributes:
@@ -52,18 +52,18 @@ class Search:
         sequence: Minimum sequence number of the chunk.
         frame: Minimum ordinal of the frame.
         limit: Largest payload that the stream's level allows, bytes.
-        effort: Search budget of the whole recovery.
-        canonical: Ordinal of the CANO to which a snapshot may refer; None if there is none.
+        budget: Search budget of the whole recovery.
+        canonical: Ordinal of the CANO to which a snapshot may refer; None to accept no snapshot.
     """
 
     offset: int
     sequence: int
     frame: int
     limit: int
-    effort: SearchBudget
+    budget: SearchBudget
     canonical: int | None = None
 
-    def admits(self, header: ChunkHeader) -> bool:
+    def matches_header(self, header: ChunkHeader) -> bool:
         """Return whether the header of a chunk allows decoding to resume at it."""
         if header.sequence < self.sequence or header.length > self.limit:
             return False
@@ -73,7 +73,7 @@ class Search:
             return self.canonical is not None and header.length >= 2 * _FRAME_BYTES
         return header.kind == container.CANO and header.length >= _FRAME_BYTES
 
-    def accepts(self, header: ChunkHeader, source: Source) -> bool:
+    def matches_payload(self, header: ChunkHeader, source: Source) -> bool:
         """Return whether an admitted chunk is a later frame or the end of the stream."""
         if header.kind == container.TAIL:
             return not source.read(header.end, 1)
@@ -90,39 +90,39 @@ def canonical_frame(payload: bytes) -> int:
     return int.from_bytes(payload[:_FRAME_BYTES], "little")
 
 
-def find_resumption(source: Source, search: Search) -> ChunkHeader:
+def find_resumption(source: Source, conditions: ResumeConditions) -> ChunkHeader:
     """Find the first valid CANO or SNAP, or TAIL at the end of the stream.
 
     Args:
         source: The stream.
-        search: Conditions on the chunk.
+        conditions: Conditions on the chunk.
 
     Raises:
         TruncatedError: There is no such chunk; the offset is the end of the stream.
     """
-    start, size = search.offset, _FIRST_WINDOW_BYTES
+    start, size = conditions.offset, _FIRST_WINDOW_BYTES
     while True:
         window = source.read(start, size)
         for header in _find_headers(window, start):
-            if not search.admits(header) or not search.effort.allows(header.offset):
+            if not conditions.matches_header(header) or not conditions.budget.allows(header.offset):
                 continue
             with suppress(PayloadCrcError, TruncatedError):
-                check_payload(source, header)
-                if search.accepts(header, source):
+                check_payload_crc(source, header)
+                if conditions.matches_payload(header, source):
                     return header
-            search.effort.spend(header.length)
+            conditions.budget.spend(header.length)
         if len(window) < size:
-            message = "the stream ends without a chunk that decoding can resume at"
+            message = "the stream ends without a chunk at which decoding can resume"
             raise TruncatedError(message, start + len(window))
         start += size - CHUNK_HEADER_BYTES + 1
         size = min(2 * size, WINDOW_BYTES)
 
 
 def _find_headers(window: bytes, start: int) -> Iterator[ChunkHeader]:
-    """Yield the headers in a window whose CRCs hold; `start` is its offset in the stream."""
-    place = window.find(SYNC)
-    while 0 <= place <= len(window) - CHUNK_HEADER_BYTES:
-        data = window[place : place + CHUNK_HEADER_BYTES]
+    """Yield the headers with valid CRCs in a window, which begins at byte `start`."""
+    offset = window.find(SYNC)
+    while 0 <= offset <= len(window) - CHUNK_HEADER_BYTES:
+        data = window[offset : offset + CHUNK_HEADER_BYTES]
         if container.is_header_crc_valid(data):
-            yield container.parse_header(data, start + place)
-        place = window.find(SYNC, place + 1)
+            yield container.parse_header(data, start + offset)
+        offset = window.find(SYNC, offset + 1)

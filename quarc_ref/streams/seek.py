@@ -1,8 +1,8 @@
 """Seeks to a frame without decoding the frames before it: SPEC 11.2.
 
-Uses INDX if the stream has one, or else the chunk headers. Neither is trusted: the
-decoder checks that the chunk is the expected one. A snapshot also needs the CANO to which
-it refers.
+Uses INDX if the stream has one, or else the chunk headers. The decoder checks that the
+chunk at a seek point is the expected one. A snapshot also needs the CANO to which it
+refers.
 """
 
 from contextlib import suppress
@@ -27,39 +27,41 @@ def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
         frame: Ordinal of the requested frame.
 
     Returns:
-        All seek points up to the reader's new position; empty if it has not moved,
+        All seek points up to the reader's new position; empty if the reader has not moved,
         because the source is forward-only or does not have the frame yet. If the frame at
         this position is a snapshot, also the CANO to which it refers.
 
     Raises:
         BitstreamError: The bytes read are invalid.
     """
-    size, here = reader.source.size(), (reader.offset, reader.sequence)
+    size, initial_position = reader.source.size(), (reader.offset, reader.sequence)
     if size is None:
         return SeekPoints.from_records(()), None
     points = _read_index(reader, size)
     if points is None:
-        reader.seek(*here)
+        reader.seek(*initial_position)
         points = _walk_headers(reader, frame)
     points = points.up_to_frame(frame)
     if not points:
-        reader.seek(*here)
+        reader.seek(*initial_position)
         return points, None
-    header = _go_to(reader, points[-1].offset, points[-1].sequence, *container.CANONICAL_TYPES)
+    header = _move_to_chunk(
+        reader, points[-1].offset, points[-1].sequence, *container.CANONICAL_TYPES
+    )
     canonical = None
     if header.kind == container.SNAP:
-        canonical = _take_canonical(reader, header, points)
+        canonical = _read_canonical(reader, header, points)
         reader.seek(header.offset, header.sequence)
     return points, canonical
 
 
-def _take_canonical(reader: ChunkReader, header: ChunkHeader, points: SeekPoints) -> Chunk:
+def _read_canonical(reader: ChunkReader, header: ChunkHeader, points: SeekPoints) -> Chunk:
     """Read the CANO to which a snapshot refers."""
-    place = points.find_frame(_read_number(reader, header, _FRAME_BYTES))  # [11.2-5]
-    if place is None:
+    point = points.find_frame(_read_frame_number(reader, header, _FRAME_BYTES))  # [11.2-5]
+    if point is None:
         message = "the frame that a snapshot is coded against has no seek point"
         raise IndexMismatchError(message, header.offset)
-    return reader.take(_go_to(reader, place.offset, place.sequence, container.CANO))
+    return reader.take(_move_to_chunk(reader, point.offset, point.sequence, container.CANO))
 
 
 def _read_index(reader: ChunkReader, size: int) -> SeekPoints | None:
@@ -71,7 +73,7 @@ def _read_index(reader: ChunkReader, size: int) -> SeekPoints | None:
     tail = wire.parse_tail(chunk.payload)
     if tail.index_offset == 0:
         return None
-    _go_to(reader, tail.index_offset, chunk.sequence - 1, container.INDX)
+    _move_to_chunk(reader, tail.index_offset, chunk.sequence - 1, container.INDX)
     index = reader.read_chunk()
     if index is None or reader.offset != tail_offset:
         message = "INDX does not end where TAIL begins"
@@ -96,32 +98,32 @@ def read_tail_chunk(source: Source, size: int) -> Chunk | None:
 
 def _walk_headers(reader: ChunkReader, frame: int) -> SeekPoints:
     """Collect the seek points up to a frame from the chunk headers."""
-    points, due = [], 0
+    points, next_frame = [], 0
     with suppress(TruncatedError):
         for header in reader.headers():
             if header.kind in container.CANONICAL_TYPES:
-                due = _read_number(reader, header, 0)
-                points.append(SeekPoint(header.offset, header.sequence, due))
-            due += header.kind in container.FRAME_TYPES
-            if due > frame:
+                next_frame = _read_frame_number(reader, header, 0)
+                points.append(SeekPoint(header.offset, header.sequence, next_frame))
+            next_frame += header.kind in container.FRAME_TYPES
+            if next_frame > frame:
                 break
     return SeekPoints.from_records(points)
 
 
-def _read_number(reader: ChunkReader, header: ChunkHeader, place: int) -> int:
+def _read_frame_number(reader: ChunkReader, header: ChunkHeader, offset: int) -> int:
     """Read a frame number at a byte offset of a payload."""
-    if header.length < place + _FRAME_BYTES:
+    if header.length < offset + _FRAME_BYTES:
         message = f"a payload of {header.length} bytes has no ordinal"
         raise FieldError(message, header.offset)
-    data = reader.source.read(header.payload_offset + place, _FRAME_BYTES)
+    data = reader.source.read(header.payload_offset + offset, _FRAME_BYTES)
     if len(data) < _FRAME_BYTES:
         message = "the stream ends inside a chunk"
         raise TruncatedError(message, header.offset)
     return int.from_bytes(data, "little")
 
 
-def _go_to(reader: ChunkReader, offset: int, sequence: int, *kinds: bytes) -> ChunkHeader:
-    """Move a reader to a chunk, and check that it exists and has one of these types."""
+def _move_to_chunk(reader: ChunkReader, offset: int, sequence: int, *kinds: bytes) -> ChunkHeader:
+    """Move a reader to a chunk, and check that the chunk exists and its type is in `kinds`."""
     reader.seek(offset, sequence)
     try:
         header = reader.read_header()

@@ -13,7 +13,7 @@ from quarc_ref.format.errors import SourceError
 from quarc_ref.streams.source import Source
 
 _PIECE_BYTES = 1 << 16
-_KEPT_BYTES = LEVELS[30].chunk_bytes
+_BUFFER_BYTES = LEVELS[30].chunk_bytes
 
 
 class FileSource:
@@ -28,12 +28,14 @@ class FileSource:
 
     def read(self, offset: int, length: int) -> bytes:
         """Read `length` bytes at `offset`, fewer at the end of the file."""
-        missing = max(0, min(length, self.size() - offset))
-        self._file.seek(offset if missing else 0)
+        missing_bytes = max(0, min(length, self.size() - offset))
+        self._file.seek(offset if missing_bytes else 0)
         pieces = []
-        while missing and (piece := self._file.read(missing)):  # the system may return fewer bytes
+        while missing_bytes and (
+            piece := self._file.read(missing_bytes)
+        ):  # the system may return fewer bytes
             pieces.append(piece)
-            missing -= len(piece)
+            missing_bytes -= len(piece)
         return b"".join(pieces)
 
     def size(self) -> int:
@@ -46,44 +48,44 @@ class PipeSource:
 
     Args:
         pipe: Binary file, which is read only as far as requested.
-        kept_bytes: Number of past bytes to keep; `recover` needs the longest chunk of the
-            stream after damage.
+        buffer_bytes: Number of past bytes to store. To resume after damage, `recover` needs as
+            many as the longest chunk of the stream.
     """
 
-    def __init__(self, pipe: BinaryIO, kept_bytes: int = _KEPT_BYTES) -> None:
+    def __init__(self, pipe: BinaryIO, buffer_bytes: int = _BUFFER_BYTES) -> None:
         self._pipe = pipe
-        self._kept_bytes = kept_bytes
-        self._kept = bytearray()
-        self._start = 0  # offset of the first kept byte
+        self._buffer_bytes = buffer_bytes
+        self._buffer = bytearray()
+        self._buffer_offset = 0  # offset of the first kept byte
 
     def read(self, offset: int, length: int) -> bytes:
         """Read `length` bytes at `offset`, fewer at the end of the pipe.
 
         Raises:
-            SourceError: The bytes were already read and are not kept.
+            SourceError: The bytes are no longer in the buffer.
         """
-        if offset < self._start:
+        if offset < self._buffer_offset:
             message = f"cannot seek back to byte {offset} in a pipe: save the stream to a file"
             raise SourceError(message)
-        while (missing := offset + length - self._start - len(self._kept)) > 0:
-            piece = self._pipe.read(min(missing, _PIECE_BYTES))
+        while (missing_bytes := offset + length - self._buffer_offset - len(self._buffer)) > 0:
+            piece = self._pipe.read(min(missing_bytes, _PIECE_BYTES))
             if not piece:
                 break
-            self._kept += piece
-            self._forget(offset)
-        place = offset - self._start
-        return bytes(self._kept[place : place + length])
+            self._buffer += piece
+            self._trim_buffer(offset)
+        start = offset - self._buffer_offset
+        return bytes(self._buffer[start : start + length])
 
     def size(self) -> None:
         """Return None, because the size of a pipe is unknown."""
         return
 
-    def _forget(self, offset: int) -> None:
-        """Drop bytes that need not be kept."""
-        gone = min(offset - self._start, len(self._kept) - self._kept_bytes)
-        if gone > 0:
-            del self._kept[:gone]
-            self._start += gone
+    def _trim_buffer(self, offset: int) -> None:
+        """Drop the oldest bytes beyond the size of the buffer."""
+        excess = min(offset - self._buffer_offset, len(self._buffer) - self._buffer_bytes)
+        if excess > 0:
+            del self._buffer[:excess]
+            self._buffer_offset += excess
 
 
 @contextmanager
@@ -91,7 +93,7 @@ def open_source(name: str) -> Iterator[Source]:
     """Open a stream by path, URL or `-`.
 
     Args:
-        name: A path, which may be that of a named pipe; an HTTP URL; or `-` for standard input.
+        name: Path of a file or a named pipe, HTTP URL, or `-` for standard input.
 
     Raises:
         OSError: The file cannot be opened.

@@ -1,7 +1,7 @@
 """Writes streams chunk by chunk: SPEC 5.1, 5.8, 5.9.
 
-The counterpart of `chunk_reader`: manages sequence numbers, seek points and totals, while
-the caller provides payloads.
+This counterpart of `chunk_reader` manages sequence numbers, seek points and totals; the
+caller provides the payloads.
 """
 
 from collections.abc import Callable
@@ -21,9 +21,10 @@ class StreamWriter:
         sink: Binary file to which the stream is appended. It is flushed after every
             chunk, so that readers can follow the stream.
         head: Payload of HEAD, which is written on construction.
-        check: Called with every chunk before it is written; if it raises, nothing is written.
-        held: Number of bytes of the stream that the sink already has; chunks within them
-            are counted but not written.
+        check: Function called with every chunk before the chunk is written; if it raises, the
+            chunk is not written.
+        existing_bytes: Number of bytes of the stream that the sink already contains; the chunks
+            in these bytes are counted but not written.
 
     Attributes:
         offset: Offset of the next chunk.
@@ -36,14 +37,14 @@ class StreamWriter:
         sink: BinaryIO,
         head: bytes,
         check: Callable[[Chunk], object] | None = None,
-        held: int = 0,
+        existing_bytes: int = 0,
     ) -> None:
         self.offset = len(MAGIC)
         self.sequence = 0
         self.frame_count = 0
         self._sink = sink
         self._check = check
-        self._held = held
+        self._existing_bytes = existing_bytes
         self._limits = wire.parse_stream_header(head).limits
         self._points: list[SeekPoint] = []
         self._append(container.HEAD, head, MAGIC)
@@ -53,7 +54,7 @@ class StreamWriter:
 
         Args:
             kind: Type of the chunk: any except HEAD, INDX and TAIL.
-            payload: Payload, within the limit of the stream's level.
+            payload: Content of the chunk, within the limit of the stream's level.
         """
         self._append(kind, payload)
 
@@ -66,15 +67,15 @@ class StreamWriter:
         tail = Tail(self.frame_count, len(self._points), index_offset)
         self._append(container.TAIL, wire.build_tail(tail))
 
-    def _append(self, kind: bytes, payload: bytes, before: bytes = b"") -> None:
-        data = before + build_chunk(kind, self.sequence, payload)
+    def _append(self, kind: bytes, payload: bytes, prefix: bytes = b"") -> None:
+        data = prefix + build_chunk(kind, self.sequence, payload)
         if self._check is not None:
             self._check(Chunk(kind, payload, self.offset, self.sequence))
-        if self.offset >= self._held:
+        if self.offset >= self._existing_bytes:
             self._sink.write(data)
             self._sink.flush()
         if kind in container.CANONICAL_TYPES:
             self._points.append(SeekPoint(self.offset, self.sequence, canonical_frame(payload)))
         self.frame_count += kind in container.FRAME_TYPES
-        self.offset += len(data) - len(before)
+        self.offset += len(data) - len(prefix)
         self.sequence += 1

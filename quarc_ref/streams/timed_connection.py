@@ -15,7 +15,7 @@ from typing import Any
 
 
 class Deadline:
-    """A point in time that ends an operation.
+    """The point in time at which an operation times out.
 
     Args:
         seconds: Seconds from now.
@@ -42,9 +42,9 @@ class _TimedSocket(socket.socket):
 
     deadline: Deadline
 
-    def recv_into(self, *given: Any, **named: Any) -> int:  # noqa: ANN401
+    def recv_into(self, *args: Any, **kwargs: Any) -> int:  # noqa: ANN401
         self.settimeout(self.deadline.remaining())
-        return super().recv_into(*given, **named)
+        return super().recv_into(*args, **kwargs)
 
 
 class _TimedTlsSocket(_TimedSocket, ssl.SSLSocket):
@@ -54,10 +54,10 @@ class _TimedTlsSocket(_TimedSocket, ssl.SSLSocket):
 class TimedConnection(HTTPConnection):
     """A connection without TLS."""
 
-    def __init__(self, *given: Any, **named: Any) -> None:  # noqa: ANN401
-        super().__init__(*given, **named)
+    def __init__(self, *args: Any, **kwargs: Any) -> None:  # noqa: ANN401
+        super().__init__(*args, **kwargs)
         self._deadline = Deadline(self.timeout or 0)
-        self._create_connection = self._open_socket  # replaces the one of the standard library
+        self._create_connection = self._open_socket  # replaces the function of the standard library
 
     def connect(self) -> None:
         """Connect, through a tunnel if one is configured."""
@@ -66,19 +66,19 @@ class TimedConnection(HTTPConnection):
 
     def _open_socket(self, address: tuple[str, int], *_: object) -> _TimedSocket:
         """Connect to the first address of the host that responds."""
-        failure = OSError("the host has no address")
-        for family, kind, protocol, _, place in _look_up(address, self._deadline):
-            opened = _TimedSocket(family, kind, protocol)
-            opened.deadline = self._deadline
+        last_error = OSError("the host has no address")
+        for family, kind, protocol, _, socket_address in _look_up(address, self._deadline):
+            timed_socket = _TimedSocket(family, kind, protocol)
+            timed_socket.deadline = self._deadline
             try:
-                opened.settimeout(self._deadline.remaining())
-                opened.connect(place)
+                timed_socket.settimeout(self._deadline.remaining())
+                timed_socket.connect(socket_address)
             except OSError as error:
-                opened.close()
-                failure = error
+                timed_socket.close()
+                last_error = error
             else:
-                return opened
-        raise failure
+                return timed_socket
+        raise last_error
 
 
 class TimedTlsConnection(HTTPSConnection, TimedConnection):
@@ -102,13 +102,13 @@ def make_tls_context() -> ssl.SSLContext:
 
 def _look_up(address: tuple[str, int], deadline: Deadline) -> list[Any]:
     """Call `getaddrinfo` with a deadline, after which its thread is abandoned."""
-    found: Future[list[Any]] = Future()
+    future: Future[list[Any]] = Future()
 
     def look_up() -> None:
         try:
-            found.set_result(socket.getaddrinfo(*address, type=socket.SOCK_STREAM))
-        except Exception as error:  # including a UnicodeError, which some names cause
-            found.set_exception(error)
+            future.set_result(socket.getaddrinfo(*address, type=socket.SOCK_STREAM))
+        except Exception as error:  # including a UnicodeError, which some host names cause
+            future.set_exception(error)
 
     Thread(target=look_up, daemon=True).start()
-    return found.result(deadline.remaining())
+    return future.result(deadline.remaining())

@@ -70,7 +70,7 @@ def test_data_that_is_not_a_stream_is_not_buffered(size):
 
 def test_a_long_stream_is_buffered_in_little_memory():
     data = _DATA[: _CHUNKS[1].offset] + build_chunk(b"oDds", 1, bytes(_LONG))
-    pipe = PipeSource(io.BytesIO(data), kept_bytes=0)
+    pipe = PipeSource(io.BytesIO(data), buffer_bytes=0)
     tracemalloc.start()
     with seekable_stream(pipe) as held:
         assert held.size() == len(data)

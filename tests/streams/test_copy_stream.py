@@ -25,7 +25,7 @@ def test_a_copy_equals_the_stream_and_its_frames_are_counted(data):
 
 
 def test_a_stream_from_a_pipe_can_be_copied(data):
-    assert _copy(PipeSource(io.BytesIO(data), kept_bytes=1 << 16)) == (5, data)
+    assert _copy(PipeSource(io.BytesIO(data), buffer_bytes=1 << 16)) == (5, data)
 
 
 def test_chunks_of_unknown_types_are_copied(data):

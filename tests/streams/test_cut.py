@@ -95,7 +95,7 @@ def test_a_stream_without_frames_cannot_be_cut():
     tail = (container.TAIL, wire.build_tail(wire.Tail(0, 0, 0)))
     data = rebuild_stream([*((chunk.kind, chunk.payload) for chunk in chunks), tail])
 
-    with pytest.raises(EditError, match="no frame at all"):
+    with pytest.raises(EditError, match="the stream has no frames"):
         cut_bytes(data)
 
 

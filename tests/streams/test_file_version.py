@@ -40,8 +40,8 @@ def test_a_file_is_identified_by_tag_or_time_and_by_size(later, change):
 
 
 def test_values_missing_from_a_later_response_are_kept():
-    assert _ONE.updated(FileVersion(101)) == FileVersion(101, '"one"', "Monday")
-    assert _ONE.updated(FileVersion(None, '"two"')) == FileVersion(100, '"two"', "Monday")
+    assert _ONE.merged_with(FileVersion(101)) == FileVersion(101, '"one"', "Monday")
+    assert _ONE.merged_with(FileVersion(None, '"two"')) == FileVersion(100, '"two"', "Monday")
 
 
 @pytest.fixture(params=_MARKS)

@@ -11,7 +11,7 @@ from quarc_ref.format.container import build_chunk
 from quarc_ref.format.errors import TruncatedError
 from quarc_ref.format.records import Tail
 from quarc_ref.streams import resync
-from quarc_ref.streams.resync import WINDOW_BYTES, Search, SearchBudget, find_resumption
+from quarc_ref.streams.resync import WINDOW_BYTES, ResumeConditions, SearchBudget, find_resumption
 from tests.small_streams import CountedSource
 
 _CANO = build_chunk(b"CANO", 9, (30).to_bytes(4, "little") + b"rest of the frame")
@@ -21,8 +21,8 @@ _MEGABYTE = 1 << 20
 
 def _find(data: bytes, **changes):
     search = {"offset": 0, "sequence": 5, "frame": 10, "limit": 1000} | changes
-    search["effort"] = SearchBudget(search["limit"])
-    return find_resumption(CountedSource(data), Search(**search))
+    search["budget"] = SearchBudget(search["limit"])
+    return find_resumption(CountedSource(data), ResumeConditions(**search))
 
 
 @given(st.binary(max_size=200), st.binary(max_size=200))
@@ -92,7 +92,9 @@ def test_a_megabyte_of_junk_is_skipped_quickly(junk, seconds):
     source = CountedSource(junk + bytes(_MEGABYTE) + _CANO)
     started = time.process_time()
 
-    chunk = find_resumption(source, Search(0, 5, 10, 4 * _MEGABYTE, SearchBudget(4 * _MEGABYTE)))
+    chunk = find_resumption(
+        source, ResumeConditions(0, 5, 10, 4 * _MEGABYTE, SearchBudget(4 * _MEGABYTE))
+    )
 
     assert chunk.offset == len(junk) + _MEGABYTE
     assert time.process_time() - started < seconds

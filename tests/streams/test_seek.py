@@ -272,6 +272,6 @@ def test_another_chunk_as_long_as_a_tail_is_not_a_tail():
 def test_a_pipe_can_only_be_read_forward(tmp_path):
     (tmp_path / "stream").write_bytes(_DATA)
     with (tmp_path / "stream").open("rb") as file:
-        scenes = list(decode(PipeSource(file, kept_bytes=0), 41, 43))
+        scenes = list(decode(PipeSource(file, buffer_bytes=0), 41, 43))
 
     assert [compute_digest(scene) for scene in scenes] == _DIGESTS[41:43]

@@ -53,7 +53,7 @@ def test_reading_far_beyond_the_end_of_a_file_returns_nothing(path):
 
 @given(st.lists(st.tuples(st.integers(0, 60), st.integers(0, 60)), max_size=30))
 def test_a_pipe_can_go_back_as_far_as_its_buffer(steps):
-    source, farthest = PipeSource(io.BytesIO(_BYTES), kept_bytes=60), 0
+    source, farthest = PipeSource(io.BytesIO(_BYTES), buffer_bytes=60), 0
     for back, length in steps:
         offset = max(0, farthest - back)
         assert source.read(offset, length) == _BYTES[offset : offset + length]
@@ -61,7 +61,7 @@ def test_a_pipe_can_go_back_as_far_as_its_buffer(steps):
 
 
 def test_going_back_beyond_the_buffer_of_a_pipe_is_an_error():
-    source = PipeSource(io.BytesIO(bytes(1 << 20)), kept_bytes=100)
+    source = PipeSource(io.BytesIO(bytes(1 << 20)), buffer_bytes=100)
     source.read((1 << 20) - 10, 10)
 
     assert len(source._kept) <= 100 + (1 << 16)

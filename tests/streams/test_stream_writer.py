@@ -47,7 +47,7 @@ def test_chunks_that_are_already_in_the_sink_are_counted_and_not_written(count):
     held = _CHUNKS[count].offset
     sink = io.BytesIO(_DATA[:held])
     sink.seek(held)
-    writer = StreamWriter(sink, _CHUNKS[0].payload, held=held)
+    writer = StreamWriter(sink, _CHUNKS[0].payload, existing_bytes=held)
     for chunk in _BODY:
         writer.write(chunk.kind, chunk.payload)
     writer.finish()

@@ -196,7 +196,7 @@ impl<S: Source> Recovery<S> {
         let size = self.reader.source.size()?;
         self.add_gap(begin, size, reject, error, None);
         if reject != Reject::Truncated {
-            let message = "the stream ends without a chunk that decoding can resume at";
+            let message = "the stream ends without a chunk at which decoding can resume";
             let cut = Error::new(Reject::Truncated, message).at(size);
             self.add_gap(size, size, Reject::Truncated, &cut, None);
         }
