@@ -1,8 +1,8 @@
-"""Caches the machine code of the package's numba kernels on disk.
+"""Caches the machine code of this package's numba kernels on disk.
 
 The renderer and the synthetic scene have kernels; the decoder has none. The cache holds
-the code of kernels that Python calls, including the kernels they call, and is valid until
-any kernel of the package changes.
+the code of each kernel that Python calls, including the kernels called from there. It is
+valid until any kernel of the package changes.
 """
 
 import hashlib
@@ -15,7 +15,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-__all__ = ["keep", "numba"]
+__all__ = ["cached_njit", "numba"]
 
 
 @contextmanager
@@ -54,7 +54,7 @@ def _import_without_blas() -> None:
 
 
 class _KernelCache(FunctionCache):
-    """Machine code of a kernel, kept on disk.
+    """Machine code of a kernel, cached on disk.
 
     In numba, a cache entry is valid until the kernel's own file changes. Here it is valid until any
     kernel file changes, because it may contain inlined code of other kernels. numba also
@@ -73,7 +73,7 @@ class _KernelCache(FunctionCache):
             return self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
 
 
-def keep(**options: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa: ANN401
+def cached_njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa: ANN401
     """Return a decorator for kernels whose machine code is cached on disk."""
     compiled = numba.njit(error_model="numpy", **options)
 

@@ -42,11 +42,11 @@ MUTANTS = (
         "if parsed.end != len(payload):",
         "if False:",
     ),
-    mutant("TAIL unchecked", _STREAM, "if self._is_whole and tail != seen:", "if False:"),
+    mutant("TAIL unchecked", _STREAM, "if self._is_complete and tail != expected:", "if False:"),
     mutant(
         "INDX unchecked",
         _STREAM,
-        "if self._is_whole and index != self._passed.with_appended(self._points):",
+        "if self._is_complete and index != self._skipped_points.with_appended(self._points):",
         "if False:",
     ),
     mutant(
@@ -132,7 +132,7 @@ MUTANTS = (
     mutant(
         "seek points not checked against the frame",
         _STREAM,
-        "if sought not in (None, point):",
+        "if seek_target not in (None, point):",
         "if False:",
     ),
 )

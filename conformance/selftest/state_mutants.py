@@ -9,9 +9,9 @@ _RANGES = "decoder/ranges.py"
 _DIGEST = "decoder/digest.py"
 _ROTATION = "decoder/rotation.py"
 _STREAM = "decoder/stream_decoder.py"
-_TURNING = "turning = np.flatnonzero(np.any(sums, axis=0))"
+_TURNING = "rotated = np.flatnonzero(np.any(sums, axis=0))"
 _DEATHS = 'order = np.argsort(scene.codes[OPACITY.start], kind="stable")'
-_CANONICAL = "        self._state = decode(chunk, self._sought)\n"
+_CANONICAL = "        self._state = decode(chunk, self._seek_target)\n"
 _NORMALIZED = "_normalize(unit, PRODUCT_GUARD_BITS).astype(np.int32)\n"
 
 MUTANTS = (
@@ -31,7 +31,7 @@ MUTANTS = (
     mutant(
         "Gaussians of the unlimited level made room for, however many",
         _LIMITS,
-        '    _decline_beyond(_OWN_LIMITS.gaussians, count, "Gaussians")\n',
+        '    _decline_above(_OWN_LIMITS.gaussians, count, "Gaussians")\n',
         "",
         only_category="resource",
     ),
@@ -45,8 +45,8 @@ MUTANTS = (
     mutant(
         "state CRC unchecked",
         _FRAMES,
-        "    if state_crc(scene) != stated:",
-        "    if stated is None:",
+        "    if state_crc(scene) != stored_crc:",
+        "    if stored_crc is None:",
     ),
     mutant(
         "state CRC of all fields in every frame",
@@ -57,13 +57,13 @@ MUTANTS = (
     mutant(
         "stale binding",
         _RECONSTRUCT,
-        "if anchors is None or before.phase % before.header.resample_interval == 0:",
+        "if anchors is None or previous.phase % previous.header.resample_interval == 0:",
         "if anchors is None:",
     ),
     mutant(
         "sampled one frame early",
         _RECONSTRUCT,
-        "or before.phase % before.header.resample_interval == 0:",
+        "or previous.phase % previous.header.resample_interval == 0:",
         "or scene.phase % scene.header.resample_interval == 0:",
     ),
     Mutant(
@@ -111,7 +111,7 @@ MUTANTS = (
         "anchors.with_births(scene.positions[:, anchors.binding.shape[1] :])\n",
         "replace(state.anchors, binding=np.delete(np.hstack([state.anchors.binding,"
         " state.anchors.binding[:, state.births.parents]"
-        " if state.births else state.anchors.binding[:, :0]]), gone, axis=1))\n",
+        " if state.births else state.anchors.binding[:, :0]]), deleted, axis=1))\n",
     ),
     mutant(
         "ids of deleted Gaussians reused",
@@ -129,14 +129,14 @@ MUTANTS = (
     mutant(
         "motion of deleted Gaussians remembered",
         _RECONSTRUCT,
-        "alive = state.scene.ids[place] == owners",
-        "alive = np.ones(place.shape, np.bool_)",
+        "is_alive = state.scene.ids[indices] == owners",
+        "is_alive = np.ones(indices.shape, np.bool_)",
     ),
     mutant(
         "previous_contexts ignored",
         _RECONSTRUCT,
-        "own if previous else np.zeros_like(own)",
-        "own",
+        "level_motion if previous else np.zeros_like(level_motion)",
+        "level_motion",
     ),
     mutant(
         "a canonical frame keeps the counts",
@@ -154,14 +154,14 @@ MUTANTS = (
         "a sum of 0 is normalized again",
         _RECONSTRUCT,
         _TURNING,
-        "turning = np.arange(scene.count)",
+        "rotated = np.arange(scene.count)",
         only_category="traps",
     ),
     mutant(
         "w alone turns nothing",
         _RECONSTRUCT,
         _TURNING,
-        "turning = np.flatnonzero(np.any(sums[-3:], axis=0))",
+        "rotated = np.flatnonzero(np.any(sums[-3:], axis=0))",
     ),
     mutant(
         "residual on the left",
@@ -176,5 +176,5 @@ MUTANTS = (
         f"    unit = divide_round(product, ROTATION_ONE)\n    turned = {_NORMALIZED}"
         "    return np.where(turned[0] < 0, -turned, turned)\n",
     ),
-    mutant("too long rotations taken", _ROTATION, " or np.any(left < 0):", ":"),
+    mutant("too long rotations taken", _ROTATION, " or np.any(squared_largest < 0):", ":"),
 )

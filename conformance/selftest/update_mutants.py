@@ -21,18 +21,20 @@ MUTANTS: tuple[Mutant, ...] = (
         "        parsed[name] = bool(version.incompatible_features & bit)\n",
         "        parsed[name] = version.version_minor == 1 and bit != 4\n",
     ),
-    mutant("all Gaussians may leave", _UPDATES, "if gone.size == state.scene.count:", "if False:"),
+    mutant(
+        "all Gaussians may leave", _UPDATES, "if deleted.size == state.scene.count:", "if False:"
+    ),
     mutant(
         "updated positions wrap",
         _UPDATES,
-        "narrow_positions(moved)",
-        "moved",
+        "narrow_positions(new_positions)",
+        "new_positions",
     ),
     mutant(
         "updated codes wrap",
         _UPDATES,
-        "narrow_codes(changed[:, which] + residuals[CODES])",
-        "changed[:, which] + residuals[CODES]",
+        "narrow_codes(new_codes)",
+        "new_codes",
     ),
     mutant(
         "rotation residuals not limited",
@@ -55,8 +57,8 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "unchanged rotations normalized again",
         _UPDATES,
-        "turning = np.flatnonzero(np.any(residuals[ROTATION], axis=0))",
-        "turning = np.arange(which.size)",
+        "with_rotation = np.flatnonzero(np.any(residuals[ROTATION], axis=0))",
+        "with_rotation = np.arange(indices.size)",
     ),
     mutant(
         "translation in position steps",
@@ -104,21 +106,21 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "bindings shifted when Gaussians are deleted",
         _UPDATES,
-        "anchors=state.known_anchors.without(gone)",
+        "anchors=state.known_anchors.without(deleted)",
         "anchors=replace(state.known_anchors,"
         " binding=state.known_anchors.binding[:, : scene.count])",
     ),
     mutant(
         "motion shifted when Gaussians are deleted",
         _UPDATES,
-        "        motion=np.delete(state.motion, gone, axis=1),\n",
+        "        motion=np.delete(state.motion, deleted, axis=1),\n",
         "        motion=state.motion[:, : scene.count].copy(),\n",
     ),
     mutant(
         "indices of updates after deletions instead of before",
         _UPDATES,
-        "    left -= np.searchsorted(gone, left)\n",
-        "    left = np.minimum(left, state.scene.count - gone.size - 1)\n",
+        "    surviving -= np.searchsorted(deleted, surviving)\n",
+        "    surviving = np.minimum(surviving, state.scene.count - deleted.size - 1)\n",
     ),
     mutant(
         "counts of updates reset in every frame",

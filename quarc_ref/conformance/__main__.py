@@ -1,8 +1,8 @@
-"""Decodes a stream for conformance tests: `python -m quarc_ref.conformance < stream`.
+"""Decode a stream for conformance tests: `python -m quarc_ref.conformance < stream`.
 
-Reads bytes from standard input. Writes a JSON line with the SHA-256 of the state as soon
-as each frame is decoded, and one for a rejection. conformance/RUNNER.md describes the
-protocol.
+The command reads the stream from standard input. As soon as a frame is decoded, it writes
+a JSON line with the SHA-256 of the frame's state. If the stream is rejected, it writes a
+line with the reject id. conformance/RUNNER.md describes the protocol.
 """
 
 import argparse
@@ -22,7 +22,7 @@ _DECLINED = 3
 
 
 def main() -> int:
-    """Run the command; return 0, 1 if a stream is rejected, 3 if it is declined."""
+    """Run the command; return 1 if the stream is rejected, 3 if it is declined, else 0."""
     options = _parse_arguments()
     with ExitStack() as stack:
         if options.coder == "python":
@@ -40,7 +40,7 @@ def main() -> int:
 def _parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m quarc_ref.conformance", description=__doc__)
     parser.add_argument(
-        "--capabilities", action="store_true", help="print which capabilities can be tested"
+        "--capabilities", action="store_true", help="print the capabilities of the decoder and exit"
     )
     parser.add_argument(
         "--jobs",

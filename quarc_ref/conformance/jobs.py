@@ -1,7 +1,7 @@
 """Decodes many streams in one process: the jobs of conformance/RUNNER.md.
 
-A job is a JSON line on standard input, followed by bytes if it declares any. The answer
-consists of JSON lines; the last one has the key `done`.
+A job is a JSON line on standard input, followed by as many bytes as the line states. The
+answer consists of JSON lines; the last line has the key `done`.
 """
 
 import hashlib
@@ -52,8 +52,8 @@ def answer_job(job: Line, stream: bytes) -> Iterator[Line]:
     """Yield the answer to one job."""
     kind = job["job"]
     if kind == "decode":
-        more = [key for key in _NUMBERS if job.get(key)]
-        yield from describe_stream(stream, job.get("start", 0), more)
+        outputs = [key for key in _NUMBERS if job.get(key)]
+        yield from describe_stream(stream, job.get("start", 0), outputs)
     elif kind == "recover":
         yield from _report_rejection(_describe_recovery(stream))
     elif kind == "unit":
@@ -63,18 +63,18 @@ def answer_job(job: Line, stream: bytes) -> Iterator[Line]:
 
 
 def describe_stream(
-    stream: bytes | Source, start: int = 0, more: Iterable[str] = ()
+    stream: bytes | Source, start: int = 0, outputs: Iterable[str] = ()
 ) -> Iterator[Line]:
-    """Yield a line for every frame from `start` on, and one more for a rejection.
+    """Yield a line for every frame from `start` on, and a last line if the stream is rejected.
 
     Args:
         stream: A stream.
         start: Ordinal of the first frame.
-        more: Additional output: `numbers` for a hash of the dequantized values, `values`
-            for all of them.
+        outputs: Additional outputs: `numbers` for a hash of the dequantized values, `values`
+            for the values themselves.
     """
     scenes = decode(as_source(stream), start)
-    yield from _report_rejection(_describe(scene, more) for scene in scenes)
+    yield from _report_rejection(_describe(scene, outputs) for scene in scenes)
 
 
 def _report_rejection(lines: Iterator[Line]) -> Iterator[Line]:
@@ -86,16 +86,16 @@ def _report_rejection(lines: Iterator[Line]) -> Iterator[Line]:
         yield {"declined": str(error)}
 
 
-def _describe(scene: Scene, more: Iterable[str] = ()) -> Line:
+def _describe(scene: Scene, outputs: Iterable[str] = ()) -> Line:
     line = {"frame": scene.frame, "gaussians": scene.count, "sha256": compute_digest(scene)}
-    return line | dict(_NUMBERS[key](_serialize_numbers(scene)) for key in more)
+    return line | dict(_NUMBERS[key](_serialize_numbers(scene)) for key in outputs)
 
 
 def _describe_recovery(stream: bytes) -> Iterator[Line]:
     for item in recover(stream):
         if isinstance(item, Gap):
-            place = {"offset": item.offset, "bytes": item.byte_count}
-            yield {"gap": {**place, "refused": item.reject_id, "frames_lost": item.frames_lost}}
+            gap = {"offset": item.offset, "bytes": item.byte_count}
+            yield {"gap": {**gap, "refused": item.reject_id, "frames_lost": item.frames_lost}}
         else:
             yield _describe(item)
 

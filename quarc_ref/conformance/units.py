@@ -1,7 +1,7 @@
 """Runs single building blocks for the unit vectors in conformance/unit.
 
-Each function takes the input fields of a case by name and calls the code that decodes
-streams. Integers may be decimal strings.
+Each function takes the input fields of a test case as keyword arguments and calls the code
+that decodes streams. Integers may be decimal strings.
 """
 
 import zlib
@@ -30,17 +30,17 @@ from quarc_ref.format.constants import ROTATION_ONE
 from quarc_ref.format.morton import interleave
 from quarc_ref.format.records import OPACITY, Section, StreamHeader
 
-_Answer = Any  # JSON values
+_JsonValue = Any  # JSON values
 _MODEL = "n"
 
 
-def answer_unit(function: str, given: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Yield the answer to one case.
+def answer_unit(function: str, inputs: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield the answer to one test case.
 
     Raises:
-        BitstreamError: The case expects a rejection.
+        BitstreamError: The input is invalid.
     """
-    yield {"output": UNITS[function](**given)}
+    yield {"output": UNITS[function](**inputs)}
 
 
 def _column(numbers: list[Any]) -> Int64:
@@ -52,8 +52,8 @@ def _list(numbers: Int64 | Int32) -> list[int]:
     return listed
 
 
-def _crc(**given: str) -> int:
-    return zlib.crc32(bytes.fromhex(given["bytes"]))
+def _crc(**fields: str) -> int:
+    return zlib.crc32(bytes.fromhex(fields["bytes"]))
 
 
 def _divide_round(n: int | str, d: int) -> int:
@@ -77,13 +77,13 @@ def _sample(
 
 
 def _bind(positions: list[list[int]], anchors: list[list[int]]) -> list[int]:
-    places = np.array(positions, dtype=np.int32).T
-    held = np.array(anchors, dtype=np.int32).T
-    answers = bind(places, held, 0)
-    if not np.array_equal(answers, bind_exhaustively(places, held)):
+    gaussian_positions = np.array(positions, dtype=np.int32).T
+    anchor_positions = np.array(anchors, dtype=np.int32).T
+    nearest = bind(gaussian_positions, anchor_positions, 0)
+    if not np.array_equal(nearest, bind_exhaustively(gaussian_positions, anchor_positions)):
         message = "two searches for the nearest anchor disagree"
         raise AssertionError(message)
-    return _list(answers)
+    return _list(nearest)
 
 
 def _deaths(opacities: list[int], count: int) -> list[int]:
@@ -96,8 +96,10 @@ def _scene(header: StreamHeader, ids: Any, positions: list[list[int]], phase: in
     rotations = np.zeros((4, len(positions)), dtype=np.int32)
     rotations[0] = ROTATION_ONE
     codes = np.zeros((header.code_planes, len(positions)), dtype=np.int16)
-    places = np.array(positions, dtype=np.int32).T
-    return Scene(header, phase, phase, np.array(ids, dtype=np.int64), places, rotations, codes)
+    position_planes = np.array(positions, dtype=np.int32).T
+    return Scene(
+        header, phase, phase, np.array(ids, dtype=np.int64), position_planes, rotations, codes
+    )
 
 
 def _expand(rotation_bits: int, j: int, abc: list[int]) -> list[int]:
@@ -118,9 +120,9 @@ def _add_counts(before: list[int], plane: list[int]) -> list[int]:
     return _list(counts.lookup(_MODEL, np.array([0])))
 
 
-def _counts(seen: tuple[int, ...]) -> ContextCounts:
+def _counts(counted_bits: tuple[int, ...]) -> ContextCounts:
     counts = ContextCounts()
-    counts.add_bits(_MODEL, np.array([0]), np.array([seen[0]]), np.array([seen[1]]))
+    counts.add_bits(_MODEL, np.array([0]), np.array([counted_bits[0]]), np.array([counted_bits[1]]))
     return counts
 
 
@@ -135,14 +137,14 @@ def _read(words: list[int]) -> PlaneReader:
     return PlaneReader(Section(np.array(words, dtype=np.uint32)), ContextCounts())
 
 
-def _form(code: Callable[..., Int64]) -> Callable[..., list[int]]:
-    def answer(words: list[int], contexts: list[int], width: int) -> list[int]:
-        reader, outer = _read(words), np.array(contexts, dtype=np.int64)
-        numbers = code(reader, _MODEL, outer, width, np.zeros_like(outer))
+def _make_value_unit(code: Callable[..., Int64]) -> Callable[..., list[int]]:
+    def run_unit(words: list[int], contexts: list[int], width: int) -> list[int]:
+        reader, context_array = _read(words), np.array(contexts, dtype=np.int64)
+        numbers = code(reader, _MODEL, context_array, width, np.zeros_like(context_array))
         reader.finish()
         return _list(numbers)
 
-    return answer
+    return run_unit
 
 
 def _ascending(words: list[int], count: int) -> list[int]:
@@ -162,11 +164,21 @@ def _dequantize(code: int, step: str) -> str:
 def _digest(
     phase: int, ids: list[int], *, positions: list[Any], rotations: list[Any], codes: list[Any]
 ) -> dict[str, Any]:
-    places, turns = (np.array(field, dtype=np.int32).T for field in (positions, rotations))
-    coded = np.array(codes, dtype=np.int16).T
+    position_planes, rotation_planes = (
+        np.array(field, dtype=np.int32).T for field in (positions, rotations)
+    )
+    code_planes = np.array(codes, dtype=np.int16).T
     degree = int(len(codes[0]) > StreamHeader(sh_degree=0).code_planes)
     header = StreamHeader(sh_degree=degree)
-    scene = Scene(header, phase, phase, np.array(ids, dtype=np.int64), places, turns, coded)
+    scene = Scene(
+        header,
+        phase,
+        phase,
+        np.array(ids, dtype=np.int64),
+        position_planes,
+        rotation_planes,
+        code_planes,
+    )
     return {
         "crc_all": compute_state_crc(scene, all_fields=True),
         "crc_without_codes": compute_state_crc(scene, all_fields=False),
@@ -174,7 +186,7 @@ def _digest(
     }
 
 
-UNITS: dict[str, Callable[..., _Answer]] = {
+UNITS: dict[str, Callable[..., _JsonValue]] = {
     "crc": _crc,
     "divide_round": _divide_round,
     "isqrt": lambda v: int(arithmetic.isqrt(np.array([int(v)]))[0]),
@@ -193,9 +205,9 @@ UNITS: dict[str, Callable[..., _Answer]] = {
     "weight_by_counts": _weight_by_counts,
     "counts": _add_counts,
     "decode_bits": _decode_bits,
-    "fixed": _form(values.code_fixed),
-    "unsigned": _form(values.code_unsigned),
-    "signed": _form(values.code_signed),
+    "fixed": _make_value_unit(values.code_fixed),
+    "unsigned": _make_value_unit(values.code_unsigned),
+    "signed": _make_value_unit(values.code_signed),
     "ascending": _ascending,
     "digest": _digest,
 }

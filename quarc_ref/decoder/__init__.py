@@ -1,4 +1,4 @@
-"""The reference decoder: states of frames from the chunks of a stream (SPEC 6, 7, 9, 10).
+"""The reference decoder: from the chunks of a stream to states of frames (SPEC 6, 7, 9, 10).
 
 `StreamDecoder` takes chunks and returns the state of every frame, which an engine
 computes. `dequantize` converts the integers of a state to floats. `quarc_ref.streams`

@@ -1,9 +1,9 @@
 """Samples the anchors of a scene in integer arithmetic: SPEC 6.
 
 An anchor is a Gaussian that is chosen to carry a residual. At each level, the Gaussian of
-lowest rank in every occupied cell of a grid is an anchor, and the lowest ranks among the
-others complete the number. Every Gaussian therefore has an anchor in its own cell, which
-bounds the search of `binding`.
+lowest rank in every occupied cell of a grid is an anchor. If the level needs more anchors,
+the Gaussians of lowest rank among the others are added. Every Gaussian therefore has an
+anchor in its own cell, which bounds the search of `binding`.
 """
 
 from dataclasses import dataclass
@@ -22,11 +22,11 @@ from quarc_ref.format.records import StreamHeader
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AnchorLevel:
-    """The anchors of one level, from one sampling to the next.
+    """The anchors of one level, valid until the next sampling.
 
     Attributes:
         owners: `[a]` ids of the chosen Gaussians, ascending.
-        positions: `[3, a]` their positions when chosen, lattice units.
+        positions: `[3, a]` positions of these Gaussians when chosen, lattice units.
         parents: `[a]` index of each anchor's parent in the next coarser
             level; zeros at the coarsest.
     """
@@ -48,18 +48,20 @@ class Anchors:
     levels: tuple[AnchorLevel, ...]
     binding: Int32
 
-    def without(self, gone: Int64) -> "Anchors":
+    def without(self, deleted_indices: Int64) -> "Anchors":
         """Return the anchors without bindings of deleted Gaussians `[g]` (SPEC 6.5)."""
-        return Anchors(self.levels, np.delete(self.binding, gone, axis=1))
+        return Anchors(self.levels, np.delete(self.binding, deleted_indices, axis=1))
 
     def with_births(self, positions: Int32) -> "Anchors":
         """Return the anchors after binding new Gaussians at `[3, n]` (SPEC 6.5)."""
-        newborn = [bind_exhaustively(positions, level.positions) for level in self.levels]
-        return Anchors(self.levels, np.hstack([self.binding, np.array(newborn, dtype=np.int32)]))
+        newborn_binding = [bind_exhaustively(positions, level.positions) for level in self.levels]
+        return Anchors(
+            self.levels, np.hstack([self.binding, np.array(newborn_binding, dtype=np.int32)])
+        )
 
 
 def count_anchors(gaussian_count: int, header: StreamHeader) -> tuple[int, ...]:
-    """Return the number of anchors of each level, level 1 first (SPEC 6.1)."""
+    """Return the number of anchors of each level, beginning with level 1 (SPEC 6.1)."""
     counts = [-(-gaussian_count // header.gaussians_per_anchor)]
     while len(counts) < header.level_count:
         counts.append(max(1, counts[-1] // header.anchor_ratio))
@@ -72,24 +74,24 @@ def sample_anchors(scene: Scene) -> Anchors:
     Args:
         scene: Scene of the frame, after its deaths.
     """
-    ranks = rank(scene)
-    order, merges = _sort_cells(scene.positions)
+    ranks = compute_ranks(scene)
+    order, merge_shifts = _sort_cells(scene.positions)
     counts = count_anchors(scene.count, scene.header)
     binding = np.empty((len(counts), scene.count), dtype=np.int32)
-    chosen = []
+    indices_by_level = []
     for level, count in enumerate(counts):
-        indices, shift = _choose(ranks[level], order, merges, count)
+        indices, shift = _choose_anchors(ranks[level], order, merge_shifts, count)
         binding[level] = bind(scene.positions, scene.positions[:, indices], shift)
-        chosen.append(indices)
-    above = [*binding[1:], np.zeros(scene.count, dtype=np.int32)]
+        indices_by_level.append(indices)
+    parents_by_level = [*binding[1:], np.zeros(scene.count, dtype=np.int32)]
     levels = [
         AnchorLevel(scene.ids[indices], scene.positions[:, indices], parents[indices].astype(int))
-        for indices, parents in zip(chosen, above, strict=True)
+        for indices, parents in zip(indices_by_level, parents_by_level, strict=True)
     ]
     return Anchors(tuple(levels), binding)
 
 
-def rank(scene: Scene) -> Int64:
+def compute_ranks(scene: Scene) -> Int64:
     """Return `[4, N]` ranks of the Gaussians at each level: (word, id) as one number (SPEC 6.2).
 
     A word has 32 bits and an id 32, so a rank needs 64 unsigned bits; an offset that
@@ -104,37 +106,45 @@ def rank(scene: Scene) -> Int64:
 
 
 def _sort_cells(positions: Int32) -> tuple[Int64, Int64]:
-    """Sort Gaussians in Morton order, and find the shift at which each joins its predecessor.
+    """Sort Gaussians in Morton order, and find from which shift neighbors share a cell.
 
     In this order the Gaussians of a cell are contiguous at every shift, so a single sort finds the
     occupied cells for all shifts.
 
     Returns:
-        `[N]` indices in Morton order, and `[N]` the smallest shift at which each shares
-        the cell of its predecessor (one more than the largest shift for the first).
+        `[N]` indices in Morton order, and `[N]` the smallest shift at which each Gaussian
+        shares the cell of its predecessor (one more than the largest shift for the first).
     """
-    biased = positions.astype(np.int64) + LATTICE_OFFSET
-    high, low = interleave(biased >> _LOW_BITS), interleave(biased & ((1 << _LOW_BITS) - 1))
+    offset_positions = positions.astype(np.int64) + LATTICE_OFFSET
+    high, low = (
+        interleave(offset_positions >> _LOW_BITS),
+        interleave(offset_positions & ((1 << _LOW_BITS) - 1)),
+    )
     order = np.lexsort((low, high))
     high, low = high[order], low[order]
-    upper, lower = bit_length(high[1:] ^ high[:-1]), bit_length(low[1:] ^ low[:-1])
-    axis_bits = np.where(upper > 0, _LOW_BITS + (upper + 2) // 3, (lower + 2) // 3)
+    high_bits, low_bits = bit_length(high[1:] ^ high[:-1]), bit_length(low[1:] ^ low[:-1])
+    axis_bits = np.where(high_bits > 0, _LOW_BITS + (high_bits + 2) // 3, (low_bits + 2) // 3)
     return order, np.concatenate([[LATTICE_BITS + 1], axis_bits])
 
 
-def _choose(rank: Int64, order: Int64, merges: Int64, count: int) -> tuple[Int64, int]:
+def _choose_anchors(
+    ranks: Int64, order: Int64, merge_shifts: Int64, count: int
+) -> tuple[Int64, int]:
     """Return the indices `[count]` of a level's anchors, ascending, and its shift (SPEC 6.3)."""
-    # Rule 1: cells are occupied where a Gaussian does not join the one before it.
-    occupied = merges.size - np.cumsum(np.bincount(merges, minlength=LATTICE_BITS + 1))
-    shift = int(np.argmax(occupied[: LATTICE_BITS + 1] <= count))
-    starts = np.flatnonzero(merges > shift)
-    # Rule 2: the least rank of every cell.
-    chosen = np.isin(rank, np.minimum.reduceat(rank[order], starts))
-    # Rule 3: the least ranks of all others.
-    ranked = np.argsort(rank, kind="stable")
-    rest = ranked[~chosen[ranked]][: count - starts.size]
-    chosen[rest] = True
-    return np.flatnonzero(chosen), shift
+    # Rule 1: a cell begins at each Gaussian that does not share the cell of its predecessor.
+    cell_counts = merge_shifts.size - np.cumsum(
+        np.bincount(merge_shifts, minlength=LATTICE_BITS + 1)
+    )
+    shift = int(np.argmax(cell_counts[: LATTICE_BITS + 1] <= count))
+    starts = np.flatnonzero(merge_shifts > shift)
+    # Rule 2: the Gaussian of lowest rank in every cell.
+    is_anchor = np.isin(ranks, np.minimum.reduceat(ranks[order], starts))
+    # Rule 3: the lowest ranks of all other Gaussians.
+    by_rank = np.argsort(ranks, kind="stable")
+    additional = by_rank[~is_anchor[by_rank]][: count - starts.size]
+    is_anchor[additional] = True
+    return np.flatnonzero(is_anchor), shift
 
 
-_LOW_BITS = 8  # of 24 bits per coordinate: the keys of low and high bits fit 64 bits each
+# Of the 24 bits of a coordinate; the keys of the low and of the high bits each fit 64 bits.
+_LOW_BITS = 8

@@ -17,7 +17,7 @@ def begin_canonical(header: StreamHeader, frame: int, gaussians: Gaussians) -> S
     Args:
         header: Header of the stream.
         frame: Ordinal of the frame.
-        gaussians: Gaussians as coded, ordered by id.
+        gaussians: Coded Gaussians in quantization steps, ordered by id.
 
     Raises:
         StateError: A position, a code or a rotation is out of range.
@@ -34,5 +34,5 @@ def begin_canonical(header: StreamHeader, frame: int, gaussians: Gaussians) -> S
     )
     motion = np.zeros((header.symbol_planes, count), dtype=np.int16)
     recency = np.full(count, RECENCY_LIMIT, dtype=np.int16) if header.updates else None
-    nothing = ContextCounts()
-    return State(scene, motion, (), None, None, count, nothing, nothing, nothing, recency)
+    no_counts = ContextCounts()
+    return State(scene, motion, (), None, None, count, no_counts, no_counts, no_counts, recency)

@@ -1,7 +1,7 @@
-"""Converts the integer state to the floats that are rendered: SPEC 10.
+"""Converts the integer state to floats for rendering: SPEC 10.
 
-These are the only floats of the decoder, rounded once from the state; the next frame does
-not depend on them.
+The decoder has no other floats. Each float is rounded once from the state, and the next
+frame does not depend on it.
 """
 
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class Splats:
         rotations: `[N, 4]` quaternions wxyz of length 1 within 2^-21.
         log_scales: `[N, 3]` natural logarithm of the standard deviations, world units.
         opacities: `[N]` opacity logits.
-        sh: `[N, 1 or 4, 3]` coefficient, then red, green, blue.
+        sh: `[N, k, 3]` SH coefficients of red, green and blue; k is 1 at SH degree 0, else 4.
     """
 
     positions: Float32
@@ -39,8 +39,8 @@ class Splats:
 def dequantize(scene: Scene) -> Splats:
     """Return the dequantized values of a scene (SPEC 10.1)."""
     header, codes = scene.header, scene.codes
-    base = _scale(codes[SH_DC], header.sh_dc_step)
-    sh = np.hstack([base, _scale(codes[SH_REST], header.sh_rest_step)])
+    sh_dc = _scale(codes[SH_DC], header.sh_dc_step)
+    sh = np.hstack([sh_dc, _scale(codes[SH_REST], header.sh_rest_step)])
     return Splats(  # [10.1-1]
         positions=_scale(scene.positions, 2.0**-header.lattice_exponent),
         rotations=_scale(scene.rotations, 2.0**-ROTATION_FRACTION_BITS),
@@ -51,6 +51,6 @@ def dequantize(scene: Scene) -> Splats:
 
 
 def _scale(planes: Int16 | Int32, step: float) -> Float32:
-    """Return `[N, r]` products of planes `[r, N]` and a step, which are exact in binary32."""
+    """Return the `[N, r]` products of planes `[r, N]` and a step, which are exact in float32."""
     scaled: Float32 = planes.T.astype(np.float32) * np.float32(step)
     return np.ascontiguousarray(scaled)

@@ -1,7 +1,7 @@
 """Serializes a state, and computes its CRC and digest: SPEC 9.
 
-Planes are serialized in the order of ids. Every frame carries a CRC-32 of its
-state; the SHA-256 is used to compare decoders.
+Planes are serialized in the order of ids. The chunk of every frame carries the CRC-32 of
+the state; the SHA-256 serves to compare decoders.
 """
 
 import hashlib
@@ -27,7 +27,7 @@ def compute_state_crc(scene: Scene, *, all_fields: bool) -> int:
         all_fields: Whether the CRC also covers the codes.
     """
     crc = 0
-    for plane in _planes(scene, all_fields=all_fields):
+    for plane in _serialize_planes(scene, all_fields=all_fields):
         crc = crc32(plane, crc)
     return crc
 
@@ -35,12 +35,12 @@ def compute_state_crc(scene: Scene, *, all_fields: bool) -> int:
 def compute_digest(scene: Scene) -> str:
     """Return the SHA-256 of a frame's complete serialization in hex (SPEC 9.1)."""
     digest = hashlib.sha256()
-    for plane in _planes(scene, all_fields=True):
+    for plane in _serialize_planes(scene, all_fields=True):
         digest.update(plane)
     return digest.hexdigest()
 
 
-def _planes(scene: Scene, *, all_fields: bool) -> Iterator[bytes | memoryview]:
+def _serialize_planes(scene: Scene, *, all_fields: bool) -> Iterator[bytes | memoryview]:
     for number in (scene.count, scene.phase):
         yield number.to_bytes(4, "little")
     yield scene.ids.astype("<u4").data

@@ -1,9 +1,9 @@
-"""The interface of a decoder engine, which computes each step of a frame.
+"""The interface of decoder engines, which compute the state of each frame.
 
-SPEC defines the state, and the reference engine computes it in plain NumPy: `frames` and
-the modules it calls. A fast engine computes the same integers in another way; the
-conformance suite and tests compare it with the reference. `engines` chooses the engine,
-which affects only speed.
+SPEC defines the state. The reference engine computes it in plain NumPy, in `frames` and
+the modules that `frames` calls. A fast engine computes the same integers in another way;
+the conformance suite and tests compare it with the reference engine. `engines` chooses
+the engine, which affects only speed.
 """
 
 from collections.abc import Callable
@@ -43,7 +43,7 @@ class FrameState(Protocol):
 
     @property
     def motion(self) -> Int16:
-        """`[c, N]` motion of each Gaussian in the frame."""
+        """`[c, N]` motion of each Gaussian in the frame: the sum of all levels' symbols."""
         ...
 
     @property
@@ -81,7 +81,7 @@ StateT = TypeVar("StateT", bound=FrameState)
 
 
 class Engine(Protocol[StateT]):
-    """Decodes sections to states, and codes the choices of an encoder.
+    """Decodes sections to states, and codes the frames of an encoder.
 
     A state can be used only with the engine that created it. Every method raises the same
     errors as the reference function of the same name.

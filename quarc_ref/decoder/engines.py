@@ -14,7 +14,7 @@ from quarc_ref.format.errors import EnvironmentVariableError
 
 
 def choose_engine(threads: int = 1) -> Engine[Any]:
-    """Return the fast engine if it is installed, else the reference.
+    """Return the fast engine if it is installed, or else the reference engine.
 
     The environment variable `QUARC_REF_ENGINE`, `reference` or `fast`, overrides the choice.
 
@@ -25,21 +25,21 @@ def choose_engine(threads: int = 1) -> Engine[Any]:
         EnvironmentVariableError: QUARC_REF_ENGINE names an unknown engine, or one that is
             not installed.
     """
-    wanted = _engine.get() or os.environ.get("QUARC_REF_ENGINE")
-    if wanted not in (None, "", REFERENCE, FAST):
-        message = f"QUARC_REF_ENGINE is {wanted!r}; it must be {REFERENCE} or {FAST}"
+    engine_name = _engine.get() or os.environ.get("QUARC_REF_ENGINE")
+    if engine_name not in (None, "", REFERENCE, FAST):
+        message = f"QUARC_REF_ENGINE is {engine_name!r}; it must be {REFERENCE} or {FAST}"
         raise EnvironmentVariableError(message)
-    fast = None if wanted == REFERENCE else find_fast_engine()
-    if fast is None and wanted == FAST:
+    make_fast_engine = None if engine_name == REFERENCE else find_fast_engine()
+    if make_fast_engine is None and engine_name == FAST:
         message = "QUARC_REF_ENGINE is fast, but quarc_core is not installed: see core/README.md"
         raise EnvironmentVariableError(message)
-    return fast(threads) if fast else ReferenceEngine()
+    return make_fast_engine(threads) if make_fast_engine else ReferenceEngine()
 
 
 @contextmanager
-def use_engine(engine: str) -> Iterator[None]:
-    """Use the named engine within this context."""
-    token = _engine.set(engine)
+def use_engine(engine_name: str) -> Iterator[None]:
+    """Use an engine, `reference` or `fast`, within this context."""
+    token = _engine.set(engine_name)
     try:
         yield
     finally:
@@ -48,19 +48,19 @@ def use_engine(engine: str) -> Iterator[None]:
 
 @cache
 def find_fast_engine() -> "Callable[[int], Engine[Any]] | None":
-    """Return a function from a thread count to a fast engine; None if not installed."""
+    """Return a function from a thread count to a fast engine; None if it is not installed."""
     try:
         module = import_module("quarc_ref.decoder.fast_engine")
     except ImportError:
         return None
-    make: Callable[[int], Engine[Any]] = module.FastEngine
-    return make
+    make_engine: Callable[[int], Engine[Any]] = module.FastEngine
+    return make_engine
 
 
 def misses_fast_engine() -> bool:
-    """Whether this process has decoded a large scene without the fast engine installed."""
-    return find_fast_engine() is None and ReferenceEngine.largest >= _LARGE
+    """Return whether this process decoded a large scene without the fast engine installed."""
+    return find_fast_engine() is None and ReferenceEngine.largest_scene >= _LARGE_SCENE
 
 
-_LARGE = 1 << 13
+_LARGE_SCENE = 1 << 13
 _engine: ContextVar[str | None] = ContextVar("engine", default=None)

@@ -32,7 +32,7 @@ class FastEngine:
     """The Rust core as an engine; see `engine.Engine`.
 
     Args:
-        threads: Number of threads that it may use for one frame.
+        threads: Number of threads that the core may use for one frame.
     """
 
     name = FAST
@@ -41,27 +41,27 @@ class FastEngine:
         workers = quarc_core.Workers(threads)
 
         @lru_cache(maxsize=8)
-        def head(header: StreamHeader) -> quarc_core.StreamHead:
+        def make_head(header: StreamHeader) -> quarc_core.StreamHead:
             return quarc_core.StreamHead(wire.build_stream_header(header), workers)
 
-        self._head = head
+        self._make_head = make_head
 
     def decode_canonical(
         self, header: StreamHeader, chunk: CanonicalChunk
     ) -> tuple[FastState, Gaussians]:
-        """See `Engine.decode_canonical`; without snapshots the Gaussians are None."""
+        """See `Engine.decode_canonical`; in streams without snapshots the Gaussians are empty."""
         with _convert_errors():
             core, coded = quarc_core.State.decode_canonical(
-                self._head(header),
+                self._make_head(header),
                 chunk.frame,
                 chunk.gaussian_count,
                 chunk.origin,
                 chunk.axis_bits,
-                [_words(section) for section in chunk.sections],
+                [_aligned_words(section) for section in chunk.sections],
                 chunk.state_crc,
                 header.snapshots,
             )
-        return FastState(header, core), Gaussians(*(coded or _NONE))
+        return FastState(header, core), Gaussians(*(coded or _NO_GAUSSIANS))
 
     def decode_snapshot(
         self, header: StreamHeader, chunk: SnapshotChunk, canonical: Gaussians
@@ -69,13 +69,13 @@ class FastEngine:
         """See `Engine.decode_snapshot`."""
         with _convert_errors():
             core, roots = quarc_core.State.decode_snapshot(
-                self._head(header),
+                self._make_head(header),
                 (chunk.frame, chunk.canonical),
                 chunk.newborn_count,
                 chunk.origin,
                 chunk.axis_bits,
-                _words(chunk.survivors),
-                [_words(section) for section in chunk.sections],
+                _aligned_words(chunk.survivors),
+                [_aligned_words(section) for section in chunk.sections],
                 chunk.state_crc,
                 _arrays(canonical),
             )
@@ -89,9 +89,9 @@ class FastEngine:
                 chunk.previous_contexts,
                 chunk.death_count,
                 chunk.birth_count,
-                _words(chunk.motion),
-                None if chunk.updates is None else _words(chunk.updates),
-                _words(chunk.births),
+                _aligned_words(chunk.motion),
+                None if chunk.updates is None else _aligned_words(chunk.updates),
+                _aligned_words(chunk.births),
                 chunk.state_crc,
             )
         return FastState(state.header, core)
@@ -99,7 +99,9 @@ class FastEngine:
     def begin_canonical(self, header: StreamHeader, frame: int, gaussians: Gaussians) -> FastState:
         """See `Engine.begin_canonical`."""
         with _convert_errors():
-            core = quarc_core.State.begin_canonical(self._head(header), frame, _arrays(gaussians))
+            core = quarc_core.State.begin_canonical(
+                self._make_head(header), frame, _arrays(gaussians)
+            )
         return FastState(header, core)
 
     def begin_frame(self, state: FastState, death_count: int) -> FastState:
@@ -110,17 +112,19 @@ class FastEngine:
     def decode_motion(self, state: FastState, section: Section, *, previous: bool) -> FastState:
         """See `Engine.decode_motion`."""
         with _convert_errors():
-            return FastState(state.header, state.core.decode_motion(_words(section), previous))
+            return FastState(
+                state.header, state.core.decode_motion(_aligned_words(section), previous)
+            )
 
     def decode_updates(self, state: FastState, section: Section) -> FastState:
         """See `Engine.decode_updates`."""
         with _convert_errors():
-            return FastState(state.header, state.core.decode_updates(_words(section)))
+            return FastState(state.header, state.core.decode_updates(_aligned_words(section)))
 
     def decode_births(self, state: FastState, section: Section, count: int) -> FastState:
         """See `Engine.decode_births`."""
         with _convert_errors():
-            return FastState(state.header, state.core.decode_births(_words(section), count))
+            return FastState(state.header, state.core.decode_births(_aligned_words(section), count))
 
     def write_canonical(
         self, gaussians: Gaussians, origin: tuple[int, int, int]
@@ -162,23 +166,23 @@ def _convert_errors() -> Iterator[None]:
     """Convert errors of the core to those of this package.
 
     Raises:
-        BitstreamError: The bytes are wrong.
+        BitstreamError: The bytes are not a valid stream.
         LimitError: The stream needs more than this decoder supports.
-        EncodeError: A scene cannot be written.
+        EncodeError: A scene cannot be represented in a stream.
     """
     try:
         yield
     except quarc_core.RejectedError as error:
         reject_id, message = error.args
-        raise _LEAVES[reject_id](message) from error
+        raise _ERRORS_BY_ID[reject_id](message) from error
     except quarc_core.DeclinedError as error:
         raise LimitError(str(error)) from error
     except quarc_core.UnwritableError as error:
         raise EncodeError(str(error)) from error
 
 
-def _words(section: Section) -> UInt32:
-    """Return the words in aligned memory, because a chunk may have them at any offset."""
+def _aligned_words(section: Section) -> UInt32:
+    """Return the words of a section in aligned memory; in a chunk they may be unaligned."""
     return np.require(section.words, np.uint32, "A")
 
 
@@ -187,9 +191,11 @@ def _arrays(gaussians: Gaussians) -> tuple[Int64, Int64, Int64]:
 
 
 def _list_leaves(kind: type[BitstreamError]) -> Iterator[type[BitstreamError]]:
-    below = kind.__subclasses__()
-    yield from (leaf for child in below for leaf in _list_leaves(child)) if below else (kind,)
+    subclasses = kind.__subclasses__()
+    yield from (
+        (leaf for child in subclasses for leaf in _list_leaves(child)) if subclasses else (kind,)
+    )
 
 
-_LEAVES = {leaf.reject_id: leaf for leaf in _list_leaves(BitstreamError)}
-_NONE = tuple(np.zeros((rows, 0), dtype=np.int64) for rows in (3, 4, 16))
+_ERRORS_BY_ID = {leaf.reject_id: leaf for leaf in _list_leaves(BitstreamError)}
+_NO_GAUSSIANS = tuple(np.zeros((rows, 0), dtype=np.int64) for rows in (3, 4, 16))

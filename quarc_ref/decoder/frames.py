@@ -1,4 +1,4 @@
-"""Decodes a frame's chunk to the frame's state: SPEC 7, in the order of the text.
+"""Decodes a frame's chunk to the frame's state, in the order of SPEC 7.
 
 Counts are checked before memory is allocated for them, and the state is
 checked against its CRC before it is returned.
@@ -35,19 +35,19 @@ from quarc_ref.format.records import (
 
 
 def decode_canonical(header: StreamHeader, chunk: CanonicalChunk) -> tuple[State, Gaussians]:
-    """Return the state of a canonical frame, and its Gaussians as coded (SPEC 7.2).
+    """Return the state of a canonical frame and its coded Gaussians (SPEC 7.2).
 
     Raises:
         BitstreamError: The chunk is invalid.
     """
-    gaussians = read_checked(header, chunk)
+    gaussians = read_checked_canonical(header, chunk)
     state = begin_canonical(header, chunk.frame, gaussians)
     check_state(state.scene, chunk.state_crc)
     return state, gaussians
 
 
-def read_checked(header: StreamHeader, chunk: CanonicalChunk) -> Gaussians:
-    """Return the Gaussians of a canonical frame as coded, after checking its counts.
+def read_checked_canonical(header: StreamHeader, chunk: CanonicalChunk) -> Gaussians:
+    """Return the coded Gaussians of a canonical frame, after checking its counts.
 
     Raises:
         BitstreamError: The chunk is invalid.
@@ -70,7 +70,7 @@ def decode_snapshot(
         canonical: Coded Gaussians of the canonical frame that the snapshot refers to.
 
     Returns:
-        The state, and the `[N]` index of each Gaussian in the canonical frame; -1 for new ones.
+        The state, and the `[N]` index of each Gaussian in the canonical frame (-1: new).
 
     Raises:
         BitstreamError: The chunk is invalid.
@@ -84,7 +84,7 @@ def decode_snapshot(
 def read_checked_snapshot(
     header: StreamHeader, chunk: SnapshotChunk, canonical: Gaussians
 ) -> Snapshot:
-    """Return the Gaussians of a snapshot as coded, after checking its counts.
+    """Return the coded Gaussians of a snapshot, after checking its counts.
 
     Raises:
         BitstreamError: The chunk is invalid.
@@ -170,12 +170,12 @@ def decode_births(state: State, section: Section, count: int) -> State:
     return append_births(replace(state, birth_counts=counts), births)
 
 
-def check_state(scene: Scene, stated: int) -> None:
-    """Compare a scene with the CRC in its chunk (SPEC 9.2).
+def check_state(scene: Scene, stored_crc: int) -> None:
+    """Compare the CRC of a scene with the CRC in its chunk (SPEC 9.2).
 
     Raises:
-        StateCrcError: The scene differs from the one that was encoded.
+        StateCrcError: The scene differs from the encoded scene.
     """
-    if state_crc(scene) != stated:  # [9.2-1] [9.2-2]
+    if state_crc(scene) != stored_crc:  # [9.2-1] [9.2-2]
         message = f"the state of frame {scene.frame} differs from the encoder's"
         raise StateCrcError(message)

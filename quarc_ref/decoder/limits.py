@@ -15,7 +15,7 @@ def require_gaussians(header: StreamHeader, count: int) -> None:
     if count > header.limits.gaussians:  # [3.2-1] [3.2-5] [3.2-6]
         message = f"{count} Gaussians are too many for level {header.level}"
         raise CountLevelError(message)
-    _decline_beyond(_OWN_LIMITS.gaussians, count, "Gaussians")
+    _decline_above(_OWN_LIMITS.gaussians, count, "Gaussians")
 
 
 def require_births(header: StreamHeader, count: int, gaussian_count: int) -> None:
@@ -24,7 +24,7 @@ def require_births(header: StreamHeader, count: int, gaussian_count: int) -> Non
     Args:
         header: Header of the stream.
         count: Number of births.
-        gaussian_count: Number of Gaussians in the scene without them.
+        gaussian_count: Number of Gaussians in the scene without the births.
 
     Raises:
         CountLevelError: The count is above the limit of the stream's level.
@@ -33,19 +33,19 @@ def require_births(header: StreamHeader, count: int, gaussian_count: int) -> Non
     if count > header.limits.births:  # [3.2-3] [3.2-5]
         message = f"{count} births are too many for level {header.level}"
         raise CountLevelError(message)
-    _decline_beyond(_OWN_LIMITS.births, count, "births")
-    _decline_beyond(_OWN_LIMITS.gaussians, gaussian_count + count, "Gaussians")
+    _decline_above(_OWN_LIMITS.births, count, "births")
+    _decline_above(_OWN_LIMITS.gaussians, gaussian_count + count, "Gaussians")
 
 
-def _decline_beyond(most: int, count: int, what: str) -> None:
+def _decline_above(limit: int, count: int, noun: str) -> None:
     """Decline counts above this decoder's own limits, which apply only at the unlimited level.
 
     Raises:
         LimitError: The count is above the limit, although the stream is valid.
     """
-    if count > most:
-        message = f"{count:,} {what} exceed this decoder's limit of {most:,}"
+    if count > limit:
+        message = f"{count:,} {noun} exceed this decoder's limit of {limit:,}"
         raise LimitError(message)
 
 
-_OWN_LIMITS = LEVELS[30]  # of the unlimited level
+_OWN_LIMITS = LEVELS[30]  # this decoder's limits at the unlimited level

@@ -1,7 +1,7 @@
 """Philox4x32-10, which generates the ranks of the anchor sampler: SPEC 6.2.
 
-A counter-based generator (Salmon et al., SC 2011): every draw is a function of key and
-counter, so ranks can be computed without state and in any order.
+Philox is a counter-based generator (Salmon et al., SC 2011): every draw is a function of
+key and counter, so ranks can be computed without state and in any order.
 """
 
 import numpy as np
@@ -21,7 +21,7 @@ def philox(counter: NDArray[np.uint64], seed: int) -> Int64:
 
     Args:
         counter: `[4, n]` words, each below 2^32.
-        seed: 64 bits; the low half is the key's first word.
+        seed: 64-bit key; the low half is the key's first word.
 
     Returns:
         `[4, n]` words, each below 2^32.
@@ -30,8 +30,11 @@ def philox(counter: NDArray[np.uint64], seed: int) -> Int64:
     c0, c1, c2, c3 = counter.astype(np.uint64)
     k0, k1 = seed & _WORD, seed >> 32
     for _ in range(PHILOX_ROUNDS):
-        first, second = c0 * _MULTIPLIERS[0], c2 * _MULTIPLIERS[1]
-        c0, c2 = (second >> _SHIFT) ^ c1 ^ np.uint64(k0), (first >> _SHIFT) ^ c3 ^ np.uint64(k1)
-        c1, c3 = second & word, first & word
+        product0, product2 = c0 * _MULTIPLIERS[0], c2 * _MULTIPLIERS[1]
+        c0, c2 = (
+            (product2 >> _SHIFT) ^ c1 ^ np.uint64(k0),
+            (product0 >> _SHIFT) ^ c3 ^ np.uint64(k1),
+        )
+        c1, c3 = product2 & word, product0 & word
         k0, k1 = (k0 + _KEY_STEPS[0]) & _WORD, (k1 + _KEY_STEPS[1]) & _WORD
     return np.stack([c0, c1, c2, c3]).astype(np.int64)

@@ -23,33 +23,33 @@ from quarc_ref.format.records import OPACITY, Births
 
 
 def begin_frame(state: State, death_count: int) -> State:
-    """Remove the deaths of a frame, and bind the other Gaussians to anchors (SPEC 7.4).
+    """Remove the deaths of a frame, and bind the remaining Gaussians to anchors (SPEC 7.4).
 
     Args:
         state: State of the previous frame.
         death_count: Number of Gaussians to remove, in ascending order of (opacity code, id).
 
     Raises:
-        CountError: No Gaussian would be left.
+        CountError: No Gaussian would remain.
     """
-    before = state.scene
-    if death_count >= before.count:  # [7.4-3]
-        message = f"{death_count} deaths among {before.count} Gaussians"
+    previous = state.scene
+    if death_count >= previous.count:  # [7.4-3]
+        message = f"{death_count} deaths among {previous.count} Gaussians"
         raise CountError(message)
-    gone = choose_deaths(before, death_count)
-    scene = replace(before.without(gone), frame=before.frame + 1, phase=before.phase + 1)
+    deleted = choose_deaths(previous, death_count)
+    scene = replace(previous.without(deleted), frame=previous.frame + 1, phase=previous.phase + 1)
     anchors = state.anchors
-    if anchors is None or before.phase % before.header.resample_interval == 0:
+    if anchors is None or previous.phase % previous.header.resample_interval == 0:
         anchors = sample_anchors(scene)
     else:
-        bound = anchors.binding.shape[1]
-        anchors = anchors.without(gone[gone < bound])
+        bound_count = anchors.binding.shape[1]
+        anchors = anchors.without(deleted[deleted < bound_count])
         anchors = anchors.with_births(scene.positions[:, anchors.binding.shape[1] :])
     return replace(
         state,
         scene=scene,
-        motion=np.delete(state.motion, gone, axis=1),
-        recency=None if state.recency is None else np.delete(state.recency, gone),
+        motion=np.delete(state.motion, deleted, axis=1),
+        recency=None if state.recency is None else np.delete(state.recency, deleted),
         symbols=(),
         anchors=anchors,
         births=None,
@@ -58,7 +58,7 @@ def begin_frame(state: State, death_count: int) -> State:
 
 
 def choose_deaths(scene: Scene, count: int) -> Int64:
-    """Return the indices of the lowest (opacity code, id) (SPEC 7.4)."""
+    """Return the indices of the `count` Gaussians of lowest (opacity code, id) (SPEC 7.4)."""
     order = np.argsort(scene.codes[OPACITY.start], kind="stable")
     return order[:count]
 
@@ -72,16 +72,18 @@ def motion_contexts(state: State, *, previous: bool) -> list[LevelContext]:
     """
     contexts = []
     for level in state.known_anchors.levels:
-        own = look_up_motion(state, level.owners)
-        contexts.append(LevelContext(level.parents, own if previous else np.zeros_like(own)))
+        level_motion = look_up_motion(state, level.owners)
+        contexts.append(
+            LevelContext(level.parents, level_motion if previous else np.zeros_like(level_motion))
+        )
     return contexts
 
 
 def look_up_motion(state: State, owners: Int64) -> Int16:
-    """Return the `[c, a]` last motion of the Gaussians with ids `[a]`; 0 for deleted ones."""
-    place = np.minimum(np.searchsorted(state.scene.ids, owners), state.scene.count - 1)
-    alive = state.scene.ids[place] == owners
-    motion: Int16 = state.motion[:, place] * alive
+    """Return the `[c, a]` last motion of Gaussians with ids `[a]`; 0 for deleted Gaussians."""
+    indices = np.minimum(np.searchsorted(state.scene.ids, owners), state.scene.count - 1)
+    is_alive = state.scene.ids[indices] == owners
+    motion: Int16 = state.motion[:, indices] * is_alive
     return motion
 
 
@@ -97,14 +99,14 @@ def move(state: State, symbols: list[Int64]) -> State:
         DegenerateRotationError: A sum of residuals is zero.
     """
     scene = state.scene
-    followed = zip(symbols, state.known_anchors.binding, strict=True)
-    sums = np.sum([level[:, binding] for level, binding in followed], axis=0)
-    moved = scene.positions + sums[:3] * scene.header.translation_step
+    symbols_and_binding = zip(symbols, state.known_anchors.binding, strict=True)
+    sums = np.sum([level[:, binding] for level, binding in symbols_and_binding], axis=0)
+    positions = scene.positions + sums[:3] * scene.header.translation_step
     return replace(
         state,
         scene=replace(
             scene,
-            positions=narrow_positions(moved),  # [7.5-1]
+            positions=narrow_positions(positions),  # [7.5-1]
             rotations=_rotate_all(scene, sums[3:]),
         ),
         motion=sums.astype(np.int16),
@@ -120,7 +122,7 @@ def append_births(state: State, births: Births) -> State:
         births: New Gaussians, in quantization steps.
 
     Raises:
-        CountLevelError: There are more Gaussians than the level allows, or no ids are left.
+        CountLevelError: There are more Gaussians than the level allows, or no more ids.
         StateError: A parent, a position, a code or a rotation is out of range.
     """
     scene, header, newborn = state.scene, state.scene.header, births.newborn
@@ -137,7 +139,7 @@ def append_births(state: State, births: Births) -> State:
         raise ParentRangeError(message)
     positions = scene.positions[:, births.parents] + newborn.positions * header.position_step
     rotations = expand_rotations(newborn.rotations, header.rotation_bits)  # [7.6-4]
-    grown = replace(
+    extended = replace(
         scene,
         ids=np.append(scene.ids, state.next_id + np.arange(newborn.count)),
         codes=np.hstack([scene.codes, narrow_codes(newborn.codes)]),  # [7.6-3]
@@ -147,11 +149,11 @@ def append_births(state: State, births: Births) -> State:
     recency = state.recency
     if recency is not None:
         recency = np.append(recency, np.zeros(newborn.count, dtype=np.int16))
-    still = np.zeros((header.symbol_planes, newborn.count), dtype=np.int16)
+    no_motion = np.zeros((header.symbol_planes, newborn.count), dtype=np.int16)
     return replace(
         state,
-        scene=grown,
-        motion=np.hstack([state.motion, still]),
+        scene=extended,
+        motion=np.hstack([state.motion, no_motion]),
         recency=recency,
         births=births,
         next_id=state.next_id + newborn.count,
@@ -159,16 +161,16 @@ def append_births(state: State, births: Births) -> State:
 
 
 def _rotate_all(scene: Scene, sums: Int64) -> Int32:
-    """Rotate every rotation by its sum of residuals; a zero sum leaves it unchanged (SPEC 7.5)."""
+    """Rotate every Gaussian by its sum of residuals, unless the sum is zero (SPEC 7.5)."""
     header = scene.header
-    turning = np.flatnonzero(np.any(sums, axis=0))
-    if header.rotation_components == _WITHOUT_W:
+    rotated = np.flatnonzero(np.any(sums, axis=0))
+    if header.rotation_components == _COMPONENTS_WITHOUT_W:
         sums = np.vstack([np.zeros_like(sums[:1]), sums])
-    sums = sums[:, turning]
+    sums = sums[:, rotated]
     sums[0] += header.rotation_unity * header.level_count
     rotations = scene.rotations.copy()
-    rotations[:, turning] = rotate(scene.rotations[:, turning], normalize_sums(sums))
+    rotations[:, rotated] = rotate(scene.rotations[:, rotated], normalize_sums(sums))
     return rotations
 
 
-_WITHOUT_W = 3
+_COMPONENTS_WITHOUT_W = 3

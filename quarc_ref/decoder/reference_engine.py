@@ -1,4 +1,4 @@
-"""The reference engine, which implements SPEC 6 to 10 literally."""
+"""The reference engine, which follows the text of SPEC 6 to 10."""
 
 from collections.abc import Callable
 from typing import ClassVar
@@ -19,14 +19,15 @@ from quarc_ref.format.updates import Updates
 
 
 class ReferenceEngine:
-    """The engine that `frames` and the modules it calls implement; see `engine.Engine`.
+    """The engine that calls `frames` and its modules; see `engine.Engine`.
 
     Attributes:
-        largest: Number of Gaussians in the largest canonical frame that this process decoded.
+        largest_scene: Number of Gaussians in the largest canonical frame that this process
+            has decoded.
     """
 
     name = REFERENCE
-    largest: ClassVar[int] = 0
+    largest_scene: ClassVar[int] = 0
     decode_snapshot = staticmethod(frames.decode_snapshot)
     decode_frame = staticmethod(frames.decode_frame)
     begin_canonical = staticmethod(begin_canonical)
@@ -40,7 +41,7 @@ class ReferenceEngine:
         self, header: StreamHeader, chunk: CanonicalChunk
     ) -> tuple[State, Gaussians]:
         """See `Engine.decode_canonical`."""
-        ReferenceEngine.largest = max(ReferenceEngine.largest, chunk.gaussian_count)
+        ReferenceEngine.largest_scene = max(ReferenceEngine.largest_scene, chunk.gaussian_count)
         return frames.decode_canonical(header, chunk)
 
     def write_motion(self, state: State, symbols: list[Int64], *, previous: bool) -> Section:

@@ -63,34 +63,36 @@ def expand_rotations(coded: Int64, fraction_bits: int) -> Int32:
     """Decode rotation codes to unit quaternions (SPEC 7.2).
 
     Args:
-        coded: `[4, n]` index of the largest component, and the other three.
+        coded: `[4, n]` index of the largest component, then the other three in order.
         fraction_bits: Fraction bits of these three components.
 
     Returns:
         `[4, n]` wxyz, Q22.
 
     Raises:
-        RotationRangeError: Three components are longer than a unit quaternion.
+        RotationRangeError: The norm of three components exceeds 1.
     """
     count = coded.shape[1]
     expanded = np.empty((4, count), dtype=np.int32)
-    for first in range(0, count, _BLOCK):
-        block = slice(first, first + _BLOCK)
+    for first in range(0, count, _BLOCK_SIZE):
+        block = slice(first, first + _BLOCK_SIZE)
         expanded[:, block] = _expand(coded[:, block], fraction_bits)
     return expanded
 
 
 def _expand(coded: Int64, fraction_bits: int) -> Int64:
     unity = 1 << fraction_bits
-    others = coded[1:] * (ROTATION_ONE // unity)
-    left = ROTATION_ONE * ROTATION_ONE - (others * others).sum(axis=0)
-    if np.any(np.abs(coded[1:]) > unity) or np.any(left < 0):  # [7.2-5] [7.2-6]
+    components = coded[1:] * (ROTATION_ONE // unity)
+    squared_largest = ROTATION_ONE * ROTATION_ONE - (components * components).sum(axis=0)
+    if np.any(np.abs(coded[1:]) > unity) or np.any(squared_largest < 0):  # [7.2-5] [7.2-6]
         message = "three components of a rotation are longer than a unit quaternion"
         raise RotationRangeError(message)
-    # The other components keep their order; those after the largest move by one row.
+    # The other components keep their order; after the largest, they move down by one row.
     largest, row = coded[0], np.arange(4)[:, None]
-    beside = np.where(largest < row, others[[0, 0, 1, 2]], others[[0, 1, 2, 2]])
-    return _normalize(np.where(largest == row, isqrt(left), beside), PRODUCT_GUARD_BITS)
+    shifted_components = np.where(largest < row, components[[0, 0, 1, 2]], components[[0, 1, 2, 2]])
+    return _normalize(
+        np.where(largest == row, isqrt(squared_largest), shifted_components), PRODUCT_GUARD_BITS
+    )
 
 
 def _normalize(vectors: Int64, guard_bits: int) -> Int64:
@@ -102,4 +104,4 @@ def _normalize(vectors: Int64, guard_bits: int) -> Int64:
     return divide_round(vectors * (1 << (ROTATION_FRACTION_BITS + guard_bits)), norm)
 
 
-_BLOCK = 1 << 13  # block size for which intermediate results stay in the cache
+_BLOCK_SIZE = 1 << 13  # block size for which intermediate results stay in the cache

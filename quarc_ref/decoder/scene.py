@@ -1,7 +1,7 @@
 """The Gaussians of a frame as integers, the serialized part of the state (SPEC 7.1, 9.1).
 
-Arrays are stored by plane, `[3, N]` and not `[N, 3]`, in the order in which the state is
-serialized, hashed and coded.
+Arrays are stored by plane, for example `[3, N]` instead of `[N, 3]`, because the state is
+serialized, hashed and coded in this order.
 """
 
 from dataclasses import dataclass
@@ -52,14 +52,14 @@ class Scene:
         """Number of Gaussians, N."""
         return int(self.ids.size)
 
-    def without(self, gone: Int64) -> "Scene":
+    def without(self, deleted_indices: Int64) -> "Scene":
         """Return the scene without the Gaussians at indices `[g]`; the others keep their order."""
         return Scene(
             self.header,
             self.frame,
             self.phase,
-            np.delete(self.ids, gone),
-            np.delete(self.positions, gone, axis=1),
-            np.delete(self.rotations, gone, axis=1),
-            np.delete(self.codes, gone, axis=1),
+            np.delete(self.ids, deleted_indices),
+            np.delete(self.positions, deleted_indices, axis=1),
+            np.delete(self.rotations, deleted_indices, axis=1),
+            np.delete(self.codes, deleted_indices, axis=1),
         )

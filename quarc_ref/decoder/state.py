@@ -1,4 +1,4 @@
-"""The state of a frame, from which the next one is decoded: SPEC 7.1."""
+"""The state of a frame, from which the next frame is decoded: SPEC 7.1."""
 
 from dataclasses import dataclass
 
@@ -12,20 +12,20 @@ from quarc_ref.format.updates import Updates
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
-    """Everything that the next frame is decoded from (SPEC 7.1).
+    """The data from which the next frame is decoded (SPEC 7.1).
 
     Attributes:
         scene: The frame's scene.
-        motion: `[c, N]` sum of the symbols of all levels for each Gaussian in the frame;
-            0 for new ones.
+        motion: `[c, N]` motion of each Gaussian in the frame: the sum of all levels' symbols;
+            0 for new Gaussians.
         symbols: `[c, a]` symbols of each level's anchors in the frame, level 1 first;
             empty in a canonical frame.
         anchors: Anchors of the last sampling; None before the first.
         births: Births of the frame, as coded; None in a canonical frame.
         next_id: Id of the next new Gaussian.
-        motion_counts: Counts of motion contexts since the last canonical frame.
-        birth_counts: Counts of the birth contexts.
-        update_counts: Counts of the update contexts.
+        motion_counts: Bit counts of the motion contexts since the last canonical frame.
+        birth_counts: Bit counts of the birth contexts since the last canonical frame.
+        update_counts: Bit counts of the update contexts since the last canonical frame.
         recency: `[N]` frames since each Gaussian was updated or born, at most
             RECENCY_LIMIT; None in a stream without updates.
         updates: Updates of individual Gaussians in the frame, as coded; None in a canonical

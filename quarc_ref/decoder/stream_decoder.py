@@ -28,17 +28,17 @@ class StreamDecoder:
     """Decodes the chunks of a stream one by one.
 
     Args:
-        engine: The decoder engine; None for the result of `choose_engine`.
+        engine: The decoder engine; None to use the engine of `choose_engine`.
 
     Attributes:
         cameras: Cameras from the `came` chunk.
         metadata: Metadata from the `meta` chunk.
         index: Index from the INDX chunk; None before it.
         tail: Content of the TAIL chunk; None before it.
-        reference: The canonical frame (CANO) that snapshots are coded against; None
-            before the first one, and in streams without snapshots.
+        reference: The canonical frame (CANO) that snapshots are coded against; None before
+            the first CANO, and in streams without snapshots.
         roots: `[N]` index in the CANO of each Gaussian of the last canonical frame, -1
-            for new ones; empty in streams without snapshots.
+            for new Gaussians; empty in streams without snapshots.
     """
 
     def __init__(self, engine: Engine[Any] | None = None) -> None:
@@ -50,11 +50,11 @@ class StreamDecoder:
         self._header: StreamHeader | None = None
         self._state: FrameState | None = None
         self._frame_count = 0
-        self._passed = SeekPoints.from_records(())
+        self._skipped_points = SeekPoints.from_records(())
         self._points: list[SeekPoint] = []
         self._index_offset = 0
-        self._sought: SeekPoint | None = None
-        self._is_whole = True
+        self._seek_target: SeekPoint | None = None
+        self._is_complete = True
         self.reference: Reference | None = None
         self.roots = np.zeros(0, dtype=np.int64)
 
@@ -71,10 +71,10 @@ class StreamDecoder:
         return self._header
 
     def skip_to(self, points: SeekPoints, canonical: Chunk | None = None) -> None:
-        """Continue decoding at the last of some seek points.
+        """Continue decoding at a seek point.
 
         Args:
-            points: All seek points up to the target; empty if nothing is skipped.
+            points: All seek points up to the target; empty to continue at the next chunk.
             canonical: The CANO that the target frame is coded against, if it is a snapshot.
 
         Raises:
@@ -83,14 +83,14 @@ class StreamDecoder:
         if canonical is not None:
             self._decode_canonical(canonical, points.find_offset(canonical.offset))
         if points:
-            self._passed = points[:-1]
+            self._skipped_points = points[:-1]
             self._frame_count = points[-1].frame - points[0].frame
-            self._sought = points[-1]
+            self._seek_target = points[-1]
 
     def mark_lost(self) -> None:
         """Treat the chunks up to the next canonical frame as lost (SPEC 11.4)."""
         self._state = None
-        self._is_whole = False
+        self._is_complete = False
 
     def push(self, chunk: Chunk) -> FrameState | None:
         """Decode the next chunk.
@@ -120,9 +120,9 @@ class StreamDecoder:
         elif chunk.kind == container.META:
             self.metadata = wire.parse_metadata(chunk.payload)
         elif chunk.kind == container.INDX:
-            self._take_index(chunk)
+            self._read_index(chunk)
         elif chunk.kind == container.TAIL:
-            self._take_tail(wire.parse_tail(chunk.payload))
+            self._read_tail(wire.parse_tail(chunk.payload))
         elif chunk.kind in container.CANONICAL_TYPES:
             return self._push_canonical(chunk)
         elif chunk.kind == container.FRAM:
@@ -131,15 +131,15 @@ class StreamDecoder:
 
     def _push_canonical(self, chunk: Chunk) -> FrameState:
         decode = self._decode_canonical if chunk.kind == container.CANO else self._decode_snapshot
-        self._state = decode(chunk, self._sought)
+        self._state = decode(chunk, self._seek_target)
         self._points.append(SeekPoint(chunk.offset, chunk.sequence, self._state.frame))
-        self._sought = None
+        self._seek_target = None
         self._frame_count += 1
         return self._state
 
-    def _decode_canonical(self, chunk: Chunk, sought: SeekPoint | None) -> FrameState:
+    def _decode_canonical(self, chunk: Chunk, seek_target: SeekPoint | None) -> FrameState:
         canonical = wire.parse_canonical(chunk.payload)
-        self._check_place(chunk, canonical.frame, sought)
+        self._check_position(chunk, canonical.frame, seek_target)
         state: FrameState
         state, gaussians = self._engine.decode_canonical(self.header, canonical)
         if self.header.snapshots:
@@ -147,12 +147,12 @@ class StreamDecoder:
             self.roots = np.arange(gaussians.count)
         return state
 
-    def _decode_snapshot(self, chunk: Chunk, sought: SeekPoint | None) -> FrameState:
+    def _decode_snapshot(self, chunk: Chunk, seek_target: SeekPoint | None) -> FrameState:
         if self.reference is None:
             message = "a snapshot must follow a CANO"
             raise ChunkOrderError(message)
         snapshot = wire.parse_snapshot(chunk.payload)
-        self._check_place(chunk, snapshot.frame, sought)
+        self._check_position(chunk, snapshot.frame, seek_target)
         if snapshot.canonical != self.reference.frame:  # [7.9-2]
             message = f"frame {snapshot.frame} is coded against frame {snapshot.canonical}, "
             message += f"and the last CANO is frame {self.reference.frame}"
@@ -162,14 +162,14 @@ class StreamDecoder:
         state, self.roots = self._engine.decode_snapshot(self.header, snapshot, gaussians)
         return state
 
-    def _check_place(self, chunk: Chunk, frame: int, sought: SeekPoint | None) -> None:
-        """Reject a canonical frame that is not the expected one."""
+    def _check_position(self, chunk: Chunk, frame: int, seek_target: SeekPoint | None) -> None:
+        """Reject a canonical frame with an unexpected ordinal, offset or sequence number."""
         if self._state is not None and frame != self._state.frame + 1:  # [7.2-1] [7.9-1]
             message = f"frame {frame} follows frame {self._state.frame}"
             raise FrameOrderError(message)
         point = SeekPoint(chunk.offset, chunk.sequence, frame)
-        if sought not in (None, point):  # [11.2-1] [11.2-4]
-            message = f"the index lists {sought}, but the chunk is {point}"
+        if seek_target not in (None, point):  # [11.2-1] [11.2-4]
+            message = f"the index lists {seek_target}, but the chunk is {point}"
             raise IndexMismatchError(message)
 
     def _push_frame(self, chunk: Chunk) -> FrameState:
@@ -186,18 +186,18 @@ class StreamDecoder:
         decoded: FrameState = self._engine.decode_frame(state, frame)
         return decoded
 
-    def _take_index(self, chunk: Chunk) -> None:
+    def _read_index(self, chunk: Chunk) -> None:
         index = wire.parse_index(chunk.payload)
-        # As [5.9-1], [5.9-2] and [11.4-3] ask.
-        if self._is_whole and index != self._passed.with_appended(self._points):
+        # Required by [5.9-1], [5.9-2] and [11.4-3].
+        if self._is_complete and index != self._skipped_points.with_appended(self._points):
             message = "INDX does not list the canonical frames of the stream"
             raise IndexMismatchError(message)
         self.index, self._index_offset = index, chunk.offset
 
-    def _take_tail(self, tail: Tail) -> None:
-        canonical_count = len(self._passed) + len(self._points)
-        seen = Tail(self._frame_count, canonical_count, self._index_offset)
-        if self._is_whole and tail != seen:  # [5.8-1] [5.8-2]
-            message = f"TAIL states {tail}, but the stream has {seen}"
+    def _read_tail(self, tail: Tail) -> None:
+        canonical_count = len(self._skipped_points) + len(self._points)
+        expected = Tail(self._frame_count, canonical_count, self._index_offset)
+        if self._is_complete and tail != expected:  # [5.8-1] [5.8-2]
+            message = f"TAIL states {tail}, but the stream has {expected}"
             raise TailMismatchError(message)
         self.tail = tail

@@ -32,7 +32,7 @@ def update(state: State, updates: Updates) -> State:
     """Return the state with individual Gaussians changed (SPEC 7.8).
 
     Args:
-        state: After `move`, of a stream with updates.
+        state: State after `move`, of a stream with updates.
         updates: Updates in quantization steps.
 
     Raises:
@@ -40,44 +40,47 @@ def update(state: State, updates: Updates) -> State:
         StateError: A position or a code is out of range.
         SymbolRangeError: A rotation residual is out of range.
     """
-    gone = updates.gaussians[updates.dies]
-    if gone.size == state.scene.count:  # [7.8-1]
-        message = f"the updates delete all {gone.size} Gaussians"
+    deleted = updates.gaussians[updates.dies]
+    if deleted.size == state.scene.count:  # [7.8-1]
+        message = f"the updates delete all {deleted.size} Gaussians"
         raise CountError(message)
     recency = np.minimum(state.known_recency + 1, RECENCY_LIMIT).astype(np.int16)
     recency[updates.gaussians] = 0
-    stays = ~updates.dies
-    left = updates.gaussians[stays]
-    left -= np.searchsorted(gone, left)
-    scene = state.scene.without(gone)
+    survives = ~updates.dies
+    surviving = updates.gaussians[survives]
+    surviving -= np.searchsorted(deleted, surviving)
+    scene = state.scene.without(deleted)
     return replace(
         state,
-        scene=_change(scene, left, updates.residuals[:, stays]),
-        anchors=state.known_anchors.without(gone),
-        motion=np.delete(state.motion, gone, axis=1),
-        recency=np.delete(recency, gone),
+        scene=_add_residuals(scene, surviving, updates.residuals[:, survives]),
+        anchors=state.known_anchors.without(deleted),
+        motion=np.delete(state.motion, deleted, axis=1),
+        recency=np.delete(recency, deleted),
         updates=updates,
     )
 
 
-def _change(scene: Scene, which: Int64, residuals: Int64) -> Scene:
+def _add_residuals(scene: Scene, indices: Int64, residuals: Int64) -> Scene:
     """Return the scene with residuals `[13, n]` added to the Gaussians at indices `[n]`."""
     positions, rotations, codes = (
         scene.positions.copy(),
         scene.rotations.copy(),
         scene.codes.copy(),
     )
-    moved = positions[:, which] + residuals[TRANSLATION] * scene.header.translation_step
-    positions[:, which] = narrow_positions(moved)  # [7.8-2]
-    turning = np.flatnonzero(np.any(residuals[ROTATION], axis=0))
-    turned = which[turning]
-    rotations[:, turned] = _turn(rotations[:, turned], residuals[ROTATION, turning], scene)
-    changed = codes[: CODES.stop - CODES.start]  # all codes except SH rest
-    changed[:, which] = narrow_codes(changed[:, which] + residuals[CODES])  # [7.8-3]
+    new_positions = positions[:, indices] + residuals[TRANSLATION] * scene.header.translation_step
+    positions[:, indices] = narrow_positions(new_positions)  # [7.8-2]
+    with_rotation = np.flatnonzero(np.any(residuals[ROTATION], axis=0))
+    rotated = indices[with_rotation]
+    rotations[:, rotated] = _rotate_by_residuals(
+        rotations[:, rotated], residuals[ROTATION, with_rotation], scene
+    )
+    changed_codes = codes[: CODES.stop - CODES.start]  # all codes except SH rest
+    new_codes = changed_codes[:, indices] + residuals[CODES]
+    changed_codes[:, indices] = narrow_codes(new_codes)  # [7.8-3]
     return replace(scene, positions=positions, rotations=rotations, codes=codes)
 
 
-def _turn(rotations: Int32, residuals: Int64, scene: Scene) -> Int32:
+def _rotate_by_residuals(rotations: Int32, residuals: Int64, scene: Scene) -> Int32:
     if np.abs(residuals).max(initial=0) > ROTATION_UNITY_LIMIT:  # [7.8-4]
         message = f"a rotation residual of an update exceeds {ROTATION_UNITY_LIMIT}"
         raise SymbolRangeError(message)

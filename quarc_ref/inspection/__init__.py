@@ -1,1 +1,1 @@
-"""Inspects streams: summary, chunks, symbols, verification, decoding speed."""
+"""Inspects streams: summaries, chunks, symbols, verification, decoding speed."""

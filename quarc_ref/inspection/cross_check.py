@@ -14,11 +14,11 @@ from quarc_ref.format.coding.ans import PythonBitDecoder
 from quarc_ref.format.coding.entropy import BitDecoder, make_fastest_decoder
 from quarc_ref.format.errors import BitstreamError, VerificationError
 
-_Answer = TypeVar("_Answer")
+_Result = TypeVar("_Answer")
 
 
 class CrossCheckingDecoder:
-    """Opens sections with both decoders and counts them.
+    """Decodes sections with both decoders, and counts sections and bits.
 
     Attributes:
         section_count: Number of opened sections.
@@ -30,11 +30,11 @@ class CrossCheckingDecoder:
         self.bit_count = 0
 
     def open(self, words: UInt32) -> BitDecoder:
-        """Return a decoder that compares both decoders.
+        """Return a decoder of words that compares the results of both decoders.
 
         Raises:
             InvalidWordsError: Both decoders reject the words.
-            VerificationError: Only one of them does.
+            VerificationError: Only one decoder rejects the words.
         """
         fast, plain = _run_both(
             lambda: make_fastest_decoder(words), lambda: PythonBitDecoder(words)
@@ -44,36 +44,36 @@ class CrossCheckingDecoder:
 
 
 class _CrossCheckingBitDecoder:
-    def __init__(self, fast: BitDecoder, plain: BitDecoder, account: CrossCheckingDecoder) -> None:
+    def __init__(self, fast: BitDecoder, plain: BitDecoder, totals: CrossCheckingDecoder) -> None:
         self._fast = fast
         self._plain = plain
-        self._account = account
+        self._totals = totals
 
     def take(self, count: int, weight: int) -> Bits:
         bits = self._fast.take(count, weight)
         if not np.array_equal(bits, self._plain.take(count, weight)):
             _raise_disagreement()
-        self._account.bit_count += count
+        self._totals.bit_count += count
         return bits
 
     def finish(self) -> None:
         _run_both(self._fast.finish, self._plain.finish)
 
 
-def _run_both(fast: Callable[[], _Answer], plain: Callable[[], _Answer]) -> tuple[_Answer, _Answer]:
+def _run_both(fast: Callable[[], _Result], plain: Callable[[], _Result]) -> tuple[_Result, _Result]:
     """Return both results; raise a common error, or VerificationError if only one raises."""
-    answers: list[_Answer] = []
-    faults: list[BitstreamError] = []
+    results: list[_Result] = []
+    errors: list[BitstreamError] = []
     for action in (fast, plain):
         try:
-            answers.append(action())
+            results.append(action())
         except BitstreamError as error:
-            faults.append(error)
-    if not faults:
-        return answers[0], answers[1]
-    if answers or faults[0].reject_id != faults[1].reject_id:
+            errors.append(error)
+    if not errors:
+        return results[0], results[1]
+    if results or errors[0].reject_id != errors[1].reject_id:
         _raise_disagreement()
-    raise faults[0]
+    raise errors[0]
 
 
 def _raise_disagreement() -> NoReturn:

@@ -14,7 +14,7 @@ from quarc_ref.streams import open_source
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """Decoding speed of a stream whose frames are returned as soon as they are ready.
+    """Decoding speed of a stream without pauses between frames.
 
     Attributes:
         frames: Number of frames, including the first, which is canonical.
@@ -24,15 +24,15 @@ class Speed:
         fps: Frames per second, without the first frame.
         cpu_ms: CPU milliseconds per frame after the first, of all threads; more reliable
             than `fps` on a busy machine.
-        stolen_share: Share of the required CPU time that the host gave to other virtual
-            machines; None if the system does not report it.
+        stolen_share: Fraction of the required CPU time that the host gave to other virtual
+            machines; None if the system does not report steal time.
         ms_by_stage: Milliseconds per frame after the first, by stage; the sum exceeds the
             time of a frame if threads run in parallel.
         first_frame_s: Seconds from opening the stream to its first frame, including the
             time to load libraries.
         warm_first_frame_s: Seconds to the first frame when the stream is opened again;
             None for standard input.
-        peak_rss_mib: Peak memory of this process; None if the system does not report it.
+        peak_rss_mib: Peak memory of this process, MiB; None if the system does not report it.
     """
 
     frames: int
@@ -60,7 +60,7 @@ def measure_speed(
     Args:
         name: Name of the stream for `open_source`.
         threads: Number of threads for `Player`.
-        on_progress: Called after every frame with stage, done, and 0.
+        on_progress: Function called after every frame with stage, number of frames, and 0.
 
     Returns:
         The measurements; None if the stream has no frames.
@@ -69,44 +69,53 @@ def measure_speed(
         BitstreamError: The stream is invalid.
         SourceError: The file, pipe or server cannot be read.
     """
-    started = first = last = time.perf_counter()
-    cpu, machine = 0.0, None
+    start_time = first_time = last_time = time.perf_counter()
+    cpu_seconds, first_processor_time = 0.0, None
     frames = gaussians = 0
-    before: Counter[str] = Counter()
+    first_times: Counter[str] = Counter()
     with open_source(name) as source, Player(source, threads=threads) as player:
         for frame in player:
-            last = time.perf_counter()
+            last_time = time.perf_counter()
             frames, gaussians = frames + 1, len(frame.splats.opacities)
             if frames == 1:
-                first, before, cpu = last, Counter(player.times), time.process_time()
-                machine = read_processor_time()
+                first_time, first_times, cpu_seconds = (
+                    last_time,
+                    Counter(player.times),
+                    time.process_time(),
+                )
+                first_processor_time = read_processor_time()
             if on_progress is not None:
                 on_progress("decode", frames, 0)
-        spent, cpu = Counter(player.times), time.process_time() - cpu
-        # `-` would drop stages that were completed before the first frame was returned.
-        spent.subtract(before)
-        machine_now = read_processor_time()
+        times, cpu_seconds = Counter(player.times), time.process_time() - cpu_seconds
+        # `Counter.__sub__` would drop stages whose difference is not positive.
+        times.subtract(first_times)
+        last_processor_time = read_processor_time()
     if frames == 0:
         return None
-    peak, warm = measure_peak_mebibytes(), None if name == "-" else _time_first_frame(name, threads)
-    moved = max(1, frames - 1)
+    peak_mib, warm_seconds = (
+        measure_peak_mebibytes(),
+        None if name == "-" else _time_first_frame(name, threads),
+    )
+    later_frames = max(1, frames - 1)
     return Speed(
         frames,
         gaussians,
         threads,
         choose_engine().name,
-        moved / (last - first) if frames > 1 else 0.0,
-        1e3 * cpu / moved if frames > 1 else 0.0,
-        machine_now.stolen_share(machine) if machine_now and machine else None,
-        {stage: nanoseconds / moved / 1e6 for stage, nanoseconds in spent.most_common()},
-        first - started,
-        warm,
-        peak,
+        later_frames / (last_time - first_time) if frames > 1 else 0.0,
+        1e3 * cpu_seconds / later_frames if frames > 1 else 0.0,
+        last_processor_time.stolen_share(first_processor_time)
+        if last_processor_time and first_processor_time
+        else None,
+        {stage: nanoseconds / later_frames / 1e6 for stage, nanoseconds in times.most_common()},
+        first_time - start_time,
+        warm_seconds,
+        peak_mib,
     )
 
 
 def _time_first_frame(name: str, threads: int) -> float:
-    started = time.perf_counter()
+    start_time = time.perf_counter()
     with open_source(name) as source, Player(source, threads=threads) as player:
         next(iter(player))
-        return time.perf_counter() - started
+        return time.perf_counter() - start_time

@@ -1,8 +1,8 @@
 """The paper's estimate of coded size: the zero-order entropy of the symbols.
 
-For each channel of a frame, it is the sum of -log2 of every symbol's frequency, which is
-the cost of an ideal coder that knows the frequencies. No decodable file has this size;
-the estimate is for comparison with the literature (paper section 6).
+For each channel of a frame, the estimate is the sum of -log2 of every symbol's relative
+frequency: the cost of an ideal coder that knows the frequencies. No decodable file has
+this size; the estimate serves to compare with the literature (paper section 6).
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from quarc_ref.format.updates import UPDATE_FIELDS, Updates
 
 
 def estimate_bits(channels: Int64) -> float:
-    """Return the zero-order entropy of channels `[c, n]` in bits, with frequencies per channel."""
+    """Return the zero-order entropy of channels `[c, n]` in bits; each has its own frequencies."""
     bits = 0.0
     for channel in channels:
         _, counts = np.unique(channel, return_counts=True)
@@ -30,29 +30,31 @@ def estimate_motion(symbols: tuple[Int64, ...]) -> float:
 def estimate_updates(updates: Updates, count: int) -> float:
     """Return the estimated bytes of a frame's updates.
 
-    The channels are a flag per Gaussian whether it changes, a flag per changed Gaussian
-    whether it is deleted, and for each field a flag whether the field changes, and its
-    residuals.
+    The channels are: for each Gaussian, whether it changes; for each changed Gaussian,
+    whether it is deleted; for each field, whether it changes; and the residuals of each
+    field.
 
     Args:
         updates: Updates of the frame.
         count: Number of Gaussians.
     """
-    chosen = np.zeros(count, dtype=np.int64)
-    chosen[updates.gaussians] = 1
-    bits = estimate_bits(chosen[None])
+    changes = np.zeros(count, dtype=np.int64)
+    changes[updates.gaussians] = 1
+    bits = estimate_bits(changes[None])
     if updates.count:
         bits += estimate_bits(updates.dies[None].astype(np.int64))
     for rows in UPDATE_FIELDS.values():
         values = updates.residuals[rows][:, ~updates.dies]
-        there = np.any(values, axis=0)
-        if there.any():
-            bits += estimate_bits(there[None].astype(np.int64)) + estimate_bits(values[:, there])
+        has_residual = np.any(values, axis=0)
+        if has_residual.any():
+            bits += estimate_bits(has_residual[None].astype(np.int64)) + estimate_bits(
+                values[:, has_residual]
+            )
     return bits / 8
 
 
 def estimate_gaussians(gaussians: Gaussians) -> float:
-    """Return the estimated bytes of a canonical frame: one channel per number of a Gaussian."""
+    """Return the estimated bytes of a canonical frame, with one channel per row of its arrays."""
     rows = (gaussians.positions, gaussians.rotations, gaussians.codes)
     return estimate_bits(np.concatenate(rows)) / 8
 
@@ -60,20 +62,20 @@ def estimate_gaussians(gaussians: Gaussians) -> float:
 def estimate_snapshot(snapshot: Snapshot, canonical: Gaussians) -> float:
     """Return the estimated bytes of a snapshot.
 
-    The channels are a flag per Gaussian of the CANO whether it remains, and the difference
-    of each of its numbers. New Gaussians are estimated as in a canonical frame.
+    The channels are: for each Gaussian of the CANO, whether it survives; and the differences
+    of the survivors. New Gaussians are estimated as in a canonical frame.
 
     Args:
-        snapshot: The frame.
-        canonical: Gaussians of its CANO.
+        snapshot: The decoded snapshot.
+        canonical: Gaussians of the CANO to which the snapshot refers.
     """
-    lives = np.zeros((1, canonical.count), dtype=np.int64)
-    lives[0, snapshot.roots[snapshot.roots >= 0]] = 1
-    bits = estimate_bits(lives) + estimate_bits(compare(snapshot, canonical))
-    born, gaussians = snapshot.roots < 0, snapshot.gaussians
-    if born.any():
+    survives = np.zeros((1, canonical.count), dtype=np.int64)
+    survives[0, snapshot.roots[snapshot.roots >= 0]] = 1
+    bits = estimate_bits(survives) + estimate_bits(compare(snapshot, canonical))
+    is_new, gaussians = snapshot.roots < 0, snapshot.gaussians
+    if is_new.any():
         rows = (gaussians.positions, gaussians.rotations, gaussians.codes)
-        bits += estimate_bits(np.concatenate(rows)[:, born])
+        bits += estimate_bits(np.concatenate(rows)[:, is_new])
     return bits / 8
 
 

@@ -32,8 +32,8 @@ def count_frames(stream: bytes | Source) -> int:
     """Count frames without decoding, from TAIL or else from chunk headers.
 
     Returns:
-        The number of frames, or the number before the end or the first damage of an
-        incomplete stream; 0 if the length is unknown, as for a pipe.
+        The number of frames; in an incomplete stream, the number of complete frames before
+        the end or the first damage. 0 if the size is unknown, as for a pipe.
     """
     source = as_source(stream)
     size = source.size()
@@ -59,7 +59,8 @@ def inspect_stream(
 
     Args:
         stream: A stream; every byte is read once.
-        on_progress: Called after every frame with stage, done, total (0 if unknown).
+        on_progress: Function called after every frame with stage, number of frames, and total
+            (0 if unknown).
 
     Raises:
         BitstreamError: The stream is invalid.
@@ -98,19 +99,22 @@ def count_coded_bytes(chunk: Chunk, *, updates: bool) -> dict[str, int]:
     Raises:
         BitstreamError: The chunk is invalid.
     """
-    coded = dict.fromkeys(KINDS, 0)
+    byte_counts = dict.fromkeys(KINDS, 0)
     if chunk.kind == container.CANO:
         sections = wire.parse_canonical(chunk.payload).sections
-        coded["canonical"] = sum(section.byte_count() for section in sections)
+        byte_counts["canonical"] = sum(section.byte_count() for section in sections)
     elif chunk.kind == container.SNAP:
         snapshot = wire.parse_snapshot(chunk.payload)
         sections = (snapshot.survivors, *snapshot.sections)
-        coded["snapshots"] = sum(section.byte_count() for section in sections)
+        byte_counts["snapshots"] = sum(section.byte_count() for section in sections)
     else:
         frame = wire.parse_frame(chunk.payload, updates=updates)
-        coded["motion"], coded["births"] = frame.motion.byte_count(), frame.births.byte_count()
-        coded["updates"] = frame.updates.byte_count() if frame.updates else 0
-    return coded
+        byte_counts["motion"], byte_counts["births"] = (
+            frame.motion.byte_count(),
+            frame.births.byte_count(),
+        )
+        byte_counts["updates"] = frame.updates.byte_count() if frame.updates else 0
+    return byte_counts
 
 
 def _summarize(chunk: Chunk, state: FrameState, decoder: StreamDecoder) -> FrameSummary:
@@ -121,17 +125,17 @@ def _summarize(chunk: Chunk, state: FrameState, decoder: StreamDecoder) -> Frame
         canonical = wire.parse_canonical(chunk.payload)
         estimate["canonical"] = estimate_gaussians(read_canonical(canonical, header.code_planes))
     elif chunk.kind == container.SNAP and decoder.reference is not None:
-        known = decoder.reference.gaussians
-        read = read_snapshot(wire.parse_snapshot(chunk.payload), known)
-        estimate["snapshots"] = estimate_snapshot(read, known)
+        canonical_gaussians = decoder.reference.gaussians
+        snapshot = read_snapshot(wire.parse_snapshot(chunk.payload), canonical_gaussians)
+        estimate["snapshots"] = estimate_snapshot(snapshot, canonical_gaussians)
     else:
         frame = wire.parse_frame(chunk.payload, updates=header.updates)
         births, deaths = frame.birth_count, frame.death_count
         if state.updates is not None:
-            chosen = int(state.updates.dies.sum())
-            deaths, updates = deaths + chosen, state.updates.count - chosen
-            before = scene.count - births + chosen
-            estimate["updates"] = estimate_updates(state.updates, before)
+            deleted_count = int(state.updates.dies.sum())
+            deaths, updates = deaths + deleted_count, state.updates.count - deleted_count
+            previous_count = scene.count - births + deleted_count
+            estimate["updates"] = estimate_updates(state.updates, previous_count)
         estimate["motion"] = estimate_motion(state.symbols)
         estimate["births"] = estimate_births(state.births) if state.births else 0.0
     return FrameSummary(

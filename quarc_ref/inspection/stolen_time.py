@@ -1,31 +1,31 @@
-"""Measures steal time, in which the host of a virtual machine runs other machines.
+"""Measures steal time: CPU time in which the host ran other virtual machines.
 
-Speeds measured with much steal time are unreliable.
+A speed measured during much steal time is unreliable.
 """
 
 from dataclasses import dataclass
 from pathlib import Path
 
 _STATISTICS = Path("/proc/stat")  # Linux: see proc(5)
-_WORKING = (0, 1, 2, 5, 6)  # user, nice, system, interrupts
-_STOLEN = 7
+_BUSY_COLUMNS = (0, 1, 2, 5, 6)  # user, nice, system, interrupts
+_STEAL_COLUMN = 7
 
 
 @dataclass(frozen=True, slots=True)
 class ProcessorTime:
-    """Ticks of all CPUs of this machine since it was started.
+    """Clock ticks of all CPUs of this machine since it was started.
 
     Attributes:
         busy: Ticks in which the CPUs were busy.
-        stolen: Ticks in which they were ready to run while the host ran other machines.
+        stolen: Ticks in which the CPUs were ready to run, but the host ran other machines.
     """
 
     busy: int
     stolen: int
 
-    def stolen_share(self, before: "ProcessorTime") -> float:
-        """Return the stolen share of the required CPU time since `before`."""
-        busy, stolen = self.busy - before.busy, self.stolen - before.stolen
+    def stolen_share(self, earlier: "ProcessorTime") -> float:
+        """Return the stolen fraction of the required CPU time since `earlier`."""
+        busy, stolen = self.busy - earlier.busy, self.stolen - earlier.stolen
         return stolen / max(1, busy + stolen)
 
 
@@ -36,6 +36,6 @@ def read_processor_time(statistics: Path = _STATISTICS) -> ProcessorTime | None:
             ticks = [int(number) for number in lines.readline().split()[1:]]
     except (OSError, ValueError):
         return None
-    if len(ticks) <= _STOLEN:
+    if len(ticks) <= _STEAL_COLUMN:
         return None
-    return ProcessorTime(sum(ticks[place] for place in _WORKING), ticks[_STOLEN])
+    return ProcessorTime(sum(ticks[column] for column in _BUSY_COLUMNS), ticks[_STEAL_COLUMN])

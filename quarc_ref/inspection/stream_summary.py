@@ -17,16 +17,16 @@ class FrameSummary:
 
     Attributes:
         frame: Ordinal of the frame.
-        canonical: Whether it is a canonical frame, including snapshots.
+        canonical: Whether the frame is canonical; snapshots are canonical, too.
         gaussians: Number of Gaussians.
         anchors: Number of anchors of all levels.
         births: Number of births.
         deaths: Number of deaths.
         updates: Number of updated Gaussians, without deaths.
-        chunk_bytes: Size of its chunk including framing.
+        chunk_bytes: Size of the frame's chunk including framing.
         coded_bytes: Bytes of coded planes by kind, which are part of `chunk_bytes`.
-        estimate_bytes: Zero-order estimate of the same symbols by kind.
-        magnitudes: Histogram of the magnitudes of its symbols.
+        estimate_bytes: Zero-order estimate of the bytes of the coded planes by kind.
+        magnitudes: Histogram of the magnitudes of the motion symbols.
         sha256: Digest of the state.
     """
 
@@ -45,7 +45,7 @@ class FrameSummary:
 
     @property
     def kind(self) -> str:
-        """`canonical`, `snapshot` or `moved`."""
+        """Kind of the frame: `canonical`, `snapshot` or `moved`."""
         if not self.canonical:
             return "moved"
         return "snapshot" if self.coded_bytes["snapshots"] else "canonical"
@@ -73,9 +73,9 @@ class ChunkSummary:
 
     Attributes:
         kind: Type of the chunk, four letters.
-        sequence: Sequence number.
-        offset: Offset in the stream, bytes.
-        byte_count: Size including framing.
+        sequence: Sequence number of the chunk.
+        offset: Offset of the chunk in the stream, bytes.
+        byte_count: Size of the chunk including framing.
     """
 
     kind: str
@@ -130,7 +130,7 @@ class StreamSummary:
         return {"total": self.total_bytes, **coded, "overhead": overhead}
 
     def estimate_bytes(self) -> dict[str, int]:
-        """Return the zero-order estimate of the same symbols by kind."""
+        """Return the zero-order estimate of the bytes of coded planes by kind."""
         return {
             kind: round(sum(frame.estimate_bytes[kind] for frame in self.frames)) for kind in KINDS
         }
@@ -146,9 +146,9 @@ class StreamSummary:
         canonical, including framing; `with_canonical` is the size of the whole stream
         divided by the number of frames.
         """
-        moved = [frame.chunk_bytes for frame in self.frames if not frame.canonical]
+        moved_bytes = [frame.chunk_bytes for frame in self.frames if not frame.canonical]
         return {
-            "without_canonical": sum(moved) / max(len(moved), 1) / KILOBYTE,
+            "without_canonical": sum(moved_bytes) / max(len(moved_bytes), 1) / KILOBYTE,
             "with_canonical": self.total_bytes / max(len(self.frames), 1) / KILOBYTE,
         }
 

@@ -12,11 +12,11 @@ _TRANSLATION_ROWS = 3
 
 @dataclass(frozen=True, slots=True)
 class Magnitudes:
-    """Number of symbols for each magnitude from 0 to the largest one.
+    """Histograms: number of symbols of each magnitude, from 0 to the largest magnitude.
 
     Attributes:
-        translation: Magnitudes of x, y and z.
-        rotation: Magnitudes of x, y and z, and of w if residuals have it.
+        translation: Histogram of x, y and z of translation residuals.
+        rotation: Histogram of x, y, z and, if residuals have it, w of rotation residuals.
     """
 
     translation: tuple[int, ...]
@@ -24,7 +24,8 @@ class Magnitudes:
 
     def __add__(self, other: "Magnitudes") -> "Magnitudes":
         return Magnitudes(
-            _sum(self.translation, other.translation), _sum(self.rotation, other.rotation)
+            _add_histograms(self.translation, other.translation),
+            _add_histograms(self.rotation, other.rotation),
         )
 
     def as_json(self) -> dict[str, list[int]]:
@@ -47,5 +48,9 @@ def count_magnitudes(symbols: tuple[Int64, ...]) -> Magnitudes:
     )
 
 
-def _sum(counts: tuple[int, ...], others: tuple[int, ...]) -> tuple[int, ...]:
-    return tuple(mine + theirs for mine, theirs in zip_longest(counts, others, fillvalue=0))
+def _add_histograms(
+    first_counts: tuple[int, ...], second_counts: tuple[int, ...]
+) -> tuple[int, ...]:
+    return tuple(
+        first + second for first, second in zip_longest(first_counts, second_counts, fillvalue=0)
+    )

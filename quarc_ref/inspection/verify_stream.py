@@ -1,4 +1,4 @@
-"""Verifies a stream completely: both entropy decoders, all seek points, the level."""
+"""Verifies a stream completely, with both entropy decoders and from all seek points."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -32,10 +32,10 @@ class Verification:
         seek_points: Number of canonical frames from which decoding was started.
         frames_compared: Number of frames decoded from seek points, all with equal digests.
         level: Conformance level in the stream header.
-        maxima: Maximum in the stream of the Gaussians of a frame, the births of a frame and
-            the bytes of a payload.
-        limits: Maximum of each that the level allows.
-        sha256: Digest of the last state; None without frames.
+        maxima: Largest number of Gaussians of a frame, births of a frame and bytes of a
+            payload in the stream.
+        limits: Limit of the level for each value of `maxima`.
+        sha256: Digest of the last state; None in a stream without frames.
     """
 
     frames: int
@@ -65,34 +65,34 @@ def verify_stream(
     """Verify a stream.
 
     Args:
-        source: A stream that can be read repeatedly, so not a pipe.
-        on_progress: Called after every frame with stage, done, total.
-        follow: How long to wait for a growing stream; None not to wait.
+        source: A stream that can be read repeatedly; a pipe cannot.
+        on_progress: Function called after every frame with stage, number of frames, and total.
+        follow: Polling of a growing stream; None to stop at the stream's current end.
 
     Raises:
         BitstreamError: The stream is invalid.
         VerificationError: Two methods of decoding the stream disagree.
         SourceError: The file, pipe or server cannot be read.
     """
-    coders = CrossCheckingDecoder()
-    run = _FirstPass(source, on_progress)
-    with use_bit_decoder(coders.open):
-        while (chunk := poll(run.reader.read_chunk, follow)) is not None:
-            run.push(chunk)
-    frames_compared = run.decode_from_seek_points(source)
-    header = run.decoder.header
+    cross_check = CrossCheckingDecoder()
+    first_pass = _FirstPass(source, on_progress)
+    with use_bit_decoder(cross_check.open):
+        while (chunk := poll(first_pass.reader.read_chunk, follow)) is not None:
+            first_pass.push(chunk)
+    frames_compared = first_pass.decode_from_seek_points(source)
+    header = first_pass.decoder.header
     return Verification(
-        frames=len(run.digests),
-        chunks=run.chunk_count,
+        frames=len(first_pass.digests),
+        chunks=first_pass.chunk_count,
         entropy_decoders=2 if HAS_CONSTRICTION else 1,
-        sections=coders.section_count,
-        bits=coders.bit_count,
-        seek_points=len(run.canonical),
+        sections=cross_check.section_count,
+        bits=cross_check.bit_count,
+        seek_points=len(first_pass.canonical_frames),
         frames_compared=frames_compared,
         level=header.level,
-        maxima=run.maxima,
+        maxima=first_pass.maxima,
         limits=header.limits._asdict(),
-        sha256=list(run.digests.values())[-1] if run.digests else None,
+        sha256=list(first_pass.digests.values())[-1] if first_pass.digests else None,
     )
 
 
@@ -103,14 +103,14 @@ class _FirstPass:
         self.reader = ChunkReader(source)
         self.decoder = StreamDecoder(ReferenceEngine())  # decodes sections with both decoders
         self.digests: dict[int, str] = {}  # by ordinal
-        self.canonical: list[int] = []
+        self.canonical_frames: list[int] = []
         self.chunk_count = 0
         self.maxima = {"gaussians": 0, "births": 0, "chunk_bytes": 0}
         self._on_progress = on_progress
         self._total = count_frames(source)
 
     def push(self, chunk: Chunk) -> None:
-        """Decode a chunk and record what it contains."""
+        """Decode a chunk and record its digest and sizes."""
         state = self.decoder.push(chunk)
         self.chunk_count += 1
         if chunk.kind != container.HEAD:
@@ -121,7 +121,7 @@ class _FirstPass:
         self.digests[scene.frame] = compute_digest(scene)
         self._update_maximum("gaussians", scene.count)
         if chunk.kind in container.CANONICAL_TYPES:
-            self.canonical.append(scene.frame)
+            self.canonical_frames.append(scene.frame)
         else:
             frame = wire.parse_frame(chunk.payload, updates=scene.header.updates)
             self._update_maximum("births", frame.birth_count)
@@ -133,17 +133,19 @@ class _FirstPass:
         Raises:
             VerificationError: The state of a frame differs from the first decoding.
         """
-        done = 0
-        for start, stop in zip(self.canonical, [*self.canonical[1:], None], strict=False):
+        compared = 0
+        for start, stop in zip(
+            self.canonical_frames, [*self.canonical_frames[1:], None], strict=False
+        ):
             for scene in decode(source, start, stop):
                 if compute_digest(scene) != self.digests[scene.frame]:
                     message = (
                         f"frame {scene.frame} decodes to a different state from seek point {start}"
                     )
                     raise VerificationError(message)
-                done += 1
-                self._on_progress("seek", done, len(self.digests))
-        return done
+                compared += 1
+                self._on_progress("seek", compared, len(self.digests))
+        return compared
 
     def _update_maximum(self, name: str, value: int) -> None:
         self.maxima[name] = max(self.maxima[name], value)

@@ -1,4 +1,4 @@
-"""Formats numbers with nouns."""
+"""Formats a number with a noun, such as "3 frames"."""
 
 
 def count_noun(count: int, noun: str) -> str:

@@ -1,8 +1,8 @@
 """Decodes frames in advance for the `Player`.
 
 The contexts of a frame's symbols depend on the previous state, so one thread decodes
-frames sequentially. A second thread converts states to floats. Errors are raised in place
-of the frame.
+frames sequentially. A second thread converts states to floats. An error is raised when
+the frame that caused it is requested.
 """
 
 import time
@@ -24,7 +24,7 @@ from quarc_ref.streams.decode_stream import walk_frames
 from quarc_ref.streams.follow import Follow
 from quarc_ref.streams.source import Source
 
-# Nanoseconds by stage.
+# Nanoseconds by stage: "decode" and "floats".
 Times = Counter[str]
 
 
@@ -36,7 +36,7 @@ class Frame:
         state: Decoded state.
         splats: Dequantized scene, read-only.
         chunk_bytes: Size of the chunk's payload.
-        nanoseconds: Decoding time of chunk and floats, which may overlap with neighboring frames.
+        nanoseconds: Time to decode the chunk and to dequantize the state; frames may overlap.
     """
 
     state: FrameState
@@ -55,7 +55,7 @@ Frames = Prefetcher[Frame] | Generator[Frame]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Decoded:
+class _DecodedFrame:
     """A state that is passed from the first thread to the second."""
 
     state: FrameState
@@ -65,7 +65,7 @@ class _Decoded:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FramePipeline:
-    """Decodes the frames of a stream in worker threads; holds no reference to the player.
+    """Decodes the frames of a stream in worker threads, without a reference to the player.
 
     Attributes:
         source: The stream.
@@ -81,57 +81,61 @@ class FramePipeline:
     follow: Follow | None
     times: Times
 
-    def make(self, start: int, stop: int | None) -> Frames:
+    def make_frames(self, start: int, stop: int | None) -> Frames:
         """Return an iterator over the frames from `start` to `stop` - 1."""
         engine = choose_engine(self.threads)
         if self.threads == 1:
             states = self._decode(engine, start, stop, self.follow)
-            return self._finish(states, start, stop, engine.dequantizer())
+            return self._dequantize(states, start, stop, engine.dequantizer())
         closed = Event()
         follow = self.follow and replace(self.follow, stop_event=closed)
         dequantize = engine.dequantizer()
-        decoded = Prefetcher(lambda: self._decode(engine, start, stop, follow), self.prefetch)
+        decoded_frames = Prefetcher(
+            lambda: self._decode(engine, start, stop, follow), self.prefetch
+        )
         return Prefetcher(
-            lambda: self._finish(decoded, start, stop, dequantize), self.prefetch, closed=closed
+            lambda: self._dequantize(decoded_frames, start, stop, dequantize),
+            self.prefetch,
+            closed=closed,
         )
 
     def _decode(
         self, engine: Engine[Any], start: int, stop: int | None, follow: Follow | None
-    ) -> Generator[_Decoded]:
+    ) -> Generator[_DecodedFrame]:
         """Decode frames, possibly starting before `start`."""
         decoder = _TimedDecoder(engine)
         for chunk, state in walk_frames(self.source, decoder, start, stop, follow):
             self.times["decode"] += decoder.nanoseconds
-            yield _Decoded(state, len(chunk.payload), decoder.nanoseconds)
+            yield _DecodedFrame(state, len(chunk.payload), decoder.nanoseconds)
 
-    def _finish(
+    def _dequantize(
         self,
-        decoded: Generator[_Decoded] | Prefetcher[_Decoded],
+        decoded_frames: Generator[_DecodedFrame] | Prefetcher[_DecodedFrame],
         start: int,
         stop: int | None,
         dequantize: Callable[[FrameState], Splats],
     ) -> Generator[Frame]:
-        """Convert the requested frames to floats."""
-        with closing(decoded):
-            for each in decoded:
-                frame = each.state.frame
+        """Dequantize the requested frames."""
+        with closing(decoded_frames):
+            for item in decoded_frames:
+                frame = item.state.frame
                 if frame < start or (stop is not None and frame >= stop):
                     continue
-                started = time.perf_counter_ns()
-                splats = dequantize(each.state)
-                spent = time.perf_counter_ns() - started
-                self.times["floats"] += spent
-                yield Frame(each.state, splats, each.chunk_bytes, each.nanoseconds + spent)
+                start_ns = time.perf_counter_ns()
+                splats = dequantize(item.state)
+                elapsed_ns = time.perf_counter_ns() - start_ns
+                self.times["floats"] += elapsed_ns
+                yield Frame(item.state, splats, item.chunk_bytes, item.nanoseconds + elapsed_ns)
 
 
 class _TimedDecoder(StreamDecoder):
-    """Measures the time of the last chunk, without waits for its source."""
+    """Measures the time to decode the last chunk, without waiting times for the source."""
 
     nanoseconds = 0
 
     def push(self, chunk: Chunk) -> FrameState | None:
         """See `StreamDecoder.push`."""
-        started = time.perf_counter_ns()
+        start_ns = time.perf_counter_ns()
         state = super().push(chunk)
-        self.nanoseconds = time.perf_counter_ns() - started
+        self.nanoseconds = time.perf_counter_ns() - start_ns
         return state

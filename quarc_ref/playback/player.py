@@ -16,7 +16,7 @@ from quarc_ref.streams.source import Source, as_source
 
 
 class Player:
-    """Plays the frames of a stream. Starting a new run ends the previous one.
+    """Plays the frames of a stream. A new run ends the previous run.
 
     Args:
         stream: A stream, which the caller must close after the player.
@@ -24,7 +24,7 @@ class Player:
             engine that may use this number of threads.
         prefetch: Maximum number of buffered frames, at least 1. A buffered frame takes
             about 200 bytes per Gaussian.
-        follow: How long to wait for a growing stream; None not to wait.
+        follow: Polling of a growing stream; None to stop at the stream's current end.
 
     Attributes:
         times: Nanoseconds by stage, of all frames so far.
@@ -48,7 +48,7 @@ class Player:
         self._prefetch = prefetch
         self._pipeline = FramePipeline(as_source(stream), threads, prefetch, follow, self.times)
         self._run: Frames | None = None
-        self._due = -1  # next ordinal of the run of `frame`
+        self._next_ordinal = -1  # next ordinal of the run of `frame`
 
     def __enter__(self) -> "Player":
         return self
@@ -67,18 +67,18 @@ class Player:
     def close(self) -> None:
         """End the current run; the player can be used again.
 
-        Waits for a read of the source in progress.
+        If a read of the source is in progress, the call waits until the read ends.
         """
         if self._run is not None:
             self._run.close()
-        self._run, self._due = None, -1
+        self._run, self._next_ordinal = None, -1
 
     def frames(self, start: int = 0, stop: int | None = None) -> Iterator[Frame]:
-        """Play from a frame on, using the stream's seek points.
+        """Play the frames from `start` to `stop` - 1, using the stream's seek points.
 
         Args:
             start: Ordinal of the first frame.
-            stop: Ordinal after the last one; None for all.
+            stop: Ordinal after the last frame; None for all.
 
         Yields:
             The frames in order.
@@ -88,7 +88,7 @@ class Player:
             SourceError: The file, pipe or server cannot be read.
         """
         self.close()
-        run = self._run = self._pipeline.make(start, stop)
+        run = self._run = self._pipeline.make_frames(start, stop)
         return run
 
     def frame(self, ordinal: int) -> Frame:
@@ -99,13 +99,16 @@ class Player:
             BitstreamError: See `frames`.
             SourceError: See `frames`.
         """
-        if self._due < 0 or not self._due <= ordinal <= self._due + self._prefetch:
+        if (
+            self._next_ordinal < 0
+            or not self._next_ordinal <= ordinal <= self._next_ordinal + self._prefetch
+        ):
             self.frames(ordinal)
         frame = None
         try:
             frame = self._advance_to(ordinal)
         finally:
-            if frame is None:  # an ended run has no frames
+            if frame is None:  # the run has ended or failed
                 self.close()
         if frame is None:
             message = f"the stream has no frame {ordinal}"
@@ -125,9 +128,9 @@ class Player:
             show(frame)
 
     def _advance_to(self, ordinal: int) -> Frame | None:
-        """Return a later frame of the current run; None after its end."""
+        """Return a later frame of the current run; None if the run ends before the frame."""
         for frame in self._run or ():
-            self._due = frame.state.frame + 1
+            self._next_ordinal = frame.state.frame + 1
             if frame.state.frame >= ordinal:
                 return frame if frame.state.frame == ordinal else None
         return None

@@ -19,37 +19,37 @@ class Prefetcher(Generic[_Item]):
     when the prefetcher is closed or garbage-collected.
 
     Args:
-        make: Function that makes the iterator; iterator and function run in the thread.
-        most: Maximum number of buffered items.
-        closed: Event that is set by `close`, to end waits of the iterator; None if it
-            does not wait.
+        make_iterator: Function that makes the iterator; both run in the thread.
+        max_items: Maximum number of buffered items.
+        closed: Event that `close` sets so that the iterator stops waiting; None if the
+            iterator does not wait.
     """
 
     def __init__(
         self,
-        make: Callable[[], Generator[_Item]],
-        most: int,
+        make_iterator: Callable[[], Generator[_Item]],
+        max_items: int,
         *,
         closed: Event | None = None,
     ) -> None:
-        self._work = _Work(make, most, closed or Event())
+        self._work = _Work(make_iterator, max_items, closed or Event())
         self._thread = Thread(target=copy_context().run, args=(self._work.run,), daemon=True)
-        self._is_over = False
-        # the thread refers to the work and not to this object
+        self._is_finished = False
+        # the thread must not refer to this object, which could then not be collected
         weakref.finalize(self, self._work.end)
 
     def __iter__(self) -> "Prefetcher[_Item]":
         return self
 
     def __next__(self) -> _Item:
-        if self._is_over or self._work.closed.is_set():
+        if self._is_finished or self._work.closed.is_set():
             raise StopIteration
         if self._thread.ident is None:
             self._thread.start()
         item, error = self._work.queue.get()
         if item is not None:
             return item
-        self._is_over = True
+        self._is_finished = True
         if error is not None:
             raise error
         raise StopIteration
@@ -67,9 +67,11 @@ class Prefetcher(Generic[_Item]):
 class _Work(Generic[_Item]):
     """The thread of a `Prefetcher` and its shared data."""
 
-    def __init__(self, make: Callable[[], Generator[_Item]], most: int, closed: Event) -> None:
-        self._make = make
-        self.queue: Queue[tuple[_Item | None, BaseException | None]] = Queue(most)
+    def __init__(
+        self, make_iterator: Callable[[], Generator[_Item]], max_items: int, closed: Event
+    ) -> None:
+        self._make_iterator = make_iterator
+        self.queue: Queue[tuple[_Item | None, BaseException | None]] = Queue(max_items)
         self.closed = closed
 
     def run(self) -> None:
@@ -88,7 +90,7 @@ class _Work(Generic[_Item]):
 
     def wake(self) -> None:
         """Wake a blocked consumer."""
-        with suppress(Full):  # nobody waits
+        with suppress(Full):  # the consumer is not blocked
             self.queue.put_nowait((None, None))
 
     def drain(self) -> None:
@@ -98,13 +100,13 @@ class _Work(Generic[_Item]):
                 self.queue.get_nowait()
 
     def _produce_all(self) -> None:
-        with closing(self._make()) as items:
+        with closing(self._make_iterator()) as items:
             for item in items:
                 if not self._put(item, None):
                     return
 
     def _put(self, item: _Item | None, error: BaseException | None) -> bool:
-        """Wait for buffer space; return whether the consumer still exists."""
+        """Add an item when the buffer has space; return False if the prefetcher is closed."""
         while not self.closed.is_set():
             try:
                 self.queue.put((item, error), timeout=_POLL_SECONDS)

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from quarc_ref.decoder.frames import read_checked, read_checked_snapshot
+from quarc_ref.decoder.frames import read_checked_canonical, read_checked_snapshot
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.coding.gaussian_planes import sort_canonical, write_canonical
@@ -31,7 +31,7 @@ class SnapshotRebaser:
     def __init__(self, header: StreamHeader, canonical: Chunk) -> None:
         parsed = wire.parse_canonical(canonical.payload)
         self._header = header
-        self._removed_gaussians = read_checked(header, parsed)
+        self._removed_gaussians = read_checked_canonical(header, parsed)
         self._new_canonical: tuple[int, Snapshot] | None = None
 
     def take(self, chunk: Chunk) -> Chunk:

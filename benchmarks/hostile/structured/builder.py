@@ -24,7 +24,7 @@ from quarc_ref.decoder.frames import (
     decode_motion,
     decode_snapshot,
     decode_updates,
-    read_checked,
+    read_checked_canonical,
 )
 from quarc_ref.decoder.reconstruct import begin_frame, motion_contexts
 from quarc_ref.decoder.state import Reference, State
@@ -106,7 +106,7 @@ class Builder:
         self.state = state or self.state
         self.records.append(proved)
         if state is not None and isinstance(record, CanonicalChunk):
-            self.reference = Reference(record.frame, read_checked(self.header, record))
+            self.reference = Reference(record.frame, read_checked_canonical(self.header, record))
         kind, build = _KINDS[type(proved)]
         self.pieces.append(Piece(kind, self._change(Stage.PAYLOAD, build(proved))))
 

@@ -12,7 +12,7 @@ from typing import BinaryIO
 import numpy as np
 
 from quarc_ref.decoder.dequantize import Splats
-from quarc_ref.decoder.frames import read_checked, read_checked_snapshot
+from quarc_ref.decoder.frames import read_checked_canonical, read_checked_snapshot
 from quarc_ref.decoder.state import Reference
 from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.encoder.closed_loop import ClosedLoop
@@ -133,7 +133,7 @@ class _RecoloringWriter:
     def add_canonical(self, chunk: Chunk, frame: int) -> None:
         """Write a canonical frame or a snapshot of the input as a canonical frame."""
         if chunk.kind == container.CANO:
-            gaussians = read_checked(self._input_header, wire.parse_canonical(chunk.payload))
+            gaussians = read_checked_canonical(self._input_header, wire.parse_canonical(chunk.payload))
         else:
             snapshot = wire.parse_snapshot(chunk.payload)
             reference = self._decoder.reference
