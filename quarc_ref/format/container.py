@@ -192,7 +192,7 @@ def check_type(header: ChunkHeader, stream_header: StreamHeader | None) -> None:
         raise UnknownCriticalError(message, header.offset)
 
 
-def check_place(header: ChunkHeader, previous_kind: bytes) -> None:
+def check_order(header: ChunkHeader, previous_kind: bytes) -> None:
     """Reject a chunk whose type is not allowed at its position (SPEC 5.1).
 
     Args:

@@ -74,7 +74,7 @@ class ChunkReader:
             message = f"found chunk {header.sequence} where chunk {self.sequence} was expected"
             raise SequenceError(message, self.offset)
         container.check_type(header, self._stream_header)
-        container.check_place(header, self._previous_kind)
+        container.check_order(header, self._previous_kind)
         container.check_length(header.length, self._stream_header, self.offset)  # [5.2-6] [13-1]
         self.current = header
         return header

@@ -25,8 +25,8 @@ def make_scene(header: StreamHeader, positions: list[tuple[int, int, int]], phas
     )
 
 
-def clouds(least: int = 1) -> st.SearchStrategy:
-    """Points in general and equal positions, across 0, and at both ends of the lattice."""
+def clouds(min_size: int = 1) -> st.SearchStrategy:
+    """Return a strategy for points: distinct, equal, around 0 and at the ends of the lattice."""
     axes = [
         st.integers(-3, 3),
         st.integers(-1000, 1000),
@@ -34,7 +34,7 @@ def clouds(least: int = 1) -> st.SearchStrategy:
         st.integers(-_LIMIT, _LIMIT),
     ]
     return st.sampled_from(axes).flatmap(
-        lambda axis: st.lists(st.tuples(axis, axis, axis), min_size=least, max_size=40)
+        lambda axis: st.lists(st.tuples(axis, axis, axis), min_size=min_size, max_size=40)
     )
 
 
@@ -52,26 +52,28 @@ def test_anchors_and_binding_match_the_specification(positions, phase, seed, m, 
 
     anchors = sample_anchors(scene)
 
-    for level, (count, got, bound) in enumerate(
+    for level, (count, level_anchors, level_binding) in enumerate(
         zip(counts, anchors.levels, anchors.binding, strict=True), start=1
     ):
         ids = scene.ids.tolist()
-        chosen = oracle.sample(ids, positions, phase, seed, level, count)
-        assert got.owners.tolist() == [ids[index] for index in chosen]
-        assert got.positions.T.tolist() == [list(positions[index]) for index in chosen]
-        places = [positions[index] for index in chosen]
-        assert bound.tolist() == oracle.bind(positions, places)
+        expected_indices = oracle.sample(ids, positions, phase, seed, level, count)
+        assert level_anchors.owners.tolist() == [ids[index] for index in expected_indices]
+        assert level_anchors.positions.T.tolist() == [
+            list(positions[index]) for index in expected_indices
+        ]
+        anchor_positions = [positions[index] for index in expected_indices]
+        assert level_binding.tolist() == oracle.bind(positions, anchor_positions)
 
 
-@given(clouds(least=9))
+@given(clouds(min_size=9))
 def test_the_parent_of_an_anchor_is_the_coarser_anchor_that_its_gaussian_follows(positions):
     scene = make_scene(StreamHeader(gaussians_per_anchor=2, anchor_ratio=2), positions, 1)
 
     anchors = sample_anchors(scene)
 
-    places = [np.searchsorted(scene.ids, level.owners) for level in anchors.levels]
-    assert anchors.levels[0].parents.tolist() == anchors.binding[1][places[0]].tolist()
-    assert anchors.levels[1].parents.tolist() == anchors.binding[2][places[1]].tolist()
+    owner_indices = [np.searchsorted(scene.ids, level.owners) for level in anchors.levels]
+    assert anchors.levels[0].parents.tolist() == anchors.binding[1][owner_indices[0]].tolist()
+    assert anchors.levels[1].parents.tolist() == anchors.binding[2][owner_indices[1]].tolist()
     assert not anchors.levels[2].parents.any()
 
 

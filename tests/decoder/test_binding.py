@@ -36,13 +36,13 @@ def test_of_equally_near_anchors_the_first_is_taken():
 
 
 def test_anchors_at_the_same_position_cost_no_more_than_one():
-    """These had N x A distances, and took minutes, before equal positions were merged."""
+    """If equal positions were not merged, this input would take minutes: N x A distances."""
     points = np.full((3, 1 << 16), 17, dtype=np.int32)
     points[0, ::2] = -POSITION_LIMIT
 
-    answers = bind(points, points, 0)
+    nearest = bind(points, points, 0)
 
-    assert answers.tolist() == [0, 1] * (1 << 15)
+    assert nearest.tolist() == [0, 1] * (1 << 15)
 
 
 def test_many_gaussians_are_bound_like_few():

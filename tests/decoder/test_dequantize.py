@@ -15,7 +15,7 @@ def test_every_value_is_its_code_times_its_step_rounded_once(data, count):
 
     splats = dequantize(scene)
 
-    parts = [
+    fields = [
         (splats.positions.T, scene.positions, 2.0**-header.lattice_exponent),
         (splats.rotations.T, scene.rotations, 2.0**-22),
         (splats.log_scales.T, scene.codes[:3], header.log_scale_step),
@@ -23,7 +23,7 @@ def test_every_value_is_its_code_times_its_step_rounded_once(data, count):
         (splats.sh[:, 0].T, scene.codes[4:7], header.sh_dc_step),
         (splats.sh[:, 1:].reshape(count, -1).T, scene.codes[7:], header.sh_rest_step),
     ]
-    for floats, codes, step in parts:
+    for floats, codes, step in fields:
         exact = (codes.astype(np.float64) * step).astype(np.float32)
         assert floats.dtype == np.float32
         assert floats.shape == exact.shape

@@ -25,7 +25,7 @@ def test_a_crc_includes_the_codes_every_few_frames():
 
 
 def test_noncontiguous_planes_are_serialized_the_same():
-    apart = replace(_SCENE, positions=np.asfortranarray(_SCENE.positions))
+    noncontiguous = replace(_SCENE, positions=np.asfortranarray(_SCENE.positions))
 
-    assert state_crc(apart) == state_crc(_SCENE)
-    assert compute_digest(apart) == compute_digest(_SCENE)
+    assert state_crc(noncontiguous) == state_crc(_SCENE)
+    assert compute_digest(noncontiguous) == compute_digest(_SCENE)

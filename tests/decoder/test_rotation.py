@@ -27,16 +27,16 @@ def test_a_rotation_matches_plain_integers(first, second):
     assume(any(second))
     rotation = normalize_sums(np.array(first)[:, None]).astype(np.int32)
 
-    turned = rotate(rotation, normalize_sums(np.array(second)[:, None]))
+    rotated = rotate(rotation, normalize_sums(np.array(second)[:, None]))
 
-    assert turned[:, 0].tolist() == oracle.rotate(rotation[:, 0].tolist(), list(second))
+    assert rotated[:, 0].tolist() == oracle.rotate(rotation[:, 0].tolist(), list(second))
 
 
 def test_the_residual_is_on_the_right():
     quarter_x, quarter_z = np.array([[1, 1, 0, 0], [1, 0, 0, 1]]).T[:, :, None].transpose(1, 0, 2)
-    turned = rotate(normalize_sums(quarter_x).astype(np.int32), normalize_sums(quarter_z))
+    rotated = rotate(normalize_sums(quarter_x).astype(np.int32), normalize_sums(quarter_z))
 
-    assert np.sign(turned[:, 0]).tolist() == [1, 1, -1, 1]
+    assert np.sign(rotated[:, 0]).tolist() == [1, 1, -1, 1]
 
 
 def test_a_sum_of_zero_is_rejected():
@@ -47,17 +47,17 @@ def test_a_sum_of_zero_is_rejected():
 @given(st.integers(1, 14), st.data())
 def test_rotation_codes_are_expanded_as_in_plain_integers(bits, data):
     component = st.integers(-(1 << bits), 1 << bits)
-    others = data.draw(st.tuples(component, component, component))
+    components = data.draw(st.tuples(component, component, component))
     largest = data.draw(st.integers(0, 3))
-    coded = np.array([largest, *others])[:, None]
-    if sum(v * v for v in others) > 1 << (2 * bits):
+    coded = np.array([largest, *components])[:, None]
+    if sum(v * v for v in components) > 1 << (2 * bits):
         with pytest.raises(RotationRangeError):
             expand_rotations(coded, bits)
         return
 
     expanded = expand_rotations(coded, bits)
 
-    assert expanded[:, 0].tolist() == oracle.expand_rotation(largest, list(others), bits)
+    assert expanded[:, 0].tolist() == oracle.expand_rotation(largest, list(components), bits)
 
 
 def test_a_component_far_out_of_range_is_rejected_before_it_is_squared():

@@ -16,9 +16,9 @@ _STATE = begin_canonical(_HEADER, 0, make_gaussians(_HEADER, 9))
 def test_a_scene_has_planes_of_the_same_length_and_dtype(name):
     plane = getattr(_STATE.scene, name)
 
-    for wrong in (plane[:, 1:], plane[1:], plane.astype(np.int64)):
+    for wrong_plane in (plane[:, 1:], plane[1:], plane.astype(np.int64)):
         with pytest.raises(ValueError, match=name):
-            replace(_STATE.scene, **{name: wrong})
+            replace(_STATE.scene, **{name: wrong_plane})
 
 
 def test_the_remaining_gaussians_keep_their_order():

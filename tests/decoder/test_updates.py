@@ -27,21 +27,21 @@ from tests.small_streams import make_births, make_gaussians, make_symbols, make_
 _HEADER = StreamHeader(gaussians_per_anchor=3, resample_interval=3, updates=True)
 
 
-def _moved(header: StreamHeader = _HEADER, count: int = 24, seed: int = 0) -> State:
+def _make_moved_state(header: StreamHeader = _HEADER, count: int = 24, seed: int = 0) -> State:
     state = begin_frame(begin_canonical(header, 0, make_gaussians(header, count, seed)), 2)
     return move(state, make_symbols(state, seed))
 
 
 def _updates(gaussians, rows=(), dies=None) -> Updates:
-    """Updates that apply the same `(row, value)` residuals to every given Gaussian."""
+    """Return updates with the same residuals, pairs `(row, value)`, for all `gaussians`."""
     residuals = np.zeros((RESIDUAL_ROWS, len(gaussians)), dtype=np.int64)
     for row, value in rows:
         residuals[row] = value
-    gone = np.zeros(len(gaussians), dtype=np.bool_) if dies is None else np.array(dies)
-    return Updates(np.array(gaussians, dtype=np.int64), gone, residuals * ~gone)
+    is_deleted = np.zeros(len(gaussians), dtype=np.bool_) if dies is None else np.array(dies)
+    return Updates(np.array(gaussians, dtype=np.int64), is_deleted, residuals * ~is_deleted)
 
 
-def _plain(state: State) -> list[PlainGaussian]:
+def _list_plain_gaussians(state: State) -> list[PlainGaussian]:
     scene = state.scene
     columns = zip(
         *(scene.ids.tolist(), scene.positions.T.tolist(), scene.rotations.T.tolist()),
@@ -53,98 +53,109 @@ def _plain(state: State) -> list[PlainGaussian]:
 
 @given(st.data(), st.integers(0, 100))
 def test_updates_match_plain_integers(data, seed):
-    moved = _moved(seed=seed)
+    moved = _make_moved_state(seed=seed)
     updates = data.draw(strategies.updates(moved.scene.count))
     changes = {
         int(moved.scene.ids[i]): None if dies else row.tolist()
         for i, dies, row in zip(updates.gaussians, updates.dies, updates.residuals.T, strict=True)
     }
-    before = _plain(moved)
+    gaussians_before = _list_plain_gaussians(moved)
     step, unity = _HEADER.translation_step, _HEADER.rotation_unity
 
     updated = update(moved, updates)
 
-    assert _plain(updated) == apply_updates(copy.deepcopy(before), changes, step, unity)
-    assert _plain(moved) == before  # states are immutable
+    assert _list_plain_gaussians(updated) == apply_updates(
+        copy.deepcopy(gaussians_before), changes, step, unity
+    )
+    assert _list_plain_gaussians(moved) == gaussians_before  # states are immutable
 
 
 def test_surviving_gaussians_keep_their_anchors():
-    moved = _moved()
+    moved = _make_moved_state()
     updates = _updates([1, 4, 9], [(0, 100)], dies=[True, False, True])
 
     updated = update(moved, updates)
 
-    kept = np.delete(np.arange(moved.scene.count), [1, 9])
-    assert np.array_equal(updated.known_anchors.binding, moved.known_anchors.binding[:, kept])
+    survivors = np.delete(np.arange(moved.scene.count), [1, 9])
+    assert np.array_equal(updated.known_anchors.binding, moved.known_anchors.binding[:, survivors])
 
 
 def test_a_frame_continues_after_updates_as_after_motion():
-    moved = update(_moved(), make_updates(_moved(), 3))
-    grown = append_births(moved, make_births(moved, 3))
+    moved = update(_make_moved_state(), make_updates(_make_moved_state(), 3))
+    with_births = append_births(moved, make_births(moved, 3))
 
-    after = begin_frame(grown, 0)
+    next_state = begin_frame(with_births, 0)
 
-    assert after.known_recency.tolist()[-3:] == [0, 0, 0]
-    assert after.known_anchors.binding.shape[1] == after.scene.count == grown.scene.count
-    assert after.motion.shape[1] == after.known_recency.size == after.scene.count
+    assert next_state.known_recency.tolist()[-3:] == [0, 0, 0]
+    assert (
+        next_state.known_anchors.binding.shape[1]
+        == next_state.scene.count
+        == with_births.scene.count
+    )
+    assert next_state.motion.shape[1] == next_state.known_recency.size == next_state.scene.count
 
 
-def test_recency_counts_the_frames_since():
-    state, seen = _moved(), []
+def test_recency_counts_the_frames_since_the_last_update():
+    state, recencies = _make_moved_state(), []
     state = update(state, _updates([5], [(9, 1)]))
     for _ in range(4):
-        seen.append(int(state.known_recency[5]))
+        recencies.append(int(state.known_recency[5]))
         state = begin_frame(state, 0)
         state = update(move(state, [0 * level for level in make_symbols(state)]), _updates([]))
 
-    assert seen == [0, 1, 2, 3]
+    assert recencies == [0, 1, 2, 3]
 
 
 def test_all_but_one_gaussian_can_leave_but_not_all():
-    count = _moved().scene.count
-    gone = _updates(range(count), dies=[True] * count)
+    count = _make_moved_state().scene.count
+    all_deaths = _updates(range(count), dies=[True] * count)
 
-    assert update(_moved(), _updates(range(1, count), dies=[True] * (count - 1))).scene.count == 1
+    assert (
+        update(
+            _make_moved_state(), _updates(range(1, count), dies=[True] * (count - 1))
+        ).scene.count
+        == 1
+    )
     with pytest.raises(CountError):
-        update(_moved(), gone)
+        update(_make_moved_state(), all_deaths)
 
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_the_limits_of_the_lattice_are_exact(sign):
     header = replace(_HEADER, translation_step=1)
-    moved = _moved(header)
+    moved = _make_moved_state(header)
     scene = moved.scene
     positions = scene.positions.copy()
     positions[1, 3] = sign * (POSITION_LIMIT - 5)
     moved = replace(moved, scene=replace(scene, positions=positions))
 
-    edge = update(moved, _updates([3], [(1, 5 * sign)]))
+    at_limit = update(moved, _updates([3], [(1, 5 * sign)]))
 
-    assert edge.scene.positions[1, 3] == sign * POSITION_LIMIT
+    assert at_limit.scene.positions[1, 3] == sign * POSITION_LIMIT
     with pytest.raises(PositionRangeError):
         update(moved, _updates([3], [(1, 6 * sign)]))
 
 
 @pytest.mark.parametrize("row", range(7))
 def test_the_limits_of_codes_are_exact(row):
-    moved = _moved()
-    room = CODE_LIMIT - int(moved.scene.codes[row, 2])
+    moved = _make_moved_state()
+    margin = CODE_LIMIT - int(moved.scene.codes[row, 2])
 
-    edge = update(moved, _updates([2], [(6 + row, room)]))
+    at_limit = update(moved, _updates([2], [(6 + row, margin)]))
 
-    assert edge.scene.codes[row, 2] == CODE_LIMIT
+    assert at_limit.scene.codes[row, 2] == CODE_LIMIT
     with pytest.raises(CodeRangeError):
-        update(moved, _updates([2], [(6 + row, room + 1)]))
+        update(moved, _updates([2], [(6 + row, margin + 1)]))
 
 
 def test_a_rotation_beyond_the_limit_is_rejected():
-    update(_moved(), _updates([2], [(4, -256)]))
+    update(_make_moved_state(), _updates([2], [(4, -256)]))
     with pytest.raises(SymbolRangeError):
-        update(_moved(), _updates([2], [(4, -257)]))
+        update(_make_moved_state(), _updates([2], [(4, -257)]))
 
 
 def test_a_stream_without_updates_has_no_recency():
-    plain = replace(_HEADER, updates=False)
+    header = replace(_HEADER, updates=False)
 
     with pytest.raises(ValueError, match="no updates"):
-        _ = _moved(plain).known_recency
+        _ = _make_moved_state(header).known_recency

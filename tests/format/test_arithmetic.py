@@ -37,5 +37,5 @@ def test_isqrt_is_the_floor_of_the_root(value):
 @example(1)
 @example((1 << 61) - 1)
 @example(1 << 61)
-def test_bit_length_equals_that_of_python(value):
+def test_bit_length_equals_python_integers(value):
     assert arithmetic.bit_length(np.array([value])).tolist() == [value.bit_length()]

@@ -11,7 +11,7 @@ from quarc_ref.format.container import (
     ChunkHeader,
     build_chunk,
     check_length,
-    check_place,
+    check_order,
     check_type,
     make_chunk,
     parse_header,
@@ -28,10 +28,10 @@ from quarc_ref.format.errors import (
 )
 from quarc_ref.format.records import StreamHeader
 
-_U32 = st.integers(0, (1 << 32) - 1)
+_UINT32 = st.integers(0, (1 << 32) - 1)
 
 
-@given(st.binary(min_size=4, max_size=4), _U32, st.binary(max_size=50), st.integers(0, 1 << 40))
+@given(st.binary(min_size=4, max_size=4), _UINT32, st.binary(max_size=50), st.integers(0, 1 << 40))
 def test_a_chunk_survives_a_round_trip(kind, sequence, payload, offset):
     data = build_chunk(kind, sequence, payload)
 
@@ -61,13 +61,13 @@ def test_a_header_is_reported_as_truncated_or_damaged():
 
 def test_a_payload_is_reported_as_truncated_or_damaged():
     data = build_chunk(b"meta", 3, b"payload")
-    header, rest = parse_header(data[:CHUNK_HEADER_BYTES], 5), data[CHUNK_HEADER_BYTES:]
+    header, body = parse_header(data[:CHUNK_HEADER_BYTES], 5), data[CHUNK_HEADER_BYTES:]
 
-    for size in range(len(rest)):
+    for size in range(len(body)):
         with pytest.raises(TruncatedError) as caught:
-            make_chunk(header, rest[:size])
+            make_chunk(header, body[:size])
         assert caught.value.offset == 5
-        damaged = bytearray(rest)
+        damaged = bytearray(body)
         damaged[size] ^= 1
         with pytest.raises(PayloadCrcError):
             make_chunk(header, bytes(damaged))
@@ -79,9 +79,9 @@ def test_a_header_crc_covers_the_sixteen_bytes_before_it():
     assert header[16:] == zlib.crc32(header[:16]).to_bytes(4, "little")
 
 
-def _is_rejected(kind: bytes, stream: StreamHeader | None = None) -> type[Exception] | None:
+def _find_rejection(kind: bytes, header: StreamHeader | None = None) -> type[Exception] | None:
     try:
-        check_type(ChunkHeader(kind, 1, 0, 0), stream)
+        check_type(ChunkHeader(kind, 1, 0, 0), header)
     except (BadChunkTypeError, UnknownCriticalError) as error:
         return type(error)
     return None
@@ -97,16 +97,16 @@ def _is_rejected(kind: bytes, stream: StreamHeader | None = None) -> type[Except
     ],
 )
 def test_the_case_of_letters_classifies_types(kinds, error):
-    assert [_is_rejected(kind) for kind in kinds] == [error] * len(kinds)
+    assert [_find_rejection(kind) for kind in kinds] == [error] * len(kinds)
 
 
 def test_snapshots_are_known_only_in_streams_that_declare_them():
-    assert _is_rejected(container.SNAP, StreamHeader()) is UnknownCriticalError
-    assert _is_rejected(container.SNAP, StreamHeader(snapshots=True)) is None
+    assert _find_rejection(container.SNAP, StreamHeader()) is UnknownCriticalError
+    assert _find_rejection(container.SNAP, StreamHeader(snapshots=True)) is None
 
 
 @pytest.mark.parametrize(
-    ("kind", "sequence", "before", "is_in_place"),
+    ("kind", "sequence", "previous_kind", "is_allowed"),
     [
         (b"HEAD", 0, b"", True),
         (b"HEAD", 1, b"HEAD", False),
@@ -119,23 +119,23 @@ def test_snapshots_are_known_only_in_streams_that_declare_them():
         (b"FRAM", 6, b"INDX", False),
     ],
 )
-def test_head_is_first_and_nothing_lies_between_index_and_end(kind, sequence, before, is_in_place):
+def test_head_is_first_and_tail_follows_indx(kind, sequence, previous_kind, is_allowed):
     header = ChunkHeader(kind, sequence, 0, 77)
-    if is_in_place:
-        check_place(header, before)
+    if is_allowed:
+        check_order(header, previous_kind)
         return
     with pytest.raises(ChunkOrderError) as caught:
-        check_place(header, before)
+        check_order(header, previous_kind)
     assert caught.value.offset == 77
 
 
 @pytest.mark.parametrize("level", [10, 20, 30])
 def test_a_level_limits_payloads(level):
-    most = LEVELS[level].chunk_bytes
+    limit = LEVELS[level].chunk_bytes
 
-    check_length(most, StreamHeader(level=level), 0)
+    check_length(limit, StreamHeader(level=level), 0)
     with pytest.raises(ChunkSizeError):
-        check_length(most + 1, StreamHeader(level=level), 0)
+        check_length(limit + 1, StreamHeader(level=level), 0)
 
 
 def test_the_header_of_a_stream_is_limited_before_its_level_is_known():

@@ -6,11 +6,11 @@ from quarc_ref.format.records import StreamHeader
 from tests.small_streams import CAMERA
 
 
-@pytest.mark.parametrize(("timescale", "ticks", "pace"), [(30, 1, 30), (30_000, 1001, 29.97)])
-def test_the_frame_rate_is_the_time_base_over_the_ticks(timescale, ticks, pace):
+@pytest.mark.parametrize(("timescale", "ticks", "fps"), [(30, 1, 30), (30_000, 1001, 29.97)])
+def test_the_frame_rate_is_the_time_base_over_the_ticks(timescale, ticks, fps):
     header = StreamHeader(timescale=timescale, frame_ticks=ticks)
 
-    assert header.frames_per_second == pytest.approx(pace, abs=1e-3)
+    assert header.frames_per_second == pytest.approx(fps, abs=1e-3)
 
 
 @pytest.mark.parametrize(

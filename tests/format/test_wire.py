@@ -27,7 +27,7 @@ from tests import strategies
 from tests.checks import check_reader
 from tests.small_streams import CAMERA
 
-_U32 = st.integers(0, (1 << 32) - 1)
+_UINT32 = st.integers(0, (1 << 32) - 1)
 _TEXTS = st.dictionaries(st.text(max_size=20), st.text(max_size=50), max_size=4)
 
 
@@ -35,15 +35,15 @@ def _section(words: list[int]) -> Section:
     return Section(np.array(words, dtype=np.uint32))
 
 
-def _comparable(record):
-    """A record with lists instead of arrays."""
+def _list_fields(record):
+    """Return the fields of a record, with lists instead of arrays."""
     if isinstance(record, Section):
         return record.words.tolist()
     fields = {name: getattr(record, name) for name in record.__dataclass_fields__}
     return {
-        name: [_comparable(item) for item in value]
+        name: [_list_fields(item) for item in value]
         if isinstance(value, tuple) and value and isinstance(value[0], Section)
-        else _comparable(value)
+        else _list_fields(value)
         if isinstance(value, Section)
         else value
         for name, value in fields.items()
@@ -152,7 +152,7 @@ def test_a_canonical_chunk_survives_a_round_trip():
 
     parsed = wire.parse_canonical(wire.build_canonical(chunk))
 
-    assert _comparable(parsed) == _comparable(chunk)
+    assert _list_fields(parsed) == _list_fields(chunk)
 
 
 def test_a_frame_chunk_survives_a_round_trip():
@@ -160,7 +160,7 @@ def test_a_frame_chunk_survives_a_round_trip():
 
     parsed = wire.parse_frame(wire.build_frame(chunk))
 
-    assert _comparable(parsed) == _comparable(chunk)
+    assert _list_fields(parsed) == _list_fields(chunk)
 
 
 def test_a_frame_chunk_with_updates_survives_a_round_trip():
@@ -168,7 +168,7 @@ def test_a_frame_chunk_with_updates_survives_a_round_trip():
 
     parsed = wire.parse_frame(wire.build_frame(chunk), updates=True)
 
-    assert _comparable(parsed) == _comparable(chunk)
+    assert _list_fields(parsed) == _list_fields(chunk)
 
 
 def test_a_stream_without_updates_has_version_1_0():
@@ -199,9 +199,9 @@ def test_a_section_of_four_billion_words_is_rejected_at_once():
 
 
 def test_cameras_survive_a_round_trip_in_binary32():
-    exact = wire.build_cameras((CAMERA, replace(CAMERA, name="zweite Kamera ö", held_out=False)))
+    payload = wire.build_cameras((CAMERA, replace(CAMERA, name="zweite Kamera ö", held_out=False)))
 
-    cameras = wire.parse_cameras(exact)
+    cameras = wire.parse_cameras(payload)
 
     assert cameras[0] == CAMERA
     assert [camera.name for camera in cameras] == ["cam00", "zweite Kamera ö"]
@@ -256,7 +256,7 @@ def test_the_length_of_a_tail_matches_the_specification():
     assert layouts.STREAM_HEADER.sizeof() <= constants.HEAD_BYTES_LIMIT
 
 
-@given(st.lists(st.builds(SeekPoint, st.integers(0, (1 << 64) - 1), _U32, _U32), max_size=3))
+@given(st.lists(st.builds(SeekPoint, st.integers(0, (1 << 64) - 1), _UINT32, _UINT32), max_size=3))
 def test_a_truncated_or_longer_index_is_rejected(points):
     check_reader(wire.parse_index, wire.build_index(points), SeekPoints.from_records(points))
     assert list(wire.parse_index(wire.build_index(points))) == points
@@ -270,10 +270,10 @@ def test_an_index_of_four_billion_points_is_rejected_at_once():
 def test_an_index_of_a_million_points_is_parsed_at_once():
     count = (1 << 20) - 1
     payload = count.to_bytes(4, "little") + bytes(range(16)) * count
-    started = time.monotonic()
+    start_time = time.monotonic()
     points = wire.parse_index(payload)
 
-    assert time.monotonic() - started < 2
+    assert time.monotonic() - start_time < 2
     assert len(points) == count
     assert points[-1] == SeekPoint(0x0706050403020100, 0x0B0A0908, 0x0F0E0D0C)
 

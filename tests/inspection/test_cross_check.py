@@ -16,8 +16,8 @@ _BITS = np.arange(60) % 3 == 0
 _WORDS = np.array(ans.encode_bits([(_BITS, 1 << 22)]), dtype=np.uint32)
 
 
-class _Wrong(ans.PythonBitDecoder):
-    """A decoder with one fault."""
+class _FaultyDecoder(ans.PythonBitDecoder):
+    """A decoder that fails in one way."""
 
     fault = "bit"
 
@@ -29,30 +29,30 @@ class _Wrong(ans.PythonBitDecoder):
 
     def finish(self):
         if self.fault == "finish":
-            message = "left"
+            message = "words remain"
             raise UnconsumedWordsError(message)
         super().finish()
 
 
-def _decode(coders):
-    decoder = coders.open(_WORDS)
+def _decode(cross_check_decoder):
+    decoder = cross_check_decoder.open(_WORDS)
     bits = decoder.take(60, 1 << 22)
     decoder.finish()
     return bits
 
 
 def test_both_decoders_return_the_bits_which_are_counted():
-    coders = CrossCheckingDecoder()
+    cross_checking = CrossCheckingDecoder()
 
-    assert _decode(coders).tolist() == _BITS.tolist()
-    assert _decode(coders).tolist() == _BITS.tolist()
-    assert (coders.section_count, coders.bit_count) == (2, 120)
+    assert _decode(cross_checking).tolist() == _BITS.tolist()
+    assert _decode(cross_checking).tolist() == _BITS.tolist()
+    assert (cross_checking.section_count, cross_checking.bit_count) == (2, 120)
 
 
 @pytest.mark.parametrize("fault", ["bit", "finish"])
 def test_a_difference_of_the_decoders_is_an_internal_error(fault, monkeypatch):
-    monkeypatch.setattr(cross_check, "PythonBitDecoder", _Wrong)
-    monkeypatch.setattr(_Wrong, "fault", fault)
+    monkeypatch.setattr(cross_check, "PythonBitDecoder", _FaultyDecoder)
+    monkeypatch.setattr(_FaultyDecoder, "fault", fault)
 
     with pytest.raises(VerificationError):
         _decode(CrossCheckingDecoder())
@@ -65,9 +65,9 @@ def test_a_difference_of_the_decoders_is_an_internal_error(fault, monkeypatch):
 def test_random_words_are_decoded_or_rejected_by_both(words, runs):
     words = np.array(words, dtype=np.uint32)
 
-    def outcome(opener):
+    def decode_or_reject(make_decoder):
         try:
-            decoder = opener(words)
+            decoder = make_decoder(words)
             bits = [decoder.take(*run).tolist() for run in runs]
             decoder.finish()
         except (InvalidWordsError, UnconsumedWordsError) as error:
@@ -75,25 +75,25 @@ def test_random_words_are_decoded_or_rejected_by_both(words, runs):
         return bits
 
     assert (
-        outcome(CrossCheckingDecoder().open)
-        == outcome(make_fastest_decoder)
-        == outcome(ans.PythonBitDecoder)
+        decode_or_reject(CrossCheckingDecoder().open)
+        == decode_or_reject(make_fastest_decoder)
+        == decode_or_reject(ans.PythonBitDecoder)
     )
 
 
 def test_the_second_decoder_is_used_only_within_its_context():
-    before = type(make_bit_decoder(_WORDS))
+    default_type = type(make_bit_decoder(_WORDS))
     with use_bit_decoder(ans.PythonBitDecoder):
         assert type(make_bit_decoder(_WORDS)) is ans.PythonBitDecoder
         with use_bit_decoder(CrossCheckingDecoder().open):
             assert type(make_bit_decoder(_WORDS)).__name__ == "_CrossCheckingBitDecoder"
         assert type(make_bit_decoder(_WORDS)) is ans.PythonBitDecoder
-    assert type(make_bit_decoder(_WORDS)) is before
+    assert type(make_bit_decoder(_WORDS)) is default_type
 
 
 def test_the_test_streams_decode_the_same_with_both(both_entropy_decoders):
-    before = both_entropy_decoders.section_count
+    section_count = both_entropy_decoders.section_count
     data, states = make_stream()
     list(decode(data))
 
-    assert both_entropy_decoders.section_count >= before + 6 + 2 * (len(states) - 1)
+    assert both_entropy_decoders.section_count >= section_count + 6 + 2 * (len(states) - 1)

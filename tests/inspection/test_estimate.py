@@ -21,21 +21,21 @@ CHANNELS = _SHAPES.flatmap(lambda shape: arrays(np.int64, shape, elements=st.int
 
 
 def entropy(values):
-    """The zero-order entropy of a sequence in its simplest form."""
+    """Return the zero-order entropy of a sequence in bits."""
     values = list(values)
-    shares = {value: count / len(values) for value, count in Counter(values).items()}
-    return -sum(math.log2(shares[value]) for value in values)
+    frequencies = {value: count / len(values) for value, count in Counter(values).items()}
+    return -sum(math.log2(frequencies[value]) for value in values)
 
 
-def _bytes_of(rows):
+def _entropy_bytes(rows):
     return sum(entropy(row.tolist()) for row in rows) / 8
 
 
 @given(CHANNELS)
 def test_bits_are_the_sum_of_the_entropies_of_the_channels(channels):
-    wanted = sum(entropy(channel) for channel in channels.tolist())
+    expected = sum(entropy(channel) for channel in channels.tolist())
 
-    assert estimate_bits(channels) == pytest.approx(wanted, abs=1e-9)
+    assert estimate_bits(channels) == pytest.approx(expected, abs=1e-9)
 
 
 @given(CHANNELS, st.randoms(use_true_random=False))
@@ -59,7 +59,7 @@ def test_the_estimate_of_motion_takes_each_channel_over_all_levels():
     levels = states[1].symbols
 
     rows = [np.concatenate([level[channel] for level in levels]) for channel in range(6)]
-    assert estimate_motion(levels) == pytest.approx(_bytes_of(rows))
+    assert estimate_motion(levels) == pytest.approx(_entropy_bytes(rows))
     assert estimate_motion(levels) > 0
 
 
@@ -69,13 +69,13 @@ def test_the_estimate_of_a_canonical_frame_counts_every_attribute_of_a_gaussian(
 
     rows = [*gaussians.positions, *gaussians.rotations, *gaussians.codes]
     assert len(rows) == (14 if degree == 0 else 23)
-    assert estimate_gaussians(gaussians) == pytest.approx(_bytes_of(rows))
+    assert estimate_gaussians(gaussians) == pytest.approx(_entropy_bytes(rows))
 
 
 def test_the_estimate_of_births_counts_their_parents_too():
     _, states = make_stream()
     births = make_births(states[0], 20)
 
-    made = births.newborn
-    rows = [births.parents, *made.positions, *made.rotations, *made.codes]
-    assert estimate_births(births) == pytest.approx(_bytes_of(rows))
+    newborn = births.newborn
+    rows = [births.parents, *newborn.positions, *newborn.rotations, *newborn.codes]
+    assert estimate_births(births) == pytest.approx(_entropy_bytes(rows))

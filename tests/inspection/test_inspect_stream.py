@@ -48,35 +48,35 @@ def test_kinds_and_overhead_add_up_to_the_stream():
     assert sizes["overhead"] >= len(_DATA) - sum(chunk.byte_count() for chunk in _CHUNKS)
 
 
-def test_kilobytes_per_frame_are_of_1024_bytes_with_framing():
+def test_kilobytes_per_frame_have_1024_bytes_and_include_framing():
     rates = _SUMMARY.kilobytes_per_frame()
 
-    moved = sum(chunk.byte_count() for chunk in _CHUNKS[1:])
+    moved_bytes = sum(chunk.byte_count() for chunk in _CHUNKS[1:])
     assert rates["with_canonical"] == len(_DATA) / 5 / 1024
-    assert rates["without_canonical"] == moved / 4 / 1024
+    assert rates["without_canonical"] == moved_bytes / 4 / 1024
 
 
-def test_the_estimate_is_of_the_symbols_of_the_same_frames():
+def test_the_estimate_covers_the_symbols_of_all_frames():
     header, estimate = _SUMMARY.header, _SUMMARY.estimate_bytes()
 
     assert estimate["canonical"] == round(estimate_gaussians(make_gaussians(header, 40)))
     assert estimate["motion"] == round(sum(estimate_motion(s.symbols) for s in _STATES[1:]))
-    prices = [frame.estimate_bytes["births"] for frame in _SUMMARY.frames]
-    assert prices[1::2] == [estimate_births(state.births) for state in _STATES[1::2]]
-    assert prices[::2] == [0, 0, 0]
-    assert min(prices[1::2]) > 0
+    births_estimates = [frame.estimate_bytes["births"] for frame in _SUMMARY.frames]
+    assert births_estimates[1::2] == [estimate_births(state.births) for state in _STATES[1::2]]
+    assert births_estimates[::2] == [0, 0, 0]
+    assert min(births_estimates[1::2]) > 0
 
 
 def test_cameras_metadata_and_counts_are_described():
-    printed = _SUMMARY.as_json()
+    summary_json = _SUMMARY.as_json()
 
     assert _SUMMARY.cameras == (CAMERA,)
-    assert printed["cameras"] == printed["held_out"] == ["cam00"]
-    assert printed["metadata"] == {"capture": "made by hand"}
-    assert printed["frames"] == 5
-    assert printed["gaussians"] == _STATES[-1].scene.count
-    assert printed["frames_per_second"] == 30
-    assert printed["level"] == 1.0
+    assert summary_json["cameras"] == summary_json["held_out"] == ["cam00"]
+    assert summary_json["metadata"] == {"capture": "made by hand"}
+    assert summary_json["frames"] == 5
+    assert summary_json["gaussians"] == _STATES[-1].scene.count
+    assert summary_json["frames_per_second"] == 30
+    assert summary_json["level"] == 1.0
 
 
 def test_a_stream_of_one_frame_has_no_rate_for_later_frames():
@@ -88,10 +88,10 @@ def test_a_stream_of_one_frame_has_no_rate_for_later_frames():
 
 
 def test_progress_reports_every_frame():
-    reported = []
-    inspect_stream(_DATA, lambda *note: reported.append(note))
+    calls = []
+    inspect_stream(_DATA, lambda *arguments: calls.append(arguments))
 
-    assert reported == [("inspect", done, 5) for done in range(1, 6)]
+    assert calls == [("inspect", done, 5) for done in range(1, 6)]
 
 
 @given(st.integers(0, len(_DATA)))
@@ -107,16 +107,16 @@ def test_a_stream_that_does_not_decode_is_not_summarized():
 
 
 def test_a_repeated_canonical_frame_is_canonical_too():
-    again = bytearray(_CHUNKS[0].payload)
-    again[:4] = (5).to_bytes(4, "little")
+    payload = bytearray(_CHUNKS[0].payload)
+    payload[:4] = (5).to_bytes(4, "little")
     data = _DATA[: _CHUNKS[-1].offset + _CHUNKS[-1].byte_count()]
     sequence = len(list(split_chunks(_DATA))) - 2
-    data += container.build_chunk(b"CANO", sequence, bytes(again))
+    data += container.build_chunk(b"CANO", sequence, bytes(payload))
     data += container.build_chunk(b"TAIL", sequence + 1, wire.build_tail(Tail(6, 2, 0)))
 
     summary = inspect_stream(data)
 
     assert [frame.canonical for frame in summary.frames] == [True, *[False] * 4, True]
-    moved = sum(chunk.byte_count() for chunk in _CHUNKS[1:])
-    assert summary.kilobytes_per_frame()["without_canonical"] == moved / 4 / 1024
+    moved_bytes = sum(chunk.byte_count() for chunk in _CHUNKS[1:])
+    assert summary.kilobytes_per_frame()["without_canonical"] == moved_bytes / 4 / 1024
     assert summary.coded_bytes()["canonical"] == 2 * _SUMMARY.coded_bytes()["canonical"]

@@ -1,7 +1,7 @@
 import subprocess
 import sys
 
-ASK = """
+PROGRAM = """
 from quarc_ref.inspection.peak_memory import measure_peak_mebibytes
 bytes([1]) * MEBIBYTES * (1 << 20)
 print(measure_peak_mebibytes())
@@ -9,10 +9,10 @@ print(measure_peak_mebibytes())
 
 
 def _measure_in_process(mebibytes):
-    """The peak of a separate process that needs some memory for a moment."""
-    program = ASK.replace("MEBIBYTES", str(mebibytes))
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
-    return float(done.stdout)
+    """Return the peak memory of a process that allocates and frees memory, MiB."""
+    program = PROGRAM.replace("MEBIBYTES", str(mebibytes))
+    result = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
+    return float(result.stdout)
 
 
 def test_the_peak_is_kept_after_memory_is_freed():
@@ -20,6 +20,6 @@ def test_the_peak_is_kept_after_memory_is_freed():
 
 
 def test_memory_of_the_parent_process_is_not_counted():
-    held = bytes([1]) * (400 << 20)
+    allocated = bytes([1]) * (400 << 20)
 
-    assert 5 < _measure_in_process(0) < 300 < len(held) >> 20
+    assert 5 < _measure_in_process(0) < 300 < len(allocated) >> 20

@@ -2,12 +2,12 @@ import pytest
 
 from quarc_ref.inspection.stolen_time import ProcessorTime, read_processor_time
 
-LINUX = "cpu  100 20 30 4000 5 6 7 50 8 9\ncpu0 1 2 3 4 5 6 7 8 9 10\n"
+STATISTICS = "cpu  100 20 30 4000 5 6 7 50 8 9\ncpu0 1 2 3 4 5 6 7 8 9 10\n"
 
 
 def test_waiting_for_a_disk_or_for_work_does_not_count_as_work(tmp_path):
     path = tmp_path / "stat"
-    path.write_text(LINUX)
+    path.write_text(STATISTICS)
 
     assert read_processor_time(path) == ProcessorTime(busy=163, stolen=50)
 
@@ -22,7 +22,7 @@ def test_a_system_without_this_information_is_supported(tmp_path, text):
 
 
 def test_the_share_is_relative_to_the_time_needed():
-    before = ProcessorTime(busy=1000, stolen=100)
+    earlier = ProcessorTime(busy=1000, stolen=100)
 
-    assert ProcessorTime(1300, 200).stolen_share(before) == 0.25
-    assert before.stolen_share(before) == 0
+    assert ProcessorTime(1300, 200).stolen_share(earlier) == 0.25
+    assert earlier.stolen_share(earlier) == 0

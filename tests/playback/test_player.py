@@ -20,10 +20,10 @@ from tests.small_streams import CountedSource, make_stream, rebuild_stream
 _STREAM, _STATES = make_stream(frame_count=12, canonical_every=5)
 _DIGESTS = [compute_digest(state.scene) for state in _STATES]
 
-both = pytest.mark.parametrize("threads", [1, 2])
+with_and_without_prefetch = pytest.mark.parametrize("threads", [1, 2])
 
 
-def _numbers(splats):
+def _list_values(splats):
     return [
         getattr(splats, name).tolist()
         for name in ("positions", "rotations", "log_scales", "opacities", "sh")
@@ -32,27 +32,27 @@ def _numbers(splats):
 
 @pytest.mark.parametrize("threads", [1, 2, 4])
 @engines
-def test_the_frames_equal_the_encoded_ones(threads, engine):
-    expected = [_numbers(dequantize(state.scene)) for state in _STATES]
+def test_the_frames_equal_the_encoded_frames(threads, engine):
+    expected = [_list_values(dequantize(state.scene)) for state in _STATES]
     with use_engine(engine), Player(_STREAM, threads=threads) as player:
-        for frame, digest, numbers in zip(player, _DIGESTS, expected, strict=True):
+        for frame, digest, values in zip(player, _DIGESTS, expected, strict=True):
             assert compute_digest(frame.scene) == digest
-            assert _numbers(frame.splats) == numbers
+            assert _list_values(frame.splats) == values
             assert frame.chunk_bytes > 0
             assert frame.nanoseconds > 0
 
 
-@both
+@with_and_without_prefetch
 def test_a_part_is_played_from_its_seek_point(threads):
     source = CountedSource(_STREAM)
     with Player(source, threads=threads) as player:
-        seen = [frame.scene.frame for frame in player.frames(7, 9)]
+        ordinals = [frame.scene.frame for frame in player.frames(7, 9)]
 
-    assert seen == [7, 8]
+    assert ordinals == [7, 8]
     assert source.byte_count() < len(_STREAM) / 2 + 2000
 
 
-@both
+@with_and_without_prefetch
 def test_any_frame_can_be_requested_in_any_order(threads):
     with Player(_STREAM, threads=threads) as player:
         for ordinal in (11, 3, 4, 6, 6, 0, 11, 2):
@@ -62,7 +62,7 @@ def test_any_frame_can_be_requested_in_any_order(threads):
         assert compute_digest(player.frame(1).scene) == _DIGESTS[1]
 
 
-@both
+@with_and_without_prefetch
 def test_a_function_is_called_with_every_frame_in_the_callers_thread(threads):
     shown = []
     with Player(_STREAM, threads=threads) as player:
@@ -71,11 +71,11 @@ def test_a_function_is_called_with_every_frame_in_the_callers_thread(threads):
     assert shown == [(ordinal, threading.get_ident()) for ordinal in range(2, 6)]
 
 
-def _forge(kind_number, change):
-    """The stream with a changed payload in one chunk and a correct CRC."""
+def _change_payload(chunk_index, change):
+    """Return the stream with a changed payload in one chunk, and correct CRCs."""
     chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(_STREAM)]
-    kind, payload = chunks[kind_number]
-    chunks[kind_number] = (kind, change(payload))
+    kind, payload = chunks[chunk_index]
+    chunks[chunk_index] = (kind, change(payload))
     return rebuild_stream(chunks)
 
 
@@ -86,7 +86,7 @@ def _frames_until_rejected(player):
     return digests, rejection.value
 
 
-@both
+@with_and_without_prefetch
 @pytest.mark.parametrize("number", [3, 4, 6])
 def test_a_fault_is_raised_at_its_frame(number, threads):
     damaged = bytearray(_STREAM)
@@ -107,16 +107,16 @@ def _frames_until_rejected_by_decode(data):
     return digests, rejection.value.reject_id, rejection.value.offset
 
 
-@both
+@with_and_without_prefetch
 def test_a_state_with_a_wrong_crc_is_never_returned(threads):
     number = next(
         index for index, chunk in enumerate(split_chunks(_STREAM)) if chunk.kind == container.FRAM
     )
     reject_ids = set()
     for position in range(20):
-        forged = _forge(number, lambda p, at=position: _flip(p, at))
-        expected = _frames_or_fault(decode(forged))
-        with Player(forged, threads=threads) as player:
+        changed_stream = _change_payload(number, lambda p, offset=position: _flip(p, offset))
+        expected = _frames_or_fault(decode(changed_stream))
+        with Player(changed_stream, threads=threads) as player:
             assert _frames_or_fault(frame.scene for frame in player) == expected
         reject_ids.add(expected[1])
     assert StateCrcError.reject_id in reject_ids
@@ -141,14 +141,14 @@ def test_arrays_stay_valid_as_long_as_they_are_referenced(engine, prefetch):
     with use_engine(engine), Player(_STREAM, threads=2, prefetch=prefetch) as player:
         frames = player.frames()
         first = next(frames)
-        kept = _numbers(first.splats)
-        others = [frame.splats for frame in frames]
+        first_values = _list_values(first.splats)
+        later_splats = [frame.splats for frame in frames]
 
-        assert _numbers(first.splats) == kept
-        assert not np.array_equal(others[0].positions, kept[0])
+        assert _list_values(first.splats) == first_values
+        assert not np.array_equal(later_splats[0].positions, first_values[0])
 
 
-@both
+@with_and_without_prefetch
 def test_after_a_fault_a_frame_can_be_requested_again(threads):
     source = _FailingSource(_STREAM)
     with Player(source, threads=threads) as player:
@@ -175,8 +175,8 @@ class _FailingSource(BytesSource):
 
 
 def test_a_player_of_a_complete_stream_closes_at_once():
-    whole = list(split_chunks(_STREAM))[4].offset
-    player = Player(_STREAM[:whole], follow=Follow(interval=0.01, patience=3600))
+    frame_end = list(split_chunks(_STREAM))[4].offset
+    player = Player(_STREAM[:frame_end], follow=Follow(interval=0.01, patience=3600))
     frames = player.frames()
     next(frames)
     closer = threading.Thread(target=player.close)
@@ -188,14 +188,14 @@ def test_a_player_of_a_complete_stream_closes_at_once():
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_a_player_without_references_leaves_no_thread_behind(threads):
-    before = threading.active_count()
+    thread_count = threading.active_count()
     next(iter(Player(_STREAM, threads=threads)))
     gc.collect()
 
-    give_up = time.monotonic() + 20
-    while threading.active_count() > before and time.monotonic() < give_up:
+    deadline = time.monotonic() + 20
+    while threading.active_count() > thread_count and time.monotonic() < deadline:
         time.sleep(0.01)
-    assert threading.active_count() == before
+    assert threading.active_count() == thread_count
 
 
 @pytest.mark.parametrize("counts", [{"threads": 0}, {"threads": -2}, {"prefetch": 0}])
@@ -215,14 +215,14 @@ def test_the_time_of_the_source_is_not_decoding_time(monkeypatch):
 
 
 def test_a_closed_player_leaves_no_thread_behind():
-    before = threading.active_count()
+    thread_count = threading.active_count()
     player = Player(BytesSource(_STREAM), threads=2)
     next(player.frames())
-    assert threading.active_count() > before
+    assert threading.active_count() > thread_count
 
     player.close()
 
-    assert threading.active_count() == before
+    assert threading.active_count() == thread_count
 
 
 def test_the_stages_are_timed():

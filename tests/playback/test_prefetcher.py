@@ -24,31 +24,31 @@ def test_an_error_is_raised_after_all_items_before_it():
         message = "broken"
         raise OSError(message)
 
-    ahead = Prefetcher(make, 4)
+    prefetcher = Prefetcher(make, 4)
 
-    assert next(ahead) == "first"
+    assert next(prefetcher) == "first"
     with pytest.raises(OSError, match="broken"):
-        next(ahead)
+        next(prefetcher)
     with pytest.raises(StopIteration):
-        next(ahead)
+        next(prefetcher)
 
 
 def test_no_more_items_are_made_than_the_queue_holds():
-    made, asked = [], threading.Event()
+    made_items, is_fifth_made = [], threading.Event()
 
     def make():
         for number in count():
-            made.append(number)
+            made_items.append(number)
             if number == 4:
-                asked.set()
+                is_fifth_made.set()
             yield number
 
-    ahead = Prefetcher(make, 3)
-    next(ahead)
-    assert asked.wait(10)  # 0 was taken, 1 to 3 wait, 4 is held
-    ahead.close()
+    prefetcher = Prefetcher(make, 3)
+    next(prefetcher)
+    assert is_fifth_made.wait(10)  # 0 was taken, 1 to 3 are buffered, 4 waits for space
+    prefetcher.close()
 
-    assert len(made) == 5
+    assert len(made_items) == 5
 
 
 def test_closing_ends_the_iterator():
@@ -60,54 +60,54 @@ def test_closing_ends_the_iterator():
         finally:
             closed.set()
 
-    ahead = Prefetcher(make, 1)
-    next(ahead)
-    ahead.close()
+    prefetcher = Prefetcher(make, 1)
+    next(prefetcher)
+    prefetcher.close()
 
     assert closed.is_set()
-    assert list(ahead) == []
+    assert list(prefetcher) == []
 
 
 def test_closing_wakes_a_waiting_consumer():
-    taken, let_go, items = threading.Event(), threading.Event(), []
+    is_first_taken, may_continue, items = threading.Event(), threading.Event(), []
 
     def make():
         yield 0
-        let_go.wait(60)
+        may_continue.wait(60)
         yield 1
 
-    def take():
-        for item in ahead:
+    def consume():
+        for item in prefetcher:
             items.append(item)
-            taken.set()
+            is_first_taken.set()
 
-    ahead = Prefetcher(make, 1)
-    taker = threading.Thread(target=take)
-    taker.start()
-    assert taken.wait(10)
-    closer = threading.Thread(target=ahead.close)
+    prefetcher = Prefetcher(make, 1)
+    consumer = threading.Thread(target=consume)
+    consumer.start()
+    assert is_first_taken.wait(10)
+    closer = threading.Thread(target=prefetcher.close)
     closer.start()
-    let_go.set()
+    may_continue.set()
     closer.join(10)
-    taker.join(10)
+    consumer.join(10)
 
     assert not closer.is_alive()
-    assert not taker.is_alive()
+    assert not consumer.is_alive()
     assert items[:1] == [0]
 
 
 def test_closing_does_not_wait_for_the_iterator():
-    closed, waits = threading.Event(), threading.Event()
+    closed, is_waiting = threading.Event(), threading.Event()
 
     def make():
         yield 0
-        waits.set()
+        is_waiting.set()
         assert closed.wait(60)
 
-    ahead = Prefetcher(make, 1, closed=closed)
-    next(ahead)
-    assert waits.wait(10)
-    ahead.close()
+    prefetcher = Prefetcher(make, 1, closed=closed)
+    next(prefetcher)
+    assert is_waiting.wait(10)
+    prefetcher.close()
 
     assert closed.is_set()
 
@@ -121,9 +121,9 @@ def test_the_thread_of_a_dropped_prefetcher_ends():
         finally:
             ended.set()
 
-    ahead = Prefetcher(make, 1)
-    next(ahead)
-    del ahead
+    prefetcher = Prefetcher(make, 1)
+    next(prefetcher)
+    del prefetcher
     gc.collect()
 
     assert ended.wait(10)
@@ -131,7 +131,7 @@ def test_the_thread_of_a_dropped_prefetcher_ends():
 
 def test_an_unused_prefetcher_is_closed_without_starting():
     def make():
-        pytest.fail("nobody asked")
+        pytest.fail("the iterator was started")
         yield
 
     Prefetcher(make, 1).close()

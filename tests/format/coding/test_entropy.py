@@ -36,7 +36,7 @@ def test_both_decoders_return_the_bits_and_end_empty(make_bit_decoder, runs):
     decoder.finish()
 
 
-def test_the_words_of_a_small_message_are_known():
+def test_a_small_message_has_the_expected_words():
     runs = [(np.array([1, 0, 0, 1, 1], dtype=bool), 1 << 20), (np.array([0, 1], dtype=bool), 256)]
 
     assert ans.encode_bits(runs) == [1458569216, 19]
@@ -61,14 +61,14 @@ def test_remaining_words_are_rejected(make_bit_decoder, words):
 def test_without_constriction_the_python_coder_decodes(monkeypatch):
     monkeypatch.setitem(sys.modules, "constriction", None)
     spec = importlib.util.spec_from_file_location("entropy_alone", entropy.__file__)
-    alone = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(alone)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
     bits = np.arange(50) % 3 == 0
 
-    words = alone.encode_bits([(bits, 1 << 22)])
-    decoder = alone.make_bit_decoder(words)
+    words = module.encode_bits([(bits, 1 << 22)])
+    decoder = module.make_bit_decoder(words)
 
-    assert not alone.HAS_CONSTRICTION
+    assert not module.HAS_CONSTRICTION
     assert words.tolist() == ans.encode_bits([(bits, 1 << 22)])
     assert decoder.take(50, 1 << 22).tolist() == bits.tolist()
     decoder.finish()

@@ -30,10 +30,10 @@ def _fields(gaussians):
 @given(st.data())
 def test_a_canonical_frame_is_decoded_in_morton_order(data):
     header = data.draw(strategies.headers())
-    drawn = data.draw(strategies.gaussians(header, data.draw(st.integers(1, 30))))
-    origin, axis_bits, ordered = sort_canonical(drawn)
+    gaussians = data.draw(strategies.gaussians(header, data.draw(st.integers(1, 30))))
+    origin, axis_bits, ordered = sort_canonical(gaussians)
     sections = write_canonical(ordered, origin)
-    chunk = CanonicalChunk(0, drawn.count, origin, axis_bits, sections, 0)
+    chunk = CanonicalChunk(0, gaussians.count, origin, axis_bits, sections, 0)
 
     decoded = read_canonical(chunk, header.code_planes)
 
@@ -43,10 +43,10 @@ def test_a_canonical_frame_is_decoded_in_morton_order(data):
 @given(st.data())
 def test_sorting_keeps_the_attributes_of_a_gaussian_together(data):
     header = StreamHeader()
-    drawn = data.draw(strategies.gaussians(header, 20))
-    _, _, ordered = sort_canonical(drawn)
+    gaussians = data.draw(strategies.gaussians(header, 20))
+    _, _, ordered = sort_canonical(gaussians)
 
-    rows = [np.concatenate([g.positions, g.rotations, g.codes]).T for g in (drawn, ordered)]
+    rows = [np.concatenate([g.positions, g.rotations, g.codes]).T for g in (gaussians, ordered)]
 
     assert sorted(map(tuple, rows[0].tolist())) == sorted(map(tuple, rows[1].tolist()))
 
@@ -65,39 +65,39 @@ def test_positions_outside_the_box_are_rejected():
 def test_births_survive_a_round_trip(data):
     header = data.draw(strategies.headers())
     count = data.draw(st.integers(0, 20))
-    drawn = data.draw(strategies.births(header, count, scene_count=50))
+    births = data.draw(strategies.births(header, count, scene_count=50))
 
-    section = write_births(drawn, ContextCounts())
+    section = write_births(births, ContextCounts())
     decoded, _ = read_births(section, header.code_planes, count, ContextCounts())
 
-    assert decoded.parents.tolist() == drawn.parents.tolist()
-    assert _fields(decoded.newborn) == _fields(drawn.newborn)
+    assert decoded.parents.tolist() == births.parents.tolist()
+    assert _fields(decoded.newborn) == _fields(births.newborn)
 
 
 def test_births_like_those_of_the_previous_frame_cost_less():
     header, counts = StreamHeader(), ContextCounts()
-    made = make_gaussians(header, 40)
-    births = Births(np.arange(40), replace(made, positions=made.positions % 9))
+    gaussians = make_gaussians(header, 40)
+    births = Births(np.arange(40), replace(gaussians, positions=gaussians.positions % 9))
     first = write_births(births, counts)
 
-    _, seen = read_births(first, header.code_planes, 40, counts)
+    _, counts_after = read_births(first, header.code_planes, 40, counts)
 
-    assert write_births(births, seen).byte_count() < first.byte_count()
+    assert write_births(births, counts_after).byte_count() < first.byte_count()
 
 
 def test_colors_too_far_apart_cannot_be_written():
-    made = make_gaussians(StreamHeader(), 1)
-    codes = made.codes.copy()
+    gaussians = make_gaussians(StreamHeader(), 1)
+    codes = gaussians.codes.copy()
     codes[SH_DC] = [[CODE_LIMIT], [-CODE_LIMIT], [0]]
 
     with pytest.raises(EncodeError, match="apart"):
-        write_canonical(replace(made, codes=codes), tuple(made.positions[:, 0].tolist()))
+        write_canonical(replace(gaussians, codes=codes), tuple(gaussians.positions[:, 0].tolist()))
 
 
 def test_a_parent_beyond_the_largest_number_is_rejected():
     writer = PlaneWriter(ContextCounts())
-    far = np.array([1 << 61], dtype=np.int64)
-    code_unsigned(writer, "births parents", np.zeros_like(far), KEY_CLASS_BITS, far)
+    parents = np.array([1 << 61], dtype=np.int64)
+    code_unsigned(writer, "births parents", np.zeros_like(parents), KEY_CLASS_BITS, parents)
 
     with pytest.raises(SymbolRangeError, match="ascending"):
         read_births(writer.section(), 7, 1, ContextCounts())
@@ -106,12 +106,15 @@ def test_a_parent_beyond_the_largest_number_is_rejected():
 def test_sections_are_ordered_by_importance_for_a_picture():
     header = StreamHeader()
     origin, _, ordered = sort_canonical(make_gaussians(header, 500))
-    blank = write_canonical(
+    position_sections = write_canonical(
         type(ordered)(ordered.positions, 0 * ordered.rotations, 0 * ordered.codes), origin
     )
-    full = write_canonical(ordered, origin)
+    all_sections = write_canonical(ordered, origin)
 
-    grown = [a.byte_count() > b.byte_count() for a, b in zip(full, blank, strict=True)]
+    is_larger = [
+        a.byte_count() > b.byte_count()
+        for a, b in zip(all_sections, position_sections, strict=True)
+    ]
 
-    assert grown == [False, True, True, True, True, True]
+    assert is_larger == [False, True, True, True, True, True]
     assert np.all(np.diff(interleave(ordered.positions - np.array(origin)[:, None])) >= 0)

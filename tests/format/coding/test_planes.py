@@ -25,12 +25,12 @@ def _write(planes, counts):
 
 def _read(section, planes, counts):
     reader = PlaneReader(section, counts)
-    blank = [np.zeros(plane.shape[0], dtype=bool) for plane in planes]
-    answers = [
+    placeholders = [np.zeros(plane.shape[0], dtype=bool) for plane in planes]
+    decoded = [
         reader.code("some", plane[:, 0], bits).tolist()
-        for plane, bits in zip(planes, blank, strict=True)
+        for plane, bits in zip(planes, placeholders, strict=True)
     ]
-    return answers, reader.finish()
+    return decoded, reader.finish()
 
 
 def _constant(bit, count):
@@ -41,8 +41,8 @@ def _constant(bit, count):
 def test_a_reader_returns_the_bits_of_the_writer(first, second):
     counts = ContextCounts()
     for planes in (first, second):
-        answers, counts = _read(_write(planes, counts), planes, counts)
-        assert answers == [plane[:, 1].astype(bool).tolist() for plane in planes]
+        decoded, counts = _read(_write(planes, counts), planes, counts)
+        assert decoded == [plane[:, 1].astype(bool).tolist() for plane in planes]
 
 
 def test_adapted_contexts_make_the_same_bits_cheaper():
@@ -50,19 +50,21 @@ def test_adapted_contexts_make_the_same_bits_cheaper():
     plane = np.stack([rng.integers(0, 9, 900), rng.random(900) < 0.02], axis=1).astype(int)
     _, counts = _read(_write([plane], ContextCounts()), [plane], ContextCounts())
 
-    anew, again = (_write([plane], seen).byte_count() for seen in (ContextCounts(), counts))
+    first_size, second_size = (
+        _write([plane], initial_counts).byte_count() for initial_counts in (ContextCounts(), counts)
+    )
 
-    assert again < anew
+    assert second_size < first_size
 
 
 def test_a_context_that_changes_states_its_probability():
-    turned, counts = [_constant(1, 4000)], ContextCounts()
+    ones, counts = [_constant(1, 4000)], ContextCounts()
     _, counts = _read(_write([_constant(0, 4000)], counts), [_constant(0, 4000)], counts)
 
-    section = _write(turned, counts)
+    section = _write(ones, counts)
 
-    assert section.byte_count() < 16  # with its counts it would be 6 KB
-    assert _read(section, turned, counts)[0] == [[True] * 4000]
+    assert section.byte_count() < 16  # 6 KB without a stated probability
+    assert _read(section, ones, counts)[0] == [[True] * 4000]
 
 
 def test_planes_of_one_section_learn_from_each_other():
@@ -75,8 +77,8 @@ def test_planes_of_one_section_learn_from_each_other():
 
 def test_a_stated_code_that_is_undefined_is_rejected():
     code = np.array([1, 1, 1, 1, 0, 0, 0, 0], dtype=bool)
-    stated = [(np.array([True]), STATED_WEIGHT), (code, WEIGHT_TOTAL // 2)]
-    reader = PlaneReader(Section(encode_bits(stated)), ContextCounts())
+    runs = [(np.array([True]), STATED_WEIGHT), (code, WEIGHT_TOTAL // 2)]
+    reader = PlaneReader(Section(encode_bits(runs)), ContextCounts())
 
     with pytest.raises(BadProbabilityError, match="240"):
         reader.code("some", np.array([0]), np.zeros(1, dtype=bool))
@@ -108,7 +110,7 @@ def test_raw_bits_cost_one_bit_each_and_adapt_nothing():
 
 def test_a_plane_without_elements_costs_nothing():
     writer = PlaneWriter(ContextCounts())
-    nothing = np.zeros(0, dtype=int)
-    writer.code("some", nothing, nothing.astype(bool))
+    no_elements = np.zeros(0, dtype=int)
+    writer.code("some", no_elements, no_elements.astype(bool))
 
     assert writer.section().words.size == 0

@@ -38,12 +38,12 @@ def test_undefined_codes_are_rejected(code):
 @given(st.integers(1, 100_000).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
 def test_the_chosen_code_costs_little_more_than_the_exact_probability(counts):
     ones, count = counts
-    exact = sum(
-        part * math.log2(count / part) for part in (ones, count - ones) if part
+    ideal_bits = sum(
+        bit_count * math.log2(count / bit_count) for bit_count in (ones, count - ones) if bit_count
     )  # bits of an ideal coder
 
     (code,) = choose_codes(np.array([ones]), np.array([count])).tolist()
     weight = weight_of_code(code) / WEIGHT_TOTAL
-    spent = -ones * math.log2(weight) - (count - ones) * math.log2(1 - weight)
+    actual_bits = -ones * math.log2(weight) - (count - ones) * math.log2(1 - weight)
 
-    assert spent <= exact * 1.004 + count * 2.5e-5 + 0.02
+    assert actual_bits <= ideal_bits * 1.004 + count * 2.5e-5 + 0.02

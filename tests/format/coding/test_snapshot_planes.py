@@ -42,35 +42,35 @@ def _columns(gaussians: Gaussians) -> list[list[int]]:
     return sorted(np.concatenate(rows).T.tolist())
 
 
-def _same(one: Gaussians, other: Gaussians) -> bool:
+def _are_equal(first: Gaussians, second: Gaussians) -> bool:
     names = ("positions", "rotations", "codes")
-    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in names)
+    return all(np.array_equal(getattr(first, name), getattr(second, name)) for name in names)
 
 
 @st.composite
-def _changes(draw):
-    """Gaussians of a CANO and of a later frame, and their correspondence."""
+def _draw_correspondence(draw):
+    """Draw Gaussians of a CANO and of a later frame, and the roots of the later Gaussians."""
     canonical = sort_canonical(draw(strategies.gaussians(_HEADER, draw(st.integers(1, 12)))))[2]
     later = draw(strategies.gaussians(_HEADER, draw(st.integers(1, 15))))
-    kept = sorted(draw(st.sets(st.integers(0, min(canonical.count, later.count) - 1))))
+    survivors = sorted(draw(st.sets(st.integers(0, min(canonical.count, later.count) - 1))))
     roots = np.full(later.count, -1, dtype=np.int64)
-    roots[kept] = draw(st.permutations(kept)) if kept else []
-    later.codes[7:, kept] = canonical.codes[7:, roots[kept]]
+    roots[survivors] = draw(st.permutations(survivors)) if survivors else []
+    later.codes[7:, survivors] = canonical.codes[7:, roots[survivors]]
     return canonical, later, roots
 
 
-@given(_changes())
+@given(_draw_correspondence())
 def test_a_snapshot_decodes_like_a_canonical_frame(changes):
     canonical, later, roots = changes
 
     coded = write_snapshot(canonical, later, roots)
-    read = _read(coded, canonical)
+    decoded = _read(coded, canonical)
 
-    assert _same(read.gaussians, coded.gaussians)
-    assert sorted(read.roots.tolist()) == sorted(roots.tolist())
-    assert _same(sort_canonical(read.gaussians)[2], read.gaussians)
+    assert _are_equal(decoded.gaussians, coded.gaussians)
+    assert sorted(decoded.roots.tolist()) == sorted(roots.tolist())
+    assert _are_equal(sort_canonical(decoded.gaussians)[2], decoded.gaussians)
     columns = [
-        np.concatenate([g.positions, g.rotations, g.codes]).T for g in (read.gaussians, later)
+        np.concatenate([g.positions, g.rotations, g.codes]).T for g in (decoded.gaussians, later)
     ]
     assert sorted(map(tuple, columns[0].tolist())) == sorted(map(tuple, columns[1].tolist()))
 
@@ -78,10 +78,10 @@ def test_a_snapshot_decodes_like_a_canonical_frame(changes):
 def _scene(count: int = 400) -> Gaussians:
     rng = np.random.default_rng(1)
     rotations = np.concatenate([rng.integers(0, 4, (1, count)), rng.integers(-99, 99, (3, count))])
-    made = Gaussians(
+    gaussians = Gaussians(
         rng.integers(-999, 999, (3, count)), rotations, rng.integers(-60, 60, (16, count))
     )
-    return sort_canonical(made)[2]
+    return sort_canonical(gaussians)[2]
 
 
 def test_a_static_scene_costs_almost_nothing():
@@ -95,12 +95,14 @@ def test_a_static_scene_costs_almost_nothing():
 
 def test_neighbors_with_similar_motion_cost_little():
     scene, rng = _scene(), np.random.default_rng(2)
-    alike = replace(scene, positions=scene.positions + np.array([[9], [-7], [4]]))
-    apart = replace(scene, positions=scene.positions + rng.integers(-9, 10, (3, scene.count)))
+    same_motion = replace(scene, positions=scene.positions + np.array([[9], [-7], [4]]))
+    random_motion = replace(
+        scene, positions=scene.positions + rng.integers(-9, 10, (3, scene.count))
+    )
 
     sizes = [
         write_snapshot(scene, later, np.arange(scene.count)).survivors.byte_count()
-        for later in (alike, apart)
+        for later in (same_motion, random_motion)
     ]
 
     assert 4 * sizes[0] < sizes[1]
@@ -108,22 +110,22 @@ def test_neighbors_with_similar_motion_cost_little():
 
 def test_gaussians_that_changed_too_much_are_coded_as_new():
     scene = _scene(5)
-    far = replace(scene, positions=scene.positions + np.array([[0, 0, 1 << 15, 0, 0]]))
-    dull = replace(scene, codes=scene.codes.copy())
-    dull.codes[9, 3] += 1  # SH rest
+    moved = replace(scene, positions=scene.positions + np.array([[0, 0, 1 << 15, 0, 0]]))
+    recolored = replace(scene, codes=scene.codes.copy())
+    recolored.codes[9, 3] += 1  # SH rest
 
-    for later in (far, dull):
+    for later in (moved, recolored):
         coded = write_snapshot(scene, later, np.arange(5))
         assert coded.newborn_count == 1
-        assert _same(_read(coded, scene).gaussians, coded.gaussians)
+        assert _are_equal(_read(coded, scene).gaussians, coded.gaussians)
 
 
 def test_a_frame_with_too_large_a_range_is_rejected():
     scene = _scene(3)
-    far = replace(scene, positions=scene.positions + np.array([[0, 0, 1 << 20]]))
+    wide_frame = replace(scene, positions=scene.positions + np.array([[0, 0, 1 << 20]]))
 
     with pytest.raises(SymbolRangeError, match="wider"):
-        write_snapshot(scene, far, np.array([0, 1, -1]))
+        write_snapshot(scene, wide_frame, np.array([0, 1, -1]))
 
 
 @given(st.lists(st.integers(0, (1 << 32) - 1), max_size=12))
