@@ -121,10 +121,8 @@ COMPILED_CAMERAS = Struct("body" / CAMERAS, "end" / Tell).compile()  # for up to
 MIN_CAMERA_BYTES = 1 + sum(field.sizeof() for field in CAMERA.subcons[1:])
 
 # SPEC 5.7
-METADATA_ENTRY = Struct(
-    "key" / PascalString(Int8ul, "utf8"), "value" / PascalString(Int32ul, "utf8")
-)
-METADATA = Struct("entries" / PrefixedArray(Int16ul, METADATA_ENTRY))
+ENTRY = Struct("key" / PascalString(Int8ul, "utf8"), "value" / PascalString(Int32ul, "utf8"))
+METADATA = Struct("entries" / PrefixedArray(Int16ul, ENTRY))
 
 # SPEC 5.8
 TAIL = Struct("frame_count" / Int32ul, "canonical_count" / Int32ul, "index_offset" / Int64ul)

@@ -1,4 +1,4 @@
-"""Streams for cutting and joining, and what must stay the same."""
+"""Cuts and joins streams in memory, and lists the chunks and digests to compare."""
 
 import io
 
@@ -16,14 +16,14 @@ def cut_bytes(data, start=None, stop=None):
     return sink.getvalue()
 
 
-def join_bytes(*parts):
+def join_bytes(*streams):
     sink = io.BytesIO()
-    join([as_source(part) for part in parts], sink)
+    join([as_source(stream) for stream in streams], sink)
     return sink.getvalue()
 
 
 def list_all_chunks(data):
-    """Every chunk of a stream, including unknown types."""
+    """Return every chunk of a stream, including chunks of unknown types."""
     reader, chunks = ChunkReader(as_source(data)), []
     while (header := reader.read_header()) is not None:
         chunks.append(reader.take(header))
@@ -31,5 +31,5 @@ def list_all_chunks(data):
 
 
 def list_digests(data):
-    """The ordinal and the digest of every frame of a completely decoded stream."""
+    """Return the ordinal and the digest of every frame of a completely decoded stream."""
     return [(state.scene.frame, compute_digest(state.scene)) for state in decode_states(data)]

@@ -1,6 +1,6 @@
-"""Servers that answer wrongly, intentionally or not: each is a function that answers one request.
+"""Faulty and hostile HTTP servers, each a function that answers one request.
 
-They use plain sockets, since the servers of the standard library follow HTTP.
+The functions use plain sockets, because the servers of the standard library follow HTTP.
 """
 
 import contextlib
@@ -18,7 +18,7 @@ from tests.small_streams import make_stream, rebuild_stream
 
 PAUSE = 0.05
 DATA, STATES = make_stream(gaussian_count=12, frame_count=6, canonical_every=3)
-OTHER = rebuild_stream(
+OTHER_DATA = rebuild_stream(
     (chunk.kind, wire.build_metadata({"capture": "made by foot"}))
     if chunk.kind == container.META
     else (chunk.kind, chunk.payload)
@@ -29,15 +29,15 @@ _MEBIBYTE = bytes(1 << 20)
 
 @dataclass(frozen=True)
 class Request:
-    """A request, and the functions to answer it.
+    """A request to the server, with methods that send a response.
 
     Attributes:
         connection: Connection to the client.
         number: Index of the request, from 0.
         path: Requested path.
-        first: First byte of the range.
-        last: Its last byte.
-        let_go: Set when the server must end.
+        first: Offset of the first byte of the range.
+        last: Offset of the last byte of the range.
+        stop_event: Event that is set when the server must end.
     """
 
     connection: socket.socket
@@ -45,44 +45,44 @@ class Request:
     path: str
     first: int
     last: int
-    let_go: threading.Event
+    stop_event: threading.Event
 
     def send(self, text: str, body: bytes = b"") -> None:
-        """Send lines with line ends, and a body."""
+        """Send header lines with CRLF line ends, and a body."""
         self.connection.sendall(text.replace("\n", "\r\n").encode() + body)
 
-    def send_head(self, data: bytes = DATA, more: str = "") -> bytes:
-        """Send the head of a correct response without the length of its body; return the body."""
+    def send_head(self, data: bytes = DATA, headers: str = "") -> bytes:
+        """Send the head of a correct response without Content-Length; return the body."""
         body = data[self.first : self.last + 1]
-        message = f"bytes {self.first}-{self.first + len(body) - 1}/{len(data)}"
-        self.send(f"HTTP/1.1 206 Partial Content\nContent-Range: {message}\n{more}")
+        content_range = f"bytes {self.first}-{self.first + len(body) - 1}/{len(data)}"
+        self.send(f"HTTP/1.1 206 Partial Content\nContent-Range: {content_range}\n{headers}")
         return body
 
-    def answer(self, data: bytes = DATA, more: str = "") -> None:
-        """Answer correctly."""
+    def answer(self, data: bytes = DATA, headers: str = "") -> None:
+        """Send a correct response."""
         if self.first >= len(data):
-            message = f"Content-Range: bytes */{len(data)}\nContent-Length: 0\n{more}\n"
-            self.send(f"HTTP/1.1 416 Range Not Satisfiable\n{message}")
+            range_headers = f"Content-Range: bytes */{len(data)}\nContent-Length: 0\n{headers}\n"
+            self.send(f"HTTP/1.1 416 Range Not Satisfiable\n{range_headers}")
             return
-        body = self.send_head(data, more)
+        body = self.send_head(data, headers)
         self.send(f"Content-Length: {len(body)}\n\n", body)
 
-    def send_endlessly(self, piece: bytes, pause: float = 0) -> None:
+    def send_endlessly(self, data: bytes, pause: float = 0) -> None:
         """Send the same bytes repeatedly until the client disconnects."""
-        while not self.let_go.wait(pause):
-            self.connection.sendall(piece)
+        while not self.stop_event.wait(pause):
+            self.connection.sendall(data)
 
 
-Answer = Callable[[Request], None]
+Responder = Callable[[Request], None]
 
 
 def redirect(request: Request, location: str) -> None:
-    """Redirect with an endless body."""
+    """Send a redirect with an endless body."""
     request.send(f"HTTP/1.1 302 Found\nLocation: {location}\n\n")
     request.send_endlessly(_MEBIBYTE)
 
 
-def redirect_in_a_circle(request: Request) -> None:
+def redirect_in_a_loop(request: Request) -> None:
     redirect(request, "/stream" if request.path == "/back" else "/back")
 
 
@@ -96,32 +96,34 @@ def send_continue_endlessly(request: Request) -> None:
 
 
 def send_trailers_endlessly(request: Request) -> None:
-    request.send_head(more="Transfer-Encoding: chunked\n\n")
+    request.send_head(headers="Transfer-Encoding: chunked\n\n")
     request.send("0\n")
     request.send_endlessly(b"X: trailer\r\n" * 1000)
 
 
 def answer_another_range(request: Request) -> None:
     start = request.first + 1
-    message = f"bytes {start}-{start + 7}/{len(DATA)}"
-    request.send(f"HTTP/1.1 206 Partial Content\nContent-Range: {message}\nContent-Length: 8\n\n")
+    content_range = f"bytes {start}-{start + 7}/{len(DATA)}"
+    request.send(
+        f"HTTP/1.1 206 Partial Content\nContent-Range: {content_range}\nContent-Length: 8\n\n"
+    )
     request.send_endlessly(_MEBIBYTE)
 
 
-def swap_the_file(request: Request) -> None:
+def replace_the_file(request: Request) -> None:
     """Serve another valid stream of the same size from the sixth request on."""
-    data, tag = (DATA, "one") if request.number < 6 else (OTHER, "two")
+    data, tag = (DATA, "one") if request.number < 6 else (OTHER_DATA, "two")
     request.answer(data, f'ETag: "{tag}"\n')
 
 
 def send_an_endless_chunk(request: Request) -> None:
-    request.send_head(more="Transfer-Encoding: chunked\n\n")
+    request.send_head(headers="Transfer-Encoding: chunked\n\n")
     request.send("7fffffff\n")
     request.send_endlessly(_MEBIBYTE)
 
 
 def send_gzip(request: Request) -> None:
-    request.answer(more="Content-Encoding: gzip\n")
+    request.answer(headers="Content-Encoding: gzip\n")
 
 
 def redirect_to_a_file(request: Request) -> None:
@@ -129,12 +131,12 @@ def redirect_to_a_file(request: Request) -> None:
 
 
 def close_early(request: Request) -> None:
-    body = request.send_head(more="Content-Length: 1000\n\n")
+    body = request.send_head(headers="Content-Length: 1000\n\n")
     request.send("", body[:3])
 
 
 def send_slowly(request: Request) -> None:
-    request.send_head(more=f"Content-Length: {request.last + 1 - request.first}\n\n")
+    request.send_head(headers=f"Content-Length: {request.last + 1 - request.first}\n\n")
     request.send_endlessly(b"x", 6 * PAUSE)
 
 
@@ -143,13 +145,13 @@ def send_the_whole_file_without_an_end(request: Request) -> None:
     request.send_endlessly(_MEBIBYTE)
 
 
-HOSTILE: dict[str, tuple[Answer, str]] = {
-    "redirect bodies": (redirect_in_a_circle, "redirects in a loop"),
+HOSTILE_RESPONDERS: dict[str, tuple[Responder, str]] = {
+    "redirect bodies": (redirect_in_a_loop, "redirects in a loop"),
     "slow headers": (send_headers_slowly, "takes more than"),
     "endless continue": (send_continue_endlessly, "takes more than"),
     "endless trailers": (send_trailers_endlessly, "takes more than"),
     "wrong ranges": (answer_another_range, "sends bytes 1 to 8 where 0 to 7 were requested"),
-    "swapped file": (swap_the_file, "changed"),
+    "swapped file": (replace_the_file, "changed"),
     "endless chunk": (send_an_endless_chunk, "sends more than the 8 bytes"),
     "gzip": (send_gzip, "gzip"),
     "redirect to file:": (redirect_to_a_file, "redirects to 'file:///etc/passwd'"),
@@ -157,23 +159,23 @@ HOSTILE: dict[str, tuple[Answer, str]] = {
     "send_slowly": (send_slowly, "takes more than"),
     "no ranges": (send_the_whole_file_without_an_end, "does not support range requests"),
 }
-"""Of each server its answer, and what is said of it when a stream is read from there."""
+"""For each server: its responder, and a part of the error message of a client."""
 
 
 class _Server(socketserver.ThreadingTCPServer):
     daemon_threads = True
     allow_reuse_address = True
 
-    def __init__(self, answer: Answer, tls: ssl.SSLContext | None) -> None:
+    def __init__(self, answer: Responder, tls: ssl.SSLContext | None) -> None:
         super().__init__(("127.0.0.1", 0), _Handler)
         self.answer, self.tls = answer, tls
-        self.asked: list[str] = []
-        self.let_go = threading.Event()
+        self.request_heads: list[str] = []
+        self.stop_event = threading.Event()
         scheme = "https" if tls else "http"
         self.url = f"{scheme}://127.0.0.1:{self.server_address[1]}/stream"
 
     def handle_error(self, request, client_address) -> None:
-        """Do not log: clients of these servers hang up."""
+        """Ignore errors: the clients of these servers close connections early."""
 
 
 class _Handler(socketserver.BaseRequestHandler):
@@ -186,31 +188,31 @@ class _Handler(socketserver.BaseRequestHandler):
         with connection, contextlib.suppress(OSError):
             head = b""
             while b"\r\n\r\n" not in head:
-                piece = connection.recv(1 << 16)
-                if not piece:
+                data = connection.recv(1 << 16)
+                if not data:
                     return
-                head += piece
+                head += data
             self.server.answer(self._parse(connection, head.decode()))
 
     def _parse(self, connection: socket.socket, head: str) -> Request:
         path = head.split(" ")[1]
-        found = re.search(r"^Range: bytes=(\d+)-(\d+)\r$", head, re.MULTILINE)
-        first, last = map(int, found.groups()) if found else (0, 0)
-        self.server.asked.append(head)
-        number = len(self.server.asked) - 1
-        return Request(connection, number, path, first, last, self.server.let_go)
+        match = re.search(r"^Range: bytes=(\d+)-(\d+)\r$", head, re.MULTILINE)
+        first, last = map(int, match.groups()) if match else (0, 0)
+        self.server.request_heads.append(head)
+        number = len(self.server.request_heads) - 1
+        return Request(connection, number, path, first, last, self.server.stop_event)
 
 
 @contextlib.contextmanager
-def serve(answer: Answer, tls: ssl.SSLContext | None = None) -> Iterator[_Server]:
-    """Run a server; yield it."""
+def serve(answer: Responder, tls: ssl.SSLContext | None = None) -> Iterator[_Server]:
+    """Run a server in a thread, and yield the server."""
     server = _Server(answer, tls)
     thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
     thread.start()
     try:
         yield server
     finally:
-        server.let_go.set()
+        server.stop_event.set()
         server.shutdown()
         thread.join()
         server.server_close()

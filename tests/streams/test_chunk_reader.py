@@ -33,8 +33,8 @@ _SMALL = rebuild_stream(
 _ENDS = [_HEAD_END + size for size in (0, 24, 53, 80, 108)]
 
 
-def _forged(kind: bytes, length: int, sequence: int = 0) -> bytes:
-    """A header with correct CRC of a missing payload."""
+def _forge_header(kind: bytes, length: int, sequence: int = 0) -> bytes:
+    """Return a header with a correct CRC, whose payload is missing."""
     header = bytearray(build_chunk(kind, sequence, b"")[:CHUNK_HEADER_BYTES])
     header[12:16] = length.to_bytes(4, "little")
     header[16:20] = zlib.crc32(header[:16]).to_bytes(4, "little")
@@ -53,10 +53,10 @@ def test_known_chunks_are_returned_with_their_positions():
 
 def test_a_truncated_stream_gives_its_complete_chunks_and_an_error():
     for size in range(len(_SMALL)):
-        whole = sum(end <= size for index, end in enumerate(_ENDS) if index != 3)
+        complete_count = sum(end <= size for index, end in enumerate(_ENDS) if index != 3)
         chunks = split_chunks(_SMALL[:size])
 
-        assert len(list(itertools.islice(chunks, whole))) == whole
+        assert len(list(itertools.islice(chunks, complete_count))) == complete_count
         with pytest.raises(TruncatedError):
             next(chunks)
 
@@ -64,30 +64,30 @@ def test_a_truncated_stream_gives_its_complete_chunks_and_an_error():
 def test_a_reader_at_the_end_can_be_polled_again():
     class Growing(BytesSource):
         def read(self, offset, length):
-            return self._data[:there][offset : offset + length]
+            return self._data[:available][offset : offset + length]
 
     reader, kinds = ChunkReader(Growing(_SMALL)), []
-    for there in range(len(_SMALL) + 1):
+    for available in range(len(_SMALL) + 1):
         try:
             kinds.append(reader.read_chunk().kind)
         except TruncatedError:
-            assert there not in (_ENDS[0], _ENDS[1], _ENDS[2], _ENDS[4])
+            assert available not in (_ENDS[0], _ENDS[1], _ENDS[2], _ENDS[4])
 
     assert kinds == [b"HEAD", b"meta", b"FRAM", b"TAIL"]
     assert reader.read_chunk() is None
 
 
 def test_a_flipped_byte_is_detected_anywhere():
-    for place in range(len(_SMALL)):
+    for offset in range(len(_SMALL)):
         damaged = bytearray(_SMALL)
-        damaged[place] ^= 0x20
+        damaged[offset] ^= 0x20
 
         with pytest.raises(BitstreamError):
             list(split_chunks(bytes(damaged)))
 
 
 @pytest.mark.parametrize(
-    ("place", "error", "offset"),
+    ("damaged_offset", "error", "offset"),
     [
         (0, BadMagicError, 0),
         (8, BadSyncError, 8),
@@ -98,9 +98,9 @@ def test_a_flipped_byte_is_detected_anywhere():
         (_ENDS[3] - 5, PayloadCrcError, _ENDS[2]),
     ],
 )
-def test_damage_is_named_by_its_position(place, error, offset):
+def test_the_error_depends_on_the_damaged_byte(damaged_offset, error, offset):
     damaged = bytearray(_SMALL)
-    damaged[place] ^= 1
+    damaged[damaged_offset] ^= 1
 
     with pytest.raises(error) as caught:
         list(split_chunks(bytes(damaged)))
@@ -133,18 +133,18 @@ def test_order_and_types_are_checked(data, error):
 @pytest.mark.parametrize(
     ("data", "error"),
     [
-        (MAGIC + _forged(b"HEAD", (1 << 32) - 1), ChunkSizeError),
-        (MAGIC + _forged(b"HEAD", 1025), ChunkSizeError),
-        (MAGIC + _forged(b"HEAD", 1024), TruncatedError),
+        (MAGIC + _forge_header(b"HEAD", (1 << 32) - 1), ChunkSizeError),
+        (MAGIC + _forge_header(b"HEAD", 1025), ChunkSizeError),
+        (MAGIC + _forge_header(b"HEAD", 1024), TruncatedError),
         (
-            _SMALL[:_HEAD_END] + _forged(b"FRAM", LEVELS[10].chunk_bytes + 1, 1),
+            _SMALL[:_HEAD_END] + _forge_header(b"FRAM", LEVELS[10].chunk_bytes + 1, 1),
             ChunkSizeError,
         ),
         (
-            _SMALL[:_HEAD_END] + _forged(b"abcd", LEVELS[10].chunk_bytes + 1, 1),
+            _SMALL[:_HEAD_END] + _forge_header(b"abcd", LEVELS[10].chunk_bytes + 1, 1),
             ChunkSizeError,
         ),
-        (_SMALL[:_HEAD_END] + _forged(b"FRAM", LEVELS[10].chunk_bytes, 1), TruncatedError),
+        (_SMALL[:_HEAD_END] + _forge_header(b"FRAM", LEVELS[10].chunk_bytes, 1), TruncatedError),
     ],
 )
 def test_a_length_is_checked_against_the_level_before_the_payload_is_read(data, error):
@@ -153,23 +153,23 @@ def test_a_length_is_checked_against_the_level_before_the_payload_is_read(data, 
     with pytest.raises(error) as caught:
         list(split_chunks(source))
 
-    beyond = [offset for offset, _ in source.reads if offset >= len(data)]
-    assert bool(beyond) == (error is TruncatedError)
+    payload_reads = [offset for offset, _ in source.reads if offset >= len(data)]
+    assert bool(payload_reads) == (error is TruncatedError)
     assert caught.value.offset == len(data) - CHUNK_HEADER_BYTES
 
 
 def test_the_crc_of_an_unknown_ancillary_chunk_is_checked_in_pieces():
-    large = bytes(range(256)) * 1024
-    chunks = [(b"HEAD", _HEAD), (b"biGg".lower(), large), (b"TAIL", b"")]
+    payload = bytes(range(256)) * 1024
+    chunks = [(b"HEAD", _HEAD), (b"biGg".lower(), payload), (b"TAIL", b"")]
     data = rebuild_stream(chunks)
     source = CountedSource(data)
 
     assert [chunk.kind for chunk in split_chunks(source)] == [b"HEAD", b"TAIL"]
     assert max(length for _, length in source.reads) <= 1 << 16
-    assert source.byte_count() >= len(large)
-    for place in (_HEAD_END + 20, _HEAD_END + 20 + len(large) - 1):
+    assert source.byte_count() >= len(payload)
+    for offset in (_HEAD_END + 20, _HEAD_END + 20 + len(payload) - 1):
         damaged = bytearray(data)
-        damaged[place] ^= 1
+        damaged[offset] ^= 1
         with pytest.raises(PayloadCrcError):
             list(split_chunks(bytes(damaged)))
 

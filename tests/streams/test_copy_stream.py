@@ -38,8 +38,8 @@ def test_chunks_of_unknown_types_are_copied(data):
 
 
 def test_every_byte_of_a_chunk_is_checked(data):
-    for place in range(0, len(data), 7):
-        damaged = data[:place] + bytes([data[place] ^ 4]) + data[place + 1 :]
+    for offset in range(0, len(data), 7):
+        damaged = data[:offset] + bytes([data[offset] ^ 4]) + data[offset + 1 :]
         with pytest.raises(BitstreamError):
             _copy(BytesSource(damaged))
 

@@ -17,8 +17,8 @@ _DIGESTS = list_digests(_DATA)
 _FRAMES = {b"CANO", b"FRAM"}
 
 
-def _with_notes(data):
-    """The stream with an ancillary chunk of an unknown type after HEAD and after every frame."""
+def _add_unknown_chunks(data):
+    """Return the stream with an unknown ancillary chunk after HEAD and after every frame."""
     chunks = []
     for chunk in split_chunks(data):
         if chunk.kind in {container.INDX, container.TAIL}:
@@ -41,27 +41,29 @@ def test_a_cut_has_the_ordinals_and_digests_of_the_whole(start, length):
 
 @given(st.sampled_from([0, 4, 8]), st.integers(1, 12))
 def test_every_chunk_is_copied_unchanged(start, length):
-    before = {(chunk.kind, chunk.payload) for chunk in list_all_chunks(_with_notes(_DATA))}
+    original_chunks = {
+        (chunk.kind, chunk.payload) for chunk in list_all_chunks(_add_unknown_chunks(_DATA))
+    }
 
-    after = list_all_chunks(cut_bytes(_with_notes(_DATA), start, start + length))
+    cut_chunks = list_all_chunks(cut_bytes(_add_unknown_chunks(_DATA), start, start + length))
 
-    kept = [(chunk.kind, chunk.payload) for chunk in after[:-2]]
-    assert set(kept) <= before
-    assert [chunk.kind for chunk in after[-2:]] == [b"INDX", b"TAIL"]
-    assert [kind for kind, _ in kept[:4]] == [b"HEAD", b"nOte", b"came", b"meta"]
+    copied = [(chunk.kind, chunk.payload) for chunk in cut_chunks[:-2]]
+    assert set(copied) <= original_chunks
+    assert [chunk.kind for chunk in cut_chunks[-2:]] == [b"INDX", b"TAIL"]
+    assert [kind for kind, _ in copied[:4]] == [b"HEAD", b"nOte", b"came", b"meta"]
     frames = min(start + length, 11) - start
-    assert [kind for kind, _ in kept[5::2]] == [b"nOte"] * frames
+    assert [kind for kind, _ in copied[5::2]] == [b"nOte"] * frames
 
 
-def test_cutting_out_the_whole_gives_the_same_bytes():
+def test_cutting_all_frames_gives_the_same_bytes():
     assert cut_bytes(_DATA) == _DATA
     assert cut_bytes(_DATA, 0, 99) == _DATA
 
 
 def test_a_part_can_be_cut_again():
-    part = cut_bytes(_DATA, 4)
+    first_cut = cut_bytes(_DATA, 4)
 
-    assert cut_bytes(part, None, 8) == cut_bytes(_DATA, 4, 8)
+    assert cut_bytes(first_cut, None, 8) == cut_bytes(_DATA, 4, 8)
 
 
 @pytest.mark.parametrize(
@@ -73,7 +75,7 @@ def test_a_part_can_be_cut_again():
         (4, 4, "no frame between frame 4 and frame"),
     ],
 )
-def test_an_impossible_cut_says_where_one_is_possible(start, stop, message):
+def test_an_impossible_cut_names_the_nearest_canonical_frames(start, stop, message):
     sink = io.BytesIO()
     with pytest.raises(EditError, match=message):
         cut(CountedSource(_DATA), start, stop, sink)
@@ -82,12 +84,12 @@ def test_an_impossible_cut_says_where_one_is_possible(start, stop, message):
 
 
 def test_frames_before_the_first_do_not_exist():
-    part = cut_bytes(_DATA, 4)
+    later_frames = cut_bytes(_DATA, 4)
 
     with pytest.raises(EditError, match="no frame 2; the nearest canonical frame is 4"):
-        cut_bytes(part, 2)
+        cut_bytes(later_frames, 2)
     with pytest.raises(EditError, match="no frame between frame 4 and frame"):
-        cut_bytes(part, None, 3)
+        cut_bytes(later_frames, None, 3)
 
 
 def test_a_stream_without_frames_cannot_be_cut():
@@ -103,8 +105,8 @@ def test_the_cameras_and_metadata_in_effect_at_the_first_frame_are_kept():
     chunks = []
     for chunk in split_chunks(_DATA):
         if chunk.kind == container.CANO:
-            place = len(chunks)
-            chunks.append((b"meta", wire.build_metadata({"before": str(place)})))
+            chunk_index = len(chunks)
+            chunks.append((b"meta", wire.build_metadata({"before": str(chunk_index)})))
         if chunk.kind not in {container.INDX, container.TAIL}:
             chunks.append((chunk.kind, chunk.payload))
     chunks.append((container.TAIL, wire.build_tail(wire.Tail(11, 3, 0))))
@@ -113,11 +115,11 @@ def test_the_cameras_and_metadata_in_effect_at_the_first_frame_are_kept():
     decoder = StreamDecoder()
     for chunk in split_chunks(cut_bytes(data, 4, 8)):
         if chunk.kind == container.CANO:
-            at_first = dict(decoder.metadata)
+            metadata_at_first_frame = dict(decoder.metadata)
         decoder.push(chunk)
 
-    expected_message = [wire.parse_metadata(payload) for kind, payload in chunks if kind == b"meta"]
-    assert at_first == expected_message[2]
+    all_metadata = [wire.parse_metadata(payload) for kind, payload in chunks if kind == b"meta"]
+    assert metadata_at_first_frame == all_metadata[2]
     assert decoder.cameras
 
 
@@ -133,12 +135,14 @@ def test_data_after_the_frames_can_be_damaged():
 def test_only_headers_of_skipped_frames_are_read():
     source = CountedSource(_DATA)
     cut(source, 8, None, io.BytesIO())
-    passed = [chunk for chunk in split_chunks(_DATA) if chunk.kind in _FRAMES][:8]
+    skipped = [chunk for chunk in split_chunks(_DATA) if chunk.kind in _FRAMES][:8]
 
-    for chunk in passed:
-        inside = range(chunk.offset + 24, chunk.offset + chunk.byte_count())
-        assert not any(offset in inside for offset, _ in source.reads)
-        assert not any(offset < inside[0] < offset + length for offset, length in source.reads)
+    for chunk in skipped:
+        payload_range = range(chunk.offset + 24, chunk.offset + chunk.byte_count())
+        assert not any(offset in payload_range for offset, _ in source.reads)
+        assert not any(
+            offset < payload_range[0] < offset + length for offset, length in source.reads
+        )
 
 
 @given(st.integers(0, len(_DATA) - 1))
@@ -147,13 +151,13 @@ def test_a_truncated_stream_cannot_be_cut_beyond_its_end(size):
         cut_bytes(_DATA[:size])
 
 
-def _chunks_of(kinds):
+def _build_stream_of_kinds(kinds):
     chunks = {chunk.kind: chunk.payload for chunk in split_chunks(_DATA)}
     return rebuild_stream([(kind, chunks[kind]) for kind in kinds])
 
 
 def test_frames_out_of_order_are_rejected():
     with pytest.raises(FrameOrderError):
-        cut_bytes(_chunks_of([b"HEAD", b"CANO", b"CANO", b"TAIL"]))
+        cut_bytes(_build_stream_of_kinds([b"HEAD", b"CANO", b"CANO", b"TAIL"]))
     with pytest.raises(ChunkOrderError):
-        cut_bytes(_chunks_of([b"HEAD", b"FRAM", b"TAIL"]))
+        cut_bytes(_build_stream_of_kinds([b"HEAD", b"FRAM", b"TAIL"]))

@@ -29,31 +29,31 @@ _DATA, _STATES = make_stream()
 _SMALL, _ = make_stream(gaussian_count=5, frame_count=3, canonical_every=2)
 
 
-def _rebuilt(change):
-    """The small stream with chunks changed by a function of (kind, payload)."""
+def _change_chunks(change):
+    """Return the stream with payloads changed by a function of (kind, payload)."""
     return rebuild_stream(
         (chunk.kind, change(chunk.kind, chunk.payload)) for chunk in split_chunks(_DATA)
     )
 
 
-def _chunk(kind):
-    """The first chunk of a type in the small stream."""
+def _find_chunk(kind):
+    """Return the first chunk of a type in the stream."""
     return next(chunk for chunk in split_chunks(_DATA) if chunk.kind == kind)
 
 
-def _frames(data):
-    """The decoded frames of a stream, and the error at its end."""
+def _decode_until_error(data):
+    """Return the ordinals of the decoded frames of a stream, and the error at its end."""
     frames = []
     try:
         for scene in decode(data):
-            frames.append(scene.frame)  # noqa: PERF401, those before the error count
+            frames.append(scene.frame)  # noqa: PERF401, keeps the frames before the error
     except BitstreamError as error:
         return frames, error
     return frames, None
 
 
 @pytest.mark.parametrize(
-    ("kind", "place", "value"),
+    ("kind", "offset", "value"),
     [
         (container.CANO, 4, 0xFFFFFFFF),
         (container.CANO, 4, (1 << 20) + 1),
@@ -61,18 +61,18 @@ def _frames(data):
         (container.FRAM, 9, 0xFFFFFFFF),
     ],
 )
-def test_a_frame_beyond_the_decoders_limits_is_declined_and_not_rejected(kind, place, value):
-    def change(of, payload):
-        if of == container.HEAD:
+def test_a_frame_beyond_the_decoders_limits_is_declined_and_not_rejected(kind, offset, value):
+    def change(chunk_kind, payload):
+        if chunk_kind == container.HEAD:
             return payload[:10] + bytes([31]) + payload[11:]
-        return _put_number(payload, place, value) if of == kind else payload
+        return _put_number(payload, offset, value) if chunk_kind == kind else payload
 
     with pytest.raises(LimitError, match=r"(Gaussians|births) .* this decoder"):
-        list(decode(_rebuilt(change)))
+        list(decode(_change_chunks(change)))
 
 
-def _put_number(payload, place, value):
-    return payload[:place] + value.to_bytes(4, "little") + payload[place + 4 :]
+def _put_number(payload, offset, value):
+    return payload[:offset] + value.to_bytes(4, "little") + payload[offset + 4 :]
 
 
 def test_a_decoder_has_the_states_of_the_writer():
@@ -94,15 +94,15 @@ def test_a_range_of_frames_is_decoded_alone(start, stop, frames):
 
 
 def test_a_flipped_byte_anywhere_is_rejected_by_name():
-    unnoticed = []
-    for place in range(len(_SMALL)):
+    undetected = []
+    for offset in range(len(_SMALL)):
         damaged = bytearray(_SMALL)
-        damaged[place] ^= 1 << (place % 8)
-        _, error = _frames(bytes(damaged))
+        damaged[offset] ^= 1 << (offset % 8)
+        _, error = _decode_until_error(bytes(damaged))
         if error is None or not error.reject_id:
-            unnoticed.append(place)
+            undetected.append(offset)
 
-    assert unnoticed == []
+    assert undetected == []
 
 
 def test_a_truncated_stream_gives_its_complete_frames_and_an_error():
@@ -113,7 +113,7 @@ def test_a_truncated_stream_gives_its_complete_frames_and_an_error():
     ]
 
     for size in range(len(_SMALL)):
-        frames, error = _frames(_SMALL[:size])
+        frames, error = _decode_until_error(_SMALL[:size])
 
         assert frames == list(range(sum(end <= size for end in ends)))
         assert isinstance(error, TruncatedError)
@@ -126,23 +126,23 @@ def test_cameras_and_metadata_are_read():
 
     assert decoder.cameras == (CAMERA,)
     assert decoder.metadata == {"capture": "made by hand"}
-    index, first = _chunk(container.INDX), _chunk(container.CANO)
+    index, first = _find_chunk(container.INDX), _find_chunk(container.CANO)
     assert decoder.tail == Tail(4, 1, index.offset)
     assert list(decoder.index) == [SeekPoint(first.offset, first.sequence, 0)]
 
 
-def test_a_wrong_state_crc_is_rejected_after_the_frames_before():
+def test_a_wrong_state_crc_is_rejected_after_the_earlier_frames():
     def change(kind, payload):
         return payload[:-4] + b"\0\0\0\0" if kind == container.FRAM else payload
 
-    frames, error = _frames(_rebuilt(change))
+    frames, error = _decode_until_error(_change_chunks(change))
 
     assert frames == [0]
     assert isinstance(error, StateCrcError)
 
 
 @pytest.mark.parametrize(
-    ("kind", "place", "value", "error"),
+    ("kind", "offset", "value", "error"),
     [
         (container.CANO, 4, 0, CountError),
         (container.CANO, 4, (1 << 16) + 1, CountLevelError),
@@ -161,20 +161,20 @@ def test_a_wrong_state_crc_is_rejected_after_the_frames_before():
         (container.INDX, 16, 1, IndexMismatchError),
     ],
 )
-def test_counts_are_checked_before_use(kind, place, value, error):
-    def change(of, payload):
+def test_counts_are_checked_before_use(kind, offset, value, error):
+    def change(chunk_kind, payload):
         number = value.to_bytes(4, "little")
-        return payload[:place] + number + payload[place + 4 :] if of == kind else payload
+        return payload[:offset] + number + payload[offset + 4 :] if chunk_kind == kind else payload
 
-    assert isinstance(_frames(_rebuilt(change))[1], error)
+    assert isinstance(_decode_until_error(_change_chunks(change))[1], error)
 
 
-def test_a_frame_before_any_canonical_one_is_rejected():
+def test_a_frame_before_any_canonical_frame_is_rejected():
     decoder = StreamDecoder()
     decoder.push(Chunk(container.HEAD, wire.build_stream_header(StreamHeader()), 8, 0))
 
     with pytest.raises(ChunkOrderError):
-        decoder.push(_chunk(container.FRAM))
+        decoder.push(_find_chunk(container.FRAM))
 
 
 def test_a_chunk_before_the_header_is_rejected():
@@ -187,24 +187,24 @@ def test_a_canonical_frame_can_be_repeated():
     decoder = StreamDecoder()
     for chunk in chunks[:-1]:
         decoder.push(chunk)
-    again = bytearray(_chunk(container.CANO).payload)
-    again[:4] = (4).to_bytes(4, "little")
+    payload = bytearray(_find_chunk(container.CANO).payload)
+    payload[:4] = (4).to_bytes(4, "little")
 
-    state = decoder.push(Chunk(container.CANO, bytes(again), 0, 8))
+    state = decoder.push(Chunk(container.CANO, bytes(payload), 0, 8))
 
     assert state is not None
     assert state.scene.frame == 4
     assert state.scene.phase == 0
     assert compute_digest(state.scene) == compute_digest(_STATES[0].scene)
     with pytest.raises(FrameOrderError):
-        decoder.push(Chunk(container.CANO, bytes(again), 0, 8))
+        decoder.push(Chunk(container.CANO, bytes(payload), 0, 8))
 
 
 def test_no_frame_follows_the_last_ordinal():
     def change(kind, payload):
         return b"\xff\xff\xff\xff" + payload[4:] if kind == container.CANO else payload
 
-    frames, error = _frames(_rebuilt(change))
+    frames, error = _decode_until_error(_change_chunks(change))
 
     assert frames == [(1 << 32) - 1]
     assert isinstance(error, FrameOrderError)
@@ -239,9 +239,9 @@ def test_a_rejected_frame_does_not_change_the_decoder():
     decoder = StreamDecoder()
     for chunk in chunks[:4]:
         decoder.push(chunk)
-    broken = Chunk(container.FRAM, chunks[4].payload[:-1] + b"\0", 0, 4)
+    rejected_chunk = Chunk(container.FRAM, chunks[4].payload[:-1] + b"\0", 0, 4)
     with pytest.raises(BitstreamError):
-        decoder.push(broken)
+        decoder.push(rejected_chunk)
 
     state = decoder.push(chunks[4])
 
@@ -270,6 +270,6 @@ def test_the_codes_are_included_at_every_full_crc_interval():
         planes = [state.scene.positions, state.scene.rotations]
         if state.scene.phase % 2 == 0:
             planes.append(state.scene.codes)
-        parts = [np.array([state.scene.count, state.scene.phase]), state.scene.ids, *planes]
-        serialized = b"".join(part.astype("<i4").tobytes() for part in parts)
+        arrays = [np.array([state.scene.count, state.scene.phase]), state.scene.ids, *planes]
+        serialized = b"".join(array.astype("<i4").tobytes() for array in arrays)
         assert crc == container.zlib.crc32(serialized)

@@ -7,12 +7,12 @@ from quarc_ref.format.errors import SourceError
 from quarc_ref.streams import Follow, decode
 from quarc_ref.streams.file_version import Change, FileVersion
 from quarc_ref.streams.http_source import HttpSource
-from tests.streams.hostile_servers import DATA, OTHER, STATES, serve
+from tests.streams.hostile_servers import DATA, OTHER_DATA, STATES, serve
 
-_ONE = FileVersion(100, '"one"', "Monday")
-_LONGER = bytes(5) + DATA
+_FIRST_VERSION = FileVersion(100, '"one"', "Monday")
+_LONGER_DATA = bytes(5) + DATA
 _DIGESTS = [compute_digest(state.scene) for state in STATES]
-_MARKS = {
+_HEADERS = {
     "ETag": lambda data: f'ETag: "{hash(data)}"\n',
     "time": lambda data: f'ETag: W/"same"\nLast-Modified: {hash(data)}\n',
     "size": lambda _: "",
@@ -22,7 +22,7 @@ _MARKS = {
 @pytest.mark.parametrize(
     ("later", "change"),
     [
-        (_ONE, Change.NONE),
+        (_FIRST_VERSION, Change.NONE),
         (FileVersion(100, '"one"', "Tuesday"), Change.NONE),
         (FileVersion(100, '"two"', "Monday"), Change.REPLACED),
         (FileVersion(100, None, "Tuesday"), Change.REPLACED),
@@ -35,25 +35,27 @@ _MARKS = {
     ],
 )
 def test_a_file_is_identified_by_tag_or_time_and_by_size(later, change):
-    assert _ONE.compare(later) is change
+    assert _FIRST_VERSION.compare(later) is change
     assert FileVersion().compare(later) is Change.NONE
 
 
 def test_values_missing_from_a_later_response_are_kept():
-    assert _ONE.merged_with(FileVersion(101)) == FileVersion(101, '"one"', "Monday")
-    assert _ONE.merged_with(FileVersion(None, '"two"')) == FileVersion(100, '"two"', "Monday")
+    assert _FIRST_VERSION.merged_with(FileVersion(101)) == FileVersion(101, '"one"', "Monday")
+    assert _FIRST_VERSION.merged_with(FileVersion(None, '"two"')) == FileVersion(
+        100, '"two"', "Monday"
+    )
 
 
-@pytest.fixture(params=_MARKS)
+@pytest.fixture(params=_HEADERS)
 def server(request):
-    """A server of the result of `file` for a request; it has an ETag, a time, or only a size."""
+    """Return a server that serves `file(request)` and sends an ETag, a time, or only a size."""
 
-    def answer(asked):
-        data = server.file(asked)
-        asked.answer(data, _MARKS[request.param](data))
+    def answer(file_request):
+        data = server.file(file_request)
+        file_request.answer(data, _HEADERS[request.param](data))
 
     with serve(answer) as server:
-        server.file, server.marks = lambda _: DATA, request.param
+        server.file, server.header_kind = lambda _: DATA, request.param
         yield server
 
 
@@ -64,13 +66,13 @@ def test_a_growing_stream_is_followed_for_any_response_headers(server):
     assert [compute_digest(scene) for scene in scenes] == _DIGESTS
 
 
-@pytest.mark.parametrize("data", [OTHER, _LONGER, DATA[:-100], b""])
+@pytest.mark.parametrize("data", [OTHER_DATA, _LONGER_DATA, DATA[:-100], b""])
 def test_a_file_replaced_during_reading_is_rejected(server, data):
     source = HttpSource(server.url)
     assert source.read(100, 200) == DATA[100:300]
     server.file = lambda _: data
-    if server.marks == "size" and len(data) == len(DATA):
-        assert source.read(300, 200) == data[300:500]  # not distinguishable from the first one
+    if server.header_kind == "size" and len(data) == len(DATA):
+        assert source.read(300, 200) == data[300:500]  # cannot be distinguished from the first file
         return
     with pytest.raises(SourceError, match="it was changed while it was being read"):
         source.read(300, 200)

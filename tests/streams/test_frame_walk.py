@@ -15,18 +15,18 @@ class _SizeCountingSource(BytesSource):
 
     def __init__(self, data, *, grows_by=0):
         super().__init__(data)
-        self.asked, self._grows_by = 0, grows_by
+        self.size_requests, self._grows_by = 0, grows_by
 
     def size(self):
-        self.asked += 1
-        known = super().size()
-        return known - self._grows_by if self.asked == 1 else known
+        self.size_requests += 1
+        size = super().size()
+        return size - self._grows_by if self.size_requests == 1 else size
 
 
-@pytest.mark.parametrize("place", range(1, len(_CHUNKS)))
-def test_a_skipped_chunk_must_end_within_the_stream(place):
-    chunk = _CHUNKS[place]
-    end = _CHUNKS[place + 1].offset if place + 1 < len(_CHUNKS) else len(_DATA)
+@pytest.mark.parametrize("index", range(1, len(_CHUNKS)))
+def test_a_skipped_chunk_must_end_within_the_stream(index):
+    chunk = _CHUNKS[index]
+    end = _CHUNKS[index + 1].offset if index + 1 < len(_CHUNKS) else len(_DATA)
 
     with pytest.raises(TruncatedError, match="ends inside a chunk") as caught:
         list(FrameWalk(BytesSource(_DATA[: end - 1])))
@@ -37,11 +37,11 @@ def test_the_size_is_requested_once():
     source = _SizeCountingSource(_DATA)
 
     assert len(list(FrameWalk(source))) == len(_CHUNKS) - 3
-    assert source.asked == 1
+    assert source.size_requests == 1
 
 
 def test_appended_bytes_are_found():
     source = _SizeCountingSource(_DATA, grows_by=len(_DATA) - _CHUNKS[-3].offset)
 
     assert len(list(FrameWalk(source))) == len(_CHUNKS) - 3
-    assert source.asked == 2
+    assert source.size_requests == 2

@@ -1,4 +1,4 @@
-"""Streams on servers that misbehave in every possible way."""
+"""Clients reject streams from faulty and hostile servers in time."""
 
 import contextlib
 import shutil
@@ -17,24 +17,24 @@ from quarc_ref.streams import decode
 from quarc_ref.streams.http_client import RedirectError, follow_redirect
 from quarc_ref.streams.http_source import HttpSource
 from tests.streams import hostile_servers
-from tests.streams.hostile_servers import DATA, HOSTILE, STATES, redirect, serve
+from tests.streams.hostile_servers import DATA, HOSTILE_RESPONDERS, STATES, redirect, serve
 
 _TIMEOUT_S = 0.5
-_LATE = f"takes more than {_TIMEOUT_S} seconds to answer"
-_GRACE = 2.0
-_MAX_MEMORY = 64 << 20
+_TIMEOUT_MESSAGE = f"takes more than {_TIMEOUT_S} seconds to answer"
+_GRACE_S = 2.0
+_MAX_MEMORY_BYTES = 64 << 20
 _DIGESTS = [compute_digest(state.scene) for state in STATES]
 
 
-def _reject(url, timeout=20.0):
-    """Read a rejected stream within limits of time and memory; return the message."""
+def _read_rejected_stream(url, timeout=20.0):
+    """Read a stream that is rejected within limits of time and memory; return the message."""
     tracemalloc.start()
-    started = time.monotonic()
+    start_time = time.monotonic()
     try:
         with pytest.raises(SourceError) as caught:
             list(decode(HttpSource(url, timeout)))
-        assert time.monotonic() - started < timeout + _GRACE
-        assert tracemalloc.get_traced_memory()[1] < _MAX_MEMORY
+        assert time.monotonic() - start_time < timeout + _GRACE_S
+        assert tracemalloc.get_traced_memory()[1] < _MAX_MEMORY_BYTES
     finally:
         tracemalloc.stop()
     return str(caught.value)
@@ -44,11 +44,11 @@ def _decode(url):
     return [compute_digest(scene) for scene in decode(HttpSource(url, timeout=20))]
 
 
-@pytest.mark.parametrize("name", HOSTILE)
-def test_a_hostile_server_is_given_up_in_time_with_a_message(name):
-    answer, fault = HOSTILE[name]
+@pytest.mark.parametrize("name", HOSTILE_RESPONDERS)
+def test_reading_from_a_hostile_server_ends_in_time_with_a_message(name):
+    answer, fault = HOSTILE_RESPONDERS[name]
     with serve(answer) as server:
-        expected_message = _reject(server.url, _TIMEOUT_S)
+        expected_message = _read_rejected_stream(server.url, _TIMEOUT_S)
 
     assert expected_message.startswith(f"the server of {server.url} ")
     assert fault in expected_message
@@ -56,21 +56,21 @@ def test_a_hostile_server_is_given_up_in_time_with_a_message(name):
 
 @pytest.fixture(scope="module")
 def certificate(tmp_path_factory):
-    """A self-signed certificate of this machine, and its key."""
+    """Return the paths of a self-signed certificate for 127.0.0.1 and of its key."""
     if shutil.which("openssl") is None:
-        pytest.skip("no openssl here to make a certificate")
+        pytest.skip("openssl is not installed, so no certificate can be made")
     folder = tmp_path_factory.mktemp("certificate")
-    made = folder / "certificate.pem", folder / "key.pem"
+    certificate_files = folder / "certificate.pem", folder / "key.pem"
     request = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2"]
     names = ["-subj", "/CN=127.0.0.1", "-addext", "subjectAltName=IP:127.0.0.1"]
-    files = ["-out", str(made[0]), "-keyout", str(made[1])]
+    files = ["-out", str(certificate_files[0]), "-keyout", str(certificate_files[1])]
     subprocess.run([*request, *names, *files], check=True, capture_output=True)
-    return made
+    return certificate_files
 
 
 @pytest.fixture
 def tls(certificate, monkeypatch):
-    """The context of a server with a certificate that this process trusts."""
+    """Return the TLS context of a server with a certificate that this process trusts."""
     monkeypatch.setenv("SSL_CERT_FILE", str(certificate[0]))
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.load_cert_chain(*certificate)
@@ -84,29 +84,31 @@ def test_a_stream_is_read_over_tls(tls):
 
 def test_a_redirect_out_of_tls_is_rejected(tls):
     with (
-        serve(hostile_servers.Request.answer) as plain,
-        serve(lambda request: redirect(request, plain.url), tls) as server,
+        serve(hostile_servers.Request.answer) as plain_server,
+        serve(lambda request: redirect(request, plain_server.url), tls) as server,
     ):
-        assert f"redirects from https to '{plain.url}'" in _reject(server.url)
-        assert plain.asked == []
+        assert f"redirects from https to '{plain_server.url}'" in _read_rejected_stream(server.url)
+        assert plain_server.request_heads == []
 
 
 def test_an_untrusted_certificate_is_rejected(tls, monkeypatch):
     monkeypatch.delenv("SSL_CERT_FILE")
     with serve(hostile_servers.Request.answer, tls) as server:
-        assert "certificate" in _reject(server.url)
+        assert "certificate" in _read_rejected_stream(server.url)
 
 
 def test_a_slow_body_times_out_over_tls_too(tls):
     with serve(hostile_servers.send_slowly, tls) as server:
-        assert _LATE in _reject(server.url, _TIMEOUT_S)
+        assert _TIMEOUT_MESSAGE in _read_rejected_stream(server.url, _TIMEOUT_S)
 
 
 def test_a_slow_handshake_times_out():
     with socket.create_server(("127.0.0.1", 0)) as server:
         thread = threading.Thread(target=_send_handshake_slowly, args=(server,))
         thread.start()
-        assert _LATE in _reject(f"https://127.0.0.1:{server.getsockname()[1]}/", _TIMEOUT_S)
+        assert _TIMEOUT_MESSAGE in _read_rejected_stream(
+            f"https://127.0.0.1:{server.getsockname()[1]}/", _TIMEOUT_S
+        )
         thread.join()
 
 
@@ -140,17 +142,17 @@ def test_a_few_redirects_are_followed_and_more_are_not():
         server.last = 5
         assert _decode(server.url) == _DIGESTS
         server.last = 6
-        assert "redirects more than 5 times" in _reject(server.url)
+        assert "redirects more than 5 times" in _read_rejected_stream(server.url)
 
 
 def test_all_redirects_share_one_deadline():
     def answer(request):
-        request.let_go.wait(0.4 * _TIMEOUT_S)
+        request.stop_event.wait(0.4 * _TIMEOUT_S)
         redirect(request, f"{request.path}x")
 
     with serve(answer) as server:
-        assert _LATE in _reject(server.url, _TIMEOUT_S)
-    assert 2 <= len(server.asked) <= 3
+        assert _TIMEOUT_MESSAGE in _read_rejected_stream(server.url, _TIMEOUT_S)
+    assert 2 <= len(server.request_heads) <= 3
 
 
 @pytest.mark.parametrize(
@@ -179,9 +181,9 @@ def test_a_redirect_to_no_server_or_out_of_tls_is_rejected(location):
 
 def test_a_chunked_response_with_the_requested_range_is_read():
     def answer(request):
-        body = request.send_head(more="Transfer-Encoding: chunked\n\n")
-        for place in range(0, len(body), 7):
-            piece = body[place : place + 7]
+        body = request.send_head(headers="Transfer-Encoding: chunked\n\n")
+        for offset in range(0, len(body), 7):
+            piece = body[offset : offset + 7]
             request.send(f"{len(piece):x};extension\n", piece)
             request.send("\n")
         request.send("0\nTrailer: x\n\n")
@@ -195,21 +197,25 @@ def test_a_chunked_response_with_the_requested_range_is_read():
 @pytest.mark.parametrize("end", ["5\nabc", "0\n\n", ""])
 def test_a_truncated_chunked_response_is_rejected(end):
     def answer(request):
-        request.send_head(more="Transfer-Encoding: chunked\n\n")
+        request.send_head(headers="Transfer-Encoding: chunked\n\n")
         request.send(f"3\nabc\n{end}")
 
     with serve(answer) as server:
-        assert f"stops after {6 if 'abc' in end else 3} bytes of 8" in _reject(server.url)
+        assert f"stops after {6 if 'abc' in end else 3} bytes of 8" in _read_rejected_stream(
+            server.url
+        )
 
 
 @pytest.mark.parametrize("length", ["Content-Length: 9\n", ""])
 def test_a_body_longer_than_its_range_is_rejected(length):
     def answer(request):
-        request.send("", request.send_head(more=f"{length}\n"))
+        request.send("", request.send_head(headers=f"{length}\n"))
         request.send_endlessly(b"more")
 
     with serve(answer) as server:
-        assert "sends more than the 8 bytes that were requested" in _reject(server.url)
+        assert "sends more than the 8 bytes that were requested" in _read_rejected_stream(
+            server.url
+        )
 
 
 def test_a_server_that_denies_existing_bytes_is_rejected():
@@ -217,30 +223,30 @@ def test_a_server_that_denies_existing_bytes_is_rejected():
         request.send(f"HTTP/1.1 416 No\nContent-Range: bytes */{len(DATA)}\n\n")
 
     with serve(answer) as server:
-        assert f"does not send byte 0 of {len(DATA)}" in _reject(server.url)
+        assert f"does not send byte 0 of {len(DATA)}" in _read_rejected_stream(server.url)
 
 
 def test_the_first_address_that_responds_is_used(monkeypatch):
     with socket.socket() as closed, serve(hostile_servers.Request.answer) as server:
         closed.bind(("127.0.0.1", 0))
         kind = (socket.AF_INET, socket.SOCK_STREAM, 0, "")
-        found = [(*kind, closed.getsockname()), (*kind, server.server_address)]
-        monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: found)
+        addresses = [(*kind, closed.getsockname()), (*kind, server.server_address)]
+        monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: addresses)
         assert _decode(server.url) == _DIGESTS
 
 
 def test_a_name_lookup_times_out(monkeypatch):
-    let_go = threading.Event()
-    monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: let_go.wait(30))
-    expected_message = _reject("http://example.org/stream", _TIMEOUT_S)
-    let_go.set()
+    stop_event = threading.Event()
+    monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: stop_event.wait(30))
+    expected_message = _read_rejected_stream("http://example.org/stream", _TIMEOUT_S)
+    stop_event.set()
 
-    assert expected_message == f"the server of http://example.org/stream {_LATE}"
+    assert expected_message == f"the server of http://example.org/stream {_TIMEOUT_MESSAGE}"
 
 
 @pytest.fixture
-def through_proxy(monkeypatch):
-    """Set a proxy for all servers."""
+def set_proxy_for_all(monkeypatch):
+    """Return a function that sets a proxy for all servers."""
 
     def set_proxy(url):
         for name in ("no_proxy", "NO_PROXY", "http_proxy", "https_proxy"):
@@ -252,42 +258,42 @@ def through_proxy(monkeypatch):
     return set_proxy
 
 
-def test_the_proxy_of_the_environment_is_used(through_proxy):
+def test_the_proxy_of_the_environment_is_used(set_proxy_for_all):
     with serve(hostile_servers.Request.answer) as proxy:
-        through_proxy(proxy.url)
+        set_proxy_for_all(proxy.url)
         assert _decode("http://example.org/stream") == _DIGESTS
 
-    assert all(head.startswith("GET http://example.org/stream ") for head in proxy.asked)
+    assert all(head.startswith("GET http://example.org/stream ") for head in proxy.request_heads)
 
 
-def test_a_stream_is_read_over_tls_through_a_tunnel(through_proxy, tls):
+def test_a_stream_is_read_over_tls_through_a_tunnel(set_proxy_for_all, tls):
     def answer(request):
         host, port = request.path.split(":")
-        with socket.create_connection((host, int(port))) as there:
+        with socket.create_connection((host, int(port))) as upstream:
             request.send("HTTP/1.0 200 Connected\n\n")
-            back = threading.Thread(target=_pump, args=(there, request.connection))
-            back.start()
-            _pump(request.connection, there)
-            back.join()
+            reply_thread = threading.Thread(target=_forward, args=(upstream, request.connection))
+            reply_thread.start()
+            _forward(request.connection, upstream)
+            reply_thread.join()
 
     with serve(hostile_servers.Request.answer, tls) as server, serve(answer) as proxy:
-        through_proxy(proxy.url)
+        set_proxy_for_all(proxy.url)
         assert _decode(server.url) == _DIGESTS
-    assert all(head.startswith("CONNECT 127.0.0.1:") for head in proxy.asked)
+    assert all(head.startswith("CONNECT 127.0.0.1:") for head in proxy.request_heads)
 
 
-def _pump(source, sink):
-    """Forward all data, and its end."""
+def _forward(source, sink):
+    """Forward all data, and close the connection at its end."""
     while piece := source.recv(1 << 16):
         sink.sendall(piece)
     sink.shutdown(socket.SHUT_WR)
 
 
-def test_a_slow_tunnel_times_out(through_proxy):
+def test_a_slow_tunnel_times_out(set_proxy_for_all):
     def answer(request):
         request.send("HTTP/1.0 200 OK\nX: ")
         request.send_endlessly(b"x", hostile_servers.PAUSE)
 
     with serve(answer) as proxy:
-        through_proxy(proxy.url)
-        assert _LATE in _reject("https://example.org/stream", _TIMEOUT_S)
+        set_proxy_for_all(proxy.url)
+        assert _TIMEOUT_MESSAGE in _read_rejected_stream("https://example.org/stream", _TIMEOUT_S)

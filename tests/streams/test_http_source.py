@@ -20,23 +20,23 @@ _DIGESTS = [compute_digest(state.scene) for state in _STATES]
 
 
 class _Server(http.server.ThreadingHTTPServer):
-    """Serves a stream by ranges; a fault is a function that answers wrongly."""
+    """Serves ranges of a stream; `fault` is a function that sends a faulty response instead."""
 
     daemon_threads = True
 
     def __init__(self, data: bytes, fault=None) -> None:
         super().__init__(("127.0.0.1", 0), _Handler)
         self.data, self.fault, self.ranges = data, fault, []
-        self.let_go = threading.Event()
+        self.stop_event = threading.Event()
         self.url = f"http://127.0.0.1:{self.server_port}/stream.quarc"
 
     def handle_error(self, request, client_address):
-        """Do not log: clients of these tests hang up."""
+        """Ignore errors: the clients of these tests close connections early."""
 
 
 class _Handler(http.server.BaseHTTPRequestHandler):
     def log_message(self, *_):
-        """Say nothing."""
+        """Do not log."""
 
     def answer(self, status, body, **headers):
         self.send_response(status)
@@ -60,8 +60,8 @@ class _Handler(http.server.BaseHTTPRequestHandler):
         self.answer_range(first, body, str(len(data)))
 
     def answer_range(self, first, body, total):
-        expected_message = f"bytes {first}-{first + len(body) - 1}/{total}"
-        self.answer(206, body, Content_Range=expected_message, Content_Length=str(len(body)))
+        content_range = f"bytes {first}-{first + len(body) - 1}/{total}"
+        self.answer(206, body, Content_Range=content_range, Content_Length=str(len(body)))
 
 
 @contextlib.contextmanager
@@ -72,7 +72,7 @@ def _serve(data=_DATA, fault=None):
     try:
         yield server
     finally:
-        server.let_go.set()
+        server.stop_event.set()
         server.shutdown()
         thread.join()
         server.server_close()
@@ -156,11 +156,11 @@ def _omit_range(handler, first, last):
 
 
 def _hang_up(handler, first, last):
-    expected_message = f"bytes {first}-{last}/{len(_DATA)}"
-    handler.answer(206, b"x", Content_Range=expected_message, Content_Length=str(last + 1 - first))
+    content_range = f"bytes {first}-{last}/{len(_DATA)}"
+    handler.answer(206, b"x", Content_Range=content_range, Content_Length=str(last + 1 - first))
 
 
-def _lack(handler, _first, _last):
+def _answer_not_found(handler, _first, _last):
     handler.answer(404, b"", Content_Length="0")
 
 
@@ -177,7 +177,7 @@ def _send_garbage(handler, _first, _last):
         (_answer_more_bytes, "sends bytes 0 to 8 where 0 to 7 were requested"),
         (_omit_range, "does not state which bytes"),
         (_hang_up, "stops after 1 bytes of 8"),
-        (_lack, "answers 404"),
+        (_answer_not_found, "answers 404"),
         (_send_garbage, "cannot be read"),
     ],
 )
@@ -190,42 +190,42 @@ def test_a_server_with_another_response_is_named(fault, message):
 
 
 def _stall_at_once(handler, _first, _last):
-    handler.server.let_go.wait(10)
+    handler.server.stop_event.wait(10)
 
 
 def _stall_in_the_body(handler, first, last):
-    _hang_up_late(handler, first, last, b"x")
+    _stall_after(handler, first, last, b"x")
 
 
-def _hang_up_late(handler, first, last, started):
-    expected_message = f"bytes {first}-{last}/{len(_DATA)}"
+def _stall_after(handler, first, last, body_start):
+    content_range = f"bytes {first}-{last}/{len(_DATA)}"
     handler.send_response(206)
-    handler.send_header("Content-Range", expected_message)
+    handler.send_header("Content-Range", content_range)
     handler.send_header("Content-Length", str(last + 1 - first))
     handler.end_headers()
-    handler.wfile.write(started)
-    handler.server.let_go.wait(10)
+    handler.wfile.write(body_start)
+    handler.server.stop_event.wait(10)
 
 
 def _send_slowly(handler, first, last):
-    _hang_up_late_header = f"bytes {first}-{last}/{len(_DATA)}"
+    content_range = f"bytes {first}-{last}/{len(_DATA)}"
     handler.send_response(206)
-    handler.send_header("Content-Range", _hang_up_late_header)
+    handler.send_header("Content-Range", content_range)
     handler.send_header("Content-Length", str(last + 1 - first))
     handler.end_headers()
     with contextlib.suppress(OSError):
         for byte in _DATA[first : last + 1]:
             handler.wfile.write(bytes([byte]))
-            handler.server.let_go.wait(0.1)
+            handler.server.stop_event.wait(0.1)
 
 
 @pytest.mark.parametrize("fault", [_stall_at_once, _stall_in_the_body, _send_slowly])
 def test_a_stalling_server_times_out(fault):
     with _serve(fault=fault) as server:
-        started = time.monotonic()
+        start_time = time.monotonic()
         with pytest.raises(SourceError, match=r"takes more than 0\.2 seconds"):
             HttpSource(server.url, timeout=0.2).read(0, 40)
-        assert time.monotonic() - started < 5
+        assert time.monotonic() - start_time < 5
 
 
 @pytest.mark.parametrize(

@@ -23,8 +23,8 @@ _SHORT, _ = make_stream(_HEADER, gaussian_count=9, frame_count=3)
 _DIGESTS, _SHORT_DIGESTS = list_digests(_DATA), list_digests(_SHORT)
 
 
-def _replaced(data, changes):
-    """The stream with replaced payloads of some kinds; None leaves the chunk out."""
+def _replace_payloads(data, changes):
+    """Return the stream with other payloads by chunk type; None omits the chunk."""
     chunks = [(chunk.kind, changes.get(chunk.kind, chunk.payload)) for chunk in split_chunks(data)]
     chunks = [(kind, payload) for kind, payload in chunks if payload is not None]
     tail = wire.parse_tail(chunks[-1][1])
@@ -49,33 +49,37 @@ def test_the_joined_parts_of_a_stream_are_the_stream():
 @given(st.lists(st.sampled_from([(0, 2), (4, 7), (8, 11), (0, 11)]), min_size=1, max_size=4))
 @settings(max_examples=15)
 def test_any_parts_in_any_order_decode_to_the_digests_of_the_parts(ranges):
-    data = join_bytes(*(cut_bytes(_DATA, *each) for each in ranges))
+    data = join_bytes(*(cut_bytes(_DATA, *frame_range) for frame_range in ranges))
 
     digests = [digest for start, stop in ranges for _, digest in _DIGESTS[start:stop]]
     first = ranges[0][0]
     assert list_digests(data) == list(enumerate(digests, first))
     decoder = _read(data)
     assert decoder.tail.frame_count == len(digests)
-    canonical = {_DIGESTS[place][1] for place in (0, 4, 8)}
+    canonical = {_DIGESTS[frame_index][1] for frame_index in (0, 4, 8)}
     assert [point.frame for point in decoder.index] == [
         frame for frame, digest in enumerate(digests, first) if digest in canonical
     ]
 
 
 def test_only_the_ordinals_of_canonical_frames_change():
-    before = list(split_chunks(_DATA)) + list(split_chunks(_SHORT))
+    original_chunks = list(split_chunks(_DATA)) + list(split_chunks(_SHORT))
     kinds = {container.CANO, container.FRAM}
-    before = [chunk for chunk in before if chunk.kind in kinds]
+    original_chunks = [chunk for chunk in original_chunks if chunk.kind in kinds]
 
-    after = [chunk for chunk in split_chunks(join_bytes(_DATA, _SHORT)) if chunk.kind in kinds]
+    joined_chunks = [
+        chunk for chunk in split_chunks(join_bytes(_DATA, _SHORT)) if chunk.kind in kinds
+    ]
 
     changed = [
-        (mine.payload[:4], other.payload[:4])
-        for mine, other in zip(before, after, strict=True)
-        if mine.payload != other.payload
+        (original.payload[:4], joined.payload[:4])
+        for original, joined in zip(original_chunks, joined_chunks, strict=True)
+        if original.payload != joined.payload
     ]
     assert changed == [(bytes(4), (11).to_bytes(4, "little"))]
-    assert all(a.payload[4:] == b.payload[4:] for a, b in zip(before, after, strict=True))
+    assert all(
+        a.payload[4:] == b.payload[4:] for a, b in zip(original_chunks, joined_chunks, strict=True)
+    )
 
 
 def test_every_frame_of_a_joined_stream_can_be_found_by_seeking():
@@ -90,74 +94,82 @@ def test_every_frame_of_a_joined_stream_can_be_found_by_seeking():
 def test_the_highest_level_is_used():
     header = wire.build_stream_header(replace(_HEADER, level=20))
 
-    joined = join_bytes(_SHORT, _replaced(_SHORT, {b"HEAD": header}), _SHORT)
+    joined = join_bytes(_SHORT, _replace_payloads(_SHORT, {b"HEAD": header}), _SHORT)
 
     assert _read(joined).header == replace(_HEADER, level=20)
 
 
 def test_headers_that_differ_are_named_field_by_field():
-    other, _ = make_stream(replace(_HEADER, position_step=5, timescale=25), frame_count=2)
+    other_stream, _ = make_stream(replace(_HEADER, position_step=5, timescale=25), frame_count=2)
 
     with pytest.raises(EditError, match=r"stream 2 differs .*timescale .30 and 25.*position_step"):
-        join_bytes(_SHORT, other)
+        join_bytes(_SHORT, other_stream)
 
 
 def test_unknown_features_must_be_the_same():
     head = bytearray(wire.build_stream_header(_HEADER))
     head[6] = 1
-    other = _replaced(_SHORT, {b"HEAD": bytes(head)})
+    other_stream = _replace_payloads(_SHORT, {b"HEAD": bytes(head)})
 
     with pytest.raises(EditError, match="stream 3 differs from the first in compatible_features"):
-        join_bytes(_SHORT, _SHORT, other)
-    assert list_all_chunks(join_bytes(other, other))[0].payload == head
+        join_bytes(_SHORT, _SHORT, other_stream)
+    assert list_all_chunks(join_bytes(other_stream, other_stream))[0].payload == head
 
 
 @pytest.mark.parametrize("cameras", [(), (replace(CAMERA, fx=51.0),), (CAMERA, CAMERA)])
 def test_cameras_must_be_the_same(cameras):
-    other = _replaced(_SHORT, {b"came": wire.build_cameras(cameras)})
+    other_stream = _replace_payloads(_SHORT, {b"came": wire.build_cameras(cameras)})
 
     with pytest.raises(EditError, match="different cameras"):
-        join_bytes(_SHORT, other)
+        join_bytes(_SHORT, other_stream)
 
 
 def test_metadata_shared_by_all_parts_is_kept():
-    message = [{"a": "1", "b": "2", "c": "3"}, {"c": "3", "b": "0", "a": "1"}, {"a": "1", "c": "3"}]
-    parts = [_replaced(_SHORT, {b"meta": wire.build_metadata(each)}) for each in message]
+    metadata = [
+        {"a": "1", "b": "2", "c": "3"},
+        {"c": "3", "b": "0", "a": "1"},
+        {"a": "1", "c": "3"},
+    ]
+    parts = [_replace_payloads(_SHORT, {b"meta": wire.build_metadata(each)}) for each in metadata]
 
     assert _read(join_bytes(*parts)).metadata == {"a": "1", "c": "3"}
-    assert _read(join_bytes(*parts, _replaced(_SHORT, {b"meta": None}))).metadata == {}
+    assert _read(join_bytes(*parts, _replace_payloads(_SHORT, {b"meta": None}))).metadata == {}
 
 
 def test_streams_without_cameras_and_metadata_join_without_them():
-    bare = _replaced(_SHORT, {b"meta": None, b"came": None})
+    stream = _replace_payloads(_SHORT, {b"meta": None, b"came": None})
 
-    kinds = [chunk.kind for chunk in list_all_chunks(join_bytes(bare, bare))]
+    kinds = [chunk.kind for chunk in list_all_chunks(join_bytes(stream, stream))]
     assert kinds == [b"HEAD", *[b"CANO", b"FRAM", b"FRAM"] * 2, b"INDX", b"TAIL"]
 
 
-def test_unknown_ancillary_chunks_are_kept_and_common_ones_at_the_start_once():
-    def noted(first, last):
+def test_unknown_ancillary_chunks_are_copied_and_common_first_chunks_only_once():
+    def add_notes(first, last):
         chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(_SHORT)][:-2]
         tail = (b"TAIL", wire.build_tail(wire.Tail(3, 1, 0)))
         return rebuild_stream([chunks[0], (b"note", first), *chunks[1:], (b"note", last), tail])
 
-    joined = join_bytes(noted(b"same", b"x"), noted(b"same", b"x"), noted(b"other", b"y"))
+    joined = join_bytes(
+        add_notes(b"same", b"x"), add_notes(b"same", b"x"), add_notes(b"other", b"y")
+    )
 
     notes = [chunk.payload for chunk in list_all_chunks(joined) if chunk.kind == b"note"]
     assert notes == [b"same", b"x", b"x", b"other", b"y"]
 
 
 def test_ordinals_beyond_their_field_are_rejected():
-    late = list(split_chunks(_SHORT))
-    cano = (COUNTER_LIMIT - 1).to_bytes(4, "little") + late[3].payload[4:]
+    chunks_of_short = list(split_chunks(_SHORT))
+    cano = (COUNTER_LIMIT - 1).to_bytes(4, "little") + chunks_of_short[3].payload[4:]
     tail = wire.build_tail(wire.Tail(1, 1, 0))
-    chunks = [(chunk.kind, chunk.payload) for chunk in late[:3]]
-    last = rebuild_stream([*chunks, (b"CANO", cano), (b"TAIL", tail)])
+    chunks = [(chunk.kind, chunk.payload) for chunk in chunks_of_short[:3]]
+    last_frame_stream = rebuild_stream([*chunks, (b"CANO", cano), (b"TAIL", tail)])
 
-    assert [frame for frame, _ in list_digests(join_bytes(last))] == [COUNTER_LIMIT - 1]
-    assert list_digests(join_bytes(last, last))[-1][0] == COUNTER_LIMIT
+    assert [frame for frame, _ in list_digests(join_bytes(last_frame_stream))] == [
+        COUNTER_LIMIT - 1
+    ]
+    assert list_digests(join_bytes(last_frame_stream, last_frame_stream))[-1][0] == COUNTER_LIMIT
     with pytest.raises(EditError, match="frame numbers are limited to"):
-        join_bytes(last, last, last)
+        join_bytes(last_frame_stream, last_frame_stream, last_frame_stream)
 
 
 def test_joining_no_streams_is_rejected():
@@ -182,15 +194,15 @@ def test_a_file_that_is_not_a_stream_is_named(number):
 
 
 def test_a_fault_in_copied_data_is_named():
-    place = list_all_chunks(_SHORT)[3].offset + 40  # in the payload of the canonical frame
-    damaged = _SHORT[:place] + bytes([_SHORT[place] ^ 1]) + _SHORT[place + 1 :]
+    offset = list_all_chunks(_SHORT)[3].offset + 40  # in the payload of the canonical frame
+    damaged = _SHORT[:offset] + bytes([_SHORT[offset] ^ 1]) + _SHORT[offset + 1 :]
 
     with pytest.raises(PayloadCrcError, match="stream 2: "):
         join_bytes(_SHORT, damaged)
 
 
-class _Unsized(BytesSource):
-    """A stream without a frame count."""
+class _UnsizedSource(BytesSource):
+    """A source of unknown size, so that frames are not counted from TAIL."""
 
     def size(self):
         return None
@@ -198,6 +210,6 @@ class _Unsized(BytesSource):
 
 def test_streams_without_a_frame_count_can_be_joined():
     sink = io.BytesIO()
-    join([_Unsized(_DATA), _Unsized(_SHORT)], sink)
+    join([_UnsizedSource(_DATA), _UnsizedSource(_SHORT)], sink)
 
     assert sink.getvalue() == join_bytes(_DATA, _SHORT)

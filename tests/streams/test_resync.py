@@ -19,58 +19,58 @@ _TAIL = build_chunk(b"TAIL", 9, wire.build_tail(Tail(3, 1, 0)))
 _MEGABYTE = 1 << 20
 
 
-def _find(data: bytes, **changes):
-    search = {"offset": 0, "sequence": 5, "frame": 10, "limit": 1000} | changes
-    search["budget"] = SearchBudget(search["limit"])
-    return find_resumption(CountedSource(data), ResumeConditions(**search))
+def _find_resumption(data: bytes, **changes):
+    conditions = {"offset": 0, "sequence": 5, "frame": 10, "limit": 1000} | changes
+    conditions["budget"] = SearchBudget(conditions["limit"])
+    return find_resumption(CountedSource(data), ResumeConditions(**conditions))
 
 
 @given(st.binary(max_size=200), st.binary(max_size=200))
-def test_a_canonical_chunk_is_found_in_any_junk(before, after):
-    chunk = _find(before + _CANO + after)
+def test_a_canonical_chunk_is_found_in_any_junk(junk_before, junk_after):
+    chunk = _find_resumption(junk_before + _CANO + junk_after)
 
-    assert (chunk.offset, chunk.sequence) == (len(before), 9)
+    assert (chunk.offset, chunk.sequence) == (len(junk_before), 9)
     assert chunk.end - chunk.offset == len(_CANO)
 
 
 @pytest.mark.parametrize("shift", [-len(_CANO), -20, -19, -4, -3, -1, 0, 1, 20])
 def test_a_chunk_on_the_edge_of_a_window_is_found(shift):
-    place = WINDOW_BYTES + shift
+    offset = WINDOW_BYTES + shift
 
-    assert _find(bytes(place) + _CANO).offset == place
+    assert _find_resumption(bytes(offset) + _CANO).offset == offset
 
 
 @pytest.mark.parametrize("changes", [{"sequence": 10}, {"frame": 31}, {"limit": 20}, {"offset": 1}])
 def test_a_chunk_type_that_cannot_follow_is_skipped(changes):
-    assert _find(_CANO).offset == 0
+    assert _find_resumption(_CANO).offset == 0
     with pytest.raises(TruncatedError) as caught:
-        _find(_CANO, **changes)
+        _find_resumption(_CANO, **changes)
     assert caught.value.offset == len(_CANO)
 
 
 def test_other_chunks_are_skipped():
-    others = build_chunk(b"FRAM", 7, b"x" * 20) + build_chunk(b"CANO", 8, b"abc")
+    other_chunks = build_chunk(b"FRAM", 7, b"x" * 20) + build_chunk(b"CANO", 8, b"abc")
 
-    assert _find(others + _CANO).offset == len(others)
+    assert _find_resumption(other_chunks + _CANO).offset == len(other_chunks)
 
 
 def test_a_tail_is_accepted_only_at_the_very_end():
-    assert _find(b"junk" + _TAIL).kind == b"TAIL"
-    assert _find(_TAIL + b"junk" + _CANO).kind == b"CANO"
-    assert _find(build_chunk(b"TAIL", 9, b"short") + _CANO).kind == b"CANO"
+    assert _find_resumption(b"junk" + _TAIL).kind == b"TAIL"
+    assert _find_resumption(_TAIL + b"junk" + _CANO).kind == b"CANO"
+    assert _find_resumption(build_chunk(b"TAIL", 9, b"short") + _CANO).kind == b"CANO"
 
 
 def test_a_damaged_or_truncated_chunk_is_skipped():
     damaged = _CANO[:-1] + bytes([_CANO[-1] ^ 1])
 
-    assert _find(damaged + _CANO).offset == len(_CANO)
-    assert _find(_CANO[:30] + _CANO).offset == 30
+    assert _find_resumption(damaged + _CANO).offset == len(_CANO)
+    assert _find_resumption(_CANO[:30] + _CANO).offset == 30
     with pytest.raises(TruncatedError):
-        _find(_CANO[:-1])
+        _find_resumption(_CANO[:-1])
 
 
 def _forge_headers(count: int, length: int) -> bytes:
-    """Consecutive headers with correct CRCs of missing payloads."""
+    """Return consecutive headers with correct CRCs, whose payloads are missing."""
     header = bytearray(build_chunk(b"CANO", 9, b"")[:16])
     header[12:16] = length.to_bytes(4, "little")
     return (bytes(header) + zlib.crc32(header).to_bytes(4, "little")) * count
@@ -90,14 +90,14 @@ def _forge_headers(count: int, length: int) -> bytes:
 )
 def test_a_megabyte_of_junk_is_skipped_quickly(junk, seconds):
     source = CountedSource(junk + bytes(_MEGABYTE) + _CANO)
-    started = time.process_time()
+    start_time = time.process_time()
 
     chunk = find_resumption(
         source, ResumeConditions(0, 5, 10, 4 * _MEGABYTE, SearchBudget(4 * _MEGABYTE))
     )
 
     assert chunk.offset == len(junk) + _MEGABYTE
-    assert time.process_time() - started < seconds
+    assert time.process_time() - start_time < seconds
     assert source.byte_count() < 200 * _MEGABYTE
 
 

@@ -25,7 +25,7 @@ _CHUNKS = list(split_chunks(_DATA))
 _DIGESTS = [compute_digest(state.scene) for state in _STATES]
 _CANONICAL = [chunk for chunk in _CHUNKS if chunk.kind == container.CANO]
 _INDEX = wire.parse_index(_CHUNKS[-2].payload)
-_END = {"frame_count": 60, "canonical_count": 3, "index_offset": _CHUNKS[-2].offset}
+_TAIL_FIELDS = {"frame_count": 60, "canonical_count": 3, "index_offset": _CHUNKS[-2].offset}
 
 
 def _without_index() -> bytes:
@@ -34,38 +34,38 @@ def _without_index() -> bytes:
     return rebuild_stream([*body, (container.TAIL, tail)])
 
 
-def _with_end(index: list[SeekPoint], **changes: int) -> bytes:
-    """The stream with another INDX and another TAIL."""
+def _replace_index_and_tail(index: list[SeekPoint], **changes: int) -> bytes:
+    """Return the stream with another INDX and another TAIL."""
     body = [(chunk.kind, chunk.payload) for chunk in _CHUNKS[:-2]]
-    tail = wire.build_tail(Tail(**(_END | changes)))
+    tail = wire.build_tail(Tail(**(_TAIL_FIELDS | changes)))
     return rebuild_stream(
         [*body, (container.INDX, wire.build_index(index)), (container.TAIL, tail)]
     )
 
 
-def _drain(data: bytes, start: int) -> list[int] | None:
-    """The decoded frames of a truncated stream; None if it is not reported."""
+def _decode_truncated(data: bytes, start: int) -> list[int] | None:
+    """Return the decoded frames of a truncated stream; None if no truncation is reported."""
     frames = []
     try:
         for scene in decode(data, start):
-            frames.append(scene.frame)  # noqa: PERF401, those before the error count
+            frames.append(scene.frame)  # noqa: PERF401, keeps the frames before the error
     except TruncatedError:
         return frames
     return None
 
 
-class _Endless(CountedSource):
-    """A stream of unknown length."""
+class _UnsizedSource(CountedSource):
+    """A stream of unknown size."""
 
     def size(self):
         return None
 
 
-_FORMS = {
+_SOURCES = {
     "index": CountedSource(_DATA),
     "no index": CountedSource(_without_index()),
     "cut": CountedSource(_DATA[: _CHUNKS[-2].offset]),
-    "endless": _Endless(_DATA),
+    "endless": _UnsizedSource(_DATA),
 }
 
 
@@ -75,14 +75,14 @@ def test_the_index_lists_every_canonical_frame():
     assert [point.sequence for point in _INDEX] == [chunk.sequence for chunk in _CANONICAL]
 
 
-@pytest.mark.parametrize("form", _FORMS)
+@pytest.mark.parametrize("source_name", _SOURCES)
 @given(st.data())
 @settings(max_examples=10)
-def test_every_range_decodes_as_in_the_whole_stream(form, data):
+def test_every_range_decodes_as_in_the_whole_stream(source_name, data):
     start = data.draw(st.integers(0, 59))
     stop = data.draw(st.integers(start, 60))
 
-    scenes = list(decode(_FORMS[form], start, stop))
+    scenes = list(decode(_SOURCES[source_name], start, stop))
 
     assert [scene.frame for scene in scenes] == list(range(start, stop))
     assert [compute_digest(scene) for scene in scenes] == _DIGESTS[start:stop]
@@ -102,31 +102,31 @@ def test_with_an_index_only_the_needed_chunks_are_read():
     source = CountedSource(_DATA)
     list(decode(source, 23, 25))
 
-    wanted = {chunk.offset for chunk in _CHUNKS if chunk.kind == container.CANO}
+    expected = {chunk.offset for chunk in _CHUNKS if chunk.kind == container.CANO}
     first = next(chunk.sequence for chunk in _CANONICAL if chunk.offset == _INDEX[1].offset)
-    wanted = {chunk.offset for chunk in _CHUNKS[first : first + 5]}
-    wanted |= {_CHUNKS[0].offset, _CHUNKS[-2].offset, _CHUNKS[-1].offset}
-    owners = {
+    expected = {chunk.offset for chunk in _CHUNKS[first : first + 5]}
+    expected |= {_CHUNKS[0].offset, _CHUNKS[-2].offset, _CHUNKS[-1].offset}
+    read_chunks = {
         chunk.offset
         for chunk in _CHUNKS
         for offset, length in source.reads
         if length and chunk.offset <= offset < chunk.offset + chunk.byte_count()
     }
-    assert owners == wanted
+    assert read_chunks == expected
 
 
 def test_without_an_index_only_headers_of_other_chunks_are_read():
     source = CountedSource(_without_index())
     list(decode(source, 41, 42))
 
-    passed = [chunk for chunk in _CHUNKS[1:] if chunk.offset < _CANONICAL[2].offset]
-    for chunk in passed:
-        inside = [
+    skipped = [chunk for chunk in _CHUNKS[1:] if chunk.offset < _CANONICAL[2].offset]
+    for chunk in skipped:
+        payload_reads = [
             length
             for offset, length in source.reads
             if chunk.offset + 20 <= offset < chunk.offset + chunk.byte_count()
         ]
-        assert inside == ([4] if chunk.kind == container.CANO else [])
+        assert payload_reads == ([4] if chunk.kind == container.CANO else [])
 
 
 def test_there_are_no_frames_after_the_last():
@@ -147,8 +147,8 @@ def test_there_are_no_frames_after_the_last():
     ],
     ids=["frame", "offset", "sequence", "no canonical", "far away", "too few", "too many"],
 )
-def test_a_wrong_index_is_rejected_by_name_when_used_or_passed(index):
-    data = _with_end(index)
+def test_a_wrong_index_is_rejected_when_used_for_seeking_or_decoded(index):
+    data = _replace_index_and_tail(index)
 
     with pytest.raises(IndexMismatchError):
         list(decode(data, 22, 23))
@@ -167,7 +167,7 @@ def test_a_wrong_index_is_rejected_by_name_when_used_or_passed(index):
     ],
 )
 def test_a_tail_with_a_wrong_index_position_is_rejected_by_name(changes):
-    data = _with_end(list(_INDEX), **changes)
+    data = _replace_index_and_tail(list(_INDEX), **changes)
 
     with pytest.raises(IndexMismatchError):
         list(decode(data, 22, 23))
@@ -180,16 +180,16 @@ def test_a_million_missing_seek_points_are_rejected_at_once(start):
     count = (1 << 20) - 1  # the limit of level 2.0
     data, _ = make_stream(StreamHeader(level=20), gaussian_count=5, frame_count=2)
     *chunks, indx, _ = split_chunks(data)
-    beside = SeekPoint(chunks[-1].offset, 1, 0)
-    index = count.to_bytes(4, "little") + wire.build_index([beside])[4:] * count
+    nearby_point = SeekPoint(chunks[-1].offset, 1, 0)
+    index = count.to_bytes(4, "little") + wire.build_index([nearby_point])[4:] * count
     tail = wire.build_tail(Tail(2, count, indx.offset))
     body = [(chunk.kind, chunk.payload) for chunk in chunks]
-    lying = rebuild_stream([*body, (container.INDX, index), (container.TAIL, tail)])
+    wrong_stream = rebuild_stream([*body, (container.INDX, index), (container.TAIL, tail)])
 
-    started = time.monotonic()
+    start_time = time.monotonic()
     with pytest.raises(IndexMismatchError):
-        list(decode(lying, start))
-    assert time.monotonic() - started < 2
+        list(decode(wrong_stream, start))
+    assert time.monotonic() - start_time < 2
 
 
 def test_an_index_that_does_not_end_at_the_tail_is_rejected():
@@ -206,10 +206,10 @@ def test_an_index_that_does_not_end_at_the_tail_is_rejected():
         list(decode(body + indx + bytes(3) + tail, 22, 23))
 
 
-def test_reading_on_from_a_seek_point_still_checks_the_end():
-    assert len(list(decode(_with_end(list(_INDEX)), 45))) == 15
+def test_decoding_from_a_seek_point_checks_the_tail():
+    assert len(list(decode(_replace_index_and_tail(list(_INDEX)), 45))) == 15
     with pytest.raises(TailMismatchError):
-        list(decode(_with_end(list(_INDEX), frame_count=59), 45))
+        list(decode(_replace_index_and_tail(list(_INDEX), frame_count=59), 45))
     with pytest.raises(TailMismatchError):
         list(decode(_without_index()[:-40] + _tail(59, _CHUNKS[-2].sequence), 45))
 
@@ -230,23 +230,25 @@ def test_crcs_of_all_read_chunks_are_checked():
 @given(st.integers(0, len(_DATA) - 1), st.integers(0, 59))
 @settings(max_examples=25)
 def test_a_truncated_stream_gives_the_same_frames_when_seeking(size, start):
-    whole = _drain(_DATA[:size], 0)
+    all_frames = _decode_truncated(_DATA[:size], 0)
 
-    assert _drain(_DATA[:size], start) == [frame for frame in whole if frame >= start]
+    assert _decode_truncated(_DATA[:size], start) == [
+        frame for frame in all_frames if frame >= start
+    ]
 
 
 def test_a_canonical_frame_truncated_in_its_ordinal_is_not_a_seek_point():
     size = _CANONICAL[1].offset + 20 + 2
 
-    assert _drain(_DATA[:size], 15) == [15, 16, 17, 18, 19]
-    assert _drain(_DATA[:size], 25) == []
+    assert _decode_truncated(_DATA[:size], 15) == [15, 16, 17, 18, 19]
+    assert _decode_truncated(_DATA[:size], 25) == []
 
 
 @given(st.integers(0, len(_DATA) - 1), st.integers(1, 255))
 @settings(max_examples=25)
-def test_damage_never_gives_another_scene(place, mask):
+def test_damage_never_gives_another_scene(offset, mask):
     damaged = bytearray(_DATA)
-    damaged[place] ^= mask
+    damaged[offset] ^= mask
     try:
         for scene in decode(bytes(damaged), 25, 45):
             assert compute_digest(scene) == _DIGESTS[scene.frame]
@@ -255,18 +257,18 @@ def test_damage_never_gives_another_scene(place, mask):
 
 
 def test_seeking_works_in_a_stream_that_begins_with_a_later_ordinal():
-    part = _CHUNKS[_CANONICAL[1].sequence : -2]
-    data = rebuild_stream([(c.kind, c.payload) for c in (_CHUNKS[0], *part)])
+    later_chunks = _CHUNKS[_CANONICAL[1].sequence : -2]
+    data = rebuild_stream([(c.kind, c.payload) for c in (_CHUNKS[0], *later_chunks)])
 
     for start in (5, 20, 41):
-        assert _drain(data, start) == list(range(max(20, start), 60))
+        assert _decode_truncated(data, start) == list(range(max(20, start), 60))
 
 
 def test_another_chunk_as_long_as_a_tail_is_not_a_tail():
     body = [(chunk.kind, chunk.payload) for chunk in _CHUNKS[:-2]]
     data = rebuild_stream([*body, (b"oDds", bytes(16))])
 
-    assert _drain(data, 57) == [57, 58, 59]
+    assert _decode_truncated(data, 57) == [57, 58, 59]
 
 
 def test_a_pipe_can_only_be_read_forward(tmp_path):

@@ -18,7 +18,7 @@ from tests.small_streams import make_stream
 _DATA, _STATES = make_stream(gaussian_count=12, frame_count=6, canonical_every=3)
 _DIGESTS = [compute_digest(state.scene) for state in _STATES]
 _BYTES = bytes(range(256)) * 3
-_PLACES = st.integers(0, 1000)
+_OFFSETS = st.integers(0, 1000)
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,7 @@ def path(tmp_path_factory):
     return path
 
 
-@given(_PLACES, _PLACES)
+@given(_OFFSETS, _OFFSETS)
 def test_a_source_reads_like_a_slice(path, offset, length):
     expected = _BYTES[offset : offset + length]
 
@@ -53,18 +53,18 @@ def test_reading_far_beyond_the_end_of_a_file_returns_nothing(path):
 
 @given(st.lists(st.tuples(st.integers(0, 60), st.integers(0, 60)), max_size=30))
 def test_a_pipe_can_go_back_as_far_as_its_buffer(steps):
-    source, farthest = PipeSource(io.BytesIO(_BYTES), buffer_bytes=60), 0
-    for back, length in steps:
-        offset = max(0, farthest - back)
+    source, max_offset = PipeSource(io.BytesIO(_BYTES), buffer_bytes=60), 0
+    for distance, length in steps:
+        offset = max(0, max_offset - distance)
         assert source.read(offset, length) == _BYTES[offset : offset + length]
-        farthest = max(farthest, min(offset + length, len(_BYTES)))
+        max_offset = max(max_offset, min(offset + length, len(_BYTES)))
 
 
 def test_going_back_beyond_the_buffer_of_a_pipe_is_an_error():
     source = PipeSource(io.BytesIO(bytes(1 << 20)), buffer_bytes=100)
     source.read((1 << 20) - 10, 10)
 
-    assert len(source._kept) <= 100 + (1 << 16)
+    assert len(source._buffer) <= 100 + (1 << 16)
     with pytest.raises(SourceError, match="back"):
         source.read(0, 1)
 
@@ -82,7 +82,7 @@ def test_standard_input_is_a_source(monkeypatch):
         assert [compute_digest(scene) for scene in decode(source)] == _DIGESTS
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no named pipes")
 def test_a_named_pipe_is_a_source(tmp_path):
     path = tmp_path / "pipe"
     os.mkfifo(path)
@@ -104,29 +104,29 @@ def test_a_file_read_in_small_pieces_is_read_completely(path):
 
 
 def test_frames_are_decoded_from_a_pipe_before_it_ends():
-    reading, writing = os.pipe()
-    half = next(chunk.offset for chunk in list(split_chunks(_DATA))[5:])
-    os.write(writing, _DATA[:half])
-    with os.fdopen(reading, "rb") as pipe:
+    read_end, write_end = os.pipe()
+    third_frame_offset = next(chunk.offset for chunk in list(split_chunks(_DATA))[5:])
+    os.write(write_end, _DATA[:third_frame_offset])
+    with os.fdopen(read_end, "rb") as pipe:
         scenes = decode(PipeSource(pipe))
         assert compute_digest(next(scenes)) == _DIGESTS[0]
         assert compute_digest(next(scenes)) == _DIGESTS[1]
-        os.write(writing, _DATA[half:])
-        os.close(writing)
+        os.write(write_end, _DATA[third_frame_offset:])
+        os.close(write_end)
         assert [compute_digest(scene) for scene in scenes] == _DIGESTS[2:]
 
 
 def test_a_file_can_be_played_while_it_grows(tmp_path):
-    path, seen = tmp_path / "growing", threading.Event()
+    path, is_first_decoded = tmp_path / "growing", threading.Event()
     path.write_bytes(b"")
-    third = [chunk for chunk in split_chunks(_DATA) if chunk.kind in (b"CANO", b"FRAM")][2]
+    third_frame = [chunk for chunk in split_chunks(_DATA) if chunk.kind in (b"CANO", b"FRAM")][2]
 
     def write():
         with path.open("ab", buffering=0) as file:
-            for place in range(0, len(_DATA), 150):
-                if place > third.offset:
-                    assert seen.wait(30)
-                file.write(_DATA[place : place + 150])
+            for offset in range(0, len(_DATA), 150):
+                if offset > third_frame.offset:
+                    assert is_first_decoded.wait(30)
+                file.write(_DATA[offset : offset + 150])
                 time.sleep(0.001)
 
     writer = threading.Thread(target=write)
@@ -134,7 +134,7 @@ def test_a_file_can_be_played_while_it_grows(tmp_path):
     with open_source(str(path)) as source:
         scenes = decode(source, follow=Follow(interval=0.002, patience=30))
         first = next(scenes)
-        seen.set()
+        is_first_decoded.set()
         digests = [compute_digest(scene) for scene in (first, *scenes)]
     writer.join()
 
@@ -143,8 +143,8 @@ def test_a_file_can_be_played_while_it_grows(tmp_path):
 
 def test_seeking_works_in_a_growing_file(tmp_path):
     path = tmp_path / "growing"
-    fifth = [chunk for chunk in split_chunks(_DATA) if chunk.kind in (b"CANO", b"FRAM")][4]
-    path.write_bytes(_DATA[: fifth.offset + 30])
+    fifth_frame = [chunk for chunk in split_chunks(_DATA) if chunk.kind in (b"CANO", b"FRAM")][4]
+    path.write_bytes(_DATA[: fifth_frame.offset + 30])
 
     with open_source(str(path)) as source:
         scenes = decode(source, 3, follow=Follow(interval=0.002, patience=30))
@@ -158,8 +158,8 @@ def test_seeking_works_in_a_growing_file(tmp_path):
 def test_a_file_that_stops_growing_is_truncated(tmp_path):
     path = tmp_path / "cut"
     path.write_bytes(_DATA[:-1])
-    started = time.monotonic()
+    start_time = time.monotonic()
     with open_source(str(path)) as source, pytest.raises(TruncatedError):
         list(decode(source, follow=Follow(interval=0.01, patience=0.1)))
 
-    assert time.monotonic() - started >= 0.1
+    assert time.monotonic() - start_time >= 0.1
