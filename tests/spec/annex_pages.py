@@ -11,7 +11,7 @@ _HALF = str(1 << 23)
 
 
 def dump(data: bytes) -> str:
-    """The text of a file that `xxd -r` converts to the bytes."""
+    """Return the hex dump of bytes, which `xxd -r` converts back."""
     lines = [
         f"{offset:08x}: {data[offset : offset + 16].hex(' ')}" for offset in range(0, len(data), 16)
     ]
@@ -19,7 +19,7 @@ def dump(data: bytes) -> str:
 
 
 def introduction(data: bytes, path: str) -> str:
-    """The size of the stream, and the path of its dump."""
+    """Return a paragraph with the size and the digest of a stream, and a link to its dump."""
     digest = hashlib.sha256(data).hexdigest()
     name = path.rpartition("/")[2]
     return f"{len(data)} bytes, dumped in [{name}]({path}); their SHA-256 is\n`{digest}`.\n"
@@ -35,27 +35,29 @@ def fields(stream: PlainStream, marker: str) -> str:
 
 
 def planes(frame: PlainFrame, marker: str) -> str:
-    """The planes of a frame's sections in coding order, with contexts, weights and bits."""
+    """Return the table of a frame's planes in coding order, with contexts, weights and bits."""
     rows = []
-    for (section, plane), runs in groupby(frame.runs, key=lambda run: (run.section, name_of(run))):
-        cells = [(context_of(run), weight_of(run), run.bits) for run in runs]
+    for (section, plane), runs in groupby(
+        frame.runs, key=lambda run: (run.section, plane_name(run))
+    ):
+        cells = [(context_cell(run), weight_cell(run), run.bits) for run in runs]
         contexts, weights, bits = (" ".join(column) for column in zip(*cells, strict=True))
         rows.append((section, plane, contexts, weights.replace(_HALF, "half"), bits))
     table = render_table(("section", "model and plane", "contexts", "weights", "bits"), rows)
     return f"<!-- spec:planes {marker} -->\n{table}"
 
 
-def name_of(run: Run) -> str:
-    """The model of a run, and the index of the plane."""
+def plane_name(run: Run) -> str:
+    """Return the model of a run, and the index of the plane."""
     return ": ".join(filter(None, (run.model, run.plane)))
 
 
-def context_of(run: Run) -> str:
+def context_cell(run: Run) -> str:
     return "raw" if run.context is None else str(run.context)
 
 
-def weight_of(run: Run) -> str:
-    """The stated code, or the weight without one."""
+def weight_cell(run: Run) -> str:
+    """Return the stated code of a run, or its weight if no code is stated."""
     return str(run.weight) if run.code is None else f"code {run.code}"
 
 
@@ -72,14 +74,14 @@ def _without_brackets(value: str) -> str:
 
 def states(frame: PlainFrame, marker: str) -> str:
     rows = [
-        (str(g.id), _listed(g.position), _listed(g.rotation), _listed(g.codes))
+        (str(g.id), _join_values(g.position), _join_values(g.rotation), _join_values(g.codes))
         for g in frame.state.gaussians
     ]
     table = render_table(("id", "position", "rotation", "codes"), rows)
     return f"<!-- spec:state {marker} -->\n{table}"
 
 
-def _listed(values: list[int]) -> str:
+def _join_values(values: list[int]) -> str:
     return ", ".join(map(str, values))
 
 
@@ -87,8 +89,8 @@ def digests(stream: PlainStream, marker: str) -> str:
     rows = []
     for frame in stream.frames:
         state = frame.state
-        serial = state.serialize()
-        numbers = (state.frame, state.phase, len(state.gaussians), len(serial))
+        serialized = state.serialize()
+        numbers = (state.frame, state.phase, len(state.gaussians), len(serialized))
         crc = f"{frame.state_crc:08x}"
         rows.append((*map(str, numbers), crc, f"`{state.digest()}`"))
     head = ("frame", "phase", "N", "bytes", "state_crc", "SHA-256 of the serialization")

@@ -4,7 +4,7 @@ import numpy as np
 
 from quarc_ref.format import wire
 from quarc_ref.format.records import Births, Gaussians, StreamHeader
-from tests.spec.annex_streams import StreamWriter, columns, symbols_of
+from tests.spec.annex_streams import StreamWriter, build_symbols, columns
 
 
 def make_deep() -> StreamWriter:
@@ -24,31 +24,35 @@ def make_deep() -> StreamWriter:
     writer.canonical(_make_canonical(), frame=1000)
     _move_and_add_births(writer)
 
-    started = writer.begin(0)
-    writer.frame(started, symbols_of(started), None, previous=True)
+    begun_state = writer.begin(0)
+    writer.frame(begun_state, build_symbols(begun_state), None, previous=True)
 
-    started = writer.begin(0)
-    symbols = symbols_of(started, (1, 0, [0, 2, 0, 0, 0, -1]), (2, 1, [1, 0, 0, 0, 0, 0]))
-    writer.frame(started, symbols, None, previous=False)
+    begun_state = writer.begin(0)
+    symbols = build_symbols(begun_state, (1, 0, [0, 2, 0, 0, 0, -1]), (2, 1, [1, 0, 0, 0, 0, 0]))
+    writer.frame(begun_state, symbols, None, previous=False)
 
-    started = writer.begin(1)
-    symbols = symbols_of(started, (1, 0, [0, 1, 0, 0, 0, -1]), (3, 0, [0, 0, -9, 0, 7, 0]))
-    writer.frame(started, symbols, None, previous=True)
+    begun_state = writer.begin(1)
+    symbols = build_symbols(begun_state, (1, 0, [0, 1, 0, 0, 0, -1]), (3, 0, [0, 0, -9, 0, 7, 0]))
+    writer.frame(begun_state, symbols, None, previous=True)
 
-    coded = _make_canonical()
-    two = Gaussians(coded.positions[:, 3:], coded.rotations[:, 3:], coded.codes[:, 3:])
-    writer.canonical(two, frame=1005)
-    started = writer.begin(0)
-    writer.frame(started, symbols_of(started, (1, 1, [2, 0, 0, 0, 0, 0])), None, previous=True)
+    canonical = _make_canonical()
+    last_two = Gaussians(
+        canonical.positions[:, 3:], canonical.rotations[:, 3:], canonical.codes[:, 3:]
+    )
+    writer.canonical(last_two, frame=1005)
+    begun_state = writer.begin(0)
+    writer.frame(
+        begun_state, build_symbols(begun_state, (1, 1, [2, 0, 0, 0, 0, 0])), None, previous=True
+    )
     writer.tail(index=False)
     return writer
 
 
 def _move_and_add_births(writer: StreamWriter) -> None:
-    """Motion of all three levels, and two births of one parent that differ in SH rest."""
-    started = writer.begin(0)
-    symbols = symbols_of(
-        started,
+    """Write a frame with motion on all levels, and two births of one parent with SH rest."""
+    begun_state = writer.begin(0)
+    symbols = build_symbols(
+        begun_state,
         (1, 2, [1, 0, -1, 0, 0, 2]),
         (2, 0, [0, -2, 0, 3, 0, 0]),
         (3, 0, [2, 0, 0, -1, 0, 0]),
@@ -58,13 +62,13 @@ def _move_and_add_births(writer: StreamWriter) -> None:
     second = [-38, -40, -40, 9, 5, 6, 5, *[0] * 8, 33]
     newborn = Gaussians(columns([2, 0, -1], [-2, 0, 1]), rotations, columns(first, second))
     births = Births(np.array([2, 2], dtype=np.int64), newborn)
-    writer.frame(started, symbols, births, previous=False)
+    writer.frame(begun_state, symbols, births, previous=False)
 
 
 def _make_canonical() -> Gaussians:
-    rest = [[0] * 9 for _ in range(5)]
-    rest[0][:3], rest[3][8], rest[4][4] = [2, 2, 1], -4, 1
-    base = (
+    sh_rest = [[0] * 9 for _ in range(5)]
+    sh_rest[0][:3], sh_rest[3][8], sh_rest[4][4] = [2, 2, 1], -4, 1
+    codes_without_sh_rest = (
         [-40, -40, -41, 10, 5, 5, 5],
         [-40, -40, -40, 12, 5, 5, 4],
         [-38, -40, -40, -6, 5, 6, 5],
@@ -74,5 +78,7 @@ def _make_canonical() -> Gaussians:
     return Gaussians(
         columns([0, 0, 0], [9, 1, 0], [9, 1, 0], [0, 40, 7], [33, 40, 7]),
         columns([0, 0, 0, 0], [0, 5, 0, 0], [2, 0, 90, 0], [0, 0, 0, 0], [3, 1, 1, 1]),
-        columns(*(codes + more for codes, more in zip(base, rest, strict=True))),
+        columns(
+            *(codes + rest for codes, rest in zip(codes_without_sh_rest, sh_rest, strict=True))
+        ),
     )

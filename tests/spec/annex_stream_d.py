@@ -6,7 +6,7 @@ from quarc_ref.format import wire
 from quarc_ref.format.constants import RESIDUAL_ROWS
 from quarc_ref.format.records import Births, Gaussians, StreamHeader
 from quarc_ref.format.updates import UPDATE_FIELDS, Updates
-from tests.spec.annex_streams import StreamWriter, columns, symbols_of
+from tests.spec.annex_streams import StreamWriter, build_symbols, columns
 
 
 def make_changing() -> StreamWriter:
@@ -26,21 +26,21 @@ def make_changing() -> StreamWriter:
     )
     writer = StreamWriter(header)
     writer.chunk(b"HEAD", wire.build_stream_header(header))
-    writer.canonical(_six(), frame=10)
+    writer.canonical(_make_six_gaussians(), frame=10)
     _update_and_add_births(writer)
     _update_again(writer)
-    _snap(writer)
+    _write_snapshot(writer)
 
-    started = writer.begin(0)
+    begun_state = writer.begin(0)
     updates = _updates((5, {"opacity": [3]}))
-    writer.frame(started, symbols_of(started), None, previous=False, updates=updates)
+    writer.frame(begun_state, build_symbols(begun_state), None, previous=False, updates=updates)
     writer.tail(index=True)
     return writer
 
 
 def _update_and_add_births(writer: StreamWriter) -> None:
     """Frame 11: one anchor moves, two Gaussians change, one leaves, one is born."""
-    started = writer.begin(0)
+    begun_state = writer.begin(0)
     updates = _updates(
         (0, {"translation": [2, 0, -1], "rotation": [0, 3, 0]}),
         (2, None),
@@ -49,24 +49,24 @@ def _update_and_add_births(writer: StreamWriter) -> None:
     newborn = Gaussians(
         columns([1, 0, -2]), columns([0, 0, 0, 0]), columns([-20, -20, -20, 4, 9, 8, 7])
     )
-    # The parent is the Gaussian of id 3, because that of id 2 has left.
+    # The parent is the Gaussian with id 3, because the Gaussian with id 2 has left.
     births = Births(np.array([2], dtype=np.int64), newborn)
-    symbols = symbols_of(started, (1, 0, [1, 0, 0, 0, 0, -2]))
-    writer.frame(started, symbols, births, previous=False, updates=updates)
+    symbols = build_symbols(begun_state, (1, 0, [1, 0, 0, 0, 0, -2]))
+    writer.frame(begun_state, symbols, births, previous=False, updates=updates)
 
 
 def _update_again(writer: StreamWriter) -> None:
     """Frame 12: contexts of recency; one Gaussian is coded as changing without any field."""
-    started = writer.begin(0)
+    begun_state = writer.begin(0)
     updates = _updates(
         (0, {"translation": [-1, 1, 1]}),
         (1, {}),
         (5, {"opacity": [5]}),
     )
-    writer.frame(started, symbols_of(started), None, previous=True, updates=updates)
+    writer.frame(begun_state, build_symbols(begun_state), None, previous=True, updates=updates)
 
 
-def _snap(writer: StreamWriter) -> None:
+def _write_snapshot(writer: StreamWriter) -> None:
     """Frame 13: five survivors and two others."""
     positions = columns(
         *([2, 0, -1], [1, 2, 0], [9, 1, 0], [60, 40, 7], [64, 38, 7]), *([61, 40, 7], [0, 0, 90])
@@ -87,18 +87,18 @@ def _snap(writer: StreamWriter) -> None:
     writer.snapshot(Gaussians(positions, rotations, codes), [0, 1, 3, 4, 5, -1, -1])
 
 
-def _updates(*given: tuple[int, dict[str, list[int]] | None]) -> Updates:
-    """Updates of (index, residuals by field); None for a Gaussian that leaves."""
-    residuals = np.zeros((RESIDUAL_ROWS, len(given)), dtype=np.int64)
-    for place, (_, fields) in enumerate(given):
+def _updates(*changes: tuple[int, dict[str, list[int]] | None]) -> Updates:
+    """Return updates from pairs (index, residuals by field); None for a Gaussian that leaves."""
+    residuals = np.zeros((RESIDUAL_ROWS, len(changes)), dtype=np.int64)
+    for column, (_, fields) in enumerate(changes):
         for name, values in (fields or {}).items():
-            residuals[UPDATE_FIELDS[name], place] = values
-    indices = np.array([index for index, _ in given], dtype=np.int64)
-    dies = np.array([fields is None for _, fields in given], dtype=np.bool_)
+            residuals[UPDATE_FIELDS[name], column] = values
+    indices = np.array([index for index, _ in changes], dtype=np.int64)
+    dies = np.array([fields is None for _, fields in changes], dtype=np.bool_)
     return Updates(indices, dies, residuals)
 
 
-def _six() -> Gaussians:
+def _make_six_gaussians() -> Gaussians:
     return Gaussians(
         columns([0, 0, 0], [1, 0, 0], [9, 1, 0], [9, 1, 0], [60, 40, 7], [63, 40, 7]),
         columns(

@@ -37,7 +37,7 @@ EMPTY = Section(np.zeros(0, dtype=np.uint32))
 
 @dataclass
 class StreamWriter:
-    """Appends chunks, and keeps the state up to date."""
+    """Appends chunks to a stream, and stores the state of each frame."""
 
     header: StreamHeader
     data: bytes = MAGIC
@@ -57,18 +57,18 @@ class StreamWriter:
         sections = write_canonical(ordered, origin)
         chunk = CanonicalChunk(frame, ordered.count, origin, axis_bits, sections, crc)
         self.reference = (frame, ordered)
-        self._enter(b"CANO", wire.build_canonical(chunk), state)
+        self._append_canonical(b"CANO", wire.build_canonical(chunk), state)
 
     def snapshot(self, gaussians: Gaussians, roots: list[int]) -> None:
         """Write a SNAP chunk; `roots` has indices in the last CANO, and -1 for new Gaussians."""
         assert self.reference is not None
-        canonical, known = self.reference
-        coded = write_snapshot(known, gaussians, np.array(roots, dtype=np.int64))
+        canonical_frame, canonical_gaussians = self.reference
+        coded = write_snapshot(canonical_gaussians, gaussians, np.array(roots, dtype=np.int64))
         frame = self.states[-1].frame + 1
         state = begin_canonical(self.header, frame, coded.gaussians)
         chunk = SnapshotChunk(
             frame,
-            canonical,
+            canonical_frame,
             coded.newborn_count,
             coded.origin,
             coded.axis_bits,
@@ -76,9 +76,9 @@ class StreamWriter:
             coded.sections,
             compute_state_crc(state.scene, all_fields=True),
         )
-        self._enter(b"SNAP", wire.build_snapshot(chunk), state)
+        self._append_canonical(b"SNAP", wire.build_snapshot(chunk), state)
 
-    def _enter(self, kind: bytes, payload: bytes, state: State) -> None:
+    def _append_canonical(self, kind: bytes, payload: bytes, state: State) -> None:
         """Write a chunk at which decoding can begin."""
         self.seek_points.append(SeekPoint(len(self.data), self.sequence, state.frame))
         self.chunk(kind, payload)
@@ -89,7 +89,7 @@ class StreamWriter:
 
     def frame(
         self,
-        started: State,
+        begun_state: State,
         symbols: list[Int64],
         births: Births | None,
         *,
@@ -97,22 +97,22 @@ class StreamWriter:
         updates: Updates | None = None,
     ) -> None:
         """Write a FRAM chunk; the number of deaths follows from `started`."""
-        deaths = self.states[-1].scene.count - started.scene.count
+        deaths = self.states[-1].scene.count - begun_state.scene.count
         motion = write_motion(
-            motion_contexts(started, previous=previous), symbols, started.motion_counts
+            motion_contexts(begun_state, previous=previous), symbols, begun_state.motion_counts
         )
-        state = decode_motion(started, motion, previous=previous)
-        changes = None
+        state = decode_motion(begun_state, motion, previous=previous)
+        update_section = None
         if updates is not None:
-            changes = write_updates(update_context(state), updates, state.update_counts)
-            state = decode_updates(state, changes)
-        section, count = EMPTY, 0
+            update_section = write_updates(update_context(state), updates, state.update_counts)
+            state = decode_updates(state, update_section)
+        birth_section, count = EMPTY, 0
         if births is not None:
-            section, count = write_births(births, state.birth_counts), births.newborn.count
-            state = decode_births(state, section, count)
+            birth_section, count = write_births(births, state.birth_counts), births.newborn.count
+            state = decode_births(state, birth_section, count)
         crc = state_crc(state.scene)
         chunk = FrameChunk(
-            state.scene.phase, previous, deaths, count, motion, section, crc, changes
+            state.scene.phase, previous, deaths, count, motion, birth_section, crc, update_section
         )
         self.chunk(b"FRAM", wire.build_frame(chunk))
         self.states.append(state)
@@ -129,12 +129,12 @@ def columns(*rows: list[int]) -> Int64:
     return np.array(rows, dtype=np.int64).T
 
 
-def symbols_of(started: State, *given: tuple[int, int, list[int]]) -> list[Int64]:
-    """Symbols of all anchors, 0 except those of (level, anchor, symbols)."""
-    channels = started.scene.header.symbol_planes
-    levels = started.known_anchors.levels
+def build_symbols(begun_state: State, *anchor_symbols: tuple[int, int, list[int]]) -> list[Int64]:
+    """Return the symbols of all anchors: those given as (level, anchor, symbols), else 0."""
+    channels = begun_state.scene.header.symbol_planes
+    levels = begun_state.known_anchors.levels
     symbols = [np.zeros((channels, level.owners.size), dtype=np.int64) for level in levels]
-    for level, anchor, values in given:
+    for level, anchor, values in anchor_symbols:
         symbols[level - 1][:, anchor] = values
     return symbols
 
@@ -176,20 +176,20 @@ def make_moving() -> StreamWriter:
     writer.chunk(b"HEAD", wire.build_stream_header(header))
     writer.chunk(b"came", wire.build_cameras((CAMERA,)))
     writer.chunk(b"meta", wire.build_metadata({"title": "seven Gaussians"}))
-    writer.canonical(_seven(), frame=0)
+    writer.canonical(_make_seven_gaussians(), frame=0)
 
-    started = writer.begin(0)
-    moved = symbols_of(
-        started,
+    begun_state = writer.begin(0)
+    symbols = build_symbols(
+        begun_state,
         (1, 0, [1, 0, -2, 0, 0, 0, 0]),
         (1, 2, [0, 0, 5, -1, 0, 0, 6]),
         (2, 0, [3, 0, 0, 0, 0, 0, -4]),
     )
-    writer.frame(started, moved, None, previous=False)
+    writer.frame(begun_state, symbols, None, previous=False)
 
-    started = writer.begin(0)
-    moved = symbols_of(
-        started,
+    begun_state = writer.begin(0)
+    symbols = build_symbols(
+        begun_state,
         (1, 0, [4, 0, -1, 0, 0, 0, -3]),
         (1, 2, [0, 0, 5, 0, 0, 0, 5]),
         (1, 3, [0, 0, 0, 2, 0, 0, 0]),
@@ -197,20 +197,22 @@ def make_moving() -> StreamWriter:
     rotations = columns([0, 0, 0, 0], [2, -30, 0, 181])
     codes = columns([-40, -41, -40, 20, 12, -8, 3], [-36, -37, -36, 22, -12, 0, 13])
     # The second newborn is equally far from the third and the fourth anchor of level 1.
-    places = columns([6, -3, 0], [5, 0, -15])
-    births = Births(np.array([1, 5], dtype=np.int64), Gaussians(places, rotations, codes))
-    writer.frame(started, moved, births, previous=True)
+    newborn_positions = columns([6, -3, 0], [5, 0, -15])
+    births = Births(
+        np.array([1, 5], dtype=np.int64), Gaussians(newborn_positions, rotations, codes)
+    )
+    writer.frame(begun_state, symbols, births, previous=True)
 
-    started = writer.begin(2)
+    begun_state = writer.begin(2)
     newborn = Gaussians(columns([1, 0, 0]), rotations[:, :1], codes[:, :1] + 1)
-    births = Births(np.array([started.scene.count - 1], dtype=np.int64), newborn)
-    moved = symbols_of(started, (2, 1, [0, 65, 0, 0, 0, 0, 0]))
-    writer.frame(started, moved, births, previous=True)
+    births = Births(np.array([begun_state.scene.count - 1], dtype=np.int64), newborn)
+    symbols = build_symbols(begun_state, (2, 1, [0, 65, 0, 0, 0, 0, 0]))
+    writer.frame(begun_state, symbols, births, previous=True)
     writer.tail(index=True)
     return writer
 
 
-def _seven() -> Gaussians:
+def _make_seven_gaussians() -> Gaussians:
     return Gaussians(
         columns(
             *([0, 0, 0], [5, 0, 0], [5, 0, 0], [60, 60, 3], [64, 60, 0], [-30, 8, 90]), [-30, 9, 90]

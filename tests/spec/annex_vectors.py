@@ -1,7 +1,7 @@
-"""The tables of Annex F: inputs, and the answers of the package and of its slow twin.
+"""The tables of Annex F: inputs, and the answers of two independent implementations.
 
-The package computes a table from its inputs. The check reads the cells of the text, and both
-implementations must reproduce the outputs.
+The package computes a table from its inputs. The check reads the cells of the text, and the
+package and the independent implementation must reproduce the outputs.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from quarc_ref.format.coding.ans import encode_bits
 from quarc_ref.format.coding.contexts import ContextCounts
 from quarc_ref.format.morton import interleave
 
-Answer = Callable[..., str]
+AnswerFunction = Callable[..., str]
 
 
 @dataclass(frozen=True)
@@ -29,14 +29,14 @@ class VectorTable:
         head: Names of the columns, the answer last.
         inputs: Cells of each row without the answer.
         package: Function of the package that answers a row.
-        twin: Independent function that answers it, written from the specification.
+        independent: Independent function that answers a row, written from the specification.
     """
 
     marker: str
     head: tuple[str, ...]
     inputs: tuple[tuple[str, ...], ...]
-    package: Answer
-    twin: Answer
+    package: AnswerFunction
+    independent: AnswerFunction
 
     def render(self) -> str:
         rows = [(*cells, self.package(*cells)) for cells in self.inputs]
@@ -57,7 +57,7 @@ def words(values: list[int]) -> str:
     return " ".join(f"{value:08x}" for value in values)
 
 
-def listed(values: object) -> str:
+def join_values(values: object) -> str:
     return ", ".join(map(str, values))
 
 
@@ -76,18 +76,18 @@ def answer_divide(numerator: str, denominator: str) -> str:
 
 
 def answer_normalize(vector: str, guard: str) -> str:
-    return listed(_normalize(_column(numbers(vector)), int(guard))[:, 0].tolist())
+    return join_values(_normalize(_column(numbers(vector)), int(guard))[:, 0].tolist())
 
 
 def answer_expand(bits: str, index: str, others: str) -> str:
     coded = _column([int(index), *numbers(others)])
-    return listed(expand_rotations(coded, int(bits))[:, 0].tolist())
+    return join_values(expand_rotations(coded, int(bits))[:, 0].tolist())
 
 
 def answer_turn(rotation: str, sums: str) -> str:
     residual = normalize_sums(_column(numbers(sums)))
-    turned = rotate(_column(numbers(rotation)).astype(np.int32), residual)
-    return listed(turned[:, 0].tolist())
+    rotated = rotate(_column(numbers(rotation)).astype(np.int32), residual)
+    return join_values(rotated[:, 0].tolist())
 
 
 def answer_encode(bits: str, weights: str) -> str:
@@ -99,19 +99,19 @@ def answer_encode(bits: str, weights: str) -> str:
 
 
 def answer_decode(bits: str, weights: str) -> str:
-    """The words, if they decode to exactly these bits."""
-    found = answer_encode(bits, weights)
-    coder = PlainCoder(numbers(found.replace("none", ""), 16))
+    """Return the words, after checking that they decode to these bits."""
+    expected_words = answer_encode(bits, weights)
+    coder = PlainCoder(numbers(expected_words.replace("none", ""), 16))
     assert [coder.decode_bit(weight) for weight in numbers(weights)] == [
         int(b) for b in bits.split()
     ]
     assert coder.state == 0
     assert not coder.words
-    return found
+    return expected_words
 
 
-def _seen(*pairs: tuple[int, int]) -> ContextCounts:
-    """The counts of context 0 of a model after planes with given numbers of zeros and ones."""
+def _count_bits(*pairs: tuple[int, int]) -> ContextCounts:
+    """Return the counts of context 0 after planes with these numbers of zeros and ones."""
     counts = ContextCounts()
     for zeros, ones in pairs:
         counts.add_bits("model", np.array([0]), np.array([zeros]), np.array([ones]))
@@ -119,7 +119,7 @@ def _seen(*pairs: tuple[int, int]) -> ContextCounts:
 
 
 def answer_weight(zeros: str, ones: str) -> str:
-    return str(_seen((int(zeros), int(ones))).weights("model", np.array([0]))[0])
+    return str(_count_bits((int(zeros), int(ones))).weights("model", np.array([0]))[0])
 
 
 def _pair(cell: str) -> tuple[int, int]:
@@ -128,13 +128,13 @@ def _pair(cell: str) -> tuple[int, int]:
 
 
 def answer_count(before: str, bits: str) -> str:
-    counts = _seen(_pair(before), _pair(bits))
-    return listed(counts._models["model"][:, 0].tolist())
+    counts = _count_bits(_pair(before), _pair(bits))
+    return join_values(counts._models["model"][:, 0].tolist())
 
 
 def answer_slow_count(before: str, bits: str) -> str:
     zeros, ones = _pair(bits)
-    return listed(add_to_counts(list(_pair(before)), [0] * zeros + [1] * ones))
+    return join_values(add_to_counts(list(_pair(before)), [0] * zeros + [1] * ones))
 
 
 def answer_morton(point: str) -> str:
@@ -142,8 +142,14 @@ def answer_morton(point: str) -> str:
 
 
 def answer_slow_morton(point: str) -> str:
-    places = [(v, 2 - axis) for axis, v in enumerate(numbers(point))]
-    return str(sum((v >> b & 1) << (3 * b + place) for v, place in places for b in range(21)))
+    numbers_and_axes = [(v, 2 - axis) for axis, v in enumerate(numbers(point))]
+    return str(
+        sum(
+            (v >> b & 1) << (3 * b + axis_bit)
+            for v, axis_bit in numbers_and_axes
+            for b in range(21)
+        )
+    )
 
 
 def answer_dequantize(code: str, step: str) -> str:
@@ -152,13 +158,13 @@ def answer_dequantize(code: str, step: str) -> str:
 
 
 def answer_slow_dequantize(code: str, step: str) -> str:
-    """Computed in doubles: the product of 16 and 24 bits is exact, and rounded once."""
+    """Compute in binary64, where the product of 16 and 24 bits is exact, and round once."""
     exact = float(np.array([int(step, 16)], "<u4").view("<f4")[0]) * int(code)
     return f"{np.float32(exact).view('<u4'):08x}"
 
 
 def slow_crc(data: bytes) -> int:
-    """SPEC 4.5, step by step."""
+    """Compute a CRC bit by bit, as in SPEC 4.5."""
     crc = 0xFFFFFFFF
     for byte in data:
         crc ^= byte

@@ -1,4 +1,4 @@
-"""The bounds of Annex E, each computed from the constants and the ranges of the header."""
+"""The bounds of Annex E, computed from the constants and the ranges of the header fields."""
 
 from collections.abc import Iterator
 from math import isqrt
@@ -22,19 +22,25 @@ PRODUCT = c.ROTATION_ONE + 10
 PRODUCT_SUM = (c.ROTATION_ONE + 2) * (c.ROTATION_ONE + 6)
 # The largest planes have a bit for each row of SH rest of every newborn.
 MAX_COUNTED = c.COUNT_LIMIT + U32 * c.SH_REST_PLANES
-LARGEST_NUMERATOR = (2 * c.COUNT_LIMIT + 1) * c.WEIGHT_TOTAL
+MAX_NUMERATOR = (2 * c.COUNT_LIMIT + 1) * c.WEIGHT_TOTAL
 MIN_BY_COUNTS = c.WEIGHT_TOTAL // (2 * c.COUNT_LIMIT + 2)
-GREATEST_BY_COUNTS = LARGEST_NUMERATOR // (2 * c.COUNT_LIMIT + 2)
+MAX_BY_COUNTS = MAX_NUMERATOR // (2 * c.COUNT_LIMIT + 2)
 
 Bound = tuple[str, int, int, str]
 
 
 def bounds() -> list[Bound]:
-    """Name, minimum, maximum and section of all integers that a decoder computes."""
-    return [*_of_fields(), *_of_anchors(), *_of_frames(), *_of_rotations(), *_of_planes()]
+    """Return name, minimum, maximum and section of all integers that a decoder computes."""
+    return [
+        *_field_bounds(),
+        *_anchor_bounds(),
+        *_frame_bounds(),
+        *_rotation_bounds(),
+        *_plane_bounds(),
+    ]
 
 
-def _of_fields() -> Iterator[Bound]:
+def _field_bounds() -> Iterator[Bound]:
     yield "bytes of a payload; any CRC; any ordinal, phase or count", 0, U32, "5"
     yield "bytes of a serialization", 8 + 60, 8 + 96 * U32, "9.1"
     yield "`origin`, each axis", -(1 << 31), (1 << 31) - 1, "5.4"
@@ -51,7 +57,7 @@ def _of_fields() -> Iterator[Bound]:
     yield "`index_offset`, `offset` of a seek point", 0, U64, "5.9"
 
 
-def _of_anchors() -> Iterator[Bound]:
+def _anchor_bounds() -> Iterator[Bound]:
     yield "A_l", 1, U32, "6.1"
     yield "product of a round of Philox", 0, U32 * 0xD2511F53, "6.2"
     yield "rank: word x 2^32 + id", 0, U64, "6.2"
@@ -60,15 +66,15 @@ def _of_anchors() -> Iterator[Bound]:
     yield "squared distance", 0, 3 * BIASED**2, "6.4"
 
 
-def _of_frames() -> Iterator[Bound]:
+def _frame_bounds() -> Iterator[Bound]:
     canonical = (1 << 31) * U16
-    coded = ((1 << 31) - 1 + (1 << c.AXIS_BITS_LIMIT) - 1) * U16
-    moved = c.POSITION_LIMIT + MOTION * U16
-    two, three = 2 * SIGNED_LIMIT, 3 * SIGNED_LIMIT
-    born = c.POSITION_LIMIT + SIGNED_LIMIT * U16
-    yield "canonical position before its check", -canonical, coded, "7.2"
-    yield "moved position before its check", -moved, moved, "7.5"
-    yield "newborn or updated position before its check", -born, born, "7.6"
+    max_coded = ((1 << 31) - 1 + (1 << c.AXIS_BITS_LIMIT) - 1) * U16
+    moved_limit = c.POSITION_LIMIT + MOTION * U16
+    two_codes, three_codes = 2 * SIGNED_LIMIT, 3 * SIGNED_LIMIT
+    newborn_limit = c.POSITION_LIMIT + SIGNED_LIMIT * U16
+    yield "canonical position before its check", -canonical, max_coded, "7.2"
+    yield "moved position before its check", -moved_limit, moved_limit, "7.5"
+    yield "newborn or updated position before its check", -newborn_limit, newborn_limit, "7.6"
     yield "position of the state", -c.POSITION_LIMIT, c.POSITION_LIMIT, "7.1"
     yield "symbol", -c.SYMBOL_LIMIT, c.SYMBOL_LIMIT, "8.7"
     yield "motion, each channel", -MOTION, MOTION, "7.1"
@@ -77,25 +83,30 @@ def _of_frames() -> Iterator[Bound]:
     yield "sum of the magnitudes of a parent's symbols", 0, 7 * c.SYMBOL_LIMIT, "8.7"
     yield "sum of the magnitudes of what is expected", 0, 7 * EXPECTED, "8.7"
     yield "f - i", -EXPECTED - c.MAGNITUDE_PLANES + 1, EXPECTED, "8.7"
-    yield "sum of 2 numbers: SH DC, log-scale y, before its check", -two, two, "8.5"
-    yield "sum of 3 numbers: log-scale z of a newborn, before its check", -three, three, "8.6"
-    yield "updated code before its check", -two, two, "7.8"
+    yield "sum of 2 numbers: SH DC, log-scale y, before its check", -two_codes, two_codes, "8.5"
+    yield (
+        "sum of 3 numbers: log-scale z of a newborn, before its check",
+        -three_codes,
+        three_codes,
+        "8.6",
+    )
+    yield "updated code before its check", -two_codes, two_codes, "7.8"
     yield (
         "residual of rotation of an update",
         -c.ROTATION_UNITY_LIMIT,
         c.ROTATION_UNITY_LIMIT,
         "7.8",
     )
-    yield "s: sum of residuals of an update", -two, two, "8.8"
+    yield "s: sum of residuals of an update", -two_codes, two_codes, "8.8"
     yield "difference of a position of a survivor", -SIGNED_LIMIT * U32, SIGNED_LIMIT * U32, "8.9"
-    yield "code of a survivor before its check", -two, two, "7.9"
+    yield "code of a survivor before its check", -two_codes, two_codes, "7.9"
     component = (1 << c.ROTATION_BITS_LIMIT) + SIGNED_LIMIT
     yield "a, b, c of a survivor before their check", -component, component, "7.9"
-    yield "s: sum of magnitudes of a survivor", 0, two, "8.9"
+    yield "s: sum of magnitudes of a survivor", 0, two_codes, "8.9"
     yield "code of the state", -c.CODE_LIMIT, c.CODE_LIMIT, "7.1"
 
 
-def _of_rotations() -> Iterator[Bound]:
+def _rotation_bounds() -> Iterator[Bound]:
     one, numerator = c.ROTATION_ONE, c.ROTATION_FRACTION_BITS + c.SUM_GUARD_BITS
     doubled = 2 * (MAX_SUM << numerator) + isqrt(SUM_SQUARE << (2 * c.SUM_GUARD_BITS))
     squared = PRODUCT**2 << (2 * c.PRODUCT_GUARD_BITS)
@@ -117,13 +128,13 @@ def _of_rotations() -> Iterator[Bound]:
     yield "2 abs(v_i x 2^30) + n", 0, 2 * scaled + isqrt(squared), "4.2"
 
 
-def _of_planes() -> Iterator[Bound]:
+def _plane_bounds() -> Iterator[Bound]:
     yield "bits of a plane", 0, U32 * c.SH_REST_PLANES, "8.1"
     yield "zeros, ones, zeros + ones, between planes", 0, c.COUNT_LIMIT, "8.2"
     yield "the same, before they are halved", 0, MAX_COUNTED, "8.2"
     yield "2 (zeros + ones) + 2", 2, 2 * c.COUNT_LIMIT + 2, "8.2"
-    yield "(2 ones + 1) x 2^24", c.WEIGHT_TOTAL, LARGEST_NUMERATOR, "8.2"
-    yield "weight of a 1, by counts", MIN_BY_COUNTS, GREATEST_BY_COUNTS, "8.2"
+    yield "(2 ones + 1) x 2^24", c.WEIGHT_TOTAL, MAX_NUMERATOR, "8.2"
+    yield "weight of a 1, by counts", MIN_BY_COUNTS, MAX_BY_COUNTS, "8.2"
     yield "weight of a 1, by a code", 256, c.WEIGHT_TOTAL - 256, "8.2"
     yield "state of the coder", 0, U64, "8.3"
     yield "class by Unsigned(KEY_CLASS_BITS)", 0, (1 << c.KEY_CLASS_BITS) - 1, "8.4"
@@ -133,27 +144,27 @@ def _of_planes() -> Iterator[Bound]:
     yield "sum of differences, where a decoder stops above 2^61", 0, (1 << 61) + (1 << 60), "8.4"
     yield "Morton key", 0, (1 << (3 * c.AXIS_BITS_LIMIT)) - 1, "8.5"
     yield "s: sum of magnitudes of SH rest", 0, (c.SH_REST_PLANES - 1) * SIGNED_LIMIT, "8.5"
-    yield "context of a plane", 0, _greatest_context(), "8.4"
+    yield "context of a plane", 0, _max_context(), "8.4"
 
 
-def _greatest_context() -> int:
-    """Greatest context, of a mantissa in the last row of survivors."""
+def _max_context() -> int:
+    """Return the largest context, which is a mantissa context of the survivors' last row."""
     outer = c.REST_CLASSES * max(c.SH_REST_PLANES, c.SURVIVOR_ROWS) - 1
     inner = (outer << c.CLASS_BITS) + (1 << c.CLASS_BITS) - 1
     return ((2 * inner + 1) << c.MODELLED_BITS) + (1 << c.MODELLED_BITS) - 1
 
 
-def bits_of(least: int, greatest: int) -> str:
-    """`u24`: 24 bits unsigned; `i25`: 25 bits of two's complement."""
-    if least >= 0:
-        return f"u{max(1, greatest.bit_length())}"
-    return f"i{max(greatest, -least - 1).bit_length() + 1}"
+def bit_width(minimum: int, maximum: int) -> str:
+    """Return a width such as `u24` (24 bits, unsigned) or `i25` (25 bits, two's complement)."""
+    if minimum >= 0:
+        return f"u{max(1, maximum.bit_length())}"
+    return f"i{max(maximum, -minimum - 1).bit_length() + 1}"
 
 
 def widths() -> str:
     rows = [
-        (name, str(least), str(greatest), bits_of(least, greatest), section)
-        for name, least, greatest, section in bounds()
+        (name, str(minimum), str(maximum), bit_width(minimum, maximum), section)
+        for name, minimum, maximum, section in bounds()
     ]
     head = ("quantity", "least", "greatest", "bits", "section")
     return "<!-- spec:widths -->\n" + render_table(head, rows)

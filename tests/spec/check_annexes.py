@@ -23,19 +23,19 @@ _RANDOM123 = [
         "d16cfe09 94fdcceb 5001e420 24126ea1",
     ],
 ]
-_MADE: dict[str, str] = {}
+_REGIONS: dict[str, str] = {}
 
 
-def made_regions() -> dict[str, str]:
-    """The output of `make_annexes` for the current text, computed once."""
-    if not _MADE:
-        _MADE.update(make_regions(spec_text.read_spec()))
-    return _MADE
+def compute_regions() -> dict[str, str]:
+    """Return the output of `make_annexes` for the current text, computed once."""
+    if not _REGIONS:
+        _REGIONS.update(make_regions(spec_text.read_spec()))
+    return _REGIONS
 
 
 def check_regions(spec: str) -> None:
-    """The generated regions equal the current output of `make_annexes`, and there are no others."""
-    regions = made_regions()
+    """Check that the generated regions equal the current output of `make_annexes`."""
+    regions = compute_regions()
     assert sorted(re.findall(r"<!-- made:(\S+) -->", spec)) == sorted(regions)
     for name, body in regions.items():
         assert spec_text.read_generated_region(spec, name) == body, (
@@ -48,42 +48,45 @@ def check_vectors(spec: str) -> None:
         rows = spec_text.read_table(spec, f"vectors {table.marker}")
         assert len(rows) == len(table.inputs)
         for *cells, answer in rows:
-            assert table.package(*cells) == table.twin(*cells) == answer, (table.marker, cells)
+            assert table.package(*cells) == table.independent(*cells) == answer, (
+                table.marker,
+                cells,
+            )
 
 
 def check_random123(spec: str) -> None:
     rows = spec_text.read_table(spec, "vectors philox")
-    known = [[cell.strip() for cell in row] for row in _RANDOM123]
-    assert rows[: len(known)] == known
+    expected_rows = [[cell.strip() for cell in row] for row in _RANDOM123]
+    assert rows[: len(expected_rows)] == expected_rows
 
 
 def check_widths(spec: str) -> None:
     sections = spec_text.list_section_numbers(spec)
-    for name, least, greatest, bits, section in spec_text.read_table(spec, "widths"):
-        assert bits == annex_widths.bits_of(int(least), int(greatest)), name
+    for name, minimum, maximum, bits, section in spec_text.read_table(spec, "widths"):
+        assert bits == annex_widths.bit_width(int(minimum), int(maximum)), name
         assert section in sections, name
         assert int(bits[1:]) <= 64, name
 
 
 def check_dump(name: str, data: bytes) -> None:
-    """A dump has the bytes of the records."""
+    """Check that a dump has the bytes of its stream."""
     assert data == streams()[name]
 
 
 def check_offsets(spec: str) -> None:
-    """The rows of the fields contain the bytes of the dumps."""
+    """Check that the rows of the fields contain the bytes of the dumps."""
     for name in streams():
         dump, offset = spec_text.read_dump(name), 0
         for row in spec_text.read_records(spec, f"fields {name}"):
             assert int(row["offset"], 16) == offset, row
-            taken = bytes.fromhex(row["bytes"].replace("none", ""))
-            assert dump[offset : offset + len(taken)] == taken, row
-            offset += len(taken)
+            row_bytes = bytes.fromhex(row["bytes"].replace("none", ""))
+            assert dump[offset : offset + len(row_bytes)] == row_bytes, row
+            offset += len(row_bytes)
         assert offset == len(dump), name
 
 
 def check_fields(spec: str) -> None:
-    """The plain decoder, using the tables of the text, finds in the dump what the rows state."""
+    """Check that the plain decoder, with the tables of the text, reads the stated fields."""
     for name in streams():
         stream = decode_plain(spec, spec_text.read_dump(name))
         body = spec_text.read_generated_region(spec, f"stream-{name}")
@@ -91,7 +94,7 @@ def check_fields(spec: str) -> None:
 
 
 def check_states(spec: str) -> None:
-    """The package decodes the dumps to the digests and states in the text."""
+    """Check that the package decodes the dumps to the digests and states in the text."""
     for name in streams():
         scenes = list(decode(spec_text.read_dump(name)))
         rows = spec_text.read_records(spec, f"digests {name}")
@@ -102,13 +105,13 @@ def check_states(spec: str) -> None:
                 int(row["phase"]),
                 int(row["N"]),
             )
-            message = spec_text.read_table(spec, f"state {name}{scene.frame}")
-            assert [[numbers(cell) for cell in cells] for cells in message] == _columns(scene)
+            state_rows = spec_text.read_table(spec, f"state {name}{scene.frame}")
+            assert [[numbers(cell) for cell in cells] for cells in state_rows] == _columns(scene)
 
 
 def _columns(scene: Scene) -> list[list[list[int]]]:
-    parts = (scene.ids[None], scene.positions, scene.rotations, scene.codes)
-    return [[part[:, i].tolist() for part in parts] for i in range(scene.count)]
+    fields = (scene.ids[None], scene.positions, scene.rotations, scene.codes)
+    return [[field[:, i].tolist() for field in fields] for i in range(scene.count)]
 
 
 CHECKS = (

@@ -1,7 +1,7 @@
 """Compares the `range` column of SPEC 5 with the values that the package accepts and rejects.
 
-A payload is packed by the table of the text, with one field at the edge of its range or just
-beyond.
+A payload is packed with the table of the text. One field is at an end of its range, or just
+outside the range.
 """
 
 import struct
@@ -17,10 +17,10 @@ from quarc_ref.format.errors import FieldError
 from quarc_ref.format.records import StreamHeader
 from tests.small_streams import CAMERA
 
-_PACKED = {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "i32": "i", "f32": "f"}
-_GREATEST = {"u8": (1 << 8) - 1, "u16": (1 << 16) - 1, "u32": (1 << 32) - 1, "u64": (1 << 64) - 1}
-_TINY = float(np.finfo(np.float32).smallest_subnormal)
-_NO_NUMBERS = (float("nan"), float("inf"), -float("inf"))
+_STRUCT_FORMATS = {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "i32": "i", "f32": "f"}
+_MAXIMUMS = {"u8": (1 << 8) - 1, "u16": (1 << 16) - 1, "u32": (1 << 32) - 1, "u64": (1 << 64) - 1}
+_SMALLEST_FLOAT = float(np.finfo(np.float32).smallest_subnormal)
+_NON_FINITE = (float("nan"), float("inf"), -float("inf"))
 _VERSION = {
     "version_major": constants.VERSION_MAJOR,
     "version_minor": constants.VERSION_MINOR,
@@ -47,9 +47,9 @@ def check_ranges(spec: str) -> None:
         for row in rows:
             if row["field"] in _VERSION:
                 continue
-            for fine, value in _cases(spec, row):
+            for is_valid, value in _cases(spec, row):
                 payload = prefix + _pack(rows, {**values, row["field"]: value})
-                assert _accepts(parse, payload) == fine, (marker, row["field"], value)
+                assert _accepts(parse, payload) == is_valid, (marker, row["field"], value)
 
 
 def _accepts(parse: Callable[[bytes], object], payload: bytes) -> bool:
@@ -61,44 +61,46 @@ def _accepts(parse: Callable[[bytes], object], payload: bytes) -> bool:
 
 
 def _cases(spec: str, row: dict[str, str]) -> Iterator[tuple[bool, object]]:
-    kind = row["type"]
-    count, _, inner = kind.rpartition(" x ")
-    if inner not in _PACKED:
+    field_type = row["type"]
+    count, _, item_type = field_type.rpartition(" x ")
+    if item_type not in _STRUCT_FORMATS:
         return
-    good, bad = _edges(spec, row["range"], inner)
-    for fine, values in ((True, good), (False, bad)):
+    valid_values, invalid_values = _edges(spec, row["range"], item_type)
+    for is_valid, values in ((True, valid_values), (False, invalid_values)):
         for value in values:
-            yield fine, (value,) * int(count) if count else value
+            yield is_valid, (value,) * int(count) if count else value
 
 
-def _edges(spec: str, message: str, kind: str) -> Cases:
-    """Return the outermost values inside a range, and the nearest ones outside."""
-    words = message.split()
-    greatest = _GREATEST.get(kind, (1 << 31) - 1)
+def _edges(spec: str, range_text: str, kind: str) -> Cases:
+    """Return the outermost values inside a range, and the nearest values outside."""
+    words = range_text.split()
+    type_maximum = _MAXIMUMS.get(kind, (1 << 31) - 1)
     if kind == "f32":
-        return _edges_of_floats(words)
+        return _float_edges(words)
     if not words:
-        return [0, greatest], []
+        return [0, type_maximum], []
     if words[0] == "of":
         levels = [int(row[0]) for row in spec_text.read_table(spec, "levels")]
         return levels, [level for level in range(256) if level not in levels]
-    least = int(words[1] if words[0] == ">=" else words[0])
-    most = greatest if words[0] == ">=" else int(words[2])
-    return [least, most], [value for value in (least - 1, most + 1) if 0 <= value <= greatest]
+    minimum = int(words[1] if words[0] == ">=" else words[0])
+    maximum = type_maximum if words[0] == ">=" else int(words[2])
+    return [minimum, maximum], [
+        value for value in (minimum - 1, maximum + 1) if 0 <= value <= type_maximum
+    ]
 
 
-def _edges_of_floats(words: list[str]) -> Cases:
+def _float_edges(words: list[str]) -> Cases:
     if words == ["finite"]:
-        return [0.0, -1e30], list(_NO_NUMBERS)
+        return [0.0, -1e30], list(_NON_FINITE)
     if words == [">", "0"]:
-        return [_TINY, 1e30], [0.0, -_TINY, *_NO_NUMBERS]
-    least, below, x, reaching, most = words
-    assert (float(least), x, reaching) == (0.0, "x", "<=")
-    past = float(np.nextafter(np.float32(most), np.float32(np.inf)))
-    if below == "<=":
-        return [0.0, -0.0, float(most)], [-_TINY, past, *_NO_NUMBERS]
-    assert below == "<"
-    return [_TINY, float(most)], [0.0, -_TINY, past, *_NO_NUMBERS]
+        return [_SMALLEST_FLOAT, 1e30], [0.0, -_SMALLEST_FLOAT, *_NON_FINITE]
+    minimum, lower_operator, variable, upper_operator, maximum = words
+    assert (float(minimum), variable, upper_operator) == (0.0, "x", "<=")
+    above_maximum = float(np.nextafter(np.float32(maximum), np.float32(np.inf)))
+    if lower_operator == "<=":
+        return [0.0, -0.0, float(maximum)], [-_SMALLEST_FLOAT, above_maximum, *_NON_FINITE]
+    assert lower_operator == "<"
+    return [_SMALLEST_FLOAT, float(maximum)], [0.0, -_SMALLEST_FLOAT, above_maximum, *_NON_FINITE]
 
 
 def _pack(rows: list[dict[str, str]], values: Values) -> bytes:
@@ -112,7 +114,9 @@ def _pack(rows: list[dict[str, str]], values: Values) -> bytes:
             packed += bytes(constants.SECTION_HEADER_BYTES) * count
         else:
             numbers = value if isinstance(value, tuple) else (value,)
-            packed += struct.pack(f"<{len(numbers)}{_PACKED[kind.rpartition(' x ')[2]]}", *numbers)
+            packed += struct.pack(
+                f"<{len(numbers)}{_STRUCT_FORMATS[kind.rpartition(' x ')[2]]}", *numbers
+            )
     return packed
 
 

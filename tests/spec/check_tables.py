@@ -21,20 +21,24 @@ SYNTAX = (
 _FORMATS = {"<B": "u8", ">B": "u8", "<H": "u16", "<L": "u32", "<Q": "u64", "<l": "i32", "<f": "f32"}
 
 
-def _leaves(kind: type) -> list[type]:
-    below = kind.__subclasses__()
-    return [leaf for each in below for leaf in _leaves(each)] if below else [kind]
+def _list_leaves(kind: type) -> list[type]:
+    subclasses = kind.__subclasses__()
+    return (
+        [leaf for subclass in subclasses for leaf in _list_leaves(subclass)]
+        if subclasses
+        else [kind]
+    )
 
 
 def check_constants(spec: str) -> None:
-    message = {name: float(value) for name, value, _ in spec_text.read_table(spec, "constants")}
-    coded = {
+    spec_values = {name: float(value) for name, value, _ in spec_text.read_table(spec, "constants")}
+    code_values = {
         name: float(value)
         for name, value in vars(constants).items()
         if name.isupper() and isinstance(value, int | float) and name != "UNLIMITED"
     }
-    assert message == coded
-    assert len(message) == len(spec_text.read_table(spec, "constants"))
+    assert spec_values == code_values
+    assert len(spec_values) == len(spec_text.read_table(spec, "constants"))
 
 
 def check_sections_of_constants(spec: str) -> None:
@@ -45,16 +49,18 @@ def check_sections_of_constants(spec: str) -> None:
 
 
 def check_levels(spec: str) -> None:
-    message = {
+    spec_levels = {
         int(row[0]): tuple(map(int, row[1:])) for row in spec_text.read_table(spec, "levels")
     }
-    assert message == {level: tuple(limits) for level, limits in constants.LEVELS.items()}
+    assert spec_levels == {level: tuple(limits) for level, limits in constants.LEVELS.items()}
 
 
 def check_rejects(spec: str) -> None:
     rows = spec_text.read_table(spec, "rejects")
-    message = [row[0] for row in rows]
-    assert sorted(message) == sorted(leaf.reject_id for leaf in _leaves(errors.BitstreamError))
+    reject_ids = [row[0] for row in rows]
+    assert sorted(reject_ids) == sorted(
+        leaf.reject_id for leaf in _list_leaves(errors.BitstreamError)
+    )
     for row in rows:
         assert set(re.findall(r"\d+(?:\.\d+)?", row[2])) <= spec_text.list_section_numbers(spec), (
             row
@@ -75,7 +81,7 @@ def check_version(spec: str) -> None:
 
 
 def check_formulas(spec: str) -> None:
-    """Numbers in formulas that are not in a table."""
+    """Check the numbers in formulas that are not in a table."""
     ranks = spec_text.read_section(spec, "6.2")
     assert [int(word, 16) for word in re.findall(r"0x([0-9A-F]{8})", ranks)] == [
         *(int(multiplier) for multiplier in philox._MULTIPLIERS),
@@ -89,32 +95,32 @@ def check_formulas(spec: str) -> None:
     color = spec_text.read_section(spec, "10.2")
     kernels = (spec_text.ROOT / "quarc_ref/rendering/projection_kernels.py").read_text("utf-8")
     for name in ("C0", "C1"):
-        message = re.search(rf"{name} = ([\d.]+\d)", color)[1]
-        assert f"SH_{name} = np.float32({message})" in kernels, name
+        coefficient = re.search(rf"{name} = ([\d.]+\d)", color)[1]
+        assert f"SH_{name} = np.float32({coefficient})" in kernels, name
 
 
 def check_syntax(spec: str) -> None:
     for name in SYNTAX:
         layout = getattr(layouts, name)
-        message = [(row[0], row[1]) for row in spec_text.read_table(spec, f"syntax {name}")]
-        assert message == _rows(layout), name
+        spec_rows = [(row[0], row[1]) for row in spec_text.read_table(spec, f"syntax {name}")]
+        assert spec_rows == _rows(layout), name
 
 
 def _rows(layout: Construct) -> list[tuple[str, str]]:
     rows: list[tuple[str, str]] = []
     for field in layout.subcons:
-        repeated = _peel(field)
+        inner_layout = _unwrap(field)
         if field.name == "version":
-            rows += _rows(repeated)
-        elif hasattr(repeated, "parsebuildfrom"):
-            count, items = (_peel(part) for part in repeated.subcons)
+            rows += _rows(inner_layout)
+        elif hasattr(inner_layout, "parsebuildfrom"):
+            count, items = (_unwrap(part) for part in inner_layout.subcons)
             rows += [("count", _describe(count)), (field.name, _repeat("count", items.subcon))]
         else:
-            rows.append((field.name, _describe(repeated)))
+            rows.append((field.name, _describe(inner_layout)))
     return rows
 
 
-def _peel(layout: Construct) -> Construct:
+def _unwrap(layout: Construct) -> Construct:
     """Remove wrappers that add a name, a check or a computed value to a layout."""
     wrappers = ("Renamed", "Rebuild", "OneOf", "Validator", "ExprValidator")
     while isinstance(layout, Renamed) or type(layout).__name__ in wrappers:
@@ -123,15 +129,15 @@ def _peel(layout: Construct) -> Construct:
 
 
 def _describe(layout: Construct) -> str:
-    """The type of a field in the notation of the tables."""
-    layout = _peel(layout)
+    """Return the type of a field in the notation of the tables."""
+    layout = _unwrap(layout)
     if layout is layouts.SECTION:
         return "section"
     if isinstance(layout, FormatField):
         return _FORMATS[layout.fmtstr]
     if isinstance(layout, Bytes | Const):
         size = len(layout.value) if isinstance(layout, Const) else layout.length
-        return f"{size} bytes" if isinstance(size, int) else _STORED[size(_ONE)]
+        return f"{size} bytes" if isinstance(size, int) else _SIZE_DESCRIPTIONS[size(_COUNT_ONE)]
     if hasattr(layout, "count"):
         return _repeat(layout.count, layout.subcon)
     assert isinstance(layout.subcon, Prefixed), layout
@@ -139,15 +145,15 @@ def _describe(layout: Construct) -> str:
 
 
 def _repeat(count: int | str, layout: Construct) -> str:
-    inner = _peel(layout)
+    inner = _unwrap(layout)
     for name in SYNTAX:
         if inner is getattr(layouts, name):
             return f"{count} sections" if name == "SECTION" else f"{count} x {name}"
     return f"{count} x {_describe(inner)}"
 
 
-_ONE = Container(count=1, word_count=1)
-_STORED = {4: "u32 each", layouts.SEEK_POINT.sizeof(): "count x SEEK_POINT"}
+_COUNT_ONE = Container(count=1, word_count=1)
+_SIZE_DESCRIPTIONS = {4: "u32 each", layouts.SEEK_POINT.sizeof(): "count x SEEK_POINT"}
 _AT_HEAD = ("bad-magic", "unsupported-version", "unsupported-feature")
 CHECKS = (
     check_constants,

@@ -16,7 +16,7 @@ from tests.spec.annex_stream_c import make_deep
 from tests.spec.annex_stream_d import make_changing
 from tests.spec.annex_streams import make_moving, make_still
 
-# The planes of the other frames would show nothing new.
+# Frames whose planes are shown; the planes of other frames show no further feature.
 _WITH_PLANES = ("A", "B", "C1001", "D11", "D12", "D13", "D14")
 
 

@@ -5,15 +5,15 @@ import re
 from plain import spec_text
 from plain.clauses import parse_clauses
 
-# Implemented by the decoder as a whole, not by a particular line.
-_WHOLE = {"1-1", "1-2", "1-3"}
-_OF_ENCODERS = {"1-4"}
-_CODE = ("quarc_ref/format", "quarc_ref/decoder", "quarc_ref/streams")
+# Clauses that the whole decoder implements, and no particular line.
+_GENERAL_CLAUSES = {"1-1", "1-2", "1-3"}
+_ENCODER_CLAUSES = {"1-4"}
+_FOLDERS = ("quarc_ref/format", "quarc_ref/decoder", "quarc_ref/streams")
 
 
-def _named():
-    """The ids in comments of the reference engine."""
-    files = [path for folder in _CODE for path in (spec_text.ROOT / folder).rglob("*.py")]
+def _list_named_clauses():
+    """Return the clause ids in comments of the reference engine."""
+    files = [path for folder in _FOLDERS for path in (spec_text.ROOT / folder).rglob("*.py")]
     comments = [
         comment for path in files for comment in re.findall(r"#.*", path.read_text("utf-8"))
     ]
@@ -21,12 +21,12 @@ def _named():
 
 
 def test_every_clause_for_decoders_is_named_in_the_code():
-    known = {clause.number for clause in parse_clauses(spec_text.read_spec())}
+    clause_ids = {clause.number for clause in parse_clauses(spec_text.read_spec())}
 
-    assert known - _WHOLE - _OF_ENCODERS - _named() == set()
+    assert clause_ids - _GENERAL_CLAUSES - _ENCODER_CLAUSES - _list_named_clauses() == set()
 
 
 def test_the_code_names_only_existing_clauses():
-    known = {clause.number for clause in parse_clauses(spec_text.read_spec())}
+    clause_ids = {clause.number for clause in parse_clauses(spec_text.read_spec())}
 
-    assert _named() - known == set()
+    assert _list_named_clauses() - clause_ids == set()

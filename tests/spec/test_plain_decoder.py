@@ -22,22 +22,24 @@ from tests.strategies import headers
 def test_both_decoders_give_the_same_states(header: StreamHeader, count: int):
     data, states = make_stream(header, gaussian_count=count, frame_count=5)
 
-    plain = [frame.state.digest() for frame in decode_plain(spec_text.read_spec(), data).frames]
+    plain_digests = [
+        frame.state.digest() for frame in decode_plain(spec_text.read_spec(), data).frames
+    ]
 
-    assert plain == [compute_digest(scene) for scene in decode(data)]
-    assert plain == [compute_digest(state.scene) for state in states]
+    assert plain_digests == [compute_digest(scene) for scene in decode(data)]
+    assert plain_digests == [compute_digest(state.scene) for state in states]
 
 
 def test_a_parent_that_cancels_its_own_parent_counts_as_moving():
-    """The sum is 0, but the parent's symbols are not: P is 1 and E is 0."""
-    still = LevelContext(np.zeros(1, dtype=np.int64), np.zeros((6, 1), dtype=np.int64))
+    """The parent's symbols are nonzero, although the sum of the levels is 0: P is 1, E is 0."""
+    static_context = LevelContext(np.zeros(1, dtype=np.int64), np.zeros((6, 1), dtype=np.int64))
     levels = [PlainLevel([0], [[0, 0, 0]], [0], {}) for _ in range(3)]
     counts, plain_counts = ContextCounts(), {}
     for values in ((0, 0, 0), (2, 1, -1)):
         symbols = [np.array([[value], *[[0]] * 5]) for value in values]
-        written = write_motion([still] * 3, symbols, counts)
-        _, counts = read_motion(written, [still] * 3, counts)
-        section = PlainSection("motion", written.words.tolist(), plain_counts)
+        coded = write_motion([static_context] * 3, symbols, counts)
+        _, counts = read_motion(coded, [static_context] * 3, counts)
+        section = PlainSection("motion", coded.words.tolist(), plain_counts)
         motion.read_motion(section, 6, {}, levels)
         section.close()
         assert [level.symbols for level in levels] == [[s[:, 0].tolist()] for s in symbols]

@@ -28,20 +28,20 @@ def test_the_dumps_of_annex_g_are_the_streams(name):
 
 
 def test_every_section_that_the_code_names_exists():
-    known, missing = spec_text.list_section_numbers(spec_text.read_spec()), {}
+    sections, missing = spec_text.list_section_numbers(spec_text.read_spec()), {}
     for folder in ("quarc_ref", "tests"):
         for path in sorted((spec_text.ROOT / folder).rglob("*.py")):
-            wrong = set(spec_text.find_section_references(path.read_text("utf-8"))) - known
-            if wrong:
-                missing[path.name] = wrong
+            unknown = set(spec_text.find_section_references(path.read_text("utf-8"))) - sections
+            if unknown:
+                missing[path.name] = unknown
 
     assert missing == {}
 
 
 def test_the_sizes_of_fixed_parts_match_the_specification():
     assert layouts.CHUNK_HEADER.sizeof() == constants.CHUNK_HEADER_BYTES
-    message = re.search(r"The payload of HEAD has (\d+) bytes", spec_text.read_spec())
-    assert len(wire.build_stream_header(StreamHeader())) == int(message[1])
+    match = re.search(r"The payload of HEAD has (\d+) bytes", spec_text.read_spec())
+    assert len(wire.build_stream_header(StreamHeader())) == int(match[1])
     assert layouts.SECTION.build({"word_count": 0, "words": b""}) == bytes(
         constants.SECTION_HEADER_BYTES
     )

@@ -13,30 +13,34 @@ BOUNDS = {name: (least, greatest) for name, least, greatest, _ in annex_widths.b
 ONE = 1 << 22
 
 
-def _within(name: str, *values: int) -> bool:
-    least, greatest = BOUNDS[name]
-    return all(least <= value <= greatest for value in values)
+def _is_within(name: str, *values: int) -> bool:
+    minimum, maximum = BOUNDS[name]
+    return all(minimum <= value <= maximum for value in values)
 
 
 @st.composite
 def sums(draw) -> list[int]:
-    """Possible sums of the symbols of up to three levels, not all 0."""
+    """Draw possible sums of the symbols of up to three levels, not all 0."""
     levels, unity = draw(st.integers(1, 3)), draw(st.sampled_from([1, 2, 100, 255, 256]))
-    reach = 65 * levels
-    edge = st.one_of(st.sampled_from([-reach, -1, 0, 1, reach]), st.integers(-reach, reach))
-    vector = [levels * unity + draw(edge), draw(edge), draw(edge), draw(edge)]
+    limit = 65 * levels
+    component = st.one_of(st.sampled_from([-limit, -1, 0, 1, limit]), st.integers(-limit, limit))
+    vector = [levels * unity + draw(component), draw(component), draw(component), draw(component)]
     return vector if any(vector) else [1, 0, 0, 0]
 
 
 @st.composite
 def rotations(draw) -> list[int]:
-    """Possible rotations of a state: expanded ones, rotated or not."""
+    """Draw possible rotations of a state: expanded from codes, and possibly rotated."""
     bits = draw(st.integers(1, 14))
-    others = [0, 0, 0]
-    for place in draw(st.permutations(range(3))):
-        left = isqrt((1 << (2 * bits)) - sum(v * v for v in others))
-        others[place] = draw(st.one_of(st.sampled_from([-left, 0, left]), st.integers(-left, left)))
-    rotation = oracle.expand_rotation(draw(st.integers(0, 3)), others, bits)
+    components = [0, 0, 0]
+    for index in draw(st.permutations(range(3))):
+        remainder = isqrt((1 << (2 * bits)) - sum(v * v for v in components))
+        components[index] = draw(
+            st.one_of(
+                st.sampled_from([-remainder, 0, remainder]), st.integers(-remainder, remainder)
+            )
+        )
+    rotation = oracle.expand_rotation(draw(st.integers(0, 3)), components, bits)
     return oracle.rotate(rotation, draw(sums())) if draw(st.booleans()) else rotation
 
 
@@ -47,39 +51,39 @@ def test_a_rotation_of_one_step_stays_within_the_widths(rotation, vector):
     products = oracle.multiply_quaternions(rotation, residual)
     divided = [oracle.divide_round(v, ONE) for v in products]
 
-    assert _within("L x `rotation_unity` + W'", vector[0])
-    assert _within("the same x 2^40", squared << 40)
-    assert _within("v_i x 2^42", *(v << 42 for v in vector))
-    assert _within(
+    assert _is_within("L x `rotation_unity` + W'", vector[0])
+    assert _is_within("the same x 2^40", squared << 40)
+    assert _is_within("v_i x 2^42", *(v << 42 for v in vector))
+    assert _is_within(
         "2 abs(v_i x 2^42) + n", *(2 * abs(v << 42) + isqrt(squared << 40) for v in vector)
     )
-    assert _within("component of q x d before division", *products)
-    assert _within("component of q x d after division", *divided)
-    assert _within(
+    assert _is_within("component of q x d before division", *products)
+    assert _is_within("component of q x d after division", *divided)
+    assert _is_within(
         "2 abs(component of q x d before division) + 2^22", *(2 * abs(v) + ONE for v in products)
     )
     norm = isqrt(sum(v * v for v in divided) << 16)
-    assert _within("sum of squares of q x d, x 2^16", sum(v * v for v in divided) << 16)
-    assert _within("v_i x 2^30, of 7.2 and of q x d", *(v << 30 for v in divided))
-    assert _within("2 abs(v_i x 2^30) + n", *(2 * abs(v << 30) + norm for v in divided))
+    assert _is_within("sum of squares of q x d, x 2^16", sum(v * v for v in divided) << 16)
+    assert _is_within("v_i x 2^30, of 7.2 and of q x d", *(v << 30 for v in divided))
+    assert _is_within("2 abs(v_i x 2^30) + n", *(2 * abs(v << 30) + norm for v in divided))
     for unit in (rotation, residual, oracle.normalize(divided, 8)):
-        assert _within("component of a rotation of the state", *unit)
+        assert _is_within("component of a rotation of the state", *unit)
 
 
 @given(st.integers(0, 4096), st.integers(0, 4096), st.integers(0, 20000), st.integers(0, 20000))
-def test_counts_and_their_weights_stay_within_the_widths(before, share, zeros, ones):
-    counts = [before - min(share, before), min(share, before)]
+def test_counts_and_their_weights_stay_within_the_widths(count_before, ones_before, zeros, ones):
+    counts = [count_before - min(ones_before, count_before), min(ones_before, count_before)]
 
-    after = add_to_counts(counts, [0] * zeros + [1] * ones)
+    counts_after = add_to_counts(counts, [0] * zeros + [1] * ones)
 
-    assert _within("zeros, ones, zeros + ones, between planes", *after, sum(after))
-    assert _within("weight of a 1, by counts", weight_from_counts(*after))
+    assert _is_within("zeros, ones, zeros + ones, between planes", *counts_after, sum(counts_after))
+    assert _is_within("weight of a 1, by counts", weight_from_counts(*counts_after))
 
 
 def test_the_widths_of_counts_are_reached():
-    least, greatest = BOUNDS["weight of a 1, by counts"]
+    minimum, maximum = BOUNDS["weight of a 1, by counts"]
 
-    assert (weight_from_counts(4096, 0), weight_from_counts(0, 4096)) == (least, greatest)
+    assert (weight_from_counts(4096, 0), weight_from_counts(0, 4096)) == (minimum, maximum)
     assert BOUNDS["(2 ones + 1) x 2^24"][1] == (2 * 4096 + 1) << 24
     assert BOUNDS["done, each channel"] == (-130, 130)
     assert BOUNDS["expected, each channel; f"] == (-325, 325)
@@ -87,10 +91,10 @@ def test_the_widths_of_counts_are_reached():
 
 
 def test_the_widths_are_reached():
-    """Uses extreme inputs, because bounds that are never reached would prove little."""
-    extreme = [963, 195, 195, 195]
+    """A bound that no input reaches would be too wide, so extreme inputs must reach the bounds."""
+    largest_sums = [963, 195, 195, 195]
 
-    assert sum(v * v for v in extreme) << 40 == BOUNDS["the same x 2^40"][1]
+    assert sum(v * v for v in largest_sums) << 40 == BOUNDS["the same x 2^40"][1]
     assert BOUNDS["v_i x 2^42"] == (-195 << 42, 963 << 42)
     assert BOUNDS["v_i x 2^30, of 7.2 and of q x d"][1] > ONE << 30
     assert BOUNDS["2 abs(v_i x 2^30) + n"][1] > 1 << 53
@@ -101,9 +105,9 @@ def test_the_widths_are_reached():
 
 
 def test_all_but_the_unsigned_fit_an_int64():
-    wide = {name for name, (_, greatest) in BOUNDS.items() if greatest >= 1 << 63}
+    unsigned_only = {name for name, (_, greatest) in BOUNDS.items() if greatest >= 1 << 63}
 
-    assert wide == {
+    assert unsigned_only == {
         "product of a round of Philox",
         "rank: word x 2^32 + id",
         "state of the coder",

@@ -87,7 +87,9 @@ TABLES = (
             ("-1, 2, -3, 4", "8"),
         ),
         vectors.answer_normalize,
-        lambda vector, guard: vectors.listed(oracle.normalize(vectors.numbers(vector), int(guard))),
+        lambda vector, guard: vectors.join_values(
+            oracle.normalize(vectors.numbers(vector), int(guard))
+        ),
     ),
     vectors.VectorTable(
         "expand",
@@ -103,7 +105,7 @@ TABLES = (
             ("14", "3", "-8192, 8191, 1"),
         ),
         vectors.answer_expand,
-        lambda bits, j, abc: vectors.listed(
+        lambda bits, j, abc: vectors.join_values(
             oracle.expand_rotation(int(j), vectors.numbers(abc), int(bits))
         ),
     ),
@@ -119,7 +121,9 @@ TABLES = (
             ("3, -4194304, 1, 0", "-64, 1, 0, 0"),
         ),
         vectors.answer_turn,
-        lambda q, sums: vectors.listed(oracle.rotate(vectors.numbers(q), vectors.numbers(sums))),
+        lambda q, sums: vectors.join_values(
+            oracle.rotate(vectors.numbers(q), vectors.numbers(sums))
+        ),
     ),
     vectors.VectorTable(
         "weights",
@@ -186,7 +190,7 @@ TABLES = (
 
 
 def codes_table() -> str:
-    """The weights of codes 0 to 119, with a row for each octave."""
+    """Return the table of the weights of codes 0 to 119, with a row for each octave."""
     head = ("codes", *(f"m = {m}" for m in range(8)))
     rows = [
         (f"{8 * e} to {8 * e + 7}", *(str(weight_of_code(8 * e + m)) for m in range(8)))

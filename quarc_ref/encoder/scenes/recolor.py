@@ -133,7 +133,9 @@ class _RecoloringWriter:
     def add_canonical(self, chunk: Chunk, frame: int) -> None:
         """Write a canonical frame or a snapshot of the input as a canonical frame."""
         if chunk.kind == container.CANO:
-            gaussians = read_checked_canonical(self._input_header, wire.parse_canonical(chunk.payload))
+            gaussians = read_checked_canonical(
+                self._input_header, wire.parse_canonical(chunk.payload)
+            )
         else:
             snapshot = wire.parse_snapshot(chunk.payload)
             reference = self._decoder.reference
