@@ -1,5 +1,5 @@
 import numpy as np
-from hypothesis import numbers
+from hypothesis import given
 from hypothesis import strategies as st
 
 from quarc_ref.format.coding.contexts import ContextCounts
@@ -25,7 +25,7 @@ def _arrays(minimum, maximum):
     return st.lists(values, max_size=40).map(lambda items: np.array(items, dtype=np.int64))
 
 
-@numbers(_arrays(0, 31))
+@given(_arrays(0, 31))
 def test_numbers_of_fixed_width_survive_a_round_trip(values):
     contexts = np.arange(values.size) % 2
     walk = lambda planes, numbers: code_fixed(planes, "some", contexts, 5, numbers)  # noqa: E731
@@ -33,7 +33,7 @@ def test_numbers_of_fixed_width_survive_a_round_trip(values):
     assert _round_trip(walk, values) == values.tolist()
 
 
-@numbers(_arrays(0, _MAXIMUM))
+@given(_arrays(0, _MAXIMUM))
 def test_unsigned_numbers_survive_a_round_trip(values):
     contexts = np.arange(values.size) % 3
     walk = lambda planes, numbers: code_unsigned(planes, "some", contexts, _CLASS_BITS, numbers)  # noqa: E731
@@ -41,7 +41,7 @@ def test_unsigned_numbers_survive_a_round_trip(values):
     assert _round_trip(walk, values) == values.tolist()
 
 
-@numbers(_arrays(-_MAXIMUM, _MAXIMUM))
+@given(_arrays(-_MAXIMUM, _MAXIMUM))
 def test_signed_numbers_survive_a_round_trip(values):
     contexts = np.arange(values.size) % 3
     walk = lambda planes, numbers: code_signed(planes, "some", contexts, _CLASS_BITS, numbers)  # noqa: E731
