@@ -109,7 +109,7 @@ def decode_frame(state: State, chunk: FrameChunk) -> State:
         BitstreamError: The chunk is invalid.
     """
     if chunk.phase != state.scene.phase + 1:  # [7.4-1]
-        message = f"phase {chunk.phase} follows {state.scene.phase}"
+        message = f"phase {chunk.phase} follows phase {state.scene.phase}; it must be one more"
         raise FrameOrderError(message)
     if state.scene.frame == COUNTER_LIMIT:  # [7.4-2]
         message = f"no frame can follow frame {COUNTER_LIMIT}"

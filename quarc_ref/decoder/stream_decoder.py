@@ -165,7 +165,7 @@ class StreamDecoder:
     def _check_position(self, chunk: Chunk, frame: int, seek_target: SeekPoint | None) -> None:
         """Reject a canonical frame with an unexpected ordinal, offset or sequence number."""
         if self._state is not None and frame != self._state.frame + 1:  # [7.2-1] [7.9-1]
-            message = f"frame {frame} follows frame {self._state.frame}"
+            message = f"frame {frame} follows frame {self._state.frame}; it must be one more"
             raise FrameOrderError(message)
         point = SeekPoint(chunk.offset, chunk.sequence, frame)
         if seek_target not in (None, point):  # [11.2-1] [11.2-4]

@@ -14,7 +14,7 @@ from quarc_ref.format.coding.ans import PythonBitDecoder
 from quarc_ref.format.coding.entropy import BitDecoder, make_fastest_decoder
 from quarc_ref.format.errors import BitstreamError, VerificationError
 
-_Result = TypeVar("_Answer")
+_Result = TypeVar("_Result")
 
 
 class CrossCheckingDecoder:

@@ -104,7 +104,7 @@ def test_the_widths_are_reached():
     assert BOUNDS["state of the coder"][1] == (1 << 64) - 1
 
 
-def test_all_but_the_unsigned_fit_an_int64():
+def test_all_bounds_fit_int64_except_the_unsigned_quantities():
     unsigned_only = {name for name, (_, greatest) in BOUNDS.items() if greatest >= 1 << 63}
 
     assert unsigned_only == {
