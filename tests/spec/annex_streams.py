@@ -96,7 +96,7 @@ class StreamWriter:
         previous: bool,
         updates: Updates | None = None,
     ) -> None:
-        """Write a FRAM chunk; the number of deaths follows from `started`."""
+        """Write a FRAM chunk; the number of deaths follows from `begun_state`."""
         deaths = self.states[-1].scene.count - begun_state.scene.count
         motion = write_motion(
             motion_contexts(begun_state, previous=previous), symbols, begun_state.motion_counts
