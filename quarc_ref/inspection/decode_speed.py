@@ -70,7 +70,7 @@ def measure_speed(
         SourceError: The file, pipe or server cannot be read.
     """
     start_time = first_time = last_time = time.perf_counter()
-    cpu_seconds, first_processor_time = 0.0, None
+    cpu_seconds, first_ticks = 0.0, None
     frames = gaussians = 0
     first_times: Counter[str] = Counter()
     with open_source(name) as source, Player(source, threads=threads) as player:
@@ -78,24 +78,19 @@ def measure_speed(
             last_time = time.perf_counter()
             frames, gaussians = frames + 1, len(frame.splats.opacities)
             if frames == 1:
-                first_time, first_times, cpu_seconds = (
-                    last_time,
-                    Counter(player.times),
-                    time.process_time(),
-                )
-                first_processor_time = read_processor_time()
+                first_time, first_times = last_time, Counter(player.times)
+                cpu_seconds = time.process_time()
+                first_ticks = read_processor_time()
             if on_progress is not None:
                 on_progress("decode", frames, 0)
         times, cpu_seconds = Counter(player.times), time.process_time() - cpu_seconds
         # `Counter.__sub__` would drop stages whose difference is not positive.
         times.subtract(first_times)
-        last_processor_time = read_processor_time()
+        last_ticks = read_processor_time()
     if frames == 0:
         return None
-    peak_mib, warm_seconds = (
-        measure_peak_mebibytes(),
-        None if name == "-" else _time_first_frame(name, threads),
-    )
+    peak_mib = measure_peak_mebibytes()
+    warm_seconds = None if name == "-" else _time_first_frame(name, threads)
     later_frames = max(1, frames - 1)
     return Speed(
         frames,
@@ -104,9 +99,7 @@ def measure_speed(
         choose_engine().name,
         later_frames / (last_time - first_time) if frames > 1 else 0.0,
         1e3 * cpu_seconds / later_frames if frames > 1 else 0.0,
-        last_processor_time.stolen_share(first_processor_time)
-        if last_processor_time and first_processor_time
-        else None,
+        last_ticks.stolen_share(first_ticks) if last_ticks and first_ticks else None,
         {stage: nanoseconds / later_frames / 1e6 for stage, nanoseconds in times.most_common()},
         first_time - start_time,
         warm_seconds,
