@@ -110,9 +110,9 @@ class ClosedLoop:
         """Code the motion and updates of a frame; see `FrameCoder.move_frame`."""
         return self._coder.move_frame(start, symbols, updates)
 
-    def birth_bytes(self, moved: MovedFrame, births: Births) -> int:
+    def birth_bytes(self, moved_frame: MovedFrame, births: Births) -> int:
         """Return the size of the births section in bytes; see `FrameCoder.birth_bytes`."""
-        return self._coder.birth_bytes(moved, births)
+        return self._coder.birth_bytes(moved_frame, births)
 
     def commit_canonical(self, gaussians: Gaussians, frame: int) -> FrameState:
         """Write a canonical frame; see `FrameCoder.code_canonical`.
@@ -122,7 +122,7 @@ class ClosedLoop:
         """
         return self._commit(self._coder.code_canonical(gaussians, frame))
 
-    def commit_frame(self, moved: MovedFrame, births: Births | None) -> FrameState:
+    def commit_frame(self, moved_frame: MovedFrame, births: Births | None) -> FrameState:
         """Write a frame with its births as a FRAM chunk.
 
         Raises:
@@ -130,10 +130,10 @@ class ClosedLoop:
             ClosedLoopError: The chunk decodes to a different state.
             ValueError: The frame does not follow the last committed frame.
         """
-        self._require_next(moved)
-        return self._commit(self._coder.complete_frame(moved, births))
+        self._require_next(moved_frame)
+        return self._commit(self._coder.complete_frame(moved_frame, births))
 
-    def commit_as_canonical(self, moved: MovedFrame, births: Births | None) -> FrameState:
+    def commit_as_canonical(self, moved_frame: MovedFrame, births: Births | None) -> FrameState:
         """Write a frame as a canonical frame; see `FrameCoder.code_as_canonical`.
 
         Raises:
@@ -141,11 +141,11 @@ class ClosedLoop:
             ClosedLoopError: The chunk decodes to a different state.
             ValueError: The frame does not follow the last committed frame.
         """
-        self._require_next(moved)
-        return self._commit(self._coder.code_as_canonical(moved, births))
+        self._require_next(moved_frame)
+        return self._commit(self._coder.code_as_canonical(moved_frame, births))
 
     def commit_as_snapshot(
-        self, moved: MovedFrame, births: Births | None, dead_zone: int = 0
+        self, moved_frame: MovedFrame, births: Births | None, dead_zone: int = 0
     ) -> FrameState:
         """Write a frame as a snapshot; see `FrameCoder.code_as_snapshot`.
 
@@ -159,18 +159,18 @@ class ClosedLoop:
         if reference is None:
             message = "the stream has no snapshots"
             raise ValueError(message)
-        self._require_next(moved)
+        self._require_next(moved_frame)
         roots = self._decoder.roots
         return self._commit(
-            self._coder.code_as_snapshot(moved, births, reference, roots, dead_zone)
+            self._coder.code_as_snapshot(moved_frame, births, reference, roots, dead_zone)
         )
 
     def finish(self) -> None:
         """Write the index and the TAIL chunk."""
         self._writer.finish()
 
-    def _require_next(self, moved: MovedFrame) -> None:
-        if moved.previous is not self.state:
+    def _require_next(self, moved_frame: MovedFrame) -> None:
+        if moved_frame.previous is not self.state:
             message = "the frame does not follow the last committed frame"
             raise ValueError(message)
 

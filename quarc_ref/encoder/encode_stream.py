@@ -166,13 +166,13 @@ class _Encoding:
         deaths = count_deaths(self._loop.state, self._first_count, config.births)
         start = self._loop.start_frame(deaths)
         motion = fit_motion(context, start, config.motion, config.updates, rd)
-        moved = self._loop.move_frame(start, motion.symbols, motion.updates)
+        moved_frame = self._loop.move_frame(start, motion.symbols, motion.updates)
         cost = ByteCost(
-            rd.scale_relative(config.births.rd_lambda) / moved.state.scene.count,
-            partial(self._loop.birth_bytes, moved),
+            rd.scale_relative(config.births.rd_lambda) / moved_frame.state.scene.count,
+            partial(self._loop.birth_bytes, moved_frame),
         )
-        births = fit_births(context, moved.state, motion.statistics, config, cost)
-        kind = self._commit(moved, births)
+        births = fit_births(context, moved_frame.state, motion.statistics, config, cost)
+        kind = self._commit(moved_frame, births)
         self._report_frame(kind, births.newborn.count if births else 0, deaths)
         context.views.drop_frames_before(frame)
         self.next_frame = frame + 1
@@ -197,15 +197,17 @@ class _Encoding:
             )
         )
 
-    def _commit(self, moved: MovedFrame, births: Births | None) -> bytes:
+    def _commit(self, moved_frame: MovedFrame, births: Births | None) -> bytes:
         """Write a frame as CANO, SNAP or FRAM, depending on its ordinal; return the chunk type."""
-        kind = self._config.canonical.frame_kind(moved.state.scene.frame)
+        kind = self._config.canonical.frame_kind(moved_frame.state.scene.frame)
         if kind == container.CANO:
-            self._loop.commit_as_canonical(moved, births)
+            self._loop.commit_as_canonical(moved_frame, births)
         elif kind == container.SNAP:
-            self._loop.commit_as_snapshot(moved, births, self._config.canonical.snapshot_dead_zone)
+            self._loop.commit_as_snapshot(
+                moved_frame, births, self._config.canonical.snapshot_dead_zone
+            )
         else:
-            self._loop.commit_frame(moved, births)
+            self._loop.commit_frame(moved_frame, births)
             self._sizes.append(self._loop.frame_bytes)
         return kind
 

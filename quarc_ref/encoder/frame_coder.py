@@ -169,26 +169,28 @@ class FrameCoder:
             raise EncodeError(str(error)) from error
         return MovedFrame(start.previous, state, chunk)
 
-    def birth_bytes(self, moved: MovedFrame, births: Births) -> int:
+    def birth_bytes(self, moved_frame: MovedFrame, births: Births) -> int:
         """Return the bytes of the births section that would code these births in this frame."""
-        return self._engine.write_births(moved.state, births).byte_count()
+        return self._engine.write_births(moved_frame.state, births).byte_count()
 
-    def complete_frame(self, moved: MovedFrame, births: Births | None) -> CodedFrame:
+    def complete_frame(self, moved_frame: MovedFrame, births: Births | None) -> CodedFrame:
         """Code the births of a frame and complete its chunk (SPEC 7.6).
 
         Raises:
             EncodeError: A new Gaussian is out of the format's range.
         """
-        state, section = self._append_births(moved, births)
+        state, section = self._append_births(moved_frame, births)
         chunk = replace(
-            moved.chunk,
-            birth_count=state.scene.count - moved.state.scene.count,
+            moved_frame.chunk,
+            birth_count=state.scene.count - moved_frame.state.scene.count,
             births=section,
             state_crc=self._engine.state_crc(state),
         )
-        return CodedFrame(container.FRAM, wire.build_frame(chunk), state, moved.previous, chunk)
+        return CodedFrame(
+            container.FRAM, wire.build_frame(chunk), state, moved_frame.previous, chunk
+        )
 
-    def code_as_canonical(self, moved: MovedFrame, births: Births | None) -> CodedFrame:
+    def code_as_canonical(self, moved_frame: MovedFrame, births: Births | None) -> CodedFrame:
         """Code a moved frame and its births as a canonical frame.
 
         The scene is requantized to the grid of canonical frames (SPEC 7.2). The Gaussians get
@@ -197,7 +199,7 @@ class FrameCoder:
         Raises:
             EncodeError: A Gaussian is out of the format's range.
         """
-        scene = self._append_births(moved, births)[0].scene
+        scene = self._append_births(moved_frame, births)[0].scene
         try:
             return self.code_canonical(requantize(scene), scene.frame)
         except StateError as error:
@@ -205,7 +207,7 @@ class FrameCoder:
 
     def code_as_snapshot(
         self,
-        moved: MovedFrame,
+        moved_frame: MovedFrame,
         births: Births | None,
         reference: Reference,
         roots: Int64,
@@ -214,7 +216,7 @@ class FrameCoder:
         """Code a moved frame and its births as a snapshot (SPEC 5.10).
 
         Args:
-            moved: The frame after its motion.
+            moved_frame: The frame after its motion.
             births: Births of the frame; None if the frame has no births.
             reference: The last canonical frame (CANO).
             roots: `[n]` index in the CANO of each Gaussian of the last keyframe, by id;
@@ -225,7 +227,7 @@ class FrameCoder:
         Raises:
             EncodeError: A Gaussian is out of the format's range.
         """
-        scene = self._append_births(moved, births)[0].scene
+        scene = self._append_births(moved_frame, births)[0].scene
         scene_roots = np.full(scene.count, -1, dtype=np.int64)
         is_from_keyframe = scene.ids < roots.size  # later ids were added after the keyframe
         scene_roots[is_from_keyframe] = roots[scene.ids[is_from_keyframe]]
@@ -250,7 +252,7 @@ class FrameCoder:
         return CodedFrame(container.SNAP, wire.build_snapshot(chunk), state)
 
     def _append_births(
-        self, moved: MovedFrame, births: Births | None
+        self, moved_frame: MovedFrame, births: Births | None
     ) -> tuple[FrameState, Section]:
         """Return the state after the births of a frame, and the births section.
 
@@ -259,9 +261,9 @@ class FrameCoder:
         """
         section, count = EMPTY_SECTION, 0
         if births is not None:
-            section = self._engine.write_births(moved.state, births)
+            section = self._engine.write_births(moved_frame.state, births)
             count = births.newborn.count
         try:
-            return self._engine.decode_births(moved.state, section, count), section
+            return self._engine.decode_births(moved_frame.state, section, count), section
         except StateError as error:
             raise EncodeError(str(error)) from error

@@ -42,6 +42,6 @@ def code_rotations(rotations: Int64, fraction_bits: int) -> Int64:
     columns = np.arange(count)
     positive = rotations * np.sign(rotations[largest, columns])
     is_other = np.arange(4)[:, None] != largest
-    others = positive.T[is_other.T].reshape(count, 3).T
-    coded = divide_round(others, 1 << (ROTATION_FRACTION_BITS - fraction_bits))
+    smaller_components = positive.T[is_other.T].reshape(count, 3).T
+    coded = divide_round(smaller_components, 1 << (ROTATION_FRACTION_BITS - fraction_bits))
     return np.concatenate([largest[None], coded])

@@ -1,4 +1,4 @@
-"""Faults planted in the files of a traced capture, like those of real captures."""
+"""Plants faults of real captures in the files of a synthetic capture."""
 
 import shutil
 
@@ -19,7 +19,7 @@ def rewrite_video(folder, edit, **options):
 
 
 def map_levels(edit):
-    """Return a change of all pictures, applied to their levels as floats."""
+    """Return a function that applies `edit` to the float levels of every picture."""
     return lambda pictures: [
         np.clip(edit(picture.astype(float)), 0, 255).astype(np.uint8) for picture in pictures
     ]
@@ -70,7 +70,7 @@ def blur_video(folder):
 
 
 def delay_video(folder):
-    """The camera misses the first three moments, so it is three frames early afterwards."""
+    """Remove the first three frames, so that all later frames are three frames early."""
     rewrite_video(folder, lambda pictures: pictures[3:])
 
 
@@ -106,7 +106,7 @@ def duplicate_video(folder):
 
 
 def rotate_pose(folder, degrees=(0.0, 1.0, 0.0)):
-    """Rotate a camera around its own axes: down, right, backwards."""
+    """Rotate a camera around its down, right and backward axes."""
     rows = np.load(folder / "poses_bounds.npy")
     index = int(CAMERA[3:])
     matrix = rows[index, :15].reshape(3, 5)
@@ -127,7 +127,7 @@ def move_points(folder):
     write_points_ply(path, points)
 
 
-# The kind of finding for each fault, and whether the camera is named.
+# For each fault, the kind of the finding and the cameras that it names.
 FAULTS = {
     remove_video: ("count-mismatch", ()),
     remove_poses: ("unknown-layout", ()),

@@ -167,14 +167,14 @@ _POSITION_ERROR = "position-range"
 
 
 def _make_moved_frame(header, sink=None):
-    """A loop in the middle of its second frame, after the motion."""
+    """Return a loop and its second frame after the motion."""
     loop = ClosedLoop(sink or io.BytesIO(), header, (CAMERA,), {})
     loop.commit_canonical(make_gaussians(header, 50), 0)
     return loop, _move_next_frame(loop, 3)
 
 
 def _move_next_frame(loop, deaths, seed=0):
-    """The next frame of a loop, after a motion."""
+    """Return the next frame of a loop after a random motion."""
     start = loop.start_frame(deaths)
     return loop.move_frame(start, make_symbols(start.state, seed))
 
@@ -204,7 +204,7 @@ def test_a_frame_can_be_written_as_a_canonical_one(header):
 
 
 def _check_near(scene, expected, header):
-    """Every Gaussian is present, moved at most by the rounding to the grid of canonical frames."""
+    """Check that the scenes match up to the rounding to the grid of canonical frames."""
     distances = np.abs(scene.positions[:, :, None] - expected.positions[:, None]).max(axis=0)
     has_same_codes = (scene.codes[:, :, None] == expected.codes[:, None]).all(axis=0)
     dot_products = np.abs(scene.rotations.astype(float).T @ expected.rotations.astype(float)) / (

@@ -1,4 +1,4 @@
-"""Snapshots undo small moves since the canonical frame, and keep everything else."""
+"""Snapshots undo small moves since the canonical frame, and leave all other values unchanged."""
 
 import io
 from dataclasses import replace
@@ -12,7 +12,7 @@ from quarc_ref.format.records import Gaussians, StreamHeader
 from quarc_ref.format.updates import TRANSLATION, Updates
 from tests.small_streams import CAMERA, make_gaussians, make_symbols
 
-# Two steps of translation are 14 lattice units: 4 position steps, rounded from 3.5.
+# Two translation steps are 14 lattice units, or 3.5 position steps, which round to 4.
 _HEADER = StreamHeader(
     position_step=4,
     translation_step=7,

@@ -20,7 +20,7 @@ _DEMO = choose_preset("demo")
 
 @pytest.fixture(scope="session")
 def correct_capture(tmp_path_factory):
-    """Nine cameras of 18 frames."""
+    """A synthetic capture of nine cameras and 18 frames."""
     folder = tmp_path_factory.mktemp("correct_capture") / "room"
     write_synthetic_capture(folder, SynthOptions(160, 120, frames=18, cameras=8))
     return folder
@@ -28,7 +28,7 @@ def correct_capture(tmp_path_factory):
 
 @pytest.fixture
 def folder(correct_capture, tmp_path):
-    """A copy in which to plant a fault."""
+    """A copy of the correct capture, in which tests plant a fault."""
     return shutil.copytree(correct_capture, tmp_path / "room")
 
 

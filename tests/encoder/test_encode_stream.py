@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import fit_arguments
 from hypothesis import strategies as st
 
 from quarc_ref.datasets.errors import TooFewFramesError
@@ -36,7 +36,7 @@ def _encode(config=SMALL, frames=None) -> bytes:
 
 
 def _decode_complete_frames(data: bytes) -> list[State]:
-    """The states of the frames in an unfinished stream."""
+    """Return the state of each complete frame of an unfinished stream."""
     states = []
     with contextlib.suppress(TruncatedError):
         states.extend(decode_states(data))
@@ -44,7 +44,7 @@ def _decode_complete_frames(data: bytes) -> list[State]:
 
 
 def _frame_sizes(data: bytes) -> list[int]:
-    """The bytes of the FRAM chunks in an unfinished stream."""
+    """Return the size of each FRAM chunk of an unfinished stream, bytes."""
     sizes = []
     with contextlib.suppress(TruncatedError):
         sizes.extend(chunk.byte_count() for chunk in split_chunks(data) if chunk.kind == FRAM)
@@ -107,9 +107,9 @@ def test_a_frame_is_trained_from_the_decoders_previous_state(monkeypatch):
         lambda *arguments: losses.append(measure(*arguments)) or losses[-1],
     )
 
-    def spy(context, start, *rest):
+    def spy(context, start, *fit_arguments):
         frame_starts.append((start.previous, sink.getvalue()))
-        return fit(context, start, *rest)
+        return fit(context, start, *fit_arguments)
 
     monkeypatch.setattr(encode_stream, "fit_motion", spy)
     encode(make_capture(), sink, EncodeOptions(SMALL, device="cpu"))
@@ -132,9 +132,9 @@ def test_lambda_follows_from_the_file_so_far(monkeypatch):
         lambda *arguments: losses.append(measure(*arguments)) or losses[-1],
     )
 
-    def spy(*given):
-        calls.append((given[-1], sink.getvalue()))
-        return fit(*given)
+    def spy(*fit_arguments):
+        calls.append((fit_arguments[-1], sink.getvalue()))
+        return fit(*fit_arguments)
 
     monkeypatch.setattr(encode_stream, "fit_motion", spy)
     encode(make_capture(), sink, EncodeOptions(config, device="cpu"))
@@ -203,11 +203,11 @@ def test_births_at_errors_are_added_and_only_faint_gaussians_die_for_them():
 
 @cache
 def _make_state():
-    """Return a state of 40 Gaussians, the same for all examples."""
+    """Return a state of 40 Gaussians, which all examples share."""
     return make_stream(gaussian_count=40, frame_count=2)[1][0]
 
 
-@given(st.integers(0, 60), st.floats(0, 1))
+@fit_arguments(st.integers(0, 60), st.floats(0, 1))
 def test_only_surplus_and_faint_gaussians_die(target, death_opacity):
     state = _make_state()
 

@@ -1,4 +1,4 @@
-"""The pictures of held-out cameras are used only for measuring."""
+"""An encode never reads the pictures of held-out cameras."""
 
 import io
 from pathlib import Path
@@ -20,7 +20,7 @@ class HeldOutReadError(AssertionError):
 
 
 class _GuardedSource:
-    """A source that refuses to return the pictures of a camera."""
+    """A picture source that raises an error if the pictures of a camera are read."""
 
     def __init__(self, source, forbidden):
         self._source = source
@@ -37,7 +37,7 @@ class _GuardedSource:
 
 @pytest.fixture
 def guarded_capture(tmp_path, monkeypatch) -> tuple[Path, list[_GuardedSource]]:
-    """A capture without initial points, in which every reader is guarded."""
+    """A capture without initial points, and the guards of its picture sources."""
     shots, guards = scenes.make_shots(6, (160, 120), 150.0), []
     for shot in shots:
         picture = scenes.render(shot, painting=scenes.paint_grains, samples=4)

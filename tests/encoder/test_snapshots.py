@@ -1,4 +1,4 @@
-"""Snapshots in the closed loop, and in all ways of reading a stream (SPEC 7.9, 11)."""
+"""Tests of snapshots in the closed loop, and in all operations on streams (SPEC 7.9, 11)."""
 
 import io
 from dataclasses import replace
@@ -131,7 +131,7 @@ def test_after_damage_decoding_resumes_at_a_snapshot_with_its_canonical_frame(nu
 
     lost_frame = number - 3
     resume_frame = next((f for f in sorted((*_SNAPSHOTS, _CANONICAL)) if f > lost_frame), _FRAMES)
-    if lost_frame in (0, _CANONICAL):  # with a lost CANO its snapshots are lost
+    if lost_frame in (0, _CANONICAL):  # snapshots cannot be decoded without their CANO
         resume_frame = _CANONICAL if lost_frame == 0 else _FRAMES
     assert [scene.frame for scene in scenes] == [*range(lost_frame), *range(resume_frame, _FRAMES)]
     assert all(compute_digest(scene) == _DIGESTS[scene.frame] for scene in scenes)
@@ -166,10 +166,10 @@ def test_an_encode_with_snapshots_resumes_to_the_same_bytes(tmp_path):
 
 
 def test_snapshots_are_declared_in_the_header_on_request():
-    plain = make_header(SMALL, 30.0, 9)
+    default_header = make_header(SMALL, 30.0, 9)
     config = replace(SMALL, canonical=replace(SMALL.canonical, snapshot_interval=30))
 
-    assert (plain.snapshots, make_header(config, 30.0, 9).snapshots) == (False, True)
+    assert (default_header.snapshots, make_header(config, 30.0, 9).snapshots) == (False, True)
 
 
 def test_the_kind_of_a_frame_is_given_once():

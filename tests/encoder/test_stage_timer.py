@@ -10,7 +10,7 @@ _STAGES = ["canonical", "canonical commit", "anchors", "motion", "placement", "b
 
 
 class _ManualClock:
-    """A clock that advances by given seconds on demand."""
+    """A clock whose time the test sets."""
 
     def __init__(self):
         self.now = 0.0

@@ -21,7 +21,7 @@ _CAMERAS_AND_POINTS = make_cameras(), make_capture().points
 
 
 def _make_gradient_picture(slope: float, shape: tuple[int, int] = (40, 60)):
-    """Return a picture that becomes brighter to the right, by a given slope."""
+    """Return a picture whose brightness increases to the right by `slope` per pixel."""
     row = np.round(np.arange(shape[1]) * slope * 255).astype(np.uint8)
     return np.broadcast_to(row[None, :, None], (*shape, 3))
 
@@ -30,7 +30,7 @@ _PICTURES = [_make_gradient_picture(2 / 255)]
 
 
 def _scale_scene(factor: float):
-    """Return the toy's cameras and points in other units of length."""
+    """Return the cameras and points of the toy capture in another unit of length."""
     cameras, points = _CAMERAS_AND_POINTS
     cameras = [
         replace(camera, translation=tuple(factor * x for x in camera.translation))
@@ -53,7 +53,9 @@ def test_a_pixel_is_as_wide_as_the_median_depth_over_the_focal_length():
 
 
 def test_sharpness_is_the_change_from_pixel_to_pixel():
-    horizontal_change = 2 / 255 * (38 * 57) / (38 * 57 + 37 * 58)  # and nothing downward
+    horizontal_change = (
+        2 / 255 * (38 * 57) / (38 * 57 + 37 * 58)
+    )  # the picture does not change downward
 
     assert measure_sharpness([_make_gradient_picture(2 / 255)]) == pytest.approx(horizontal_change)
     assert measure_sharpness(

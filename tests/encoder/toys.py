@@ -1,4 +1,4 @@
-"""A toy capture: a few blobs that move in front of a wall, rendered by the package."""
+"""A toy capture: a few small Gaussians that move in front of a wall of large Gaussians."""
 
 import math
 
@@ -39,7 +39,7 @@ SMALL = EncoderConfig(
 
 
 def make_cameras(count: int = 4) -> list[Camera]:
-    """Cameras on an arc that look at the origin; the first is held out."""
+    """Return cameras on an arc that look at the origin; the first camera is held out."""
     cameras = []
     for index in range(count):
         angle = 0.5 * (index - (count - 1) / 2)
@@ -55,7 +55,7 @@ def make_cameras(count: int = 4) -> list[Camera]:
 
 
 def make_splats(frame: int, blob_count: int = 40) -> Splats:
-    """The scene itself: a wall of wide Gaussians, and blobs that drift sideways."""
+    """Return the scene: a wall of large Gaussians, and small Gaussians that move sideways."""
     rng = np.random.default_rng(3)
     wall = np.stack(np.meshgrid(np.linspace(-2, 2, 9), np.linspace(-1.5, 1.5, 7), [1.0]), -1)
     wall = wall.reshape(-1, 3)

@@ -57,17 +57,17 @@ def find_wrong_poses(capture: Capture) -> Iterator[Finding]:
                 for camera in capture.cameras
             ]
         )
-        worst = int(np.argmax(errors / limits))
-        if errors[worst] <= limits[worst]:
+        worst_camera = int(np.argmax(errors / limits))
+        if errors[worst_camera] <= limits[worst_camera]:
             return
-        name = capture.cameras[worst].name
+        name = capture.cameras[worst_camera].name
         message = (
-            f"the pose of {name} is off by {errors[worst]:.1f} pixels, measured by matches "
-            f"with its neighbors (it should be at most {limits[worst]:.1f}): calibrate the "
+            f"the pose of {name} is off by {errors[worst_camera]:.1f} pixels, measured by matches "
+            f"with its neighbors (it should be at most {limits[worst_camera]:.1f}): calibrate the "
             "camera again, or check that lens and picture match"
         )
         yield Finding("epipolar-error", message, (name,))
-        pairs = [pair for pair in pairs if worst not in (pair.first, pair.second)]
+        pairs = [pair for pair in pairs if worst_camera not in (pair.first, pair.second)]
 
 
 def _measure_camera_errors(pairs: Sequence[_Pair], count: int) -> Numbers:

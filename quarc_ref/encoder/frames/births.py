@@ -24,7 +24,7 @@ from quarc_ref.format.records import Births
 
 def fit_births(
     context: TrainingContext,
-    moved: FrameState,
+    moved_state: FrameState,
     statistics: ScreenStatistics,
     config: EncoderConfig,
     cost: ByteCost,
@@ -33,7 +33,7 @@ def fit_births(
 
     Args:
         context: Training views, renderer and random numbers.
-        moved: The decoder's state after the motion of the frame.
+        moved_state: The decoder's state after the motion of the frame.
         statistics: Screen-space gradients from stage 1.
         config: All settings; births use their own, and learning rates of canonical frames.
         cost: Cost of the bytes of the births.
@@ -41,17 +41,17 @@ def fit_births(
     Returns:
         The quantized births; None if the frame has no births.
     """
-    settings, frame = config.births, moved.scene.frame
+    settings, frame = config.births, moved_state.scene.frame
     if settings.iterations == 0:
         return None
-    scene = FixedScene(context, from_splats(dequantize(moved.scene), context.device))
+    scene = FixedScene(context, from_splats(dequantize(moved_state.scene), context.device))
     if settings.placement == "gate":
         births, parents = place_clones(context, scene.attributes, frame, statistics, settings)
     else:
         births, parents = place_on_errors(context, scene, frame, settings)
     if parents.numel() == 0:
         return None
-    objective = BirthObjective(context, scene, moved.scene, config.motion.lambda_dssim)
+    objective = BirthObjective(context, scene, moved_state.scene, config.motion.lambda_dssim)
     learning_rates = canonical_learning_rates(config.canonical, context.views.extent)
     births, parents = _train(objective, births, parents, settings, learning_rates)
     keep_mask = torch.sigmoid(births.opacities) >= settings.prune_opacity
@@ -60,7 +60,7 @@ def fit_births(
         return None
     if settings.rd_selection:
         return select_births(objective, births, parents, cost)
-    return quantize_births(births, parents.cpu().numpy(), moved.scene)
+    return quantize_births(births, parents.cpu().numpy(), moved_state.scene)
 
 
 def _train(

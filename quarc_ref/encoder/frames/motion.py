@@ -122,8 +122,10 @@ class _MotionFit:
         rates += [updates.learning_rate(decay)] if updates else []
         for group, rate in zip(self._adam.param_groups, rates, strict=True):
             group["lr"] = rate
-        view, moved = next(self._views), self._move()
-        rendering, loss = self._render(updates.apply_to(moved) if updates else moved, view)
+        view, moved_attributes = next(self._views), self._move()
+        rendering, loss = self._render(
+            updates.apply_to(moved_attributes) if updates else moved_attributes, view
+        )
         loss = (
             loss
             + self._rate_weight * self._residuals.rate(settings)

@@ -169,14 +169,22 @@ def _compare_headers(existing_header: StreamHeader, new_header: StreamHeader) ->
     return [name for name in names if getattr(existing_header, name) != getattr(new_header, name)]
 
 
-def _compare_metadata(existing: dict[str, str], new: dict[str, str]) -> list[str]:
+def _compare_metadata(existing_metadata: dict[str, str], new_metadata: dict[str, str]) -> list[str]:
     """Return the names of metadata entries and settings that differ."""
-    if "settings" in existing:
-        existing = existing | {"settings": update_names(existing["settings"])}
-    names = [name for name in {**existing, **new} if existing.get(name) != new.get(name)]
+    if "settings" in existing_metadata:
+        existing_metadata = existing_metadata | {
+            "settings": update_names(existing_metadata["settings"])
+        }
+    names = [
+        name
+        for name in {**existing_metadata, **new_metadata}
+        if existing_metadata.get(name) != new_metadata.get(name)
+    ]
     if "settings" in names:
         names.remove("settings")
-        changed_items = {*existing.get("settings", "").split()} ^ {*new["settings"].split()}
+        changed_items = {*existing_metadata.get("settings", "").split()} ^ {
+            *new_metadata["settings"].split()
+        }
         names += sorted({item.partition("=")[0] for item in changed_items if "=" in item}) or [
             "settings"
         ]

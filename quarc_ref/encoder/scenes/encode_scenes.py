@@ -227,20 +227,20 @@ class _Encoding:
             updates, is_deleted = fit_updates(state, target, rows, self._bounds)
             return updates
 
-        moved = self._loop.move_frame(start, symbols, update)
+        moved_frame = self._loop.move_frame(start, symbols, update)
         rows = rows[~is_deleted]
         is_new = np.ones(target.count, dtype=np.bool_)
         is_new[rows] = False
-        births, newborn = fit_births(moved.state, target, np.flatnonzero(is_new))
-        self._loop.commit_frame(moved, births)
+        births, newborn = fit_births(moved_frame.state, target, np.flatnonzero(is_new))
+        self._loop.commit_frame(moved_frame, births)
         self._target_rows = np.concatenate([rows, newborn])
 
 
-def match_frames(before: GivenFrame, after: GivenFrame) -> Match:
+def match_frames(previous_frame: GivenFrame, frame: GivenFrame) -> Match:
     """Match the Gaussians of two frames, by ids if both frames have ids, else by order."""
-    if before.ids is not None and after.ids is not None:
-        return match_ids(before.ids, after.ids)
-    return match_order(before.splats, after.splats)
+    if previous_frame.ids is not None and frame.ids is not None:
+        return match_ids(previous_frame.ids, frame.ids)
+    return match_order(previous_frame.splats, frame.splats)
 
 
 def _make_header(
@@ -258,7 +258,7 @@ def _make_header(
         frame_ticks=clock.denominator,
         updates=True,
     )
-    matches = [match_frames(before, after) for before, after in pairwise(first_frames)]
+    matches = [match_frames(previous, current) for previous, current in pairwise(first_frames)]
     return choose_steps(header, bounds, [frame.splats for frame in first_frames], matches)
 
 

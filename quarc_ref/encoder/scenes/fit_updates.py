@@ -71,7 +71,7 @@ def find_recolored(state: FrameState, target: Target, rows: Int64, bounds: CodeE
 
 
 def fit_updates(
-    moved: FrameState, target: Target, rows: Int64, bounds: Bounds
+    moved_state: FrameState, target: Target, rows: Int64, bounds: Bounds
 ) -> tuple[Updates, Bits]:
     """Return the updates of a frame, and a mask `[N]` of the Gaussians that they delete.
 
@@ -79,12 +79,12 @@ def fit_updates(
     bring within the bounds.
 
     Args:
-        moved: State after the motion.
+        moved_state: State after the motion.
         target: Gaussians that the frame approximates.
         rows: `[N]` row of the target for each Gaussian; -1 for Gaussians to delete.
         bounds: Largest allowed errors.
     """
-    scene, header = moved.scene, moved.scene.header
+    scene, header = moved_state.scene, moved_state.scene.header
     matched = np.flatnonzero(rows >= 0)
     target_rows = rows[matched]
     residuals = np.zeros((RESIDUAL_ROWS, rows.size), dtype=np.int64)

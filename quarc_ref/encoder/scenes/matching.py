@@ -32,43 +32,45 @@ class Match:
     second_rows: Int64
 
 
-def match_ids(before: Int64, after: Int64) -> Match:
+def match_ids(previous_ids: Int64, ids: Int64) -> Match:
     """Match the rows of two frames by ids, which must be unique in each frame."""
-    _, first, second = np.intersect1d(before, after, assume_unique=True, return_indices=True)
+    _, first, second = np.intersect1d(previous_ids, ids, assume_unique=True, return_indices=True)
     order = np.argsort(first)
     return Match(first[order], second[order])
 
 
-def match_order(before: Splats, after: Splats) -> Match:
+def match_order(previous: Splats, current: Splats) -> Match:
     """Match the rows of two frames by order, as the module docstring describes."""
-    count = len(before.positions)
-    if count == len(after.positions):
+    count = len(previous.positions)
+    if count == len(current.positions):
         first_rows = np.arange(count)
-        if np.mean(_is_plausible(before, first_rows, after, first_rows)) > 0.5:
+        if np.mean(_is_plausible(previous, first_rows, current, first_rows)) > 0.5:
             return Match(first_rows, first_rows)
-    first, second = _match_landmarks(before, after)
+    first, second = _match_landmarks(previous, current)
     gap_bounds = zip(
         np.concatenate([[-1], first]),
         np.concatenate([first, [count]]),
         np.concatenate([[-1], second]),
-        np.concatenate([second, [len(after.positions)]]),
+        np.concatenate([second, [len(current.positions)]]),
         strict=True,
     )
     pairs = [(first, second)]
     for low, high, other_low, other_high in gap_bounds:
         if high - low > 1 and other_high - other_low > 1:
-            pairs.append(_match_gap(before, (low + 1, high), after, (other_low + 1, other_high)))
+            pairs.append(
+                _match_gap(previous, (low + 1, high), current, (other_low + 1, other_high))
+            )
     first_rows, second_rows = (np.concatenate(columns) for columns in zip(*pairs, strict=True))
     order = np.argsort(first_rows)
     return Match(first_rows[order], second_rows[order])
 
 
-def _match_landmarks(before: Splats, after: Splats) -> tuple[Int64, Int64]:
+def _match_landmarks(previous: Splats, current: Splats) -> tuple[Int64, Int64]:
     """Match rows with equal attributes that are unique in each frame; matches keep the order."""
-    keys = np.concatenate([_pack_attributes(before), _pack_attributes(after)])
+    keys = np.concatenate([_pack_attributes(previous), _pack_attributes(current)])
     _, labels, counts = np.unique(keys, return_inverse=True, return_counts=True)
     labels = labels.reshape(-1)
-    first_count = len(before.positions)
+    first_count = len(previous.positions)
     unique_rows = [
         np.flatnonzero(np.bincount(part, minlength=counts.size)[part] == 1)
         for part in (labels[:first_count], labels[first_count:])
@@ -116,7 +118,7 @@ def _longest_increasing_subsequence(numbers: Int64) -> Int64:
 
 
 def _match_gap(
-    before: Splats, first_range: tuple[int, int], after: Splats, second_range: tuple[int, int]
+    previous: Splats, first_range: tuple[int, int], current: Splats, second_range: tuple[int, int]
 ) -> tuple[Int64, Int64]:
     """Match the rows between two landmarks in order.
 
@@ -127,18 +129,18 @@ def _match_gap(
     count = min(first.size, second.size)
     first, second = first[:count], second[:count]
     if first_range[1] - first_range[0] == second_range[1] - second_range[0]:
-        is_same = _is_plausible(before, first, after, second)
+        is_same = _is_plausible(previous, first, current, second)
     else:
-        is_same = np.logical_and.accumulate(_is_plausible(before, first, after, second))
+        is_same = np.logical_and.accumulate(_is_plausible(previous, first, current, second))
     return first[is_same], second[is_same]
 
 
-def _is_plausible(before: Splats, first_rows: Int64, after: Splats, second_rows: Int64) -> Bits:
+def _is_plausible(previous: Splats, first_rows: Int64, current: Splats, second_rows: Int64) -> Bits:
     """Return a mask `[n]` of row pairs whose positions and colors are close enough to match."""
-    distances = np.abs(after.positions[second_rows] - before.positions[first_rows]).max(axis=1)
+    distances = np.abs(current.positions[second_rows] - previous.positions[first_rows]).max(axis=1)
     max_distances = _MAX_MOTION * np.exp(
-        np.minimum(before.log_scales[first_rows].max(axis=1), 30.0)
+        np.minimum(previous.log_scales[first_rows].max(axis=1), 30.0)
     )
-    color_changes = np.abs(after.sh[second_rows, 0] - before.sh[first_rows, 0]).max(axis=1)
+    color_changes = np.abs(current.sh[second_rows, 0] - previous.sh[first_rows, 0]).max(axis=1)
     plausible: Bits = (distances <= max_distances) & (color_changes <= _MAX_COLOR_CHANGE)
     return plausible

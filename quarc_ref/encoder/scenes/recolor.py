@@ -158,12 +158,12 @@ class _RecoloringWriter:
         """Write a FRAM with unchanged motion, updates and deaths, and recolored births."""
         frame = wire.parse_frame(chunk.payload, updates=self._input_header.updates)
         start = self._loop.start_frame(frame.death_count)
-        moved = self._loop.move_frame(start, list(symbols), updates)
+        moved_frame = self._loop.move_frame(start, list(symbols), updates)
         if births is not None and births.newborn.count:
             births = Births(births.parents, self._shift_colors(births.newborn))
         else:
             births = None
-        self._loop.commit_frame(moved, births)
+        self._loop.commit_frame(moved_frame, births)
         self._frame_count += 1
 
     def finish(self) -> int:

@@ -82,10 +82,10 @@ def _choose_lattice(
         position_divisor = greatest_common_divisor(frames[0].positions.astype(np.float64) * scale)
         motions = [
             (
-                after.positions[match.second_rows]
-                - before.positions[match.first_rows].astype(np.float64)
+                current.positions[match.second_rows]
+                - previous.positions[match.first_rows].astype(np.float64)
             )
-            for before, after, match in zip(frames, frames[1:], matches, strict=False)
+            for previous, current, match in zip(frames, frames[1:], matches, strict=False)
         ]
         translation_divisor = find_common_divisor(
             np.concatenate([*motions, np.zeros((1, 3))]) * scale, max_step

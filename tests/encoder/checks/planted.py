@@ -8,7 +8,7 @@ from quarc_ref.datasets.capture import Capture, Points
 
 
 def plant(capture, *, cameras=None, points=None, order=None):
-    """A capture with replaced cameras, points or pictures."""
+    """Return a capture after replacing its cameras or points, or the order of its pictures."""
     return Capture(
         capture.name,
         cameras or capture.cameras,
@@ -30,7 +30,7 @@ class _Reordered:
 
 
 def keep_cameras(capture, camera_indices):
-    """The capture with some of its cameras."""
+    """Return the capture with only the cameras at some indices."""
     return plant(
         capture,
         cameras=[capture.cameras[index] for index in camera_indices],
@@ -39,14 +39,14 @@ def keep_cameras(capture, camera_indices):
 
 
 def swap_pictures(capture, first, second):
-    """The capture with the pictures of two cameras swapped."""
+    """Return the capture after swapping the pictures of two cameras."""
     order = list(range(len(capture.cameras)))
     order[first], order[second] = second, first
     return plant(capture, order=order)
 
 
 def turn_camera(capture, index, axis, degrees):
-    """The capture with one camera rotated around one of its own axes."""
+    """Return the capture after rotating a camera around an axis of the camera."""
     angle = np.radians(degrees)
     rotation = np.eye(3)
     rotation[np.ix_(*[[other_axis for other_axis in range(3) if other_axis != axis]] * 2)] = [
@@ -63,7 +63,7 @@ def turn_camera(capture, index, axis, degrees):
 
 
 def move_camera(capture, index, step):
-    """The capture with one camera moved along its own axes, in world units."""
+    """Return the capture after moving a camera along the camera's axes, in world units."""
     camera = capture.cameras[index]
     rotation = np.array(camera.rotation).reshape(3, 3)
     return _pose_camera(capture, index, rotation, np.array(camera.translation) - step)
@@ -80,7 +80,7 @@ def _pose_camera(capture, index, rotation, translation):
 
 
 def move_points(capture, fraction, offset):
-    """The capture with a share of its points moved by a distance in world units."""
+    """Return the capture after moving a fraction of its points by an offset in world units."""
     positions, colors = capture.points.positions.copy(), capture.points.colors
     indices = np.random.default_rng(1).permutation(len(positions))[: int(fraction * len(positions))]
     positions[indices] += np.array(offset, dtype=np.float32)
@@ -88,5 +88,5 @@ def move_points(capture, fraction, offset):
 
 
 def paint_points(capture, colors):
-    """The capture with other colors of its points."""
+    """Return the capture after replacing the colors of its points."""
     return plant(capture, points=Points(capture.points.positions, colors))

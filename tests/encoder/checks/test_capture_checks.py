@@ -28,7 +28,7 @@ _VARIANTS = [name if name in _FAST_VARIANTS else thorough(name) for name in VARI
 
 @pytest.fixture(scope="module")
 def trace_capture(tmp_path_factory):
-    """Traces captures of one frame, each only once."""
+    """Return a function that renders a synthetic capture of one frame, or returns a cached one."""
     root, traced = tmp_path_factory.mktemp("traced"), {}
 
     def make(**options):

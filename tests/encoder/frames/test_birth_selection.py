@@ -23,7 +23,7 @@ _PARENTS = torch.tensor([3, 9, 20])
 
 
 def _make_blobs() -> Attributes:
-    """Three blobs in front of the scene: two red ones with a green one between them."""
+    """Return three Gaussians in front of the scene: red, green and red."""
     colors = torch.tensor([[0.9, 0.1, 0.1], [0.1, 0.9, 0.1], [0.9, 0.1, 0.1]])
     return Attributes(
         torch.tensor([[0.2, -0.1, -1.2], [-0.3, 0.3, -1.2], [-0.3, -0.4, -1.2]]),
@@ -37,7 +37,7 @@ def _make_blobs() -> Attributes:
 
 @pytest.fixture
 def objective(monkeypatch) -> BirthObjective:
-    """An objective whose truth is the scene with the red blobs."""
+    """A birth objective whose ground truth is the scene plus the red Gaussians."""
     context, header = make_context(), SMALL.stream
     state = begin_canonical(
         header, 0, quantize_gaussians(from_splats(make_splats(0), _CPU), header)
@@ -64,7 +64,7 @@ def _count_bytes(objective: BirthObjective, births: Births) -> int:
 
 
 def _cost(objective: BirthObjective, weight: float) -> ByteCost:
-    """The cost of births, given the decrease of the loss that a byte must achieve."""
+    """Return a byte cost in which each byte must lower the loss by `weight`."""
     return ByteCost(weight, lambda births: _count_bytes(objective, births))
 
 

@@ -1,4 +1,4 @@
-"""The kernels agree with torch operations, in value and gradient."""
+"""Values and gradients of the kernels agree with those of torch operations."""
 
 import pytest
 import torch
@@ -43,17 +43,19 @@ def test_i_times_j_is_k():
 
 def test_rounding_within_limits(monkeypatch):
     limits = torch.tensor([1.0, 2.0, 5.0])
-    kept = torch.arange(40) % 3 > 0
+    mask = torch.arange(40) % 3 > 0
     values = 3 * _random(40, 3)
-    values[0] = torch.tensor([1.0, -2.0, 2.5])  # at the limits, and halfway
+    values[0] = torch.tensor(
+        [1.0, -2.0, 2.5]
+    )  # two values at the limits, and a value halfway between integers
 
-    _assert_equal_to_torch(lambda leaf: round_masked(leaf, limits, kept), [values], monkeypatch)
+    _assert_equal_to_torch(lambda leaf: round_masked(leaf, limits, mask), [values], monkeypatch)
 
 
 def test_without_rounding_values_are_only_clamped():
-    values, limits, kept = _random(9, 2), torch.ones(2), torch.ones(9, dtype=torch.bool)
+    values, limits, mask = _random(9, 2), torch.ones(2), torch.ones(9, dtype=torch.bool)
     with without_rounding():
-        assert torch.equal(round_masked(values, limits, kept), values.clamp(-1, 1))
+        assert torch.equal(round_masked(values, limits, mask), values.clamp(-1, 1))
 
 
 def test_mean_of_log_norms(monkeypatch):
@@ -69,7 +71,7 @@ def test_a_row_of_zeros_has_a_finite_gradient():
 @pytest.mark.parametrize("levels", [1, 3])
 def test_sums_over_levels(levels, monkeypatch):
     anchors = torch.randint(0, 7, (levels, 60), generator=torch.Generator().manual_seed(2))
-    anchors[anchors == 3] = 4  # nothing follows one of them
+    anchors[anchors == 3] = 4  # no Gaussian is bound to anchor 3
     flat = anchors.reshape(-1)
     followers = torch.argsort(flat, stable=True) % 60
     starts = torch.nn.functional.pad(torch.bincount(flat, minlength=7).cumsum(0), (1, 0))

@@ -38,7 +38,7 @@ def _make_state() -> State:
 
 
 def _coarsen_lattice(state: State) -> State:
-    """The same integers on a lattice eight times as coarse, with Gaussians eight times as large."""
+    """Return the state on a lattice eight times as coarse, with Gaussians eight times as large."""
     scene = state.scene
     codes = scene.codes.copy()
     codes[LOG_SCALES] += _SCALE_FACTOR_CODES
@@ -48,7 +48,7 @@ def _coarsen_lattice(state: State) -> State:
 
 
 class _CaptureSource:
-    """The pictures of a capture."""
+    """A picture source that returns the pictures of a capture."""
 
     def __init__(self, capture: Capture) -> None:
         self._capture = capture
@@ -85,7 +85,9 @@ def test_a_capture_in_other_units_moves_by_the_same_symbols():
     scaled_symbols = _fit(_scale_context(context), _coarsen_lattice(state), _MOTION)
 
     assert np.count_nonzero(symbols) > 20
-    assert np.mean(symbols == scaled_symbols) > 0.95  # a few depend on the last bits of floats
+    assert (
+        np.mean(symbols == scaled_symbols) > 0.95
+    )  # a few symbols depend on the last bits of floats
 
 
 def test_the_learning_rate_of_translations_is_in_world_units_or_in_steps():

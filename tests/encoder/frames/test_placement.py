@@ -23,7 +23,7 @@ _SH_C0 = 0.28209479177387814
 
 
 def _add_red_blob(splats: Splats) -> Splats:
-    """The scene with an additional dense red blob in front."""
+    """Return the scene with an additional opaque red Gaussian in front."""
     red = np.array([[[0.9, 0.1, 0.1]]], dtype=np.float32)
     return Splats(
         np.concatenate([splats.positions, _BLOB_POSITION[None]]),
@@ -36,7 +36,7 @@ def _add_red_blob(splats: Splats) -> Splats:
 
 @pytest.fixture
 def context(monkeypatch):
-    """A context whose truth is frame 0 with an additional blob."""
+    """A training context whose ground truth is frame 0 with an additional red Gaussian."""
     context = make_context()
     changed = _add_red_blob(make_splats(0))
 
@@ -108,7 +108,7 @@ def test_the_nearest_neighbor_is_found(scene_count, place_count, seed):
 
 
 def _measure_pixel_distances(camera, places: np.ndarray, center: np.ndarray) -> np.ndarray:
-    """Distance in the picture between positions and a center, in pixels."""
+    """Return the distances of projected positions from a projected center, pixels."""
     rotation = np.array(camera.rotation).reshape(3, 3)
     points = [p @ rotation.T + np.array(camera.translation) for p in (places, center[None])]
     first, second = (point[:, :2] / point[:, 2:] * camera.fx for point in points)

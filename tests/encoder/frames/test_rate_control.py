@@ -15,7 +15,7 @@ targets = st.floats(1, 1e8)
 def _encode(
     target: float, elasticity: float, content_factor: float, noise: float, seed: int
 ) -> list[int]:
-    """The sizes of 40 frames from a toy encoder, with content that varies."""
+    """Return the sizes of 40 frames from a model of an encoder whose content varies."""
     rng, sizes = random.Random(seed), []
     for frame in range(40):
         content = math.exp(0.3 * math.sin(frame / 6) + rng.gauss(0, noise))

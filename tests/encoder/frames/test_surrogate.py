@@ -27,7 +27,7 @@ def test_the_surrogate_moves_a_scene_as_the_decoder_does(components):
 
     decoded = dequantize(move(frame_start, symbols).scene)
     unit = torch.nn.functional.normalize(moved.rotations, dim=1).numpy()
-    # Rounding: nothing is lost on the lattice, a few units in Q22.
+    # The decoder's rounding changes positions hardly, and rotations by a few units of Q22.
     assert np.abs(moved.means.numpy() - decoded.positions).max() < 1e-6
     assert np.abs(unit - decoded.rotations).max() < 2e-6
 

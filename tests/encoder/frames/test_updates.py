@@ -27,7 +27,7 @@ _UPDATES = UpdateSettings(lr=0.5, rd_lambda=0.002, min_gain=0.0)
 
 
 def _make_state(header: StreamHeader = _HEADER) -> State:
-    splats = from_splats(make_splats(1), _CPU)  # as frame 1 shows
+    splats = from_splats(make_splats(1), _CPU)  # the scene of frame 1
     return begin_canonical(header, 0, quantize_gaussians(splats, header))
 
 

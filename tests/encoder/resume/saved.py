@@ -1,4 +1,4 @@
-"""Reads a saved training without the reader under test."""
+"""Reads a checkpoint without the reader under test."""
 
 import json
 import math
@@ -7,7 +7,7 @@ import numpy as np
 
 
 def read_checkpoint_arrays(path):
-    """The arrays in a file, by name."""
+    """Return the arrays of a checkpoint by name."""
     header, _, body = path.read_bytes().partition(b"\n")
     arrays, offset = {}, 0
     for name, (dtype, shape) in json.loads(header)["arrays"].items():

@@ -29,7 +29,7 @@ _CONFIG = replace(
 
 
 class _InterruptedProgress:
-    """Progress that is interrupted after a step of frame 0."""
+    """Progress that raises KeyboardInterrupt after a training step of frame 0."""
 
     def __init__(self, step):
         self._step = step
@@ -73,7 +73,7 @@ def test_an_interrupted_training_gives_the_same_bytes(step, tmp_path, uninterrup
 
     assert path.read_bytes() == uninterrupted
     assert options.progress.first == (step + 1 if step < 60 else None)
-    assert [each.name for each in tmp_path.iterdir()] == ["toy.quarc"]
+    assert [entry.name for entry in tmp_path.iterdir()] == ["toy.quarc"]
 
 
 def test_a_training_interrupted_twice_gives_the_same_bytes(tmp_path, uninterrupted):
@@ -101,8 +101,8 @@ def _empty(file):
 
 
 def _put_other(file):
-    with file.open("wb") as other:
-        write_arrays(other, "other", {"step": np.array(3)})
+    with file.open("wb") as sink:
+        write_arrays(sink, "other", {"step": np.array(3)})
 
 
 def _put_text(file):

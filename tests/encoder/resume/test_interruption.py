@@ -9,7 +9,7 @@ _SIGNALS = [signal.SIGINT, signal.SIGTERM]
 
 
 class _SignalError(Exception):
-    """Raised by a signal handler of the caller."""
+    """Raised by the signal handler that the test installs."""
 
 
 def _handle(number, _frame):

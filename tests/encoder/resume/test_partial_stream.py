@@ -15,7 +15,7 @@ from tests.encoder.toys import SMALL, make_capture
 from tests.small_streams import make_stream, rebuild_stream
 from tests.streams.edits import cut_bytes, join_bytes
 
-# Everything that could pass information from frame to frame besides the decoder's state.
+# Enables all features that could carry information from frame to frame.
 CONFIG = replace(
     SMALL,
     stream=replace(SMALL.stream, updates=True),
@@ -31,7 +31,7 @@ _OPTIONS = EncodeOptions(CONFIG, 5, "cpu")
 
 
 def _resume(path, data, options=_OPTIONS, frames=5):
-    """The treatment of a file that contains the beginning of a stream."""
+    """Write the beginning of a stream to a file, encode to the file, and return its content."""
     path.write_bytes(data)
     encode_file(make_capture(frames), path, options)
     return path.read_bytes()
@@ -45,7 +45,7 @@ def complete_stream(tmp_path_factory):
 
 
 def _chunk_ends(data):
-    """Offsets of the ends of the chunks of a stream."""
+    """Return the offset of the end of each chunk of a stream."""
     return [chunk.offset + chunk.byte_count() for chunk in split_chunks(data)]
 
 
@@ -179,11 +179,11 @@ def test_a_stream_that_quotes_old_names_of_settings_is_resumed(complete_stream, 
     ],
 )
 def test_another_capture_or_encoder_is_rejected(name, message, complete_stream, tmp_path):
-    other = _replace_metadata(complete_stream, **{name: "another"})
+    changed_stream = _replace_metadata(complete_stream, **{name: "another"})
     with pytest.raises(
         ResumeError, match=f"encoded with different inputs; these differ: {message}$"
     ):
-        _resume(tmp_path / "a.quarc", other)
+        _resume(tmp_path / "a.quarc", changed_stream)
 
 
 def test_other_cameras_or_another_time_base_are_rejected(complete_stream, tmp_path):

@@ -1,4 +1,4 @@
-"""Gaussians that are not from a stream: random, moved and recolored in floats."""
+"""Random Gaussians in floats, and functions that move, select and concatenate them."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ from quarc_ref.decoder import Splats
 
 
 def make_splats(count=200, coefficients=4, seed=0):
-    """Gaussians in a box of one unit, of all shapes and colors, not on a grid."""
+    """Return random Gaussians in a box of one unit, with values that are not on a grid."""
     rng = np.random.default_rng(seed)
     rotations = rng.normal(size=(count, 4))
     rotations /= np.linalg.norm(rotations, axis=1, keepdims=True)
@@ -22,7 +22,7 @@ def make_splats(count=200, coefficients=4, seed=0):
 
 
 def move(splats, shift, angle=0.0, fraction=0.5, seed=1):
-    """The same with some Gaussians shifted, and rotated around z by radians."""
+    """Return the Gaussians after shifting a fraction of them and rotating it around z, radians."""
     rng = np.random.default_rng(seed)
     is_moved = rng.random(len(splats.positions)) < fraction
     positions, rotations = splats.positions.copy(), splats.rotations.copy()
@@ -34,12 +34,12 @@ def move(splats, shift, angle=0.0, fraction=0.5, seed=1):
 
 
 def select_rows(splats, rows):
-    """Some rows."""
+    """Return the Gaussians of some rows."""
     names = ("positions", "rotations", "log_scales", "opacities", "sh")
     return Splats(*(getattr(splats, name)[rows] for name in names))
 
 
 def concatenate(*parts):
-    """Concatenated rows of two scenes."""
+    """Return the Gaussians of several scenes in one scene."""
     names = ("positions", "rotations", "log_scales", "opacities", "sh")
     return Splats(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))

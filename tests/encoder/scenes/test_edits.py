@@ -1,4 +1,4 @@
-"""Edits of all frames: the remaining Gaussians are where and how they should be."""
+"""Edits of all frames give the expected Gaussians in every frame."""
 
 import io
 
@@ -26,12 +26,12 @@ _CAMERA = Camera(
 )
 _ROTATION_AND_SCALE = np.array(
     [[0, 0, 2, 1], [0, 2, 0, 2], [-2, 0, 0, 3]], dtype=float
-)  # around y, twice as large
+)  # rotation around y, scale 2
 
 
 @pytest.fixture(scope="module")
 def stream():
-    """Three frames of moving Gaussians, seen by a camera."""
+    """A stream of three frames of moving Gaussians, with a camera."""
     first = make_splats()
     scenes = [first, move(first, (0.03, 0, 0), 0.1), move(first, (0.06, 0, 0), 0.2)]
     sink = io.BytesIO()
@@ -82,7 +82,7 @@ def test_a_transformed_scene_looks_to_its_cameras_as_before(stream):
     for before, after in zip(decode_frames(stream), decode_frames(transformed), strict=True):
         assert measure_psnr(render_picture(before, _CAMERA), render_picture(after, camera)) > 45
     header = next(iter(decode(transformed))).header
-    assert header.up_axis == 4  # a rotation around y keeps it
+    assert header.up_axis == 4  # a rotation around y does not change the y axis
     assert header.meters_per_unit == 1.5
 
 
@@ -98,12 +98,12 @@ def test_the_up_axis_is_rotated_as_well_or_becomes_unknown():
 
 def test_recoloring_with_a_crop_changes_the_remaining_gaussians(stream):
     box = (-0.2, -0.3, -0.5, 0.3, 0.3, 0.5)
-    plain = decode_frames(edit_stream(stream, Edit(boxes=(box,))))[0]
+    cropped = decode_frames(edit_stream(stream, Edit(boxes=(box,))))[0]
     colored = decode_frames(
         edit_stream(stream, Edit((box,), recoloring=Recoloring(offset=(0.1, 0, 0))))
     )[0]
 
-    red = 0.28209479177387814 * (colored.sh[:, 0, 0].mean() - plain.sh[:, 0, 0].mean())
+    red = 0.28209479177387814 * (colored.sh[:, 0, 0].mean() - cropped.sh[:, 0, 0].mean())
     assert red == pytest.approx(0.1, abs=0.005)
 
 

@@ -1,4 +1,4 @@
-"""Encoding of given Gaussians: decoding gives the same within the bounds."""
+"""Decoded Gaussians equal the input of `encode_scenes` within the bounds."""
 
 import io
 import subprocess
@@ -35,7 +35,7 @@ def find_nearest(decoded, expected):
 
 
 def assert_close(data, scenes, position=0.002):
-    """Every decoded Gaussian matches a given one, each only once, within the default bounds."""
+    """Check that decoded and input Gaussians match one to one within the default bounds."""
     frames = [dequantize(scene) for scene in decode(data)]
     assert len(frames) == len(scenes)
     for decoded, expected in zip(frames, scenes, strict=True):
@@ -76,7 +76,7 @@ def test_recolored_gaussians_are_updated_or_replaced():
     first = make_splats()
     sh, sh_rest = first.sh.copy(), first.sh.copy()
     sh[10:15, 0] += 0.2
-    sh_rest[20:25, 2] += 0.3  # which updates cannot change
+    sh_rest[20:25, 2] += 0.3  # updates cannot change SH rest
     scenes = [first, replace(first, sh=sh), replace(first, sh=sh_rest)]
     data, _ = encode(scenes)
 
@@ -88,9 +88,9 @@ def test_recolored_gaussians_are_updated_or_replaced():
 
 @pytest.mark.parametrize("with_ids", [True, False])
 def test_arrivals_and_departures_are_found_by_ids_or_by_order(with_ids):
-    first, others = make_splats(), make_splats(12, seed=9)
+    first, new_splats = make_splats(), make_splats(12, seed=9)
     kept_rows = np.delete(np.arange(200), [3, 50, 51, 120])
-    second = concatenate(move(select_rows(first, kept_rows), (0.02, 0, 0)), others)
+    second = concatenate(move(select_rows(first, kept_rows), (0.02, 0, 0)), new_splats)
     ids = [np.arange(200), np.concatenate([kept_rows, 500 + np.arange(12)])]
     scenes = [first, second]
     frames = [GivenFrame(*pair) for pair in zip(scenes, ids, strict=True)] if with_ids else scenes

@@ -1,4 +1,4 @@
-"""Exact recoloring: the same integers, except the codes of SH DC, and other steps."""
+"""Recoloring changes only SH steps and the codes of SH DC."""
 
 import io
 

@@ -8,7 +8,7 @@ from quarc_ref.encoder.settings.setting_list import describe_settings
 
 @dataclass(frozen=True, slots=True)
 class _SettingsWithoutDescriptions:
-    on: bool = True
+    is_enabled: bool = True
 
 
 @pytest.mark.parametrize("config", PRESETS.values(), ids=PRESETS)

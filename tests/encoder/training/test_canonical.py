@@ -42,8 +42,8 @@ def test_a_gaussian_has_the_color_of_its_point():
 
     attributes = _initialize(Points(np.zeros((1, 3), dtype=np.float32), colors))
 
-    shown = 0.5 + 0.28209479177387814 * attributes.sh_dc[0, 0]
-    assert torch.allclose(shown, torch.tensor([1.0, 0.0, 128 / 255]), atol=1e-6)
+    color = 0.5 + 0.28209479177387814 * attributes.sh_dc[0, 0]
+    assert torch.allclose(color, torch.tensor([1.0, 0.0, 128 / 255]), atol=1e-6)
 
 
 def test_too_many_points_are_subsampled():
@@ -112,13 +112,15 @@ def test_training_starts_at_half_resolution_and_ends_at_full(monkeypatch):
 def test_the_same_seed_gives_the_same_scene_to_the_bit():
     points, header = make_capture().points, StreamHeader()
 
-    first, second, other = (
+    first, second, other_seed = (
         train_canonical(make_context(seed), points, CanonicalObjective(SMALL.canonical, header))
         for seed in (0, 0, 1)
     )
 
     assert all(torch.equal(a, b) for a, b in zip(first.tensors(), second.tensors(), strict=True))
-    assert first.means.shape != other.means.shape or not torch.equal(first.means, other.means)
+    assert first.means.shape != other_seed.means.shape or not torch.equal(
+        first.means, other_seed.means
+    )
 
 
 def test_without_spherical_harmonics_none_are_trained():

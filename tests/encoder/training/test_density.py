@@ -113,6 +113,6 @@ def test_parts_of_a_split_gaussian_are_sampled_from_it():
     offsets = sample_offsets(elongated, 2.0, torch.Generator().manual_seed(0))
     parts = split(elongated, torch.Generator().manual_seed(0))
 
-    # A quarter turn around z: a Gaussian that is wide along x becomes wide along y.
+    # The rotation is 90 degrees around z, so the largest deviation is along y.
     assert torch.allclose(offsets.std(dim=0), torch.tensor([0.2, 2.0, 0.02]), rtol=0.05)
     assert parts.means.shape == (8000, 3)

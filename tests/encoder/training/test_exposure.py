@@ -73,7 +73,7 @@ def test_a_corrected_picture_is_kept_until_the_gains_change():
 
 
 class _UnevenSource:
-    """The toy's pictures, as taken by cameras of different exposure."""
+    """A picture source that multiplies the pictures of each camera by a different gain."""
 
     def __init__(self, source):
         self._source = source

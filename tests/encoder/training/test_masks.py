@@ -1,4 +1,4 @@
-"""Masks in training: masked pixels have no influence on any comparison of pictures."""
+"""Masked pixels have no influence on training and evaluation."""
 
 from dataclasses import replace
 from io import BytesIO
@@ -21,7 +21,7 @@ BORDER = 28
 
 
 class _ColumnMasks:
-    """Keeps the columns to the left of a border, in every frame of every camera."""
+    """A mask source that masks the columns from `border` in all frames of all cameras."""
 
     def __init__(self, border=BORDER):
         self._mask = np.zeros((HEIGHT, WIDTH), bool)
@@ -32,7 +32,7 @@ class _ColumnMasks:
 
 
 class _NoisySource:
-    """The pictures of a capture, with noise to the right of the border."""
+    """A picture source that replaces the columns from `BORDER` by noise."""
 
     def __init__(self, capture):
         self._capture = capture
@@ -70,7 +70,7 @@ FULL_CONFIG = replace(
     SMALL,
     canonical=replace(SMALL.canonical, exposure_lr=0.2, exposure_from_iter=10, prune_rd_lambda=0.2),
     births=replace(SMALL.births, placement="errors", error_threshold=0.02, rd_selection=True),
-)  # every part of training that uses pictures
+)  # enables all parts of training that use pictures
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Foreign files in place of a checkpoint are ignored."""
+"""Files that are not a valid checkpoint of this training are ignored."""
 
 import os
 import subprocess
@@ -31,7 +31,7 @@ class _StoppedError(Exception):
 
 
 class _StoppingProgress:
-    """Progress that records the first step, and stops the training after a given one."""
+    """Progress that records the first step, and stops the training after step `last`."""
 
     def __init__(self, last=None):
         self.first = None
@@ -44,7 +44,7 @@ class _StoppingProgress:
 
 
 def _train(path, last=None):
-    """Train with a checkpoint; return the attributes and the first step."""
+    """Train with a checkpoint; return the attributes and the first step of the training."""
     steps = _StoppingProgress(last)
     context = replace(make_context(), observers=Observers(steps))
     header = make_header(SMALL, 30.0, 160)
@@ -64,7 +64,7 @@ def _save_every_step(monkeypatch):
 
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory):
-    """The checkpoint of a stopped training, and its arrays."""
+    """The path and the arrays of the checkpoint of a stopped training."""
     path = tmp_path_factory.mktemp("training") / "saved"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(checkpoint, "_SAVE_INTERVAL_SECONDS", 0.0)
@@ -169,7 +169,7 @@ def test_anything_but_a_regular_file_is_ignored(kind, saved, tmp_path):
 
 
 def test_a_bomb_is_not_inflated(tmp_path):
-    """500 MB of zeros as a NumPy archive, in half a MB."""
+    """A NumPy archive of half a MB that would inflate to 500 MB of zeros is rejected."""
     path = tmp_path / "a"
     with (
         zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive,

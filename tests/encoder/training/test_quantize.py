@@ -39,7 +39,7 @@ def test_a_decoded_scene_quantizes_to_itself(data):
     scenes = [begin_canonical(header, 0, item).scene for item in (gaussians, requantized)]
     rotations = [scene.rotations.astype(np.int64) for scene in scenes]
     overlap = np.abs((rotations[0] * rotations[1]).sum(axis=0)) / 2.0**44
-    # The norm of a Q22 quaternion itself has an error of 1e-7.
+    # The norm of a Q22 quaternion has an error of up to 1e-7.
     assert (1 - overlap).max() < 2.0 ** (1 - 2 * header.rotation_bits) + 1e-6
 
 
@@ -117,7 +117,7 @@ def test_births_are_decoded_where_they_were_trained():
 
     order = np.argsort(parents, kind="stable")
     assert births.parents.tolist() == sorted(parents.tolist())
-    # A parent is not on the newborn's grid, so half a step can be lost.
+    # Offsets from a parent are rounded, so positions differ by up to half a step.
     assert np.abs(splats.positions[30:] - new_attributes.means.numpy()[order]).max() <= (
         position_step(header) / 2 * (1 + 1e-5)
     )

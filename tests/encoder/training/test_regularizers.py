@@ -39,10 +39,10 @@ def test_equal_codes_are_free_and_so_is_the_component_that_is_not_coded():
 
 
 def test_a_code_of_sh_rest_costs_its_logarithm():
-    rest = torch.zeros(2, 3, 3)
-    rest[1, 2, 0] = -0.75
+    sh_rest = torch.zeros(2, 3, 3)
+    sh_rest[1, 2, 0] = -0.75
 
-    assert _measure_code_rate(sh_rest=rest) == pytest.approx(math.log(1 + 3) / 2)
+    assert _measure_code_rate(sh_rest=sh_rest) == pytest.approx(math.log(1 + 3) / 2)
 
 
 def test_a_rotation_costs_the_logarithm_of_its_smaller_components():

@@ -36,8 +36,8 @@ def test_rounded_rotations_are_what_the_decoder_expands(components, bits):
         return
     quaternion = torch.tensor([components], dtype=torch.float32)
     unit = torch.nn.functional.normalize(quaternion, dim=1)
-    index, others = split_rotations(unit, bits)
-    coded = np.concatenate([index[None].numpy(), others.T.numpy().astype(np.int64)])
+    index, smaller_components = split_rotations(unit, bits)
+    coded = np.concatenate([index[None].numpy(), smaller_components.T.numpy().astype(np.int64)])
 
     rounded = round_rotations(quaternion, bits)[0]
     decoded = torch.from_numpy(expand_rotations(coded, bits)[:, 0]) / (1 << 22)

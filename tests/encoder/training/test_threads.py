@@ -5,7 +5,7 @@ from quarc_ref.encoder.training.threads import fixed_threads
 
 
 def _sum_in_pieces(threads):
-    """A sum that torch computes in as many pieces as it has threads, if it may choose."""
+    """Return the thread count within `fixed_threads`, and a sum that depends on the count."""
     torch.set_num_threads(threads)
     numbers = torch.rand(1 << 20, generator=torch.Generator().manual_seed(0))
     with fixed_threads():
