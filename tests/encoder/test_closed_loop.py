@@ -33,8 +33,8 @@ def test_the_next_frame_starts_from_exactly_the_decoders_state():
     loop = ClosedLoop(sink, _HEADER, (CAMERA,), {})
     states = [loop.commit_canonical(make_gaussians(_HEADER, 50), 0)]
     for frame in range(1, 5):
-        moved = _move_next_frame(loop, frame % 2, frame)
-        states.append(loop.commit_frame(moved, make_births(moved.state, 2, frame)))
+        moved_frame = _move_next_frame(loop, frame % 2, frame)
+        states.append(loop.commit_frame(moved_frame, make_births(moved_frame.state, 2, frame)))
     loop.finish()
 
     decoded = list(decode_states(sink.getvalue()))
@@ -64,9 +64,9 @@ def test_a_loop_that_has_replayed_its_frames_continues_as_if_it_had_written_them
         loop.replay(chunk)
         sizes.append(loop.frame_bytes)
     for frame in (2, 3):
-        moved = _move_next_frame(loop, max(0, loop.state.scene.count - 40), frame)
+        moved_frame = _move_next_frame(loop, max(0, loop.state.scene.count - 40), frame)
         commit = loop.commit_frame if frame == 2 else loop.commit_as_canonical
-        commit(moved, make_births(moved.state, 3, frame) if frame % 2 else None)
+        commit(moved_frame, make_births(moved_frame.state, 3, frame) if frame % 2 else None)
     loop.finish()
 
     assert sink.getvalue() == data
@@ -88,10 +88,12 @@ def test_a_committed_motion_equals_the_decoded_one():
     start = loop.start_frame(0)
     symbols = make_symbols(start.state, 1)
 
-    moved = loop.move_frame(start, symbols).state
+    moved_frame = loop.move_frame(start, symbols).state
 
-    assert [level.tolist() for level in moved.symbols] == [level.tolist() for level in symbols]
-    assert compute_digest(moved.scene) != compute_digest(start.state.scene)
+    assert [level.tolist() for level in moved_frame.symbols] == [
+        level.tolist() for level in symbols
+    ]
+    assert compute_digest(moved_frame.scene) != compute_digest(start.state.scene)
 
 
 def test_an_encoder_whose_state_differs_from_the_decoders_is_stopped(monkeypatch):
@@ -103,7 +105,7 @@ def test_an_encoder_whose_state_differs_from_the_decoders_is_stopped(monkeypatch
 
 
 def test_a_frame_is_decoded_once_and_again_if_a_byte_differs(monkeypatch):
-    loop, moved = _make_moved_frame(_HEADER)
+    loop, moved_frame = _make_moved_frame(_HEADER)
     decode_calls = []
     decode_frame = loop.engine.decode_frame
 
@@ -112,14 +114,14 @@ def test_a_frame_is_decoded_once_and_again_if_a_byte_differs(monkeypatch):
         return decode_frame(state, chunk)
 
     monkeypatch.setattr(loop.engine, "decode_frame", record_call)
-    births = make_births(moved.state, 2)
+    births = make_births(moved_frame.state, 2)
 
-    first = loop.commit_frame(moved, births)
+    first_state = loop.commit_frame(moved_frame, births)
 
-    assert loop.state is first
+    assert loop.state is first_state
     assert decode_calls == []
 
-    moved = _move_next_frame(loop, 0, 2)
+    moved_frame = _move_next_frame(loop, 0, 2)
     store = loop._decoder.store
     monkeypatch.setattr(
         loop._decoder,
@@ -127,7 +129,7 @@ def test_a_frame_is_decoded_once_and_again_if_a_byte_differs(monkeypatch):
         lambda before, chunk, after: store(before, replace(chunk, death_count=1), after),
     )
 
-    loop.commit_frame(moved, None)
+    loop.commit_frame(moved_frame, None)
 
     assert len(decode_calls) == 1
     assert (loop.state.scene.frame, loop.state.scene.count) == (2, 49)
@@ -146,21 +148,21 @@ def test_a_motion_that_cannot_be_written_is_an_error_of_the_scene():
 def test_a_newborn_that_cannot_be_written_is_an_error_of_the_scene():
     loop = _make_loop()
     loop.commit_canonical(make_gaussians(_HEADER, 50), 0)
-    moved = _move_next_frame(loop, 0)
-    births = make_births(moved.state, 2)
+    moved_frame = _move_next_frame(loop, 0)
+    births = make_births(moved_frame.state, 2)
     births.parents[:] = 50
 
     with pytest.raises(EncodeError, match="parent"):
-        loop.commit_frame(moved, births)
+        loop.commit_frame(moved_frame, births)
 
 
 def test_a_frame_is_committed_only_after_the_frame_it_started_from():
-    loop, moved = _make_moved_frame(_HEADER)
-    loop.commit_frame(moved, None)
+    loop, moved_frame = _make_moved_frame(_HEADER)
+    loop.commit_frame(moved_frame, None)
 
     for commit in (loop.commit_frame, loop.commit_as_canonical):
         with pytest.raises(ValueError, match="does not follow"):
-            commit(moved, None)
+            commit(moved_frame, None)
 
 
 _POSITION_ERROR = "position-range"
@@ -183,12 +185,12 @@ def _move_next_frame(loop, deaths, seed=0):
 @settings(max_examples=25)
 def test_a_frame_can_be_written_as_a_canonical_one(header):
     sink = io.BytesIO()
-    loop, moved = _make_moved_frame(header, sink)
-    births = make_births(moved.state, 4, 1)
-    section = loop.engine.write_births(moved.state, births)
-    expected_state = loop.engine.decode_births(moved.state, section, 4)
+    loop, moved_frame = _make_moved_frame(header, sink)
+    births = make_births(moved_frame.state, 4, 1)
+    section = loop.engine.write_births(moved_frame.state, births)
+    expected_state = loop.engine.decode_births(moved_frame.state, section, 4)
 
-    state = loop.commit_as_canonical(moved, births)
+    state = loop.commit_as_canonical(moved_frame, births)
     start = loop.start_frame(1)
     zero_symbols = [0 * level for level in make_symbols(start.state)]
     loop.commit_frame(loop.move_frame(start, zero_symbols), None)
@@ -228,13 +230,13 @@ def test_a_frame_out_of_range_of_canonical_steps_is_an_error_of_the_scene():
         symbols = [0 * level for level in make_symbols(start.state)]
         for level in symbols:
             level[0] = 60
-        moved = loop.move_frame(start, symbols)
-        if moved.state.scene.positions.max() > 8_387_500:
+        moved_frame = loop.move_frame(start, symbols)
+        if moved_frame.state.scene.positions.max() > 8_387_500:
             break
-        loop.commit_frame(moved, None)
+        loop.commit_frame(moved_frame, None)
 
     with pytest.raises(EncodeError, match=_POSITION_ERROR):
-        loop.commit_as_canonical(moved, None)
+        loop.commit_as_canonical(moved_frame, None)
 
 
 @pytest.mark.parametrize(("width", "fits"), [((1 << 20) - 1, True), (1 << 20, False)])
@@ -275,9 +277,9 @@ def test_contexts_of_the_last_frame_are_used_if_they_save_bytes():
         loop = _make_loop()
         loop.commit_canonical(make_gaussians(_HEADER, 400), 0)
         for _ in range(2):
-            moved = loop.move_frame(loop.start_frame(0), symbols)
-            loop.commit_frame(moved, None)
-        return moved.chunk
+            moved_frame = loop.move_frame(loop.start_frame(0), symbols)
+            loop.commit_frame(moved_frame, None)
+        return moved_frame.chunk
 
     probe_loop = _make_loop()
     probe_loop.commit_canonical(make_gaussians(_HEADER, 400), 0)

@@ -105,8 +105,8 @@ def test_a_snapshot_with_a_dead_zone_is_smaller_and_decodes_to_the_canonical_pos
         residuals = np.zeros((13, _COUNT), dtype=np.int64)
         residuals[TRANSLATION] = np.random.default_rng(0).integers(-2, 3, (3, _COUNT))
         updates = Updates(_ROOTS, np.zeros(_COUNT, dtype=np.bool_), residuals)
-        changed = loop.move_frame(start, symbols, updates)
-        last_state = loop.commit_as_snapshot(changed, None, dead_zone)
+        moved_frame = loop.move_frame(start, symbols, updates)
+        last_state = loop.commit_as_snapshot(moved_frame, None, dead_zone)
         sizes[dead_zone] = loop.frame_bytes
         is_unchanged = np.array_equal(last_state.scene.positions, first_state.scene.positions)
         assert is_unchanged == (dead_zone == 2)

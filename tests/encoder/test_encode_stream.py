@@ -115,11 +115,13 @@ def test_a_frame_is_trained_from_the_decoders_previous_state(monkeypatch):
     encode(make_capture(), sink, EncodeOptions(SMALL, device="cpu"))
 
     assert len(frame_starts) == 3
-    for before, written in frame_starts:
+    for previous_state, written in frame_starts:
         decoded = _decode_complete_frames(written)[-1]
         for field in ("ids", "positions", "rotations", "codes"):
-            assert np.array_equal(getattr(before.scene, field), getattr(decoded.scene, field))
-        assert np.array_equal(before.motion, decoded.motion)
+            assert np.array_equal(
+                getattr(previous_state.scene, field), getattr(decoded.scene, field)
+            )
+        assert np.array_equal(previous_state.motion, decoded.motion)
 
 
 def test_lambda_follows_from_the_file_so_far(monkeypatch):

@@ -42,14 +42,14 @@ def _make_stream() -> tuple[bytes, list[str]]:
     for frame in range(1, _FRAMES):
         start = loop.start_frame(1)
         symbols, updates = make_symbols(start.state, frame), make_updates(start.state, frame)
-        moved = loop.move_frame(start, symbols, updates)
+        moved_frame = loop.move_frame(start, symbols, updates)
         commit = loop.commit_frame
         if frame in _SNAPSHOTS:
             commit = loop.commit_as_snapshot
         elif frame == _CANONICAL:
             commit = loop.commit_as_canonical
         births = make_births(start.state, 2, frame) if frame % 3 else None
-        states.append(commit(moved, births))
+        states.append(commit(moved_frame, births))
     loop.finish()
     return sink.getvalue(), [compute_digest(state.scene) for state in states]
 
@@ -124,10 +124,10 @@ def test_parts_join_to_the_whole():
 
 @pytest.mark.parametrize("number", range(3, len(_CHUNKS) - 2))
 def test_after_damage_decoding_resumes_at_a_snapshot_with_its_canonical_frame(number):
-    damaged = bytearray(_DATA)
-    damaged[_CHUNKS[number].offset + 25] ^= 1
+    damaged_data = bytearray(_DATA)
+    damaged_data[_CHUNKS[number].offset + 25] ^= 1
 
-    scenes = [item for item in recover(bytes(damaged)) if not isinstance(item, Gap)]
+    scenes = [item for item in recover(bytes(damaged_data)) if not isinstance(item, Gap)]
 
     lost_frame = number - 3
     resume_frame = next((f for f in sorted((*_SNAPSHOTS, _CANONICAL)) if f > lost_frame), _FRAMES)
@@ -141,10 +141,10 @@ def test_snapshots_need_a_header_that_allows_them():
     loop = ClosedLoop(io.BytesIO(), replace(_HEADER, snapshots=False), (CAMERA,), {})
     loop.commit_canonical(make_gaussians(_HEADER, 9), 0)
     start = loop.start_frame(0)
-    moved = loop.move_frame(start, make_symbols(start.state))
+    moved_frame = loop.move_frame(start, make_symbols(start.state))
 
     with pytest.raises(ValueError, match="no snapshots"):
-        loop.commit_as_snapshot(moved, None)
+        loop.commit_as_snapshot(moved_frame, None)
 
 
 def test_an_encode_with_snapshots_resumes_to_the_same_bytes(tmp_path):

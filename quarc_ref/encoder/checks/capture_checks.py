@@ -180,7 +180,7 @@ def _nearest_cosines(
 
 
 def _read_first_frame(capture: Capture) -> Iterator[Image]:
-    """Yield the training pictures of the full capture's frame 0, which the points belong to."""
+    """Yield the training pictures of frame 0 of the full capture, for which the points are."""
     full_capture = capture.full_capture
     return (full_capture.image(index, 0) for index in full_capture.training)
 

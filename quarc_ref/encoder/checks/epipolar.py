@@ -121,7 +121,7 @@ def _downscale(picture: Image, factor: int) -> Image:
 
 
 def _choose_pairs(cameras: Sequence[Camera]) -> list[tuple[int, int, float]]:
-    """Return pairs of near cameras with similar directions, and the angle of each in degrees."""
+    """Return pairs of neighboring cameras with similar directions, and their angles in degrees."""
     centers = np.stack([camera_center(camera) for camera in cameras])
     axes = np.stack([np.array(camera.rotation).reshape(3, 3)[2] for camera in cameras])
     degrees = np.degrees(np.arccos(np.clip(axes @ axes.T, -1, 1)))

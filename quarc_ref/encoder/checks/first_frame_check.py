@@ -76,9 +76,9 @@ def judge_views(views: Sequence[ViewQuality]) -> Iterator[Finding]:
     if median_detail < 0:
         message = (
             f"the first frame reaches only {median(v.psnr for v in views):.1f} dB on its "
-            f"training views, less than the pictures reduced to {_SQUARES_ACROSS} squares "
-            f"across ({median(v.coarse_psnr for v in views):.1f} dB): check poses and initial "
-            "points, or train longer (--preset, --set canonical.iterations=N)"
+            "training views, less than the pictures after averaging over squares of "
+            f"1/{_SQUARES_ACROSS} of their width ({median(v.coarse_psnr for v in views):.1f} dB): check "
+            "poses and initial points, or train longer (--preset, --set canonical.iterations=N)"
         )
         yield Finding("first-frame-coarse", message)
     low_views = [view for view in views if view.detail < median_detail - _MAX_DETAIL_DEFICIT]

@@ -101,10 +101,10 @@ def _compare_light(light: Numbers) -> Numbers:
     if not light.size:
         return stops
     differences = light - np.nanmedian(light, axis=0)
-    for camera, is_own in enumerate(is_measured):
-        if is_own.sum() >= _MIN_POINTS:
-            exposures = np.median(differences[camera, is_own], axis=1, keepdims=True)
-            tints = differences[camera, is_own] - exposures
+    for camera, is_camera_measured in enumerate(is_measured):
+        if is_camera_measured.sum() >= _MIN_POINTS:
+            exposures = np.median(differences[camera, is_camera_measured], axis=1, keepdims=True)
+            tints = differences[camera, is_camera_measured] - exposures
             low, high = np.quantile(np.hstack([exposures, tints]), (0.25, 0.75), axis=0)
             stops[camera] = np.where(low > 0, low, np.where(high < 0, high, 0.0))
     return stops

@@ -80,9 +80,11 @@ def find_unreadable(names: list[str], recordings: list[Recording]) -> Iterator[F
     """Yield a finding for each camera with unreadable frames."""
     for name, recording in zip(names, recordings, strict=True):
         if recording.faults:
-            first = min(recording.faults)
+            first_fault_frame = min(recording.faults)
             frames = format_names([str(frame) for frame in sorted(recording.faults)])
-            message = f"frame {frames} of {name} cannot be read: {recording.faults[first]}"
+            message = (
+                f"frame {frames} of {name} cannot be read: {recording.faults[first_fault_frame]}"
+            )
             yield Finding("unreadable-frame", message, (name,))
 
 

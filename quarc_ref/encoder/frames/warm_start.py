@@ -34,7 +34,7 @@ def initial_residuals(previous: FrameState, start: FrameState, settings: MotionS
 def _project_motion(start: FrameState) -> NDArray[np.float64]:
     """Fit each Gaussian's previous motion level by level, from coarse to fine.
 
-    The residual of an anchor is the mean motion of its Gaussians that coarser levels leave.
+    The residual of an anchor is the mean motion of its Gaussians minus that of coarser levels.
     """
     remaining = start.motion.astype(np.float64)
     level_means = []
@@ -69,8 +69,8 @@ def _carry_level_symbols(
     if new_level is old_level:
         return symbols.T.astype(np.float64)
     neighbors = min(_NEIGHBORS, old_level.owners.size)
-    _, nearest = cKDTree(old_level.positions.T).query(
+    _, nearest_indices = cKDTree(old_level.positions.T).query(
         new_level.positions.T, k=[*range(1, neighbors + 1)]
     )
-    mean: NDArray[np.float64] = symbols.T[nearest].mean(axis=1)
+    mean: NDArray[np.float64] = symbols.T[nearest_indices].mean(axis=1)
     return mean

@@ -33,8 +33,8 @@ def encode_edited(source: Source, sink: BinaryIO, edit: Edit, options: SceneOpti
     """
     decoder = StreamDecoder()
     scenes: Iterator[Scene] = decode(source, decoder=decoder)
-    first = next(scenes, None)
-    if first is None:
+    first_scene = next(scenes, None)
+    if first_scene is None:
         message = "the stream has no frame"
         raise EncodeError(message)
     header, cameras = decoder.header, decoder.cameras
@@ -49,4 +49,4 @@ def encode_edited(source: Source, sink: BinaryIO, edit: Edit, options: SceneOpti
         metadata=decoder.metadata,
         header=header,
     )
-    return encode_scenes(edit_frames(chain([first], scenes), edit), sink, options)
+    return encode_scenes(edit_frames(chain([first_scene], scenes), edit), sink, options)

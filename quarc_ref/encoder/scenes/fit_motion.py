@@ -2,7 +2,7 @@
 
 From the coarsest level to the finest, each anchor gets the median, in steps, of the
 remaining motion of its Gaussians. The median ignores outliers, which finer levels and
-updates can code. A second sweep fits each level to the motion that the other levels leave.
+updates can code. A second sweep fits each level to the motion minus that of other levels.
 Finally, symbols of an anchor are set to 0 if its Gaussians stay within the tolerances
 without them.
 """

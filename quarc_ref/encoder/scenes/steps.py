@@ -57,15 +57,15 @@ def choose_steps(
     Raises:
         EncodeError: The bounds are too narrow for the extent of the scene.
     """
-    first = frames[0]
+    first_frame = frames[0]
     header = _choose_lattice(header, bounds, frames, matches)
-    colors = first.sh
+    colors = first_frame.sh
     return replace(
         header,
-        rotation_bits=_choose_rotation_bits(first.rotations, bounds.rotation),
+        rotation_bits=_choose_rotation_bits(first_frame.rotations, bounds.rotation),
         rotation_unity=min(ROTATION_UNITY_LIMIT, math.ceil(math.sqrt(3) / bounds.rotation * 1.02)),
-        log_scale_step=_choose_step(first.log_scales, bounds.log_scale),
-        opacity_step=_choose_step(first.opacities, bounds.opacity),
+        log_scale_step=_choose_step(first_frame.log_scales, bounds.log_scale),
+        opacity_step=_choose_step(first_frame.opacities, bounds.opacity),
         sh_dc_step=_choose_step(colors[:, 0], bounds.sh_dc),
         sh_rest_step=_choose_step(colors[:, 1:4], bounds.sh_rest),
         sh_degree=int(colors.shape[1] > 1),

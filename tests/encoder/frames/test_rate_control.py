@@ -43,9 +43,9 @@ def test_the_factor_is_bounded_for_any_sizes(sizes, target):
 
 @given(st.lists(st.integers(0, 1 << 30), min_size=1, max_size=60), targets)
 def test_a_frame_changes_the_factor_by_at_most_three(sizes, target):
-    before, after = control_rate(sizes[:-1], target), control_rate(sizes, target)
+    previous_factor, factor = control_rate(sizes[:-1], target), control_rate(sizes, target)
 
-    assert 1 / 3.01 < after / before < 3.01
+    assert 1 / 3.01 < factor / previous_factor < 3.01
 
 
 @given(targets)

@@ -22,13 +22,13 @@ def test_the_surrogate_moves_a_scene_as_the_decoder_does(components):
     binding_sums = BindingSums(frame_start.known_anchors, torch.device("cpu"))
     sums = binding_sums.sum_levels(rows * torch.tensor(steps))
 
-    before = from_splats(dequantize(frame_start.scene), torch.device("cpu"))
-    moved = deform(before, sums[:, :3], sums[:, 3:], header)
+    attributes = from_splats(dequantize(frame_start.scene), torch.device("cpu"))
+    moved_attributes = deform(attributes, sums[:, :3], sums[:, 3:], header)
 
     decoded = dequantize(move(frame_start, symbols).scene)
-    unit = torch.nn.functional.normalize(moved.rotations, dim=1).numpy()
+    unit = torch.nn.functional.normalize(moved_attributes.rotations, dim=1).numpy()
     # The decoder's rounding changes positions hardly, and rotations by a few units of Q22.
-    assert np.abs(moved.means.numpy() - decoded.positions).max() < 1e-6
+    assert np.abs(moved_attributes.means.numpy() - decoded.positions).max() < 1e-6
     assert np.abs(unit - decoded.rotations).max() < 2e-6
 
 

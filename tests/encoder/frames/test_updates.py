@@ -48,9 +48,9 @@ def test_the_scene_in_training_equals_the_decoders():
     zero_symbols = [
         np.zeros((6, level.owners.size), np.int64) for level in frame_start.known_anchors.levels
     ]
-    moved = move(frame_start, zero_symbols)
-    before = from_splats(dequantize(moved.scene), _CPU)
-    trained = TrainedUpdates(moved.scene.count, _HEADER, _UPDATES, _CPU)
+    moved_state = move(frame_start, zero_symbols)
+    attributes = from_splats(dequantize(moved_state.scene), _CPU)
+    trained = TrainedUpdates(moved_state.scene.count, _HEADER, _UPDATES, _CPU)
     random_residuals = torch.from_numpy(
         np.random.default_rng(0).integers(-20, 20, trained.leaf.shape)
     )
@@ -59,22 +59,27 @@ def test_the_scene_in_training_equals_the_decoders():
             random_residuals * (torch.arange(len(random_residuals)) % 3 == 0)[:, None]
         )
 
-    after = trained.apply_to(before).detached()
+    updated_attributes = trained.apply_to(attributes).detached()
     decoded = from_splats(
         dequantize(
-            update(moved, replace(trained.updates(before), dies=_no_deaths(trained, before))).scene
+            update(
+                moved_state,
+                replace(trained.updates(attributes), dies=_no_deaths(trained, attributes)),
+            ).scene
         ),
         _CPU,
     )
 
-    unit = torch.nn.functional.normalize(after.rotations, dim=1)
+    unit = torch.nn.functional.normalize(updated_attributes.rotations, dim=1)
     assert torch.allclose(unit, decoded.rotations, atol=1e-5)
     for name in ("means", "log_scales", "opacities", "sh_dc", "sh_rest"):
-        assert torch.allclose(getattr(after, name), getattr(decoded, name), atol=1e-5), name
+        assert torch.allclose(
+            getattr(updated_attributes, name), getattr(decoded, name), atol=1e-5
+        ), name
 
 
-def _no_deaths(trained, before):
-    return np.zeros(trained.updates(before).count, dtype=np.bool_)
+def _no_deaths(trained, attributes):
+    return np.zeros(trained.updates(attributes).count, dtype=np.bool_)
 
 
 def test_a_wrong_color_is_corrected():
@@ -90,12 +95,12 @@ def test_a_wrong_color_is_corrected():
 
 def test_faded_gaussians_leave():
     state = _make_state()
-    before = from_splats(dequantize(state.scene), _CPU)
+    attributes = from_splats(dequantize(state.scene), _CPU)
     trained = TrainedUpdates(state.scene.count, _HEADER, _UPDATES, _CPU)
     with torch.no_grad():
         trained.leaf[[7, 70], 9] = torch.tensor([-3.0, -60.0])
 
-    updates = trained.updates(before)
+    updates = trained.updates(attributes)
 
     assert updates.gaussians.tolist() == [7, 70]
     assert updates.dies.tolist() == [False, True]
@@ -151,12 +156,12 @@ def test_without_updates_motion_is_unchanged(updates, settings):
 
 def test_at_least_one_gaussian_is_left():
     state = _make_state()
-    before = from_splats(dequantize(state.scene), _CPU)
+    attributes = from_splats(dequantize(state.scene), _CPU)
     trained = TrainedUpdates(state.scene.count, _HEADER, _UPDATES, _CPU)
     with torch.no_grad():
         trained.leaf[:, 9] = -500.0
 
-    updates = trained.updates(before)
+    updates = trained.updates(attributes)
 
     assert updates.count == state.scene.count
     assert int((~updates.dies).sum()) == 1

@@ -32,8 +32,12 @@ _ROTATION_AND_SCALE = np.array(
 @pytest.fixture(scope="module")
 def stream():
     """A stream of three frames of moving Gaussians, with a camera."""
-    first = make_splats()
-    scenes = [first, move(first, (0.03, 0, 0), 0.1), move(first, (0.06, 0, 0), 0.2)]
+    first_splats = make_splats()
+    scenes = [
+        first_splats,
+        move(first_splats, (0.03, 0, 0), 0.1),
+        move(first_splats, (0.06, 0, 0), 0.2),
+    ]
     sink = io.BytesIO()
     header = StreamHeader(updates=True, up_axis=4, meters_per_unit=3.0)
     encode_scenes(scenes, sink, SceneOptions(_BOUNDS, cameras=(_CAMERA,), header=header))
@@ -51,36 +55,41 @@ def decode_frames(stream):
     return [dequantize(scene) for scene in decode(stream)]
 
 
-def measure_psnr(first, second):
-    return 10 * np.log10(1 / max(1e-12, float(np.mean((first - second) ** 2))))
+def measure_psnr(first_splats, second):
+    return 10 * np.log10(1 / max(1e-12, float(np.mean((first_splats - second) ** 2))))
 
 
 def test_a_crop_keeps_the_inside_of_the_box_in_every_frame(stream):
     box = (-0.2, -0.3, -0.5, 0.3, 0.3, 0.5)
-    for before, after in zip(
+    for original, edited_splats in zip(
         decode_frames(stream), decode_frames(edit_stream(stream, Edit(boxes=(box,)))), strict=True
     ):
-        inside = np.all((before.positions >= box[:3]) & (before.positions <= box[3:]), axis=1)
-        assert 0 < inside.sum() == len(after.positions) < len(inside)
+        inside = np.all((original.positions >= box[:3]) & (original.positions <= box[3:]), axis=1)
+        assert 0 < inside.sum() == len(edited_splats.positions) < len(inside)
 
 
 def test_a_drop_keeps_the_outside_of_the_sphere(stream):
     sphere = (0.1, 0.0, 0.0, 0.4)
-    for before, after in zip(
+    for original, edited_splats in zip(
         decode_frames(stream),
         decode_frames(edit_stream(stream, Edit(spheres=(sphere,)))),
         strict=True,
     ):
-        outside = np.linalg.norm(before.positions - np.array(sphere[:3]), axis=1) > sphere[3]
-        assert 0 < outside.sum() == len(after.positions) < len(outside)
+        outside = np.linalg.norm(original.positions - np.array(sphere[:3]), axis=1) > sphere[3]
+        assert 0 < outside.sum() == len(edited_splats.positions) < len(outside)
 
 
 def test_a_transformed_scene_looks_to_its_cameras_as_before(stream):
     transformed = edit_stream(stream, Edit(similarity=Similarity.from_matrix(_ROTATION_AND_SCALE)))
     (camera,), _ = read_prologue(BytesSource(transformed))
 
-    for before, after in zip(decode_frames(stream), decode_frames(transformed), strict=True):
-        assert measure_psnr(render_picture(before, _CAMERA), render_picture(after, camera)) > 45
+    for original, edited_splats in zip(
+        decode_frames(stream), decode_frames(transformed), strict=True
+    ):
+        assert (
+            measure_psnr(render_picture(original, _CAMERA), render_picture(edited_splats, camera))
+            > 45
+        )
     header = next(iter(decode(transformed))).header
     assert header.up_axis == 4  # a rotation around y does not change the y axis
     assert header.meters_per_unit == 1.5

@@ -62,8 +62,12 @@ def test_one_frame_is_within_the_bounds(coefficients):
 
 
 def test_moving_and_rotating_gaussians_keep_their_identity():
-    first = make_splats()
-    scenes = [first, move(first, (0.03, 0, 0), 0.1), move(first, (0.05, 0.01, 0), 0.15)]
+    first_splats = make_splats()
+    scenes = [
+        first_splats,
+        move(first_splats, (0.03, 0, 0), 0.1),
+        move(first_splats, (0.05, 0.01, 0), 0.15),
+    ]
     data, _ = encode(scenes)
 
     assert_close(data, scenes)
@@ -73,11 +77,11 @@ def test_moving_and_rotating_gaussians_keep_their_identity():
 
 
 def test_recolored_gaussians_are_updated_or_replaced():
-    first = make_splats()
-    sh, sh_rest = first.sh.copy(), first.sh.copy()
+    first_splats = make_splats()
+    sh, sh_rest = first_splats.sh.copy(), first_splats.sh.copy()
     sh[10:15, 0] += 0.2
     sh_rest[20:25, 2] += 0.3  # updates cannot change SH rest
-    scenes = [first, replace(first, sh=sh), replace(first, sh=sh_rest)]
+    scenes = [first_splats, replace(first_splats, sh=sh), replace(first_splats, sh=sh_rest)]
     data, _ = encode(scenes)
 
     assert_close(data, scenes)
@@ -88,11 +92,13 @@ def test_recolored_gaussians_are_updated_or_replaced():
 
 @pytest.mark.parametrize("with_ids", [True, False])
 def test_arrivals_and_departures_are_found_by_ids_or_by_order(with_ids):
-    first, new_splats = make_splats(), make_splats(12, seed=9)
+    first_splats, new_splats = make_splats(), make_splats(12, seed=9)
     kept_rows = np.delete(np.arange(200), [3, 50, 51, 120])
-    second = concatenate(move(select_rows(first, kept_rows), (0.02, 0, 0)), new_splats)
+    second_splats = concatenate(
+        move(select_rows(first_splats, kept_rows), (0.02, 0, 0)), new_splats
+    )
     ids = [np.arange(200), np.concatenate([kept_rows, 500 + np.arange(12)])]
-    scenes = [first, second]
+    scenes = [first_splats, second_splats]
     frames = [GivenFrame(*pair) for pair in zip(scenes, ids, strict=True)] if with_ids else scenes
     data, _ = encode(frames)
 
@@ -103,12 +109,14 @@ def test_arrivals_and_departures_are_found_by_ids_or_by_order(with_ids):
 
 
 def test_ids_identify_gaussians_in_any_order():
-    first = make_splats()
+    first_splats = make_splats()
     shuffled = np.random.default_rng(2).permutation(200)
-    second = select_rows(move(first, (0.01, 0, 0)), shuffled)
-    data, _ = encode([GivenFrame(first, np.arange(200)), GivenFrame(second, shuffled)])
+    second_splats = select_rows(move(first_splats, (0.01, 0, 0)), shuffled)
+    data, _ = encode(
+        [GivenFrame(first_splats, np.arange(200)), GivenFrame(second_splats, shuffled)]
+    )
 
-    assert_close(data, [first, second])
+    assert_close(data, [first_splats, second_splats])
     assert list(decode_states(data))[-1].scene.ids.max() == 199
 
 
@@ -121,8 +129,8 @@ def test_a_frame_that_is_mostly_new_is_canonical():
 
 
 def test_canonical_frames_are_as_frequent_as_requested():
-    first = make_splats()
-    scenes = [first] * 5
+    first_splats = make_splats()
+    scenes = [first_splats] * 5
     data, _ = encode(scenes, replace(_OPTIONS, keyframe_interval=2))
 
     assert_close(data, scenes)
@@ -143,8 +151,8 @@ def test_a_decoded_stream_encoded_again_keeps_its_first_frame_exactly():
 
 
 def test_the_bounds_are_in_the_metadata_and_the_errors_stay_within_them():
-    first = make_splats()
-    data, report = encode([first, move(first, (0.02, 0, 0))])
+    first_splats = make_splats()
+    data, report = encode([first_splats, move(first_splats, (0.02, 0, 0))])
 
     assert b"position=0.002 rotation=0.02" in data
     for name, bound in report.bounds.as_dict().items():
@@ -152,19 +160,19 @@ def test_the_bounds_are_in_the_metadata_and_the_errors_stay_within_them():
 
 
 def test_bounds_are_wider_where_errors_are_less_visible():
-    first = make_splats()
-    second = move(first, (0.006, 0, 0), angle=0.03)
-    strict, _ = encode([first, second])
+    first_splats = make_splats()
+    second_splats = move(first_splats, (0.006, 0, 0), angle=0.03)
+    strict, _ = encode([first_splats, second_splats])
     bounds = replace(SceneOptions().bounds, position=0.002, most_slack=4)
-    loose, report = encode([first, second], SceneOptions(bounds=bounds))
+    loose, report = encode([first_splats, second_splats], SceneOptions(bounds=bounds))
 
     assert len(loose) < len(strict)
     assert b"most_slack=4" in loose
     assert b"most_slack" not in strict
-    slack = measure_slack(second, report.bounds)
+    slack = measure_slack(second_splats, report.bounds)
     last = dequantize(list(decode(loose))[-1])
-    _, nearest = cKDTree(second.positions).query(last.positions)
-    errors = np.abs(second.positions[nearest] - last.positions).max(axis=1)
+    _, nearest = cKDTree(second_splats.positions).query(last.positions)
+    errors = np.abs(second_splats.positions[nearest] - last.positions).max(axis=1)
     assert (errors <= 0.002 * slack.position[nearest] * 1.001).all()
     assert errors.max() > 0.002
 
@@ -227,13 +235,13 @@ def test_a_bound_is_a_positive_number(value):
 
 
 def test_frames_are_read_one_at_a_time():
-    first = make_splats()
+    first_splats = make_splats()
     read = []
 
     def scenes():
         for number in range(6):
             read.append(number)
-            yield first
+            yield first_splats
 
     sink = io.BytesIO()
     written = []

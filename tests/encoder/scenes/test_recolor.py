@@ -32,12 +32,12 @@ def test_everything_but_the_base_colors_is_unchanged(updates, canonical_every):
     recolored_data = recolor_stream(data, Recoloring(offset=(0.1, 0.0, -0.2)))
     code_offsets = np.rint(np.array([0.1, 0.0, -0.2]) / (_BASE * header.sh_dc_step))
 
-    for before, after in zip(decode_states(data), decode_states(recolored_data), strict=True):
+    for original, recolored in zip(decode_states(data), decode_states(recolored_data), strict=True):
         for plane in ("ids", "positions", "rotations"):
-            first, second = getattr(before.scene, plane), getattr(after.scene, plane)
+            first, second = getattr(original.scene, plane), getattr(recolored.scene, plane)
             assert np.array_equal(first, second)
-        assert np.array_equal(before.motion, after.motion)
-        differences = after.scene.codes.astype(int) - before.scene.codes
+        assert np.array_equal(original.motion, recolored.motion)
+        differences = recolored.scene.codes.astype(int) - original.scene.codes
         assert np.array_equal(
             differences[SH_DC], np.broadcast_to(code_offsets[:, None], differences[SH_DC].shape)
         )
@@ -49,12 +49,17 @@ def test_a_gain_multiplies_the_visible_color():
     gain = 1.3
     recolored_data = recolor_stream(data, Recoloring(gain=gain))
 
-    for before, after in zip(decode(data), decode(recolored_data), strict=True):
-        old, new = dequantize(before), dequantize(after)
-        colors, expected_colors = 0.5 + _BASE * new.sh[:, 0], gain * (0.5 + _BASE * old.sh[:, 0])
-        half_step = _BASE * after.header.sh_dc_step / 2
+    for original, recolored in zip(decode(data), decode(recolored_data), strict=True):
+        original_splats, recolored_splats = dequantize(original), dequantize(recolored)
+        colors, expected_colors = (
+            0.5 + _BASE * recolored_splats.sh[:, 0],
+            gain * (0.5 + _BASE * original_splats.sh[:, 0]),
+        )
+        half_step = _BASE * recolored.header.sh_dc_step / 2
         assert np.abs(colors - expected_colors).max() <= half_step * 1.01
-        assert new.sh[:, 1:] == pytest.approx(gain * old.sh[:, 1:], rel=1e-6)
+        assert recolored_splats.sh[:, 1:] == pytest.approx(
+            gain * original_splats.sh[:, 1:], rel=1e-6
+        )
 
 
 def test_snapshots_become_canonical_frames_of_the_same_state():
@@ -62,10 +67,10 @@ def test_snapshots_become_canonical_frames_of_the_same_state():
     data, _ = make_stream(header, frame_count=6, snapshot_every=2)
     recolored_data = recolor_stream(data, Recoloring(gain=2.0))
 
-    for before, after in zip(decode(data), decode(recolored_data), strict=True):
-        assert before.phase == after.phase
-        assert np.array_equal(before.positions, after.positions)
-        assert np.array_equal(before.rotations, after.rotations)
+    for original, recolored in zip(decode(data), decode(recolored_data), strict=True):
+        assert original.phase == recolored.phase
+        assert np.array_equal(original.positions, recolored.positions)
+        assert np.array_equal(original.rotations, recolored.rotations)
 
 
 def test_an_identity_recoloring_gives_the_same_bytes():

@@ -79,10 +79,10 @@ def test_a_value_out_of_range_is_rejected_by_name(path, text):
 
 
 def test_changing_a_setting_leaves_all_others():
-    before = dict(list_settings(choose_preset("main")))
-    after = dict(list_settings(change_setting(choose_preset("main"), "motion.lr", "0.5")))
+    original = dict(list_settings(choose_preset("main")))
+    changed = dict(list_settings(change_setting(choose_preset("main"), "motion.lr", "0.5")))
 
-    assert {name for name in before if before[name] != after[name]} == {"motion.lr"}
+    assert {name for name in original if original[name] != changed[name]} == {"motion.lr"}
 
 
 @pytest.mark.parametrize(

@@ -44,29 +44,29 @@ def _densify(attributes, gradients, **settings) -> Attributes:
 
 
 def test_a_small_gaussian_with_a_large_gradient_is_cloned():
-    after = _densify(_make_attributes([0.01, 0.01]), [1.0, 0.1])
+    densified = _densify(_make_attributes([0.01, 0.01]), [1.0, 0.1])
 
-    assert after.means.tolist() == [[0, 1, 2], [3, 4, 5], [0, 1, 2]]
+    assert densified.means.tolist() == [[0, 1, 2], [3, 4, 5], [0, 1, 2]]
 
 
 def test_a_large_gaussian_with_a_large_gradient_is_split_into_two_smaller_ones():
-    after = _densify(_make_attributes([0.5, 0.5]), [1.0, 0.1])
+    densified = _densify(_make_attributes([0.5, 0.5]), [1.0, 0.1])
 
-    assert after.means.shape[0] == 3
-    assert after.means[0].tolist() == [3, 4, 5]
-    assert torch.allclose(after.log_scales[1:], torch.full((2, 3), math.log(0.5 / 1.6)))
+    assert densified.means.shape[0] == 3
+    assert densified.means[0].tolist() == [3, 4, 5]
+    assert torch.allclose(densified.log_scales[1:], torch.full((2, 3), math.log(0.5 / 1.6)))
 
 
 def test_a_transparent_gaussian_is_pruned():
-    after = _densify(_make_attributes([0.01, 0.01], [0.0, -9.0]), [0.0, 0.0])
+    densified = _densify(_make_attributes([0.01, 0.01], [0.0, -9.0]), [0.0, 0.0])
 
-    assert after.means.tolist() == [[0, 1, 2]]
+    assert densified.means.tolist() == [[0, 1, 2]]
 
 
 def test_densification_respects_the_maximum_number_of_gaussians():
-    after = _densify(_make_attributes([0.01] * 4), [1.0, 4.0, 3.0, 2.0], max_gaussians=6)
+    densified = _densify(_make_attributes([0.01] * 4), [1.0, 4.0, 3.0, 2.0], max_gaussians=6)
 
-    assert after.means[4:].tolist() == [[3, 4, 5], [6, 7, 8]]
+    assert densified.means[4:].tolist() == [[3, 4, 5], [6, 7, 8]]
 
 
 def test_gradients_are_means_over_the_views_that_see_a_gaussian():
@@ -96,8 +96,8 @@ def test_adam_continues_with_the_remaining_rows():
     take_steps(reference_trainer, 2)
     take_steps(changed_trainer, 2)
 
-    after = changed_trainer.attributes.means
-    assert torch.equal(after[:2], reference_trainer.attributes.means[[0, 2]])
+    densified = changed_trainer.attributes.means
+    assert torch.equal(densified[:2], reference_trainer.attributes.means[[0, 2]])
     assert changed_trainer.count == 3
 
 

@@ -93,9 +93,9 @@ def _are_equal(first, second):
 
 def test_a_saved_training_is_resumed(saved, uninterrupted, tmp_path):
     _plant(tmp_path / "a", saved[1], {})
-    trained, first = _train(tmp_path / "a")
+    trained, first_step = _train(tmp_path / "a")
 
-    assert first == _LAST_STEP + 1
+    assert first_step == _LAST_STEP + 1
     assert _are_equal(trained, uninterrupted)
 
 
@@ -128,9 +128,9 @@ _CHANGES = {
 @pytest.mark.parametrize("changes", _CHANGES.values(), ids=_CHANGES)
 def test_invalid_arrays_restart_the_training(changes, saved, uninterrupted, tmp_path):
     _plant(tmp_path / "a", saved[1], changes)
-    trained, first = _train(tmp_path / "a")
+    trained, first_step = _train(tmp_path / "a")
 
-    assert first == 1
+    assert first_step == 1
     assert _are_equal(trained, uninterrupted)
 
 

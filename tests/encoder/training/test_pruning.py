@@ -54,9 +54,9 @@ def test_presence_is_the_change_of_a_view_without_the_gaussian(context, attribut
     )
     generator = _generator()
 
-    draws = [measure_contributions(context, attributes, generator)[0] for _ in range(200)]
+    estimates = [measure_contributions(context, attributes, generator)[0] for _ in range(200)]
 
-    estimate = torch.stack(draws).mean(dim=0)[sampled].numpy()
+    estimate = torch.stack(estimates).mean(dim=0)[sampled].numpy()
     # With 400 probes per view, the relative standard deviation is at most sqrt(2 / 400).
     np.testing.assert_allclose(estimate, changes / view_counts.clamp(min=1), rtol=0.25, atol=1e-6)
 

@@ -46,14 +46,19 @@ def test_a_decoded_scene_quantizes_to_itself(data):
 def test_quantized_attributes_lose_at_most_half_a_step():
     header = StreamHeader()
     generator = torch.Generator().manual_seed(0)
-    exact = _make_attributes(header, 200)
-    noisy = exact.quantized(header)
-    moved = noisy.means + torch.rand(noisy.means.shape, generator=generator) * 0.01
-    noisy = replace(noisy, means=moved)
+    attributes = _make_attributes(header, 200)
+    noisy_attributes = attributes.quantized(header)
+    moved_state = (
+        noisy_attributes.means
+        + torch.rand(noisy_attributes.means.shape, generator=generator) * 0.01
+    )
+    noisy_attributes = replace(noisy_attributes, means=moved_state)
 
-    splats = dequantize(begin_canonical(header, 0, quantize_gaussians(noisy, header)).scene)
+    splats = dequantize(
+        begin_canonical(header, 0, quantize_gaussians(noisy_attributes, header)).scene
+    )
 
-    error = np.abs(splats.positions - moved.numpy()).max()
+    error = np.abs(splats.positions - moved_state.numpy()).max()
     assert error <= position_step(header) / 2 * (1 + 1e-5)
 
 
@@ -108,12 +113,12 @@ def test_a_number_beyond_all_integers_is_an_encode_error():
 def test_births_are_decoded_where_they_were_trained():
     header = StreamHeader()
     frame_start = begin_frame(begin_canonical(header, 0, make_gaussians(header, 30)), 0)
-    moved = move(frame_start, make_symbols(frame_start))
+    moved_state = move(frame_start, make_symbols(frame_start))
     new_attributes = _make_attributes(header, 6, seed=9)
     parents = np.array([4, 2, 9, 2, 0, 29])
 
-    births = quantize_births(new_attributes, parents, moved.scene)
-    splats = dequantize(append_births(moved, births).scene)
+    births = quantize_births(new_attributes, parents, moved_state.scene)
+    splats = dequantize(append_births(moved_state, births).scene)
 
     order = np.argsort(parents, kind="stable")
     assert births.parents.tolist() == sorted(parents.tolist())
@@ -127,9 +132,9 @@ def test_births_are_decoded_where_they_were_trained():
 def test_a_newborn_too_far_from_its_parent_cannot_be_written():
     header = StreamHeader()
     frame_start = begin_frame(begin_canonical(header, 0, make_gaussians(header, 30)), 0)
-    moved = move(frame_start, make_symbols(frame_start))
+    moved_state = move(frame_start, make_symbols(frame_start))
     new_attributes = _make_attributes(header, 1)
     new_attributes.means[:] = 100.0
 
     with pytest.raises(EncodeError, match="position of a new Gaussian"):
-        quantize_births(new_attributes, np.array([0]), moved.scene)
+        quantize_births(new_attributes, np.array([0]), moved_state.scene)
