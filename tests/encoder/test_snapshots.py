@@ -106,11 +106,11 @@ def test_later_snapshots_of_a_cut_stay_snapshots():
     assert kinds.count(container.SNAP) == 2
 
 
-@pytest.mark.parametrize(("kind", "place"), [(container.CANO, 4), (container.SNAP, 8)])
-def test_a_cut_does_not_exceed_the_gaussians_of_its_level(kind, place):
+@pytest.mark.parametrize(("kind", "offset"), [(container.CANO, 4), (container.SNAP, 8)])
+def test_a_cut_does_not_exceed_the_gaussians_of_its_level(kind, offset):
     type_and_payload = [(chunk.kind, bytearray(chunk.payload)) for chunk in _CHUNKS]
     payload = next(payload for item, payload in type_and_payload if item == kind)
-    payload[place : place + 4] = b"\xff" * 4  # gaussian_count, newborn_count
+    payload[offset : offset + 4] = b"\xff" * 4  # gaussian_count, newborn_count
 
     with pytest.raises(CountLevelError):
         cut_bytes(rebuild_stream([(item, bytes(data)) for item, data in type_and_payload]), 3, None)
@@ -159,8 +159,8 @@ def test_an_encode_with_snapshots_resumes_to_the_same_bytes(tmp_path):
     assert [chunk.kind.decode() for chunk in chunks] == [
         *("CANO", "FRAM", "SNAP", "FRAM", "CANO", "FRAM", "SNAP")
     ]
-    for place in (3, 6):
-        (tmp_path / "a.quarc").write_bytes(complete_stream[: chunks[place].offset + 9])
+    for index in (3, 6):
+        (tmp_path / "a.quarc").write_bytes(complete_stream[: chunks[index].offset + 9])
         encode_file(make_capture(7), tmp_path / "a.quarc", options)
         assert (tmp_path / "a.quarc").read_bytes() == complete_stream
 

@@ -171,7 +171,10 @@ def _measure_parallax(projected: _ProjectedPoints) -> float:
 def _nearest_cosines(
     directions: NDArray[np.float64], is_visible: NDArray[np.bool_], view: int
 ) -> NDArray[np.float64]:
-    """Return the `[P]` largest cosine between a view and another view of each point, else -2."""
+    """Return the `[P]` cosine of the angle at each point between a view and its nearest view.
+
+    The result is -2 for points that the view or all other views do not see.
+    """
     cosines = np.einsum("vpk,pk->vp", directions, directions[view])
     is_shared = is_visible & is_visible[view]
     is_shared[view] = False
@@ -206,10 +209,10 @@ def _find_wrong_poses(capture: Capture, projected: _ProjectedPoints) -> Iterator
     if disagreement.wrong_cameras:
         names = _camera_names(projected.cameras, disagreement.wrong_cameras)
         message = (
-            f"the pictures of {format_names(names)} do not show the initial points where their "
-            "poses put them. If other cameras are fine, these poses are wrong: calibrate "
-            "again with more matches (calibrate --moments 16), or check that pose, lens and "
-            "picture belong to the same camera. If many cameras are named, the points are of "
+            f"the pictures of {format_names(names)} do not show the initial points at the "
+            "pixels that their poses predict. If other cameras are fine, these poses are wrong: "
+            "calibrate again with more matches (calibrate --moments 16), or check that pose, lens "
+            "and picture belong to the same camera. If many cameras are named, the points are of "
             f"another scene or time. Until then, {_hold_out_options(capture, names)} leaves them "
             "out of training"
         )

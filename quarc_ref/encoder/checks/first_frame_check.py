@@ -77,8 +77,9 @@ def judge_views(views: Sequence[ViewQuality]) -> Iterator[Finding]:
         message = (
             f"the first frame reaches only {median(v.psnr for v in views):.1f} dB on its "
             "training views, less than the pictures after averaging over squares of "
-            f"1/{_SQUARES_ACROSS} of their width ({median(v.coarse_psnr for v in views):.1f} dB): check "
-            "poses and initial points, or train longer (--preset, --set canonical.iterations=N)"
+            f"1/{_SQUARES_ACROSS} of their width ({median(v.coarse_psnr for v in views):.1f} dB): "
+            "check poses and initial points, or train longer (--preset, or "
+            "--set canonical.iterations=N)"
         )
         yield Finding("first-frame-coarse", message)
     low_views = [view for view in views if view.detail < median_detail - _MAX_DETAIL_DEFICIT]

@@ -229,10 +229,10 @@ def test_a_file_that_is_not_a_stream_is_unchanged(tmp_path):
 def test_chunks_that_the_encoder_does_not_write_are_rejected():
     data, _ = make_stream(gaussian_count=8, frame_count=2)
     kinds = [(chunk.kind, chunk.payload) for chunk in split_chunks(data)]
-    for place in (1, 2, 4):
+    for position in (1, 2, 4):
         with pytest.raises(ResumeError, match="not in the order"):
             read_partial_stream(
-                BytesSource(rebuild_stream([*kinds[:place], (b"more", b""), *kinds[place:]]))
+                BytesSource(rebuild_stream([*kinds[:position], (b"more", b""), *kinds[position:]]))
             )
 
 

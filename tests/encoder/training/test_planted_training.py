@@ -115,7 +115,7 @@ _CHANGES = {
     "a step that is a list": {"step": np.array([3])},
     "a step before the first": {"step": np.array(-1)},
     "a step after the last": {"step": np.array(13)},
-    "a view that there is not": {"left": np.array([99])},
+    "an unknown view": {"left": np.array([99])},
     "a view below 0": {"left": np.array([-1])},
     "too many views": {"left": np.zeros(1000, np.int64)},
     "views in a table": {"left": np.zeros((1, 1), np.int64)},
