@@ -1,4 +1,4 @@
-/** came and meta (SPEC 5.6, 5.7): only checked, because no state depends on them. */
+/** Checks the chunks came and meta (SPEC 5.6, 5.7); their contents are not used, because no state depends on them. */
 
 import { Fields } from "./fields.js";
 
@@ -6,7 +6,7 @@ export function checkCameras(payload: Uint8Array): void {
   const fields = new Fields(payload);
   const count = fields.u16("count");
   for (let camera = 0; camera < count; camera++) checkCamera(fields);
-  fields.end();
+  fields.finish();
 }
 
 export function checkMetadata(payload: Uint8Array): void {
@@ -16,7 +16,7 @@ export function checkMetadata(payload: Uint8Array): void {
     fields.text8("key");
     fields.text32("value");
   }
-  fields.end();
+  fields.finish();
 }
 
 function checkCamera(fields: Fields): void {
@@ -24,9 +24,9 @@ function checkCamera(fields: Fields): void {
   fields.u8("held_out", 0, 1);
   fields.u32("width", 1);
   fields.u32("height", 1);
-  for (const name of ["fx", "fy"]) fields.positive(name);
-  for (const name of ["cx", "cy"]) fields.finite(name);
-  for (let i = 0; i < 9; i++) fields.finite("rotation");
-  for (let i = 0; i < 3; i++) fields.finite("translation");
-  fields.positive("near");
+  for (const name of ["fx", "fy"]) fields.positiveFloat(name);
+  for (const name of ["cx", "cy"]) fields.finiteFloat(name);
+  for (let i = 0; i < 9; i++) fields.finiteFloat("rotation");
+  for (let i = 0; i < 3; i++) fields.finiteFloat("translation");
+  fields.positiveFloat("near");
 }

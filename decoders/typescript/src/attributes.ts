@@ -1,4 +1,4 @@
-/** Attributes that canonical and new Gaussians code in the same way: rows, codes, rotations (SPEC 7.2, 8.5, 8.6). */
+/** Decodes attributes that are coded in the same way in canonical frames and in births (SPEC 7.2, 8.5, 8.6). */
 
 import { bitLength } from "./arithmetic.js";
 import { tabulate } from "./columns.js";
@@ -11,53 +11,66 @@ import {
   ROTATION_INDEX_BITS,
   SH_DC_PLANES,
 } from "./constants.js";
-import { decodeFixed, decodeSigned, sequenceModels } from "./integers.js";
+import { decodeFixed, decodeSigned, makeSequenceModels } from "./integers.js";
 import type { SequenceModels } from "./integers.js";
 import type { Section } from "./planes.js";
 import { demand } from "./reject.js";
 import { expandRotation } from "./rotation.js";
 
-/** The models of these attributes; canonical frames and births have separate ones. */
+/** The models of the common attributes; canonical frames and births have separate models. */
 export class AttributeModels {
-  readonly shDc = sequenceModels(CLASS_BITS, SH_DC_PLANES);
-  readonly opacity = sequenceModels(CLASS_BITS);
-  readonly logScales = sequenceModels(CLASS_BITS, LOG_SCALE_PLANES);
-  readonly rotationIndex = sequenceModels(ROTATION_INDEX_BITS);
-  readonly rotations = sequenceModels(CLASS_BITS, 3);
+  readonly shDc = makeSequenceModels(CLASS_BITS, SH_DC_PLANES);
+  readonly opacity = makeSequenceModels(CLASS_BITS);
+  readonly logScales = makeSequenceModels(CLASS_BITS, LOG_SCALE_PLANES);
+  readonly rotationIndex = makeSequenceModels(ROTATION_INDEX_BITS);
+  readonly rotations = makeSequenceModels(CLASS_BITS, 3);
 }
 
-/** `rows` rows of `count` numbers; the outer context of a number is its row. */
-export function decodeRowsApart(section: Section, models: SequenceModels, rows: number, count: number): Int32Array[] {
-  const outer = tabulate(rows * count, (i) => Math.floor(i / count));
-  return splitRows(decodeSigned(section, models, rows * count, outer), rows);
+/** Decode `rows` rows of `count` numbers; the outer context of a number is its row. */
+export function decodeRowsByContext(
+  section: Section,
+  models: SequenceModels,
+  rows: number,
+  count: number,
+): Int32Array[] {
+  const outerContexts = tabulate(rows * count, (i) => Math.floor(i / count));
+  return splitRows(decodeSigned(section, models, rows * count, outerContexts), rows);
 }
 
-/** `rows` rows of `count` numbers, all in outer context 0. */
-export function decodeRowsAlike(section: Section, models: SequenceModels, rows: number, count: number): Int32Array[] {
+/** Decode `rows` rows of `count` numbers, all in outer context 0. */
+export function decodeRowsInOneContext(
+  section: Section,
+  models: SequenceModels,
+  rows: number,
+  count: number,
+): Int32Array[] {
   return splitRows(decodeSigned(section, models, rows * count, 0), rows);
 }
 
-/** SH DC of red, green, blue, from green, red - green and blue - green. */
+/** Decode green, red - green and blue - green; return the SH DC codes of red, green and blue. */
 export function decodeShDc(section: Section, models: AttributeModels, count: number): Int32Array[] {
-  const [green, redLess, blueLess] = decodeRowsApart(section, models.shDc, SH_DC_PLANES, count);
-  return [sum(redLess, green), green, sum(blueLess, green)].map(checkCodes);
+  const [green, redDifference, blueDifference] = decodeRowsByContext(section, models.shDc, SH_DC_PLANES, count);
+  return [addColumns(redDifference, green), green, addColumns(blueDifference, green)].map(checkCodes);
 }
 
-/** Coded rotations (7.2). */
+/** Rotations as they are coded (7.2). */
 export interface CodedRotations {
   /** The indices j of the omitted components. */
   readonly indices: Uint8Array;
-  /** The rows of the other three, a, b, c. */
-  readonly parts: readonly Int32Array[];
+  /** The rows of the other three components, a, b and c. */
+  readonly components: readonly Int32Array[];
 }
 
 export function decodeRotations(section: Section, models: AttributeModels, count: number): CodedRotations {
   const indices = decodeFixed(section, models.rotationIndex, count, 0);
-  return { indices, parts: decodeRowsApart(section, models.rotations, 3, count) };
+  return { indices, components: decodeRowsByContext(section, models.rotations, 3, count) };
 }
 
-/** Rotations w, x, y, z, from the index of the omitted component and the other three. */
-export function expandRotations({ indices, parts: [a, b, c] }: CodedRotations, rotationBits: number): Int32Array[] {
+/** Return the rows w, x, y, z of coded rotations. */
+export function expandRotations(
+  { indices, components: [a, b, c] }: CodedRotations,
+  rotationBits: number,
+): Int32Array[] {
   const rotations = [0, 1, 2, 3].map(() => new Int32Array(indices.length));
   for (let i = 0; i < indices.length; i++) {
     const rotation = expandRotation(indices[i], [a[i], b[i], c[i]], rotationBits);
@@ -68,23 +81,23 @@ export function expandRotations({ indices, parts: [a, b, c] }: CodedRotations, r
   return rotations;
 }
 
-/** The outer contexts of a row, each from the sum of the magnitudes in the preceding rows. */
-export function contextsOfSums(row: number, sums: Int32Array): Int32Array {
-  return sums.map((sum) => REST_CLASSES * row + Math.min(bitLength(sum), REST_CLASSES - 1));
+/** Return the outer contexts of a row, from the sums of magnitudes in the preceding rows. */
+export function sumContexts(row: number, sums: Int32Array): Int32Array {
+  return sums.map((addColumns) => REST_CLASSES * row + Math.min(bitLength(addColumns), REST_CLASSES - 1));
 }
 
-/** Check that every number of a row is a valid code, and return the row. */
+/** Check that every number of a row is in the range of codes, and return the row. */
 export function checkCodes(row: Int32Array): Int32Array {
-  const greatest = row.reduce((most, code) => Math.max(most, Math.abs(code)), 0);
-  demand(greatest <= CODE_LIMIT, "code-range", `a code of magnitude ${greatest}`);
+  const maxMagnitude = row.reduce((max, code) => Math.max(max, Math.abs(code)), 0);
+  demand(maxMagnitude <= CODE_LIMIT, "code-range", `a code of magnitude ${maxMagnitude}`);
   return row;
 }
 
-export function sum(first: Int32Array, second: Int32Array): Int32Array {
+export function addColumns(first: Int32Array, second: Int32Array): Int32Array {
   return first.map((number, i) => number + second[i]);
 }
 
-/** Check a coordinate and return it. */
+/** Check that a coordinate is in the range of positions, and return it. */
 export function checkPosition(coordinate: number): number {
   demand(Math.abs(coordinate) <= POSITION_LIMIT, "position-range", `a coordinate of ${coordinate}`);
   return coordinate;

@@ -1,11 +1,11 @@
-/** CANO: a scene without a reference (SPEC 5.4, 7.2, 8.5). */
+/** Decodes CANO, a canonical frame that is coded independently (SPEC 5.4, 7.2, 8.5). */
 
 import {
   AttributeModels,
   checkPosition,
-  contextsOfSums,
+  sumContexts,
   decodeRotations,
-  decodeRowsApart,
+  decodeRowsByContext,
   decodeShDc,
   expandRotations,
   checkCodes,
@@ -16,10 +16,10 @@ import * as constants from "./constants.js";
 import { Fields } from "./fields.js";
 import type { Words } from "./fields.js";
 import type { StreamHeader } from "./header.js";
-import { decodeAscending, decodeSigned, sequenceModels } from "./integers.js";
-import { coordinateOfKey } from "./morton.js";
+import { decodeAscending, decodeSigned, makeSequenceModels } from "./integers.js";
+import { extractCoordinate } from "./morton.js";
 import { Section } from "./planes.js";
-import { newScene } from "./scene.js";
+import { makeScene } from "./scene.js";
 import type { Scene } from "./scene.js";
 
 /** The bounding box of coded positions, in position steps. */
@@ -39,8 +39,9 @@ export interface CanonicalChunk extends PositionBox {
 export interface CanonicalGaussians {
   /** x, y, z, in position steps. */
   readonly positions: readonly Int32Array[];
-  /** Rotations as coded, and expanded to w, x, y, z. */
-  readonly coded: CodedRotations;
+  /** Rotations as they are coded. */
+  readonly codedRotations: CodedRotations;
+  /** The same rotations as w, x, y, z, with 22 fraction bits. */
   readonly rotations: readonly Int32Array[];
   readonly codes: readonly Int32Array[];
 }
@@ -54,11 +55,11 @@ export function parseCanonical(payload: Uint8Array): CanonicalChunk {
     sections: parseSections(fields),
     stateCrc: fields.u32("state_crc"),
   };
-  fields.end();
+  fields.finish();
   return chunk;
 }
 
-/** The fields of the bounding box. */
+/** Parse the fields of the bounding box. */
 export function parseBox(fields: Fields): PositionBox {
   return {
     origin: ["x", "y", "z"].map((axis) => fields.i32(`origin ${axis}`)),
@@ -66,9 +67,9 @@ export function parseBox(fields: Fields): PositionBox {
   };
 }
 
-/** The sections of independently coded Gaussians. */
+/** Parse the sections of independently coded Gaussians. */
 export function parseSections(fields: Fields): Words[] {
-  return Array.from({ length: constants.CANONICAL_SECTIONS }, (_, i) => fields.section(`sections[${i}]`));
+  return Array.from({ length: constants.CANONICAL_SECTIONS }, (_, i) => fields.words(`sections[${i}]`));
 }
 
 /** Decode `count` independently coded Gaussians (8.5). The caller has checked the count against the level. */
@@ -84,37 +85,37 @@ export function decodeGaussians(
     positions: readSection(keys, (section) => decodePositions(section, count, box, header.positionStep)),
     dc: readSection(shDc, (section) => decodeShDc(section, models, count)),
     opacity: readSection(opacity, (section) =>
-      decodeRowsApart(section, models.opacity, constants.OPACITY_PLANES, count),
+      decodeRowsByContext(section, models.opacity, constants.OPACITY_PLANES, count),
     ),
     logScales: readSection(logScales, (section) =>
-      decodeRowsApart(section, models.logScales, constants.LOG_SCALE_PLANES, count),
+      decodeRowsByContext(section, models.logScales, constants.LOG_SCALE_PLANES, count),
     ),
     ...readSection(rotations, (section) => {
-      const coded = decodeRotations(section, models, count);
-      return { coded, rotations: expandRotations(coded, header.rotationBits) };
+      const codedRotations = decodeRotations(section, models, count);
+      return { coded: codedRotations, rotations: expandRotations(codedRotations, header.rotationBits) };
     }),
     rest: readSection(shRest, (section) => (header.shDegree === 1 ? decodeShRest(section, count) : [])),
   };
-  const { positions, dc, coded, rotations: expanded } = decoded;
+  const { positions, dc, coded: codedRotations, rotations: expandedRotations } = decoded;
   const codes = [...[...decoded.logScales, ...decoded.opacity].map(checkCodes), ...dc, ...decoded.rest.map(checkCodes)];
-  return { positions, coded, rotations: expanded, codes };
+  return { positions, codedRotations, rotations: expandedRotations, codes };
 }
 
-/** The scene of a canonical frame: Gaussian i gets id i. */
-export function canonicalScene(gaussians: CanonicalGaussians, header: StreamHeader): Scene {
+/** Make the scene of a canonical frame, where Gaussian i has id i. */
+export function makeCanonicalScene(gaussians: CanonicalGaussians, header: StreamHeader): Scene {
   const { rotations, codes } = gaussians;
   const positions = gaussians.positions.map((row) => row.map((coordinate) => header.positionStep * coordinate));
   const ids = allIndices(positions[0].length);
-  return newScene({ ids, positions, rotations, codes }, header, constants.RECENCY_LIMIT);
+  return makeScene({ ids, positions, rotations, codes }, header, constants.RECENCY_LIMIT);
 }
 
-/** Check a coordinate in position steps and return it. */
-export function checkSteps(coordinate: number, positionStep: number): number {
+/** Check that a coordinate in position steps is in the range of positions, and return it. */
+export function checkStepCoordinate(coordinate: number, positionStep: number): number {
   checkPosition(positionStep * coordinate);
   return coordinate;
 }
 
-/** Each section has its own words and must end with them. */
+/** Decode a section, and check that all of its words are used. */
 export function readSection<Result>(words: Words, decode: (section: Section) => Result): Result {
   const section = new Section(words);
   const result = decode(section);
@@ -124,19 +125,19 @@ export function readSection<Result>(words: Words, decode: (section: Section) => 
 
 function decodePositions(section: Section, count: number, box: PositionBox, positionStep: number): Int32Array[] {
   const limit = 1n << BigInt(3 * box.axisBits);
-  const models = sequenceModels(constants.KEY_CLASS_BITS);
+  const models = makeSequenceModels(constants.KEY_CLASS_BITS);
   const keys = decodeAscending(section, models, count, limit, "symbol-range");
   return box.origin.map((origin, axis) =>
-    tabulate(keys.length, (i) => checkSteps(coordinateOfKey(keys[i], axis) + origin, positionStep)),
+    tabulate(keys.length, (i) => checkStepCoordinate(extractCoordinate(keys[i], axis) + origin, positionStep)),
   );
 }
 
-/** Nine rows; the context of a number is derived from the preceding rows of the same Gaussian. */
+/** Decode nine rows; the context of a number depends on the preceding rows of the same Gaussian. */
 function decodeShRest(section: Section, count: number): Int32Array[] {
-  const models = sequenceModels(constants.CLASS_BITS, constants.REST_CLASSES * constants.SH_REST_PLANES);
+  const models = makeSequenceModels(constants.CLASS_BITS, constants.REST_CLASSES * constants.SH_REST_PLANES);
   const sums = new Int32Array(count);
   return Array.from({ length: constants.SH_REST_PLANES }, (_, row) => {
-    const numbers = decodeSigned(section, models, count, contextsOfSums(row, sums));
+    const numbers = decodeSigned(section, models, count, sumContexts(row, sums));
     numbers.forEach((number, i) => {
       sums[i] += Math.abs(number);
     });

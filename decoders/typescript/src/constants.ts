@@ -1,4 +1,4 @@
-/** The constants of SPEC 3.1 and 3.2. Numbers that SPEC writes out in its clauses are written out in the code, too. */
+/** The constants of SPEC 3.1 and 3.2. Numbers that have no name in SPEC have no name in the code. */
 
 export const VERSION_MAJOR = 1;
 export const FEATURE_UPDATES = 2;
@@ -75,5 +75,5 @@ export const LEVELS: ReadonlyMap<number, LevelLimits> = new Map([
   [UNLIMITED_LEVEL, { gaussians: 4294967295, births: 4294967295, payloadBytes: 4294967295 }],
 ]);
 
-/** The limits of this decoder for streams of the unlimited level; it declines larger ones (SPEC 3.2). */
+/** The limits of this decoder for streams at the unlimited level; it declines streams that exceed them (SPEC 3.2). */
 export const OWN_LIMITS: LevelLimits = { gaussians: 4194304, births: 4194304, payloadBytes: 268435456 };

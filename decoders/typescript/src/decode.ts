@@ -1,4 +1,4 @@
-/** Decoding of a whole stream: the state of every frame (SPEC 5.1, 7, 9.2). */
+/** Decodes a whole stream to the states of its frames (SPEC 5.1, 7, 9.2). */
 
 import { ChunkReader, HEAD_PLACE, readMagic } from "./chunks.js";
 import type { Chunk, Place } from "./chunks.js";
@@ -16,17 +16,17 @@ export interface Frame {
 }
 
 /**
- * The frames of a stream, each after its state CRC has been checked.
+ * Generate the frames of a stream; the state CRC of a frame is checked before the frame is returned.
  *
- * @throws Rejection if the stream does not conform; all frames before have been returned
- * @throws Declined if a stream of the unlimited level exceeds the limits of this decoder
+ * @throws Rejection if the stream is invalid, after the valid frames before the error have been returned
+ * @throws Declined if a stream at the unlimited level exceeds the limits of this decoder
  */
 export function* decodeStream(source: Source): Generator<Frame, void, undefined> {
   const { header, reader } = openStream(source);
   yield* decodeChunks(header, reader, new StateDecoder(header));
 }
 
-/** The frames of all chunks from the reader's position on. */
+/** Generate the frames of all chunks from the reader's position onwards. */
 export function* decodeChunks(
   header: StreamHeader,
   reader: ChunkReader,
@@ -41,15 +41,15 @@ export function* decodeChunks(
   reader.finish();
 }
 
-/** Read HEAD, and return it with a reader of the following chunks. */
+/** Read HEAD; return the header, and a reader of the following chunks. */
 export function openStream(source: Source): { readonly header: StreamHeader; readonly reader: ChunkReader } {
   readMagic(source);
-  const head = new ChunkReader(source, HEAD_PLACE, HEAD_BYTES_LIMIT, false);
-  const header = parseHeader(head.next().payload);
-  return { header, reader: readerAt(source, head.place, header) };
+  const headReader = new ChunkReader(source, HEAD_PLACE, HEAD_BYTES_LIMIT, false);
+  const header = parseHeader(headReader.next().payload);
+  return { header, reader: makeReader(source, headReader.place, header) };
 }
 
-/** A reader of the chunks from `place` on, which is the position of `source`. */
-export function readerAt(source: Source, place: Place, header: StreamHeader): ChunkReader {
-  return new ChunkReader(source, place, header.limits.payloadBytes, header.snapshots);
+/** Make a reader of the chunks from `place` onwards; `source` must be at the offset of `place`. */
+export function makeReader(source: Source, place: Place, header: StreamHeader): ChunkReader {
+  return new ChunkReader(source, place, header.limits.payloadBytes, header.hasSnapshots);
 }

@@ -1,4 +1,4 @@
-/** Reading of the fields of a payload (SPEC 5). */
+/** Reads the fields of a payload (SPEC 5). */
 
 import { demand } from "./reject.js";
 
@@ -7,7 +7,7 @@ const UTF8 = new TextDecoder("utf-8", { fatal: true, ignoreBOM: true });
 /** The words of a section, as stored (SPEC 8.1). */
 export interface Words {
   readonly length: number;
-  at(index: number): number;
+  wordAt(index: number): number;
 }
 
 export class Fields {
@@ -21,86 +21,90 @@ export class Fields {
   }
 
   /** Number of unread bytes. */
-  get left(): number {
+  get unreadBytes(): number {
     return this.#bytes.length - this.#offset;
   }
 
-  u8(name: string, least = 0, greatest = 0xff): number {
-    return within(this.#view.getUint8(this.#take(name, 1)), name, least, greatest);
+  u8(name: string, minimum = 0, maximum = 0xff): number {
+    return checkRange(this.#view.getUint8(this.#advance(name, 1)), name, minimum, maximum);
   }
 
-  u16(name: string, least = 0, greatest = 0xffff): number {
-    return within(this.#view.getUint16(this.#take(name, 2), true), name, least, greatest);
+  u16(name: string, minimum = 0, maximum = 0xffff): number {
+    return checkRange(this.#view.getUint16(this.#advance(name, 2), true), name, minimum, maximum);
   }
 
-  u32(name: string, least = 0, greatest = 0xffffffff): number {
-    return within(this.#view.getUint32(this.#take(name, 4), true), name, least, greatest);
+  u32(name: string, minimum = 0, maximum = 0xffffffff): number {
+    return checkRange(this.#view.getUint32(this.#advance(name, 4), true), name, minimum, maximum);
   }
 
   i32(name: string): number {
-    return this.#view.getInt32(this.#take(name, 4), true);
+    return this.#view.getInt32(this.#advance(name, 4), true);
   }
 
   u64(name: string): bigint {
-    return this.#view.getBigUint64(this.#take(name, 8), true);
+    return this.#view.getBigUint64(this.#advance(name, 8), true);
   }
 
-  /** A finite f32 above 0. */
-  positive(name: string, greatest = Number.MAX_VALUE): number {
-    const value = this.finite(name, 0, greatest);
+  /** Read a finite f32 above 0. */
+  positiveFloat(name: string, maximum = Number.MAX_VALUE): number {
+    const value = this.finiteFloat(name, 0, maximum);
     demand(value > 0, "field", `${name} must be above 0`);
     return value;
   }
 
-  /** An f32 from `least` to `greatest`; NaN and the infinities are rejected, and -0 counts as 0. */
-  finite(name: string, least = -Number.MAX_VALUE, greatest = Number.MAX_VALUE): number {
-    return within(this.#view.getFloat32(this.#take(name, 4), true), name, least, greatest);
+  /** Read an f32 from `minimum` to `maximum`; NaN and infinities are rejected, and -0 counts as 0. */
+  finiteFloat(name: string, minimum = -Number.MAX_VALUE, maximum = Number.MAX_VALUE): number {
+    return checkRange(this.#view.getFloat32(this.#advance(name, 4), true), name, minimum, maximum);
   }
 
-  /** A text8. */
+  /** Read a text8. */
   text8(name: string): string {
     return this.#text(name, this.u8(name));
   }
 
-  /** A text32. */
+  /** Read a text32. */
   text32(name: string): string {
     return this.#text(name, this.u32(name));
   }
 
-  /** The words of a section, as a view of the payload. */
-  section(name: string): Words {
+  /** Read the words of a section, as a view of the payload. */
+  words(name: string): Words {
     const length = this.u32(`${name}.word_count`);
-    const start = this.#take(`${name}.words`, 4 * length);
-    return { length, at: (index) => this.#view.getUint32(start + 4 * index, true) };
+    const start = this.#advance(`${name}.words`, 4 * length);
+    return { length, wordAt: (index) => this.#view.getUint32(start + 4 * index, true) };
   }
 
   /** Check that the payload ends after its last field. */
-  end(): void {
-    demand(this.left === 0, "trailing-data", `${this.left} bytes follow the last field of a payload`);
+  finish(): void {
+    demand(this.unreadBytes === 0, "trailing-data", `${this.unreadBytes} bytes follow the last field of a payload`);
   }
 
   #text(name: string, length: number): string {
-    const start = this.#take(name, length);
+    const start = this.#advance(name, length);
     try {
       return UTF8.decode(this.#bytes.subarray(start, start + length));
     } catch {
-      return fail(name);
+      return rejectText(name);
     }
   }
 
-  #take(name: string, length: number): number {
-    demand(length <= this.left, "field", `the payload ends before ${name}`);
+  #advance(name: string, length: number): number {
+    demand(length <= this.unreadBytes, "field", `the payload ends before ${name}`);
     const start = this.#offset;
     this.#offset += length;
     return start;
   }
 }
 
-function fail(name: string): never {
+function rejectText(name: string): never {
   demand(false, "field", `${name} is not valid UTF-8`);
 }
 
-function within(value: number, name: string, least: number, greatest: number): number {
-  demand(value >= least && value <= greatest, "field", `${name} is ${value}; it must be from ${least} to ${greatest}`);
+function checkRange(value: number, name: string, minimum: number, maximum: number): number {
+  demand(
+    value >= minimum && value <= maximum,
+    "field",
+    `${name} is ${value}; it must be from ${minimum} to ${maximum}`,
+  );
   return value;
 }

@@ -1,4 +1,4 @@
-/** HEAD: the parameters of the stream (SPEC 5.3, 12). */
+/** Parses HEAD, the parameters of the stream (SPEC 5.3, 12). */
 
 import * as constants from "./constants.js";
 import { Fields } from "./fields.js";
@@ -6,10 +6,10 @@ import { demand } from "./reject.js";
 
 export interface StreamHeader {
   readonly versionMinor: number;
-  /** FEATURE_UPDATES: frames may have updates (7.8). */
-  readonly updates: boolean;
-  /** FEATURE_SNAPSHOTS: canonical frames may be snapshots (7.9). */
-  readonly snapshots: boolean;
+  /** Whether frames have a section of updates (FEATURE_UPDATES, 7.8). */
+  readonly hasUpdates: boolean;
+  /** Whether canonical frames may be snapshots (FEATURE_SNAPSHOTS, 7.9). */
+  readonly hasSnapshots: boolean;
   readonly compatibleFeatures: number;
   readonly level: number;
   readonly limits: constants.LevelLimits;
@@ -47,26 +47,30 @@ export function parseHeader(payload: Uint8Array): StreamHeader {
     ...parseAnchors(fields),
     ...parseWorld(fields),
   };
-  fields.end();
+  fields.finish();
   return header;
 }
 
-/** The channels of motion: translation x, y, z, rotation w if present, rotation x, y, z. */
+/** Number of channels of motion: translation x, y, z, then rotation x, y, z, with w before them if it is coded. */
 export function channelCount(header: StreamHeader): number {
   return 3 + header.rotationComponents;
 }
 
-/** Checked at once, because fields of an unknown version or feature must not be read. */
+/** Version and features are checked at once, because the other fields of unknown versions must not be read. */
 function parseVersion(fields: Fields) {
   const major = fields.u8("version_major");
   demand(major === constants.VERSION_MAJOR, "unsupported-version", `version ${major}`);
   const versionMinor = fields.u8("version_minor");
   const features = fields.u32("incompatible_features");
-  const unknown = features & ~constants.KNOWN_INCOMPATIBLE_FEATURES;
-  demand(unknown === 0, "unsupported-feature", `unknown bits of incompatible_features: ${unknown >>> 0}`);
-  const updates = (features & constants.FEATURE_UPDATES) !== 0;
-  const snapshots = (features & constants.FEATURE_SNAPSHOTS) !== 0;
-  return { versionMinor, updates, snapshots, compatibleFeatures: fields.u32("compatible_features") };
+  const unknownFeatures = features & ~constants.KNOWN_INCOMPATIBLE_FEATURES;
+  demand(
+    unknownFeatures === 0,
+    "unsupported-feature",
+    `unknown bits of incompatible_features: ${unknownFeatures >>> 0}`,
+  );
+  const hasUpdates = (features & constants.FEATURE_UPDATES) !== 0;
+  const hasSnapshots = (features & constants.FEATURE_SNAPSHOTS) !== 0;
+  return { versionMinor, hasUpdates, hasSnapshots, compatibleFeatures: fields.u32("compatible_features") };
 }
 
 function parseLevel(fields: Fields) {
@@ -84,10 +88,10 @@ function parseSteps(fields: Fields) {
     rotationUnity: fields.u16("rotation_unity", 1, constants.ROTATION_UNITY_LIMIT),
     rotationComponents: fields.u8("rotation_components", 3, 4),
     rotationBits: fields.u8("rotation_bits", 1, constants.ROTATION_BITS_LIMIT),
-    logScaleStep: fields.positive("log_scale_step", constants.STEP_LIMIT),
-    opacityStep: fields.positive("opacity_step", constants.STEP_LIMIT),
-    shDcStep: fields.positive("sh_dc_step", constants.STEP_LIMIT),
-    shRestStep: fields.positive("sh_rest_step", constants.STEP_LIMIT),
+    logScaleStep: fields.positiveFloat("log_scale_step", constants.STEP_LIMIT),
+    opacityStep: fields.positiveFloat("opacity_step", constants.STEP_LIMIT),
+    shDcStep: fields.positiveFloat("sh_dc_step", constants.STEP_LIMIT),
+    shRestStep: fields.positiveFloat("sh_rest_step", constants.STEP_LIMIT),
     shDegree: fields.u8("sh_degree", 0, 1),
   };
 }
@@ -107,7 +111,7 @@ function parseWorld(fields: Fields) {
   return {
     rightHanded: fields.u8("right_handed", 0, 1),
     upAxis: fields.u8("up_axis", 0, 6),
-    metersPerUnit: fields.finite("meters_per_unit", 0, constants.METERS_PER_UNIT_LIMIT),
+    metersPerUnit: fields.finiteFloat("meters_per_unit", 0, constants.METERS_PER_UNIT_LIMIT),
     colorSpace: fields.u8("color_space", 1, 1),
   };
 }

@@ -1,13 +1,13 @@
-/** Sequences of integers as planes: Fixed, Unsigned, Signed, Ascending (SPEC 8.4). */
+/** Decodes sequences of integers from planes: Fixed, Unsigned, Signed and Ascending (SPEC 8.4). */
 
-import { indicesWhere, pick, tabulate } from "./columns.js";
+import { indicesWhere, pickColumn, tabulate } from "./columns.js";
 import { DIFFERENCE_LIMIT, MODELLED_BITS } from "./constants.js";
 import { Model } from "./planes.js";
 import type { Section } from "./planes.js";
 import { demand } from "./reject.js";
 import type { RejectId } from "./reject.js";
 
-/** The three models of a sequence, and the number K of bits of its classes. */
+/** The three models of a sequence, and the number K of bits of a class. */
 export interface SequenceModels {
   readonly classBits: number;
   readonly class: Model;
@@ -15,11 +15,11 @@ export interface SequenceModels {
   readonly mantissa: Model;
 }
 
-/** The outer contexts of a sequence: one per number, or one for all. */
+/** The outer contexts of a sequence: one per number, or one for all numbers. */
 export type OuterContexts = Int32Array | number;
 
-/** The models of a sequence with outer contexts below `outerCount`. */
-export function sequenceModels(classBits: number, outerCount = 1): SequenceModels {
+/** Make the models of a sequence whose outer contexts are below `outerCount`. */
+export function makeSequenceModels(classBits: number, outerCount = 1): SequenceModels {
   const classes = outerCount * 2 ** classBits;
   return {
     classBits,
@@ -31,15 +31,15 @@ export function sequenceModels(classBits: number, outerCount = 1): SequenceModel
 
 /** Read `count` numbers from 0 to 2^K - 1. */
 export function decodeFixed(section: Section, models: SequenceModels, count: number, outer: OuterContexts): Uint8Array {
-  const numbers = 2 ** models.classBits;
+  const classCount = 2 ** models.classBits;
   const nodes = new Uint8Array(count).fill(1);
   const contexts = new Int32Array(count);
   for (let bit = 0; bit < models.classBits; bit++) {
-    for (let i = 0; i < count; i++) contexts[i] = outerAt(outer, i) * numbers + nodes[i];
-    const bits = section.plane(models.class, contexts);
+    for (let i = 0; i < count; i++) contexts[i] = getOuterContext(outer, i) * classCount + nodes[i];
+    const bits = section.decodePlane(models.class, contexts);
     for (let i = 0; i < count; i++) nodes[i] = 2 * nodes[i] + bits[i];
   }
-  return nodes.map((node) => node - numbers);
+  return nodes.map((node) => node - classCount);
 }
 
 /** Read `count` numbers with magnitudes below 2^(2^K - 1), where K is at most 5, so that magnitudes have 31 bits. */
@@ -73,7 +73,7 @@ export function decodeUnsigned(
   return new BigUint64Array(count).map((_, i) => (BigInt(high[i]) << 32n) + BigInt(low[i]));
 }
 
-/** Read `count` numbers that do not descend; those not below `limit` are rejected with `rejectId`. */
+/** Read `count` numbers in ascending order; numbers that are not below `limit` are rejected with `rejectId`. */
 export function decodeAscending(
   section: Section,
   models: SequenceModels,
@@ -90,53 +90,63 @@ export function decodeAscending(
   });
 }
 
-/** Numbers of up to 63 bits, as two halves. */
+/** Magnitudes of up to 63 bits, as upper and lower 32 bits. */
 interface Magnitudes {
   readonly high: Uint32Array;
   readonly low: Uint32Array;
 }
 
-/** Numbers of the given classes: a leading 1, and the bits below it, most significant first. */
-function decodeMantissas(section: Section, models: SequenceModels, classes: Uint8Array, base: Int32Array): Magnitudes {
+/** Decode the magnitudes of classes: a leading 1, then the lower bits, most significant bit first. */
+function decodeMantissas(
+  section: Section,
+  models: SequenceModels,
+  classes: Uint8Array,
+  baseContexts: Int32Array,
+): Magnitudes {
   const magnitudes = { high: new Uint32Array(classes.length), low: new Uint32Array(classes.length) };
-  classes.forEach((size, i) => {
-    if (size > 0) setBit(magnitudes, i, size - 1);
+  classes.forEach((classNumber, i) => {
+    if (classNumber > 0) setBit(magnitudes, i, classNumber - 1);
   });
-  const known = new Uint8Array(classes.length).fill(1);
-  for (let d = 0; ; d++) {
-    const asked = indicesWhere(classes.length, (i) => classes[i] > d + 1);
-    if (asked.length === 0) return magnitudes;
-    const modelled = d < MODELLED_BITS;
-    const bits = modelled
-      ? section.plane(
+  const prefixes = new Uint8Array(classes.length).fill(1);
+  for (let depth = 0; ; depth++) {
+    const codedIndices = indicesWhere(classes.length, (i) => classes[i] > depth + 1);
+    if (codedIndices.length === 0) return magnitudes;
+    const isModelled = depth < MODELLED_BITS;
+    const bits = isModelled
+      ? section.decodePlane(
           models.mantissa,
-          pick(base, asked).map((b, place) => b * 2 ** MODELLED_BITS + known[asked[place]]),
+          pickColumn(baseContexts, codedIndices).map((b, row) => b * 2 ** MODELLED_BITS + prefixes[codedIndices[row]]),
         )
-      : section.raw(asked.length);
-    asked.forEach((i, place) => {
-      if (modelled) known[i] = 2 * known[i] + bits[place];
-      if (bits[place]) setBit(magnitudes, i, classes[i] - 2 - d);
+      : section.decodeRawPlane(codedIndices.length);
+    codedIndices.forEach((i, row) => {
+      if (isModelled) prefixes[i] = 2 * prefixes[i] + bits[row];
+      if (bits[row]) setBit(magnitudes, i, classes[i] - 2 - depth);
     });
   }
 }
 
-/** Of every nonzero number, 1 if it is negative. */
-function decodeSigns(section: Section, models: SequenceModels, classes: Uint8Array, base: Int32Array): Uint8Array {
-  const asked = indicesWhere(classes.length, (i) => classes[i] > 0);
-  const bits = section.plane(models.sign, pick(base, asked));
+/** Decode the sign of every nonzero number: 1 if it is negative. */
+function decodeSigns(
+  section: Section,
+  models: SequenceModels,
+  classes: Uint8Array,
+  baseContexts: Int32Array,
+): Uint8Array {
+  const codedIndices = indicesWhere(classes.length, (i) => classes[i] > 0);
+  const bits = section.decodePlane(models.sign, pickColumn(baseContexts, codedIndices));
   const signs = new Uint8Array(classes.length);
-  asked.forEach((i, place) => {
-    signs[i] = bits[place];
+  codedIndices.forEach((i, row) => {
+    signs[i] = bits[row];
   });
   return signs;
 }
 
-/** c x 2^K + k for every number. */
+/** Return the context c x 2^K + k of every number, for outer context c and class k. */
 function classContexts(models: SequenceModels, classes: Uint8Array, outer: OuterContexts): Int32Array {
-  return tabulate(classes.length, (i) => outerAt(outer, i) * 2 ** models.classBits + classes[i]);
+  return tabulate(classes.length, (i) => getOuterContext(outer, i) * 2 ** models.classBits + classes[i]);
 }
 
-function outerAt(outer: OuterContexts, index: number): number {
+function getOuterContext(outer: OuterContexts, index: number): number {
   return typeof outer === "number" ? outer : outer[index];
 }
 

@@ -1,4 +1,4 @@
-/** Many jobs in one process: lines of JSON on standard input, each optionally followed by the bytes of a stream. */
+/** Runs jobs from standard input: lines of JSON, each optionally followed by the bytes of a stream. */
 
 import { answerRecovery, answerSeek, answerStream } from "./answers.js";
 import type { Line } from "./answers.js";
@@ -19,7 +19,7 @@ interface Job {
   readonly input?: unknown;
 }
 
-/** Answer all jobs of a file or a pipe. */
+/** Generate the output lines of all jobs in a file or pipe. */
 export function* answerJobs(descriptor: number): Generator<Line, void, undefined> {
   const input = new JobInput(descriptor);
   for (let line = input.readLine(); line !== null; line = input.readLine()) {
@@ -36,9 +36,9 @@ export function* answerJobs(descriptor: number): Generator<Line, void, undefined
 const PIECE_BYTES = 1 << 16;
 const NEWLINE = 10;
 
-/** Reads a mix of lines and bytes. */
+/** Reads lines and bytes in any order. */
 class JobInput {
-  #pending: Uint8Array = new Uint8Array(0);
+  #buffer: Uint8Array = new Uint8Array(0);
 
   readonly #source: FileSource;
 
@@ -46,33 +46,33 @@ class JobInput {
     this.#source = new FileSource(descriptor);
   }
 
-  /** The next line without its terminator, or null at the end. */
+  /** Read the next line, without its terminator; return null at the end. */
   readLine(): string | null {
-    let end = this.#pending.indexOf(NEWLINE);
+    let end = this.#buffer.indexOf(NEWLINE);
     while (end < 0) {
       if (!this.#fill()) return null;
-      end = this.#pending.indexOf(NEWLINE);
+      end = this.#buffer.indexOf(NEWLINE);
     }
-    const line = Buffer.from(this.#take(end)).toString("utf8");
-    this.#take(1);
+    const line = Buffer.from(this.#takeBytes(end)).toString("utf8");
+    this.#takeBytes(1);
     return line;
   }
 
   read(count: number): Uint8Array {
-    const first = this.#take(count);
-    return Buffer.concat([first, this.#source.read(count - first.length)]);
+    const buffered = this.#takeBytes(count);
+    return Buffer.concat([buffered, this.#source.read(count - buffered.length)]);
   }
 
-  #take(count: number): Uint8Array {
-    const taken = this.#pending.subarray(0, count);
-    this.#pending = this.#pending.subarray(count);
-    return taken;
+  #takeBytes(count: number): Uint8Array {
+    const bytes = this.#buffer.subarray(0, count);
+    this.#buffer = this.#buffer.subarray(count);
+    return bytes;
   }
 
   #fill(): boolean {
     const piece = Buffer.allocUnsafe(PIECE_BYTES);
     const count = readSome(this.#source.descriptor, piece);
-    this.#pending = Buffer.concat([this.#pending, piece.subarray(0, count)]);
+    this.#buffer = Buffer.concat([this.#buffer, piece.subarray(0, count)]);
     return count > 0;
   }
 }

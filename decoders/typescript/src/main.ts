@@ -1,5 +1,5 @@
 #!/usr/bin/env node
-/** The command line of conformance/RUNNER.md: a stream on standard input, or jobs. */
+/** The command-line interface of conformance/RUNNER.md: decodes a stream or runs jobs from standard input. */
 
 import { answerStream } from "./answers.js";
 import type { Line } from "./answers.js";
@@ -39,8 +39,8 @@ function decodeInput(): number {
 }
 
 /**
- * Write a line, unbuffered for files and pipes, because the sender of the stream may wait for it. Integers of any size
- * are written in full.
+ * Write a line of JSON; `bigint` values are written as strings. Writes to files and pipes are not buffered, because the
+ * sender of the stream may wait for the line.
  */
 function writeLine(line: Line): void {
   const text = JSON.stringify(line, (_, value: unknown) => (typeof value === "bigint" ? value.toString() : value));

@@ -1,10 +1,10 @@
 /**
  * Exact search for the nearest anchor (SPEC 6.4), in a tree of bounding boxes.
  *
- * Coordinates differ by less than 2^24, so squared distances are below 2^50 and exact. A box is skipped if it is
- * farther than the best anchor so far, or at the same distance without a lower index, so that the result is the anchor
- * with the lowest (squared distance, index). The boxes form a binary heap: 1 is the root, and the halves of k are 2k
- * and 2k + 1. Every box holds a range of the anchors, in the order that construction gives them.
+ * Coordinates differ by less than 2^24, so squared distances are below 2^50 and exact. The result is the anchor with the
+ * lowest (squared distance, index). So a box is skipped if it is farther away than the best anchor so far, or if it is
+ * at the same distance and contains no lower index. The boxes form a binary heap: the root is 1, and the halves of box k
+ * are 2k and 2k + 1. Every box contains a range of `#anchorIndices`.
  */
 
 import { bitLength } from "./arithmetic.js";
@@ -15,14 +15,14 @@ export type Point = readonly [number, number, number];
 /** Maximum number of anchors in a leaf. */
 const LEAF_ANCHORS = 8;
 
-/** A squared distance and the index of an anchor. */
-interface Best {
+/** A squared distance, and the index of an anchor at that distance. */
+interface Candidate {
   distance: number;
-  number: number;
+  anchorIndex: number;
 }
 
-/** Half of a box, with the minimum distance and the lowest index of the anchors in it. */
-interface Half extends Best {
+/** Half of a box, with its distance, and the lowest index of its anchors. */
+interface BoxCandidate extends Candidate {
   readonly box: number;
   readonly start: number;
   readonly end: number;
@@ -31,59 +31,58 @@ interface Half extends Best {
 export class AnchorSearch {
   readonly #positions: readonly Int32Array[];
   /** Indices of the anchors, grouped by box. */
-  readonly #numbers: Uint32Array;
-  /** For every box and axis, the minimum and maximum coordinate. */
-  readonly #least: readonly Int32Array[];
-  readonly #greatest: readonly Int32Array[];
-  /** For every box, the lowest index of its anchors. */
-  readonly #lowest: Uint32Array;
+  readonly #anchorIndices: Uint32Array;
+  /** By axis and box, the minimum and maximum coordinate of the anchors. */
+  readonly #minimums: readonly Int32Array[];
+  readonly #maximums: readonly Int32Array[];
+  /** By box, the lowest index of its anchors. */
+  readonly #lowestIndices: Uint32Array;
 
   /** @param positions x, y, z of the anchors, at least one */
   constructor(positions: readonly Int32Array[]) {
     const count = positions[0].length;
     const boxes = 2 ** (bitLength(Math.ceil(count / LEAF_ANCHORS)) + 1);
     this.#positions = positions;
-    this.#numbers = allIndices(count);
-    this.#least = positions.map(() => new Int32Array(boxes));
-    this.#greatest = positions.map(() => new Int32Array(boxes));
-    this.#lowest = new Uint32Array(boxes);
+    this.#anchorIndices = allIndices(count);
+    this.#minimums = positions.map(() => new Int32Array(boxes));
+    this.#maximums = positions.map(() => new Int32Array(boxes));
+    this.#lowestIndices = new Uint32Array(boxes);
     this.#build(1, 0, count);
   }
 
-  /** The index of the anchor that a Gaussian at `point` follows. */
-  nearest(point: Point): number {
-    const best = { distance: Infinity, number: Infinity };
-    this.#search(1, 0, this.#numbers.length, point, best);
-    return best.number;
+  /** Return the index of the nearest anchor to `point`. */
+  findNearest(point: Point): number {
+    const best = { distance: Infinity, anchorIndex: Infinity };
+    this.#search(1, 0, this.#anchorIndices.length, point, best);
+    return best.anchorIndex;
   }
 
   #build(box: number, start: number, end: number): void {
-    const run = this.#numbers.subarray(start, end);
-    this.#lowest[box] = run.reduce((lowest, n) => Math.min(lowest, n), Infinity);
+    const boxAnchors = this.#anchorIndices.subarray(start, end);
+    this.#lowestIndices[box] = boxAnchors.reduce((minimum, n) => Math.min(minimum, n), Infinity);
     this.#positions.forEach((column, axis) => {
-      this.#least[axis][box] = run.reduce((least, n) => Math.min(least, column[n]), Infinity);
-      this.#greatest[axis][box] = run.reduce((greatest, n) => Math.max(greatest, column[n]), -Infinity);
+      this.#minimums[axis][box] = boxAnchors.reduce((minimum, n) => Math.min(minimum, column[n]), Infinity);
+      this.#maximums[axis][box] = boxAnchors.reduce((maximum, n) => Math.max(maximum, column[n]), -Infinity);
     });
-    if (run.length <= LEAF_ANCHORS) return;
+    if (boxAnchors.length <= LEAF_ANCHORS) return;
     const column = this.#positions[this.#widestAxis(box)];
-    // Sort equal coordinates by index, so that among many anchors at one position the lowest index is in the first
-    // half.
-    run.sort((m, n) => column[m] - column[n] || m - n);
+    // Equal coordinates are sorted by index, so that the first half has the lowest index of anchors at one position.
+    boxAnchors.sort((m, n) => column[m] - column[n] || m - n);
     const middle = (start + end) >>> 1;
     this.#build(2 * box, start, middle);
     this.#build(2 * box + 1, middle, end);
   }
 
-  /** Search the halves of a box, or the anchors of a leaf, for one that precedes `best`. */
-  #search(box: number, start: number, end: number, point: Point, best: Best): void {
+  /** Search a box for an anchor that precedes `best`, and update `best`. */
+  #search(box: number, start: number, end: number, point: Point, best: Candidate): void {
     if (end - start <= LEAF_ANCHORS) {
-      for (let place = start; place < end; place++) this.#offer(this.#numbers[place], point, best);
+      for (let place = start; place < end; place++) this.#testAnchor(this.#anchorIndices[place], point, best);
       return;
     }
     const middle = (start + end) >>> 1;
-    const halves: [Half, Half] = [
-      this.#half(2 * box, start, middle, point),
-      this.#half(2 * box + 1, middle, end, point),
+    const halves: [BoxCandidate, BoxCandidate] = [
+      this.#makeCandidate(2 * box, start, middle, point),
+      this.#makeCandidate(2 * box + 1, middle, end, point),
     ];
     if (precedes(halves[1], halves[0])) halves.reverse();
     for (const half of halves) {
@@ -91,33 +90,35 @@ export class AnchorSearch {
     }
   }
 
-  #half(box: number, start: number, end: number, point: Point): Half {
-    return { box, start, end, distance: this.#distanceToBox(box, point), number: this.#lowest[box] };
+  #makeCandidate(box: number, start: number, end: number, point: Point): BoxCandidate {
+    return { box, start, end, distance: this.#distanceToBox(box, point), anchorIndex: this.#lowestIndices[box] };
   }
 
-  #offer(number: number, point: Point, best: Best): void {
+  #testAnchor(anchorIndex: number, point: Point, best: Candidate): void {
     let distance = 0;
-    for (let axis = 0; axis < 3; axis++) distance += (point[axis] - this.#positions[axis][number]) ** 2;
-    if (!precedes({ distance, number }, best)) return;
+    for (let axis = 0; axis < 3; axis++) distance += (point[axis] - this.#positions[axis][anchorIndex]) ** 2;
+    if (!precedes({ distance, anchorIndex }, best)) return;
     best.distance = distance;
-    best.number = number;
+    best.anchorIndex = anchorIndex;
   }
 
-  /** Squared distance from `point` to the box; 0 inside. */
+  /** Return the squared distance from `point` to a box; 0 if the point is inside. */
   #distanceToBox(box: number, point: Point): number {
     let sum = 0;
     for (let axis = 0; axis < 3; axis++) {
-      sum += Math.max(this.#least[axis][box] - point[axis], 0, point[axis] - this.#greatest[axis][box]) ** 2;
+      sum += Math.max(this.#minimums[axis][box] - point[axis], 0, point[axis] - this.#maximums[axis][box]) ** 2;
     }
     return sum;
   }
 
   #widestAxis(box: number): number {
-    const widths = [0, 1, 2].map((axis) => this.#greatest[axis][box] - this.#least[axis][box]);
+    const widths = [0, 1, 2].map((axis) => this.#maximums[axis][box] - this.#minimums[axis][box]);
     return widths.indexOf(Math.max(...widths));
   }
 }
 
-function precedes(first: Best, second: Best): boolean {
-  return first.distance < second.distance || (first.distance === second.distance && first.number < second.number);
+function precedes(first: Candidate, second: Candidate): boolean {
+  return (
+    first.distance < second.distance || (first.distance === second.distance && first.anchorIndex < second.anchorIndex)
+  );
 }

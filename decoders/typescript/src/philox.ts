@@ -1,11 +1,11 @@
-/** Philox4x32-10 (SPEC 6.2). */
+/** The random number generator Philox4x32-10 (SPEC 6.2). */
 
 import { PHILOX_DOMAIN_SAMPLER, PHILOX_ROUNDS } from "./constants.js";
 
 export type Counter = readonly [number, number, number, number];
 export type Key = readonly [number, number];
 
-/** Four words from a counter of four words and a key of two. */
+/** Generate four random words from a counter of four words and a key of two words. */
 export function philox(counter: Counter, key: Key): Counter {
   let [c0, c1, c2, c3] = counter;
   let [k0, k1] = key;
@@ -19,7 +19,7 @@ export function philox(counter: Counter, key: Key): Counter {
   return [c0, c1, c2, c3];
 }
 
-/** For every level, the drawn word of each Gaussian, which with its id is its rank. */
+/** Draw a word for each level and Gaussian; word and id are the rank of the Gaussian. */
 export function drawRanks(ids: Uint32Array, phase: number, seed: bigint, levelCount: number): Uint32Array[] {
   const key: Key = [Number(seed & 0xffffffffn), Number(seed >> 32n)];
   const ranks = Array.from({ length: levelCount }, () => new Uint32Array(ids.length));
@@ -32,9 +32,9 @@ export function drawRanks(ids: Uint32Array, phase: number, seed: bigint, levelCo
   return ranks;
 }
 
-/** The product of two words as two words. A word times half a word is below 2^48, and exact. */
+/** Return the upper and lower word of a product of two words. A word times half a word is below 2^48 and exact. */
 function multiply(first: number, second: number): [number, number] {
-  const lower = (first & 0xffff) * second;
-  const upper = (first >>> 16) * second + Math.floor(lower / 2 ** 16);
-  return [Math.floor(upper / 2 ** 16), ((upper % 2 ** 16) * 2 ** 16 + (lower % 2 ** 16)) >>> 0];
+  const lowerProduct = (first & 0xffff) * second;
+  const upperProduct = (first >>> 16) * second + Math.floor(lowerProduct / 2 ** 16);
+  return [Math.floor(upperProduct / 2 ** 16), ((upperProduct % 2 ** 16) * 2 ** 16 + (lowerProduct % 2 ** 16)) >>> 0];
 }

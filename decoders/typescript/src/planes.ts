@@ -1,11 +1,11 @@
-/** Planes of bits, each bit in a context of the plane's model (SPEC 8.1, 8.2). */
+/** Decodes planes of bits, each bit in a context of the plane's model (SPEC 8.1, 8.2). */
 
 import { Coder } from "./coder.js";
 import { CODE_BITS, COUNT_LIMIT, HALF_WEIGHT, PROBABILITY_CODES, STATED_WEIGHT, WEIGHT_TOTAL } from "./constants.js";
 import type { Words } from "./fields.js";
 import { demand } from "./reject.js";
 
-/** Contexts of planes with the same model, each with its counts of zeros and ones. */
+/** A set of contexts, each with its counts of zeros and ones. */
 export class Model {
   readonly contextCount: number;
   readonly #zeros: Uint16Array;
@@ -18,30 +18,30 @@ export class Model {
   }
 
   weight(context: number): number {
-    return weightOfCounts(this.#zeros[context], this.#ones[context]);
+    return computeCountWeight(this.#zeros[context], this.#ones[context]);
   }
 
   /** Add the counts of a plane to a context. */
-  add(context: number, zeros: number, ones: number): void {
-    [this.#zeros[context], this.#ones[context]] = halved(this.#zeros[context] + zeros, this.#ones[context] + ones);
+  addCounts(context: number, zeros: number, ones: number): void {
+    [this.#zeros[context], this.#ones[context]] = halveCounts(this.#zeros[context] + zeros, this.#ones[context] + ones);
   }
 }
 
-/** The weight of a 1 derived from counts. The quotient is below 2^24, so its floor is exact. */
-export function weightOfCounts(zeros: number, ones: number): number {
+/** Compute the weight of a 1 from counts. The quotient is below 2^24, so its floor is exact. */
+export function computeCountWeight(zeros: number, ones: number): number {
   return Math.floor(((2 * ones + 1) * WEIGHT_TOTAL) / (2 * (zeros + ones) + 2));
 }
 
-/** The weight of a 1 of a probability code. */
-export function weightOfCode(code: number): number {
-  demand(code < PROBABILITY_CODES, "bad-probability", `a probability code of ${code}`);
+/** Compute the weight of a 1 from a probability code. */
+export function computeCodeWeight(code: number): number {
+  demand(code < PROBABILITY_CODES, "bad-probability", `the probability code ${code} is not below ${PROBABILITY_CODES}`);
   const half = PROBABILITY_CODES / 2;
-  if (code >= half) return WEIGHT_TOTAL - weightOfCode(code - half);
+  if (code >= half) return WEIGHT_TOTAL - computeCodeWeight(code - half);
   return (8 + (code % 8)) * 2 ** (Math.floor(code / 8) + 5);
 }
 
-/** Counts after a plane. */
-export function halved(zeros: number, ones: number): [number, number] {
+/** Halve counts until their sum is at most COUNT_LIMIT. */
+export function halveCounts(zeros: number, ones: number): [number, number] {
   while (zeros + ones > COUNT_LIMIT) {
     zeros = Math.floor(zeros / 2);
     ones = Math.floor(ones / 2);
@@ -57,70 +57,70 @@ export class Section {
     this.#coder = new Coder(words);
   }
 
-  /** The bits of a plane; element i is in context `contexts[i]`. */
-  plane(model: Model, contexts: Int32Array): Uint8Array {
-    const { used, ends, elements } = groupByContext(contexts, model.contextCount);
-    const weights = this.#readWeights(model, used);
+  /** Decode the bits of a plane; element i is in context `contexts[i]`. */
+  decodePlane(model: Model, contexts: Int32Array): Uint8Array {
+    const { usedContexts, endOffsets, sortedElements } = groupByContext(contexts, model.contextCount);
+    const weights = this.#readWeights(model, usedContexts);
     const bits = new Uint8Array(contexts.length);
-    let next = 0;
-    used.forEach((context, place) => {
-      const start = next;
+    let nextElement = 0;
+    usedContexts.forEach((context, group) => {
+      const start = nextElement;
       let ones = 0;
-      for (; next < ends[place]; next++) {
-        const bit = this.#coder.bit(weights[place]);
-        bits[elements[next]] = bit;
+      for (; nextElement < endOffsets[group]; nextElement++) {
+        const bit = this.#coder.decodeBit(weights[group]);
+        bits[sortedElements[nextElement]] = bit;
         ones += bit;
       }
-      model.add(context, next - start - ones, ones);
+      model.addCounts(context, nextElement - start - ones, ones);
     });
     return bits;
   }
 
-  /** The bits of a raw plane. */
-  raw(count: number): Uint8Array {
+  /** Decode the bits of a raw plane, which all have equal probabilities. */
+  decodeRawPlane(count: number): Uint8Array {
     const bits = new Uint8Array(count);
-    for (let i = 0; i < count; i++) bits[i] = this.#coder.bit(HALF_WEIGHT);
+    for (let i = 0; i < count; i++) bits[i] = this.#coder.decodeBit(HALF_WEIGHT);
     return bits;
   }
 
-  /** End the section after its last plane. */
+  /** Check that the section ends after its last plane. */
   finish(): void {
     this.#coder.finish();
   }
 
-  /** The weights of a plane: derived from the counts, except in contexts whose probability is stated. */
-  #readWeights(model: Model, used: readonly number[]): number[] {
-    const stated = used.map(() => this.#coder.bit(STATED_WEIGHT));
-    return used.map((context, place) =>
-      stated[place] ? weightOfCode(this.#coder.bits(CODE_BITS)) : model.weight(context),
+  /** Read the weights of a plane. Contexts without a stated probability derive their weight from counts. */
+  #readWeights(model: Model, usedContexts: readonly number[]): number[] {
+    const isStated = usedContexts.map(() => this.#coder.decodeBit(STATED_WEIGHT));
+    return usedContexts.map((context, group) =>
+      isStated[group] ? computeCodeWeight(this.#coder.decodeBits(CODE_BITS)) : model.weight(context),
     );
   }
 }
 
 interface Groups {
-  /** The contexts that occur, ascending. */
-  readonly used: readonly number[];
-  /** The end of each context's elements in `elements`. */
-  readonly ends: readonly number[];
-  /** The elements, context by context, otherwise in order. */
-  readonly elements: Uint32Array;
+  /** The contexts that occur in the plane, ascending. */
+  readonly usedContexts: readonly number[];
+  /** For each used context, the end of its elements in `sortedElements`. */
+  readonly endOffsets: readonly number[];
+  /** The indices of the elements, sorted by context and then by index. */
+  readonly sortedElements: Uint32Array;
 }
 
 function groupByContext(contexts: Int32Array, contextCount: number): Groups {
-  const next = new Uint32Array(contextCount);
-  for (let i = 0; i < contexts.length; i++) next[contexts[i]] += 1;
-  const used: number[] = [];
-  const ends: number[] = [];
+  const nextElement = new Uint32Array(contextCount);
+  for (let i = 0; i < contexts.length; i++) nextElement[contexts[i]] += 1;
+  const usedContexts: number[] = [];
+  const endOffsets: number[] = [];
   let start = 0;
-  next.forEach((count, context) => {
-    next[context] = start;
+  nextElement.forEach((count, context) => {
+    nextElement[context] = start;
     start += count;
     if (count > 0) {
-      used.push(context);
-      ends.push(start);
+      usedContexts.push(context);
+      endOffsets.push(start);
     }
   });
-  const elements = new Uint32Array(contexts.length);
-  for (let i = 0; i < contexts.length; i++) elements[next[contexts[i]]++] = i;
-  return { used, ends, elements };
+  const sortedElements = new Uint32Array(contexts.length);
+  for (let i = 0; i < contexts.length; i++) sortedElements[nextElement[contexts[i]]++] = i;
+  return { usedContexts, endOffsets, sortedElements };
 }

@@ -1,8 +1,8 @@
-/** Recovery of a damaged stream: its intact frames, and the gaps between them (SPEC 11.4, 11.5). */
+/** Recovers the intact frames of a damaged stream, and reports the gaps between them (SPEC 11.4, 11.5). */
 
-import { chunkBytes, isAncillary } from "./chunks.js";
+import { chunkLength, isAncillary } from "./chunks.js";
 import type { Chunk, ChunkHeader, ChunkReader, Place } from "./chunks.js";
-import { openStream, readerAt } from "./decode.js";
+import { openStream, makeReader } from "./decode.js";
 import type { Frame } from "./decode.js";
 import type { StreamHeader } from "./header.js";
 import { Rejection } from "./reject.js";
@@ -13,7 +13,7 @@ import { MemorySource } from "./source.js";
 import type { State } from "./state.js";
 import { StateDecoder } from "./states.js";
 
-/** A part of the stream that was skipped. */
+/** A skipped part of the stream. */
 export interface Gap {
   readonly offset: number;
   readonly bytes: number;
@@ -22,32 +22,32 @@ export interface Gap {
   readonly framesLost: number | null;
 }
 
-export type Recovered = { readonly frame: Frame } | { readonly gap: Gap };
+export type RecoveredPart = { readonly frame: Frame } | { readonly gap: Gap };
 
 /**
- * The frames and gaps of a stream, in order: only frames with a correct CRC and with ordinals above those before
- * (11.4-1), and all gaps (11.4-2).
+ * Generate the frames and gaps of a stream, in order. Frames have a correct CRC and increasing ordinals (11.4-1); no gap
+ * is left out (11.4-2).
  *
  * @throws Rejection if HEAD is rejected, or a critical chunk has an unknown type (SPEC 3.3)
- * @throws Declined if a stream of the unlimited level exceeds the limits of this decoder
+ * @throws Declined if a stream at the unlimited level exceeds the limits of this decoder
  */
-export function* recoverStream(bytes: Uint8Array): Generator<Recovered, void, undefined> {
+export function* recoverStream(bytes: Uint8Array): Generator<RecoveredPart, void, undefined> {
   const { header, reader } = openStream(new MemorySource(bytes));
-  yield* new Recovery(bytes, header, reader).parts();
+  yield* new Recovery(bytes, header, reader).recoverParts();
 }
 
-/** The result of a chunk: its state, if it has one, or why it is rejected. */
+/** The result of trying to decode a chunk: its state (null if it has no state), or its reject id. */
 type Trial = { readonly rejectId: null; readonly chunk: Chunk; readonly state: State | null } | RejectedTrial;
 
 interface RejectedTrial {
   readonly rejectId: RejectId;
-  /** The header, if it was accepted. */
+  /** The chunk header; null if the header was rejected. */
   readonly header: ChunkHeader | null;
 }
 
 /**
- * The loop of 11.4. Of its variables, `place` and `number` are in the reader, `due` and `whole` in the decoder, and
- * `spent` is in the search.
+ * Implements the loop of 11.4. The reader holds its variables `place` and `number`; the decoder holds `due` and `whole`;
+ * the search holds `spent`.
  */
 class Recovery {
   readonly #bytes: Uint8Array;
@@ -56,7 +56,7 @@ class Recovery {
   readonly #search: ChunkSearch;
   #reader: ChunkReader;
   /** The ordinal of the first frame of the stream, or null if unknown. */
-  #first: number | null = null;
+  #firstOrdinal: number | null = null;
 
   constructor(bytes: Uint8Array, header: StreamHeader, reader: ChunkReader) {
     this.#bytes = bytes;
@@ -66,25 +66,25 @@ class Recovery {
     this.#reader = reader;
   }
 
-  *parts(): Generator<Recovered, void, undefined> {
-    let goesOn = true;
-    while (goesOn) {
-      const begin = this.#reader.place;
+  *recoverParts(): Generator<RecoveredPart, void, undefined> {
+    let canContinue = true;
+    while (canContinue) {
+      const start = this.#reader.place;
       const trial = this.#tryChunk();
       if (trial.rejectId === null) {
         if (trial.state !== null) yield { frame: { header: this.#header, state: trial.state } };
-        goesOn = trial.chunk.type !== "TAIL";
-        if (!goesOn) yield* this.#rest();
-      } else if (isLeftOutAlone(trial)) {
-        yield this.#leaveOut(begin, trial);
+        canContinue = trial.chunk.type !== "TAIL";
+        if (!canContinue) yield* this.#reportTrailingData();
+      } else if (canSkipAlone(trial)) {
+        yield this.#skipChunk(start, trial);
       } else {
-        if (trial.rejectId === "payload-crc") this.#search.spend(trial.header?.length ?? 0);
-        goesOn = yield* this.#resume(begin, trial.rejectId);
+        if (trial.rejectId === "payload-crc") this.#search.countWaste(trial.header?.length ?? 0);
+        canContinue = yield* this.#resume(start, trial.rejectId);
       }
     }
   }
 
-  /** Read and decode the next chunk; the reader advances only if the payload CRC is correct. */
+  /** Try to read and decode the next chunk; the reader advances only if the payload CRC is correct. */
   #tryChunk(): Trial {
     const due = this.#decoder.due;
     let header: ChunkHeader | null = null;
@@ -92,7 +92,7 @@ class Recovery {
       header = this.#reader.readHeader();
       const chunk = this.#reader.readPayload(header);
       const state = this.#decoder.decode(chunk);
-      if (state !== null && due === null) this.#first = state.ordinal;
+      if (state !== null && due === null) this.#firstOrdinal = state.ordinal;
       return { rejectId: null, chunk, state };
     } catch (error) {
       if (!(error instanceof Rejection) || error.rejectId === "unknown-critical") throw error;
@@ -100,60 +100,60 @@ class Recovery {
     }
   }
 
-  /** Skip a single ancillary chunk. */
-  #leaveOut({ offset, sequence }: Place, { rejectId, header }: LoneTrial): Recovered {
-    const end = offset + chunkBytes(header);
-    this.#goTo({ offset: end, sequence: sequence + 1 });
-    return gap(offset, end, rejectId, 0);
+  /** Skip a rejected ancillary chunk. */
+  #skipChunk({ offset, sequence }: Place, { rejectId, header }: SkippableTrial): RecoveredPart {
+    const end = offset + chunkLength(header);
+    this.#moveTo({ offset: end, sequence: sequence + 1 });
+    return makeGap(offset, end, rejectId, 0);
   }
 
-  /** Continue at the next suitable chunk; returns whether there is one. */
-  *#resume({ offset }: Place, rejectId: RejectId): Generator<Recovered, boolean, undefined> {
-    const before = this.#decoder.due;
-    const found = this.#search.find(this.#reader.place, before, this.#decoder.canonical);
-    if (found === null) {
+  /** Continue at the next chunk at which decoding can resume; return whether there is such a chunk. */
+  *#resume({ offset }: Place, rejectId: RejectId): Generator<RecoveredPart, boolean, undefined> {
+    const dueBefore = this.#decoder.due;
+    const resumption = this.#search.find(this.#reader.place, dueBefore, this.#decoder.canonical);
+    if (resumption === null) {
       const end = this.#bytes.length;
-      yield gap(offset, end, rejectId, null);
-      if (rejectId !== "truncated") yield gap(end, end, "truncated", null);
+      yield makeGap(offset, end, rejectId, null);
+      if (rejectId !== "truncated") yield makeGap(end, end, "truncated", null);
       return false;
     }
-    const due = ordinalDue(found, this.#first);
+    const due = findDueOrdinal(resumption, this.#firstOrdinal);
     this.#decoder.resume(due);
-    this.#goTo(found.place);
-    yield gap(offset, found.place.offset, rejectId, countLost(before, due));
+    this.#moveTo(resumption.place);
+    yield makeGap(offset, resumption.place.offset, rejectId, countLostFrames(dueBefore, due));
     return true;
   }
 
-  /** Handle the bytes after TAIL. */
-  *#rest(): Generator<Recovered, void, undefined> {
+  /** Report a gap if bytes follow TAIL. */
+  *#reportTrailingData(): Generator<RecoveredPart, void, undefined> {
     const { offset } = this.#reader.place;
-    if (offset < this.#bytes.length) yield gap(offset, this.#bytes.length, "trailing-data", null);
+    if (offset < this.#bytes.length) yield makeGap(offset, this.#bytes.length, "trailing-data", null);
   }
 
-  #goTo(place: Place): void {
+  #moveTo(place: Place): void {
     const source = new MemorySource(this.#bytes, place.offset);
-    this.#reader = readerAt(source, place, this.#header);
+    this.#reader = makeReader(source, place, this.#header);
   }
 }
 
-type LoneTrial = RejectedTrial & { readonly header: ChunkHeader };
+type SkippableTrial = RejectedTrial & { readonly header: ChunkHeader };
 
-/** Whether a chunk is ancillary and intact, so that decoding can continue right after it. */
-function isLeftOutAlone(trial: RejectedTrial): trial is LoneTrial {
+/** Whether a rejected chunk is ancillary and its end is known, so that decoding can continue after it. */
+function canSkipAlone(trial: RejectedTrial): trial is SkippableTrial {
   return trial.header !== null && isAncillary(trial.header.type) && trial.rejectId !== "truncated";
 }
 
-/** The ordinal expected where decoding continues; at TAIL, that after the last frame, if known. */
-function ordinalDue(found: Resumption, first: number | null): number | null {
-  if (found.type !== "TAIL") return found.frame;
-  return first === null ? null : first + found.frameCount;
+/** Return the expected ordinal where decoding continues; at TAIL, the ordinal after the last frame, null if unknown. */
+function findDueOrdinal(resumption: Resumption, first: number | null): number | null {
+  if (resumption.type !== "TAIL") return resumption.frame;
+  return first === null ? null : first + resumption.frameCount;
 }
 
-/** The number of frames between the expected ordinals `before` and `due`, or null if unknown. */
-function countLost(before: number | null, due: number | null): number | null {
-  return before === null || due === null || due < before ? null : due - before;
+/** Return the number of frames between two expected ordinals; null if unknown. */
+function countLostFrames(dueBefore: number | null, due: number | null): number | null {
+  return dueBefore === null || due === null || due < dueBefore ? null : due - dueBefore;
 }
 
-function gap(offset: number, end: number, rejectId: RejectId, framesLost: number | null): Recovered {
+function makeGap(offset: number, end: number, rejectId: RejectId, framesLost: number | null): RecoveredPart {
   return { gap: { offset, bytes: end - offset, rejectId, framesLost } };
 }

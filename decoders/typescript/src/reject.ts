@@ -1,4 +1,4 @@
-/** Why a stream is not decoded: it violates a clause (SPEC 3.3), or exceeds the limits of this decoder (SPEC 3.2). */
+/** Errors for streams that violate a clause (SPEC 3.3), or exceed the limits of this decoder (SPEC 3.2). */
 
 export const REJECT_IDS = [
   "bad-magic",
@@ -34,7 +34,7 @@ export const REJECT_IDS = [
 
 export type RejectId = (typeof REJECT_IDS)[number];
 
-/** The stream does not conform; `rejectId` is one of its applicable reject ids. */
+/** The stream is invalid; `rejectId` is a reject id that applies to it. */
 export class Rejection extends Error {
   constructor(
     readonly rejectId: RejectId,
@@ -45,7 +45,7 @@ export class Rejection extends Error {
   }
 }
 
-/** The stream is of the unlimited level and exceeds the limits of this decoder; this is not a rejection. */
+/** The stream is at the unlimited level and exceeds the limits of this decoder; it may be valid. */
 export class Declined extends Error {
   constructor(message: string) {
     super(message);
@@ -53,7 +53,7 @@ export class Declined extends Error {
   }
 }
 
-/** Reject the stream with `rejectId` unless the clause holds. */
-export function demand(holds: boolean, rejectId: RejectId, message: string): asserts holds {
-  if (!holds) throw new Rejection(rejectId, message);
+/** Reject the stream with `rejectId` unless `condition` is true. */
+export function demand(condition: boolean, rejectId: RejectId, message: string): asserts condition {
+  if (!condition) throw new Rejection(rejectId, message);
 }

@@ -1,4 +1,4 @@
-/** Sampling of anchors (SPEC 6.1 to 6.3). */
+/** Samples anchors (SPEC 6.1 to 6.3). */
 
 import { bitLength } from "./arithmetic.js";
 import { allIndices, indicesWhere, tabulate } from "./columns.js";
@@ -11,8 +11,8 @@ import type { Scene } from "./scene.js";
 /** The fields of HEAD that determine the number of anchors. */
 type CountFields = Pick<StreamHeader, "gaussiansPerAnchor" | "anchorRatio" | "levelCount">;
 
-/** A_1 ... A_L for `count` Gaussians. */
-export function anchorCounts(count: number, header: CountFields): number[] {
+/** Return the numbers of anchors A_1 ... A_L for `count` Gaussians. */
+export function computeAnchorCounts(count: number, header: CountFields): number[] {
   const counts = [Math.ceil(count / header.gaussiansPerAnchor)];
   while (counts.length < header.levelCount) {
     counts.push(Math.max(1, Math.floor(counts[counts.length - 1] / header.anchorRatio)));
@@ -20,7 +20,7 @@ export function anchorCounts(count: number, header: CountFields): number[] {
   return counts;
 }
 
-/** For every level, from 1 on, the indices of the Gaussians that are its anchors, ascending. */
+/** Sample the anchors of each level, beginning with level 1; return the indices of their Gaussians, ascending. */
 export function sampleAnchors(
   scene: Pick<Scene, "ids" | "positions">,
   phase: number,
@@ -28,14 +28,14 @@ export function sampleAnchors(
 ): Uint32Array[] {
   const ranks = drawRanks(scene.ids, phase, header.seed, header.levelCount);
   const order = sortByCells(scene.positions);
-  return anchorCounts(scene.ids.length, header).map((count, level) => sampleLevel(order, ranks[level], count));
+  return computeAnchorCounts(scene.ids.length, header).map((count, level) => sampleLevel(order, ranks[level], count));
 }
 
-/** The Gaussians, sorted so that those of a cell are adjacent at every shift. */
+/** The Gaussians in an order in which Gaussians of the same cell are adjacent at every shift. */
 interface CellOrder {
   readonly indices: Uint32Array;
   /** For each entry except the first, the lowest shift at which it shares a cell with the previous entry. */
-  readonly joined: Int32Array;
+  readonly commonShifts: Int32Array;
   /** For every shift, the number of occupied cells. */
   readonly cellCounts: readonly number[];
 }
@@ -43,37 +43,38 @@ interface CellOrder {
 function sortByCells(positions: readonly Int32Array[]): CellOrder {
   const biased = positions.map((column) => column.map((coordinate) => coordinate + LATTICE_OFFSET));
   const indices = allIndices(biased[0].length).sort((i, j) => compareMorton(biased, i, j));
-  const joined = tabulate(indices.length, (place) =>
-    place === 0 ? LATTICE_BITS + 1 : firstCommonShift(biased, indices[place - 1], indices[place]),
+  const commonShifts = tabulate(indices.length, (position) =>
+    position === 0 ? LATTICE_BITS + 1 : findCommonShift(biased, indices[position - 1], indices[position]),
   );
   const cellCounts = Array.from({ length: LATTICE_BITS + 1 }, (_, shift) =>
-    joined.reduce((cells, first) => cells + (first > shift ? 1 : 0), 0),
+    commonShifts.reduce((cells, commonShift) => cells + (commonShift > shift ? 1 : 0), 0),
   );
-  return { indices, joined, cellCounts };
+  return { indices, commonShifts, cellCounts };
 }
 
-/** The lowest shift at which two Gaussians share a cell. */
-function firstCommonShift(columns: readonly Int32Array[], first: number, second: number): number {
-  return bitLength(columns.reduce((differing, column) => differing | (column[first] ^ column[second]), 0));
+/** Return the lowest shift at which two Gaussians share a cell. */
+function findCommonShift(columns: readonly Int32Array[], first: number, second: number): number {
+  return bitLength(columns.reduce((differingBits, column) => differingBits | (column[first] ^ column[second]), 0));
 }
 
 function sampleLevel(order: CellOrder, words: Uint32Array, count: number): Uint32Array {
   const shift = order.cellCounts.findIndex((cells) => cells <= count);
-  const byRank = (i: number, j: number) => words[i] - words[j] || i - j;
+  const compareRanks = (i: number, j: number) => words[i] - words[j] || i - j;
   const isAnchor = new Uint8Array(words.length);
-  for (const index of leastOfCells(order, shift, byRank)) isAnchor[index] = 1;
-  const missing = count - order.cellCounts[shift];
-  const others = indicesWhere(words.length, (i) => isAnchor[i] === 0);
-  for (const index of others.sort(byRank).subarray(0, missing)) isAnchor[index] = 1;
+  for (const index of selectLowestRanks(order, shift, compareRanks)) isAnchor[index] = 1;
+  const missingCount = count - order.cellCounts[shift];
+  const otherIndices = indicesWhere(words.length, (i) => isAnchor[i] === 0);
+  for (const index of otherIndices.sort(compareRanks).subarray(0, missingCount)) isAnchor[index] = 1;
   return indicesWhere(words.length, (i) => isAnchor[i] === 1);
 }
 
-/** For every cell occupied at `shift`, the Gaussian with the lowest rank. */
-function leastOfCells(order: CellOrder, shift: number, byRank: (i: number, j: number) => number): number[] {
-  const least: number[] = [];
-  order.indices.forEach((index, place) => {
-    if (order.joined[place] > shift) least.push(index);
-    else if (byRank(index, least[least.length - 1]) < 0) least[least.length - 1] = index;
+/** Select the Gaussian with the lowest rank in every occupied cell at `shift`. */
+function selectLowestRanks(order: CellOrder, shift: number, compareRanks: (i: number, j: number) => number): number[] {
+  const lowestRanked: number[] = [];
+  order.indices.forEach((index, position) => {
+    if (order.commonShifts[position] > shift) lowestRanked.push(index);
+    else if (compareRanks(index, lowestRanked[lowestRanked.length - 1]) < 0)
+      lowestRanked[lowestRanked.length - 1] = index;
   });
-  return least;
+  return lowestRanked;
 }

@@ -1,10 +1,10 @@
-/** The Gaussians of a frame, column by column, in ascending id (SPEC 7.1). */
+/** The Gaussians of a frame, column by column, ordered by id (SPEC 7.1). */
 
-import { pick } from "./columns.js";
+import { pickColumn } from "./columns.js";
 import type { StreamHeader } from "./header.js";
 import { channelCount } from "./header.js";
 
-/** The binding of a new Gaussian, which follows no anchor before the next frame. */
+/** The binding of a new Gaussian, which is bound in the next frame. */
 export const UNBOUND = -1;
 
 export interface Scene {
@@ -15,19 +15,19 @@ export interface Scene {
   readonly rotations: readonly Int32Array[];
   /** 7 rows, or 16 with SH rest. */
   readonly codes: readonly Int32Array[];
-  /** For each channel, the sum of the symbols that moved the Gaussian in the last frame. */
+  /** For each channel, the sum of the symbols that moved the Gaussian in this frame. */
   readonly motion: readonly Int32Array[];
-  /** For each level, from 1 on, the index of the anchor that the Gaussian follows, or UNBOUND. */
+  /** For each level, beginning with level 1, the index of the anchor to which the Gaussian is bound, or UNBOUND. */
   readonly binding: readonly Int32Array[];
-  /** Frames since the Gaussian was born or updated, up to RECENCY_LIMIT (7.8); only in streams with updates. */
+  /** Number of frames since the birth or the last update, up to RECENCY_LIMIT (7.8); used only with updates. */
   readonly recency: Int32Array;
 }
 
 /** The columns that are coded and serialized. */
 export type CodedScene = Pick<Scene, "ids" | "positions" | "rotations" | "codes">;
 
-/** A scene of Gaussians that have not moved and follow no anchor, all with the same recency. */
-export function newScene(coded: CodedScene, header: StreamHeader, recency: number): Scene {
+/** Make a scene of Gaussians without motion and bindings, all with the same recency. */
+export function makeScene(coded: CodedScene, header: StreamHeader, recency: number): Scene {
   const count = coded.ids.length;
   return {
     ...coded,
@@ -37,34 +37,34 @@ export function newScene(coded: CodedScene, header: StreamHeader, recency: numbe
   };
 }
 
-/** The Gaussians at the indices `kept`, in this order. */
-export function select(scene: Scene, kept: Uint32Array): Scene {
+/** Return the Gaussians at `indices`, in this order. */
+export function selectGaussians(scene: Scene, indices: Uint32Array): Scene {
   return {
-    ids: kept.map((i) => scene.ids[i]),
-    positions: scene.positions.map((column) => pick(column, kept)),
-    rotations: scene.rotations.map((column) => pick(column, kept)),
-    codes: scene.codes.map((column) => pick(column, kept)),
-    motion: scene.motion.map((column) => pick(column, kept)),
-    binding: scene.binding.map((column) => pick(column, kept)),
-    recency: pick(scene.recency, kept),
+    ids: indices.map((i) => scene.ids[i]),
+    positions: scene.positions.map((column) => pickColumn(column, indices)),
+    rotations: scene.rotations.map((column) => pickColumn(column, indices)),
+    codes: scene.codes.map((column) => pickColumn(column, indices)),
+    motion: scene.motion.map((column) => pickColumn(column, indices)),
+    binding: scene.binding.map((column) => pickColumn(column, indices)),
+    recency: pickColumn(scene.recency, indices),
   };
 }
 
-/** The Gaussians of `first` followed by those of `second`. */
-export function append(first: Scene, second: Scene): Scene {
+/** Return the Gaussians of `first`, followed by the Gaussians of `second`. */
+export function appendScenes(first: Scene, second: Scene): Scene {
   return {
-    ids: join(Uint32Array, first.ids, second.ids),
+    ids: joinArrays(Uint32Array, first.ids, second.ids),
     positions: joinColumns(Int32Array, first.positions, second.positions),
     rotations: joinColumns(Int32Array, first.rotations, second.rotations),
     codes: joinColumns(Int32Array, first.codes, second.codes),
     motion: joinColumns(Int32Array, first.motion, second.motion),
     binding: joinColumns(Int32Array, first.binding, second.binding),
-    recency: join(Int32Array, first.recency, second.recency),
+    recency: joinArrays(Int32Array, first.recency, second.recency),
   };
 }
 
-/** The index of the Gaussian of this id, or -1 if it is not in the scene. */
-export function indexOfId(ids: Uint32Array, id: number): number {
+/** Return the index of an id in `ids`, which are ascending; -1 if the id is missing. */
+export function findId(ids: Uint32Array, id: number): number {
   let low = 0;
   let high = ids.length;
   while (low < high) {
@@ -80,17 +80,21 @@ interface Column<Self> {
   set(values: Self, offset?: number): void;
 }
 
-function join<Array extends Column<Array>>(make: new (length: number) => Array, first: Array, second: Array): Array {
-  const joined = new make(first.length + second.length);
-  joined.set(first);
-  joined.set(second, first.length);
-  return joined;
+function joinArrays<Array extends Column<Array>>(
+  arrayType: new (length: number) => Array,
+  first: Array,
+  second: Array,
+): Array {
+  const result = new arrayType(first.length + second.length);
+  result.set(first);
+  result.set(second, first.length);
+  return result;
 }
 
 function joinColumns<Array extends Column<Array>>(
-  make: new (length: number) => Array,
+  arrayType: new (length: number) => Array,
   first: readonly Array[],
   second: readonly Array[],
 ): Array[] {
-  return first.map((column, row) => join(make, column, second[row]));
+  return first.map((column, row) => joinArrays(arrayType, column, second[row]));
 }

@@ -1,14 +1,14 @@
-/** Sequential sources of bytes in memory or files. */
+/** Sources from which bytes are read sequentially: memory and files. */
 
 import { readSync } from "node:fs";
 
-/** A source of a stream. */
+/** A source of the bytes of a stream. */
 export interface Source {
-  /** The next `length` bytes, or fewer at the end of the stream. */
+  /** Read the next `length` bytes, or fewer at the end of the stream. */
   read(length: number): Uint8Array;
 }
 
-/** A stream in memory, from `offset` on. */
+/** A stream in memory, read from `offset` onwards. */
 export class MemorySource implements Source {
   readonly #bytes: Uint8Array;
   #offset: number;
@@ -25,7 +25,7 @@ export class MemorySource implements Source {
   }
 }
 
-/** Memory for a payload grows with the received bytes, not with the length in a header (SPEC 13-1). */
+/** Size of pieces: memory grows with the received bytes, not with the length in a chunk header (SPEC 13-1). */
 const PIECE_BYTES = 1 << 20;
 
 const RETRY_MILLISECONDS = 5;
@@ -36,30 +36,30 @@ export class FileSource implements Source {
 
   read(length: number): Uint8Array {
     const pieces: Uint8Array[] = [];
-    let due = length;
-    while (due > 0) {
-      const size = Math.min(due, PIECE_BYTES);
-      const piece = this.#readPiece(size);
+    let remaining = length;
+    while (remaining > 0) {
+      const pieceBytes = Math.min(remaining, PIECE_BYTES);
+      const piece = this.#readPiece(pieceBytes);
       pieces.push(piece);
-      if (piece.length < size) break;
-      due -= size;
+      if (piece.length < pieceBytes) break;
+      remaining -= pieceBytes;
     }
     return pieces.length === 1 ? pieces[0] : Buffer.concat(pieces);
   }
 
-  #readPiece(size: number): Uint8Array {
-    const piece = Buffer.allocUnsafe(size);
-    let filled = 0;
-    while (filled < size) {
-      const count = readSome(this.descriptor, piece.subarray(filled));
+  #readPiece(pieceBytes: number): Uint8Array {
+    const piece = Buffer.allocUnsafe(pieceBytes);
+    let filledBytes = 0;
+    while (filledBytes < pieceBytes) {
+      const count = readSome(this.descriptor, piece.subarray(filledBytes));
       if (count === 0) break;
-      filled += count;
+      filledBytes += count;
     }
-    return piece.subarray(0, filled);
+    return piece.subarray(0, filledBytes);
   }
 }
 
-/** Read at least one byte, or none at the end; waits for a pipe. */
+/** Read at least one byte, waiting for a pipe if necessary; return the number of bytes, 0 at the end. */
 export function readSome(descriptor: number, piece: Uint8Array): number {
   for (;;) {
     try {

@@ -1,10 +1,10 @@
-/** INDX and TAIL, checked against the stream (SPEC 5.8, 5.9). */
+/** Parses INDX and TAIL, and checks them against the stream (SPEC 5.8, 5.9). */
 
 import type { Chunk } from "./chunks.js";
 import { Fields } from "./fields.js";
 import { demand } from "./reject.js";
 
-/** The position of a canonical frame. */
+/** The position and the ordinal of a canonical frame. */
 export interface SeekPoint {
   readonly offset: bigint;
   readonly sequence: number;
@@ -16,53 +16,54 @@ export class StreamRecord {
   readonly #seekPoints: SeekPoint[];
   #frameCount: number;
   #indexOffset = 0n;
-  #whole = true;
+  #isComplete = true;
 
-  /** Starts at the beginning of a stream, or after the given frames and seek points. */
-  constructor(frameCount = 0, points: readonly SeekPoint[] = []) {
+  /** Start at the beginning of a stream, or after `frameCount` frames and the seek points among them. */
+  constructor(frameCount = 0, precedingPoints: readonly SeekPoint[] = []) {
     this.#frameCount = frameCount;
-    this.#seekPoints = [...points];
+    this.#seekPoints = [...precedingPoints];
   }
 
-  /** Count a decoded CANO or SNAP of frame `frame`. */
+  /** Record a decoded CANO or SNAP, with its ordinal. */
   addCanonical(chunk: Chunk, frame: number): void {
     this.#seekPoints.push({ offset: BigInt(chunk.offset), sequence: chunk.sequence, frame });
     this.#frameCount += 1;
   }
 
-  /** Count a decoded FRAM chunk. */
+  /** Record a decoded FRAM. */
   addFrame(): void {
     this.#frameCount += 1;
   }
 
-  /** Critical chunks were skipped: INDX and TAIL are not checked against the rest (11.4-3). */
-  leaveOut(): void {
-    this.#whole = false;
+  /** Record that critical chunks were skipped, so that INDX and TAIL need not match (11.4-3). */
+  noteSkippedChunks(): void {
+    this.#isComplete = false;
   }
 
   checkIndex(chunk: Chunk): void {
     const points = parseIndex(chunk.payload);
-    const same = points.length === this.#seekPoints.length && points.every((point, i) => this.#isPoint(point, i));
-    demand(same || !this.#whole, "index-mismatch", "INDX does not match the stream");
+    const matches =
+      points.length === this.#seekPoints.length && points.every((point, i) => this.#matchesPoint(point, i));
+    demand(matches || !this.#isComplete, "index-mismatch", "INDX does not match the stream");
     this.#indexOffset = BigInt(chunk.offset);
   }
 
   checkTail(chunk: Chunk): void {
     const tail = parseTail(chunk.payload);
-    const same =
+    const matches =
       tail.frameCount === this.#frameCount &&
       tail.canonicalCount === this.#seekPoints.length &&
       tail.indexOffset === this.#indexOffset;
-    demand(same || !this.#whole, "tail-mismatch", "TAIL does not match the stream");
+    demand(matches || !this.#isComplete, "tail-mismatch", "TAIL does not match the stream");
   }
 
-  #isPoint(point: SeekPoint, index: number): boolean {
+  #matchesPoint(point: SeekPoint, index: number): boolean {
     const { offset, sequence, frame } = this.#seekPoints[index];
     return point.offset === offset && point.sequence === sequence && point.frame === frame;
   }
 }
 
-/** The seek points of INDX (5.9). */
+/** Parse the seek points of INDX (5.9). */
 export function parseIndex(payload: Uint8Array): SeekPoint[] {
   const fields = new Fields(payload);
   const count = fields.u32("count");
@@ -70,11 +71,11 @@ export function parseIndex(payload: Uint8Array): SeekPoint[] {
   while (points.length < count) {
     points.push({ offset: fields.u64("offset"), sequence: fields.u32("sequence"), frame: fields.u32("frame") });
   }
-  fields.end();
+  fields.finish();
   return points;
 }
 
-/** The fields of TAIL (5.8). */
+/** Parse the fields of TAIL (5.8). */
 export function parseTail(payload: Uint8Array) {
   const fields = new Fields(payload);
   const tail = {
@@ -82,6 +83,6 @@ export function parseTail(payload: Uint8Array) {
     canonicalCount: fields.u32("canonical_count"),
     indexOffset: fields.u64("index_offset"),
   };
-  fields.end();
+  fields.finish();
   return tail;
 }

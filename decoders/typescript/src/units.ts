@@ -1,4 +1,4 @@
-/** Single building blocks; conformance/unit/ describes their inputs and outputs. */
+/** Runs unit tests of building blocks; conformance/unit/ describes their inputs and outputs. */
 
 import { answerError } from "./answers.js";
 import type { Line } from "./answers.js";
@@ -8,7 +8,7 @@ import { indicesWhere, tabulate } from "./columns.js";
 import { SUM_GUARD_BITS } from "./constants.js";
 import { crc32 } from "./crc.js";
 import { dequantize } from "./dequantize.js";
-import { stateCrc, stateDigest } from "./digest.js";
+import { computeStateCrc, digestState } from "./digest.js";
 import type { Words } from "./fields.js";
 import { findSurvivors } from "./frame.js";
 import * as integers from "./integers.js";
@@ -16,12 +16,12 @@ import { AnchorSearch } from "./nearest.js";
 import type { Point } from "./nearest.js";
 import { philox } from "./philox.js";
 import type { Counter, Key } from "./philox.js";
-import { halved, Section, weightOfCode, weightOfCounts } from "./planes.js";
-import { expandRotation, normalize, turn } from "./rotation.js";
+import { halveCounts, Section, computeCodeWeight, computeCountWeight } from "./planes.js";
+import { expandRotation, normalize, rotate } from "./rotation.js";
 import type { Quaternion } from "./rotation.js";
-import { anchorCounts, sampleAnchors } from "./sampler.js";
+import { computeAnchorCounts, sampleAnchors } from "./sampler.js";
 
-/** Integers beyond 2^53 are strings. */
+/** An integer; integers beyond 2^53 are strings. */
 type Integer = number | string;
 type Pair = readonly [number, number];
 
@@ -52,32 +52,33 @@ interface DigestInput {
   readonly codes: readonly (readonly number[])[];
 }
 
-/** The functions by name. */
+/** The building blocks by name. */
 export const UNITS: Readonly<Record<string, (input: never) => unknown>> = {
-  anchor_counts: (input: CountInput & { gaussians: number }) => anchorCounts(input.gaussians, countFields(input)),
+  anchor_counts: (input: CountInput & { gaussians: number }) =>
+    computeAnchorCounts(input.gaussians, countFields(input)),
   ascending: ({ words, count }: { words: number[]; count: number }) =>
     decodeAll(words, (section) =>
-      integers.decodeAscending(section, integers.sequenceModels(6), count, 1n << 62n, "symbol-range"),
+      integers.decodeAscending(section, integers.makeSequenceModels(6), count, 1n << 62n, "symbol-range"),
     ),
   bind: ({ positions, anchors }: { positions: Point[]; anchors: Point[] }) => {
     const search = new AnchorSearch(toColumns(anchors));
-    return positions.map((point) => search.nearest(point));
+    return positions.map((point) => search.findNearest(point));
   },
-  counts: ({ before, plane }: { before: Pair; plane: Pair }) => halved(before[0] + plane[0], before[1] + plane[1]),
+  counts: ({ before, plane }: { before: Pair; plane: Pair }) => halveCounts(before[0] + plane[0], before[1] + plane[1]),
   crc: ({ bytes }: { bytes: string }) => crc32(Buffer.from(bytes, "hex")),
   deaths: ({ opacities, count }: { opacities: number[]; count: number }) => {
     const survivors = new Set(findSurvivors(Int32Array.from(opacities), count));
     return Array.from(indicesWhere(opacities.length, (i) => !survivors.has(i)));
   },
   decode_bits: ({ words, weights }: { words: number[]; weights: number[] }) => {
-    const coder = new Coder(asWords(words));
-    const bits = weights.map((weight) => coder.bit(weight));
+    const coder = new Coder(makeWords(words));
+    const bits = weights.map((weight) => coder.decodeBit(weight));
     coder.finish();
     return bits;
   },
   dequantize: ({ code, step }: { code: number; step: string }) =>
     toBits(dequantize(code, Buffer.from(step, "hex").readFloatBE())),
-  digest: digestOf,
+  digest: digestScene,
   divide_round: ({ n, d }: { n: Integer; d: Integer }) => divideRound(BigInt(n), BigInt(d)),
   expand: ({ rotation_bits, j, abc }: { rotation_bits: number; j: number; abc: number[] }) =>
     expandRotation(j, abc, rotation_bits),
@@ -85,15 +86,15 @@ export const UNITS: Readonly<Record<string, (input: never) => unknown>> = {
   isqrt: ({ v }: { v: Integer }) => isqrt(BigInt(v)),
   normalize: ({ vector }: { vector: Quaternion }) => normalize(vector, SUM_GUARD_BITS),
   philox: ({ counter, key }: { counter: Counter; key: Key }) => philox(counter, key),
-  sample: sampleOf,
+  sample: sampleLevels,
   signed: (input: SequenceInput) => decodeSequence(input, integers.decodeSigned),
-  turn: ({ rotation, sums }: { rotation: Quaternion; sums: Quaternion }) => turn(rotation, sums),
+  turn: ({ rotation, sums }: { rotation: Quaternion; sums: Quaternion }) => rotate(rotation, sums),
   unsigned: (input: SequenceInput) => decodeSequence(input, integers.decodeUnsigned),
-  weight_by_counts: ({ zeros, ones }: { zeros: number; ones: number }) => weightOfCounts(zeros, ones),
-  weight_of_code: ({ code }: { code: number }) => weightOfCode(code),
+  weight_by_counts: ({ zeros, ones }: { zeros: number; ones: number }) => computeCountWeight(zeros, ones),
+  weight_of_code: ({ code }: { code: number }) => computeCodeWeight(code),
 };
 
-/** The result of a function, or its rejection; `unsupported` if there is no such function. */
+/** Return the result of a building block, its rejection, or `unsupported` if the name is unknown. */
 export function answerUnit(name: string, input: unknown): Line {
   if (!Object.hasOwn(UNITS, name)) return { unsupported: name };
   try {
@@ -111,18 +112,18 @@ type SequenceDecoder = (
 ) => Iterable<number | bigint>;
 
 function decodeSequence({ words, contexts, width }: SequenceInput, decode: SequenceDecoder): unknown[] {
-  const models = integers.sequenceModels(width, Math.max(0, ...contexts) + 1);
+  const models = integers.makeSequenceModels(width, Math.max(0, ...contexts) + 1);
   return decodeAll(words, (section) => decode(section, models, contexts.length, Int32Array.from(contexts)));
 }
 
 function decodeAll(words: readonly number[], decode: (section: Section) => Iterable<number | bigint>): unknown[] {
-  const section = new Section(asWords(words));
+  const section = new Section(makeWords(words));
   const numbers = [...decode(section)];
   section.finish();
   return numbers;
 }
 
-function digestOf({ phase, ids, positions, rotations, codes }: DigestInput) {
+function digestScene({ phase, ids, positions, rotations, codes }: DigestInput) {
   const scene = {
     ids: Uint32Array.from(ids),
     positions: toColumns(positions),
@@ -130,13 +131,13 @@ function digestOf({ phase, ids, positions, rotations, codes }: DigestInput) {
     codes: toColumns(codes),
   };
   return {
-    crc_all: stateCrc(scene, phase, true),
-    crc_without_codes: stateCrc(scene, phase, false),
-    sha256: stateDigest(scene, phase),
+    crc_all: computeStateCrc(scene, phase, true),
+    crc_without_codes: computeStateCrc(scene, phase, false),
+    sha256: digestState(scene, phase),
   };
 }
 
-function sampleOf(input: SampleInput): number[][] {
+function sampleLevels(input: SampleInput): number[][] {
   const scene = { ids: Uint32Array.from(input.ids), positions: toColumns(input.positions) };
   const levels = sampleAnchors(scene, input.phase, { ...countFields(input), seed: BigInt(input.seed) });
   return levels.map((indices) => Array.from(indices, (i) => scene.ids[i]));
@@ -150,8 +151,8 @@ function toColumns(rows: readonly (readonly number[])[]): Int32Array[] {
   return rows[0].map((_, column) => tabulate(rows.length, (i) => rows[i][column]));
 }
 
-function asWords(words: readonly number[]): Words {
-  return { length: words.length, at: (i) => words[i] };
+function makeWords(words: readonly number[]): Words {
+  return { length: words.length, wordAt: (i) => words[i] };
 }
 
 function toBits(number: number): string {

@@ -1,4 +1,4 @@
-/** The examples of Annex F. */
+/** The building blocks reproduce the examples of Annex F. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -6,21 +6,21 @@ import { divideRound, isqrt } from "../src/arithmetic.js";
 import { Coder } from "../src/coder.js";
 import * as constants from "../src/constants.js";
 import { crc32 } from "../src/crc.js";
-import { decodeAscending, decodeFixed, decodeSigned, decodeUnsigned, sequenceModels } from "../src/integers.js";
+import { decodeAscending, decodeFixed, decodeSigned, decodeUnsigned, makeSequenceModels } from "../src/integers.js";
 import type { SequenceModels } from "../src/integers.js";
-import { coordinateOfKey } from "../src/morton.js";
+import { extractCoordinate } from "../src/morton.js";
 import { philox } from "../src/philox.js";
 import type { Counter, Key } from "../src/philox.js";
-import { halved, Section, weightOfCode, weightOfCounts } from "../src/planes.js";
+import { halveCounts, Section, computeCodeWeight, computeCountWeight } from "../src/planes.js";
 import { REJECT_IDS } from "../src/reject.js";
-import { expandRotation, normalize, turn } from "../src/rotation.js";
+import { expandRotation, normalize, rotate } from "../src/rotation.js";
 import type { Quaternion } from "../src/rotation.js";
-import { hexWords, integers, planesExamples, table } from "./spec.js";
+import { parseHexWords, parseIntegers, readPlanesExamples, readTable } from "./spec.js";
 
-const words = (numbers: readonly number[]) => ({ length: numbers.length, at: (i: number) => numbers[i] });
+const makeWords = (numbers: readonly number[]) => ({ length: numbers.length, wordAt: (i: number) => numbers[i] });
 
-/** A sequence of the form named in an example. */
-function decodeForm(
+/** Decode a sequence in the form that an example names. */
+function decodeSequence(
   form: string,
   section: Section,
   models: SequenceModels,
@@ -39,125 +39,128 @@ function decodeForm(
   }
 }
 
-const quaternion = (cell: string) => integers(cell) as unknown as Quaternion;
+const parseQuaternion = (cell: string) => parseIntegers(cell) as unknown as Quaternion;
 
 test("the constants match 3.1", () => {
-  const ours = constants as unknown as Record<string, unknown>;
-  const shared = table("constants").filter(([name]) => typeof ours[name] === "number");
+  const implemented = constants as unknown as Record<string, unknown>;
+  const commonConstants = readTable("constants").filter(([name]) => typeof implemented[name] === "number");
 
-  assert.ok(shared.length > 35);
-  for (const [name, value] of shared) assert.equal(ours[name], Number(value), name);
+  assert.ok(commonConstants.length > 35);
+  for (const [name, value] of commonConstants) assert.equal(implemented[name], Number(value), name);
 });
 
 test("the levels match 3.2", () => {
-  const rows = table("levels").map((row) => row.map(Number));
-  const ours = [...constants.LEVELS].map(([level, at]) => [level, at.gaussians, at.births, at.payloadBytes]);
+  const rows = readTable("levels").map((row) => row.map(Number));
+  const implemented = [...constants.LEVELS].map(([level, at]) => [level, at.gaussians, at.births, at.payloadBytes]);
 
-  assert.deepEqual(ours, rows);
+  assert.deepEqual(implemented, rows);
 });
 
 test("the reject ids match 3.3", () => {
   assert.deepEqual(
     [...REJECT_IDS],
-    table("rejects").map(([id]) => id),
+    readTable("rejects").map(([id]) => id),
   );
 });
 
 test("philox matches F.1", () => {
-  for (const [counter, key, drawn] of table("vectors philox")) {
-    assert.deepEqual(philox(hexWords(counter) as unknown as Counter, hexWords(key) as unknown as Key), hexWords(drawn));
+  for (const [counter, key, expectedWords] of readTable("vectors philox")) {
+    assert.deepEqual(
+      philox(parseHexWords(counter) as unknown as Counter, parseHexWords(key) as unknown as Key),
+      parseHexWords(expectedWords),
+    );
   }
 });
 
 test("divisions round as in F.2", () => {
-  for (const [n, d, quotient] of table("vectors divide_round")) {
+  for (const [n, d, quotient] of readTable("vectors divide_round")) {
     assert.equal(divideRound(BigInt(n), BigInt(d)), BigInt(quotient));
   }
 });
 
 test("square roots match F.2", () => {
-  for (const [value, root] of table("vectors isqrt")) assert.equal(isqrt(BigInt(value)), BigInt(root));
+  for (const [value, root] of readTable("vectors isqrt")) assert.equal(isqrt(BigInt(value)), BigInt(root));
 });
 
 test("CRCs match F.3", () => {
-  for (const [bytes, crc] of table("vectors crc")) {
-    assert.equal(crc32(Uint8Array.from(hexWords(bytes))), Number(crc));
+  for (const [bytes, crc] of readTable("vectors crc")) {
+    assert.equal(crc32(Uint8Array.from(parseHexWords(bytes))), Number(crc));
   }
 });
 
 test("vectors are normalized as in F.4", () => {
-  for (const [vector, guardBits, unit] of table("vectors normalize")) {
-    assert.deepEqual(normalize(quaternion(vector), Number(guardBits)), integers(unit));
+  for (const [vector, guardBits, unit] of readTable("vectors normalize")) {
+    assert.deepEqual(normalize(parseQuaternion(vector), Number(guardBits)), parseIntegers(unit));
   }
 });
 
 test("rotations are expanded as in F.4", () => {
-  for (const [bits, index, three, rotation] of table("vectors expand")) {
-    assert.deepEqual(expandRotation(Number(index), integers(three), Number(bits)), integers(rotation));
+  for (const [bits, index, components, rotation] of readTable("vectors expand")) {
+    assert.deepEqual(expandRotation(Number(index), parseIntegers(components), Number(bits)), parseIntegers(rotation));
   }
 });
 
 test("rotations are multiplied as in F.4", () => {
-  for (const [before, residual, turned] of table("vectors turn")) {
-    assert.deepEqual(turn(quaternion(before), quaternion(residual)), integers(turned));
+  for (const [previousCounts, residual, product] of readTable("vectors turn")) {
+    assert.deepEqual(rotate(parseQuaternion(previousCounts), parseQuaternion(residual)), parseIntegers(product));
   }
 });
 
 test("weights are derived from counts as in F.5", () => {
-  for (const [zeros, ones, weight] of table("vectors weights")) {
-    assert.equal(weightOfCounts(Number(zeros), Number(ones)), Number(weight));
+  for (const [zeros, ones, weight] of readTable("vectors weights")) {
+    assert.equal(computeCountWeight(Number(zeros), Number(ones)), Number(weight));
   }
 });
 
 test("counts are halved as in F.5", () => {
-  for (const [before, read, counts] of table("vectors counts")) {
-    const [zeros, ones] = integers(before);
-    const [moreZeros, moreOnes] = integers(read);
+  for (const [previousCounts, planeCounts, counts] of readTable("vectors counts")) {
+    const [zeros, ones] = parseIntegers(previousCounts);
+    const [moreZeros, moreOnes] = parseIntegers(planeCounts);
 
-    assert.deepEqual(halved(zeros + moreZeros, ones + moreOnes), integers(counts));
+    assert.deepEqual(halveCounts(zeros + moreZeros, ones + moreOnes), parseIntegers(counts));
   }
 });
 
 test("probability codes have the weights of F.5", () => {
-  const weights = table("vectors codes").flatMap(([, ...row]) => row.map(Number));
+  const weights = readTable("vectors codes").flatMap(([, ...row]) => row.map(Number));
 
   assert.equal(weights.length, 120);
   weights.forEach((weight, code) => {
-    assert.equal(weightOfCode(code), weight);
-    assert.equal(weightOfCode(120 + code), 16777216 - weight);
+    assert.equal(computeCodeWeight(code), weight);
+    assert.equal(computeCodeWeight(120 + code), 16777216 - weight);
   });
 });
 
 test("the coder reads the bits of F.6 up to the end", () => {
-  for (const [bits, weights, stored] of table("vectors coder")) {
-    const coder = new Coder(words(hexWords(stored)));
+  for (const [bits, weights, wordsText] of readTable("vectors coder")) {
+    const coder = new Coder(makeWords(parseHexWords(wordsText)));
 
     assert.deepEqual(
-      integers(weights).map((weight) => coder.bit(weight)),
-      integers(bits),
+      parseIntegers(weights).map((weight) => coder.decodeBit(weight)),
+      parseIntegers(bits),
     );
     coder.finish();
   }
 });
 
 test("integers decode from the planes of F.8", () => {
-  const examples = planesExamples();
+  const examples = readPlanesExamples();
 
   assert.equal(examples.length, 5);
-  for (const { form, bits, numbers, outer, words: stored } of examples) {
-    const section = new Section(words(stored));
-    const models = sequenceModels(bits, Math.max(...outer) + 1);
+  for (const { form, bits, numbers, outer, words: wordsText } of examples) {
+    const section = new Section(makeWords(wordsText));
+    const models = makeSequenceModels(bits, Math.max(...outer) + 1);
 
-    assert.deepEqual(Array.from(decodeForm(form, section, models, outer), Number), numbers, form);
+    assert.deepEqual(Array.from(decodeSequence(form, section, models, outer), Number), numbers, form);
     section.finish();
   }
 });
 
 test("Morton keys match F.9", () => {
-  for (const [point, key] of table("vectors morton")) {
+  for (const [point, key] of readTable("vectors morton")) {
     assert.deepEqual(
-      [0, 1, 2].map((axis) => coordinateOfKey(BigInt(key), axis)),
-      integers(point),
+      [0, 1, 2].map((axis) => extractCoordinate(BigInt(key), axis)),
+      parseIntegers(point),
     );
   }
 });

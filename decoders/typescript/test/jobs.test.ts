@@ -1,4 +1,4 @@
-/** Jobs, units and floats, as the runner requests them. */
+/** Jobs, units and dequantized numbers, as conformance/run.py requests them. */
 
 import assert from "node:assert/strict";
 import { closeSync, mkdtempSync, openSync, rmSync, writeFileSync } from "node:fs";
@@ -7,10 +7,10 @@ import { join } from "node:path";
 import { test } from "node:test";
 import { dequantize } from "../src/dequantize.js";
 import { answerJobs } from "../src/jobs.js";
-import { streamBytes, table } from "./spec.js";
+import { readStream, readTable } from "./spec.js";
 
-/** The lines of output for an input. */
-function answers(...input: readonly (object | Uint8Array)[]): object[] {
+/** Run jobs; return the output lines. */
+function runJobs(...input: readonly (object | Uint8Array)[]): object[] {
   const folder = mkdtempSync(join(tmpdir(), "jobs-"));
   const path = join(folder, "input");
   const pieces = input.map((part) => (part instanceof Uint8Array ? part : Buffer.from(`${JSON.stringify(part)}\n`)));
@@ -24,46 +24,50 @@ function answers(...input: readonly (object | Uint8Array)[]): object[] {
   }
 }
 
-test("jobs are answered in order, each with its end", () => {
-  const stream = streamBytes("A");
-  const decode = { job: "decode", bytes: stream.length };
-  const frame = { frame: 0, gaussians: 3, sha256: table("digests A")[0][5] };
-  const cut = { job: "decode", bytes: 100 };
+test("jobs are answered in order, each with a last line done", () => {
+  const stream = readStream("A");
+  const decodeJob = { job: "decode", bytes: stream.length };
+  const frameLine = { frame: 0, gaussians: 3, sha256: readTable("digests A")[0][5] };
+  const truncatedJob = { job: "decode", bytes: 100 };
 
-  assert.deepEqual(answers(decode, stream, cut, stream.subarray(0, 100), decode, stream), [
-    ...[frame, { done: true }],
+  assert.deepEqual(runJobs(decodeJob, stream, truncatedJob, stream.subarray(0, 100), decodeJob, stream), [
+    ...[frameLine, { done: true }],
     ...[{ refused: "truncated" }, { done: true }],
-    ...[frame, { done: true }],
+    ...[frameLine, { done: true }],
   ]);
 });
 
 test("recovery answers with frames and gaps in order", () => {
-  const stream = streamBytes("A").subarray(0, 260);
-  const frame = { frame: 0, gaussians: 3, sha256: table("digests A")[0][5] };
-  const gap = { offset: 254, bytes: 6, refused: "truncated", frames_lost: null };
+  const stream = readStream("A").subarray(0, 260);
+  const frameLine = { frame: 0, gaussians: 3, sha256: readTable("digests A")[0][5] };
+  const gapLine = { offset: 254, bytes: 6, refused: "truncated", frames_lost: null };
 
-  assert.deepEqual(answers({ job: "recover", bytes: stream.length }, stream), [frame, { gap }, { done: true }]);
+  assert.deepEqual(runJobs({ job: "recover", bytes: stream.length }, stream), [
+    frameLine,
+    { gap: gapLine },
+    { done: true },
+  ]);
 });
 
 test("a unit returns a result or a rejection", () => {
-  const unit = (code: number) => ({ job: "unit", function: "weight_of_code", input: { code } });
+  const makeUnitJob = (code: number) => ({ job: "unit", function: "weight_of_code", input: { code } });
 
-  assert.deepEqual(answers(unit(0), unit(240)), [
+  assert.deepEqual(runJobs(makeUnitJob(0), makeUnitJob(240)), [
     ...[{ output: 256 }, { done: true }],
     ...[{ refused: "bad-probability" }, { done: true }],
   ]);
 });
 
-test("a function that is not a unit is unsupported, even if objects inherit its name", () => {
+test("an unknown unit is unsupported, even if it has the name of an inherited property", () => {
   for (const name of ["constructor", "__proto__", "toString", "nonsense"]) {
-    const unit = { job: "unit", function: name, input: { code: 1 } };
-    assert.deepEqual(answers(unit), [{ unsupported: name }, { done: true }]);
+    const makeUnitJob = { job: "unit", function: name, input: { code: 1 } };
+    assert.deepEqual(runJobs(makeUnitJob), [{ unsupported: name }, { done: true }]);
   }
 });
 
 test("floats match F.10", () => {
-  const bits = (hex: string) => Buffer.from(hex, "hex").readFloatBE();
-  for (const [code, step, number] of table("vectors dequantize")) {
-    assert.equal(dequantize(Number(code), bits(step)), bits(number));
+  const parseFloat32 = (hex: string) => Buffer.from(hex, "hex").readFloatBE();
+  for (const [code, step, number] of readTable("vectors dequantize")) {
+    assert.equal(dequantize(Number(code), parseFloat32(step)), parseFloat32(number));
   }
 });

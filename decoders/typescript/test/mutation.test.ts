@@ -1,4 +1,4 @@
-/** Truncated and modified streams give states or a reject id, and no other error. */
+/** Decoding a truncated or modified stream gives states or a reject id, and no other error. */
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -7,12 +7,12 @@ import { philox } from "../src/philox.js";
 import { Rejection } from "../src/reject.js";
 import type { RejectId } from "../src/reject.js";
 import { MemorySource } from "../src/source.js";
-import { atLowestLevel, changeByte, changePayload, chunkOffsets } from "./edits.js";
-import { recovered } from "./recovered.js";
-import { streamBytes, table } from "./spec.js";
+import { setLowestLevel, changeByte, changePayload, findChunkOffsets } from "./edits.js";
+import { listRecoveredParts } from "./recovered.js";
+import { readStream, readTable } from "./spec.js";
 
-/** The decoded frames and the reject id; null if the stream is decoded to its end. */
-function outcome(bytes: Uint8Array): [number, RejectId | null] {
+/** Decode a stream; return the number of frames, and the reject id or null. */
+function decodeAll(bytes: Uint8Array): [number, RejectId | null] {
   let frames = 0;
   try {
     for (const { state } of decodeStream(new MemorySource(bytes))) frames += state.scene.ids.length > 0 ? 1 : 0;
@@ -24,38 +24,38 @@ function outcome(bytes: Uint8Array): [number, RejectId | null] {
 }
 
 for (const name of ["A", "B", "C"]) {
-  const bytes = atLowestLevel(streamBytes(name));
-  const digests = new Map(table(`digests ${name}`).map((row) => [Number(row[0]), row[5]]));
+  const bytes = setLowestLevel(readStream(name));
+  const digests = new Map(readTable(`digests ${name}`).map((row) => [Number(row[0]), row[5]]));
 
   test(`a stream ${name} that is truncated gives its complete frames and is rejected`, () => {
-    const before = new Set<number>();
+    const frameCounts = new Set<number>();
     for (let length = 0; length < bytes.length; length++) {
-      const [frames, rejectId] = outcome(bytes.slice(0, length));
+      const [frames, rejectId] = decodeAll(bytes.slice(0, length));
 
       assert.equal(rejectId, "truncated");
-      before.add(frames);
+      frameCounts.add(frames);
     }
     assert.deepEqual(
-      [...before],
+      [...frameCounts],
       Array.from({ length: digests.size + 1 }, (_, frames) => frames),
     );
   });
 
   test(`a stream ${name} with a changed byte is rejected`, () => {
     for (let place = 0; place < bytes.length; place++) {
-      const changed = changeByte(bytes, place, 1 << (place % 8));
+      const changedBytes = changeByte(bytes, place, 1 << (place % 8));
 
-      assert.notEqual(outcome(changed)[1], null, `byte ${place}`);
+      assert.notEqual(decodeAll(changedBytes)[1], null, `byte ${place}`);
     }
   });
 
   test(`a stream ${name} with a changed payload and a correct CRC gives states or a reject id`, () => {
     const view = new DataView(bytes.buffer);
     const ids = new Set<RejectId | null>();
-    for (const offset of chunkOffsets(bytes)) {
+    for (const offset of findChunkOffsets(bytes)) {
       for (let place = 0; place < view.getUint32(offset + 12, true); place++) {
         const mask = philox([place, offset, 0, 0], [0, 0])[0] & 0xff || 1;
-        ids.add(outcome(changePayload(bytes, offset, place, mask))[1]);
+        ids.add(decodeAll(changePayload(bytes, offset, place, mask))[1]);
       }
     }
     assert.ok(ids.size > 8, [...ids].join(" "));
@@ -63,7 +63,7 @@ for (const name of ["A", "B", "C"]) {
 
   test(`recovery of a stream ${name} with any changed byte gives true frames, and gaps in order`, () => {
     for (let place = 0; place < bytes.length; place++) {
-      const parts = recovered(changeByte(bytes, place, 1 << (place % 8)), digests);
+      const parts = listRecoveredParts(changeByte(bytes, place, 1 << (place % 8)), digests);
       const frames = parts.filter((part) => typeof part === "number");
       const gaps = parts.filter((part) => typeof part !== "number");
 
@@ -75,9 +75,9 @@ for (const name of ["A", "B", "C"]) {
 }
 
 test("bytes that do not start with the magic are rejected", () => {
-  assert.deepEqual(outcome(Uint8Array.of(0x89, 0x51, 0x52, 0x44)), [0, "bad-magic"]);
+  assert.deepEqual(decodeAll(Uint8Array.of(0x89, 0x51, 0x52, 0x44)), [0, "bad-magic"]);
 });
 
 test("bytes after TAIL are rejected", () => {
-  assert.deepEqual(outcome(Uint8Array.of(...streamBytes("A"), 0)), [1, "trailing-data"]);
+  assert.deepEqual(decodeAll(Uint8Array.of(...readStream("A"), 0)), [1, "trailing-data"]);
 });

@@ -1,16 +1,16 @@
-/** A short form of what is recovered of a stream. */
+/** Lists the recovered frames and the gaps of a stream in a short form. */
 
 import assert from "node:assert/strict";
-import { stateDigest } from "../src/digest.js";
+import { digestState } from "../src/digest.js";
 import { recoverStream } from "../src/recover.js";
 import { Rejection } from "../src/reject.js";
 
 /** A frame as its ordinal; a gap as its offset, length, reject id and number of lost frames. */
-export type Part = number | readonly [number, number, string, number | null];
+export type RecoveredItem = number | readonly [number, number, string, number | null];
 
-/** The frames and gaps of a stream, and a gap at -1 if it is rejected; checks the digests of the frames. */
-export function recovered(bytes: Uint8Array, digests?: ReadonlyMap<number, string>): Part[] {
-  const parts: Part[] = [];
+/** Recover a stream; return its frames and gaps, and a gap at -1 if it is rejected. Checks digests if they are given. */
+export function listRecoveredParts(bytes: Uint8Array, digests?: ReadonlyMap<number, string>): RecoveredItem[] {
+  const parts: RecoveredItem[] = [];
   try {
     for (const part of recoverStream(bytes)) {
       if ("gap" in part) {
@@ -18,7 +18,7 @@ export function recovered(bytes: Uint8Array, digests?: ReadonlyMap<number, strin
         parts.push([offset, count, rejectId, framesLost]);
       } else {
         const { ordinal, phase, scene } = part.frame.state;
-        if (digests !== undefined) assert.equal(stateDigest(scene, phase), digests.get(ordinal));
+        if (digests !== undefined) assert.equal(digestState(scene, phase), digests.get(ordinal));
         parts.push(ordinal);
       }
     }

@@ -1,17 +1,17 @@
-/** The examples of SPEC.md, read from its text. */
+/** Reads tables and examples from SPEC.md. */
 
 import { readFileSync } from "node:fs";
 
 const ROOT = new URL("../../../../", import.meta.url);
 const TEXT = readFileSync(new URL("SPEC.md", ROOT), "utf8");
 
-/** The cells of the table `<!-- spec:NAME -->`, row by row, without its head and without code marks. */
-export function table(name: string): string[][] {
-  return rowsOf(after(`<!-- spec:${name} -->`).split("\n").slice(1).join("\n"));
+/** Read the cells of the table after `<!-- spec:NAME -->`, by row, without the table head and without backquotes. */
+export function readTable(name: string): string[][] {
+  return parseRows(textAfter(`<!-- spec:${name} -->`).split("\n").slice(1).join("\n"));
 }
 
-/** The rows of a table, without its head, up to the first other line. */
-function rowsOf(text: string): string[][] {
+/** Parse the rows of a table, without its head, up to the first line that is not a row. */
+function parseRows(text: string): string[][] {
   const lines = text.split("\n");
   const end = lines.findIndex((line) => !line.startsWith("|"));
   return lines.slice(2, end < 0 ? undefined : end).map((line) =>
@@ -22,24 +22,24 @@ function rowsOf(text: string): string[][] {
   );
 }
 
-/** The rows of the example of F.7. */
-export function sampler(): string[][] {
-  return rowsOf(after("<!-- made:sampler -->").split("\n\n")[2]);
+/** Read the rows of the example of F.7. */
+export function readSamplerExample(): string[][] {
+  return parseRows(textAfter("<!-- made:sampler -->").split("\n\n")[2]);
 }
 
-/** The bytes of a stream of Annex G. */
-export function streamBytes(name: string): Uint8Array {
+/** Read the bytes of a stream of Annex G. */
+export function readStream(name: string): Uint8Array {
   const dump = readFileSync(new URL(`conformance/annex-g/stream-${name}.hex`, ROOT), "utf8");
   const digits = dump.replaceAll(/^[0-9a-f]{8}:/gm, "").replaceAll(/\s/g, "");
   return Uint8Array.from(Buffer.from(digits, "hex"));
 }
 
-/** The integers of a cell. */
-export function integers(cell: string): number[] {
+/** Parse all integers of a cell. */
+export function parseIntegers(cell: string): number[] {
   return (cell.match(/-?\d+/g) ?? []).map(Number);
 }
 
-/** An example of F.8. */
+/** An example of F.8: a coded sequence. */
 export interface PlanesExample {
   readonly form: string;
   readonly bits: number;
@@ -48,26 +48,26 @@ export interface PlanesExample {
   readonly words: number[];
 }
 
-/** The examples of F.8, whose text may be broken across lines. */
-export function planesExamples(): PlanesExample[] {
-  const section = after("<!-- made:planes -->").split("<!-- end:planes -->")[0].replaceAll("\n", " ");
+/** Read the examples of F.8, whose text may continue on the next line. */
+export function readPlanesExamples(): PlanesExample[] {
+  const section = textAfter("<!-- made:planes -->").split("<!-- end:planes -->")[0].replaceAll("\n", " ");
   const pattern = /\*\*(\w+)\((\d)\)\*\* of ([-\d, ]+) in the outer contexts ([\d, ]+); words `([0-9a-f ]+)`/g;
   return [...section.matchAll(pattern)].map(([, form, bits, numbers, outer, words]) => ({
     form,
     bits: Number(bits),
-    numbers: integers(numbers),
-    outer: integers(outer),
-    words: hexWords(words),
+    numbers: parseIntegers(numbers),
+    outer: parseIntegers(outer),
+    words: parseHexWords(words),
   }));
 }
 
-/** Numbers in hexadecimal, or none if the text is `none`. */
-export function hexWords(cell: string): number[] {
+/** Parse hexadecimal numbers; the text `none` means no numbers. */
+export function parseHexWords(cell: string): number[] {
   return cell === "none" ? [] : cell.split(/\s+/).map((word) => parseInt(word, 16));
 }
 
-function after(mark: string): string {
-  const place = TEXT.indexOf(mark);
-  if (place < 0) throw new Error(`SPEC.md has no ${mark}`);
-  return TEXT.slice(place);
+function textAfter(mark: string): string {
+  const offset = TEXT.indexOf(mark);
+  if (offset < 0) throw new Error(`SPEC.md has no ${mark}`);
+  return TEXT.slice(offset);
 }
