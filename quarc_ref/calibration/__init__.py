@@ -1,1 +1,1 @@
-"""Camera calibration: finds time offsets, lenses, poses and points for videos without poses."""
+"""Camera calibration: estimates time offsets, lenses, poses and points from videos."""

@@ -23,12 +23,12 @@ from quarc_ref.datasets.capture_notes import CaptureNotes
 from quarc_ref.datasets.colmap_cameras import silence_colmap
 from quarc_ref.datasets.pictures import SynchronizedPictures
 
-# each one halves a gap between the previous ones
-_FRACTIONS = (0, 4 / 8, 2 / 8, 6 / 8, 1 / 8, 5 / 8, 3 / 8, 7 / 8)
-_BEGIN_WITH = 2  # moments
-_ENOUGH = 40  # supported points per camera after which no further moments are needed
-_TRUSTED = 100  # supported points of a camera whose pose is not checked again
-_HALF = 0.5  # frames: smaller offsets are rounded to 0
+# each fraction halves a gap between earlier fractions
+_MOMENT_FRACTIONS = (0, 4 / 8, 2 / 8, 6 / 8, 1 / 8, 5 / 8, 3 / 8, 7 / 8)
+_MIN_MOMENTS = 2
+_SUFFICIENT_SUPPORT = 40  # supported points per camera at which no further moments are added
+_TRUSTED_SUPPORT = 100  # poses with at least this many supported points are not checked again
+_MIN_OFFSET_CHANGE = 0.5  # frames: poses are estimated again after a larger change
 
 Report = Callable[[str, int, int], None]
 
@@ -39,12 +39,12 @@ class CalibrateOptions:
 
     Attributes:
         lenses: Assumptions about the lenses.
-        moments: Number of moments searched for features; None for as many as needed.
+        moments: Number of moments searched for features; None to choose automatically.
         masks: Masks by camera name, `[H, W]`, True where features may be used.
         sync: Method for time offsets.
-        up: How to find the up axis; see `world.define_world`.
-        distance: Distance between two cameras, if known.
-        report: Called with each stage, its number of finished steps, and their total.
+        up: Source of the up axis; see `world.define_world`.
+        distance: Known distance between two cameras; None if unknown.
+        report: Called with the name of the stage, the number of finished steps and of all steps.
     """
 
     lenses: LensOptions = field(default_factory=LensOptions)
@@ -63,9 +63,9 @@ class Calibration:
     Attributes:
         recordings: Recordings of all cameras, including those without a pose.
         offsets: Offsets of all cameras.
-        solution: Poses and lenses, and their errors.
+        solution: Poses and lenses with their errors, in the world of the solver.
         world: The calibrated cameras in an upright world.
-        points: Scene points at frame 0, in the same world.
+        points: Scene points at frame 0, in the upright world.
         moments: Number of moments searched for features.
     """
 
@@ -77,18 +77,20 @@ class Calibration:
     moments: int
 
     @property
-    def unreliable(self) -> tuple[str, ...]:
-        """Cameras whose poses depend on so few points that they may be inaccurate."""
+    def unreliable_cameras(self) -> tuple[str, ...]:
+        """Cameras whose poses may be inaccurate, because they depend on too few points."""
         fits = self.solution.fits
-        return tuple(name for name, fit in fits.items() if fit.support < _ENOUGH)
+        return tuple(name for name, fit in fits.items() if fit.support < _SUFFICIENT_SUPPORT)
 
     @property
     def notes(self) -> CaptureNotes:
-        """Capture notes, which are written beside the poses."""
-        frames = {each.name: self.offsets.frames[each.name] for each in self.world.cameras}
-        differ = any(round(offset) for offset in frames.values())
-        rounded = {name: round(offset, 2) for name, offset in frames.items()}
-        return CaptureNotes(rounded if differ else {}, self.world.up, self.world.meters_per_unit)
+        """Notes of the written capture: time offsets, up axis and scale."""
+        frames = {camera.name: self.offsets.frames[camera.name] for camera in self.world.cameras}
+        has_offsets = any(round(offset) for offset in frames.values())
+        rounded_offsets = {name: round(offset, 2) for name, offset in frames.items()}
+        return CaptureNotes(
+            rounded_offsets if has_offsets else {}, self.world.up, self.world.meters_per_unit
+        )
 
 
 def calibrate(recordings: Recordings, options: CalibrateOptions) -> Calibration:
@@ -107,77 +109,79 @@ def calibrate(recordings: Recordings, options: CalibrateOptions) -> Calibration:
     offsets, motions = find_offsets(
         recordings, options.sync, lambda *done: options.report("sync", *done)
     )
-    solution, moments = _solve(recordings, offsets, options)
+    solution, moments = _estimate_poses(recordings, offsets, options)
     if motions:
-        refined = _refine(offsets, solution, motions)
-        is_same = _compare(offsets, refined) < _HALF
+        refined = _refine_offsets(offsets, solution, motions)
+        is_same = _max_difference(offsets, refined) < _MIN_OFFSET_CHANGE
         offsets = refined
         if not is_same:
-            solution, moments = _solve(recordings, offsets, options)
+            solution, moments = _estimate_poses(recordings, offsets, options)
     solution, world, points = _build_scene(recordings, offsets, solution, options)
     return Calibration(recordings, offsets, solution, world, points, moments)
 
 
-def _refine(offsets: Offsets, solution: Solution, motions: Mapping[str, Motion]) -> Offsets:
+def _refine_offsets(offsets: Offsets, solution: Solution, motions: Mapping[str, Motion]) -> Offsets:
     """Refine the offsets of cameras that have poses."""
-    found = refine_offsets(solution.cameras, motions)
+    refined = refine_offsets(solution.cameras, motions)
     return replace(
-        found,
-        frames=dict.fromkeys(offsets.frames, 0.0) | found.frames,
-        confidence=offsets.confidence | found.confidence,
+        refined,
+        frames=dict.fromkeys(offsets.frames, 0.0) | refined.frames,
+        confidence=offsets.confidence | refined.confidence,
     )
 
 
-def _compare(first: Offsets, second: Offsets) -> float:
+def _max_difference(first: Offsets, second: Offsets) -> float:
     return max(abs(first.frames[name] - second.frames[name]) for name in first.frames)
 
 
-def _solve(
+def _estimate_poses(
     recordings: Recordings, offsets: Offsets, options: CalibrateOptions
 ) -> tuple[Solution, int]:
-    """Return poses from as many moments as needed, and the number of moments."""
+    """Return poses from a sufficient number of moments, and this number."""
     names, pictures = recordings.names, recordings.pictures
-    firsts = CaptureNotes(offsets.frames).first_frames(names)
-    later = SynchronizedPictures(pictures, [firsts[name] for name in names])
-    chosen = _choose_moments(later.frame_count, options.moments)
-    best: Solution | None = None
+    first_frames = CaptureNotes(offsets.frames).first_frames(names)
+    synchronized = SynchronizedPictures(pictures, [first_frames[name] for name in names])
+    chosen_moments = _choose_moments(synchronized.frame_count, options.moments)
+    best_solution: Solution | None = None
     with tempfile.TemporaryDirectory() as folder, silence_colmap():
         features = Features(Path(folder), [options.masks.get(name) for name in names])
-        for done, moment in enumerate(chosen, start=1):
-            read = [later.read(camera, moment) for camera in range(len(names))]
-            features.add_moment(moment, read, lambda *steps: options.report("features", *steps))
-            is_last = done == len(chosen)
-            if not is_last and (options.moments or done < _BEGIN_WITH or done & (done - 1)):
+        for moment_count, moment in enumerate(chosen_moments, start=1):
+            images = [synchronized.read(camera, moment) for camera in range(len(names))]
+            features.add_moment(moment, images, lambda *steps: options.report("features", *steps))
+            is_last = moment_count == len(chosen_moments)
+            if not is_last and (
+                options.moments or moment_count < _MIN_MOMENTS or moment_count & (moment_count - 1)
+            ):
                 continue
             options.report("poses", 0, 1)
             graph = build_match_graph(features, names, pictures.sizes, options.lenses)
-            with suppress(*(() if is_last and best is None else (CalibrationError,))):
-                found = solve(graph, options.lenses)
-                if best is None or len(found.cameras) >= len(best.cameras):
-                    best = found
+            with suppress(*(() if is_last and best_solution is None else (CalibrationError,))):
+                solution = solve(graph, options.lenses)
+                if best_solution is None or len(solution.cameras) >= len(best_solution.cameras):
+                    best_solution = solution
             options.report("poses", 1, 1)
-            if best is not None and _is_enough(best):
+            if best_solution is not None and _is_enough(best_solution):
                 break
-    if best is None:
+    if best_solution is None:
         message = "no camera could be calibrated"
         raise CalibrationError(message)
-    return best, len(features.moments)
+    return best_solution, len(features.moments)
 
 
 def _is_enough(solution: Solution) -> bool:
-    least = min(fit.support for fit in solution.fits.values())
-    return not solution.left_out and least >= _ENOUGH
+    min_support = min(fit.support for fit in solution.fits.values())
+    return not solution.left_out and min_support >= _SUFFICIENT_SUPPORT
 
 
 def _choose_moments(frame_count: int, count: int | None) -> list[int]:
-    """Return frames in an order in which every prefix is spread evenly."""
+    """Return frames in an order in which every prefix is spread evenly over the recording."""
     if frame_count < 1:
         message = (
-            "after synchronization, no frame is common to all cameras; --sync none turns "
-            "synchronization off"
+            "after synchronization, no frame is common to all cameras; use --sync none to "
+            "disable synchronization"
         )
         raise CalibrationError(message)
-    fractions = _FRACTIONS if count is None else np.arange(count) / count
+    fractions = _MOMENT_FRACTIONS if count is None else np.arange(count) / count
     return list(dict.fromkeys(int(fraction * frame_count) for fraction in fractions))
 
 
@@ -186,24 +190,23 @@ def _build_scene(
 ) -> tuple[Solution, World, Points]:
     """Return the solution, the upright rig, and points of the scene at frame 0.
 
-    A few matches can agree on a wrong pose. A camera with few supported points is
-    therefore left out if its picture does not match the scene's points projected by its
-    pose.
+    A few wrong matches can be consistent with a wrong pose. A camera with few supported
+    points is therefore left out if its picture does not match the projected scene points.
     """
     world = define_world(solution.cameras, solution.points, options.up, options.distance)
     frame = read_first_frame(world.cameras, recordings, offsets.frames)
     points = frame.find_points()
-    few = {name for name, fit in solution.fits.items() if fit.support < _TRUSTED}
-    wrong = few.intersection(frame.find_mismatches(points)) if few else set()
-    if not wrong or len(world.cameras) - len(wrong) < MIN_CAMERAS:
+    weak_cameras = {name for name, fit in solution.fits.items() if fit.support < _TRUSTED_SUPPORT}
+    mismatched = weak_cameras.intersection(frame.find_mismatches(points)) if weak_cameras else set()
+    if not mismatched or len(world.cameras) - len(mismatched) < MIN_CAMERAS:
         return solution, world, points
-    reasons = {name: _describe_mismatch(solution.fits[name].support) for name in wrong}
+    reasons = {name: _describe_mismatch(solution.fits[name].support) for name in mismatched}
     return _build_scene(recordings, offsets, solution.without(reasons), options)
 
 
 def _describe_mismatch(support: int) -> str:
     return (
-        f"{support} of its points are also seen by two other cameras, but the scene rendered "
-        "with the estimated pose does not match its picture: use more pictures (--moments "
-        "16), a camera between it and the others, or more texture"
+        f"two other cameras see {support} points of this camera, but its picture does not match "
+        "the scene as seen from the estimated pose: use more pictures (--moments 16), add a "
+        "camera between this camera and the others, or add texture to the scene"
     )

@@ -1,4 +1,4 @@
-"""Errors of calibration, whose messages say what to do."""
+"""Errors of calibration; the messages contain advice."""
 
 from quarc_ref.datasets.errors import CaptureError
 

@@ -1,6 +1,6 @@
-"""Detects SIFT features in pictures of several moments, and matches those of the same moment.
+"""Detects SIFT features in pictures of several moments, and matches features of equal moments.
 
-Uses pycolmap on the CPU; the features are stored in its database.
+Detection uses pycolmap on the CPU; a COLMAP database stores the features.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,19 +16,19 @@ from quarc_ref.datasets.capture import Image
 from quarc_ref.files import write_file
 
 _MAX_FEATURES = 4096  # maximum per picture
-_MAX_PIXELS = 1600  # pixels: larger pictures are downscaled to this size
-_STEP = 64  # image pairs matched between two progress reports
+_MAX_PICTURE_SIZE = 1600  # pixels: larger pictures are downscaled to this size
+_PAIRS_PER_STEP = 64  # matched image pairs between two progress reports
 
 Mask = NDArray[np.bool_]
 Report = Callable[[int, int], None]
 
 
 class Features:
-    """The features of a rig's pictures.
+    """The features of the pictures of a rig.
 
     Args:
-        folder: An empty folder to work in.
-        masks: `[camera]` of `[H, W]`, True where features may be used; None for everywhere.
+        folder: An empty working folder.
+        masks: `[H, W]` mask of each camera, True where features may be used; None for all pixels.
 
     Attributes:
         moments: Moments added so far.
@@ -42,12 +42,12 @@ class Features:
         self._database = folder / "features.db"
 
     def add_moment(self, moment: int, pictures: Sequence[Image], report: Report) -> None:
-        """Find the features of one moment, and match them.
+        """Detect and match the features of one moment.
 
         Args:
-            moment: A unique number.
-            pictures: `[camera]` of `[H, W, 3]` sRGB.
-            report: Called with the number of finished steps, and the total.
+            moment: Unique number of the moment.
+            pictures: `[H, W, 3]` sRGB picture of each camera.
+            report: Called with the number of finished steps and of all steps.
         """
         names = [_name_file(camera, moment) for camera in range(len(pictures))]
         pairs = list(combinations(names, 2))
@@ -55,26 +55,30 @@ class Features:
         for index, (name, picture) in enumerate(zip(names, pictures, strict=True)):
             self._extract(name, picture, self._masks[index])
             report(index + 1, total)
-        for first in range(0, len(pairs), _STEP):
-            self._match(pairs[first : first + _STEP])
-            report(min(len(names) + first + _STEP, total), total)
+        for first in range(0, len(pairs), _PAIRS_PER_STEP):
+            self._match(pairs[first : first + _PAIRS_PER_STEP])
+            report(min(len(names) + first + _PAIRS_PER_STEP, total), total)
         self.moments.append(moment)
 
     def read_keypoints(self, camera: int) -> list[Keypoints]:
-        """Return `[moment]` of `[K, 6]` keypoints of a camera."""
-        with pycolmap.Database.open(self._database) as rows:
+        """Return the `[K, 6]` keypoints of a camera at each moment."""
+        with pycolmap.Database.open(self._database) as database:
             return [
-                np.asarray(rows.read_keypoints(self._find(rows, camera, moment)), np.float32)
+                np.asarray(
+                    database.read_keypoints(self._find_image_id(database, camera, moment)),
+                    np.float32,
+                )
                 for moment in self.moments
             ]
 
     def read_matches(self, first: int, second: int) -> list[Indices]:
-        """Return `[moment]` of `[M, 2]` indices of keypoints of two cameras that match."""
-        with pycolmap.Database.open(self._database) as rows:
+        """Return the `[M, 2]` indices of matching keypoints of two cameras at each moment."""
+        with pycolmap.Database.open(self._database) as database:
             return [
                 np.asarray(
-                    rows.read_matches(
-                        self._find(rows, first, moment), self._find(rows, second, moment)
+                    database.read_matches(
+                        self._find_image_id(database, first, moment),
+                        self._find_image_id(database, second, moment),
                     ),
                     np.int64,
                 ).reshape(-1, 2)
@@ -91,7 +95,7 @@ class Features:
             pycolmap.Bitmap.from_array(levels).write(masks / f"{name}.png")
             reader.mask_path = str(masks)
         options = pycolmap.FeatureExtractionOptions()
-        options.max_image_size = _MAX_PIXELS
+        options.max_image_size = _MAX_PICTURE_SIZE
         options.sift.max_num_features = _MAX_FEATURES
         pycolmap.extract_features(
             self._database,
@@ -103,17 +107,17 @@ class Features:
         )
 
     def _match(self, pairs: Sequence[tuple[str, str]]) -> None:
-        listed = self.folder / "pairs.txt"
-        write_file(listed, "".join(f"{first} {second}\n" for first, second in pairs).encode())
+        pair_list = self.folder / "pairs.txt"
+        write_file(pair_list, "".join(f"{first} {second}\n" for first, second in pairs).encode())
         matching = pycolmap.FeatureMatchingOptions()
-        # verification is done for all moments together
+        # `match_graph` verifies the matches of all moments together
         matching.skip_geometric_verification = True
         pairing = pycolmap.ImportedPairingOptions()
-        pairing.match_list_path = str(listed)
+        pairing.match_list_path = str(pair_list)
         pycolmap.match_image_pairs(self._database, matching, pairing, device=pycolmap.Device.cpu)
 
-    def _find(self, rows: pycolmap.Database, camera: int, moment: int) -> int:
-        image = rows.read_image_with_name(_name_file(camera, moment))
+    def _find_image_id(self, database: pycolmap.Database, camera: int, moment: int) -> int:
+        image = database.read_image_with_name(_name_file(camera, moment))
         if image is None:
             message = f"moment {moment} has not been added"
             raise ValueError(message)

@@ -1,4 +1,4 @@
-"""Computes scene points from frame 0, and finds cameras whose pictures contradict them."""
+"""Computes scene points from frame 0, and finds cameras whose pictures contradict the points."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,16 +12,16 @@ from quarc_ref.datasets.triangulation import triangulate
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.encoder.checks.color_agreement import compare_colors
 
-_MIN_CAMERAS = 3  # the minimum for points, which are computed without the first camera
-_NEAR = 1e-6  # any value above 0, because nothing is rendered
+_MIN_CAMERAS = 3  # rigs with more cameras compute points without the first camera
+_NEAR_PLANE = 1e-6  # arbitrary value above 0, because nothing is rendered
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FirstFrame:
-    """Cameras and their pictures of frame 0.
+    """Cameras and pictures of frame 0.
 
     Attributes:
-        cameras: Pinholes.
+        cameras: Cameras with pinhole lenses.
         pictures: `[H, W, 3]` sRGB, one per camera.
     """
 
@@ -29,24 +29,31 @@ class FirstFrame:
     pictures: tuple[Image, ...]
 
     def find_points(self) -> Points:
-        """Return points of the scene, without the first camera, which encoding holds out."""
-        first = 1 if len(self.cameras) > _MIN_CAMERAS else 0
-        return triangulate(self.cameras[first:], list(self.pictures[first:]))
+        """Return scene points, without using the first camera, which encoding holds out."""
+        first_index = 1 if len(self.cameras) > _MIN_CAMERAS else 0
+        return triangulate(self.cameras[first_index:], list(self.pictures[first_index:]))
 
     def find_mismatches(self, points: Points) -> list[str]:
-        """Return the names of cameras whose pictures do not show the points where they should be.
+        """Return the names of cameras whose pictures do not match the projected points.
 
         Args:
             points: Points of the scene.
         """
         cameras = [
-            make_camera(replace(camera, near=_NEAR), points.positions) for camera in self.cameras
+            make_camera(replace(camera, near=_NEAR_PLANE), points.positions)
+            for camera in self.cameras
         ]
         views = [project_points(camera, points.positions) for camera in cameras]
-        found = compare_colors(cameras, views, points.colors, iter(self.pictures))
-        blind = [index for index, view in enumerate(views) if not view.is_visible.any()]
-        wrong = {*blind, *found.wrong_cameras, *(picture for picture, _ in found.mixed_up_pairs)}
-        return [self.cameras[index].name for index in sorted(wrong)]
+        agreement = compare_colors(cameras, views, points.colors, iter(self.pictures))
+        cameras_without_points = [
+            index for index, view in enumerate(views) if not view.is_visible.any()
+        ]
+        mismatched = {
+            *cameras_without_points,
+            *agreement.wrong_cameras,
+            *(picture for picture, _ in agreement.mixed_up_pairs),
+        }
+        return [self.cameras[index].name for index in sorted(mismatched)]
 
 
 def read_first_frame(
@@ -56,13 +63,13 @@ def read_first_frame(
 
     Args:
         cameras: Calibrated cameras.
-        recordings: Recordings that include those of the cameras.
+        recordings: Recordings that include all of these cameras.
         frames: Offsets of all cameras, in frames.
 
     Raises:
         CaptureError: A picture cannot be read.
     """
-    firsts = CaptureNotes(frames).first_frames(recordings.names)
+    first_frames = CaptureNotes(frames).first_frames(recordings.names)
     rectifiers = [Rectifier(camera.lens) for camera in cameras]
     pinholes = [
         replace(camera, lens=rectifier.lens)
@@ -70,7 +77,7 @@ def read_first_frame(
     ]
     pictures = [
         rectifier.rectify(
-            recordings.pictures.read(recordings.index(camera.name), firsts[camera.name])
+            recordings.pictures.read(recordings.index(camera.name), first_frames[camera.name])
         )
         for camera, rectifier in zip(cameras, rectifiers, strict=True)
     ]

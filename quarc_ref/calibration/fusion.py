@@ -1,8 +1,8 @@
-"""Merges the features of one camera at several moments into those of one picture.
+"""Merges the features of one camera at several moments into the features of one picture.
 
-The cameras are static, so all features of a camera can belong to one picture. A feature
-with the same place, size and orientation at two moments is the same feature and counts
-once: otherwise a wrong match of static texture would count once per moment.
+The cameras are static, so all features of a camera can belong to one picture. Detections
+with the same position, size and orientation at two moments are one feature. Otherwise a
+wrong match of static texture would count once per moment.
 """
 
 from collections.abc import Sequence
@@ -11,43 +11,45 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-Keypoints = NDArray[np.float32]  # [K, 6]: x, y in pixels, affine shape row by row
+Keypoints = NDArray[np.float32]  # [K, 6]: x, y in pixels, 2 x 2 affine shape in row-major order
 Indices = NDArray[np.int64]
 
-_PLACE = 1.0  # pixels by which two detections of a feature may differ
-_SIZE = 0.25  # natural logarithm of the ratio of two sizes of a feature
-_TURN = 0.35  # radians
+_POSITION_TOLERANCE = 1.0  # pixels between two detections of a feature
+_SIZE_TOLERANCE = 0.25  # natural logarithm of the size ratio of two detections
+_ANGLE_TOLERANCE = 0.35  # radians
 
 
 def fuse_keypoints(moments: Sequence[Keypoints]) -> tuple[Keypoints, list[Indices]]:
     """Return the features of all moments as one list.
 
     Args:
-        moments: `[moment]` of `[K, 6]` keypoints in COLMAP's form.
+        moments: `[K, 6]` keypoints of each moment in the form of COLMAP.
 
     Returns:
         `[F, 6]` merged keypoints, each at the mean position of its detections, and for
-        each moment the `[K]` indices of its keypoints in them.
+        each moment `[K]` indices of merged keypoints, one for each keypoint.
     """
     fused = np.zeros((0, 6), np.float64)
     counts = np.zeros(0)
-    places: list[Indices] = []
+    indices_by_moment: list[Indices] = []
     for keypoints in moments:
-        place = _group_keypoints(fused, keypoints)
-        old = np.flatnonzero(place >= 0)
-        into = place[old]
-        fused[into, :2] += (keypoints[old, :2] - fused[into, :2]) / (counts[into, None] + 1)
-        counts[into] += 1
-        new = np.flatnonzero(place < 0)
-        place[new] = len(fused) + np.arange(len(new))
-        fused = np.concatenate([fused, keypoints[new]])
-        counts = np.concatenate([counts, np.ones(len(new))])
-        places.append(place)
-    return fused.astype(np.float32), places
+        indices = _group_keypoints(fused, keypoints)
+        matched = np.flatnonzero(indices >= 0)
+        targets = indices[matched]
+        fused[targets, :2] += (keypoints[matched, :2] - fused[targets, :2]) / (
+            counts[targets, None] + 1
+        )
+        counts[targets] += 1
+        unmatched = np.flatnonzero(indices < 0)
+        indices[unmatched] = len(fused) + np.arange(len(unmatched))
+        fused = np.concatenate([fused, keypoints[unmatched]])
+        counts = np.concatenate([counts, np.ones(len(unmatched))])
+        indices_by_moment.append(indices)
+    return fused.astype(np.float32), indices_by_moment
 
 
 def keep_one_to_one(pairs: Indices) -> Indices:
-    """Return matches in which no feature occurs twice, the most frequent ones first.
+    """Return matches in which no feature occurs twice; frequent matches take precedence.
 
     Args:
         pairs: `[M, 2]` indices of features in two cameras, from all moments.
@@ -55,40 +57,43 @@ def keep_one_to_one(pairs: Indices) -> Indices:
     Returns:
         `[N, 2]` matches.
     """
-    unique, counts = np.unique(pairs, axis=0, return_counts=True)
-    unique = unique[np.argsort(-counts, kind="stable")]
-    left: set[int] = set()
-    right: set[int] = set()
-    kept = []
-    for index, (first, second) in enumerate(unique.tolist()):
-        if first not in left and second not in right:
-            left.add(first)
-            right.add(second)
-            kept.append(index)
-    return unique[kept]
+    unique_pairs, counts = np.unique(pairs, axis=0, return_counts=True)
+    unique_pairs = unique_pairs[np.argsort(-counts, kind="stable")]
+    used_first: set[int] = set()
+    used_second: set[int] = set()
+    kept_rows = []
+    for index, (first, second) in enumerate(unique_pairs.tolist()):
+        if first not in used_first and second not in used_second:
+            used_first.add(first)
+            used_second.add(second)
+            kept_rows.append(index)
+    return unique_pairs[kept_rows]
 
 
 def _group_keypoints(fused: NDArray[np.float64], keypoints: Keypoints) -> Indices:
-    """Return `[K]` index of the feature that each keypoint belongs to, or -1."""
-    found = np.full(len(keypoints), -1, np.int64)
+    """Return `[K]` indices of the merged features that the keypoints belong to, or -1."""
+    indices = np.full(len(keypoints), -1, np.int64)
     if not len(fused) or not len(keypoints):
-        return found
-    found_near = cKDTree(_describe(fused)).query(_describe(keypoints), distance_upper_bound=1.0)
-    distances, nearest = (np.asarray(values) for values in found_near)
-    taken: set[int] = set()
+        return indices
+    neighbors = cKDTree(_describe(fused)).query(_describe(keypoints), distance_upper_bound=1.0)
+    distances, nearest = (np.asarray(values) for values in neighbors)
+    used_features: set[int] = set()
     for index in np.argsort(distances, kind="stable"):
         if not np.isfinite(distances[index]):
             break
-        if (feature := int(nearest[index])) not in taken:
-            taken.add(feature)
-            found[index] = feature
-    return found
+        if (feature := int(nearest[index])) not in used_features:
+            used_features.add(feature)
+            indices[index] = feature
+    return indices
 
 
 def _describe(keypoints: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Return `[K, 5]` position, size and orientation, scaled so that 1 is the tolerance."""
+    """Return `[K, 5]` position, size and orientation in units of the tolerances."""
     x, y, a, b, c, d = keypoints.astype(np.float64).T
     size = 0.5 * np.log(np.maximum(np.abs(a * d - b * c), 1e-12))
     angle = np.arctan2(c, a)
-    turn = np.stack([np.cos(angle), np.sin(angle)]) / _TURN
-    return np.stack([x / _PLACE, y / _PLACE, size / _SIZE, *turn], axis=1)
+    direction = np.stack([np.cos(angle), np.sin(angle)]) / _ANGLE_TOLERANCE
+    return np.stack(
+        [x / _POSITION_TOLERANCE, y / _POSITION_TOLERANCE, size / _SIZE_TOLERANCE, *direction],
+        axis=1,
+    )

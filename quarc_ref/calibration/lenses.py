@@ -12,7 +12,7 @@ from quarc_ref.datasets.pictures import Size
 
 AUTO_MODEL = "auto"
 FIRST_MODEL = "SIMPLE_RADIAL"  # first model of `auto`
-PLAIN_MODEL = "SIMPLE_PINHOLE"  # final model of `auto` if it fits the pictures equally well
+PINHOLE_MODEL = "SIMPLE_PINHOLE"  # final model of `auto` if it fits the pictures equally well
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,18 +20,18 @@ class LensOptions:
     """Assumptions about the lenses of a rig.
 
     Attributes:
-        model: A COLMAP camera model, or `auto` for one coefficient of radial distortion
-            if the pictures need it, else none.
-        shared: Whether cameras with the same picture size share a lens.
-        known: Lenses by camera name, which are then fixed; None to estimate all lenses.
+        model: A COLMAP camera model. `auto` uses one coefficient of radial distortion if the
+            pictures need distortion, and a pinhole otherwise.
+        is_shared: Whether cameras with the same picture size share a lens.
+        known_lenses: Fixed lenses by camera name; None to estimate all lenses.
 
     Raises:
         ValueError: The model is unknown.
     """
 
     model: str = AUTO_MODEL
-    shared: bool = True
-    known: Mapping[str, Lens] | None = None
+    is_shared: bool = True
+    known_lenses: Mapping[str, Lens] | None = None
 
     def __post_init__(self) -> None:
         if self.model not in (AUTO_MODEL, *CAMERA_MODELS):
@@ -48,26 +48,26 @@ def read_lenses(capture: Path, names: Sequence[str], sizes: Sequence[Size]) -> d
     Args:
         capture: Folder of a capture in any layout; its poses are not used.
         names: Names of the cameras.
-        sizes: `[camera]` width and height of their pictures.
+        sizes: Width and height of the pictures of each camera.
 
     Raises:
         CalibrationError: The capture lacks a camera, or has pictures of another size.
         CaptureError: The capture cannot be read.
     """
-    found = {camera.name: camera.lens for camera in choose_layout(capture).read(capture).cameras}
-    missing = [name for name in names if name not in found]
-    if missing:
+    lenses = {camera.name: camera.lens for camera in choose_layout(capture).read(capture).cameras}
+    missing_cameras = [name for name in names if name not in lenses]
+    if missing_cameras:
         message = (
-            f"{capture} has no lens for camera {', '.join(missing)}; it has lenses for "
-            f"{', '.join(found)}"
+            f"{capture} has no lens for camera {', '.join(missing_cameras)}, only lenses for "
+            f"{', '.join(lenses)}"
         )
         raise CalibrationError(message)
     for name, size in zip(names, sizes, strict=True):
-        lens = found[name]
+        lens = lenses[name]
         if size != (lens.width, lens.height):
             message = (
                 f"the lens of camera {name} in {capture} is for pictures of "
                 f"{lens.width}x{lens.height}, but its recording is {size[0]}x{size[1]}"
             )
             raise CalibrationError(message)
-    return {name: found[name] for name in names}
+    return {name: lenses[name] for name in names}

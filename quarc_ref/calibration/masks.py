@@ -1,4 +1,4 @@
-"""Masks of cameras, which select the pixels whose features are used."""
+"""Reads masks, which select the pixels of each camera in which features are used."""
 
 from pathlib import Path
 
@@ -17,22 +17,22 @@ def read_masks(folder: Path, recordings: Recordings) -> dict[str, Mask]:
     """Read the masks in a folder, by camera name.
 
     Args:
-        folder: Folder with a picture per camera, named after it and of the size of its recording;
-            black pixels are not searched for features. Cameras without one have no mask.
+        folder: Folder with one picture per masked camera, named after the camera and of the
+            size of its recording. Features at black pixels are not used.
         recordings: Recordings of the cameras.
 
     Raises:
-        CalibrationError: There is no mask, or a mask is entirely black.
+        CalibrationError: The folder has no mask, or a mask is entirely black.
         MaskNameError: A mask is not named after a camera.
         MaskSizeError: A mask and the recording of its camera differ in size.
         CaptureError: A mask cannot be read.
     """
     masks: dict[str, Mask] = {}
-    found = list_single_pictures(folder)
-    unknown = sorted(found.keys() - set(recordings.names))
-    if unknown:
-        raise MaskNameError(describe_unused_masks(folder, unknown, recordings.names))
-    for name, (path, *_) in found.items():
+    paths_by_name = list_single_pictures(folder)
+    unknown_names = sorted(paths_by_name.keys() - set(recordings.names))
+    if unknown_names:
+        raise MaskNameError(describe_unused_masks(folder, unknown_names, recordings.names))
+    for name, (path, *_) in paths_by_name.items():
         masks[name] = np.asarray(read_still(path).any(axis=2))
         height, width = masks[name].shape
         size = recordings.pictures.sizes[recordings.index(name)]
@@ -46,6 +46,6 @@ def read_masks(folder: Path, recordings: Recordings) -> dict[str, Mask]:
             message = f"{path} is entirely black: it masks all pixels of camera {name}"
             raise CalibrationError(message)
     if not masks:
-        message = f"{folder} has no masks; it needs files such as {recordings.names[0]}.png"
+        message = f"{folder} has no masks: add files such as {recordings.names[0]}.png"
         raise CalibrationError(message)
     return masks

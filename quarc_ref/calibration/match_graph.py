@@ -1,6 +1,6 @@
 """Builds a COLMAP database with one picture per camera, from features of several moments.
 
-Matches are verified geometrically: those that fit no relative pose of two cameras are dropped.
+Geometric verification removes the matches that fit no relative pose of two cameras.
 """
 
 from collections.abc import Sequence
@@ -28,8 +28,8 @@ class MatchGraph:
 
     Attributes:
         database: Path of the COLMAP database; camera `i` has image id `i + 1`.
-        names: `[camera]` names.
-        feature_counts: `[camera]` numbers of features.
+        names: Names of the cameras.
+        feature_counts: Number of features of each camera.
         matches: Number of verified matches, by the ascending indices of two cameras.
     """
 
@@ -39,57 +39,57 @@ class MatchGraph:
     matches: dict[tuple[int, int], int]
 
     def neighbors(self, camera: int) -> list[tuple[int, str]]:
-        """Return number of matches and name of each connected camera, in descending order."""
+        """Return number of matches and name of each connected camera; most matches first."""
         counts = [
             (count, self.names[second if first == camera else first])
             for (first, second), count in self.matches.items()
             if camera in (first, second)
         ]
-        return sorted(counts, key=lambda each: (-each[0], each[1]))
+        return sorted(counts, key=lambda neighbor: (-neighbor[0], neighbor[1]))
 
 
 def build_match_graph(
     features: Features, names: Sequence[str], sizes: Sequence[Size], lenses: LensOptions
 ) -> MatchGraph:
-    """Return the graph of all moments that have features.
+    """Return the match graph of all moments of `features`.
 
     Args:
         features: Features of the pictures.
-        names: `[camera]` names.
-        sizes: `[camera]` width and height of pictures.
+        names: Names of the cameras.
+        sizes: Width and height of the pictures of each camera.
         lenses: Assumptions about the lenses.
     """
     database = features.folder / f"graph_{len(features.moments)}.db"
-    with pycolmap.Database.open(database) as rows:
-        _write_cameras(rows, names, sizes, lenses)
-        places: list[list[Indices]] = []
+    with pycolmap.Database.open(database) as open_database:
+        _write_cameras(open_database, names, sizes, lenses)
+        indices: list[list[Indices]] = []
         counts = []
         for index in range(len(names)):
-            keypoints, places_of_camera = fuse_keypoints(features.read_keypoints(index))
-            rows.write_keypoints(index + 1, keypoints)
-            places.append(places_of_camera)
+            keypoints, camera_indices = fuse_keypoints(features.read_keypoints(index))
+            open_database.write_keypoints(index + 1, keypoints)
+            indices.append(camera_indices)
             counts.append(len(keypoints))
         for first, second in combinations(range(len(names)), 2):
-            pairs = _fuse_matches(features, first, second, places)
+            pairs = _fuse_matches(features, first, second, indices)
             if len(pairs):
-                rows.write_matches(first + 1, second + 1, pairs.astype(np.uint32))
-    return MatchGraph(database, tuple(names), tuple(counts), _verify(database))
+                open_database.write_matches(first + 1, second + 1, pairs.astype(np.uint32))
+    return MatchGraph(database, tuple(names), tuple(counts), _verify_matches(database))
 
 
 def _fuse_matches(
-    features: Features, first: int, second: int, places: Sequence[Sequence[Indices]]
+    features: Features, first: int, second: int, indices: Sequence[Sequence[Indices]]
 ) -> Indices:
-    found = [
-        np.stack([left[matches[:, 0]], right[matches[:, 1]]], axis=1)
-        for matches, left, right in zip(
-            features.read_matches(first, second), places[first], places[second], strict=True
+    fused_pairs = [
+        np.stack([first_indices[matches[:, 0]], second_indices[matches[:, 1]]], axis=1)
+        for matches, first_indices, second_indices in zip(
+            features.read_matches(first, second), indices[first], indices[second], strict=True
         )
     ]
-    return keep_one_to_one(np.concatenate(found))
+    return keep_one_to_one(np.concatenate(fused_pairs))
 
 
-def _verify(database: Path) -> dict[tuple[int, int], int]:
-    """Verify the matches in a database, and return the number of remaining ones per pair."""
+def _verify_matches(database: Path) -> dict[tuple[int, int], int]:
+    """Verify the matches in a database, and return the number of remaining matches per pair."""
     verifier = pycolmap.GeometricVerifierOptions()
     verifier.num_threads = 1  # otherwise random draws would depend on the scheduling of threads
     options = pycolmap.TwoViewGeometryOptions()
@@ -99,8 +99,8 @@ def _verify(database: Path) -> dict[tuple[int, int], int]:
     pycolmap.geometric_verification(
         database, verifier_options=verifier, two_view_geometry_options=options
     )
-    with pycolmap.Database.open(database) as rows:
-        pair_ids, geometries = rows.read_two_view_geometries()
+    with pycolmap.Database.open(database) as open_database:
+        pair_ids, geometries = open_database.read_two_view_geometries()
     counts = {}
     for pair_id, geometry in zip(pair_ids, geometries, strict=True):
         first, second = sorted(pycolmap.pair_id_to_image_pair(pair_id))
@@ -110,34 +110,37 @@ def _verify(database: Path) -> dict[tuple[int, int], int]:
 
 
 def _write_cameras(
-    rows: pycolmap.Database, names: Sequence[str], sizes: Sequence[Size], lenses: LensOptions
+    open_database: pycolmap.Database,
+    names: Sequence[str],
+    sizes: Sequence[Size],
+    lenses: LensOptions,
 ) -> None:
-    """Write lenses, each with its own rig, and one image per camera of the capture."""
-    written: dict[object, int] = {}
+    """Write each lens with a COLMAP rig, and one image per camera of the capture."""
+    lens_ids: dict[object, int] = {}
     for index, (name, size) in enumerate(zip(names, sizes, strict=True), start=1):
-        key = size if lenses.shared and lenses.known is None else index
-        if key not in written:
-            written[key] = index
-            _write_lens(rows, index, _make_camera(index, name, size, lenses))
-        sensor = pycolmap.sensor_t(pycolmap.SensorType.CAMERA, written[key])
-        image = pycolmap.Image(name=f"{name}.png", camera_id=written[key], image_id=index)
-        rows.write_image(image, use_image_id=True)
+        key = size if lenses.is_shared and lenses.known_lenses is None else index
+        if key not in lens_ids:
+            lens_ids[key] = index
+            _write_lens(open_database, index, _make_camera(index, name, size, lenses))
+        sensor = pycolmap.sensor_t(pycolmap.SensorType.CAMERA, lens_ids[key])
+        image = pycolmap.Image(name=f"{name}.png", camera_id=lens_ids[key], image_id=index)
+        open_database.write_image(image, use_image_id=True)
         frame = pycolmap.Frame()
-        frame.frame_id, frame.rig_id = index, written[key]
+        frame.frame_id, frame.rig_id = index, lens_ids[key]
         frame.add_data_id(pycolmap.data_t(sensor, index))
-        rows.write_frame(frame, use_frame_id=True)
+        open_database.write_frame(frame, use_frame_id=True)
 
 
-def _write_lens(rows: pycolmap.Database, index: int, camera: pycolmap.Camera) -> None:
-    rows.write_camera(camera, use_camera_id=True)
+def _write_lens(open_database: pycolmap.Database, index: int, camera: pycolmap.Camera) -> None:
+    open_database.write_camera(camera, use_camera_id=True)
     rig = pycolmap.Rig(rig_id=index)
     rig.add_ref_sensor(pycolmap.sensor_t(pycolmap.SensorType.CAMERA, index))
-    rows.write_rig(rig, use_rig_id=True)
+    open_database.write_rig(rig, use_rig_id=True)
 
 
 def _make_camera(index: int, name: str, size: Size, lenses: LensOptions) -> pycolmap.Camera:
-    if lenses.known is not None:
-        camera = make_colmap_camera(lenses.known[name], index)
+    if lenses.known_lenses is not None:
+        camera = make_colmap_camera(lenses.known_lenses[name], index)
         camera.has_prior_focal_length = True
         return camera
     model = FIRST_MODEL if lenses.model == AUTO_MODEL else lenses.model

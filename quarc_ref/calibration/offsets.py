@@ -1,7 +1,7 @@
 """Estimates time offsets between the recordings of a rig from sound or motion.
 
-The amount of motion gives rough offsets before poses are known. Once cameras have poses, the
-positions of motion refine them (`epipolar_motion`).
+The amount of motion gives rough offsets before poses are known. Once the cameras have poses,
+the image positions of motion give refined offsets (`epipolar_motion`).
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -18,15 +18,15 @@ from quarc_ref.datasets.calibration import CalibratedCamera
 from quarc_ref.datasets.sound import Sound, read_sound
 from quarc_ref.datasets.video import VideoReader
 
-MIN_CLARITY = 2.0
+MIN_CONFIDENCE = 2.0
 _MIN_FRAMES = 24  # minimum number of frames for synchronization by motion
 _MAX_FRAMES = 300  # maximum number of frames compared by motion
-_LONGEST_OFFSET = 0.4  # largest offset, relative to the shortest recording
+_MAX_RELATIVE_OFFSET = 0.4  # largest offset relative to the shortest recording
 _MAX_OFFSET = 300  # frames
-_SAME = 2  # frames: closer shifts count as the same shift
-_MAX_SECONDS = 60.0  # seconds of sound that are compared
+_PEAK_WIDTH = 2  # frames: closer shifts count as the same shift
+_MAX_SECONDS = 60.0  # duration of the compared sound
 _SAMPLES_PER_SECOND = 16000
-_LEVELS_PER_FRAME = 8  # of loudness
+_LOUDNESS_SAMPLES_PER_FRAME = 8
 
 Report = Callable[[int, int], None]
 
@@ -48,7 +48,7 @@ class Offsets:
         method: Method that was used; `NONE` if offsets were not estimated.
         frames: Offsets by camera name: frame `t` of the rig is frame `t + offset` of the
             camera's recording. Unreliable offsets are set to the median, 0.
-        confidence: Clearness of each offset, as in `alignment.Shift`; empty without a method.
+        confidence: Confidence of each offset as in `alignment.Shift`; empty for `NONE`.
     """
 
     method: SyncMethod
@@ -56,9 +56,9 @@ class Offsets:
     confidence: dict[str, float]
 
     @property
-    def unreliable(self) -> list[str]:
+    def unreliable_cameras(self) -> list[str]:
         """Names of the cameras whose offsets are unreliable."""
-        return [name for name, found in self.confidence.items() if found < MIN_CLARITY]
+        return [name for name, confidence in self.confidence.items() if confidence < MIN_CONFIDENCE]
 
 
 def find_offsets(
@@ -68,38 +68,42 @@ def find_offsets(
 
     Args:
         recordings: Recordings of one rig, at one frame rate.
-        method: Method; `AUTO` uses sound if all recordings have it, else motion.
-        report: Called with the number of recordings read so far, and the total.
+        method: Method; `AUTO` uses sound if all recordings have sound, and motion otherwise.
+        report: Called with the number of recordings read so far, and of all recordings.
 
     Returns:
-        The offsets, and the motion of each recording by camera name if they were
-        estimated from motion.
+        The offsets, and the motion of each recording by camera name; no motion if the
+        offsets were not estimated from motion.
 
     Raises:
-        CalibrationError: Sound is requested, but a recording has none.
+        CalibrationError: Sound is requested, but a recording has no sound.
         CaptureError: A recording cannot be read.
     """
     if method in (SyncMethod.AUTO, SyncMethod.SOUND):
         sounds = _read_sounds(recordings, report)
-        silent = [n for n, sound in zip(recordings.names, sounds, strict=True) if sound is None]
-        if not silent:
+        silent_cameras = [
+            name for name, sound in zip(recordings.names, sounds, strict=True) if sound is None
+        ]
+        if not silent_cameras:
             shifts = _align_sounds(recordings, sounds)
-            return _judge(recordings.names, SyncMethod.SOUND, shifts), {}
+            return _make_offsets(recordings.names, SyncMethod.SOUND, shifts), {}
         if method is SyncMethod.SOUND:
             message = (
-                f"cannot synchronize by sound: {', '.join(silent)} have none; --sync motion needs "
-                "no sound"
+                f"cannot synchronize by sound: {', '.join(silent_cameras)} have no sound; use "
+                "--sync motion"
             )
             raise CalibrationError(message)
     if method is SyncMethod.NONE or min(recordings.pictures.lengths) < _MIN_FRAMES:
         return Offsets(SyncMethod.NONE, dict.fromkeys(recordings.names, 0.0), {}), {}
     motions = _measure_motions(recordings, report)
-    most = _find_max_offset(motions.values())
-    sums = [sum_motion(motion) for motion in motions.values()]
+    max_offset = _find_max_offset(motions.values())
+    signals = [sum_motion(motion) for motion in motions.values()]
     shifts = align(
-        len(sums), lambda first, second: correlate_signals(sums[first], sums[second], most), _SAME
+        len(signals),
+        lambda first, second: correlate_signals(signals[first], signals[second], max_offset),
+        _PEAK_WIDTH,
     )
-    return _judge(recordings.names, SyncMethod.MOTION, shifts), motions
+    return _make_offsets(recordings.names, SyncMethod.MOTION, shifts), motions
 
 
 def refine_offsets(cameras: Sequence[CalibratedCamera], motions: Mapping[str, Motion]) -> Offsets:
@@ -110,20 +114,22 @@ def refine_offsets(cameras: Sequence[CalibratedCamera], motions: Mapping[str, Mo
         motions: Motion of each recording, by camera name.
     """
     names = [camera.name for camera in cameras]
-    watched = [motions[name] for name in names]
-    shifts = align_by_epipolar_motion(cameras, watched, _find_max_offset(watched), _SAME)
-    return _judge(names, SyncMethod.MOTION, shifts)
+    camera_motions = [motions[name] for name in names]
+    shifts = align_by_epipolar_motion(
+        cameras, camera_motions, _find_max_offset(camera_motions), _PEAK_WIDTH
+    )
+    return _make_offsets(names, SyncMethod.MOTION, shifts)
 
 
-def _judge(names: Sequence[str], method: SyncMethod, shifts: Sequence[Shift]) -> Offsets:
-    named = dict(zip(names, shifts, strict=True))
+def _make_offsets(names: Sequence[str], method: SyncMethod, shifts: Sequence[Shift]) -> Offsets:
+    shift_by_name = dict(zip(names, shifts, strict=True))
     return Offsets(
         method,
         {
-            name: shift.samples if shift.confidence >= MIN_CLARITY else 0.0
-            for name, shift in named.items()
+            name: shift.samples if shift.confidence >= MIN_CONFIDENCE else 0.0
+            for name, shift in shift_by_name.items()
         },
-        {name: shift.confidence for name, shift in named.items()},
+        {name: shift.confidence for name, shift in shift_by_name.items()},
     )
 
 
@@ -138,20 +144,22 @@ def _read_sounds(recordings: Recordings, report: Report) -> list[Sound | None]:
 
 
 def _align_sounds(recordings: Recordings, sounds: Sequence[Sound | None]) -> list[Shift]:
-    per_second = recordings.pictures.frames_per_second * _LEVELS_PER_FRAME
+    loudness_rate = recordings.pictures.frames_per_second * _LOUDNESS_SAMPLES_PER_FRAME
     signals = [
-        measure_loudness(sound, float(VideoReader(path).frame_times[0]), per_second)
+        measure_loudness(sound, float(VideoReader(path).frame_times[0]), loudness_rate)
         for sound, (path, *_) in zip(sounds, recordings.pictures.paths, strict=True)
         if sound is not None
     ]
-    shortest = min(map(len, signals)) / _LEVELS_PER_FRAME
-    most = int(min(_MAX_OFFSET, _LONGEST_OFFSET * shortest) * _LEVELS_PER_FRAME)
+    shortest = min(map(len, signals)) / _LOUDNESS_SAMPLES_PER_FRAME
+    max_shift = int(min(_MAX_OFFSET, _MAX_RELATIVE_OFFSET * shortest) * _LOUDNESS_SAMPLES_PER_FRAME)
     shifts = align(
         len(signals),
-        lambda first, second: correlate_signals(signals[first], signals[second], max(1, most)),
-        _SAME * _LEVELS_PER_FRAME,
+        lambda first, second: correlate_signals(signals[first], signals[second], max(1, max_shift)),
+        _PEAK_WIDTH * _LOUDNESS_SAMPLES_PER_FRAME,
     )
-    return [Shift(shift.samples / _LEVELS_PER_FRAME, shift.confidence) for shift in shifts]
+    return [
+        Shift(shift.samples / _LOUDNESS_SAMPLES_PER_FRAME, shift.confidence) for shift in shifts
+    ]
 
 
 def _measure_motions(recordings: Recordings, report: Report) -> dict[str, Motion]:
@@ -166,4 +174,4 @@ def _measure_motions(recordings: Recordings, report: Report) -> dict[str, Motion
 
 def _find_max_offset(motions: Iterable[Motion]) -> int:
     """Return the largest offset, in frames, that motion can detect."""
-    return max(1, min(_MAX_OFFSET, int(_LONGEST_OFFSET * min(map(len, motions)))))
+    return max(1, min(_MAX_OFFSET, int(_MAX_RELATIVE_OFFSET * min(map(len, motions)))))

@@ -14,28 +14,28 @@ _INK, _GRAY, _CAMERA = "#4a545e", "#9aa3ad", "#3b6ea8"
 _DOTS_PER_INCH = 110
 _MAX_POINTS = 4000
 _LABEL_ROWS, _LABEL_HEIGHT = 3, 8  # points
-_SIGHT = 0.22  # length of a line of sight, relative to the width of the rig
-_MARGIN = 1.25  # radius within which points are shown, relative to the width of the rig
+_SIGHT_LENGTH = 0.22  # length of a line of sight, relative to the radius of the shown region
+_MARGIN = 1.25  # radius of the shown region, relative to the radius of the rig
 
 
 def plot_rig(cameras: Sequence[CalibratedCamera], points: Points, unit: str) -> bytes:
-    """Plot a rig from above and from the side, as PNG bytes.
+    """Plot a rig from above and from the front, as PNG bytes.
 
     Args:
         cameras: Cameras in a world with up along -y.
-        points: Points of the scene in the same world.
+        points: Scene points in the same world as the cameras.
         unit: Unit of length, for the labels of the axes.
     """
     figure = Figure(figsize=(10, 5.2), layout="constrained")
     centers = np.array([-camera.pose.rotation.T @ camera.pose.translation for camera in cameras])
-    sights = np.array([camera.pose.rotation[2] for camera in cameras])
+    directions = np.array([camera.pose.rotation[2] for camera in cameras])
     step = -(-len(points.positions) // _MAX_POINTS)
-    shown = points.positions[::step].astype(np.float64), points.colors[::step] / 255
+    shown_points = points.positions[::step].astype(np.float64), points.colors[::step] / 255
     names = [camera.name for camera in cameras]
     views = (("from above", (0, 2), "depth"), ("from the front", (0, 1), "height"))
-    for place, (title, axes_shown, label) in enumerate(views, start=1):
-        axes = figure.add_subplot(1, 2, place)
-        _draw(axes, (centers, sights), shown, axes_shown, names)
+    for column, (title, axis_indices, label) in enumerate(views, start=1):
+        axes = figure.add_subplot(1, 2, column)
+        _draw_rig(axes, (centers, directions), shown_points, axis_indices, names)
         axes.set_title(title, color=_INK, fontsize=10)
         axes.set_xlabel(f"{unit}, across")
         axes.set_ylabel(f"{unit}, {label}")
@@ -44,24 +44,26 @@ def plot_rig(cameras: Sequence[CalibratedCamera], points: Points, unit: str) -> 
     return buffer.getvalue()
 
 
-def _draw(
+def _draw_rig(
     axes: Axes,
     rig: tuple[Float64Array, Float64Array],
     points: tuple[Float64Array, Float64Array],
-    shown: tuple[int, int],
+    axis_indices: tuple[int, int],
     names: Sequence[str],
 ) -> None:
     """Draw cameras, their lines of sight and points, projected to two axes of the world."""
-    turn = np.array([1.0, -1.0 if shown[1] == 1 else 1.0])  # -y is up
-    centers, sights = (values[:, shown] * turn for values in rig)
-    positions = points[0][:, shown] * turn
-    reach = _MARGIN * max(float(np.abs(centers).max()), 1e-9)
-    inside = (np.abs(positions) < reach).all(axis=1)
-    across, along = positions[inside].T
-    axes.scatter(across, along, s=2, c=points[1][inside], linewidths=0)
+    signs = np.array([1.0, -1.0 if axis_indices[1] == 1 else 1.0])  # -y is up
+    centers, directions = (values[:, axis_indices] * signs for values in rig)
+    positions = points[0][:, axis_indices] * signs
+    radius = _MARGIN * max(float(np.abs(centers).max()), 1e-9)
+    is_inside = (np.abs(positions) < radius).all(axis=1)
+    horizontal, vertical = positions[is_inside].T
+    axes.scatter(horizontal, vertical, s=2, c=points[1][is_inside], linewidths=0)
     rows = np.argsort(np.argsort(centers[:, 0])) % _LABEL_ROWS
-    for name, center, sight, row in zip(names, centers, sights, rows, strict=True):
-        axes.plot(*np.stack([center, center + _SIGHT * reach * sight]).T, color=_CAMERA, lw=1)
+    for name, center, direction, row in zip(names, centers, directions, rows, strict=True):
+        axes.plot(
+            *np.stack([center, center + _SIGHT_LENGTH * radius * direction]).T, color=_CAMERA, lw=1
+        )
         axes.plot(*center, "o", color=_CAMERA, markersize=4)
         axes.annotate(
             name,

@@ -16,7 +16,7 @@ from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.pictures import Pictures
 
 MIN_CAMERAS = 3
-_PLAIN = re.compile(r"[^A-Za-z0-9_-]+")
+_UNSAFE_CHARACTERS = re.compile(r"[^A-Za-z0-9_-]+")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,7 +25,7 @@ class Recordings:
 
     Attributes:
         names: Camera names in natural order, made of letters, digits, `_` and `-`.
-        pictures: Pictures of the cameras, in the same order.
+        pictures: Pictures of the cameras, in the order of `names`.
     """
 
     names: tuple[str, ...]
@@ -35,7 +35,7 @@ class Recordings:
         """Return the index of a camera.
 
         Raises:
-            UnknownCameraError: There is no camera of this name.
+            UnknownCameraError: No camera has this name.
         """
         if name not in self.names:
             message = f"there is no camera {name}; the cameras are {', '.join(self.names)}"
@@ -44,11 +44,12 @@ class Recordings:
 
     def without(self, names: Iterable[str]) -> "Recordings":
         """Return the recordings without the named cameras."""
-        left_out = set(names)
-        kept = [index for index, name in enumerate(self.names) if name not in left_out]
-        paths = [self.pictures.paths[index] for index in kept]
+        removed = set(names)
+        indices = [index for index, name in enumerate(self.names) if name not in removed]
+        paths = [self.pictures.paths[index] for index in indices]
         return Recordings(
-            tuple(self.names[i] for i in kept), open_pictures(paths, reject_gaps=False)
+            tuple(self.names[index] for index in indices),
+            open_pictures(paths, reject_gaps=False),
         )
 
 
@@ -56,37 +57,40 @@ def find_recordings(folder: Path) -> Recordings:
     """Find the recordings in a folder.
 
     Recordings are videos, folders of pictures, or pictures of a single moment, in any
-    arrangement that captures have.
+    arrangement that is supported for captures.
 
     Args:
-        folder: Folder of the recordings; it needs neither poses nor any other file.
+        folder: Folder of the recordings; poses and other files are not needed.
 
     Raises:
-        CalibrationError: There are fewer than three cameras, or two have the same name.
+        CalibrationError: Fewer than three cameras are found, or two names are equal.
         CaptureError: A file cannot be read, or the recordings are inconsistent.
     """
     listers: list[Callable[[Path], Files]] = [lister for _, lister in ARRANGEMENTS]
-    found: Files = {}
+    files: Files = {}
     for lister in (*listers, list_single_pictures):
-        found = max(found, lister(folder), key=len)
-        if len(found) >= MIN_CAMERAS:
+        files = max(files, lister(folder), key=len)
+        if len(files) >= MIN_CAMERAS:
             break
-    if len(found) < MIN_CAMERAS:
+    if len(files) < MIN_CAMERAS:
         message = (
-            f"{folder} has recordings of {len(found)} cameras, but at least {MIN_CAMERAS} "
+            f"{folder} has recordings of {len(files)} cameras, but at least {MIN_CAMERAS} "
             "are needed: put one video or one folder of pictures per camera into it"
         )
         raise CalibrationError(message)
-    ordered = sorted(found, key=natural_order)
-    return Recordings(_sanitize_names(ordered), open_pictures([found[name] for name in ordered]))
+    names = sorted(files, key=natural_order)
+    return Recordings(_sanitize_names(names), open_pictures([files[name] for name in names]))
 
 
 def _sanitize_names(names: Sequence[str]) -> tuple[str, ...]:
     """Return names that are valid in every file system and in transforms.json."""
-    plain = tuple(_PLAIN.sub("_", name).lstrip("-") or "camera" for name in names)
-    for index, name in enumerate(plain):
-        if name in plain[:index]:
-            other = names[plain.index(name)]
-            message = f"{other!r} and {names[index]!r} would both be named {name}: rename one"
+    safe_names = tuple(_UNSAFE_CHARACTERS.sub("_", name).lstrip("-") or "camera" for name in names)
+    for index, name in enumerate(safe_names):
+        if name in safe_names[:index]:
+            other_name = names[safe_names.index(name)]
+            message = (
+                f"{other_name!r} and {names[index]!r} would both be named {name}: rename one of "
+                "the recordings"
+            )
             raise CalibrationError(message)
-    return plain
+    return safe_names

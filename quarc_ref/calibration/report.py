@@ -20,28 +20,28 @@ _SYNC = {
 
 
 def write_report(calibration: Calibration, name: str, folder: OutputFolder) -> Path:
-    """Write the page and return its path.
+    """Write the page; return the path of the page.
 
     Args:
         calibration: Calibration to report.
         name: Name of the rig, for the title.
-        folder: Folder that is filled.
+        folder: Output folder.
     """
     world = calibration.world
     unit = "meters" if world.meters_per_unit else "units"
     plot = plot_rig(world.cameras, calibration.points, unit)
-    joined, total = len(world.cameras), len(calibration.recordings.names)
+    calibrated_count, camera_count = len(world.cameras), len(calibration.recordings.names)
     template = resources.files(__package__).joinpath("report.html").read_text("utf-8")
     parts = {
-        "title": html.escape(f"{name}: {joined} of {total} cameras calibrated"),
+        "title": html.escape(f"{name}: {calibrated_count} of {camera_count} cameras calibrated"),
         "subtitle": html.escape(
             f"The up axis comes from {world.up_from}. One unit is "
             + (
                 "one meter. "
                 if world.meters_per_unit
                 else (
-                    "the mean distance between the cameras and the point they look at; --meters "
-                    "CAM_A CAM_B D makes it one meter. "
+                    "the mean distance between the cameras and the point they look at; use "
+                    "--meters CAM_A CAM_B D to make it one meter. "
                 )
             )
             + _SYNC[calibration.offsets.method]
@@ -81,7 +81,7 @@ def list_cameras(calibration: Calibration) -> list[list[str]]:
                 f"{fit.median_error:.2f}",
                 f"{fit.points:,}",
                 f"{fit.support:,}",
-                "unreliable" if camera.name in offsets.unreliable else offset,
+                "unreliable" if camera.name in offsets.unreliable_cameras else offset,
                 "" if confidence is None else f"{confidence:.1f}",
             ]
         )
@@ -90,9 +90,12 @@ def list_cameras(calibration: Calibration) -> list[list[str]]:
 
 def _format_figures(calibration: Calibration) -> str:
     offsets = [abs(frames) for frames in calibration.offsets.frames.values()]
-    joined, total = len(calibration.world.cameras), len(calibration.recordings.names)
+    calibrated_count, camera_count = (
+        len(calibration.world.cameras),
+        len(calibration.recordings.names),
+    )
     figures = {
-        "calibrated cameras": f"{joined} of {total}",
+        "calibrated cameras": f"{calibrated_count} of {camera_count}",
         "mean reprojection error": f"{calibration.solution.mean_error:.2f} px",
         "points of frame 0": f"{len(calibration.points.positions):,}",
         "time points used": f"{calibration.moments}",
@@ -112,7 +115,7 @@ def _format_left_out(calibration: Calibration) -> str:
 
 
 def _list_lenses(calibration: Calibration) -> tuple[tuple[str, ...], list[list[str]]]:
-    """Return headings and one row per lens, with all cameras that share it."""
+    """Return headings and one row per lens, with all cameras that share the lens."""
     lenses: dict[Lens, list[str]] = {}
     for camera in calibration.world.cameras:
         lenses.setdefault(camera.lens, []).append(camera.name)

@@ -1,9 +1,9 @@
-"""Signals that are common to recordings of one event: loudness and motion."""
+"""Measures signals that all recordings of one event share: loudness and motion."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quarc_ref.calibration.alignment import Numbers, flatten
+from quarc_ref.calibration.alignment import Numbers, subtract_running_mean
 from quarc_ref.datasets.capture import Image, PictureSource
 from quarc_ref.datasets.sound import Sound
 
@@ -11,72 +11,74 @@ Motion = NDArray[np.float32]
 
 WINDOW = 9  # frames: length of the running mean that is subtracted from a signal
 _LOUDNESS_WINDOW = 0.3  # seconds
-_QUIET = 1e-3  # floor of the power, relative to its mean
-_ACROSS = 64  # maximum number of pixels of the pictures whose changes are measured
-_NOISE = 2.0  # levels of 255 below which a change is noise
-_MAX_CHANGE = 20.0  # levels of 255: larger changes are clipped to this
-_STILL = 1e-3  # levels of 255: smaller changes are raised to this
+_POWER_FLOOR = 1e-3  # relative to the mean power; added before the logarithm
+_MIN_WIDTH = 64  # pictures are downscaled, by an integer, to at least this width in pixels
+_NOISE_THRESHOLD = 2.0  # 8-bit levels; smaller changes are noise
+_MAX_CHANGE = 20.0  # 8-bit levels; larger changes are clipped
+_CHANGE_FLOOR = 1e-3  # 8-bit levels; added to mean changes before the logarithm
 
 
-def measure_loudness(sound: Sound, first_picture: float, levels_per_second: float) -> Numbers:
+def measure_loudness(sound: Sound, first_picture_time: float, loudness_rate: float) -> Numbers:
     """Measure the loudness of a sound, starting at the time of the first picture.
 
     Args:
         sound: Sound of a recording.
-        first_picture: Time of the first picture in seconds, on the clock of the container.
-        levels_per_second: Sampling rate of the loudness.
+        first_picture_time: Time of the first picture in seconds, on the clock of the container.
+        loudness_rate: Sampling rate of the loudness, Hz.
 
     Returns:
-        `[T, 1]` logarithms of power, minus their running mean.
+        `[T, 1]` logarithms of the power, minus the running mean.
     """
     samples = sound.samples.astype(np.float64)
-    times = sound.start - first_picture + np.arange(len(samples)) / sound.samples_per_second
-    bins = np.floor(times * levels_per_second).astype(np.int64)
-    inside = bins >= 0
-    power = np.bincount(bins[inside], samples[inside] ** 2)
-    counts = np.bincount(bins[inside])
+    times = sound.start - first_picture_time + np.arange(len(samples)) / sound.samples_per_second
+    bins = np.floor(times * loudness_rate).astype(np.int64)
+    is_inside = bins >= 0
+    power = np.bincount(bins[is_inside], samples[is_inside] ** 2)
+    counts = np.bincount(bins[is_inside])
     mean = power / np.maximum(counts, 1)
-    levels = np.log(mean + _QUIET * max(float(mean.mean() if mean.size else 0), 1e-12))
-    return flatten(levels[:, None], round(_LOUDNESS_WINDOW * levels_per_second) | 1)
+    loudness = np.log(mean + _POWER_FLOOR * max(float(mean.mean() if mean.size else 0), 1e-12))
+    return subtract_running_mean(loudness[:, None], round(_LOUDNESS_WINDOW * loudness_rate) | 1)
 
 
-def measure_motion(source: PictureSource, camera: int, frames: int) -> Motion:
+def measure_motion(source: PictureSource, camera: int, frame_count: int) -> Motion:
     """Measure the changes between consecutive pictures of a camera.
 
     Args:
         source: Source of the pictures.
         camera: Index of the camera.
-        frames: Number of frames read, from the first.
+        frame_count: Number of frames to read, starting at frame 0.
 
     Returns:
-        `[frames - 1, h, w]` changes of gray, 0 to 255, in downscaled pictures.
+        `[frame_count - 1, h, w]` changes of downscaled gray pictures, in 8-bit levels above
+        the noise threshold.
 
     Raises:
         CaptureError: A picture cannot be read.
     """
     changes = []
-    before = _downscale(source.read(camera, 0))
-    for frame in range(1, frames):
-        after = _downscale(source.read(camera, frame))
-        changes.append(np.clip(np.abs(after - before) - _NOISE, 0, _MAX_CHANGE))
-        before = after
+    previous = _downscale(source.read(camera, 0))
+    for frame in range(1, frame_count):
+        current = _downscale(source.read(camera, frame))
+        changes.append(np.clip(np.abs(current - previous) - _NOISE_THRESHOLD, 0, _MAX_CHANGE))
+        previous = current
     return np.stack(changes)
 
 
 def sum_motion(motion: Motion) -> Numbers:
-    """Return `[T, 1]` logarithms of the mean change of each frame, minus their running mean."""
-    return flatten(np.log(motion.mean(axis=(1, 2), dtype=np.float64) + _STILL)[:, None], WINDOW)
+    """Return `[T, 1]` logarithms of the mean change of each frame, minus the running mean."""
+    mean_changes = motion.mean(axis=(1, 2), dtype=np.float64)
+    return subtract_running_mean(np.log(mean_changes + _CHANGE_FLOOR)[:, None], WINDOW)
 
 
 def _downscale(picture: Image) -> NDArray[np.float32]:
     """Return `[h, w]` gray levels of a picture, downscaled by averaging."""
     gray = picture.mean(axis=2, dtype=np.float32)
-    step = find_step(gray.shape[1])
-    height, width = (side // step * step for side in gray.shape)
-    blocks = gray[:height, :width].reshape(height // step, step, width // step, step)
+    factor = find_downscale(gray.shape[1])
+    height, width = (side // factor * factor for side in gray.shape)
+    blocks = gray[:height, :width].reshape(height // factor, factor, width // factor, factor)
     return np.asarray(blocks.mean(axis=(1, 3)), np.float32)
 
 
-def find_step(width: int) -> int:
-    """Return the factor by which pictures are downscaled to measure motion."""
-    return max(1, width // _ACROSS)
+def find_downscale(width: int) -> int:
+    """Return the downscaling factor of pictures for the measurement of motion."""
+    return max(1, width // _MIN_WIDTH)

@@ -1,7 +1,7 @@
 """Estimates poses and lenses of cameras from matches by COLMAP's incremental mapper.
 
-A camera gets a pose if enough of its points are also seen by two other cameras. A pose
-that is supported only by matches with one neighbor may be arbitrary.
+A camera gets a pose only if two other cameras also see enough of its points. A pose that
+depends on matches with a single neighbor may be arbitrary.
 """
 
 from collections.abc import Sequence
@@ -21,16 +21,16 @@ from quarc_ref.calibration.reconstruction import (
     adjust,
     measure_errors,
     measure_support,
-    remove_weak,
+    remove_weak_images,
 )
 from quarc_ref.calibration.recordings import MIN_CAMERAS
 from quarc_ref.datasets.calibration import CalibratedCamera, make_pose
 from quarc_ref.datasets.colmap_cameras import make_lens, silence_colmap
 
 _FEW_FEATURES = 100
-# Requirements of the mapper, first strict, then lenient. A camera that passes the lenient
-# ones with a wrong pose is removed later, because it has no support.
-_STRICTNESS = ((30, 0.25), (15, 0.15))  # minimum number of inliers, and their minimum share
+# Minimum number and minimum share of inliers for the mapper, first strict, then lenient. A
+# camera that passes only with a wrong pose is removed later, because its points lack support.
+_INLIER_LIMITS = ((30, 0.25), (15, 0.15))
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,8 +38,8 @@ class CameraFit:
     """Quality of the pose of a camera.
 
     Attributes:
-        points: Number of points that it sees.
-        support: Number of these that two other cameras see as well.
+        points: Number of points that the camera sees.
+        support: Number of these points that two other cameras see as well.
         mean_error: Mean reprojection error, pixels.
         median_error: Median reprojection error, pixels.
     """
@@ -55,10 +55,10 @@ class Solution:
     """Estimated poses and lenses.
 
     Attributes:
-        cameras: Cameras with poses, in the order of the recordings, in the solver's world.
-        fits: Quality of their poses, by camera name.
-        left_out: Reason why each other camera has no pose, by camera name.
-        points: `[P, 3]` positions of the matched points, at all moments.
+        cameras: Cameras with poses in the solver's world, in the order of the recordings.
+        fits: Quality of the poses, by camera name.
+        left_out: Cameras without a pose: the reason by camera name.
+        points: `[P, 3]` positions of the matched points of all moments.
     """
 
     cameras: tuple[CalibratedCamera, ...]
@@ -70,7 +70,7 @@ class Solution:
         """Return the solution without some cameras.
 
         Args:
-            reasons: Why each is left out, by its name.
+            reasons: Names of the cameras to leave out, with the reason for each camera.
         """
         return Solution(
             tuple(camera for camera in self.cameras if camera.name not in reasons),
@@ -97,32 +97,34 @@ def solve(graph: MatchGraph, lenses: LensOptions) -> Solution:
     Raises:
         CalibrationError: Fewer than three cameras get a pose; the message says why.
     """
-    best: tuple[pycolmap.Reconstruction, dict[int, int]] | None = None
+    best_model: tuple[pycolmap.Reconstruction, dict[int, int]] | None = None
     with silence_colmap():
-        for strictness in _STRICTNESS:
-            model = _map(graph, lenses, *strictness)
+        for inlier_limits in _INLIER_LIMITS:
+            model = _run_mapper(graph, lenses, *inlier_limits)
             if model is None:
                 continue
             model = adjust(model, lenses)
-            removed = remove_weak(model)
-            if best is None or model.num_reg_images() > best[0].num_reg_images():
-                best = model, removed
-            if best[0].num_reg_images() == len(graph.names):
+            removed = remove_weak_images(model)
+            if best_model is None or model.num_reg_images() > best_model[0].num_reg_images():
+                best_model = model, removed
+            if best_model[0].num_reg_images() == len(graph.names):
                 break
-    if best is None or best[0].num_reg_images() < MIN_CAMERAS:
-        reasons = [f"{name}: {_explain(graph, i, None)}" for i, name in enumerate(graph.names)]
+    if best_model is None or best_model[0].num_reg_images() < MIN_CAMERAS:
+        reasons = [
+            f"{name}: {_explain_failure(graph, i, None)}" for i, name in enumerate(graph.names)
+        ]
         message = (
             "fewer than three cameras could be calibrated. Check that they show the same "
             f"scene from nearby positions, in focus and with texture. {'; '.join(reasons)}"
         )
         raise CalibrationError(message)
-    return _describe(graph, *best)
+    return _make_solution(graph, *best_model)
 
 
-def _map(
-    graph: MatchGraph, lenses: LensOptions, least_inliers: int, least_share: float
+def _run_mapper(
+    graph: MatchGraph, lenses: LensOptions, min_inliers: int, min_inlier_share: float
 ) -> pycolmap.Reconstruction | None:
-    """Return the largest reconstruction of the mapper, or None."""
+    """Return the largest reconstruction of the mapper; None if the mapper fails."""
     options = pycolmap.IncrementalPipelineOptions()
     options.min_num_matches = MIN_MATCHES
     options.min_model_size = MIN_CAMERAS
@@ -130,35 +132,35 @@ def _map(
     options.random_seed = SEED
     options.mapper.random_seed = SEED
     options.triangulation.random_seed = SEED
-    options.mapper.abs_pose_min_num_inliers = least_inliers
-    options.mapper.abs_pose_min_inlier_ratio = least_share
-    if lenses.known is not None:
+    options.mapper.abs_pose_min_num_inliers = min_inliers
+    options.mapper.abs_pose_min_inlier_ratio = min_inlier_share
+    if lenses.known_lenses is not None:
         options.ba_refine_focal_length = options.ba_refine_extra_params = False
         options.mapper.abs_pose_refine_focal_length = False
         options.mapper.abs_pose_refine_extra_params = False
-    output = Path(graph.database.parent) / f"{graph.database.stem}_{least_inliers}"
+    output = Path(graph.database.parent) / f"{graph.database.stem}_{min_inliers}"
     output.mkdir(exist_ok=True)
     pycolmap.set_random_seed(SEED)
     models = pycolmap.incremental_mapping(graph.database, graph.database.parent, output, options)
-    return max(models.values(), key=lambda each: each.num_reg_images(), default=None)
+    return max(models.values(), key=lambda model: model.num_reg_images(), default=None)
 
 
-def _describe(
+def _make_solution(
     graph: MatchGraph, model: pycolmap.Reconstruction, removed: dict[int, int]
 ) -> Solution:
     errors, support = measure_errors(model), measure_support(model)
-    joined = sorted(errors)
-    cameras = [_make_camera(graph.names[index - 1], model, index) for index in joined]
+    image_ids = sorted(errors)
+    cameras = [_make_camera(graph.names[index - 1], model, index) for index in image_ids]
     return Solution(
         tuple(cameras),
         {
             graph.names[index - 1]: CameraFit(
                 len(errors[index]), support[index], fmean(errors[index]), median(errors[index])
             )
-            for index in joined
+            for index in image_ids
         },
         {
-            name: _explain(graph, index, removed.get(index + 1))
+            name: _explain_failure(graph, index, removed.get(index + 1))
             for index, name in enumerate(graph.names)
             if index + 1 not in errors
         },
@@ -174,13 +176,13 @@ def _make_camera(name: str, model: pycolmap.Reconstruction, index: int) -> Calib
     return CalibratedCamera(name, make_lens(name, model.cameras[image.camera_id]), pose)
 
 
-def _explain(graph: MatchGraph, camera: int, support: int | None) -> str:
-    """Explain why a camera has no pose, and what may help."""
+def _explain_failure(graph: MatchGraph, camera: int, support: int | None) -> str:
+    """Explain why a camera has no pose; include advice."""
     count, neighbors = graph.feature_counts[camera], graph.neighbors(camera)
     if support is not None:
         return (
-            f"only {support} of its points are also seen by two other cameras, and a reliable "
-            f"pose needs {MIN_POINTS}"
+            f"two other cameras see only {support} of its points, but a reliable pose needs "
+            f"{MIN_POINTS}"
         )
     if count < _FEW_FEATURES:
         return (
@@ -196,6 +198,6 @@ def _explain(graph: MatchGraph, camera: int, support: int | None) -> str:
 
 
 def _list_neighbors(neighbors: Sequence[tuple[int, str]]) -> str:
-    named = ", ".join(f"{name} ({count})" for count, name in neighbors[:3])
-    more = len(neighbors) - 3
-    return f"{named} and {more} more" if more > 0 else named
+    shown_names = ", ".join(f"{name} ({count})" for count, name in neighbors[:3])
+    hidden_count = len(neighbors) - 3
+    return f"{shown_names} and {hidden_count} more" if hidden_count > 0 else shown_names

@@ -1,9 +1,9 @@
 """Defines the up axis, origin and unit of the world of a rig.
 
-The orientation, origin and scale of the solver's world are arbitrary. The resulting world
-has up along -y, as in COLMAP and most 3DGS files; the first camera looks along +z; the
-origin is the point that the cameras look at; and the unit is a meter, or the mean
-distance of the cameras from the origin.
+The orientation, origin and scale of the solver's world are arbitrary. In the resulting world,
+up is -y, as in COLMAP and most 3DGS files, and the first camera looks along +z. The origin
+is the point that the cameras look at. The unit is a meter, or the mean distance of the
+cameras from the origin.
 """
 
 from collections.abc import Sequence
@@ -17,10 +17,10 @@ from quarc_ref.datasets.calibration import CalibratedCamera, Float64Array, make_
 BY_LEVEL = "level"
 BY_PLANE = "plane"
 UP = (0.0, -1.0, 0.0)
-_MIN_SPREAD = 0.02  # minimum mean squared sine: level cameras must look in different directions
-_MIN_FOR_PLANE = 4
-_FLAT = 0.3  # maximum ratio of thickness to width of a rig that lies in a plane
-_PARALLEL = 1e-3  # smallest eigenvalue per camera below which optical axes count as parallel
+_MIN_DIRECTION_SPREAD = 0.02  # mean squared sine below which all cameras look in one direction
+_MIN_PLANE_CAMERAS = 4
+_MAX_THICKNESS_RATIO = 0.3  # of a planar rig: thickness relative to width
+_PARALLEL_LIMIT = 1e-3  # optical axes are parallel below this smallest eigenvalue per camera
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,10 +43,10 @@ class World:
     """A rig in its final world.
 
     Attributes:
-        cameras: Cameras in this world.
+        cameras: Cameras in the final world.
         up: Up direction.
         up_from: Human-readable source of the up direction.
-        meters_per_unit: None if no distance is known.
+        meters_per_unit: Scale of the world; None without a known distance.
     """
 
     cameras: tuple[CalibratedCamera, ...]
@@ -65,26 +65,26 @@ def define_world(
 
     Args:
         cameras: Cameras in the world of the solver.
-        points: `[P, 3]` scene points in the same world.
+        points: `[P, 3]` scene points in the world of the solver.
         up: `level` if the cameras are level, `plane` if they lie in a horizontal plane,
             or the name of a level camera.
         distance: Distance between two cameras; None if unknown.
 
     Raises:
-        CalibrationError: The cameras do not lie in a plane, or two are at the same position.
+        CalibrationError: The cameras do not lie in a plane, or two positions are equal.
         UnknownCameraError: A named camera has no pose.
     """
     direction, up_from = _find_up(cameras, up)
     forward = cameras[0].pose.rotation[2]
     forward = forward - (forward @ direction) * direction
-    if np.linalg.norm(forward) < _PARALLEL:  # the camera looks straight down, or up
+    if np.linalg.norm(forward) < _PARALLEL_LIMIT:  # the camera looks straight up or down
         forward = np.cross(cameras[0].pose.rotation[0], direction)
     forward /= np.linalg.norm(forward)
-    turn = np.stack([np.cross(-direction, forward), -direction, forward])
+    rotation = np.stack([np.cross(-direction, forward), -direction, forward])
     origin = _find_focus(cameras, points)
     scale = _find_scale(cameras, origin, distance)
     return World(
-        tuple(_move(camera, turn, origin, scale) for camera in cameras),
+        tuple(_transform_camera(camera, rotation, origin, scale) for camera in cameras),
         UP,
         up_from,
         None if distance is None else 1.0,
@@ -92,85 +92,87 @@ def define_world(
 
 
 def _find_up(cameras: Sequence[CalibratedCamera], up: str) -> tuple[Float64Array, str]:
-    mean = -np.mean([camera.pose.rotation[1] for camera in cameras], axis=0)
+    mean_up = -np.mean([camera.pose.rotation[1] for camera in cameras], axis=0)
     if up == BY_LEVEL:
-        return _find_level(cameras, mean)
+        return _find_level(cameras, mean_up)
     if up == BY_PLANE:
-        return _find_plane(cameras, mean), "the plane of the cameras"
-    return -_find(cameras, up).pose.rotation[1], f"camera {up}, which is level"
+        return _find_plane(cameras, mean_up), "the plane of the cameras"
+    return -_find_camera(cameras, up).pose.rotation[1], f"camera {up}, which is level"
 
 
 def _find_level(
-    cameras: Sequence[CalibratedCamera], mean: Float64Array
+    cameras: Sequence[CalibratedCamera], mean_up: Float64Array
 ) -> tuple[Float64Array, str]:
-    """Return the direction to which the horizontal axes of all pictures are perpendicular."""
-    rights = np.array([camera.pose.rotation[0] for camera in cameras])
-    values, vectors = np.linalg.eigh(rights.T @ rights / len(cameras))
-    if values[1] < _MIN_SPREAD:  # all point in one direction: any roll is possible
-        return mean / np.linalg.norm(mean), "the mean of cameras that point in one direction"
+    """Return the direction that is perpendicular to the right axes of all cameras."""
+    right_axes = np.array([camera.pose.rotation[0] for camera in cameras])
+    values, vectors = np.linalg.eigh(right_axes.T @ right_axes / len(cameras))
+    if values[1] < _MIN_DIRECTION_SPREAD:  # the roll about the common direction is ambiguous
+        return mean_up / np.linalg.norm(mean_up), "the mean of cameras that point in one direction"
     axis = vectors[:, 0]
-    return np.asarray(axis if axis @ mean >= 0 else -axis), "cameras that are level"
+    return np.asarray(axis if axis @ mean_up >= 0 else -axis), "cameras that are level"
 
 
-def _find_plane(cameras: Sequence[CalibratedCamera], mean: Float64Array) -> Float64Array:
-    places = np.array([_center(camera) for camera in cameras])
-    _, spreads, axes = np.linalg.svd(places - places.mean(axis=0))
-    if len(cameras) < _MIN_FOR_PLANE or spreads[2] > _FLAT * spreads[1]:
+def _find_plane(cameras: Sequence[CalibratedCamera], mean_up: Float64Array) -> Float64Array:
+    centers = np.array([_camera_center(camera) for camera in cameras])
+    _, spreads, axes = np.linalg.svd(centers - centers.mean(axis=0))
+    if len(cameras) < _MIN_PLANE_CAMERAS or spreads[2] > _MAX_THICKNESS_RATIO * spreads[1]:
         message = (
             "the cameras do not lie in one plane that could define the up axis: omit --up if "
-            "the cameras are level, or give it the name of a level camera"
+            "the cameras are level, or use --up with the name of a level camera"
         )
         raise CalibrationError(message)
-    return np.asarray(axes[2] if axes[2] @ mean >= 0 else -axes[2])
+    return np.asarray(axes[2] if axes[2] @ mean_up >= 0 else -axes[2])
 
 
 def _find_focus(cameras: Sequence[CalibratedCamera], points: Float64Array) -> Float64Array:
-    """Return the point nearest to all lines of sight; the scene's center if they are parallel."""
-    total, weighted = np.zeros((3, 3)), np.zeros(3)
+    """Return the point nearest to all optical axes; the median point if they are parallel."""
+    projection_sum, weighted_sum = np.zeros((3, 3)), np.zeros(3)
     for camera in cameras:
-        sight = camera.pose.rotation[2]
-        across = np.eye(3) - np.outer(sight, sight)
-        total += across
-        weighted += across @ _center(camera)
-    middle = np.median(points, axis=0)
-    if np.linalg.eigvalsh(total)[0] < _PARALLEL * len(cameras):
-        return np.asarray(middle)
-    focus = np.linalg.solve(total, weighted)
+        direction = camera.pose.rotation[2]
+        projection = np.eye(3) - np.outer(direction, direction)
+        projection_sum += projection
+        weighted_sum += projection @ _camera_center(camera)
+    median_point = np.median(points, axis=0)
+    if np.linalg.eigvalsh(projection_sum)[0] < _PARALLEL_LIMIT * len(cameras):
+        return np.asarray(median_point)
+    focus = np.linalg.solve(projection_sum, weighted_sum)
     is_seen = all(
         camera.pose.rotation[2] @ focus + camera.pose.translation[2] > 0 for camera in cameras
     )
-    return np.asarray(focus if is_seen else middle)
+    return np.asarray(focus if is_seen else median_point)
 
 
 def _find_scale(
     cameras: Sequence[CalibratedCamera], origin: Float64Array, distance: Distance | None
 ) -> float:
     if distance is None:
-        return 1 / float(np.mean([np.linalg.norm(_center(camera) - origin) for camera in cameras]))
-    first, second = (_find(cameras, name) for name in (distance.first, distance.second))
-    found = float(np.linalg.norm(_center(first) - _center(second)))
-    if found < 1e-9:
+        return 1 / float(
+            np.mean([np.linalg.norm(_camera_center(camera) - origin) for camera in cameras])
+        )
+    first, second = (_find_camera(cameras, name) for name in (distance.first, distance.second))
+    distance_in_units = float(np.linalg.norm(_camera_center(first) - _camera_center(second)))
+    if distance_in_units < 1e-9:
         message = f"cameras {distance.first} and {distance.second} are at the same position"
         raise CalibrationError(message)
-    return distance.meters / found
+    return distance.meters / distance_in_units
 
 
-def _move(
-    camera: CalibratedCamera, turn: Float64Array, origin: Float64Array, scale: float
+def _transform_camera(
+    camera: CalibratedCamera, rotation: Float64Array, origin: Float64Array, scale: float
 ) -> CalibratedCamera:
-    axes = turn @ camera.pose.rotation.T
-    center = scale * (turn @ (_center(camera) - origin))
+    axes = rotation @ camera.pose.rotation.T
+    center = scale * (rotation @ (_camera_center(camera) - origin))
     return CalibratedCamera(camera.name, camera.lens, make_pose(axes, center))
 
 
-def _find(cameras: Sequence[CalibratedCamera], name: str) -> CalibratedCamera:
+def _find_camera(cameras: Sequence[CalibratedCamera], name: str) -> CalibratedCamera:
     for camera in cameras:
         if camera.name == name:
             return camera
-    joined = ", ".join(camera.name for camera in cameras)
-    message = f"camera {name} was not calibrated; the calibrated cameras are {joined}"
+    names = ", ".join(camera.name for camera in cameras)
+    message = f"camera {name} was not calibrated; the calibrated cameras are {names}"
     raise UnknownCameraError(message)
 
 
-def _center(camera: CalibratedCamera) -> Float64Array:
+def _camera_center(camera: CalibratedCamera) -> Float64Array:
     return np.asarray(-camera.pose.rotation.T @ camera.pose.translation)

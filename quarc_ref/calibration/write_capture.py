@@ -4,9 +4,9 @@
             points3D.ply            points of frame 0
             quarc-capture.json      offsets, up and scale (`datasets.capture_notes`)
             cam00.mp4, ...          the recordings of the calibrated cameras
-            cam00/000000.png, ...   or these
+            cam00/000000.png, ...   the recordings, if they are pictures
 
-Recordings are hard-linked where the file system supports it, else copied.
+Recordings are hard-linked if the file system supports hard links, and copied otherwise.
 """
 
 import json
@@ -31,7 +31,7 @@ def write_capture(calibration: Calibration, folder: OutputFolder) -> None:
     """Write a capture.
 
     Args:
-        calibration: Calibration to write; cameras without a pose are left out.
+        calibration: Calibration to write; cameras without a pose are omitted.
         folder: Output folder.
 
     Raises:
@@ -52,32 +52,32 @@ def write_capture(calibration: Calibration, folder: OutputFolder) -> None:
 def _add_recording(
     camera: CalibratedCamera, calibration: Calibration, folder: OutputFolder
 ) -> list[Values]:
-    """Add the recording of a camera to the folder, and return its entries."""
+    """Add the recording of a camera to the folder; return its entries in `transforms.json`."""
     paths = calibration.recordings.pictures.paths[calibration.recordings.index(camera.name)]
-    described = _describe(camera)
+    camera_entry = _make_entry(camera)
     if len(paths) == 1 and is_video(paths[0]):
         name = f"{camera.name}{paths[0].suffix}"
         folder.link(name, paths[0])
-        return [{"file_path": name, **described}]
+        return [{"file_path": name, **camera_entry}]
     entries: list[Values] = []
-    with folder.folder(camera.name) as inner:
+    with folder.folder(camera.name) as subfolder:
         for frame, path in enumerate(paths):
             name = f"{frame:06d}{path.suffix}"
-            inner.link(name, path)
-            entries.append({"file_path": f"{camera.name}/{name}", "time": frame, **described})
+            subfolder.link(name, path)
+            entries.append({"file_path": f"{camera.name}/{name}", "time": frame, **camera_entry})
     return entries
 
 
-def _describe(camera: CalibratedCamera) -> Values:
-    """Return lens and pose in the form of an entry of `transforms.json`."""
+def _make_entry(camera: CalibratedCamera) -> Values:
+    """Return lens and pose as an entry of `transforms.json`."""
     right, down, forward = camera.pose.rotation
     center = -camera.pose.rotation.T @ camera.pose.translation
     matrix = np.eye(4)
     matrix[:3] = np.stack([right, -down, -forward, center], axis=1)  # axes of OpenGL
-    return {**_describe_lens(camera.lens), "transform_matrix": matrix.tolist()}
+    return {**_make_lens_entry(camera.lens), "transform_matrix": matrix.tolist()}
 
 
-def _describe_lens(lens: Lens) -> Values:
+def _make_lens_entry(lens: Lens) -> Values:
     names = _FISHEYE_COEFFICIENTS if lens.fisheye else _COEFFICIENTS
     return {
         "camera_model": "OPENCV_FISHEYE" if lens.fisheye else "OPENCV",

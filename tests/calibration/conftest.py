@@ -10,15 +10,15 @@ from tests.recordings import write_recordings
 
 
 @pytest.fixture(scope="session")
-def traced(tmp_path_factory):
-    """Videos of a traced rig without poses, and its true cameras."""
+def traced_rig(tmp_path_factory):
+    """The folder with videos of a ray-traced rig, and the true cameras of the rig."""
     folder = tmp_path_factory.mktemp("traced") / "bare"
-    return SimpleNamespace(true=write_recordings(folder), folder=folder)
+    return SimpleNamespace(cameras=write_recordings(folder), folder=folder)
 
 
 @pytest.fixture(scope="session")
-def rig(traced):
+def rig(traced_rig):
     options = CalibrateOptions(
         sync=SyncMethod.NONE, moments=1, distance=Distance("cam01", "cam12", 2.0)
     )
-    return calibrate(find_recordings(traced.folder), options)
+    return calibrate(find_recordings(traced_rig.folder), options)

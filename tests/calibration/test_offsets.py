@@ -8,32 +8,38 @@ from quarc_ref.calibration.epipolar_motion import align_by_epipolar_motion
 from quarc_ref.calibration.errors import CalibrationError
 from quarc_ref.calibration.offsets import SyncMethod, find_offsets
 from quarc_ref.calibration.recordings import find_recordings
-from tests.calibration.rigs import LENS, ring
+from tests.calibration.rigs import LENS, make_ring
 
-PLANTED = [0, 15, 4, 0, 9, 0, 13, 1]  # number of frames by which a camera started late
-RATE = 16000
+TRUE_DELAYS = [0, 15, 4, 0, 9, 0, 13, 1]  # number of frames by which a camera started late
+SAMPLE_RATE = 16000
 
 
-def ignore(_done, _total):
+def ignore_progress(_done, _total):
     """Ignore progress."""
 
 
 def write_with_sound(path, offset, sound, frames=90):
-    """A static video with a part of a sound that starts `offset` frames late."""
+    """Write a static video, whose sound starts at `offset` frames of the given sound."""
     with av.open(str(path), "w") as container:
         video = container.add_stream("libx264", Fraction(30))
         video.width, video.height, video.pix_fmt = 32, 32, "yuv420p"
-        audio = container.add_stream("aac", rate=RATE)
+        audio = container.add_stream("aac", rate=SAMPLE_RATE)
         audio.layout = "mono"
         for index in range(frames):
             frame = av.VideoFrame.from_ndarray(np.full((32, 32, 3), 99, np.uint8), "rgb24")
             frame.pts, frame.time_base = index, Fraction(1, 30)
             container.mux(video.encode(frame))
-        first = offset * RATE // 30
-        heard = sound[first : first + frames * RATE // 30]
-        for begin in range(0, len(heard), 1024):
-            block = av.AudioFrame.from_ndarray(heard[None, begin : begin + 1024], "fltp", "mono")
-            block.sample_rate, block.pts, block.time_base = RATE, begin, Fraction(1, RATE)
+        first_sample = offset * SAMPLE_RATE // 30
+        recorded = sound[first_sample : first_sample + frames * SAMPLE_RATE // 30]
+        for block_start in range(0, len(recorded), 1024):
+            block = av.AudioFrame.from_ndarray(
+                recorded[None, block_start : block_start + 1024], "fltp", "mono"
+            )
+            block.sample_rate, block.pts, block.time_base = (
+                SAMPLE_RATE,
+                block_start,
+                Fraction(1, SAMPLE_RATE),
+            )
             container.mux(audio.encode(block))
         container.mux(video.encode(None))
         container.mux(audio.encode(None))
@@ -41,64 +47,66 @@ def write_with_sound(path, offset, sound, frames=90):
 
 def make_sound(seconds=5):
     random = np.random.default_rng(3)
-    loudness = np.repeat(random.random(seconds * 20) ** 3, RATE // 20)
+    loudness = np.repeat(random.random(seconds * 20) ** 3, SAMPLE_RATE // 20)
     return (0.3 * loudness * random.standard_normal(len(loudness))).astype(np.float32)
 
 
-def errors_of(found):
-    """Errors of offsets in frames, after the best common shift."""
-    wrong = np.array(found) + PLANTED
-    return np.abs(wrong - np.median(wrong)).max()
+def max_error(offsets):
+    """Return the maximum error of offsets in frames, after the best common shift."""
+    errors = np.array(offsets) + TRUE_DELAYS
+    return np.abs(errors - np.median(errors)).max()
 
 
 def test_planted_offsets_are_found_by_sound(tmp_path):
     sound = make_sound()
-    for index, offset in enumerate(PLANTED):
+    for index, offset in enumerate(TRUE_DELAYS):
         write_with_sound(tmp_path / f"cam{index}.mp4", offset, sound)
 
-    found, motions = find_offsets(find_recordings(tmp_path), SyncMethod.AUTO, ignore)
+    estimated, motions = find_offsets(find_recordings(tmp_path), SyncMethod.AUTO, ignore_progress)
 
-    assert found.method is SyncMethod.SOUND
-    assert found.unreliable == []
-    assert errors_of(list(found.frames.values())) < 0.5
+    assert estimated.method is SyncMethod.SOUND
+    assert estimated.unreliable_cameras == []
+    assert max_error(list(estimated.frames.values())) < 0.5
     assert motions == {}
 
 
-def draw_motion(camera, places):
-    """Motion as a camera sees it: a blob at each position."""
+def draw_motion(camera, positions):
+    """Return the motion in a camera's pictures: one picture with a blob per position."""
     y, x = np.indices((24, 32)) * 2 + 1.0
-    drawn = []
-    for place in places:
-        right, down, forward = camera.pose.rotation @ place + camera.pose.translation
+    pictures = []
+    for position in positions:
+        right, down, forward = camera.pose.rotation @ position + camera.pose.translation
         u, v = LENS.fx * right / forward + LENS.cx, LENS.fy * down / forward + LENS.cy
-        drawn.append(20 * np.exp(-((x - u) ** 2 + (y - v) ** 2) / 18))
-    return np.float32(drawn)
+        pictures.append(20 * np.exp(-((x - u) ** 2 + (y - v) ** 2) / 18))
+    return np.float32(pictures)
 
 
 def test_planted_offsets_are_found_by_motion(monkeypatch):
-    monkeypatch.setattr("quarc_ref.calibration.epipolar_motion.find_step", lambda _width: 2)
+    monkeypatch.setattr("quarc_ref.calibration.epipolar_motion.find_downscale", lambda _width: 2)
     random = np.random.default_rng(1)
     steps = 0.12 * random.standard_normal((75, 3)) * [1, 0.6, 1]
     walk = np.clip(np.cumsum(steps, axis=0), -0.8, 0.8)
-    cameras = ring(len(PLANTED))
+    cameras = make_ring(len(TRUE_DELAYS))
     motions = [
         draw_motion(camera, walk[offset : offset + 60])
-        for camera, offset in zip(cameras, PLANTED, strict=True)
+        for camera, offset in zip(cameras, TRUE_DELAYS, strict=True)
     ]
 
-    found = align_by_epipolar_motion(cameras, motions, 20, 2)
+    estimated = align_by_epipolar_motion(cameras, motions, 20, 2)
 
-    assert errors_of([shift.samples for shift in found]) < 0.5
-    assert min(shift.confidence for shift in found) > 2
+    assert max_error([shift.samples for shift in estimated]) < 0.5
+    assert min(shift.confidence for shift in estimated) > 2
 
 
-def test_silent_recordings_cannot_be_synchronized_by_sound(traced):
+def test_silent_recordings_cannot_be_synchronized_by_sound(traced_rig):
     with pytest.raises(CalibrationError, match="cannot synchronize by sound: cam00"):
-        find_offsets(find_recordings(traced.folder), SyncMethod.SOUND, ignore)
+        find_offsets(find_recordings(traced_rig.folder), SyncMethod.SOUND, ignore_progress)
 
 
-def test_recordings_of_a_single_moment_have_no_offsets(traced):
-    found, _ = find_offsets(find_recordings(traced.folder), SyncMethod.AUTO, ignore)
+def test_recordings_of_a_single_moment_have_no_offsets(traced_rig):
+    estimated, _ = find_offsets(
+        find_recordings(traced_rig.folder), SyncMethod.AUTO, ignore_progress
+    )
 
-    assert found.method is SyncMethod.NONE
-    assert set(found.frames.values()) == {0.0}
+    assert estimated.method is SyncMethod.NONE
+    assert set(estimated.frames.values()) == {0.0}

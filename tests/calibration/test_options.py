@@ -16,17 +16,17 @@ from quarc_ref.calibration.recordings import find_recordings
 from quarc_ref.calibration.write_capture import write_capture
 from quarc_ref.datasets.errors import MaskNameError, MaskSizeError
 from quarc_ref.files import written_folder
-from tests.calibration.rigs import compare
+from tests.calibration.rigs import measure_pose_errors
 
-CAMERAS = 5
+CAMERA_COUNT = 5
 
 
 @pytest.fixture(scope="module")
-def few(traced, tmp_path_factory):
-    """Pictures of neighboring cameras, in a folder for each."""
+def picture_folder(traced_rig, tmp_path_factory):
+    """A folder with the pictures of neighboring cameras, one subfolder per camera."""
     folder = tmp_path_factory.mktemp("few")
-    recordings = find_recordings(traced.folder)
-    for index, name in enumerate(recordings.names[:CAMERAS]):
+    recordings = find_recordings(traced_rig.folder)
+    for index, name in enumerate(recordings.names[:CAMERA_COUNT]):
         (folder / name).mkdir()
         picture = recordings.pictures.read(index, 0)
         assert cv2.imwrite(str(folder / name / "0000.png"), picture[..., ::-1])
@@ -34,53 +34,63 @@ def few(traced, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def shared(few):
-    return _calibrate(few)
+def shared_lens_rig(picture_folder):
+    return _calibrate(picture_folder)
 
 
-def _calibrate(folder, lenses=None, **others):
-    options = CalibrateOptions(lenses or LensOptions(), sync=SyncMethod.NONE, moments=1, **others)
+def _calibrate(folder, lenses=None, **options_by_name):
+    options = CalibrateOptions(
+        lenses or LensOptions(), sync=SyncMethod.NONE, moments=1, **options_by_name
+    )
     return calibrate(find_recordings(folder), options)
 
 
-def test_folders_of_pictures_are_recordings_too(shared, traced):
-    assert shared.solution.left_out == {}
-    angle, place = compare(shared.world.cameras, traced.true[:CAMERAS])
-    assert (angle < 1, place < 0.03) == (True, True)
+def test_folders_of_pictures_are_recordings_too(shared_lens_rig, traced_rig):
+    assert shared_lens_rig.solution.left_out == {}
+    rotation_error, position_error = measure_pose_errors(
+        shared_lens_rig.world.cameras, traced_rig.cameras[:CAMERA_COUNT]
+    )
+    assert (rotation_error < 1, position_error < 0.03) == (True, True)
 
 
-def test_shared_lenses_are_estimated_together_and_each_camera_can_have_its_own(few, shared):
-    each = _calibrate(few, LensOptions(shared=False))
-    assert len({camera.lens.fx for camera in shared.world.cameras}) == 1
-    assert len({camera.lens.fx for camera in each.world.cameras}) == len(each.world.cameras) > 2
+def test_shared_lenses_are_estimated_together_and_each_camera_can_have_its_own(
+    picture_folder, shared_lens_rig
+):
+    separate_lens_rig = _calibrate(picture_folder, LensOptions(is_shared=False))
+    assert len({camera.lens.fx for camera in shared_lens_rig.world.cameras}) == 1
+    assert (
+        len({camera.lens.fx for camera in separate_lens_rig.world.cameras})
+        == len(separate_lens_rig.world.cameras)
+        > 2
+    )
 
 
-def test_known_lenses_are_used_unchanged(few, shared, tmp_path):
+def test_known_lenses_are_used_unchanged(picture_folder, shared_lens_rig, tmp_path):
     with written_folder(tmp_path / "capture") as folder:
-        write_capture(shared, folder)
-    recordings = find_recordings(few)
+        write_capture(shared_lens_rig, folder)
+    recordings = find_recordings(picture_folder)
     known = read_lenses(tmp_path / "capture", recordings.names, recordings.pictures.sizes)
-    other = {
+    changed_lenses = {
         name: replace(lens, fx=1.01 * lens.fx, fy=1.01 * lens.fy) for name, lens in known.items()
     }
 
-    found = _calibrate(few, LensOptions(known=other))
-    assert found.solution.left_out == {}
-    for camera in found.world.cameras:
-        assert camera.lens.fx == pytest.approx(other[camera.name].fx)
+    calibration = _calibrate(picture_folder, LensOptions(known_lenses=changed_lenses))
+    assert calibration.solution.left_out == {}
+    for camera in calibration.world.cameras:
+        assert camera.lens.fx == pytest.approx(changed_lenses[camera.name].fx)
 
 
-def test_lenses_of_other_cameras_or_sizes_are_rejected(few, shared, tmp_path):
+def test_lenses_of_other_cameras_or_sizes_are_rejected(picture_folder, shared_lens_rig, tmp_path):
     with written_folder(tmp_path / "capture") as folder:
-        write_capture(shared, folder)
+        write_capture(shared_lens_rig, folder)
     with pytest.raises(CalibrationError, match="no lens for camera elsewhere"):
         read_lenses(tmp_path / "capture", ["elsewhere"], [(320, 240)])
     with pytest.raises(CalibrationError, match="its recording is 64x48"):
-        read_lenses(tmp_path / "capture", find_recordings(few).names[:1], [(64, 48)])
+        read_lenses(tmp_path / "capture", find_recordings(picture_folder).names[:1], [(64, 48)])
 
 
-def test_nothing_is_matched_where_a_mask_is_black(few, tmp_path):
-    recordings = find_recordings(few)
+def test_nothing_is_matched_where_a_mask_is_black(picture_folder, tmp_path):
+    recordings = find_recordings(picture_folder)
     mask = np.zeros((240, 320), np.uint8)
     mask[:, :160] = 255
     (tmp_path / "masks").mkdir()
@@ -90,10 +100,10 @@ def test_nothing_is_matched_where_a_mask_is_black(few, tmp_path):
 
     features = Features(tmp_path, [masks.get(name) for name in recordings.names])
     features.add_moment(
-        0, [recordings.pictures.read(i, 0) for i in range(CAMERAS)], lambda *_: None
+        0, [recordings.pictures.read(i, 0) for i in range(CAMERA_COUNT)], lambda *_: None
     )
-    masked, free = (features.read_keypoints(camera)[0][:, 0] for camera in (0, 1))
-    assert masked.max() < 161 < free.max()
+    masked_x, unmasked_x = (features.read_keypoints(camera)[0][:, 0] for camera in (0, 1))
+    assert masked_x.max() < 161 < unmasked_x.max()
 
 
 @pytest.mark.parametrize(
@@ -104,12 +114,12 @@ def test_nothing_is_matched_where_a_mask_is_black(few, tmp_path):
         ("elsewhere", (240, 320), MaskNameError, "masks named elsewhere, which match no camera"),
     ],
 )
-def test_masks_of_another_size_are_rejected(few, tmp_path, name, size, error, message):
+def test_masks_of_another_size_are_rejected(picture_folder, tmp_path, name, size, error, message):
     assert cv2.imwrite(str(tmp_path / f"{name}.png"), np.zeros(size, np.uint8))
     with pytest.raises(error, match=message):
-        read_masks(tmp_path, find_recordings(few))
+        read_masks(tmp_path, find_recordings(picture_folder))
 
 
-def test_a_folder_without_masks_is_rejected(few, tmp_path):
+def test_a_folder_without_masks_is_rejected(picture_folder, tmp_path):
     with pytest.raises(CalibrationError, match="has no masks"):
-        read_masks(tmp_path, find_recordings(few))
+        read_masks(tmp_path, find_recordings(picture_folder))

@@ -3,34 +3,34 @@ import pytest
 
 from quarc_ref.calibration.errors import CalibrationError, UnknownCameraError
 from quarc_ref.calibration.world import Distance, define_world
-from tests.calibration.rigs import center, compare, look_at, move, ring
+from tests.calibration.rigs import center, look_at, make_ring, measure_pose_errors, transform_camera
 
 POINTS = np.zeros((5, 3))
-_, _, TURN = np.linalg.svd(np.array([[1.0, 2, 3], [0, 1, 4], [5, 6, 0]]))
-TURN = TURN * np.linalg.det(TURN)
+_, _, ROTATION = np.linalg.svd(np.array([[1.0, 2, 3], [0, 1, 4], [5, 6, 0]]))
+ROTATION = ROTATION * np.linalg.det(ROTATION)
 
 
-def transformed(cameras):
-    return [move(camera, TURN, np.array([4.0, -2, 7]), 0.3) for camera in cameras]
+def transform_rig(cameras):
+    return [transform_camera(camera, ROTATION, np.array([4.0, -2, 7]), 0.3) for camera in cameras]
 
 
 @pytest.mark.parametrize(("up", "height"), [("level", 0.5), ("plane", 0.5), ("cam03", 0.0)])
 def test_a_tilted_ring_becomes_upright(up, height):
-    rig = ring(height=height)
+    rig = make_ring(height=height)
 
-    world = define_world(transformed(rig), POINTS, up)
+    world = define_world(transform_rig(rig), POINTS, up)
 
     heights = [-center(camera)[1] for camera in world.cameras]
-    downs = [camera.pose.rotation[1, 1] for camera in world.cameras]
+    down_components = [camera.pose.rotation[1, 1] for camera in world.cameras]
     assert np.ptp(heights) < 1e-6
-    assert min(downs) > 0.9
-    angle, place = compare(world.cameras, rig)
-    assert angle < 0.01
-    assert place < 1e-6
+    assert min(down_components) > 0.9
+    rotation_error, position_error = measure_pose_errors(world.cameras, rig)
+    assert rotation_error < 0.01
+    assert position_error < 1e-6
 
 
 def test_the_origin_is_what_the_cameras_look_at_and_their_mean_distance_is_1():
-    world = define_world(transformed(ring()), POINTS)
+    world = define_world(transform_rig(make_ring()), POINTS)
 
     distances = [np.linalg.norm(center(camera)) for camera in world.cameras]
     assert np.mean(distances) == pytest.approx(1)
@@ -39,17 +39,19 @@ def test_the_origin_is_what_the_cameras_look_at_and_their_mean_distance_is_1():
 
 
 def test_a_known_distance_makes_a_unit_a_meter():
-    world = define_world(transformed(ring()), POINTS, distance=Distance("cam00", "cam03", 6.0))
+    world = define_world(
+        transform_rig(make_ring()), POINTS, distance=Distance("cam00", "cam03", 6.0)
+    )
 
     assert np.linalg.norm(center(world.cameras[0]) - center(world.cameras[3])) == pytest.approx(6)
     assert world.meters_per_unit == 1.0
 
 
 def test_parallel_cameras_give_their_mean_up_axis():
-    row = [look_at(f"cam{i}", (i, 0.0, 0.0), (i, 0.0, 9.0)) for i in range(4)]
+    cameras = [look_at(f"cam{i}", (i, 0.0, 0.0), (i, 0.0, 9.0)) for i in range(4)]
 
-    middle = 0.3 * np.array([[1.5, 0, 5.0]]) @ TURN.T + np.array([4, -2, 7])
-    world = define_world(transformed(row), middle)
+    points = 0.3 * np.array([[1.5, 0, 5.0]]) @ ROTATION.T + np.array([4, -2, 7])
+    world = define_world(transform_rig(cameras), points)
 
     assert "mean" in world.up_from
     assert min(camera.pose.rotation[1, 1] for camera in world.cameras) > 0.999
@@ -57,7 +59,8 @@ def test_parallel_cameras_give_their_mean_up_axis():
 
 def test_a_rig_that_fills_space_has_no_plane():
     cameras = [
-        look_at(f"cam{i}", p) for i, p in enumerate(np.vstack([np.eye(3), -np.eye(3)]) + 0.1)
+        look_at(f"cam{index}", position)
+        for index, position in enumerate(np.vstack([np.eye(3), -np.eye(3)]) + 0.1)
     ]
 
     with pytest.raises(CalibrationError, match="do not lie in one plane"):
@@ -66,4 +69,4 @@ def test_a_rig_that_fills_space_has_no_plane():
 
 def test_an_unregistered_camera_is_named():
     with pytest.raises(UnknownCameraError, match="camera cam99 was not calibrated"):
-        define_world(ring(), POINTS, "cam99")
+        define_world(make_ring(), POINTS, "cam99")

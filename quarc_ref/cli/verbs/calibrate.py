@@ -202,12 +202,12 @@ def _show(output: Path, rig: "Calibration", page: Path, seconds: float, *, as_js
     solution, total = rig.solution, len(rig.recordings.names)
     for name, reason in solution.left_out.items():
         print_message(f"camera {name} could not be calibrated: {reason}")
-    for name in rig.unreliable:
+    for name in rig.unreliable_cameras:
         print_message(
             f"the pose of camera {name} depends on only {solution.fits[name].support} points "
             "and may be inaccurate: use more pictures (--moments 16)"
         )
-    unreliable = [name for name in rig.offsets.unreliable if name not in solution.left_out]
+    unreliable = [name for name in rig.offsets.unreliable_cameras if name not in solution.left_out]
     if unreliable:
         print_message(
             f"the time offsets of {', '.join(unreliable)} could not be estimated reliably: "
