@@ -33,7 +33,7 @@ def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
         frame, view = place
         traced = trace_view(stages[frame], cameras[view])
         pictures[place] = traced.picture
-        nearest[view] = min(nearest[view], traced.least)
+        nearest[view] = min(nearest[view], traced.min_depth)
 
     for frame in range(FRAMES):
         notebook.note(f"{frame} of {FRAMES} frames")

@@ -1,6 +1,6 @@
 """The room and its furniture, all static except a door and a screen.
 
-The door slides aside once per period and reveals new content; the screen changes its
+The door slides open once per period and reveals new content. The screen shows a new
 picture at about the same time.
 """
 
@@ -13,7 +13,6 @@ from quarc_ref.synth.paints import Paint, Palette, mix
 from quarc_ref.synth.solids import (
     Matrix,
     Solid,
-    at,
     ball,
     box,
     cylinder,
@@ -21,6 +20,7 @@ from quarc_ref.synth.solids import (
     rotate_x,
     rotate_y,
     rotate_z,
+    translate,
 )
 from quarc_ref.synth.stage import Room
 
@@ -33,18 +33,18 @@ _SKY = (2.8, 3.4, 4.1)
 
 
 def compute_opening(time: float, delay: float) -> float:
-    """Return the open fraction of the door, 0 to 1, at a time in seconds."""
-    moment = (time - delay) % _SHOW_SECONDS
-    return _smoothstep(moment, *_OPENING) - _smoothstep(moment, *_CLOSING)
+    """Return the open share of the door, from 0 to 1, at a time in seconds."""
+    time_in_period = (time - delay) % _SHOW_SECONDS
+    return _smoothstep(time_in_period, *_OPENING) - _smoothstep(time_in_period, *_CLOSING)
 
 
-def _smoothstep(moment: float, start: float, end: float) -> float:
-    x = min(max((moment - start) / (end - start), 0.0), 1.0)
+def _smoothstep(time: float, start: float, end: float) -> float:
+    x = min(max((time - start) / (end - start), 0.0), 1.0)
     return x * x * (3 - 2 * x)
 
 
 def make_room(phase: float, palette: Palette) -> Room:
-    """Return the room, a ceiling lamp and the light of its window."""
+    """Return the room with the light of a ceiling lamp and a window."""
     floor = Paint(patterns.FLOOR, *palette.wood, palette.toys[3], phase=phase)
     bricks = Paint(patterns.BRICKS, *palette.brick, phase=phase)
     paper = Paint(patterns.WALLPAPER, *palette.wall, phase=phase)
@@ -61,104 +61,120 @@ def make_room(phase: float, palette: Palette) -> Room:
 
 def make_cabinet(opening: float, phase: float, palette: Palette) -> list[Solid]:
     """Return a cabinet with toys behind a sliding door."""
-    place = at(-1.75, 0.0, -1.72) @ rotate_y(0.62)
+    frame = translate(-1.75, 0.0, -1.72) @ rotate_y(0.62)
     wood = Paint(patterns.WOOD, *palette.wood, palette.dark, 0.6, phase, 0.08)
     door = Paint(patterns.BLOCK, palette.wall[2], palette.wall[1], palette.wood[1], gloss=0.08)
     back = Paint(patterns.CHECKS, palette.toys[2], palette.toys[0], palette.light, 0.14, glow=0.35)
     walls = [
-        box(place @ at(0.0, 0.6, -0.22), (0.56, 0.56, 0.02), back),
-        box(place @ at(-0.56, 0.6, 0.0), (0.02, 0.6, 0.24), wood),
-        box(place @ at(0.56, 0.6, 0.0), (0.02, 0.6, 0.24), wood),
-        box(place @ at(0.0, 1.18, 0.0), (0.60, 0.025, 0.27), wood),
-        box(place @ at(0.0, 0.05, 0.0), (0.56, 0.05, 0.24), wood),
-        box(place @ at(0.0, 0.62, -0.02), (0.54, 0.02, 0.19), wood),
-        box(place @ at(-0.27, 0.63, 0.21), (0.27, 0.53, 0.015), door),
-        box(place @ at(0.27 - 0.54 * opening, 0.63, 0.245), (0.27, 0.53, 0.015), door),
+        box(frame @ translate(0.0, 0.6, -0.22), (0.56, 0.56, 0.02), back),
+        box(frame @ translate(-0.56, 0.6, 0.0), (0.02, 0.6, 0.24), wood),
+        box(frame @ translate(0.56, 0.6, 0.0), (0.02, 0.6, 0.24), wood),
+        box(frame @ translate(0.0, 1.18, 0.0), (0.60, 0.025, 0.27), wood),
+        box(frame @ translate(0.0, 0.05, 0.0), (0.56, 0.05, 0.24), wood),
+        box(frame @ translate(0.0, 0.62, -0.02), (0.54, 0.02, 0.19), wood),
+        box(frame @ translate(-0.27, 0.63, 0.21), (0.27, 0.53, 0.015), door),
+        box(frame @ translate(0.27 - 0.54 * opening, 0.63, 0.245), (0.27, 0.53, 0.015), door),
     ]
-    return [*walls, *_hidden_toys(place, phase, palette)]
+    return [*walls, *_make_hidden_toys(frame, phase, palette)]
 
 
-def _hidden_toys(place: Matrix, phase: float, palette: Palette) -> list[Solid]:
+def _make_hidden_toys(frame: Matrix, phase: float, palette: Palette) -> list[Solid]:
     toys = palette.toys
     dots = Paint(patterns.DOTS, toys[4], palette.light, toys[4], 0.15, phase, 0.25, 0.3)
     stripes = Paint(patterns.STRIPES, toys[3], palette.light, toys[3], 0.14, 0.0, 0.25, 0.3)
     return [
-        ball(place @ at(0.3, 0.28, 0.0), 0.17, dots),
-        cylinder(place @ at(0.28, 0.81, 0.0), 0.13, 0.17, stripes),
-        ball(place @ at(0.28, 1.05, 0.0), 0.08, dots),
+        ball(frame @ translate(0.3, 0.28, 0.0), 0.17, dots),
+        cylinder(frame @ translate(0.28, 0.81, 0.0), 0.13, 0.17, stripes),
+        ball(frame @ translate(0.28, 1.05, 0.0), 0.08, dots),
     ]
 
 
 def make_screen(wipe: float, palette: Palette) -> list[Solid]:
-    """Return a screen on the wall that has replaced a share of its picture."""
+    """Return a screen on the wall; `wipe` is the share that shows the second picture."""
     toys = palette.toys
     paint = Paint(patterns.SCREEN, toys[5], palette.light, toys[2], phase=wipe, glow=0.45)
-    return [box(at(1.35, 1.42, _BACK + 0.04), (0.56, 0.36, 0.04), paint)]
+    return [box(translate(1.35, 1.42, _BACK + 0.04), (0.56, 0.36, 0.04), paint)]
 
 
 def make_wall_pieces(phase: float, palette: Palette) -> list[list[Solid]]:
     """Return pictures, a window and a shelf with books."""
     toys = palette.toys
-    frame = Paint(patterns.WOOD, *palette.wood, palette.dark, 0.4, phase, 0.1)
-    hills = Paint(patterns.LANDSCAPE, toys[3], toys[1], toys[4], phase=6 * phase)
-    lake = Paint(patterns.LANDSCAPE, toys[4], toys[5], toys[1], phase=6 * phase + 2)
+    frame_paint = Paint(patterns.WOOD, *palette.wood, palette.dark, 0.4, phase, 0.1)
+    hills_paint = Paint(patterns.LANDSCAPE, toys[3], toys[1], toys[4], phase=6 * phase)
+    lake_paint = Paint(patterns.LANDSCAPE, toys[4], toys[5], toys[1], phase=6 * phase + 2)
     blue, white = (0.25, 0.45, 0.8), (0.85, 0.9, 0.95)
-    sky = Paint(patterns.WINDOW, blue, white, palette.light, phase=phase, glow=0.6)
-    north = at(-0.05, 1.5, _BACK + 0.03)
-    west = at(_LEFT + 0.03, 1.45, -0.75) @ rotate_y(math.pi / 2)
+    sky_paint = Paint(patterns.WINDOW, blue, white, palette.light, phase=phase, glow=0.6)
+    back_frame = translate(-0.05, 1.5, _BACK + 0.03)
+    left_frame = translate(_LEFT + 0.03, 1.45, -0.75) @ rotate_y(math.pi / 2)
     return [
-        [box(north, (0.46, 0.35, 0.03), frame), box(north, (0.39, 0.28, 0.04), hills)],
-        [box(west, (0.52, 0.40, 0.03), frame), box(west, (0.45, 0.33, 0.04), lake)],
-        [box(at(_RIGHT - 0.02, 1.75, -0.5), (0.02, 0.6, 0.9), sky)],
-        _books(at(_RIGHT - 0.14, 1.05, -2.1) @ rotate_y(-math.pi / 2), palette),
+        [
+            box(back_frame, (0.46, 0.35, 0.03), frame_paint),
+            box(back_frame, (0.39, 0.28, 0.04), hills_paint),
+        ],
+        [
+            box(left_frame, (0.52, 0.40, 0.03), frame_paint),
+            box(left_frame, (0.45, 0.33, 0.04), lake_paint),
+        ],
+        [box(translate(_RIGHT - 0.02, 1.75, -0.5), (0.02, 0.6, 0.9), sky_paint)],
+        _make_books(translate(_RIGHT - 0.14, 1.05, -2.1) @ rotate_y(-math.pi / 2), palette),
     ]
 
 
-def _books(place: Matrix, palette: Palette) -> list[Solid]:
+def _make_books(frame: Matrix, palette: Palette) -> list[Solid]:
     wood = Paint(patterns.WOOD, *palette.wood, palette.dark, 0.5)
     books = []
-    for i in range(6):
-        half = 0.13 + 0.03 * math.sin(5.0 * i)
-        tint = mix(palette.toys[i], palette.dark, 0.25)
-        paint = Paint(patterns.STRIPES, tint, palette.light, tint, 2 * half, 0.5 + 0.2 * i)
-        spot = place @ at(-0.26 + 0.1 * i, 0.03 + half, 0.02)
-        books.append(box(spot, (0.042, half, 0.1), paint))
-    return [box(place, (0.4, 0.025, 0.14), wood), *books]
+    for index in range(6):
+        half_height = 0.13 + 0.03 * math.sin(5.0 * index)
+        tint = mix(palette.toys[index], palette.dark, 0.25)
+        paint = Paint(
+            patterns.STRIPES, tint, palette.light, tint, 2 * half_height, 0.5 + 0.2 * index
+        )
+        book_frame = frame @ translate(-0.26 + 0.1 * index, 0.03 + half_height, 0.02)
+        books.append(box(book_frame, (0.042, half_height, 0.1), paint))
+    return [box(frame, (0.4, 0.025, 0.14), wood), *books]
 
 
 def make_floor_pieces(phase: float, palette: Palette) -> list[list[Solid]]:
     """Return toy blocks, a cushion and a plant."""
-    return [_blocks(phase, palette), _cushion(palette), _plant(phase, palette)]
+    return [_make_blocks(phase, palette), _make_cushion(palette), _make_plant(phase, palette)]
 
 
-def _blocks(phase: float, palette: Palette) -> list[Solid]:
+def _make_blocks(phase: float, palette: Palette) -> list[Solid]:
     toys, light = palette.toys, palette.light
-    places = [
-        at(1.75, 0.13, -1.45) @ rotate_y(0.3 + phase),
-        at(2.05, 0.13, -1.30) @ rotate_y(1.0 - phase),
-        at(1.90, 0.39, -1.38) @ rotate_y(0.7 + 2 * phase),
+    frames = [
+        translate(1.75, 0.13, -1.45) @ rotate_y(0.3 + phase),
+        translate(2.05, 0.13, -1.30) @ rotate_y(1.0 - phase),
+        translate(1.90, 0.39, -1.38) @ rotate_y(0.7 + 2 * phase),
     ]
     return [
-        box(place, (0.13, 0.13, 0.13), Paint(patterns.BLOCK, toys[2 * i], light, toys[2 * i + 1]))
-        for i, place in enumerate(places)
+        box(
+            frame,
+            (0.13, 0.13, 0.13),
+            Paint(patterns.BLOCK, toys[2 * index], light, toys[2 * index + 1]),
+        )
+        for index, frame in enumerate(frames)
     ]
 
 
-def _cushion(palette: Palette) -> list[Solid]:
+def _make_cushion(palette: Palette) -> list[Solid]:
     tint, dark = palette.toys[1], mix(palette.toys[1], palette.dark, 0.4)
     paint = Paint(patterns.STRIPES, tint, dark, tint, 0.13)
-    place = at(-2.75, 0.2, -0.55) @ rotate_z(0.15)
-    return [ellipsoid(place, (0.48, 0.24, 0.48), paint)]
+    frame = translate(-2.75, 0.2, -0.55) @ rotate_z(0.15)
+    return [ellipsoid(frame, (0.48, 0.24, 0.48), paint)]
 
 
-def _plant(phase: float, palette: Palette) -> list[Solid]:
-    place = at(2.75, 0.0, -2.0)
+def _make_plant(phase: float, palette: Palette) -> list[Solid]:
+    frame = translate(2.75, 0.0, -2.0)
     pot = Paint(patterns.STRIPES, palette.toys[0], palette.light, palette.light, 0.2, 0.25, 0.1)
     green, dark = (0.16, 0.36, 0.10), (0.07, 0.2, 0.06)
     leaf = Paint(patterns.WOOD, green, dark, dark, 0.5, phase, 0.15)
     leaves = []
-    for i in range(9):
-        around = rotate_y(2.4 * i + phase) @ rotate_x(0.25 + 0.11 * i)
-        radii = (0.085, 0.32 - 0.012 * i, 0.03)
-        leaves.append(ellipsoid(place @ at(0, 0.4, 0) @ around @ at(0, 0.3, 0), radii, leaf))
-    return [cylinder(place @ at(0.0, 0.2, 0.0), 0.19, 0.2, pot), *leaves]
+    for index in range(9):
+        leaf_rotation = rotate_y(2.4 * index + phase) @ rotate_x(0.25 + 0.11 * index)
+        radii = (0.085, 0.32 - 0.012 * index, 0.03)
+        leaves.append(
+            ellipsoid(
+                frame @ translate(0, 0.4, 0) @ leaf_rotation @ translate(0, 0.3, 0), radii, leaf
+            )
+        )
+    return [cylinder(frame @ translate(0.0, 0.2, 0.0), 0.19, 0.2, pot), *leaves]

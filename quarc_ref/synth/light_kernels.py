@@ -1,9 +1,9 @@
 """Kernels for the light reflected by surfaces.
 
 Every ray of a pixel samples one point of each lamp and one direction of the hemisphere
-above the surface; together they cover lamps and hemisphere evenly. The samples are the
-same for all pixels, cameras and frames, which replaces each large lamp by nine small
-ones. Shadows are soft, have no noise, and are consistent between cameras.
+above the surface. The nine rays of a pixel cover lamps and hemisphere evenly. All pixels,
+cameras and frames use the same samples, so a large lamp acts as nine small lamps. Shadows
+are soft, have no noise, and are consistent between cameras.
 """
 
 # mypy: allow-untyped-defs
@@ -13,23 +13,28 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from quarc_ref.synth.compiled import inlined
-from quarc_ref.synth.solid_kernels import outward
-from quarc_ref.synth.texture_kernels import color_of
-from quarc_ref.synth.trace_kernels import find_before, hit_wall, is_hidden, list_between, to_shape
+from quarc_ref.synth.compiled import inlined_kernel
+from quarc_ref.synth.solid_kernels import compute_normal
+from quarc_ref.synth.texture_kernels import evaluate_paint
+from quarc_ref.synth.trace_kernels import (
+    find_nearest_hit,
+    hit_wall,
+    is_occluded,
+    list_candidates,
+    to_shape_space,
+)
 
-_SIDE = 3
-SAMPLES = _SIDE * _SIDE
-_LIFT = 1e-3  # meters: offset of rays that leave a surface
-_NEARBY = 0.55  # meters within which solids block ambient light
-_BROADNESS = 10.0  # exponent of the highlight
+_GRID_SIDE = 3
+SAMPLES = _GRID_SIDE * _GRID_SIDE
+_SURFACE_OFFSET = 1e-3  # meters from a surface to the origins of rays that leave the surface
+_AMBIENT_RANGE = 0.55  # meters; solids within this distance block ambient light
 
 
-def _spread() -> NDArray[np.float64]:
-    """Return `[9, 2]` points of a square, with one point in each of nine cells."""
+def _spread_points() -> NDArray[np.float64]:
+    """Return `[9, 2]` points of a unit square, one in each cell of a 3 x 3 grid."""
     order = np.arange(SAMPLES)
-    turned = order % _SIDE * _SIDE + order // _SIDE
-    return (np.stack((order, turned), axis=1) + 0.5) / SAMPLES
+    transposed = order % _GRID_SIDE * _GRID_SIDE + order // _GRID_SIDE
+    return (np.stack((order, transposed), axis=1) + 0.5) / SAMPLES
 
 
 def _sample_hemisphere() -> NDArray[np.float64]:
@@ -38,35 +43,37 @@ def _sample_hemisphere() -> NDArray[np.float64]:
     return np.stack((r * np.cos(angle), r * np.sin(angle), np.sqrt(1 - r * r)), axis=1)
 
 
-POINTS = _spread()
+POINTS = _spread_points()
 _DIRECTIONS = _sample_hemisphere()
 
 
-@inlined
+@inlined_kernel
 def list_occluders(stage, lists, counts, center, radius):
-    """List the solids that can cast shadows on points within a ball.
+    """List the solids that can cast shadows on points within a sphere.
 
     Args:
         stage: Stage from `pack_stage`.
         lists: `[L + 1, S]` output: solids for each lamp, then for the ambient light.
         counts: `[L + 1]` output: number of solids in each list.
-        center: Center of the ball, three numbers.
-        radius: Radius of the ball.
+        center: Center of the sphere, three numbers.
+        radius: Radius of the sphere.
     """
-    lights, radius = stage.lights, radius + _LIFT
+    lights, radius = stage.lights, radius + _SURFACE_OFFSET
     for lamp in range(lights.shape[0]):
         x = abs(lights[lamp, 3]) + abs(lights[lamp, 6])
         y = abs(lights[lamp, 4]) + abs(lights[lamp, 7])
         z = abs(lights[lamp, 5]) + abs(lights[lamp, 8])
         end = (lights[lamp, 0], lights[lamp, 1], lights[lamp, 2])
-        size = max(radius, math.sqrt(x * x + y * y + z * z))
-        counts[lamp] = list_between(stage, lists[lamp], center, radius, end, size)
-    last, reach = lights.shape[0], radius + _NEARBY
-    counts[last] = list_between(stage, lists[last], center, reach, center, reach)
+        end_radius = max(radius, math.sqrt(x * x + y * y + z * z))
+        counts[lamp] = list_candidates(stage, lists[lamp], center, radius, end, end_radius)
+    ambient_index, ambient_radius = lights.shape[0], radius + _AMBIENT_RANGE
+    counts[ambient_index] = list_candidates(
+        stage, lists[ambient_index], center, ambient_radius, center, ambient_radius
+    )
 
 
-@inlined
-def light_from(stage, lists, counts, ray, t, found, s):
+@inlined_kernel
+def reflect_light(stage, lists, counts, ray, hit_distance, surface, sample):
     """Return the light that a surface reflects along a ray, in linear RGB.
 
     Args:
@@ -74,104 +81,128 @@ def light_from(stage, lists, counts, ray, t, found, s):
         lists: Lists from `list_occluders`.
         counts: Counts from `list_occluders`.
         ray: Origin and direction of length 1, six numbers.
-        t: Distance to the hit surface.
-        found: Row of the surface in `Stage.paints`.
-        s: Index of the ray within its pixel.
+        hit_distance: Distance to the hit surface.
+        surface: Row of the surface in `Stage.paints`.
+        sample: Index of the ray within its pixel.
     """
     paints, lights = stage.paints, stage.lights
-    x, y, z = ray[0] + t * ray[3], ray[1] + t * ray[4], ray[2] + t * ray[5]
-    spot, normal = _spot(stage.solids, found, x, y, z)
-    albedo = color_of(paints, found, spot)
-    place = (x + _LIFT * normal[0], y + _LIFT * normal[1], z + _LIFT * normal[2])
-    r, g, b = _ambient(stage, lists, counts, place, normal, (7 * s + 1) % SAMPLES)
-    glow = paints[found, 12]
+    x, y, z = (
+        ray[0] + hit_distance * ray[3],
+        ray[1] + hit_distance * ray[4],
+        ray[2] + hit_distance * ray[5],
+    )
+    spot, normal = _locate_spot(stage.solids, surface, x, y, z)
+    albedo = evaluate_paint(paints, surface, spot)
+    origin = (
+        x + _SURFACE_OFFSET * normal[0],
+        y + _SURFACE_OFFSET * normal[1],
+        z + _SURFACE_OFFSET * normal[2],
+    )
+    r, g, b = _compute_ambient_light(
+        stage, lists, counts, origin, normal, (7 * sample + 1) % SAMPLES
+    )
+    glow = paints[surface, 12]
     r, g, b = albedo[0] * (r + glow), albedo[1] * (g + glow), albedo[2] * (b + glow)
     for lamp in range(lights.shape[0]):
-        point = (5 + 6 * lamp) * s % SAMPLES
-        matt, shine = _lamp(stage, lists, counts, lamp, place, normal, ray, point)
-        shine *= paints[found, 11]
-        r += lights[lamp, 9] * (matt * albedo[0] + shine)
-        g += lights[lamp, 10] * (matt * albedo[1] + shine)
-        b += lights[lamp, 11] * (matt * albedo[2] + shine)
+        point = (5 + 6 * lamp) * sample % SAMPLES
+        diffuse, specular = _compute_lamp_light(
+            stage, lists, counts, lamp, origin, normal, ray, point
+        )
+        specular *= paints[surface, 11]
+        r += lights[lamp, 9] * (diffuse * albedo[0] + specular)
+        g += lights[lamp, 10] * (diffuse * albedo[1] + specular)
+        b += lights[lamp, 11] * (diffuse * albedo[2] + specular)
     return r, g, b
 
 
-@inlined
-def _spot(solids, found, x, y, z):
-    """Return a surface point in the form of `color_of`, and its world normal."""
-    if found >= solids.shape[0]:
-        face = found - solids.shape[0]
+@inlined_kernel
+def _locate_spot(solids, surface, x, y, z):
+    """Return a surface point as a spot for `evaluate_paint`, and the world normal."""
+    if surface >= solids.shape[0]:
+        face = surface - solids.shape[0]
         inward = 1.0 if face % 2 == 0 else -1.0
         a = inward if face < 2 else 0.0
         b = inward if 2 <= face < 4 else 0.0
         c = inward if face >= 4 else 0.0
         return (x, y, z, x, y, z, a, b, c), (a, b, c)
-    u, v, w = to_shape(solids, found, x, y, z, 1.0)
-    a, b, c = outward(int(solids[found, 16]), solids[found, 17], u, v, w)
-    normal = _unit(
-        solids[found, 4] * a + solids[found, 8] * b + solids[found, 12] * c,
-        solids[found, 5] * a + solids[found, 9] * b + solids[found, 13] * c,
-        solids[found, 6] * a + solids[found, 10] * b + solids[found, 14] * c,
+    u, v, w = to_shape_space(solids, surface, x, y, z, 1.0)
+    a, b, c = compute_normal(int(solids[surface, 16]), solids[surface, 17], u, v, w)
+    normal = _normalize(
+        solids[surface, 4] * a + solids[surface, 8] * b + solids[surface, 12] * c,
+        solids[surface, 5] * a + solids[surface, 9] * b + solids[surface, 13] * c,
+        solids[surface, 6] * a + solids[surface, 10] * b + solids[surface, 14] * c,
     )
-    meters = (u * solids[found, 18], v * solids[found, 19], w * solids[found, 20])
+    meters = (u * solids[surface, 18], v * solids[surface, 19], w * solids[surface, 20])
     return (*meters, u, v, w, a, b, c), normal
 
 
-@inlined
-def _unit(x, y, z):
+@inlined_kernel
+def _normalize(x, y, z):
     length = math.sqrt(x * x + y * y + z * z)
     return x / length, y / length, z / length
 
 
-@inlined
-def _lamp(stage, lists, counts, lamp, place, normal, ray, point):
-    """Return the diffuse and specular light from a point of a lamp."""
+@inlined_kernel
+def _compute_lamp_light(stage, lists, counts, lamp, origin, normal, ray, point):
+    """Return the diffuse and specular light from a sample point of a lamp."""
     lights = stage.lights
     a, b = 2 * POINTS[point, 0] - 1, 2 * POINTS[point, 1] - 1
-    x = lights[lamp, 0] + a * lights[lamp, 3] + b * lights[lamp, 6] - place[0]
-    y = lights[lamp, 1] + a * lights[lamp, 4] + b * lights[lamp, 7] - place[1]
-    z = lights[lamp, 2] + a * lights[lamp, 5] + b * lights[lamp, 8] - place[2]
+    x = lights[lamp, 0] + a * lights[lamp, 3] + b * lights[lamp, 6] - origin[0]
+    y = lights[lamp, 1] + a * lights[lamp, 4] + b * lights[lamp, 7] - origin[1]
+    z = lights[lamp, 2] + a * lights[lamp, 5] + b * lights[lamp, 8] - origin[2]
     distance = math.sqrt(x * x + y * y + z * z)
     x, y, z = x / distance, y / distance, z / distance
-    facing = x * normal[0] + y * normal[1] + z * normal[2]
-    leaving = -(x * lights[lamp, 12] + y * lights[lamp, 13] + z * lights[lamp, 14])
-    if facing <= 0 or leaving <= 0:
+    incident_cosine = x * normal[0] + y * normal[1] + z * normal[2]
+    emission_cosine = -(x * lights[lamp, 12] + y * lights[lamp, 13] + z * lights[lamp, 14])
+    if incident_cosine <= 0 or emission_cosine <= 0:
         return 0.0, 0.0
-    if is_hidden(stage.solids, lists[lamp], counts[lamp], (*place, x, y, z), distance):
+    if is_occluded(stage.solids, lists[lamp], counts[lamp], (*origin, x, y, z), distance):
         return 0.0, 0.0
-    matt = facing * leaving / (distance * distance)
-    half = _unit(x - ray[3], y - ray[4], z - ray[5])
-    along = half[0] * normal[0] + half[1] * normal[1] + half[2] * normal[2]
-    return matt, matt * max(along, 0.0) ** 8
+    diffuse = incident_cosine * emission_cosine / (distance * distance)
+    half_vector = _normalize(x - ray[3], y - ray[4], z - ray[5])
+    half_cosine = (
+        half_vector[0] * normal[0] + half_vector[1] * normal[1] + half_vector[2] * normal[2]
+    )
+    return diffuse, diffuse * max(half_cosine, 0.0) ** 8
 
 
-@inlined
-def _ambient(stage, lists, counts, place, normal, s):
+@inlined_kernel
+def _compute_ambient_light(stage, lists, counts, origin, normal, sample):
     """Return the ambient light, reduced near other solids."""
-    x, y, z = _above(normal, s)
-    ray, last = (*place, x, y, z), stage.lights.shape[0]
-    wall, _ = hit_wall(stage.room, ray)
-    free, _ = find_before(stage.solids, lists[last], counts[last], ray, min(wall, _NEARBY), last)
-    up = 0.5 + 0.5 * normal[1]
-    high, low = up * free / _NEARBY, (1 - up) * free / _NEARBY
+    x, y, z = _rotate_sample(normal, sample)
+    ray, ambient_index = (*origin, x, y, z), stage.lights.shape[0]
+    wall_distance, _ = hit_wall(stage.room, ray)
+    free_distance, _ = find_nearest_hit(
+        stage.solids,
+        lists[ambient_index],
+        counts[ambient_index],
+        ray,
+        min(wall_distance, _AMBIENT_RANGE),
+        ambient_index,
+    )
+    up_share = 0.5 + 0.5 * normal[1]
+    upper, lower = (
+        up_share * free_distance / _AMBIENT_RANGE,
+        (1 - up_share) * free_distance / _AMBIENT_RANGE,
+    )
     return (
-        high * stage.ambient[0, 0] + low * stage.ambient[1, 0],
-        high * stage.ambient[0, 1] + low * stage.ambient[1, 1],
-        high * stage.ambient[0, 2] + low * stage.ambient[1, 2],
+        upper * stage.ambient[0, 0] + lower * stage.ambient[1, 0],
+        upper * stage.ambient[0, 1] + lower * stage.ambient[1, 1],
+        upper * stage.ambient[0, 2] + lower * stage.ambient[1, 2],
     )
 
 
-@inlined
-def _above(normal, s):
-    """Return a direction of the hemisphere above a surface."""
+@inlined_kernel
+def _rotate_sample(normal, sample):
+    """Return a sample direction of the hemisphere above a surface."""
     if abs(normal[1]) < 0.9:
-        tx, ty, tz = _unit(normal[2], 0.0, -normal[0])
+        tx, ty, tz = _normalize(normal[2], 0.0, -normal[0])
     else:
-        tx, ty, tz = _unit(0.0, -normal[2], normal[1])
+        tx, ty, tz = _normalize(0.0, -normal[2], normal[1])
     bx = normal[1] * tz - normal[2] * ty
     by = normal[2] * tx - normal[0] * tz
     bz = normal[0] * ty - normal[1] * tx
-    a, b, c = _DIRECTIONS[s, 0], _DIRECTIONS[s, 1], _DIRECTIONS[s, 2]
+    a, b, c = _DIRECTIONS[sample, 0], _DIRECTIONS[sample, 1], _DIRECTIONS[sample, 2]
     return (
         a * tx + b * bx + c * normal[0],
         a * ty + b * by + c * normal[1],

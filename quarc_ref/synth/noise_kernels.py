@@ -1,31 +1,31 @@
-"""Kernels for smooth noise and soft edges, which patterns are made of.
+"""Kernels for smooth noise and soft edges of patterns.
 
-Noise interpolates hashed values at the points of a grid, so it has no detail finer than a cell.
+Noise interpolates hashed values at grid points, so no detail is finer than a grid cell.
 """
 
 # mypy: allow-untyped-defs
 
 import math
 
-from quarc_ref.synth.compiled import plain
+from quarc_ref.synth.compiled import kernel
 
 
-@plain
+@kernel
 def hash_uniform(i, j, k):
     """Return a hash of three integers as a number from 0 to 1."""
-    mixed = (i * 374761393 + j * 668265263 + k * 1440662683) & 0xFFFFFFFF
-    mixed = ((mixed ^ (mixed >> 13)) * 1274126177) & 0xFFFFFFFF
-    return ((mixed ^ (mixed >> 16)) & 0xFFFF) / 65535.0
+    bits = (i * 374761393 + j * 668265263 + k * 1440662683) & 0xFFFFFFFF
+    bits = ((bits ^ (bits >> 13)) * 1274126177) & 0xFFFFFFFF
+    return ((bits ^ (bits >> 16)) & 0xFFFF) / 65535.0
 
 
-@plain
+@kernel
 def ramp(x, low, high):
-    """Return 0 below `low`, 1 above `high`, and a smooth transition between them."""
+    """Return 0 below `low`, 1 above `high`, and a smooth transition between `low` and `high`."""
     x = min(max((x - low) / (high - low), 0.0), 1.0)
     return x * x * (3 - 2 * x)
 
 
-@plain
+@kernel
 def blend(a, b, share):
     """Interpolate between two colors."""
     return (
@@ -35,13 +35,13 @@ def blend(a, b, share):
     )
 
 
-@plain
+@kernel
 def shade(a, factor):
     """Multiply a color by a factor."""
     return a[0] * factor, a[1] * factor, a[2] * factor
 
 
-@plain
+@kernel
 def noise(x, y, z):
     """Return smooth noise from 0 to 1 with cells of size 1."""
     i, j, k = math.floor(x), math.floor(y), math.floor(z)
@@ -51,8 +51,8 @@ def noise(x, y, z):
     return near + w * (_plane(i, j, k + 1, u, v) - near)
 
 
-@plain
+@kernel
 def _plane(i, j, k, u, v):
-    low = hash_uniform(i, j, k) * (1 - u) + hash_uniform(i + 1, j, k) * u
-    high = hash_uniform(i, j + 1, k) * (1 - u) + hash_uniform(i + 1, j + 1, k) * u
-    return low + v * (high - low)
+    low_value = hash_uniform(i, j, k) * (1 - u) + hash_uniform(i + 1, j, k) * u
+    high_value = hash_uniform(i, j + 1, k) * (1 - u) + hash_uniform(i + 1, j + 1, k) * u
+    return low_value + v * (high_value - low_value)

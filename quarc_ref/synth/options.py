@@ -22,7 +22,7 @@ class SynthOptions:
         frames: Number of frames of every camera.
         frames_per_second: Frame rate of every camera.
         seed: Seed of colors, patterns, motions and camera positions.
-        cameras: Number of training cameras; one additional camera is held out.
+        cameras: Number of training cameras; the capture has one more camera, held out.
         variant: Name of the scene, one of `VARIANTS`.
     """
 
@@ -36,13 +36,13 @@ class SynthOptions:
 
     def __post_init__(self) -> None:
         for name in ("width", "height"):
-            side = getattr(self, name)
-            if side < _MIN_SIDE or side % 2:
-                message = f"{name} is {side}; it must be even and at least {_MIN_SIDE}"
+            size = getattr(self, name)
+            if size < _MIN_SIDE or size % 2:
+                message = f"{name} is {size}; it must be even and at least {_MIN_SIDE}"
                 raise ValueError(message)
-        for name, least in (("frames", 1), ("frames_per_second", 1), ("seed", 0), ("cameras", 2)):
-            if getattr(self, name) < least:
-                message = f"{name} is {getattr(self, name)}, below {least}"
+        for name, minimum in (("frames", 1), ("frames_per_second", 1), ("seed", 0), ("cameras", 2)):
+            if getattr(self, name) < minimum:
+                message = f"{name} is {getattr(self, name)}, below {minimum}"
                 raise ValueError(message)
         if self.cameras > _MAX_CAMERAS:
             message = f"cameras is {self.cameras}; it must be at most {_MAX_CAMERAS}"
@@ -57,7 +57,7 @@ class SynthOptions:
         return VARIANTS[self.variant]
 
 
-def draw(seed: int, purpose: str, count: int) -> NDArray[np.float64]:
+def draw_uniform(seed: int, purpose: str, count: int) -> NDArray[np.float64]:
     """Return random numbers from 0 to 1 for a seed and a purpose."""
     return make_generator(seed, purpose).random(count)
 

@@ -1,6 +1,6 @@
-"""Paints (a pattern, three colors and parameters), and palettes from a seed.
+"""Paints, which are patterns with three colors and parameters, and palettes from a seed.
 
-Colors are chosen in Oklab, where hues of equal lightness and chroma look equally strong.
+Colors are chosen in Oklab: hues of equal lightness and chroma look equally strong.
 """
 
 import math
@@ -10,7 +10,7 @@ from dataclasses import astuple, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from quarc_ref.synth.options import draw
+from quarc_ref.synth.options import draw_uniform
 
 Color = tuple[float, float, float]
 
@@ -40,10 +40,10 @@ class Paint:
         first: First color, linear RGB, 0 to 1.
         second: Second color, linear RGB.
         third: Third color, linear RGB.
-        scale: Period of the pattern in meters, if it has one.
-        phase: Offset of the pattern, or its parameter.
+        scale: Period of the pattern in meters; unused by patterns without a period.
+        phase: Offset or another parameter of the pattern.
         gloss: Strength of the highlight.
-        glow: Emission, relative to its color.
+        glow: Emission relative to the color.
     """
 
     pattern: int
@@ -55,7 +55,7 @@ class Paint:
     gloss: float = 0.0
     glow: float = 0.0
 
-    def row(self) -> NDArray[np.float64]:
+    def as_row(self) -> NDArray[np.float64]:
         """Return `[14]` colors, scale, phase, gloss, glow and pattern, for kernels."""
         pattern, *others = astuple(self)
         return np.hstack((*others, pattern))
@@ -70,8 +70,8 @@ class Palette:
         light: Off-white.
         dark: Nearly black.
         wood: Light and dark color of floor and furniture.
-        brick: Light and dark color of bricks, then the mortar.
-        wall: Light and dark color of the wallpaper, then the paneling.
+        brick: Light and dark color of bricks, and color of the mortar.
+        wall: Light and dark color of the wallpaper, and color of the paneling.
     """
 
     toys: tuple[Color, ...]
@@ -82,8 +82,8 @@ class Palette:
     wall: tuple[Color, Color, Color]
 
 
-def color(lightness: float, chroma: float, hue: float) -> Color:
-    """Convert an Oklab color, with its hue in turns, to linear RGB."""
+def oklab_to_linear(lightness: float, chroma: float, hue: float) -> Color:
+    """Convert an Oklab color to linear RGB; the hue is in turns."""
     angle = 2 * math.pi * hue
     lab = np.array([lightness, chroma * math.cos(angle), chroma * math.sin(angle)])
     linear = np.clip(_CONE_TO_LINEAR @ (_OKLAB_TO_CONE @ lab) ** 3, _DARKEST, _BRIGHTEST)
@@ -92,17 +92,25 @@ def color(lightness: float, chroma: float, hue: float) -> Color:
 
 def choose_palette(seed: int) -> Palette:
     """Choose the colors of a scene from a seed."""
-    hue, wall, warm, bricks = draw(seed, "palette", 4)
+    hue, wall, wood_tone, brick_tone = draw_uniform(seed, "palette", 4)
     lightness = (0.66, 0.78, 0.62, 0.70, 0.58, 0.64)
-    wood = 0.15 + 0.05 * warm
-    brick = 0.08 + 0.12 * bricks
+    wood = 0.15 + 0.05 * wood_tone
+    brick = 0.08 + 0.12 * brick_tone
     return Palette(
-        toys=tuple(color(lightness[i], 0.14, hue + i / 6) for i in range(6)),
-        light=color(0.95, 0.015, wall),
-        dark=color(0.28, 0.03, wall),
-        wood=(color(0.72, 0.085, wood), color(0.53, 0.08, wood)),
-        brick=(color(0.60, 0.10, brick), color(0.47, 0.09, brick), color(0.80, 0.02, brick)),
-        wall=(color(0.86, 0.045, wall), color(0.76, 0.065, wall), color(0.93, 0.012, wall + 0.5)),
+        toys=tuple(oklab_to_linear(lightness[i], 0.14, hue + i / 6) for i in range(6)),
+        light=oklab_to_linear(0.95, 0.015, wall),
+        dark=oklab_to_linear(0.28, 0.03, wall),
+        wood=(oklab_to_linear(0.72, 0.085, wood), oklab_to_linear(0.53, 0.08, wood)),
+        brick=(
+            oklab_to_linear(0.60, 0.10, brick),
+            oklab_to_linear(0.47, 0.09, brick),
+            oklab_to_linear(0.80, 0.02, brick),
+        ),
+        wall=(
+            oklab_to_linear(0.86, 0.045, wall),
+            oklab_to_linear(0.76, 0.065, wall),
+            oklab_to_linear(0.93, 0.012, wall + 0.5),
+        ),
     )
 
 

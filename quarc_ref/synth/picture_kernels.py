@@ -4,23 +4,23 @@
 
 import math
 
-from quarc_ref.synth.compiled import plain
+from quarc_ref.synth.compiled import kernel
 from quarc_ref.synth.noise_kernels import blend, ramp, shade
 
 
-@plain
+@kernel
 def paint_face(colors, x, y, z):
     """Return the color of a head that looks along z: eyes, cheeks and a smile."""
     first, second, third = colors
     if z < 0.25:
         return first
-    aside, up = abs(x), y - 0.12
-    eye = math.hypot(aside - 0.36, up)
-    if math.hypot(aside - 0.40, up - 0.07) < 0.09:
+    distance_from_middle, height_above_eyes = abs(x), y - 0.12
+    eye = math.hypot(distance_from_middle - 0.36, height_above_eyes)
+    if math.hypot(distance_from_middle - 0.40, height_above_eyes - 0.07) < 0.09:
         return 0.92, 0.92, 0.92
     if eye < 0.24:
         return third
-    if math.hypot(aside - 0.62, up + 0.38) < 0.15:
+    if math.hypot(distance_from_middle - 0.62, height_above_eyes + 0.38) < 0.15:
         return second
     smile = abs(math.hypot(x, y + 0.02) - 0.46)
     if smile < 0.075 and y < -0.25:
@@ -28,52 +28,55 @@ def paint_face(colors, x, y, z):
     return first
 
 
-@plain
+@kernel
 def paint_landscape(colors, phase, x, y):
     """Return the color of a picture of hills and sun at coordinates from -1 to 1."""
     near, far, sky = colors
     sun = math.hypot(x - 0.6 * math.cos(5 * phase), 0.8 * (y - 0.35))
-    hill = -0.1 + 0.22 * math.sin(2.3 * x + phase) + 0.1 * math.sin(4.1 * x - 2 * phase)
-    front = -0.55 + 0.2 * math.sin(1.9 * x - 1.3 * phase)
-    ground = blend(shade(sky, 1.05), shade(sky, 0.7), ramp(y, 0.1, 1.0))
-    ground = blend((0.9, 0.78, 0.35), ground, ramp(sun, 0.26, 0.32))
-    ground = blend(far, ground, ramp(y - hill, -0.04, 0.04))
-    return blend(near, ground, ramp(y - front, -0.04, 0.04))
+    far_hill = -0.1 + 0.22 * math.sin(2.3 * x + phase) + 0.1 * math.sin(4.1 * x - 2 * phase)
+    near_hill = -0.55 + 0.2 * math.sin(1.9 * x - 1.3 * phase)
+    color = blend(shade(sky, 1.05), shade(sky, 0.7), ramp(y, 0.1, 1.0))
+    color = blend((0.9, 0.78, 0.35), color, ramp(sun, 0.26, 0.32))
+    color = blend(far, color, ramp(y - far_hill, -0.04, 0.04))
+    return blend(near, color, ramp(y - near_hill, -0.04, 0.04))
 
 
-@plain
+@kernel
 def paint_screen(colors, wipe, x, y):
-    """Return the color of a screen on which one picture replaces another by a wipe.
+    """Return the color of a screen on which a second picture replaces the first by a wipe.
 
     Args:
-        colors: Ground and figures of the first picture, figures of the second.
-        wipe: Share of the screen, from the left, that shows the second.
+        colors: Ground color of both pictures, and two colors of figures.
+        wipe: Share of the screen, from the left, that shows the second picture.
         x: Horizontal coordinate from -1 to 1.
         y: Vertical coordinate from -1 to 1.
     """
     if max(abs(x), abs(y)) > 0.92:
         return 0.05, 0.05, 0.06
-    before, after = _disk_and_bars(colors, x, y), _star_and_waves(colors, x, y)
-    place = -1.1 + 2.2 * wipe
-    return blend(after, before, ramp(x, place - 0.03, place + 0.03))
+    first_picture, second_picture = (
+        _paint_disk_and_bars(colors, x, y),
+        _paint_star_and_waves(colors, x, y),
+    )
+    edge = -1.1 + 2.2 * wipe
+    return blend(second_picture, first_picture, ramp(x, edge - 0.03, edge + 0.03))
 
 
-@plain
-def _disk_and_bars(colors, x, y):
-    ground, figures, other = colors
+@kernel
+def _paint_disk_and_bars(colors, x, y):
+    ground, figures, accent = colors
     if math.hypot(1.4 * (x + 0.42), y) < 0.55:
-        return other if math.hypot(1.4 * (x + 0.42), y) < 0.25 else figures
+        return accent if math.hypot(1.4 * (x + 0.42), y) < 0.25 else figures
     height = -0.5 + 0.45 * math.floor(5 * (x - 0.15)) / 2
     bar = 5 * (x - 0.15) - math.floor(5 * (x - 0.15))
-    inside = x > 0.15 and -0.7 < y < height and 0.15 < bar < 0.85
-    return figures if inside else ground
+    is_in_bar = x > 0.15 and -0.7 < y < height and 0.15 < bar < 0.85
+    return figures if is_in_bar else ground
 
 
-@plain
-def _star_and_waves(colors, x, y):
-    ground, figures, other = colors
+@kernel
+def _paint_star_and_waves(colors, x, y):
+    ground, figures, accent = colors
     r, angle = math.hypot(1.5 * (x - 0.3), y), math.atan2(y, 1.5 * (x - 0.3))
     if r < 0.42 + 0.16 * math.cos(5 * angle):
         return ground
     wave = 2.2 * (y + 0.18 * math.sin(4 * x))
-    return other if (wave - math.floor(wave)) < 0.5 else shade(figures, 0.6)
+    return accent if (wave - math.floor(wave)) < 0.5 else shade(figures, 0.6)

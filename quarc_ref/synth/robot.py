@@ -10,7 +10,6 @@ from quarc_ref.synth.paints import Paint, Palette, mix
 from quarc_ref.synth.solids import (
     Matrix,
     Solid,
-    at,
     ball,
     capsule,
     cylinder,
@@ -18,6 +17,7 @@ from quarc_ref.synth.solids import (
     rotate_x,
     rotate_y,
     rotate_z,
+    translate,
 )
 from quarc_ref.synth.toys import wave
 
@@ -38,17 +38,21 @@ class _Paints(NamedTuple):
 def make_robot(time: float, phase: float, palette: Palette) -> list[list[Solid]]:
     """Return the solids of the robot, legs first, at a time in seconds."""
     paints = _choose_paints(time, phase, palette)
-    march = wave(time, _STEP_SECONDS, phase)
-    root = at(0.13 * wave(time, 1.6, phase), 0.0, -0.2) @ rotate_y(0.6 * wave(time, 2.4, phase))
-    hips = root @ at(0.0, _HIP + 0.03 * abs(march), 0.0) @ rotate_z(-0.05 * march)
-    legs = [solid for side in (-1, 1) for solid in _leg(root, hips, side, march, paints)]
+    stride = wave(time, _STEP_SECONDS, phase)
+    body_frame = translate(0.13 * wave(time, 1.6, phase), 0.0, -0.2) @ rotate_y(
+        0.6 * wave(time, 2.4, phase)
+    )
+    hips = body_frame @ translate(0.0, _HIP + 0.03 * abs(stride), 0.0) @ rotate_z(-0.05 * stride)
+    legs = [
+        solid for side in (-1, 1) for solid in _make_leg(body_frame, hips, side, stride, paints)
+    ]
     pelvis = ellipsoid(hips, (0.16, 0.1, 0.13), paints.joint)
-    torso = hips @ at(0.0, 0.25, 0.0) @ rotate_z(0.1 * march)
+    torso = hips @ translate(0.0, 0.25, 0.0) @ rotate_z(0.1 * stride)
     upper = [
         ellipsoid(torso, (0.21, 0.25, 0.17), paints.body),
-        *_head(torso, time, phase, paints),
-        *_waving_arm(torso, time, phase, paints),
-        *_swinging_arm(torso, march, paints),
+        *_make_head(torso, time, phase, paints),
+        *_make_waving_arm(torso, time, phase, paints),
+        *_make_swinging_arm(torso, stride, paints),
     ]
     return [[*legs, pelvis], upper]
 
@@ -66,12 +70,14 @@ def _choose_paints(time: float, phase: float, palette: Palette) -> _Paints:
     )
 
 
-def _leg(root: Matrix, hips: Matrix, side: int, march: float, paints: _Paints) -> list[Solid]:
-    lift = 0.12 * max(0.0, side * march)
-    hip = hips @ at(0.1 * side, -0.02, 0.0)
-    ankle = root @ at(0.12 * side, _ANKLE + lift, 0.5 * lift)
-    knee = _bend_knee(root, hip, ankle)
-    foot = ellipsoid(ankle @ at(0.0, -0.01, 0.05), (0.085, 0.06, 0.13), paints.joint)
+def _make_leg(
+    body_frame: Matrix, hips: Matrix, side: int, stride: float, paints: _Paints
+) -> list[Solid]:
+    lift = 0.12 * max(0.0, side * stride)
+    hip = hips @ translate(0.1 * side, -0.02, 0.0)
+    ankle = body_frame @ translate(0.12 * side, _ANKLE + lift, 0.5 * lift)
+    knee = _bend_knee(body_frame, hip, ankle)
+    foot = ellipsoid(ankle @ translate(0.0, -0.01, 0.05), (0.085, 0.06, 0.13), paints.joint)
     return [
         capsule(hip, knee, 0.058, paints.limb),
         capsule(knee, ankle, 0.052, paints.limb),
@@ -79,44 +85,56 @@ def _leg(root: Matrix, hips: Matrix, side: int, march: float, paints: _Paints) -
     ]
 
 
-def _bend_knee(root: Matrix, hip: Matrix, ankle: Matrix) -> Matrix:
-    """Return the knee position in front of hip and ankle, at thigh length from both."""
-    way = ankle[:3, 3] - hip[:3, 3]
-    out = math.sqrt(max(_THIGH**2 - float(way @ way) / 4, 0.0))
-    front = root[:3, 2] - way * float(root[:3, 2] @ way) / float(way @ way)
-    return at(*(hip[:3, 3] + way / 2 + out * front / np.linalg.norm(front)))
+def _bend_knee(body_frame: Matrix, hip: Matrix, ankle: Matrix) -> Matrix:
+    """Return the knee in front of hip and ankle; both are one thigh length away."""
+    hip_to_ankle = ankle[:3, 3] - hip[:3, 3]
+    knee_offset = math.sqrt(max(_THIGH**2 - float(hip_to_ankle @ hip_to_ankle) / 4, 0.0))
+    forward = body_frame[:3, 2] - hip_to_ankle * float(body_frame[:3, 2] @ hip_to_ankle) / float(
+        hip_to_ankle @ hip_to_ankle
+    )
+    return translate(
+        *(hip[:3, 3] + hip_to_ankle / 2 + knee_offset * forward / np.linalg.norm(forward))
+    )
 
 
-def _head(torso: Matrix, time: float, phase: float, paints: _Paints) -> list[Solid]:
-    look = rotate_y(0.35 * wave(time, 1.9, phase)) @ rotate_z(0.12 * wave(time, 1.3, phase))
-    head = torso @ at(0.0, 0.24, 0.0) @ look @ at(0.0, 0.2, 0.0)
+def _make_head(torso: Matrix, time: float, phase: float, paints: _Paints) -> list[Solid]:
+    head_rotation = rotate_y(0.35 * wave(time, 1.9, phase)) @ rotate_z(
+        0.12 * wave(time, 1.3, phase)
+    )
+    head = torso @ translate(0.0, 0.24, 0.0) @ head_rotation @ translate(0.0, 0.2, 0.0)
     ears = [
-        cylinder(head @ at(0.2 * side, 0.0, 0.0) @ rotate_z(math.pi / 2), 0.06, 0.03, paints.joint)
+        cylinder(
+            head @ translate(0.2 * side, 0.0, 0.0) @ rotate_z(math.pi / 2), 0.06, 0.03, paints.joint
+        )
         for side in (-1, 1)
     ]
     return [
-        capsule(torso @ at(0.0, 0.2, 0.0), head @ at(0.0, -0.1, 0.0), 0.06, paints.limb),
+        capsule(
+            torso @ translate(0.0, 0.2, 0.0), head @ translate(0.0, -0.1, 0.0), 0.06, paints.limb
+        ),
         ellipsoid(head, (0.21, 0.18, 0.18), paints.face),
         *ears,
-        capsule(head @ at(0.0, 0.16, 0.0), head @ at(0.0, 0.27, 0.0), 0.018, paints.limb),
-        ball(head @ at(0.0, 0.29, 0.0), 0.045, paints.tip),
+        capsule(
+            head @ translate(0.0, 0.16, 0.0), head @ translate(0.0, 0.27, 0.0), 0.018, paints.limb
+        ),
+        ball(head @ translate(0.0, 0.29, 0.0), 0.045, paints.tip),
     ]
 
 
-def _waving_arm(torso: Matrix, time: float, phase: float, paints: _Paints) -> list[Solid]:
+def _make_waving_arm(torso: Matrix, time: float, phase: float, paints: _Paints) -> list[Solid]:
     swing = wave(time, 0.85, phase)
-    shoulder = torso @ at(0.21, 0.12, 0.0) @ rotate_z(2.0 + 0.12 * swing)
-    return _arm(shoulder, rotate_z(0.75 + 0.6 * swing), paints)
+    shoulder = torso @ translate(0.21, 0.12, 0.0) @ rotate_z(2.0 + 0.12 * swing)
+    return _make_arm(shoulder, rotate_z(0.75 + 0.6 * swing), paints)
 
 
-def _swinging_arm(torso: Matrix, march: float, paints: _Paints) -> list[Solid]:
-    shoulder = torso @ at(-0.21, 0.12, 0.0) @ rotate_z(-0.45) @ rotate_x(0.5 * march)
-    return _arm(shoulder, rotate_x(-0.7 - 0.3 * march), paints)
+def _make_swinging_arm(torso: Matrix, stride: float, paints: _Paints) -> list[Solid]:
+    shoulder = torso @ translate(-0.21, 0.12, 0.0) @ rotate_z(-0.45) @ rotate_x(0.5 * stride)
+    return _make_arm(shoulder, rotate_x(-0.7 - 0.3 * stride), paints)
 
 
-def _arm(shoulder: Matrix, bend: Matrix, paints: _Paints) -> list[Solid]:
-    elbow = shoulder @ at(0.0, -0.21, 0.0)
-    hand = elbow @ bend @ at(0.0, -0.21, 0.0)
+def _make_arm(shoulder: Matrix, elbow_rotation: Matrix, paints: _Paints) -> list[Solid]:
+    elbow = shoulder @ translate(0.0, -0.21, 0.0)
+    hand = elbow @ elbow_rotation @ translate(0.0, -0.21, 0.0)
     return [
         ball(shoulder, 0.075, paints.joint),
         capsule(shoulder, elbow, 0.047, paints.limb),

@@ -1,9 +1,9 @@
-"""The synthetic scene, a playroom or a variant of it, at any time.
+"""The synthetic scene at any time: a playroom or a variant of the playroom.
 
 A ball bounces in front of a dancing robot, between a crate on a turntable and a blob on a
-stool; a train drives around them below a mobile. Behind them, the door of a cabinet
-slides open and a screen changes its picture: these two reveal new content, while
-everything else only moves. The stage variants show only the robot in a hall.
+stool. A train drives around these objects, below a mobile. In the background, the door of a
+cabinet slides open and a screen changes its picture. Only door and screen reveal new
+content; all other objects only move. The stage variants show only the robot in a hall.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from quarc_ref.synth.furniture import (
     make_wall_pieces,
 )
 from quarc_ref.synth.hall import make_hall, make_lamps
-from quarc_ref.synth.options import draw
+from quarc_ref.synth.options import draw_uniform
 from quarc_ref.synth.paints import Palette, choose_palette
 from quarc_ref.synth.robot import make_robot
 from quarc_ref.synth.solids import Solid
@@ -32,18 +32,18 @@ from quarc_ref.synth.toys import (
 )
 from quarc_ref.synth.variants import PLAYROOM, Variant
 
-_TEMPO = 0.75  # seconds of the scene per second of the video
-_DELAY = 0.1  # seconds: maximum delay of door and screen by the seed
+_TEMPO = 0.75  # seconds in the scene per second of the video
+_DELAY = 0.1  # seconds; maximum random delay of door and screen
 
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """Random choices of a seed.
+    """A scene with the random choices of its seed.
 
     Attributes:
-        palette: Colors.
+        palette: Colors of the scene.
         phases: Phases of ball, crate, blob, mobile, train, robot, door, screen and
-            patterns, in turns.
+            patterns, in this order, in turns.
         variant: Differences from the playroom.
     """
 
@@ -52,17 +52,17 @@ class Scene:
     variant: Variant
 
     def at_time(self, time: float) -> Stage:
-        """Return the scene at a time of the video in seconds."""
+        """Return the stage at a time of the video in seconds."""
         time = _TEMPO * self.variant.tempo * time
-        return self._hall_at(time) if self.variant.is_stage else self._playroom_at(time)
+        return self._build_hall(time) if self.variant.is_stage else self._build_playroom(time)
 
-    def _hall_at(self, time: float) -> Stage:
+    def _build_hall(self, time: float) -> Stage:
         robot, pattern = self.phases[5], self.phases[8]
         groups = [*make_robot(time, robot, self.palette), make_lamps()]
-        hall = make_hall(pattern, self.palette, dark=self.variant.is_dark)
+        hall = make_hall(pattern, self.palette, is_dark=self.variant.is_dark)
         return pack_stage(groups, hall)
 
-    def _playroom_at(self, time: float) -> Stage:
+    def _build_playroom(self, time: float) -> Stage:
         colors = self.palette
         ball, crate, blob, mobile, train, robot, door, screen, pattern = self.phases
         groups = [
@@ -76,14 +76,14 @@ class Scene:
             make_screen(compute_opening(time, _DELAY * (1 + screen)), colors),
             *make_wall_pieces(pattern, colors),
             *make_floor_pieces(pattern, colors),
-            *self._visitors_at(time),
+            *self._build_visitors(time),
         ]
         return pack_stage(groups, make_room(pattern, colors))
 
-    def _visitors_at(self, time: float) -> list[list[Solid]]:
+    def _build_visitors(self, time: float) -> list[list[Solid]]:
         return [make_balloon(time, self.palette)] if self.variant.has_visitor else []
 
 
 def make_scene(seed: int, variant: Variant = PLAYROOM) -> Scene:
-    """Make the scene of a seed and a variant."""
-    return Scene(choose_palette(seed), tuple(draw(seed, "phases", 9).tolist()), variant)
+    """Return the scene of a seed and a variant."""
+    return Scene(choose_palette(seed), tuple(draw_uniform(seed, "phases", 9).tolist()), variant)

@@ -18,12 +18,12 @@ class Stage(NamedTuple):
 
     Attributes:
         solids: `[S, 21]` bounding sphere of each solid (center, radius); matrix from the
-            world to the shape's space, row by row; shape and `Solid.bend`; sizes.
-        groups: `[G, 6]` bounding sphere of each group; its first solid, and the one after
-            its last.
-        paints: `[S + 6, 14]` rows from `Paint.row`: of the solids, then of the room.
+            world to the shape's space, row by row; shape and `Solid.parameter`; sizes.
+        groups: `[G, 6]` bounding sphere of each group; index of its first solid, and end
+            index (exclusive).
+        paints: `[S + 6, 14]` rows from `Paint.as_row`: paints of the solids, then of the room.
         room: `[6]` minimum and maximum x, y, z of the room.
-        lights: `[L, 15]` center, two half edges and color of a rectangle, then its unit normal.
+        lights: `[L, 15]` rectangular lamps: center, two half edges, color, unit normal.
         ambient: `[2, 3]` light from above and from below.
     """
 
@@ -37,7 +37,7 @@ class Stage(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Room:
-    """A room and its light.
+    """A room with its lamps and ambient light.
 
     Attributes:
         faces: `[6]` faces, as in `Stage.room`.
@@ -55,29 +55,33 @@ class Room:
 def pack_stage(groups: Sequence[Sequence[Solid]], room: Room) -> Stage:
     """Pack groups of solids in a room into flat arrays."""
     solids = [solid for group in groups for solid in group]
-    rows = np.stack([_row(solid) for solid in solids])
-    ends = np.cumsum([len(group) for group in groups])
-    starts = ends - [len(group) for group in groups]
-    around = [_around(rows[first:last, :4]) for first, last in zip(starts, ends, strict=True)]
+    rows = np.stack([_pack_solid(solid) for solid in solids])
+    stops = np.cumsum([len(group) for group in groups])
+    starts = stops - [len(group) for group in groups]
+    spheres = [
+        _bounding_sphere(rows[first:last, :4]) for first, last in zip(starts, stops, strict=True)
+    ]
     return Stage(
         solids=rows,
-        groups=np.column_stack((np.stack(around), starts, ends)),
-        paints=np.stack([paint.row() for paint in (*(s.paint for s in solids), *room.paints)]),
+        groups=np.column_stack((np.stack(spheres), starts, stops)),
+        paints=np.stack(
+            [paint.as_row() for paint in (*(painted.paint for painted in solids), *room.paints)]
+        ),
         room=room.faces,
         lights=room.lights,
         ambient=room.ambient,
     )
 
 
-def _row(solid: Solid) -> Float64:
+def _pack_solid(solid: Solid) -> Float64:
     inverse = np.linalg.inv(solid.matrix)[:3].ravel()
-    return np.array([*solid.bounds(), *inverse, solid.shape, solid.bend, *solid.sizes])
+    return np.array([*solid.bounds(), *inverse, solid.shape, solid.parameter, *solid.sizes])
 
 
-def _around(spheres: Float64) -> Float64:
-    """Return a bounding sphere of spheres."""
+def _bounding_sphere(spheres: Float64) -> Float64:
+    """Return `[4]` bounding sphere of spheres `[N, 4]`: center and radius."""
     low = (spheres[:, :3] - spheres[:, 3:]).min(axis=0)
     high = (spheres[:, :3] + spheres[:, 3:]).max(axis=0)
     center = (low + high) / 2
-    reach = np.linalg.norm(spheres[:, :3] - center, axis=1) + spheres[:, 3]
-    return np.array([*center, reach.max()])
+    radii = np.linalg.norm(spheres[:, :3] - center, axis=1) + spheres[:, 3]
+    return np.array([*center, radii.max()])

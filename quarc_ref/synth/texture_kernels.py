@@ -1,16 +1,15 @@
 """Kernels for the patterns of surfaces, in linear RGB.
 
-A spot is a surface point in the shape's space: three coordinates in meters, three in
-units of the shape, and the normal. A paint is a row from `Paint.row`. Patterns have no
-detail finer than about 2 cm, the size of a pixel at 160x120, and edges are softened
-accordingly.
+A spot describes a surface point in the space of the shape: the coordinates in meters, the
+coordinates in units of the shape, and the normal. Patterns have soft edges and no detail
+finer than about 2 cm, the size of a pixel at 160x120.
 """
 
 # mypy: allow-untyped-defs
 
 import math
 
-from quarc_ref.synth.compiled import plain
+from quarc_ref.synth.compiled import kernel
 from quarc_ref.synth.noise_kernels import blend, hash_uniform, noise, ramp, shade
 from quarc_ref.synth.picture_kernels import paint_face, paint_landscape, paint_screen
 from quarc_ref.synth.room_kernels import paint_bricks, paint_floor, paint_wallpaper
@@ -33,77 +32,77 @@ FLOOR = 14
 BRICKS = 15
 WALLPAPER = 16
 
-_SOFT = 0.008  # meters on either side of an edge
+_HALF_EDGE_WIDTH = 0.008  # meters
 
 
-@plain
-def color_of(paints, i, spot):
-    """Return the color of a spot.
+@kernel
+def evaluate_paint(paints, index, spot):
+    """Return the linear RGB color of a paint at a spot.
 
     Args:
-        paints: `[P, 14]` rows from `Paint.row`.
-        i: Index of the paint.
-        spot: Nine numbers: meters, units, normal.
+        paints: `[P, 14]` rows from `Paint.as_row`.
+        index: Index of the paint.
+        spot: Nine numbers: coordinates in meters, coordinates in units, normal.
     """
-    pattern = int(paints[i, 13])
+    pattern = int(paints[index, 13])
     paint = (
-        (paints[i, 0], paints[i, 1], paints[i, 2]),
-        (paints[i, 3], paints[i, 4], paints[i, 5]),
-        (paints[i, 6], paints[i, 7], paints[i, 8]),
-        paints[i, 9],
-        paints[i, 10],
+        (paints[index, 0], paints[index, 1], paints[index, 2]),
+        (paints[index, 3], paints[index, 4], paints[index, 5]),
+        (paints[index, 6], paints[index, 7], paints[index, 8]),
+        paints[index, 9],
+        paints[index, 10],
     )
     if pattern >= FLOOR:
-        return _color_of_room(pattern, paint, spot)
+        return _evaluate_room_paint(pattern, paint, spot)
     if pattern >= CHEST:
-        return _color_of_picture(pattern, paint, spot)
+        return _evaluate_picture_paint(pattern, paint, spot)
     if pattern == WOOD:
-        return _wood(paint, spot)
+        return _paint_wood(paint, spot)
     if pattern == STRIPES:
-        return _stripes(paint, spot)
+        return _paint_stripes(paint, spot)
     if pattern == CHECKS:
-        return _checks(paint, spot)
+        return _paint_checks(paint, spot)
     if pattern == GORES:
-        return _gores(paint, spot)
+        return _paint_gores(paint, spot)
     if pattern == CRATE:
-        return _crate(paint, spot)
+        return _paint_crate(paint, spot)
     if pattern == BLOCK:
-        return _block(paint, spot)
+        return _paint_block(paint, spot)
     if pattern == DOTS:
-        return _dots(paint, spot)
-    return _plain(paint, spot)
+        return _paint_dots(paint, spot)
+    return _paint_plain(paint, spot)
 
 
-@plain
-def _color_of_room(pattern, paint, spot):
+@kernel
+def _evaluate_room_paint(pattern, paint, spot):
     colors = paint[0], paint[1], paint[2]
     if pattern == FLOOR:
         return paint_floor(colors, paint[4], spot[0], spot[2])
-    across = spot[2] if abs(spot[6]) > abs(spot[8]) else spot[0]
+    horizontal = spot[2] if abs(spot[6]) > abs(spot[8]) else spot[0]
     if pattern == BRICKS:
-        return paint_bricks(colors, paint[4], across, spot[1])
-    return paint_wallpaper(colors, paint[4], across, spot[1])
+        return paint_bricks(colors, paint[4], horizontal, spot[1])
+    return paint_wallpaper(colors, paint[4], horizontal, spot[1])
 
 
-@plain
-def _color_of_picture(pattern, paint, spot):
+@kernel
+def _evaluate_picture_paint(pattern, paint, spot):
     colors = paint[0], paint[1], paint[2]
     if pattern == RINGS:
-        return _rings(paint, spot)
+        return _paint_rings(paint, spot)
     if pattern == CHEST:
-        return _chest(paint, spot)
+        return _paint_chest(paint, spot)
     if pattern == FACE:
         return paint_face(colors, spot[3], spot[4], spot[5])
     if pattern == LANDSCAPE:
         return paint_landscape(colors, paint[4], spot[3], spot[4])
     if pattern == SCREEN:
         return paint_screen(colors, paint[4], spot[3], spot[4])
-    return _window(paint, spot)
+    return _paint_window(paint, spot)
 
 
-@plain
-def _on_face(spot):
-    """Return two coordinates on the face of a box in meters and in units."""
+@kernel
+def _project_to_face(spot):
+    """Return the two coordinates on the face of a box, in meters and in units of the shape."""
     if abs(spot[6]) > abs(spot[7]) and abs(spot[6]) > abs(spot[8]):
         return spot[2], spot[1], spot[5], spot[4]
     if abs(spot[7]) > abs(spot[8]):
@@ -111,62 +110,62 @@ def _on_face(spot):
     return spot[0], spot[1], spot[3], spot[4]
 
 
-@plain
-def _plain(paint, spot):
+@kernel
+def _paint_plain(paint, spot):
     size = paint[3]
     cloud = noise(spot[0] / size, spot[1] / size + paint[4], spot[2] / size)
     return shade(paint[0], 0.86 + 0.28 * cloud)
 
 
-@plain
-def _wood(paint, spot):
+@kernel
+def _paint_wood(paint, spot):
     """Return the color of wood with grain along x."""
     first, second, _, _, _ = paint
     x, y, z = spot[0] / paint[3], spot[1] / paint[3], spot[2] / paint[3]
     grain = noise(1.3 * x + paint[4], 9 * y, 9 * z)
-    broad = noise(0.8 * x + paint[4], 3 * y, 3 * z + 7)
-    return blend(first, second, ramp(0.6 * grain + 0.4 * broad, 0.2, 0.8))
+    coarse_grain = noise(0.8 * x + paint[4], 3 * y, 3 * z + 7)
+    return blend(first, second, ramp(0.6 * grain + 0.4 * coarse_grain, 0.2, 0.8))
 
 
-@plain
-def _band(x, share):
-    """Return 1 on a share of each period of length 1, with soft edges."""
+@kernel
+def _select_band(x, share):
+    """Return 1 within a share of each unit period and 0 elsewhere, with soft edges."""
     x = abs(x - math.floor(x) - 0.5)
     return 1 - ramp(x, share / 2 - 0.04, share / 2 + 0.04)
 
 
-@plain
-def _stripes(paint, spot):
+@kernel
+def _paint_stripes(paint, spot):
     first, second, _, _, _ = paint
-    return blend(first, second, _band(spot[1] / paint[3] + paint[4], 0.5))
+    return blend(first, second, _select_band(spot[1] / paint[3] + paint[4], 0.5))
 
 
-@plain
-def _checks(paint, spot):
+@kernel
+def _paint_checks(paint, spot):
     first, second, _, _, _ = paint
-    u, v, _, _ = _on_face(spot)
+    u, v, _, _ = _project_to_face(spot)
     i, j = math.floor(u / paint[3] + paint[4]), math.floor(v / paint[3] + paint[4])
     return first if (int(i) + int(j)) % 2 else second
 
 
-@plain
-def _gores(paint, spot):
-    """Return the color of six gores from pole to pole, three of them colored, and two caps."""
+@kernel
+def _paint_gores(paint, spot):
+    """Return the color of a beach ball: six gores, of which three are colored, and two caps."""
     first, second, third, _, _ = paint
     if abs(spot[4]) > 0.94:
         return first
-    turn = (math.atan2(spot[5], spot[3]) / (2 * math.pi) + paint[4]) % 1.0
-    gore = int(6 * turn) % 6
+    angle_in_turns = (math.atan2(spot[5], spot[3]) / (2 * math.pi) + paint[4]) % 1.0
+    gore = int(6 * angle_in_turns) % 6
     if gore % 2:
         return 0.9, 0.9, 0.88
     return first if gore == 0 else (second if gore == 2 else third)
 
 
-@plain
-def _crate(paint, spot):
-    """Return the color of a crate: frame and brace over boards of another wood."""
+@kernel
+def _paint_crate(paint, spot):
+    """Return the color of a crate: a frame and a brace over boards of darker wood."""
     first, second, third, _, _ = paint
-    _, _, u, v = _on_face(spot)
+    _, _, u, v = _project_to_face(spot)
     grain = noise(2.5 * u + paint[4], 9 * v, spot[6] + 2 * spot[7])
     rim = max(abs(u), abs(v))
     brace = abs(u - v)
@@ -179,25 +178,25 @@ def _crate(paint, spot):
     return blend(shade(second, tint), third, ramp(groove, 0.42, 0.5))
 
 
-@plain
-def _block(paint, spot):
+@kernel
+def _paint_block(paint, spot):
     """Return the color of a toy block with a rim, and a disk, cross or ring on its faces."""
     first, second, third, _, _ = paint
-    _, _, u, v = _on_face(spot)
+    _, _, u, v = _project_to_face(spot)
     if max(abs(u), abs(v)) > 0.8:
         return first
     r = math.hypot(u, v)
     if abs(spot[6]) > abs(spot[7]) and abs(spot[6]) > abs(spot[8]):
-        inside = 1 - ramp(r, 0.46, 0.54)
+        coverage = 1 - ramp(r, 0.46, 0.54)
     elif abs(spot[7]) > abs(spot[8]):
-        inside = 1 - ramp(min(abs(u), abs(v)), 0.15, 0.22)
+        coverage = 1 - ramp(min(abs(u), abs(v)), 0.15, 0.22)
     else:
-        inside = 1 - ramp(abs(r - 0.4), 0.13, 0.2)
-    return blend(second, third, inside)
+        coverage = 1 - ramp(abs(r - 0.4), 0.13, 0.2)
+    return blend(second, third, coverage)
 
 
-@plain
-def _dots(paint, spot):
+@kernel
+def _paint_dots(paint, spot):
     first, second, _, _, _ = paint
     x, y, z = spot[0] / paint[3] + paint[4], spot[1] / paint[3], spot[2] / paint[3]
     i, j, k = math.floor(x), math.floor(y), math.floor(z)
@@ -206,8 +205,8 @@ def _dots(paint, spot):
     return blend(shade(second, tint), first, ramp(r, 0.36, 0.44))
 
 
-@plain
-def _rings(paint, spot):
+@kernel
+def _paint_rings(paint, spot):
     """Return the color of three rings around the y axis."""
     first, second, third, _, _ = paint
     r = math.hypot(spot[3], spot[5])
@@ -216,26 +215,28 @@ def _rings(paint, spot):
     return second if r < 0.7 else first
 
 
-@plain
-def _chest(paint, spot):
+@kernel
+def _paint_chest(paint, spot):
     """Return the color of a body with a front panel and three buttons."""
     first, second, third, _, _ = paint
     x, y = spot[3], spot[4]
     if spot[5] < 0 or max(abs(x), abs(y - 0.1)) > 0.5:
-        return blend(first, second, _band(1.6 * y + 0.55, 0.16))
+        return blend(first, second, _select_band(1.6 * y + 0.55, 0.16))
     if math.hypot(x, y - 0.25) < 0.17 or max(abs(x), abs(y + 0.12)) < 0.13:
         return third
     return second
 
 
-@plain
-def _window(paint, spot):
+@kernel
+def _paint_window(paint, spot):
     """Return the color of a window with a cloudy sky behind crossed bars."""
     first, second, third, _, _ = paint
-    u, v, x, y = _on_face(spot)
+    u, v, x, y = _project_to_face(spot)
     bars = min(abs(u), abs(v))
     rim = max(abs(x), abs(y))
     clouds = ramp(noise(3 * u + paint[4], 6 * v, 0.0), 0.45, 0.75)
     sky = blend(blend(first, second, 0.5 - 0.5 * y), second, clouds)
-    frame = max(1 - ramp(bars, 0.03 - _SOFT, 0.03 + _SOFT), ramp(rim, 0.90, 0.93))
+    frame = max(
+        1 - ramp(bars, 0.03 - _HALF_EDGE_WIDTH, 0.03 + _HALF_EDGE_WIDTH), ramp(rim, 0.90, 0.93)
+    )
     return blend(sky, third, frame)

@@ -6,35 +6,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quarc_ref.datasets.capture import Image, Points
-from quarc_ref.synth.render_kernels import measure, render
+from quarc_ref.synth.render_kernels import measure_depths, render_picture
 from quarc_ref.synth.rig import RigCamera
 from quarc_ref.synth.stage import Stage
 
-_NOISE = 0.002  # meters
+_NOISE = 0.002  # meters; standard deviation of point positions
 _LENS_BLUR = (1 / 6, 4 / 6, 1 / 6)  # standard deviation of 0.58 pixels, similar to a good lens
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class View:
-    """Rendering of a stage by a camera.
+    """A stage rendered for a camera.
 
     Attributes:
         picture: `[H, W, 3]` sRGB.
-        least: Minimum depth, meters.
-        most: Maximum depth, meters.
+        min_depth: Minimum depth, meters.
+        max_depth: Maximum depth, meters.
     """
 
     picture: Image
-    least: float
-    most: float
+    min_depth: float
+    max_depth: float
 
 
 def trace_view(stage: Stage, camera: RigCamera) -> View:
     """Render a stage for a camera."""
     light = np.empty((camera.height, camera.width, 3))
     depths = np.empty((camera.height, camera.width, 2))
-    render(stage, camera.as_row(), light, depths)
-    recorded = _blur(_blur(light, axis=0), axis=1) @ camera.film.T
+    render_picture(stage, camera.as_row(), light, depths)
+    recorded = _blur(_blur(light, axis=0), axis=1) @ camera.color_matrix.T
     picture = _encode(np.clip(recorded, 0, 1))
     return View(picture, float(depths[..., 0].min()), float(depths[..., 1].max()))
 
@@ -42,36 +42,36 @@ def trace_view(stage: Stage, camera: RigCamera) -> View:
 def trace_points(
     stage: Stage, camera: RigCamera, picture: Image, count: int, generator: np.random.Generator
 ) -> Points:
-    """Sample points on the surfaces that a camera sees, similar to structure from motion.
+    """Sample points on the surfaces that a camera sees, similar to points of SfM.
 
     Args:
         stage: The scene.
         camera: The camera that sees the points.
-        picture: The camera's picture, for the colors.
-        count: Number of points, which are at random pixels.
-        generator: Random generator for pixels and for small noise of positions.
+        picture: The camera's picture, from which the colors are taken.
+        count: Number of points; each point is seen at a random pixel.
+        generator: Random generator for pixels and for the noise of positions.
     """
     rows = generator.integers(camera.height, size=count)
     columns = generator.integers(camera.width, size=count)
     pixels = np.stack((columns, rows), axis=1).astype(np.float64) + 0.5
     depths = np.empty(count)
-    measure(stage, camera.as_row(), pixels, depths)
+    measure_depths(stage, camera.as_row(), pixels, depths)
     positions = camera.to_world(pixels, depths) + _NOISE * generator.standard_normal((count, 3))
     return Points(positions.astype(np.float32), picture[rows, columns])
 
 
 def _blur(light: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
-    """Apply lens blur, without which edges would be sharper than in real pictures."""
-    before, at, after = _LENS_BLUR
-    padding = [(int(each == axis), int(each == axis)) for each in range(light.ndim)]
-    wide = np.pad(light, padding, mode="edge")
+    """Blur along an axis, because a real lens blurs edges."""
+    left_weight, center_weight, right_weight = _LENS_BLUR
+    padding = [(int(dimension == axis), int(dimension == axis)) for dimension in range(light.ndim)]
+    padded = np.pad(light, padding, mode="edge")
     count = light.shape[axis]
-    parts = [np.take(wide, range(start, start + count), axis=axis) for start in range(3)]
-    return before * parts[0] + at * parts[1] + after * parts[2]
+    parts = [np.take(padded, range(start, start + count), axis=axis) for start in range(3)]
+    return left_weight * parts[0] + center_weight * parts[1] + right_weight * parts[2]
 
 
 def _encode(light: NDArray[np.float64]) -> Image:
     """Encode linear light as sRGB."""
-    curved = 1.055 * np.power(light, 1 / 2.4) - 0.055
-    encoded = np.where(light <= 0.0031308, 12.92 * light, curved)
+    power_law = 1.055 * np.power(light, 1 / 2.4) - 0.055
+    encoded = np.where(light <= 0.0031308, 12.92 * light, power_law)
     return np.round(255 * encoded).astype(np.uint8)

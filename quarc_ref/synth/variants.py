@@ -1,21 +1,21 @@
-"""Variants of the traced scene, each with a difficulty of real captures."""
+"""Variants of the ray-traced scene; each adds a difficulty of real captures."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """Differences of a scene and its cameras from the playroom.
+    """Differences between a variant and the playroom.
 
     Attributes:
         summary: Short description for `--help` and tables.
-        is_stage: Whether the scene is only the robot in an empty hall, which covers a few
-            percent of the pixels.
+        is_stage: Whether the scene shows only the robot in an empty hall; the robot covers a
+            few percent of the pixels.
         is_dark: Whether walls, floor and ceiling of the hall are black.
-        tempo: Factor of the speed of all motion.
+        tempo: Speed of all motion relative to the playroom.
         has_visitor: Whether a balloon enters from the left and leaves on the right.
-        camera_spread: Standard deviation of the logarithm of the cameras' gains in linear
-            light; that of the mixing of colors is a tenth of it.
+        camera_spread: Standard deviation of the logarithm of camera gains in linear light.
+            The standard deviation of color crosstalk is `camera_spread / 10`.
     """
 
     summary: str

@@ -31,17 +31,17 @@ def write_synthetic_capture(
     """Ray-trace a scene and write it in the layout of N3DV, with `cam00` for evaluation.
 
     Args:
-        folder: Folder to create; an empty folder may exist.
+        folder: Folder to create; it may exist if it is empty.
         options: Options of the capture.
-        progress: Called with the number of finished pictures, and the total.
+        progress: Called with the number of finished pictures and of all pictures.
 
     Raises:
         OutputPathError: The folder exists and is not empty.
         OSError: The folder cannot be written.
     """
     folder.absolute().parent.mkdir(parents=True, exist_ok=True)
-    with written_folder(folder) as made:
-        fill_synthetic_capture(made, options, progress or _ignore_progress)
+    with written_folder(folder) as output:
+        fill_synthetic_capture(output, options, progress or _ignore_progress)
 
 
 def _ignore_progress(done: int, total: int) -> None:
@@ -55,7 +55,7 @@ def fill_synthetic_capture(
     scene, cameras = make_scene(options.seed, options.scene), place_cameras(options)
     stages = [scene.at_time(i / options.frames_per_second) for i in range(options.frames)]
     total = len(cameras) * len(stages)
-    firsts, poses = [], []
+    first_pictures, poses = [], []
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for index, camera in enumerate(cameras):
             views = []
@@ -64,23 +64,28 @@ def fill_synthetic_capture(
                 progress(index * len(stages) + len(views), total)
             pictures = [view.picture for view in views]
             write_video(folder.add(f"cam{index:02}.mp4"), pictures, options)
-            poses.append(camera.as_pose(min(v.least for v in views), max(v.most for v in views)))
-            firsts.append(pictures[0])
+            poses.append(
+                camera.as_pose(
+                    min(camera_view.min_depth for camera_view in views),
+                    max(camera_view.max_depth for camera_view in views),
+                )
+            )
+            first_pictures.append(pictures[0])
     with folder.open("poses_bounds.npy") as file:
         np.save(file, np.stack(poses))
-    points = _find_points(stages[0], cameras[1:], firsts[1:], options.seed)
+    points = _find_points(stages[0], cameras[1:], first_pictures[1:], options.seed)
     write_points_ply(folder.add("points3D_init.ply"), points)
 
 
 def _find_points(
     stage: Stage, cameras: Sequence[RigCamera], pictures: Sequence[Image], seed: int
 ) -> Points:
-    """Sample points on surfaces that the cameras see, the same number for each camera."""
+    """Sample points on the surfaces that the cameras see; all cameras get equally many points."""
     generator = make_generator(seed, "points")
-    share = -(-_POINTS // len(cameras))
+    points_per_camera = -(-_POINTS // len(cameras))
     return join_points(
         [
-            trace_points(stage, camera, picture, share, generator)
+            trace_points(stage, camera, picture, points_per_camera, generator)
             for camera, picture in zip(cameras, pictures, strict=True)
         ]
     )

@@ -1,7 +1,7 @@
 """Writes the video of a synthetic camera reproducibly.
 
-x264 runs on one thread and without assembly. With assembly, about one run in several hundred
-produces different bytes.
+x264 runs on one thread and without assembly, because with assembly about one run in several
+hundred produces different bytes.
 """
 
 from collections.abc import Iterable
@@ -20,8 +20,8 @@ def write_video(path: Path, pictures: Iterable[Image], options: SynthOptions) ->
     """Write pictures as an mp4 file.
 
     Args:
-        path: Path of the file; an existing one is replaced.
-        pictures: Pictures, each `[H, W, 3]`.
+        path: Path of the file; an existing file is replaced.
+        pictures: Pictures `[H, W, 3]`, sRGB.
         options: Size and frame rate.
 
     Raises:

@@ -1,4 +1,4 @@
-"""A tiny capture for several tests, which must not write into it."""
+"""A tiny capture that several tests share; tests must not modify it."""
 
 import pytest
 

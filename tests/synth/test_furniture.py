@@ -19,21 +19,26 @@ def test_the_door_closes_again_and_the_motion_repeats():
 
 
 def test_only_the_door_of_the_cabinet_moves_along_its_rail():
-    shut, wide = (make_cabinet(share, 0.2, _PALETTE) for share in (0.0, 1.0))
-    moves = [b.matrix - a.matrix for a, b in zip(shut, wide, strict=True)]
-    moved = [index for index, move in enumerate(moves) if move.any()]
-    door = shut[moved[0]]
+    closed, opened = (make_cabinet(share, 0.2, _PALETTE) for share in (0.0, 1.0))
+    changes = [
+        opened_solid.matrix - closed_solid.matrix
+        for closed_solid, opened_solid in zip(closed, opened, strict=True)
+    ]
+    moved_indices = [index for index, change in enumerate(changes) if change.any()]
+    door = closed[moved_indices[0]]
 
-    assert len(moved) == 1
-    assert np.linalg.norm(moves[moved[0]]) == pytest.approx(2 * door.sizes[0])
-    assert abs(moves[moved[0]][:3, 3] @ door.matrix[:3, 0]) == pytest.approx(2 * door.sizes[0] ** 2)
+    assert len(moved_indices) == 1
+    assert np.linalg.norm(changes[moved_indices[0]]) == pytest.approx(2 * door.sizes[0])
+    assert abs(changes[moved_indices[0]][:3, 3] @ door.matrix[:3, 0]) == pytest.approx(
+        2 * door.sizes[0] ** 2
+    )
 
 
 def test_the_screen_does_not_move_and_shows_the_progress_of_the_wipe():
-    (before,), (after,) = make_screen(0.0, _PALETTE), make_screen(0.75, _PALETTE)
+    (start,), (later,) = make_screen(0.0, _PALETTE), make_screen(0.75, _PALETTE)
 
-    np.testing.assert_array_equal(before.matrix, after.matrix)
-    assert (before.paint.phase, after.paint.phase) == (0.0, 0.75)
+    np.testing.assert_array_equal(start.matrix, later.matrix)
+    assert (start.paint.phase, later.paint.phase) == (0.0, 0.75)
 
 
 def test_lamps_are_within_the_room_and_shine_along_their_normals():

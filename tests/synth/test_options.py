@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from quarc_ref.synth.options import SynthOptions, draw
+from quarc_ref.synth.options import SynthOptions, draw_uniform
 
 
 @pytest.mark.parametrize(
@@ -28,10 +28,14 @@ def test_the_defaults_are_twelve_cameras_and_a_held_out_one():
 
 
 def test_another_number_for_a_purpose_changes_no_earlier_one():
-    assert np.array_equal(draw(3, "phases", 9)[:5], draw(3, "phases", 5))
+    assert np.array_equal(draw_uniform(3, "phases", 9)[:5], draw_uniform(3, "phases", 5))
 
 
 def test_purposes_and_seeds_have_their_own_numbers():
-    numbers = [draw(0, "phases", 4), draw(0, "palette", 4), draw(1, "phases", 4)]
+    numbers = [
+        draw_uniform(0, "phases", 4),
+        draw_uniform(0, "palette", 4),
+        draw_uniform(1, "phases", 4),
+    ]
 
     assert len({tuple(row) for row in numbers}) == 3

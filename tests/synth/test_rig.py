@@ -5,9 +5,11 @@ from quarc_ref.synth.options import SynthOptions
 from quarc_ref.synth.rig import place_cameras
 
 
-def _angles(cameras):
-    """Return each camera's angle around the stage in degrees."""
-    return np.array([np.degrees(np.arctan2(c.center[0], c.center[2])) for c in cameras])
+def _measure_angles(cameras):
+    """Return the angle of each camera around the stage, in degrees."""
+    return np.array(
+        [np.degrees(np.arctan2(camera.center[0], camera.center[2])) for camera in cameras]
+    )
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -19,17 +21,17 @@ def test_axes_are_orthonormal_and_right_handed(seed):
 
 @pytest.mark.parametrize("count", [2, 5, 12])
 def test_the_held_out_camera_is_between_two_neighbors_on_the_arc(count):
-    held_out, *others = _angles(place_cameras(SynthOptions(cameras=count)))
+    held_out, *training_angles = _measure_angles(place_cameras(SynthOptions(cameras=count)))
 
-    assert np.count_nonzero(np.array(others) < held_out) == (count - 1) // 2 + 1
-    assert others == sorted(others)
+    assert np.count_nonzero(np.array(training_angles) < held_out) == (count - 1) // 2 + 1
+    assert training_angles == sorted(training_angles)
 
 
 def test_cameras_span_about_120_degrees_at_two_heights():
     cameras = place_cameras(SynthOptions())[1:]
     heights = np.array([camera.center[1] for camera in cameras])
 
-    assert np.ptp(_angles(cameras)) == pytest.approx(80, abs=4)
+    assert np.ptp(_measure_angles(cameras)) == pytest.approx(80, abs=4)
     assert np.ptp(heights[::2]) < 0.2
     assert (heights[1::2] - heights[::2] > 0.4).all()
 

@@ -9,7 +9,7 @@ _PALETTE = choose_palette(0)
 _TIMES = [0.0, 0.17, 0.4, 0.63, 5.1]
 
 
-def _lengths(solids):
+def _measure_lengths(solids):
     """Return the lengths of the capsules' axes."""
     return [
         2 * solid.bend * np.linalg.norm(solid.matrix[:3, 1])
@@ -22,10 +22,10 @@ def _lengths(solids):
 def test_limbs_keep_their_lengths(time):
     (legs, upper), (first_legs, first_upper) = (make_robot(t, 0.3, _PALETTE) for t in (time, 0.9))
 
-    np.testing.assert_allclose(_lengths(legs), 0.21)
-    np.testing.assert_allclose(_lengths(legs), _lengths(first_legs))
+    np.testing.assert_allclose(_measure_lengths(legs), 0.21)
+    np.testing.assert_allclose(_measure_lengths(legs), _measure_lengths(first_legs))
     # The neck comes first and bends when the head tilts.
-    np.testing.assert_allclose(_lengths(upper)[1:], _lengths(first_upper)[1:])
+    np.testing.assert_allclose(_measure_lengths(upper)[1:], _measure_lengths(first_upper)[1:])
 
 
 @pytest.mark.parametrize("time", _TIMES)

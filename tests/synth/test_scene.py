@@ -8,22 +8,22 @@ from quarc_ref.synth.rig import place_cameras
 from quarc_ref.synth.scene import make_scene
 from quarc_ref.synth.tracer import trace_view
 
-_SMALL = SynthOptions(width=48, height=36)
+_SMALL_OPTIONS = SynthOptions(width=48, height=36)
 
 
-def _speeds(seed):
+def _measure_speeds(seed):
     """Return `[T, S]` motion of the solids' centers per frame of 160x120, in pixels."""
     camera = place_cameras(SynthOptions(seed=seed))[0]
     scene = make_scene(seed)
-    centers = np.stack([scene.at_time(i / 30).solids[:, :3] for i in range(24)])
+    centers = np.stack([scene.at_time(frame / 30).solids[:, :3] for frame in range(24)])
     x, y, depth = np.moveaxis((centers - camera.center) @ camera.axes.T, 2, 0)
-    places = camera.focal * np.stack((x, y), axis=2) / depth[..., None]
-    return np.linalg.norm(np.diff(places, axis=0), axis=2)
+    pixels = camera.focal * np.stack((x, y), axis=2) / depth[..., None]
+    return np.linalg.norm(np.diff(pixels, axis=0), axis=2)
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_moving_objects_move_by_a_few_pixels_and_none_by_more_than_eight(seed):
-    speeds = _speeds(seed)
+    speeds = _measure_speeds(seed)
     moving = speeds[:, speeds.max(axis=0) > 0.3]
 
     assert 0.3 < np.median(moving) < 3
@@ -32,7 +32,7 @@ def test_moving_objects_move_by_a_few_pixels_and_none_by_more_than_eight(seed):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_about_half_of_the_solids_stand_still(seed):
-    share = (_speeds(seed).max(axis=0) < 1e-9).mean()
+    share = (_measure_speeds(seed).max(axis=0) < 1e-9).mean()
 
     assert 0.3 < share < 0.7
 
@@ -48,7 +48,7 @@ def test_solids_are_within_the_room_at_any_time(seed, time):
 
 
 def test_pictures_change_from_frame_to_frame_but_not_everywhere():
-    scene, camera = make_scene(0), place_cameras(_SMALL)[0]
+    scene, camera = make_scene(0), place_cameras(_SMALL_OPTIONS)[0]
     pictures = [trace_view(scene.at_time(i / 30), camera).picture.astype(float) for i in range(4)]
     changes = np.abs(np.diff(pictures, axis=0)).max(axis=3)
 
@@ -59,7 +59,7 @@ def test_pictures_change_from_frame_to_frame_but_not_everywhere():
 
 @pytest.mark.parametrize("seed", range(5))
 def test_a_picture_of_every_seed_is_neither_dark_nor_overexposed(seed):
-    camera = place_cameras(replace(_SMALL, seed=seed))[0]
+    camera = place_cameras(replace(_SMALL_OPTIONS, seed=seed))[0]
     picture = trace_view(make_scene(seed).at_time(0.3), camera).picture
 
     assert 80 < picture.mean() < 180

@@ -5,7 +5,6 @@ import pytest
 
 from quarc_ref.synth.paints import Paint
 from quarc_ref.synth.solids import (
-    at,
     ball,
     blob,
     box,
@@ -16,19 +15,20 @@ from quarc_ref.synth.solids import (
     rotate_y,
     rotate_z,
     scale,
+    translate,
 )
 
 _PAINT = Paint(0, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-_FRAME = at(1.0, 2.0, 3.0) @ rotate_y(0.7) @ rotate_x(0.4)
+_FRAME = translate(1.0, 2.0, 3.0) @ rotate_y(0.7) @ rotate_x(0.4)
 
 
 @pytest.mark.parametrize(
-    ("turn", "start", "end"), [(rotate_x, 1, 2), (rotate_y, 2, 0), (rotate_z, 0, 1)]
+    ("rotate", "start", "end"), [(rotate_x, 1, 2), (rotate_y, 2, 0), (rotate_z, 0, 1)]
 )
-def test_a_quarter_turn_maps_an_axis_to_the_next(turn, start, end):
-    turned = turn(math.pi / 2) @ np.eye(4)[:, start]
+def test_a_quarter_turn_maps_an_axis_to_the_next(rotate, start, end):
+    rotated = rotate(math.pi / 2) @ np.eye(4)[:, start]
 
-    np.testing.assert_allclose(turned, np.eye(4)[:, end], atol=1e-12)
+    np.testing.assert_allclose(rotated, np.eye(4)[:, end], atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -47,8 +47,8 @@ def test_bounds_are_a_sphere_around_the_solid(solid, radius):
 
 
 def test_a_capsule_includes_its_caps():
-    solid = capsule(at(0.0, 0.0, 0.0), at(0.6, 0.0, 0.8), 0.1, _PAINT)
-    ends = solid.matrix @ np.array([[0, -solid.bend, 0, 1], [0, solid.bend, 0, 1]]).T
+    solid = capsule(translate(0.0, 0.0, 0.0), translate(0.6, 0.0, 0.8), 0.1, _PAINT)
+    ends = solid.matrix @ np.array([[0, -solid.parameter, 0, 1], [0, solid.parameter, 0, 1]]).T
 
     np.testing.assert_allclose(ends[:3].T, [[0, 0, 0], [0.6, 0, 0.8]], atol=1e-12)
     np.testing.assert_allclose(solid.bounds(), (0.3, 0.0, 0.4, 0.6), atol=1e-12)

@@ -3,13 +3,13 @@ import pytest
 
 from quarc_ref.synth.furniture import make_room
 from quarc_ref.synth.paints import Paint, choose_palette
-from quarc_ref.synth.solids import at, ball, box, rotate_y
+from quarc_ref.synth.solids import ball, box, rotate_y, translate
 from quarc_ref.synth.stage import pack_stage
 
 _PAINT = Paint(3, (0.1,) * 3, (0.2,) * 3, (0.3,) * 3)
-_FIRST = ball(at(1.0, 1.0, 0.0), 0.5, _PAINT)
-_SECOND = box(at(-1.0, 1.0, 0.0) @ rotate_y(0.3), (0.1, 0.2, 0.3), _PAINT)
-_THIRD = ball(at(0.0, 2.0, 0.0), 0.1, _PAINT)
+_FIRST = ball(translate(1.0, 1.0, 0.0), 0.5, _PAINT)
+_SECOND = box(translate(-1.0, 1.0, 0.0) @ rotate_y(0.3), (0.1, 0.2, 0.3), _PAINT)
+_THIRD = ball(translate(0.0, 2.0, 0.0), 0.1, _PAINT)
 
 
 @pytest.fixture(scope="module")

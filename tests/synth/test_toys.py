@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.synth.paints import choose_palette
-from quarc_ref.synth.room_kernels import TRACK, TRACK_HALF
+from quarc_ref.synth.room_kernels import TRACK_HALF_WIDTH, TRACK_RADIUS
 from quarc_ref.synth.toys import make_ball, make_crate, make_train, wave
 
 _PALETTE = choose_palette(0)
@@ -29,25 +29,29 @@ def test_the_ball_deforms_but_keeps_its_volume(phase):
     balls = [make_ball(i / 60, phase, _PALETTE)[0].matrix for i in range(60)]
     heights = [np.linalg.norm(matrix[1, :3]) for matrix in balls]
 
-    np.testing.assert_allclose([np.linalg.det(m[:3, :3]) for m in balls], 0.2**3)
+    np.testing.assert_allclose(
+        [np.linalg.det(ball_matrix[:3, :3]) for ball_matrix in balls], 0.2**3
+    )
     assert min(heights) < 0.15
     assert max(heights) > 0.21
 
 
 def test_the_crate_rotates_around_its_table():
-    before, after = (make_crate(time, 0.1, _PALETTE)[1].matrix for time in (0.0, 0.2))
+    start, later = (make_crate(time, 0.1, _PALETTE)[1].matrix for time in (0.0, 0.2))
 
-    np.testing.assert_allclose(before[:3, 3], after[:3, 3])
-    assert np.linalg.norm(before[:3, 0] - after[:3, 0]) > 0.05
+    np.testing.assert_allclose(start[:3, 3], later[:3, 3])
+    assert np.linalg.norm(start[:3, 0] - later[:3, 0]) > 0.05
 
 
 @pytest.mark.parametrize("phase", _PHASES)
 def test_the_cars_follow_one_another_on_the_track(phase):
     cars = make_train(1.3, phase, _PALETTE)
     wheels = np.array([[solid.matrix[:3, 3] for solid in car[-4:]] for car in cars])
-    middles = wheels.mean(axis=1)
-    gaps = np.linalg.norm(np.diff(middles, axis=0), axis=1)
+    centers = wheels.mean(axis=1)
+    gaps = np.linalg.norm(np.diff(centers, axis=0), axis=1)
 
-    assert (np.abs(np.hypot(wheels[..., 0], wheels[..., 2]) - TRACK) < TRACK_HALF).all()
+    assert (
+        np.abs(np.hypot(wheels[..., 0], wheels[..., 2]) - TRACK_RADIUS) < TRACK_HALF_WIDTH
+    ).all()
     assert gaps[0] == pytest.approx(gaps[1])
     assert 0.4 < gaps[0] < 0.5

@@ -5,10 +5,10 @@ from quarc_ref.datasets.capture import join_points
 from quarc_ref.synth.furniture import make_room
 from quarc_ref.synth.options import SynthOptions, make_generator
 from quarc_ref.synth.paints import Paint, choose_palette
-from quarc_ref.synth.render_kernels import measure
+from quarc_ref.synth.render_kernels import measure_depths
 from quarc_ref.synth.rig import place_cameras
 from quarc_ref.synth.scene import make_scene
-from quarc_ref.synth.solids import at, ball, box
+from quarc_ref.synth.solids import ball, box, translate
 from quarc_ref.synth.stage import pack_stage
 from quarc_ref.synth.tracer import trace_points, trace_view
 
@@ -19,7 +19,7 @@ _RED = Paint(0, (0.9, 0.02, 0.02), (0.0,) * 3, (0.0,) * 3, gloss=0.2)
 
 @pytest.fixture(scope="module")
 def stage():
-    return _stage([ball(at(*_CENTER), 0.3, _RED)])
+    return _pack_with_room([ball(translate(*_CENTER), 0.3, _RED)])
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +27,7 @@ def cameras():
     return place_cameras(_OPTIONS)
 
 
-def _stage(*groups):
+def _pack_with_room(*groups):
     return pack_stage(groups, make_room(0.5, choose_palette(0)))
 
 
@@ -42,11 +42,11 @@ def test_every_camera_sees_a_ball_at_the_projection_of_its_center(stage, cameras
     for camera in cameras:
         row, column, depth = _project(camera, _CENTER)
         red, green, blue = trace_view(stage, camera).picture[row, column].astype(int)
-        measured = np.empty(1)
-        measure(stage, camera.as_row(), np.array([[column + 0.5, row + 0.5]]), measured)
+        depths = np.empty(1)
+        measure_depths(stage, camera.as_row(), np.array([[column + 0.5, row + 0.5]]), depths)
 
         assert red > 2 * max(green, blue)
-        assert measured[0] == pytest.approx(depth - 0.3, abs=0.01)
+        assert depths[0] == pytest.approx(depth - 0.3, abs=0.01)
 
 
 def test_depths_range_from_the_floor_in_front_to_the_back_wall(stage, cameras):
@@ -54,19 +54,19 @@ def test_depths_range_from_the_floor_in_front_to_the_back_wall(stage, cameras):
     corners = np.array([(x, y, -2.7) for x in (-3.7, 3.7) for y in (0, 3.2)])
     depths = (corners - cameras[0].center) @ cameras[0].axes[2]
 
-    assert 2 < view.least < 3
-    assert depths.min() < view.most < depths.max()
+    assert 2 < view.min_depth < 3
+    assert depths.min() < view.max_depth < depths.max()
 
 
 def test_points_lie_on_the_surfaces_and_have_their_colors(stage, cameras):
     picture = trace_view(stage, cameras[2]).picture
     points = trace_points(stage, cameras[2], picture, 3000, make_generator(0, "points"))
     colors = points.colors.astype(int)
-    red = points.positions[colors[:, 0] > 3 * colors[:, 1:].max(axis=1)]
-    distances = np.linalg.norm(red - _CENTER, axis=1)
+    red_points = points.positions[colors[:, 0] > 3 * colors[:, 1:].max(axis=1)]
+    distances = np.linalg.norm(red_points - _CENTER, axis=1)
 
-    assert len(red) > 30  # enough to judge
-    # Not all: a pixel at the ball's edge can be red although its center is next to the ball.
+    assert len(red_points) > 30  # enough to judge
+    # Some points may fail: an edge pixel can be red although its center is next to the ball.
     assert (np.abs(distances - 0.3) < 0.01).mean() > 0.8
 
 
@@ -81,12 +81,15 @@ def test_noise_of_points_is_within_two_millimeters(stage, cameras):
 
 def test_an_object_shadows_the_floor_below_it(cameras):
     camera = cameras[0]
-    hidden, lit = (
-        _stage([box(at(0, 0.5, 0), (0.3, 0.02, 0.3), _RED)]),
-        _stage([box(at(0, 3.19, 3), (0.3, 0.02, 0.3), _RED)]),
+    shadowed_stage, lit_stage = (
+        _pack_with_room([box(translate(0, 0.5, 0), (0.3, 0.02, 0.3), _RED)]),
+        _pack_with_room([box(translate(0, 3.19, 3), (0.3, 0.02, 0.3), _RED)]),
     )
     row, column, _ = _project(camera, np.array([0.1, 0.0, -0.1]))
-    dark, bright = (trace_view(s, camera).picture[row, column].mean() for s in (hidden, lit))
+    dark, bright = (
+        trace_view(traced_stage, camera).picture[row, column].mean()
+        for traced_stage in (shadowed_stage, lit_stage)
+    )
 
     assert dark < 0.85 * bright
 
@@ -95,11 +98,11 @@ def test_culling_does_not_change_a_picture(cameras):
     stage = make_scene(2).at_time(0.6)
     solids, groups = stage.solids.copy(), stage.groups.copy()
     solids[:, 3] = groups[:, 3] = 50.0
-    everywhere = stage._replace(solids=solids, groups=groups)
+    stage_without_culling = stage._replace(solids=solids, groups=groups)
     for camera in (cameras[0], cameras[1]):
-        listed, whole = trace_view(stage, camera), trace_view(everywhere, camera)
+        culled, unculled = trace_view(stage, camera), trace_view(stage_without_culling, camera)
 
-        np.testing.assert_array_equal(listed.picture, whole.picture)
+        np.testing.assert_array_equal(culled.picture, unculled.picture)
 
 
 def test_parts_are_joined_in_order(stage, cameras):

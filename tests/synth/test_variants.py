@@ -9,14 +9,14 @@ from quarc_ref.synth.variants import VARIANTS
 
 
 def _trace(variant, time=0.3, camera=0, width=96):
-    """The picture of a variant, as floats from 0 to 255."""
+    """Return the picture of a variant as floats from 0 to 255."""
     options = SynthOptions(width=width, height=3 * width // 4, variant=variant)
     scene = make_scene(options.seed, options.scene)
     return trace_view(scene.at_time(time), place_cameras(options)[camera]).picture.astype(float)
 
 
 def _find_subject(time):
-    """Position of the robot in the picture of the stage: where two moments differ much."""
+    """Return a mask of the robot: the pixels that differ much between two times."""
     change = np.abs(_trace("dark-stage", time) - _trace("dark-stage", time + 0.25))
     return change.max(axis=2) > 40
 
@@ -40,14 +40,14 @@ def test_the_subject_of_the_stages_is_small():
 
 def test_the_subject_has_the_same_light_on_both_stages():
     dark, bright = (_trace(f"{light}-stage", width=288) for light in ("dark", "bright"))
-    lit = dark.max(axis=2) > 60
+    is_lit = dark.max(axis=2) > 60
     shifts = [(x, y) for x in (-3, 0, 3) for y in (-3, 0, 3)]
-    inside = np.all([np.roll(lit, shift, axis=(0, 1)) for shift in shifts], axis=0)
+    is_inside = np.all([np.roll(is_lit, shift, axis=(0, 1)) for shift in shifts], axis=0)
 
-    assert inside.sum() > 200
-    same = (dark == bright).all(axis=2)[inside]
+    assert is_inside.sum() > 200
+    is_equal = (dark == bright).all(axis=2)[is_inside]
     assert (
-        same.mean() > 0.95
+        is_equal.mean() > 0.95
     )  # all except some slits between limbs, through which the hall is visible
 
 
@@ -59,12 +59,16 @@ def test_the_dark_stage_is_black_except_for_the_subject_and_the_lamps():
 
 
 def test_only_one_variant_has_cameras_of_different_gain_and_color():
-    films = np.stack([each.film for each in place_cameras(SynthOptions(variant="mixed-cameras"))])
-    gains = np.diagonal(films, axis1=1, axis2=2)
+    color_matrices = np.stack(
+        [camera.color_matrix for camera in place_cameras(SynthOptions(variant="mixed-cameras"))]
+    )
+    gains = np.diagonal(color_matrices, axis1=1, axis2=2)
 
     assert 0.15 < np.log(gains).std(axis=0).mean() < 0.4
     assert 0.02 < np.log(gains).std(axis=1).mean() < 0.15
-    assert all(np.array_equal(each.film, np.eye(3)) for each in place_cameras(SynthOptions()))
+    assert all(
+        np.array_equal(camera.color_matrix, np.eye(3)) for camera in place_cameras(SynthOptions())
+    )
 
 
 def test_the_fast_variant_is_the_playroom_at_triple_speed():
@@ -72,10 +76,10 @@ def test_the_fast_variant_is_the_playroom_at_triple_speed():
 
 
 def test_the_visitor_appears_and_leaves():
-    seen = [
+    changes = [
         np.abs(_trace("visitor", time) - _trace("playroom", time)).max(axis=2) > 30
         for time in (0.0, 0.35, 0.5, 0.79)
     ]
 
-    assert [part.mean() > 0.01 for part in seen] == [False, True, True, False]
-    assert not (seen[1] & seen[2]).any()
+    assert [change.mean() > 0.01 for change in changes] == [False, True, True, False]
+    assert not (changes[1] & changes[2]).any()

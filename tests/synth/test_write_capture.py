@@ -23,9 +23,11 @@ def test_a_capture_has_a_video_for_each_camera_and_poses_and_points(folder):
 def test_every_video_has_the_requested_size_rate_and_frames(folder, options):
     readers = [VideoReader(folder / name) for name in _VIDEOS]
 
-    assert {(r.width, r.height) for r in readers} == {(options.width, options.height)}
-    assert {r.frames_per_second for r in readers} == {30.0}
-    assert {r.frame_count for r in readers} == {options.frames}
+    assert {(reader.width, reader.height) for reader in readers} == {
+        (options.width, options.height)
+    }
+    assert {reader.frames_per_second for reader in readers} == {30.0}
+    assert {reader.frame_count for reader in readers} == {options.frames}
 
 
 def test_poses_have_a_row_of_seventeen_for_each_camera(folder):
@@ -66,11 +68,11 @@ def test_points_have_the_colors_seen_by_other_cameras(folder, options):
         x, y, depth = camera.axes @ (points.positions - camera.center).T
         column = np.floor(camera.focal * x / depth + options.width / 2).astype(int)
         row = np.floor(camera.focal * y / depth + options.height / 2).astype(int)
-        seen = (depth > 0) & (column >= 0) & (column < 48) & (row >= 0) & (row < 36)
-        colors = picture[row[seen], column[seen]].astype(float)
-        matches.append(np.abs(colors - points.colors[seen]).mean(axis=1))
+        is_visible = (depth > 0) & (column >= 0) & (column < 48) & (row >= 0) & (row < 36)
+        colors = picture[row[is_visible], column[is_visible]].astype(float)
+        matches.append(np.abs(colors - points.colors[is_visible]).mean(axis=1))
 
-    # Edges in small pictures and occlusions differ; most pixels do not.
+    # The colors differ at edges and occlusions, but agree at most pixels.
     assert all(np.median(match) < 20 for match in matches)
 
 
@@ -89,12 +91,12 @@ def test_another_seed_gives_another_scene(folder, options, tmp_path):
 
 
 def test_progress_counts_every_picture(options, tmp_path):
-    reported = []
+    reports = []
     write_synthetic_capture(
-        tmp_path / "c", replace(options, frames=2), lambda *p: reported.append(p)
+        tmp_path / "c", replace(options, frames=2), lambda *report: reports.append(report)
     )
 
-    assert reported == [(done, 10) for done in range(1, 11)]
+    assert reports == [(done, 10) for done in range(1, 11)]
 
 
 def test_a_nonempty_folder_is_rejected_and_unchanged(options, tmp_path):
