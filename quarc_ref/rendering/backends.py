@@ -10,10 +10,10 @@ from quarc_ref.rendering.rasterizer import Rasterizer
 
 
 def choose_device(name: str) -> torch.device:
-    """Return a device by name; `auto` is CUDA if a CUDA device and gsplat are available."""
+    """Return a device by name; `auto` means CUDA if a CUDA device and gsplat are available."""
     if name == "auto":
-        drawn = torch.cuda.is_available() and find_spec("gsplat") is not None
-        name = "cuda" if drawn else "cpu"
+        can_use_cuda = torch.cuda.is_available() and find_spec("gsplat") is not None
+        name = "cuda" if can_use_cuda else "cpu"
     return torch.device(name)
 
 

@@ -1,13 +1,13 @@
 """Kernels that assign Gaussians to the tiles of a picture in the order of depth.
 
 Visible Gaussians are sorted once by depth and then added to the lists of their tiles, so
-every list is sorted. A Gaussian is listed in the tiles and rows that its ellipse, and not
-only its bounding box, intersects. Its alpha is below 1/255 at all other pixels, so tiling
-does not change the picture.
+every list is sorted. A Gaussian is listed in the tiles and rows that its ellipse intersects;
+its bounding box may intersect more. The alpha of the Gaussian is below 1/255 at all other
+pixels, so tiling does not change the picture.
 
-A band is given by its first row of tiles, the row after its last one, and the number of
-tiles per row. Floats are clamped before they are converted to integers, and Gaussians
-with non-finite numbers are assigned to no tile, because other conversions depend on the
+A band is a tuple: its first row of tiles, its end row (exclusive), and the number of tiles
+per row. Floats are clamped before conversion to integers, and Gaussians with non-finite
+numbers are assigned to no tile, because the result of other conversions depends on the
 machine.
 """
 
@@ -16,7 +16,7 @@ import math
 import numba
 import numpy as np
 
-from quarc_ref.rendering.compiled import entrance, parallel_entrance, plain
+from quarc_ref.rendering.compiled import entry_kernel, kernel, parallel_kernel
 
 TILE = 16
 _RADIX_BITS = 11
@@ -25,13 +25,13 @@ _0 = np.float32(0)
 _1 = np.float32(1)
 _2 = np.float32(2)
 _HALF = np.float32(0.5)
-_LAST = np.float32(TILE - 1)
+_LAST_PIXEL = np.float32(TILE - 1)
 
 
-@entrance
-def sort_by_depth(depths, reaches):
-    """Return the visible Gaussians by depth; those with equal depths keep their order."""
-    order = np.flatnonzero(reaches > _0).astype(np.int32)
+@entry_kernel
+def sort_by_depth(depths, max_exponents):
+    """Return the indices of visible Gaussians, sorted by depth; the sort is stable."""
+    order = np.flatnonzero(max_exponents > _0).astype(np.int32)
     keys = depths[order].view(np.uint32)
     spare_order, spare_keys = np.empty_like(order), np.empty_like(keys)
     for shift in (0, _RADIX_BITS, 2 * _RADIX_BITS):
@@ -39,32 +39,38 @@ def sort_by_depth(depths, reaches):
         for key in keys:
             starts[((key >> np.uint32(shift)) & np.uint32(_RADIX - 1)) + 1] += 1
         starts = np.cumsum(starts)
-        for i in range(keys.size):
-            digit = (keys[i] >> np.uint32(shift)) & np.uint32(_RADIX - 1)
-            place = starts[digit]
+        for index in range(keys.size):
+            digit = (keys[index] >> np.uint32(shift)) & np.uint32(_RADIX - 1)
+            position = starts[digit]
             starts[digit] += 1
-            spare_order[place], spare_keys[place] = order[i], keys[i]
+            spare_order[position], spare_keys[position] = order[index], keys[index]
         order, spare_order = spare_order, order
         keys, spare_keys = spare_keys, keys
     return order
 
 
-@plain
-def _outline(i, means2d, conics, reaches):
-    """Return center x, y; b; 1/a, 1/c; 2 reach a, 2 reach c; det; half width and half height.
+@kernel
+def _compute_ellipse(i, means2d, conics, max_exponents):
+    """Return the ellipse at whose border the alpha of a Gaussian is 1/255.
 
-    The ellipse is (a x^2 + 2 b x y + c y^2) / 2 <= reach, where det is a c - b^2.
+    The ellipse is (a x^2 + 2 b x y + c y^2) / 2 <= e, where e is the maximum exponent.
+
+    Returns:
+        Center x, y; b; 1 / a; 1 / c; 2 e a; 2 e c; determinant a c - b^2; half of the width;
+        half of the height.
     """
     a, b, c = conics[i, 0], conics[i, 1], conics[i, 2]
     det = a * c - b * b
-    most_a, most_c = _2 * reaches[i] * a, _2 * reaches[i] * c
+    limit_a, limit_c = _2 * max_exponents[i] * a, _2 * max_exponents[i] * c
     inverse = _1 / det
-    width, height = math.sqrt(most_c * inverse), math.sqrt(most_a * inverse)
-    return (means2d[i, 0], means2d[i, 1], b, _1 / a, _1 / c, most_a, most_c, det, width, height)
+    width, height = math.sqrt(limit_c * inverse), math.sqrt(limit_a * inverse)
+    return (means2d[i, 0], means2d[i, 1], b, _1 / a, _1 / c, limit_a, limit_c, det, width, height)
 
 
-@plain
-def _interval(b, inverse, most, det, half, other, turn, low, high):
+@kernel
+def _ellipse_extent(
+    b, inverse, limit, det, half_extent, other_half_extent, turning_point, low, high
+):
     """Return the extent of an ellipse along one axis within a range of the other axis.
 
     The first number exceeds the second if the ellipse is outside the range.
@@ -72,38 +78,42 @@ def _interval(b, inverse, most, det, half, other, turn, low, high):
     Args:
         b: Coefficient b of the conic.
         inverse: Inverse of the conic's coefficient for the axis.
-        most: Twice the reach multiplied by this coefficient.
+        limit: Twice the maximum exponent, multiplied by the conic's coefficient for the axis.
         det: Determinant of the conic.
-        half: Half of the ellipse's extent along the axis.
-        other: Half of its extent along the other axis.
-        turn: Position on the other axis where the extent is largest.
+        half_extent: Half of the ellipse's extent along the axis.
+        other_half_extent: Half of the ellipse's extent along the other axis.
+        turning_point: Position on the other axis where the extent is largest.
         low: Start of the range, relative to the center.
         high: End of the range, relative to the center.
     """
-    if low > other or high < -other:
+    if low > other_half_extent or high < -other_half_extent:
         return _1, -_1
-    end, begin = half, -half
-    if not low <= turn <= high:
-        at = min(max(low if turn < low else high, -other), other)
-        end = (math.sqrt(max(_0, most - det * at * at)) - b * at) * inverse
-    if not low <= -turn <= high:
-        at = min(max(low if -turn < low else high, -other), other)
-        begin = (-math.sqrt(max(_0, most - det * at * at)) - b * at) * inverse
+    end, begin = half_extent, -half_extent
+    if not low <= turning_point <= high:
+        position = min(
+            max(low if turning_point < low else high, -other_half_extent), other_half_extent
+        )
+        end = (math.sqrt(max(_0, limit - det * position * position)) - b * position) * inverse
+    if not low <= -turning_point <= high:
+        position = min(
+            max(low if -turning_point < low else high, -other_half_extent), other_half_extent
+        )
+        begin = (-math.sqrt(max(_0, limit - det * position * position)) - b * position) * inverse
     return begin, end
 
 
-@plain
-def _clamp(value, least, most):
-    return min(max(value, least), most)
+@kernel
+def _clamp(value, low, high):
+    return min(max(value, low), high)
 
 
-@plain
-def _columns_of(row, outline, columns):
-    """Return the first tile of a row that an ellipse intersects, and the one after the last."""
-    x, y, b, inverse_a, inverse_c, most_a, _, det, width, height = outline
+@kernel
+def _find_tile_columns(row, ellipse, columns):
+    """Return first and end column (exclusive) of the tiles of a row that an ellipse intersects."""
+    x, y, b, inverse_a, inverse_c, limit_a, _, det, width, height = ellipse
     low = np.float32(row * TILE) + _HALF - y
-    begin, end = _interval(
-        b, inverse_a, most_a, det, width, height, -b * inverse_c * width, low, low + _LAST
+    begin, end = _ellipse_extent(
+        b, inverse_a, limit_a, det, width, height, -b * inverse_c * width, low, low + _LAST_PIXEL
     )
     if not begin <= end:
         return 0, 0
@@ -112,13 +122,13 @@ def _columns_of(row, outline, columns):
     return first, min(last + 1, columns)
 
 
-@plain
-def _rows_in(row, column, outline):
-    """Return the first pixel row of a tile that an ellipse meets, and the one after the last."""
-    x, y, b, inverse_a, inverse_c, _, most_c, det, width, height = outline
+@kernel
+def _find_pixel_rows(row, column, ellipse):
+    """Return first and end pixel row (exclusive) of a tile that an ellipse intersects."""
+    x, y, b, inverse_a, inverse_c, _, limit_c, det, width, height = ellipse
     low = np.float32(column * TILE) + _HALF - x
-    begin, end = _interval(
-        b, inverse_c, most_c, det, height, width, -b * inverse_a * height, low, low + _LAST
+    begin, end = _ellipse_extent(
+        b, inverse_c, limit_c, det, height, width, -b * inverse_a * height, low, low + _LAST_PIXEL
     )
     if not begin <= end:
         return 0, 0
@@ -128,10 +138,10 @@ def _rows_in(row, column, outline):
     return first, min(last + 1, TILE)
 
 
-@plain
-def _tile_rows_of(outline, top, bottom):
-    """Return the first row of tiles that an ellipse intersects, and the one after the last."""
-    x, y, width, height = outline[0], outline[1], outline[8], outline[9]
+@kernel
+def _find_tile_rows(ellipse, top, bottom):
+    """Return the first and the end row (exclusive) of tiles that an ellipse intersects."""
+    x, y, width, height = ellipse[0], ellipse[1], ellipse[8], ellipse[9]
     if not (math.isfinite(x + width) and math.isfinite(y + height)):
         return top, top
     first = int(math.floor(_clamp((y - height - _HALF) / TILE, top, bottom)))
@@ -139,73 +149,73 @@ def _tile_rows_of(outline, top, bottom):
     return first, min(last + 1, bottom)
 
 
-@parallel_entrance
-def count_tiles(means2d, conics, reaches, band):
-    """Return the `[N]` numbers of tiles of a band that Gaussians intersect."""
+@parallel_kernel
+def count_tiles(means2d, conics, max_exponents, band):
+    """Return `[N]` numbers of tiles of a band that each Gaussian intersects."""
     top, bottom, columns = band
-    counts = np.zeros(reaches.size, dtype=np.int32)
-    for i in numba.prange(reaches.size):
-        if not reaches[i] > _0:
+    counts = np.zeros(max_exponents.size, dtype=np.int32)
+    for i in numba.prange(max_exponents.size):
+        if not max_exponents[i] > _0:
             continue
-        outline = _outline(i, means2d, conics, reaches)
-        first_row, last_row = _tile_rows_of(outline, top, bottom)
+        ellipse = _compute_ellipse(i, means2d, conics, max_exponents)
+        first_row, last_row = _find_tile_rows(ellipse, top, bottom)
         for row in range(first_row, last_row):
-            first, last = _columns_of(row, outline, columns)
+            first, last = _find_tile_columns(row, ellipse, columns)
             counts[i] += max(last - first, 0)
     return counts
 
 
-@parallel_entrance
-def list_tiles(means2d, conics, reaches, starts, band):
-    """Return the tiles of each Gaussian, concatenated.
+@parallel_kernel
+def list_tiles(means2d, conics, max_exponents, starts, band):
+    """Return the concatenated tiles of all Gaussians.
 
     Args:
         starts: `[N + 1]` start of each Gaussian's tiles: cumulative sums of `count_tiles`.
-        band: Band, as for `count_tiles`.
+        band: Band; see `count_tiles`.
 
     Returns:
-        `[P]` tiles, counted along the rows of the band, and `[P, 2]` first pixel row of
-        each tile that the Gaussian intersects, and the row after the last.
+        `[P]` tiles, counted along the rows of the band, and `[P, 2]` first and end pixel row
+        (exclusive) of each tile that the Gaussian intersects.
     """
     top, bottom, columns = band
     tiles = np.empty(starts[-1], dtype=np.int32)
     rows = np.empty((starts[-1], 2), dtype=np.uint8)
-    for i in numba.prange(reaches.size):
-        if not reaches[i] > _0:
+    for i in numba.prange(max_exponents.size):
+        if not max_exponents[i] > _0:
             continue
-        place = starts[i]
-        outline = _outline(i, means2d, conics, reaches)
-        first_row, last_row = _tile_rows_of(outline, top, bottom)
+        position = starts[i]
+        ellipse = _compute_ellipse(i, means2d, conics, max_exponents)
+        first_row, last_row = _find_tile_rows(ellipse, top, bottom)
         for row in range(first_row, last_row):
-            first, last = _columns_of(row, outline, columns)
+            first, last = _find_tile_columns(row, ellipse, columns)
             for column in range(first, last):
-                tiles[place] = (row - top) * columns + column
-                rows[place, 0], rows[place, 1] = _rows_in(row, column, outline)
-                place += 1
+                tiles[position] = (row - top) * columns + column
+                rows[position, 0], rows[position, 1] = _find_pixel_rows(row, column, ellipse)
+                position += 1
     return tiles, rows
 
 
-@entrance
+@entry_kernel
 def fill_tiles(order, starts, tiles, rows, tile_count):
-    """Return the tiles' lists of Gaussians, and the position of each pair in them.
+    """Return the lists of Gaussians of all tiles.
 
     Returns:
-        `[T + 1]` start of each tile's list, `[P]` lists, `[P, 2]` their rows, and `[P]`
-        position in the lists of each pair of `tiles`.
+        `[T + 1]` start of each tile's list; `[P]` concatenated lists; `[P, 2]` pixel rows of
+        the list entries; `[P]` position in the lists of each pair of `tiles`.
     """
-    borders = np.zeros(tile_count + 1, dtype=np.int64)
+    list_starts = np.zeros(tile_count + 1, dtype=np.int64)
     for tile in tiles:
-        borders[tile + 1] += 1
-    borders = np.cumsum(borders)
-    ends = borders[:-1].copy()
+        list_starts[tile + 1] += 1
+    list_starts = np.cumsum(list_starts)
+    ends = list_starts[:-1].copy()
     lists = np.empty(tiles.size, dtype=np.int32)
     listed_rows = np.empty_like(rows)
-    places = np.empty(tiles.size, dtype=np.int32)
+    positions = np.empty(tiles.size, dtype=np.int32)
     for i in order:
         for pair in range(starts[i], starts[i + 1]):
-            place = ends[tiles[pair]]
-            ends[tiles[pair]] = place + 1
-            lists[place] = i
-            listed_rows[place, 0], listed_rows[place, 1] = rows[pair, 0], rows[pair, 1]
-            places[pair] = place
-    return borders, lists, listed_rows, places
+            position = ends[tiles[pair]]
+            ends[tiles[pair]] = position + 1
+            lists[position] = i
+            listed_rows[position, 0], listed_rows[position, 1] = rows[pair, 0], rows[pair, 1]
+            positions[pair] = position
+    return list_starts, lists, listed_rows, positions

@@ -1,22 +1,22 @@
 """Kernels for the gradients of compositing, by tile.
 
-The backward pass runs front to back like the forward pass and repeats its decisions, with
+The backward pass runs front to back and repeats the decisions of the forward pass. It needs
 one additional number per pixel: the remaining color, weighted by the gradient. Each pair
-of tile and Gaussian has its own row of gradients. These are summed afterwards in a fixed
-order, so the result does not depend on the number of threads.
+of tile and Gaussian has a row of gradients. The rows are summed in a fixed order, so the
+result does not depend on the number of threads.
 """
 
 import numba
 import numpy as np
 
 from quarc_ref.rendering.binning_kernels import TILE
-from quarc_ref.rendering.compiled import fused, parallel_entrance, plain
+from quarc_ref.rendering.compiled import fused_kernel, kernel, parallel_kernel
 from quarc_ref.rendering.raster_kernels import (
-    CHECK_EVERY,
     MAX_ALPHA,
-    all_opaque,
+    OPACITY_CHECK_INTERVAL,
     blend_weight,
-    scatter_stride,
+    choose_scatter_stride,
+    is_tile_opaque,
 )
 
 _0 = np.float32(0)
@@ -25,7 +25,7 @@ _2 = np.float32(2)
 _HALF = np.float32(0.5)
 
 
-@fused
+@fused_kernel
 def _skip_gaussian(rows, first, last, dx, dy, conic, opacity, color):
     """Process a Gaussian without gradients for rows of a tile."""
     a, b, c = conic
@@ -36,29 +36,29 @@ def _skip_gaussian(rows, first, last, dx, dy, conic, opacity, color):
         linear, constant = b * e, c * e * e
         for x in range(TILE):
             d = dx + np.float32(x)
-            t, rest = row[x], row[TILE + x]
+            t, remaining = row[x], row[TILE + x]
             colors = r * row[2 * TILE + x] + g * row[3 * TILE + x] + b_ * row[4 * TILE + x]
             value = colors + row[5 * TILE + x]
             _, _, w, row[x] = blend_weight((a * d + linear) * d + constant, opacity, t)
-            row[TILE + x] = rest - w * value
+            row[TILE + x] = remaining - w * value
 
 
-@fused
-def _add_slopes(rows, first, last, dx, dy, conic, opacity, color, lanes):
+@fused_kernel
+def _add_gradients(rows, first, last, dx, dy, conic, opacity, color, lanes):
     """Process a Gaussian for rows of a tile, and add its gradients to the lanes.
 
     Args:
         rows: Rows of `_composite_backward`, modified in place.
         first: The first row.
-        last: The row after the last.
+        last: The end row (exclusive).
         dx: Distance of the first column from the Gaussian's center.
         dy: Distance of the tile's first row from the Gaussian's center.
         conic: a / 2, b, c / 2.
         opacity: Opacity of the Gaussian.
         color: Red, green, blue.
-        lanes: `[9 TILE]` sums over the rows for every column. The first six are modified: of
-            q, q e, q e^2 and the gradients of red, green and blue, where q is the gradient of
-            the exponent, and e the distance of the row from the Gaussian's center.
+        lanes: `[9 TILE]` nine sums over the rows for every column. The first six are modified:
+            sums of q, q e, q e^2 and of the gradients of red, green and blue. Here, q is the
+            gradient of the exponent, and e the distance of the row from the Gaussian's center.
     """
     a, b, c = conic
     r, g, b_ = color
@@ -68,16 +68,17 @@ def _add_slopes(rows, first, last, dx, dy, conic, opacity, color, lanes):
         linear, constant = b * e, c * e * e
         for x in range(TILE):
             d = dx + np.float32(x)
-            t, rest = row[x], row[TILE + x]
+            t, remaining = row[x], row[TILE + x]
             g_red, g_green, g_blue = row[2 * TILE + x], row[3 * TILE + x], row[4 * TILE + x]
             value = r * g_red + g * g_green + b_ * g_blue + row[5 * TILE + x]
             s = (a * d + linear) * d + constant
-            alpha, counts, w, row[x] = blend_weight(s, opacity, t)
-            rest = rest - w * value
-            row[TILE + x] = rest
-            # The gradient of the exponent: alpha's is t value - rest / (1 - alpha).
-            q = alpha * rest / (_1 - alpha) - w * value
-            q = q if counts & (alpha < MAX_ALPHA) else _0
+            alpha, is_blended, w, row[x] = blend_weight(s, opacity, t)
+            remaining = remaining - w * value
+            row[TILE + x] = remaining
+            # q is the gradient of the exponent; the gradient of alpha is t value - remaining /
+            # (1 - alpha).
+            q = alpha * remaining / (_1 - alpha) - w * value
+            q = q if is_blended & (alpha < MAX_ALPHA) else _0
             qe = q * e
             lanes[x] += q
             lanes[TILE + x] += qe
@@ -87,9 +88,9 @@ def _add_slopes(rows, first, last, dx, dy, conic, opacity, color, lanes):
             lanes[5 * TILE + x] += w * g_blue
 
 
-@fused
-def _sum_slopes(lanes, dx, conic, opacity, pair):
-    """Compute a pair's gradients from column sums: mean (2), conic (3), color (3), opacity (1)."""
+@fused_kernel
+def _sum_gradients(lanes, dx, conic, opacity, pair):
+    """Compute gradients of a pair from column sums: mean (2), conic (3), color (3), opacity (1)."""
     a, b, c = conic
     for x in range(TILE):
         d = dx + np.float32(x)
@@ -107,44 +108,46 @@ def _sum_slopes(lanes, dx, conic, opacity, pair):
         pair[5 + k] = _sum_lanes(lanes, 3 + k)
 
 
-@fused
-def _composite_backward(x0, y0, list_, met, fixed, means2d, conics, colors, opacities, rows, pairs):
-    """Compute the pairs' rows of gradients, except those of the first, fixed Gaussians.
+@fused_kernel
+def _composite_backward(
+    x0, y0, indices, pixel_rows, fixed_count, means2d, conics, colors, opacities, rows, pairs
+):
+    """Compute the rows of gradients of a tile's pairs; rows of fixed Gaussians are undefined.
 
     The rows of a tile are processed in separate functions, because the compiler does not
     always vectorize loops in longer functions.
 
     Args:
-        met: `[n, 2]` rows that each Gaussian of the list intersects.
-        fixed: Number of Gaussians without gradients.
-        rows: `[TILE, 6 TILE]` for each row: transmittance, initially 1; the remaining
-            color weighted by the gradient; gradients of red, green, blue, alpha.
+        pixel_rows: `[n, 2]` first and end row (exclusive) that each Gaussian intersects.
+        fixed_count: Number of fixed Gaussians, which have no gradients and the lowest indices.
+        rows: `[TILE, 6 TILE]` state of each row: transmittance, initially 1; remaining color
+            weighted by the gradient; gradients of red, green, blue, alpha.
         pairs: `[n, 9]` gradients of the list: mean (2), conic (3), color (3), opacity (1).
     """
     lanes = np.empty(9 * TILE, dtype=np.float32)
-    size = list_.size
-    while size > 0 and list_[size - 1] < fixed:
+    size = indices.size
+    while size > 0 and indices[size - 1] < fixed_count:
         size -= 1
     for k in range(size):
-        if k % CHECK_EVERY == 0 and all_opaque(rows):
+        if k % OPACITY_CHECK_INTERVAL == 0 and is_tile_opaque(rows):
             pairs[k:] = _0
             break
-        i = list_[k]
-        first, last = met[k, 0], met[k, 1]
+        i = indices[k]
+        first, last = pixel_rows[k, 0], pixel_rows[k, 1]
         conic = _HALF * conics[i, 0], conics[i, 1], _HALF * conics[i, 2]
         color = colors[i, 0], colors[i, 1], colors[i, 2]
         dx, dy = x0 + _HALF - means2d[i, 0], y0 + _HALF - means2d[i, 1]
-        if i < fixed:
+        if i < fixed_count:
             _skip_gaussian(rows, first, last, dx, dy, conic, opacities[i], color)
         else:
             lanes[:] = _0
-            _add_slopes(rows, first, last, dx, dy, conic, opacities[i], color, lanes)
-            _sum_slopes(lanes, dx, conic, opacities[i], pairs[k])
+            _add_gradients(rows, first, last, dx, dy, conic, opacities[i], color, lanes)
+            _sum_gradients(lanes, dx, conic, opacities[i], pairs[k])
 
 
-@plain
+@kernel
 def _sum_lanes(lanes, k):
-    """Return the sum of the k-th row of lanes by pairwise summation."""
+    """Return the sum of row k of the lanes by pairwise summation, which modifies the row."""
     row = lanes[k * TILE : (k + 1) * TILE]
     for x in range(8):
         row[x] += row[x + 8]
@@ -153,22 +156,22 @@ def _sum_lanes(lanes, k):
     return (row[0] + row[2]) + (row[1] + row[3])
 
 
-@parallel_entrance
+@parallel_kernel
 def raster_backward(
-    means2d, conics, colors, opacities, which, borders, lists, pair_rows, fixed,
+    means2d, conics, colors, opacities, tile_ids, list_starts, lists, pair_rows, fixed_count,
     image, transmittance, g_image, g_alpha,
 ):  # fmt: skip
     """Return the `[P, 9]` gradients of the pairs: mean (2), conic (3), color (3), opacity (1).
 
-    The rows of the first `fixed` Gaussians are undefined.
+    Rows of the first `fixed_count` Gaussians are undefined.
     """
     height, width = transmittance.shape
     tiles_x = -(-width // TILE)
     pairs = np.empty((lists.size, 9), dtype=np.float32)
-    step = scatter_stride(which.size)
-    for turn in numba.prange(which.size):
-        tile = turn * step % which.size
-        row, column = which[tile] // tiles_x * TILE, which[tile] % tiles_x * TILE
+    step = choose_scatter_stride(tile_ids.size)
+    for index in numba.prange(tile_ids.size):
+        tile = index * step % tile_ids.size
+        row, column = tile_ids[tile] // tiles_x * TILE, tile_ids[tile] % tiles_x * TILE
         rows = np.zeros((TILE, 6 * TILE), dtype=np.float32)
         for y in range(min(TILE, height - row)):
             for x in range(min(TILE, width - column)):
@@ -180,21 +183,21 @@ def raster_backward(
                     g = g_image[row + y, column + x, k]
                     rows[y, (2 + k) * TILE + x] = g
                     rows[y, TILE + x] += g * image[row + y, column + x, k]
-        begin, end = borders[tile], borders[tile + 1]
+        begin, end = list_starts[tile], list_starts[tile + 1]
         _composite_backward(
-            np.float32(column), np.float32(row), lists[begin:end], pair_rows[begin:end], fixed,
-            means2d, conics, colors, opacities, rows, pairs[begin:end],
+            np.float32(column), np.float32(row), lists[begin:end], pair_rows[begin:end],
+            fixed_count, means2d, conics, colors, opacities, rows, pairs[begin:end],
         )  # fmt: skip
     return pairs
 
 
-@parallel_entrance
-def gather_pairs(pairs, starts, places, g_means2d, g_conics, g_colors, g_opacities):
+@parallel_kernel
+def gather_pairs(pairs, starts, pair_positions, g_means2d, g_conics, g_colors, g_opacities):
     """Sum the gradients of each Gaussian's pairs in the order of its tiles."""
     for i in numba.prange(g_opacities.size):
         total = np.zeros(9, dtype=np.float32)
         for pair in range(starts[i], starts[i + 1]):
-            total += pairs[places[pair]]
+            total += pairs[pair_positions[pair]]
         g_means2d[i, 0], g_means2d[i, 1] = total[0], total[1]
         for k in range(3):
             g_conics[i, k], g_colors[i, k] = total[2 + k], total[5 + k]

@@ -1,7 +1,7 @@
 """Evaluates SH of degree 2 and 3 for other methods; streams have at most degree 1.
 
-The kernels shade degree 1. Higher degrees are evaluated here for one camera and passed to
-the kernels as base colors. Basis and signs are those of 3DGS: real spherical harmonics
+The kernels evaluate degrees 0 and 1. Higher degrees are evaluated here for one camera and
+passed to the kernels as SH DC. Basis and signs agree with 3DGS: real spherical harmonics
 with the Condon-Shortley phase, in the order m = -l .. l.
 """
 
@@ -19,20 +19,22 @@ _CUBIC = (
 )
 
 
-def fold_harmonics(sh: Float32, positions: Float32, eye: NDArray[np.float64]) -> Float32:
+def fold_harmonics(
+    sh: Float32, positions: Float32, camera_position: NDArray[np.float64]
+) -> Float32:
     """Convert SH to degree 0 with the colors that a camera sees.
 
     Args:
         sh: `[N, K, 3]` coefficients, where K is 9 or 16.
         positions: `[N, 3]` centers of the Gaussians, world units.
-        eye: `[3]` camera position, world units.
+        camera_position: `[3]` camera position, world units.
 
     Returns:
-        `[N, 1, 3]`.
+        `[N, 1, 3]` SH DC.
     """
-    toward = positions - eye
-    lengths = np.linalg.norm(toward, axis=1, keepdims=True)
-    directions = np.divide(toward, lengths, out=np.zeros_like(toward), where=lengths > 0)
+    offsets = positions - camera_position
+    lengths = np.linalg.norm(offsets, axis=1, keepdims=True)
+    directions = np.divide(offsets, lengths, out=np.zeros_like(offsets), where=lengths > 0)
     basis = evaluate_basis(directions)[:, : sh.shape[1]]
     colors = np.einsum("nk,nkc->nc", basis, sh.astype(np.float64))
     folded: Float32 = (colors / _BASE).astype(np.float32)[:, None]

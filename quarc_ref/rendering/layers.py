@@ -1,7 +1,7 @@
 """Adds Gaussians to a picture by rendering only the tiles that they intersect.
 
-The result is bit-identical to rendering all Gaussians together, because the lists of
-tiles are the same, and tiles without added Gaussians do not change.
+The result is bit-identical to rendering all Gaussians together, because the lists of the
+tiles are equal, and tiles without added Gaussians do not change.
 """
 
 from dataclasses import dataclass
@@ -13,8 +13,8 @@ from quarc_ref.rendering import merging_kernels
 from quarc_ref.rendering.pipeline import (
     KERNEL_LOCK,
     bin_tiles,
-    blank_picture,
     composite,
+    make_blank_picture,
     project,
 )
 from quarc_ref.rendering.pipeline_data import (
@@ -33,7 +33,7 @@ class Layer:
     Attributes:
         projection: Projection of the Gaussians.
         tiles: Tiles of the whole picture.
-        picture: Picture of these Gaussians alone.
+        picture: Picture of only the fixed Gaussians.
     """
 
     projection: Projection
@@ -41,37 +41,50 @@ class Layer:
     picture: Picture
 
 
-def draw_layer(camera: Camera, drawn: SplatRows, background: Float32) -> Layer:
-    """Render fixed Gaussians."""
-    projection = project(camera, drawn)
+def render_layer(camera: Camera, gaussians: SplatRows, background: Float32) -> Layer:
+    """Render fixed Gaussians, to which other Gaussians can be added later."""
+    projection = project(camera, gaussians)
     tiles = bin_tiles(camera, projection)
-    picture = blank_picture(camera)
+    picture = make_blank_picture(camera)
     composite(projection, tiles, background, picture)
     return Layer(projection, tiles, picture)
 
 
-def join_layer(layer: Layer, added: Projection, tiles: Tiles) -> tuple[Projection, Tiles]:
-    """Join a layer's Gaussians with added ones, and find the tiles that the added ones intersect.
+def join_layer(
+    layer: Layer, added_projection: Projection, added_tiles: Tiles
+) -> tuple[Projection, Tiles]:
+    """Join the Gaussians of a layer with added Gaussians.
 
     Args:
         layer: Layer, whose Gaussians come first.
-        added: `[n]` added Gaussians.
-        tiles: Tiles of the added Gaussians only, like `starts` and `places` of the result.
+        added_projection: Added Gaussians.
+        added_tiles: Tiles of the added Gaussians.
+
+    Returns:
+        Projection of all Gaussians, and the tiles that added Gaussians intersect. `starts` and
+        `pair_positions` of these tiles include only pairs of added Gaussians.
     """
-    under = layer.projection
+    fixed = layer.projection
     projection = Projection(
-        np.concatenate([under.means2d, added.means2d]),
-        np.concatenate([under.conics, added.conics]),
-        np.concatenate([under.colors, added.colors]),
-        np.concatenate([under.opacities, added.opacities]),
-        added.depths,
-        added.reaches,
-        added.radii,
+        np.concatenate([fixed.means2d, added_projection.means2d]),
+        np.concatenate([fixed.conics, added_projection.conics]),
+        np.concatenate([fixed.colors, added_projection.colors]),
+        np.concatenate([fixed.opacities, added_projection.opacities]),
+        added_projection.depths,
+        added_projection.max_exponents,
+        added_projection.radii,
     )
     with KERNEL_LOCK:
-        which, borders, lists, rows, shifted = merging_kernels.merge_tiles(
-            layer.tiles.borders, layer.tiles.lists, layer.tiles.rows, under.depths,
-            tiles.borders, tiles.lists, tiles.rows, added.depths,
+        tile_ids, list_starts, lists, rows, merged_positions = merging_kernels.merge_tiles(
+            layer.tiles.list_starts, layer.tiles.lists, layer.tiles.rows, fixed.depths,
+            added_tiles.list_starts, added_tiles.lists, added_tiles.rows, added_projection.depths,
         )  # fmt: skip
-    merged = Tiles(which, borders, lists, rows, tiles.starts, shifted[tiles.places])
+    merged = Tiles(
+        tile_ids,
+        list_starts,
+        lists,
+        rows,
+        added_tiles.starts,
+        merged_positions[added_tiles.pair_positions],
+    )
     return projection, merged

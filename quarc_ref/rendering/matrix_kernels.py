@@ -1,43 +1,43 @@
-"""Kernels for 3x3 matrices as nine numbers in row-major order, which the compiler can unroll."""
+"""Kernels for 3x3 matrices, which are nine numbers in row-major order and can be unrolled."""
 
-from quarc_ref.rendering.compiled import plain
+from quarc_ref.rendering.compiled import kernel
 
 
-@plain
-def times(m, x, y, z):
-    """Return the matrix times a vector."""
+@kernel
+def multiply_vector(matrix, x, y, z):
+    """Return the product of a matrix and a vector."""
     return (
-        m[0] * x + m[1] * y + m[2] * z,
-        m[3] * x + m[4] * y + m[5] * z,
-        m[6] * x + m[7] * y + m[8] * z,
+        matrix[0] * x + matrix[1] * y + matrix[2] * z,
+        matrix[3] * x + matrix[4] * y + matrix[5] * z,
+        matrix[6] * x + matrix[7] * y + matrix[8] * z,
     )
 
 
-@plain
-def transposed_times(m, x, y, z):
-    """Return the transposed matrix times a vector."""
+@kernel
+def multiply_vector_transposed(matrix, x, y, z):
+    """Return the product of a transposed matrix and a vector."""
     return (
-        m[0] * x + m[3] * y + m[6] * z,
-        m[1] * x + m[4] * y + m[7] * z,
-        m[2] * x + m[5] * y + m[8] * z,
+        matrix[0] * x + matrix[3] * y + matrix[6] * z,
+        matrix[1] * x + matrix[4] * y + matrix[7] * z,
+        matrix[2] * x + matrix[5] * y + matrix[8] * z,
     )
 
 
-@plain
-def product(a, b):
-    """Return a times b."""
+@kernel
+def multiply_matrices(a, b):
+    """Return the product of the matrices a and b."""
     return (
-        *transposed_times(b, a[0], a[1], a[2]),
-        *transposed_times(b, a[3], a[4], a[5]),
-        *transposed_times(b, a[6], a[7], a[8]),
+        *multiply_vector_transposed(b, a[0], a[1], a[2]),
+        *multiply_vector_transposed(b, a[3], a[4], a[5]),
+        *multiply_vector_transposed(b, a[6], a[7], a[8]),
     )
 
 
-@plain
-def transposed_product(a, b):
-    """Return the transposed a times b."""
+@kernel
+def multiply_matrices_transposed(a, b):
+    """Return the product of the transposed matrix a and the matrix b."""
     return (
-        *transposed_times(b, a[0], a[3], a[6]),
-        *transposed_times(b, a[1], a[4], a[7]),
-        *transposed_times(b, a[2], a[5], a[8]),
+        *multiply_vector_transposed(b, a[0], a[3], a[6]),
+        *multiply_vector_transposed(b, a[1], a[4], a[7]),
+        *multiply_vector_transposed(b, a[2], a[5], a[8]),
     )

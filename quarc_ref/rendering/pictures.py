@@ -8,7 +8,7 @@ import numpy as np
 from quarc_ref.datasets.camera_geometry import camera_center
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.format.cameras import Camera
-from quarc_ref.rendering.bands import draw_bands
+from quarc_ref.rendering.bands import render_band_pictures
 from quarc_ref.rendering.harmonics import fold_harmonics
 from quarc_ref.rendering.pipeline import project, sort_nearest
 from quarc_ref.rendering.pipeline_data import Float32, Projection, SplatRows
@@ -21,9 +21,9 @@ def render_picture(splats: Splats, camera: Camera) -> Float32:
     """Render the `[H, W, 3]` view of a camera on a black background.
 
     Args:
-        splats: Scene of a frame in floats; SH of other methods may have up to degree 3.
-        camera: The camera. Gaussians nearer than a fraction of its near plane are not
-            rendered (SPEC 10.3).
+        splats: Splats of a frame; SH of other methods may have degrees up to 3.
+        camera: The camera. Gaussians nearer than a fraction of the distance of its near plane
+            are not rendered (SPEC 10.3).
     """
     picture = np.empty((camera.height, camera.width, 3), dtype=np.float32)
     for top, rows in render_bands(splats, camera):
@@ -32,18 +32,18 @@ def render_picture(splats: Splats, camera: Camera) -> Float32:
 
 
 def render_bands(splats: Splats, camera: Camera) -> Iterator[tuple[int, Float32]]:
-    """Render a picture like `render_picture`, but by bands from top to bottom.
+    """Render a picture like `render_picture`, but band by band from top to bottom.
 
     Args:
-        splats: Scene of a frame in floats.
+        splats: Splats of a frame.
         camera: See `render_picture`.
 
     Yields:
-        The first row of a band, and its rows `[h, W, 3]`.
+        The index of the first row of a band, and the rows `[h, W, 3]` of the band.
     """
-    nearest_first = _project(splats, camera)
-    del splats  # releases what may be most of the memory
-    for picture in draw_bands(nearest_first, camera):
+    sorted_projection = _project(splats, camera)
+    del splats  # releases memory; splats may use most of the memory
+    for picture in render_band_pictures(sorted_projection, camera):
         yield picture.top, picture.image
 
 
@@ -55,18 +55,18 @@ def render_depth(splats: Splats, camera: Camera) -> tuple[Float32, Float32]:
         camera: See `render_picture`.
 
     Returns:
-        `[H, W]` mean depth of the Gaussians along each pixel's ray, weighted like their
-        colors, in world units along the viewing axis; 0 where there are none. `[H, W]`
-        accumulated opacity from 0 to 1.
+        `[H, W]` mean depth of the Gaussians at each pixel, in world units along the optical
+        axis, with the weights of colors; 0 for pixels without Gaussians. `[H, W]` accumulated
+        opacity from 0 to 1.
     """
-    nearest_first = _project(splats, camera)
-    values = np.zeros_like(nearest_first.colors)
-    values[:, 0], values[:, 1] = nearest_first.depths, 1
+    sorted_projection = _project(splats, camera)
+    values = np.zeros_like(sorted_projection.colors)
+    values[:, 0], values[:, 1] = sorted_projection.depths, 1
     sums = np.empty((camera.height, camera.width, 3), dtype=np.float32)
-    for part in draw_bands(replace(nearest_first, colors=values), camera):
-        sums[part.top : part.top + part.image.shape[0]] = part.image
-    weighted, opacity = sums[..., 0], np.ascontiguousarray(sums[..., 1])
-    depth = np.divide(weighted, opacity, out=np.zeros_like(opacity), where=opacity > 0)
+    for band_picture in render_band_pictures(replace(sorted_projection, colors=values), camera):
+        sums[band_picture.top : band_picture.top + band_picture.image.shape[0]] = band_picture.image
+    weighted_depth, opacity = sums[..., 0], np.ascontiguousarray(sums[..., 1])
+    depth = np.divide(weighted_depth, opacity, out=np.zeros_like(opacity), where=opacity > 0)
     return depth, opacity
 
 
@@ -78,8 +78,8 @@ def _project(splats: Splats, camera: Camera) -> Projection:
     sh = splats.sh
     if sh.shape[1] > SH_COEFFICIENTS:
         sh = fold_harmonics(sh, splats.positions, camera_center(camera))
-    missing = SH_COEFFICIENTS - sh.shape[1]
-    sh = np.pad(sh, ((0, 0), (0, missing), (0, 0))) if missing else sh
-    drawn = SplatRows(splats.positions, splats.rotations, scales, opacities, sh)
-    projection = project(camera, drawn)
+    missing_count = SH_COEFFICIENTS - sh.shape[1]
+    sh = np.pad(sh, ((0, 0), (0, missing_count), (0, 0))) if missing_count else sh
+    gaussians = SplatRows(splats.positions, splats.rotations, scales, opacities, sh)
+    projection = project(camera, gaussians)
     return projection.take(sort_nearest(projection))

@@ -1,7 +1,7 @@
 """Calls the numba kernels in order: project, bin, composite.
 
-The functions take and return float32 arrays, without torch. `raster_numba` adds gradients
-to these steps, and `pictures` uses them directly. Only one call may run at a time,
+The functions take and return float32 arrays and do not need torch. `pictures` calls these
+functions directly, and `raster_numba` adds gradients. Only one kernel may run at a time,
 because numba's fallback threading layer does not support concurrent calls of kernels.
 """
 
@@ -30,7 +30,7 @@ KERNEL_LOCK = threading.Lock()
 
 @lru_cache(maxsize=256)
 def flatten_camera(camera: Camera) -> Float32:
-    """Return the `[22]` numbers of a camera for `projection_kernels`."""
+    """Return a camera as `[22]` numbers for `projection_kernels`."""
     center = camera_center(camera)
     near = NEAR_FRACTION * camera.near
     lens = (camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, near)
@@ -38,14 +38,14 @@ def flatten_camera(camera: Camera) -> Float32:
         return np.array([*camera.rotation, *camera.translation, *lens, *center], dtype=np.float32)
 
 
-def project(camera: Camera, drawn: SplatRows) -> Projection:
-    """Project Gaussians to a camera's picture plane."""
-    count = drawn.means.shape[0]
+def project(camera: Camera, gaussians: SplatRows) -> Projection:
+    """Project Gaussians to the picture plane of a camera."""
+    count = gaussians.means.shape[0]
     outputs = Projection(
         np.zeros((count, 2), dtype=np.float32),
         np.zeros((count, 3), dtype=np.float32),
         np.zeros((count, 3), dtype=np.float32),
-        drawn.opacities,
+        gaussians.opacities,
         np.zeros(count, dtype=np.float32),
         np.zeros(count, dtype=np.float32),
         np.zeros(count, dtype=np.float32),
@@ -53,37 +53,38 @@ def project(camera: Camera, drawn: SplatRows) -> Projection:
     with KERNEL_LOCK:
         projection_kernels.project_forward(
             flatten_camera(camera),
-            drawn.means, drawn.quaternions, drawn.scales, drawn.opacities, drawn.sh,
+            gaussians.means, gaussians.quaternions, gaussians.scales,
+            gaussians.opacities, gaussians.sh,
             outputs.means2d, outputs.conics, outputs.colors,
-            outputs.depths, outputs.reaches, outputs.radii,
+            outputs.depths, outputs.max_exponents, outputs.radii,
         )  # fmt: skip
     return outputs
 
 
-def whole_band(camera: Camera) -> Band:
+def make_full_band(camera: Camera) -> Band:
     """Return the band with all rows of tiles of a camera's picture."""
     return Band(0, -(-camera.height // TILE), -(-camera.width // TILE))
 
 
 def count_pairs(projection: Projection, band: Band) -> Int32:
-    """Return the `[N]` numbers of tiles of a band that Gaussians intersect."""
+    """Return `[N]` numbers of tiles of a band that each Gaussian intersects."""
     with KERNEL_LOCK:
         counts: Int32 = binning_kernels.count_tiles(
-            projection.means2d, projection.conics, projection.reaches, tuple(band)
+            projection.means2d, projection.conics, projection.max_exponents, tuple(band)
         )
     return counts
 
 
 def sort_nearest(projection: Projection) -> Int32:
-    """Return the visible Gaussians by depth; those with equal depths keep their order."""
+    """Return the indices of visible Gaussians, sorted by depth; the sort is stable."""
     with KERNEL_LOCK:
-        order: Int32 = binning_kernels.sort_by_depth(projection.depths, projection.reaches)
+        order: Int32 = binning_kernels.sort_by_depth(projection.depths, projection.max_exponents)
     return order
 
 
 def bin_tiles(camera: Camera, projection: Projection) -> Tiles:
     """List the Gaussians of every tile of a picture."""
-    band = whole_band(camera)
+    band = make_full_band(camera)
     return list_pairs(projection, sort_nearest(projection), band, count_pairs(projection, band))
 
 
@@ -92,28 +93,32 @@ def list_pairs(projection: Projection, order: Int32, band: Band, counts: Int32) 
 
     Args:
         projection: Projected Gaussians.
-        order: Visible Gaussians, nearest first.
-        band: Rows of tiles.
+        order: Indices of visible Gaussians, nearest first.
+        band: The band.
         counts: `[N]` from `count_pairs`.
     """
-    means2d, conics, reaches = projection.means2d, projection.conics, projection.reaches
+    means2d, conics, max_exponents = projection.means2d, projection.conics, projection.max_exponents
     starts = np.concatenate([np.zeros(1, dtype=np.int64), np.cumsum(counts, dtype=np.int64)])
     first, last = band.top * band.columns, band.bottom * band.columns
     with KERNEL_LOCK:
-        tiles, rows = binning_kernels.list_tiles(means2d, conics, reaches, starts, tuple(band))
-        borders, lists, rows, places = binning_kernels.fill_tiles(
+        tiles, rows = binning_kernels.list_tiles(
+            means2d, conics, max_exponents, starts, tuple(band)
+        )
+        list_starts, lists, rows, pair_positions = binning_kernels.fill_tiles(
             order, starts, tiles, rows, last - first
         )
-    return Tiles(np.arange(first, last, dtype=np.int32), borders, lists, rows, starts, places)
+    return Tiles(
+        np.arange(first, last, dtype=np.int32), list_starts, lists, rows, starts, pair_positions
+    )
 
 
-def blank_picture(camera: Camera) -> Picture:
-    """Return an empty picture of a camera's size."""
-    return blank_rows(camera, 0, camera.height)
+def make_blank_picture(camera: Camera) -> Picture:
+    """Return an empty picture of the camera's picture size."""
+    return make_blank_rows(camera, 0, camera.height)
 
 
-def blank_rows(camera: Camera, top: int, bottom: int) -> Picture:
-    """Return empty rows of a camera's picture, from `top` to `bottom` - 1."""
+def make_blank_rows(camera: Camera, top: int, bottom: int) -> Picture:
+    """Return empty rows `top` to `bottom` - 1 of a camera's picture."""
     size = (bottom - top, camera.width)
     return Picture(np.zeros((*size, 3), dtype=np.float32), np.ones(size, dtype=np.float32), top)
 
@@ -124,7 +129,7 @@ def composite(
     background: Float32,
     picture: Picture,
     *,
-    continues: bool = False,
+    is_continuation: bool = False,
 ) -> None:
     """Composite tiles into the rows of a picture.
 
@@ -133,11 +138,12 @@ def composite(
         tiles: Lists of Gaussians of the tiles.
         background: `[3]` background color.
         picture: Picture to modify.
-        continues: Whether to continue behind existing content, on a black background.
+        is_continuation: Whether to add Gaussians behind the existing content of the picture;
+            requires a black background.
     """
     with KERNEL_LOCK:
         raster_kernels.raster_forward(
             projection.means2d, projection.conics, projection.colors, projection.opacities,
-            tiles.which, tiles.borders, tiles.lists, tiles.rows,
-            background, continues, picture.top, picture.image, picture.transmittance,
+            tiles.tile_ids, tiles.list_starts, tiles.lists, tiles.rows,
+            background, is_continuation, picture.top, picture.image, picture.transmittance,
         )  # fmt: skip

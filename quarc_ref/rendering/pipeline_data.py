@@ -1,4 +1,4 @@
-"""Data that is passed between the steps of rendering: contiguous float32 arrays."""
+"""Data of the rendering steps: contiguous float32 arrays."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -32,7 +32,7 @@ class SplatRows:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Projection:
-    """Projected Gaussians, one row per Gaussian; rows of invisible ones are undefined.
+    """Projected Gaussians, one row per Gaussian; rows of invisible Gaussians are undefined.
 
     Attributes:
         means2d: `[N, 2]` centers, pixels.
@@ -40,8 +40,8 @@ class Projection:
         colors: `[N, 3]` colors as seen by the camera, at least 0.
         opacities: `[N]` 0 to 0.99.
         depths: `[N]` depths, world units.
-        reaches: `[N]` exponents at which alpha falls to 1/255; 0 if invisible.
-        radii: `[N]` three standard deviations, pixels; 0 if invisible.
+        max_exponents: `[N]` exponents at which alpha is 1/255; 0 for invisible Gaussians.
+        radii: `[N]` three standard deviations, pixels; 0 for invisible Gaussians.
     """
 
     means2d: Float32
@@ -49,18 +49,18 @@ class Projection:
     colors: Float32
     opacities: Float32
     depths: Float32
-    reaches: Float32
+    max_exponents: Float32
     radii: Float32
 
     def take(self, rows: Int32 | slice) -> "Projection":
-        """Return selected Gaussians."""
+        """Return the selected rows of all arrays."""
         return Projection(
             self.means2d[rows],
             self.conics[rows],
             self.colors[rows],
             self.opacities[rows],
             self.depths[rows],
-            self.reaches[rows],
+            self.max_exponents[rows],
             self.radii[rows],
         )
 
@@ -70,7 +70,7 @@ class Band(NamedTuple):
 
     Attributes:
         top: First row.
-        bottom: Row after the last.
+        bottom: End row (exclusive).
         columns: Number of tiles per row.
     """
 
@@ -84,30 +84,30 @@ class Tiles:
     """Lists of the Gaussians in each tile of a band.
 
     Attributes:
-        which: `[T]` tiles, counted along the rows of the whole picture.
-        borders: `[T + 1]` start of each tile's list in `lists`.
-        lists: `[P]` Gaussians, nearest first within a tile.
-        rows: `[P, 2]` first row of the tile that each of them intersects, and the row
-            after the last.
-        starts: `[N + 1]` start of each Gaussian's pairs in `places`.
-        places: `[P]` position of each pair in `lists`.
+        tile_ids: `[T]` indices of tiles, counted along the rows of the whole picture.
+        list_starts: `[T + 1]` start of each tile's list in `lists`.
+        lists: `[P]` indices of Gaussians, nearest first within a tile.
+        rows: `[P, 2]` first and end pixel row (exclusive) of the tile that the Gaussian
+            intersects, for each entry of `lists`.
+        starts: `[N + 1]` start of each Gaussian's pairs in `pair_positions`.
+        pair_positions: `[P]` position of each pair in `lists`.
     """
 
-    which: Int32
-    borders: Int64
+    tile_ids: Int32
+    list_starts: Int64
     lists: Int32
     rows: NDArray[np.uint8]
     starts: Int64
-    places: Int32
+    pair_positions: Int32
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Picture:
-    """Rows of a camera's picture: a multiple of the tile size, except at the bottom.
+    """Rows of a camera's picture: complete rows of tiles, except at the bottom of the picture.
 
     Attributes:
         image: `[H, W, 3]` colors.
-        transmittance: `[H, W]` transmittances, negative where a pixel became opaque.
+        transmittance: `[H, W]` transmittances; the sign is negative for opaque pixels.
         top: Index of the first row in the whole picture.
     """
 

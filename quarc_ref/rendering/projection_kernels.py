@@ -1,10 +1,9 @@
 """Kernels that project Gaussians, forward and backward (EWA, SH degree 1).
 
-Each Gaussian is processed by one thread without shared data, so the number of threads
-does not affect the result. The backward pass recomputes the values of the forward pass
-that it needs. The conventions are those of SPEC 10.3: pixel centers are at +0.5, 0.3 is
-added to the diagonal of covariances, and x/z and y/z are clamped to the picture and a
-margin, but only in the Jacobian.
+One thread processes each Gaussian without shared data, so the number of threads does not
+affect the result. The backward pass recomputes values of the forward pass. SPEC 10.3
+defines the conventions: Pixel centers are at +0.5, and 0.3 is added to the diagonal of
+covariances. In the Jacobian only, x/z and y/z are clamped to the picture and a margin.
 
 A camera is a flat array: rotation (9), translation (3), fx, fy, cx, cy, width, height,
 nearest depth, center (3).
@@ -15,12 +14,17 @@ import math
 import numba
 import numpy as np
 
-from quarc_ref.rendering.compiled import parallel_entrance, plain
-from quarc_ref.rendering.matrix_kernels import product, times, transposed_product, transposed_times
+from quarc_ref.rendering.compiled import kernel, parallel_kernel
+from quarc_ref.rendering.matrix_kernels import (
+    multiply_matrices,
+    multiply_matrices_transposed,
+    multiply_vector,
+    multiply_vector_transposed,
+)
 
 LOW_PASS = np.float32(0.3)
 MIN_ALPHA = np.float32(1 / 255)
-MARGIN = np.float32(0.15)  # relative to the picture's size: 0.3 times half of it
+MARGIN = np.float32(0.15)  # relative to the picture size
 SH_C0 = np.float32(0.28209479177387814)
 SH_C1 = np.float32(0.4886025119029199)
 _0 = np.float32(0)
@@ -30,51 +34,53 @@ _3 = np.float32(3)
 _HALF = np.float32(0.5)
 
 
-@parallel_entrance
+@parallel_kernel
 def project_forward(
     camera, means, quaternions, scales, opacities, sh,
-    means2d, conics, colors, depths, reaches, radii,
+    means2d, conics, colors, depths, max_exponents, radii,
 ):  # fmt: skip
     """Compute means2d [N,2], conics [N,3], colors [N,3], depths, reaches and radii [N].
 
-    The reach is the exponent at which a Gaussian's alpha falls to 1/255, or 0 for
-    invisible ones; the radius is three standard deviations, in pixels. Gaussians with
-    non-finite numbers are invisible; conditions are written so that NaN fails them.
+    The maximum exponent is the exponent at which the alpha of a Gaussian is 1/255, or 0 for
+    invisible Gaussians. The radius is three standard deviations, in pixels. Gaussians with
+    non-finite numbers are invisible, because NaN fails all conditions.
     """
     for i in numba.prange(means.shape[0]):
-        reaches[i] = _0
+        max_exponents[i] = _0
         x, y, z = _to_camera(camera, means, i)
         if not (camera[18] < z < np.inf and opacities[i] > MIN_ALPHA):
             continue
-        turn = _rotation(quaternions, i)
-        a, b, c = _covariance(camera, turn, scales, i, x, y, z)
+        rotation = _rotation_matrix(quaternions, i)
+        a, b, c = _covariance(camera, rotation, scales, i, x, y, z)
         det = a * c - b * b
         if not _0 < det < np.inf:
             continue
-        reach = math.log(opacities[i] / MIN_ALPHA)
+        max_exponent = math.log(opacities[i] / MIN_ALPHA)
         u, v = camera[12] * x / z + camera[14], camera[13] * y / z + camera[15]
-        if not _intersects(u, math.sqrt(_2 * reach * a), camera[16]):
+        if not _intersects(u, math.sqrt(_2 * max_exponent * a), camera[16]):
             continue
-        if not _intersects(v, math.sqrt(_2 * reach * c), camera[17]):
+        if not _intersects(v, math.sqrt(_2 * max_exponent * c), camera[17]):
             continue
         _shade(camera, means, sh, colors, i)
         if not math.isfinite(colors[i, 0] + colors[i, 1] + colors[i, 2]):
             continue
-        reaches[i], depths[i] = reach, z
-        middle = _HALF * (a + c)
-        radii[i] = _3 * math.sqrt(middle + math.sqrt(max(_0, middle * middle - det)))
+        max_exponents[i], depths[i] = max_exponent, z
+        mean_variance = _HALF * (a + c)
+        radii[i] = _3 * math.sqrt(
+            mean_variance + math.sqrt(max(_0, mean_variance * mean_variance - det))
+        )
         means2d[i, 0], means2d[i, 1] = u, v
         conics[i, 0], conics[i, 1], conics[i, 2] = c / det, -b / det, a / det
 
 
-@parallel_entrance
+@parallel_kernel
 def project_backward(
-    camera, means, quaternions, scales, sh, reaches, colors,
+    camera, means, quaternions, scales, sh, max_exponents, colors,
     g_means2d, g_conics, g_colors, g_means, g_quaternions, g_scales, g_sh,
 ):  # fmt: skip
-    """Compute the gradients of means, quaternions, scales and sh from those of the outputs."""
+    """Compute the gradients of means, quaternions, scales and SH from gradients of the outputs."""
     for i in numba.prange(means.shape[0]):
-        if not reaches[i] > _0:
+        if not max_exponents[i] > _0:
             g_means[i] = _0
             g_quaternions[i] = _0
             g_scales[i] = _0
@@ -85,26 +91,26 @@ def project_backward(
         hx, hy, hz = _covariance_backward(
             camera, quaternions, scales, i, x, y, z, g_conics, g_quaternions, g_scales
         )
-        wx, wy, wz = transposed_times(camera, gx + hx, gy + hy, gz + hz)
+        wx, wy, wz = multiply_vector_transposed(camera, gx + hx, gy + hy, gz + hz)
         dx, dy, dz = _shade_backward(camera, means, sh, colors, g_colors, g_sh, i)
         g_means[i, 0], g_means[i, 1], g_means[i, 2] = wx + dx, wy + dy, wz + dz
 
 
-@plain
+@kernel
 def _to_camera(camera, means, i):
-    x, y, z = times(camera, means[i, 0], means[i, 1], means[i, 2])
+    x, y, z = multiply_vector(camera, means[i, 0], means[i, 1], means[i, 2])
     return x + camera[9], y + camera[10], z + camera[11]
 
 
-@plain
+@kernel
 def _intersects(center, extent, size):
-    """Return whether an interval, given by finite center and extent, intersects 0 to size."""
+    """Return whether center ± extent is finite and intersects the interval from 0 to size."""
     return center + extent >= _0 and center - extent <= size and math.isfinite(center + extent)
 
 
-@plain
-def _rotation(quaternions, i):
-    """Return the rotation matrix of a normalized quaternion."""
+@kernel
+def _rotation_matrix(quaternions, i):
+    """Return the rotation matrix of a quaternion, which is normalized first."""
     w, x, y, z = quaternions[i, 0], quaternions[i, 1], quaternions[i, 2], quaternions[i, 3]
     inverse = _1 / math.sqrt(w * w + x * x + y * y + z * z)
     w, x, y, z = w * inverse, x * inverse, y * inverse, z * inverse
@@ -115,9 +121,9 @@ def _rotation(quaternions, i):
     )  # fmt: skip
 
 
-@plain
-def _slopes(camera, x, y, z):
-    """Return x/z and y/z clamped for the Jacobian, and whether each is unchanged."""
+@kernel
+def _clamp_slopes(camera, x, y, z):
+    """Return x/z and y/z, clamped for the Jacobian, and for each whether clamping had no effect."""
     low = -(camera[14] + MARGIN * camera[16]) / camera[12]
     high = (camera[16] - camera[14] + MARGIN * camera[16]) / camera[12]
     slope_x = min(max(x / z, low), high)
@@ -127,26 +133,26 @@ def _slopes(camera, x, y, z):
     return slope_x, slope_y, slope_x == x / z, slope_y == y / z
 
 
-@plain
-def _spread(camera, turn, scales, i, x, y, z):
-    """Return the scaled camera-space axes, and the two rows of their projection."""
-    m = product(camera, turn)
+@kernel
+def _project_axes(camera, rotation, scales, i, x, y, z):
+    """Return the scaled axes in camera space, and the two rows of the projected axes."""
+    m = multiply_matrices(camera, rotation)
     sx, sy, sz = scales[i, 0], scales[i, 1], scales[i, 2]
     m = (
         m[0] * sx, m[1] * sy, m[2] * sz,
         m[3] * sx, m[4] * sy, m[5] * sz,
         m[6] * sx, m[7] * sy, m[8] * sz,
     )  # fmt: skip
-    slope_x, slope_y, _, _ = _slopes(camera, x, y, z)
+    slope_x, slope_y, _, _ = _clamp_slopes(camera, x, y, z)
     jx, jy = camera[12] / z, camera[13] / z
     u = (jx * (m[0] - slope_x * m[6]), jx * (m[1] - slope_x * m[7]), jx * (m[2] - slope_x * m[8]))
     v = (jy * (m[3] - slope_y * m[6]), jy * (m[4] - slope_y * m[7]), jy * (m[5] - slope_y * m[8]))
     return m, u, v
 
 
-@plain
-def _covariance(camera, turn, scales, i, x, y, z):
-    _, u, v = _spread(camera, turn, scales, i, x, y, z)
+@kernel
+def _covariance(camera, rotation, scales, i, x, y, z):
+    _, u, v = _project_axes(camera, rotation, scales, i, x, y, z)
     return (
         u[0] * u[0] + u[1] * u[1] + u[2] * u[2] + LOW_PASS,
         u[0] * v[0] + u[1] * v[1] + u[2] * v[2],
@@ -154,27 +160,27 @@ def _covariance(camera, turn, scales, i, x, y, z):
     )
 
 
-@plain
+@kernel
 def _mean2d_backward(camera, x, y, z, gu, gv):
     gx, gy = gu * camera[12] / z, gv * camera[13] / z
     return gx, gy, -(gx * x + gy * y) / z
 
 
-@plain
+@kernel
 def _covariance_backward(
     camera, quaternions, scales, i, x, y, z, g_conics, g_quaternions, g_scales
 ):
-    """Write the gradients of quaternion and scale; return that of the camera-space mean."""
-    turn = _rotation(quaternions, i)
-    m, u, v = _spread(camera, turn, scales, i, x, y, z)
+    """Store the gradients of quaternion and scale; return the gradient of the camera-space mean."""
+    rotation = _rotation_matrix(quaternions, i)
+    m, u, v = _project_axes(camera, rotation, scales, i, x, y, z)
     a = u[0] * u[0] + u[1] * u[1] + u[2] * u[2] + LOW_PASS
     b = u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
     c = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + LOW_PASS
     inverse = _1 / (a * c - b * b)
     ca, cb, cc = c * inverse, -b * inverse, a * inverse
     ga, gb, gc = g_conics[i, 0], g_conics[i, 1], g_conics[i, 2]
-    # The covariance is the inverse conic: its gradient is -conic G conic, with symmetric G and gb
-    # / 2.
+    # The gradient of the covariance, the inverse of the conic, is -conic G conic. G is symmetric,
+    # with gb / 2 off the diagonal.
     pa, pb = ga * ca + _HALF * gb * cb, ga * cb + _HALF * gb * cc
     qa, qb = _HALF * gb * ca + gc * cb, _HALF * gb * cb + gc * cc
     ha, hb, hc = -(ca * pa + cb * qa), -(ca * pb + cb * qb), -(cb * pb + cc * qb)
@@ -184,7 +190,7 @@ def _covariance_backward(
     gv = (
         _2 * (hb * u[0] + hc * v[0]), _2 * (hb * u[1] + hc * v[1]), _2 * (hb * u[2] + hc * v[2]),
     )  # fmt: skip
-    slope_x, slope_y, free_x, free_y = _slopes(camera, x, y, z)
+    slope_x, slope_y, is_unclamped_x, is_unclamped_y = _clamp_slopes(camera, x, y, z)
     jx, jy = camera[12] / z, camera[13] / z
     g_m = (
         jx * gu[0], jx * gu[1], jx * gu[2],
@@ -193,29 +199,31 @@ def _covariance_backward(
         -jx * slope_x * gu[1] - jy * slope_y * gv[1],
         -jx * slope_x * gu[2] - jy * slope_y * gv[2],
     )  # fmt: skip
-    _spread_backward(camera, turn, quaternions, scales, i, g_m, g_quaternions, g_scales)
+    _project_axes_backward(camera, rotation, quaternions, scales, i, g_m, g_quaternions, g_scales)
     g_slope_x = -jx * (gu[0] * m[6] + gu[1] * m[7] + gu[2] * m[8])
     g_slope_y = -jy * (gv[0] * m[6] + gv[1] * m[7] + gv[2] * m[8])
     g_jx = (gu[0] * u[0] + gu[1] * u[1] + gu[2] * u[2]) / jx
     g_jy = (gv[0] * v[0] + gv[1] * v[1] + gv[2] * v[2]) / jy
-    gx = g_slope_x / z if free_x else _0
-    gy = g_slope_y / z if free_y else _0
+    gx = g_slope_x / z if is_unclamped_x else _0
+    gy = g_slope_y / z if is_unclamped_y else _0
     gz = -(gx * x + gy * y + g_jx * jx + g_jy * jy) / z
     return gx, gy, gz
 
 
-@plain
-def _spread_backward(camera, turn, quaternions, scales, i, g_m, g_quaternions, g_scales):
-    world = transposed_product(camera, g_m)
+@kernel
+def _project_axes_backward(camera, rotation, quaternions, scales, i, g_m, g_quaternions, g_scales):
+    world_gradient = multiply_matrices_transposed(camera, g_m)
     for k in range(3):
         g_scales[i, k] = (
-            world[k] * turn[k] + world[3 + k] * turn[3 + k] + world[6 + k] * turn[6 + k]
+            world_gradient[k] * rotation[k]
+            + world_gradient[3 + k] * rotation[3 + k]
+            + world_gradient[6 + k] * rotation[6 + k]
         )
     sx, sy, sz = scales[i, 0], scales[i, 1], scales[i, 2]
     g = (
-        world[0] * sx, world[1] * sy, world[2] * sz,
-        world[3] * sx, world[4] * sy, world[5] * sz,
-        world[6] * sx, world[7] * sy, world[8] * sz,
+        world_gradient[0] * sx, world_gradient[1] * sy, world_gradient[2] * sz,
+        world_gradient[3] * sx, world_gradient[4] * sy, world_gradient[5] * sz,
+        world_gradient[6] * sx, world_gradient[7] * sy, world_gradient[8] * sz,
     )  # fmt: skip
     w, x, y, z = quaternions[i, 0], quaternions[i, 1], quaternions[i, 2], quaternions[i, 3]
     inverse = _1 / math.sqrt(w * w + x * x + y * y + z * z)
@@ -224,33 +232,33 @@ def _spread_backward(camera, turn, quaternions, scales, i, g_m, g_quaternions, g
     gx = _2 * (y * (g[1] + g[3]) + z * (g[2] + g[6]) + w * (g[7] - g[5]) - _2 * x * (g[4] + g[8]))
     gy = _2 * (x * (g[1] + g[3]) + z * (g[5] + g[7]) + w * (g[2] - g[6]) - _2 * y * (g[0] + g[8]))
     gz = _2 * (x * (g[2] + g[6]) + y * (g[5] + g[7]) + w * (g[3] - g[1]) - _2 * z * (g[0] + g[4]))
-    along = gw * w + gx * x + gy * y + gz * z
-    g_quaternions[i, 0] = (gw - along * w) * inverse
-    g_quaternions[i, 1] = (gx - along * x) * inverse
-    g_quaternions[i, 2] = (gy - along * y) * inverse
-    g_quaternions[i, 3] = (gz - along * z) * inverse
+    radial = gw * w + gx * x + gy * y + gz * z
+    g_quaternions[i, 0] = (gw - radial * w) * inverse
+    g_quaternions[i, 1] = (gx - radial * x) * inverse
+    g_quaternions[i, 2] = (gy - radial * y) * inverse
+    g_quaternions[i, 3] = (gz - radial * z) * inverse
 
 
-@plain
-def _direction(camera, means, i):
+@kernel
+def _viewing_direction(camera, means, i):
     x, y, z = means[i, 0] - camera[19], means[i, 1] - camera[20], means[i, 2] - camera[21]
     inverse = _1 / math.sqrt(x * x + y * y + z * z)
     return x * inverse, y * inverse, z * inverse, inverse
 
 
-@plain
+@kernel
 def _shade(camera, means, sh, colors, i):
-    x, y, z, _ = _direction(camera, means, i)
+    x, y, z, _ = _viewing_direction(camera, means, i)
     for k in range(3):
-        first = z * sh[i, 2, k] - y * sh[i, 1, k] - x * sh[i, 3, k]
-        color = SH_C0 * sh[i, 0, k] + SH_C1 * first + _HALF
+        linear = z * sh[i, 2, k] - y * sh[i, 1, k] - x * sh[i, 3, k]
+        color = SH_C0 * sh[i, 0, k] + SH_C1 * linear + _HALF
         colors[i, k] = _0 if color < _0 else color  # preserves NaN
 
 
-@plain
+@kernel
 def _shade_backward(camera, means, sh, colors, g_colors, g_sh, i):
-    """Write the gradient of sh, and return that of the mean by the viewing direction."""
-    x, y, z, inverse = _direction(camera, means, i)
+    """Store the gradient of SH; return the gradient of the mean through the viewing direction."""
+    x, y, z, inverse = _viewing_direction(camera, means, i)
     gx, gy, gz = _0, _0, _0
     for k in range(3):
         g = g_colors[i, k] if colors[i, k] > _0 else _0
@@ -260,5 +268,5 @@ def _shade_backward(camera, means, sh, colors, g_colors, g_sh, i):
         gx -= g * sh[i, 3, k]
         gy -= g * sh[i, 1, k]
         gz += g * sh[i, 2, k]
-    along = gx * x + gy * y + gz * z
-    return (gx - along * x) * inverse, (gy - along * y) * inverse, (gz - along * z) * inverse
+    radial = gx * x + gy * y + gz * z
+    return (gx - radial * x) * inverse, (gy - radial * y) * inverse, (gz - radial * z) * inverse

@@ -1,8 +1,8 @@
 """Kernels for front-to-back compositing, by tile.
 
-For each Gaussian of a tile's list, the rows that its ellipse intersects are processed
-without branches inside a row, so that each row takes a few vector operations. A negative
-transmittance marks a pixel that is opaque and no longer changes.
+For each Gaussian of a tile's list, the kernels process the rows that its ellipse intersects.
+There are no branches inside a row, so a row takes only a few vector operations. A negative
+transmittance marks an opaque pixel, which no longer changes.
 """
 
 import math
@@ -11,18 +11,18 @@ import numba
 import numpy as np
 
 from quarc_ref.rendering.binning_kernels import TILE
-from quarc_ref.rendering.compiled import fused, inlined, parallel_entrance, plain
+from quarc_ref.rendering.compiled import fused_kernel, inlined_kernel, kernel, parallel_kernel
 
 MAX_ALPHA = np.float32(0.99)
 MIN_ALPHA = np.float32(1 / 255)
 MIN_TRANSMITTANCE = np.float32(1e-4)
-CHECK_EVERY = 16  # number of Gaussians of a list
+OPACITY_CHECK_INTERVAL = 16  # Gaussians between two checks whether a tile is opaque
 _0 = np.float32(0)
 _1 = np.float32(1)
 _HALF = np.float32(0.5)
-_GOLDEN = 0.618
-# exp(-s) = p(s / 8)^8 on [0, 5.7] with an error of 2e-6; above, alpha is below 1/255.
-_MAXIMUM = np.float32(5.7)
+_GOLDEN_RATIO = 0.618
+# exp(-s) = p(s / 8)^8 on [0, 5.7] with an error of 2e-6; for larger s, alpha is below 1/255.
+_MAX_EXPONENT = np.float32(5.7)
 _P5 = np.float32(-0.005805022083222866 / 8**5)
 _P4 = np.float32(0.03970295563340187 / 8**4)
 _P3 = np.float32(-0.16593335568904877 / 8**3)
@@ -31,7 +31,7 @@ _P1 = np.float32(-0.9999917149543762 / 8)
 _P0 = np.float32(0.9999998807907104)
 
 
-@inlined
+@inlined_kernel
 def _falloff(s):
     square = s * s
     p = ((_P5 * s + _P4) * square + (_P3 * s + _P2)) * square + (_P1 * s + _P0)
@@ -40,24 +40,25 @@ def _falloff(s):
     return p * p
 
 
-@inlined
+@inlined_kernel
 def blend_weight(s, opacity, t):
-    """Return alpha of a Gaussian at a pixel, whether it is used, its weight, and the new t.
+    """Return alpha at a pixel, whether the Gaussian is blended, its weight, and the new t.
 
-    The t of an opaque pixel is kept but made negative.
+    The transmittance t of a pixel that becomes opaque keeps its absolute value, but its sign
+    becomes negative.
     """
     alpha = min(MAX_ALPHA, opacity * _falloff(s))
-    drawn = (alpha >= MIN_ALPHA) & (s >= _0) & (s <= _MAXIMUM)
+    is_drawn = (alpha >= MIN_ALPHA) & (s >= _0) & (s <= _MAX_EXPONENT)
     w = alpha * t
-    after = t - w
-    counts = drawn & (after > MIN_TRANSMITTANCE)
-    held = -abs(t) if drawn else t
-    return alpha, counts, w if counts else _0, after if counts else held
+    new_t = t - w
+    is_blended = is_drawn & (new_t > MIN_TRANSMITTANCE)
+    unchanged_t = -abs(t) if is_drawn else t
+    return alpha, is_blended, w if is_blended else _0, new_t if is_blended else unchanged_t
 
 
-@plain
-def all_opaque(rows):
-    """Return whether all pixels of a tile are opaque."""
+@kernel
+def is_tile_opaque(rows):
+    """Return whether all pixels of a tile are opaque, that is, have no positive transmittance."""
     for y in range(TILE):
         for x in range(TILE):
             if rows[y, x] > _0:
@@ -65,19 +66,19 @@ def all_opaque(rows):
     return True
 
 
-@fused
-def _composite(x0, y0, list_, met, means2d, conics, colors, opacities, rows):
-    """Add the Gaussians of a tile's list to its rows.
+@fused_kernel
+def _composite(x0, y0, indices, pixel_rows, means2d, conics, colors, opacities, rows):
+    """Blend the Gaussians of a tile's list into the rows of the tile.
 
     Args:
-        met: `[n, 2]` rows that each Gaussian of the list intersects.
+        pixel_rows: `[n, 2]` first and end row (exclusive) that each Gaussian intersects.
         rows: `[TILE, 4 TILE]` transmittance, red, green and blue of each row.
     """
-    for k in range(list_.size):
-        if k % CHECK_EVERY == 0 and all_opaque(rows):
+    for k in range(indices.size):
+        if k % OPACITY_CHECK_INTERVAL == 0 and is_tile_opaque(rows):
             break
-        i = list_[k]
-        first, last = met[k, 0], met[k, 1]
+        i = indices[k]
+        first, last = pixel_rows[k, 0], pixel_rows[k, 1]
         a, b, c = _HALF * conics[i, 0], conics[i, 1], _HALF * conics[i, 2]
         opacity, r, g, b_ = opacities[i], colors[i, 0], colors[i, 1], colors[i, 2]
         dx, dy = x0 + _HALF - means2d[i, 0], y0 + _HALF - means2d[i, 1]
@@ -94,21 +95,22 @@ def _composite(x0, y0, list_, met, means2d, conics, colors, opacities, rows):
                 row[3 * TILE + x] += w * b_
 
 
-@plain
-def scatter_stride(count):
-    """Return a step that visits all of `count` tiles in a scattered order.
+@kernel
+def choose_scatter_stride(count):
+    """Return a step with which all of `count` tiles are visited in a scattered order.
 
-    Threads get consecutive ranges, which would otherwise differ much in work.
+    A thread processes consecutive indices; without scattering, threads would differ much in
+    their amount of work.
     """
-    step = int(_GOLDEN * count) + 1
+    step = int(_GOLDEN_RATIO * count) + 1
     while math.gcd(step, count) > 1:
         step += 1
     return step
 
 
-@plain
+@kernel
 def _load_rows(rows, image, transmittance, row, column):
-    """Load the rows of a tile with the state after earlier slices."""
+    """Load the rows of a tile from the picture, which contains all earlier slices."""
     height, width = transmittance.shape
     rows[:, :TILE] = -_1  # pixels outside the picture are opaque
     for y in range(min(TILE, height - row)):
@@ -118,31 +120,32 @@ def _load_rows(rows, image, transmittance, row, column):
                 rows[y, (1 + k) * TILE + x] = image[row + y, column + x, k]
 
 
-@parallel_entrance
+@parallel_kernel
 def raster_forward(
     means2d, conics, colors, opacities,
-    which, borders, lists, pair_rows, background, continues, top, image, transmittance,
+    tile_ids, list_starts, lists, pair_rows, background, is_continuation, top, image, transmittance,
 ):  # fmt: skip
     """Composite tiles into image [H,W,3] and transmittance [H,W] (negative if opaque).
 
-    Tiles are counted along the rows of the whole picture, in which the first row of the
-    image is `top`. With `continues`, Gaussians are added behind existing content, on black.
+    Tiles are counted along the rows of the whole picture; the first row of the image is row
+    `top` of the whole picture. With `is_continuation`, Gaussians are added behind existing
+    content, and the background must be black.
     """
     height, width = transmittance.shape
     tiles_x = -(-width // TILE)
-    step = scatter_stride(which.size)
-    for turn in numba.prange(which.size):
-        tile = turn * step % which.size
-        row, column = which[tile] // tiles_x * TILE, which[tile] % tiles_x * TILE
+    step = choose_scatter_stride(tile_ids.size)
+    for index in numba.prange(tile_ids.size):
+        tile = index * step % tile_ids.size
+        row, column = tile_ids[tile] // tiles_x * TILE, tile_ids[tile] % tiles_x * TILE
         rows = np.zeros((TILE, 4 * TILE), dtype=np.float32)
         rows[:, :TILE] = _1
         first = row - top
-        if continues:
+        if is_continuation:
             _load_rows(rows, image, transmittance, first, column)
-        begin, end = borders[tile], borders[tile + 1]
-        list_, met = lists[begin:end], pair_rows[begin:end]
+        begin, end = list_starts[tile], list_starts[tile + 1]
+        indices, pixel_rows = lists[begin:end], pair_rows[begin:end]
         x0, y0 = np.float32(column), np.float32(row)
-        _composite(x0, y0, list_, met, means2d, conics, colors, opacities, rows)
+        _composite(x0, y0, indices, pixel_rows, means2d, conics, colors, opacities, rows)
         for y in range(min(TILE, height - first)):
             for x in range(min(TILE, width - column)):
                 t = rows[y, x]

@@ -1,7 +1,7 @@
 """The CPU backend: numba kernels as two differentiable steps, project and composite.
 
-`means2d`, which is passed between them, is a tensor of the graph, so that its gradient is
-available.
+The first step passes `means2d` to the second step as a tensor of the graph, so the gradient
+of `means2d` is available.
 """
 
 from typing import Any
@@ -14,13 +14,13 @@ from torch.autograd.function import once_differentiable
 
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering import gradient_kernels, projection_kernels
-from quarc_ref.rendering.layers import Layer, draw_layer, join_layer
+from quarc_ref.rendering.layers import Layer, join_layer, render_layer
 from quarc_ref.rendering.pipeline import (
     KERNEL_LOCK,
     bin_tiles,
-    blank_picture,
     composite,
     flatten_camera,
+    make_blank_picture,
     project,
 )
 from quarc_ref.rendering.pipeline_data import (
@@ -42,12 +42,14 @@ class NumbaRasterizer:
 
     def render_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
         """See `Rasterizer.render_backdrop`."""
-        drawn = SplatRows(*(_array(tensor) for tensor in gaussians.tensors()))
-        return _LayeredBackdrop(camera, background, draw_layer(camera, drawn, _array(background)))
+        gaussian_rows = SplatRows(*(_to_array(tensor) for tensor in gaussians.tensors()))
+        return _LayeredBackdrop(
+            camera, background, render_layer(camera, gaussian_rows, _to_array(background))
+        )
 
 
 class _LayeredBackdrop:
-    """Renders only the tiles that the added Gaussians intersect."""
+    """Backdrop that renders only the tiles that added Gaussians intersect."""
 
     def __init__(self, camera: Camera, background: Tensor, layer: Layer) -> None:
         self._camera, self._background, self._layer = camera, background, layer
@@ -60,17 +62,26 @@ class _LayeredBackdrop:
 
 
 def _render(
-    gaussians: Gaussians, camera: Camera, background: Tensor, under: Layer | None
+    gaussians: Gaussians, camera: Camera, background: Tensor, layer: Layer | None
 ) -> Rendering:
-    means2d, conics, colors, depths, reaches, radii = _Project.apply(camera, *gaussians.tensors())
+    means2d, conics, colors, depths, max_exponents, radii = _Project.apply(
+        camera, *gaussians.tensors()
+    )
     image, alpha = _Composite.apply(
-        camera, background, under, (depths, reaches), means2d, conics, colors, gaussians.opacities
+        camera,
+        background,
+        layer,
+        (depths, max_exponents),
+        means2d,
+        conics,
+        colors,
+        gaussians.opacities,
     )
     return Rendering(image, alpha, means2d, radii)
 
 
 class _Project(Function):
-    """Projection as an autograd function; opacities only determine visibility."""
+    """Projection as an autograd function; opacities affect only visibility."""
 
     @staticmethod
     def forward(
@@ -78,15 +89,15 @@ class _Project(Function):
         camera: Camera,
         *inputs: Tensor,
     ) -> tuple[Tensor, ...]:
-        drawn = SplatRows(*(_array(tensor) for tensor in inputs))
-        projection = project(camera, drawn)
-        ctx.camera, ctx.drawn, ctx.projection = camera, drawn, projection
+        gaussian_rows = SplatRows(*(_to_array(tensor) for tensor in inputs))
+        projection = project(camera, gaussian_rows)
+        ctx.camera, ctx.gaussian_rows, ctx.projection = camera, gaussian_rows, projection
         outputs = (
             projection.means2d,
             projection.conics,
             projection.colors,
             projection.depths,
-            projection.reaches,
+            projection.max_exponents,
             projection.radii,
         )
         tensors = tuple(torch.from_numpy(array) for array in outputs)
@@ -96,13 +107,18 @@ class _Project(Function):
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Any, ...]:  # noqa: ANN401
-        drawn, projection = ctx.drawn, ctx.projection
-        g_means2d, g_conics, g_colors = (_array(gradient) for gradient in gradients[:3])
-        inputs = (drawn.means, drawn.quaternions, drawn.scales, drawn.sh)
+        gaussian_rows, projection = ctx.gaussian_rows, ctx.projection
+        g_means2d, g_conics, g_colors = (_to_array(gradient) for gradient in gradients[:3])
+        inputs = (
+            gaussian_rows.means,
+            gaussian_rows.quaternions,
+            gaussian_rows.scales,
+            gaussian_rows.sh,
+        )
         outputs = [np.empty_like(array) for array in inputs]
         with KERNEL_LOCK:
             projection_kernels.project_backward(
-                flatten_camera(ctx.camera), *inputs, projection.reaches, projection.colors,
+                flatten_camera(ctx.camera), *inputs, projection.max_exponents, projection.colors,
                 g_means2d, g_conics, g_colors, *outputs,
             )  # fmt: skip
         g_means, g_quaternions, g_scales, g_sh = (torch.from_numpy(array) for array in outputs)
@@ -117,44 +133,46 @@ class _Composite(Function):
         ctx: Any,  # noqa: ANN401
         camera: Camera,
         background: Tensor,
-        under: Layer | None,
-        order: tuple[Tensor, Tensor],
+        layer: Layer | None,
+        visibility: tuple[Tensor, Tensor],
         *inputs: Tensor,
     ) -> tuple[Tensor, Tensor]:
-        means2d, conics, colors, opacities = (_array(tensor) for tensor in inputs)
-        depths, reaches = (_array(tensor) for tensor in order)
-        projection = Projection(means2d, conics, colors, opacities, depths, reaches, reaches)
-        tiles, picture, fixed = bin_tiles(camera, projection), blank_picture(camera), 0
-        if under is not None:
-            fixed = under.projection.opacities.size
-            projection, tiles = join_layer(under, projection, tiles)
-            np.copyto(picture.image, under.picture.image)
-            np.copyto(picture.transmittance, under.picture.transmittance)
-        composite(projection, tiles, _array(background), picture)
-        ctx.cache = (projection, tiles, fixed, picture)
+        means2d, conics, colors, opacities = (_to_array(tensor) for tensor in inputs)
+        depths, max_exponents = (_to_array(tensor) for tensor in visibility)
+        projection = Projection(
+            means2d, conics, colors, opacities, depths, max_exponents, max_exponents
+        )
+        tiles, picture, fixed_count = bin_tiles(camera, projection), make_blank_picture(camera), 0
+        if layer is not None:
+            fixed_count = layer.projection.opacities.size
+            projection, tiles = join_layer(layer, projection, tiles)
+            np.copyto(picture.image, layer.picture.image)
+            np.copyto(picture.transmittance, layer.picture.transmittance)
+        composite(projection, tiles, _to_array(background), picture)
+        ctx.cache = (projection, tiles, fixed_count, picture)
         alpha = 1 - np.abs(picture.transmittance)
         return torch.from_numpy(picture.image), torch.from_numpy(alpha)
 
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, g_image: Tensor, g_alpha: Tensor) -> tuple[Any, ...]:  # noqa: ANN401
-        projection, tiles, fixed, picture = ctx.cache
-        planes = (
+        projection, tiles, fixed_count, picture = ctx.cache
+        inputs = (
             projection.means2d,
             projection.conics,
             projection.colors,
             projection.opacities,
         )
-        outputs = [np.empty_like(array[fixed:]) for array in planes]
+        outputs = [np.empty_like(array[fixed_count:]) for array in inputs]
         with KERNEL_LOCK:
             pairs = gradient_kernels.raster_backward(
-                *planes, tiles.which, tiles.borders, tiles.lists, tiles.rows, fixed,
-                picture.image, picture.transmittance, _array(g_image), _array(g_alpha),
+                *inputs, tiles.tile_ids, tiles.list_starts, tiles.lists, tiles.rows, fixed_count,
+                picture.image, picture.transmittance, _to_array(g_image), _to_array(g_alpha),
             )  # fmt: skip
-            gradient_kernels.gather_pairs(pairs, tiles.starts, tiles.places, *outputs)
+            gradient_kernels.gather_pairs(pairs, tiles.starts, tiles.pair_positions, *outputs)
         return None, None, None, None, *(torch.from_numpy(array) for array in outputs)
 
 
-def _array(tensor: Tensor) -> Float32:
+def _to_array(tensor: Tensor) -> Float32:
     array: Float32 = tensor.detach().contiguous().numpy()
     return array

@@ -1,7 +1,7 @@
 """The reference backend: plain torch in any float type, differentiated by autograd.
 
-It is simple but slow; the other backends are tested against it in float64. All pixels of
-a tile and all Gaussians whose bounding boxes intersect it form one matrix.
+This backend is simple but slow. Tests compare the other backends with it in float64. All
+pixels of a tile and all Gaussians whose bounding boxes intersect the tile form one matrix.
 """
 
 import torch
@@ -21,7 +21,7 @@ _SH_C1 = 0.4886025119029199
 
 
 class TorchRasterizer:
-    """Renders Gaussians by plain torch."""
+    """Renders Gaussians with plain torch operations."""
 
     name = "torch"
 
@@ -30,21 +30,23 @@ class TorchRasterizer:
         rotation = gaussians.means.new_tensor(camera.rotation).reshape(3, 3)
         points = gaussians.means @ rotation.T + gaussians.means.new_tensor(camera.translation)
         with torch.no_grad():
-            drawn = torch.isfinite(points).all(dim=1) & (points[:, 2] > NEAR_FRACTION * camera.near)
-            drawn &= gaussians.opacities > _MIN_ALPHA
-        safe = torch.where(drawn[:, None], points, points.new_tensor([0.0, 0.0, 1.0]))
-        means2d = _project_means(safe, camera)
-        covariances = _project_covariances(gaussians, rotation, safe, camera)
+            is_drawn = torch.isfinite(points).all(dim=1) & (
+                points[:, 2] > NEAR_FRACTION * camera.near
+            )
+            is_drawn &= gaussians.opacities > _MIN_ALPHA
+        safe_points = torch.where(is_drawn[:, None], points, points.new_tensor([0.0, 0.0, 1.0]))
+        means2d = _project_means(safe_points, camera)
+        covariances = _project_covariances(gaussians, rotation, safe_points, camera)
         colors = _shade(gaussians, rotation, camera)
         splats = (means2d, covariances, gaussians.opacities, colors)
         with torch.no_grad():
-            drawn = drawn & _are_finite(
+            is_drawn = is_drawn & _are_finite(
                 means2d, covariances, colors, torch.linalg.det(covariances)[:, None]
             )
-            depths = safe[:, 2].to(torch.float32)
+            depths = safe_points[:, 2].to(torch.float32)
             order = torch.argsort(depths, stable=True)
-            order = order[drawn[order]]
-            radii = torch.where(drawn, _radii(covariances), 0)
+            order = order[is_drawn[order]]
+            radii = torch.where(is_drawn, _compute_radii(covariances), 0)
         image, alpha = _composite(splats, order, camera, background)
         return Rendering(image, alpha, means2d, radii)
 
@@ -53,9 +55,9 @@ class TorchRasterizer:
         return JoinedBackdrop(self, gaussians, camera, background)
 
 
-def _are_finite(*parts: Tensor) -> Tensor:
-    """Return `[N]` whether the rows of all tensors are finite."""
-    flat = torch.cat([part.flatten(start_dim=1) for part in parts], dim=1)
+def _are_finite(*tensors: Tensor) -> Tensor:
+    """Return `[N]` booleans: whether a row is finite in all tensors."""
+    flat = torch.cat([tensor.flatten(start_dim=1) for tensor in tensors], dim=1)
     return torch.isfinite(flat).all(dim=1)
 
 
@@ -69,25 +71,25 @@ def _project_covariances(
     gaussians: Gaussians, rotation: Tensor, points: Tensor, camera: Camera
 ) -> Tensor:
     """Return the `[N, 2, 2]` projected covariances in pixels (EWA)."""
-    axes = rotation @ _matrices(gaussians.quaternions) * gaussians.scales[:, None, :]
+    axes = rotation @ _rotation_matrices(gaussians.quaternions) * gaussians.scales[:, None, :]
     x, y, z = points.unbind(dim=1)
-    slope_x = _within(x / z, camera.cx, camera.fx, camera.width)
-    slope_y = _within(y / z, camera.cy, camera.fy, camera.height)
+    slope_x = _clamp_slope(x / z, camera.cx, camera.fx, camera.width)
+    slope_y = _clamp_slope(y / z, camera.cy, camera.fy, camera.height)
     rows = [
         camera.fx / z[:, None] * (axes[:, 0] - slope_x[:, None] * axes[:, 2]),
         camera.fy / z[:, None] * (axes[:, 1] - slope_y[:, None] * axes[:, 2]),
     ]
-    spread = torch.stack(rows, dim=1)
+    projected_axes = torch.stack(rows, dim=1)
     low_pass = _LOW_PASS * torch.eye(2, dtype=z.dtype, device=z.device)
-    return spread @ spread.transpose(1, 2) + low_pass
+    return projected_axes @ projected_axes.transpose(1, 2) + low_pass
 
 
-def _within(slope: Tensor, center: float, focal: float, size: int) -> Tensor:
+def _clamp_slope(slope: Tensor, center: float, focal: float, size: int) -> Tensor:
     low = -(center + _MARGIN * size) / focal
     return slope.clamp(low, (size - center + _MARGIN * size) / focal)
 
 
-def _matrices(quaternions: Tensor) -> Tensor:
+def _rotation_matrices(quaternions: Tensor) -> Tensor:
     w, x, y, z = torch.nn.functional.normalize(quaternions, dim=1).unbind(dim=1)
     rows = [
         torch.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], dim=1),
@@ -105,10 +107,10 @@ def _shade(gaussians: Gaussians, rotation: Tensor, camera: Camera) -> Tensor:
     return torch.clamp((basis[:, :, None] * gaussians.sh).sum(dim=1) + 0.5, min=0)
 
 
-def _radii(covariances: Tensor) -> Tensor:
-    middle = (covariances[:, 0, 0] + covariances[:, 1, 1]) / 2
-    gap = (middle * middle - torch.linalg.det(covariances)).clamp(min=0)
-    return 3 * torch.sqrt(middle + torch.sqrt(gap))
+def _compute_radii(covariances: Tensor) -> Tensor:
+    mean_variance = (covariances[:, 0, 0] + covariances[:, 1, 1]) / 2
+    discriminant = (mean_variance * mean_variance - torch.linalg.det(covariances)).clamp(min=0)
+    return 3 * torch.sqrt(mean_variance + torch.sqrt(discriminant))
 
 
 def _composite(
@@ -116,19 +118,21 @@ def _composite(
 ) -> tuple[Tensor, Tensor]:
     means2d, covariances, opacities, _ = splats
     with torch.no_grad():
-        reach = 2 * torch.log(opacities.clamp(min=_MIN_ALPHA) / _MIN_ALPHA)
-        extent = torch.sqrt(reach[:, None] * torch.diagonal(covariances, dim1=1, dim2=2))
+        doubled_exponents = 2 * torch.log(opacities.clamp(min=_MIN_ALPHA) / _MIN_ALPHA)
+        extent = torch.sqrt(
+            doubled_exponents[:, None] * torch.diagonal(covariances, dim1=1, dim2=2)
+        )
         low, high = means2d - extent, means2d + extent
     strips = []
     for top in range(0, camera.height, _TILE):
         bottom = min(top + _TILE, camera.height)
-        row = order[(high[order, 1] >= top) & (low[order, 1] <= bottom)]
+        row_order = order[(high[order, 1] >= top) & (low[order, 1] <= bottom)]
         tiles = []
         for left in range(0, camera.width, _TILE):
             right = min(left + _TILE, camera.width)
-            some = row[(high[row, 0] >= left) & (low[row, 0] <= right)]
+            tile_order = row_order[(high[row_order, 0] >= left) & (low[row_order, 0] <= right)]
             box = (left, right, top, bottom)
-            tiles.append(_composite_tile([part[some] for part in splats], box, background))
+            tiles.append(_composite_tile([part[tile_order] for part in splats], box, background))
         strips.append(torch.cat(tiles, dim=1))
     picture = torch.cat(strips, dim=0)
     return picture[..., :3], picture[..., 3]
@@ -137,7 +141,7 @@ def _composite(
 def _composite_tile(
     splats: list[Tensor], box: tuple[int, int, int, int], background: Tensor
 ) -> Tensor:
-    """Return the `[h, w, 4]` color and alpha of a tile; Gaussians are sorted by depth."""
+    """Return `[h, w, 4]` color and alpha of a tile; Gaussians must be sorted by depth."""
     means2d, covariances, opacities, colors = splats
     left, right, top, bottom = box
     y = torch.arange(top, bottom, dtype=means2d.dtype, device=means2d.device) + 0.5
@@ -147,11 +151,11 @@ def _composite_tile(
     exponents = (offsets.mT @ torch.linalg.inv(covariances) @ offsets)[..., 0, 0] / 2
     alphas = (opacities * torch.exp(-exponents)).clamp(max=0.99)
     alphas = torch.where((alphas >= _MIN_ALPHA) & (exponents >= 0), alphas, 0)
-    after = torch.cumprod(1 - alphas, dim=1)
-    alphas = torch.where(after > _MIN_TRANSMITTANCE, alphas, 0)
+    transmittance_after = torch.cumprod(1 - alphas, dim=1)
+    alphas = torch.where(transmittance_after > _MIN_TRANSMITTANCE, alphas, 0)
     ones = alphas.new_ones(alphas.shape[0], 1)
-    before = torch.cumprod(torch.cat([ones, 1 - alphas], dim=1), dim=1)
-    weights = alphas * before[:, :-1]
-    color = weights @ colors + before[:, -1:] * background
-    picture = torch.cat([color, 1 - before[:, -1:]], dim=1)
+    transmittance_before = torch.cumprod(torch.cat([ones, 1 - alphas], dim=1), dim=1)
+    weights = alphas * transmittance_before[:, :-1]
+    color = weights @ colors + transmittance_before[:, -1:] * background
+    picture = torch.cat([color, 1 - transmittance_before[:, -1:]], dim=1)
     return picture.reshape(bottom - top, right - left, 4)

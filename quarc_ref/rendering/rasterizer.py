@@ -1,8 +1,8 @@
-"""The interface of rasterizers, and its data.
+"""The interface of rasterizers, and its data types.
 
-Activations are applied here and not in the backends. Opacities, and thus alpha, are
-limited to 0.99, so the clamps of the backends have no effect. Backends are `numba` (CPU),
-`gsplat` (CUDA) and `torch` (the float64 reference); `backends` chooses.
+Callers apply activations before rendering. Opacities, and thus alpha, are at most 0.99, so
+the clamps of the backends have no effect. Backends are `numba` (CPU), `gsplat` (CUDA) and
+`torch` (the float64 reference); the module `backends` chooses a backend.
 """
 
 from dataclasses import dataclass
@@ -40,14 +40,14 @@ class Gaussians:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rendering:
-    """A rendered picture, and the data that densification needs.
+    """A rendered picture, with data for densification.
 
     Attributes:
         image: `[H, W, 3]` unclamped colors.
         alpha: `[H, W]` 1 minus the remaining transmittance.
         means2d: `[N, 2]` (or `[1, N, 2]`) centers in pixels, a tensor of the autograd
             graph, so that its gradient is available.
-        radii: `[N]` three standard deviations in pixels; 0 if invisible.
+        radii: `[N]` three standard deviations in pixels; 0 for invisible Gaussians.
     """
 
     image: Tensor
@@ -60,8 +60,8 @@ class Backdrop(Protocol):
     """Fixed Gaussians in the view of a camera.
 
     Attributes:
-        image: `[H, W, 3]` rendering of these Gaussians.
-        alpha: `[H, W]` alpha of these Gaussians.
+        image: `[H, W, 3]` rendering of the fixed Gaussians.
+        alpha: `[H, W]` alpha of the fixed Gaussians.
     """
 
     image: Tensor
@@ -71,8 +71,8 @@ class Backdrop(Protocol):
         """Render the fixed and the added Gaussians together.
 
         Args:
-            added: Added Gaussians, at least one, which are the last rows of the
-                rendering's `means2d` and `radii`. Only they get gradients.
+            added: Added Gaussians, at least one. They are the last rows of `means2d` and
+                `radii`, and only added Gaussians get gradients.
         """
         ...
 
@@ -93,12 +93,12 @@ class Rasterizer(Protocol):
         ...
 
     def render_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
-        """Render Gaussians to which others will be added; see `render`."""
+        """Render fixed Gaussians, to which other Gaussians can be added; see `render`."""
         ...
 
 
 class JoinedBackdrop:
-    """Backdrop for backends without an implementation: renders all Gaussians again.
+    """Backdrop for backends without their own backdrop; renders all Gaussians again.
 
     Args:
         rasterizer: The rasterizer.
@@ -113,13 +113,18 @@ class JoinedBackdrop:
         self._rasterizer, self._gaussians = rasterizer, gaussians
         self._camera, self._background = camera, background
         with torch.no_grad():
-            alone = rasterizer.render(gaussians, camera, background)
-        self.image, self.alpha = alone.image, alone.alpha
+            rendering = rasterizer.render(gaussians, camera, background)
+        self.image, self.alpha = rendering.image, rendering.alpha
 
     def render(self, added: Gaussians) -> Rendering:
         """See `Backdrop.render`."""
         pairs = zip(self._gaussians.tensors(), added.tensors(), strict=True)
-        joined = Gaussians(*(torch.cat([fixed.detach(), more]) for fixed, more in pairs))
+        joined = Gaussians(
+            *(
+                torch.cat([fixed_tensor.detach(), added_tensor])
+                for fixed_tensor, added_tensor in pairs
+            )
+        )
         return self._rasterizer.render(joined, self._camera, self._background)
 
 
@@ -129,6 +134,6 @@ def activate_opacities(logits: Tensor) -> Tensor:
 
 
 def to_ndc(gradient: Tensor, camera: Camera) -> Tensor:
-    """Convert a gradient with respect to `means2d` to `[N, 2]` in NDC, the unit of thresholds."""
-    half = gradient.new_tensor([camera.width / 2, camera.height / 2])
-    return gradient.reshape(-1, 2) * half
+    """Convert the gradient of `means2d` from pixels to `[N, 2]` in NDC, as for 3DGS thresholds."""
+    half_size = gradient.new_tensor([camera.width / 2, camera.height / 2])
+    return gradient.reshape(-1, 2) * half_size

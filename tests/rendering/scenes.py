@@ -1,4 +1,4 @@
-"""Small random scenes for renderers, and the gradients of a renderer."""
+"""Small random scenes for tests of renderers, and gradients of a renderer."""
 
 import math
 
@@ -11,26 +11,27 @@ NAMES = ("means", "quaternions", "log_scales", "logits", "sh")
 
 
 def make_camera(width: int, height: int, near: float = 0.2) -> Camera:
-    """A rotated and moved camera whose principal point is off the center."""
-    c, s = math.cos(0.3), math.sin(0.3)
-    rotation = (c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c)
+    """Return a rotated and translated camera whose principal point is not at the center."""
+    cosine, sine = math.cos(0.3), math.sin(0.3)
+    rotation = (cosine, 0.0, sine, 0.0, 1.0, 0.0, -sine, 0.0, cosine)
     lens = (0.9 * width, 0.95 * width, width / 2 + 1.5, height / 2 - 2)
     return Camera("camera", width, height, *lens, rotation, (0.1, -0.2, 0.3), near, False)
 
 
 def make_leaves(count: int, dtype: torch.dtype, seed: int = 0) -> dict[str, torch.Tensor]:
-    """Raw attributes of Gaussians in front of the camera, some of them outside the picture."""
+    """Return attributes before activation of Gaussians in front of and beside the camera's view."""
     generator = torch.Generator().manual_seed(seed)
 
-    def draw(*shape: int) -> torch.Tensor:
+    def draw_normal(*shape: int) -> torch.Tensor:
         return torch.randn(*shape, generator=generator, dtype=torch.float64)
 
     leaves = {
-        "means": draw(count, 3) * torch.tensor([1.5, 1.0, 1.0]) + torch.tensor([-1.0, 0.0, 4.0]),
-        "quaternions": draw(count, 4),
-        "log_scales": draw(count, 3) * 0.5 - 2,
-        "logits": draw(count) * 1.5,
-        "sh": draw(count, 4, 3) * 0.4,
+        "means": draw_normal(count, 3) * torch.tensor([1.5, 1.0, 1.0])
+        + torch.tensor([-1.0, 0.0, 4.0]),
+        "quaternions": draw_normal(count, 4),
+        "log_scales": draw_normal(count, 3) * 0.5 - 2,
+        "logits": draw_normal(count) * 1.5,
+        "sh": draw_normal(count, 4, 3) * 0.4,
     }
     return {name: leaf.to(dtype).requires_grad_() for name, leaf in leaves.items()}
 
@@ -45,19 +46,21 @@ def activate(leaves: dict[str, torch.Tensor]) -> Gaussians:
     )
 
 
-def weighted_sum(rendering, seed: int = 5) -> torch.Tensor:
-    """A scalar in which every number of image and alpha has its own weight."""
+def compute_weighted_sum(rendering, seed: int = 5) -> torch.Tensor:
+    """Return a sum in which every number of image and alpha has a different weight."""
     generator = torch.Generator().manual_seed(seed)
     total = rendering.image.new_zeros(())
-    for part in (rendering.image, rendering.alpha):
-        weights = torch.randn(part.shape, generator=generator, dtype=torch.float64)
-        total = total + (part * weights.to(part)).sum()
+    for output in (rendering.image, rendering.alpha):
+        weights = torch.randn(output.shape, generator=generator, dtype=torch.float64)
+        total = total + (output * weights.to(output)).sum()
     return total
 
 
 def render_with_gradients(rasterizer, leaves, camera):
-    """The rendering, and the gradients of its weighted sum for means2d and every leaf."""
+    """Return a rendering, and the gradients of its weighted sum for means2d and every leaf."""
     background = torch.tensor([0.2, 0.5, 0.1]).to(leaves["means"])
     rendering = rasterizer.render(activate(leaves), camera, background)
-    gradients = torch.autograd.grad(weighted_sum(rendering), [rendering.means2d, *leaves.values()])
+    gradients = torch.autograd.grad(
+        compute_weighted_sum(rendering), [rendering.means2d, *leaves.values()]
+    )
     return rendering, dict(zip(("means2d", *NAMES), gradients, strict=True))

@@ -3,13 +3,13 @@ import pytest
 
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.rendering import bands
-from quarc_ref.rendering.bands import draw_bands
+from quarc_ref.rendering.bands import render_band_pictures
 from quarc_ref.rendering.pictures import render_picture
 from quarc_ref.rendering.pipeline import (
     bin_tiles,
-    blank_picture,
     composite,
     list_pairs,
+    make_blank_picture,
     project,
     sort_nearest,
 )
@@ -17,8 +17,8 @@ from quarc_ref.rendering.pipeline_data import SplatRows
 from tests.rendering.scenes import make_camera
 
 
-def _make_drawn(count, size, seed=0):
-    """Gaussians in front of the camera, some of them outside the picture."""
+def _make_gaussians(count, size, seed=0):
+    """Return Gaussians in front of the camera; some of them are outside the picture."""
     rng = np.random.default_rng(seed)
     arrays = (
         rng.normal(size=(count, 3)) * [1.5, 1, 1] + [-1, 0, 4],
@@ -30,29 +30,29 @@ def _make_drawn(count, size, seed=0):
     return SplatRows(*(array.astype(np.float32) for array in arrays))
 
 
-def _draw_at_once(camera, drawn):
-    projection, picture = project(camera, drawn), blank_picture(camera)
+def _render_at_once(camera, gaussians):
+    projection, picture = project(camera, gaussians), make_blank_picture(camera)
     composite(projection, bin_tiles(camera, projection), np.zeros(3, np.float32), picture)
     return picture.image
 
 
-def _draw_in_bands(camera, drawn):
-    projection = project(camera, drawn)
-    nearest_first = projection.take(sort_nearest(projection))
-    return np.concatenate([band.image for band in draw_bands(nearest_first, camera)])
+def _render_in_bands(camera, gaussians):
+    projection = project(camera, gaussians)
+    sorted_projection = projection.take(sort_nearest(projection))
+    return np.concatenate([band.image for band in render_band_pictures(sorted_projection, camera)])
 
 
 @pytest.fixture
-def pairs(monkeypatch):
-    """Numbers of Gaussians and pairs in each list."""
-    seen = []
+def list_sizes(monkeypatch):
+    """A list to which every call of `list_pairs` adds its numbers of Gaussians and pairs."""
+    sizes = []
 
     def list_and_count(projection, order, band, counts):
-        seen.append((order.size, int(counts.sum())))
+        sizes.append((order.size, int(counts.sum())))
         return list_pairs(projection, order, band, counts)
 
     monkeypatch.setattr(bands, "list_pairs", list_and_count)
-    return seen
+    return sizes
 
 
 @pytest.mark.parametrize("band_pixels", [1, 1 << 12, 1 << 21])
@@ -60,48 +60,48 @@ def pairs(monkeypatch):
 @pytest.mark.parametrize("size", [(100, 60), (1, 700), (700, 1), (33, 17)])
 @pytest.mark.parametrize("scale", [0.02, 0.5])
 def test_bands_and_slices_give_the_same_picture(band_pixels, slice_pairs, size, scale, monkeypatch):
-    camera, drawn = make_camera(*size), _make_drawn(300, scale)
+    camera, gaussians = make_camera(*size), _make_gaussians(300, scale)
     monkeypatch.setattr(bands, "BAND_PIXELS", band_pixels)
     monkeypatch.setattr(bands, "SLICE_PAIRS", slice_pairs)
 
-    picture = _draw_in_bands(camera, drawn)
+    picture = _render_in_bands(camera, gaussians)
 
-    assert np.array_equal(picture, _draw_at_once(camera, drawn))
+    assert np.array_equal(picture, _render_at_once(camera, gaussians))
     assert picture.max() > 0
 
 
-def test_lists_have_at_most_the_pairs_of_a_slice(pairs, monkeypatch):
+def test_lists_have_at_most_the_pairs_of_a_slice(list_sizes, monkeypatch):
     monkeypatch.setattr(bands, "SLICE_PAIRS", 100)
-    _draw_in_bands(make_camera(160, 96), _make_drawn(500, 0.1))
+    _render_in_bands(make_camera(160, 96), _make_gaussians(500, 0.1))
 
-    assert len(pairs) > 3
-    assert max(count for _, count in pairs) <= 100
+    assert len(list_sizes) > 3
+    assert max(count for _, count in list_sizes) <= 100
 
 
-def test_a_gaussian_with_too_many_pairs_is_its_own_slice(pairs, monkeypatch):
+def test_a_gaussian_with_too_many_pairs_is_its_own_slice(list_sizes, monkeypatch):
     monkeypatch.setattr(bands, "SLICE_PAIRS", 10)
-    drawn = _make_drawn(6, 0.1)
-    drawn.scales[:] = 100
-    _draw_in_bands(make_camera(160, 96), drawn)
+    gaussians = _make_gaussians(6, 0.1)
+    gaussians.scales[:] = 100
+    _render_in_bands(make_camera(160, 96), gaussians)
 
-    assert set(pairs) == {(1, 60)}
+    assert set(list_sizes) == {(1, 60)}
 
 
-def test_gaussians_behind_saturated_pixels_are_not_listed(pairs, monkeypatch):
+def test_gaussians_behind_saturated_pixels_are_not_listed(list_sizes, monkeypatch):
     monkeypatch.setattr(bands, "SLICE_PAIRS", 600)
-    drawn = _make_drawn(1000, 0.1)
-    drawn.scales[:] = 100
-    drawn.opacities[:] = 0.9
-    _draw_in_bands(make_camera(160, 96), drawn)
+    gaussians = _make_gaussians(1000, 0.1)
+    gaussians.scales[:] = 100
+    gaussians.opacities[:] = 0.9
+    _render_in_bands(make_camera(160, 96), gaussians)
 
-    assert pairs == [(10, 600)]
+    assert list_sizes == [(10, 600)]
 
 
 def test_a_picture_without_gaussians_is_black():
-    camera, drawn = make_camera(50, 40), _make_drawn(5, 0.1)
-    drawn.means[:, 2] = -5
+    camera, gaussians = make_camera(50, 40), _make_gaussians(5, 0.1)
+    gaussians.means[:, 2] = -5
 
-    assert not _draw_in_bands(camera, drawn).any()
+    assert not _render_in_bands(camera, gaussians).any()
 
 
 @pytest.mark.parametrize("coefficients", [1, 4])

@@ -1,4 +1,4 @@
-"""The packages that the compiler of kernels loads, and those it does not load."""
+"""Tests which packages the compiler of kernels loads, and when it compiles."""
 
 import shutil
 import subprocess
@@ -29,7 +29,7 @@ def test_scipy_is_loaded_only_to_compile_kernels_that_need_it():
     subprocess.run([sys.executable, "-c", _SCRIPT], check=True)
 
 
-_SCALE = """
+_CACHE_SCRIPT = """
 import sys
 import numpy as np
 from quarc_ref.rendering.ssim_kernels import ssim_moments
@@ -43,12 +43,12 @@ def test_machine_code_is_compiled_again_after_any_change_of_a_kernel(tmp_path):
     sources = Path(quarc_ref.__file__).parent
     shutil.copytree(sources, package, ignore=shutil.ignore_patterns("__pycache__"))
 
-    def run():
-        command = [sys.executable, "-c", _SCALE]
+    def run_script():
+        command = [sys.executable, "-c", _CACHE_SCRIPT]
         return subprocess.check_output(command, cwd=tmp_path, text=True).split()
 
-    made, kept = ["0", "False"], ["1", "True"]  # cache hits; whether no compiler was loaded
-    assert [run(), run()] == [made, kept]
+    compiled, cached = ["0", "False"], ["1", "True"]  # cache hits; whether no compiler was loaded
+    assert [run_script(), run_script()] == [compiled, cached]
     with (package / "rendering" / "raster_kernels.py").open("a") as file:
         file.write("\n")
-    assert [run(), run()] == [made, kept]
+    assert [run_script(), run_script()] == [compiled, cached]

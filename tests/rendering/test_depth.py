@@ -11,8 +11,8 @@ _CAMERA = Camera(
 )
 
 
-def _walls(*walls):
-    """Two or more large flat Gaussians with given depths and opacity logits."""
+def _make_walls(*walls):
+    """Return large flat Gaussians; each argument is a depth and an opacity logit."""
     count = len(walls)
     depths, logits = np.array(walls, dtype=np.float32).T
     positions = np.zeros((count, 3), dtype=np.float32)
@@ -28,19 +28,19 @@ def _walls(*walls):
 
 def test_depth_is_that_of_the_wall_even_if_faint():
     for logit in (-1.0, 4.0):
-        depth, opacity = render_depth(_walls((3.0, logit)), _CAMERA)
+        depth, opacity = render_depth(_make_walls((3.0, logit)), _CAMERA)
         assert depth == pytest.approx(np.full((24, 32), 3.0), rel=1e-4)
         assert opacity == pytest.approx(np.full((24, 32), 1 / (1 + np.exp(-logit))), rel=2e-2)
 
 
 def test_the_front_one_of_two_walls_contributes_its_share_of_the_depth():
-    depth, _ = render_depth(_walls((2.0, 0.0), (6.0, 9.0)), _CAMERA)
+    depth, _ = render_depth(_make_walls((2.0, 0.0), (6.0, 9.0)), _CAMERA)
 
     assert depth[12, 16] == pytest.approx((0.5 * 2 + 0.5 * 0.99 * 6) / (0.5 + 0.5 * 0.99), rel=1e-2)
 
 
 def test_empty_pixels_have_no_depth():
-    depth, opacity = render_depth(_walls((-3.0, 4.0)), _CAMERA)
+    depth, opacity = render_depth(_make_walls((-3.0, 4.0)), _CAMERA)
 
     assert not depth.any()
     assert not opacity.any()

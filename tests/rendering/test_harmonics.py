@@ -12,13 +12,13 @@ _CAMERA = Camera(
 )
 
 
-def _directions(count=20):
-    drawn = np.random.default_rng(3).normal(size=(count, 3))
-    return drawn / np.linalg.norm(drawn, axis=1, keepdims=True)
+def _make_directions(count=20):
+    samples = np.random.default_rng(3).normal(size=(count, 3))
+    return samples / np.linalg.norm(samples, axis=1, keepdims=True)
 
 
 def _real_harmonic(degree, order, directions):
-    """From scipy's complex ones, which include the Condon-Shortley phase."""
+    """Return a real harmonic, from scipy's complex harmonics with the Condon-Shortley phase."""
     x, y, z = directions.T
     value = sph_harm_y(degree, abs(order), np.arccos(z), np.arctan2(y, x))
     if order == 0:
@@ -27,7 +27,7 @@ def _real_harmonic(degree, order, directions):
 
 
 def test_the_basis_equals_that_of_scipy():
-    directions = _directions()
+    directions = _make_directions()
     expected = [
         _real_harmonic(degree, order, directions)
         for degree in range(4)
@@ -37,7 +37,7 @@ def test_the_basis_equals_that_of_scipy():
     assert evaluate_basis(directions) == pytest.approx(np.stack(expected, axis=1), abs=1e-12)
 
 
-def _splats(coefficients, count=30):
+def _make_splats(coefficients, count=30):
     rng = np.random.default_rng(1)
     return Splats(
         rng.uniform(-1, 1, (count, 3)).astype(np.float32),
@@ -49,14 +49,14 @@ def _splats(coefficients, count=30):
 
 
 def test_folded_colors_equal_those_of_the_kernels():
-    splats = _splats(4)
-    eye = np.array([0.0, 0.0, -4.0])
+    splats = _make_splats(4)
+    camera_position = np.array([0.0, 0.0, -4.0])
     folded = Splats(
         splats.positions,
         splats.rotations,
         splats.log_scales,
         splats.opacities,
-        fold_harmonics(splats.sh, splats.positions, eye),
+        fold_harmonics(splats.sh, splats.positions, camera_position),
     )
 
     assert render_picture(folded, _CAMERA) == pytest.approx(
@@ -66,13 +66,19 @@ def test_folded_colors_equal_those_of_the_kernels():
 
 @pytest.mark.parametrize("coefficients", [9, 16])
 def test_higher_degrees_are_rendered_and_zeros_change_nothing(coefficients):
-    splats = _splats(coefficients)
-    low = Splats(
+    splats = _make_splats(coefficients)
+    low_degree = Splats(
         splats.positions, splats.rotations, splats.log_scales, splats.opacities, splats.sh[:, :4]
     )
     padded = np.zeros_like(splats.sh)
     padded[:, :4] = splats.sh[:, :4]
-    same = Splats(splats.positions, splats.rotations, splats.log_scales, splats.opacities, padded)
+    zero_padded = Splats(
+        splats.positions, splats.rotations, splats.log_scales, splats.opacities, padded
+    )
 
-    assert render_picture(same, _CAMERA) == pytest.approx(render_picture(low, _CAMERA), abs=1e-5)
-    assert np.abs(render_picture(splats, _CAMERA) - render_picture(low, _CAMERA)).max() > 0.02
+    assert render_picture(zero_padded, _CAMERA) == pytest.approx(
+        render_picture(low_degree, _CAMERA), abs=1e-5
+    )
+    assert (
+        np.abs(render_picture(splats, _CAMERA) - render_picture(low_degree, _CAMERA)).max() > 0.02
+    )

@@ -1,4 +1,4 @@
-"""Conversion of a float that no integer represents depends on the machine."""
+"""Tests numbers out of range: converting such floats to integers depends on the machine."""
 
 import math
 import os
@@ -25,31 +25,31 @@ from tests.rendering.scenes import (
     render_with_gradients,
 )
 
-_WINDOW = (0, 4, 5)
-_STRANGE = [math.nan, math.inf, -math.inf, 1e30, -1e30, 3e38, 1e-38]
+_BAND = (0, 4, 5)
+_EXTREME_VALUES = [math.nan, math.inf, -math.inf, 1e30, -1e30, 3e38, 1e-38]
 _CAMERA = make_camera(70, 50)
 
 
-def _list(mean, conic, reach):
-    """The number of tiles that a Gaussian intersects, and the pixel rows of them."""
+def _list_tiles(mean, conic, max_exponent):
+    """Return the tiles that a Gaussian intersects, and the pixel rows in each tile."""
     arrays = (
         np.array([mean], dtype=np.float32),
         np.array([conic], dtype=np.float32),
-        np.array([reach], dtype=np.float32),
+        np.array([max_exponent], dtype=np.float32),
     )
-    counts = binning_kernels.count_tiles(*arrays, _WINDOW)
+    counts = binning_kernels.count_tiles(*arrays, _BAND)
     starts = np.concatenate([np.zeros(1, dtype=np.int64), np.cumsum(counts)])
-    tiles, rows = binning_kernels.list_tiles(*arrays, starts, _WINDOW)
+    tiles, rows = binning_kernels.list_tiles(*arrays, starts, _BAND)
     assert counts.tolist() == [tiles.size]
     return tiles, rows
 
 
-@pytest.mark.parametrize("value", _STRANGE)
-@pytest.mark.parametrize("place", range(6))
-def test_any_projected_number_gives_valid_tiles_and_rows(value, place):
+@pytest.mark.parametrize("value", _EXTREME_VALUES)
+@pytest.mark.parametrize("index", range(6))
+def test_any_projected_number_gives_valid_tiles_and_rows(value, index):
     numbers = [40.0, 30.0, 0.1, 0.02, 0.1, 5.0]
-    numbers[place] = value
-    tiles, rows = _list(numbers[:2], numbers[2:5], numbers[5])
+    numbers[index] = value
+    tiles, rows = _list_tiles(numbers[:2], numbers[2:5], numbers[5])
 
     assert tiles.size <= 20
     assert ((tiles >= 0) & (tiles < 20)).all()
@@ -75,8 +75,8 @@ for place, value in itertools.product((0, 1, 2, 4, 5), (math.nan, math.inf, 1e30
 
 
 def test_only_integral_numbers_become_integers():
-    """Python refuses to convert the others, but compiled code does not."""
-    done = subprocess.run(
+    """Runs the kernels in Python, which refuses to convert NaN and infinity to integers."""
+    result = subprocess.run(
         [sys.executable, "-c", _UNCOMPILED],
         env=os.environ | {"NUMBA_DISABLE_JIT": "1"},
         capture_output=True,
@@ -84,40 +84,40 @@ def test_only_integral_numbers_become_integers():
         check=False,
     )
 
-    assert done.returncode == 0, done.stderr
+    assert result.returncode == 0, result.stderr
 
 
-@pytest.mark.parametrize("far", [0.0, 1e9, 2e9])
-def test_a_gaussian_far_larger_than_the_picture_covers_all_of_it(far):
-    tiles, rows = _list([far, -far], [4e-19, 0, 1e-18], 5.0)
+@pytest.mark.parametrize("distance", [0.0, 1e9, 2e9])
+def test_a_gaussian_far_larger_than_the_picture_covers_all_of_it(distance):
+    tiles, rows = _list_tiles([distance, -distance], [4e-19, 0, 1e-18], 5.0)
 
     assert sorted(tiles.tolist()) == list(range(20))
     assert (rows == [0, binning_kernels.TILE]).all()
 
 
-def _spoil(leaves, name, value):
+def _damage_and_activate(leaves, name, value):
     tensors = {key: leaf.detach().clone() for key, leaf in leaves.items()}
     tensors[name].reshape(-1)[5] = value
     return activate(tensors)
 
 
-@pytest.mark.parametrize("value", _STRANGE)
+@pytest.mark.parametrize("value", _EXTREME_VALUES)
 @pytest.mark.parametrize("name", ["means", "quaternions", "log_scales", "sh"])
 def test_one_gaussian_out_of_range_does_not_affect_others(name, value):
     leaves, background = make_leaves(30, torch.float32), torch.zeros(3)
-    damaged = _spoil(leaves, name, value)
+    damaged = _damage_and_activate(leaves, name, value)
     width = leaves[name][0].numel()
-    others = [row for row in range(30) if row != 5 // width]
-    without = Gaussians(*(tensor[others] for tensor in damaged.tensors()))
+    other_rows = [row for row in range(30) if row != 5 // width]
+    other_gaussians = Gaussians(*(tensor[other_rows] for tensor in damaged.tensors()))
 
     picture = NumbaRasterizer().render(damaged, _CAMERA, background).image
-    wanted = NumbaRasterizer().render(without, _CAMERA, background).image
-    exact = TorchRasterizer().render(damaged, _CAMERA, background).image
+    expected = NumbaRasterizer().render(other_gaussians, _CAMERA, background).image
+    reference = TorchRasterizer().render(damaged, _CAMERA, background).image
 
     assert bool(torch.isfinite(picture).all())
-    assert bool(torch.isfinite(exact).all())
+    assert bool(torch.isfinite(reference).all())
     if not math.isfinite(value) and (name, value) != ("log_scales", -math.inf):
-        assert torch.equal(picture, wanted)
+        assert torch.equal(picture, expected)
 
 
 def test_a_gaussian_that_is_not_finite_has_no_gradient():
@@ -134,7 +134,7 @@ def test_a_gaussian_that_is_not_finite_has_no_gradient():
 
 
 @pytest.mark.parametrize(
-    "damaged",
+    "changes",
     [
         {"fx": 3e38},
         {"translation": (3e38, 0.0, 0.0)},
@@ -144,8 +144,8 @@ def test_a_gaussian_that_is_not_finite_has_no_gradient():
         {"near": 1e-40},
     ],
 )
-def test_a_camera_with_any_numbers_gives_finite_colors(damaged):
-    camera = replace(_CAMERA, **damaged)
+def test_a_camera_with_any_numbers_gives_finite_colors(changes):
+    camera = replace(_CAMERA, **changes)
     rng = np.random.default_rng(0)
     splats = Splats(
         *(rng.normal(size=(40, size)).astype(np.float32) * 1e6 for size in (3, 4, 3)),

@@ -18,7 +18,7 @@ def test_pictures_are_the_same_with_and_without_torch():
     picture = render_picture(splats, camera)
 
     attributes = from_splats(splats, torch.device("cpu"))
-    trained = NumbaRasterizer().render(attributes.activated(), camera, torch.zeros(3)).image
+    torch_picture = NumbaRasterizer().render(attributes.activated(), camera, torch.zeros(3)).image
     assert picture.max() > 0.1
-    # exp and sigmoid of torch and of numpy differ in the last bit.
-    assert np.abs(picture - trained.numpy()).max() < 1e-5
+    # exp and sigmoid of torch and NumPy differ in the last bit.
+    assert np.abs(picture - torch_picture.numpy()).max() < 1e-5

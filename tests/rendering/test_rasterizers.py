@@ -11,12 +11,12 @@ from quarc_ref.rendering.raster_torch import TorchRasterizer
 from quarc_ref.rendering.rasterizer import to_ndc
 from tests.rendering.scenes import (
     activate,
+    compute_weighted_sum,
     make_camera,
     make_leaves,
     render_with_gradients,
-    weighted_sum,
 )
-from tests.rendering.slow_renderer import draw_slowly
+from tests.rendering.slow_renderer import render_slowly
 
 _SIZES = [(6, 17, 13), (60, 70, 50), (400, 70, 50), (3000, 100, 60)]
 
@@ -28,8 +28,8 @@ def test_the_reference_renders_the_equations():
 
     image = TorchRasterizer().render(gaussians, camera, background).image
 
-    slow = torch.tensor(draw_slowly(gaussians, camera, [0.2, 0.5, 0.1]), dtype=torch.float64)
-    assert float((image - slow).abs().max()) < 1e-12
+    expected = torch.tensor(render_slowly(gaussians, camera, [0.2, 0.5, 0.1]), dtype=torch.float64)
+    assert float((image - expected).abs().max()) < 1e-12
 
 
 def test_the_gradients_of_the_reference_equal_finite_differences():
@@ -41,15 +41,17 @@ def test_the_gradients_of_the_reference_equal_finite_differences():
     for name, leaf in leaves.items():
         flat = leaf.detach().reshape(-1)
         for index in range(0, flat.numel(), 5):
-            ends = []
+            sums = []
             for sign in (1, -1):
                 moved = flat.clone()
                 moved[index] += sign * step
                 changed = leaves | {name: moved.reshape(leaf.shape)}
-                ends.append(
-                    weighted_sum(TorchRasterizer().render(activate(changed), camera, background))
+                sums.append(
+                    compute_weighted_sum(
+                        TorchRasterizer().render(activate(changed), camera, background)
+                    )
                 )
-            slope = float((ends[0] - ends[1]).detach()) / (2 * step)
+            slope = float((sums[0] - sums[1]).detach()) / (2 * step)
             assert float(gradients[name].reshape(-1)[index]) == pytest.approx(
                 slope, rel=1e-5, abs=1e-5
             )
@@ -59,30 +61,37 @@ def test_the_gradients_of_the_reference_equal_finite_differences():
 def test_numba_renders_and_differentiates_like_the_reference(count, width, height):
     camera = make_camera(width, height)
 
-    exact, wanted = render_with_gradients(
+    reference, expected_gradients = render_with_gradients(
         TorchRasterizer(), make_leaves(count, torch.float64), camera
     )
-    drawn, got = render_with_gradients(NumbaRasterizer(), make_leaves(count, torch.float32), camera)
+    rendering, gradients = render_with_gradients(
+        NumbaRasterizer(), make_leaves(count, torch.float32), camera
+    )
 
-    # float32 against float64: plain torch in float32 also has an error of 1e-6.
-    assert float((exact.image - drawn.image).detach().abs().max()) < 5e-6
-    assert float((exact.alpha - drawn.alpha).detach().abs().max()) < 5e-6
-    seen = drawn.radii > 0
-    assert torch.allclose(exact.radii[seen].float(), drawn.radii[seen], rtol=1e-4)
-    wanted["means2d"], got["means2d"] = wanted["means2d"][seen], got["means2d"][seen]
-    for name, gradient in wanted.items():
-        error = (gradient - got[name]).norm() / gradient.norm()
+    # The tolerance covers float32: plain torch in float32 also has an error of 1e-6.
+    assert float((reference.image - rendering.image).detach().abs().max()) < 5e-6
+    assert float((reference.alpha - rendering.alpha).detach().abs().max()) < 5e-6
+    is_visible = rendering.radii > 0
+    assert torch.allclose(
+        reference.radii[is_visible].float(), rendering.radii[is_visible], rtol=1e-4
+    )
+    expected_gradients["means2d"], gradients["means2d"] = (
+        expected_gradients["means2d"][is_visible],
+        gradients["means2d"][is_visible],
+    )
+    for name, gradient in expected_gradients.items():
+        error = (gradient - gradients[name]).norm() / gradient.norm()
         assert float(error) < 1e-5, name
 
 
 def test_an_invisible_gaussian_has_no_gradient():
     leaves = make_leaves(50, torch.float32)
     rendering, gradients = render_with_gradients(NumbaRasterizer(), leaves, make_camera(30, 20))
-    hidden = rendering.radii == 0
+    is_hidden = rendering.radii == 0
 
-    assert bool(hidden.any())
+    assert bool(is_hidden.any())
     for gradient in gradients.values():
-        assert not bool(gradient[hidden].any())
+        assert not bool(gradient[is_hidden].any())
 
 
 @pytest.mark.parametrize("rasterizer", [NumbaRasterizer(), TorchRasterizer()])
@@ -92,12 +101,12 @@ def test_gaussians_nearer_than_the_near_bound_are_not_rendered(rasterizer):
     depth = 0.3 * math.sin(0.3) + math.cos(0.3) + 0.3
     background = torch.zeros(3)
 
-    def drawn(near):
+    def measure_alpha(near):
         camera = make_camera(40, 30, near)
         return float(rasterizer.render(activate(leaves), camera, background).alpha.detach().max())
 
-    assert drawn(depth / 0.8 * 0.999) > 0
-    assert drawn(depth / 0.8 * 1.001) == 0
+    assert measure_alpha(depth / 0.8 * 0.999) > 0
+    assert measure_alpha(depth / 0.8 * 1.001) == 0
 
 
 def test_the_result_does_not_depend_on_the_number_of_threads():
@@ -108,7 +117,10 @@ def test_the_result_does_not_depend_on_the_number_of_threads():
         rendering, gradients = render_with_gradients(NumbaRasterizer(), leaves, camera)
         results.append([rendering.image.detach(), *gradients.values()])
 
-    assert all(torch.equal(one, many) for one, many in zip(*results, strict=True))
+    assert all(
+        torch.equal(single_thread, all_threads)
+        for single_thread, all_threads in zip(*results, strict=True)
+    )
 
 
 def test_a_scene_without_gaussians_is_background():
@@ -152,22 +164,22 @@ def test_gsplat_renders_and_differentiates_like_numba(count, width, height):
         pytest.skip("no CUDA device")
     pytest.importorskip("gsplat")
     camera = make_camera(width, height)
-    on_gpu = {
+    gpu_leaves = {
         name: leaf.detach().cuda().requires_grad_()
         for name, leaf in make_leaves(count, torch.float32).items()
     }
 
-    exact, wanted = render_with_gradients(
+    reference, expected_gradients = render_with_gradients(
         NumbaRasterizer(), make_leaves(count, torch.float32), camera
     )
     rasterizer = choose_rasterizer(torch.device("cuda"))
-    drawn, got = render_with_gradients(rasterizer, on_gpu, camera)
+    rendering, gradients = render_with_gradients(rasterizer, gpu_leaves, camera)
 
-    # CUDA's fast exponential changes single decisions at 1/255, and equal depths can be swapped.
-    difference = (exact.image - drawn.image.cpu()).detach().abs()
+    # CUDA's fast exponential changes a few decisions at alpha 1/255; equal depths may be swapped.
+    difference = (reference.image - rendering.image.cpu()).detach().abs()
     assert float(difference.mean()) <= 1e-5
     assert float((difference > 1e-4).float().mean()) <= 1e-3
     assert float(difference.max()) <= 2e-2
-    for name, gradient in wanted.items():
-        error = (gradient - got[name].cpu().reshape(gradient.shape)).norm() / gradient.norm()
+    for name, gradient in expected_gradients.items():
+        error = (gradient - gradients[name].cpu().reshape(gradient.shape)).norm() / gradient.norm()
         assert float(error) <= 1e-2, name

@@ -8,7 +8,7 @@ from quarc_ref.encoder.training.losses import _convolved_ssim, mean_ssim, photom
 from quarc_ref.rendering import ssim_kernels
 
 
-def _pictures(height, width, dtype, seed=0):
+def _make_pair(height, width, dtype, seed=0):
     generator = torch.Generator().manual_seed(seed)
     truth = torch.rand(height, width, 3, generator=generator, dtype=torch.float64)
     noise = 0.2 * torch.randn(height, width, 3, generator=generator, dtype=torch.float64)
@@ -17,22 +17,22 @@ def _pictures(height, width, dtype, seed=0):
 
 @pytest.mark.parametrize(("height", "width"), [(1, 1), (7, 9), (40, 33), (64, 100)])
 def test_numba_and_convolutions_give_the_same_value_and_gradient(height, width):
-    fast, truth = _pictures(height, width, torch.float32)
-    exact, truth64 = _pictures(height, width, torch.float64)
+    fast, truth = _make_pair(height, width, torch.float32)
+    exact, truth64 = _make_pair(height, width, torch.float64)
 
-    value, wanted = mean_ssim(fast, truth), _convolved_ssim(exact, truth64).mean()
-    (got,) = torch.autograd.grad(value, fast)
-    (gradient,) = torch.autograd.grad(wanted, exact)
+    value, expected = mean_ssim(fast, truth), _convolved_ssim(exact, truth64).mean()
+    (numba_gradient,) = torch.autograd.grad(value, fast)
+    (expected_gradient,) = torch.autograd.grad(expected, exact)
 
-    assert float(value.detach()) == pytest.approx(float(wanted.detach()), abs=1e-6)
-    assert float((gradient - got).norm() / gradient.norm()) < 1e-5
+    assert float(value.detach()) == pytest.approx(float(expected.detach()), abs=1e-6)
+    assert float((expected_gradient - numba_gradient).norm() / expected_gradient.norm()) < 1e-5
 
 
 def test_away_from_the_borders_it_equals_ssim_of_scikit_image():
-    image, truth = _pictures(80, 90, torch.float64)
-    ours = _convolved_ssim(image.detach(), truth)[:, 12:-12, 12:-12]
+    image, truth = _make_pair(80, 90, torch.float64)
+    ssim = _convolved_ssim(image.detach(), truth)[:, 12:-12, 12:-12]
 
-    _, theirs = structural_similarity(
+    _, expected = structural_similarity(
         image.detach().numpy(),
         truth.numpy(),
         data_range=1.0,
@@ -43,12 +43,12 @@ def test_away_from_the_borders_it_equals_ssim_of_scikit_image():
         full=True,
     )
 
-    # Its window is cut at 3.5 sigma, as in the package; only the borders differ.
-    assert np.abs(ours.permute(1, 2, 0).numpy() - theirs[12:-12, 12:-12]).max() < 1e-5
+    # scikit-image also truncates the window at 3.5 sigma; only the borders differ.
+    assert np.abs(ssim.permute(1, 2, 0).numpy() - expected[12:-12, 12:-12]).max() < 1e-5
 
 
 def test_the_loss_weights_l1_and_dssim():
-    image, truth = _pictures(20, 30, torch.float32)
+    image, truth = _make_pair(20, 30, torch.float32)
     l1 = float((image - truth).abs().mean().detach())
     dssim = 1 - float(mean_ssim(image, truth).detach())
 
@@ -59,13 +59,13 @@ def test_the_loss_weights_l1_and_dssim():
 
 
 def test_cached_moments_are_freed_with_their_picture(monkeypatch):
-    image, truth = _pictures(20, 30, torch.float32)
-    known = len(losses._MOMENTS)
+    image, truth = _make_pair(20, 30, torch.float32)
+    initial_count = len(losses._MOMENTS)
 
-    first = mean_ssim(image, truth)
+    ssim = mean_ssim(image, truth)
     monkeypatch.setattr(ssim_kernels, "ssim_moments", None)
 
-    assert mean_ssim(image, truth) == first
-    assert len(losses._MOMENTS) == known + 1
+    assert mean_ssim(image, truth) == ssim
+    assert len(losses._MOMENTS) == initial_count + 1
     del truth
-    assert len(losses._MOMENTS) == known
+    assert len(losses._MOMENTS) == initial_count

@@ -10,12 +10,12 @@ import math
 import numba
 import numpy as np
 
-from quarc_ref.rendering.compiled import parallel_entrance, plain
+from quarc_ref.rendering.compiled import parallel_kernel, kernel
 
 _ONE = np.float32(1)
 
 
-@parallel_entrance
+@parallel_kernel
 def sum_levels(residuals, anchors, sums):
     """Compute `[N, c]` sums of residuals `[A, c]` over the anchors `[L, N]` of each Gaussian."""
     for i in numba.prange(sums.shape[0]):
@@ -26,7 +26,7 @@ def sum_levels(residuals, anchors, sums):
                 sums[i, k] += residuals[anchors[level, i], k]
 
 
-@parallel_entrance
+@parallel_kernel
 def sum_followers(gradients, followers, starts, sums):
     """Compute the `[A, c]` sums of gradients over the Gaussians bound to each anchor.
 
@@ -44,7 +44,7 @@ def sum_followers(gradients, followers, starts, sums):
                 sums[anchor, k] += gradients[followers[index], k]
 
 
-@plain
+@kernel
 def _multiply(a, b, sign_a, sign_b, out):
     """Write the Hamilton product of two quaternions wxyz; sign -1 conjugates its quaternion."""
     aw, ax, ay, az = a[0], sign_a * a[1], sign_a * a[2], sign_a * a[3]
@@ -55,14 +55,14 @@ def _multiply(a, b, sign_a, sign_b, out):
     out[3] = aw * bz + ax * by - ay * bx + az * bw
 
 
-@parallel_entrance
+@parallel_kernel
 def multiply_quaternions(left, right, products):
     """Compute the `[N, 4]` Hamilton products of quaternions wxyz."""
     for i in numba.prange(left.shape[0]):
         _multiply(left[i], right[i], _ONE, _ONE, products[i])
 
 
-@parallel_entrance
+@parallel_kernel
 def multiply_quaternions_backward(left, right, gradients, left_gradients, right_gradients):
     """Compute the gradient of each factor: the product with the conjugate of the other factor."""
     for i in numba.prange(left.shape[0]):
@@ -70,7 +70,7 @@ def multiply_quaternions_backward(left, right, gradients, left_gradients, right_
         _multiply(left[i], gradients[i], -_ONE, _ONE, right_gradients[i])
 
 
-@parallel_entrance
+@parallel_kernel
 def round_masked(values, limits, mask, rounded):
     """Clamp values `[N, k]` to limits `[k]` and round them; rows outside the mask become 0."""
     for i in numba.prange(values.shape[0]):
@@ -79,7 +79,7 @@ def round_masked(values, limits, mask, rounded):
             rounded[i, k] = np.rint(value) if mask[i] else 0
 
 
-@parallel_entrance
+@parallel_kernel
 def round_masked_backward(values, limits, mask, gradients, value_gradients):
     """Compute the straight-through gradient: 0 beyond the limits and outside the mask."""
     for i in numba.prange(values.shape[0]):
@@ -88,7 +88,7 @@ def round_masked_backward(values, limits, mask, gradients, value_gradients):
             value_gradients[i, k] = gradients[i, k] if has_gradient else 0
 
 
-@parallel_entrance
+@parallel_kernel
 def log_norms(values, floor, logs, derivatives):
     """Compute ln(1 + norm) of each row, and its derivative divided by the norm.
 
