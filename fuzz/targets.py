@@ -133,8 +133,8 @@ def keyframes(data: bytes) -> None:
     with suppress(PathError):
         path = parse_keyframes(data, [_EYE], _EYE, 0)
         if path.count_pictures(2.0) < _MAX_PICTURES:
-            path.at(2.0)
-            path.frames_at(2.0, 0, 9)
+            path.interpolate(2.0)
+            path.list_frames(2.0, 0, 9)
 
 
 _EYE = Camera(

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-_MAXIMUM = (1 << 16) - 1
-_OPAQUE = 0.5  # minimum opacity of a pixel with a meaningful depth
+_MAX_LEVEL = (1 << 16) - 1
+_MIN_OPACITY = 0.5  # minimum opacity of a pixel with a meaningful depth
 
 
 def quantize_depth(
@@ -17,12 +17,14 @@ def quantize_depth(
         opacity: `[H, W]` opacities from 0 to 1.
 
     Returns:
-        `[H, W]` levels, 0 for pixels that are not opaque enough, and the scale, which is
-        the smallest power of two for which the deepest pixel fits.
+        `[H, W]` levels, and the size of a level: the smallest power of two for which the
+        maximum depth fits. The level of pixels with an opacity below 0.5 is 0.
     """
-    shown = np.where((opacity >= _OPAQUE) & np.isfinite(depth), depth.astype(np.float64), 0)
-    deepest = float(shown.max())
-    scale = float(2.0 ** np.ceil(np.log2(deepest / _MAXIMUM))) if deepest > 0 else 1.0
-    levels = np.clip(np.round(shown / scale), 0, _MAXIMUM).astype(np.uint16)
-    levels[(shown > 0) & (levels == 0)] = 1
+    valid_depth = np.where(
+        (opacity >= _MIN_OPACITY) & np.isfinite(depth), depth.astype(np.float64), 0
+    )
+    max_depth = float(valid_depth.max())
+    scale = float(2.0 ** np.ceil(np.log2(max_depth / _MAX_LEVEL))) if max_depth > 0 else 1.0
+    levels = np.clip(np.round(valid_depth / scale), 0, _MAX_LEVEL).astype(np.uint16)
+    levels[(valid_depth > 0) & (levels == 0)] = 1
     return levels, scale

@@ -1,7 +1,7 @@
 """Renders the frames of a stream for cameras, as pictures or depth.
 
-Rendering is the same as in evaluation, so pictures have the quality that `eval` reports,
-except for rounding to 8 bits.
+The renderer is the renderer of evaluation, so pictures have the quality that `eval`
+reports, except for rounding to 8 bits.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -16,7 +16,7 @@ from quarc_ref.rendering.pictures import render_bands
 from quarc_ref.streams import Source, decode
 from quarc_ref.viewing.paths.pose import Shot
 
-Drawn = TypeVar("Drawn")
+Rendering = TypeVar("Rendering")
 
 
 def draw_frames(
@@ -28,7 +28,7 @@ def draw_frames(
         source: A stream.
         camera: The camera.
         start: Ordinal of the first frame.
-        stop: Ordinal after the last frame; None for all.
+        stop: Ordinal after the last frame; None to render to the end.
 
     Yields:
         Ordinal and picture `[H, W, 3]` sRGB of each frame.
@@ -44,17 +44,17 @@ def draw_frames(
 def draw_shots(
     source: Source,
     shots: Sequence[Shot],
-    draw: Callable[[Splats, Camera], Drawn],
+    draw: Callable[[Splats, Camera], Rendering],
     stop: int | None = None,
-) -> Iterator[Drawn]:
+) -> Iterator[Rendering]:
     """Render shots in playback order.
 
     Args:
         source: A stream with the frames of all shots.
         shots: Shots, at least one.
         draw: Function that renders a frame for a camera.
-        stop: Ordinal after the last frame to decode, which may be after the last shot;
-            None for all.
+        stop: Ordinal after the last frame to decode; it may be after the last shot. None to
+            decode to the end.
 
     Yields:
         The picture of each shot.
@@ -73,7 +73,7 @@ def draw_shots(
 
 
 def draw_picture(splats: Splats, camera: Camera) -> Image:
-    """Render a picture `[H, W, 3]` by bands, to limit the memory for floats."""
+    """Render a picture `[H, W, 3]` sRGB in bands, which limits the memory for floats."""
     picture = np.empty((camera.height, camera.width, 3), dtype=np.uint8)
     for top, rows in render_bands(splats, camera):
         np.clip(rows, 0, 1, out=rows)

@@ -1,6 +1,6 @@
-"""Finds the cameras and frames of a stream without decoding it.
+"""Finds the cameras and frames of a stream without decoding the stream.
 
-Only chunk headers are read, but not the payloads of frames.
+For frames, only chunk headers are read, not payloads.
 """
 
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ class Outline:
         header: Header from the HEAD chunk.
         cameras: Cameras from the last `came` chunk.
         first_frame: Ordinal of the first frame.
-        chunks: Headers of the frames' chunks in order, up to the first damage.
+        chunks: Chunk headers of the frames in order, up to the first damage.
     """
 
     header: StreamHeader
@@ -44,8 +44,8 @@ class Outline:
 
     def count_frames(self, start: int, stop: int | None) -> int:
         """Return the number of frames from `start` to `stop` - 1."""
-        last = self.stop if stop is None else min(stop, self.stop)
-        return max(0, last - max(start, self.first_frame))
+        end = self.stop if stop is None else min(stop, self.stop)
+        return max(0, end - max(start, self.first_frame))
 
 
 def outline_stream(source: Source) -> Outline:
@@ -59,20 +59,20 @@ def outline_stream(source: Source) -> Outline:
     cameras: tuple[Camera, ...] = ()
     chunks: list[ChunkHeader] = []
     first_frame = 0
-    with suppress(BitstreamError):  # decoding reports it
+    with suppress(BitstreamError):  # decoding reports the error
         for step in walk:
             if step.header.kind == container.CAME:
                 cameras = wire.parse_cameras(walk.take(step).payload)
-            if step.is_frame and step.frame is not None and _is_whole(step.header, source):
+            if step.is_frame and step.frame is not None and _is_complete(step.header, source):
                 first_frame = first_frame if chunks else step.frame
                 chunks.append(step.header)
     return Outline(wire.parse_stream_header(walk.head), cameras, first_frame, tuple(chunks))
 
 
 def read_cameras(source: Source) -> tuple[Camera, ...] | None:
-    """Read the cameras before the first frame of a stream; return None if it has no frame.
+    """Read the cameras before the first frame of a stream; return None without a frame.
 
-    Only the bytes before that frame are read.
+    Only the bytes before the first frame are read.
 
     Raises:
         BitstreamError: The beginning of the stream is invalid.
@@ -88,16 +88,16 @@ def read_cameras(source: Source) -> tuple[Camera, ...] | None:
     return None
 
 
-def _is_whole(header: ChunkHeader, source: Source) -> bool:
+def _is_complete(header: ChunkHeader, source: Source) -> bool:
     size = source.size()
     return size is None or header.end <= size
 
 
 def find_camera(cameras: Sequence[Camera], name: str | None) -> Camera:
-    """Return a camera by its name; None selects the first one.
+    """Return a camera by its name; None selects the first camera.
 
     Raises:
-        CameraChoiceError: The stream has no such camera; the message names those it has.
+        CameraChoiceError: The stream has no such camera; the message names its cameras.
     """
     if not cameras:
         message = "the stream has no cameras"
@@ -105,31 +105,31 @@ def find_camera(cameras: Sequence[Camera], name: str | None) -> Camera:
     for camera in cameras:
         if name in (None, camera.name):
             return camera
-    there = ", ".join(camera.name for camera in cameras)
-    message = f"the stream has no camera {name}; it has {there}"
+    names = ", ".join(camera.name for camera in cameras)
+    message = f"the stream has no camera {name}; its cameras are {names}"
     raise CameraChoiceError(message)
 
 
 def fit_height(camera: Camera, width: int) -> int:
-    """Return the height of a camera's pictures scaled to a width.
+    """Return the height of a camera's pictures after scaling to a width.
 
     Args:
         camera: The camera.
-        width: Width in pixels, which may be arbitrarily large.
+        width: Width in pixels; may be arbitrarily large.
     """
     return max(1, round(Fraction(camera.height * width, camera.width)))
 
 
 def resize_camera(camera: Camera, width: int) -> Camera:
-    """Return a camera with pictures scaled to a width."""
+    """Return a camera whose pictures are scaled to a width."""
     height = fit_height(camera, width)
-    across, down = width / camera.width, height / camera.height
+    scale_x, scale_y = width / camera.width, height / camera.height
     return replace(
         camera,
         width=width,
         height=height,
-        fx=camera.fx * across,
-        cx=camera.cx * across,
-        fy=camera.fy * down,
-        cy=camera.cy * down,
+        fx=camera.fx * scale_x,
+        cx=camera.cx * scale_x,
+        fy=camera.fy * scale_y,
+        cy=camera.cy * scale_y,
     )

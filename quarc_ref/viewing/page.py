@@ -1,7 +1,7 @@
-"""Builds the page of a stream, which loads the player.
+"""Builds the HTML page of a stream; the page loads the player.
 
-The player is built by player/keep.mjs and included in this package, so `view` and
-`publish` do not need Node.
+player/keep.mjs builds the player, and this package contains it, so `view` and `publish` do
+not need Node.
 """
 
 import html
@@ -18,14 +18,14 @@ POSTER = "poster.jpg"
 
 @dataclass(frozen=True, slots=True)
 class PageOptions:
-    """Options of a page; some are attributes of `<quarc-player>` with the same names.
+    """Options of a page; all except `title` are attributes of `<quarc-player>`.
 
     Attributes:
         title: Title of the page.
-        camera: Name of the initial camera; None for the first one.
-        up: The axis that points up, such as `-y`; None for that of the stream.
+        camera: Name of the initial camera; None for the first camera.
+        up: The axis that points up, such as `-y`; None for the up axis of the stream.
         autoplay: Whether to start playing immediately.
-        loop: Whether to repeat.
+        loop: Whether to repeat the stream.
         live: Whether the stream is still being written.
     """
 
@@ -42,11 +42,11 @@ def build_page(options: PageOptions, *, has_poster: bool = False, url: str | Non
 
     Args:
         options: Options of the page.
-        has_poster: Whether there is a poster.
-        url: URL of the page, if known.
+        has_poster: Whether the folder has a poster.
+        url: URL of the page; None if unknown.
     """
     template = resources.files(__package__).joinpath("page.html").read_text("utf-8")
-    shown = {
+    player_attributes = {
         "src": STREAM,
         "poster": POSTER if has_poster else None,
         "camera": options.camera,
@@ -61,7 +61,7 @@ def build_page(options: PageOptions, *, has_poster: bool = False, url: str | Non
     page = Template(template).substitute(
         title=html.escape(options.title),
         preview="".join(_build_meta(name, value) for name, value in preview.items()),
-        attributes=_build_attributes(shown),
+        attributes=_build_attributes(player_attributes),
         poster=f'<img src="{POSTER}" alt="">' if has_poster else "",
     )
     return page.encode()
@@ -88,7 +88,7 @@ def build_iframe(title: str, url: str, width: int, height: int) -> str:
 
 
 def read_player() -> bytes:
-    """Read the player, which is a JavaScript module."""
+    """Return the JavaScript module of the player."""
     return resources.files(__package__).joinpath("player", PLAYER).read_bytes()
 
 
@@ -97,7 +97,7 @@ def _build_meta(name: str, value: str) -> str:
 
 
 def _build_attributes(values: Mapping[str, str | bool | None]) -> str:
-    """Format HTML attributes; True has no value, and False and None are omitted."""
+    """Format HTML attributes; True adds a name without value, False and None add nothing."""
     return " ".join(
         name if value is True else f'{name}="{html.escape(str(value))}"'
         for name, value in values.items()

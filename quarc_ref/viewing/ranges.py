@@ -9,13 +9,13 @@ def find_range(header: str | None, size: int) -> range | None:
     """Return the requested range of a file.
 
     Args:
-        header: Value of the Range header; None if there is none.
+        header: Value of the Range header; None for a request without this header.
         size: Size of the file, bytes.
 
     Returns:
-        The range of bytes within the file; empty if it is after the end. None stands for
-        the whole file, if the header is missing, malformed, or has several ranges, which
-        servers may ignore.
+        The range of bytes within the file; empty if the requested range is after the end.
+        None stands for the whole file: if the header is missing or malformed, or requests
+        several ranges, which servers may ignore.
     """
     match = _ONE_RANGE.fullmatch(header or "")
     if match is None or not (match["first"] or match["last"]):

@@ -1,9 +1,9 @@
 """Restricts a local server to requests from the page that the user opened.
 
-Any website can make a browser send requests to this machine. Their Host header has a
-foreign name in a DNS rebinding attack, and most have an Origin header with the sending
-site. Other users and machines do not know the token, which is random for each run and
-part of the page's URL.
+Any website can make a browser send requests to this machine. In a DNS rebinding attack, the
+Host header of such requests contains a foreign name. In most other attacks, the Origin
+header contains the name of the website. The URL of the page contains a token, which is
+random for each run and unknown to other users and machines.
 """
 
 import hmac
@@ -20,45 +20,45 @@ class RequestFilter:
     """Decides which requests are accepted.
 
     Args:
-        host: Name or address that the server listens on.
-        others: Additional names of the server.
+        host: Host name or address on which the server listens.
+        extra_names: Additional names of the server.
 
     Attributes:
         token: First part of the path of all resources.
     """
 
-    def __init__(self, host: str, others: Collection[str] = ()) -> None:
+    def __init__(self, host: str, extra_names: Collection[str] = ()) -> None:
         self.token = secrets.token_urlsafe(16)
-        self._others = frozenset(name.lower() for name in others)
-        self._names = {host.lower(), *_LOOPBACK, *self._others}
+        self._extra_names = frozenset(name.lower() for name in extra_names)
+        self._names = {host.lower(), *_LOOPBACK, *self._extra_names}
 
-    def find_fault(
+    def find_rejection_reason(
         self, path: str, hosts: Sequence[str], origins: Sequence[str], address: str
     ) -> str | None:
-        """Return why a request is rejected; None if it is accepted.
+        """Return the reason to reject a request; None if the request is accepted.
 
         Args:
-            path: Path of the request, including its query.
-            hosts: Values of its Host headers.
-            origins: Values of its Origin headers.
+            path: Path of the request, including the query.
+            hosts: Values of the Host headers.
+            origins: Values of the Origin headers.
             address: Address of this machine that received the request.
         """
         if len(hosts) != 1 or _find_name(hosts[0]) not in {*self._names, address}:
-            return "unknown Host: quarc-ref view --allow-host NAME adds one"
-        if origins and not (len(origins) == 1 and self._is_own(origins[0], hosts[0])):
-            return "the Origin header is that of another site"
+            return "the Host is unknown; use quarc-ref view --allow-host NAME to allow a name"
+        if origins and not (len(origins) == 1 and self._is_same_site(origins[0], hosts[0])):
+            return "the Origin header contains another site"
         token = path.removeprefix("/").partition("/")[0]
         if not hmac.compare_digest(token.encode(), self.token.encode()):
-            return "wrong token: open the URL that quarc-ref view printed"
+            return "the token is wrong; open the URL that quarc-ref view printed"
         return None
 
-    def _is_own(self, origin: str, host: str) -> bool:
-        """Return whether an Origin matches the Host or an additional name."""
+    def _is_same_site(self, origin: str, host: str) -> bool:
+        """Return whether an Origin header matches the Host header or an additional name."""
         match = _ORIGIN.fullmatch(origin.lower())
         if match is None:
             return False
         authority = match["authority"]
-        return authority == host.lower() or _find_name(authority) in self._others
+        return authority == host.lower() or _find_name(authority) in self._extra_names
 
 
 def is_host_name(text: str) -> bool:
@@ -67,6 +67,6 @@ def is_host_name(text: str) -> bool:
 
 
 def _find_name(authority: str) -> str | None:
-    """Return the host in `host:port`, or None if it is malformed."""
+    """Return the host in `host:port`; None if the text is malformed."""
     match = _AUTHORITY.fullmatch(authority.lower())
     return match and (match["ipv6"] or match["name"])

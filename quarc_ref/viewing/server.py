@@ -20,9 +20,10 @@ from quarc_ref.viewing.shared_source import GrowingSource
 
 _PORTS_TRIED = 100
 _LAST_PORT = 65535
-_ANOTHER_PORT_MAY_DO = (errno.EADDRINUSE, errno.EACCES)
-_ANY_ADDRESS = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}  # requested by browsers
-_PIECE_BYTES = 1 << 20
+_PORT_ERRORS = (errno.EADDRINUSE, errno.EACCES)
+# hosts that mean all addresses, and the address for browsers on this machine
+_ANY_ADDRESS = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
+_BLOCK_BYTES = 1 << 20
 _HEADERS = {
     "Cache-Control": "no-store",
     "Cross-Origin-Resource-Policy": "same-origin",
@@ -38,7 +39,7 @@ class Resource:
 
     Attributes:
         media_type: Value of Content-Type.
-        source: Thread-safe source of its bytes, with a known size.
+        source: Thread-safe source of the resource's bytes, with a known size.
     """
 
     media_type: str
@@ -49,8 +50,8 @@ class Server(ThreadingHTTPServer):
     """Serves resources at `http://HOST:PORT/TOKEN/NAME`.
 
     Args:
-        address: Host, and first port; the first free one of 100 ports is used.
-        resources: Resources by name; `""` is the page.
+        address: Host, and the first of 100 consecutive ports; the first free port is used.
+        resources: Resources by name; the page has the name `""`.
         names: Additional host names of the server.
         report: Called with a message when a resource cannot be read.
 
@@ -58,7 +59,7 @@ class Server(ThreadingHTTPServer):
         OSError: The host is not an address of this machine, or no port is free.
     """
 
-    # on other systems it would allow to share a port in use
+    # On other systems, this option would allow two servers to share a port.
     allow_reuse_address = os.name == "posix"
 
     def __init__(
@@ -76,40 +77,40 @@ class Server(ThreadingHTTPServer):
         try:
             self._bind_first(host, ports)
         except (OSError, UnicodeError) as error:  # UnicodeError: invalid host name
-            why = getattr(error, "strerror", None) or str(error)
-            if getattr(error, "errno", None) in _ANOTHER_PORT_MAY_DO:
-                why += f" (ports {ports.start} to {ports[-1]})"
-            message = f"cannot listen on {host}: {why}"
+            cause = getattr(error, "strerror", None) or str(error)
+            if getattr(error, "errno", None) in _PORT_ERRORS:
+                cause += f" (ports {ports.start} to {ports[-1]})"
+            message = f"cannot listen on {host}: {cause}"
             raise OSError(message) from error
 
     @property
     def url(self) -> str:
         """URL of the page, for a browser on this machine."""
-        return self.name_url(self._host)
+        return self.build_url(self._host)
 
-    def name_url(self, host: str) -> str:
+    def build_url(self, host: str) -> str:
         """Return the URL of the page with a host name or address."""
         authority = f"[{host}]" if ":" in host else host
         return f"http://{authority}:{self.server_address[1]}/{self.request_filter.token}/"
 
     def server_bind(self) -> None:
-        """Bind without the slow lookup of the machine's name."""
+        """Bind the socket without the slow lookup of the machine's name."""
         TCPServer.server_bind(self)
 
     def handle_error(self, request: Any, client_address: Any) -> None:  # noqa: ANN401
-        """Suppress the output of client errors."""
+        """Ignore errors of clients."""
 
     def _bind_first(self, host: str, ports: range) -> None:
         """Listen on the first free port."""
-        found = socket.getaddrinfo(
+        addresses = socket.getaddrinfo(
             host or None, 0, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
         )
-        self.address_family, _, _, _, (name, _, *scope) = found[0]
+        self.address_family, _, _, _, (name, _, *scope) = addresses[0]
         for port in ports:
             try:
                 super().__init__((name, port, *scope), _Handler)  # type: ignore[arg-type]
             except OSError as error:
-                if port == ports[-1] or error.errno not in _ANOTHER_PORT_MAY_DO:
+                if port == ports[-1] or error.errno not in _PORT_ERRORS:
                     raise
             else:
                 return
@@ -121,30 +122,32 @@ class _Handler(BaseHTTPRequestHandler):
     server: Server
     protocol_version = "HTTP/1.1"
     server_version, sys_version = "quarc-ref", ""
-    timeout: ClassVar[float] = 60.0  # timeout of idle connections
+    timeout: ClassVar[float] = 60.0  # seconds until an idle connection is closed
 
     def do_GET(self) -> None:
-        """Send a resource, or a part of it."""
-        self._answer(has_body=True)
+        """Send a resource or a requested range of its bytes."""
+        self._respond(has_body=True)
 
     def do_HEAD(self) -> None:
-        """Send the headers only."""
-        self._answer(has_body=False)
+        """Send only the headers of a resource."""
+        self._respond(has_body=False)
 
-    def log_message(self, format: str, *arguments: object) -> None:  # noqa: A002  # its name there
+    def log_message(self, format: str, *arguments: object) -> None:  # noqa: A002, inherited name
         """Suppress the request log."""
 
-    def _answer(self, *, has_body: bool) -> None:
+    def _respond(self, *, has_body: bool) -> None:
         hosts, origins = (self.headers.get_all(name, []) for name in ("Host", "Origin"))
         address = self.connection.getsockname()[0]
-        fault = self.server.request_filter.find_fault(self.path, hosts, origins, address)
-        if fault is not None:
-            self._reject(HTTPStatus.FORBIDDEN, fault)
+        reason = self.server.request_filter.find_rejection_reason(
+            self.path, hosts, origins, address
+        )
+        if reason is not None:
+            self._reject(HTTPStatus.FORBIDDEN, reason)
             return
         path = unquote(urlsplit(self.path).path)
         resource = self.server.resources.get(path.partition("/")[2].partition("/")[2])
         if resource is None:
-            self._reject(HTTPStatus.NOT_FOUND, "nothing is served at this address")
+            self._reject(HTTPStatus.NOT_FOUND, "the server has no resource at this address")
             return
         try:
             self._send(resource, has_body=has_body)
@@ -153,33 +156,37 @@ class _Handler(BaseHTTPRequestHandler):
             self.close_connection = True  # the browser detects the incomplete response
 
     def _send(self, resource: Resource, *, has_body: bool) -> None:
-        source, wanted = resource.source, self.headers.get("Range")
+        source, range_header = resource.source, self.headers.get("Range")
         if isinstance(source, GrowingSource):
-            _wait_for_range(source, wanted)
+            _wait_for_range(source, range_header)
         size = source.size() or 0
-        part = find_range(wanted, size)
-        if part is not None and not part:
+        requested_range = find_range(range_header, size)
+        if requested_range is not None and not requested_range:
             self._begin(HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE, resource, 0)
             self.send_header("Content-Range", f"bytes */{size}")
             self.end_headers()
             return
-        whole = range(size) if part is None else part
+        sent_range = range(size) if requested_range is None else requested_range
         self._begin(
-            HTTPStatus.OK if part is None else HTTPStatus.PARTIAL_CONTENT, resource, len(whole)
+            HTTPStatus.OK if requested_range is None else HTTPStatus.PARTIAL_CONTENT,
+            resource,
+            len(sent_range),
         )
-        if part is not None:
-            self.send_header("Content-Range", f"bytes {part.start}-{part.stop - 1}/{size}")
+        if requested_range is not None:
+            self.send_header(
+                "Content-Range", f"bytes {requested_range.start}-{requested_range.stop - 1}/{size}"
+            )
         self.end_headers()
         if has_body:
-            self._send_bytes(source, whole)
+            self._send_bytes(source, sent_range)
 
-    def _send_bytes(self, source: Source, part: range) -> None:
-        for offset in range(part.start, part.stop, _PIECE_BYTES):
-            length = min(_PIECE_BYTES, part.stop - offset)
-            piece = source.read(offset, length)
-            self.wfile.write(piece)
-            if len(piece) < length:
-                message = "the stream became shorter while it was being read"
+    def _send_bytes(self, source: Source, sent_range: range) -> None:
+        for offset in range(sent_range.start, sent_range.stop, _BLOCK_BYTES):
+            length = min(_BLOCK_BYTES, sent_range.stop - offset)
+            block = source.read(offset, length)
+            self.wfile.write(block)
+            if len(block) < length:
+                message = "the stream became shorter during the transfer"
                 raise SourceError(message)
 
     def _begin(self, status: HTTPStatus, resource: Resource, length: int) -> None:
@@ -190,8 +197,8 @@ class _Handler(BaseHTTPRequestHandler):
         for name, value in _HEADERS.items():
             self.send_header(name, value)
 
-    def _reject(self, status: HTTPStatus, fault: str) -> None:
-        body = f"Rejected: {fault}.\n".encode()
+    def _reject(self, status: HTTPStatus, reason: str) -> None:
+        body = f"Rejected: {reason}.\n".encode()
         self.send_response(status)
         self.send_header("Content-Type", "text/plain; charset=utf-8")
         self.send_header("Content-Length", str(len(body)))
@@ -201,9 +208,9 @@ class _Handler(BaseHTTPRequestHandler):
                 self.wfile.write(body)
 
 
-def _wait_for_range(source: GrowingSource, wanted: str | None) -> None:
-    """Wait for the first requested byte of a growing stream."""
+def _wait_for_range(source: GrowingSource, range_header: str | None) -> None:
+    """Wait for the first requested byte if a growing stream does not contain it yet."""
     size = source.size() or 0
-    part = find_range(wanted, size)
-    if part is not None and not part:
+    requested_range = find_range(range_header, size)
+    if requested_range is not None and not requested_range:
         source.wait_for_data(size)

@@ -9,7 +9,7 @@ _POLL_SECONDS = 0.2
 
 
 class SharedSource:
-    """Serializes reads of another source, because a file has only one position.
+    """Serializes reads of a source by several threads, because a file has only one position.
 
     Args:
         source: The stream.
@@ -31,19 +31,19 @@ class SharedSource:
 
 
 class GrowingSource(SharedSource):
-    """A source of a growing stream, whose reads wait for new bytes.
+    """A source of a growing stream that can wait for new bytes.
 
     Args:
         source: The stream.
-        patience: Maximum seconds to wait for new data, for each read.
+        max_wait: Maximum time of a wait for new data, seconds.
     """
 
-    def __init__(self, source: Source, patience: float = 20.0) -> None:
+    def __init__(self, source: Source, max_wait: float = 20.0) -> None:
         super().__init__(source)
-        self._patience = patience
+        self._max_wait = max_wait
 
     def wait_for_data(self, offset: int) -> None:
-        """Wait for a byte at an offset, or for a timeout without new data."""
-        give_up = time.monotonic() + self._patience
-        while (self.size() or 0) <= offset and time.monotonic() < give_up:
+        """Wait until the stream has a byte at an offset, or until the timeout."""
+        deadline = time.monotonic() + self._max_wait
+        while (self.size() or 0) <= offset and time.monotonic() < deadline:
             time.sleep(_POLL_SECONDS)

@@ -1,4 +1,4 @@
-"""Writes a folder for any web server: a page, the player, a stream and its poster."""
+"""Writes a folder for any web server: a page, the player, a stream and a poster."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ class Site:
         files: Names of the files.
         frames: Number of frames in the stream.
         stream_bytes: Size of the stream.
-        poster: Name of the poster; None if there is none.
+        poster: Name of the poster; None without a poster.
     """
 
     files: list[str]
@@ -41,8 +41,8 @@ def write_site(
         folder: Output folder.
         source: The stream, which may be a pipe.
         options: Options of the page.
-        draw_poster: Function that returns a JPEG file for a stream, or None for no poster.
-        url: URL at which the folder will be served, if known.
+        draw_poster: Function that returns a JPEG file for a stream, or None to omit the poster.
+        url: URL at which the folder will be served; None if unknown.
 
     Raises:
         BitstreamError: The stream is invalid; every chunk is checked.

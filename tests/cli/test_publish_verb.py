@@ -74,7 +74,7 @@ def test_an_unknown_camera_is_rejected_with_the_known_ones(stream_file, tmp_path
     result = run("publish", stream_file, "-o", tmp_path / "site", "--camera", "cam99")
 
     assert result.exit_code == 2
-    assert "no camera cam99; it has cam00" in result.stderr
+    assert "no camera cam99; its cameras are cam00" in result.stderr
     assert not (tmp_path / "site").exists()
 
 

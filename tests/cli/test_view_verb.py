@@ -127,7 +127,7 @@ def test_an_unknown_camera_is_rejected_with_the_known_ones(stream_file):
     result = run("view", stream_file, "--no-open", "--camera", "cam99")
 
     assert result.exit_code == 2
-    assert "no camera cam99; it has cam00" in result.stderr
+    assert "no camera cam99; its cameras are cam00" in result.stderr
 
 
 def test_a_stream_without_frames_opens_no_page():

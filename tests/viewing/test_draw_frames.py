@@ -9,11 +9,11 @@ from tests.small_streams import CAMERA, make_stream
 
 def test_pictures_equal_those_of_evaluation_up_to_rounding():
     data, states = make_stream()
-    drawn = dict(draw_frames(BytesSource(data), CAMERA, 1, 3))
+    pictures = dict(draw_frames(BytesSource(data), CAMERA, 1, 3))
 
-    assert list(drawn) == [1, 2]
-    for frame, picture in drawn.items():
-        exact = np.clip(render_picture(dequantize(states[frame].scene), CAMERA), 0, 1)
+    assert list(pictures) == [1, 2]
+    for frame, picture in pictures.items():
+        expected = np.clip(render_picture(dequantize(states[frame].scene), CAMERA), 0, 1)
         assert picture.dtype == np.uint8
-        assert np.abs(picture / 255 - exact).max() <= 0.5 / 255 + 1e-6
+        assert np.abs(picture / 255 - expected).max() <= 0.5 / 255 + 1e-6
         assert picture.std() > 1

@@ -1,4 +1,4 @@
-"""The player in the package matches its sources."""
+"""Tests that the player in the package matches its sources."""
 
 import gzip
 import hashlib
@@ -10,16 +10,16 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-_KEPT = ROOT / "quarc_ref" / "viewing" / "player"
-_STAMP = json.loads((_KEPT / "stamp.json").read_text("utf-8"))
-_MAX_BYTES = 150_000  # gzipped: the download before a page can start
+_PACKAGED_PLAYER = ROOT / "quarc_ref" / "viewing" / "player"
+_STAMP = json.loads((_PACKAGED_PLAYER / "stamp.json").read_text("utf-8"))
+_MAX_BYTES = 150_000  # gzip size; a browser downloads these bytes before playback starts
 _SOURCES = json.loads((ROOT / "player" / "sources.json").read_text("utf-8"))
 
 
 def _digest_sources(kind):
-    """The digest of the sources of a kind, as computed by player/keep.mjs."""
-    places = [ROOT / name for name in _SOURCES[kind]]
-    files = [file for place in places for file in (place.rglob("*") if place.is_dir() else [place])]
+    """Return the digest of the sources of a kind, as computed by player/keep.mjs."""
+    paths = [ROOT / name for name in _SOURCES[kind]]
+    files = [file for path in paths for file in (path.rglob("*") if path.is_dir() else [path])]
     lines = [
         f"{hashlib.sha256(file.read_bytes()).hexdigest()}  {file.relative_to(ROOT).as_posix()}\n"
         for file in files
@@ -29,28 +29,28 @@ def _digest_sources(kind):
 
 
 def test_the_kept_player_matches_its_build():
-    player = (_KEPT / "quarc-player.js").read_bytes()
+    player = (_PACKAGED_PLAYER / "quarc-player.js").read_bytes()
 
     assert hashlib.sha256(player).hexdigest() == _STAMP["bytes"]
 
 
 def test_a_compressing_server_sends_at_most_150_kb():
-    player = (_KEPT / "quarc-player.js").read_bytes()
+    player = (_PACKAGED_PLAYER / "quarc-player.js").read_bytes()
 
     assert len(gzip.compress(player, 9)) <= _MAX_BYTES
 
 
 @pytest.mark.parametrize("kind", ["player", "core"])
 def test_the_sources_are_unchanged_since_the_build(kind):
-    assert _digest_sources(kind) == _STAMP[kind], "`make player` builds the player anew"
+    assert _digest_sources(kind) == _STAMP[kind], "run `make player` to rebuild the player"
 
 
 def test_a_new_build_gives_the_same_player():
     if shutil.which("node") is None:
-        pytest.skip("no Node here to build the player with")
+        pytest.skip("building the player needs Node, which is not installed")
     if not (ROOT / "player" / "node_modules" / "esbuild").is_dir():
-        pytest.skip("no esbuild here to build the player with: npm ci in player/ brings it")
+        pytest.skip("building the player needs esbuild; run npm ci in player/ to install it")
     command = ["node", "player/keep.mjs", "--check"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
 
-    assert done.returncode == 0, done.stderr
+    assert result.returncode == 0, result.stderr

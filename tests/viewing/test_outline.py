@@ -19,7 +19,7 @@ from quarc_ref.viewing.outline import (
 )
 from tests.small_streams import CAMERA, CountedSource, make_stream, rebuild_stream
 
-OTHER = replace(CAMERA, name="cam01", held_out=False)
+OTHER_CAMERA = replace(CAMERA, name="cam01", held_out=False)
 
 
 @pytest.fixture(scope="module")
@@ -57,25 +57,25 @@ def test_a_part_of_a_stream_keeps_its_ordinals(data):
 
 def test_the_last_cameras_chunk_is_used(data):
     chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(data)]
-    chunks.insert(3, (container.CAME, wire.build_cameras((OTHER,))))
+    chunks.insert(3, (container.CAME, wire.build_cameras((OTHER_CAMERA,))))
 
-    assert outline_stream(BytesSource(rebuild_stream(chunks))).cameras == (OTHER,)
+    assert outline_stream(BytesSource(rebuild_stream(chunks))).cameras == (OTHER_CAMERA,)
 
 
 def test_payloads_of_frames_are_not_read(data):
     source = CountedSource(data)
     outline = outline_stream(source)
 
-    wanted = sum(chunk.length for chunk in outline.chunks)
-    assert source.byte_count() < len(data) - wanted / 2
+    payload_bytes = sum(chunk.length for chunk in outline.chunks)
+    assert source.byte_count() < len(data) - payload_bytes / 2
 
 
 def test_a_truncated_stream_has_the_frames_before(data):
-    whole = outline_stream(BytesSource(data))
-    cut = outline_stream(BytesSource(data[: whole.chunks[-1].end - 1]))
+    complete = outline_stream(BytesSource(data))
+    truncated = outline_stream(BytesSource(data[: complete.chunks[-1].end - 1]))
 
-    assert cut.chunks == whole.chunks[:4]
-    assert cut.cameras == (CAMERA,)
+    assert truncated.chunks == complete.chunks[:4]
+    assert truncated.cameras == (CAMERA,)
 
 
 def test_a_file_that_is_not_a_stream_is_rejected():
@@ -90,13 +90,13 @@ def test_a_pipe_can_be_outlined_too(data, tmp_path):
 
 
 def test_a_camera_is_found_by_name_and_the_first_is_the_default():
-    assert find_camera([CAMERA, OTHER], "cam01") == OTHER
-    assert find_camera([CAMERA, OTHER], None) == CAMERA
+    assert find_camera([CAMERA, OTHER_CAMERA], "cam01") == OTHER_CAMERA
+    assert find_camera([CAMERA, OTHER_CAMERA], None) == CAMERA
 
 
 def test_an_unknown_camera_is_rejected_with_the_known_ones():
-    with pytest.raises(CameraChoiceError, match="cam02; it has cam00, cam01"):
-        find_camera([CAMERA, OTHER], "cam02")
+    with pytest.raises(CameraChoiceError, match="cam02; its cameras are cam00, cam01"):
+        find_camera([CAMERA, OTHER_CAMERA], "cam02")
     with pytest.raises(CameraChoiceError, match="no cameras"):
         find_camera([], None)
 
@@ -111,9 +111,9 @@ def test_a_resized_camera_sees_the_same(width):
     resized = resize_camera(CAMERA, width)
 
     assert resized.width == width
-    for place in np.random.default_rng(2).uniform(-1, 1, (5, 2)):
-        x, y = CAMERA.fx * place[0] + CAMERA.cx, CAMERA.fy * place[1] + CAMERA.cy
-        u, v = resized.fx * place[0] + resized.cx, resized.fy * place[1] + resized.cy
+    for direction in np.random.default_rng(2).uniform(-1, 1, (5, 2)):
+        x, y = CAMERA.fx * direction[0] + CAMERA.cx, CAMERA.fy * direction[1] + CAMERA.cy
+        u, v = resized.fx * direction[0] + resized.cx, resized.fy * direction[1] + resized.cy
         assert u / resized.width == pytest.approx(x / CAMERA.width)
         assert v / resized.height == pytest.approx(y / CAMERA.height)
 

@@ -5,16 +5,16 @@ import pytest
 from quarc_ref.viewing.page import PageOptions, build_iframe, build_page, read_player
 
 
-class Elements(HTMLParser):
-    """The elements of a page with their attributes, and its title."""
+class PageElements(HTMLParser):
+    """Collects the attributes of all elements of a page, and the title."""
 
     def __init__(self, text):
         super().__init__()
-        self.found, self.title, self._open = {}, "", None
+        self.attributes, self.title, self._open = {}, "", None
         self.feed(text)
 
     def handle_starttag(self, tag, attrs):
-        self.found.setdefault(tag, []).append(dict(attrs))
+        self.attributes.setdefault(tag, []).append(dict(attrs))
         self._open = tag
 
     def handle_data(self, data):
@@ -22,14 +22,16 @@ class Elements(HTMLParser):
             self.title += data.strip()
 
 
-def _read(options, **more):
-    return Elements(build_page(options, **more).decode())
+def _build_and_parse(options, **more):
+    return PageElements(build_page(options, **more).decode())
 
 
 def test_the_player_has_the_requested_attributes():
-    page = _read(PageOptions("t", camera="cam03", up="-y", autoplay=True, loop=True, live=True))
+    page = _build_and_parse(
+        PageOptions("t", camera="cam03", up="-y", autoplay=True, loop=True, live=True)
+    )
 
-    assert page.found["quarc-player"] == [
+    assert page.attributes["quarc-player"] == [
         {
             "src": "stream.quarc",
             "camera": "cam03",
@@ -42,46 +44,52 @@ def test_the_player_has_the_requested_attributes():
 
 
 def test_an_attribute_that_is_not_requested_is_left_out():
-    assert _read(PageOptions("t")).found["quarc-player"] == [{"src": "stream.quarc"}]
+    assert _build_and_parse(PageOptions("t")).attributes["quarc-player"] == [
+        {"src": "stream.quarc"}
+    ]
 
 
 @pytest.mark.parametrize(
     "text", ['"><script>alert(1)</script>', "a & b", "'quoted'", "$title ${x}"]
 )
 def test_text_is_escaped(text):
-    page = _read(PageOptions(text, camera=text))
+    page = _build_and_parse(PageOptions(text, camera=text))
 
     assert page.title == text
-    assert page.found["quarc-player"][0]["camera"] == text
-    assert len(page.found["script"]) == 2
+    assert page.attributes["quarc-player"][0]["camera"] == text
+    assert len(page.attributes["script"]) == 2
 
 
 def test_a_poster_is_shown_before_the_player_and_in_it():
-    page = _read(PageOptions("t"), has_poster=True)
+    page = _build_and_parse(PageOptions("t"), has_poster=True)
 
-    assert page.found["quarc-player"][0]["poster"] == "poster.jpg"
-    assert page.found["img"] == [{"src": "poster.jpg", "alt": ""}]
+    assert page.attributes["quarc-player"][0]["poster"] == "poster.jpg"
+    assert page.attributes["img"] == [{"src": "poster.jpg", "alt": ""}]
 
 
 def _find_meta(page):
-    return {it["property"]: it["content"] for it in page.found["meta"] if "property" in it}
+    return {
+        element["property"]: element["content"]
+        for element in page.attributes["meta"]
+        if "property" in element
+    }
 
 
 def test_a_link_preview_has_the_full_url_of_the_poster():
-    page = _read(PageOptions("Steak"), has_poster=True, url="https://example.org/steak/")
+    page = _build_and_parse(PageOptions("Steak"), has_poster=True, url="https://example.org/steak/")
 
     assert _find_meta(page) == {
         "og:type": "website",
         "og:title": "Steak",
         "og:image": "https://example.org/steak/poster.jpg",
     }
-    assert "og:image" not in _find_meta(_read(PageOptions("Steak"), has_poster=True))
+    assert "og:image" not in _find_meta(_build_and_parse(PageOptions("Steak"), has_poster=True))
 
 
 def test_an_iframe_shows_a_page():
-    frame = Elements(build_iframe('A "title"', "https://example.org/?a&b", 960, 640)).found[
-        "iframe"
-    ]
+    frame = PageElements(
+        build_iframe('A "title"', "https://example.org/?a&b", 960, 640)
+    ).attributes["iframe"]
 
     assert frame == [
         {

@@ -22,10 +22,10 @@ def test_a_range_is_within_the_file(header, expected):
 
 @pytest.mark.parametrize(("header", "size"), [("bytes=10-", 10), ("bytes=-0", 10), ("bytes=0-", 0)])
 def test_a_range_beyond_the_end_has_no_bytes(header, size):
-    found = find_range(header, size)
+    found_range = find_range(header, size)
 
-    assert found is not None
-    assert not found
+    assert found_range is not None
+    assert not found_range
 
 
 @pytest.mark.parametrize(

@@ -11,14 +11,15 @@ def request_filter():
     return RequestFilter(_ADDRESS, (_NAME,))
 
 
-def _is_let_in(request_filter, *headers, path=None, address=_ADDRESS):
-    """Whether a request with these headers, written as `Name: value`, is answered."""
+def _is_accepted(request_filter, *headers, path=None, address=_ADDRESS):
+    """Return whether a request with headers of the form `Name: value` is accepted."""
     pairs = [header.partition(": ") for header in headers]
     hosts, origins = (
-        [value for name, _, value in pairs if name == wanted] for wanted in ("Host", "Origin")
+        [value for name, _, value in pairs if name == header_name]
+        for header_name in ("Host", "Origin")
     )
     path = f"/{request_filter.token}/" if path is None else path
-    return request_filter.find_fault(path, hosts, origins, address) is None
+    return request_filter.find_rejection_reason(path, hosts, origins, address) is None
 
 
 @pytest.mark.parametrize(
@@ -32,7 +33,7 @@ def _is_let_in(request_filter, *headers, path=None, address=_ADDRESS):
     ],
 )
 def test_the_page_itself_is_allowed(headers, request_filter):
-    assert _is_let_in(request_filter, *headers)
+    assert _is_accepted(request_filter, *headers)
 
 
 @pytest.mark.parametrize(
@@ -57,7 +58,7 @@ def test_the_page_itself_is_allowed(headers, request_filter):
     ],
 )
 def test_a_foreign_host_or_origin_is_rejected_even_with_the_token(headers, request_filter):
-    assert not _is_let_in(request_filter, *headers)
+    assert not _is_accepted(request_filter, *headers)
 
 
 @pytest.mark.parametrize(
@@ -70,7 +71,7 @@ def test_a_foreign_host_or_origin_is_rejected_even_with_the_token(headers, reque
     ],
 )
 def test_proxies_and_tunnels_are_allowed_under_configured_names(host, origin, request_filter):
-    assert _is_let_in(request_filter, f"Host: {host}", f"Origin: {origin}")
+    assert _is_accepted(request_filter, f"Host: {host}", f"Origin: {origin}")
 
 
 @pytest.mark.parametrize(
@@ -78,21 +79,21 @@ def test_proxies_and_tunnels_are_allowed_under_configured_names(host, origin, re
 )
 def test_without_the_token_nothing_is_allowed(path, request_filter):
     path = path.format(token=request_filter.token)
-    assert not _is_let_in(request_filter, "Host: 127.0.0.1", path=path)
+    assert not _is_accepted(request_filter, "Host: 127.0.0.1", path=path)
 
 
 def test_every_server_has_its_own_token(request_filter):
     other = RequestFilter(_ADDRESS)
 
-    assert not _is_let_in(other, "Host: 127.0.0.1", path=f"/{request_filter.token}/")
-    assert not _is_let_in(other, f"Host: {_NAME}")
+    assert not _is_accepted(other, "Host: 127.0.0.1", path=f"/{request_filter.token}/")
+    assert not _is_accepted(other, f"Host: {_NAME}")
 
 
 def test_the_address_of_a_request_is_an_allowed_host():
     everywhere = RequestFilter("0.0.0.0")
 
-    assert _is_let_in(everywhere, "Host: 10.0.0.7:8080", address="10.0.0.7")
-    assert not _is_let_in(everywhere, "Host: 10.0.0.8:8080", address="10.0.0.7")
+    assert _is_accepted(everywhere, "Host: 10.0.0.7:8080", address="10.0.0.7")
+    assert not _is_accepted(everywhere, "Host: 10.0.0.8:8080", address="10.0.0.7")
 
 
 @pytest.mark.parametrize(

@@ -153,6 +153,6 @@ def _announce(title: str, server: "Server", host: str, *, as_json: bool) -> None
     else:
         rows = {"page": server.url}
         if host in _EVERYWHERE:
-            rows["elsewhere"] = server.name_url(socket.gethostname())
+            rows["elsewhere"] = server.build_url(socket.gethostname())
         print_table(title, rows | {"end": "Ctrl-C"})
     sys.stdout.flush()

@@ -11,18 +11,18 @@ from quarc_ref.viewing.paths.interpolation import interpolate_poses
 from quarc_ref.viewing.paths.pose import (
     Pose,
     Vector,
+    camera_pose,
     find_center,
     find_up,
     look_at,
-    pose_of,
 )
 
 _SPIRAL_TURNS = 2
-_SPIRAL_REACH = 0.5  # relative to the distance of cameras from their center
+_SPIRAL_EXTENT = 0.5  # relative to the largest distance of a camera from the mean position
 
 
-def orbit(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) -> list[Pose]:
-    """Return a circle at constant height around the point that the cameras look at.
+def plan_orbit(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) -> list[Pose]:
+    """Plan a circle at constant height around the point that the cameras look at.
 
     Args:
         cameras: Cameras of the stream.
@@ -34,28 +34,28 @@ def orbit(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) ->
         PathError: The up direction is unknown, or the first camera is vertically above or
             below the center.
     """
-    up, center, begin = find_up(cameras, up_axis), find_center(cameras), pose_of(first)
-    offset = begin.eye - center
+    up, center, first_pose = find_up(cameras, up_axis), find_center(cameras), camera_pose(first)
+    offset = first_pose.eye - center
     height = (offset @ up) * up
     radius = offset - height
-    aside = np.cross(up, radius)
+    tangent = np.cross(up, radius)
     return [
         look_at(
-            center + height + math.cos(angle) * radius + math.sin(angle) * aside,
+            center + height + math.cos(angle) * radius + math.sin(angle) * tangent,
             center,
             up,
-            begin.view_angle,
+            first_pose.view_angle,
         )
-        for angle in (2 * math.pi * place / count for place in range(count))
+        for angle in (2 * math.pi * index / count for index in range(count))
     ]
 
 
-def spiral(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) -> list[Pose]:
-    """Return a spiral for a forward-facing rig, which looks at the center of the scene.
+def plan_spiral(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) -> list[Pose]:
+    """Plan a spiral in front of a forward-facing scene; the camera looks at its center.
 
     Args:
         cameras: Cameras of the stream.
-        first: Camera whose angle of view is used.
+        first: Camera whose field of view is used.
         up_axis: Up axis from the stream's header.
         count: Number of poses.
 
@@ -63,40 +63,44 @@ def spiral(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) -
         PathError: The up direction is unknown.
     """
     up, center = find_up(cameras, up_axis), find_center(cameras)
-    eyes = np.array([pose_of(camera).eye for camera in cameras])
-    middle = eyes.mean(axis=0)
-    axes = look_at(middle, center, up, 1.0).axes
-    reach = _SPIRAL_REACH * np.abs((eyes - middle) @ axes.T).max(axis=0)
+    eyes = np.array([camera_pose(camera).eye for camera in cameras])
+    mean_eye = eyes.mean(axis=0)
+    axes = look_at(mean_eye, center, up, 1.0).axes
+    extent = _SPIRAL_EXTENT * np.abs((eyes - mean_eye) @ axes.T).max(axis=0)
     poses = []
-    for place in range(count):
-        angle = 2 * math.pi * _SPIRAL_TURNS * place / count
-        turn: Vector = np.array([math.cos(angle), math.sin(angle), math.sin(angle / 2)])
-        poses.append(look_at(middle + (reach * turn) @ axes, center, up, pose_of(first).view_angle))
+    for index in range(count):
+        angle = 2 * math.pi * _SPIRAL_TURNS * index / count
+        direction: Vector = np.array([math.cos(angle), math.sin(angle), math.sin(angle / 2)])
+        poses.append(
+            look_at(
+                mean_eye + (extent * direction) @ axes, center, up, camera_pose(first).view_angle
+            )
+        )
     return poses
 
 
-def tour(cameras: Sequence[Camera], first: Camera, _up_axis: int, count: int) -> list[Pose]:
-    """Return a smooth path through all cameras, from each to the nearest remaining one.
+def plan_tour(cameras: Sequence[Camera], first: Camera, _up_axis: int, count: int) -> list[Pose]:
+    """Plan a smooth path through all cameras; the nearest remaining camera is always next.
 
     Args:
         cameras: Cameras of the stream.
         first: Camera at which the path starts.
-        count: Number of poses; the last one is that of the last camera.
+        count: Number of poses, including the pose of the last camera.
     """
-    left = [pose_of(camera) for camera in cameras if camera.name != first.name]
-    stops = [pose_of(first)]
-    while left:
-        distances = [float(np.linalg.norm(it.eye - stops[-1].eye)) for it in left]
-        stops.append(left.pop(int(np.argmin(distances))))
-    lengths = [float(np.linalg.norm(b.eye - a.eye)) for a, b in pairwise(stops)]
-    # Splines need increasing times, also for cameras at the same position.
-    least = max(sum(lengths) * 1e-3, 1e-6)
-    times = np.concatenate([[0.0], np.cumsum(np.maximum(lengths, least))])
+    remaining = [camera_pose(camera) for camera in cameras if camera.name != first.name]
+    stops = [camera_pose(first)]
+    while remaining:
+        distances = [float(np.linalg.norm(pose.eye - stops[-1].eye)) for pose in remaining]
+        stops.append(remaining.pop(int(np.argmin(distances))))
+    lengths = [float(np.linalg.norm(end.eye - start.eye)) for start, end in pairwise(stops)]
+    # Splines need increasing times, even if two cameras have the same position.
+    min_length = max(sum(lengths) * 1e-3, 1e-6)
+    times = np.concatenate([[0.0], np.cumsum(np.maximum(lengths, min_length))])
     return interpolate_poses(times, stops, np.linspace(0, times[-1], count))
 
 
 PATHS: dict[str, Callable[[Sequence[Camera], Camera, int, int], list[Pose]]] = {
-    "orbit": orbit,
-    "spiral": spiral,
-    "interpolate": tour,
+    "orbit": plan_orbit,
+    "spiral": plan_spiral,
+    "interpolate": plan_tour,
 }

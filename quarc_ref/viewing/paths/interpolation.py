@@ -1,4 +1,4 @@
-"""Interpolates poses by SciPy splines for positions, rotations and angles of view."""
+"""Interpolates poses by SciPy splines for positions, rotations and fields of view."""
 
 from collections.abc import Sequence
 
@@ -10,22 +10,24 @@ from scipy.spatial.transform import Rotation, RotationSpline
 from quarc_ref.viewing.paths.pose import Pose, Vector
 
 
-def interpolate_poses(times: Vector, poses: Sequence[Pose], at: NDArray[np.float64]) -> list[Pose]:
-    """Return poses at times, on a smooth path through the given ones.
+def interpolate_poses(
+    times: Vector, poses: Sequence[Pose], sample_times: NDArray[np.float64]
+) -> list[Pose]:
+    """Return the poses at sample times on a smooth path through key poses.
 
     Args:
-        times: `[n]` times of the poses, ascending.
-        poses: `[n]` poses, at least one.
-        at: `[m]` times between the first and the last one.
+        times: `[n]` times of the key poses, ascending.
+        poses: `[n]` key poses, at least one.
+        sample_times: `[m]` times from the first to the last time of a key pose.
     """
     if len(poses) == 1:
-        return [poses[0]] * len(at)
-    places = np.array([pose.eye for pose in poses])
+        return [poses[0]] * len(sample_times)
+    positions = np.array([pose.eye for pose in poses])
     angles = np.array([pose.view_angle for pose in poses])
     rotations = RotationSpline(times, Rotation.from_matrix(np.stack([pose.axes for pose in poses])))
-    eyes = CubicSpline(times, places, bc_type="natural")(at)
-    axes = rotations(at).as_matrix()
-    view_angles = PchipInterpolator(times, angles)(at)
+    eyes = CubicSpline(times, positions, bc_type="natural")(sample_times)
+    axes = rotations(sample_times).as_matrix()
+    view_angles = PchipInterpolator(times, angles)(sample_times)
     return [
         Pose(eye, matrix, float(angle))
         for eye, matrix, angle in zip(eyes, axes, view_angles, strict=True)

@@ -11,9 +11,9 @@ from quarc_ref.format.cameras import Camera
 
 Vector = NDArray[np.float64]
 _MIN_LENGTH = 1e-9
-# assumed distance of the center for a single camera, in multiples of its near plane
-_DISTANCE = 4.0
-_STRAIGHT = 1e-3  # minimum difference in direction of rays that intersect
+# assumed distance from a camera to the center of the scene, in multiples of its near plane
+_CENTER_DISTANCE = 4.0
+_PARALLEL_LIMIT = 1e-3  # optical axes are parallel below this smallest eigenvalue per camera
 
 
 class PathError(ValueError):
@@ -47,20 +47,20 @@ class Pose:
     axes: Vector
     view_angle: float
 
-    def as_camera(self, like: Camera) -> Camera:
+    def as_camera(self, reference_camera: Camera) -> Camera:
         """Return a camera with this pose and the picture size of another camera."""
-        focal = like.height / 2 / math.tan(self.view_angle / 2)
+        focal = reference_camera.height / 2 / math.tan(self.view_angle / 2)
         return replace(
-            like,
+            reference_camera,
             name="path",
-            fx=focal * like.fx / like.fy,
+            fx=focal * reference_camera.fx / reference_camera.fy,
             fy=focal,
             rotation=tuple(self.axes.ravel().tolist()),
             translation=tuple((-self.axes @ self.eye).tolist()),
         )
 
 
-def pose_of(camera: Camera) -> Pose:
+def camera_pose(camera: Camera) -> Pose:
     """Return the pose of a camera."""
     axes = np.array(camera.rotation, dtype=np.float64).reshape(3, 3)
     eye = -axes.T @ np.array(camera.translation, dtype=np.float64)
@@ -68,10 +68,10 @@ def pose_of(camera: Camera) -> Pose:
 
 
 def look_at(eye: Vector, target: Vector, up: Vector, view_angle: float) -> Pose:
-    """Return the pose that looks from one position to another without roll.
+    """Return the pose that looks from `eye` to `target` without roll.
 
     Raises:
-        PathError: The positions are equal, or one is vertically above the other.
+        PathError: The two positions are equal, or the camera would look straight up or down.
     """
     forward = _normalize(target - eye, "the position and the target of a camera are the same point")
     right = _normalize(np.cross(forward, up), "a camera looks straight up or down")
@@ -83,38 +83,40 @@ def find_up(cameras: Sequence[Camera], up_axis: int) -> Vector:
 
     Args:
         cameras: Cameras of the stream.
-        up_axis: Up axis from the stream's header; if it is 0 (unknown), cameras are
-            assumed to be level on average.
+        up_axis: Up axis from the stream's header; for 0 (unknown), cameras are assumed to be
+            level on average.
     """
     if up_axis:
         axis, is_negative = divmod(up_axis - 1, 2)
-        toward: Vector = np.eye(3)[axis] * (-1 if is_negative else 1)
-        return toward
-    total = -sum((pose_of(camera).axes[1] for camera in cameras), np.zeros(3))
+        direction: Vector = np.eye(3)[axis] * (-1 if is_negative else 1)
+        return direction
+    mean_up = -sum((camera_pose(camera).axes[1] for camera in cameras), np.zeros(3))
     return _normalize(
-        total, "the stream does not state an up axis, and its cameras do not agree on one"
+        mean_up, "the stream has no up axis, and the up directions of its cameras cancel out"
     )
 
 
 def find_center(cameras: Sequence[Camera]) -> Vector:
-    """Return the `[3]` point that is nearest to the viewing axes of all cameras.
+    """Return the `[3]` point that is nearest to the optical axes of all cameras.
 
     If the axes are parallel, the point is in front of the first camera.
     """
-    poses = [pose_of(camera) for camera in cameras]
-    normal = sum((np.eye(3) - np.outer(it.axes[2], it.axes[2]) for it in poses), np.zeros((3, 3)))
-    if np.linalg.eigvalsh(normal)[0] < _STRAIGHT * len(poses):
+    poses = [camera_pose(camera) for camera in cameras]
+    normal_matrix = sum(
+        (np.eye(3) - np.outer(pose.axes[2], pose.axes[2]) for pose in poses), np.zeros((3, 3))
+    )
+    if np.linalg.eigvalsh(normal_matrix)[0] < _PARALLEL_LIMIT * len(poses):
         first = poses[0]
-        before: Vector = first.eye + _DISTANCE * cameras[0].near * first.axes[2]
-        return before
-    offsets = [it.eye - (it.axes[2] @ it.eye) * it.axes[2] for it in poses]
-    center: Vector = np.linalg.solve(normal, sum(offsets, np.zeros(3)))
+        center_ahead: Vector = first.eye + _CENTER_DISTANCE * cameras[0].near * first.axes[2]
+        return center_ahead
+    offsets = [pose.eye - (pose.axes[2] @ pose.eye) * pose.axes[2] for pose in poses]
+    center: Vector = np.linalg.solve(normal_matrix, sum(offsets, np.zeros(3)))
     return center
 
 
-def _normalize(vector: Vector, fault: str) -> Vector:
+def _normalize(vector: Vector, message: str) -> Vector:
     length = float(np.linalg.norm(vector))
     if length < _MIN_LENGTH:
-        raise PathError(fault)
+        raise PathError(message)
     unit: Vector = vector / length
     return unit

@@ -1,4 +1,4 @@
-"""Plans the pictures of a path: the frame and the camera of each."""
+"""Plans the pictures of a path: a frame and a camera for each picture."""
 
 from pathlib import Path
 
@@ -12,22 +12,22 @@ from quarc_ref.viewing.paths.pose import PathError, Shot
 def plan_shots(
     outline: Outline,
     name: str,
-    like: Camera,
+    reference_camera: Camera,
     span: tuple[int, int | None],
-    pictures: int | None = None,
+    picture_count: int | None = None,
 ) -> list[Shot]:
     """Plan the pictures of a path.
 
     Args:
         outline: Outline of the stream.
         name: `orbit`, `spiral`, `interpolate`, or the path of a keyframe file.
-        like: Camera with the picture size, angle of view and first pose of the path.
-        span: First frame to show and the one after the last; None for all.
-        pictures: Number of pictures, over which the frames are distributed; None for one
-            per frame. Must be None for keyframe files, which have times.
+        reference_camera: Camera with the picture size, field of view and first pose of the path.
+        span: First frame and end frame (exclusive); an end of None includes all later frames.
+        picture_count: Number of pictures, over which the frames are distributed; None for one
+            picture per frame. Must be None for keyframe files, which define times.
 
     Raises:
-        PathError: The path is invalid, or there is no such frame.
+        PathError: The path is invalid, or the stream has no frame of the span.
         OSError: The file cannot be read.
     """
     first, count = max(span[0], outline.first_frame), outline.count_frames(*span)
@@ -35,17 +35,25 @@ def plan_shots(
         message = "the stream has none of the requested frames"
         raise PathError(message)
     if name in PATHS:
-        total = pictures or count
-        poses = PATHS[name](outline.cameras, like, outline.header.up_axis, total)
-        frames = [first + place * count // total for place in range(total)]
+        shot_count = picture_count or count
+        poses = PATHS[name](outline.cameras, reference_camera, outline.header.up_axis, shot_count)
+        frames = [first + index * count // shot_count for index in range(shot_count)]
     else:
-        if pictures is not None:
+        if picture_count is not None:
             message = (
-                "a keyframe file sets its own times and cannot be combined with a number of "
-                "pictures"
+                "a keyframe file defines the times of its pictures, so the number of pictures "
+                "cannot be chosen"
             )
             raise PathError(message)
-        found = read_keyframes(Path(name), outline.cameras, like, outline.header.up_axis)
-        pace = outline.header.frames_per_second
-        poses, frames = found.at(pace), found.frames_at(pace, first, first + count - 1)
-    return [Shot(frame, pose.as_camera(like)) for frame, pose in zip(frames, poses, strict=True)]
+        keyframes = read_keyframes(
+            Path(name), outline.cameras, reference_camera, outline.header.up_axis
+        )
+        frames_per_second = outline.header.frames_per_second
+        poses, frames = (
+            keyframes.interpolate(frames_per_second),
+            keyframes.list_frames(frames_per_second, first, first + count - 1),
+        )
+    return [
+        Shot(frame, pose.as_camera(reference_camera))
+        for frame, pose in zip(frames, poses, strict=True)
+    ]

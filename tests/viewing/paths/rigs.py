@@ -1,4 +1,4 @@
-"""A ring of cameras around a center, which they look at."""
+"""A ring of cameras that look at the center of the ring."""
 
 import math
 
@@ -9,18 +9,18 @@ from quarc_ref.viewing.paths.pose import look_at
 
 
 def make_ring(center, count=8, radius=4.0):
-    """Level cameras cam0, cam1, ... around a center, some above it and some below."""
-    like = Camera(
+    """Return cameras cam0, cam1, ... around a center, alternately above and below it."""
+    reference_camera = Camera(
         "", 48, 32, 40.0, 40.0, 24.0, 16.0, (1, 0, 0, 0, 1, 0, 0, 0, 1), (0, 0, 0), 0.5, False
     )
     cameras = []
-    for place in range(count):
-        angle = 2 * math.pi * place / count
-        offset = np.array([radius * math.cos(angle), radius * math.sin(angle), 0.5 - place % 2])
+    for index in range(count):
+        angle = 2 * math.pi * index / count
+        offset = np.array([radius * math.cos(angle), radius * math.sin(angle), 0.5 - index % 2])
         pose = look_at(center + offset, center, np.array([0.0, 0.0, 1.0]), 2 * math.atan(0.4))
-        camera = pose.as_camera(like)
-        cameras.append(Camera(f"cam{place}", *(getattr(camera, name) for name in _REST)))
+        camera = pose.as_camera(reference_camera)
+        cameras.append(Camera(f"cam{index}", *(getattr(camera, name) for name in _OTHER_FIELDS)))
     return cameras
 
 
-_REST = [name for name in Camera.__dataclass_fields__ if name != "name"]
+_OTHER_FIELDS = [name for name in Camera.__dataclass_fields__ if name != "name"]

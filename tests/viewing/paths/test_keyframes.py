@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.viewing.paths.keyframes import parse_keyframes, read_keyframes
-from quarc_ref.viewing.paths.pose import PathError, pose_of
+from quarc_ref.viewing.paths.pose import PathError, camera_pose
 from tests.cli.schemas import validate
 from tests.viewing.paths.rigs import make_ring
 
@@ -13,9 +13,9 @@ _RING = make_ring(np.zeros(3))
 _SCHEMA = "quarc-ref/camera-path/1"
 
 
-def _parse(*keyframes, **more):
-    found = {"schema": _SCHEMA, "keyframes": list(keyframes), **more}
-    return parse_keyframes(json.dumps(found).encode(), _RING, _RING[0], 0)
+def _parse(*keyframes, **extra_keys):
+    document = {"schema": _SCHEMA, "keyframes": list(keyframes), **extra_keys}
+    return parse_keyframes(json.dumps(document).encode(), _RING, _RING[0], 0)
 
 
 def test_keyframes_are_cameras_of_the_stream_or_poses():
@@ -24,65 +24,65 @@ def test_keyframes_are_cameras_of_the_stream_or_poses():
         {"time": 2.5, "position": [0, -2, 1], "target": [0, 0, 1], "fov": 30},
         {"time": 3, "position": [0, -2, 1], "target": [0, 0, 1], "up": [1, 0, 0]},
     ]
-    found = _parse(*path)
+    keyframe_path = _parse(*path)
     validate({"schema": _SCHEMA, "keyframes": path})
 
-    assert found.times.tolist() == [0, 1.5, 2]
-    assert found.poses[0].eye == pytest.approx(pose_of(_RING[3]).eye)
-    assert found.poses[1].axes == pytest.approx(
+    assert keyframe_path.times.tolist() == [0, 1.5, 2]
+    assert keyframe_path.poses[0].eye == pytest.approx(camera_pose(_RING[3]).eye)
+    assert keyframe_path.poses[1].axes == pytest.approx(
         np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]), abs=1e-12
     )
-    assert found.poses[1].view_angle == pytest.approx(math.radians(30))
-    assert found.poses[2].axes[1] == pytest.approx([-1, 0, 0])
-    assert found.poses[2].view_angle == pytest.approx(pose_of(_RING[0]).view_angle)
+    assert keyframe_path.poses[1].view_angle == pytest.approx(math.radians(30))
+    assert keyframe_path.poses[2].axes[1] == pytest.approx([-1, 0, 0])
+    assert keyframe_path.poses[2].view_angle == pytest.approx(camera_pose(_RING[0]).view_angle)
 
 
 def test_there_is_a_picture_for_every_moment_and_one_at_the_end():
-    found = _parse({"time": 0, "camera": "cam0"}, {"time": 0.5, "camera": "cam1"})
+    keyframe_path = _parse({"time": 0, "camera": "cam0"}, {"time": 0.5, "camera": "cam1"})
 
-    assert found.count_pictures(30) == 16
-    poses = found.at(30)
-    assert poses[0].eye == pytest.approx(found.poses[0].eye)
-    assert poses[-1].eye == pytest.approx(found.poses[-1].eye)
+    assert keyframe_path.count_pictures(30) == 16
+    poses = keyframe_path.interpolate(30)
+    assert poses[0].eye == pytest.approx(keyframe_path.poses[0].eye)
+    assert poses[-1].eye == pytest.approx(keyframe_path.poses[-1].eye)
 
 
 def test_the_stream_plays_on_and_holds_its_last_frame():
-    found = _parse({"time": 0, "camera": "cam0"}, {"time": 1, "camera": "cam1"})
+    keyframe_path = _parse({"time": 0, "camera": "cam0"}, {"time": 1, "camera": "cam1"})
 
-    assert found.frames_at(10, 3, 8) == [3, 4, 5, 6, 7, 8, 8, 8, 8, 8, 8]
+    assert keyframe_path.list_frames(10, 3, 8) == [3, 4, 5, 6, 7, 8, 8, 8, 8, 8, 8]
 
 
 def test_named_frames_freeze_or_play_at_their_own_rate():
-    found = _parse(
+    keyframe_path = _parse(
         {"time": 0, "camera": "cam0", "frame": 2},
         {"time": 0.4, "camera": "cam1", "frame": 2},
         {"time": 0.8, "camera": "cam2"},
         {"time": 1, "camera": "cam3", "frame": 5},
     )
 
-    assert found.frames_at(10, 0, 9) == [2, 2, 2, 2, 2, 2, 3, 3, 4, 4, 5]
+    assert keyframe_path.list_frames(10, 0, 9) == [2, 2, 2, 2, 2, 2, 3, 3, 4, 4, 5]
 
 
 @pytest.mark.parametrize(
     ("keyframes", "message"),
     [
-        ([], "must have the keys"),
-        ([{"camera": "cam0"}], "keyframe 0: its time is not a number"),
-        ([{"time": True, "camera": "cam0"}], "its time is not a number"),
-        ([{"time": 1e300, "camera": "cam0"}], "its time is not a number"),
-        ([{"time": 0, "camera": "cam9"}], "no camera 'cam9'; it has cam0, cam1"),
+        ([], "must have only the keys"),
+        ([{"camera": "cam0"}], "keyframe 0: the time is not a number"),
+        ([{"time": True, "camera": "cam0"}], "the time is not a number"),
+        ([{"time": 1e300, "camera": "cam0"}], "the time is not a number"),
+        ([{"time": 0, "camera": "cam9"}], "no camera 'cam9'; its cameras are cam0, cam1"),
         ([{"time": 0, "camera": "cam0", "target": [0, 0, 0]}], "a camera and a position"),
-        ([{"time": 0, "position": [0, 0]}], "its position is not a list of three"),
-        ([{"time": 0, "position": [0, 0, "1"]}], "its position is not"),
-        ([{"time": 0, "position": [0, 0, 1]}], "its target is not"),
+        ([{"time": 0, "position": [0, 0]}], "the position is not a list of three"),
+        ([{"time": 0, "position": [0, 0, "1"]}], "the position is not"),
+        ([{"time": 0, "position": [0, 0, 1]}], "the target is not"),
         ([{"time": 0, "position": [0, 0, 1], "target": [0, 0, 1]}], "are the same point"),
-        ([{"time": 0, "camera": "cam0", "fov": 180}], "its fov, 180.0 degrees"),
-        ([{"time": 0, "camera": "cam0", "frame": -1}], "its frame is -1"),
+        ([{"time": 0, "camera": "cam0", "fov": 180}], "the fov, 180.0 degrees"),
+        ([{"time": 0, "camera": "cam0", "frame": -1}], "the frame is -1"),
         ([{"time": 0, "camera": "cam0", "speed": 1}], "keys other than"),
-        ([{"time": 1, "camera": "cam0"}, {"time": 1, "camera": "cam1"}], "keyframe 1: its time"),
+        ([{"time": 1, "camera": "cam0"}, {"time": 1, "camera": "cam1"}], "keyframe 1: the time"),
         (
             [{"time": 0, "camera": "cam0", "frame": 5}, {"time": 1, "camera": "cam0", "frame": 4}],
-            "streams play forward",
+            "streams play only forward",
         ),
     ],
 )
@@ -97,12 +97,12 @@ def test_other_files_are_rejected_by_name(tmp_path):
         path.write_bytes(data)
         with pytest.raises(PathError, match=rf"a\.json: .*{message}"):
             read_keyframes(path, _RING, _RING[0], 0)
-    with pytest.raises(PathError, match="no others"):
+    with pytest.raises(PathError, match="only the keys"):
         _parse({"time": 0, "camera": "cam0"}, more=1)
 
 
 def test_an_endless_path_is_not_rendered():
-    found = _parse({"time": 0, "camera": "cam0"}, {"time": 9e8, "camera": "cam1"})
+    keyframe_path = _parse({"time": 0, "camera": "cam0"}, {"time": 9e8, "camera": "cam1"})
 
     with pytest.raises(PathError, match="at most 1,048,576"):
-        found.at(30)
+        keyframe_path.interpolate(30)

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from quarc_ref.viewing.paths.automatic import orbit, spiral, tour
+from quarc_ref.viewing.paths.automatic import plan_orbit, plan_spiral, plan_tour
 from quarc_ref.viewing.paths.interpolation import interpolate_poses
-from quarc_ref.viewing.paths.pose import PathError, find_center, find_up, look_at, pose_of
+from quarc_ref.viewing.paths.pose import PathError, camera_pose, find_center, find_up, look_at
 from tests.viewing.paths.rigs import make_ring
 
 _UP = np.array([0.0, 0.0, 1.0])
@@ -12,11 +12,11 @@ _CENTER = np.array([1.0, 2.0, 0.5])
 
 def test_poses_and_cameras_convert_exactly():
     (camera, *_) = make_ring(_CENTER)
-    again = pose_of(camera).as_camera(camera)
+    converted = camera_pose(camera).as_camera(camera)
 
-    assert again.rotation == pytest.approx(camera.rotation)
-    assert again.translation == pytest.approx(camera.translation)
-    assert (again.fx, again.fy) == pytest.approx((camera.fx, camera.fy))
+    assert converted.rotation == pytest.approx(camera.rotation)
+    assert converted.translation == pytest.approx(camera.translation)
+    assert (converted.fx, converted.fy) == pytest.approx((camera.fx, camera.fy))
 
 
 def test_the_point_looked_at_and_the_up_axis_follow_from_the_cameras():
@@ -29,18 +29,18 @@ def test_the_point_looked_at_and_the_up_axis_follow_from_the_cameras():
 
 def test_a_single_camera_looks_at_a_point_in_front_of_it():
     (camera, *_) = make_ring(_CENTER)
-    pose = pose_of(camera)
-    toward = find_center([camera]) - pose.eye
+    pose = camera_pose(camera)
+    direction = find_center([camera]) - pose.eye
 
-    assert toward / np.linalg.norm(toward) == pytest.approx(pose.axes[2])
+    assert direction / np.linalg.norm(direction) == pytest.approx(pose.axes[2])
 
 
 def test_an_orbit_goes_around_the_center_at_constant_height_and_distance():
     ring = make_ring(_CENTER)
-    poses = orbit(ring, ring[2], 0, 8)
+    poses = plan_orbit(ring, ring[2], 0, 8)
     offsets = np.array([pose.eye for pose in poses]) - _CENTER
 
-    assert poses[0].eye == pytest.approx(pose_of(ring[2]).eye)
+    assert poses[0].eye == pytest.approx(camera_pose(ring[2]).eye)
     assert np.linalg.norm(offsets, axis=1) == pytest.approx(np.linalg.norm(offsets[0]))
     assert offsets[:, 2] == pytest.approx(offsets[0, 2])
     assert offsets[4, :2] == pytest.approx(-offsets[0, :2])
@@ -52,31 +52,31 @@ def test_an_orbit_goes_around_the_center_at_constant_height_and_distance():
 
 
 def test_a_spiral_stays_among_the_cameras_and_looks_at_the_center():
-    half = make_ring(_CENTER)[:4]
-    eyes = np.array([pose_of(camera).eye for camera in half])
-    for pose in spiral(half, half[0], 0, 12):
-        toward = _CENTER - pose.eye
-        assert toward / np.linalg.norm(toward) == pytest.approx(pose.axes[2], abs=1e-6)
+    cameras = make_ring(_CENTER)[:4]
+    eyes = np.array([camera_pose(camera).eye for camera in cameras])
+    for pose in plan_spiral(cameras, cameras[0], 0, 12):
+        direction = _CENTER - pose.eye
+        assert direction / np.linalg.norm(direction) == pytest.approx(pose.axes[2], abs=1e-6)
         assert np.linalg.norm(pose.eye - eyes.mean(axis=0)) < np.ptp(eyes, axis=0).max()
 
 
 def test_a_tour_starts_at_its_camera_and_passes_all_others():
     ring = make_ring(_CENTER)
-    poses = tour(ring, ring[3], 0, 600)
-    places = np.array([pose.eye for pose in poses])
+    poses = plan_tour(ring, ring[3], 0, 600)
+    positions = np.array([pose.eye for pose in poses])
 
-    assert places[0] == pytest.approx(pose_of(ring[3]).eye)
+    assert positions[0] == pytest.approx(camera_pose(ring[3]).eye)
     for camera in ring:
-        distances = np.linalg.norm(places - pose_of(camera).eye, axis=1)
+        distances = np.linalg.norm(positions - camera_pose(camera).eye, axis=1)
         assert distances.min() < 0.02
-    assert len(tour(ring[:1], ring[0], 0, 5)) == 5
+    assert len(plan_tour(ring[:1], ring[0], 0, 5)) == 5
 
 
 def test_interpolation_passes_through_its_poses():
     ring = make_ring(_CENTER)[:3]
-    given = [pose_of(camera) for camera in ring]
+    poses = [camera_pose(camera) for camera in ring]
     times = np.array([0.0, 1.0, 4.0])
-    for pose, expected in zip(interpolate_poses(times, given, times), given, strict=True):
+    for pose, expected in zip(interpolate_poses(times, poses, times), poses, strict=True):
         assert pose.eye == pytest.approx(expected.eye)
         assert pose.axes == pytest.approx(expected.axes, abs=1e-9)
         assert pose.view_angle == pytest.approx(expected.view_angle)
