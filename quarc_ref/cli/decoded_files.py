@@ -86,12 +86,12 @@ class Written:
 
         if self._with_sidecar and self._sidecar is None:
             self._write_sidecar(target, scene.frame, clip)
-        frame = Frame.of(scene)
+        frame = Frame.from_scene(scene)
         if self._export.is_sequence:
             self._sequence = self._sequence or self._export.begin(clip)
             self._sequence.add(frame)
         else:
-            data = self._export.builder()(frame, clip)
+            data = self._export.load_builder()(frame, clip)
             name = f"frame_{scene.frame:04}.{self._export.suffix}"
             self.names.append(target.write(name, data).name)
 
@@ -123,13 +123,13 @@ class Written:
     def _write_sidecar(
         self, target: "OutputFolder | OneFrame", first_frame: int, clip: "Clip"
     ) -> None:
-        from quarc_ref.export.sidecar import NAME, build_sidecar
+        from quarc_ref.export.sidecar import SIDECAR_NAME, build_sidecar
 
         one = self._export.is_sequence
         pattern = (
             f"frames.{self._export.suffix}" if one else f"frame_{{frame:04}}.{self._export.suffix}"
         )
-        self._sidecar = target.write(NAME, build_sidecar(clip, pattern, first_frame)).name
+        self._sidecar = target.write(SIDECAR_NAME, build_sidecar(clip, pattern, first_frame)).name
 
 
 def _report_gap(gap: "Gap") -> None:

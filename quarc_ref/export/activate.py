@@ -1,4 +1,4 @@
-"""Activates raw 3DGS attributes: SPEC 10.1, 10.2."""
+"""Activates 3DGS attributes, which splats store before activation: SPEC 10.1, 10.2."""
 
 import numpy as np
 
@@ -7,25 +7,25 @@ from quarc_ref.decoder.dequantize import Float32, Splats
 SH_BASE = 0.28209479177387814
 
 
-def opacities_of(splats: Splats) -> Float32:
+def compute_opacities(splats: Splats) -> Float32:
     """Return the `[N]` opacities from 0 to 1."""
     activated: Float32 = (1 / (1 + np.exp(-splats.opacities.astype(np.float64)))).astype(np.float32)
     return activated
 
 
-def scales_of(splats: Splats) -> Float32:
+def compute_scales(splats: Splats) -> Float32:
     """Return the `[N, 3]` standard deviations in world units."""
     scales: Float32 = np.exp(splats.log_scales)
     return scales
 
 
-def base_colors_of(splats: Splats) -> Float32:
-    """Return the `[N, 3]` colors without their view-dependent part, from 0 to 1."""
+def compute_base_colors(splats: Splats) -> Float32:
+    """Return the `[N, 3]` colors of SH DC, without SH rest, from 0 to 1."""
     colors: Float32 = np.clip(0.5 + SH_BASE * splats.sh[:, 0], 0, 1).astype(np.float32)
     return colors
 
 
-def xyzw_of(rotations: Float32) -> Float32:
-    """Return `[N, 4]` unit quaternions with the scalar last."""
+def convert_to_xyzw(rotations: Float32) -> Float32:
+    """Convert quaternions `[N, 4]` wxyz to unit quaternions xyzw."""
     unit = rotations / np.linalg.norm(rotations, axis=1, keepdims=True)
     return np.ascontiguousarray(np.roll(unit, -1, axis=1))

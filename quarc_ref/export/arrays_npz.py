@@ -1,4 +1,4 @@
-"""Exports a frame as a NumPy archive with the integer state and its dequantized floats."""
+"""Exports a frame as a NumPy archive with the integer state and the dequantized floats."""
 
 import io
 from typing import Any
@@ -18,8 +18,8 @@ def build(frame: Frame, _clip: Clip) -> bytes:
 def build_npz(scene: Scene, splats: Splats) -> bytes:
     """Build an uncompressed archive.
 
-    It contains `ids`, `state_positions`, `state_rotations` and `state_codes` of the
-    `Scene`, and `positions`, `rotations`, `log_scales`, `opacities` and `sh` of the
+    The archive contains `ids`, `state_positions`, `state_rotations` and `state_codes` from
+    the `Scene`, and `positions`, `rotations`, `log_scales`, `opacities` and `sh` from the
     `Splats`.
     """
     arrays = {

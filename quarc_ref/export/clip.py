@@ -7,7 +7,7 @@ from quarc_ref.decoder.scene import Scene
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.records import StreamHeader
 
-_ASSUMED_UP = 4  # -y, as in PLY files with COLMAP's axes, and as PLY viewers assume
+_DEFAULT_UP_AXIS = 4  # -y, as in PLY files with COLMAP's axes; PLY viewers assume this axis
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,8 +23,8 @@ class Frame:
     splats: Splats
 
     @classmethod
-    def of(cls, scene: Scene) -> "Frame":
-        """Make the frame of a scene."""
+    def from_scene(cls, scene: Scene) -> "Frame":
+        """Dequantize a scene, and return both as a frame."""
         return cls(scene, dequantize(scene))
 
 
@@ -43,22 +43,22 @@ class Clip:
     metadata: dict[str, str] = field(default_factory=dict)
 
     @property
-    def knows_up(self) -> bool:
+    def has_up_axis(self) -> bool:
         """Whether the stream declares its up axis."""
         return self.header.up_axis != 0
 
     @property
     def up(self) -> str:
-        """`+x`, `-x`, `+y`, `-y`, `+z` or `-z`; -y if the stream does not declare it."""
-        return AXES[(self.header.up_axis or _ASSUMED_UP) - 1]
+        """Up axis: `+x`, `-x`, `+y`, `-y`, `+z` or `-z`; `-y` if the stream declares none."""
+        return AXES[(self.header.up_axis or _DEFAULT_UP_AXIS) - 1]
 
     @property
     def meters_per_unit(self) -> float:
-        """Size of a world unit in meters; 1 if the stream does not declare it."""
+        """Size of a world unit in meters; 1 if the stream does not declare a size."""
         return self.header.meters_per_unit or 1.0
 
-    def seconds(self, frame: int) -> float:
-        """Return the time of a frame on the stream's clock (SPEC 11.1)."""
+    def compute_time(self, frame: int) -> float:
+        """Return the time of a frame on the stream's clock, in seconds (SPEC 11.1)."""
         return frame * self.header.frame_ticks / self.header.timescale
 
 

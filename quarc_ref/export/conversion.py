@@ -1,4 +1,4 @@
-"""Converts files of single frames between formats by the library gaussforge."""
+"""Converts files of single frames between formats with the library gaussforge."""
 
 import subprocess
 import sys
@@ -6,7 +6,7 @@ from importlib.util import find_spec
 
 from quarc_ref.export.errors import ExportError
 
-_SECONDS = 600
+_TIMEOUT_SECONDS = 600
 
 
 def convert(data: bytes, source: str, target: str, **options: int) -> bytes:
@@ -26,16 +26,19 @@ def convert(data: bytes, source: str, target: str, **options: int) -> bytes:
 
     result = GaussForge().convert(data, source, target, **options)
     if "error" in result:
-        message = f"gaussforge cannot convert it to {target.upper()}: {result['error']}"
+        message = (
+            f"gaussforge cannot convert the {source.upper()} to {target.upper()}: {result['error']}"
+        )
         raise ExportError(message)
     converted: bytes = result["data"]
     return converted
 
 
 def convert_in_subprocess(data: bytes, source: str, target: str) -> bytes:
-    """Convert a file of unknown origin in a separate process; see `convert`.
+    """Convert an untrusted file in a separate process; see `convert`.
 
-    Crashes of the library on damaged files, and its console output, do not affect this process.
+    If the library crashes on a damaged file or prints to the console, this process is not
+    affected.
 
     Raises:
         ExportError: The library rejects the file, or fails.
@@ -44,23 +47,23 @@ def convert_in_subprocess(data: bytes, source: str, target: str) -> bytes:
     if find_spec("gaussforge") is None:
         message = "gaussforge is not installed"
         raise ImportError(message, name="gaussforge")
-    command = [sys.executable, "-I", "-c", _CHILD, source, target]
+    command = [sys.executable, "-I", "-c", _CHILD_PROGRAM, source, target]
     try:
-        done = subprocess.run(
-            command, input=data, capture_output=True, timeout=_SECONDS, check=False
+        completed = subprocess.run(
+            command, input=data, capture_output=True, timeout=_TIMEOUT_SECONDS, check=False
         )
     except subprocess.TimeoutExpired as error:
-        message = f"gaussforge did not read it within {_SECONDS} seconds"
+        message = f"gaussforge did not read the file within {_TIMEOUT_SECONDS} seconds"
         raise ExportError(message) from error
-    if done.returncode:
-        lines = done.stderr.decode(errors="replace").strip().splitlines()
-        message = f"gaussforge cannot read it: {lines[-1] if lines else done.returncode}"
+    if completed.returncode:
+        lines = completed.stderr.decode(errors="replace").strip().splitlines()
+        message = f"gaussforge cannot read the file: {lines[-1] if lines else completed.returncode}"
         raise ExportError(message)
-    return done.stdout
+    return completed.stdout
 
 
-# The library prints to standard output, so the result is written to a duplicate of it.
-_CHILD = """
+# The library prints to standard output, so the result is written to a duplicate descriptor.
+_CHILD_PROGRAM = """
 import os
 import sys
 from gaussforge import GaussForge

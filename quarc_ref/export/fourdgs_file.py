@@ -1,7 +1,7 @@
-"""Writes and reads `.4dgs` files by the library fourdgs.
+"""Writes and reads `.4dgs` files with the library fourdgs.
 
 Files are written with the temporal model `keyframe-delta`, which has no view-dependent
-color, and with errors bounded by the library's profile `fine`.
+color. The library's profile `fine` bounds the errors.
 """
 
 from collections.abc import Callable, Iterator
@@ -13,12 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quarc_ref.decoder.dequantize import Float32, Splats
-from quarc_ref.export.activate import SH_BASE, base_colors_of, opacities_of, scales_of, xyzw_of
+from quarc_ref.export.activate import (
+    SH_BASE,
+    compute_base_colors,
+    compute_opacities,
+    compute_scales,
+    convert_to_xyzw,
+)
 from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.errors import ExportError
 from quarc_ref.format.arrays import Int64
 
-_NEVER_FADES = 1e9  # seconds; this temporal model does not accept infinity
+_CONSTANT_SIGMA = 1e9  # seconds; constant opacity (the temporal model does not accept infinity)
 
 
 class Sequence:
@@ -31,16 +37,16 @@ class Sequence:
     def __init__(self, clip: Clip) -> None:
         self._clip = clip
         self._samples: list[Any] = []
-        self._first = 0
-        self._end = 0.0
+        self._first_frame = 0
+        self._end_time = 0.0
 
     def add(self, frame: Frame) -> None:
         """Append a frame."""
         if not self._samples:
-            self._first = frame.scene.frame
-        begin = self._clip.seconds(frame.scene.frame - self._first)
-        self._end = self._clip.seconds(frame.scene.frame - self._first + 1)
-        self._samples.append(make_sample(frame, begin))
+            self._first_frame = frame.scene.frame
+        start_time = self._clip.compute_time(frame.scene.frame - self._first_frame)
+        self._end_time = self._clip.compute_time(frame.scene.frame - self._first_frame + 1)
+        self._samples.append(make_sample(frame, start_time))
 
     def finish(self) -> bytes:
         """Build the file.
@@ -53,7 +59,7 @@ class Sequence:
 
         try:
             data: bytes = write_sequence(
-                self._samples, self._end, profile="fine", library="quarc-ref"
+                self._samples, self._end_time, profile="fine", library="quarc-ref"
             )
         except FourdgsError as error:
             message = f"fourdgs cannot write the frames: {error}"
@@ -72,15 +78,15 @@ def make_sample(frame: Frame, seconds: float) -> Any:  # noqa: ANN401
     from fourdgs.keyframe_delta_writer import Sample
 
     splats, count = frame.splats, frame.scene.count
-    opacities = opacities_of(splats)[:, None]
+    opacities = compute_opacities(splats)[:, None]
     gaussians = GaussianSet(
         positions=splats.positions,
-        scales=scales_of(splats),
-        rotations=xyzw_of(splats.rotations),
-        colors=np.concatenate([base_colors_of(splats), opacities], axis=1),
+        scales=compute_scales(splats),
+        rotations=convert_to_xyzw(splats.rotations),
+        colors=np.concatenate([compute_base_colors(splats), opacities], axis=1),
         motions=np.zeros((count, 3), dtype=np.float32),
         mu_t=np.zeros(count),
-        sigma_t=np.full(count, _NEVER_FADES),
+        sigma_t=np.full(count, _CONSTANT_SIGMA),
         win_lo=np.zeros(count),
         win_hi=np.full(count, np.inf),
     )
@@ -94,7 +100,7 @@ class FourdgsFrames:
     Attributes:
         count: Number of frames.
         frames_per_second: Frame rate.
-        read: Function that yields the Gaussians of each frame, and their ids `[N]`.
+        read: Function that yields the Gaussians of each frame and the ids `[N]` of the Gaussians.
     """
 
     count: int
@@ -103,52 +109,52 @@ class FourdgsFrames:
 
 
 def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFrames:
-    """Open the frames of a `.4dgs` file, which is sampled in the middle of each frame.
+    """Open the frames of a `.4dgs` file; each frame is sampled at the middle of its duration.
 
     Args:
         data: The whole file.
-        frames_per_second: Sampling rate; None for one frame per state, or for 30 if the
-            file has no states.
+        frames_per_second: Sampling rate. None for one frame per state of a keyframe-delta
+            file, and for a rate of 30 for other files.
 
     Raises:
-        ValueError: The file is not a .4dgs file, or has more frames than a stream can have.
-        ImportError: fourdgs is not installed.
+        ValueError: The file is not a `.4dgs` file, or has too many frames.
+        ImportError: The library fourdgs is not installed.
     """
-    with _rejecting():
-        duration, pace, at = _open(data)
-    pace = frames_per_second or pace
-    count = round(duration * pace)
+    with _converting_errors():
+        duration, frame_rate, sample_at = _open_file(data)
+    frame_rate = frames_per_second or frame_rate
+    count = round(duration * frame_rate)
     if not (0 < duration < np.inf and 0 < count <= _MAX_FRAMES):
-        message = f"{duration} seconds at {pace:.6g} frames per second are {count} frames"
+        message = f"{duration} seconds at {frame_rate:.6g} frames per second are {count} frames"
         raise ValueError(message)
 
     def read() -> Iterator[tuple[Splats, Int64]]:
-        for number in range(count):
-            with _rejecting():
-                frame = at((number + 0.5) / pace)
+        for index in range(count):
+            with _converting_errors():
+                frame = sample_at((index + 0.5) / frame_rate)
             yield frame
 
-    return FourdgsFrames(count, pace, read)
+    return FourdgsFrames(count, frame_rate, read)
 
 
 @contextmanager
-def _rejecting() -> Iterator[None]:
-    """Convert the library's errors about a file to ValueError."""
+def _converting_errors() -> Iterator[None]:
+    """Convert errors of the library to ValueError."""
     from fourdgs.exceptions import FourdgsError
 
     try:
-        with np.errstate(all="ignore"):  # non-finite values are detected at the end
+        with np.errstate(all="ignore"):  # `_as_splats` rejects non-finite numbers
             yield
     except (FourdgsError, IndexError, OverflowError, MemoryError) as error:
-        message = f"fourdgs cannot read it: {error}"
+        message = f"fourdgs cannot read the file: {error}"
         raise ValueError(message) from error
 
 
-_At = Callable[[float], tuple[Splats, Int64]]
+_Sampler = Callable[[float], tuple[Splats, Int64]]
 
 
-def _open(data: bytes) -> tuple[float, float, _At]:
-    """Return duration, frame rate, and a function that returns the state at a time."""
+def _open_file(data: bytes) -> tuple[float, float, _Sampler]:
+    """Return duration (seconds), frame rate, and a function that samples a time (seconds)."""
     import fourdgs
     from fourdgs.keyframe_delta_file import decode_streamed, render_at
 
@@ -156,9 +162,13 @@ def _open(data: bytes) -> tuple[float, float, _At]:
         decoded = decode_streamed(data)
     except fourdgs.FourdgsError:
         scene = fourdgs.read(data)
-        return float(scene.header.duration_sec), _USUAL_PACE, lambda time: _sample(scene, time)
+        return (
+            float(scene.header.duration_sec),
+            _DEFAULT_FRAME_RATE,
+            lambda time: _sample_scene(scene, time),
+        )
 
-    def at(time: float) -> tuple[Splats, Int64]:
+    def sample_at(time: float) -> tuple[Splats, Int64]:
         state = render_at(decoded, time)
         splats = _as_splats(
             state["centers"], state["scales"], state["rotations"], state["rgb"], state["opacity"]
@@ -166,38 +176,38 @@ def _open(data: bytes) -> tuple[float, float, _At]:
         return splats, state["ids"].astype(np.int64)
 
     duration = float(decoded.header.duration_sec)
-    return duration, len(decoded.chunks) / max(duration, 1e-9), at
+    return duration, len(decoded.chunks) / max(duration, 1e-9), sample_at
 
 
-def _sample(scene: Any, time: float) -> tuple[Splats, Int64]:  # noqa: ANN401
-    """Return the Gaussians of a scene with linear motion at a time."""
+def _sample_scene(scene: Any, time: float) -> tuple[Splats, Int64]:  # noqa: ANN401
+    """Return the Gaussians of a scene with linear motion at a time, and their ids."""
     gaussians = scene.gaussians
     state = gaussians.state_at(time)
-    rows = state["indices"]
+    indices = state["indices"]
     splats = _as_splats(
         state["centers"],
-        gaussians.scales[rows],
+        gaussians.scales[indices],
         state["orientations"],
-        gaussians.colors[rows, :3],
+        gaussians.colors[indices, :3],
         state["opacity"],
     )
     if gaussians.sh is not None:
-        splats = replace(splats, sh=_join_harmonics(splats.sh, gaussians.sh[rows]))
-    return splats, rows.astype(np.int64)
+        splats = replace(splats, sh=_join_sh(splats.sh, gaussians.sh[indices]))
+    return splats, indices.astype(np.int64)
 
 
-def _join_harmonics(base: Float32, levels: NDArray[np.uint8]) -> Float32:
-    """Join SH coefficients to `[N, K, 3]`.
+def _join_sh(base: Float32, levels: NDArray[np.uint8]) -> Float32:
+    """Join SH DC and SH rest to `[N, K, 3]`.
 
     Args:
-        base: `[N, 1, 3]` coefficients of degree 0.
-        levels: `[N, 3 (K - 1)]` coefficients of the other degrees, channel by channel.
+        base: `[N, 1, 3]` SH DC.
+        levels: `[N, 3 (K - 1)]` SH rest as 8-bit levels, channel by channel.
     """
     from fourdgs.quantization import SH_QUANT_HI, SH_QUANT_LO
 
-    rest = SH_QUANT_LO + levels.astype(np.float32) / 255 * (SH_QUANT_HI - SH_QUANT_LO)
-    by_channel = rest.reshape(len(levels), 3, -1)
-    joined: Float32 = np.concatenate([base, by_channel.transpose(0, 2, 1)], axis=1)
+    sh_rest = SH_QUANT_LO + levels.astype(np.float32) / 255 * (SH_QUANT_HI - SH_QUANT_LO)
+    channel_rest = sh_rest.reshape(len(levels), 3, -1)
+    joined: Float32 = np.concatenate([base, channel_rest.transpose(0, 2, 1)], axis=1)
     return joined.astype(np.float32)
 
 
@@ -208,27 +218,27 @@ def _as_splats(
     colors: NDArray[Any],
     opacities: NDArray[Any],
 ) -> Splats:
-    """Convert activated values to 3DGS form; opacities of 0 and 1 are moved slightly inwards.
+    """Convert activated attributes to splats; opacities are clamped to [1e-4, 1 - 1e-4].
 
     Raises:
         ValueError: A number is not finite.
     """
-    opacities = np.clip(opacities, _NEARLY, 1 - _NEARLY)
+    opacities = np.clip(opacities, _MIN_OPACITY, 1 - _MIN_OPACITY)
     splats = Splats(
         np.asarray(centers, np.float32),
         np.roll(np.asarray(rotations, np.float32), 1, axis=1),
-        np.log(np.maximum(scales, _TINY)).astype(np.float32),
+        np.log(np.maximum(scales, _MIN_SCALE)).astype(np.float32),
         np.log(opacities / (1 - opacities)).astype(np.float32),
         ((np.asarray(colors, np.float32) - 0.5) / SH_BASE)[:, None].astype(np.float32),
     )
-    if not all(np.isfinite(getattr(splats, name)).all() for name in _NUMBERS):
-        message = "a number is not finite"
+    if not all(np.isfinite(getattr(splats, name)).all() for name in _ATTRIBUTES):
+        message = "a number in the file is not finite"
         raise ValueError(message)
     return splats
 
 
-_NUMBERS = ("positions", "rotations", "log_scales", "opacities", "sh")
+_ATTRIBUTES = ("positions", "rotations", "log_scales", "opacities", "sh")
 _MAX_FRAMES = 1 << 20
-_USUAL_PACE = 30.0
-_NEARLY = 1e-4
-_TINY = 1e-12
+_DEFAULT_FRAME_RATE = 30.0
+_MIN_OPACITY = 1e-4
+_MIN_SCALE = 1e-12

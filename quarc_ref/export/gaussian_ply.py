@@ -1,8 +1,8 @@
-"""Writes and reads frames as PLY files of 3DGS, which every splat viewer opens.
+"""Writes and reads frames as 3DGS PLY files, which every splat viewer opens.
 
-Scales are natural logarithms, opacities are logits, quaternions are wxyz; SH rest is
-stored channel by channel, red first. The format does not define axes: the coordinates are
-those of the stream (SPEC 10, Annex on mappings).
+Scales are natural logarithms, opacities are logits, and quaternions are wxyz. SH rest is
+stored channel by channel, red first. The format does not define axes, so files contain the
+coordinates of the stream (SPEC 10, Annex on mappings).
 """
 
 import numpy as np
@@ -27,21 +27,21 @@ _REQUIRED = (
 
 def build_ply(splats: Splats) -> bytes:
     """Build a binary little-endian PLY file."""
-    columns = _columns(splats)
+    columns = _list_columns(splats)
     rows = np.empty(len(splats.positions), dtype=[(name, "<f4") for name in columns])
     for name, column in columns.items():
         rows[name] = column
     return build_ply_table(rows)
 
 
-def _columns(splats: Splats) -> dict[str, NDArray[np.float32]]:
+def _list_columns(splats: Splats) -> dict[str, NDArray[np.float32]]:
     count, coefficients, _ = splats.sh.shape
-    rest = splats.sh[:, 1:].transpose(0, 2, 1).reshape(count, 3 * (coefficients - 1))
+    sh_rest = splats.sh[:, 1:].transpose(0, 2, 1).reshape(count, 3 * (coefficients - 1))
     groups = {
         ("x", "y", "z"): splats.positions,
         ("nx", "ny", "nz"): np.zeros_like(splats.positions),
         tuple(f"f_dc_{i}" for i in range(3)): splats.sh[:, 0],
-        tuple(f"f_rest_{i}" for i in range(rest.shape[1])): rest,
+        tuple(f"f_rest_{i}" for i in range(sh_rest.shape[1])): sh_rest,
         ("opacity",): splats.opacities[:, None],
         tuple(f"scale_{i}" for i in range(3)): splats.log_scales,
         tuple(f"rot_{i}" for i in range(4)): splats.rotations,
@@ -54,10 +54,10 @@ def _columns(splats: Splats) -> dict[str, NDArray[np.float32]]:
 
 
 def parse_ply(data: bytes) -> Splats:
-    """Parse a 3DGS PLY file of any program.
+    """Parse a 3DGS PLY file.
 
     Args:
-        data: Bytes of the file, ascii or little-endian, with SH of degree 0 to 3.
+        data: Bytes of the file: ASCII or binary little-endian, with SH of degree 0 to 3.
 
     Returns:
         The Gaussians, with unit quaternions and `sh` `[N, K, 3]`, where K is 1, 4, 9 or 16.
@@ -66,36 +66,39 @@ def parse_ply(data: bytes) -> Splats:
         ValueError: The file is not a valid PLY file of Gaussians, or a number is not finite.
     """
     header = parse_ply_header(data)
-    rest = sum(name.startswith("f_rest_") for name in header.types)
-    if rest not in _REST_COUNTS:
+    rest_count = sum(name.startswith("f_rest_") for name in header.types)
+    if rest_count not in _REST_COUNTS:
         counts = ", ".join(map(str, _REST_COUNTS))
-        message = f"it has {rest} properties f_rest_*, but SH need {counts}"
-        raise ValueError(message)
-    names = [*_REQUIRED, *_name_rest(rest)]
-    missing = [name for name in names if header.types.get(name) not in ("f4", "f8")]
-    if missing:
         message = (
-            f"its vertices have no property {missing[0]}: it is not a PLY file of 3D Gaussians"
+            f"the file has {rest_count} properties f_rest_*, but SH of degree 0 to 3 need {counts}"
+        )
+        raise ValueError(message)
+    names = [*_REQUIRED, *_name_rest_properties(rest_count)]
+    invalid_names = [name for name in names if header.types.get(name) not in ("f4", "f8")]
+    if invalid_names:
+        message = (
+            f"the file is not a PLY file of 3D Gaussians: its vertices have no property "
+            f"{invalid_names[0]} of type float or double"
         )
         raise ValueError(message)
     columns = read_ply_columns(data, header)
-    return _build_splats({name: _to_float32(columns[name]) for name in names}, rest)
+    return _build_splats({name: _to_float32(columns[name]) for name in names}, rest_count)
 
 
-def _build_splats(numbers: dict[str, NDArray[np.float32]], rest: int) -> Splats:
+def _build_splats(numbers: dict[str, NDArray[np.float32]], rest_count: int) -> Splats:
     def stack(*names: str) -> NDArray[np.float32]:
         return np.stack([numbers[name] for name in names], axis=1)
 
     rotations = stack(*(f"rot_{i}" for i in range(4)))
     lengths = np.linalg.norm(rotations.astype(np.float64), axis=1, keepdims=True)
     if not lengths.all():
-        message = "a rotation is the zero quaternion"
+        message = "a rotation in the file is the zero quaternion"
         raise ValueError(message)
     count = len(rotations)
     sh = stack(*(f"f_dc_{i}" for i in range(3)))[:, None]
-    if rest:
-        by_channel = stack(*_name_rest(rest)).reshape(count, 3, rest // 3)
-        sh = np.concatenate([sh, by_channel.transpose(0, 2, 1)], axis=1)
+    if rest_count:
+        channel_rest = stack(*_name_rest_properties(rest_count)).reshape(count, 3, rest_count // 3)
+        sh = np.concatenate([sh, channel_rest.transpose(0, 2, 1)], axis=1)
     return Splats(
         stack("x", "y", "z"),
         (rotations / lengths).astype(np.float32),
@@ -109,10 +112,10 @@ def _to_float32(column: NDArray[np.generic]) -> NDArray[np.float32]:
     with np.errstate(over="ignore"):
         numbers = np.ascontiguousarray(column, dtype=np.float32)
     if not np.isfinite(numbers).all():
-        message = "a number is not finite"
+        message = "a number in the file is not finite"
         raise ValueError(message)
     return numbers
 
 
-def _name_rest(count: int) -> list[str]:
+def _name_rest_properties(count: int) -> list[str]:
     return [f"f_rest_{i}" for i in range(count)]

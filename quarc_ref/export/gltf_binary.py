@@ -1,8 +1,8 @@
-"""Exports a frame as binary glTF with KHR_gaussian_splatting by pygltflib: SPEC Annex C.2.
+"""Exports a frame as binary glTF (KHR_gaussian_splatting) with pygltflib: SPEC Annex C.2.
 
-The extension has no animation, so each frame is a file. The data are rotated to +y up,
-and scaled to meters if the stream has a scale. They are not rotated by a node, because
-not all readers apply node rotations to SH.
+The extension has no animation, so each frame is a file. The attributes are rotated to +y
+up, and scaled to meters if the stream declares a scale. The file has no node rotation,
+because not all readers apply node rotations to SH.
 """
 
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from quarc_ref.decoder.dequantize import Float32, Splats
-from quarc_ref.export.activate import opacities_of, scales_of, xyzw_of
+from quarc_ref.export.activate import compute_opacities, compute_scales, convert_to_xyzw
 from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.upright import rotate_upright
 
@@ -35,17 +35,19 @@ def build(frame: Frame, clip: Clip) -> bytes:
         scenes=[gltf.Scene(nodes=[0])],
         nodes=[gltf.Node(name=f"frame {frame.scene.frame}", mesh=0)],
     )
-    named: dict[str, int] = {}
+    accessor_by_name: dict[str, int] = {}
     offset = 0
     for number, (name, array) in enumerate(attributes.items()):
         model.bufferViews.append(
             gltf.BufferView(buffer=0, byteOffset=offset, byteLength=array.nbytes)
         )
-        model.accessors.append(_describe(gltf, number, name, array))
-        named[name] = number
+        model.accessors.append(_make_accessor(gltf, number, name, array))
+        accessor_by_name[name] = number
         offset += array.nbytes
     primitive = gltf.Primitive(
-        attributes=gltf.Attributes(**named), mode=gltf.POINTS, extensions={_EXTENSION: _KERNEL}
+        attributes=gltf.Attributes(**accessor_by_name),
+        mode=gltf.POINTS,
+        extensions={_EXTENSION: _KERNEL},
     )
     model.meshes = [gltf.Mesh(primitives=[primitive])]
     model.buffers = [gltf.Buffer(byteLength=offset)]
@@ -53,13 +55,13 @@ def build(frame: Frame, clip: Clip) -> bytes:
     return b"".join(model.save_to_bytes())
 
 
-def _list_attributes(splats: Splats, unit: float) -> dict[str, Float32]:
+def _list_attributes(splats: Splats, meters_per_unit: float) -> dict[str, Float32]:
     """Return the attributes of the primitive, each `[N, c]` or `[N]`."""
     attributes = {
-        "POSITION": splats.positions * np.float32(unit),
-        "ROTATION": xyzw_of(splats.rotations),
-        "SCALE": scales_of(splats) * np.float32(unit),
-        "OPACITY": opacities_of(splats),
+        "POSITION": splats.positions * np.float32(meters_per_unit),
+        "ROTATION": convert_to_xyzw(splats.rotations),
+        "SCALE": compute_scales(splats) * np.float32(meters_per_unit),
+        "OPACITY": compute_opacities(splats),
         "SH_DEGREE_0_COEF_0": splats.sh[:, 0],
     }
     for coefficient in range(splats.sh.shape[1] - 1):
@@ -70,9 +72,11 @@ def _list_attributes(splats: Splats, unit: float) -> dict[str, Float32]:
     }
 
 
-def _describe(gltf: Any, view: int, name: str, array: Float32) -> Any:  # noqa: ANN401
-    kind = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}[array.size // len(array)]
-    accessor = gltf.Accessor(bufferView=view, componentType=gltf.FLOAT, count=len(array), type=kind)
+def _make_accessor(gltf: Any, buffer_view: int, name: str, array: Float32) -> Any:  # noqa: ANN401
+    element_type = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}[array.size // len(array)]
+    accessor = gltf.Accessor(
+        bufferView=buffer_view, componentType=gltf.FLOAT, count=len(array), type=element_type
+    )
     if name == "POSITION":  # glTF requires bounds
         accessor.min, accessor.max = array.min(axis=0).tolist(), array.max(axis=0).tolist()
     return accessor

@@ -1,7 +1,7 @@
-"""Exports frames as OpenUSD by usd-core: a ParticleField3DGaussianSplat with time samples.
+"""Exports frames as OpenUSD with usd-core: a ParticleField3DGaussianSplat with time samples.
 
-The stage is +y up, in the unit of the stream; its time codes are frame ordinals. The cameras of
-the stream are cameras of the stage.
+In the stage, +y is up, the unit is the unit of the stream, and time codes are frame ordinals.
+The stage contains the cameras of the stream.
 """
 
 from pathlib import Path
@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from quarc_ref.datasets.camera_geometry import camera_center, rotation_matrix
-from quarc_ref.export.activate import opacities_of, scales_of, xyzw_of
+from quarc_ref.export.activate import compute_opacities, compute_scales, convert_to_xyzw
 from quarc_ref.export.clip import Clip, Frame
-from quarc_ref.export.upright import find_turn, matrix_of, rotate_upright
+from quarc_ref.export.upright import convert_to_matrix, find_upright_rotation, rotate_upright
 from quarc_ref.format.cameras import Camera
 
-_APERTURE = 36.0  # in tenths of a unit, as in USD; only its ratio to the focal length matters
+_APERTURE = 36.0  # tenths of a unit, as in USD; arbitrary, because only ratios matter
 
 
 class Sequence:
@@ -52,14 +52,17 @@ class Sequence:
             self._stage.SetStartTimeCode(time)
         self._stage.SetEndTimeCode(time)
         field = self._splats
-        radius = 3 * scales_of(splats).max(axis=1, keepdims=True)
+        radius = 3 * compute_scales(splats).max(axis=1, keepdims=True)
         extent = [(splats.positions - radius).min(axis=0), (splats.positions + radius).max(axis=0)]
         coefficients = splats.sh.reshape(-1, 3)
         for attribute, value in (
             (field.CreatePositionsAttr(), Vt.Vec3fArray.FromNumpy(splats.positions)),
-            (field.CreateOrientationsAttr(), Vt.QuatfArray.FromNumpy(xyzw_of(splats.rotations))),
-            (field.CreateScalesAttr(), Vt.Vec3fArray.FromNumpy(scales_of(splats))),
-            (field.CreateOpacitiesAttr(), Vt.FloatArray.FromNumpy(opacities_of(splats))),
+            (
+                field.CreateOrientationsAttr(),
+                Vt.QuatfArray.FromNumpy(convert_to_xyzw(splats.rotations)),
+            ),
+            (field.CreateScalesAttr(), Vt.Vec3fArray.FromNumpy(compute_scales(splats))),
+            (field.CreateOpacitiesAttr(), Vt.FloatArray.FromNumpy(compute_opacities(splats))),
             (
                 field.CreateRadianceSphericalHarmonicsCoefficientsAttr(),
                 Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(coefficients)),
@@ -85,21 +88,23 @@ class Sequence:
         prim.CreateHorizontalApertureAttr(_APERTURE)
         prim.CreateVerticalApertureAttr(_APERTURE * camera.height / camera.width)
         prim.CreateFocalLengthAttr(_APERTURE * camera.fx / camera.width)
-        shift = _APERTURE / camera.width
-        prim.CreateHorizontalApertureOffsetAttr((camera.width / 2 - camera.cx) * shift)
-        prim.CreateVerticalApertureOffsetAttr((camera.cy - camera.height / 2) * shift)
+        units_per_pixel = _APERTURE / camera.width
+        prim.CreateHorizontalApertureOffsetAttr((camera.width / 2 - camera.cx) * units_per_pixel)
+        prim.CreateVerticalApertureOffsetAttr((camera.cy - camera.height / 2) * units_per_pixel)
         prim.CreateClippingRangeAttr(Gf.Vec2f(0.2 * camera.near, 1000 * camera.near))
-        pose = Gf.Matrix4d(*_pose(camera, self._clip).T.ravel().tolist())  # USD uses row vectors
+        pose = Gf.Matrix4d(
+            *_make_pose(camera, self._clip).T.ravel().tolist()
+        )  # USD uses row vectors
         prim.AddTransformOp().Set(pose)
 
 
-def _pose(camera: Camera, clip: Clip) -> Any:  # noqa: ANN401
-    """Return the `[4, 4]` matrix from a camera that looks along -z with +y up to the world."""
+def _make_pose(camera: Camera, clip: Clip) -> Any:  # noqa: ANN401
+    """Return the `[4, 4]` matrix from camera (forward is -z, up is +y) to upright world."""
     rotation = rotation_matrix(camera)
     pose = np.eye(4)
-    turn = matrix_of(find_turn(clip))
+    upright_rotation = convert_to_matrix(find_upright_rotation(clip))
     if not clip.header.right_handed:
-        turn = turn @ np.diag([1.0, 1.0, -1.0])
-    pose[:3, :3] = turn @ rotation.T @ np.diag([1.0, -1.0, -1.0])
-    pose[:3, 3] = turn @ camera_center(camera)
+        upright_rotation = upright_rotation @ np.diag([1.0, 1.0, -1.0])
+    pose[:3, :3] = upright_rotation @ rotation.T @ np.diag([1.0, -1.0, -1.0])
+    pose[:3, 3] = upright_rotation @ camera_center(camera)
     return pose

@@ -1,6 +1,6 @@
 """Exports frames as a rerun recording (`.rrd`) with splats and cameras on a timeline.
 
-Coordinates are those of the stream; the recording declares the up axis.
+The recording contains the coordinates of the stream, and declares the up axis.
 """
 
 from pathlib import Path
@@ -9,11 +9,16 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from quarc_ref.datasets.camera_geometry import camera_center, rotation_matrix
-from quarc_ref.export.activate import base_colors_of, opacities_of, scales_of, xyzw_of
+from quarc_ref.export.activate import (
+    compute_base_colors,
+    compute_opacities,
+    compute_scales,
+    convert_to_xyzw,
+)
 from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.format.cameras import Camera
 
-_REST_COEFFICIENTS = 15  # coefficients of degrees 1 to 3, all of which rerun requires
+_REST_COEFFICIENTS = 15  # rerun requires the coefficients of all degrees from 1 to 3
 
 
 class Sequence:
@@ -31,8 +36,8 @@ class Sequence:
         self._path = Path(self._folder.name) / "frames.rrd"
         self._recording = recording = rerun.RecordingStream("quarc-ref")
         recording.save(self._path)
-        hand = "RIGHT" if clip.header.right_handed else "LEFT"
-        up = f"{hand}_HAND_{clip.up[1].upper()}_{'UP' if clip.up[0] == '+' else 'DOWN'}"
+        handedness = "RIGHT" if clip.header.right_handed else "LEFT"
+        up = f"{handedness}_HAND_{clip.up[1].upper()}_{'UP' if clip.up[0] == '+' else 'DOWN'}"
         recording.log("world", getattr(rerun.ViewCoordinates, up), static=True)
         for camera in clip.cameras:
             self._add_camera(camera)
@@ -43,20 +48,22 @@ class Sequence:
 
         splats, recording = frame.splats, self._recording
         recording.set_time("frame", sequence=frame.scene.frame)
-        recording.set_time("time", duration=self._clip.seconds(frame.scene.frame))
-        colors = np.concatenate([base_colors_of(splats), opacities_of(splats)[:, None]], axis=1)
-        rest = np.zeros((len(colors), _REST_COEFFICIENTS, 3), dtype=np.float32)
-        rest[:, : splats.sh.shape[1] - 1] = splats.sh[:, 1:]
+        recording.set_time("time", duration=self._clip.compute_time(frame.scene.frame))
+        colors = np.concatenate(
+            [compute_base_colors(splats), compute_opacities(splats)[:, None]], axis=1
+        )
+        sh_rest = np.zeros((len(colors), _REST_COEFFICIENTS, 3), dtype=np.float32)
+        sh_rest[:, : splats.sh.shape[1] - 1] = splats.sh[:, 1:]
         has_rest = splats.sh.shape[1] > 1
-        logged = rerun.GaussianSplats3D(
+        gaussians = rerun.GaussianSplats3D(
             splats.positions,
-            scales=scales_of(splats),
-            quaternions=xyzw_of(splats.rotations),
+            scales=compute_scales(splats),
+            quaternions=convert_to_xyzw(splats.rotations),
             colors=np.round(colors * 255).astype(np.uint8),
-            sh_coefficients=rest if has_rest else None,
+            sh_coefficients=sh_rest if has_rest else None,
             spherical_harmonics_degree=1 if has_rest else 0,
         )
-        recording.log("world/splats", logged)
+        recording.log("world/splats", gaussians)
 
     def finish(self) -> bytes:
         """Build the recording."""

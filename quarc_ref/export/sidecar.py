@@ -1,4 +1,4 @@
-"""Writes and reads `sequence.json`: properties that the files of exported frames cannot store."""
+"""Writes and reads `sequence.json`, with properties that files of frames cannot store."""
 
 import json
 from dataclasses import asdict, dataclass, field, fields
@@ -7,7 +7,7 @@ from typing import Any
 from quarc_ref.export.clip import AXES, Clip
 from quarc_ref.format.cameras import Camera
 
-NAME = "sequence.json"
+SIDECAR_NAME = "sequence.json"
 _SCHEMA = "quarc-ref/sequence/1"
 _MAX_CAMERAS = 1 << 12
 _MAX_BYTES = 1 << 24
@@ -15,11 +15,11 @@ _MAX_FRAME_RATE = 1e6
 
 
 def build_sidecar(clip: Clip, pattern: str, first_frame: int) -> bytes:
-    """Build the file with frame rate, axes, scale, cameras and metadata of a stream.
+    """Build `sequence.json` with frame rate, axes, scale, cameras and metadata of a stream.
 
     Args:
         clip: Properties of all frames.
-        pattern: Pattern of the file names, in which `{frame}` is the ordinal.
+        pattern: Pattern of the file names; `{frame}` stands for the ordinal of the frame.
         first_frame: Ordinal of the first frame.
     """
     header = clip.header
@@ -31,7 +31,7 @@ def build_sidecar(clip: Clip, pattern: str, first_frame: int) -> bytes:
         "timescale": header.timescale,
         "frame_ticks": header.frame_ticks,
         "up": clip.up,
-        "up_is_known": clip.knows_up,
+        "up_is_known": clip.has_up_axis,
         "right_handed": bool(header.right_handed),
         "meters_per_unit": header.meters_per_unit or None,
         "sh_degree": header.sh_degree,
@@ -43,10 +43,10 @@ def build_sidecar(clip: Clip, pattern: str, first_frame: int) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class Sidecar:
-    """Contents of `sequence.json`, with the values of a stream's header.
+    """Contents of `sequence.json`, with the encodings of a stream's header.
 
     Attributes:
-        frames_per_second: Frame rate; None if it is not given.
+        frames_per_second: Frame rate; None if unknown.
         up_axis: Up axis, 1 to 6; 0 if unknown.
         right_handed: Whether the world frame is right-handed.
         meters_per_unit: Size of a world unit in meters; 0 if unknown.
@@ -69,17 +69,17 @@ def parse_sidecar(data: bytes) -> Sidecar:
         ValueError: The file is malformed.
     """
     if len(data) > _MAX_BYTES:
-        message = "it is too long"
+        message = f"the file has {len(data)} bytes; at most {_MAX_BYTES} are allowed"
         raise ValueError(message)
     try:
         content = json.loads(data)
         _require(content["schema"] == _SCHEMA, "schema")
         _require(len(content["cameras"]) <= _MAX_CAMERAS, "cameras")
-        pace, metadata = float(content["frames_per_second"]), content["metadata"]
-        _require(0 < pace < _MAX_FRAME_RATE, "frames_per_second")
+        frames_per_second, metadata = float(content["frames_per_second"]), content["metadata"]
+        _require(0 < frames_per_second < _MAX_FRAME_RATE, "frames_per_second")
         _require(all(isinstance(text, str) for text in metadata.values()), "metadata")
         return Sidecar(
-            pace,
+            frames_per_second,
             1 + AXES.index(content["up"]) if content["up_is_known"] else 0,
             bool(content["right_handed"]),
             float(content["meters_per_unit"] or 0),
@@ -94,13 +94,13 @@ def parse_sidecar(data: bytes) -> Sidecar:
         OverflowError,
         RecursionError,
     ) as error:
-        message = f"it was not written by quarc-ref: {error}"
+        message = f"the file was not written by quarc-ref: {error}"
         raise ValueError(message) from error
 
 
 def _parse_camera(content: dict[str, Any]) -> Camera:
-    """Parse a camera; raise one of the errors that `parse_sidecar` converts."""
-    values = {each.name: content[each.name] for each in fields(Camera)}
+    """Parse a camera; `parse_sidecar` converts the errors of malformed cameras."""
+    values = {camera_field.name: content[camera_field.name] for camera_field in fields(Camera)}
     for name in ("rotation", "translation"):
         values[name] = tuple(map(float, values[name]))
     for name in ("fx", "fy", "cx", "cy", "near"):

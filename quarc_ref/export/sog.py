@@ -1,4 +1,4 @@
-"""Exports a frame as SOG version 2 by the library gaussforge, with the axes of the PLY export."""
+"""Exports a frame as SOG version 2 with the library gaussforge, in the axes of the stream."""
 
 from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.conversion import convert

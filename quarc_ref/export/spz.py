@@ -1,7 +1,7 @@
-"""Writes SPZ version 3 and reads versions 1 to 4 by the library gaussforge.
+"""Writes SPZ version 3 and reads versions 1 to 4 with the library gaussforge.
 
-SPZ defines its axes: x right, y up, z back. Positions have steps of 2^-12 and a range of
-2048 around the origin; other attributes have at most 8 bits.
+SPZ defines the axes: x is right, y is up, z is back. Positions have steps of 2^-12 units and
+a range of ±2048 units; other attributes have at most 8 bits.
 """
 
 import zlib
@@ -16,45 +16,45 @@ from quarc_ref.export.errors import ExportError
 from quarc_ref.export.gaussian_ply import build_ply, parse_ply
 from quarc_ref.export.upright import rotate_upright
 
-_FIRMEST = 10.0  # logit of an opacity slightly below 1
+_MAX_LOGIT = 10.0  # logit of an opacity slightly below 1
 UP_AXIS = 3  # +y, as in a stream's header
-_FARTHEST = 2048 - 2**-12
+_MAX_COORDINATE = 2048 - 2**-12
 _MAGIC = b"NGSP"
 _GZIP = b"\x1f\x8b"
 _HEADER_BYTES = 16
 _MAX_GAUSSIANS = 1 << 24
-# minimum bytes per Gaussian before compression: 9 for the position, 7 for the rest
-_MIN_BYTES = 16
-_MAX_RATIO = 1032  # maximum ratio of deflate
+# bytes of a Gaussian without SH rest before compression: 9 for the position, 7 for the others
+_MIN_GAUSSIAN_BYTES = 16
+_MAX_DEFLATE_RATIO = 1032  # maximum compression ratio of deflate
 
 
 def build(frame: Frame, clip: Clip) -> bytes:
     """Build the file of a frame.
 
     Raises:
-        ExportError: A Gaussian is too far from the origin for SPZ.
+        ExportError: A Gaussian is outside the position range of SPZ.
     """
     upright = rotate_upright(frame.splats, clip)
-    if abs(upright.positions).max() > _FARTHEST:
+    if abs(upright.positions).max() > _MAX_COORDINATE:
         message = (
-            f"frame {frame.scene.frame} has positions beyond {_FARTHEST:.0f} units, the limit "
-            "of SPZ"
+            f"frame {frame.scene.frame} has positions beyond {_MAX_COORDINATE:.0f} units, the "
+            "limit of SPZ"
         )
         raise ExportError(message)
     return convert(build_ply(upright), "ply", "spz", spz_version=3)
 
 
 def parse_spz(data: bytes) -> Splats:
-    """Parse the Gaussians of an SPZ file, in the axes of the file, with +y up.
+    """Parse the Gaussians of an SPZ file; the result is +y up, as in the file.
 
-    Opacities of 0 and 1, whose logits are infinite, are moved slightly inwards.
+    Opacity logits are clamped to ±10, because the logits of opacities 0 and 1 are infinite.
 
     Args:
         data: Bytes of the file.
 
     Raises:
         ValueError: The file is malformed.
-        ImportError: gaussforge is not installed.
+        ImportError: The library gaussforge is not installed.
     """
     check_header(data)
     try:
@@ -63,27 +63,27 @@ def parse_spz(data: bytes) -> Splats:
         raise ValueError(str(error)) from error
     header = parse_ply_header(table)
     rows = np.frombuffer(table, header.vertex_type, header.vertex_count, header.data_offset).copy()
-    rows["opacity"] = np.clip(rows["opacity"], -_FIRMEST, _FIRMEST)
+    rows["opacity"] = np.clip(rows["opacity"], -_MAX_LOGIT, _MAX_LOGIT)
     return parse_ply(table[: header.data_offset] + rows.tobytes())
 
 
 def check_header(data: bytes) -> None:
-    """Check the number of Gaussians in a file's header against its size.
+    """Check that a file is large enough for the number of Gaussians in its header.
 
     Raises:
         ValueError: The file is not an SPZ file, or is too small for the Gaussians in its header.
     """
-    head = data[:_HEADER_BYTES]
-    if head[:2] == _GZIP:
+    header = data[:_HEADER_BYTES]
+    if header[:2] == _GZIP:
         try:
-            head = zlib.decompressobj(wbits=31).decompress(data, _HEADER_BYTES)
+            header = zlib.decompressobj(wbits=31).decompress(data, _HEADER_BYTES)
         except zlib.error as error:
-            message = f"it is not an SPZ file: {error}"
+            message = f"the file is not an SPZ file: {error}"
             raise ValueError(message) from error
-    if len(head) < _HEADER_BYTES or head[:4] != _MAGIC:
-        message = "it does not begin with the header of an SPZ file"
+    if len(header) < _HEADER_BYTES or header[:4] != _MAGIC:
+        message = "the file does not begin with an SPZ header"
         raise ValueError(message)
-    count = int.from_bytes(head[8:12], "little")
-    if not 0 < count <= min(_MAX_GAUSSIANS, len(data) * _MAX_RATIO // _MIN_BYTES):
-        message = f"it is too short for the {count} Gaussians that its header states"
+    count = int.from_bytes(header[8:12], "little")
+    if not 0 < count <= min(_MAX_GAUSSIANS, len(data) * _MAX_DEFLATE_RATIO // _MIN_GAUSSIAN_BYTES):
+        message = f"the file is too short for the {count} Gaussians of its header"
         raise ValueError(message)

@@ -1,8 +1,8 @@
-"""Table of the export formats, each of which is written by a module.
+"""Table of the export formats; a module writes each format.
 
 A module has either `build(frame, clip)`, which returns the file of a frame, or a class
-`Sequence`, which collects all frames in one file. Modules and their libraries are
-imported when they are used, so that the command can list the formats quickly.
+`Sequence`, which collects all frames in one file. Modules and libraries are imported on
+first use, so the command line can list the formats quickly.
 """
 
 from collections.abc import Callable
@@ -18,11 +18,11 @@ class FrameSequence(Protocol):
     """Interface of exporters that collect all frames in one file."""
 
     def add(self, frame: "Frame") -> None:
-        """Append a frame, in the order of the stream."""
+        """Append a frame; frames must be added in the order of the stream."""
         ...
 
     def finish(self) -> bytes:
-        """Build the file, after at least one frame has been added."""
+        """Build the file; at least one frame must have been added."""
         ...
 
 
@@ -31,12 +31,12 @@ class Export:
     """A file format for decoded frames.
 
     Attributes:
-        suffix: File suffix without the dot, and name of the format.
+        suffix: File suffix without the dot, which is also the name of the format.
         title: Human-readable name.
-        module: Name of the module that writes it.
+        module: Name of the module that writes the format.
         is_sequence: Whether one file contains all frames, instead of one file per frame.
-        package: Import name of the library that writes it; None for none.
-        extra: Optional extra of quarc-ref that installs the library; None for none.
+        package: Import name of the library that the module needs; None without a library.
+        extra: Extra of quarc-ref that installs the library; None without a library.
     """
 
     suffix: str
@@ -47,7 +47,7 @@ class Export:
     extra: str | None = None
 
     def require(self) -> None:
-        """Import the library, so that a missing one is reported before frames are decoded.
+        """Import the library, so that a missing library is reported before frames are decoded.
 
         Raises:
             ImportError: The library is not installed; `extra` installs it.
@@ -55,8 +55,8 @@ class Export:
         if self.package is not None:
             import_module(self.package)
 
-    def builder(self) -> "Callable[[Frame, Clip], bytes]":
-        """Return the function that builds the file of a frame; not for sequences.
+    def load_builder(self) -> "Callable[[Frame, Clip], bytes]":
+        """Return the function that builds the file of a frame; not available for sequences.
 
         Raises:
             ImportError: The library is not installed.
@@ -66,7 +66,7 @@ class Export:
         return build
 
     def begin(self, clip: "Clip") -> FrameSequence:
-        """Start the file of a sequence.
+        """Start a file of all frames; only for sequences.
 
         Args:
             clip: Properties of all frames.

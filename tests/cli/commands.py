@@ -5,7 +5,7 @@ import json
 from typer.testing import CliRunner
 
 from quarc_ref.cli.app import app
-from quarc_ref.export.sidecar import NAME as SIDECAR
+from quarc_ref.export.sidecar import SIDECAR_NAME as SIDECAR
 from quarc_ref.files import MARKER, growing_folder
 from tests.cli.schemas import validate
 

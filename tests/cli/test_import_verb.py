@@ -45,7 +45,7 @@ def test_bounds_rate_axes_and_canonical_frames_can_be_set(folder, tmp_path):
 
 def test_one_file_is_one_frame(made, tmp_path):
     ply = tmp_path / "one.ply"
-    ply.write_bytes(build_ply(Frame.of(made.states[0].scene).splats))
+    ply.write_bytes(build_ply(Frame.from_scene(made.states[0].scene).splats))
 
     assert run_json("import", ply, "-o", tmp_path / "a.quarc")["frames"] == 1
 
@@ -72,7 +72,7 @@ def test_a_failed_import_leaves_nothing(options, code, folder, tmp_path):
     ("names", "message"),
     [
         ([], "no .ply or .spz"),
-        (["frames.4dgs"], "name the file in it"),
+        (["frames.4dgs"], "use the file"),
         (["cam00.mp4", "cam01.mp4"], "is a folder of 2 videos"),
         (["poses_bounds.npy", "cam00.mp4", "points3D_init.ply"], "is a capture (N3DV"),
     ],

@@ -1,4 +1,4 @@
-"""Frames from folders and files of other methods are read as they were written."""
+"""Tests that imported frames equal the exported frames."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.errors import UnreadableFramesError
 from quarc_ref.export.frames_in import open_frames
-from quarc_ref.export.sidecar import NAME, build_sidecar, parse_sidecar
+from quarc_ref.export.sidecar import SIDECAR_NAME, build_sidecar, parse_sidecar
 from quarc_ref.export.table import EXPORTS
 from quarc_ref.format.records import StreamHeader
 from tests.small_streams import CAMERA, make_stream
@@ -24,27 +24,29 @@ _HEADER = StreamHeader(
 @pytest.fixture(scope="module")
 def clip_and_frames():
     _, states = make_stream(_HEADER)
-    return Clip(_HEADER, (CAMERA,), {"title": "small"}), [Frame.of(it.scene) for it in states]
+    return Clip(_HEADER, (CAMERA,), {"title": "small"}), [
+        Frame.from_scene(state.scene) for state in states
+    ]
 
 
-def write_folder(folder, clip, frames, kind):
-    row = EXPORTS[kind]
-    if row.package:
-        pytest.importorskip(row.package)
+def write_folder(folder, clip, frames, suffix):
+    export = EXPORTS[suffix]
+    if export.package:
+        pytest.importorskip(export.package)
     folder.mkdir()
     for number, frame in enumerate(frames):
-        (folder / f"f{number}.{kind}").write_bytes(row.builder()(frame, clip))
+        (folder / f"f{number}.{suffix}").write_bytes(export.load_builder()(frame, clip))
 
 
 def test_a_folder_of_ply_is_read_in_numeric_order(clip_and_frames, tmp_path):
     clip, frames = clip_and_frames
     write_folder(tmp_path / "in", clip, [frames[number % 4] for number in range(12)], "ply")
-    found = open_frames(tmp_path / "in")
-    read = [splats for splats, ids in found.read()]
+    imported = open_frames(tmp_path / "in")
+    imported_splats = [splats for splats, ids in imported.read()]
 
-    assert found.count == 12
-    assert found.frames_per_second is None
-    for number, splats in enumerate(read):
+    assert imported.count == 12
+    assert imported.frames_per_second is None
+    for number, splats in enumerate(imported_splats):
         assert np.array_equal(splats.positions, frames[number % 4].splats.positions)
         assert np.array_equal(splats.sh, frames[number % 4].splats.sh)
 
@@ -52,37 +54,37 @@ def test_a_folder_of_ply_is_read_in_numeric_order(clip_and_frames, tmp_path):
 def test_a_sidecar_gives_rate_axes_and_cameras(clip_and_frames, tmp_path):
     clip, frames = clip_and_frames
     write_folder(tmp_path / "in", clip, frames, "ply")
-    (tmp_path / "in" / NAME).write_bytes(build_sidecar(clip, "f{frame}.ply", 0))
-    found = open_frames(tmp_path / "in")
+    (tmp_path / "in" / SIDECAR_NAME).write_bytes(build_sidecar(clip, "f{frame}.ply", 0))
+    imported = open_frames(tmp_path / "in")
 
-    assert found.frames_per_second == 25
-    assert (found.sidecar.up_axis, found.sidecar.meters_per_unit) == (5, 0.5)
-    assert found.sidecar.cameras == (CAMERA,)
-    assert found.sidecar.metadata == {"title": "small"}
+    assert imported.frames_per_second == 25
+    assert (imported.sidecar.up_axis, imported.sidecar.meters_per_unit) == (5, 0.5)
+    assert imported.sidecar.cameras == (CAMERA,)
+    assert imported.sidecar.metadata == {"title": "small"}
 
 
 def test_spz_is_read_with_its_axes(clip_and_frames, tmp_path):
     clip, frames = clip_and_frames
     write_folder(tmp_path / "in", clip, frames, "spz")
-    found = open_frames(tmp_path / "in")
-    splats, ids = next(iter(found.read()))
+    imported = open_frames(tmp_path / "in")
+    splats, ids = next(iter(imported.read()))
 
     assert ids is None
-    assert found.up_axis == 3
+    assert imported.up_axis == 3
     x, y, z = frames[0].splats.positions.T  # +z is up in the stream
     assert splats.positions == pytest.approx(np.stack([x, z, -y], axis=1), abs=2**-12)
 
 
 def test_spz_opacities_of_one_have_a_finite_logit(clip_and_frames, tmp_path):
     clip, frames = clip_and_frames
-    solid = frames[0].splats.opacities.copy()
-    solid[0] = 40.0
+    opacities = frames[0].splats.opacities.copy()
+    opacities[0] = 40.0
     pytest.importorskip("gaussforge")
     from dataclasses import replace
 
-    frame = Frame(frames[0].scene, replace(frames[0].splats, opacities=solid))
+    frame = Frame(frames[0].scene, replace(frames[0].splats, opacities=opacities))
     path = tmp_path / "one.spz"
-    path.write_bytes(EXPORTS["spz"].builder()(frame, clip))
+    path.write_bytes(EXPORTS["spz"].load_builder()(frame, clip))
     splats, _ = next(iter(open_frames(path).read()))
 
     assert np.isfinite(splats.opacities).all()
@@ -97,10 +99,10 @@ def test_4dgs_has_ids_and_its_own_frame_rate(clip_and_frames, tmp_path):
         sequence.add(frame)
     path = tmp_path / "all.4dgs"
     path.write_bytes(sequence.finish())
-    found = open_frames(path)
+    imported = open_frames(path)
 
-    assert (found.count, found.frames_per_second) == (4, pytest.approx(25))
-    for (splats, ids), frame in zip(found.read(), frames, strict=True):
+    assert (imported.count, imported.frames_per_second) == (4, pytest.approx(25))
+    for (splats, ids), frame in zip(imported.read(), frames, strict=True):
         assert np.array_equal(ids, frame.scene.ids)
         assert np.isfinite(splats.opacities).all()
         bound = 0.04 * float(np.median(np.exp(frame.splats.log_scales)))
@@ -114,8 +116,8 @@ def test_4dgs_has_ids_and_its_own_frame_rate(clip_and_frames, tmp_path):
         ({"a.ply": b"", "b.spz": b""}, "both .ply and .spz"),
         ({"a.ply": b"ply\n"}, "a.ply"),
         ({"a.spz": b"\x1f\x8b not gzip"}, "a.spz"),
-        ({"a.spz": b"NGSP" + bytes([3, 0, 0, 0]) + b"\xff" * 8}, "too short for"),
-        ({"a.ply": b"ply\n", NAME: b"{"}, NAME),
+        ({"a.spz": b"NGSP" + bytes([3, 0, 0, 0]) + b"\xff" * 8}, "too short for the"),
+        ({"a.ply": b"ply\n", SIDECAR_NAME: b"{"}, SIDECAR_NAME),
     ],
 )
 def test_unreadable_inputs_are_named(files, message, tmp_path):
@@ -136,7 +138,7 @@ def test_an_invalid_4dgs_is_named(data, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("before", "after"),
+    ("original", "changed"),
     [
         ('"width": 64', '"width": -1'),
         ('"near": 0.5', '"near": "x"'),
@@ -146,19 +148,19 @@ def test_an_invalid_4dgs_is_named(data, tmp_path):
         ('"title": "small"', '"title": 1'),
     ],
 )
-def test_a_modified_sidecar_is_rejected(before, after, clip_and_frames):
+def test_a_modified_sidecar_is_rejected(original, changed, clip_and_frames):
     text = build_sidecar(clip_and_frames[0], "", 0).decode()
-    assert before in text
+    assert original in text
 
     with pytest.raises(ValueError, match="was not written by quarc-ref"):
-        parse_sidecar(text.replace(before, after).encode())
+        parse_sidecar(text.replace(original, changed).encode())
 
 
 def test_a_4dgs_with_linear_motion_is_sampled(tmp_path):
     fourdgs = pytest.importorskip("fourdgs")
     rng = np.random.default_rng(0)
     positions = rng.uniform(-1, 1, (20, 3)).astype(np.float32)
-    born = np.where(np.arange(20) < 15, 0.0, 0.5)
+    start_times = np.where(np.arange(20) < 15, 0.0, 0.5)
     gaussians = fourdgs.GaussianSet(
         positions=positions,
         scales=np.full((20, 3), 0.05, np.float32),
@@ -167,16 +169,16 @@ def test_a_4dgs_with_linear_motion_is_sampled(tmp_path):
         motions=np.tile(np.float32([0.2, 0, 0]), (20, 1)),
         mu_t=np.zeros(20, np.float32),
         sigma_t=np.full(20, np.inf, np.float32),
-        win_lo=born,
+        win_lo=start_times,
         win_hi=np.full(20, 1.0),
     )
     path = tmp_path / "lines.4dgs"
     fourdgs.write(str(path), gaussians, 1.0, options=fourdgs.WriteOptions(profile="fine"))
-    found = open_frames(path, 10)
-    frames = list(found.read())
+    imported = open_frames(path, 10)
+    frames = list(imported.read())
 
-    assert (found.count, found.frames_per_second) == (10, 10)
+    assert (imported.count, imported.frames_per_second) == (10, 10)
     assert [len(ids) for _, ids in frames] == [15] * 5 + [20] * 5
-    shared = np.intersect1d(frames[0][1], frames[4][1], return_indices=True)[1:]
-    moved = frames[4][0].positions[shared[1]] - frames[0][0].positions[shared[0]]
-    assert moved == pytest.approx(np.tile([0.08, 0, 0], (15, 1)), abs=0.01)
+    common_rows = np.intersect1d(frames[0][1], frames[4][1], return_indices=True)[1:]
+    displacements = frames[4][0].positions[common_rows[1]] - frames[0][0].positions[common_rows[0]]
+    assert displacements == pytest.approx(np.tile([0.08, 0, 0], (15, 1)), abs=0.01)

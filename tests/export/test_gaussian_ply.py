@@ -1,4 +1,4 @@
-"""PLY files are read back by a minimal parser, which shares no code with the writer."""
+"""Tests PLY files with a minimal parser, which shares no code with the writer."""
 
 import struct
 
@@ -13,11 +13,11 @@ _POSITION = ["x", "y", "z", "nx", "ny", "nz"]
 _SHAPE = ["opacity", *(f"scale_{i}" for i in range(3)), *(f"rot_{i}" for i in range(4))]
 
 
-def _read(data):
-    """The header lines of a PLY, and a dictionary of floats for each vertex."""
-    head, end, body = data.partition(b"end_header\n")
-    assert end
-    lines = head.decode("ascii").splitlines()
+def _read_vertices(data):
+    """Return the header lines of a PLY file, and a dictionary of floats for each vertex."""
+    header, separator, body = data.partition(b"end_header\n")
+    assert separator
+    lines = header.decode("ascii").splitlines()
     names = [line.split()[2] for line in lines if line.startswith("property")]
     rows = list(struct.iter_unpack(f"<{len(names)}f", body))
     return lines, [dict(zip(names, row, strict=True)) for row in rows]
@@ -30,7 +30,7 @@ def frame(request):
 
 def test_the_header_is_that_of_3dgs(frame):
     _, splats = frame
-    lines, vertices = _read(build_ply(splats))
+    lines, vertices = _read_vertices(build_ply(splats))
 
     rest = [f"f_rest_{i}" for i in range(3 * (splats.sh.shape[1] - 1))]
     names = [*_POSITION, "f_dc_0", "f_dc_1", "f_dc_2", *rest, *_SHAPE]
@@ -45,7 +45,7 @@ def test_the_header_is_that_of_3dgs(frame):
 
 def test_every_gaussian_has_its_values(frame):
     scene, splats = frame
-    _, vertices = _read(build_ply(splats))
+    _, vertices = _read_vertices(build_ply(splats))
 
     assert len(vertices) == scene.count
     for index, vertex in enumerate(vertices):
@@ -60,7 +60,7 @@ def test_every_gaussian_has_its_values(frame):
 def test_values_are_codes_times_steps():
     scene, splats = make_frame(1)
     header = scene.header
-    _, vertices = _read(build_ply(splats))
+    _, vertices = _read_vertices(build_ply(splats))
 
     for index, vertex in enumerate(vertices):
         assert vertex["y"] == scene.positions[1, index] / 2**header.lattice_exponent
@@ -72,20 +72,20 @@ def test_values_are_codes_times_steps():
 
 def test_sh_rest_is_stored_channel_by_channel():
     scene, splats = make_frame(1)
-    _, vertices = _read(build_ply(splats))
+    _, vertices = _read_vertices(build_ply(splats))
 
-    # Codes 7 to 15 are red, green, blue of one coefficient after the other.
+    # Codes 7 to 15 are red, green, blue of the first coefficient, then of the next coefficients.
     for index, vertex in enumerate(vertices):
         for channel in range(3):
             for coefficient in range(3):
                 code = scene.codes[7 + 3 * coefficient + channel, index]
-                wanted = code * scene.header.sh_rest_step
-                assert vertex[f"f_rest_{3 * channel + coefficient}"] == wanted
+                expected = code * scene.header.sh_rest_step
+                assert vertex[f"f_rest_{3 * channel + coefficient}"] == expected
 
 
 def test_quaternions_are_unit_and_begin_with_w():
     scene, splats = make_frame(1)
-    _, vertices = _read(build_ply(splats))
+    _, vertices = _read_vertices(build_ply(splats))
 
     quaternions = np.array([[vertex[f"rot_{i}"] for i in range(4)] for vertex in vertices])
     assert np.linalg.norm(quaternions, axis=1) == pytest.approx(1, abs=1e-6)
@@ -95,11 +95,11 @@ def test_quaternions_are_unit_and_begin_with_w():
 @pytest.mark.parametrize("degree", [0, 1])
 def test_a_frame_survives_a_round_trip(degree):
     _, splats = make_frame(degree)
-    read = parse_ply(build_ply(splats))
+    parsed = parse_ply(build_ply(splats))
 
     for field in ("positions", "log_scales", "opacities", "sh"):
-        assert np.array_equal(getattr(read, field), getattr(splats, field))
-    assert np.allclose(read.rotations, splats.rotations, atol=1e-6)
+        assert np.array_equal(getattr(parsed, field), getattr(splats, field))
+    assert np.allclose(parsed.rotations, splats.rotations, atol=1e-6)
 
 
 @pytest.mark.parametrize("coefficients", [9, 16])
@@ -107,28 +107,28 @@ def test_harmonics_of_other_methods_are_read_completely(coefficients):
     _, splats = make_frame(0)
     count = len(splats.positions)
     sh = np.random.default_rng(0).normal(size=(count, coefficients, 3)).astype(np.float32)
-    written = build_ply(
+    data = build_ply(
         Splats(splats.positions, splats.rotations, splats.log_scales, splats.opacities, sh)
     )
 
-    assert np.array_equal(parse_ply(written).sh, sh)
+    assert np.array_equal(parse_ply(data).sh, sh)
 
 
 def test_rotations_are_normalized_and_values_can_be_doubles_or_text():
     _, splats = make_frame(0)
-    doubled = Splats(
+    scaled = Splats(
         splats.positions, 2 * splats.rotations, splats.log_scales, splats.opacities, splats.sh
     )
-    lines, vertices = _read(build_ply(doubled))
+    lines, vertices = _read_vertices(build_ply(scaled))
     text = "\n".join(lines).replace("binary_little_endian", "ascii").replace("float", "double")
     rows = [" ".join(map(str, vertex.values())) for vertex in vertices]
-    read = parse_ply("\n".join([text, "end_header", *rows, ""]).encode())
+    parsed = parse_ply("\n".join([text, "end_header", *rows, ""]).encode())
 
-    assert np.allclose(read.rotations, splats.rotations, atol=1e-6)
-    assert np.array_equal(read.positions, splats.positions)
+    assert np.allclose(parsed.rotations, splats.rotations, atol=1e-6)
+    assert np.array_equal(parsed.positions, splats.positions)
 
 
-def _with_number(value):
+def _build_with_opacity(value):
     _, splats = make_frame(0)
     opacities = splats.opacities.copy()
     opacities[0] = value
@@ -138,28 +138,28 @@ def _with_number(value):
 
 
 @pytest.mark.parametrize(
-    ("data", "message"),
+    ("make_data", "message"),
     [
         (lambda good: good[:-1], "ends before the last"),
         (lambda _: b"", "does not begin with a PLY header"),
         (lambda good: good.replace(b"float rot_3", b"float turn"), "no property rot_3"),
         (lambda good: good.replace(b"float rot_3", b"uchar rot_3"), "no property rot_3"),
         (lambda good: good.replace(b"float nx", b"float f_rest_0"), "1 properties f_rest"),
-        (lambda _: _with_number(np.inf), "not finite"),
+        (lambda _: _build_with_opacity(np.inf), "not finite"),
     ],
 )
-def test_other_files_than_gaussian_ply_are_rejected_by_name(data, message):
+def test_other_files_than_gaussian_ply_are_rejected_by_name(make_data, message):
     with pytest.raises(ValueError, match=message):
-        parse_ply(data(build_ply(make_frame(0)[1])))
+        parse_ply(make_data(build_ply(make_frame(0)[1])))
 
 
 def test_a_rotation_of_zeros_is_rejected():
     _, splats = make_frame(0)
-    turned = np.zeros_like(splats.rotations)
+    zeros = np.zeros_like(splats.rotations)
 
     with pytest.raises(ValueError, match="zero quaternion"):
         parse_ply(
             build_ply(
-                Splats(splats.positions, turned, splats.log_scales, splats.opacities, splats.sh)
+                Splats(splats.positions, zeros, splats.log_scales, splats.opacities, splats.sh)
             )
         )

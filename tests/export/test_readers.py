@@ -1,4 +1,4 @@
-"""Every export is read back by an independent reader."""
+"""Tests every export format with an independent reader."""
 
 import io
 import shutil
@@ -21,74 +21,78 @@ _COLOR_STEP = 1 / 255
 
 
 def make_clip(**header):
-    """The frames of a small stream with births, and the properties of all of them."""
-    head = StreamHeader(seed=7, gaussians_per_anchor=4, sh_rest_step=1 / 128, **header)
-    _, states = make_stream(head)
-    return Clip(head, (CAMERA,), {}), [Frame.of(state.scene) for state in states]
+    """Return the properties and the frames of a small stream with births."""
+    stream_header = StreamHeader(seed=7, gaussians_per_anchor=4, sh_rest_step=1 / 128, **header)
+    _, states = make_stream(stream_header)
+    return Clip(stream_header, (CAMERA,), {}), [Frame.from_scene(state.scene) for state in states]
 
 
 def export(name, clip, frames):
-    """The bytes of an export: of the last frame, or of all if the format can hold them."""
-    row = EXPORTS[name]
-    if row.package:
-        pytest.importorskip(row.package, reason=f"pip install 'quarc-ref[{row.extra}]' brings it")
-    if not row.is_sequence:
-        return row.builder()(frames[-1], clip)
-    sequence = row.begin(clip)
+    """Export the last frame, or all frames if the format is a sequence; return the bytes."""
+    entry = EXPORTS[name]
+    if entry.package:
+        pytest.importorskip(
+            entry.package, reason=f"install it with pip install 'quarc-ref[{entry.extra}]'"
+        )
+    if not entry.is_sequence:
+        return entry.load_builder()(frames[-1], clip)
+    sequence = entry.begin(clip)
     for frame in frames:
         sequence.add(frame)
     return sequence.finish()
 
 
-def read_by_gaussforge(data, form):
-    """The result of the library gaussforge as arrays `[N, ...]`, through a PLY.
+def read_by_gaussforge(data, source_format):
+    """Read a file with gaussforge by conversion to PLY; return arrays `[N, ...]`.
 
-    It returns no arrays for scenes without view-dependent color.
+    The array `sh` is missing for scenes without view-dependent color.
     """
     package = pytest.importorskip("gaussforge")
-    result = package.GaussForge().convert(data, form, "ply")
+    result = package.GaussForge().convert(data, source_format, "ply")
     assert "error" not in result, result
-    head, _, body = result["data"].partition(b"end_header\n")
-    names = [line.split()[2].decode() for line in head.splitlines() if b"property float" in line]
+    header, _, body = result["data"].partition(b"end_header\n")
+    names = [line.split()[2].decode() for line in header.splitlines() if b"property float" in line]
     table = dict(zip(names, np.frombuffer(body, "<f4").reshape(-1, len(names)).T, strict=True))
 
     def stack(stem, count):
         return np.stack([table[f"{stem}{number}"] for number in range(count)], axis=1)
 
-    rest = sum(name.startswith("f_rest") for name in names) // 3
-    read = {
+    rest_count = sum(name.startswith("f_rest") for name in names) // 3
+    arrays = {
         "positions": np.stack([table[name] for name in "xyz"], axis=1),
         "scales": stack("scale_", 3),
         "rotations": stack("rot_", 4),
         "alphas": table["opacity"],
         "colors": stack("f_dc_", 3),
     }
-    if rest:
-        read["sh"] = stack("f_rest_", 3 * rest).reshape(-1, 3, rest).transpose(0, 2, 1)
-    return read
+    if rest_count:
+        arrays["sh"] = (
+            stack("f_rest_", 3 * rest_count).reshape(-1, 3, rest_count).transpose(0, 2, 1)
+        )
+    return arrays
 
 
-def dc_of(splats):
+def get_sh_dc(splats):
     return splats.sh[:, 0]
 
 
-def opacity_of(splats):
+def compute_opacities(splats):
     return 1 / (1 + np.exp(-splats.opacities.astype(float)))
 
 
-def color_of(splats):
+def compute_colors(splats):
     return np.clip(0.5 + 0.28209479177387814 * splats.sh[:, 0], 0, 1)
 
 
-def same_rotations(first, second):
-    """The minimum cosine of half the angle between rotations."""
+def compare_rotations(first, second):
+    """Return the minimum cosine of half the angle between pairs of rotations."""
     products = np.abs((first * second).sum(axis=1))
-    return products.min() / max(1e-9, 1)
+    return products.min()
 
 
-def align(positions, wanted):
-    """For each expected Gaussian the nearest one that was read; every one is matched once."""
-    distances = np.linalg.norm(positions[None] - wanted[:, None], axis=2)
+def match_nearest(positions, expected):
+    """Return the index of the nearest imported Gaussian for each expected Gaussian."""
+    distances = np.linalg.norm(positions[None] - expected[:, None], axis=2)
     order = distances.argmin(axis=1)
     assert distances.min(axis=1).max() < 2e-3
     return order
@@ -96,79 +100,79 @@ def align(positions, wanted):
 
 def test_gaussforge_reads_all_values_of_ply():
     clip, frames = make_clip()
-    read = read_by_gaussforge(export("ply", clip, frames), "ply")
+    imported = read_by_gaussforge(export("ply", clip, frames), "ply")
     splats = frames[-1].splats
 
-    assert np.array_equal(read["positions"], splats.positions)
-    assert np.allclose(read["rotations"], splats.rotations, atol=1e-6)
-    assert np.array_equal(read["scales"], splats.log_scales)
-    assert np.array_equal(read["alphas"], splats.opacities)
-    assert np.array_equal(read["colors"], dc_of(splats))
-    assert np.array_equal(read["sh"], splats.sh[:, 1:])
+    assert np.array_equal(imported["positions"], splats.positions)
+    assert np.allclose(imported["rotations"], splats.rotations, atol=1e-6)
+    assert np.array_equal(imported["scales"], splats.log_scales)
+    assert np.array_equal(imported["alphas"], splats.opacities)
+    assert np.array_equal(imported["colors"], get_sh_dc(splats))
+    assert np.array_equal(imported["sh"], splats.sh[:, 1:])
 
 
 @pytest.mark.parametrize("degree", [0, 1])
 def test_spz_has_the_upright_scene_within_its_steps(degree):
     clip, frames = make_clip(sh_degree=degree, up_axis=4)
-    read = read_by_gaussforge(export("spz", clip, frames), "spz")
+    imported = read_by_gaussforge(export("spz", clip, frames), "spz")
     splats = frames[-1].splats
 
-    flip = np.array([1, -1, -1])  # -y is up in the stream, +y in SPZ
-    assert read["positions"] == pytest.approx(splats.positions * flip, abs=_SPZ_STEP)
+    position_signs = np.array([1, -1, -1])  # -y is up in the stream, +y in SPZ
+    assert imported["positions"] == pytest.approx(splats.positions * position_signs, abs=_SPZ_STEP)
     w, x, y, z = splats.rotations.T
-    turned = np.stack([-x, w, -z, y], axis=1)
-    assert same_rotations(read["rotations"], turned) > 0.999
-    assert read["scales"] == pytest.approx(splats.log_scales, abs=1 / 16)
-    opacity = 1 / (1 + np.exp(-read["alphas"]))
-    assert opacity == pytest.approx(opacity_of(splats), abs=_COLOR_STEP)
-    assert read["colors"] == pytest.approx(dc_of(splats), abs=_COLOR_STEP / 0.15)
+    expected_rotations = np.stack([-x, w, -z, y], axis=1)
+    assert compare_rotations(imported["rotations"], expected_rotations) > 0.999
+    assert imported["scales"] == pytest.approx(splats.log_scales, abs=1 / 16)
+    opacity = 1 / (1 + np.exp(-imported["alphas"]))
+    assert opacity == pytest.approx(compute_opacities(splats), abs=_COLOR_STEP)
+    assert imported["colors"] == pytest.approx(get_sh_dc(splats), abs=_COLOR_STEP / 0.15)
     if degree:
-        signs = np.array([-1, -1, 1])[:, None]  # of y, z and x
-        assert read["sh"] == pytest.approx(splats.sh[:, 1:] * signs, abs=1 / 16)
+        sh_signs = np.array([-1, -1, 1])[:, None]  # of y, z and x
+        assert imported["sh"] == pytest.approx(splats.sh[:, 1:] * sh_signs, abs=1 / 16)
 
 
 def test_spz_rejects_positions_out_of_its_range():
     clip, frames = make_clip()
-    far = replace(frames[-1].splats, positions=frames[-1].splats.positions + 3000)
+    distant = replace(frames[-1].splats, positions=frames[-1].splats.positions + 3000)
 
     with pytest.raises(ExportError, match="SPZ"):
-        export("spz", clip, [Frame(frames[-1].scene, far)])
+        export("spz", clip, [Frame(frames[-1].scene, distant)])
 
 
 @pytest.mark.parametrize("degree", [0, 1])
 def test_sog_has_the_scene_in_the_axes_of_the_stream(degree):
     clip, frames = make_clip(sh_degree=degree)
-    read = read_by_gaussforge(export("sog", clip, frames), "sog")
+    imported = read_by_gaussforge(export("sog", clip, frames), "sog")
     splats = frames[-1].splats
 
-    assert len(read["positions"]) == frames[-1].scene.count
-    distinct = np.unique(splats.positions, axis=0, return_index=True)[
+    assert len(imported["positions"]) == frames[-1].scene.count
+    first_rows = np.unique(splats.positions, axis=0, return_index=True)[
         1
     ]  # some have the same position
-    counts = (splats.positions[distinct][:, None] == splats.positions[None]).all(2).sum(1)
-    alone = distinct[counts == 1]
-    order = align(read["positions"], splats.positions[alone])
-    assert same_rotations(read["rotations"][order], splats.rotations[alone]) > 0.999
-    assert read["scales"][order] == pytest.approx(splats.log_scales[alone], abs=0.1)
-    assert read["colors"][order] == pytest.approx(dc_of(splats)[alone], abs=0.1)
+    counts = (splats.positions[first_rows][:, None] == splats.positions[None]).all(2).sum(1)
+    unique_rows = first_rows[counts == 1]
+    order = match_nearest(imported["positions"], splats.positions[unique_rows])
+    assert compare_rotations(imported["rotations"][order], splats.rotations[unique_rows]) > 0.999
+    assert imported["scales"][order] == pytest.approx(splats.log_scales[unique_rows], abs=0.1)
+    assert imported["colors"][order] == pytest.approx(get_sh_dc(splats)[unique_rows], abs=0.1)
 
 
 @pytest.mark.parametrize("name", ["spz", "sog"])
 def test_splat_transform_reads_files_of_gaussforge(name, tmp_path):
     program = shutil.which("splat-transform")
     if program is None:
-        pytest.skip("npm install -g @playcanvas/splat-transform brings it")
+        pytest.skip("install it with npm install -g @playcanvas/splat-transform")
     clip, frames = make_clip(up_axis=4)
     (tmp_path / f"frame.{name}").write_bytes(export(name, clip, frames))
-    back = tmp_path / "back.ply"
-    subprocess.run([program, "-q", "-g", "cpu", tmp_path / f"frame.{name}", back], check=True)
-    read = read_by_gaussforge(back.read_bytes(), "ply")
+    converted = tmp_path / "back.ply"
+    subprocess.run([program, "-q", "-g", "cpu", tmp_path / f"frame.{name}", converted], check=True)
+    imported = read_by_gaussforge(converted.read_bytes(), "ply")
     splats = frames[-1].splats
 
-    assert len(read["positions"]) == frames[-1].scene.count
+    assert len(imported["positions"]) == frames[-1].scene.count
     low, high = splats.positions.min(axis=0), splats.positions.max(axis=0)
-    assert read["positions"].min(axis=0) == pytest.approx(low, abs=2e-3)
-    assert read["positions"].max(axis=0) == pytest.approx(high, abs=2e-3)
+    assert imported["positions"].min(axis=0) == pytest.approx(low, abs=2e-3)
+    assert imported["positions"].max(axis=0) == pytest.approx(high, abs=2e-3)
 
 
 @pytest.mark.parametrize("up", [3, 4, 5])
@@ -177,14 +181,14 @@ def test_fourdgs_reads_glb_upright_and_in_meters(up, tmp_path):
     clip, frames = make_clip(up_axis=up, meters_per_unit=0.5)
     path = tmp_path / "frame.glb"
     path.write_bytes(export("glb", clip, frames))
-    read, splats = fourdgs.from_gltf(str(path)).gaussians, frames[-1].splats
+    imported, splats = fourdgs.from_gltf(str(path)).gaussians, frames[-1].splats
 
     x, y, z = splats.positions.T
-    wanted = {3: [x, y, z], 4: [x, -y, -z], 5: [x, z, -y]}[up]
-    assert np.array_equal(read.positions, np.stack(wanted, axis=1) * 0.5)
-    assert read.scales == pytest.approx(np.exp(splats.log_scales) * 0.5, rel=1e-6)
-    assert read.colors[:, :3] == pytest.approx(color_of(splats), abs=1e-6)
-    assert read.colors[:, 3] == pytest.approx(opacity_of(splats), abs=1e-6)
+    expected = {3: [x, y, z], 4: [x, -y, -z], 5: [x, z, -y]}[up]
+    assert np.array_equal(imported.positions, np.stack(expected, axis=1) * 0.5)
+    assert imported.scales == pytest.approx(np.exp(splats.log_scales) * 0.5, rel=1e-6)
+    assert imported.colors[:, :3] == pytest.approx(compute_colors(splats), abs=1e-6)
+    assert imported.colors[:, 3] == pytest.approx(compute_opacities(splats), abs=1e-6)
 
 
 def test_glb_has_the_properties_required_by_the_extension():
@@ -218,13 +222,13 @@ def test_openusd_reads_a_time_sample_per_frame(tmp_path):
         splats = frame.splats
         assert np.array_equal(np.array(field.GetPositionsAttr().Get(time)), splats.positions)
         opacities = np.array(field.GetOpacitiesAttr().Get(time))
-        assert opacities == pytest.approx(opacity_of(splats), abs=1e-6)
+        assert opacities == pytest.approx(compute_opacities(splats), abs=1e-6)
         sh = np.array(field.GetRadianceSphericalHarmonicsCoefficientsAttr().Get(time))
         assert np.array_equal(sh.reshape(splats.sh.shape), splats.sh)
     camera = UsdGeom.Camera(stage.GetPrimAtPath("/scene/camera_00"))
     pose = np.array(camera.GetLocalTransformation()).T
-    assert pose[:3, 3] == pytest.approx([0, 0, -2])  # of CAMERA
-    assert pose[:3, :3] @ [0, 0, -1] == pytest.approx([0, 0, 1])  # along its viewing direction
+    assert pose[:3, 3] == pytest.approx([0, 0, -2])  # the position of CAMERA
+    assert pose[:3, :3] @ [0, 0, -1] == pytest.approx([0, 0, 1])  # the viewing direction
 
 
 def test_usd_shows_the_first_frame_to_readers_without_time(tmp_path):
@@ -232,31 +236,35 @@ def test_usd_shows_the_first_frame_to_readers_without_time(tmp_path):
     clip, frames = make_clip(up_axis=3)
     path = tmp_path / "frames.usdc"
     path.write_bytes(export("usdc", clip, frames))
-    read, splats = fourdgs.from_usd(str(path)).gaussians, frames[0].splats
+    imported, splats = fourdgs.from_usd(str(path)).gaussians, frames[0].splats
 
-    assert np.array_equal(read.positions, splats.positions)
-    assert same_rotations(np.roll(read.rotations, 1, axis=1), splats.rotations) > 1 - 1e-6
-    assert read.scales == pytest.approx(np.exp(splats.log_scales), rel=1e-6)
-    assert read.colors[:, :3] == pytest.approx(color_of(splats), abs=1e-6)
+    assert np.array_equal(imported.positions, splats.positions)
+    assert compare_rotations(np.roll(imported.rotations, 1, axis=1), splats.rotations) > 1 - 1e-6
+    assert imported.scales == pytest.approx(np.exp(splats.log_scales), rel=1e-6)
+    assert imported.colors[:, :3] == pytest.approx(compute_colors(splats), abs=1e-6)
 
 
 def test_fourdgs_reads_every_frame_of_4dgs_at_its_time():
-    module = pytest.importorskip("fourdgs.keyframe_delta_file")
+    keyframe_delta_file = pytest.importorskip("fourdgs.keyframe_delta_file")
     clip, frames = make_clip()
-    decoded = module.decode_streamed(export("4dgs", clip, frames))
+    decoded = keyframe_delta_file.decode_streamed(export("4dgs", clip, frames))
 
     assert decoded.header.duration_sec == pytest.approx(len(frames) / _FPS)
     for number, frame in enumerate(frames):
-        read = module.render_at(decoded, (number + 0.5) / _FPS)
-        assert np.array_equal(read["ids"], frame.scene.ids)
+        imported = keyframe_delta_file.render_at(decoded, (number + 0.5) / _FPS)
+        assert np.array_equal(imported["ids"], frame.scene.ids)
         bound = 0.02 * np.median(np.exp(frame.splats.log_scales))  # as in the profile
-        assert np.abs(read["centers"] - frame.splats.positions).max() < 2 * bound
-        assert read["rgb"] == pytest.approx(color_of(frame.splats), abs=_COLOR_STEP)
-        assert read["opacity"] == pytest.approx(opacity_of(frame.splats), abs=_COLOR_STEP)
+        assert np.abs(imported["centers"] - frame.splats.positions).max() < 2 * bound
+        assert imported["rgb"] == pytest.approx(compute_colors(frame.splats), abs=_COLOR_STEP)
+        assert imported["opacity"] == pytest.approx(
+            compute_opacities(frame.splats), abs=_COLOR_STEP
+        )
 
 
 def test_rerun_reads_every_frame_of_rrd_on_its_timeline(tmp_path):
-    chunks = pytest.importorskip("rerun.chunk", reason="pip install 'quarc-ref[rerun]' brings it")
+    chunks = pytest.importorskip(
+        "rerun.chunk", reason="install it with pip install 'quarc-ref[rerun]'"
+    )
     clip, frames = make_clip()
     path = tmp_path / "frames.rrd"
     path.write_bytes(export("rrd", clip, frames))
@@ -274,8 +282,8 @@ def test_rerun_reads_every_frame_of_rrd_on_its_timeline(tmp_path):
         assert np.array_equal(centers, frame.splats.positions)
         packed = np.array(rows[number]["GaussianSplats3D:colors"], dtype=np.uint32)
         red, alpha = packed >> 24, packed & 255
-        assert red / 255 == pytest.approx(color_of(frame.splats)[:, 0], abs=_COLOR_STEP)
-        assert alpha / 255 == pytest.approx(opacity_of(frame.splats), abs=_COLOR_STEP)
+        assert red / 255 == pytest.approx(compute_colors(frame.splats)[:, 0], abs=_COLOR_STEP)
+        assert alpha / 255 == pytest.approx(compute_opacities(frame.splats), abs=_COLOR_STEP)
 
 
 def test_numpy_reads_npz():

@@ -7,23 +7,23 @@ import pytest
 from quarc_ref.export.table import EXPORTS
 
 
-@pytest.mark.parametrize("row", EXPORTS.values(), ids=EXPORTS)
-def test_every_row_of_the_table_has_a_module_with_its_properties(row):
-    module = importlib.import_module(f"quarc_ref.export.{row.module}")
+@pytest.mark.parametrize("export_entry", EXPORTS.values(), ids=EXPORTS)
+def test_every_row_of_the_table_has_a_module_with_its_properties(export_entry):
+    module = importlib.import_module(f"quarc_ref.export.{export_entry.module}")
 
-    assert hasattr(module, "Sequence") == row.is_sequence
-    assert hasattr(module, "build") != row.is_sequence
-    assert (row.package is None) == (row.extra is None)
+    assert hasattr(module, "Sequence") == export_entry.is_sequence
+    assert hasattr(module, "build") != export_entry.is_sequence
+    assert (export_entry.package is None) == (export_entry.extra is None)
 
 
 def test_importing_the_table_loads_no_numpy_and_no_library():
     code = "import sys, quarc_ref.export.table; print(*sys.modules)"
-    loaded = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
 
-    heavy = {row.package for row in EXPORTS.values()} | {"numpy"}
-    assert not heavy & set(loaded.stdout.split())
+    heavy_modules = {export_entry.package for export_entry in EXPORTS.values()} | {"numpy"}
+    assert not heavy_modules & set(result.stdout.split())
 
 
 def test_a_missing_library_is_an_import_error_before_anything_is_written(monkeypatch):

@@ -1,4 +1,4 @@
-"""Rotated frames: what is up in the stream stays up and looks the same."""
+"""Tests that rotated frames are upright and look like the original frames."""
 
 from dataclasses import replace
 
@@ -10,10 +10,10 @@ from quarc_ref.export.upright import rotate_upright
 from quarc_ref.format.records import StreamHeader
 from tests.export.frames import make_frame
 
-_UNITS = dict(zip(AXES, np.concatenate([[v, -v] for v in np.eye(3)]), strict=True))
+_UP_VECTORS = dict(zip(AXES, np.concatenate([[v, -v] for v in np.eye(3)]), strict=True))
 
 
-def matrices(rotations):
+def build_matrices(rotations):
     w, x, y, z = (rotations / np.linalg.norm(rotations, axis=1, keepdims=True)).T
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -23,12 +23,12 @@ def matrices(rotations):
     return np.moveaxis(np.array(rows), 2, 0)
 
 
-def covariances(splats):
-    turned = matrices(splats.rotations)
-    return np.einsum("nij,nj,nkj->nik", turned, np.exp(2 * splats.log_scales), turned)
+def build_covariances(splats):
+    axes = build_matrices(splats.rotations)
+    return np.einsum("nij,nj,nkj->nik", axes, np.exp(2 * splats.log_scales), axes)
 
 
-def colors(splats, directions):
+def evaluate_colors(splats, directions):
     x, y, z = directions.T
     basis = 0.4886025119029199 * np.stack([-y, z, -x])
     return 0.28209479177387814 * splats.sh[:, 0] + np.einsum("kn,nkc->nc", basis, splats.sh[:, 1:])
@@ -40,22 +40,22 @@ def test_rotations_positions_and_colors_rotate_together(up, right_handed):
     _, splats = make_frame(1)
     splats = replace(splats, log_scales=splats.log_scales / 4)
     clip = Clip(StreamHeader(up_axis=up, right_handed=right_handed))
-    turned = rotate_upright(splats, clip)
+    rotated = rotate_upright(splats, clip)
 
-    # The map itself, from the new positions.
-    matrix = np.linalg.lstsq(splats.positions, turned.positions, rcond=None)[0].T
+    # The rotation follows from the original and the rotated positions.
+    matrix = np.linalg.lstsq(splats.positions, rotated.positions, rcond=None)[0].T
     assert np.round(matrix) == pytest.approx(matrix, abs=1e-4)
     matrix = np.round(matrix)
     assert np.linalg.det(matrix) == pytest.approx(1 if right_handed else -1)
-    assert matrix @ _UNITS[clip.up] == pytest.approx([0, 1, 0])
-    assert covariances(turned) == pytest.approx(
-        matrix @ covariances(splats) @ matrix.T, rel=1e-3, abs=1e-4
+    assert matrix @ _UP_VECTORS[clip.up] == pytest.approx([0, 1, 0])
+    assert build_covariances(rotated) == pytest.approx(
+        matrix @ build_covariances(splats) @ matrix.T, rel=1e-3, abs=1e-4
     )
     rng = np.random.default_rng(0)
     directions = rng.normal(size=splats.positions.shape)
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    assert colors(turned, directions @ matrix.T) == pytest.approx(
-        colors(splats, directions), abs=1e-5
+    assert evaluate_colors(rotated, directions @ matrix.T) == pytest.approx(
+        evaluate_colors(splats, directions), abs=1e-5
     )
 
 

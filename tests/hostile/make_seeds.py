@@ -1,9 +1,9 @@
-"""The seeds of fuzzing: tiny hand-made streams and files of every layout.
+"""Makes the seeds of fuzzing: tiny streams and files of every layout.
 
     python -m tests.hostile.make_seeds
 
-writes them to the folder in which they are committed; a test compares them. They are as small as
-possible, so that mutations have an effect and decode quickly.
+This command writes the seeds to the folder of the committed seeds; a test compares both.
+Seeds are as small as possible, so most mutations have an effect, and mutants decode quickly.
 """
 
 import io
@@ -45,11 +45,11 @@ _SPZ_HEADER = b"NGSP" + bytes([4, 0, 0, 0, 2, 0, 0, 0, 0, 12, 0, 0, 0, 0, 0, 0])
 
 FOLDER = Path(__file__).parent / "seeds"
 
-_TINY = StreamHeader(sh_degree=0, level_count=1, gaussians_per_anchor=2, rotation_bits=4)
-_FULL = StreamHeader(rotation_components=4, gaussians_per_anchor=1, full_crc_interval=2)
+_TINY_HEADER = StreamHeader(sh_degree=0, level_count=1, gaussians_per_anchor=2, rotation_bits=4)
+_FULL_HEADER = StreamHeader(rotation_components=4, gaussians_per_anchor=1, full_crc_interval=2)
 
 
-def _make(
+def _make_stream(
     header: StreamHeader,
     count: int,
     frames: int,
@@ -78,105 +78,122 @@ def _make(
 
 def _make_fourdgs(clip: Clip) -> bytes:
     sequence = Sequence(clip)
-    for state in decode_states(_make(_TINY, 4, 3, births=1)):
-        sequence.add(Frame.of(state.scene))
+    for state in decode_states(_make_stream(_TINY_HEADER, 4, 3, births=1)):
+        sequence.add(Frame.from_scene(state.scene))
     return sequence.finish()
 
 
-_PATH = b'{"schema": "quarc-ref/camera-path/1", "keyframes": [%s, %s]}'
-_AT_CAMERA = b'{"time": %d, "camera": "cam00", "frame": 1}'
-_AT_PLACE = (
+_CAMERA_PATH = b'{"schema": "quarc-ref/camera-path/1", "keyframes": [%s, %s]}'
+_CAMERA_KEYFRAME = b'{"time": %d, "camera": "cam00", "frame": 1}'
+_POSE_KEYFRAME = (
     b'{"time": 1.5, "position": [1, -2, 0.5], "target": [0, 0, 0], "up": [0, 0, 1], "fov": 40}'
 )
 
 
 def _make_splats(coefficients: int) -> Splats:
-    """Return two Gaussians with a number of harmonics."""
+    """Return two Gaussians with a given number of SH coefficients."""
     rows = np.arange(6, dtype=np.float32).reshape(2, 3)
     rotations = np.array([[1, 0, 0, 0], [0, 0.6, 0.8, 0]], dtype=np.float32)
     sh = np.arange(6 * coefficients, dtype=np.float32).reshape(2, coefficients, 3) / 8
     return Splats(rows, rotations, -rows, rows[:, 0], sh)
 
 
-def _bare(stream: bytes) -> bytes:
-    """A minimal stream: HEAD, CANO, FRAM and a TAIL without an index."""
+def _strip_stream(stream: bytes) -> bytes:
+    """Reduce a stream to HEAD, CANO, FRAM and a TAIL without an index."""
     chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(stream)]
-    kept = [each for each in chunks if each[0] in (b"HEAD", b"CANO", b"FRAM")]
-    canonical = sum(kind == container.CANO for kind, _ in kept)
-    totals = (len(kept) - 1, canonical, 0)
+    kept_chunks = [entry for entry in chunks if entry[0] in (b"HEAD", b"CANO", b"FRAM")]
+    canonical = sum(kind == container.CANO for kind, _ in kept_chunks)
+    totals = (len(kept_chunks) - 1, canonical, 0)
     tail = b"".join(
         value.to_bytes(size, "little") for value, size in zip(totals, (4, 4, 8), strict=True)
     )
-    return rebuild_stream([*kept, (container.TAIL, tail)])
+    return rebuild_stream([*kept_chunks, (container.TAIL, tail)])
 
 
-def _with_unknown(stream: bytes) -> bytes:
-    """A stream with an ancillary chunk of an unknown type, which is repeated at the end."""
+def _add_unknown_chunks(stream: bytes) -> bytes:
+    """Add an ancillary chunk of an unknown type after HEAD and before TAIL."""
     chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(stream)]
-    head, frames = chunks[0], [each for each in chunks[1:] if each[0] in (b"CANO", b"FRAM")]
+    head, frames = chunks[0], [entry for entry in chunks[1:] if entry[0] in (b"CANO", b"FRAM")]
     tail = len(frames).to_bytes(4, "little") + (1).to_bytes(4, "little") + bytes(8)
-    unknown = (b"nOte", b"seed")
-    return rebuild_stream([head, unknown, *frames, unknown, (container.TAIL, tail)])
+    unknown_chunk = (b"nOte", b"seed")
+    return rebuild_stream([head, unknown_chunk, *frames, unknown_chunk, (container.TAIL, tail)])
 
 
-def streams() -> Iterator[tuple[str, bytes]]:
+def iterate_streams() -> Iterator[tuple[str, bytes]]:
     """Yield name and bytes of every stream."""
-    yield "empty", rebuild_stream([(b"HEAD", _head(_TINY)), (b"TAIL", bytes(16))])
-    yield "still", _bare(_make(_TINY, 1, 1))
-    yield "moved", _bare(_make(_TINY, 2, 2))
-    yield "deaths", _bare(_make(replace(_TINY, level_count=2), 4, 2))
-    yield "births", _bare(_make(replace(_TINY, resample_interval=1), 2, 3, births=1))
-    yield "full", _bare(_make(_FULL, 5, 3, births=2))
-    yield "cut_in_two", _make(_TINY, 2, 3, canonical_every=2)
-    update_head, snapshot_head = replace(_TINY, updates=True), replace(_TINY, snapshots=True)
-    yield "updated", _bare(_make(update_head, 3, 3))
-    yield "updated_full", _bare(_make(replace(_FULL, updates=True), 6, 3, births=2))
-    yield "snapshot", _make(snapshot_head, 3, 4, snapshot_every=2)
-    both = replace(_FULL, updates=True, snapshots=True)
-    yield "snapshot_full", _make(both, 5, 4, births=1, snapshot_every=2)
-    yield "unknown", _with_unknown(_make(_TINY, 1, 2))
-    for name, change in _BEYOND.items():
-        yield f"beyond_{name}", _make_invalid_births(_bare(_make(_TINY, 1, 2)), change)
+    yield (
+        "empty",
+        rebuild_stream([(b"HEAD", _make_head_payload(_TINY_HEADER)), (b"TAIL", bytes(16))]),
+    )
+    yield "still", _strip_stream(_make_stream(_TINY_HEADER, 1, 1))
+    yield "moved", _strip_stream(_make_stream(_TINY_HEADER, 2, 2))
+    yield "deaths", _strip_stream(_make_stream(replace(_TINY_HEADER, level_count=2), 4, 2))
+    yield (
+        "births",
+        _strip_stream(_make_stream(replace(_TINY_HEADER, resample_interval=1), 2, 3, births=1)),
+    )
+    yield "full", _strip_stream(_make_stream(_FULL_HEADER, 5, 3, births=2))
+    yield "cut_in_two", _make_stream(_TINY_HEADER, 2, 3, canonical_every=2)
+    update_head, snapshot_head = (
+        replace(_TINY_HEADER, updates=True),
+        replace(_TINY_HEADER, snapshots=True),
+    )
+    yield "updated", _strip_stream(_make_stream(update_head, 3, 3))
+    yield (
+        "updated_full",
+        _strip_stream(_make_stream(replace(_FULL_HEADER, updates=True), 6, 3, births=2)),
+    )
+    yield "snapshot", _make_stream(snapshot_head, 3, 4, snapshot_every=2)
+    full_header = replace(_FULL_HEADER, updates=True, snapshots=True)
+    yield "snapshot_full", _make_stream(full_header, 5, 4, births=1, snapshot_every=2)
+    yield "unknown", _add_unknown_chunks(_make_stream(_TINY_HEADER, 1, 2))
+    for name, change in _RANGE_VIOLATIONS.items():
+        yield (
+            f"beyond_{name}",
+            _make_invalid_births(_strip_stream(_make_stream(_TINY_HEADER, 1, 2)), change),
+        )
 
 
 def _make_invalid_births(stream: bytes, change: Callable[[Births], object]) -> bytes:
-    """A stream whose last frame has two correctly coded births that no scene can have."""
+    """Add two births to the last frame; their coding is valid, but `change` makes one invalid."""
     with use_engine(REFERENCE):
         first, *_, state = decode_states(stream)
     births = make_births(state, 2)
     change(births)
     chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(stream)]
     frame = wire.parse_frame(chunks[-2][1])
-    started = begin_frame(first, frame.death_count)
-    moved = decode_motion(started, frame.motion, previous=frame.previous_contexts)
+    frame_start = begin_frame(first, frame.death_count)
+    moved = decode_motion(frame_start, frame.motion, previous=frame.previous_contexts)
     frame = replace(frame, birth_count=2, births=write_births(births, moved.birth_counts))
     chunks[-2] = (chunks[-2][0], wire.build_frame(frame))
     return rebuild_stream(chunks)
 
 
-def _set(rows: np.ndarray, values: object) -> None:
+def _set_rows(rows: np.ndarray, values: object) -> None:
     rows[:] = values
 
 
-_BEYOND: dict[str, Callable[[Births], object]] = {
-    "parent": lambda births: _set(births.parents[1:], 1),
-    "rotation": lambda births: _set(births.newborn.rotations[1:], 16),
-    "code": lambda births: _set(births.newborn.codes[SH_DC], [[32768], [32767], [32767]]),
+_RANGE_VIOLATIONS: dict[str, Callable[[Births], object]] = {
+    "parent": lambda births: _set_rows(births.parents[1:], 1),
+    "rotation": lambda births: _set_rows(births.newborn.rotations[1:], 16),
+    "code": lambda births: _set_rows(births.newborn.codes[SH_DC], [[32768], [32767], [32767]]),
 }
 
 
-def _head(header: StreamHeader) -> bytes:
-    return next(iter(split_chunks(_make(header, 1, 1)))).payload
+def _make_head_payload(header: StreamHeader) -> bytes:
+    return next(iter(split_chunks(_make_stream(header, 1, 1)))).payload
 
 
-def files() -> Iterator[tuple[str, bytes]]:
-    """Yield path in the folder of seeds and bytes of every seed, except the COLMAP models."""
-    yield from ((f"streams/{name}.quarc", data) for name, data in streams())
-    snapshot_head = replace(_TINY, snapshots=True)
-    for chunk in split_chunks(_make(snapshot_head, 2, 4, canonical_every=3, snapshot_every=2)):
+def iterate_files() -> Iterator[tuple[str, bytes]]:
+    """Yield relative path and bytes of every seed, except the COLMAP models."""
+    yield from ((f"streams/{name}.quarc", data) for name, data in iterate_streams())
+    snapshot_head = replace(_TINY_HEADER, snapshots=True)
+    for chunk in split_chunks(
+        _make_stream(snapshot_head, 2, 4, canonical_every=3, snapshot_every=2)
+    ):
         if chunk.kind == container.SNAP:
             yield "payloads/SNAP.bin", chunk.payload
-    for chunk in split_chunks(_make(_TINY, 2, 3, canonical_every=2)):
+    for chunk in split_chunks(_make_stream(_TINY_HEADER, 2, 3, canonical_every=2)):
         yield f"payloads/{chunk.kind.decode()}.bin", chunk.payload
     shots = scenes.make_shots(2)
     poses = io.BytesIO()
@@ -189,8 +206,8 @@ def files() -> Iterator[tuple[str, bytes]]:
     clip = Clip(StreamHeader(sh_degree=0, up_axis=3), (CAMERA,), {"title": "seed"})
     yield "sidecar/all.json", build_sidecar(clip, "frame_{frame:04}.ply", 0)
     yield "fourdgs/three.4dgs", _make_fourdgs(clip)
-    yield "keyframes/cameras.json", _PATH % (_AT_CAMERA % 0, _AT_CAMERA % 2)
-    yield "keyframes/places.json", _PATH % (_AT_CAMERA % 0, _AT_PLACE)
+    yield "keyframes/cameras.json", _CAMERA_PATH % (_CAMERA_KEYFRAME % 0, _CAMERA_KEYFRAME % 2)
+    yield "keyframes/places.json", _CAMERA_PATH % (_CAMERA_KEYFRAME % 0, _POSE_KEYFRAME)
     yield "ply/binary.ply", _BINARY_PLY + bytes(range(15)) + bytes(15)
     yield "transforms/videos.json", json.dumps(scenes.video_document(shots, fps=30)).encode()
     pictures = scenes.picture_document(shots, frames=1)
@@ -201,9 +218,9 @@ def files() -> Iterator[tuple[str, bytes]]:
     exif = forgeries.forge_exif(6)
     yield "stills/turned.png", forgeries.forge_png(8, 4, exif)
     yield "stills/turned.jpg", forgeries.add_exif(_JPEG_HEADER, exif)
-    saved = io.BytesIO()
-    write_arrays(saved, "seed", {"step": np.array(3), "means": np.ones((2, 3), np.float32)})
-    yield "training/two.training", saved.getvalue()
+    training_file = io.BytesIO()
+    write_arrays(training_file, "seed", {"step": np.array(3), "means": np.ones((2, 3), np.float32)})
+    yield "training/two.training", training_file.getvalue()
     marker = io.BytesIO()
     begin_marker(marker)
     for line in ("inner/", "frame_0000.ply", "a-b_c.png"):
@@ -243,15 +260,17 @@ _BINARY_PLY = (
 
 
 def write_models(folder: Path) -> None:
-    """Write the COLMAP models, which pycolmap builds."""
+    """Write the COLMAP models with pycolmap."""
     shots = scenes.make_shots(2)
-    for form in ("binary", "text"):
-        scenes.write_model(folder / form, shots, scenes.plane_points(3), text=form == "text")
+    for file_format in ("binary", "text"):
+        scenes.write_model(
+            folder / file_format, shots, scenes.plane_points(3), text=file_format == "text"
+        )
 
 
 def write_all() -> None:
     """Write all seeds into the repository."""
-    for name, data in files():
+    for name, data in iterate_files():
         (FOLDER / name).parent.mkdir(parents=True, exist_ok=True)
         (FOLDER / name).write_bytes(data)
     write_models(FOLDER / "colmap")

@@ -1,4 +1,4 @@
-"""Mutated streams in all readers of streams: sources, recovery, verbs."""
+"""Tests all readers of streams with mutated streams: sources, recovery, verbs."""
 
 import io
 from pathlib import Path
@@ -27,16 +27,16 @@ _MUTANTS = st.integers(0, 1 << 40).map(lambda number: _MUTATOR.make(number).data
 
 
 def _summarize(stream):
-    """The digest of every frame of a stream, and the reject id at its end."""
-    reported = []
+    """Return the digest of every frame of a stream, and the reject id and offset of an error."""
+    results = []
     try:
         for scene in decode(stream):
-            reported.append(compute_digest(scene))  # noqa: PERF401, those before a rejection count
+            results.append(compute_digest(scene))  # noqa: PERF401, an error keeps earlier frames
     except BitstreamError as error:
-        reported.append((error.reject_id, error.offset))
+        results.append((error.reject_id, error.offset))
     except LimitError:
-        reported.append("declined")
-    return reported
+        results.append("declined")
+    return results
 
 
 @settings(deadline=None)
@@ -59,28 +59,28 @@ def test_the_fast_engine_decodes_a_mutant_like_the_reference(data):
     with use_engine(REFERENCE):
         expected = _summarize(data)
     with use_engine(FAST):
-        assert _places(_summarize(data)) == _places(expected)
+        assert _drop_reject_ids(_summarize(data)) == _drop_reject_ids(expected)
 
 
-def _places(reported):
-    """The result without ids: either of two faults in a chunk may be named."""
-    return [each[1] if isinstance(each, tuple) else each for each in reported]
+def _drop_reject_ids(results):
+    """Remove reject ids, because engines may report different faults of the same chunk."""
+    return [result[1] if isinstance(result, tuple) else result for result in results]
 
 
 @settings(deadline=None)
 @given(_MUTANTS)
 def test_recovery_returns_at_least_the_decoded_frames_and_lists_the_missing_ones(data):
-    reported = _summarize(data)
-    assume("declined" not in reported)
-    frames = [each for each in reported if isinstance(each, str)]
+    results = _summarize(data)
+    assume("declined" not in results)
+    frames = [result for result in results if isinstance(result, str)]
     try:
         events = list(recover(data))
     except BitstreamError:
         events = []
-        assume(len(reported) == len(frames))  # recovery may return nothing for a rejected stream
+        assume(len(results) == len(frames))  # recovery may return nothing for a rejected stream
     recovered = [compute_digest(event) for event in events if not isinstance(event, Gap)]
     assert recovered[: len(frames)] == frames
-    assert any(isinstance(event, Gap) for event in events) == (len(reported) > len(frames))
+    assert any(isinstance(event, Gap) for event in events) == (len(results) > len(frames))
 
 
 _VERBS = {
@@ -99,14 +99,14 @@ def test_a_verb_reports_the_fault_of_a_mutant(verb, tmp_path):
     for number in range(12):
         data, out = _MUTATOR.make(number).data, tmp_path / f"{number}"
         (tmp_path / "mutant.quarc").write_bytes(data)
-        words = [word.format(out=out) for word in verb[1:]]
-        result = run(verb[0], tmp_path / "mutant.quarc", *words)
+        arguments = [argument.format(out=out) for argument in verb[1:]]
+        result = run(verb[0], tmp_path / "mutant.quarc", *arguments)
 
         assert result.exit_code in _VERBS[verb], result.stderr
         if result.exit_code:
             assert "quarc-ref: " in result.stderr
         elif verb[0] in ("verify", "info", "inspect"):
-            assert all(isinstance(each, str) for each in _summarize(data))
+            assert all(isinstance(outcome, str) for outcome in _summarize(data))
 
 
 def test_mutants_are_joined_or_rejected(tmp_path):

@@ -1,4 +1,4 @@
-"""All readers of bytes, with any input: they end, or raise a documented error."""
+"""Tests that all readers of bytes return or raise a documented error for any input."""
 
 import random
 

@@ -15,7 +15,7 @@ from quarc_ref.cli.targets import written_stream
 if TYPE_CHECKING:
     from quarc_ref.encoder.scenes.bounds import Bounds
     from quarc_ref.encoder.scenes.encode_scenes import GivenFrame, SceneOptions, SceneReport
-    from quarc_ref.export.frames_in import FramesIn
+    from quarc_ref.export.frames_in import ImportedFrames
 
 
 def import_frames(
@@ -118,14 +118,14 @@ def _reject_capture(source: Path) -> None:
         raise UsageError(message)
 
 
-def _read(frames: "FramesIn") -> "Iterator[GivenFrame]":
+def _read(frames: "ImportedFrames") -> "Iterator[GivenFrame]":
     from quarc_ref.encoder.scenes.encode_scenes import GivenFrame
 
     for splats, ids in frames.read():
         yield GivenFrame(splats, ids)
 
 
-def _describe(frames: "FramesIn", fps: float | None, up: str | None) -> "SceneOptions":
+def _describe(frames: "ImportedFrames", fps: float | None, up: str | None) -> "SceneOptions":
     """Return the options from the source's sidecar and files, overridden by `--fps` and `--up`."""
     from quarc_ref.encoder.scenes.encode_scenes import SceneOptions
 

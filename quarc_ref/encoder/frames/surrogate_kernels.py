@@ -10,7 +10,7 @@ import math
 import numba
 import numpy as np
 
-from quarc_ref.rendering.compiled import parallel_kernel, kernel
+from quarc_ref.rendering.compiled import kernel, parallel_kernel
 
 _ONE = np.float32(1)
 

@@ -14,7 +14,7 @@ from quarc_ref.decoder.dequantize import Splats, dequantize
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.encoder.scenes.encode_scenes import GivenFrame
 from quarc_ref.encoder.scenes.recolor import Recoloring
-from quarc_ref.export.upright import multiply, turn_harmonics
+from quarc_ref.export.upright import multiply_quaternions, rotate_sh
 from quarc_ref.format.arrays import Bits, Int64
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.errors import EncodeError
@@ -67,9 +67,9 @@ class Similarity:
         return replace(
             splats,
             positions=positions.astype(np.float32),
-            rotations=multiply(_matrix_to_quaternion(self.matrix), splats.rotations),
+            rotations=multiply_quaternions(_matrix_to_quaternion(self.matrix), splats.rotations),
             log_scales=splats.log_scales + np.float32(np.log(self.scale)),
-            sh=turn_harmonics(self.matrix, splats.sh),
+            sh=rotate_sh(self.matrix, splats.sh),
         )
 
     def apply_to_camera(self, camera: Camera) -> Camera:
