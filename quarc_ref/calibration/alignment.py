@@ -77,13 +77,13 @@ def correlate_signals(first: Numbers, second: Numbers, max_shift: int) -> Number
         `[2 * max_shift + 1]` normalized correlation of `first[t]` and `second[t +
         shift]`, as Fisher's z, weighted by the square root of the overlap.
     """
-    ones = np.ones((len(first), 1)), np.ones((len(second), 1))
+    constant_signals = np.ones((len(first), 1)), np.ones((len(second), 1))
     products = _cross_correlate(first, second)
     powers = [
-        _cross_correlate((first**2).sum(axis=1, keepdims=True), ones[1]),
-        _cross_correlate(ones[0], (second**2).sum(axis=1, keepdims=True)),
+        _cross_correlate((first**2).sum(axis=1, keepdims=True), constant_signals[1]),
+        _cross_correlate(constant_signals[0], (second**2).sum(axis=1, keepdims=True)),
     ]
-    overlap = np.rint(_cross_correlate(*ones))
+    overlap = np.rint(_cross_correlate(*constant_signals))
     positions = np.arange(-max_shift, max_shift + 1) + len(first) - 1
     is_inside = (positions >= 0) & (positions < len(products))
     valid_positions = positions[is_inside]
@@ -197,9 +197,13 @@ def _find_parabola_peak(curve: Numbers, peak: int) -> float:
     """Return the maximum of a parabola through a peak and its neighbors, relative to the peak."""
     if not 0 < peak < len(curve) - 1:
         return 0.0
-    left, peak_value, right = curve[peak - 1 : peak + 2]
-    curvature = left - 2 * peak_value + right
-    return float(np.clip(0.5 * (left - right) / curvature, -0.5, 0.5)) if curvature < 0 else 0.0
+    before_peak, peak_value, after_peak = curve[peak - 1 : peak + 2]
+    curvature = before_peak - 2 * peak_value + after_peak
+    return (
+        float(np.clip(0.5 * (before_peak - after_peak) / curvature, -0.5, 0.5))
+        if curvature < 0
+        else 0.0
+    )
 
 
 def _measure_confidence(curve: Numbers, peak: int, peak_width: int) -> float:

@@ -107,7 +107,7 @@ def calibrate(recordings: Recordings, options: CalibrateOptions) -> Calibration:
     for name in options.masks:
         recordings.index(name)
     offsets, motions = find_offsets(
-        recordings, options.sync, lambda *done: options.report("sync", *done)
+        recordings, options.sync, lambda *progress: options.report("sync", *progress)
     )
     solution, moments = _estimate_poses(recordings, offsets, options)
     if motions:
@@ -160,7 +160,7 @@ def _estimate_poses(
                 if best_solution is None or len(solution.cameras) >= len(best_solution.cameras):
                     best_solution = solution
             options.report("poses", 1, 1)
-            if best_solution is not None and _is_enough(best_solution):
+            if best_solution is not None and _has_sufficient_support(best_solution):
                 break
     if best_solution is None:
         message = "no camera could be calibrated"
@@ -168,7 +168,7 @@ def _estimate_poses(
     return best_solution, len(features.moments)
 
 
-def _is_enough(solution: Solution) -> bool:
+def _has_sufficient_support(solution: Solution) -> bool:
     min_support = min(fit.support for fit in solution.fits.values())
     return not solution.left_out and min_support >= _SUFFICIENT_SUPPORT
 

@@ -45,7 +45,7 @@ class Offsets:
     """Start times of the recordings of a rig.
 
     Attributes:
-        method: Method that was used; `NONE` if offsets were not estimated.
+        method: Method of the estimation; `NONE` if offsets were not estimated.
         frames: Offsets by camera name: frame `t` of the rig is frame `t + offset` of the
             camera's recording. Unreliable offsets are set to the median, 0.
         confidence: Confidence of each offset as in `alignment.Shift`; empty for `NONE`.

@@ -46,7 +46,7 @@ class World:
         cameras: Cameras in the final world.
         up: Up direction.
         up_from: Human-readable source of the up direction.
-        meters_per_unit: Scale of the world; None without a known distance.
+        meters_per_unit: Meters per world unit; None without a known distance.
     """
 
     cameras: tuple[CalibratedCamera, ...]

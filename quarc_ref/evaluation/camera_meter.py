@@ -104,7 +104,7 @@ def _measure_masked_psnr(mask: Mask | None, picture: Picture, truth: Picture) ->
 
 
 def _measure_change(mask: Mask, picture: Picture, previous: Picture) -> float | None:
-    """Return the mean absolute difference over a mask, in 8-bit levels; None if it is empty."""
+    """Return the mean absolute difference in 8-bit levels over a mask; None for an empty mask."""
     if not mask.any():
         return None
     return 255 * float(np.abs(picture[mask] - previous[mask]).mean(dtype=np.float64))

@@ -142,9 +142,9 @@ def plot_rate_distortion(
     """
     figure, (axes,) = _make_figure(1, height=5)
     axes.plot(*zip(*hull, strict=True), color=_GRAY, linewidth=1, label="upper hull")
-    (default, *others) = points
+    (default, *other_points) = points
     axes.plot(*default[:2], color=_ORANGE, marker="D", linestyle="", zorder=3, label="default")
-    for rate, quality, change in others:
+    for rate, quality, change in other_points:
         axes.plot(rate, quality, color=_BLUE, marker="o", markersize=4)
         axes.annotate(
             change,

@@ -207,8 +207,8 @@ def _join_sh(base: Float32, levels: NDArray[np.uint8]) -> Float32:
 
     sh_rest = SH_QUANT_LO + levels.astype(np.float32) / 255 * (SH_QUANT_HI - SH_QUANT_LO)
     channel_rest = sh_rest.reshape(len(levels), 3, -1)
-    joined: Float32 = np.concatenate([base, channel_rest.transpose(0, 2, 1)], axis=1)
-    return joined.astype(np.float32)
+    sh: Float32 = np.concatenate([base, channel_rest.transpose(0, 2, 1)], axis=1)
+    return sh.astype(np.float32)
 
 
 def _as_splats(

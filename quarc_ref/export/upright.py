@@ -75,10 +75,10 @@ def rotate_sh(matrix: NDArray[np.float64], sh: Float32) -> Float32:
     return rotated
 
 
-def multiply_quaternions(left: NDArray[np.float64], right: Float32) -> Float32:
+def multiply_quaternions(first: NDArray[np.float64], second: Float32) -> Float32:
     """Return the Hamilton products of quaternions `[4]` and `[N, 4]`, wxyz."""
-    aw, ax, ay, az = left
-    bw, bx, by, bz = right.T.astype(np.float64)
+    aw, ax, ay, az = first
+    bw, bx, by, bz = second.T.astype(np.float64)
     product = [
         aw * bw - ax * bx - ay * by - az * bz,
         aw * bx + ax * bw + ay * bz - az * by,

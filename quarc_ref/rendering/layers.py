@@ -79,7 +79,7 @@ def join_layer(
             layer.tiles.list_starts, layer.tiles.lists, layer.tiles.rows, fixed.depths,
             added_tiles.list_starts, added_tiles.lists, added_tiles.rows, added_projection.depths,
         )  # fmt: skip
-    merged = Tiles(
+    merged_tiles = Tiles(
         tile_ids,
         list_starts,
         lists,
@@ -87,4 +87,4 @@ def join_layer(
         added_tiles.starts,
         merged_positions[added_tiles.pair_positions],
     )
-    return projection, merged
+    return projection, merged_tiles

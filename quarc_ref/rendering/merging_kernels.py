@@ -33,8 +33,8 @@ def merge_tiles(
         merged_list_starts[k + 1] = (
             merged_list_starts[k] + fixed_size + list_starts[tile + 1] - list_starts[tile]
         )
-    merged = np.empty(merged_list_starts[-1], dtype=np.int32)
-    merged_rows = np.empty((merged.size, 2), dtype=np.uint8)
+    merged_lists = np.empty(merged_list_starts[-1], dtype=np.int32)
+    merged_rows = np.empty((merged_lists.size, 2), dtype=np.uint8)
     positions = np.empty(lists.size, dtype=np.int32)
     for k, tile in enumerate(tile_ids):
         position, fixed_position, end = (
@@ -45,14 +45,17 @@ def merge_tiles(
         for pair in range(list_starts[tile], list_starts[tile + 1]):
             depth = depths[lists[pair]]
             while fixed_position < end and fixed_depths[fixed_lists[fixed_position]] <= depth:
-                merged[position], merged_rows[position] = (
+                merged_lists[position], merged_rows[position] = (
                     fixed_lists[fixed_position],
                     fixed_rows[fixed_position],
                 )
                 position, fixed_position = position + 1, fixed_position + 1
-            merged[position], merged_rows[position] = fixed_depths.size + lists[pair], rows[pair]
+            merged_lists[position], merged_rows[position] = (
+                fixed_depths.size + lists[pair],
+                rows[pair],
+            )
             positions[pair] = position
             position += 1
-        merged[position : merged_list_starts[k + 1]] = fixed_lists[fixed_position:end]
+        merged_lists[position : merged_list_starts[k + 1]] = fixed_lists[fixed_position:end]
         merged_rows[position : merged_list_starts[k + 1]] = fixed_rows[fixed_position:end]
-    return tile_ids, merged_list_starts, merged, merged_rows, positions
+    return tile_ids, merged_list_starts, merged_lists, merged_rows, positions

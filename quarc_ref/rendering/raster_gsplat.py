@@ -40,7 +40,7 @@ class GsplatRasterizer:
         pose[:3, :3] = torch.tensor(camera.rotation, device=device).reshape(3, 3)
         pose[:3, 3] = torch.tensor(camera.translation, device=device)
         lens = [[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]]
-        colors, alphas, info = self._rasterization(
+        colors, alphas, metadata = self._rasterization(
             gaussians.means,
             gaussians.quaternions,
             gaussians.scales,
@@ -57,8 +57,8 @@ class GsplatRasterizer:
             backgrounds=background[None],
             rasterize_mode="classic",
         )
-        radii = info["radii"][0].amax(dim=-1).to(gaussians.means.dtype)
-        return Rendering(colors[0], alphas[0, ..., 0], info["means2d"], radii)
+        radii = metadata["radii"][0].amax(dim=-1).to(gaussians.means.dtype)
+        return Rendering(colors[0], alphas[0, ..., 0], metadata["means2d"], radii)
 
     def render_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
         """See `Rasterizer.render_backdrop`."""

@@ -42,7 +42,7 @@ def _falloff(s):
 
 @inlined_kernel
 def blend_weight(s, opacity, t):
-    """Return alpha at a pixel, whether the Gaussian is blended, its weight, and the new t.
+    """Return alpha at a pixel, whether the Gaussian is blended, its weight, and the transmittance.
 
     The transmittance t of a pixel that becomes opaque keeps its absolute value, but its sign
     becomes negative.

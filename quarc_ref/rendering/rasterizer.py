@@ -119,13 +119,13 @@ class JoinedBackdrop:
     def render(self, added: Gaussians) -> Rendering:
         """See `Backdrop.render`."""
         pairs = zip(self._gaussians.tensors(), added.tensors(), strict=True)
-        joined = Gaussians(
+        all_gaussians = Gaussians(
             *(
                 torch.cat([fixed_tensor.detach(), added_tensor])
                 for fixed_tensor, added_tensor in pairs
             )
         )
-        return self._rasterizer.render(joined, self._camera, self._background)
+        return self._rasterizer.render(all_gaussians, self._camera, self._background)
 
 
 def activate_opacities(logits: Tensor) -> Tensor:

@@ -63,17 +63,21 @@ def make_cabinet(opening: float, phase: float, palette: Palette) -> list[Solid]:
     """Return a cabinet with toys behind a sliding door."""
     frame = translate(-1.75, 0.0, -1.72) @ rotate_y(0.62)
     wood = Paint(patterns.WOOD, *palette.wood, palette.dark, 0.6, phase, 0.08)
-    door = Paint(patterns.BLOCK, palette.wall[2], palette.wall[1], palette.wood[1], gloss=0.08)
-    back = Paint(patterns.CHECKS, palette.toys[2], palette.toys[0], palette.light, 0.14, glow=0.35)
+    door_paint = Paint(
+        patterns.BLOCK, palette.wall[2], palette.wall[1], palette.wood[1], gloss=0.08
+    )
+    back_paint = Paint(
+        patterns.CHECKS, palette.toys[2], palette.toys[0], palette.light, 0.14, glow=0.35
+    )
     walls = [
-        box(frame @ translate(0.0, 0.6, -0.22), (0.56, 0.56, 0.02), back),
+        box(frame @ translate(0.0, 0.6, -0.22), (0.56, 0.56, 0.02), back_paint),
         box(frame @ translate(-0.56, 0.6, 0.0), (0.02, 0.6, 0.24), wood),
         box(frame @ translate(0.56, 0.6, 0.0), (0.02, 0.6, 0.24), wood),
         box(frame @ translate(0.0, 1.18, 0.0), (0.60, 0.025, 0.27), wood),
         box(frame @ translate(0.0, 0.05, 0.0), (0.56, 0.05, 0.24), wood),
         box(frame @ translate(0.0, 0.62, -0.02), (0.54, 0.02, 0.19), wood),
-        box(frame @ translate(-0.27, 0.63, 0.21), (0.27, 0.53, 0.015), door),
-        box(frame @ translate(0.27 - 0.54 * opening, 0.63, 0.245), (0.27, 0.53, 0.015), door),
+        box(frame @ translate(-0.27, 0.63, 0.21), (0.27, 0.53, 0.015), door_paint),
+        box(frame @ translate(0.27 - 0.54 * opening, 0.63, 0.245), (0.27, 0.53, 0.015), door_paint),
     ]
     return [*walls, *_make_hidden_toys(frame, phase, palette)]
 

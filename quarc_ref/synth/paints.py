@@ -57,8 +57,8 @@ class Paint:
 
     def as_row(self) -> NDArray[np.float64]:
         """Return `[14]` colors, scale, phase, gloss, glow and pattern, for kernels."""
-        pattern, *others = astuple(self)
-        return np.hstack((*others, pattern))
+        pattern, *attributes = astuple(self)
+        return np.hstack((*attributes, pattern))
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,14 +31,14 @@ def paint_face(colors, x, y, z):
 @kernel
 def paint_landscape(colors, phase, x, y):
     """Return the color of a picture of hills and sun at coordinates from -1 to 1."""
-    near, far, sky = colors
+    near_color, far_color, sky_color = colors
     sun = math.hypot(x - 0.6 * math.cos(5 * phase), 0.8 * (y - 0.35))
     far_hill = -0.1 + 0.22 * math.sin(2.3 * x + phase) + 0.1 * math.sin(4.1 * x - 2 * phase)
     near_hill = -0.55 + 0.2 * math.sin(1.9 * x - 1.3 * phase)
-    color = blend(shade(sky, 1.05), shade(sky, 0.7), ramp(y, 0.1, 1.0))
+    color = blend(shade(sky_color, 1.05), shade(sky_color, 0.7), ramp(y, 0.1, 1.0))
     color = blend((0.9, 0.78, 0.35), color, ramp(sun, 0.26, 0.32))
-    color = blend(far, color, ramp(y - far_hill, -0.04, 0.04))
-    return blend(near, color, ramp(y - near_hill, -0.04, 0.04))
+    color = blend(far_color, color, ramp(y - far_hill, -0.04, 0.04))
+    return blend(near_color, color, ramp(y - near_hill, -0.04, 0.04))
 
 
 @kernel

@@ -34,8 +34,8 @@ def trace_view(stage: Stage, camera: RigCamera) -> View:
     light = np.empty((camera.height, camera.width, 3))
     depths = np.empty((camera.height, camera.width, 2))
     render_picture(stage, camera.as_row(), light, depths)
-    recorded = _blur(_blur(light, axis=0), axis=1) @ camera.color_matrix.T
-    picture = _encode(np.clip(recorded, 0, 1))
+    recorded_light = _blur(_blur(light, axis=0), axis=1) @ camera.color_matrix.T
+    picture = _encode(np.clip(recorded_light, 0, 1))
     return View(picture, float(depths[..., 0].min()), float(depths[..., 1].max()))
 
 

@@ -1,7 +1,7 @@
 """Renders the frames of a stream for cameras, as pictures or depth.
 
-The renderer is the renderer of evaluation, so pictures have the quality that `eval`
-reports, except for rounding to 8 bits.
+`eval` uses the same renderer, so pictures have the quality that `eval` reports, except for
+rounding to 8 bits.
 """
 
 from collections.abc import Callable, Iterator, Sequence

@@ -162,12 +162,12 @@ class _Handler(BaseHTTPRequestHandler):
         size = source.size() or 0
         requested_range = find_range(range_header, size)
         if requested_range is not None and not requested_range:
-            self._begin(HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE, resource, 0)
+            self._send_headers(HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE, resource, 0)
             self.send_header("Content-Range", f"bytes */{size}")
             self.end_headers()
             return
         sent_range = range(size) if requested_range is None else requested_range
-        self._begin(
+        self._send_headers(
             HTTPStatus.OK if requested_range is None else HTTPStatus.PARTIAL_CONTENT,
             resource,
             len(sent_range),
@@ -189,7 +189,7 @@ class _Handler(BaseHTTPRequestHandler):
                 message = "the stream became shorter during the transfer"
                 raise SourceError(message)
 
-    def _begin(self, status: HTTPStatus, resource: Resource, length: int) -> None:
+    def _send_headers(self, status: HTTPStatus, resource: Resource, length: int) -> None:
         self.send_response(status)
         self.send_header("Content-Type", resource.media_type)
         self.send_header("Content-Length", str(length))

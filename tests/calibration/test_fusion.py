@@ -35,9 +35,11 @@ def test_features_of_another_size_or_orientation_stay_separate():
 
 
 def test_two_features_of_the_same_moment_stay_separate():
-    near = [make_keypoint(10, 10), make_keypoint(10.2, 10)]
+    neighbors = [make_keypoint(10, 10), make_keypoint(10.2, 10)]
 
-    _, indices_by_moment = fuse_keypoints([np.float32([make_keypoint(10.1, 10)]), np.float32(near)])
+    _, indices_by_moment = fuse_keypoints(
+        [np.float32([make_keypoint(10.1, 10)]), np.float32(neighbors)]
+    )
 
     assert sorted(indices_by_moment[1].tolist()) == [0, 1]
 

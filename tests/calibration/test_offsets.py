@@ -30,10 +30,10 @@ def write_with_sound(path, offset, sound, frames=90):
             frame.pts, frame.time_base = index, Fraction(1, 30)
             container.mux(video.encode(frame))
         first_sample = offset * SAMPLE_RATE // 30
-        recorded = sound[first_sample : first_sample + frames * SAMPLE_RATE // 30]
-        for block_start in range(0, len(recorded), 1024):
+        recorded_sound = sound[first_sample : first_sample + frames * SAMPLE_RATE // 30]
+        for block_start in range(0, len(recorded_sound), 1024):
             block = av.AudioFrame.from_ndarray(
-                recorded[None, block_start : block_start + 1024], "fltp", "mono"
+                recorded_sound[None, block_start : block_start + 1024], "fltp", "mono"
             )
             block.sample_rate, block.pts, block.time_base = (
                 SAMPLE_RATE,

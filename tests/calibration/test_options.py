@@ -69,9 +69,9 @@ def test_known_lenses_are_used_unchanged(picture_folder, shared_lens_rig, tmp_pa
     with written_folder(tmp_path / "capture") as folder:
         write_capture(shared_lens_rig, folder)
     recordings = find_recordings(picture_folder)
-    known = read_lenses(tmp_path / "capture", recordings.names, recordings.pictures.sizes)
+    lenses = read_lenses(tmp_path / "capture", recordings.names, recordings.pictures.sizes)
     changed_lenses = {
-        name: replace(lens, fx=1.01 * lens.fx, fy=1.01 * lens.fy) for name, lens in known.items()
+        name: replace(lens, fx=1.01 * lens.fx, fy=1.01 * lens.fy) for name, lens in lenses.items()
     }
 
     calibration = _calibrate(picture_folder, LensOptions(known_lenses=changed_lenses))

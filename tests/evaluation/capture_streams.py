@@ -1,4 +1,4 @@
-"""Streams of a capture, made of random records without training."""
+"""Makes streams with given cameras from random records, without training."""
 
 import io
 

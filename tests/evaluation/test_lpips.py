@@ -45,11 +45,13 @@ def _make_picture(seed=0, size=(24, 32)):
 
 def test_equal_pictures_have_distance_zero_and_worse_ones_more(lpips):
     truth = _make_picture()
-    near, far = (truth + blend * (_make_picture(1) - truth) for blend in (0.1, 0.6))
+    similar, different = (truth + blend * (_make_picture(1) - truth) for blend in (0.1, 0.6))
 
     assert lpips.measure(truth, truth) == 0
-    assert 0 < lpips.measure(near, truth) < lpips.measure(far, truth)
-    assert lpips.measure(far, truth) == pytest.approx(lpips.measure(truth, far), rel=1e-5)
+    assert 0 < lpips.measure(similar, truth) < lpips.measure(different, truth)
+    assert lpips.measure(different, truth) == pytest.approx(
+        lpips.measure(truth, different), rel=1e-5
+    )
 
 
 def test_the_variant_names_network_range_and_weights(lpips, weights, tmp_path):

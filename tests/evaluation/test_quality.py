@@ -19,9 +19,9 @@ def _make_metrics(**changes):
 @given(values=st.lists(_VALUES, min_size=1, max_size=9))
 def test_a_mean_includes_only_cameras_with_the_figure(values):
     (mean,) = average({"x": value} for value in values).values()
-    found = [value for value in values if value is not None]
+    known_values = [value for value in values if value is not None]
 
-    assert mean == (pytest.approx(fmean(found)) if found else None)
+    assert mean == (pytest.approx(fmean(known_values)) if known_values else None)
 
 
 def test_cameras_have_equal_weight_for_any_number_of_frames():

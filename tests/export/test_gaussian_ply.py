@@ -32,9 +32,9 @@ def test_the_header_is_that_of_3dgs(frame):
     _, splats = frame
     lines, vertices = _read_vertices(build_ply(splats))
 
-    rest = [f"f_rest_{i}" for i in range(3 * (splats.sh.shape[1] - 1))]
-    names = [*_POSITION, "f_dc_0", "f_dc_1", "f_dc_2", *rest, *_SHAPE]
-    assert len(rest) in (0, 9)
+    rest_names = [f"f_rest_{i}" for i in range(3 * (splats.sh.shape[1] - 1))]
+    names = [*_POSITION, "f_dc_0", "f_dc_1", "f_dc_2", *rest_names, *_SHAPE]
+    assert len(rest_names) in (0, 9)
     assert lines == [
         "ply",
         "format binary_little_endian 1.0",

@@ -19,7 +19,7 @@ def make_camera(width: int, height: int, near: float = 0.2) -> Camera:
 
 
 def make_leaves(count: int, dtype: torch.dtype, seed: int = 0) -> dict[str, torch.Tensor]:
-    """Return attributes before activation of Gaussians in front of and beside the camera's view."""
+    """Return attributes before activation; some Gaussians are outside the camera's picture."""
     generator = torch.Generator().manual_seed(seed)
 
     def draw_normal(*shape: int) -> torch.Tensor:

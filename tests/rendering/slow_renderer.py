@@ -95,8 +95,8 @@ def _rotation_matrix(quaternion) -> list[list[float]]:
     ]
 
 
-def _clamp_slope(slope, middle, focal, size) -> float:
-    return min(max(slope, -(middle + 0.15 * size) / focal), (1.15 * size - middle) / focal)
+def _clamp_slope(slope, center, focal, size) -> float:
+    return min(max(slope, -(center + 0.15 * size) / focal), (1.15 * size - center) / focal)
 
 
 def _dot(a, b) -> float:

@@ -105,14 +105,14 @@ def _damage_and_activate(leaves, name, value):
 @pytest.mark.parametrize("name", ["means", "quaternions", "log_scales", "sh"])
 def test_one_gaussian_out_of_range_does_not_affect_others(name, value):
     leaves, background = make_leaves(30, torch.float32), torch.zeros(3)
-    damaged = _damage_and_activate(leaves, name, value)
+    gaussians = _damage_and_activate(leaves, name, value)
     width = leaves[name][0].numel()
     other_rows = [row for row in range(30) if row != 5 // width]
-    other_gaussians = Gaussians(*(tensor[other_rows] for tensor in damaged.tensors()))
+    other_gaussians = Gaussians(*(tensor[other_rows] for tensor in gaussians.tensors()))
 
-    picture = NumbaRasterizer().render(damaged, _CAMERA, background).image
+    picture = NumbaRasterizer().render(gaussians, _CAMERA, background).image
     expected = NumbaRasterizer().render(other_gaussians, _CAMERA, background).image
-    reference = TorchRasterizer().render(damaged, _CAMERA, background).image
+    reference = TorchRasterizer().render(gaussians, _CAMERA, background).image
 
     assert bool(torch.isfinite(picture).all())
     assert bool(torch.isfinite(reference).all())

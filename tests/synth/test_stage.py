@@ -7,14 +7,16 @@ from quarc_ref.synth.solids import ball, box, rotate_y, translate
 from quarc_ref.synth.stage import pack_stage
 
 _PAINT = Paint(3, (0.1,) * 3, (0.2,) * 3, (0.3,) * 3)
-_FIRST = ball(translate(1.0, 1.0, 0.0), 0.5, _PAINT)
-_SECOND = box(translate(-1.0, 1.0, 0.0) @ rotate_y(0.3), (0.1, 0.2, 0.3), _PAINT)
-_THIRD = ball(translate(0.0, 2.0, 0.0), 0.1, _PAINT)
+_FIRST_SOLID = ball(translate(1.0, 1.0, 0.0), 0.5, _PAINT)
+_SECOND_SOLID = box(translate(-1.0, 1.0, 0.0) @ rotate_y(0.3), (0.1, 0.2, 0.3), _PAINT)
+_THIRD_SOLID = ball(translate(0.0, 2.0, 0.0), 0.1, _PAINT)
 
 
 @pytest.fixture(scope="module")
 def stage():
-    return pack_stage([[_FIRST, _SECOND], [_THIRD]], make_room(0.0, choose_palette(0)))
+    return pack_stage(
+        [[_FIRST_SOLID, _SECOND_SOLID], [_THIRD_SOLID]], make_room(0.0, choose_palette(0))
+    )
 
 
 def test_groups_follow_one_another(stage):
@@ -30,7 +32,7 @@ def test_the_sphere_of_a_group_contains_its_solids(stage):
 
 
 def test_matrices_map_the_world_to_the_shape(stage):
-    corner = _SECOND.matrix @ (1.0, 1.0, -1.0, 1.0)
+    corner = _SECOND_SOLID.matrix @ (1.0, 1.0, -1.0, 1.0)
     inverse = stage.solids[1, 4:16].reshape(3, 4)
 
     np.testing.assert_allclose(inverse @ corner, (1, 1, -1), atol=1e-12)

@@ -111,7 +111,7 @@ def test_parts_are_joined_in_order(stage, cameras):
         trace_points(stage, cameras[1], picture, count, make_generator(0, "points"))
         for count in (2, 3)
     ]
-    joined = join_points(parts)
+    joined_points = join_points(parts)
 
-    np.testing.assert_array_equal(joined.positions[2:], parts[1].positions)
-    assert joined.colors.shape == (5, 3)
+    np.testing.assert_array_equal(joined_points.positions[2:], parts[1].positions)
+    assert joined_points.colors.shape == (5, 3)

@@ -85,9 +85,12 @@ def test_the_same_options_give_the_same_bytes(folder, options, tmp_path):
 
 def test_another_seed_gives_another_scene(folder, options, tmp_path):
     write_synthetic_capture(tmp_path / "other", replace(options, frames=1, seed=1))
-    first, other = VideoReader(folder / "cam00.mp4"), VideoReader(tmp_path / "other" / "cam00.mp4")
+    reader, other_reader = (
+        VideoReader(folder / "cam00.mp4"),
+        VideoReader(tmp_path / "other" / "cam00.mp4"),
+    )
 
-    assert np.abs(first.read(0).astype(float) - other.read(0)).mean() > 5
+    assert np.abs(reader.read(0).astype(float) - other_reader.read(0)).mean() > 5
 
 
 def test_progress_counts_every_picture(options, tmp_path):

@@ -22,8 +22,8 @@ class PageElements(HTMLParser):
             self.title += data.strip()
 
 
-def _build_and_parse(options, **more):
-    return PageElements(build_page(options, **more).decode())
+def _build_and_parse(options, **page_options):
+    return PageElements(build_page(options, **page_options).decode())
 
 
 def test_the_player_has_the_requested_attributes():

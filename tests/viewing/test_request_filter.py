@@ -83,10 +83,10 @@ def test_without_the_token_nothing_is_allowed(path, request_filter):
 
 
 def test_every_server_has_its_own_token(request_filter):
-    other = RequestFilter(_ADDRESS)
+    other_filter = RequestFilter(_ADDRESS)
 
-    assert not _is_accepted(other, "Host: 127.0.0.1", path=f"/{request_filter.token}/")
-    assert not _is_accepted(other, f"Host: {_NAME}")
+    assert not _is_accepted(other_filter, "Host: 127.0.0.1", path=f"/{request_filter.token}/")
+    assert not _is_accepted(other_filter, f"Host: {_NAME}")
 
 
 def test_the_address_of_a_request_is_an_allowed_host():

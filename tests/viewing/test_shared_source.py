@@ -23,17 +23,17 @@ class MeetingSource:
 
 
 def test_reads_are_those_of_the_source():
-    shared = SharedSource(MeetingSource())
+    shared_source = SharedSource(MeetingSource())
 
-    assert shared.read(2, 3) == b"\2\3\4"
-    assert shared.size() == 7
+    assert shared_source.read(2, 3) == b"\2\3\4"
+    assert shared_source.size() == 7
 
 
 def test_only_one_thread_reads_at_a_time():
     source = MeetingSource()
-    shared = SharedSource(source)
+    shared_source = SharedSource(source)
 
-    readers = [threading.Thread(target=shared.read, args=(0, 4)) for _ in range(4)]
+    readers = [threading.Thread(target=shared_source.read, args=(0, 4)) for _ in range(4)]
     for reader in readers:
         reader.start()
     for reader in readers:

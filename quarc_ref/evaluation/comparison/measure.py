@@ -221,6 +221,6 @@ def _format_frame_range(entry: Entry) -> str:
 
 def _choose_shown_views(cameras: Sequence[str], frames: Sequence[int]) -> set[tuple[str, int]]:
     """Return camera and frame: three frames of the first camera, one of a few other cameras."""
-    middle = frames[len(frames) // 2]
-    first = {(cameras[0], frame) for frame in (frames[0], middle, frames[-1])}
-    return first | {(name, middle) for name in cameras[1:_MAX_SHOWN_CAMERAS]}
+    middle_frame = frames[len(frames) // 2]
+    first = {(cameras[0], frame) for frame in (frames[0], middle_frame, frames[-1])}
+    return first | {(name, middle_frame) for name in cameras[1:_MAX_SHOWN_CAMERAS]}

@@ -96,8 +96,8 @@ def _name_entries(comparison: Comparison) -> list[str]:
 
 def _describe_comparison(comparison: Comparison) -> str:
     frames, cameras = comparison.frames, comparison.cameras
-    span = f"{frames[0]} to {frames[-1]}" if len(frames) > 1 else f"number {frames[0]}"
-    view_text = f"{count_noun(len(frames), 'frame')} ({span}) of {', '.join(cameras)}"
+    frame_range = f"{frames[0]} to {frames[-1]}" if len(frames) > 1 else f"number {frames[0]}"
+    view_text = f"{count_noun(len(frames), 'frame')} ({frame_range}) of {', '.join(cameras)}"
     return f"Measured against {comparison.truth}, on {view_text}. KB are 1024 bytes."
 
 

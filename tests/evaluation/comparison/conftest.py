@@ -1,4 +1,4 @@
-"""A capture, a stream of it, and the same frames in the formats of other methods."""
+"""A capture, its stream, and the frames of the stream in the formats of other methods."""
 
 from types import SimpleNamespace
 

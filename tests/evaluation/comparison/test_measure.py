@@ -184,11 +184,11 @@ def test_entries_without_a_stream_need_the_cameras_of_a_capture(method_outputs, 
 def test_streams_of_other_cameras_are_not_compared(method_outputs, compare, tmp_path):
     from tests.evaluation.capture_streams import write_stream
 
-    other = tmp_path / "b.quarc"
-    other.write_bytes(write_stream(method_outputs.cameras[::-1], 4))
+    other_stream = tmp_path / "b.quarc"
+    other_stream.write_bytes(write_stream(method_outputs.cameras[::-1], 4))
 
     with pytest.raises(MismatchError, match="differ in cameras"):
-        compare(method_outputs.folder / "a.quarc", other)
+        compare(method_outputs.folder / "a.quarc", other_stream)
 
 
 def test_a_fourdgs_file_of_births_is_read_with_its_spherical_harmonics(tmp_path):
