@@ -60,12 +60,12 @@ def test_the_loss_weights_l1_and_dssim():
 
 def test_cached_moments_are_freed_with_their_picture(monkeypatch):
     image, truth = _make_pair(20, 30, torch.float32)
-    initial_count = len(losses._MOMENTS)
+    initial_count = len(losses._MOMENT_CACHE)
 
     ssim = mean_ssim(image, truth)
     monkeypatch.setattr(ssim_kernels, "ssim_moments", None)
 
     assert mean_ssim(image, truth) == ssim
-    assert len(losses._MOMENTS) == initial_count + 1
+    assert len(losses._MOMENT_CACHE) == initial_count + 1
     del truth
-    assert len(losses._MOMENTS) == initial_count
+    assert len(losses._MOMENT_CACHE) == initial_count

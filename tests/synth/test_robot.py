@@ -12,7 +12,7 @@ _TIMES = [0.0, 0.17, 0.4, 0.63, 5.1]
 def _measure_lengths(solids):
     """Return the lengths of the capsules' axes."""
     return [
-        2 * solid.bend * np.linalg.norm(solid.matrix[:3, 1])
+        2 * solid.parameter * np.linalg.norm(solid.matrix[:3, 1])
         for solid in solids
         if solid.shape == CAPSULE
     ]
