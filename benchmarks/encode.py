@@ -14,7 +14,7 @@ import platform
 from pathlib import Path
 from typing import Any
 
-from quarc_ref.cli.encoder_options import configure
+from quarc_ref.cli.encoder_options import make_config
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.settings.config import EncoderConfig
@@ -69,7 +69,7 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.frames <= FIRST_FRAME:
         parser.error(f"--frames takes at least {FIRST_FRAME + 1}")
-    config = configure(arguments.preset, arguments.changes, arguments.seed)
+    config = make_config(arguments.preset, arguments.changes, arguments.seed)
     row = measure(arguments.capture, config, arguments.frames)
     print(json.dumps(row, indent=2) if arguments.json else format_table(row))
 

@@ -25,7 +25,7 @@ from quarc_ref.export.fourdgs_file import read_4dgs
 from quarc_ref.export.gaussian_ply import parse_ply
 from quarc_ref.export.sidecar import parse_sidecar
 from quarc_ref.export.spz import check_header
-from quarc_ref.files import MARKER, OutputPathError, growing_folder
+from quarc_ref.files import MARKER_NAME, OutputPathError, growing_folder
 from quarc_ref.files.marker import read_marker
 from quarc_ref.format import wire
 from quarc_ref.format.cameras import Camera
@@ -201,7 +201,7 @@ def training(data: bytes) -> None:
 
 def marker(data: bytes) -> None:
     """Read the marker of a folder and continue it."""
-    with _file(MARKER, data) as path:
+    with _file(MARKER_NAME, data) as path:
         with suppress(OutputPathError):
             read_marker(path.parent)
         with (

@@ -13,7 +13,7 @@ from ladder.rows import Ladder, Task, list_tasks
 from ladder.rungs import RUNGS
 from ladder.tables import format_rows
 from paper.unquantized import open_training_context
-from quarc_ref.cli.encoder_options import configure
+from quarc_ref.cli.encoder_options import make_config
 from quarc_ref.cli.errors import UsageError
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.errors import CaptureError, TooFewFramesError
@@ -58,7 +58,7 @@ def main(words: Sequence[str] | None = None) -> int:
     tasks = list_tasks([RUNGS[name] for name in arguments.rungs], arguments.ahead,
                        arguments.iterations)  # fmt: skip
     try:
-        config = configure(arguments.preset, arguments.set, arguments.seed)
+        config = make_config(arguments.preset, arguments.set, arguments.seed)
         with fixed_threads():
             start = _open_start(arguments, config)
             print(_fill_ladder(start, tasks, config, arguments.out), end="")

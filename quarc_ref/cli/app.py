@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from quarc_ref import __version__
-from quarc_ref.cli.columns import COMPARE, EVAL, INFO, explain
+from quarc_ref.cli.columns import COMPARE_COLUMNS, EVAL_COLUMNS, INFO_ROWS, format_explanations
 from quarc_ref.cli.command import Verb
 from quarc_ref.cli.errors import ensure_standard_streams, install_sigterm_handler
 from quarc_ref.cli.output import MessageHandler
@@ -47,7 +47,7 @@ app.command("encode", cls=Verb)(encode.encode)
 app.command("import", cls=Verb)(scenes.import_frames)
 app.command("decode", cls=Verb)(decode.decode_frames)
 app.command("verify", cls=Verb)(stream.verify)
-app.command("info", cls=Verb, epilog=explain(INFO))(stream.info)
+app.command("info", cls=Verb, epilog=format_explanations(INFO_ROWS))(stream.info)
 app.command("inspect", cls=Verb)(inspect.inspect)
 app.command("cut", cls=Verb)(edit.cut)
 app.command("join", cls=Verb)(edit.join)
@@ -56,14 +56,14 @@ app.command("view", cls=Verb)(view.view)
 app.command("publish", cls=Verb)(publish.publish)
 app.command("render", cls=Verb)(render.render)
 app.command("bench", cls=Verb)(bench.bench)
-app.command("eval", cls=Verb, epilog=explain(EVAL))(evaluate.evaluate)
-app.command("compare", cls=Verb, epilog=explain(COMPARE))(compare.compare)
+app.command("eval", cls=Verb, epilog=format_explanations(EVAL_COLUMNS))(evaluate.evaluate)
+app.command("compare", cls=Verb, epilog=format_explanations(COMPARE_COLUMNS))(compare.compare)
 app.command("synth", cls=Verb)(capture.synth)
 app.command("demo", cls=Verb)(capture.demo)
 
 
-def _print_version(asked: bool) -> None:
-    if asked:
+def _print_version(is_requested: bool) -> None:
+    if is_requested:
         version = f"{VERSION_MAJOR}.{VERSION_MINOR}"
         typer.echo(f"quarc-ref {__version__}, format {version}")
         raise typer.Exit

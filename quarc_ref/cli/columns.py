@@ -5,7 +5,7 @@ docs/guides/comparing.md and docs/guides/streams.md explain the columns in more 
 
 from collections.abc import Mapping
 
-_QUALITY = {
+_QUALITY_COLUMNS = {
     "PSNR": "in dB against the camera's picture, mean over frames; higher is better, at most 100.",
     "cc": "PSNR after the rendered colors are fitted to the truth.",
     "SSIM": "structural similarity, up to 1; higher is better.",
@@ -15,14 +15,14 @@ _QUALITY = {
     "of truth": "flicker of the capture's own pictures, caused by camera noise.",
     "LPIPS": "perceptual distance; lower is better.",
 }
-EVAL = _QUALITY
-COMPARE = {
+EVAL_COLUMNS = _QUALITY_COLUMNS
+COMPARE_COLUMNS = {
     "entry": "METHOD@POINT, and the type of the entry: stream, PLY per frame, renders, 4dgs.",
     "runs": "number of entries of this METHOD@POINT; if several, figures are mean ± deviation.",
     "PSNR, SSIM, LPIPS": "against the truth, mean over frames and cameras; PSNR is at most 100 dB.",
     "cc PSNR": "PSNR after the rendered colors are fitted to the truth.",
-    "moving, static": _QUALITY["moving, static"],
-    "flicker": _QUALITY["flicker"],
+    "moving, static": _QUALITY_COLUMNS["moving, static"],
+    "flicker": _QUALITY_COLUMNS["flicker"],
     "bytes, KB / frame": "size of all frames of the entry; a KB is 1024 bytes.",
     "Mb/s": "megabits per second at the capture's frame rate.",
     "dB to first": "mean difference in PSNR to the first entry, view by view.",
@@ -30,7 +30,7 @@ COMPARE = {
     "BD-rate": "difference in bytes at equal quality to the first method; negative: fewer bytes.",
     "BD-PSNR": "difference in PSNR at equal bytes to the first method.",
 }
-INFO = {
+INFO_ROWS = {
     "anchors": "control points whose motion is coded; they are resampled at a regular interval.",
     "canonical, snapshots": "bytes of the frames at which decoding can start.",
     "motion, updates, births": "bytes of other frames: anchor motion, changed and new Gaussians.",
@@ -40,6 +40,6 @@ INFO = {
 }
 
 
-def explain(meanings: Mapping[str, str]) -> str:
+def format_explanations(explanations: Mapping[str, str]) -> str:
     """Return the explanations, one per line, as the epilog of a command's `--help`."""
-    return "\n\n".join(f"{name}: {meaning}" for name, meaning in meanings.items())
+    return "\n\n".join(f"{name}: {explanation}" for name, explanation in explanations.items())

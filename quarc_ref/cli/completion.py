@@ -14,5 +14,6 @@ def complete_setting() -> list[tuple[str, str]]:
     from quarc_ref.encoder.settings.setting_list import describe_settings
 
     return [
-        (f"{each.name}=", each.description) for each in describe_settings(choose_preset("main"))
+        (f"{setting.name}=", setting.description)
+        for setting in describe_settings(choose_preset("main"))
     ]

@@ -9,7 +9,7 @@ from quarc_ref.cli.output import print_json, print_message, print_table
 from quarc_ref.export.table import Export
 
 if TYPE_CHECKING:
-    from quarc_ref.cli.targets import OneFrame
+    from quarc_ref.cli.targets import SingleFrameFile
     from quarc_ref.decoder import Scene
     from quarc_ref.export.clip import Clip
     from quarc_ref.export.table import FrameSequence
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from quarc_ref.streams import Follow, Gap, Source
 
 
-class Decoding:
+class FrameDecoder:
     """Decodes frames of a stream, and reads its header, cameras and metadata.
 
     Args:
@@ -44,7 +44,7 @@ class Decoding:
             return Clip(decoder.header, *self._prologue)
         return Clip(decoder.header, decoder.cameras, decoder.metadata)
 
-    def scenes(self, start: int, stop: int | None) -> "Iterator[Scene]":
+    def decode_scenes(self, start: int, stop: int | None) -> "Iterator[Scene]":
         """Yield the scenes of frames `start` to `stop - 1`, or to the last frame for None."""
         from quarc_ref.streams import Gap, decode, recover
         from quarc_ref.streams.prologue import read_prologue
@@ -64,7 +64,7 @@ class Decoding:
                 yield item
 
 
-class Written:
+class FrameWriter:
     """Writes frames to files, and records the file names and the gaps of the stream.
 
     Args:
@@ -80,7 +80,7 @@ class Written:
         self._sidecar: str | None = None
         self._sequence: FrameSequence | None = None
 
-    def add(self, target: "OutputFolder | OneFrame", scene: "Scene", clip: "Clip") -> None:
+    def add(self, target: "OutputFolder | SingleFrameFile", scene: "Scene", clip: "Clip") -> None:
         """Write a frame to its file, or add it to the single file of all frames."""
         from quarc_ref.export.clip import Frame
 
@@ -95,13 +95,13 @@ class Written:
             name = f"frame_{scene.frame:04}.{self._export.suffix}"
             self.names.append(target.write(name, data).name)
 
-    def finish(self, target: "OutputFolder | OneFrame") -> None:
+    def finish(self, target: "OutputFolder | SingleFrameFile") -> None:
         """Write the file of all frames, if the format has a single file."""
         if self._sequence is not None:
             name = f"frames.{self._export.suffix}"
             self.names.append(target.write(name, self._sequence.finish()).name)
 
-    def show(self, output: Path | None, *, as_json: bool, past_damage: bool) -> None:
+    def print_result(self, output: Path | None, *, as_json: bool, past_damage: bool) -> None:
         """Print the names of all written files.
 
         Args:
@@ -111,23 +111,27 @@ class Written:
         """
         if as_json:
             gaps = {"gaps": [asdict(gap) for gap in self.gaps]} if past_damage else {}
-            made = {"files": self.names, "sidecar": self._sidecar}
+            written_files = {"files": self.names, "sidecar": self._sidecar}
             folder = output if output is None or self._with_sidecar else output.parent
-            print_json("decode/2", {"folder": folder and str(folder), **made, **gaps})
+            print_json("decode/2", {"folder": folder and str(folder), **written_files, **gaps})
             return
-        ends = f", {self.names[0]} to {self.names[-1]}" if len(self.names) > 1 else ""
-        lines = {"files": f"{len(self.names)}{ends or ''.join(f', {it}' for it in self.names)}"}
+        name_range = f", {self.names[0]} to {self.names[-1]}" if len(self.names) > 1 else ""
+        lines = {
+            "files": f"{len(self.names)}{name_range or ''.join(f', {name}' for name in self.names)}"
+        }
         lines |= {"gaps": f"{len(self.gaps)}"} if past_damage else {}
         print_table(str(output or "no folder"), lines)
 
     def _write_sidecar(
-        self, target: "OutputFolder | OneFrame", first_frame: int, clip: "Clip"
+        self, target: "OutputFolder | SingleFrameFile", first_frame: int, clip: "Clip"
     ) -> None:
         from quarc_ref.export.sidecar import SIDECAR_NAME, build_sidecar
 
-        one = self._export.is_sequence
+        is_single_file = self._export.is_sequence
         pattern = (
-            f"frames.{self._export.suffix}" if one else f"frame_{{frame:04}}.{self._export.suffix}"
+            f"frames.{self._export.suffix}"
+            if is_single_file
+            else f"frame_{{frame:04}}.{self._export.suffix}"
         )
         self._sidecar = target.write(SIDECAR_NAME, build_sidecar(clip, pattern, first_frame)).name
 
@@ -135,6 +139,6 @@ class Written:
 def _report_gap(gap: "Gap") -> None:
     """Print the position and the size of a gap to standard error."""
     size = "to the end" if gap.byte_count is None else f"{gap.byte_count:,} bytes"
-    lost = "unknown" if gap.frames_lost is None else f"{gap.frames_lost}"
-    line = f"gap at byte {gap.offset}, {size}, frames lost: {lost}: {gap.message}"
+    lost_frames = "unknown" if gap.frames_lost is None else f"{gap.frames_lost}"
+    line = f"gap at byte {gap.offset}, {size}, frames lost: {lost_frames}: {gap.message}"
     print_message(line)

@@ -15,7 +15,7 @@ from quarc_ref.synth import SynthOptions, fill_synthetic_capture
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Demo:
+class DemoOutput:
     """Outputs of a demo.
 
     Attributes:
@@ -31,7 +31,7 @@ class Demo:
 
 def run_demo(
     folder: OutputFolder, options: SynthOptions, config: EncoderConfig, progress: Progress
-) -> Demo:
+) -> DemoOutput:
     """Write a capture, a stream and a report into a folder.
 
     Args:
@@ -40,11 +40,11 @@ def run_demo(
         config: Settings of the encoder.
         progress: Callback for the progress of every step.
     """
-    with folder.folder("capture") as made:
-        fill_synthetic_capture(made, options, partial(progress.advance, "synth"))
+    with folder.folder("capture") as subfolder:
+        fill_synthetic_capture(subfolder, options, partial(progress.advance, "synth"))
     capture, stream = folder.path / "capture", folder.path / "demo.quarc"
     with folder.open(stream.name) as sink:
         encode(open_capture(capture), sink, EncodeOptions(config, progress=progress))
     evaluation = evaluate_stream(stream.read_bytes(), capture, progress.advance)
-    with folder.folder("report") as made:
-        return Demo(stream, write_report(evaluation, made), evaluation)
+    with folder.folder("report") as subfolder:
+        return DemoOutput(stream, write_report(evaluation, subfolder), evaluation)

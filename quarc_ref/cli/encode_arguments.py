@@ -15,8 +15,8 @@ _PRESET_HELP = (
 )
 
 
-def _list_settings(asked: bool) -> None:
-    if asked:
+def _list_settings(is_requested: bool) -> None:
+    if is_requested:
         with report_errors():
             print_settings()
         raise typer.Exit
@@ -179,17 +179,17 @@ TensorBoardFolder = Annotated[
 ]
 
 
-def reject_with(what: str, asked: dict[str, bool]) -> None:
-    """Raise UsageError if an option is given that conflicts with `what`."""
-    for option, is_given in asked.items():
+def reject_conflicts(option_name: str, is_given_by_option: dict[str, bool]) -> None:
+    """Raise UsageError if an option is given that conflicts with `option_name`."""
+    for option, is_given in is_given_by_option.items():
         if is_given:
-            message = f"{what} cannot be combined with {option}"
+            message = f"{option_name} cannot be combined with {option}"
             raise UsageError(message)
 
 
-def require_segments(asked: dict[str, bool]) -> None:
+def require_segments(is_given_by_option: dict[str, bool]) -> None:
     """Raise UsageError if an option is given that needs `--segments`."""
-    for option, is_given in asked.items():
+    for option, is_given in is_given_by_option.items():
         if is_given:
             message = f"{option} needs --segments"
             raise UsageError(message)

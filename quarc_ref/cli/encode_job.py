@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from quarc_ref.cli.encode_warnings import Warnings
+from quarc_ref.cli.encode_warnings import FindingCollector
 from quarc_ref.cli.encoder_options import open_requested_capture, require_device
 from quarc_ref.cli.errors import UsageError
-from quarc_ref.cli.stream_targets import growing_stream, kept_segments
-from quarc_ref.cli.targets import written_file, written_stream
+from quarc_ref.cli.stream_targets import open_segments_folder, open_stream_file
+from quarc_ref.cli.targets import open_output_file, open_output_stream
 
 if TYPE_CHECKING:
     from quarc_ref.datasets.capture import Capture
@@ -28,24 +28,24 @@ class EncodeJob:
 
     Attributes:
         folder: Folder of the capture.
-        opening: Start frame, held-out cameras and downscaling of the capture.
+        capture_options: Start frame, held-out cameras and downscaling of the capture.
         config: Settings of the encoder.
         frames: Number of frames to encode; None for all.
         device: Value of `--device`.
         progress: Callback for the progress of every step.
         warnings: Prints and collects findings about the capture.
-        checks: Whether to check the capture before encoding.
+        should_check: Whether to check the capture before encoding.
         monitor: Receives every training step and every frame.
     """
 
     folder: Path
-    opening: "CaptureOptions"
+    capture_options: "CaptureOptions"
     config: "EncoderConfig"
     frames: int | None
     device: str
     progress: "Progress"
-    warnings: Warnings
-    checks: bool
+    warnings: FindingCollector
+    should_check: bool
     monitor: "Monitor"
 
     def open(self) -> "tuple[Capture, EncodeOptions]":
@@ -59,7 +59,7 @@ class EncodeJob:
         from quarc_ref.encoder import EncodeOptions
 
         require_device(self.device)
-        capture = open_requested_capture(self.folder, self.opening)
+        capture = open_requested_capture(self.folder, self.capture_options)
         try:
             capture.require_frames(self.frames)
         except TooFewFramesError as error:
@@ -70,7 +70,7 @@ class EncodeJob:
             self.frames,
             self.device,
             self.progress,
-            checks=self.checks,
+            checks=self.should_check,
             report=self.warnings.add,
             monitor=self.monitor,
         )
@@ -91,60 +91,66 @@ class WriteMode:
     resume: bool
 
 
-def encode_to_pipe(work: EncodeJob, target: Path) -> None:
+def encode_to_pipe(job: EncodeJob, target: Path) -> None:
     """Encode a capture to standard output."""
-    with written_stream(target, force=False) as sink:
+    with open_output_stream(target, force=False) as sink:
         from quarc_ref.encoder import encode
 
-        capture, options = work.open()
+        capture, options = job.open()
         encode(capture, sink, options)
 
 
-def encode_to_file(work: EncodeJob, target: Path, wanted: WriteMode) -> None:
+def encode_to_file(job: EncodeJob, target: Path, write_mode: WriteMode) -> None:
     """Encode a capture to a file, or resume an interrupted encode.
 
     Raises:
-        UsageError: The file exists and `wanted` does not allow replacing or resuming it.
+        UsageError: The file exists and `write_mode` does not allow replacing or resuming it.
     """
-    with growing_stream(target, force=wanted.force, live=wanted.live, resume=wanted.resume) as (
+    with open_stream_file(
+        target, force=write_mode.force, live=write_mode.live, resume=write_mode.resume
+    ) as (
         path,
         file,
     ):
         from quarc_ref.encoder.stream_file import encode_into
 
-        capture, options = work.open()
+        capture, options = job.open()
         encode_into(capture, file, path, options)
 
 
 def encode_to_joined_file(
-    work: EncodeJob, target: Path, wanted: WriteMode, segment_count: int, pool: "WorkerPool"
+    job: EncodeJob, target: Path, write_mode: WriteMode, segment_count: int, pool: "WorkerPool"
 ) -> None:
     """Encode segments of a capture independently, and join the segments to a single file.
 
     Raises:
-        UsageError: The file exists and `wanted` does not allow replacing it, or there are fewer
+        UsageError: The file exists and `write_mode` does not allow replacing it, or there are fewer
             frames than segments.
         UnusableCaptureError: The capture cannot be encoded with useful quality.
         ResumeError: The file to resume is from a different capture, or has different settings.
         JobsError: Some segments could not be encoded; all finished segments are kept.
     """
-    is_there = wanted.resume and target.is_file() and not wanted.force
-    with kept_segments(target, force=wanted.force or is_there, resume=wanted.resume) as folder:
+    is_finished = write_mode.resume and target.is_file() and not write_mode.force
+    with open_segments_folder(
+        target, force=write_mode.force or is_finished, resume=write_mode.resume
+    ) as folder:
         from quarc_ref.encoder import segments
         from quarc_ref.encoder.resume.checkpoint import checkpoint_path
 
-        capture, options = work.open()
-        if is_there:
+        capture, options = job.open()
+        if is_finished:
             segments.require_finished(target, capture, options)
             return
         options.check(capture)
-        parts = _cut(work, capture, options, (folder.path.absolute(), segment_count))
-        for part in parts:
-            folder.add(part.file.name)
-            folder.add(checkpoint_path(part.file).name)
-        segments.encode_segments(parts, pool, work.progress, work.warnings.add)
-        with written_file(target, force=wanted.force, durable=True) as sink:
-            segments.join_segments(parts, sink)
+        segment_list = _split_capture(
+            job, capture, options, (folder.path.absolute(), segment_count)
+        )
+        for segment in segment_list:
+            folder.add(segment.file.name)
+            folder.add(checkpoint_path(segment.file).name)
+        segments.encode_segments(segment_list, pool, job.progress, job.warnings.add)
+        with open_output_file(target, force=write_mode.force, durable=True) as sink:
+            segments.join_segments(segment_list, sink)
 
 
 def choose_pool(
@@ -157,28 +163,28 @@ def choose_pool(
     """
     from quarc_ref.jobs import WorkerPool
 
-    processors = os.cpu_count() or 1
-    at_a_time = workers or min(segment_count, processors)
-    threads = 1 if ray else max(1, processors // at_a_time)
-    return WorkerPool(at_a_time, threads, ray, 1.0 if device == "cuda" else 0.0)
+    cpu_count = os.cpu_count() or 1
+    worker_count = workers or min(segment_count, cpu_count)
+    threads = 1 if ray else max(1, cpu_count // worker_count)
+    return WorkerPool(worker_count, threads, ray, 1.0 if device == "cuda" else 0.0)
 
 
-def _cut(
-    work: EncodeJob, capture: "Capture", options: "EncodeOptions", into: tuple[Path, int]
+def _split_capture(
+    job: EncodeJob, capture: "Capture", options: "EncodeOptions", folder_and_count: tuple[Path, int]
 ) -> "list[Segment]":
     """Split a capture into segments, whose files are in the given folder."""
     from quarc_ref.encoder.segments import Segment, split_frames
 
-    folder, segment_count = into
+    folder, segment_count = folder_and_count
     try:
-        spans = split_frames(capture.require_frames(work.frames), segment_count)
+        ranges = split_frames(capture.require_frames(job.frames), segment_count)
     except ValueError as error:
         message = f"--segments {segment_count}: {error}"
         raise UsageError(message) from error
     return [
         Segment(
-            work.folder.absolute(), work.opening, options, first, count,
+            job.folder.absolute(), job.capture_options, options, first, count,
             folder / f"frames_{first:06}_{count:06}.quarc",
         )
-        for first, count in spans
+        for first, count in ranges
     ]  # fmt: skip

@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from quarc_ref.cli.output import TerminalProgress
-from quarc_ref.cli.targets import reject_target
+from quarc_ref.cli.targets import require_writable_file
 from quarc_ref.files import open_log
 from quarc_ref.inspection.wording import count_noun
 
 if TYPE_CHECKING:
     from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate, Monitor
 
-_WORTH_TELLING = 10.0  # seconds
+_MIN_ANNOUNCED_SECONDS = 10.0  # seconds
 _MEGABYTE = 1e6
 
 
@@ -36,7 +36,7 @@ class LogOptions:
 
 
 @contextmanager
-def opened_monitors(logs: LogOptions, progress: TerminalProgress) -> "Iterator[Monitor]":
+def open_monitors(logs: LogOptions, progress: TerminalProgress) -> "Iterator[Monitor]":
     """Open the logs of an encode, and show its status on the terminal.
 
     Raises:
@@ -50,33 +50,35 @@ def opened_monitors(logs: LogOptions, progress: TerminalProgress) -> "Iterator[M
 
     monitors: list[Monitor] = []
     with ExitStack() as stack:
-        if progress.shows:
-            status = EncodeStatus(lambda *found: _announce(progress, *found))
+        if progress.is_shown:
+            status = EncodeStatus(lambda *arguments: _announce_estimate(progress, *arguments))
             progress.follow(status.describe)
             monitors.append(status)
         if logs.json is not None:
-            monitors.append(JsonLog(stack.enter_context(_opened_log(logs.json, logs))))
+            monitors.append(JsonLog(stack.enter_context(_open_json_log(logs.json, logs))))
         if logs.tensorboard is not None:
             from quarc_ref.encoder.monitoring.tensorboard_log import TensorBoardLog
 
-            board = TensorBoardLog(logs.tensorboard)
-            stack.callback(board.close)
-            monitors.append(board)
+            tensorboard_log = TensorBoardLog(logs.tensorboard)
+            stack.callback(tensorboard_log.close)
+            monitors.append(tensorboard_log)
         yield Monitors(monitors)
 
 
 @contextmanager
-def _opened_log(path: Path, logs: LogOptions) -> Iterator[TextIO]:
-    reject_target(path, force=logs.force or logs.keep)
+def _open_json_log(path: Path, logs: LogOptions) -> Iterator[TextIO]:
+    require_writable_file(path, force=logs.force or logs.keep)
     with open_log(path, keep=logs.keep) as sink:
         yield sink
 
 
-def _announce(progress: TerminalProgress, plan: "EncodePlan", estimate: "Estimate") -> None:
+def _announce_estimate(
+    progress: TerminalProgress, plan: "EncodePlan", estimate: "Estimate"
+) -> None:
     """Print the estimated time and size of an encode that takes longer than 10 seconds."""
     from quarc_ref.encoder.monitoring.status import format_duration
 
-    if estimate.seconds < _WORTH_TELLING:
+    if estimate.seconds < _MIN_ANNOUNCED_SECONDS:
         return
     progress.announce(
         f"{count_noun(plan.frames, 'frame')} of {plan.capture}, "

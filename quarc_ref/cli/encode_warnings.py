@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from quarc_ref.datasets.findings import Finding
 
 
-class Warnings:
+class FindingCollector:
     """The findings that an encode has reported so far."""
 
     def __init__(self) -> None:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from quarc_ref.encoder.settings.config import EncoderConfig
 
 
-def configure(preset: str, settings: list[str], seed: int) -> "EncoderConfig":
+def make_config(preset: str, settings: list[str], seed: int) -> "EncoderConfig":
     """Return the settings of a preset, changed by `KEY=VALUE` texts and the seed.
 
     Raises:
@@ -34,17 +34,17 @@ def configure(preset: str, settings: list[str], seed: int) -> "EncoderConfig":
     return config
 
 
-def require_positive(asked: dict[str, float | None]) -> None:
+def require_positive(values: dict[str, float | None]) -> None:
     """Raise UsageError if a given option is not a number above 0."""
-    for option, value in asked.items():
+    for option, value in values.items():
         if value is not None and not 0 < value < math.inf:
             message = f"{option} takes a number above 0, not {value}"
             raise UsageError(message)
 
 
-def as_settings(asked: dict[str, float | None]) -> list[str]:
+def format_settings(values: dict[str, float | None]) -> list[str]:
     """Return `KEY=VALUE` texts of the encoder settings that are not None."""
-    return [f"{key}={value}" for key, value in asked.items() if value is not None]
+    return [f"{key}={value}" for key, value in values.items() if value is not None]
 
 
 def print_settings() -> None:
@@ -52,17 +52,23 @@ def print_settings() -> None:
     from quarc_ref.encoder.settings.presets import PRESETS
     from quarc_ref.encoder.settings.setting_list import describe_settings
 
-    by_preset = zip(*map(describe_settings, PRESETS.values()), strict=True)
+    settings_by_preset = zip(*map(describe_settings, PRESETS.values()), strict=True)
     rows = [("KEY", *(f"in {name}" for name in PRESETS), "values", "description")]
     rows += [
-        (first.name, first.text, *(each.text for each in others), first.values, first.description)
-        for first, *others in by_preset
+        (
+            first_preset.name,
+            first_preset.text,
+            *(setting.text for setting in other_presets),
+            first_preset.values,
+            first_preset.description,
+        )
+        for first_preset, *other_presets in settings_by_preset
     ]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     # The last column is not padded, because a terminal would wrap trailing spaces.
-    for *cells, meaning in rows:
-        filled = [f"{cell:<{width}}" for cell, width in zip(cells, widths, strict=False)]
-        sys.stdout.write("  ".join([*filled, meaning]) + "\n")
+    for *cells, description in rows:
+        padded_cells = [f"{cell:<{width}}" for cell, width in zip(cells, widths, strict=False)]
+        sys.stdout.write("  ".join([*padded_cells, description]) + "\n")
 
 
 def require_device(device: str) -> None:

@@ -33,10 +33,10 @@ from quarc_ref.format.errors import (
     UnusableCaptureError,
 )
 
-STREAM_IS_BAD = 1
-USAGE = 2
-TOOL_FAILED = 3
-_BY_SIGNAL = 128
+EXIT_INVALID_STREAM = 1
+EXIT_USAGE = 2
+EXIT_FAILURE = 3
+_EXIT_SIGNAL_BASE = 128
 _SIGPIPE = 13  # not defined by `signal` on Windows
 _EXTRAS = {
     "gsplat": "gpu",
@@ -44,7 +44,7 @@ _EXTRAS = {
     "tensorboard": "tensorboard",
     **{row.package: row.extra for row in EXPORTS.values() if row.package and row.extra},
 }
-_NOTHING_LEFT = "interrupted; nothing was written"
+_INTERRUPTED_MESSAGE = "interrupted; nothing was written"
 
 
 class UsageError(Exception):
@@ -65,15 +65,15 @@ def report_errors() -> Iterator[None]:
         _discard_output(sys.stdout)
         raise
     except (Exception, KeyboardInterrupt) as error:
-        _exit_with(*_judge(error))
+        _exit_with(*_describe_and_code(error))
 
 
 def install_sigterm_handler() -> None:
     """Handle SIGTERM like Ctrl-C, with cleanup."""
-    signal.signal(signal.SIGTERM, _terminate)
+    signal.signal(signal.SIGTERM, _raise_termination)
 
 
-def _terminate(_number: int, _frame: FrameType | None) -> NoReturn:
+def _raise_termination(_number: int, _frame: FrameType | None) -> NoReturn:
     raise Termination
 
 
@@ -98,7 +98,7 @@ def _discard_output(output: TextIO) -> None:
             os.dup2(os.open(os.devnull, os.O_WRONLY), output.fileno())
 
 
-def _name_extra(error: ImportError) -> str:
+def _suggest_extra(error: ImportError) -> str:
     extra = _EXTRAS.get(error.name or "", "encode")
     return (
         f"{error.name or error} cannot be imported; install it with: pip install "
@@ -127,37 +127,37 @@ def _describe_error(error: BaseException) -> str:
     if isinstance(error, MemoryError):
         return f"there is not enough memory: {error}" if str(error) else "out of memory"
     if isinstance(error, OSError) and error.strerror:
-        place = f"{error.filename}: " if error.filename else ""
-        return f"{place}{error.strerror}"
+        prefix = f"{error.filename}: " if error.filename else ""
+        return f"{prefix}{error.strerror}"
     return str(error) or repr(error)
 
 
-_FAULTS: tuple[tuple[tuple[type[BaseException], ...], int, Callable[[Any], str]], ...] = (
-    ((BitstreamError,), STREAM_IS_BAD, _describe_rejection),
-    ((UsageError, EditError, ResumeError, NoFramesError), USAGE, str),
-    ((EnvironmentVariableError,), USAGE, str),
-    ((OutputPathError,), USAGE, _suggest_force),
-    ((UnusableCaptureError,), TOOL_FAILED, _suggest_no_checks),
-    ((ImportError,), TOOL_FAILED, _name_extra),
-    ((UnicodeEncodeError,), TOOL_FAILED, _describe_bad_name),
-    ((CaptureError, QuarcError, OSError, RuntimeError, MemoryError), TOOL_FAILED, _describe_error),
+_ERROR_HANDLERS: tuple[tuple[tuple[type[BaseException], ...], int, Callable[[Any], str]], ...] = (
+    ((BitstreamError,), EXIT_INVALID_STREAM, _describe_rejection),
+    ((UsageError, EditError, ResumeError, NoFramesError), EXIT_USAGE, str),
+    ((EnvironmentVariableError,), EXIT_USAGE, str),
+    ((OutputPathError,), EXIT_USAGE, _suggest_force),
+    ((UnusableCaptureError,), EXIT_FAILURE, _suggest_no_checks),
+    ((ImportError,), EXIT_FAILURE, _suggest_extra),
+    ((UnicodeEncodeError,), EXIT_FAILURE, _describe_bad_name),
+    ((CaptureError, QuarcError, OSError, RuntimeError, MemoryError), EXIT_FAILURE, _describe_error),
 )
 
 
-def _judge(error: BaseException) -> tuple[str, int]:
+def _describe_and_code(error: BaseException) -> tuple[str, int]:
     """Return the message, which may be empty, and the exit code of an exception."""
     if isinstance(error, KeyboardInterrupt):
-        return str(error) or _NOTHING_LEFT, _BY_SIGNAL + _name_signal(error)
+        return str(error) or _INTERRUPTED_MESSAGE, _EXIT_SIGNAL_BASE + _find_signal(error)
     if isinstance(error, BrokenPipeError) and any(map(_has_no_reader, (sys.stdout, sys.stderr))):
-        return "", _BY_SIGNAL + _SIGPIPE
-    for kinds, code, say in _FAULTS:
-        if isinstance(error, kinds):
-            return say(error), code
+        return "", _EXIT_SIGNAL_BASE + _SIGPIPE
+    for error_types, code, describe in _ERROR_HANDLERS:
+        if isinstance(error, error_types):
+            return describe(error), code
     traceback.print_exception(error)  # Python's own exit code 1 would mean an invalid stream
-    return f"internal error: {error!r}", TOOL_FAILED
+    return f"internal error: {error!r}", EXIT_FAILURE
 
 
-def _name_signal(error: BaseException | None) -> signal.Signals:
+def _find_signal(error: BaseException | None) -> signal.Signals:
     """Return the signal that caused an exception: SIGTERM or SIGINT."""
     while error is not None:
         if isinstance(error, Termination):
@@ -170,12 +170,12 @@ def _has_no_reader(output: TextIO) -> bool:
     """Return whether an output is a pipe without a reader."""
     if sys.platform == "win32":
         return True
-    watch = select.poll()
+    poller = select.poll()
     try:
-        watch.register(output, 0)
+        poller.register(output, 0)
     except OSError:  # the output is not a file
         return False
-    return bool(watch.poll(0))
+    return bool(poller.poll(0))
 
 
 def _exit_with(message: str, code: int) -> NoReturn:

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from quarc_ref.cli.errors import report_errors
-from quarc_ref.cli.options import STANDARD_STREAM, check_file, is_file
+from quarc_ref.cli.options import STANDARD_STREAM, check_stream_name, is_path_name
 from quarc_ref.cli.output import print_message
 
 if TYPE_CHECKING:
     from quarc_ref.streams import Follow
 
-PATIENCE = 60.0
+DEFAULT_PATIENCE = 60.0
 _POLL_SECONDS = 0.1
 
 # `follow_stream` checks whether the file exists, so the argument has no callback.
-FollowedName = Annotated[
+FollowedStreamName = Annotated[
     str,
     typer.Argument(
         metavar="FILE",
@@ -55,10 +55,10 @@ def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None
         BadParameter: The stream is a path that does not exist.
     """
     with report_errors():
-        if follow and is_file(name):
-            _await_file(Path(name), patience)
+        if follow and is_path_name(name):
+            _wait_for_file(Path(name), patience)
     try:
-        check_file(name)
+        check_stream_name(name)
     except typer.BadParameter as error:
         error.param_hint = "'FILE'"  # the hint that typer adds to errors of a callback
         raise
@@ -69,10 +69,10 @@ def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None
     return Follow(patience=patience)
 
 
-def _await_file(path: Path, patience: float) -> None:
+def _wait_for_file(path: Path, patience: float) -> None:
     if path.exists():
         return
     print_message(f"waiting for {path}")
-    give_up = time.monotonic() + patience
-    while not path.exists() and time.monotonic() < give_up:
+    deadline = time.monotonic() + patience
+    while not path.exists() and time.monotonic() < deadline:
         time.sleep(_POLL_SECONDS)

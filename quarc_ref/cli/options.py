@@ -12,39 +12,39 @@ from quarc_ref.cli.errors import UsageError
 
 STANDARD_STREAM = "-"
 AXES = ("x", "-x", "y", "-y", "z", "-z")  # in the order of a stream's header
-_DIGITS = 20  # Frame numbers have fewer digits.
+_MAX_DIGITS = 20  # Frame numbers have fewer digits.
 
 
-def is_file(name: str) -> bool:
+def is_path_name(name: str) -> bool:
     """Return whether the name of a stream is a path, not a URL or `-`."""
     return name != STANDARD_STREAM and not name.startswith(("http://", "https://"))
 
 
-def name_stream(name: str) -> str:
+def format_stream_name(name: str) -> str:
     """Return the name of a stream in output: a file name, or `standard input`."""
     return "standard input" if name == STANDARD_STREAM else name.rstrip("/").rpartition("/")[2]
 
 
-def check_file(name: str) -> str:
+def check_stream_name(name: str) -> str:
     """Check that the file of a stream exists; URLs and `-` are not checked.
 
     Raises:
         BadParameter: The path does not exist, or is not a file.
     """
-    if is_file(name) and not stat.S_ISREG(_find_file_mode(name)):
+    if is_path_name(name) and not stat.S_ISREG(_get_file_mode(name)):
         _reject(name, "is not a regular file; use - for standard input")
     return name
 
 
-def check_path(name: str) -> str:
+def check_stream_file(name: str) -> str:
     """Check that the name of a stream is the path of an existing file.
 
     Raises:
         BadParameter: The name is not a path, or the path is missing or a folder.
     """
-    if not is_file(name):
+    if not is_path_name(name):
         _reject(name, "is not a file; this command accepts only files, not URLs or standard input")
-    _find_file_mode(name)
+    _get_file_mode(name)
     return name
 
 
@@ -54,18 +54,18 @@ def check_folder(path: Path) -> Path:
     Raises:
         BadParameter: The path does not exist, or is not a folder.
     """
-    if not stat.S_ISDIR(_find_mode(str(path))):
+    if not stat.S_ISDIR(_get_mode(str(path))):
         _reject(str(path), "is not a folder")
     return path
 
 
-def check_existing(path: str) -> None:
+def check_path_exists(path: str) -> None:
     """Check that a path exists.
 
     Raises:
         BadParameter: The path does not exist.
     """
-    _find_mode(path)
+    _get_mode(path)
 
 
 def check_axis(name: str | None) -> str | None:
@@ -81,14 +81,14 @@ def check_axis(name: str | None) -> str | None:
     return axis
 
 
-def _find_file_mode(path: str) -> int:
-    mode = _find_mode(path)
+def _get_file_mode(path: str) -> int:
+    mode = _get_mode(path)
     if stat.S_ISDIR(mode):
         _reject(path, "is a folder")
     return mode
 
 
-def _find_mode(path: str) -> int:
+def _get_mode(path: str) -> int:
     """Return the mode of a path from `stat`; raise BadParameter if the path does not exist."""
     try:
         return os.stat(path).st_mode
@@ -98,8 +98,8 @@ def _find_mode(path: str) -> int:
         _reject(path, f"cannot be found: {error.strerror}")
 
 
-def _reject(path: str, fault: str) -> NoReturn:
-    message = f"{path!r} {fault}."
+def _reject(path: str, problem: str) -> NoReturn:
+    message = f"{path!r} {problem}."
     raise typer.BadParameter(message)
 
 
@@ -109,7 +109,7 @@ StreamFile = Annotated[
         metavar="FILE",
         help="A .quarc stream in a file.",
         show_default=False,
-        callback=check_path,
+        callback=check_stream_file,
     ),
 ]
 StreamName = Annotated[
@@ -118,7 +118,7 @@ StreamName = Annotated[
         metavar="FILE",
         help="A .quarc stream: a file, an http(s) URL, or - for standard input.",
         show_default=False,
-        callback=check_file,
+        callback=check_stream_name,
     ),
 ]
 Frames = Annotated[
@@ -195,15 +195,15 @@ def parse_frames(text: str | None) -> tuple[int, int | None]:
     """
     if text is None:
         return 0, None
-    first, colon, last = text.partition(":")
-    numbers = [first or "0", last or "0"] if colon else [first]
-    if not all(number.isdecimal() and len(number) < _DIGITS for number in numbers):
+    start_text, colon, stop_text = text.partition(":")
+    numbers = [start_text or "0", stop_text or "0"] if colon else [start_text]
+    if not all(number.isdecimal() and len(number) < _MAX_DIGITS for number in numbers):
         message = f"--frames takes a range A:B, such as 0:10, or a frame, such as 7, not {text!r}"
         raise UsageError(message)
     start = int(numbers[0])
     if not colon:
         return start, start + 1
-    stop = int(last) if last else None
+    stop = int(stop_text) if stop_text else None
     if stop is not None and stop <= start:
         message = f"--frames {text} is empty: A:B means frames A to B - 1"
         raise UsageError(message)

@@ -22,14 +22,14 @@ from rich.table import Table
 from rich.text import Text
 
 _SECONDS_BETWEEN_LINES = 5.0
-_REFERENCE_ENGINE = (
+_REFERENCE_ENGINE_MESSAGE = (
     "quarc_core is not installed; scenes of this size decode many times faster with it (see "
     "core/README.md)"
 )
-_AS_WIDE_AS_IT_IS = 1 << 12
+_UNLIMITED_WIDTH = 1 << 12
 
 
-class _Output(Console):
+class _PlainConsole(Console):
     """Console that prints text without markup, because streams may contain any text."""
 
     def __init__(self, width: int | None = None) -> None:
@@ -47,8 +47,8 @@ def print_json(schema: str, values: dict[str, object]) -> None:
         schema: Name and version of the schema; `info/2` is described by docs/schemas/info.json.
         values: Values by their names in the schema.
     """
-    said = {"schema": f"quarc-ref/{schema}", **values}
-    sys.stdout.write(json.dumps(said, indent=2, allow_nan=False) + "\n")
+    document = {"schema": f"quarc-ref/{schema}", **values}
+    sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
 
 
 def print_message(message: str) -> None:
@@ -83,7 +83,7 @@ def print_table(title: str, rows: dict[str, str]) -> None:
     table.add_column(overflow="fold")
     for name, value in rows.items():
         table.add_row(escape_controls(name), escape_controls(value))
-    output = _Output()
+    output = _PlainConsole()
     output.print(escape_controls(title), style="italic", highlight=False, soft_wrap=True)
     output.print(table)
 
@@ -103,18 +103,18 @@ def print_columns(title: str, headings: Sequence[str], rows: Iterable[Sequence[s
         table.add_column(heading.removeprefix("<"), justify=justify, header_style="dim")
     for row in rows:
         table.add_row(*map(escape_controls, row))
-    _Output(_AS_WIDE_AS_IT_IS).print(table)
+    _PlainConsole(_UNLIMITED_WIDTH).print(table)
 
 
 def escape_controls(text: str) -> str:
     """Return the text with terminal control characters escaped."""
     return "".join(
-        letter if letter.isprintable() else letter.encode("unicode_escape").decode()
-        for letter in text
+        character if character.isprintable() else character.encode("unicode_escape").decode()
+        for character in text
     )
 
 
-def warn_of_reference_engine() -> bool:
+def warn_about_reference_engine() -> bool:
     """Suggest the fast engine on standard error if a large scene was decoded without it.
 
     Returns:
@@ -122,10 +122,10 @@ def warn_of_reference_engine() -> bool:
     """
     from quarc_ref.decoder.engines import misses_fast_engine
 
-    missed = misses_fast_engine()
-    if missed:
-        print_message(_REFERENCE_ENGINE)
-    return missed
+    is_slow = misses_fast_engine()
+    if is_slow:
+        print_message(_REFERENCE_ENGINE_MESSAGE)
+    return is_slow
 
 
 class TerminalProgress:
@@ -138,33 +138,33 @@ class TerminalProgress:
         quiet: Whether to show no progress.
 
     Attributes:
-        shows: Whether progress is shown.
+        is_shown: Whether progress is shown.
     """
 
-    _MAIN = ("canonical", "frames")
-    _ONCE = (
+    _STATUS_STAGES = ("canonical", "frames")
+    _LINE_STAGES = (
         *("synth", "canonical", "frames", "segments"),
         *("sync", "features", "inspect", "evaluate", "compare", "decode", "seek", "render"),
     )
 
     def __init__(self, *, quiet: bool) -> None:
         console = Console(stderr=True)
-        self.shows = not quiet
+        self.is_shown = not quiet
         self._status: Callable[[], str] | None = None
         self._bars = Progress(
             TextColumn("{task.description:>10}"),
             BarColumn(),
             MofNCompleteColumn(),
-            _TimeLeft(),
+            _RemainingTimeColumn(),
             TextColumn("{task.fields[status]}"),
             console=console,
             transient=True,
             disable=quiet or not console.is_terminal,
         )
-        self._lines = not quiet and not console.is_terminal
-        self._warns = not quiet
+        self._prints_lines = not quiet and not console.is_terminal
+        self._should_warn = not quiet
         self._tasks: dict[str, TaskID] = {}
-        self._told: set[str] = set()
+        self._printed_stages: set[str] = set()
         self._next_line = time.monotonic() + _SECONDS_BETWEEN_LINES
 
     def __enter__(self) -> "TerminalProgress":
@@ -183,12 +183,12 @@ class TerminalProgress:
         """Update the progress of a stage; a total of 0 means that the total is unknown."""
         if stage not in self._tasks:
             self._tasks[stage] = self._bars.add_task(stage, total=total or None, status="")
-        status = self._describe(stage)
+        status = self._get_status(stage)
         self._bars.update(self._tasks[stage], completed=done, total=total or None, status=status)
-        if self._lines and stage in self._ONCE:
+        if self._prints_lines and stage in self._LINE_STAGES:
             self._print_line(stage, done, total)
-        if self._warns:
-            self._warns = not warn_of_reference_engine()
+        if self._should_warn:
+            self._should_warn = not warn_about_reference_engine()
 
     def follow(self, status: "Callable[[], str]") -> None:
         """Show a status text next to the stages `canonical` and `frames`.
@@ -205,20 +205,20 @@ class TerminalProgress:
         else:
             self._bars.console.print(message, highlight=False, markup=False)
 
-    def _describe(self, stage: str) -> str:
-        return self._status() if self._status and stage in self._MAIN else ""
+    def _get_status(self, stage: str) -> str:
+        return self._status() if self._status and stage in self._STATUS_STAGES else ""
 
     def _print_line(self, stage: str, done: int, total: int) -> None:
         now = time.monotonic()
-        if now >= self._next_line or (done == total and stage in self._told):
-            self._told.add(stage)
+        if now >= self._next_line or (done == total and stage in self._printed_stages):
+            self._printed_stages.add(stage)
             self._next_line = now + _SECONDS_BETWEEN_LINES
-            place = f"{stage} {done}/{total}" if total else f"{stage} {done}"
-            status = self._describe(stage)
-            sys.stderr.write(f"{place}: {status}\n" if status else f"{place}\n")
+            count_text = f"{stage} {done}/{total}" if total else f"{stage} {done}"
+            status = self._get_status(stage)
+            sys.stderr.write(f"{count_text}: {status}\n" if status else f"{count_text}\n")
 
 
-class _TimeLeft(TimeRemainingColumn):
+class _RemainingTimeColumn(TimeRemainingColumn):
     """Column with the remaining time of a stage; empty if the stage has a status text."""
 
     def render(self, task: Task) -> Text:

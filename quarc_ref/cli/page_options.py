@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from quarc_ref.cli.errors import UsageError
-from quarc_ref.cli.options import name_stream
+from quarc_ref.cli.options import format_stream_name
 
 if TYPE_CHECKING:
     from quarc_ref.format.cameras import Camera
@@ -25,9 +25,9 @@ CameraName = Annotated[
 ]
 
 
-def name_page(stream: str) -> str:
+def make_page_title(stream: str) -> str:
     """Return the default page title for a stream."""
-    return name_stream(stream).removesuffix(".quarc")
+    return format_stream_name(stream).removesuffix(".quarc")
 
 
 def choose_first_camera(cameras: "tuple[Camera, ...] | None", name: str | None) -> "Camera | None":

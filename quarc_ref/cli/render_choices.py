@@ -10,27 +10,29 @@ if TYPE_CHECKING:
     from quarc_ref.format.cameras import Camera
     from quarc_ref.viewing.outline import Outline
 
-_MAX_RATE_TERM = (1 << 31) - 1  # FFmpeg's rationals have 32-bit terms
+_MAX_RATIONAL_TERM = (1 << 31) - 1  # FFmpeg's rationals have 32-bit terms
 # The quality is nearly lossless, so that smaller files can be encoded from the video.
-_X264 = {"crf": "6", "preset": "medium"}
+_X264_OPTIONS = {"crf": "6", "preset": "medium"}
 # For lookahead, x264 buffers dozens of pictures with ten bytes per pixel. For large pictures, this
 # needs too much memory.
-_LARGE = 1 << 21
-_X264_LARGE = _X264 | {
+_LARGE_PICTURE_PIXELS = 1 << 21
+_X264_LARGE_OPTIONS = _X264_OPTIONS | {
     "x264-params": "rc-lookahead=0:sync-lookahead=0:mbtree=0:ref=1:bframes=0:sliced-threads=1"
 }
 
 
-_VP9 = {"crf": "12", "b": "0", "deadline": "good", "cpu-used": "4", "row-mt": "1"}
-_OPTIONS = {
-    ("mp4", False): _X264,
-    ("mp4", True): _X264_LARGE,
-    ("webm", False): _VP9,
-    ("webm", True): _VP9 | {"lag-in-frames": "0"},
+_VP9_OPTIONS = {"crf": "12", "b": "0", "deadline": "good", "cpu-used": "4", "row-mt": "1"}
+_ENCODER_OPTIONS = {
+    ("mp4", False): _X264_OPTIONS,
+    ("mp4", True): _X264_LARGE_OPTIONS,
+    ("webm", False): _VP9_OPTIONS,
+    ("webm", True): _VP9_OPTIONS | {"lag-in-frames": "0"},
 }
 
 
-def choose_camera(outline: "Outline", name: str | None, width: int | None, kind: str) -> "Camera":
+def choose_camera(
+    outline: "Outline", name: str | None, width: int | None, output_kind: str
+) -> "Camera":
     """Return the requested camera, resized to pictures of the requested width.
 
     Raises:
@@ -39,29 +41,29 @@ def choose_camera(outline: "Outline", name: str | None, width: int | None, kind:
     from quarc_ref.datasets.calibration import require_picture_size, require_video_size
     from quarc_ref.viewing.outline import find_camera, fit_height, resize_camera
 
-    require = require_video_size if kind in ("mp4", "webm") else require_picture_size
+    require_size = require_video_size if output_kind in ("mp4", "webm") else require_picture_size
     try:
         camera = find_camera(outline.cameras, name)
-        wanted = width or camera.width
-        require(wanted, fit_height(camera, wanted))
+        requested_width = width or camera.width
+        require_size(requested_width, fit_height(camera, requested_width))
     except ValueError as error:
         raise UsageError(str(error)) from error
     return resize_camera(camera, width) if width else camera
 
 
-def require_pixels(camera: "Camera", most: int) -> None:
+def require_pixel_limit(camera: "Camera", max_pixels: int) -> None:
     """Raise UsageError if pictures have too many pixels; the message names options to change."""
     pixels = camera.width * camera.height
-    if pixels > most:
+    if pixels > max_pixels:
         message = (
             f"pictures of {camera.width} x {camera.height} have {pixels:,} pixels, more than "
-            f"the limit of {most:,}: choose a smaller --width, or --max-pixels {pixels}"
+            f"the limit of {max_pixels:,}: choose a smaller --width, or --max-pixels {pixels}"
         )
         raise UsageError(message)
 
 
-def choose_form(
-    outline: "Outline", camera: "Camera", pixels: str, container: Literal["mp4", "webm"]
+def choose_video_format(
+    outline: "Outline", camera: "Camera", pixel_format: str, container: Literal["mp4", "webm"]
 ) -> "VideoFormat":
     """Choose the video format for a camera's pictures, at the stream's frame rate.
 
@@ -71,16 +73,16 @@ def choose_form(
     """
     from quarc_ref.datasets.video_writer import VideoFormat
 
-    if pixels == "yuv420p" and (camera.width % 2 or camera.height % 2):
+    if pixel_format == "yuv420p" and (camera.width % 2 or camera.height % 2):
         message = (
             f"pictures of {camera.width} x {camera.height} cannot be yuv420p, which needs even "
             "sizes: choose another --width, or yuv444p"
         )
         raise UsageError(message)
-    pace = Fraction(outline.header.timescale, outline.header.frame_ticks)
-    if max(pace.as_integer_ratio()) > _MAX_RATE_TERM:
-        message = f"a video cannot have {pace} frames per second: choose --to png"
+    frame_rate = Fraction(outline.header.timescale, outline.header.frame_ticks)
+    if max(frame_rate.as_integer_ratio()) > _MAX_RATIONAL_TERM:
+        message = f"a video cannot have {frame_rate} frames per second: choose --to png"
         raise UsageError(message)
-    is_large = camera.width * camera.height > _LARGE
-    options = _OPTIONS[container, is_large]
-    return VideoFormat(camera.width, camera.height, pace, options, pixels, container)
+    is_large = camera.width * camera.height > _LARGE_PICTURE_PIXELS
+    options = _ENCODER_OPTIONS[container, is_large]
+    return VideoFormat(camera.width, camera.height, frame_rate, options, pixel_format, container)

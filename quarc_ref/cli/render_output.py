@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from quarc_ref.cli.errors import UsageError
-from quarc_ref.cli.targets import written_file, written_folder, written_frame
+from quarc_ref.cli.targets import open_output_file, open_output_frame, written_folder
 
 if TYPE_CHECKING:
     from quarc_ref.datasets.capture import Image
@@ -15,15 +15,15 @@ if TYPE_CHECKING:
     from quarc_ref.rendering.pipeline_data import Float32
     from quarc_ref.viewing.paths.pose import Shot
 
-Kind = Literal["mp4", "webm", "png", "npz"]
-Video = Literal["mp4", "webm"]
-_VIDEO_SUFFIXES: dict[str, Video] = {".mp4": "mp4", ".webm": "webm"}
-_ONE_PICTURE = ".png"
-_SIDECAR = "depth.json"
-_SCHEMA = "depth/1"
+OutputKind = Literal["mp4", "webm", "png", "npz"]
+VideoContainer = Literal["mp4", "webm"]
+_VIDEO_SUFFIXES: dict[str, VideoContainer] = {".mp4": "mp4", ".webm": "webm"}
+_PICTURE_SUFFIX = ".png"
+_SIDECAR_NAME = "depth.json"
+_SIDECAR_SCHEMA = "depth/1"
 
 
-def choose_kind(output: Path, *, depth: bool) -> Kind:
+def choose_kind(output: Path, *, depth: bool) -> OutputKind:
     """Choose the type of output by the suffix of the output path.
 
     Raises:
@@ -33,7 +33,7 @@ def choose_kind(output: Path, *, depth: bool) -> Kind:
     video = _VIDEO_SUFFIXES.get(suffix)
     if video and not depth:
         return video
-    if suffix not in ("", _ONE_PICTURE) or (depth and suffix):
+    if suffix not in ("", _PICTURE_SUFFIX) or (depth and suffix):
         message = (
             f"the output type is not clear from the name {output}: use the suffix .mp4 or "
             ".webm for a video, .png for one frame, no suffix for a folder of files (the "
@@ -44,43 +44,48 @@ def choose_kind(output: Path, *, depth: bool) -> Kind:
 
 
 def write_video(
-    drawn: "Iterator[tuple[int, Image]]", output: Path, form: "VideoFormat", *, force: bool
+    pictures: "Iterator[tuple[int, Image]]",
+    output: Path,
+    video_format: "VideoFormat",
+    *,
+    force: bool,
 ) -> dict[str, object]:
     """Write pictures as a video, and return the values that `--json` prints."""
     from quarc_ref.datasets.video_writer import write_video_file
 
-    with written_file(output, force=force) as sink:
-        count = write_video_file(sink, (picture for _, picture in drawn), form)
+    with open_output_file(output, force=force) as sink:
+        count = write_video_file(sink, (picture for _, picture in pictures), video_format)
     return {"file": str(output), "frames": count, "bytes": output.stat().st_size}
 
 
 def write_pictures(
-    drawn: "Iterator[tuple[int, Image]]", output: Path, *, force: bool
+    pictures: "Iterator[tuple[int, Image]]", output: Path, *, force: bool
 ) -> dict[str, object]:
     """Write pictures as PNG files, and return the values that `--json` prints."""
     from quarc_ref.datasets.video_writer import build_png
 
-    one = output.suffix.lower() == _ONE_PICTURE
-    with (written_frame if one else written_folder)(output, force=force) as target:
+    is_single_file = output.suffix.lower() == _PICTURE_SUFFIX
+    with (open_output_frame if is_single_file else written_folder)(output, force=force) as target:
         names = [
             target.write(f"frame_{number:04}.png", build_png(picture)).name
-            for number, picture in drawn
+            for number, picture in pictures
         ]
-    folder = output.parent if one else output
+    folder = output.parent if is_single_file else output
     return {"folder": str(folder), "frames": len(names), "files": names}
 
 
 def write_depths(
-    drawn: "Iterator[tuple[Shot, tuple[Float32, Float32]]]",
+    rendered_shots: "Iterator[tuple[Shot, tuple[Float32, Float32]]]",
     output: Path,
-    kind: Kind,
+    kind: OutputKind,
     *,
     force: bool,
 ) -> dict[str, object]:
     """Write depth as 16-bit PNG files or NumPy archives, and `depth.json`, which describes them.
 
     Args:
-        drawn: Shots in order, each with `[H, W]` depth in world units and `[H, W]` opacity.
+        rendered_shots: Shots in order, each with `[H, W]` depth in world units and `[H, W]`
+            opacity.
         output: Path of the folder.
         kind: `png` or `npz`.
         force: Whether to replace a folder that quarc-ref created.
@@ -90,19 +95,21 @@ def write_depths(
 
     files: list[dict[str, object]] = []
     with written_folder(output, force=force) as target:
-        for number, (shot, (depth, opacity)) in enumerate(drawn):
+        for number, (shot, (depth, opacity)) in enumerate(rendered_shots):
             name = f"depth_{number:04}.{kind}"
-            found: dict[str, object] = {}
+            scale_entry: dict[str, object] = {}
             if kind == "npz":
                 data = _build_archive(depth, opacity)
             else:
-                levels, found["scale"] = quantize_depth(depth, opacity)
+                levels, scale_entry["scale"] = quantize_depth(depth, opacity)
                 data = build_depth_png(levels)
             target.write(name, data)
-            files.append({"file": name, "frame": shot.frame, **found, "camera": _describe(shot)})
-        sidecar = {"schema": f"quarc-ref/{_SCHEMA}", "files": files}
-        target.write(_SIDECAR, (json.dumps(sidecar, indent=2) + "\n").encode())
-    names = [*(str(each["file"]) for each in files), _SIDECAR]
+            files.append(
+                {"file": name, "frame": shot.frame, **scale_entry, "camera": _describe_camera(shot)}
+            )
+        sidecar = {"schema": f"quarc-ref/{_SIDECAR_SCHEMA}", "files": files}
+        target.write(_SIDECAR_NAME, (json.dumps(sidecar, indent=2) + "\n").encode())
+    names = [*(str(entry["file"]) for entry in files), _SIDECAR_NAME]
     return {"folder": str(output), "frames": len(files), "files": names}
 
 
@@ -114,7 +121,7 @@ def _build_archive(depth: "Float32", opacity: "Float32") -> bytes:
     return buffer.getvalue()
 
 
-def _describe(shot: "Shot") -> dict[str, Any]:
+def _describe_camera(shot: "Shot") -> dict[str, Any]:
     camera = shot.camera
     return {
         "name": camera.name,

@@ -24,7 +24,7 @@ class _Sink(Protocol):
 
 
 @contextmanager
-def seekable_stream(source: "Source") -> "Iterator[Source]":
+def open_seekable(source: "Source") -> "Iterator[Source]":
     """Yield a stream that can be read repeatedly; a pipe is copied to a temporary file.
 
     Raises:
@@ -36,20 +36,20 @@ def seekable_stream(source: "Source") -> "Iterator[Source]":
         yield source
         return
     with TemporaryFile(buffering=0) as file:
-        _copy(source, file)
+        _copy_chunks(source, file)
         yield FileSource(file)
 
 
-def _copy(source: "Source", file: _Sink) -> None:
+def _copy_chunks(source: "Source", file: _Sink) -> None:
     """Copy a stream chunk by chunk, so that endless input that is not a stream is rejected."""
     from quarc_ref.streams.chunk_reader import ChunkReader
 
-    copying = _Copying(source, file)
-    reader = ChunkReader(copying)
+    copying_source = _CopyingSource(source, file)
+    reader = ChunkReader(copying_source)
     with suppress(BitstreamError):  # the reader of the copy finds the same error
         reader.read_chunk()
         for header in reader.headers():
-            copying.go_to(header.end)
+            copying_source.copy_until(header.end)
 
 
 @contextmanager
@@ -69,7 +69,7 @@ def growing_copy(source: "Source") -> "Iterator[Source]":
 
 def _fill_copy(source: "Source", copy: "_GrowingCopy") -> None:
     try:
-        _copy(source, copy)
+        _copy_chunks(source, copy)
     except (QuarcError, OSError) as error:
         print_message(str(error))
 
@@ -93,16 +93,16 @@ class _GrowingCopy:
             if self._is_closed:
                 return len(piece)
             self._file.seek(self._size)
-            written = self._file.write(piece)
-            self._size += written
-            return written
+            written_bytes = self._file.write(piece)
+            self._size += written_bytes
+            return written_bytes
 
     def read(self, offset: int, length: int) -> bytes:
         """Read up to `length` bytes at `offset` that have been received."""
         with self._lock:
-            missing = max(0, min(length, self._size - offset))
-            self._file.seek(offset if missing else 0)
-            return self._file.read(missing)
+            available = max(0, min(length, self._size - offset))
+            self._file.seek(offset if available else 0)
+            return self._file.read(available)
 
     def size(self) -> int:
         """Return the number of bytes received so far."""
@@ -114,7 +114,7 @@ class _GrowingCopy:
             self._is_closed = True
 
 
-class _Copying:
+class _CopyingSource:
     """A source that copies all bytes to a file while they are read.
 
     Args:
@@ -125,26 +125,26 @@ class _Copying:
     def __init__(self, source: "Source", file: _Sink) -> None:
         self._source = source
         self._file = file
-        self._copied = 0
+        self._copied_bytes = 0
 
     def read(self, offset: int, length: int) -> bytes:
         """Read up to `length` bytes at `offset`, and copy all bytes before the end of the read."""
-        self.go_to(offset + length)
+        self.copy_until(offset + length)
         return self._source.read(offset, length)
 
     def size(self) -> None:
         """Return None, because the size is unknown."""
         return
 
-    def go_to(self, offset: int) -> None:
+    def copy_until(self, offset: int) -> None:
         """Copy all bytes before an offset that have not been copied yet."""
-        while self._copied < offset:
-            size = min(_PIECE_BYTES, offset - self._copied)
-            piece = self._source.read(self._copied, size)
+        while self._copied_bytes < offset:
+            size = min(_PIECE_BYTES, offset - self._copied_bytes)
+            piece = self._source.read(self._copied_bytes, size)
             if not piece:
                 return
             self._write(piece)
-            self._copied += len(piece)
+            self._copied_bytes += len(piece)
 
     def _write(self, piece: bytes) -> None:
         try:

@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import BinaryIO, NoReturn
 
 from quarc_ref.cli.errors import UsageError
-from quarc_ref.cli.targets import reject_target
+from quarc_ref.cli.targets import require_writable_file
 from quarc_ref.files import OutputFolder, contains_files, growing_folder, sync_file, sync_folder
 
-_PART = ".part"
-_SEGMENTS = ".segments"
+_PART_SUFFIX = ".part"
+_SEGMENTS_SUFFIX = ".segments"
 
 
 @contextmanager
-def growing_stream(
+def open_stream_file(
     target: Path, *, force: bool, live: bool, resume: bool
 ) -> Iterator[tuple[Path, BinaryIO]]:
     """Open the output file of a stream exclusively; the file may contain a partial stream.
@@ -38,27 +38,29 @@ def growing_stream(
     """
     from quarc_ref.encoder.stream_file import open_exclusively
 
-    place = _choose_resumed(target, live=live) if resume else _choose_new(target, live=live)
-    reject_target(target, force=force or (resume and place == target))
+    path = (
+        _choose_resumed_path(target, live=live) if resume else _choose_new_path(target, live=live)
+    )
+    require_writable_file(target, force=force or (resume and path == target))
     if force and not resume:
-        _remove(place)
-    with open_exclusively(place) as file:
+        _remove_partial_stream(path)
+    with open_exclusively(path) as file:
         try:
             if not resume:
-                _reject_existing_part(place)
-            with _reporting_kept_files(place):
-                yield place, file
+                _reject_existing_part(path)
+            with _reporting_kept_files(path):
+                yield path, file
             sync_file(file)
         finally:
-            if not _is_nonempty(place):
-                _drop(place, file)
-    if place != target:
-        place.replace(target)
+            if not _is_nonempty(path):
+                _remove_open_file(path, file)
+    if path != target:
+        path.replace(target)
     sync_folder(target.absolute().parent)
 
 
 @contextmanager
-def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[OutputFolder]:
+def open_segments_folder(target: Path, *, force: bool, resume: bool) -> Iterator[OutputFolder]:
     """Create the folder `<target>.segments`, which is removed on success and kept otherwise.
 
     Args:
@@ -71,8 +73,8 @@ def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[Output
             is set.
         OutputPathError: The folder has files that quarc-ref did not create, or is in use.
     """
-    reject_target(target, force=force)
-    path = target.with_name(target.name + _SEGMENTS)
+    require_writable_file(target, force=force)
+    path = target.with_name(target.name + _SEGMENTS_SUFFIX)
     with growing_folder(path, replace=True, keep=resume or not force) as folder:
         if not (resume or force) and folder.contains_files():
             _reject_leftover(path)
@@ -82,76 +84,80 @@ def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[Output
 
 
 @contextmanager
-def _reporting_kept_files(place: Path) -> Iterator[None]:
+def _reporting_kept_files(path: Path) -> Iterator[None]:
     """Add the names of the kept files to the message of an interruption."""
     try:
         yield
     except KeyboardInterrupt as error:
-        training = _name_training(place)
-        if _is_nonempty(place):
-            kept = f"{place} has the finished frames: use --resume to encode the missing frames"
-        elif _is_nonempty(training):
-            kept = f"{training} has the training state of frame 0: use --resume to continue"
+        checkpoint = _get_checkpoint_path(path)
+        if _is_nonempty(path):
+            explanation = (
+                f"{path} has the finished frames: use --resume to encode the missing frames"
+            )
+        elif _is_nonempty(checkpoint):
+            explanation = (
+                f"{checkpoint} has the training state of frame 0: use --resume to continue"
+            )
         else:
             raise
-        message = f"interrupted; {kept}"
+        message = f"interrupted; {explanation}"
         raise KeyboardInterrupt(message) from error
 
 
-def _choose_new(target: Path, *, live: bool) -> Path:
-    return target if live else _name_part(target)
+def _choose_new_path(target: Path, *, live: bool) -> Path:
+    return target if live else _get_part_path(target)
 
 
-def _choose_resumed(target: Path, *, live: bool) -> Path:
-    part = _name_part(target)
-    at_target = live or (_is_nonempty(target) and not _has_partial_encode(part))
-    return target if at_target else part
+def _choose_resumed_path(target: Path, *, live: bool) -> Path:
+    part = _get_part_path(target)
+    is_target_resumed = live or (_is_nonempty(target) and not _has_partial_encode(part))
+    return target if is_target_resumed else part
 
 
-def _remove(place: Path) -> None:
+def _remove_partial_stream(path: Path) -> None:
     """Remove a partial stream and its checkpoint, unless another process is writing the stream."""
     from quarc_ref.encoder.resume.checkpoint import remove_checkpoint
     from quarc_ref.encoder.stream_file import open_exclusively
 
-    with open_exclusively(place) as file:
-        remove_checkpoint(_name_training(place))
-        _drop(place, file)
+    with open_exclusively(path) as file:
+        remove_checkpoint(_get_checkpoint_path(path))
+        _remove_open_file(path, file)
 
 
-def _drop(place: Path, file: BinaryIO) -> None:
+def _remove_open_file(path: Path, file: BinaryIO) -> None:
     """Remove an open file, or truncate it on systems that cannot remove open files."""
     if sys.platform == "win32":
         file.truncate(0)
     else:
-        place.unlink(missing_ok=True)
+        path.unlink(missing_ok=True)
 
 
-def _reject_existing_part(place: Path) -> None:
-    for path in (place, _name_training(place)):
+def _reject_existing_part(part: Path) -> None:
+    for path in (part, _get_checkpoint_path(part)):
         if _is_nonempty(path):
             _reject_leftover(path)
 
 
-def _reject_leftover(place: Path) -> NoReturn:
+def _reject_leftover(path: Path) -> NoReturn:
     message = (
-        f"{place} is from an interrupted encode: use --resume to continue the encode, or --force "
+        f"{path} is from an interrupted encode: use --resume to continue the encode, or --force "
         "to start again"
     )
     raise UsageError(message)
 
 
-def _name_training(place: Path) -> Path:
+def _get_checkpoint_path(path: Path) -> Path:
     from quarc_ref.encoder.resume.checkpoint import checkpoint_path
 
-    return checkpoint_path(place)
+    return checkpoint_path(path)
 
 
-def _name_part(target: Path) -> Path:
-    return target.with_name(target.name + _PART)
+def _get_part_path(target: Path) -> Path:
+    return target.with_name(target.name + _PART_SUFFIX)
 
 
-def _has_partial_encode(place: Path) -> bool:
-    return any(map(_is_nonempty, (place, _name_training(place))))
+def _has_partial_encode(path: Path) -> bool:
+    return any(map(_is_nonempty, (path, _get_checkpoint_path(path))))
 
 
 def _is_nonempty(path: Path) -> bool:

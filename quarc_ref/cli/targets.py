@@ -23,7 +23,7 @@ _FILE_SUFFIXES = {
 
 
 @contextmanager
-def written_file(target: Path, *, force: bool, durable: bool = False) -> Iterator[BinaryIO]:
+def open_output_file(target: Path, *, force: bool, durable: bool = False) -> Iterator[BinaryIO]:
     """Open a temporary file that replaces a target when the block ends without an error.
 
     Args:
@@ -34,14 +34,14 @@ def written_file(target: Path, *, force: bool, durable: bool = False) -> Iterato
     Raises:
         UsageError: The target is `-`, or exists and must not be replaced.
     """
-    reject_target(target, force=force)
+    require_writable_file(target, force=force)
     files.remove_leftovers(target)
     with files.atomic_file(target, durable=durable) as sink:
         yield sink
 
 
 @contextmanager
-def written_stream(target: Path, *, force: bool) -> Iterator[BinaryIO]:
+def open_output_stream(target: Path, *, force: bool) -> Iterator[BinaryIO]:
     """Open the output file of a stream, or standard output.
 
     Args:
@@ -57,7 +57,7 @@ def written_stream(target: Path, *, force: bool) -> Iterator[BinaryIO]:
             raise UsageError(message)
         yield sys.stdout.buffer
     else:
-        with written_file(target, force=force, durable=True) as sink:
+        with open_output_file(target, force=force, durable=True) as sink:
             yield sink
 
 
@@ -74,12 +74,12 @@ def written_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
         OutputPathError: The target is not empty and must not be replaced.
     """
     _reject_folder(target)
-    with files.written_folder(target, replace=force) as made:
-        yield made
-    if made.moved_to:
+    with files.written_folder(target, replace=force) as folder:
+        yield folder
+    if folder.moved_to:
         message = (
             f"another program added files to {target} while it was written; these files are now in "
-            f"{made.moved_to}"
+            f"{folder.moved_to}"
         )
         print_message(message)
 
@@ -97,11 +97,11 @@ def growing_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
         OutputPathError: The target is not empty and must not be replaced.
     """
     _reject_folder(target)
-    with files.growing_folder(target, replace=force) as made, _reporting_kept_files(made):
-        yield made
+    with files.growing_folder(target, replace=force) as folder, _reporting_kept_files(folder):
+        yield folder
 
 
-class OneFrame:
+class SingleFrameFile:
     """An output file for a single frame; a second frame is an error.
 
     Args:
@@ -112,7 +112,7 @@ class OneFrame:
     def __init__(self, target: Path, sink: BinaryIO) -> None:
         self._target = target
         self._sink = sink
-        self._has_one = False
+        self._has_frame = False
 
     def write(self, _name: str, data: bytes) -> Path:
         """Write the frame and return the path of the file.
@@ -120,29 +120,29 @@ class OneFrame:
         Raises:
             UsageError: The file already has a frame.
         """
-        if self._has_one:
+        if self._has_frame:
             message = (
                 f"{self._target} is a single file, but there are several frames: choose one "
                 "frame, such as --frames 0:1, or give a folder"
             )
             raise UsageError(message)
-        self._has_one = True
+        self._has_frame = True
         self._sink.write(data)
         return self._target
 
 
 @contextmanager
-def written_frame(target: Path, *, force: bool) -> Iterator[OneFrame]:
+def open_output_frame(target: Path, *, force: bool) -> Iterator[SingleFrameFile]:
     """Open a temporary file for one frame, which replaces a target when the block ends.
 
     Raises:
         UsageError: The target is `-`, or exists and must not be replaced.
     """
-    with written_file(target, force=force) as sink:
-        yield OneFrame(target, sink)
+    with open_output_file(target, force=force) as sink:
+        yield SingleFrameFile(target, sink)
 
 
-def reject_target(target: Path, *, force: bool) -> None:
+def require_writable_file(target: Path, *, force: bool) -> None:
     """Raise UsageError if no file can be written at a path, or an existing file must remain."""
     _reject_standard_output(target, "this file")
     _reject_missing_parent(target)
@@ -169,9 +169,9 @@ def _reject_folder(target: Path) -> None:
         raise UsageError(message)
 
 
-def _reject_standard_output(target: Path, what: str) -> None:
+def _reject_standard_output(target: Path, output_name: str) -> None:
     if str(target) == STANDARD_STREAM:
-        message = f"-: {what} cannot be written to standard output: give a path"
+        message = f"-: {output_name} cannot be written to standard output: give a path"
         raise UsageError(message)
 
 
@@ -182,12 +182,12 @@ def _reject_missing_parent(target: Path) -> None:
 
 
 @contextmanager
-def _reporting_kept_files(made: OutputFolder) -> Iterator[None]:
+def _reporting_kept_files(folder: OutputFolder) -> Iterator[None]:
     """Add the folder of the finished frames to the message of an interruption."""
     try:
         yield
     except KeyboardInterrupt as error:
-        if not made.contains_files():
+        if not folder.contains_files():
             raise
-        message = f"interrupted; {made.path} has the finished frames"
+        message = f"interrupted; {folder.path} has the finished frames"
         raise KeyboardInterrupt(message) from error

@@ -12,7 +12,7 @@ from quarc_ref.encoder.encode_options import EncodeOptions
 from quarc_ref.encoder.encode_stream import encode
 from quarc_ref.encoder.resume.checkpoint import checkpoint_path
 from quarc_ref.encoder.resume.partial_stream import read_partial_stream
-from quarc_ref.files.locks import is_still_at, lock, open_regular
+from quarc_ref.files.locks import is_still_at, lock_file, open_regular_file
 from quarc_ref.format.errors import ResumeError
 from quarc_ref.streams.sources import FileSource
 
@@ -74,8 +74,8 @@ def open_exclusively(path: Path) -> Iterator[BinaryIO]:
         OSError: The file cannot be opened.
     """
     while True:
-        with open_regular(path, os.O_RDWR | os.O_CREAT) as file:
-            if lock(file) is False:
+        with open_regular_file(path, os.O_RDWR | os.O_CREAT) as file:
+            if lock_file(file) is False:
                 message = f"{path} is being written by another process"
                 raise ResumeError(message)
             if is_still_at(file, path):

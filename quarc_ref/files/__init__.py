@@ -17,11 +17,11 @@ from quarc_ref.files.folder_contents import contains_files
 from quarc_ref.files.folders import growing_folder, written_folder
 from quarc_ref.files.leftovers import remove_leftovers
 from quarc_ref.files.logs import open_log
-from quarc_ref.files.marker import MARKER
+from quarc_ref.files.marker import MARKER_NAME
 from quarc_ref.files.output_folder import OutputFolder
 
 __all__ = [
-    "MARKER",
+    "MARKER_NAME",
     "OutputFolder",
     "OutputPathError",
     "atomic_file",

@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from quarc_ref.files.beside import PART, temporary_name
+from quarc_ref.files.beside import PART_SUFFIX, make_temporary_path
 from quarc_ref.files.locks import CAN_LOCK, create_locked
 
 
@@ -30,7 +30,7 @@ def atomic_file(target: Path, *, durable: bool = False) -> Iterator[BinaryIO]:
     Raises:
         OSError: The file cannot be written.
     """
-    beside, file = _create_temporary(target)
+    temporary_path, file = _create_temporary(target)
     try:
         with file:
             yield file
@@ -39,9 +39,9 @@ def atomic_file(target: Path, *, durable: bool = False) -> Iterator[BinaryIO]:
             file.flush()
             if not CAN_LOCK:
                 file.close()
-            beside.replace(target)
+            temporary_path.replace(target)
     except BaseException:
-        beside.unlink(missing_ok=True)
+        temporary_path.unlink(missing_ok=True)
         raise
     if durable:
         sync_folder(target.absolute().parent)
@@ -68,15 +68,15 @@ def sync_file(file: BinaryIO) -> None:
 def sync_folder(folder: Path) -> None:
     """Flush the file names in a folder to disk, if the system supports it."""
     with suppress(OSError):
-        number = os.open(folder, os.O_RDONLY)
+        descriptor = os.open(folder, os.O_RDONLY)
         try:
-            os.fsync(number)
+            os.fsync(descriptor)
         finally:
-            os.close(number)
+            os.close(descriptor)
 
 
 def _create_temporary(target: Path) -> tuple[Path, BinaryIO]:
     while True:
-        beside = temporary_name(target, PART)
+        temporary_path = make_temporary_path(target, PART_SUFFIX)
         with suppress(FileExistsError):
-            return beside, create_locked(beside)
+            return temporary_path, create_locked(temporary_path)

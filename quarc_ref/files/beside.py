@@ -4,22 +4,22 @@ import re
 import secrets
 from pathlib import Path
 
-PART, OLD = "part", "old"
-_RANDOM = 8  # bytes
+PART_SUFFIX, OLD_SUFFIX = "part", "old"
+_RANDOM_BYTES = 8  # bytes
 
 
-def temporary_name(target: Path, purpose: str) -> Path:
+def make_temporary_path(target: Path, suffix: str) -> Path:
     """Return a hidden random path next to a target."""
     target = target.absolute()
-    return target.with_name(f".{target.name}.{secrets.token_hex(_RANDOM)}.{purpose}")
+    return target.with_name(f".{target.name}.{secrets.token_hex(_RANDOM_BYTES)}.{suffix}")
 
 
-def replaced_name(part: Path) -> Path:
+def make_replaced_path(part: Path) -> Path:
     """Return the path to which the existing target is renamed when `part` replaces it."""
-    return part.with_suffix(f".{OLD}")
+    return part.with_suffix(f".{OLD_SUFFIX}")
 
 
-def is_temporary_name(name: str, target_name: str, purpose: str) -> bool:
-    """Return whether a file name may come from `temporary_name`."""
-    pattern = rf"\.{re.escape(target_name)}\.[0-9a-f]{{{2 * _RANDOM}}}\.{purpose}"
+def is_temporary_name(name: str, target_name: str, suffix: str) -> bool:
+    """Return whether a file name may come from `make_temporary_path`."""
+    pattern = rf"\.{re.escape(target_name)}\.[0-9a-f]{{{2 * _RANDOM_BYTES}}}\.{suffix}"
     return re.fullmatch(pattern, name) is not None

@@ -5,12 +5,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from quarc_ref.files.beside import PART, replaced_name, temporary_name
+from quarc_ref.files.beside import PART_SUFFIX, make_replaced_path, make_temporary_path
 from quarc_ref.files.errors import OutputPathError
-from quarc_ref.files.folder_contents import remove_listed_with_subfolders, require_no_foreign_files
+from quarc_ref.files.folder_contents import remove_output_folder, require_no_foreign_files
 from quarc_ref.files.leftovers import remove_leftovers
 from quarc_ref.files.locks import CAN_LOCK
-from quarc_ref.files.marker import MARKER
+from quarc_ref.files.marker import MARKER_NAME
 from quarc_ref.files.output_folder import (
     OutputFolder,
     continue_folder,
@@ -36,17 +36,17 @@ def written_folder(target: Path, *, replace: bool = False) -> Iterator[OutputFol
             writing the folder.
         OSError: The folder cannot be written.
     """
-    _require_free(target, replace=replace)
-    made = _make_temporary(target)
+    _require_available(target, replace=replace)
+    folder = _make_temporary_folder(target)
     try:
-        with made:
-            yield made
+        with folder:
+            yield folder
             if not CAN_LOCK:
-                made.close()
-            _put_in_place(made, target, replace=replace)
+                folder.close()
+            _move_to_target(folder, target, replace=replace)
     except BaseException:
-        if made.path.is_dir():
-            remove_listed_with_subfolders(made.path)
+        if folder.path.is_dir():
+            remove_output_folder(folder.path)
         raise
 
 
@@ -71,21 +71,21 @@ def growing_folder(
             writing the folder.
         OSError: The folder cannot be written.
     """
-    _require_free(target, replace=replace)
-    with _open_in_place(target, keep=keep) as made:
+    _require_available(target, replace=replace)
+    with _open_in_place(target, keep=keep) as folder:
         try:
-            yield made
+            yield folder
         finally:
-            if not made.contains_files():
+            if not folder.contains_files():
                 if not CAN_LOCK:
-                    made.close()
-                remove_listed_with_subfolders(target)
+                    folder.close()
+                remove_output_folder(target)
 
 
 def _open_in_place(target: Path, *, keep: bool) -> OutputFolder:
     target.mkdir(exist_ok=True)
     try:
-        if not (target / MARKER).exists():
+        if not (target / MARKER_NAME).exists():
             return mark_folder(target)
         return continue_folder(target) if keep else empty_folder(target)
     except BaseException:
@@ -94,7 +94,7 @@ def _open_in_place(target: Path, *, keep: bool) -> OutputFolder:
         raise
 
 
-def _require_free(target: Path, *, replace: bool) -> None:
+def _require_available(target: Path, *, replace: bool) -> None:
     """Raise OutputPathError if a path exists and is not a folder that can be replaced."""
     remove_leftovers(target)
     if not os.path.lexists(target):
@@ -110,52 +110,52 @@ def _require_free(target: Path, *, replace: bool) -> None:
         open_marker(target).close()
 
 
-def _make_temporary(target: Path) -> OutputFolder:
+def _make_temporary_folder(target: Path) -> OutputFolder:
     while True:
-        beside = temporary_name(target, PART)
+        temporary_path = make_temporary_path(target, PART_SUFFIX)
         try:
-            beside.mkdir()
-            return mark_folder(beside)
+            temporary_path.mkdir()
+            return mark_folder(temporary_path)
         except (FileExistsError, FileNotFoundError):
             # The name exists, or another process has removed the folder because it was empty.
-            if not beside.parent.is_dir():
+            if not temporary_path.parent.is_dir():
                 raise
         except BaseException:
             with suppress(OSError):
-                beside.rmdir()
+                temporary_path.rmdir()
             raise
 
 
-def _put_in_place(made: OutputFolder, target: Path, *, replace: bool) -> None:
+def _move_to_target(folder: OutputFolder, target: Path, *, replace: bool) -> None:
     with suppress(OSError):  # it does not exist, or it is not empty
         target.rmdir()
     if not os.path.lexists(target):
-        made.path.rename(target)
+        folder.path.rename(target)
     elif replace:
-        _swap(made, target)
+        _replace_folder(folder, target)
     else:
         message = f"{target} was created by another process at the same time: choose another path"
         raise OutputPathError(message)
 
 
-def _swap(made: OutputFolder, target: Path) -> None:
+def _replace_folder(folder: OutputFolder, target: Path) -> None:
     """Replace an existing folder, and delete the files that its marker lists.
 
     The old folder is renamed before the new folder takes its place. If the process is killed in
     between, the next process restores the old folder (`remove_leftovers`).
     """
-    old = replaced_name(made.path)
+    old_path = make_replaced_path(folder.path)
     with open_marker(target) as marker:
         if not CAN_LOCK:
             marker.close()
         try:
-            target.rename(old)
-            made.path.rename(target)
+            target.rename(old_path)
+            folder.path.rename(target)
         except BaseException:
             if not os.path.lexists(target):
-                old.rename(target)
+                old_path.rename(target)
             raise
         with suppress(OSError):
-            remove_listed_with_subfolders(old)
-    if old.exists():
-        made.moved_to = old
+            remove_output_folder(old_path)
+    if old_path.exists():
+        folder.moved_to = old_path

@@ -4,11 +4,11 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-from quarc_ref.files.beside import OLD, PART, is_temporary_name
+from quarc_ref.files.beside import OLD_SUFFIX, PART_SUFFIX, is_temporary_name
 from quarc_ref.files.errors import OutputPathError
-from quarc_ref.files.folder_contents import remove_listed_with_subfolders
-from quarc_ref.files.locks import lock, open_regular
-from quarc_ref.files.marker import MARKER
+from quarc_ref.files.folder_contents import remove_output_folder
+from quarc_ref.files.locks import lock_file, open_regular_file
+from quarc_ref.files.marker import MARKER_NAME
 
 
 def remove_leftovers(target: Path) -> None:
@@ -22,10 +22,10 @@ def remove_leftovers(target: Path) -> None:
         OSError: A file cannot be removed.
     """
     target = target.absolute()
-    for purpose in (OLD, PART):  # folders to restore come first
+    for suffix in (OLD_SUFFIX, PART_SUFFIX):  # folders to restore come first
         for name in _list_names(target.parent):
-            if is_temporary_name(name, target.name, purpose):
-                _remove(target.with_name(name), target)
+            if is_temporary_name(name, target.name, suffix):
+                _remove_leftover(target.with_name(name), target)
 
 
 def _list_names(folder: Path) -> list[str]:
@@ -34,28 +34,28 @@ def _list_names(folder: Path) -> list[str]:
     return []
 
 
-def _remove(path: Path, target: Path) -> None:
-    if path.is_symlink() or not _is_own(path):
+def _remove_leftover(path: Path, target: Path) -> None:
+    if path.is_symlink() or not _is_owned_by_user(path):
         return
     is_folder = path.is_dir()
     with suppress(OSError):
         path.rmdir()  # an empty folder: its process was killed before it wrote the marker
     try:
-        file = open_regular(path / MARKER if is_folder else path)
+        file = open_regular_file(path / MARKER_NAME if is_folder else path)
     except OSError:
         return
     with file, suppress(OutputPathError):  # a damaged marker
-        if not lock(file):
+        if not lock_file(file):
             return
         if not is_folder:
             path.unlink()
-        elif path.suffix == f".{OLD}" and not os.path.lexists(target):
+        elif path.suffix == f".{OLD_SUFFIX}" and not os.path.lexists(target):
             path.rename(target)
         else:
-            remove_listed_with_subfolders(path)
+            remove_output_folder(path)
 
 
-def _is_own(path: Path) -> bool:
+def _is_owned_by_user(path: Path) -> bool:
     if not hasattr(os, "geteuid"):
         return True
     with suppress(FileNotFoundError):

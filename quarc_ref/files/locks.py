@@ -14,13 +14,13 @@ from typing import BinaryIO
 from quarc_ref.files.errors import OutputPathError
 
 CAN_LOCK = sys.platform != "win32"  # on Windows, open files cannot be renamed or removed
-_BINARY = getattr(os, "O_BINARY", 0)
+_BINARY_FLAG = getattr(os, "O_BINARY", 0)
 # Without O_NONBLOCK, opening a pipe would block.
-_CAREFUL = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-_MODE = 0o666  # The umask removes some of these permissions.
+_SAFE_FLAGS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+_FILE_MODE = 0o666  # The umask removes some of these permissions.
 
 
-def open_regular(path: Path, flags: int = os.O_RDWR) -> BinaryIO:
+def open_regular_file(path: Path, flags: int = os.O_RDWR) -> BinaryIO:
     """Open a regular file for reading and writing; a new file gets default permissions.
 
     Args:
@@ -34,15 +34,15 @@ def open_regular(path: Path, flags: int = os.O_RDWR) -> BinaryIO:
     if path.is_symlink() and not flags & os.O_EXCL:
         message = f"{path} is a symbolic link: name the file itself, or remove the link"
         raise OutputPathError(message)
-    number = os.open(path, flags | _CAREFUL | _BINARY, _MODE)
-    if not stat.S_ISREG(os.fstat(number).st_mode):
-        os.close(number)
+    descriptor = os.open(path, flags | _SAFE_FLAGS | _BINARY_FLAG, _FILE_MODE)
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
         message = f"{path} is not a regular file"
         raise OutputPathError(message)
-    return os.fdopen(number, "r+b" if flags & os.O_RDWR else "rb")
+    return os.fdopen(descriptor, "r+b" if flags & os.O_RDWR else "rb")
 
 
-def lock(file: BinaryIO) -> bool | None:
+def lock_file(file: BinaryIO) -> bool | None:
     """Lock a file until it is closed.
 
     Returns:
@@ -75,8 +75,8 @@ def create_locked(path: Path) -> BinaryIO:
         FileExistsError: The path exists, or another process has just removed the new file.
         OSError: The file cannot be created.
     """
-    file = open_regular(path, os.O_RDWR | os.O_CREAT | os.O_EXCL)
-    if lock(file) is False or not is_still_at(file, path):
+    file = open_regular_file(path, os.O_RDWR | os.O_CREAT | os.O_EXCL)
+    if lock_file(file) is False or not is_still_at(file, path):
         file.close()
         message = f"{path} was removed by another process"
         raise FileExistsError(message)

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TextIO
 
-from quarc_ref.files.locks import open_regular
+from quarc_ref.files.locks import open_regular_file
 
 
 @contextmanager
@@ -22,7 +22,7 @@ def open_log(path: Path, *, keep: bool) -> Iterator[TextIO]:
         OutputPathError: The path is a symbolic link, or not a regular file.
         OSError: The file cannot be opened.
     """
-    with open_regular(path, os.O_RDWR | os.O_CREAT) as file:
+    with open_regular_file(path, os.O_RDWR | os.O_CREAT) as file:
         if not keep:
             file.truncate(0)
         file.seek(0, io.SEEK_END)

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import BinaryIO
 
 from quarc_ref.files.errors import OutputPathError
-from quarc_ref.files.locks import open_regular
+from quarc_ref.files.locks import open_regular_file
 
-MARKER = ".quarc-ref-made"
+MARKER_NAME = ".quarc-ref-made"
 _FIRST_LINE = "Made by quarc-ref. --force removes only the files listed here."
-_LINE = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]*/?")
-_BYTES_LIMIT = 1 << 26
+_LINE_PATTERN = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]*/?")
+_MAX_BYTES = 1 << 26
 
 
 def begin_marker(marker: BinaryIO) -> None:
@@ -33,7 +33,7 @@ def append_line(marker: BinaryIO, line: str) -> None:
         ValueError: The name is not a plain file name.
         OSError: The marker cannot be written.
     """
-    if not _LINE.fullmatch(line):
+    if not _LINE_PATTERN.fullmatch(line):
         message = f"{line!r} is not a plain file name"
         raise ValueError(message)
     _write_line(marker, line)
@@ -59,7 +59,7 @@ def read_marker(folder: Path) -> set[str]:
         OutputPathError: The marker is damaged.
     """
     try:
-        with open_regular(folder / MARKER, os.O_RDONLY) as marker:
+        with open_regular_file(folder / MARKER_NAME, os.O_RDONLY) as marker:
             return _read_lines(marker, folder)[0]
     except FileNotFoundError:
         return set()
@@ -75,13 +75,17 @@ def _read_lines(marker: BinaryIO, folder: Path) -> tuple[set[str], int]:
 
     Bytes after that offset are an incomplete line of a killed process.
     """
-    data = marker.read(_BYTES_LIMIT)
+    data = marker.read(_MAX_BYTES)
     end = data.rfind(b"\n") + 1
-    first, *names = data[:end].decode("latin-1").split("\n")[:-1] or [_FIRST_LINE]
-    is_own = end > 0 or _FIRST_LINE.encode().startswith(data)
-    if not is_own or first != _FIRST_LINE or not all(map(_LINE.fullmatch, names)):
+    first_line, *names = data[:end].decode("latin-1").split("\n")[:-1] or [_FIRST_LINE]
+    has_valid_start = end > 0 or _FIRST_LINE.encode().startswith(data)
+    if (
+        not has_valid_start
+        or first_line != _FIRST_LINE
+        or not all(map(_LINE_PATTERN.fullmatch, names))
+    ):
         message = (
-            f"{folder / MARKER} is damaged, or was not written by quarc-ref: remove the "
+            f"{folder / MARKER_NAME} is damaged, or was not written by quarc-ref: remove the "
             "folder, or choose another folder"
         )
         raise OutputPathError(message)

@@ -9,9 +9,9 @@ from typing import BinaryIO
 
 from quarc_ref.files.atomic import atomic_file
 from quarc_ref.files.errors import OutputPathError
-from quarc_ref.files.folder_contents import contains_files, remove_listed
-from quarc_ref.files.locks import create_locked, lock, open_regular
-from quarc_ref.files.marker import MARKER, append_line, begin_marker, continue_marker
+from quarc_ref.files.folder_contents import contains_files, remove_listed_files
+from quarc_ref.files.locks import create_locked, lock_file, open_regular_file
+from quarc_ref.files.marker import MARKER_NAME, append_line, begin_marker, continue_marker
 
 
 class OutputFolder:
@@ -20,7 +20,7 @@ class OutputFolder:
     Args:
         path: Path of the folder.
         marker: Marker of the folder, open for reading and writing.
-        listed: Lines of the marker.
+        listed_names: Lines of the marker.
 
     Attributes:
         path: Path of the folder.
@@ -28,11 +28,11 @@ class OutputFolder:
             that folder; otherwise None.
     """
 
-    def __init__(self, path: Path, marker: BinaryIO, listed: Iterable[str] = ()) -> None:
+    def __init__(self, path: Path, marker: BinaryIO, listed_names: Iterable[str] = ()) -> None:
         self.path = path
         self.moved_to: Path | None = None
         self._marker = marker
-        self._listed = set(listed)
+        self._listed_names = set(listed_names)
 
     def add(self, name: str) -> Path:
         """Add the name of a file to the marker before the file is created, and return its path.
@@ -41,7 +41,7 @@ class OutputFolder:
             ValueError: The name is not a plain file name.
             OSError: The marker cannot be written.
         """
-        self._list(name)
+        self._append_to_marker(name)
         return self.path / name
 
     @contextmanager
@@ -79,10 +79,10 @@ class OutputFolder:
     @contextmanager
     def folder(self, name: str) -> Iterator["OutputFolder"]:
         """Create a subfolder, which is open until the block ends."""
-        self._list(f"{name}/")
+        self._append_to_marker(f"{name}/")
         (self.path / name).mkdir()
-        with mark_folder(self.path / name) as made:
-            yield made
+        with mark_folder(self.path / name) as subfolder:
+            yield subfolder
 
     def contains_files(self) -> bool:
         """Return whether the folder contains any file other than the marker."""
@@ -90,7 +90,7 @@ class OutputFolder:
 
     def empty(self) -> None:
         """Remove all files that the marker lists."""
-        remove_listed(self.path)
+        remove_listed_files(self.path)
 
     def close(self) -> None:
         """Close and unlock the marker; afterwards, no files can be added."""
@@ -102,10 +102,10 @@ class OutputFolder:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _list(self, line: str) -> None:
-        if line not in self._listed:
+    def _append_to_marker(self, line: str) -> None:
+        if line not in self._listed_names:
             append_line(self._marker, line)
-            self._listed.add(line)
+            self._listed_names.add(line)
 
 
 def mark_folder(path: Path) -> OutputFolder:
@@ -115,13 +115,13 @@ def mark_folder(path: Path) -> OutputFolder:
         FileExistsError: A marker exists, or another process has removed the new marker.
         OSError: The marker cannot be written.
     """
-    marker = create_locked(path / MARKER)
+    marker = create_locked(path / MARKER_NAME)
     try:
         begin_marker(marker)
     except BaseException:
         with suppress(OSError):
             marker.close()
-        (path / MARKER).unlink()
+        (path / MARKER_NAME).unlink()
         raise
     return OutputFolder(path, marker)
 
@@ -134,11 +134,11 @@ def open_marker(path: Path) -> BinaryIO:
         OSError: The marker cannot be opened.
     """
     try:
-        marker = open_regular(path / MARKER)
+        marker = open_regular_file(path / MARKER_NAME)
     except FileNotFoundError as error:
-        message = f"{path} was not created by quarc-ref: it has no {MARKER}"
+        message = f"{path} was not created by quarc-ref: it has no {MARKER_NAME}"
         raise OutputPathError(message) from error
-    if lock(marker) is False:
+    if lock_file(marker) is False:
         marker.close()
         message = f"{path} is being written by another process"
         raise OutputPathError(message)
@@ -152,11 +152,11 @@ def continue_folder(path: Path) -> OutputFolder:
         OutputPathError: The folder has no valid marker, or another process is writing the folder.
         OSError: The marker cannot be opened.
     """
-    with ExitStack() as opened:
-        marker = opened.enter_context(open_marker(path))
-        made = OutputFolder(path, marker, continue_marker(marker, path))
-        opened.pop_all()
-    return made
+    with ExitStack() as stack:
+        marker = stack.enter_context(open_marker(path))
+        folder = OutputFolder(path, marker, continue_marker(marker, path))
+        stack.pop_all()
+    return folder
 
 
 def empty_folder(path: Path) -> OutputFolder:
@@ -166,9 +166,9 @@ def empty_folder(path: Path) -> OutputFolder:
         OutputPathError: The folder has no valid marker, or another process is writing the folder.
         OSError: A file cannot be removed, or the marker cannot be written.
     """
-    with ExitStack() as opened:
-        marker = opened.enter_context(open_marker(path))
-        remove_listed(path)
+    with ExitStack() as stack:
+        marker = stack.enter_context(open_marker(path))
+        remove_listed_files(path)
         begin_marker(marker)
-        opened.pop_all()
+        stack.pop_all()
     return OutputFolder(path, marker)

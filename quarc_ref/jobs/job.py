@@ -63,12 +63,12 @@ class Outcome:
 
     Attributes:
         result: Pickled result of the function; empty if the function raised an error.
-        fault: Error message in one line; empty if there was no error.
+        message: Error message in one line; empty if there was no error.
         details: Traceback of the error; empty if there was no error.
     """
 
     result: bytes = b""
-    fault: str = ""
+    message: str = ""
     details: str = ""
 
 
@@ -77,16 +77,16 @@ class JobsError(RuntimeError):
 
     Args:
         outcomes: Outcomes of the failed jobs, by name.
-        total: Number of jobs.
+        job_count: Number of jobs.
 
     Attributes:
-        faults: Error message of each failed job, by name.
+        messages: Error message of each failed job, by name.
     """
 
-    def __init__(self, outcomes: Mapping[str, Outcome], total: int) -> None:
-        self.faults = {name: outcome.fault for name, outcome in outcomes.items()}
-        lines = [f"{name}: {fault}" for name, fault in self.faults.items()]
-        super().__init__("; ".join([f"{len(lines)} of {total} jobs failed", *lines]))
+    def __init__(self, outcomes: Mapping[str, Outcome], job_count: int) -> None:
+        self.messages = {name: outcome.message for name, outcome in outcomes.items()}
+        lines = [f"{name}: {fault}" for name, fault in self.messages.items()]
+        super().__init__("; ".join([f"{len(lines)} of {job_count} jobs failed", *lines]))
         for name, outcome in outcomes.items():
             self.add_note(f"{name}:\n{outcome.details}")
 
@@ -108,10 +108,10 @@ def run_call(call: bytes, environment: Mapping[str, str]) -> Outcome:
         function, argument = pickle.loads(call)
         return Outcome(pickle.dumps(function(argument)))
     except Exception as error:  # any error of a job is its outcome
-        return Outcome(fault=f"{type(error).__name__}: {error}", details=traceback.format_exc())
+        return Outcome(message=f"{type(error).__name__}: {error}", details=traceback.format_exc())
 
 
-def take_results(jobs: Sequence[Job[Any]], outcomes: Mapping[int, Outcome]) -> list[Any]:
+def load_results(jobs: Sequence[Job[Any]], outcomes: Mapping[int, Outcome]) -> list[Any]:
     """Return the results in the order of the jobs.
 
     Args:
@@ -121,7 +121,9 @@ def take_results(jobs: Sequence[Job[Any]], outcomes: Mapping[int, Outcome]) -> l
     Raises:
         JobsError: Some jobs have failed.
     """
-    failed = {job.name: outcomes[place] for place, job in enumerate(jobs) if outcomes[place].fault}
-    if failed:
-        raise JobsError(failed, len(jobs))
-    return [pickle.loads(outcomes[place].result) for place in range(len(jobs))]
+    failed_outcomes = {
+        job.name: outcomes[index] for index, job in enumerate(jobs) if outcomes[index].message
+    }
+    if failed_outcomes:
+        raise JobsError(failed_outcomes, len(jobs))
+    return [pickle.loads(outcomes[index].result) for index in range(len(jobs))]

@@ -6,7 +6,7 @@ from typing import Any
 
 from quarc_ref.jobs.job import Outcome, WorkerPool, run_call
 
-_LOCAL = "local"
+_LOCAL_ADDRESS = "local"
 
 
 def run_on_ray(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple[int, Outcome]]:
@@ -22,16 +22,19 @@ def run_on_ray(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple[int, 
     import ray
 
     # A local cluster has the requested size and no dashboard.
-    here: dict[str, Any] = {"num_cpus": pool.workers * pool.threads, "include_dashboard": False}
-    quiet: dict[str, Any] = {"log_to_driver": False, "logging_level": logging.WARNING}
-    ray.init(pool.ray, **quiet, **(here if pool.ray == _LOCAL else {}))
+    local_options: dict[str, Any] = {
+        "num_cpus": pool.workers * pool.threads,
+        "include_dashboard": False,
+    }
+    logging_options: dict[str, Any] = {"log_to_driver": False, "logging_level": logging.WARNING}
+    ray.init(pool.ray, **logging_options, **(local_options if pool.ray == _LOCAL_ADDRESS else {}))
     try:
         task = ray.remote(num_cpus=pool.threads, num_gpus=pool.gpus)(run_call)
-        places = {task.remote(call, pool.environment): place for place, call in enumerate(calls)}
-        while places:
-            ended, _ = ray.wait(list(places))
-            for reference in ended:
-                yield places.pop(reference), _get_outcome(reference)
+        indices = {task.remote(call, pool.environment): index for index, call in enumerate(calls)}
+        while indices:
+            ended_tasks, _ = ray.wait(list(indices))
+            for reference in ended_tasks:
+                yield indices.pop(reference), _get_outcome(reference)
     finally:
         ray.shutdown()
 
@@ -43,5 +46,5 @@ def _get_outcome(reference: Any) -> Outcome:  # noqa: ANN401
     try:
         outcome: Outcome = ray.get(reference)
     except ray.exceptions.RayError as error:
-        return Outcome(fault=f"Ray could not run the job: {error}")
+        return Outcome(message=f"Ray could not run the job: {error}")
     return outcome

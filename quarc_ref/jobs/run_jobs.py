@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from quarc_ref.jobs.job import Argument, Job, Outcome, Result, WorkerPool, pack_call, take_results
+from quarc_ref.jobs.job import Argument, Job, Outcome, Result, WorkerPool, load_results, pack_call
 from quarc_ref.jobs.on_ray import run_on_ray
 from quarc_ref.jobs.processes import run_in_processes
 
@@ -35,14 +35,14 @@ def run_jobs(
         ConnectionError: There is no Ray cluster at the address.
     """
     outcomes: dict[int, Outcome] = {}
-    for place, outcome in _run(function, jobs, pool):
-        outcomes[place] = outcome
+    for index, outcome in _run_calls(function, jobs, pool):
+        outcomes[index] = outcome
         if on_done is not None:
-            on_done(jobs[place].name, len(outcomes), len(jobs))
-    return take_results(jobs, outcomes)
+            on_done(jobs[index].name, len(outcomes), len(jobs))
+    return load_results(jobs, outcomes)
 
 
-def _run(
+def _run_calls(
     function: Callable[[Any], Any], jobs: Sequence[Job[Any]], pool: WorkerPool
 ) -> Iterator[tuple[int, Outcome]]:
     calls = [pack_call(function, job.argument) for job in jobs]

@@ -6,7 +6,7 @@ from typer.testing import CliRunner
 
 from quarc_ref.cli.app import app
 from quarc_ref.export.sidecar import SIDECAR_NAME as SIDECAR
-from quarc_ref.files import MARKER, growing_folder
+from quarc_ref.files import MARKER_NAME, growing_folder
 from tests.cli.schemas import validate
 
 # A few iterations of everything: the pictures are bad, but the stream is complete.
@@ -51,7 +51,7 @@ def read_json(text):
 
 def list_names(folder):
     """The sorted contents of a folder, without the marker and the sidecar."""
-    return sorted(path.name for path in folder.iterdir() if path.name not in (MARKER, SIDECAR))
+    return sorted(path.name for path in folder.iterdir() if path.name not in (MARKER_NAME, SIDECAR))
 
 
 def make_folder(path, *names, text="old"):

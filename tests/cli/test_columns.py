@@ -1,7 +1,7 @@
 import pytest
 
-from quarc_ref.cli.columns import COMPARE, EVAL, INFO
-from quarc_ref.cli.verbs.stream import describe
+from quarc_ref.cli.columns import COMPARE_COLUMNS, EVAL_COLUMNS, INFO_ROWS
+from quarc_ref.cli.verbs.stream import describe_stream
 from quarc_ref.evaluation.comparison.tables import METRIC_COLUMNS, POINT_COLUMNS
 from quarc_ref.evaluation.quality import COLUMNS
 from quarc_ref.inspection.inspect_stream import inspect_stream
@@ -15,20 +15,24 @@ def _names(meanings):
 
 
 def test_every_column_of_eval_and_compare_is_explained():
-    assert {heading for heading, _, _ in COLUMNS} <= _names(EVAL)
-    explained = _names(COMPARE) | {"is"}  # under `entry`
+    assert {heading for heading, _, _ in COLUMNS} <= _names(EVAL_COLUMNS)
+    explained = _names(COMPARE_COLUMNS) | {"is"}  # under `entry`
     assert {heading for heading, _, _ in METRIC_COLUMNS} | set(POINT_COLUMNS) <= explained
 
 
 def test_every_kind_of_bytes_that_info_prints_is_explained(stream_file):
-    printed = describe(inspect_stream(stream_file.read_bytes()))
+    printed = describe_stream(inspect_stream(stream_file.read_bytes()))
 
-    assert set(KINDS) | {"anchors", "overhead", "KB per frame"} <= _names(INFO) & set(printed)
+    assert set(KINDS) | {"anchors", "overhead", "KB per frame"} <= _names(INFO_ROWS) & set(printed)
 
 
 @pytest.mark.parametrize(
     ("verb", "meanings", "guide"),
-    [("eval", EVAL, "comparing"), ("compare", COMPARE, "comparing"), ("info", INFO, "streams")],
+    [
+        ("eval", EVAL_COLUMNS, "comparing"),
+        ("compare", COMPARE_COLUMNS, "comparing"),
+        ("info", INFO_ROWS, "streams"),
+    ],
 )
 def test_help_and_guide_have_a_line_for_each(verb, meanings, guide):
     printed = " ".join(run(verb, "--help").stdout.split())

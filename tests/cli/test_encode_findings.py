@@ -119,7 +119,7 @@ def test_a_rejected_segment_is_never_started(capture_with_two_cameras, tmp_path,
         message = "a segment was begun"
         raise AssertionError(message)
 
-    monkeypatch.setattr(encode_job, "_cut", reject)
+    monkeypatch.setattr(encode_job, "_split_capture", reject)
 
     assert (
         run(*_command(capture_with_two_cameras, tmp_path / "a.quarc", "--segments", 2)).exit_code

@@ -64,7 +64,7 @@ def test_progress_goes_to_stderr(capture, tmp_path, monkeypatch):
 
 
 def test_a_long_encode_forecasts_its_time_and_size_at_the_start(capture, tmp_path, monkeypatch):
-    monkeypatch.setattr(encode_monitors, "_WORTH_TELLING", 0.0)
+    monkeypatch.setattr(encode_monitors, "_MIN_ANNOUNCED_SECONDS", 0.0)
     result = run("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, "--frames", 2)
 
     first = result.stderr.splitlines()[0]

@@ -1,31 +1,31 @@
 import pytest
 
-from quarc_ref.cli.encoder_options import as_settings, configure
+from quarc_ref.cli.encoder_options import format_settings, make_config
 from quarc_ref.cli.errors import UsageError
 from quarc_ref.encoder.settings.presets import choose_preset
 
 
 def test_a_preset_without_settings_is_unchanged():
-    assert configure("paper", [], 0) == choose_preset("paper")
+    assert make_config("paper", [], 0) == choose_preset("paper")
 
 
 def test_the_seed_is_an_option_and_a_setting():
-    assert configure("main", [], 5).seed == 5
-    assert configure("main", ["seed=7"], 0).seed == 7
+    assert make_config("main", [], 5).seed == 5
+    assert make_config("main", ["seed=7"], 0).seed == 7
 
 
 def test_the_last_of_two_values_of_a_setting_counts():
-    config = configure("main", ["motion.lr=1", "births.iterations=3", "motion.lr=2"], 0)
+    config = make_config("main", ["motion.lr=1", "births.iterations=3", "motion.lr=2"], 0)
 
     assert config.motion.lr == 2
     assert config.births.iterations == 3
 
 
 def test_options_change_their_settings_and_missing_options_none():
-    asked = as_settings(
+    asked = format_settings(
         {"rd_lambda": 2.5, "target_kb_per_frame": None, "canonical.keyframe_interval": 30}
     )
-    config = configure("main", asked, 0)
+    config = make_config("main", asked, 0)
 
     assert (config.rd_lambda, config.target_kb_per_frame) == (2.5, 0)
     assert config.canonical.keyframe_interval == 30
@@ -34,4 +34,4 @@ def test_options_change_their_settings_and_missing_options_none():
 @pytest.mark.parametrize("setting", ["motion.lr", "", "=1", "motion=1", "motion.lr=", "a=b=c"])
 def test_an_unknown_setting_is_a_usage_error(setting):
     with pytest.raises(UsageError):
-        configure("main", [setting], 0)
+        make_config("main", [setting], 0)

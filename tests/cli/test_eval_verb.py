@@ -205,4 +205,4 @@ def test_a_start_after_the_last_frame_is_a_usage_error(capture, tmp_path):
     result = run("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, "--start", 3)
 
     assert result.exit_code == 2
-    assert "--start 3: the capture has 3 frames" in result.stderr
+    assert "--start 3: cannot start at frame 3: the capture has 3 frames" in result.stderr

@@ -61,8 +61,8 @@ def test_synth_traces_the_requested_variant_and_cameras(tmp_path):
     [
         (["--width", 33], "width is 33"),
         (["--height", 17], "height is 17"),
-        (["--width", 1000000, "--height", 1000000], "at most 16,384 pixels a side"),
-        (["--width", 16384, "--height", 16384], "134,217,728 in all"),
+        (["--width", 1000000, "--height", 1000000], "the limits are 16,384 pixels per side"),
+        (["--width", 16384, "--height", 16384], "134,217,728 pixels in total"),
         (["--width", 8], "--width"),
         (["--frames", 0], "--frames"),
         (["--cameras", 2], "--cameras"),

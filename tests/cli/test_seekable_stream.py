@@ -7,7 +7,7 @@ import tracemalloc
 
 import pytest
 
-from quarc_ref.cli.seekable_stream import seekable_stream
+from quarc_ref.cli.seekable_stream import open_seekable
 from quarc_ref.format.constants import LEVELS
 from quarc_ref.format.container import build_chunk
 from quarc_ref.format.errors import SourceError
@@ -40,13 +40,13 @@ class _EndlessInput(io.RawIOBase):
 
 def test_seekable_sources_are_used_directly():
     source = BytesSource(_DATA)
-    with seekable_stream(source) as held:
+    with open_seekable(source) as held:
         assert held is source
 
 
 @pytest.mark.parametrize("size", [0, 5, 30, _CHUNKS[2].offset + 7, len(_DATA) - 1, len(_DATA)])
 def test_a_pipe_is_buffered_as_far_as_it_is_intact(size):
-    with seekable_stream(PipeSource(io.BytesIO(_DATA[:size]))) as held:
+    with open_seekable(PipeSource(io.BytesIO(_DATA[:size]))) as held:
         assert held.size() == size
         assert held.read(0, len(_DATA)) == _DATA[:size]
         assert held.read(3, 5) == _DATA[:size][3:8]
@@ -55,14 +55,14 @@ def test_a_pipe_is_buffered_as_far_as_it_is_intact(size):
 def test_a_chunk_with_a_damaged_payload_is_buffered_with_what_follows():
     data = bytearray(_DATA)
     data[_CHUNKS[3].offset + 25] ^= 1
-    with seekable_stream(PipeSource(io.BytesIO(data))) as held:
+    with open_seekable(PipeSource(io.BytesIO(data))) as held:
         assert held.read(0, len(_DATA)) == bytes(data)
 
 
 @pytest.mark.parametrize("size", [0, 8, _CHUNKS[3].offset, len(_DATA)])
 def test_data_that_is_not_a_stream_is_not_buffered(size):
     pipe = _EndlessInput(_DATA[:size])
-    with seekable_stream(PipeSource(pipe)) as held:
+    with open_seekable(PipeSource(pipe)) as held:
         assert size < held.size() < size + 100
         assert held.read(0, size) == _DATA[:size]
     assert pipe.count < size + 100
@@ -72,7 +72,7 @@ def test_a_long_stream_is_buffered_in_little_memory():
     data = _DATA[: _CHUNKS[1].offset] + build_chunk(b"oDds", 1, bytes(_LONG))
     pipe = PipeSource(io.BytesIO(data), buffer_bytes=0)
     tracemalloc.start()
-    with seekable_stream(pipe) as held:
+    with open_seekable(pipe) as held:
         assert held.size() == len(data)
     assert tracemalloc.get_traced_memory()[1] < _LONG / 2
     tracemalloc.stop()
@@ -87,7 +87,7 @@ def test_a_full_disk_is_named(monkeypatch):
     fault = f"does not fit into {tempfile.gettempdir()}: No space left on device"
     with (
         pytest.raises(SourceError, match=fault),
-        seekable_stream(PipeSource(io.BytesIO(_DATA))),
+        open_seekable(PipeSource(io.BytesIO(_DATA))),
     ):
         pass
 

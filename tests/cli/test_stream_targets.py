@@ -3,7 +3,7 @@ import stat
 
 import pytest
 
-from quarc_ref.cli.stream_targets import growing_stream, kept_segments
+from quarc_ref.cli.stream_targets import open_segments_folder, open_stream_file
 from quarc_ref.files import OutputPathError
 from tests.cli.commands import list_names
 
@@ -17,7 +17,7 @@ def test_a_complete_stream_survives_a_power_failure(live, tmp_path, monkeypatch)
         synced.append(("folder" if is_folder else "file", list_names(tmp_path)))
 
     monkeypatch.setattr(os, "fsync", note)
-    with growing_stream(target, force=False, live=live, resume=False) as (_, file):
+    with open_stream_file(target, force=False, live=live, resume=False) as (_, file):
         file.write(b"stream")
 
     place = "a.quarc" if live else "a.quarc.part"
@@ -28,7 +28,7 @@ def test_an_interrupted_stream_stays_and_is_not_synced(tmp_path, monkeypatch):
     fault = OSError("disk full")
 
     def break_off():
-        with growing_stream(tmp_path / "a.quarc", force=False, live=False, resume=False) as place:
+        with open_stream_file(tmp_path / "a.quarc", force=False, live=False, resume=False) as place:
             place[1].write(b"half")
             place[1].flush()
             raise fault
@@ -47,7 +47,7 @@ def test_a_stream_is_not_written_through_a_link(options, tmp_path):
     (tmp_path / name).symlink_to(tmp_path / "victim")
     with (
         pytest.raises(OutputPathError, match="symbolic link"),
-        growing_stream(tmp_path / "a.quarc", force=True, resume=True, **options),
+        open_stream_file(tmp_path / "a.quarc", force=True, resume=True, **options),
     ):
         pytest.fail("the target was opened")
 
@@ -56,7 +56,7 @@ def test_a_stream_is_not_written_through_a_link(options, tmp_path):
 
 def test_only_the_segments_and_their_remains_are_removed(tmp_path):
     target = tmp_path / "a.quarc"
-    with kept_segments(target, force=False, resume=False) as folder:
+    with open_segments_folder(target, force=False, resume=False) as folder:
         for name in ("frames_0.quarc", "frames_0.quarc.training"):
             folder.add(name).write_bytes(b"made")
         left = folder.path / ".frames_0.quarc.training.0123456789abcdef.part"

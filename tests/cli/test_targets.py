@@ -6,10 +6,10 @@ import pytest
 from quarc_ref.cli.errors import UsageError
 from quarc_ref.cli.targets import (
     growing_folder,
-    written_file,
+    open_output_file,
+    open_output_frame,
+    open_output_stream,
     written_folder,
-    written_frame,
-    written_stream,
 )
 from quarc_ref.files import OutputPathError
 from tests.cli.commands import list_names, make_folder
@@ -18,7 +18,7 @@ _FOLDERS = [written_folder, growing_folder]
 
 
 def _write_half(target, *, force, fault):
-    with written_file(target, force=force) as sink:
+    with open_output_file(target, force=force) as sink:
         sink.write(b"half")
         raise fault
 
@@ -37,7 +37,7 @@ def old_folder(tmp_path):
 
 def test_a_file_is_invisible_until_complete(tmp_path):
     target = tmp_path / "a.quarc"
-    with written_file(target, force=False) as sink:
+    with open_output_file(target, force=False) as sink:
         sink.write(b"half")
         assert not target.exists()
         sink.write(b"whole")
@@ -57,21 +57,21 @@ def test_an_interrupted_file_leaves_nothing_and_keeps_the_old_one(fault, force, 
     assert [path.read_bytes() for path in tmp_path.iterdir()] == ([b"old"] if force else [])
 
 
-@pytest.mark.parametrize("make", [written_file, written_frame])
+@pytest.mark.parametrize("make", [open_output_file, open_output_frame])
 def test_an_existing_file_is_replaced_only_with_force(make, tmp_path):
     target = tmp_path / "a.quarc"
     target.write_bytes(b"old")
     with pytest.raises(UsageError, match="--force"), make(target, force=False):
         pytest.fail("the target was opened")
     kept = target.read_bytes()
-    with written_file(target, force=True) as sink:
+    with open_output_file(target, force=True) as sink:
         sink.write(b"new")
 
     assert kept == b"old"
     assert target.read_bytes() == b"new"
 
 
-@pytest.mark.parametrize("make", [written_file, written_frame, written_stream])
+@pytest.mark.parametrize("make", [open_output_file, open_output_frame, open_output_stream])
 def test_a_file_does_not_replace_a_folder(make, old_folder):
     with pytest.raises(UsageError, match="folder"), make(old_folder, force=True):
         pytest.fail("the target was opened")
@@ -80,7 +80,7 @@ def test_a_file_does_not_replace_a_folder(make, old_folder):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="no named pipes")
-@pytest.mark.parametrize("make", [written_file, written_frame, written_stream])
+@pytest.mark.parametrize("make", [open_output_file, open_output_frame, open_output_stream])
 def test_a_file_does_not_replace_a_pipe_or_device(make, tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for target in (tmp_path / "pipe", Path(os.devnull)):
@@ -90,13 +90,13 @@ def test_a_file_does_not_replace_a_pipe_or_device(make, tmp_path):
     assert (tmp_path / "pipe").is_fifo()
 
 
-@pytest.mark.parametrize("make", [written_file, *_FOLDERS])
+@pytest.mark.parametrize("make", [open_output_file, *_FOLDERS])
 def test_a_target_in_a_missing_folder_is_rejected(make, tmp_path):
     with pytest.raises(UsageError, match="not a folder"), make(tmp_path / "a" / "b", force=False):
         pytest.fail("the target was opened")
 
 
-@pytest.mark.parametrize("make", [written_file, *_FOLDERS])
+@pytest.mark.parametrize("make", [open_output_file, *_FOLDERS])
 @pytest.mark.parametrize("force", [False, True])
 def test_only_streams_go_to_standard_output(make, force, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -130,7 +130,7 @@ def test_a_folder_is_replaced_only_with_force(make, old_folder):
 
 def test_a_stream_is_not_written_to_a_terminal(monkeypatch):
     monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
-    with pytest.raises(UsageError, match="pipe"), written_stream(Path("-"), force=False):
+    with pytest.raises(UsageError, match="pipe"), open_output_stream(Path("-"), force=False):
         pytest.fail("standard output was opened")
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.evaluation.report import DIFFERENCE_GAIN, write_report
-from quarc_ref.files import MARKER, written_folder
+from quarc_ref.files import MARKER_NAME, written_folder
 
 _PNG = "data:image/png;base64,"
 
@@ -85,7 +85,9 @@ def test_the_pictures_in_the_page_equal_the_files_next_to_it(report, page):
 
     assert embedded == set(files.values())
     assert len(files) == 3 * 3 + 2
-    assert sorted(path.name for path in report.iterdir()) == sorted([MARKER, *files, "index.html"])
+    assert sorted(path.name for path in report.iterdir()) == sorted(
+        [MARKER_NAME, *files, "index.html"]
+    )
     assert all(_read_png(png).size > 0 for png in files.values())
 
 

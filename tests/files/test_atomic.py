@@ -20,7 +20,7 @@ def test_a_file_is_written_next_to_its_target_under_a_random_name(tmp_path):
             names |= set(_list(tmp_path)) - {"a.bin"}
 
     assert len(names) == 2
-    assert all(beside.is_temporary_name(name, "a.bin", beside.PART) for name in names)
+    assert all(beside.is_temporary_name(name, "a.bin", beside.PART_SUFFIX) for name in names)
     assert (tmp_path / "a.bin").read_bytes() == b"two"
     assert _list(tmp_path) == ["a.bin"]
 

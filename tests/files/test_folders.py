@@ -2,7 +2,7 @@ import os
 
 import pytest
 
-from quarc_ref.files import MARKER, OutputPathError, growing_folder, write_file, written_folder
+from quarc_ref.files import MARKER_NAME, OutputPathError, growing_folder, write_file, written_folder
 
 
 def _list(folder):
@@ -10,7 +10,7 @@ def _list(folder):
 
 
 def _lines(folder):
-    return (folder / MARKER).read_text().splitlines()[1:]
+    return (folder / MARKER_NAME).read_text().splitlines()[1:]
 
 
 def _make(target, *names, make=written_folder, fault=None, **options):
@@ -33,7 +33,7 @@ def test_a_folder_is_invisible_until_complete(tmp_path):
         assert not (tmp_path / "out").exists()
 
     assert _list(tmp_path) == ["out"]
-    assert _list(tmp_path / "out") == [MARKER, "a.ply"]
+    assert _list(tmp_path / "out") == [MARKER_NAME, "a.ply"]
 
 
 def test_files_of_a_growing_folder_appear_at_once_when_complete(tmp_path):
@@ -56,7 +56,7 @@ def test_an_empty_folder_is_used(make, tmp_path):
     _make(tmp_path / "out", "a.ply", make=make)
 
     assert _list(tmp_path) == ["out"]
-    assert _list(tmp_path / "out") == [MARKER, "a.ply"]
+    assert _list(tmp_path / "out") == [MARKER_NAME, "a.ply"]
 
 
 @pytest.mark.parametrize("fault", [OSError("disk full"), KeyboardInterrupt()])
@@ -66,7 +66,7 @@ def test_a_failed_folder_leaves_nothing_and_keeps_the_old_one(fault, old):
             _make(target, "c.ply", replace=True, fault=fault)
 
     assert _list(old.parent) == ["out"]
-    assert _list(old) == [MARKER, "a.ply", "b.ply"]
+    assert _list(old) == [MARKER_NAME, "a.ply", "b.ply"]
 
 
 def test_a_growing_folder_that_fails_keeps_its_files_and_can_be_replaced(tmp_path):
@@ -75,8 +75,8 @@ def test_a_growing_folder_that_fails_keeps_its_files_and_can_be_replaced(tmp_pat
     kept = _list(tmp_path / "out")
     _make(tmp_path / "out", "b.ply", make=growing_folder, replace=True)
 
-    assert kept == [MARKER, "a.ply"]
-    assert _list(tmp_path / "out") == [MARKER, "b.ply"]
+    assert kept == [MARKER_NAME, "a.ply"]
+    assert _list(tmp_path / "out") == [MARKER_NAME, "b.ply"]
     assert _lines(tmp_path / "out") == ["b.ply"]
 
 
@@ -93,8 +93,8 @@ def test_a_growing_folder_can_keep_its_files(old):
         made.write("a.ply", b"new")
         made.write("c.ply", b"new")
 
-    assert before == [MARKER, "a.ply", "b.ply"]
-    assert _list(old) == [MARKER, "a.ply", "b.ply", "c.ply"]
+    assert before == [MARKER_NAME, "a.ply", "b.ply"]
+    assert _list(old) == [MARKER_NAME, "a.ply", "b.ply", "c.ply"]
     assert _lines(old) == ["a.ply", "b.ply", "c.ply"]
 
 
@@ -105,7 +105,7 @@ def test_a_folder_is_replaced_only_on_request(make, old):
     _make(old, "c.ply", make=make, replace=True)
 
     assert caught.value.replaceable
-    assert _list(old) == [MARKER, "c.ply"]
+    assert _list(old) == [MARKER_NAME, "c.ply"]
     assert _list(old.parent) == ["out"]
 
 
@@ -116,7 +116,7 @@ def test_a_folder_with_foreign_files_is_unchanged(make, old):
         _make(old, make=make, replace=True)
 
     assert not caught.value.replaceable
-    assert _list(old) == [MARKER, "a.ply", "b.ply", "thesis.tex"]
+    assert _list(old) == [MARKER_NAME, "a.ply", "b.ply", "thesis.tex"]
 
 
 @pytest.mark.parametrize("make", [written_folder, growing_folder])
@@ -128,7 +128,7 @@ def test_a_file_or_a_link_is_not_treated_as_a_folder(kind, make, old):
         _make(place, make=make, replace=True)
 
     assert place.is_symlink() == (kind == "link")
-    assert _list(old) == [MARKER, "a.ply", "b.ply"]
+    assert _list(old) == [MARKER_NAME, "a.ply", "b.ply"]
 
 
 @pytest.mark.parametrize("make", [written_folder, growing_folder])
@@ -139,7 +139,7 @@ def test_a_folder_being_written_by_another_process_is_rejected(make, tmp_path):
         with pytest.raises(OutputPathError, match="being written by another process"):
             _make(tmp_path / "out", make=make, replace=True)
 
-    assert _list(tmp_path / "out") == [MARKER, "a.ply"]
+    assert _list(tmp_path / "out") == [MARKER_NAME, "a.ply"]
 
 
 def test_nested_folders_have_their_own_markers_and_are_removed_together(tmp_path):
@@ -153,7 +153,7 @@ def test_nested_folders_have_their_own_markers_and_are_removed_together(tmp_path
 
     assert lines == ["inner/", "b.ply"]
     assert _list(tmp_path) == ["out"]
-    assert _list(tmp_path / "out") == [MARKER, "c.ply"]
+    assert _list(tmp_path / "out") == [MARKER_NAME, "c.ply"]
 
 
 def test_a_folder_nested_too_deeply_is_foreign(tmp_path):
@@ -192,7 +192,7 @@ def test_an_old_folder_is_kept_if_the_new_one_cannot_replace_it(when, fault, old
             _make(old, "c.ply", replace=True)
 
     assert _list(old.parent) == ["out"]
-    assert _list(old) == [MARKER, "a.ply", "b.ply"]
+    assert _list(old) == [MARKER_NAME, "a.ply", "b.ply"]
 
 
 def test_foreign_files_added_to_the_old_folder_are_kept(old):
@@ -200,7 +200,7 @@ def test_foreign_files_added_to_the_old_folder_are_kept(old):
         made.write("c.ply", b"made")
         (old / "notes.txt").write_text("mine")
 
-    assert _list(old) == [MARKER, "c.ply"]
+    assert _list(old) == [MARKER_NAME, "c.ply"]
     assert _list(made.moved_to) == ["notes.txt"]
     _make(old, "d.ply", replace=True)
     assert _list(made.moved_to) == ["notes.txt"]

@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from quarc_ref.files import (
-    MARKER,
+    MARKER_NAME,
     OutputPathError,
     atomic_file,
     growing_folder,
@@ -68,7 +68,7 @@ with written_folder(target, replace=True) as made:
 """
 _KILLED_AFTER_SWAP = """
 from quarc_ref.files import folders
-folders.remove_listed_with_subfolders = die
+folders.remove_output_folder = die
 with written_folder(target, replace=True) as made:
     made.write("new.ply", b"new")
 """
@@ -109,7 +109,7 @@ def test_the_next_folder_is_created_and_nothing_else_is_left(tmp_path):
     _make(tmp_path / "out", "a.ply")
 
     assert _list(tmp_path) == ["out"]
-    assert _list(tmp_path / "out") == [MARKER, "a.ply"]
+    assert _list(tmp_path / "out") == [MARKER_NAME, "a.ply"]
 
 
 def test_a_growing_folder_keeps_complete_files_and_is_replaced_with_all_remains(tmp_path):
@@ -120,8 +120,8 @@ def test_a_growing_folder_keeps_complete_files_and_is_replaced_with_all_remains(
         made.write("c.ply", b"new")
 
     assert len(left) == 3
-    assert {MARKER, "a.ply"} < set(left)
-    assert _list(target) == [MARKER, "c.ply"]
+    assert {MARKER_NAME, "a.ply"} < set(left)
+    assert _list(target) == [MARKER_NAME, "c.ply"]
 
 
 @pytest.mark.parametrize("call", [1, 2])
@@ -134,7 +134,7 @@ def test_a_folder_in_the_middle_of_replacement_is_restored(call, tmp_path):
 
     assert is_moved == (call == 2)
     assert _list(tmp_path) == ["out"]
-    assert _list(target) == [MARKER, "a.ply", "b.ply"]
+    assert _list(target) == [MARKER_NAME, "a.ply", "b.ply"]
 
 
 def test_a_replaced_folder_is_removed(tmp_path):
@@ -145,7 +145,7 @@ def test_a_replaced_folder_is_removed(tmp_path):
 
     assert len(left) == 2
     assert _list(tmp_path) == ["out"]
-    assert _list(target) == [MARKER, "new.ply"]
+    assert _list(target) == [MARKER_NAME, "new.ply"]
 
 
 def test_foreign_files_in_leftovers_are_kept(tmp_path):
@@ -199,9 +199,9 @@ def test_a_link_under_such_a_name_is_not_removed(suffix, tmp_path):
     link.symlink_to(victim)
     _make(tmp_path / "out", "b.ply")
 
-    assert _list(victim) == [MARKER, "a.ply"]
+    assert _list(victim) == [MARKER_NAME, "a.ply"]
     assert link.is_symlink()
-    assert _list(tmp_path / "out") == [MARKER, "b.ply"]
+    assert _list(tmp_path / "out") == [MARKER_NAME, "b.ply"]
 
 
 def test_a_folder_under_such_a_name_without_a_marker_is_not_removed(tmp_path):

@@ -2,7 +2,7 @@ import os
 
 import pytest
 
-from quarc_ref.files import MARKER, OutputPathError, growing_folder, written_folder
+from quarc_ref.files import MARKER_NAME, OutputPathError, growing_folder, written_folder
 
 
 @pytest.fixture
@@ -23,42 +23,42 @@ def _replace(folder):
 )  # fmt: skip
 def test_a_marker_with_an_unsafe_name_is_not_trusted(line, made):
     (made.parent / "victim").write_text("mine")
-    with (made / MARKER).open("ab") as marker:
+    with (made / MARKER_NAME).open("ab") as marker:
         marker.write(line + b"\n")
     with pytest.raises(OutputPathError, match="damaged"):
         _replace(made)
 
-    assert sorted(os.listdir(made)) == [MARKER, "a.ply"]
+    assert sorted(os.listdir(made)) == [MARKER_NAME, "a.ply"]
     assert (made.parent / "victim").read_text() == "mine"
 
 
 @pytest.mark.parametrize("text", ["a.ply\n", "other\na.ply\n", "x", "[1, 2]\n"])
 def test_a_foreign_marker_is_not_trusted(text, made):
-    (made / MARKER).write_text(text)
+    (made / MARKER_NAME).write_text(text)
     with pytest.raises(OutputPathError, match="damaged"):
         _replace(made)
 
-    assert sorted(os.listdir(made)) == [MARKER, "a.ply"]
+    assert sorted(os.listdir(made)) == [MARKER_NAME, "a.ply"]
 
 
 @pytest.mark.parametrize("kind", ["link", "folder", "pipe"])
 def test_a_marker_must_be_a_regular_file(kind, made, tmp_path):
-    (made / MARKER).rename(tmp_path / "marker")
+    (made / MARKER_NAME).rename(tmp_path / "marker")
     if kind == "link":
-        (made / MARKER).symlink_to(tmp_path / "marker")
+        (made / MARKER_NAME).symlink_to(tmp_path / "marker")
     elif kind == "folder":
-        (made / MARKER).mkdir()
+        (made / MARKER_NAME).mkdir()
     else:
-        os.mkfifo(made / MARKER)
+        os.mkfifo(made / MARKER_NAME)
     with pytest.raises(OutputPathError, match="quarc-ref-made is"):
         _replace(made)
 
-    assert sorted(os.listdir(made)) == [MARKER, "a.ply"]
+    assert sorted(os.listdir(made)) == [MARKER_NAME, "a.ply"]
 
 
 def test_an_incomplete_line_names_nothing(made):
     (made / "b").write_text("mine")
-    with (made / MARKER).open("ab") as marker:
+    with (made / MARKER_NAME).open("ab") as marker:
         marker.write(b"b")
     with pytest.raises(OutputPathError, match="contains b"):
         _replace(made)
@@ -66,13 +66,13 @@ def test_an_incomplete_line_names_nothing(made):
     with growing_folder(made, replace=True, keep=True) as folder:
         folder.write("c.ply", b"made")
 
-    assert (made / MARKER).read_text().splitlines()[1:] == ["a.ply", "c.ply"]
+    assert (made / MARKER_NAME).read_text().splitlines()[1:] == ["a.ply", "c.ply"]
 
 
 @pytest.mark.parametrize("size", [0, 10])
 def test_a_folder_with_an_incomplete_first_line_counts_as_empty(size, made):
     (made / "a.ply").unlink()
-    (made / MARKER).write_bytes((made / MARKER).read_bytes()[:size])
+    (made / MARKER_NAME).write_bytes((made / MARKER_NAME).read_bytes()[:size])
     _replace(made)
 
-    assert sorted(os.listdir(made)) == [MARKER, "new.ply"]
+    assert sorted(os.listdir(made)) == [MARKER_NAME, "new.ply"]

@@ -38,7 +38,7 @@ def test_failed_jobs_on_a_cluster_are_named(ray_cluster):
     with pytest.raises(JobsError) as caught:
         run_jobs(works.fail_if_odd, _make_jobs(1, 2), WorkerPool(ray=ray_cluster))
 
-    assert caught.value.faults == {"job 1": "ValueError: 1 is odd"}
+    assert caught.value.messages == {"job 1": "ValueError: 1 is odd"}
 
 
 def test_a_job_on_a_cluster_has_its_threads(ray_cluster):

@@ -44,7 +44,7 @@ def test_failed_jobs_are_named_when_all_others_are_done():
     with pytest.raises(JobsError) as caught:
         run_jobs(works.fail_if_odd, _make_jobs(1, 2, 3), TWO, lambda *of: reported.append(of))
 
-    assert caught.value.faults == {
+    assert caught.value.messages == {
         "job 1": "ValueError: 1 is odd",
         "job 3": "ValueError: 3 is odd",
     }
@@ -57,7 +57,7 @@ def test_a_crashed_process_fails_only_its_own_job():
     with pytest.raises(JobsError) as caught:
         run_jobs(works.kill_self_if_odd, _make_jobs(1, 2), WorkerPool())
 
-    assert caught.value.faults == {"job 1": "the process ended with exit code -9"}
+    assert caught.value.messages == {"job 1": "the process ended with exit code -9"}
 
 
 def test_a_result_that_cannot_be_pickled_is_an_error_of_the_job():

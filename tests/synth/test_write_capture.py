@@ -6,7 +6,7 @@ import pytest
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.datasets.points_ply import read_points_ply
 from quarc_ref.datasets.video import VideoReader
-from quarc_ref.files import MARKER
+from quarc_ref.files import MARKER_NAME
 from quarc_ref.synth import write_capture
 from quarc_ref.synth.rig import place_cameras
 from quarc_ref.synth.write_capture import write_synthetic_capture
@@ -17,7 +17,7 @@ _VIDEOS = ["cam00.mp4", "cam01.mp4", "cam02.mp4", "cam03.mp4", "cam04.mp4"]
 def test_a_capture_has_a_video_for_each_camera_and_poses_and_points(folder):
     names = sorted(path.name for path in folder.iterdir())
 
-    assert names == [MARKER, *_VIDEOS, "points3D_init.ply", "poses_bounds.npy"]
+    assert names == [MARKER_NAME, *_VIDEOS, "points3D_init.ply", "poses_bounds.npy"]
 
 
 def test_every_video_has_the_requested_size_rate_and_frames(folder, options):

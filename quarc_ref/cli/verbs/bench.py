@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from quarc_ref.cli.errors import UsageError, report_errors
-from quarc_ref.cli.options import AsJson, Quiet, StreamName, name_stream
+from quarc_ref.cli.options import AsJson, Quiet, StreamName, format_stream_name
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
 
 if TYPE_CHECKING:
@@ -39,21 +39,26 @@ def bench(
         if as_json:
             print_json("bench/2", speed.as_json())
         else:
-            print_table(name_stream(file), _describe(speed))
+            print_table(format_stream_name(file), _describe(speed))
 
 
 def _describe(speed: "Speed") -> dict[str, str]:
     """Format a measured decoding speed as rows of a table."""
     warm = speed.warm_first_frame_s
-    again = "" if warm is None else f", {warm:.2f} s with all code loaded"
-    share = speed.stolen_share
-    stolen = f"; {share:.0%} of the CPU time was taken by the host" if share else ""
+    warm_text = "" if warm is None else f", {warm:.2f} s with all code loaded"
+    stolen_share = speed.stolen_share
+    stolen_text = (
+        f"; {stolen_share:.0%} of the CPU time was taken by the host" if stolen_share else ""
+    )
     memory = "unknown" if speed.peak_rss_mib is None else f"{speed.peak_rss_mib:.0f} MiB"
     return {
         "frames": f"{speed.frames:,}, the last with {speed.gaussians:,} Gaussians",
         "frames per second": f"{speed.fps:.1f}, {speed.threads} threads, {speed.engine} engine",
-        "processor": f"{speed.cpu_ms:.1f} ms per frame, all threads together{stolen}",
-        "first frame": f"{speed.first_frame_s:.2f} s after opening{again}",
+        "processor": f"{speed.cpu_ms:.1f} ms per frame, all threads together{stolen_text}",
+        "first frame": f"{speed.first_frame_s:.2f} s after opening{warm_text}",
         "peak memory": memory,
-        **{f"ms: {stage}": f"{spent:.2f}" for stage, spent in speed.ms_by_stage.items()},
+        **{
+            f"ms: {stage}": f"{milliseconds:.2f}"
+            for stage, milliseconds in speed.ms_by_stage.items()
+        },
     }

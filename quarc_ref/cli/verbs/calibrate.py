@@ -143,21 +143,23 @@ def calibrate(
             TerminalProgress(quiet=quiet) as progress,
             written_folder(output, force=force) as folder,
         ):
-            found = find_recordings(recordings)
-            _require_cameras(found, up, distance)
-            sizes = found.pictures.sizes
-            known = read_lenses(intrinsics, found.names, sizes) if intrinsics else None
+            found_recordings = find_recordings(recordings)
+            _require_cameras(found_recordings, up, distance)
+            sizes = found_recordings.pictures.sizes
+            known_lenses = (
+                read_lenses(intrinsics, found_recordings.names, sizes) if intrinsics else None
+            )
             try:
                 options = CalibrateOptions(
-                    LensOptions(camera_model, lenses == "shared", known),
+                    LensOptions(camera_model, lenses == "shared", known_lenses),
                     moments,
-                    read_masks(masks, found) if masks else {},
+                    read_masks(masks, found_recordings) if masks else {},
                     SyncMethod(sync),
                     up,
                     distance,
                     progress.advance,
                 )
-                rig = find(found, options)
+                rig = find(found_recordings, options)
             except (UnknownCameraError, MaskNameError) as error:
                 raise UsageError(str(error)) from error
             write_capture(rig, folder)
@@ -180,15 +182,19 @@ def _require_distance(meters: tuple[str, str, float] | None) -> "Distance | None
     return Distance(*meters)
 
 
-def _require_cameras(found: "Recordings", up: str, distance: "Distance | None") -> None:
+def _require_cameras(recordings: "Recordings", up: str, distance: "Distance | None") -> None:
     """Raise UsageError before calibration starts if an option names an unknown camera."""
     from quarc_ref.calibration.world import BY_LEVEL, BY_PLANE
 
-    named = {} if up in (BY_LEVEL, BY_PLANE) else {up: "--up"}
-    named |= dict.fromkeys((distance.first, distance.second), "--meters") if distance else {}
-    for name, option in named.items():
-        if name not in found.names:
-            message = f"{option}: there is no camera {name}; choose one of {', '.join(found.names)}"
+    option_by_camera = {} if up in (BY_LEVEL, BY_PLANE) else {up: "--up"}
+    option_by_camera |= (
+        dict.fromkeys((distance.first, distance.second), "--meters") if distance else {}
+    )
+    for name, option in option_by_camera.items():
+        if name not in recordings.names:
+            message = (
+                f"{option}: there is no camera {name}; choose one of {', '.join(recordings.names)}"
+            )
             raise UsageError(message)
 
 
@@ -196,10 +202,10 @@ def _show(output: Path, rig: "Calibration", page: Path, seconds: float, *, as_js
     from quarc_ref.calibration.report import HEADINGS, list_cameras
 
     if as_json:
-        print_json("calibrate/2", {"folder": str(output), **_list_values(rig), "report": str(page),
+        print_json("calibrate/2", {"folder": str(output), **_as_json(rig), "report": str(page),
                                    "seconds": seconds})  # fmt: skip
         return
-    solution, total = rig.solution, len(rig.recordings.names)
+    solution, camera_count = rig.solution, len(rig.recordings.names)
     for name, reason in solution.left_out.items():
         print_message(f"camera {name} could not be calibrated: {reason}")
     for name in rig.unreliable_cameras:
@@ -214,27 +220,27 @@ def _show(output: Path, rig: "Calibration", page: Path, seconds: float, *, as_js
             "offset 0 is used"
         )
     lines = {
-        "cameras": f"{len(solution.cameras)} of {total}",
+        "cameras": f"{len(solution.cameras)} of {camera_count}",
         "reprojection error": f"{solution.mean_error:.2f} px",
         "points": f"{len(rig.points.positions):,}",
-        "offsets": _OFFSETS[rig.offsets.method.value],
+        "offsets": _OFFSET_SOURCES[rig.offsets.method.value],
         "up from": rig.world.up_from,
         "seconds": f"{seconds}",
         "report": str(page),
     }
     print_table(output.name, lines)
-    first, *others = HEADINGS
-    print_columns("Cameras", [f"<{first}", *others], list_cameras(rig))
+    first_heading, *other_headings = HEADINGS
+    print_columns("Cameras", [f"<{first_heading}", *other_headings], list_cameras(rig))
 
 
-_OFFSETS = {
+_OFFSET_SOURCES = {
     "sound": "from sound",
     "motion": "from motion",
     "none": "not estimated, all 0 (--sync motion needs 24 frames)",
 }
 
 
-def _list_values(rig: "Calibration") -> dict[str, object]:
+def _as_json(rig: "Calibration") -> dict[str, object]:
     """Return a calibration as values of `docs/schemas/calibrate.json`."""
     confidence = rig.offsets.confidence
     return {

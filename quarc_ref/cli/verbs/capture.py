@@ -6,12 +6,12 @@ from typing import Annotated, Literal
 
 import typer
 
-from quarc_ref.cli.encoder_options import configure
+from quarc_ref.cli.encoder_options import make_config
 from quarc_ref.cli.errors import UsageError, report_errors, restore_sigterm_handler
 from quarc_ref.cli.options import AsJson, Force, Quiet, Seed, Settings
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
 from quarc_ref.cli.targets import written_folder
-from quarc_ref.cli.verbs.evaluate import show_evaluation
+from quarc_ref.cli.verbs.evaluate import print_evaluation
 from quarc_ref.inspection.wording import count_noun
 
 VariantName = Literal["playroom", "bright-stage", "dark-stage", "mixed-cameras", "fast", "visitor"]
@@ -55,15 +55,15 @@ def synth(
             raise UsageError(str(error)) from error
         with (
             TerminalProgress(quiet=quiet) as progress,
-            written_folder(folder, force=force) as made,
+            written_folder(folder, force=force) as output_folder,
         ):
-            fill_synthetic_capture(made, options, partial(progress.advance, "synth"))
+            fill_synthetic_capture(output_folder, options, partial(progress.advance, "synth"))
         if as_json:
             sizes = {"width": width, "height": height, "frames": frames, "cameras": cameras}
             print_json("synth/2", {"folder": str(folder), "variant": variant, **sizes})
         else:
-            each = f"{count_noun(frames, 'frame')} each, {width} x {height}"
-            videos = f"{cameras} with {each}; hold out cam00"
+            description = f"{count_noun(frames, 'frame')} each, {width} x {height}"
+            videos = f"{cameras} with {description}; hold out cam00"
             print_table(str(folder), {"scene": variant, "videos": videos})
 
 
@@ -82,7 +82,7 @@ def demo(
 ) -> None:
     """Run the whole pipeline: ray-trace a capture, encode, decode, measure, write a report."""
     with report_errors():
-        config = configure("demo", settings or [], seed)
+        config = make_config("demo", settings or [], seed)
         from quarc_ref.cli.demo_work import run_demo
         from quarc_ref.synth import SynthOptions
 
@@ -92,6 +92,12 @@ def demo(
             TerminalProgress(quiet=quiet) as progress,
             written_folder(output, force=force) as folder,
         ):
-            made = run_demo(folder, options, config, progress)
-        page = output / made.report.relative_to(folder.path)
-        show_evaluation("demo/2", output / made.stream.name, made.evaluation, page, as_json=as_json)
+            demo_output = run_demo(folder, options, config, progress)
+        page = output / demo_output.report.relative_to(folder.path)
+        print_evaluation(
+            "demo/2",
+            output / demo_output.stream.name,
+            demo_output.evaluation,
+            page,
+            as_json=as_json,
+        )

@@ -15,8 +15,8 @@ from quarc_ref.cli.options import (
     Frames,
     LpipsWeights,
     Quiet,
-    check_existing,
     check_folder,
+    check_path_exists,
     parse_frames,
 )
 from quarc_ref.cli.output import TerminalProgress, print_columns, print_json, print_message
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
     from quarc_ref.evaluation.comparison.open_entries import EntrySource
     from quarc_ref.evaluation.comparison.summary import Summary
 
-_MINIMUM = 2
+_MIN_ENTRIES = 2
 
 
 def _check_entries(texts: list[str]) -> list[str]:
     for text in texts:
-        check_existing(str(_parse_entry(text)[1]))
+        check_path_exists(str(_parse_entry(text)[1]))
     return texts
 
 
@@ -116,15 +116,17 @@ def compare(
         from quarc_ref.evaluation.same_capture import MismatchError
 
         restore_sigterm_handler()
-        named = parse_entries(entries, sizes or [])
-        span = parse_frames(frames)
-        measure = load_lpips(lpips)
-        wanted = ComparisonOptions(capture, tuple(cameras or ()), downscale, other_capture)
+        entry_sources = parse_entries(entries, sizes or [])
+        frame_range = parse_frames(frames)
+        lpips_metric = load_lpips(lpips)
+        options = ComparisonOptions(capture, tuple(cameras or ()), downscale, other_capture)
         target = written_folder(report, force=force) if report else nullcontext()
         with TerminalProgress(quiet=quiet) as progress, target as folder:
             try:
-                opened = open_entries(named, wanted, progress.advance)
-                comparison = measure_entries(opened, span, measure, progress.advance)
+                opened_entries = open_entries(entry_sources, options, progress.advance)
+                comparison = measure_entries(
+                    opened_entries, frame_range, lpips_metric, progress.advance
+                )
             except MismatchError as error:
                 raise UsageError(str(error)) from error
             summary = summarize(comparison)
@@ -146,23 +148,28 @@ def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[EntrySour
     from quarc_ref.evaluation.comparison.entries import Label
     from quarc_ref.evaluation.comparison.open_entries import EntrySource
 
-    if len(texts) < _MINIMUM:
+    if len(texts) < _MIN_ENTRIES:
         message = "compare needs at least two entries: give two or more paths"
         raise UsageError(message)
     byte_counts = dict(_parse_size(size) for size in sizes)
-    parts = [_parse_entry(text) for text in texts]
-    stems = Counter(path.stem for _, path in parts)
-    names = [name or (path.stem if stems[path.stem] == 1 else str(path)) for name, path in parts]
-    methods = Counter(name.partition("@")[0] for name in names)
-    named = []
-    for name, (_, path) in zip(names, parts, strict=True):
+    names_and_paths = [_parse_entry(text) for text in texts]
+    stem_counts = Counter(path.stem for _, path in names_and_paths)
+    names = [
+        name or (path.stem if stem_counts[path.stem] == 1 else str(path))
+        for name, path in names_and_paths
+    ]
+    method_counts = Counter(name.partition("@")[0] for name in names)
+    entry_sources = []
+    for name, (_, path) in zip(names, names_and_paths, strict=True):
         method, _, point = name.partition("@")
-        only = method if methods[method] == 1 else path.stem
-        named.append(EntrySource(Label(method, point or only), path, byte_counts.pop(path, None)))
+        default_point = method if method_counts[method] == 1 else path.stem
+        entry_sources.append(
+            EntrySource(Label(method, point or default_point), path, byte_counts.pop(path, None))
+        )
     if byte_counts:
         message = f"--bytes names {next(iter(byte_counts))}, which is not one of the entries"
         raise UsageError(message)
-    return named
+    return entry_sources
 
 
 def _parse_entry(text: str) -> tuple[str, Path]:
@@ -197,8 +204,12 @@ def _show(
                 for heading in tables.list_point_headings(summary)]  # fmt: skip
     print_columns(title, headings, tables.format_point_rows(summary))
     if summary.deltas:
-        first, *others = tables.list_delta_headings(summary)
+        first_heading, *other_headings = tables.list_delta_headings(summary)
         rows = tables.format_delta_rows(summary)
-        print_columns("Bjontegaard deltas", [f"<{first}", *others[:-1], f"<{others[-1]}"], rows)
+        print_columns(
+            "Bjontegaard deltas",
+            [f"<{first_heading}", *other_headings[:-1], f"<{other_headings[-1]}"],
+            rows,
+        )
     if page is not None:
         print_columns("", ["<report"], [[str(page)]])

@@ -7,12 +7,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quarc_ref.cli.decoded_files import Decoding, Written
-from quarc_ref.cli.errors import STREAM_IS_BAD, UsageError, report_errors
-from quarc_ref.cli.following import PATIENCE, FollowedName, FollowFlag, Patience, follow_stream
+from quarc_ref.cli.decoded_files import FrameDecoder, FrameWriter
+from quarc_ref.cli.errors import EXIT_INVALID_STREAM, UsageError, report_errors
+from quarc_ref.cli.following import (
+    DEFAULT_PATIENCE,
+    FollowedStreamName,
+    FollowFlag,
+    Patience,
+    follow_stream,
+)
 from quarc_ref.cli.options import AsJson, Force, Frames, Quiet, parse_frames
 from quarc_ref.cli.output import TerminalProgress
-from quarc_ref.cli.targets import growing_folder, written_folder, written_frame
+from quarc_ref.cli.targets import growing_folder, open_output_frame, written_folder
 from quarc_ref.export.table import EXPORTS
 from quarc_ref.format.errors import BitstreamError, UnknownCriticalError
 from quarc_ref.inspection.wording import count_noun
@@ -32,7 +38,7 @@ def _check_format(name: str | None) -> str | None:
 
 
 def decode_frames(
-    file: FollowedName,
+    file: FollowedStreamName,
     output: Annotated[
         Path,
         typer.Option(
@@ -56,7 +62,7 @@ def decode_frames(
     ] = None,
     frames: Frames = None,
     follow: FollowFlag = False,
-    patience: Patience = PATIENCE,
+    patience: Patience = DEFAULT_PATIENCE,
     past_damage: Annotated[
         bool,
         typer.Option(
@@ -73,63 +79,67 @@ def decode_frames(
     PATH/frames.usdc or similar. With --follow, each file appears as soon as its frame is decoded;
     otherwise, all files appear at the end.
     """
-    waiting = follow_stream(file, patience, follow=follow)
+    follow_options = follow_stream(file, patience, follow=follow)
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.inspection.inspect_stream import count_frames
         from quarc_ref.streams import open_source
 
-        wanted = parse_frames(frames)
-        one = _names_a_file(output, to)
-        export = EXPORTS[output.suffix.lower().removeprefix(".") if one else to or "ply"]
+        frame_range = parse_frames(frames)
+        is_single_file = _is_file_output(output, to)
+        export = EXPORTS[output.suffix.lower().removeprefix(".") if is_single_file else to or "ply"]
         export.require()
-        written = Written(export, with_sidecar=not one)
-        make = written_frame if one else growing_folder if follow else written_folder
-        dropping = nullcontext() if follow or past_damage else _suggest_recovery(written, frames)
-        with make(output, force=force) as folder, open_source(file) as source, dropping:
+        writer = FrameWriter(export, with_sidecar=not is_single_file)
+        open_target = (
+            open_output_frame if is_single_file else growing_folder if follow else written_folder
+        )
+        recovery_hint = (
+            nullcontext() if follow or past_damage else _suggest_recovery(writer, frames)
+        )
+        with open_target(output, force=force) as folder, open_source(file) as source, recovery_hint:
             total = 0 if follow else count_frames(source)
-            decoding = Decoding(source, waiting, written.gaps if past_damage else None)
-            for scene in decoding.scenes(*wanted):
-                written.add(folder, scene, decoding.clip)
-                done = scene.frame + 1
-                progress.advance("decode", min(done, total) if total else done, total)
-            written.finish(folder)
-            if not written.names and not written.gaps:
-                has = f"; it has {count_noun(total, 'frame')}" if total else ""
-                message = f"--frames {frames}: the stream has none of these frames{has}"
+            decoding = FrameDecoder(source, follow_options, writer.gaps if past_damage else None)
+            for scene in decoding.decode_scenes(*frame_range):
+                writer.add(folder, scene, decoding.clip)
+                done_count = scene.frame + 1
+                progress.advance("decode", min(done_count, total) if total else done_count, total)
+            writer.finish(folder)
+            if not writer.names and not writer.gaps:
+                available_text = f"; it has {count_noun(total, 'frame')}" if total else ""
+                message = f"--frames {frames}: the stream has none of these frames{available_text}"
                 raise UsageError(message if frames else "the stream has no frames")
-            if not written.names:
-                written.show(None, as_json=as_json, past_damage=past_damage)
-                raise typer.Exit(STREAM_IS_BAD)
-        written.show(output, as_json=as_json, past_damage=past_damage)
-        if written.gaps:
-            raise typer.Exit(STREAM_IS_BAD)
+            if not writer.names:
+                writer.print_result(None, as_json=as_json, past_damage=past_damage)
+                raise typer.Exit(EXIT_INVALID_STREAM)
+        writer.print_result(output, as_json=as_json, past_damage=past_damage)
+        if writer.gaps:
+            raise typer.Exit(EXIT_INVALID_STREAM)
 
 
 @contextmanager
-def _suggest_recovery(written: "Written", frames: str | None) -> Iterator[None]:
+def _suggest_recovery(writer: "FrameWriter", frames: str | None) -> Iterator[None]:
     """Add the number of frames that `--recover` would keep to the message of a stream error."""
     try:
         yield
     except UnknownCriticalError:  # an unknown critical chunk stops --recover as well
         raise
     except BitstreamError as error:
-        if written.names:
-            asked = f" of --frames {frames}" if frames else ""
-            count = len(written.names)
+        if writer.names:
+            range_text = f" of --frames {frames}" if frames else ""
+            count = len(writer.names)
             error.add_note(
-                f"complete frames{asked} before the error: {count}; --recover keeps them"
+                f"complete frames{range_text} before the error: {count}; --recover keeps them"
             )
         raise
 
 
-def _names_a_file(output: Path, to: str | None) -> bool:
+def _is_file_output(output: Path, to: str | None) -> bool:
     """Return whether an output path names a file rather than a folder.
 
     Raises:
         UsageError: The suffix of the path and `--to` name different formats.
     """
-    kind = output.suffix.lower().removeprefix(".")
-    if kind in EXPORTS and to not in (kind, None):
+    suffix = output.suffix.lower().removeprefix(".")
+    if suffix in EXPORTS and to not in (suffix, None):
         message = f"the suffix of {output} conflicts with --to {to}: change one of them"
         raise UsageError(message)
-    return kind in EXPORTS
+    return suffix in EXPORTS

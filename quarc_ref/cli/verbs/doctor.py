@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from quarc_ref.cli.completion import complete_preset
-from quarc_ref.cli.encoder_options import configure
+from quarc_ref.cli.encoder_options import make_config
 from quarc_ref.cli.errors import UsageError, report_errors, restore_sigterm_handler
 from quarc_ref.cli.options import AsJson, CaptureFolder, Quiet
 from quarc_ref.cli.output import TerminalProgress, print_json, print_message, print_table
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from quarc_ref.datasets.open_capture import CaptureOptions
     from quarc_ref.encoder.doctor import Diagnosis, Examination
 
-_FAULTS_FOUND = 1
+_EXIT_FINDINGS = 1
 _UNITS = ("B", "KB", "MB", "GB", "TB")
 
 
@@ -67,19 +67,21 @@ def doctor(
         from quarc_ref.encoder.doctor import Examination
 
         restore_sigterm_handler()
-        opening = CaptureOptions(downscale, tuple(held_out or ()), frames, start)
-        config = configure(preset, [], 0)
+        capture_options = CaptureOptions(downscale, tuple(held_out or ()), frames, start)
+        config = make_config(preset, [], 0)
         with TerminalProgress(quiet=quiet) as progress:
-            found = _examine(capture, Examination(opening, quick, config, device, progress))
+            diagnosis = _examine(
+                capture, Examination(capture_options, quick, config, device, progress)
+            )
         if as_json:
-            described = _as_json(capture, found, opening, quick=quick, preset=preset)
-            print_json("doctor/2", described)
+            document = _as_json(capture, diagnosis, capture_options, quick=quick, preset=preset)
+            print_json("doctor/2", document)
         else:
-            print_table(capture.resolve().name, _describe(found, preset))
-        for finding in () if as_json else found.findings:
+            print_table(capture.resolve().name, _describe(diagnosis, preset))
+        for finding in () if as_json else diagnosis.findings:
             print_message(f"{finding.kind}: {finding.message}")
-        if found.findings:
-            raise typer.Exit(_FAULTS_FOUND)
+        if diagnosis.findings:
+            raise typer.Exit(_EXIT_FINDINGS)
 
 
 def _examine(folder: Path, examination: "Examination") -> "Diagnosis":
@@ -100,24 +102,29 @@ def _examine(folder: Path, examination: "Examination") -> "Diagnosis":
         raise UsageError(message) from error
 
 
-def _describe(found: "Diagnosis", preset: str) -> dict[str, str]:
+def _describe(diagnosis: "Diagnosis", preset: str) -> dict[str, str]:
     """Format the properties of a capture and the forecast of its encode as rows of a table."""
-    rows = {"layout": found.layout or "unknown"}
-    if found.capture is not None:
-        rows |= _describe_capture(found.capture)
-    if found.forecast is not None:
-        needs = found.forecast
-        low, high = needs.stream_bytes
+    rows = {"layout": diagnosis.layout or "unknown"}
+    if diagnosis.capture is not None:
+        rows |= _describe_capture(diagnosis.capture)
+    if diagnosis.forecast is not None:
+        forecast = diagnosis.forecast
+        low, high = forecast.stream_bytes
         rows |= {
-            f"encoding takes ({preset})": f"{_duration(needs.seconds)}: "
-            f"frame 0 {_duration(needs.seconds_of_first)}, "
-            f"{_duration(needs.seconds_per_frame)} for each later frame",
-            "memory": f"{_bytes(needs.memory_bytes)}"
-            + (f" of {_bytes(free)} free" if (free := found.machine.memory_bytes) else ""),
-            "disk": f"{_bytes(needs.disk_bytes)} of {_bytes(found.machine.disk_bytes)} free",
-            "stream": f"{_bytes(low)} to {_bytes(high)}",
+            f"encoding takes ({preset})": f"{_format_duration(forecast.seconds)}: "
+            f"frame 0 {_format_duration(forecast.seconds_of_first)}, "
+            f"{_format_duration(forecast.seconds_per_frame)} for each later frame",
+            "memory": f"{_format_bytes(forecast.memory_bytes)}"
+            + (
+                f" of {_format_bytes(free_memory)} free"
+                if (free_memory := diagnosis.machine.memory_bytes)
+                else ""
+            ),
+            "disk": f"{_format_bytes(forecast.disk_bytes)} of "
+            f"{_format_bytes(diagnosis.machine.disk_bytes)} free",
+            "stream": f"{_format_bytes(low)} to {_format_bytes(high)}",
         }
-    count = len(found.findings)
+    count = len(diagnosis.findings)
     rows["findings"] = "none" if not count else f"{count}, listed on standard error"
     return rows
 
@@ -136,15 +143,20 @@ def _describe_capture(capture: "Capture") -> dict[str, str]:
 
 
 def _as_json(
-    folder: Path, found: "Diagnosis", opening: "CaptureOptions", *, quick: bool, preset: str
+    folder: Path,
+    diagnosis: "Diagnosis",
+    capture_options: "CaptureOptions",
+    *,
+    quick: bool,
+    preset: str,
 ) -> dict[str, object]:
     """Return a diagnosis as values of `docs/schemas/doctor.json`."""
-    capture, forecast = found.capture, found.forecast
+    capture, forecast = diagnosis.capture, diagnosis.forecast
     return {
         "folder": str(folder),
-        "layout": found.layout,
+        "layout": diagnosis.layout,
         "quick": quick,
-        "start": opening.start,
+        "start": capture_options.start,
         "capture": None
         if capture is None
         else {
@@ -163,12 +175,12 @@ def _as_json(
             "masks": capture.masks is not None,
         },
         "forecast": None if forecast is None else {"preset": preset, **asdict(forecast)},
-        "machine": asdict(found.machine),
-        "findings": [asdict(finding) for finding in found.findings],
+        "machine": asdict(diagnosis.machine),
+        "findings": [asdict(finding) for finding in diagnosis.findings],
     }
 
 
-def _duration(seconds: float) -> str:
+def _format_duration(seconds: float) -> str:
     """Format a duration, given in seconds, with the unit s, min or h."""
     if seconds < 90:
         return f"{seconds:.1f} s" if seconds < 10 else f"{seconds:.0f} s"
@@ -176,7 +188,7 @@ def _duration(seconds: float) -> str:
     return f"{minutes:.0f} min" if minutes < 90 else f"{minutes / 60:.1f} h"
 
 
-def _bytes(count: float) -> str:
+def _format_bytes(count: float) -> str:
     """Format a number of bytes with a unit from B to TB; a KB is 1024 bytes."""
     for unit in _UNITS[:-1]:
         if count < 1000:

@@ -12,11 +12,11 @@ from quarc_ref.cli.options import (
     AsJson,
     Force,
     StreamName,
-    check_file,
+    check_stream_name,
     parse_frames,
 )
 from quarc_ref.cli.output import print_json, print_table
-from quarc_ref.cli.targets import written_stream
+from quarc_ref.cli.targets import open_output_stream
 
 _Target = Annotated[
     Path,
@@ -25,7 +25,7 @@ _Target = Annotated[
 
 
 def _check_files(names: list[str]) -> list[str]:
-    return [check_file(name) for name in names]
+    return [check_stream_name(name) for name in names]
 
 
 def cut(
@@ -50,7 +50,7 @@ def cut(
 
         start, stop = parse_frames(frames)
         _reject_shared_output(output, as_json=as_json)
-        with open_source(file) as source, written_stream(output, force=force) as sink:
+        with open_source(file) as source, open_output_stream(output, force=force) as sink:
             first = None if frames.startswith(":") else start
             count = cut_stream(source, first, stop, sink)
         _show("cut/1", output, count, as_json=as_json)
@@ -83,7 +83,7 @@ def join(
             raise UsageError(message)
         _reject_shared_output(output, as_json=as_json)
         sources = [stack.enter_context(open_source(name)) for name in files]
-        with written_stream(output, force=force) as sink:
+        with open_output_stream(output, force=force) as sink:
             count = join_streams(sources, sink)
         _show("join/1", output, count, as_json=as_json)
 

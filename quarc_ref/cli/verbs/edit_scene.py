@@ -10,7 +10,7 @@ import typer
 from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import STANDARD_STREAM, AsJson, Force, Quiet, StreamName
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
-from quarc_ref.cli.targets import written_stream
+from quarc_ref.cli.targets import open_output_stream
 
 if TYPE_CHECKING:
     from quarc_ref.cli.output import TerminalProgress as Progress
@@ -85,14 +85,14 @@ def edit(
         if as_json and str(output) == STANDARD_STREAM:
             message = "-o - and --json both write to standard output: give a path to -o"
             raise UsageError(message)
-        asked = _parse_edit(crop or [], drop or [], transform, recolor or [])
-        with open_source(file) as source, written_stream(output, force=force) as sink:
-            count, report = _write(source, sink, asked, profile, progress)
+        requested_edit = _parse_edit(crop or [], drop or [], transform, recolor or [])
+        with open_source(file) as source, open_output_stream(output, force=force) as sink:
+            count, report = _write_edited(source, sink, requested_edit, profile, progress)
         _show(output, count, report, as_json=as_json)
 
 
-def _write(
-    source: "Source", sink: BinaryIO, asked: "Edit", profile: str, progress: "Progress"
+def _write_edited(
+    source: "Source", sink: BinaryIO, requested_edit: "Edit", profile: str, progress: "Progress"
 ) -> "tuple[int, SceneReport | None]":
     """Write the edited stream; return its frame count, and a report if frames were fitted again."""
     from quarc_ref.encoder.scenes.bounds import PROFILES
@@ -100,10 +100,10 @@ def _write(
     from quarc_ref.encoder.scenes.fit_edit import encode_edited
     from quarc_ref.encoder.scenes.recolor import recolor
 
-    if asked.is_exact and asked.recoloring:
-        return recolor(source, sink, asked.recoloring), None
+    if requested_edit.is_exact and requested_edit.recoloring:
+        return recolor(source, sink, requested_edit.recoloring), None
     options = replace(SceneOptions(bounds=PROFILES[profile]), progress=progress)
-    report = encode_edited(source, sink, asked, options)
+    report = encode_edited(source, sink, requested_edit, options)
     return report.frames, report
 
 
@@ -129,14 +129,18 @@ def _parse_edit(
         except ValueError as error:
             message = f"--transform: {error}"
             raise UsageError(message) from error
-    if any(low > high for box in boxes for low, high in zip(box[:3], box[3:], strict=True)):
+    if any(
+        low_value > high_value
+        for box in boxes
+        for low_value, high_value in zip(box[:3], box[3:], strict=True)
+    ):
         message = "--crop takes the corner with the smaller x, y, z first"
         raise UsageError(message)
-    asked = Edit(boxes, spheres, similarity, _parse_colors(recolor) if recolor else None)
-    if asked == Edit():
+    requested_edit = Edit(boxes, spheres, similarity, _parse_colors(recolor) if recolor else None)
+    if requested_edit == Edit():
         message = "no edit is given: use --crop, --drop, --transform or --recolor"
         raise UsageError(message)
-    return asked
+    return requested_edit
 
 
 def _parse_numbers(option: str, text: str, counts: Sequence[int]) -> tuple[float, ...]:
@@ -178,11 +182,11 @@ def _show(output: Path, count: int, report: "SceneReport | None", *, as_json: bo
     bounds = report and report.bounds.as_dict()
     errors = report and asdict(report.errors)
     if as_json:
-        made = {"file": str(output), "frames": count, "bytes": size, "method": method}
-        print_json("edit/1", {**made, "bounds": bounds, "errors": errors})
+        summary = {"file": str(output), "frames": count, "bytes": size, "method": method}
+        print_json("edit/1", {**summary, "bounds": bounds, "errors": errors})
         return
-    said = "exact, in integers" if report is None else "fitted again, within bounds"
-    rows = {"frames": f"{count}", "whole stream": f"{size:,} bytes", "edit": said}
+    method_text = "exact, in integers" if report is None else "fitted again, within bounds"
+    rows = {"frames": f"{count}", "whole stream": f"{size:,} bytes", "edit": method_text}
     if bounds and errors:
         rows |= {name: f"error {errors[name]:.3g}, bound {bounds[name]:.3g}" for name in errors}
     print_table(output.name, rows)

@@ -27,7 +27,7 @@ from quarc_ref.cli.encode_arguments import (
     TargetSize,
     TensorBoardFolder,
     Workers,
-    reject_with,
+    reject_conflicts,
     require_segments,
 )
 from quarc_ref.cli.encode_job import (
@@ -38,9 +38,9 @@ from quarc_ref.cli.encode_job import (
     encode_to_joined_file,
     encode_to_pipe,
 )
-from quarc_ref.cli.encode_monitors import LogOptions, opened_monitors
-from quarc_ref.cli.encode_warnings import Warnings
-from quarc_ref.cli.encoder_options import as_settings, configure, require_positive
+from quarc_ref.cli.encode_monitors import LogOptions, open_monitors
+from quarc_ref.cli.encode_warnings import FindingCollector
+from quarc_ref.cli.encoder_options import format_settings, make_config, require_positive
 from quarc_ref.cli.errors import report_errors
 from quarc_ref.cli.options import (
     STANDARD_STREAM,
@@ -52,7 +52,7 @@ from quarc_ref.cli.options import (
     Settings,
 )
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
-from quarc_ref.cli.verbs.stream import describe
+from quarc_ref.cli.verbs.stream import describe_stream
 
 if TYPE_CHECKING:
     from quarc_ref.encoder.settings.config import EncoderConfig
@@ -93,54 +93,69 @@ def encode(
     with report_errors():
         to_pipe = str(output) == STANDARD_STREAM
         if to_pipe:
-            piped = {"--json": as_json, "--live": live, "--resume": resume}
-            reject_with("-o -", piped | {"--segments": segments is not None})
+            conflicting_options = {"--json": as_json, "--live": live, "--resume": resume}
+            reject_conflicts("-o -", conflicting_options | {"--segments": segments is not None})
         if segments is None:
             require_segments({"--workers": workers is not None, "--ray": ray is not None})
         else:
-            logs = {"--log-json": log_json is not None, "--tensorboard": tensorboard is not None}
-            reject_with("--segments", {"--live": live, **logs})
+            log_options = {
+                "--log-json": log_json is not None,
+                "--tensorboard": tensorboard is not None,
+            }
+            reject_conflicts("--segments", {"--live": live, **log_options})
         require_positive({"--lambda": rd_lambda, "--target-kb-per-frame": target})
-        asked = {
+        setting_values = {
             "canonical.keyframe_interval": keyframe_interval,
             "canonical.snapshot_interval": snapshot_interval,
             "quality": quality,
             "rd_lambda": rd_lambda,
             "target_kb_per_frame": target,
         }
-        config = _change_settings(preset, settings, asked, seed, version)
-        started, found = time.monotonic(), Warnings()
-        wanted_logs = LogOptions(log_json, tensorboard, keep=resume, force=force)
+        config = _change_settings(preset, settings, setting_values, seed, version)
+        start_time, findings = time.monotonic(), FindingCollector()
+        logging_options = LogOptions(log_json, tensorboard, keep=resume, force=force)
         with (
             TerminalProgress(quiet=quiet) as progress,
-            opened_monitors(wanted_logs, progress) as monitor,
+            open_monitors(logging_options, progress) as monitor,
         ):
             from quarc_ref.datasets.open_capture import CaptureOptions
 
-            opening = CaptureOptions(downscale, tuple(held_out or ()), start=start)
-            work = EncodeJob(
-                capture, opening, config, frames, device, progress, found, not no_checks, monitor
+            capture_options = CaptureOptions(downscale, tuple(held_out or ()), start=start)
+            job = EncodeJob(
+                capture,
+                capture_options,
+                config,
+                frames,
+                device,
+                progress,
+                findings,
+                not no_checks,
+                monitor,
             )
-            wanted = WriteMode(force, live, resume)
+            write_mode = WriteMode(force, live, resume)
             if segments is not None:
                 pool = choose_pool(segments, workers, ray, device)
-                encode_to_joined_file(work, output, wanted, segments, pool)
+                encode_to_joined_file(job, output, write_mode, segments, pool)
             else:
-                _encode_one_segment(work, output, wanted)
+                _encode_whole(job, output, write_mode)
         if not to_pipe:
-            _show(output, found, round(time.monotonic() - started, 1), as_json=as_json)
+            _show(output, findings, round(time.monotonic() - start_time, 1), as_json=as_json)
 
 
-def _encode_one_segment(work: EncodeJob, output: Path, wanted: WriteMode) -> None:
+def _encode_whole(job: EncodeJob, output: Path, write_mode: WriteMode) -> None:
     """Encode all frames as one segment, to standard output or a file."""
     if str(output) == STANDARD_STREAM:
-        encode_to_pipe(work, output)
+        encode_to_pipe(job, output)
     else:
-        encode_to_file(work, output, wanted)
+        encode_to_file(job, output, write_mode)
 
 
 def _change_settings(
-    preset: str, settings: list[str] | None, asked: dict[str, float | None], seed: int, version: str
+    preset: str,
+    settings: list[str] | None,
+    setting_values: dict[str, float | None],
+    seed: int,
+    version: str,
 ) -> "EncoderConfig":
     """Return the settings of a preset, changed by `--set` and by options such as `--lambda`.
 
@@ -149,19 +164,23 @@ def _change_settings(
             support the value.
     """
     if version == "1.0":
-        is_asked = asked["canonical.snapshot_interval"] is not None
-        reject_with("--format 1.0", {"--snapshot-interval": is_asked})
-    old = ["stream.updates=false", "canonical.snapshot_interval=0"] if version == "1.0" else []
-    return configure(preset, [*(settings or []), *as_settings(asked), *old], seed)
+        has_snapshot_interval = setting_values["canonical.snapshot_interval"] is not None
+        reject_conflicts("--format 1.0", {"--snapshot-interval": has_snapshot_interval})
+    version_settings = (
+        ["stream.updates=false", "canonical.snapshot_interval=0"] if version == "1.0" else []
+    )
+    return make_config(
+        preset, [*(settings or []), *format_settings(setting_values), *version_settings], seed
+    )
 
 
-def _show(output: Path, found: Warnings, seconds: float, *, as_json: bool) -> None:
+def _show(output: Path, findings: FindingCollector, seconds: float, *, as_json: bool) -> None:
     """Print the sizes of the stream, the findings and the time of the encode."""
     from quarc_ref.inspection.inspect_stream import inspect_stream
 
     summary = inspect_stream(output.read_bytes())
     if as_json:
-        added = {"findings": found.as_json(), "seconds": seconds}
-        print_json("encode/2", {"file": str(output), **summary.as_json(), **added})
+        encode_values = {"findings": findings.as_json(), "seconds": seconds}
+        print_json("encode/2", {"file": str(output), **summary.as_json(), **encode_values})
     else:
-        print_table(output.name, describe(summary) | {"seconds": f"{seconds}"})
+        print_table(output.name, describe_stream(summary) | {"seconds": f"{seconds}"})

@@ -28,7 +28,7 @@ from quarc_ref.cli.output import (
 )
 from quarc_ref.cli.perceptual import load_lpips
 from quarc_ref.cli.targets import written_folder
-from quarc_ref.cli.verbs.stream import describe
+from quarc_ref.cli.verbs.stream import describe_stream
 
 if TYPE_CHECKING:
     from quarc_ref.evaluation.evaluate import Evaluation
@@ -62,21 +62,21 @@ def evaluate(
         options = EvaluationOptions(parse_frames(frames), load_lpips(lpips), other_capture)
         target = written_folder(report, force=force) if report else nullcontext()
         with TerminalProgress(quiet=quiet) as progress, target as folder:
-            with _rejected(file, as_json=as_json):
+            with _convert_mismatch_errors(file, as_json=as_json):
                 data = Path(file).read_bytes()
                 evaluation = evaluate_stream(data, capture, progress.advance, options)
             if folder:
                 from quarc_ref.evaluation.report import write_report
 
                 write_report(evaluation, folder)
-        _warn_of_other_capture(evaluation.protocol)
+        _warn_about_other_capture(evaluation.protocol)
         _report_equal_views(evaluation.quality)
         page = report / "index.html" if report else None
-        show_evaluation("eval/3", Path(file), evaluation, page, as_json=as_json)
+        print_evaluation("eval/3", Path(file), evaluation, page, as_json=as_json)
 
 
 @contextmanager
-def _rejected(file: str, *, as_json: bool) -> Iterator[None]:
+def _convert_mismatch_errors(file: str, *, as_json: bool) -> Iterator[None]:
     """Convert errors about a capture that does not match the stream to UsageError."""
     from quarc_ref.evaluation.same_capture import MismatchError, OtherCaptureError
 
@@ -92,7 +92,7 @@ def _rejected(file: str, *, as_json: bool) -> Iterator[None]:
         raise UsageError(str(error)) from error
 
 
-def _warn_of_other_capture(protocol: "Protocol") -> None:
+def _warn_about_other_capture(protocol: "Protocol") -> None:
     if protocol.same_capture is None:
         print_message(
             "the stream has no fingerprint of its capture, so it may have been made from another "
@@ -107,14 +107,15 @@ def _warn_of_other_capture(protocol: "Protocol") -> None:
 def _report_equal_views(quality: "Quality") -> None:
     from quarc_ref.evaluation.metrics import MAX_DECIBELS
 
-    equal, views = quality.count_views()
-    if equal:
+    equal_count, view_count = quality.count_views()
+    if equal_count:
         print_message(
-            f"{equal} of {views} views equal the truth; each counts as {MAX_DECIBELS:g} dB"
+            f"{equal_count} of {view_count} views equal the truth; each counts as "
+            f"{MAX_DECIBELS:g} dB"
         )
 
 
-def show_evaluation(
+def print_evaluation(
     schema: str, file: Path, evaluation: "Evaluation", page: Path | None, *, as_json: bool
 ) -> None:
     """Print an evaluation, as JSON or as text.
@@ -130,12 +131,12 @@ def show_evaluation(
     if as_json:
         report = {} if page is None else {"report": str(page)}
         protocol = evaluation.protocol
-        measured = {
+        quality_values = {
             **quality.as_json(),
             "same_capture": protocol.same_capture,
             "protocol": protocol.as_json(),
         }
-        print_json(schema, {"file": str(file), **summary.as_json(), **measured, **report})
+        print_json(schema, {"file": str(file), **summary.as_json(), **quality_values, **report})
         return
     lines = {
         "PSNR, held out": f"{mean(quality.psnr):.2f} dB; first frame {quality.psnr[0]:.2f}, "
@@ -144,6 +145,6 @@ def show_evaluation(
     }
     if page is not None:
         lines["report"] = str(page)
-    print_table(file.name, describe(summary) | lines)
+    print_table(file.name, describe_stream(summary) | lines)
     headings = ["<camera", *quality.headings()]
     print_columns("Held-out cameras (cc: color-corrected)", headings, quality.as_rows())

@@ -5,7 +5,7 @@ from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from quarc_ref.cli.errors import report_errors
-from quarc_ref.cli.options import AsJson, Quiet, StreamName, name_stream
+from quarc_ref.cli.options import AsJson, Quiet, StreamName, format_stream_name
 from quarc_ref.cli.output import TerminalProgress, print_columns, print_json
 
 if TYPE_CHECKING:
@@ -39,10 +39,10 @@ def inspect(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> 
                 },
             )
             return
-        _print_chunks(f"{name_stream(file)}: chunks", summary)
-        for show in (_print_frames, _print_symbols, _print_entropy):
+        _print_chunks(f"{format_stream_name(file)}: chunks", summary)
+        for print_section in (_print_frames, _print_symbols, _print_entropy):
             sys.stdout.write("\n")
-            show(summary)
+            print_section(summary)
 
 
 def _print_chunks(title: str, summary: "StreamSummary") -> None:
@@ -57,7 +57,7 @@ def _print_frames(summary: "StreamSummary") -> None:
     rows = []
     for frame in summary.frames:
         coded, estimate = frame.coded_bytes, frame.estimate_bytes
-        prices = [
+        size_cells = [
             text
             for kind in ("motion", "updates", "births")
             for text in _format_size_and_estimate(coded[kind], estimate[kind])
@@ -70,7 +70,9 @@ def _print_frames(summary: "StreamSummary") -> None:
             frame.updates,
             frame.chunk_bytes,
         )
-        rows.append([f"{frame.frame}", frame.kind, *(f"{count:,}" for count in counts), *prices])
+        rows.append(
+            [f"{frame.frame}", frame.kind, *(f"{count:,}" for count in counts), *size_cells]
+        )
     print_columns("frames", _FRAME_HEADINGS, rows)
 
 

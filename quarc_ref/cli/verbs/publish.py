@@ -9,7 +9,7 @@ import typer
 from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AsJson, Force, StreamName, UpAxis
 from quarc_ref.cli.output import escape_controls, print_json, print_message, print_table
-from quarc_ref.cli.page_options import CameraName, Title, choose_first_camera, name_page
+from quarc_ref.cli.page_options import CameraName, Title, choose_first_camera, make_page_title
 from quarc_ref.cli.targets import written_folder
 from quarc_ref.inspection.wording import count_noun
 
@@ -59,14 +59,18 @@ def publish(
         from quarc_ref.viewing.page import PageOptions, build_iframe
         from quarc_ref.viewing.site import write_site
 
-        place = _require_url(url) if url else f"{output.name}/"
-        options = PageOptions(title or name_page(file), camera, up, autoplay, loop)
+        page_url = _require_url(url) if url else f"{output.name}/"
+        options = PageOptions(title or make_page_title(file), camera, up, autoplay, loop)
         with open_source(file) as source, written_folder(output, force=force) as folder:
-            eye = choose_first_camera(read_cameras(source), camera)
+            poster_camera = choose_first_camera(read_cameras(source), camera)
             site = write_site(
-                folder, source, options, lambda copy: _draw_poster(copy, eye), url and place
+                folder,
+                source,
+                options,
+                lambda copy: _draw_poster(copy, poster_camera),
+                url and page_url,
             )
-        iframe = build_iframe(options.title, place, *_size_iframe(eye))
+        iframe = build_iframe(options.title, page_url, *_size_iframe(poster_camera))
         _show(output, site, iframe, as_json=as_json)
 
 
@@ -108,7 +112,7 @@ def _size_iframe(camera: "Camera | None") -> tuple[int, int]:
 
 def _show(output: Path, site: "Site", iframe: str, *, as_json: bool) -> None:
     if as_json:
-        made = {
+        document = {
             "folder": str(output),
             "files": site.files,
             "frames": site.frames,
@@ -116,7 +120,7 @@ def _show(output: Path, site: "Site", iframe: str, *, as_json: bool) -> None:
             "poster": site.poster,
             "iframe": iframe,
         }
-        print_json("publish/1", made)
+        print_json("publish/1", document)
         return
     rows = {
         "stream": f"{count_noun(site.frames, 'frame')}, {site.stream_bytes:,} bytes",

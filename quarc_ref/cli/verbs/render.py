@@ -9,15 +9,15 @@ import typer
 from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AsJson, Force, Frames, Quiet, StreamName, parse_frames
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
-from quarc_ref.cli.render_choices import choose_camera, choose_form, require_pixels
+from quarc_ref.cli.render_choices import choose_camera, choose_video_format, require_pixel_limit
 from quarc_ref.cli.render_output import (
-    Kind,
+    OutputKind,
     choose_kind,
     write_depths,
     write_pictures,
     write_video,
 )
-from quarc_ref.cli.seekable_stream import seekable_stream
+from quarc_ref.cli.seekable_stream import open_seekable
 from quarc_ref.inspection.wording import count_noun
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def render(
         ),
     ] = None,
     to: Annotated[
-        Kind | None,
+        OutputKind | None,
         typer.Option(
             "--to",
             help="Type of output: an H.264 or VP9 video, PNG files, or NumPy archives of depth.",
@@ -122,42 +122,44 @@ def render(
         from quarc_ref.viewing.draw_frames import draw_picture, draw_shots
         from quarc_ref.viewing.outline import outline_stream
 
-        wanted = parse_frames(frames)
+        frame_range = parse_frames(frames)
         kind = to or choose_kind(output, depth=depth)
         _reject_conflicts(kind, depth, path, pixels, pictures)
-        with open_source(file) as opened, seekable_stream(opened) as source:
+        with open_source(file) as file_source, open_seekable(file_source) as source:
             outline = outline_stream(source)
-            eye = choose_camera(outline, camera, width, kind)
-            require_pixels(eye, max_pixels)
-            shots = _choose_shots(outline, eye, wanted, path, pictures)
+            render_camera = choose_camera(outline, camera, width, kind)
+            require_pixel_limit(render_camera, max_pixels)
+            shots = _choose_shots(outline, render_camera, frame_range, path, pictures)
             draw: Callable[..., Any] = render_depth if depth else draw_picture
-            stop = wanted[1] if path is None else shots[-1].frame + 1
-            drawn: Iterator[Any] = _with_progress(
+            stop = frame_range[1] if path is None else shots[-1].frame + 1
+            rendered: Iterator[Any] = _report_progress(
                 draw_shots(source, shots, draw, stop), progress, len(shots)
             )
             if depth:
-                made = write_depths(zip(shots, drawn, strict=True), output, kind, force=force)
+                result = write_depths(zip(shots, rendered, strict=True), output, kind, force=force)
             elif kind == "mp4" or kind == "webm":
-                form = choose_form(outline, eye, pixels or "yuv444p", kind)
-                made = write_video(enumerate(drawn), output, form, force=force)
+                video_format = choose_video_format(
+                    outline, render_camera, pixels or "yuv444p", kind
+                )
+                result = write_video(enumerate(rendered), output, video_format, force=force)
             else:
-                numbers = (each.frame for each in shots) if path is None else range(len(shots))
-                pairs = zip(numbers, drawn, strict=True)
-                made = write_pictures(pairs, output, force=force)
-        _show(output, shots, path, made, kind, as_json=as_json)
+                numbers = (shot.frame for shot in shots) if path is None else range(len(shots))
+                pairs = zip(numbers, rendered, strict=True)
+                result = write_pictures(pairs, output, force=force)
+        _show(output, shots, path, result, kind, as_json=as_json)
 
 
 def _reject_conflicts(
-    kind: Kind, depth: bool, path: str | None, pixels: str | None, pictures: int | None
+    kind: OutputKind, depth: bool, path: str | None, pixels: str | None, pictures: int | None
 ) -> None:
     """Raise UsageError if options cannot be combined."""
-    misfits = {
+    conflicts = {
         "--pixels is for videos, not for PNG files": kind not in ("mp4", "webm") and pixels,
         "--to npz needs --depth": kind == "npz" and not depth,
         f"--depth cannot be combined with --to {kind}": depth and kind in ("mp4", "webm"),
         "--pictures needs --path": pictures is not None and path is None,
     }
-    for message, is_given in misfits.items():
+    for message, is_given in conflicts.items():
         if is_given:
             raise UsageError(message)
 
@@ -165,7 +167,7 @@ def _reject_conflicts(
 def _choose_shots(
     outline: "Outline",
     camera: "Camera",
-    wanted: tuple[int, int | None],
+    frame_range: tuple[int, int | None],
     path: str | None,
     pictures: int | None,
 ) -> "list[Shot]":
@@ -173,45 +175,49 @@ def _choose_shots(
     from quarc_ref.viewing.paths.pose import PathError, Shot
     from quarc_ref.viewing.paths.shots import plan_shots
 
-    count = outline.count_frames(*wanted)
+    count = outline.count_frames(*frame_range)
     if not count:
-        has = f"{count_noun(outline.count_frames(0, None), 'frame')} from {outline.first_frame} on"
-        message = f"--frames: the stream has none of the requested frames; it has {has}"
+        available_text = (
+            f"{count_noun(outline.count_frames(0, None), 'frame')} from {outline.first_frame} on"
+        )
+        message = f"--frames: the stream has none of the requested frames; it has {available_text}"
         raise UsageError(message)
     if path is None:
-        first = max(wanted[0], outline.first_frame)
-        return [Shot(first + place, camera) for place in range(count)]
+        first_frame = max(frame_range[0], outline.first_frame)
+        return [Shot(first_frame + index, camera) for index in range(count)]
     try:
-        return plan_shots(outline, path, camera, wanted, pictures)
+        return plan_shots(outline, path, camera, frame_range, pictures)
     except PathError as error:
         message = f"--path: {error}"
         raise UsageError(message) from error
 
 
-def _with_progress(drawn: Iterator[Any], progress: TerminalProgress, total: int) -> Iterator[Any]:
+def _report_progress(
+    rendered: Iterator[Any], progress: TerminalProgress, total: int
+) -> Iterator[Any]:
     """Yield drawn pictures, and show progress."""
-    for done, each in enumerate(drawn, start=1):
-        progress.advance("render", done, total)
-        yield each
+    for done_count, picture in enumerate(rendered, start=1):
+        progress.advance("render", done_count, total)
+        yield picture
 
 
 def _show(
     output: Path,
     shots: "list[Shot]",
     path: str | None,
-    made: dict[str, object],
-    kind: Kind,
+    result: dict[str, object],
+    kind: OutputKind,
     *,
     as_json: bool,
 ) -> None:
     camera = shots[0].camera
     if as_json:
-        seen = {"camera": camera.name, "width": camera.width, "height": camera.height}
-        print_json("render/2", {**made, "path": path, **seen})
+        camera_values = {"camera": camera.name, "width": camera.width, "height": camera.height}
+        print_json("render/2", {**result, "path": path, **camera_values})
         return
     size = f"{camera.width} x {camera.height}"
-    count = int(str(made["frames"]))
-    if "folder" in made:
+    count = int(str(result["frames"]))
+    if "folder" in result:
         lines = {"pictures": f"{count_noun(count, f'{kind.upper()} file')} of {size}"}
     else:
         codec = "H.264" if kind == "mp4" else "VP9"

@@ -10,7 +10,7 @@ import typer
 from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AXES, STANDARD_STREAM, AsJson, Force, Quiet, UpAxis
 from quarc_ref.cli.output import TerminalProgress, print_json, print_message, print_table
-from quarc_ref.cli.targets import written_stream
+from quarc_ref.cli.targets import open_output_stream
 
 if TYPE_CHECKING:
     from quarc_ref.encoder.scenes.bounds import Bounds
@@ -92,10 +92,10 @@ def import_frames(
         bounds = _change_bounds(PROFILES[profile], bound or [])
         _reject_capture(source)
         frames = open_frames(source, fps)
-        options = _describe(frames, fps, up)
+        options = _make_options(frames, fps, up)
         options = replace(options, bounds=bounds, keyframe_interval=interval, progress=progress)
-        with written_stream(output, force=force) as sink:
-            report = encode_scenes(_read(frames), sink, options)
+        with open_output_stream(output, force=force) as sink:
+            report = encode_scenes(_read_frames(frames), sink, options)
         if report.dropped_sh_degree:
             degree = report.dropped_sh_degree
             print_message(f"SH degrees 2 to {degree} are dropped: a stream has at most degree 1")
@@ -108,29 +108,29 @@ def _reject_capture(source: Path) -> None:
         return
     from quarc_ref.datasets.layouts.table import describe_capture
 
-    what = describe_capture(source)
-    if what is not None:
+    description = describe_capture(source)
+    if description is not None:
         message = (
-            f"{source} is {what}, but quarc-ref import reads Gaussians that another method has "
-            "trained: to make a stream from pictures, use quarc-ref encode (if the pictures have "
-            "no poses, run quarc-ref calibrate first)"
+            f"{source} is {description}, but quarc-ref import reads Gaussians that another method "
+            "has trained: to make a stream from pictures, use quarc-ref encode (if the pictures "
+            "have no poses, run quarc-ref calibrate first)"
         )
         raise UsageError(message)
 
 
-def _read(frames: "ImportedFrames") -> "Iterator[GivenFrame]":
+def _read_frames(frames: "ImportedFrames") -> "Iterator[GivenFrame]":
     from quarc_ref.encoder.scenes.encode_scenes import GivenFrame
 
     for splats, ids in frames.read():
         yield GivenFrame(splats, ids)
 
 
-def _describe(frames: "ImportedFrames", fps: float | None, up: str | None) -> "SceneOptions":
+def _make_options(frames: "ImportedFrames", fps: float | None, up: str | None) -> "SceneOptions":
     """Return the options from the source's sidecar and files, overridden by `--fps` and `--up`."""
     from quarc_ref.encoder.scenes.encode_scenes import SceneOptions
 
     options, sidecar = SceneOptions(), frames.sidecar
-    stated = AXES.index(up) + 1 if up else 0
+    up_axis = AXES.index(up) + 1 if up else 0
     return replace(
         options,
         frames_per_second=fps or frames.frames_per_second or options.frames_per_second,
@@ -139,7 +139,7 @@ def _describe(frames: "ImportedFrames", fps: float | None, up: str | None) -> "S
         metadata=sidecar.metadata,
         header=replace(
             options.header,
-            up_axis=stated or frames.up_axis or sidecar.up_axis,
+            up_axis=up_axis or frames.up_axis or sidecar.up_axis,
             right_handed=sidecar.right_handed,
             meters_per_unit=sidecar.meters_per_unit,
         ),
@@ -177,8 +177,8 @@ def _show(output: Path, report: "SceneReport", *, as_json: bool) -> None:
     size, errors, bounds = output.stat().st_size, asdict(report.errors), report.bounds.as_dict()
     if as_json:
         summary = {"file": str(output), "frames": report.frames, "bytes": size}
-        dropped = {"dropped_sh_degree": report.dropped_sh_degree}
-        print_json("import/1", {**summary, "bounds": bounds, "errors": errors, **dropped})
+        dropped_degree = {"dropped_sh_degree": report.dropped_sh_degree}
+        print_json("import/1", {**summary, "bounds": bounds, "errors": errors, **dropped_degree})
         return
     rows = {"frames": f"{report.frames}", "whole stream": f"{size:,} bytes"}
     rows |= {name: f"error {errors[name]:.3g}, bound {bounds[name]:.3g}" for name in errors}

@@ -6,10 +6,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from quarc_ref.cli.errors import report_errors
-from quarc_ref.cli.following import PATIENCE, FollowedName, FollowFlag, Patience, follow_stream
-from quarc_ref.cli.options import AsJson, Quiet, StreamName, name_stream
+from quarc_ref.cli.following import (
+    DEFAULT_PATIENCE,
+    FollowedStreamName,
+    FollowFlag,
+    Patience,
+    follow_stream,
+)
+from quarc_ref.cli.options import AsJson, Quiet, StreamName, format_stream_name
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
-from quarc_ref.cli.seekable_stream import seekable_stream
+from quarc_ref.cli.seekable_stream import open_seekable
 from quarc_ref.format.errors import BitstreamError
 
 if TYPE_CHECKING:
@@ -29,11 +35,11 @@ def info(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> Non
         if as_json:
             print_json("info/2", summary.as_json())
         else:
-            print_table(name_stream(file), describe(summary))
+            print_table(format_stream_name(file), describe_stream(summary))
 
 
 def verify(
-    file: FollowedName,
+    file: FollowedStreamName,
     deep: Annotated[
         bool,
         typer.Option(
@@ -44,38 +50,45 @@ def verify(
         ),
     ] = False,
     follow: FollowFlag = False,
-    patience: Patience = PATIENCE,
+    patience: Patience = DEFAULT_PATIENCE,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
     """Decode a whole stream, and check every CRC and every state."""
-    waiting = follow_stream(file, patience, follow=follow)
+    follow_options = follow_stream(file, patience, follow=follow)
     with report_errors(), TerminalProgress(quiet=quiet) as progress, ExitStack() as stack:
         from quarc_ref.streams import open_source
 
         source = stack.enter_context(open_source(file))
-        run, proof = _Verification(progress), None
+        verifier, verification = _Verifier(progress), None
         try:
             if deep:
-                proof = run.verify(source, waiting)
+                verification = verifier.verify(source, follow_options)
             else:
-                run.decode(source, waiting)
+                verifier.decode(source, follow_options)
         except BitstreamError as error:
             if as_json:
-                rejected = {"valid": False, "frames": run.frames, "refused": error.reject_id}
-                print_json("verify/2", rejected)
+                rejection = {"valid": False, "frames": verifier.frames, "refused": error.reject_id}
+                print_json("verify/2", rejection)
             raise
         if as_json:
-            results = {"deep": proof.as_json()} if proof else {}
-            found = {"valid": True, "frames": run.frames, "state_sha256": run.digest}
-            print_json("verify/2", {**found, **results})
+            deep_values = {"deep": verification.as_json()} if verification else {}
+            result_values = {
+                "valid": True,
+                "frames": verifier.frames,
+                "state_sha256": verifier.digest,
+            }
+            print_json("verify/2", {**result_values, **deep_values})
         else:
-            lines = {"valid": "yes", "frames": f"{run.frames}"}
-            lines |= {"last state": run.digest} if run.digest else {}
-            print_table(name_stream(file), lines | (describe_verification(proof) if proof else {}))
+            lines = {"valid": "yes", "frames": f"{verifier.frames}"}
+            lines |= {"last state": verifier.digest} if verifier.digest else {}
+            print_table(
+                format_stream_name(file),
+                lines | (describe_verification(verification) if verification else {}),
+            )
 
 
-class _Verification:
+class _Verifier:
     """Runs the checks of `verify`, and stores their results.
 
     Attributes:
@@ -97,61 +110,62 @@ class _Verification:
         total = 0 if follow else count_frames(source)
         for scene in decode(source, follow=follow):
             self.digest = compute_digest(scene)
-            self._note("decode", self.frames + 1, total)
+            self._record_progress("decode", self.frames + 1, total)
 
     def verify(self, source: "Source", follow: "Follow | None") -> "Verification":
         """Decode every frame, and run the checks of `--deep`."""
         from quarc_ref.inspection.verify_stream import verify_stream
 
-        with seekable_stream(source) as whole:
-            proof = verify_stream(whole, self._note, follow)
-        self.digest = proof.sha256
-        return proof
+        with open_seekable(source) as seekable_source:
+            verification = verify_stream(seekable_source, self._record_progress, follow)
+        self.digest = verification.sha256
+        return verification
 
-    def _note(self, stage: str, done: int, total: int) -> None:
+    def _record_progress(self, stage: str, done: int, total: int) -> None:
         if stage == "decode":
             self.frames = done
         self._progress.advance(stage, done, total)
 
 
-def describe_verification(proof: "Verification") -> dict[str, str]:
+def describe_verification(verification: "Verification") -> dict[str, str]:
     """Format the results of `verify --deep` as rows of a table."""
-    bits = f"{proof.bits:,} bits in {proof.sections:,} sections"
+    bits = f"{verification.bits:,} bits in {verification.sections:,} sections"
     coders = f"both decoders give the same {bits}"
-    if proof.entropy_decoders == 1:
+    if verification.entropy_decoders == 1:
         coders = f"one decoder gives {bits}; the other one, constriction, is not installed"
     level = "; ".join(
-        f"{proof.maxima[key]:,} of {proof.limits[key]:,} {name}" for key, name in _BOUNDS.items()
+        f"{verification.maxima[key]:,} of {verification.limits[key]:,} {name}"
+        for key, name in _LIMIT_NAMES.items()
     )
     return {
-        "chunks": f"{proof.chunks:,}, all CRCs match",
-        "states": f"{proof.frames:,}, all CRCs match",
+        "chunks": f"{verification.chunks:,}, all CRCs match",
+        "states": f"{verification.frames:,}, all CRCs match",
         "entropy": coders,
-        "seek points": f"{proof.seek_points:,}, all with the same states "
-        f"({proof.frames_compared:,} frames compared)",
-        f"level {proof.level / 10:.1f}": f"within its limits, at most {level}",
+        "seek points": f"{verification.seek_points:,}, all with the same states "
+        f"({verification.frames_compared:,} frames compared)",
+        f"level {verification.level / 10:.1f}": f"within its limits, at most {level}",
     }
 
 
-def describe(summary: "StreamSummary") -> dict[str, str]:
+def describe_stream(summary: "StreamSummary") -> dict[str, str]:
     """Format a summary of a stream as rows of a table."""
     from quarc_ref.inspection.stream_summary import KINDS
 
     coded, estimate = summary.coded_bytes(), summary.estimate_bytes()
-    rates, header = summary.kilobytes_per_frame(), summary.header
+    kilobytes, header = summary.kilobytes_per_frame(), summary.header
     lines = {
-        "frames": f"{_name_frames(summary)} at {header.frames_per_second:g} per second",
+        "frames": f"{_format_frame_range(summary)} at {header.frames_per_second:g} per second",
         "Gaussians": f"{summary.gaussian_count:,}, SH degree {header.sh_degree}",
         "anchors": f"{summary.anchor_count:,} on {header.level_count} levels, "
-        f"resampled every {_count_frames(header.resample_interval)}",
+        f"resampled every {_format_interval(header.resample_interval)}",
         "whole stream": f"{coded['total']:,} bytes",
     }
     for kind in KINDS:
         lines[kind] = f"{coded[kind]:,} bytes (zero-order estimate {estimate[kind]:,})"
     lines["overhead"] = f"{coded['overhead']:,} bytes"
     lines["KB per frame"] = (
-        f"{rates['without_canonical']:.2f} without canonical, "
-        f"{rates['with_canonical']:.2f} with; a KB is 1024 bytes"
+        f"{kilobytes['without_canonical']:.2f} without canonical, "
+        f"{kilobytes['with_canonical']:.2f} with; a KB is 1024 bytes"
     )
     lines["world"] = (
         f"{'right' if header.right_handed else 'left'}-handed, up {_AXES[header.up_axis]}, "
@@ -160,11 +174,11 @@ def describe(summary: "StreamSummary") -> dict[str, str]:
     lines["cameras"] = ", ".join(
         camera.name + (" (held out)" if camera.held_out else "") for camera in summary.cameras
     )
-    unsaid = summary.metadata.keys() - lines.keys() - {"settings"}
-    return lines | {key: text for key, text in summary.metadata.items() if key in unsaid}
+    other_keys = summary.metadata.keys() - lines.keys() - {"settings"}
+    return lines | {key: text for key, text in summary.metadata.items() if key in other_keys}
 
 
-def _name_frames(summary: "StreamSummary") -> str:
+def _format_frame_range(summary: "StreamSummary") -> str:
     """Format the number of frames, and their range if the stream was cut."""
     frames = summary.frames
     if not frames or frames[0].frame == 0:
@@ -172,12 +186,12 @@ def _name_frames(summary: "StreamSummary") -> str:
     return f"{len(frames)}, {frames[0].frame} to {frames[-1].frame},"
 
 
-def _count_frames(count: int) -> str:
+def _format_interval(count: int) -> str:
     return "frame" if count == 1 else f"{count} frames"
 
 
 _AXES = ("unknown", "+x", "-x", "+y", "-y", "+z", "-z")
-_BOUNDS = {
+_LIMIT_NAMES = {
     "gaussians": "Gaussians",
     "births": "births in a frame",
     "chunk_bytes": "bytes in a payload",

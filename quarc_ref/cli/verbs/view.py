@@ -11,22 +11,28 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 import typer
 
 from quarc_ref.cli.errors import UsageError, report_errors
-from quarc_ref.cli.following import PATIENCE, FollowedName, FollowFlag, Patience, follow_stream
-from quarc_ref.cli.options import STANDARD_STREAM, AsJson, UpAxis, name_stream
+from quarc_ref.cli.following import (
+    DEFAULT_PATIENCE,
+    FollowedStreamName,
+    FollowFlag,
+    Patience,
+    follow_stream,
+)
+from quarc_ref.cli.options import STANDARD_STREAM, AsJson, UpAxis, format_stream_name
 from quarc_ref.cli.output import print_json, print_message, print_table
-from quarc_ref.cli.page_options import CameraName, Title, choose_first_camera, name_page
-from quarc_ref.cli.seekable_stream import growing_copy, seekable_stream
+from quarc_ref.cli.page_options import CameraName, Title, choose_first_camera, make_page_title
+from quarc_ref.cli.seekable_stream import growing_copy, open_seekable
 
 if TYPE_CHECKING:
     from quarc_ref.streams import Follow, Source
     from quarc_ref.viewing.page import PageOptions
     from quarc_ref.viewing.server import Server
 
-_EVERYWHERE = ("0.0.0.0", "::")
+_WILDCARD_ADDRESSES = ("0.0.0.0", "::")
 
 
 def view(
-    file: FollowedName,
+    file: FollowedStreamName,
     host: Annotated[
         str,
         typer.Option(
@@ -36,7 +42,7 @@ def view(
     port: Annotated[
         int, typer.Option("--port", min=1, max=65535, help="First port to try.")
     ] = 8080,
-    allowed: Annotated[
+    allowed_hosts: Annotated[
         list[str] | None,
         typer.Option(
             "--allow-host",
@@ -57,7 +63,7 @@ def view(
     ] = True,
     loop: Annotated[bool, typer.Option("--loop/--no-loop", help="Play in a loop.")] = True,
     follow: FollowFlag = False,
-    patience: Patience = PATIENCE,
+    patience: Patience = DEFAULT_PATIENCE,
     as_json: AsJson = False,
 ) -> None:
     """Play a stream in a browser, which decodes and renders the stream. Ctrl-C stops the server.
@@ -65,23 +71,23 @@ def view(
     The URL contains a random token, so that only people who know the URL can open the page. A
     stream from standard input or with --follow plays while it is received.
     """
-    waiting = follow_stream(file, patience, follow=follow)
+    follow_options = follow_stream(file, patience, follow=follow)
     with report_errors():
         from quarc_ref.viewing.page import PageOptions
 
-        names = _require_names(allowed or [])
-        options = PageOptions(title or name_page(file), camera, up, autoplay, loop)
+        host_names = _require_host_names(allowed_hosts or [])
+        options = PageOptions(title or make_page_title(file), camera, up, autoplay, loop)
         with (
-            _open_stream(file, options, waiting) as stream,
-            _open_server(stream, (host, port), names) as server,
+            _open_stream(file, options, follow_options) as stream,
+            _open_server(stream, (host, port), host_names) as server,
         ):
-            _announce(name_stream(file), server, host, as_json=as_json)
+            _print_url(format_stream_name(file), server, host, as_json=as_json)
             if open_browser:
                 webbrowser.open(server.url)
             server.serve_forever(poll_interval=0.1)
 
 
-class _Stream(NamedTuple):
+class _ViewedStream(NamedTuple):
     """An open stream, and the options of its page."""
 
     source: "Source"
@@ -89,28 +95,30 @@ class _Stream(NamedTuple):
 
 
 @contextmanager
-def _open_stream(name: str, options: "PageOptions", follow: "Follow | None") -> Iterator[_Stream]:
+def _open_stream(
+    name: str, options: "PageOptions", follow: "Follow | None"
+) -> Iterator[_ViewedStream]:
     """Open a stream, and check that its first camera or the requested camera exists."""
     from quarc_ref.streams import open_source
     from quarc_ref.streams.follow import poll
     from quarc_ref.viewing.outline import read_cameras
 
-    comes_once = name == STANDARD_STREAM
+    is_standard_input = name == STANDARD_STREAM
     with ExitStack() as stack:
         source = stack.enter_context(open_source(name))
-        if not comes_once:
-            source = stack.enter_context(seekable_stream(source))
+        if not is_standard_input:
+            source = stack.enter_context(open_seekable(source))
         cameras = poll(lambda: read_cameras(source), follow)
         choose_first_camera(cameras, options.camera)
-        if comes_once:
+        if is_standard_input:
             source = stack.enter_context(growing_copy(source))
-        is_live = comes_once or follow is not None
+        is_live = is_standard_input or follow is not None
         if not is_live:
-            _warn_of_missing_end(name, source)
-        yield _Stream(source, replace(options, live=is_live))
+            _warn_about_missing_end(name, source)
+        yield _ViewedStream(source, replace(options, live=is_live))
 
 
-def _warn_of_missing_end(name: str, source: "Source") -> None:
+def _warn_about_missing_end(name: str, source: "Source") -> None:
     from quarc_ref.streams.seek import read_tail_chunk
 
     if read_tail_chunk(source, source.size() or 0) is None:
@@ -120,24 +128,24 @@ def _warn_of_missing_end(name: str, source: "Source") -> None:
         )
 
 
-def _open_server(stream: _Stream, address: tuple[str, int], names: list[str]) -> "Server":
+def _open_server(stream: _ViewedStream, address: tuple[str, int], names: list[str]) -> "Server":
     from quarc_ref.streams import BytesSource
     from quarc_ref.viewing.page import PLAYER, STREAM, build_page, read_player
     from quarc_ref.viewing.server import Resource, Server
     from quarc_ref.viewing.shared_source import GrowingSource, SharedSource
 
-    share = GrowingSource if stream.options.live else SharedSource
+    source_class = GrowingSource if stream.options.live else SharedSource
     resources = {
         "": Resource("text/html; charset=utf-8", BytesSource(build_page(stream.options))),
         PLAYER: Resource("text/javascript; charset=utf-8", BytesSource(read_player())),
-        STREAM: Resource("application/octet-stream", share(stream.source)),
+        STREAM: Resource("application/octet-stream", source_class(stream.source)),
     }
-    if address[0] in _EVERYWHERE:
+    if address[0] in _WILDCARD_ADDRESSES:
         names = [*names, socket.gethostname()]
     return Server(address, resources, names, print_message)
 
 
-def _require_names(names: list[str]) -> list[str]:
+def _require_host_names(names: list[str]) -> list[str]:
     from quarc_ref.viewing.request_filter import is_host_name
 
     for name in names:
@@ -147,12 +155,12 @@ def _require_names(names: list[str]) -> list[str]:
     return names
 
 
-def _announce(title: str, server: "Server", host: str, *, as_json: bool) -> None:
+def _print_url(title: str, server: "Server", host: str, *, as_json: bool) -> None:
     if as_json:
         print_json("view/1", {"stream": title, "url": server.url})
     else:
         rows = {"page": server.url}
-        if host in _EVERYWHERE:
+        if host in _WILDCARD_ADDRESSES:
             rows["elsewhere"] = server.build_url(socket.gethostname())
         print_table(title, rows | {"end": "Ctrl-C"})
     sys.stdout.flush()

@@ -19,7 +19,7 @@ from quarc_ref.encoder.resume.array_file import (
     write_arrays,
 )
 from quarc_ref.files import atomic_file, remove_leftovers
-from quarc_ref.files.locks import open_regular
+from quarc_ref.files.locks import open_regular_file
 
 _SAVE_INTERVAL_SECONDS = 60.0
 _SUFFIX = ".training"
@@ -59,7 +59,7 @@ class Checkpoint:
             The arrays; None if the file is missing, damaged or of another training.
         """
         try:
-            with open_regular(self._path, os.O_RDONLY) as file:
+            with open_regular_file(self._path, os.O_RDONLY) as file:
                 return read_arrays(file, self._key, layout)
         except (OSError, ArrayFileError):
             return None
