@@ -61,7 +61,7 @@ VERBS = {
         leaves=("out.part", "out.part.training"),
     ),
     "import": Verb(f"{_PLY} -o {{out}}", "file", _WRITE),
-    "doctor": Verb("{capture}", None, "quarc_ref.encoder.checks.recording._shrink"),
+    "doctor": Verb("{capture}", None, "quarc_ref.encoder.checks.recording._downscale"),
     "decode": Verb("{stream} -o {out}", "folder", _WRITE_FRAME),
     "verify": Verb("{stream}", None, _PUSH),
     "info": Verb("{stream}", None, _PUSH),
