@@ -1,6 +1,7 @@
 //! The serialized state, its digest and its CRC: SPEC 9.
 
 use crate::error::{Error, Reject, Result};
+use crate::parallel::each;
 use crate::rows::Rows;
 use crate::state::State;
 use sha2::{Digest, Sha256};
@@ -27,28 +28,56 @@ impl Serialized<'_> {
     /// The SHA-256 of the serialization as hexadecimal digits (SPEC 9.1).
     #[must_use]
     pub fn digest(&self) -> String {
-        let mut digest = Sha256::new();
-        self.write(true, |bytes| digest.update(bytes));
+        let mut digest = Sha256::new_with_prefix(self.head());
+        self.parts(true).iter().for_each(|part| part.write(|bytes| digest.update(bytes)));
         digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
     /// The CRC of the serialization, with or without the codes (SPEC 9.2).
     #[must_use]
     pub fn crc(&self, with_codes: bool) -> u32 {
-        let mut crc = crc32fast::Hasher::new();
-        self.write(with_codes, |bytes| crc.update(bytes));
-        crc.finalize()
+        let mut all = crc32fast::Hasher::new();
+        all.update(&self.head());
+        let crc_of = |part: Part| {
+            let mut crc = crc32fast::Hasher::new();
+            part.write(|bytes| crc.update(bytes));
+            crc
+        };
+        each(self.parts(with_codes), &crc_of).iter().for_each(|crc| all.combine(crc));
+        all.finalize()
     }
 
-    /// Pass on the serialized bytes in pieces.
-    fn write(&self, with_codes: bool, mut to: impl FnMut(&[u8])) {
-        let head = [self.ids.len() as u32, self.phase];
-        write(&head, |&number| number.to_le_bytes(), &mut to);
-        write(self.ids, |&id| id.to_le_bytes(), &mut to);
-        write_rows(self.positions, |&number| number.to_le_bytes(), &mut to);
-        write_rows(self.rotations, |&number| number.to_le_bytes(), &mut to);
-        if with_codes {
-            write_rows(self.codes, |&code| i32::from(code).to_le_bytes(), &mut to);
+    /// The bytes before the parts.
+    fn head(&self) -> [u8; 8] {
+        (u64::from(self.phase) << 32 | self.ids.len() as u64).to_le_bytes()
+    }
+
+    /// The ids and the rows, in order.
+    fn parts(&self, with_codes: bool) -> Vec<Part<'_>> {
+        let codes = if with_codes { self.codes.rows() } else { 0 };
+        let mut parts = vec![Part::Ids(self.ids)];
+        for rows in [self.positions, self.rotations] {
+            parts.extend((0..rows.rows()).map(|row| Part::Numbers(rows.row(row))));
+        }
+        parts.extend((0..codes).map(|row| Part::Codes(self.codes.row(row))));
+        parts
+    }
+}
+
+/// A part of the serialization.
+enum Part<'a> {
+    Ids(&'a [u32]),
+    Numbers(&'a [i32]),
+    Codes(&'a [i16]),
+}
+
+impl Part<'_> {
+    /// Pass on the bytes of the part in pieces.
+    fn write(&self, to: impl FnMut(&[u8])) {
+        match self {
+            Part::Ids(ids) => write(ids, |&id| id.to_le_bytes(), to),
+            Part::Numbers(numbers) => write(numbers, |&number| number.to_le_bytes(), to),
+            Part::Codes(codes) => write(codes, |&code| i32::from(code).to_le_bytes(), to),
         }
     }
 }
@@ -92,18 +121,8 @@ impl State {
     }
 }
 
-fn write_rows<T: Copy + Default>(
-    rows: &Rows<T>,
-    bytes_of: impl Fn(&T) -> [u8; 4],
-    to: &mut impl FnMut(&[u8]),
-) {
-    for row in 0..rows.rows() {
-        write(rows.row(row), &bytes_of, to);
-    }
-}
-
 /// Serialize numbers in blocks.
-fn write<T>(numbers: &[T], bytes_of: impl Fn(&T) -> [u8; 4], to: &mut impl FnMut(&[u8])) {
+fn write<T>(numbers: &[T], bytes_of: impl Fn(&T) -> [u8; 4], mut to: impl FnMut(&[u8])) {
     let mut bytes = [0; 4 * BLOCK];
     for block in numbers.chunks(BLOCK) {
         for (bytes, number) in bytes.chunks_exact_mut(4).zip(block) {

@@ -4,7 +4,7 @@
 //! next frame does not depend on them.
 
 use crate::constants::ROTATION_FRACTION_BITS;
-use crate::parallel::both;
+use crate::parallel::{each, piece};
 use crate::rows::Rows;
 use crate::state::State;
 use std::sync::{Arc, Weak};
@@ -16,6 +16,8 @@ const SH: usize = 4;
 
 /// Gaussians whose rows are written together, while they are in the cache.
 const BLOCK: usize = 256;
+/// Minimum number of blocks per task.
+const BLOCKS: usize = 32;
 
 /// A scene in floats, one row per Gaussian, with the unactivated attributes of 3DGS.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -79,20 +81,14 @@ impl Dequantizer {
         // [10.1-1] Integers below 2^24 and powers of 2 are exact, so each product is rounded once.
         let header = state.header();
         let splats = &mut self.splats;
-        let (moved, turned) = (&mut splats.positions, &mut splats.rotations);
-        let place = || {
-            if redone.positions {
-                let unit = 1.0 / (1u32 << header.lattice_exponent) as f32;
-                scale(positions, 0, [unit; 3], |number| number as f32, moved);
-            }
-        };
-        let turn = || {
-            if redone.rotations {
-                let unit = 1.0 / (1u32 << ROTATION_FRACTION_BITS) as f32;
-                scale(rotations, 0, [unit; 4], |number| number as f32, turned);
-            }
-        };
-        both(place, turn);
+        if redone.positions {
+            let unit = 1.0 / (1u32 << header.lattice_exponent) as f32;
+            scale(positions, 0, [unit; 3], |number| number as f32, &mut splats.positions);
+        }
+        if redone.rotations {
+            let unit = 1.0 / (1u32 << ROTATION_FRACTION_BITS) as f32;
+            scale(rotations, 0, [unit; 4], |number| number as f32, &mut splats.rotations);
+        }
         if redone.codes {
             scale(codes, LOG_SCALES, [header.log_scale_step; 3], f32::from, &mut splats.log_scales);
             scale(codes, OPACITY, [header.opacity_step], f32::from, &mut splats.opacities);
@@ -116,20 +112,36 @@ fn replace<T>(known: &mut Weak<T>, rows: &Arc<T>) -> bool {
 }
 
 /// Write planes, from plane `first` on, as columns: each number times the step of its row.
-fn scale<T: Copy + Default, const WIDTH: usize>(
+fn scale<T: Copy + Default + Sync, const WIDTH: usize>(
     planes: &Rows<T>,
     first: usize,
     steps: [f32; WIDTH],
-    to_float: impl Fn(T) -> f32,
+    to_float: impl Fn(T) -> f32 + Sync,
     scaled: &mut Vec<f32>,
 ) {
     scaled.resize(planes.columns() * WIDTH, 0.0);
+    let size = BLOCK * piece((planes.columns() + BLOCK - 1) / BLOCK, BLOCKS);
+    let pieces = scaled.chunks_mut(size * WIDTH).enumerate().collect();
+    each(pieces, &|(number, columns)| {
+        scale_some(planes, first, number * size, steps, &to_float, columns)
+    });
+}
+
+/// The same for some of the columns, from column `begin` on.
+fn scale_some<T: Copy + Default, const WIDTH: usize>(
+    planes: &Rows<T>,
+    first: usize,
+    begin: usize,
+    steps: [f32; WIDTH],
+    to_float: impl Fn(T) -> f32,
+    scaled: &mut [f32],
+) {
     let mut padded = [[T::default(); BLOCK]; WIDTH];
     for (number, columns) in scaled.chunks_mut(BLOCK * WIDTH).enumerate() {
         let mut row = first;
         let mut rows = [(); WIDTH].map(|()| {
             row += 1;
-            &planes.row(row - 1)[number * BLOCK..][..columns.len() / WIDTH]
+            &planes.row(row - 1)[begin + number * BLOCK..][..columns.len() / WIDTH]
         });
         // Arrays instead of slices where possible: then compilers need no checks inside the loop.
         if columns.len() < BLOCK * WIDTH {

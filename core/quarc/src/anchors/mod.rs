@@ -99,12 +99,12 @@ impl Anchors {
     }
 
     fn begin(sampling: Sampling) -> Self {
-        let followers = || Followers {
+        let followers = |_| Followers {
             binding: vec![NOBODY; sampling.ids.len()],
             resolved: sampling.tiers.iter().map(|tier| vec![false; tier.count()]).collect(),
         };
         Anchors {
-            followers: sampling.levels.iter().map(|_| followers()).collect(),
+            followers: each(sampling.levels.iter().collect(), &followers),
             empty: Vec::new(),
             sampling: Arc::new(sampling),
         }
@@ -166,14 +166,15 @@ impl Anchors {
 
     /// Append and bind newborn Gaussians at these positions (6.5).
     pub fn append(&mut self, positions: &[&[i32]; 3]) {
-        for (followers, index) in self.followers.iter_mut().zip(&self.sampling.indices) {
+        let levels = self.followers.iter_mut().zip(&self.sampling.indices).collect();
+        each(levels, &|(followers, index)| {
             let [xs, ys, zs] = *positions;
             for ((&x, &y), &z) in xs.iter().zip(ys).zip(zs) {
                 let at = [x, y, z].map(|number| number as f32);
                 let place = nearest_alone(at, index);
                 followers.binding.push(index.numbers[place as usize]);
             }
-        }
+        });
     }
 
     /// For each Gaussian, the index of its anchor at a level if that anchor moves; otherwise

@@ -101,8 +101,10 @@ impl Order {
             row.resize(indices.len() + LANES, 0.0);
             row
         };
-        let (merges, points) = both(|| find_merges(&entries), || positions.map(row));
-        Order { entries, indices, points, merges }
+        let [x, y, z] = positions;
+        let ((merges, x), (y, z)) =
+            both(|| both(|| find_merges(&entries), || row(x)), || both(|| row(y), || row(z)));
+        Order { entries, indices, points: [x, y, z], merges }
     }
 
     /// The entry of `merges` for a place if the Gaussian before it were the one at `before`.

@@ -4,12 +4,13 @@ use super::{require_births, require_gaussians, State};
 use crate::anchors::Anchors;
 use crate::coding::motion::Channels;
 use crate::error::{Error, Reject, Result};
-use crate::parallel::both;
+use crate::parallel::{both, each, ranges};
 use crate::records::{Births, FrameChunk, Updates};
 use crate::rows::{kept_ranges, remove_entries, Rows};
 use std::sync::Arc;
 
 const OPACITY: usize = 3;
+const JUDGED: usize = 1 << 13; // minimum number of Gaussians per task
 
 /// The coded contents of a frame.
 #[derive(Clone, Debug)]
@@ -137,8 +138,10 @@ pub fn choose_deaths(opacities: &[i16], count: u32) -> Vec<u32> {
     if count == 0 {
         return Vec::new();
     }
-    let place = |opacity: i16| (i32::from(opacity) - i32::from(i16::MIN)) as usize;
-    let mut counts = vec![0u32; 1 << u16::BITS];
+    let range = |(least, most): (i16, i16), &opacity: &i16| (least.min(opacity), most.max(opacity));
+    let (least, most) = opacities.iter().fold((i16::MAX, i16::MIN), range);
+    let place = |opacity: i16| (i32::from(opacity) - i32::from(least)) as usize;
+    let mut counts = vec![0u32; place(most) + 1];
     for &opacity in opacities {
         counts[place(opacity)] += 1;
     }
@@ -148,13 +151,18 @@ pub fn choose_deaths(opacities: &[i16], count: u32) -> Vec<u32> {
         left -= counts[limit];
         limit += 1;
     }
-    let mut dies = |opacity: i16| {
-        let at_limit = place(opacity) == limit && left > 0;
-        left -= u32::from(at_limit);
-        at_limit || place(opacity) < limit
-    };
-    let all = opacities.iter().enumerate();
-    all.filter(|(_, &opacity)| dies(opacity)).map(|(index, _)| index as u32).collect()
+    let may_die = |index: &u32| place(opacities[*index as usize]) <= limit;
+    let pieces = each(ranges(opacities.len(), JUDGED), &|indices| {
+        (indices.start as u32..indices.end as u32).filter(may_die).collect::<Vec<_>>()
+    });
+    let mut dying = pieces.concat();
+    dying.retain(|&index| {
+        let is_at_limit = place(opacities[index as usize]) == limit;
+        let dies = !is_at_limit || left > 0;
+        left -= u32::from(is_at_limit && dies);
+        dies
+    });
+    dying
 }
 
 /// Remove the columns with ascending indices, in place if the rows are not shared.
