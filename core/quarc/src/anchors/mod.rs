@@ -62,6 +62,8 @@ struct Followers {
     binding: Vec<u32>,
     /// For each tier of runs of Gaussians, which runs have known bindings.
     resolved: Vec<Vec<bool>>,
+    /// Which anchors have only known followers.
+    sought: Vec<bool>,
 }
 
 impl Anchors {
@@ -99,9 +101,10 @@ impl Anchors {
     }
 
     fn begin(sampling: Sampling) -> Self {
-        let followers = |_| Followers {
+        let followers = |level: &AnchorLevel| Followers {
             binding: vec![NOBODY; sampling.ids.len()],
             resolved: sampling.tiers.iter().map(|tier| vec![false; tier.count()]).collect(),
+            sought: vec![false; level.ids.len()],
         };
         Anchors {
             followers: each(sampling.levels.iter().collect(), &followers),
@@ -153,10 +156,15 @@ impl Anchors {
         })
     }
 
-    /// For each anchor of a level, the current index of its Gaussian; `None` if it has died.
-    pub fn owners(&self, level: usize) -> impl Iterator<Item = Option<usize>> + '_ {
-        let mut passed = 0;
-        self.sampling.owners[level].iter().map(move |&slot| {
+    /// For each of some anchors of a level, the current index of its Gaussian; `None` if it has died.
+    pub fn owners(
+        &self,
+        level: usize,
+        some: Range<usize>,
+    ) -> impl Iterator<Item = Option<usize>> + '_ {
+        let owners = &self.sampling.owners[level][some];
+        let mut passed = self.empty.partition_point(|empty| owners.first() > Some(empty));
+        owners.iter().map(move |&slot| {
             while self.empty.get(passed).map_or(false, |&empty| empty < slot) {
                 passed += 1;
             }
@@ -182,16 +190,22 @@ impl Anchors {
     ///
     /// `moves` has one entry for each anchor of the level. Level 1 has number 0.
     pub fn followed(&mut self, level: usize, moves: &[bool]) -> Vec<u32> {
-        self.followers[level].seek(&self.sampling, level, moves);
+        self.seek(level, moves);
         self.known(level)
     }
 
-    /// Search the Gaussians that follow moving anchors, at each level with any.
+    /// Search the Gaussians that follow moving anchors of a level.
+    pub fn seek(&mut self, level: usize, moves: &[bool]) {
+        self.followers[level].seek(&self.sampling, level, moves);
+    }
+
+    /// The same for all levels.
     pub fn follow(&mut self, moves: &[Vec<bool>]) {
         let sampling = &*self.sampling;
         let levels = self.followers.iter_mut().zip(moves).enumerate();
-        let moving = levels.filter(|(_, (_, moves))| moves.contains(&true)).collect();
-        each(moving, &|(level, (followers, moves))| followers.seek(sampling, level, moves));
+        each(levels.collect(), &|(level, (followers, moves))| {
+            followers.seek(sampling, level, moves);
+        });
     }
 
     /// For each anchor of a level, the index of its parent in the next coarser level if that is one
@@ -200,8 +214,8 @@ impl Anchors {
     /// `wanted` has one entry for each anchor of the next coarser level. Level 1 has number 0; the
     /// coarsest level has no parents.
     pub fn parents(&mut self, level: usize, wanted: &[bool]) -> Vec<u32> {
-        let coarser = &mut self.followers[level + 1];
-        coarser.seek(&self.sampling, level + 1, wanted);
+        self.seek(level + 1, wanted);
+        let coarser = &self.followers[level + 1];
         // The parent is the anchor of the anchor's own Gaussian, alive or not.
         let owners = self.sampling.owners[level].iter();
         owners.map(|&slot| coarser.binding[slot as usize]).collect()
@@ -231,13 +245,18 @@ impl Followers {
     /// Search the Gaussians that may follow a moving anchor.
     fn seek(&mut self, sampling: &Sampling, level: usize, moves: &[bool]) {
         let index = &sampling.indices[level];
-        assert_eq!(moves.len(), sampling.levels[level].ids.len(), "an entry for each anchor");
+        assert_eq!(moves.len(), self.sought.len(), "an entry for each anchor");
+        let moves = moves.iter().zip(&self.sought).map(|(&moves, &sought)| moves && !sought);
+        let moves: Vec<bool> = moves.collect();
+        if !moves.contains(&true) {
+            return;
+        }
         let tiers = &sampling.tiers;
         let search = Search {
             seekers: Seekers { points: &sampling.order.points, tiers },
             reach: &sampling.reaches[level],
             index,
-            moving: &Moving::new(index, moves),
+            moving: &Moving::new(index, &moves),
             resolved: &self.resolved,
         };
         for found in search.run() {
@@ -251,6 +270,7 @@ impl Followers {
             }
         }
         self.resolve_wider(tiers);
+        self.sought.iter_mut().zip(moves).for_each(|(sought, moves)| *sought |= moves);
     }
 
     /// Mark the wider runs all of whose parts are resolved.

@@ -8,6 +8,7 @@ use super::counts::{Counts, Model};
 use super::planes::{PlaneReader, PlaneWriter, Planes};
 use crate::constants::LEVEL_COUNT_LIMIT;
 use crate::error::{Error, Result};
+use crate::parallel::both;
 use crate::records::Section;
 
 /// A number per channel: translation x, y, z, rotation w if present, rotation x, y, z, then zeros.
@@ -27,14 +28,27 @@ const SIGN: usize = 68;
 const MAGNITUDE: usize = 77;
 const LEVEL_CONTEXTS: usize = 110;
 
-/// What encoder and decoder know about all anchors before their symbols; per level, level 1 first.
-pub struct MotionContext<'a> {
+/// What encoder and decoder know about the anchors of a level before their symbols.
+#[derive(Debug, Default)]
+pub struct Known {
     /// For each anchor, the motion of its own Gaussian in the previous frame.
-    pub own: &'a [Vec<Channels>],
-    /// Returns for each anchor of a level the index of its parent in the next coarser level. The
-    /// slice marks the parents that matter. An anchor without one of these may get the index of
-    /// any other parent, or an index past the end.
-    pub parents: &'a mut dyn FnMut(usize, &[bool]) -> Vec<u32>,
+    pub own: Vec<Channels>,
+    /// For each anchor, the index of its parent in the next coarser level.
+    pub parents: Vec<u32>,
+}
+
+/// Access to the anchors of all levels; level 1, the finest, has number 0.
+pub struct MotionContext<'a> {
+    /// The number of anchors of each level.
+    pub sizes: Vec<usize>,
+    /// Returns what is known about the level finer than the given one, if there is one. Called
+    /// before the coarsest level, with the number of levels, and then with each level while its
+    /// symbols are coded, when it is known which of its anchors move.
+    ///
+    /// The slice marks the anchors that matter: those that move, and those of coarser levels than
+    /// level 1 with motion above them. An anchor whose parent is not marked may get the index of
+    /// any other such parent, or an index past the end.
+    pub pass: &'a mut (dyn FnMut(usize, &[bool]) -> Known + Send),
 }
 
 /// Contexts of motion in their initial state.
@@ -53,7 +67,7 @@ pub fn write_motion(
     channels: usize,
     counts: &Counts,
 ) -> Result<Section> {
-    let counts_fit = context.own.iter().map(Vec::len).eq(symbols.iter().map(Vec::len));
+    let counts_fit = symbols.iter().map(Vec::len).eq(context.sizes.iter().copied());
     let fits = |symbols: &Channels| {
         symbols.iter().all(|symbol| symbol.unsigned_abs() <= SYMBOL_LIMIT as u16)
             && symbols[channels..].iter().all(|&symbol| symbol == 0)
@@ -78,7 +92,7 @@ pub fn read_motion(
     counts: &mut Counts,
 ) -> Result<Vec<Vec<Channels>>> {
     let mut symbols: Vec<Vec<Channels>> =
-        context.own.iter().map(|own| vec![Channels::default(); own.len()]).collect();
+        context.sizes.iter().map(|&count| vec![Channels::default(); count]).collect();
     let mut reader = PlaneReader::new(section, counts)?;
     walk(&mut reader, context, &mut symbols, channels)?;
     reader.finish()?;
@@ -93,17 +107,21 @@ fn walk<P: Planes>(
 ) -> Result<()> {
     // The coarsest level has no parents and no motion above it.
     let mut above = Done { sums: Vec::new(), classes: Vec::new() };
-    for (number, (own, symbols)) in context.own.iter().zip(symbols).enumerate().rev() {
-        let parents = if above.sums.is_empty() {
-            vec![u32::MAX; own.len()]
-        } else {
-            (context.parents)(number, &above.matters())
-        };
+    let mut known = (context.pass)(symbols.len(), &[]);
+    for (number, symbols) in symbols.iter_mut().enumerate().rev() {
+        let Known { own, parents } = &known;
         let first = number * LEVEL_CONTEXTS;
-        Level { planes, first, channels, own, parents: &parents, above: &above }.walk(symbols)?;
+        let mut level = Level { planes, first, channels, own, parents, above: &above };
+        let moves = level.code_moves(symbols)?;
+        let matters = if number > 0 { level.matters(&moves) } else { moves.clone() };
+        // Entropy decoding is serial; at the same time, other threads search.
+        let code = || level.code_moving(&moves, symbols);
+        let (coded, next) = both(code, || (context.pass)(number, &matters));
+        coded?;
         if number > 0 {
-            above = above.and_then(&parents, symbols);
+            above = above.and_then(parents, symbols);
         }
+        known = next;
     }
     Ok(())
 }
@@ -117,12 +135,6 @@ struct Done {
 }
 
 impl Done {
-    /// Which anchors have values that their children use.
-    fn matters(&self) -> Vec<bool> {
-        let anchors = self.sums.iter().zip(&self.classes);
-        anchors.map(|(sum, &class)| class != 0 || sum != &Channels::default()).collect()
-    }
-
     /// The accumulated motion of a parent, and its class.
     fn at(&self, parent: u32) -> (Channels, u8) {
         let parent = parent as usize;
@@ -152,11 +164,19 @@ struct Level<'a, P> {
 }
 
 impl<P: Planes> Level<'_, P> {
-    fn walk(&mut self, symbols: &mut [Channels]) -> Result<()> {
-        let moving = self.code_moves(symbols)?;
+    /// Code the symbols of the moving anchors: planes 2 to 4.
+    fn code_moving(&mut self, moves: &[bool], symbols: &mut [Channels]) -> Result<()> {
+        let moving = moves.iter().enumerate().filter(|(_, &moves)| moves);
+        let moving: Vec<u32> = moving.map(|(anchor, _)| anchor as u32).collect();
         let expected: Vec<Channels> = moving.iter().map(|&anchor| self.expected(anchor)).collect();
         let there = self.code_not_zero(&moving, &expected, symbols)?;
         self.code_signed(&there, &expected, &moving, symbols)
+    }
+
+    /// Which anchors have values that their children use.
+    fn matters(&self, moves: &[bool]) -> Vec<bool> {
+        let is_still = |&parent: &u32| self.above.at(parent).0 == Channels::default();
+        moves.iter().zip(self.parents).map(|(&moves, parent)| moves || !is_still(parent)).collect()
     }
 
     /// The anchor's own previous motion minus the motion accumulated so far.
@@ -166,7 +186,7 @@ impl<P: Planes> Level<'_, P> {
     }
 
     /// Code which anchors move: plane 1.
-    fn code_moves(&mut self, symbols: &[Channels]) -> Result<Vec<u32>> {
+    fn code_moves(&mut self, symbols: &[Channels]) -> Result<Vec<bool>> {
         let context = |(own, &parent): (&Channels, &u32)| {
             let (done, class) = self.above.at(parent);
             u16::from(5 * class + expected_class(magnitude(&subtract(own, &done))))
@@ -174,8 +194,7 @@ impl<P: Planes> Level<'_, P> {
         let contexts: Vec<u16> = self.own.iter().zip(self.parents).map(context).collect();
         let mut moves = P::known(symbols, |own| own != &Channels::default());
         self.planes.code(Model::at(self.first + MOVES), &contexts, &mut moves)?;
-        let moving = moves.iter().enumerate().filter(|(_, &moves)| moves);
-        Ok(moving.map(|(anchor, _)| anchor as u32).collect())
+        Ok(moves)
     }
 
     /// Code which symbols of the moving anchors are not 0 (planes 2, channel by channel), and

@@ -23,7 +23,7 @@ pub trait Answers {
 }
 
 /// One direction of a walk over planes.
-pub trait Planes {
+pub trait Planes: Send {
     /// Whether this direction writes.
     const WRITES: bool;
 

@@ -2,32 +2,18 @@
 
 use super::State;
 use crate::anchors::Anchors;
-use crate::coding::motion::{read_motion, write_motion, Channels, MotionContext};
+use crate::coding::motion::{read_motion, write_motion, Channels, Known, MotionContext};
 use crate::error::{Error, Result};
-use crate::parallel::each;
+use crate::parallel::{each, ranges};
 use crate::records::Section;
 use std::sync::Arc;
 
 /// No motion.
 pub(super) const STILL: Channels = [0; 8];
 
-impl State {
-    /// For each level, level 1 first, the motion of each anchor's own Gaussian in the previous frame
-    /// (SPEC 8.7); zero unless `previous`. After `begin_frame`.
-    fn own_motion(&self, previous: bool) -> Result<Vec<Vec<Channels>>> {
-        self.require_bound()?;
-        let anchors = self.anchors.as_ref().ok_or_else(not_begun)?;
-        let recall = |level: usize| {
-            if !previous {
-                return vec![STILL; anchors.levels()[level].ids.len()];
-            }
-            // Dead Gaussians do not move.
-            let motion = |index: Option<usize>| index.map_or(STILL, |index| self.motion[index]);
-            anchors.owners(level).map(motion).collect()
-        };
-        Ok(each((0..anchors.levels().len()).collect(), &recall))
-    }
+const RECALLED: usize = 1 << 12; // minimum number of anchors per task
 
+impl State {
     /// Whether every Gaussian is bound.
     fn require_bound(&self) -> Result<()> {
         if self.bound == self.ids.len() {
@@ -41,11 +27,13 @@ impl State {
     /// # Errors
     /// `Encode`: a symbol is out of range, or the number of symbols does not match the anchors.
     pub fn write_motion(&self, symbols: &[Vec<Channels>], previous: bool) -> Result<Section> {
-        let own = self.own_motion(previous)?;
+        self.require_bound()?;
         let mut anchors = self.anchors.clone();
         let anchors = anchors_of(&mut anchors)?;
-        let parents = &mut |level, wanted: &[bool]| anchors.parents(level, wanted);
-        let mut context = MotionContext { own: &own, parents };
+        let motion = previous.then_some(&self.motion[..]);
+        let sizes = anchors.levels().iter().map(|level| level.ids.len()).collect();
+        let pass = &mut |above: usize, wanted: &[bool]| know(anchors, motion, above, wanted);
+        let mut context = MotionContext { sizes, pass };
         write_motion(&mut context, symbols, self.header.symbol_planes(), &self.motion_counts)
     }
 
@@ -55,10 +43,17 @@ impl State {
     /// The section is invalid.
     pub fn read_motion(&mut self, section: &Section, previous: bool) -> Result<Vec<Vec<Channels>>> {
         let mut counts = (*self.motion_counts).clone();
-        let own = self.own_motion(previous)?;
+        self.require_bound()?;
         let anchors = anchors_of(&mut self.anchors)?;
-        let parents = &mut |level, wanted: &[bool]| anchors.parents(level, wanted);
-        let mut context = MotionContext { own: &own, parents };
+        let motion = previous.then_some(&self.motion[..]);
+        let sizes = anchors.levels().iter().map(|level| level.ids.len()).collect();
+        let pass = &mut |above: usize, wanted: &[bool]| {
+            if above == 0 {
+                anchors.seek(0, wanted); // for `move_by`
+            }
+            know(anchors, motion, above, wanted)
+        };
+        let mut context = MotionContext { sizes, pass };
         let symbols = read_motion(section, &mut context, self.header.symbol_planes(), &mut counts)?;
         self.motion_counts = Arc::new(counts);
         Ok(symbols)
@@ -82,6 +77,30 @@ impl State {
         let levels: Vec<usize> = (0..moves.len()).filter(moving).collect();
         self.displace(symbols, &levels)
     }
+}
+
+/// What is known about the level below the level `above`, whose `wanted` anchors matter; `motion`
+/// is that of the Gaussians in the previous frame, where it is part of the contexts (SPEC 8.7).
+fn know(
+    anchors: &mut Anchors,
+    motion: Option<&[Channels]>,
+    above: usize,
+    wanted: &[bool],
+) -> Known {
+    let Some(level) = above.checked_sub(1) else { return Known::default() };
+    let count = anchors.levels()[level].ids.len();
+    let parents = if above < anchors.levels().len() {
+        anchors.parents(level, wanted)
+    } else {
+        vec![u32::MAX; count]
+    };
+    let Some(motion) = motion else { return Known { own: vec![STILL; count], parents } };
+    let recall = |some| {
+        // Dead Gaussians do not move.
+        let own = |index: Option<usize>| index.map_or(STILL, |index| motion[index]);
+        anchors.owners(level, some).map(own).collect::<Vec<_>>()
+    };
+    Known { own: each(ranges(count, RECALLED), &recall).concat(), parents }
 }
 
 /// The anchors of a state, mutable because searches keep their results.
