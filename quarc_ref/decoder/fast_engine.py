@@ -142,9 +142,8 @@ class FastEngine:
     def write_updates(self, state: FastState, updates: Updates) -> Section:
         """See `Engine.write_updates`."""
         with _convert_errors():
-            return Section(
-                state.core.write_updates(updates.gaussians, updates.dies, updates.residuals)
-            )
+            words = state.core.write_updates(updates.gaussians, updates.dies, updates.residuals)
+        return Section(words)
 
     def write_births(self, state: FastState, births: Births) -> Section:
         """See `Engine.write_births`."""

@@ -42,7 +42,7 @@ class StreamDecoder:
     """
 
     def __init__(self, engine: Engine[Any] | None = None) -> None:
-        self._engine = engine or choose_engine()
+        self._engine: Engine[FrameState] = engine or choose_engine()
         self.cameras: tuple[Camera, ...] = ()
         self.metadata: dict[str, str] = {}
         self.index: SeekPoints | None = None
@@ -140,7 +140,6 @@ class StreamDecoder:
     def _decode_canonical(self, chunk: Chunk, seek_target: SeekPoint | None) -> FrameState:
         canonical = wire.parse_canonical(chunk.payload)
         self._check_position(chunk, canonical.frame, seek_target)
-        state: FrameState
         state, gaussians = self._engine.decode_canonical(self.header, canonical)
         if self.header.snapshots:
             self.reference = Reference(canonical.frame, gaussians)
@@ -158,7 +157,6 @@ class StreamDecoder:
             message += f"and the last CANO is frame {self.reference.frame}"
             raise FrameOrderError(message)
         gaussians = self.reference.gaussians
-        state: FrameState
         state, self.roots = self._engine.decode_snapshot(self.header, snapshot, gaussians)
         return state
 
@@ -183,8 +181,7 @@ class StreamDecoder:
 
     def decode_frame(self, state: FrameState, frame: FrameChunk) -> FrameState:
         """Return the state of the frame after `state`; see `Engine.decode_frame`."""
-        decoded: FrameState = self._engine.decode_frame(state, frame)
-        return decoded
+        return self._engine.decode_frame(state, frame)
 
     def _read_index(self, chunk: Chunk) -> None:
         index = wire.parse_index(chunk.payload)

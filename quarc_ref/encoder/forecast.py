@@ -69,17 +69,31 @@ def forecast(
         CaptureError: A picture cannot be read, or the capture has too few frames.
     """
     count = capture.require_frames(frames)
+    first_frame_seconds, later_frame_seconds = _forecast_seconds(capture, config, count, device)
+    stream_bytes = _forecast_stream_bytes(config.canonical.max_gaussians, count)
+    training_bytes = config.canonical.max_gaussians * _NUMBERS_PER_GAUSSIAN * _FLOAT_BYTES
+    other_bytes = _BASE_BYTES + _CACHE_BYTES + _count_picture_bytes(capture)
+    return Forecast(
+        seconds_of_first=first_frame_seconds,
+        seconds_per_frame=later_frame_seconds,
+        seconds=first_frame_seconds + later_frame_seconds * (count - 1),
+        memory_bytes=other_bytes + 2 * training_bytes,
+        disk_bytes=stream_bytes[1] + training_bytes,
+        stream_bytes=stream_bytes,
+    )
+
+
+def _forecast_seconds(
+    capture: Capture, config: EncoderConfig, count: int, device: str
+) -> tuple[float, float]:
+    """Time training steps; return the seconds for frame 0 and for each later frame."""
     canonical = config.canonical
-    max_gaussians = canonical.max_gaussians
     contexts = [_make_context(capture, config, device, downscale) for downscale in (1, 2)]
     full_step_seconds, half_step_seconds = (
         time_step(context, capture.points, config) for context in contexts
     )
-    half_resolution_steps = min(canonical.half_resolution_until_iter, canonical.iterations)
-    first_frame_seconds = (
-        half_resolution_steps * half_step_seconds
-        + (canonical.iterations - half_resolution_steps) * full_step_seconds
-    )
+    half_steps = min(canonical.half_resolution_until_iter, canonical.iterations)
+    full_steps = canonical.iterations - half_steps
     plan = EncodePlan(
         capture.name,
         count,
@@ -90,25 +104,19 @@ def forecast(
         motion_steps=config.motion.iterations,
         birth_steps=config.births.iterations,
     )
-    later_frame_seconds = frame_seconds(plan, full_step_seconds)
+    first_frame_seconds = half_steps * half_step_seconds + full_steps * full_step_seconds
+    return first_frame_seconds, frame_seconds(plan, full_step_seconds)
+
+
+def _forecast_stream_bytes(max_gaussians: int, count: int) -> tuple[int, int]:
+    """Return the lower and upper bound of the size of a stream of `count` frames."""
     min_bytes, max_bytes = (
         int(share * max_gaussians * (canonical_bytes + frame_bytes * (count - 1)))
         for share, canonical_bytes, frame_bytes in zip(
             _GAUSSIAN_SHARES, _BYTES_PER_GAUSSIAN, _FRAME_BYTES_PER_GAUSSIAN, strict=True
         )
     )
-    training_bytes = max_gaussians * _NUMBERS_PER_GAUSSIAN * _FLOAT_BYTES
-    return Forecast(
-        seconds_of_first=first_frame_seconds,
-        seconds_per_frame=later_frame_seconds,
-        seconds=first_frame_seconds + later_frame_seconds * (count - 1),
-        memory_bytes=_BASE_BYTES
-        + _CACHE_BYTES
-        + _count_picture_bytes(capture)
-        + 2 * training_bytes,
-        disk_bytes=max_bytes + training_bytes,
-        stream_bytes=(min_bytes, max_bytes),
-    )
+    return min_bytes, max_bytes
 
 
 def _count_picture_bytes(capture: Capture) -> int:
