@@ -43,10 +43,10 @@ def run_json(*arguments):
 
 def read_json(text):
     """Validate JSON against the schema that it names, and return the rest."""
-    printed = json.loads(text)
-    validate(printed)
-    del printed["schema"]
-    return printed
+    printed_output = json.loads(text)
+    validate(printed_output)
+    del printed_output["schema"]
+    return printed_output
 
 
 def list_names(folder):

@@ -60,8 +60,8 @@ def recordings(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def encoded(tmp_path_factory, capture):
+def encoded_stream(tmp_path_factory, capture):
     """The output of `encode --json` for the capture, and the file."""
     file = tmp_path_factory.mktemp("encoded") / "plane.quarc"
-    printed = run_json("encode", capture, "-o", file, *TINY_OPTIONS)
-    return SimpleNamespace(file=file, printed=printed)
+    printed_output = run_json("encode", capture, "-o", file, *TINY_OPTIONS)
+    return SimpleNamespace(file=file, printed=printed_output)

@@ -20,11 +20,13 @@ def load_schemas():
 @cache
 def _registry():
     schemas = load_schemas().values()
-    return Registry().with_resources((it["$id"], Resource.from_contents(it)) for it in schemas)
+    return Registry().with_resources(
+        (item["$id"], Resource.from_contents(item)) for item in schemas
+    )
 
 
-def validate(printed):
+def validate(printed_output):
     """Raise ValidationError unless JSON matches the schema that it names."""
-    tool, name, _version = printed["schema"].split("/")
+    tool, name, _version = printed_output["schema"].split("/")
     assert tool == "quarc-ref"
-    Draft202012Validator(load_schemas()[name], registry=_registry()).validate(printed)
+    Draft202012Validator(load_schemas()[name], registry=_registry()).validate(printed_output)

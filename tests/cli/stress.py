@@ -93,8 +93,8 @@ VERBS = {
         "quarc_ref.synth.write_capture.write_video",
     ),
 }
-MAKING = [name for name, verb in VERBS.items() if verb.makes]
-READING = [(name, what) for name, verb in VERBS.items() for what in verb.reads]
+OUTPUT_VERBS = [name for name, verb in VERBS.items() if verb.makes]
+INPUTS_BY_VERB = [(name, what) for name, verb in VERBS.items() for what in verb.reads]
 
 
 @contextmanager
@@ -102,11 +102,11 @@ def mount_small_disk(folder: Path, options: str):
     """Mount a small file system in a folder; skips if that is not permitted."""
     mount = ["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(folder)]
     try:
-        done = subprocess.run(mount, capture_output=True, text=True, check=False)
+        completed = subprocess.run(mount, capture_output=True, text=True, check=False)
     except OSError as error:
         pytest.skip(f"no disk can be mounted here: {error}")
-    if done.returncode:
-        pytest.skip(f"no disk can be mounted here: {done.stderr.strip()}")
+    if completed.returncode:
+        pytest.skip(f"no disk can be mounted here: {completed.stderr.strip()}")
     try:
         yield folder
     finally:

@@ -25,11 +25,11 @@ finally:
 """
 
 
-def _loaded(*arguments):
+def _list_loaded_modules(*arguments):
     """The modules that a command line loads in a separate process."""
     program = [sys.executable, "-c", _LIST_MODULES, *map(str, arguments)]
-    done = subprocess.run(program, capture_output=True, text=True, check=True)
-    return set(json.loads(done.stderr.splitlines()[-1]))
+    completed = subprocess.run(program, capture_output=True, text=True, check=True)
+    return set(json.loads(completed.stderr.splitlines()[-1]))
 
 
 def test_help_names_every_verb():
@@ -78,14 +78,16 @@ def test_an_invalid_value_of_an_option_is_rejected_in_plain_words(arguments, mes
 
 
 def test_help_loads_no_slow_modules():
-    assert not _loaded("--help") & (HEAVY | {"numpy", "construct", "constriction"})
-    assert not _loaded("encode", "--help") & (HEAVY | {"numpy", "construct", "constriction"})
+    assert not _list_loaded_modules("--help") & (HEAVY | {"numpy", "construct", "constriction"})
+    assert not _list_loaded_modules("encode", "--help") & (
+        HEAVY | {"numpy", "construct", "constriction"}
+    )
 
 
 @pytest.mark.parametrize("verb", ["info", "verify", "inspect"])
 def test_verbs_that_need_only_a_stream_load_no_image_libraries(verb, stream_file):
-    assert not _loaded(verb, stream_file, "--json") & HEAVY
+    assert not _list_loaded_modules(verb, stream_file, "--json") & HEAVY
 
 
 def test_decoding_loads_no_image_libraries(stream_file, tmp_path):
-    assert not _loaded("decode", stream_file, "-o", tmp_path / "out", "--json") & HEAVY
+    assert not _list_loaded_modules("decode", stream_file, "-o", tmp_path / "out", "--json") & HEAVY

@@ -6,11 +6,11 @@ def test_a_stream_is_measured_by_bench(tmp_path):
     path = tmp_path / "a.quarc"
     path.write_bytes(make_stream()[0])
 
-    reported = run_json("bench", path, "--threads", 1, "--quiet")
+    reports = run_json("bench", path, "--threads", 1, "--quiet")
 
-    assert reported["frames"] == 4
+    assert reports["frames"] == 4
     measured = {"fps", "cpu_ms", "stolen_share", "ms_by_stage", "peak_rss_mib", "first_frame_s"}
-    assert measured <= reported.keys()
+    assert measured <= reports.keys()
     assert "frames per second" in run("bench", path).stdout
 
 

@@ -15,8 +15,8 @@ _BUFFERED = {name: value for name, value in os.environ.items() if name != "PYTHO
 def _run(redirection, *arguments):
     """Run a command line with outputs redirected by a shell; return exit code and messages."""
     command = ["sh", "-c", f'"$@" {redirection}', "sh", *COMMAND, *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, env=_BUFFERED, timeout=60, check=False)
-    return done.returncode, done.stderr.decode()
+    completed = subprocess.run(command, capture_output=True, env=_BUFFERED, timeout=60, check=False)
+    return completed.returncode, completed.stderr.decode()
 
 
 @pytest.mark.parametrize(
@@ -45,11 +45,11 @@ def test_a_closed_pipe_ends_a_verb_with_the_exit_code_of_sigpipe(
     os.close(reading)
     with os.fdopen(writing, "wb") as pipe:
         command = [*COMMAND, arguments[0], str(stream_file), *arguments[1:]]
-        done = subprocess.run(
+        completed = subprocess.run(
             command, stdout=pipe, stderr=subprocess.PIPE, env=environment, timeout=60, check=False
         )
 
-    assert (done.returncode, done.stderr) == (128 + signal.SIGPIPE, b"")
+    assert (completed.returncode, completed.stderr) == (128 + signal.SIGPIPE, b"")
 
 
 def test_standard_error_can_be_a_closed_pipe(stream_file):
@@ -58,9 +58,9 @@ def test_standard_error_can_be_a_closed_pipe(stream_file):
     os.close(reading)
     with os.fdopen(writing, "wb") as pipe:
         command = [*COMMAND, "verify", str(stream_file)]
-        done = subprocess.run(command, stderr=pipe, env=_BUFFERED, timeout=60, check=False)
+        completed = subprocess.run(command, stderr=pipe, env=_BUFFERED, timeout=60, check=False)
 
-    assert done.returncode == 1
+    assert completed.returncode == 1
 
 
 def test_a_bad_stream_is_reported_even_if_all_output_fails(stream_file):

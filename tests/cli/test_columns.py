@@ -10,20 +10,22 @@ from tests.cli.commands import run
 from tests.docs.pages import ROOT
 
 
-def _names(meanings):
+def _split_names(meanings):
     return {name for names in meanings for name in names.split(", ")}
 
 
 def test_every_column_of_eval_and_compare_is_explained():
-    assert {heading for heading, _, _ in COLUMNS} <= _names(EVAL_COLUMNS)
-    explained = _names(COMPARE_COLUMNS) | {"is"}  # under `entry`
-    assert {heading for heading, _, _ in METRIC_COLUMNS} | set(POINT_COLUMNS) <= explained
+    assert {heading for heading, _, _ in COLUMNS} <= _split_names(EVAL_COLUMNS)
+    explained_names = _split_names(COMPARE_COLUMNS) | {"is"}  # under `entry`
+    assert {heading for heading, _, _ in METRIC_COLUMNS} | set(POINT_COLUMNS) <= explained_names
 
 
 def test_every_kind_of_bytes_that_info_prints_is_explained(stream_file):
-    printed = describe_stream(inspect_stream(stream_file.read_bytes()))
+    printed_output = describe_stream(inspect_stream(stream_file.read_bytes()))
 
-    assert set(KINDS) | {"anchors", "overhead", "KB per frame"} <= _names(INFO_ROWS) & set(printed)
+    assert set(KINDS) | {"anchors", "overhead", "KB per frame"} <= _split_names(INFO_ROWS) & set(
+        printed_output
+    )
 
 
 @pytest.mark.parametrize(
@@ -35,9 +37,9 @@ def test_every_kind_of_bytes_that_info_prints_is_explained(stream_file):
     ],
 )
 def test_help_and_guide_have_a_line_for_each(verb, meanings, guide):
-    printed = " ".join(run(verb, "--help").stdout.split())
+    printed_output = " ".join(run(verb, "--help").stdout.split())
     text = (ROOT / "docs" / "guides" / f"{guide}.md").read_text("utf-8")
 
     for name, meaning in meanings.items():
-        assert f"{name}: {meaning}" in printed
-        assert all(f"`{each}`" in text for each in name.split(", ")), name
+        assert f"{name}: {meaning}" in printed_output
+        assert all(f"`{item}`" in text for item in name.split(", ")), name

@@ -10,22 +10,24 @@ from quarc_ref.export.table import EXPORTS
 from tests.cli.processes import COMMAND
 
 
-def _ask(*arguments, **environment):
+def _run_with_environment(*arguments, **environment):
     """The output of the command in an environment."""
     command, variables = [*COMMAND, *arguments], os.environ | environment
-    done = subprocess.run(command, env=variables, capture_output=True, text=True, check=True)
-    assert done.stderr == ""
-    return done.stdout
+    completed = subprocess.run(command, env=variables, capture_output=True, text=True, check=True)
+    assert completed.stderr == ""
+    return completed.stdout
 
 
 def _complete(line):
     """The completions of bash for the last word of a line, which may be empty."""
     last = str(len(line.split(" ")) - 1)
-    return _ask(COMP_WORDS=line, COMP_CWORD=last, _QUARC_REF_COMPLETE="complete_bash").split()
+    return _run_with_environment(
+        COMP_WORDS=line, COMP_CWORD=last, _QUARC_REF_COMPLETE="complete_bash"
+    ).split()
 
 
 @pytest.mark.parametrize(
-    ("line", "offered"),
+    ("line", "completions"),
     [
         ("quarc-ref enc", ["encode"]),
         ("quarc-ref decode --rec", ["--recover"]),
@@ -36,8 +38,8 @@ def _complete(line):
         ("quarc-ref info ", []),  # bash completes file names in this case
     ],
 )
-def test_verbs_options_presets_and_settings_are_completed(line, offered):
-    assert _complete(line) == offered
+def test_verbs_options_presets_and_settings_are_completed(line, completions):
+    assert _complete(line) == completions
 
 
 def test_every_setting_is_completed():
@@ -48,13 +50,17 @@ def test_every_setting_is_completed():
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_the_completion_script_calls_the_command(shell):
-    script = _ask("--show-completion", shell, _TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION="1")
+    script = _run_with_environment(
+        "--show-completion", shell, _TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION="1"
+    )
 
     assert f"_QUARC_REF_COMPLETE=complete_{shell}" in script
 
 
 def test_zsh_shows_the_description_of_a_setting():
     line = "quarc-ref encode cap --set canonical.lambda"
-    offered = _ask(_TYPER_COMPLETE_ARGS=line, _QUARC_REF_COMPLETE="complete_zsh")
+    completions = _run_with_environment(
+        _TYPER_COMPLETE_ARGS=line, _QUARC_REF_COMPLETE="complete_zsh"
+    )
 
-    assert '"canonical.lambda_dssim=":"Weight of D-SSIM in the loss' in offered
+    assert '"canonical.lambda_dssim=":"Weight of D-SSIM in the loss' in completions

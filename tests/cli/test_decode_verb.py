@@ -14,11 +14,11 @@ from tests.cli.commands import list_names, make_folder, read_json, run, run_json
 def test_decode_writes_the_output_of_the_exporters_for_every_frame(
     kind, stream_file, made, tmp_path
 ):
-    printed = run_json("decode", stream_file, "-o", tmp_path / "out", "--to", kind)
+    printed_output = run_json("decode", stream_file, "-o", tmp_path / "out", "--to", kind)
 
     names = [f"frame_{frame:04}.{kind}" for frame in range(4)]
     sidecar = "sequence.json"
-    assert printed == {"folder": str(tmp_path / "out"), "files": names, "sidecar": sidecar}
+    assert printed_output == {"folder": str(tmp_path / "out"), "files": names, "sidecar": sidecar}
     assert list_names(tmp_path / "out") == names
     for name, state in zip(names, made.states, strict=True):
         splats = dequantize(state.scene)
@@ -27,14 +27,14 @@ def test_decode_writes_the_output_of_the_exporters_for_every_frame(
 
 
 @pytest.mark.parametrize(
-    ("frames", "wanted"),
+    ("frames", "expected_frames"),
     [(":", [0, 1, 2, 3]), ("2:", [2, 3]), (":1", [0]), ("1:3", [1, 2]), ("3:99", [3]), ("0", [0])],
 )
-def test_a_range_of_frames_is_decoded_alone(frames, wanted, stream_file, tmp_path):
-    printed = run_json("decode", stream_file, "-o", tmp_path / "out", "--frames", frames)
+def test_a_range_of_frames_is_decoded_alone(frames, expected_frames, stream_file, tmp_path):
+    printed_output = run_json("decode", stream_file, "-o", tmp_path / "out", "--frames", frames)
 
-    assert printed["files"] == [f"frame_{frame:04}.ply" for frame in wanted]
-    assert list_names(tmp_path / "out") == printed["files"]
+    assert printed_output["files"] == [f"frame_{frame:04}.ply" for frame in expected_frames]
+    assert list_names(tmp_path / "out") == printed_output["files"]
 
 
 @pytest.mark.parametrize("frames", ["4:", "9:12", "3:1", "2:2", "a:b", "4", "", "-1:2", "1:2:3"])
@@ -48,9 +48,9 @@ def test_an_empty_range_writes_nothing(frames, stream_file, tmp_path):
 
 def test_a_growing_stream_gives_the_requested_frames(stream_file, made, tmp_path):
     stream_file.write_bytes(made.data[:-60])
-    printed = run_json("decode", stream_file, "-o", tmp_path / "out", "--frames", "0:2")
+    printed_output = run_json("decode", stream_file, "-o", tmp_path / "out", "--frames", "0:2")
 
-    assert printed["files"] == ["frame_0000.ply", "frame_0001.ply"]
+    assert printed_output["files"] == ["frame_0000.ply", "frame_0001.ply"]
 
 
 def test_a_single_file_has_the_given_name(stream_file, tmp_path, monkeypatch):
@@ -79,14 +79,14 @@ def test_frames_of_another_decode_are_replaced_only_on_request(stream_file, tmp_
     command = ["decode", stream_file, "-o", tmp_path / "out"]
     assert run(*command).exit_code == 0
 
-    rejected = run(*command, "--frames", "1:2")
-    kept = list_names(tmp_path / "out")
-    forced = run(*command, "--frames", "1:2", "--to", "npz", "--force")
+    rejected_run = run(*command, "--frames", "1:2")
+    kept_contents = list_names(tmp_path / "out")
+    forced_run = run(*command, "--frames", "1:2", "--to", "npz", "--force")
 
-    assert rejected.exit_code == 2
-    assert "--force" in rejected.stderr
-    assert len(kept) == 4
-    assert forced.exit_code == 0
+    assert rejected_run.exit_code == 2
+    assert "--force" in rejected_run.stderr
+    assert len(kept_contents) == 4
+    assert forced_run.exit_code == 0
     assert list_names(tmp_path / "out") == ["frame_0001.npz"]
 
 
@@ -103,19 +103,19 @@ def test_progress_counts_frames_even_if_their_number_is_unknown(
 ):
     monkeypatch.setattr(output, "_SECONDS_BETWEEN_LINES", 0.0)
 
-    reported = run("decode", stream_file, "-o", tmp_path / "out", *options).stderr
+    reports = run("decode", stream_file, "-o", tmp_path / "out", *options).stderr
 
-    assert reported.splitlines() == [f"decode {frame}{end}" for frame in range(1, 5)]
+    assert reports.splitlines() == [f"decode {frame}{end}" for frame in range(1, 5)]
 
 
 def test_the_sidecar_has_rate_axes_and_cameras_as_in_its_schema(stream_file, tmp_path):
     run("decode", stream_file, "-o", tmp_path / "out", "--frames", "2:")
-    reported = read_json((tmp_path / "out" / "sequence.json").read_text())
+    reports = read_json((tmp_path / "out" / "sequence.json").read_text())
 
-    assert reported["files"].format(frame=2) == "frame_0002.ply"
-    assert (reported["first_frame"], reported["frames_per_second"]) == (2, 30)
-    assert (reported["up"], reported["up_is_known"]) == ("-y", False)
-    assert [camera["name"] for camera in reported["cameras"]] == ["cam00"]
+    assert reports["files"].format(frame=2) == "frame_0002.ply"
+    assert (reports["first_frame"], reports["frames_per_second"]) == (2, 30)
+    assert (reports["up"], reports["up_is_known"]) == ("-y", False)
+    assert [camera["name"] for camera in reports["cameras"]] == ["cam00"]
 
 
 def test_all_frames_go_into_one_file_if_the_format_allows_it(stream_file, tmp_path):

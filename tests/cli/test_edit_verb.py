@@ -8,20 +8,20 @@ from tests.cli.commands import list_names, run, run_json
 
 def test_colors_are_changed_exactly(stream_file, tmp_path):
     out = tmp_path / "out.quarc"
-    printed = run_json("edit", stream_file, "-o", out, "--recolor", "gain=1.5")
+    printed_output = run_json("edit", stream_file, "-o", out, "--recolor", "gain=1.5")
 
-    assert printed["method"] == "exact"
-    assert printed["bounds"] is printed["errors"] is None
-    assert (printed["frames"], printed["bytes"]) == (4, out.stat().st_size)
+    assert printed_output["method"] == "exact"
+    assert printed_output["bounds"] is printed_output["errors"] is None
+    assert (printed_output["frames"], printed_output["bytes"]) == (4, out.stat().st_size)
 
 
 def test_other_edits_are_fitted_again_within_bounds(stream_file, made, tmp_path):
     out = tmp_path / "out.quarc"
-    printed = run_json("edit", stream_file, "-o", out, "--crop", "-0.2,-1,-1,1,1,1")
+    printed_output = run_json("edit", stream_file, "-o", out, "--crop", "-0.2,-1,-1,1,1,1")
 
-    assert printed["method"] == "fitted"
-    for name, error in printed["errors"].items():
-        assert error <= printed["bounds"][name] * 1.001
+    assert printed_output["method"] == "fitted"
+    for name, error in printed_output["errors"].items():
+        assert error <= printed_output["bounds"][name] * 1.001
     counts = [scene.count for scene in decode(out.read_bytes())]
     assert all(0 < few < state.scene.count for few, state in zip(counts, made.states, strict=True))
 

@@ -24,10 +24,10 @@ def long_file(tmp_path):
 def test_a_cut_has_the_frames_of_the_range_with_their_ordinals(
     frames, first, last, long_file, tmp_path
 ):
-    printed = run_json("cut", long_file, "--frames", frames, "-o", tmp_path / "cut.quarc")
+    printed_output = run_json("cut", long_file, "--frames", frames, "-o", tmp_path / "cut.quarc")
 
     data = (tmp_path / "cut.quarc").read_bytes()
-    assert printed == {
+    assert printed_output == {
         "file": str(tmp_path / "cut.quarc"),
         "frames": last - first,
         "bytes": len(data),
@@ -101,12 +101,12 @@ def test_an_existing_target_is_replaced_only_with_force(verb, long_file, tmp_pat
     target.write_text("mine")
     command = [verb, long_file, "-o", target, *(["--frames", ":"] if verb == "cut" else [])]
 
-    rejected = run(*command)
-    kept = target.read_bytes()
-    forced = run(*command, "--force")
+    rejected_run = run(*command)
+    kept_contents = target.read_bytes()
+    forced_run = run(*command, "--force")
 
-    assert (rejected.exit_code, kept) == (2, b"mine")
-    assert forced.exit_code == 0
+    assert (rejected_run.exit_code, kept_contents) == (2, b"mine")
+    assert forced_run.exit_code == 0
     assert target.read_bytes() == _DATA
 
 
@@ -126,17 +126,17 @@ def test_join_cannot_read_a_pipe_twice(long_file, tmp_path):
 
 @pytest.mark.parametrize("verb", ["cut", "join", "inspect"])
 def test_a_missing_stream_is_a_usage_error(verb, tmp_path):
-    more = {"cut": ["--frames", ":", "-o", tmp_path / "x"], "join": ["-o", tmp_path / "x"]}
+    extra_options = {"cut": ["--frames", ":", "-o", tmp_path / "x"], "join": ["-o", tmp_path / "x"]}
     for path in (tmp_path / "none.quarc", tmp_path):
-        result = run(verb, path, *more.get(verb, []))
+        result = run(verb, path, *extra_options.get(verb, []))
         assert result.exit_code == 2
         assert "FILE" in result.stderr
 
 
 @pytest.mark.parametrize("verb", ["cut", "join"])
 def test_a_stream_and_json_cannot_both_go_to_standard_output(verb, long_file):
-    more = ["--frames", ":"] if verb == "cut" else []
-    result = run(verb, long_file, *more, "-o", "-", "--json")
+    extra_options = ["--frames", ":"] if verb == "cut" else []
+    result = run(verb, long_file, *extra_options, "-o", "-", "--json")
 
     assert result.exit_code == 2
     assert result.stdout == ""

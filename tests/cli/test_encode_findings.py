@@ -12,23 +12,23 @@ from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
 from tests.datasets import scenes
 
 _FINDING = Finding("pose-disagrees", "the pictures of cam02 are elsewhere", ("cam02",))
-_LATER = Finding("first-frame-coarse", "the first frame is coarse")
+_TRAINING_FINDING = Finding("first-frame-coarse", "the first frame is coarse")
 
 
 @pytest.fixture
 def found(monkeypatch):
     """Add a finding before and one after training to every encode."""
     monkeypatch.setattr(encode_options, "check_capture", lambda _: [_FINDING])
-    monkeypatch.setattr(encode_stream, "check_first_frame", lambda *_: [_LATER])
+    monkeypatch.setattr(encode_stream, "check_first_frame", lambda *_: [_TRAINING_FINDING])
 
 
-def _command(capture, file, *options):
+def _make_command(capture, file, *options):
     return ["encode", capture, "-o", file, *TINY_OPTIONS, "--frames", 2, *options]
 
 
 @pytest.mark.usefixtures("found")
 def test_findings_are_printed_on_stderr_and_listed_in_json(capture, tmp_path):
-    result = run(*_command(capture, tmp_path / "a.quarc", "--json", "--quiet"))
+    result = run(*_make_command(capture, tmp_path / "a.quarc", "--json", "--quiet"))
 
     assert result.exit_code == 0
     assert result.stderr.splitlines() == [
@@ -36,21 +36,21 @@ def test_findings_are_printed_on_stderr_and_listed_in_json(capture, tmp_path):
         "quarc-ref: warning: the first frame is coarse",
     ]
     assert json.loads(result.stdout)["findings"] == [
-        {"kind": it.kind, "message": it.message, "cameras": list(it.cameras)}
-        for it in (_FINDING, _LATER)
+        {"kind": item.kind, "message": item.message, "cameras": list(item.cameras)}
+        for item in (_FINDING, _TRAINING_FINDING)
     ]
 
 
 @pytest.mark.usefixtures("found")
 def test_without_checks_only_the_first_frame_is_checked(capture, tmp_path):
-    printed = run_json(*_command(capture, tmp_path / "a.quarc", "--no-checks"))
+    printed_output = run_json(*_make_command(capture, tmp_path / "a.quarc", "--no-checks"))
 
-    assert [finding["kind"] for finding in printed["findings"]] == ["first-frame-coarse"]
+    assert [finding["kind"] for finding in printed_output["findings"]] == ["first-frame-coarse"]
 
 
 @pytest.mark.usefixtures("found")
 def test_findings_of_a_piped_encode_are_printed_on_stderr(capture):
-    result = run(*_command(capture, "-"))
+    result = run(*_make_command(capture, "-"))
 
     assert result.stderr.count("warning: ") == 2
 
@@ -65,9 +65,9 @@ def test_a_capture_in_segments_is_checked_once_and_each_first_frame_too(
     capture, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(segments, "run_jobs", _run_here)
-    printed = run_json(*_command(capture, tmp_path / "a.quarc", "--segments", 2))
+    printed_output = run_json(*_make_command(capture, tmp_path / "a.quarc", "--segments", 2))
 
-    assert [finding["message"] for finding in printed["findings"]] == [
+    assert [finding["message"] for finding in printed_output["findings"]] == [
         "the pictures of cam02 are elsewhere",
         "frames 0 to 0: the first frame is coarse",
         "frames 1 to 1: the first frame is coarse",
@@ -93,7 +93,7 @@ def capture_with_lost_points(tmp_path):
 def test_one_training_camera_is_rejected_before_any_work(
     capture_with_two_cameras, tmp_path, options
 ):
-    result = run(*_command(capture_with_two_cameras, tmp_path / "a.quarc", *options))
+    result = run(*_make_command(capture_with_two_cameras, tmp_path / "a.quarc", *options))
 
     assert result.exit_code == 3
     assert "narrow has 1 training camera, but estimating depth needs at least 2" in result.stderr
@@ -102,13 +102,15 @@ def test_one_training_camera_is_rejected_before_any_work(
 
 
 def test_one_training_camera_is_encoded_without_checks(capture_with_two_cameras, tmp_path):
-    printed = run_json(*_command(capture_with_two_cameras, tmp_path / "a.quarc", "--no-checks"))
+    printed_output = run_json(
+        *_make_command(capture_with_two_cameras, tmp_path / "a.quarc", "--no-checks")
+    )
 
-    assert printed["frames"] == 2
+    assert printed_output["frames"] == 2
 
 
 def test_points_outside_all_views_are_rejected(capture_with_lost_points, tmp_path):
-    result = run(*_command(capture_with_lost_points, tmp_path / "a.quarc"))
+    result = run(*_make_command(capture_with_lost_points, tmp_path / "a.quarc"))
 
     assert result.exit_code == 3
     assert "initial points of capture lost is visible in a training view" in result.stderr
@@ -122,6 +124,8 @@ def test_a_rejected_segment_is_never_started(capture_with_two_cameras, tmp_path,
     monkeypatch.setattr(encode_job, "_split_capture", reject)
 
     assert (
-        run(*_command(capture_with_two_cameras, tmp_path / "a.quarc", "--segments", 2)).exit_code
+        run(
+            *_make_command(capture_with_two_cameras, tmp_path / "a.quarc", "--segments", 2)
+        ).exit_code
         == 3
     )

@@ -23,20 +23,20 @@ def _read_cameras(path):
     return decoder.cameras
 
 
-def test_a_capture_is_encoded_and_the_stream_verified(encoded):
-    assert encoded.printed["frames"] == 3
-    assert run_json("verify", encoded.file) == {
+def test_a_capture_is_encoded_and_the_stream_verified(encoded_stream):
+    assert encoded_stream.printed["frames"] == 3
+    assert run_json("verify", encoded_stream.file) == {
         "valid": True,
         "frames": 3,
-        "state_sha256": encoded.printed["state_sha256"],
+        "state_sha256": encoded_stream.printed["state_sha256"],
     }
-    assert len(list(decode(encoded.file.read_bytes()))) == 3
+    assert len(list(decode(encoded_stream.file.read_bytes()))) == 3
 
 
-def test_encode_prints_the_same_as_info(encoded):
-    assert encoded.printed["seconds"] > 0
-    assert encoded.printed["file"] == str(encoded.file)
-    assert encoded.printed.items() >= run_json("info", encoded.file).items()
+def test_encode_prints_the_same_as_info(encoded_stream):
+    assert encoded_stream.printed["seconds"] > 0
+    assert encoded_stream.printed["file"] == str(encoded_stream.file)
+    assert encoded_stream.printed.items() >= run_json("info", encoded_stream.file).items()
 
 
 def test_options_of_the_capture_are_applied(capture, tmp_path):
@@ -71,7 +71,7 @@ def test_a_long_encode_forecasts_its_time_and_size_at_the_start(capture, tmp_pat
     assert re.match(r"2 frames of plane, 3 training cameras: about \d+ s, and [\d.e-]+ MB", first)
 
 
-def test_every_step_and_frame_is_a_line_of_json(capture, encoded, tmp_path):
+def test_every_step_and_frame_is_a_line_of_json(capture, encoded_stream, tmp_path):
     log, file = tmp_path / "log.jsonl", tmp_path / "a.quarc"
     assert run("encode", capture, "-o", file, *TINY_OPTIONS, "--log-json", log).exit_code == 0
     lines = [json.loads(line) for line in log.read_text("utf-8").splitlines()]
@@ -86,9 +86,9 @@ def test_every_step_and_frame_is_a_line_of_json(capture, encoded, tmp_path):
     assert [frame["frame"] for frame in frames] == [0, 1, 2]
     assert [frame["kind"] for frame in frames] == ["canonical", "moved", "moved"]
     assert [step["step"] for step in steps] == list(range(1, 9))
-    assert frames[-1]["gaussians"] == encoded.printed["gaussians"]
+    assert frames[-1]["gaussians"] == encoded_stream.printed["gaussians"]
     assert sum(frame["byte_count"] for frame in frames) < file.stat().st_size
-    assert file.read_bytes() == encoded.file.read_bytes()
+    assert file.read_bytes() == encoded_stream.file.read_bytes()
 
 
 def test_an_existing_log_is_replaced_by_force_and_continued_by_resume(capture, tmp_path):
@@ -96,15 +96,15 @@ def test_an_existing_log_is_replaced_by_force_and_continued_by_resume(capture, t
     log.write_text("mine\n")
     line = ["encode", capture, "-o", file, *TINY_OPTIONS, "--frames", 1, "--log-json", log]
 
-    rejected = run(*line)
-    assert (rejected.exit_code, log.read_text()) == (2, "mine\n")
+    rejected_run = run(*line)
+    assert (rejected_run.exit_code, log.read_text()) == (2, "mine\n")
     assert run(*line, "--resume").exit_code == 0
     assert log.read_text("utf-8").splitlines()[0] == "mine"
     assert run(*line, "--force").exit_code == 0
     assert "mine" not in log.read_text("utf-8")
 
 
-def test_tensorboard_shows_losses_and_sizes(capture, encoded, tmp_path):
+def test_tensorboard_shows_losses_and_sizes(capture, encoded_stream, tmp_path):
     pytest.importorskip("tensorboard")
     from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
@@ -113,11 +113,11 @@ def test_tensorboard_shows_losses_and_sizes(capture, encoded, tmp_path):
     events = EventAccumulator(str(folder))
     events.Reload()
 
-    assert [it.step for it in events.Scalars("canonical/loss")] == list(range(1, 9))
-    assert [it.step for it in events.Scalars("motion/train PSNR")] == list(range(1, 7))
+    assert [item.step for item in events.Scalars("canonical/loss")] == list(range(1, 9))
+    assert [item.step for item in events.Scalars("motion/train PSNR")] == list(range(1, 7))
     assert len(events.Scalars("frame/bytes")) == 3
-    assert [it.step for it in events.Images("frame/train view")] == [0, 1, 2]
-    assert file.read_bytes() == encoded.file.read_bytes()
+    assert [item.step for item in events.Images("frame/train view")] == [0, 1, 2]
+    assert file.read_bytes() == encoded_stream.file.read_bytes()
 
 
 def test_logs_cannot_be_combined_with_segments(capture, tmp_path):
@@ -191,9 +191,11 @@ def test_the_common_frames_of_all_videos_are_encoded_and_measured(
     capture_of_uneven_length, tmp_path
 ):
     file = tmp_path / "a.quarc"
-    printed = run_json("encode", capture_of_uneven_length, "-o", file, *TINY_OPTIONS, "--frames", 2)
+    printed_output = run_json(
+        "encode", capture_of_uneven_length, "-o", file, *TINY_OPTIONS, "--frames", 2
+    )
 
-    assert printed["frames"] == 2
+    assert printed_output["frames"] == 2
     assert len(run_json("eval", file, capture_of_uneven_length)["psnr_per_frame"]) == 2
 
 
@@ -219,9 +221,9 @@ def test_a_missing_device_is_a_usage_error(capture, tmp_path):
     assert "no CUDA device" in result.stderr
 
 
-def test_a_missing_capture_is_a_usage_error(encoded, tmp_path):
+def test_a_missing_capture_is_a_usage_error(encoded_stream, tmp_path):
     assert run("encode", tmp_path / "none", "-o", tmp_path / "a.quarc").exit_code == 2
-    assert run("encode", encoded.file, "-o", tmp_path / "a.quarc").exit_code == 2
+    assert run("encode", encoded_stream.file, "-o", tmp_path / "a.quarc").exit_code == 2
 
 
 def test_an_unreadable_capture_is_a_failure_of_the_tool_and_leaves_nothing(tmp_path):
@@ -245,19 +247,19 @@ def test_an_existing_output_is_rejected_before_anything_is_read(tmp_path):
 
 def test_every_nth_frame_can_be_canonical_as_the_metadata_states(capture, tmp_path):
     every = ["--keyframe-interval", 1, "--frames", 3]
-    printed = run_json("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, *every)
+    printed_output = run_json("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, *every)
     frames = run_json("inspect", tmp_path / "a.quarc")["per_frame"]
 
     assert [frame["kind"] for frame in frames] == ["canonical"] * 3
-    assert "canonical.keyframe_interval=1" in printed["metadata"]["settings"].split()
+    assert "canonical.keyframe_interval=1" in printed_output["metadata"]["settings"].split()
     assert run_json("cut", tmp_path / "a.quarc", "--frames", "2:", "-o", tmp_path / "b")["frames"]
 
 
-def test_only_the_stream_goes_to_standard_output(capture, encoded):
+def test_only_the_stream_goes_to_standard_output(capture, encoded_stream):
     result = run("encode", capture, "-o", "-", *TINY_OPTIONS, "-q")
 
     assert result.exit_code == 0
-    assert result.stdout_bytes == encoded.file.read_bytes()
+    assert result.stdout_bytes == encoded_stream.file.read_bytes()
 
 
 @pytest.mark.parametrize(
@@ -278,14 +280,16 @@ def test_options_that_need_a_file_are_a_usage_error_with_standard_output(options
 
 
 def test_a_live_encode_can_be_read_while_it_is_written_and_keeps_its_frames(
-    capture, encoded, tmp_path, monkeypatch
+    capture, encoded_stream, tmp_path, monkeypatch
 ):
-    file, seen = tmp_path / "a.quarc", []
+    file, results_so_far = tmp_path / "a.quarc", []
     fit = encode_stream.fit_motion
 
     def read_along(*arguments):
-        seen.append(run("decode", file, "-o", tmp_path / "out", "--recover", "--force", "--json"))
-        if len(seen) == 2:
+        results_so_far.append(
+            run("decode", file, "-o", tmp_path / "out", "--recover", "--force", "--json")
+        )
+        if len(results_so_far) == 2:
             raise KeyboardInterrupt
         return fit(*arguments)
 
@@ -298,21 +302,21 @@ def test_a_live_encode_can_be_read_while_it_is_written_and_keeps_its_frames(
         f"quarc-ref: interrupted; {file} has the finished frames: "
         "use --resume to encode the missing frames"
     )
-    files = [read_json(each.stdout)["files"] for each in seen]
+    files = [read_json(item.stdout)["files"] for item in results_so_far]
     assert files == [["frame_0000.ply"], ["frame_0000.ply", "frame_0001.ply"]]
-    whole = encoded.file.read_bytes()
+    whole = encoded_stream.file.read_bytes()
     assert whole.startswith(file.read_bytes())
     assert run("encode", capture, "-o", file, *TINY_OPTIONS, "--resume").exit_code == 0
     assert file.read_bytes() == whole
 
 
-def test_a_finished_live_encode_equals_any_other(capture, encoded, tmp_path):
+def test_a_finished_live_encode_equals_any_other(capture, encoded_stream, tmp_path):
     (tmp_path / "a.quarc").write_text("old")
     command = ["encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, "--live"]
-    rejected = run(*command)
-    kept = (tmp_path / "a.quarc").read_text()
+    rejected_run = run(*command)
+    kept_contents = (tmp_path / "a.quarc").read_text()
 
-    assert (rejected.exit_code, kept) == (2, "old")
+    assert (rejected_run.exit_code, kept_contents) == (2, "old")
     assert run(*command, "--force").exit_code == 0
-    assert (tmp_path / "a.quarc").read_bytes() == encoded.file.read_bytes()
+    assert (tmp_path / "a.quarc").read_bytes() == encoded_stream.file.read_bytes()
     assert list_names(tmp_path) == ["a.quarc"]

@@ -17,11 +17,11 @@ from quarc_ref.format.errors import (
 )
 
 
-def _leave(error):
+def _get_exit_code(error):
     """The exit code for an error."""
-    with pytest.raises(typer.Exit) as left, report_errors():
+    with pytest.raises(typer.Exit) as exit_info, report_errors():
         raise error
-    return left.value.exit_code
+    return exit_info.value.exit_code
 
 
 @pytest.mark.parametrize(
@@ -54,7 +54,7 @@ def _leave(error):
     ],
 )
 def test_an_error_becomes_one_line_and_its_exit_code(error, code, message, capsys):
-    assert _leave(error) == code
+    assert _get_exit_code(error) == code
 
     shown = capsys.readouterr()
     assert shown.out == ""
@@ -67,11 +67,11 @@ def test_an_interruption_says_what_is_kept_and_ends_with_the_code_of_its_signal(
     message = KeyboardInterrupt("interrupted; the file holds")
     message.__cause__ = Termination()
 
-    assert _leave(message) == 143
+    assert _get_exit_code(message) == 143
 
 
 def test_an_internal_error_shows_its_location_and_does_not_blame_the_stream(capsys):
-    assert _leave(ZeroDivisionError("oops")) == 3
+    assert _get_exit_code(ZeroDivisionError("oops")) == 3
 
     shown = capsys.readouterr().err
     assert "Traceback" in shown
@@ -79,7 +79,7 @@ def test_an_internal_error_shows_its_location_and_does_not_blame_the_stream(caps
 
 
 def test_a_message_cannot_control_the_terminal(capsys):
-    _leave(UsageError("name \x1b[2J\nsecond"))
+    _get_exit_code(UsageError("name \x1b[2J\nsecond"))
 
     assert capsys.readouterr().err == "quarc-ref: name \\x1b[2J\\nsecond\n"
 

@@ -14,27 +14,29 @@ from tests.small_streams import rebuild_stream
 
 
 @pytest.fixture(scope="module")
-def measured(encoded, capture, tmp_path_factory):
+def measured(encoded_stream, capture, tmp_path_factory):
     """The output of `eval --json --report`, and the report's folder."""
     folder = tmp_path_factory.mktemp("eval") / "report"
-    return run_json("eval", encoded.file, capture, "--report", folder), folder
+    return run_json("eval", encoded_stream.file, capture, "--report", folder), folder
 
 
-def test_eval_adds_quality_to_what_info_prints(measured, encoded):
-    printed, _ = measured
+def test_eval_adds_quality_to_what_info_prints(measured, encoded_stream):
+    printed_output, _ = measured
 
-    assert printed.items() >= run_json("info", encoded.file).items()
+    assert printed_output.items() >= run_json("info", encoded_stream.file).items()
     for metric in ("psnr", "ssim"):
-        assert len(printed[f"{metric}_per_frame"]) == 3
-        assert printed[metric] == pytest.approx(mean(printed[f"{metric}_per_frame"]))
-        assert printed["metrics"][metric].startswith(metric)
-    assert "ssim_inria" in printed["metrics"]["ssim"]
-    assert printed["quality"]["mean"]["psnr"] == pytest.approx(printed["psnr"])
-    assert [it["camera"] for it in printed["quality"]["cameras"]] == printed["held_out"]
-    assert printed["quality"]["mean"]["moving_psnr"] > 0
-    assert printed["quality"]["mean"]["flicker"] is not None
-    assert 0 < printed["psnr"] < 60
-    assert 0 < printed["ssim"] < 1
+        assert len(printed_output[f"{metric}_per_frame"]) == 3
+        assert printed_output[metric] == pytest.approx(mean(printed_output[f"{metric}_per_frame"]))
+        assert printed_output["metrics"][metric].startswith(metric)
+    assert "ssim_inria" in printed_output["metrics"]["ssim"]
+    assert printed_output["quality"]["mean"]["psnr"] == pytest.approx(printed_output["psnr"])
+    assert [item["camera"] for item in printed_output["quality"]["cameras"]] == printed_output[
+        "held_out"
+    ]
+    assert printed_output["quality"]["mean"]["moving_psnr"] > 0
+    assert printed_output["quality"]["mean"]["flicker"] is not None
+    assert 0 < printed_output["psnr"] < 60
+    assert 0 < printed_output["ssim"] < 1
 
 
 def test_without_three_frames_there_are_no_figures_of_the_moving_region(tmp_path):
@@ -43,8 +45,8 @@ def test_without_three_frames_there_are_no_figures_of_the_moving_region(tmp_path
     cameras = open_capture(folder).cameras
     (tmp_path / "short.quarc").write_bytes(write_stream(cameras, 2))
 
-    figures = run_json("eval", tmp_path / "short.quarc", folder)["quality"]["mean"]
-    assert [name for name, value in figures.items() if value is None] == [
+    quality = run_json("eval", tmp_path / "short.quarc", folder)["quality"]["mean"]
+    assert [name for name, value in quality.items() if value is None] == [
         "moving_psnr", "moving_cc_psnr", "static_psnr", "static_cc_psnr",
         "flicker", "truth_flicker",
     ]  # fmt: skip
@@ -53,16 +55,16 @@ def test_without_three_frames_there_are_no_figures_of_the_moving_region(tmp_path
 
 
 def test_the_report_is_written_to_the_given_folder(measured):
-    printed, folder = measured
+    printed_output, folder = measured
 
-    assert printed["report"] == str(folder / "index.html")
+    assert printed_output["report"] == str(folder / "index.html")
     assert (folder / "index.html").is_file()
     assert "cam00_0000_truth.png" in list_names(folder)
     assert list_names(folder.parent) == ["report"]
 
 
-def test_the_means_and_the_report_are_printed(encoded, capture, measured, tmp_path):
-    result = run("eval", encoded.file, capture, "--report", tmp_path / "new")
+def test_the_means_and_the_report_are_printed(encoded_stream, capture, measured, tmp_path):
+    result = run("eval", encoded_stream.file, capture, "--report", tmp_path / "new")
 
     assert result.exit_code == 0
     assert f"{measured[0]['psnr']:.2f} dB" in result.stdout
@@ -72,28 +74,28 @@ def test_the_means_and_the_report_are_printed(encoded, capture, measured, tmp_pa
     assert "index.html" in result.stdout
 
 
-def test_an_existing_report_is_rejected_and_unchanged(encoded, capture, tmp_path):
+def test_an_existing_report_is_rejected_and_unchanged(encoded_stream, capture, tmp_path):
     (tmp_path / "index.html").write_text("mine")
-    result = run("eval", encoded.file, capture, "--report", tmp_path)
+    result = run("eval", encoded_stream.file, capture, "--report", tmp_path)
 
     assert result.exit_code == 2
     assert "index.html, which quarc-ref did not create" in result.stderr
     assert (tmp_path / "index.html").read_text() == "mine"
 
 
-def test_a_report_is_replaced_by_force(encoded, capture, tmp_path):
+def test_a_report_is_replaced_by_force(encoded_stream, capture, tmp_path):
     make_folder(tmp_path / "report", "old.png")
-    result = run("eval", encoded.file, capture, "--report", tmp_path / "report", "--force")
+    result = run("eval", encoded_stream.file, capture, "--report", tmp_path / "report", "--force")
 
     assert result.exit_code == 0
     assert "old.png" not in list_names(tmp_path / "report")
     assert "index.html" in list_names(tmp_path / "report")
 
 
-def test_another_capture_is_a_usage_error_and_leaves_no_report(encoded, tmp_path):
+def test_another_capture_is_a_usage_error_and_leaves_no_report(encoded_stream, tmp_path):
     shots = scenes.rename(scenes.make_shots(), ["cam00", "cam01", "cam02", "cam03"])
     other = scenes.write_n3dv(tmp_path / "other", shots, 3, scenes.plane_points())
-    result = run("eval", encoded.file, other, "--report", tmp_path / "report")
+    result = run("eval", encoded_stream.file, other, "--report", tmp_path / "report")
 
     assert result.exit_code == 2
     assert "cameras differ" in result.stderr
@@ -108,8 +110,8 @@ def other_capture(capture, tmp_path_factory):
     return folder
 
 
-def test_a_stream_of_another_capture_is_rejected(encoded, other_capture, tmp_path):
-    result = run("eval", encoded.file, other_capture, "--report", tmp_path / "report")
+def test_a_stream_of_another_capture_is_rejected(encoded_stream, other_capture, tmp_path):
+    result = run("eval", encoded_stream.file, other_capture, "--report", tmp_path / "report")
 
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr.startswith("quarc-ref: the stream was made from another capture")
@@ -118,34 +120,36 @@ def test_a_stream_of_another_capture_is_rejected(encoded, other_capture, tmp_pat
     assert list_names(tmp_path) == []
 
 
-def test_json_names_the_capture_that_a_stream_was_made_from(encoded, capture, other_capture):
-    result = run("eval", encoded.file, other_capture, "--json")
-    printed = read_json(result.stdout)
+def test_json_names_the_capture_that_a_stream_was_made_from(encoded_stream, capture, other_capture):
+    result = run("eval", encoded_stream.file, other_capture, "--json")
+    printed_output = read_json(result.stdout)
 
     assert result.exit_code == 2
-    assert printed["same_capture"] is False
-    assert printed["encoded_from"] == encoded.printed["metadata"]["fingerprint"]
-    assert printed["fingerprint"] not in ("", printed["encoded_from"])
-    assert "psnr" not in printed
-    assert run_json("eval", encoded.file, capture)["same_capture"] is True
+    assert printed_output["same_capture"] is False
+    assert printed_output["encoded_from"] == encoded_stream.printed["metadata"]["fingerprint"]
+    assert printed_output["fingerprint"] not in ("", printed_output["encoded_from"])
+    assert "psnr" not in printed_output
+    assert run_json("eval", encoded_stream.file, capture)["same_capture"] is True
 
 
-def test_a_stream_of_another_capture_is_measured_on_request_with_a_warning(encoded, other_capture):
-    result = run("eval", encoded.file, other_capture, "--json", "--other-capture", "--quiet")
-    printed = read_json(result.stdout)
+def test_a_stream_of_another_capture_is_measured_on_request_with_a_warning(
+    encoded_stream, other_capture
+):
+    result = run("eval", encoded_stream.file, other_capture, "--json", "--other-capture", "--quiet")
+    printed_output = read_json(result.stdout)
 
     assert result.exit_code == 0
     assert result.stderr.startswith("quarc-ref: the stream was made from another capture")
     assert result.stderr.count("\n") == 1
-    assert printed["same_capture"] is False
-    assert printed["psnr"] > 0
+    assert printed_output["same_capture"] is False
+    assert printed_output["psnr"] > 0
 
 
 def test_a_stream_that_does_not_name_its_capture_is_measured_with_a_warning(
-    encoded, capture, tmp_path
+    encoded_stream, capture, tmp_path
 ):
-    chunks = split_chunks(encoded.file.read_bytes())
-    unnamed = [(each.kind, each.payload.replace(b"fingerprint", b"thumb-print")) for each in chunks]
+    chunks = split_chunks(encoded_stream.file.read_bytes())
+    unnamed = [(item.kind, item.payload.replace(b"fingerprint", b"thumb-print")) for item in chunks]
     (tmp_path / "unnamed.quarc").write_bytes(rebuild_stream(unnamed))
     result = run("eval", tmp_path / "unnamed.quarc", capture, "--json")
 
@@ -162,27 +166,27 @@ def test_eval_accepts_only_files(name, capture):
     assert "accepts only files" in " ".join(result.stderr.replace("│", " ").split())
 
 
-def test_eval_reads_a_named_pipe(encoded, capture):
+def test_eval_reads_a_named_pipe(encoded_stream, capture):
     reading, writing = os.pipe()
     with os.fdopen(writing, "wb") as pipe:
-        pipe.write(encoded.file.read_bytes())
-    printed = run_json("eval", f"/dev/fd/{reading}", capture)
+        pipe.write(encoded_stream.file.read_bytes())
+    printed_output = run_json("eval", f"/dev/fd/{reading}", capture)
     os.close(reading)
 
-    assert printed["frames"] == 3
+    assert printed_output["frames"] == 3
 
 
-def test_an_unreadable_capture_is_a_failure_of_the_tool(encoded, capture, tmp_path):
+def test_an_unreadable_capture_is_a_failure_of_the_tool(encoded_stream, capture, tmp_path):
     broken = shutil.copytree(capture, tmp_path / "broken")
     (broken / "cam01.mp4").write_bytes(b"no video")
-    result = run("eval", encoded.file, broken)
+    result = run("eval", encoded_stream.file, broken)
 
     assert result.exit_code == 3
     assert "cam01" in result.stderr
 
 
-def test_a_damaged_stream_is_rejected(encoded, capture, tmp_path):
-    (tmp_path / "cut.quarc").write_bytes(encoded.file.read_bytes()[:-1])
+def test_a_damaged_stream_is_rejected(encoded_stream, capture, tmp_path):
+    (tmp_path / "cut.quarc").write_bytes(encoded_stream.file.read_bytes()[:-1])
     result = run("eval", tmp_path / "cut.quarc", capture)
 
     assert result.exit_code == 1
@@ -196,9 +200,9 @@ def test_a_stream_of_later_frames_is_measured_on_these_frames(capture, tmp_path)
 
     assert run_json("info", file)["metadata"]["start"] == "1"
     assert len(measured["psnr_per_frame"]) == 2
-    resumed = run("encode", capture, "-o", file, *TINY_OPTIONS, "--frames", 2, "--resume")
-    assert resumed.exit_code == 2
-    assert "start" in resumed.stderr
+    resumed_run = run("encode", capture, "-o", file, *TINY_OPTIONS, "--frames", 2, "--resume")
+    assert resumed_run.exit_code == 2
+    assert "start" in resumed_run.stderr
 
 
 def test_a_start_after_the_last_frame_is_a_usage_error(capture, tmp_path):

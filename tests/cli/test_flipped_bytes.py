@@ -20,7 +20,7 @@ def _list_ids(kind):
 _list_ids(BitstreamError)
 
 
-def _rejection(path):
+def _verify_damaged(path):
     """The exit code of `verify`, and the reject id in its message."""
     result = run("verify", path, "-q")
     return result.exit_code, result.stderr.removeprefix("quarc-ref: the stream is rejected: ")
@@ -33,7 +33,7 @@ def _list_unnoticed(places, mask, path):
         damaged = bytearray(_DATA)
         damaged[place] ^= mask
         path.write_bytes(damaged)
-        code, message = _rejection(path)
+        code, message = _verify_damaged(path)
         if code != 1 or message.partition(" ")[0].rstrip(":") not in _IDS:
             unnoticed.append((place, code, message))
     return unnoticed
@@ -66,7 +66,7 @@ def test_damage_is_reported_by_name(tmp_path):
         damaged[place] ^= 1
         (tmp_path / "damaged.quarc").write_bytes(damaged)
 
-        code, message = _rejection(tmp_path / "damaged.quarc")
+        code, message = _verify_damaged(tmp_path / "damaged.quarc")
 
         assert code == 1
         assert message.startswith(f"{reject_id} at byte ")

@@ -32,21 +32,21 @@ def _read_all(folder):
     ],
 )
 def test_force_deletes_no_file_of_the_user_of_any_name(
-    verb, names, stream_file, encoded, capture, tmp_path
+    verb, names, stream_file, encoded_stream, capture, tmp_path
 ):
-    mine = _fill(tmp_path / "mine", *names)
-    before = _read_all(mine)
+    user_folder = _fill(tmp_path / "mine", *names)
+    contents_before = _read_all(user_folder)
     lines = {
-        "eval": ["eval", encoded.file, capture, "--report", mine],
-        "demo": ["demo", "-o", mine, "--frames", 2, *TINY_OPTIONS],
-        "synth": ["synth", mine, *_TINY_SYNTH],
-        "decode": ["decode", stream_file, "-o", mine],
-        "decode --follow": ["decode", stream_file, "-o", mine, "--follow"],
-        "render": ["render", stream_file, "-o", mine],
+        "eval": ["eval", encoded_stream.file, capture, "--report", user_folder],
+        "demo": ["demo", "-o", user_folder, "--frames", 2, *TINY_OPTIONS],
+        "synth": ["synth", user_folder, *_TINY_SYNTH],
+        "decode": ["decode", stream_file, "-o", user_folder],
+        "decode --follow": ["decode", stream_file, "-o", user_folder, "--follow"],
+        "render": ["render", stream_file, "-o", user_folder],
     }
     result = run(*lines[verb], "--force")
 
-    assert _read_all(mine) == before
+    assert _read_all(user_folder) == contents_before
     assert result.exit_code == 2
     assert f"contains {sorted(names)[0].partition('/')[0]}" in result.stderr
     assert "choose another folder" in result.stderr
@@ -55,11 +55,13 @@ def test_force_deletes_no_file_of_the_user_of_any_name(
 @pytest.mark.parametrize("option", ["--force", "--resume"])
 def test_segments_of_the_user_are_not_deleted(option, capture, tmp_path):
     file = tmp_path / "a.quarc"
-    mine = _fill(tmp_path / "a.quarc.segments", "frames_1999.quarc/diary.txt", "frames_0.quarc")
-    before = _read_all(mine)
+    user_folder = _fill(
+        tmp_path / "a.quarc.segments", "frames_1999.quarc/diary.txt", "frames_0.quarc"
+    )
+    contents_before = _read_all(user_folder)
     result = run("encode", capture, "-o", file, *TINY_OPTIONS, "--segments", 2, option)
 
-    assert _read_all(mine) == before
+    assert _read_all(user_folder) == contents_before
     assert result.exit_code == 2
     assert "contains frames_0.quarc" in result.stderr
 
@@ -70,11 +72,11 @@ def test_a_folder_of_the_command_has_a_marker_and_is_replaced(stream_file, tmp_p
     marker = (out / _MARKER).read_text()
     assert run("decode", stream_file, "-o", out, "--frames", "3:", "--force").exit_code == 0
 
-    named = marker.splitlines()[1:]
-    assert sorted(named) == ["frame_0000.ply", "frame_0001.ply", "sequence.json"]
+    listed_names = marker.splitlines()[1:]
+    assert sorted(listed_names) == ["frame_0000.ply", "frame_0001.ply", "sequence.json"]
     assert list_names(out) == ["frame_0003.ply"]
-    named = (out / _MARKER).read_text().splitlines()[1:]
-    assert sorted(named) == ["frame_0003.ply", "sequence.json"]
+    listed_names = (out / _MARKER).read_text().splitlines()[1:]
+    assert sorted(listed_names) == ["frame_0003.ply", "sequence.json"]
     assert list_names(tmp_path) == ["out", "small.quarc"]
 
 
@@ -83,27 +85,27 @@ def test_a_demo_is_replaced_with_all_its_files(tmp_path):
     command = ["demo", "-o", out, "--frames", 2, *TINY_OPTIONS]
     assert run(*command).exit_code == 0
     (out / "report" / "mine.txt").write_text("mine")
-    rejected = run(*command, "--force")
+    rejected_run = run(*command, "--force")
     (out / "report" / "mine.txt").unlink()
-    forced = run(*command, "--force")
+    forced_run = run(*command, "--force")
 
-    assert rejected.exit_code == 2
-    assert "report contains mine.txt" in rejected.stderr
-    assert forced.exit_code == 0, forced.stderr
+    assert rejected_run.exit_code == 2
+    assert "report contains mine.txt" in rejected_run.stderr
+    assert forced_run.exit_code == 0, forced_run.stderr
     assert list_names(out) == ["capture", "demo.quarc", "report"]
     assert list_names(tmp_path) == ["out"]
 
 
 @pytest.mark.parametrize(
-    "planted", ["../victim.txt", "/etc/victim", "..", "sub/victim.txt", "a\\b", "C:victim", ""]
+    "planted_name", ["../victim.txt", "/etc/victim", "..", "sub/victim.txt", "a\\b", "C:victim", ""]
 )
-def test_a_planted_marker_cannot_lead_outside(planted, stream_file, tmp_path):
+def test_a_planted_marker_cannot_lead_outside(planted_name, stream_file, tmp_path):
     victim = tmp_path / "victim.txt"
     victim.write_text("mine")
     out = tmp_path / "out"
     assert run("decode", stream_file, "-o", out).exit_code == 0
     with (out / _MARKER).open("a") as marker:
-        marker.write(f"{planted}\n")
+        marker.write(f"{planted_name}\n")
     result = run("decode", stream_file, "-o", out, "--force")
 
     assert result.exit_code == 2

@@ -18,26 +18,26 @@ def folder(stream_file, tmp_path):
 
 
 def test_import_reads_the_output_of_decode(folder, tmp_path, made):
-    printed = run_json("import", folder, "-o", tmp_path / "again.quarc")
+    printed_output = run_json("import", folder, "-o", tmp_path / "again.quarc")
     data = (tmp_path / "again.quarc").read_bytes()
 
-    assert (printed["frames"], printed["bytes"]) == (4, len(data))
-    assert [scene.count for scene in decode(data)] == [it.scene.count for it in made.states]
+    assert (printed_output["frames"], printed_output["bytes"]) == (4, len(data))
+    assert [scene.count for scene in decode(data)] == [item.scene.count for item in made.states]
     cameras, metadata = read_prologue(BytesSource(data))
     assert [camera.name for camera in cameras] == ["cam00"]
     assert metadata["bounds"].startswith("position=")
-    for name, error in printed["errors"].items():
-        assert error <= printed["bounds"][name] * 1.001
+    for name, error in printed_output["errors"].items():
+        assert error <= printed_output["bounds"][name] * 1.001
 
 
 def test_bounds_rate_axes_and_canonical_frames_can_be_set(folder, tmp_path):
     options = ["--bound", "position=0.001", "--bound", "rotation=0.03"]
     options += ["--fps", 24, "--up", "+z", "--keyframe-interval", 2]
-    printed = run_json("import", folder, "-o", tmp_path / "a.quarc", *options)
+    printed_output = run_json("import", folder, "-o", tmp_path / "a.quarc", *options)
     scenes = list(decode((tmp_path / "a.quarc").read_bytes()))
 
-    assert printed["bounds"]["position"] == 0.001
-    assert printed["bounds"]["rotation"] == 0.03
+    assert printed_output["bounds"]["position"] == 0.001
+    assert printed_output["bounds"]["rotation"] == 0.03
     assert scenes[0].header.frames_per_second == 24
     assert scenes[0].header.up_axis == 5
     assert [scene.phase for scene in scenes] == [0, 1, 0, 1]

@@ -20,7 +20,7 @@ def file(tmp_path):
     return path
 
 
-def _tables(text):
+def _parse_tables(text):
     """The printed tables: title and cells of each row."""
     tables = {}
     for block in text.strip().split("\n\n"):
@@ -35,18 +35,18 @@ def test_every_chunk_is_listed_even_unknown_ones(tmp_path):
     data = rebuild_stream([*chunks, (b"nOte", b"hello"), tail])
     (tmp_path / "a.quarc").write_bytes(data)
 
-    listed = run_json("inspect", tmp_path / "a.quarc")["chunks"]
+    listed_chunks = run_json("inspect", tmp_path / "a.quarc")["chunks"]
 
     kinds = [*(chunk.kind.decode() for chunk in _CHUNKS[:-2]), "nOte", "TAIL"]
-    assert [chunk["type"] for chunk in listed] == kinds
-    assert [chunk["sequence"] for chunk in listed] == [*range(len(kinds))]
-    assert listed[0]["offset"] == 8
-    assert sum(chunk["bytes"] for chunk in listed) == len(data) - 8
+    assert [chunk["type"] for chunk in listed_chunks] == kinds
+    assert [chunk["sequence"] for chunk in listed_chunks] == [*range(len(kinds))]
+    assert listed_chunks[0]["offset"] == 8
+    assert sum(chunk["bytes"] for chunk in listed_chunks) == len(data) - 8
 
 
 def test_every_frame_has_its_figures(file):
-    printed = run_json("inspect", file)
-    frames = printed["per_frame"]
+    printed_output = run_json("inspect", file)
+    frames = printed_output["per_frame"]
 
     assert [frame["frame"] for frame in frames] == [*range(6)]
     moved = ["moved"] * 3
@@ -56,46 +56,46 @@ def test_every_frame_has_its_figures(file):
     sizes = [chunk.byte_count() for chunk in _CHUNKS if chunk.kind in {b"CANO", b"FRAM"}]
     assert [frame["bytes"]["chunk"] for frame in frames] == sizes
     for kind in ("canonical", "motion", "births"):
-        assert sum(frame["bytes"][kind] for frame in frames) == printed["bytes"][kind]
+        assert sum(frame["bytes"][kind] for frame in frames) == printed_output["bytes"][kind]
         estimate = sum(frame["estimate_bytes"][kind] for frame in frames)
-        assert estimate == pytest.approx(printed["estimate_bytes"][kind], abs=1)
+        assert estimate == pytest.approx(printed_output["estimate_bytes"][kind], abs=1)
 
 
 def test_the_symbols_are_those_of_the_stream_by_magnitude(file):
-    printed = run_json("inspect", file)
+    printed_output = run_json("inspect", file)
 
     symbols = np.concatenate([level for state in _STATES for level in state.symbols], axis=1)
-    counted = {
+    expected_counts = {
         "translation": [int((np.abs(symbols[:3]) == size).sum()) for size in range(4)],
         "rotation": [int((np.abs(symbols[3:]) == size).sum()) for size in range(4)],
     }
-    assert printed["symbols"] == counted
-    assert counted["translation"][3] > 0
-    sums = [sum(frame["symbols"]["rotation"]) for frame in printed["per_frame"]]
+    assert printed_output["symbols"] == expected_counts
+    assert expected_counts["translation"][3] > 0
+    sums = [sum(frame["symbols"]["rotation"]) for frame in printed_output["per_frame"]]
     assert sum(sums) == symbols[3:].size
     assert sums[0] == sums[4] == 0
 
 
 def test_the_same_figures_are_printed_as_text(file):
-    printed, tables = run_json("inspect", file), _tables(run("inspect", file).stdout)
+    printed_output, tables = run_json("inspect", file), _parse_tables(run("inspect", file).stdout)
 
     assert [*tables] == ["some.quarc: chunks", "frames", "symbols", "bytes"]
     assert [row[0] for row in tables["some.quarc: chunks"]] == [
-        chunk["type"] for chunk in printed["chunks"]
+        chunk["type"] for chunk in printed_output["chunks"]
     ]
-    for row, frame in zip(tables["frames"], printed["per_frame"], strict=True):
-        counts = [frame[each] for each in ("gaussians", "births", "deaths", "updates")]
+    for row, frame in zip(tables["frames"], printed_output["per_frame"], strict=True):
+        counts = [frame[item] for item in ("gaussians", "births", "deaths", "updates")]
         counts.append(frame["bytes"]["chunk"])
         assert row[:7] == [f"{frame['frame']}", frame["kind"], *(f"{count:,}" for count in counts)]
         if frame["kind"] == "moved":
             for place, kind in ((7, "motion"), (9, "updates"), (11, "births")):
                 assert row[place] == f"{frame['bytes'][kind]:,}"
     for size, row in enumerate(tables["symbols"]):
-        assert row[1] == f"{printed['symbols']['translation'][size]:,}"
-        assert row[3] == f"{printed['symbols']['rotation'][size]:,}"
+        assert row[1] == f"{printed_output['symbols']['translation'][size]:,}"
+        assert row[3] == f"{printed_output['symbols']['rotation'][size]:,}"
     by_kind = {row[0]: row[1:] for row in tables["bytes"]}
     assert by_kind["total"] == [f"{len(_DATA):,}"]
-    ratio = printed["bytes"]["motion"] / printed["estimate_bytes"]["motion"]
+    ratio = printed_output["bytes"]["motion"] / printed_output["estimate_bytes"]["motion"]
     assert float(by_kind["motion"][2]) == pytest.approx(ratio, abs=1e-3)
 
 
@@ -105,14 +105,14 @@ def test_figures_wider_than_the_terminal_are_not_truncated(file, monkeypatch):
     shown = run("inspect", file).stdout
 
     assert "…" not in shown
-    assert _tables(shown)["bytes"][-1] == ["total", f"{len(_DATA):,}"]
+    assert _parse_tables(shown)["bytes"][-1] == ["total", f"{len(_DATA):,}"]
 
 
 def test_a_stream_of_one_frame_has_no_symbols(tmp_path):
     (tmp_path / "a.quarc").write_bytes(make_stream(frame_count=1)[0])
 
-    printed = run_json("inspect", tmp_path / "a.quarc")
-    assert printed["symbols"] == {"translation": [], "rotation": []}
+    printed_output = run_json("inspect", tmp_path / "a.quarc")
+    assert printed_output["symbols"] == {"translation": [], "rotation": []}
     assert run("inspect", tmp_path / "a.quarc").exit_code == 0
 
 

@@ -29,7 +29,7 @@ _OPTIONS = [part for key, value in _SETTINGS.items() for part in ("--set", f"{ke
 
 
 @pytest.fixture(scope="module")
-def job(tmp_path_factory):
+def reference_encode(tmp_path_factory):
     """The arguments of an encode without its file, and its bytes.
 
     Also how many seconds it takes after its part exists, and after frame 0 is in it.
@@ -41,14 +41,14 @@ def job(tmp_path_factory):
     command = ["encode", capture, *_OPTIONS, "-q", "-o"]
     file = folder / "whole.quarc"
     with start(*command, file) as encoding:
-        moments = [_await(file, holds_frames) for holds_frames in (False, True)]
+        moments = [_wait_for_part(file, holds_frames) for holds_frames in (False, True)]
         encoding.wait()
         end = time.monotonic()
     assert encoding.returncode == 0
     return command, file.read_bytes(), [end - moment for moment in moments]
 
 
-def _await(file, holds_frames):
+def _wait_for_part(file, holds_frames):
     """Return when the part of a file exists, optionally with frames."""
     for _ in range(12_000):
         with suppress(FileNotFoundError):  # the part has the name of the file
@@ -59,18 +59,18 @@ def _await(file, holds_frames):
 
 
 @pytest.mark.parametrize("seed", range(_KILLS))
-def test_a_killed_encode_is_resumed_to_the_same_file(seed, job, tmp_path):
-    command, whole, seconds = job
+def test_a_killed_encode_is_resumed_to_the_same_file(seed, reference_encode, tmp_path):
+    command, whole, seconds = reference_encode
     file, part = tmp_path / "a.quarc", tmp_path / "a.quarc.part"
     holds_frames = seed % 3 > 0  # usually every third is killed during the training of frame 0
     with start(*command, file) as encoding:
-        _await(file, holds_frames)
+        _wait_for_part(file, holds_frames)
         time.sleep(random.Random(seed).uniform(0, seconds[holds_frames]))
         encoding.kill()
-    left = part.read_bytes() if part.exists() else file.read_bytes()
+    partial_data = part.read_bytes() if part.exists() else file.read_bytes()
 
     assert file.exists() != part.exists()
-    assert whole.startswith(left)
+    assert whole.startswith(partial_data)
     assert run(*command, file, "--resume").exit_code == 0
     assert file.read_bytes() == whole
     assert [path.name for path in tmp_path.iterdir()] == ["a.quarc"]

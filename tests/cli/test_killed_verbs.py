@@ -7,7 +7,7 @@ import pytest
 from tests.cli.commands import list_names, make_folder, run
 from tests.cli.processes import start
 
-_DIES = """
+_KILLING_PROGRAM = """
 import os, signal, sys
 from quarc_ref.cli.app import main
 from quarc_ref.files import {owner}
@@ -23,8 +23,10 @@ def write_or_die(*arguments, **named):
 {owner}.{method} = write_or_die
 main()
 """
-_IN_A_FOLDER = _DIES.format(owner="OutputFolder", method="add", calls=2)
-_AFTER_A_FRAME = _DIES.format(owner="OutputFolder", method="add", calls=3)  # and sequence.json
+_IN_A_FOLDER = _KILLING_PROGRAM.format(owner="OutputFolder", method="add", calls=2)
+_AFTER_A_FRAME = _KILLING_PROGRAM.format(
+    owner="OutputFolder", method="add", calls=3
+)  # and sequence.json
 
 
 def _kill(program, *command):
@@ -44,12 +46,12 @@ def test_a_partly_written_folder_is_removed_by_the_next_run(verb, options, strea
         make_folder(out, name)
     command = [verb, stream_file, "-o", out, "--frames", ":2", *options]
     _kill(_IN_A_FOLDER, *command)
-    left, kept = list_names(out.parent), list_names(out) if options else None
+    remaining_names, kept_contents = list_names(out.parent), list_names(out) if options else None
     result = run(*command)
 
-    assert len(left) == 1 + bool(options)
-    assert left[0].startswith(".out.")
-    assert kept == ([name] if options else None)
+    assert len(remaining_names) == 1 + bool(options)
+    assert remaining_names[0].startswith(".out.")
+    assert kept_contents == ([name] if options else None)
     assert result.exit_code == 0, result.stderr
     assert list_names(out.parent) == ["out"]
     assert len(list_names(out)) == 2
@@ -59,10 +61,10 @@ def test_frames_of_a_growing_folder_stay_and_are_replaced_by_force(stream_file, 
     out = tmp_path / "out"
     command = ["decode", stream_file, "-o", out, "--follow"]
     _kill(_AFTER_A_FRAME, *command)
-    left = list_names(out)
-    rejected, forced = run(*command), run(*command, "--force")
+    remaining_names = list_names(out)
+    rejected_run, forced_run = run(*command), run(*command, "--force")
 
-    assert left == ["frame_0000.ply"]
-    assert (rejected.exit_code, forced.exit_code) == (2, 0)
-    assert "out exists: use --force to replace it" in rejected.stderr
+    assert remaining_names == ["frame_0000.ply"]
+    assert (rejected_run.exit_code, forced_run.exit_code) == (2, 0)
+    assert "out exists: use --force to replace it" in rejected_run.stderr
     assert len(list_names(out)) == 4

@@ -14,9 +14,9 @@ from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
 
 def test_synth_makes_a_capture_of_the_requested_size(tmp_path):
     size = ["--width", 32, "--height", 24, "--frames", 2, "--seed", 4]
-    printed = run_json("synth", tmp_path / "room", *size)
+    printed_output = run_json("synth", tmp_path / "room", *size)
 
-    assert printed == {
+    assert printed_output == {
         "folder": str(tmp_path / "room"),
         "variant": "playroom",
         "width": 32,
@@ -38,19 +38,19 @@ def test_synth_prints_what_it_has_written(tmp_path):
 
 def test_every_variant_is_available_and_explained():
     options = typer.main.get_command(app).commands["synth"].params
-    (explained,) = (option.help for option in options if option.name == "variant")
+    (explained_names,) = (option.help for option in options if option.name == "variant")
 
     assert get_args(VariantName) == tuple(VARIANTS)
     for name, variant in VARIANTS.items():
-        assert f"{name}: {variant.summary}" in explained
+        assert f"{name}: {variant.summary}" in explained_names
 
 
 def test_synth_traces_the_requested_variant_and_cameras(tmp_path):
     size = ["--width", 16, "--height", 16, "--frames", 1, "--cameras", 3]
-    dark = run_json("synth", tmp_path / "dark", *size, "--variant", "dark-stage")
+    dark_capture = run_json("synth", tmp_path / "dark", *size, "--variant", "dark-stage")
     run_json("synth", tmp_path / "bright", *size, "--variant", "bright-stage")
 
-    assert (dark["variant"], dark["cameras"]) == ("dark-stage", 3)
+    assert (dark_capture["variant"], dark_capture["cameras"]) == ("dark-stage", 3)
     pictures = [open_capture(tmp_path / name).image(0, 0) for name in ("dark", "bright")]
     assert pictures[0].mean() < 0.5 * pictures[1].mean()
     assert len(open_capture(tmp_path / "dark").cameras) == 3
@@ -81,11 +81,11 @@ def test_impossible_sizes_are_a_usage_error(options, message, tmp_path):
 
 def test_synth_rejects_a_nonempty_folder(tmp_path):
     (tmp_path / "mine.txt").write_text("keep")
-    rejected, forced = run("synth", tmp_path), run("synth", tmp_path, "--force")
+    rejected_run, forced_run = run("synth", tmp_path), run("synth", tmp_path, "--force")
 
-    assert (rejected.exit_code, forced.exit_code) == (2, 2)
-    assert "mine.txt, which quarc-ref did not create" in rejected.stderr
-    assert rejected.stderr == forced.stderr
+    assert (rejected_run.exit_code, forced_run.exit_code) == (2, 2)
+    assert "mine.txt, which quarc-ref did not create" in rejected_run.stderr
+    assert rejected_run.stderr == forced_run.stderr
     assert list_names(tmp_path) == ["mine.txt"]
 
 
@@ -93,12 +93,12 @@ def test_a_traced_capture_is_replaced_only_with_force(tmp_path):
     size = ["--width", 16, "--height", 16, "--frames", 1]
     (tmp_path / "room").mkdir()
     run_json("synth", tmp_path / "room", *size)
-    rejected = run("synth", tmp_path / "room", *size, "--seed", 1)
-    before = (tmp_path / "room" / "cam00.mp4").read_bytes()
+    rejected_run = run("synth", tmp_path / "room", *size, "--seed", 1)
+    contents_before = (tmp_path / "room" / "cam00.mp4").read_bytes()
     run_json("synth", tmp_path / "room", *size, "--seed", 1, "--force")
 
-    assert rejected.exit_code == 2
-    assert (tmp_path / "room" / "cam00.mp4").read_bytes() != before
+    assert rejected_run.exit_code == 2
+    assert (tmp_path / "room" / "cam00.mp4").read_bytes() != contents_before
     assert list_names(tmp_path) == ["room"]
 
 
@@ -120,21 +120,21 @@ def shown(tmp_path_factory):
 
 
 def test_the_demo_writes_capture_stream_and_report(shown):
-    printed, folder = shown
+    printed_output, folder = shown
 
     assert list_names(folder) == ["capture", "demo.quarc", "report"]
     assert list_names(folder.parent) == ["out"]
-    assert printed["file"] == str(folder / "demo.quarc")
-    assert printed["report"] == str(folder / "report" / "index.html")
+    assert printed_output["file"] == str(folder / "demo.quarc")
+    assert printed_output["report"] == str(folder / "report" / "index.html")
     assert (folder / "report" / "index.html").is_file()
 
 
 def test_the_demo_prints_the_same_as_eval_of_its_files(shown):
-    printed, folder = shown
+    printed_output, folder = shown
 
-    again = run_json("eval", folder / "demo.quarc", folder / "capture")
-    assert printed.keys() == again.keys() | {"report"}
-    assert {key: printed[key] for key in again} == again
+    second_run = run_json("eval", folder / "demo.quarc", folder / "capture")
+    assert printed_output.keys() == second_run.keys() | {"report"}
+    assert {key: printed_output[key] for key in second_run} == second_run
 
 
 def test_a_demo_is_replaced_only_with_force(shown, monkeypatch):
@@ -143,10 +143,10 @@ def test_a_demo_is_replaced_only_with_force(shown, monkeypatch):
 
     _, folder = shown
     monkeypatch.setattr("quarc_ref.cli.demo_work.run_demo", fail)
-    rejected = run("demo", "-o", folder)
+    rejected_run = run("demo", "-o", folder)
 
-    assert rejected.exit_code == 2
-    assert "--force" in rejected.stderr
+    assert rejected_run.exit_code == 2
+    assert "--force" in rejected_run.stderr
     assert list_names(folder) == ["capture", "demo.quarc", "report"]
 
 
@@ -156,10 +156,10 @@ def test_a_failed_demo_keeps_the_old_one(shown, monkeypatch):
         raise KeyboardInterrupt
 
     _, folder = shown
-    before = (folder / "demo.quarc").read_bytes()
+    contents_before = (folder / "demo.quarc").read_bytes()
     monkeypatch.setattr("quarc_ref.cli.demo_work.run_demo", fail)
     results = [run("demo", "-o", folder, "--force"), run("demo", "-o", folder.parent / "new")]
 
     assert [result.exit_code for result in results] == [130, 130]
     assert list_names(folder.parent) == ["out"]
-    assert (folder / "demo.quarc").read_bytes() == before
+    assert (folder / "demo.quarc").read_bytes() == contents_before

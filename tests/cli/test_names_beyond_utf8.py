@@ -8,7 +8,7 @@ from quarc_ref.encoder import encode_stream
 from tests.cli.commands import TINY_OPTIONS, list_names, run
 from tests.datasets import scenes
 
-_ODD = "\udcff"  # the byte FF in a name
+_INVALID_CHARACTER = "\udcff"  # the byte FF in a name
 
 
 @pytest.fixture(autouse=True)
@@ -17,7 +17,7 @@ def _no_training(monkeypatch):
     monkeypatch.setattr(encode_stream, "train_canonical", None)
 
 
-def _rejected(folder, tmp_path):
+def _encode_rejected(folder, tmp_path):
     """The message of `encode` for a rejected capture."""
     result = run("encode", folder, "-o", tmp_path / "a.quarc", *TINY_OPTIONS)
 
@@ -41,30 +41,30 @@ def test_an_impossible_file_name_is_reported(capture, tmp_path):
     document = scenes.video_document(scenes.make_shots(), ply_file_path="points\ud800.ply")
     scenes.write_transforms(folder, document)
 
-    assert "points\\ud800.ply" in _rejected(folder, tmp_path)
+    assert "points\\ud800.ply" in _encode_rejected(folder, tmp_path)
 
 
 def test_a_capture_name_that_a_stream_cannot_hold_is_reported(capture, tmp_path):
-    folder = _copy(capture, tmp_path / f"film{_ODD}")
+    folder = _copy(capture, tmp_path / f"film{_INVALID_CHARACTER}")
 
-    assert "'film\\udcff' is not valid UTF-8" in _rejected(folder, tmp_path)
+    assert "'film\\udcff' is not valid UTF-8" in _encode_rejected(folder, tmp_path)
 
 
 def test_a_camera_name_that_a_stream_cannot_hold_is_reported(capture, tmp_path):
     folder = _copy(capture, tmp_path / "film")
     try:
-        (folder / "cam03.mp4").rename(folder / f"cam03{_ODD}.mp4")
+        (folder / "cam03.mp4").rename(folder / f"cam03{_INVALID_CHARACTER}.mp4")
     except OSError:
         pytest.skip("this file system has no such names")
 
-    assert "'cam03\\udcff' is not valid UTF-8" in _rejected(folder, tmp_path)
+    assert "'cam03\\udcff' is not valid UTF-8" in _encode_rejected(folder, tmp_path)
 
 
 @pytest.mark.parametrize("verb", ["info", "verify"])
 def test_a_stream_file_can_have_any_name(verb, stream_file):
     try:
-        odd = stream_file.rename(stream_file.with_name(f"odd{_ODD}.quarc"))
+        odd_path = stream_file.rename(stream_file.with_name(f"odd{_INVALID_CHARACTER}.quarc"))
     except OSError:
         pytest.skip("this file system has no such names")
 
-    assert "odd\\udcff.quarc" in run(verb, odd).stdout
+    assert "odd\\udcff.quarc" in run(verb, odd_path).stdout

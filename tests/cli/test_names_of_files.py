@@ -9,9 +9,9 @@ from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
 
 
 def test_one_frame_is_decoded_into_the_named_file(stream_file, made, tmp_path):
-    printed = run_json("decode", stream_file, "-o", tmp_path / "one.ply", "--frames", "2:3")
+    printed_output = run_json("decode", stream_file, "-o", tmp_path / "one.ply", "--frames", "2:3")
 
-    assert printed == {"folder": str(tmp_path), "files": ["one.ply"], "sidecar": None}
+    assert printed_output == {"folder": str(tmp_path), "files": ["one.ply"], "sidecar": None}
     exported = build_ply(dequantize(made.states[2].scene))
     assert (tmp_path / "one.ply").read_bytes() == exported
     assert list_names(tmp_path) == ["one.ply", "small.quarc"]
@@ -46,10 +46,10 @@ def test_a_name_that_contradicts_to_is_rejected(stream_file, tmp_path):
 def test_an_existing_file_is_replaced_only_with_force(stream_file, tmp_path):
     (tmp_path / "one.ply").write_text("mine")
     command = ["decode", stream_file, "-o", tmp_path / "one.ply", "--frames", ":1"]
-    rejected, kept = run(*command), (tmp_path / "one.ply").read_text()
-    forced = run(*command, "--force")
+    rejected_run, kept_contents = run(*command), (tmp_path / "one.ply").read_text()
+    forced_run = run(*command, "--force")
 
-    assert (rejected.exit_code, kept, forced.exit_code) == (2, "mine", 0)
+    assert (rejected_run.exit_code, kept_contents, forced_run.exit_code) == (2, "mine", 0)
     assert (tmp_path / "one.ply").read_bytes().startswith(b"ply\n")
 
 
@@ -61,9 +61,9 @@ def test_a_frame_that_cannot_be_decoded_leaves_no_file(stream_file, made, tmp_pa
 
 
 def test_one_frame_is_rendered_into_the_named_picture(stream_file, tmp_path):
-    printed = run_json("render", stream_file, "-o", tmp_path / "a.png", "--frames", "1:2")
+    printed_output = run_json("render", stream_file, "-o", tmp_path / "a.png", "--frames", "1:2")
 
-    assert (printed["folder"], printed["files"]) == (str(tmp_path), ["a.png"])
+    assert (printed_output["folder"], printed_output["files"]) == (str(tmp_path), ["a.png"])
     assert read_still(tmp_path / "a.png").shape == (48, 64, 3)
 
 
@@ -78,14 +78,16 @@ def test_several_frames_cannot_be_rendered_into_one_picture(options, stream_file
 
 @pytest.mark.parametrize("name", ["a.quarc", "a.mp4", "a.png", "a.html", "A.PLY"])
 @pytest.mark.parametrize("verb", ["decode", "render", "synth", "demo", "eval"])
-def test_a_file_name_does_not_become_a_folder(verb, name, stream_file, encoded, capture, tmp_path):
+def test_a_file_name_does_not_become_a_folder(
+    verb, name, stream_file, encoded_stream, capture, tmp_path
+):
     target = tmp_path / name
     lines = {
         "decode": ["decode", stream_file, "-o", target],
         "render": ["render", stream_file, "-o", target, "--to", "png"],
         "synth": ["synth", target, "--width", 16, "--height", 16, "--frames", 1],
         "demo": ["demo", "-o", target, "--frames", 2, *TINY_OPTIONS],
-        "eval": ["eval", encoded.file, capture, "--report", target],
+        "eval": ["eval", encoded_stream.file, capture, "--report", target],
     }
     result = run(*lines[verb])
 

@@ -30,9 +30,9 @@ def test_all_frames_can_be_written_in_three_ways(text):
 
 
 @given(_STARTS, st.integers(0, 10**6))
-def test_an_empty_range_is_rejected(stop, more):
+def test_an_empty_range_is_rejected(stop, extra_options):
     with pytest.raises(UsageError, match="empty"):
-        parse_frames(f"{stop + more}:{stop}")
+        parse_frames(f"{stop + extra_options}:{stop}")
 
 
 @given(st.text(max_size=6).filter(lambda text: ":" not in text and not text.isdecimal()))

@@ -16,9 +16,9 @@ _LAST = compute_digest(_STATES[-1].scene)
 
 
 def _wait_for(condition):
-    give_up = time.monotonic() + 30
+    deadline = time.monotonic() + 30
     while not condition():
-        assert time.monotonic() < give_up
+        assert time.monotonic() < deadline
         time.sleep(0.01)
 
 
@@ -27,25 +27,25 @@ def _wait_for(condition):
 )
 def test_a_stream_on_standard_input_is_a_stream(verb, key, tmp_path):
     (tmp_path / "a.quarc").write_bytes(_DATA)
-    done = run_piped(verb, "-", "--json", data=_DATA)
+    completed = run_piped(verb, "-", "--json", data=_DATA)
 
-    assert done.returncode == 0
-    assert read_json(done.stdout)[key] == run_json(verb, tmp_path / "a.quarc")[key]
+    assert completed.returncode == 0
+    assert read_json(completed.stdout)[key] == run_json(verb, tmp_path / "a.quarc")[key]
 
 
 def test_deep_checks_of_a_pipe_equal_those_of_a_file(tmp_path):
     (tmp_path / "a.quarc").write_bytes(_DATA)
-    done = run_piped("verify", "-", "--deep", "--json", data=_DATA)
+    completed = run_piped("verify", "-", "--deep", "--json", data=_DATA)
 
-    assert read_json(done.stdout) == run_json("verify", tmp_path / "a.quarc", "--deep")
+    assert read_json(completed.stdout) == run_json("verify", tmp_path / "a.quarc", "--deep")
 
 
 def test_frames_of_a_pipe_are_decoded_and_faults_named(tmp_path):
-    done = run_piped("decode", "-", "-o", tmp_path / "out", "--frames", "4:6", data=_DATA)
+    completed = run_piped("decode", "-", "-o", tmp_path / "out", "--frames", "4:6", data=_DATA)
     cut = run_piped("decode", "-", "-o", tmp_path / "cut", data=_DATA[:-1])
-    past = run_piped("decode", "-", "-o", tmp_path / "past", "--recover", data=_DATA[:-1])
+    recovered = run_piped("decode", "-", "-o", tmp_path / "past", "--recover", data=_DATA[:-1])
 
-    assert [each.returncode for each in (done, cut, past)] == [0, 1, 1]
+    assert [item.returncode for item in (completed, cut, recovered)] == [0, 1, 1]
     assert list_names(tmp_path / "out") == ["frame_0004.ply", "frame_0005.ply"]
     assert b"truncated" in cut.stderr
     assert list_names(tmp_path) == ["out", "past"]
@@ -53,10 +53,10 @@ def test_frames_of_a_pipe_are_decoded_and_faults_named(tmp_path):
 
 
 def test_a_cut_from_pipe_to_pipe_writes_nothing_else():
-    done = run_piped("cut", "-", "--frames", "3:", "-o", "-", data=_DATA)
+    completed = run_piped("cut", "-", "--frames", "3:", "-o", "-", data=_DATA)
 
-    assert done.stderr == b""
-    found = [(scene.frame, compute_digest(scene)) for scene in decode(done.stdout)]
+    assert completed.stderr == b""
+    found = [(scene.frame, compute_digest(scene)) for scene in decode(completed.stdout)]
     assert found == [(frame, compute_digest(_STATES[frame].scene)) for frame in range(3, 9)]
 
 
@@ -68,15 +68,15 @@ def test_a_closed_reader_is_not_a_fault_of_the_stream(tmp_path):
         *("cut", tmp_path / "a.quarc", "--frames", ":", "-o", "-"),
         stdout=writing,
         stderr=subprocess.PIPE,
-    ) as cutting:
+    ) as cutter:
         os.close(writing)
-        message = cutting.communicate(timeout=60)[1]
+        message = cutter.communicate(timeout=60)[1]
 
-    assert (cutting.returncode, message) == (128 + signal.SIGPIPE, b"")
+    assert (cutter.returncode, message) == (128 + signal.SIGPIPE, b"")
 
 
 @pytest.fixture
-def growing(tmp_path):
+def growing_stream(tmp_path):
     """A stream that another process writes, with a frame for every line of its input."""
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     with start(tmp_path / "live.quarc", program=SLOW_ENCODER, **pipes) as encoder:
@@ -91,8 +91,8 @@ def _next_frame(encoder):
     return int(encoder.stdout.readline())
 
 
-def test_a_stream_is_decoded_while_another_process_writes_it(growing, tmp_path):
-    path, encoder = growing
+def test_a_stream_is_decoded_while_another_process_writes_it(growing_stream, tmp_path):
+    path, encoder = growing_stream
     out = tmp_path / "out"
     player = start("decode", path, "-o", out, "--follow", "-q", "--json", stdout=subprocess.PIPE)
     with player:
@@ -102,24 +102,28 @@ def test_a_stream_is_decoded_while_another_process_writes_it(growing, tmp_path):
             assert player.poll() is None
             assert _next_frame(encoder) == frame + 1
         encoder.stdin.close()
-        printed = read_json(player.communicate(timeout=60)[0])
+        printed_output = read_json(player.communicate(timeout=60)[0])
 
     assert player.returncode == 0
-    assert printed["files"] == list_names(out) == [f"frame_{frame:04}.ply" for frame in range(4)]
+    assert (
+        printed_output["files"]
+        == list_names(out)
+        == [f"frame_{frame:04}.ply" for frame in range(4)]
+    )
     run("decode", path, "-o", tmp_path / "after")
-    for name in printed["files"]:
+    for name in printed_output["files"]:
         assert (out / name).read_bytes() == (tmp_path / "after" / name).read_bytes()
 
 
-def test_a_stream_that_stops_growing_is_truncated_after_the_timeout(growing, tmp_path):
-    path, encoder = growing
+def test_a_stream_that_stops_growing_is_truncated_after_the_timeout(growing_stream, tmp_path):
+    path, encoder = growing_stream
     _next_frame(encoder)
     started = time.monotonic()
-    patient = ["--follow", "--patience", "0.3"]
+    follow_options = ["--follow", "--patience", "0.3"]
     results = [
-        run("verify", path, *patient),
-        run("verify", path, *patient, "--deep"),
-        run("decode", path, "-o", tmp_path / "out", *patient),
+        run("verify", path, *follow_options),
+        run("verify", path, *follow_options, "--deep"),
+        run("decode", path, "-o", tmp_path / "out", *follow_options),
     ]
 
     assert time.monotonic() - started >= 0.9
@@ -128,19 +132,19 @@ def test_a_stream_that_stops_growing_is_truncated_after_the_timeout(growing, tmp
     assert list_names(tmp_path / "out") == ["frame_0000.ply", "frame_0001.ply"]
 
 
-def test_a_stream_is_verified_as_it_grows(growing):
-    path, encoder = growing
-    with start("verify", path, "--follow", "--json", stdout=subprocess.PIPE) as following:
+def test_a_stream_is_verified_as_it_grows(growing_stream):
+    path, encoder = growing_stream
+    with start("verify", path, "--follow", "--json", stdout=subprocess.PIPE) as verifier:
         frames = [_next_frame(encoder) for _ in range(2)]
         encoder.stdin.close()
-        printed = read_json(following.communicate(timeout=60)[0])
+        printed_output = read_json(verifier.communicate(timeout=60)[0])
 
     assert frames == [1, 2]
-    assert (printed["valid"], printed["frames"]) == (True, 3)
+    assert (printed_output["valid"], printed_output["frames"]) == (True, 3)
 
 
-def test_a_killed_encoder_leaves_complete_frames(growing, tmp_path):
-    path, encoder = growing
+def test_a_killed_encoder_leaves_complete_frames(growing_stream, tmp_path):
+    path, encoder = growing_stream
     _next_frame(encoder)
     encoder.kill()
     encoder.wait()
@@ -166,10 +170,16 @@ def test_follow_waits_for_a_stream_that_does_not_exist_yet(tmp_path):
 
 
 def test_a_stream_that_never_appears_is_reported_and_leaves_nothing(tmp_path):
-    path, patient = tmp_path / "live.quarc", ["--follow", "--patience", "0.2"]
-    missing = [run("verify", path, *patient), run("decode", path, "-o", tmp_path / "out", *patient)]
+    path, follow_options = tmp_path / "live.quarc", ["--follow", "--patience", "0.2"]
+    missing = [
+        run("verify", path, *follow_options),
+        run("decode", path, "-o", tmp_path / "out", *follow_options),
+    ]
     path.write_bytes(b"")
-    empty = [run("verify", path, *patient), run("decode", path, "-o", tmp_path / "out", *patient)]
+    empty = [
+        run("verify", path, *follow_options),
+        run("decode", path, "-o", tmp_path / "out", *follow_options),
+    ]
 
     assert [result.exit_code for result in missing + empty] == [2, 2, 1, 1]
     assert all("does not exist" in result.stderr for result in missing)

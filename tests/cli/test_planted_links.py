@@ -51,7 +51,7 @@ def test_an_encode_does_not_write_through_a_link_at_its_part(
 
 
 def test_the_checkpoint_is_kept_next_to_a_link_at_its_old_temporary_name(
-    capture, encoded, victim, tmp_path, monkeypatch
+    capture, encoded_stream, victim, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(checkpoint, "_SAVE_INTERVAL_SECONDS", 0.0)
     link = tmp_path / "a.quarc.part.training.part"
@@ -59,24 +59,24 @@ def test_the_checkpoint_is_kept_next_to_a_link_at_its_old_temporary_name(
 
     assert run("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS).exit_code == 0
     assert victim.read_text() == "mine"
-    assert (tmp_path / "a.quarc").read_bytes() == encoded.file.read_bytes()
+    assert (tmp_path / "a.quarc").read_bytes() == encoded_stream.file.read_bytes()
 
 
 def test_a_link_at_the_target_is_replaced_by_force_and_not_followed(stream_file, victim, tmp_path):
     target = tmp_path / "a.quarc"
     target.symlink_to(victim)
     command = ["cut", stream_file, "--frames", ":", "-o", target]
-    rejected = run(*command)
-    forced = run(*command, "--force")
+    rejected_run = run(*command)
+    forced_run = run(*command, "--force")
 
-    assert (rejected.exit_code, forced.exit_code) == (2, 0)
+    assert (rejected_run.exit_code, forced_run.exit_code) == (2, 0)
     assert victim.read_text() == "mine"
     assert not target.is_symlink()
 
 
-def test_a_named_pipe_in_place_of_a_checkpoint_does_not_block(capture, encoded, tmp_path):
+def test_a_named_pipe_in_place_of_a_checkpoint_does_not_block(capture, encoded_stream, tmp_path):
     os.mkfifo(tmp_path / "a.quarc.part.training")
     result = run("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, "--resume")
 
     assert result.exit_code == 0, result.stderr
-    assert (tmp_path / "a.quarc").read_bytes() == encoded.file.read_bytes()
+    assert (tmp_path / "a.quarc").read_bytes() == encoded_stream.file.read_bytes()

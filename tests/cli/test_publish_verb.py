@@ -9,14 +9,14 @@ from tests.small_streams import CAMERA
 
 def test_a_folder_has_everything_that_a_page_needs(stream_file, tmp_path):
     site = tmp_path / "site"
-    printed = run_json("publish", stream_file, "-o", site)
+    printed_output = run_json("publish", stream_file, "-o", site)
 
     names = ["index.html", "poster.jpg", "quarc-player.js", "stream.quarc"]
-    assert printed["files"] == list_names(site) == names
+    assert printed_output["files"] == list_names(site) == names
     assert (site / "stream.quarc").read_bytes() == stream_file.read_bytes()
     assert (site / "quarc-player.js").read_bytes() == read_player()
-    assert (printed["frames"], printed["bytes"]) == (4, stream_file.stat().st_size)
-    assert printed["iframe"].startswith('<iframe src="site/" title="small" width="960"')
+    assert (printed_output["frames"], printed_output["bytes"]) == (4, stream_file.stat().st_size)
+    assert printed_output["iframe"].startswith('<iframe src="site/" title="small" width="960"')
 
 
 def test_the_poster_shows_the_view_of_the_camera(stream_file, tmp_path):
@@ -30,7 +30,7 @@ def test_the_poster_shows_the_view_of_the_camera(stream_file, tmp_path):
 
 def test_options_are_written_into_the_page(stream_file, tmp_path):
     options = ["--title", "A <b>", "--camera", "cam00", "--up", "-y", "--autoplay", "--loop"]
-    printed = run_json(
+    printed_output = run_json(
         "publish", stream_file, "-o", tmp_path / "site", *options, "--url", "https://example.org/s"
     )
     page = (tmp_path / "site" / "index.html").read_text("utf-8")
@@ -38,30 +38,30 @@ def test_options_are_written_into_the_page(stream_file, tmp_path):
     assert "<title>A &lt;b&gt;</title>" in page
     assert 'camera="cam00" up="-y" autoplay loop>' in page
     assert 'content="https://example.org/s/poster.jpg"' in page
-    assert 'src="https://example.org/s/" title="A &lt;b&gt;"' in printed["iframe"]
+    assert 'src="https://example.org/s/" title="A &lt;b&gt;"' in printed_output["iframe"]
 
 
 def test_the_iframe_is_printed_on_one_line(stream_file, tmp_path):
-    printed = run("publish", stream_file, "-o", tmp_path / "site").stdout.splitlines()
+    printed_output = run("publish", stream_file, "-o", tmp_path / "site").stdout.splitlines()
 
-    assert printed[-1].startswith("<iframe ")
-    assert printed[-1].endswith("</iframe>")
+    assert printed_output[-1].startswith("<iframe ")
+    assert printed_output[-1].endswith("</iframe>")
 
 
 def test_a_stream_of_a_pipe_is_published(made, tmp_path):
-    done = run_piped("publish", "-", "-o", tmp_path / "site", data=made.data)
+    completed = run_piped("publish", "-", "-o", tmp_path / "site", data=made.data)
 
-    assert done.returncode == 0, done.stderr
+    assert completed.returncode == 0, completed.stderr
     assert (tmp_path / "site" / "stream.quarc").read_bytes() == made.data
 
 
 def test_a_damaged_or_truncated_stream_is_not_published(stream_file, made, tmp_path):
     place = len(made.data) - 60
-    wrong = [
+    damaged_data = [
         made.data[:-1],
         made.data[:place] + bytes([made.data[place] ^ 1]) + made.data[place + 1 :],
     ]
-    for data in wrong:
+    for data in damaged_data:
         stream_file.write_bytes(data)
         result = run("publish", stream_file, "-o", tmp_path / "site")
 
@@ -97,8 +97,8 @@ def test_an_invalid_url_is_rejected(stream_file, tmp_path):
 
 def test_a_folder_is_replaced_only_with_force(stream_file, tmp_path):
     first = run("publish", stream_file, "-o", tmp_path / "site")
-    again = run("publish", stream_file, "-o", tmp_path / "site")
-    forced = run("publish", stream_file, "-o", tmp_path / "site", "--force", "--title", "new")
+    second_run = run("publish", stream_file, "-o", tmp_path / "site")
+    forced_run = run("publish", stream_file, "-o", tmp_path / "site", "--force", "--title", "new")
 
-    assert [each.exit_code for each in (first, again, forced)] == [0, 2, 0]
+    assert [item.exit_code for item in (first, second_run, forced_run)] == [0, 2, 0]
     assert "<title>new</title>" in (tmp_path / "site" / "index.html").read_text("utf-8")

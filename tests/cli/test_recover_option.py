@@ -18,7 +18,7 @@ def _damage(frame, data=_DATA):
     return bytes(damaged)
 
 
-def _files(*frames):
+def _name_files(*frames):
     return [f"frame_{frame:04}.ply" for frame in frames]
 
 
@@ -28,7 +28,7 @@ def file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("data", "kept"),
+    ("data", "kept_contents"),
     [
         (_damage(1), [0, 3, 4, 5, 6, 7, 8]),
         (_damage(3), [0, 1, 2, 6, 7, 8]),
@@ -36,17 +36,17 @@ def file(tmp_path):
         (_DATA[: _FRAMES[5].offset + 9], [0, 1, 2, 3, 4]),
     ],
 )
-def test_frames_after_damage_are_written_and_gaps_reported(data, kept, file, tmp_path):
+def test_frames_after_damage_are_written_and_gaps_reported(data, kept_contents, file, tmp_path):
     file.write_bytes(data)
     result = run("decode", file, "-o", tmp_path / "out", "--recover", "--json", "-q")
 
     gaps = [item for item in recover(data) if isinstance(item, Gap)]
-    printed = read_json(result.stdout)
+    printed_output = read_json(result.stdout)
     assert result.exit_code == 1
-    assert printed["files"] == _files(*kept) == list_names(tmp_path / "out")
-    assert [(gap["offset"], gap["byte_count"], gap["reject_id"]) for gap in printed["gaps"]] == [
-        (gap.offset, gap.byte_count, gap.reject_id) for gap in gaps
-    ]
+    assert printed_output["files"] == _name_files(*kept_contents) == list_names(tmp_path / "out")
+    assert [
+        (gap["offset"], gap["byte_count"], gap["reject_id"]) for gap in printed_output["gaps"]
+    ] == [(gap.offset, gap.byte_count, gap.reject_id) for gap in gaps]
     lines = result.stderr.splitlines()
     assert len(lines) == len(gaps)
     for line, gap in zip(lines, gaps, strict=True):
@@ -56,10 +56,10 @@ def test_frames_after_damage_are_written_and_gaps_reported(data, kept, file, tmp
 
 def test_an_intact_stream_has_no_gaps_and_ends_without_error(file, tmp_path):
     file.write_bytes(_DATA)
-    printed = run_json("decode", file, "-o", tmp_path / "out", "--recover")
+    printed_output = run_json("decode", file, "-o", tmp_path / "out", "--recover")
 
-    assert printed["gaps"] == []
-    assert printed["files"] == _files(*range(9))
+    assert printed_output["gaps"] == []
+    assert printed_output["files"] == _name_files(*range(9))
 
 
 def test_of_a_range_with_damage_the_remaining_frames_are_written(file, tmp_path):
@@ -68,14 +68,16 @@ def test_of_a_range_with_damage_the_remaining_frames_are_written(file, tmp_path)
 
     assert result.exit_code == 1
     assert "gaps" in result.stdout
-    assert list_names(tmp_path / "out") == _files(3, 4)
+    assert list_names(tmp_path / "out") == _name_files(3, 4)
 
 
 def test_damage_after_the_range_is_not_reached(file, tmp_path):
     file.write_bytes(_damage(7))
 
-    printed = run_json("decode", file, "-o", tmp_path / "out", "--recover", "--frames", "2:5")
-    assert printed["files"] == _files(2, 3, 4)
+    printed_output = run_json(
+        "decode", file, "-o", tmp_path / "out", "--recover", "--frames", "2:5"
+    )
+    assert printed_output["files"] == _name_files(2, 3, 4)
 
 
 def test_if_nothing_can_be_recovered_nothing_is_written(file, tmp_path):
@@ -114,15 +116,15 @@ def test_an_interrupted_decode_says_how_many_frames_can_be_recovered(
     file.write_bytes(data)
     command = ["decode", file, "-o", tmp_path / "out", *options]
     broken = run(*command)
-    recovered = run(*command, "--recover")
+    recovered_run = run(*command, "--recover")
 
     assert broken.exit_code == 1
     assert expected_message in broken.stderr
     assert broken.stderr.count("\n") == 1
-    assert "--recover" not in recovered.stderr
+    assert "--recover" not in recovered_run.stderr
     whole = int(expected_message.rpartition(": ")[2].partition(";")[0])
     first = 2 if options else 0
-    assert list_names(tmp_path / "out")[:whole] == _files(*range(first, first + whole))
+    assert list_names(tmp_path / "out")[:whole] == _name_files(*range(first, first + whole))
 
 
 @pytest.mark.parametrize(
@@ -143,7 +145,7 @@ def test_a_followed_decode_keeps_its_frames_without_recovery(file, tmp_path):
 
     assert result.exit_code == 1
     assert "--recover" not in result.stderr
-    assert list_names(tmp_path / "out") == _files(*range(5))
+    assert list_names(tmp_path / "out") == _name_files(*range(5))
 
 
 def test_an_unrecoverable_stream_is_rejected_without_a_promise(tmp_path):

@@ -12,7 +12,7 @@ from tests.covering_streams import make_covering_stream
 from tests.small_streams import make_stream
 
 _MAX_MEBIBYTES = 1024
-_MEASURED = """
+_MEASURING_PROGRAM = """
 import sys
 from quarc_ref.cli.app import main
 from quarc_ref.inspection.peak_memory import measure_peak_mebibytes
@@ -26,10 +26,10 @@ finally:
 def _measure(*arguments):
     """The peak memory in MiB of a command line in a separate process."""
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    process = start(*arguments, program=_MEASURED, **pipes)
-    printed, complaint = process.communicate(timeout=300)
-    assert process.returncode == 0, complaint
-    return float(printed.split()[-1])
+    process = start(*arguments, program=_MEASURING_PROGRAM, **pipes)
+    printed_output, error_output = process.communicate(timeout=300)
+    assert process.returncode == 0, error_output
+    return float(printed_output.split()[-1])
 
 
 @pytest.mark.parametrize(
@@ -64,12 +64,12 @@ def test_pictures_with_more_pixels_are_rendered_only_on_request(size, tmp_path):
 
 def test_the_limit_of_pixels_can_be_set(stream_file, tmp_path):
     options = ("render", stream_file, "--frames", ":1", "--max-pixels")
-    rejected = run(*options, 64 * 48 - 1, "-o", tmp_path / "out")
-    printed = run_json(*options, 64 * 48, "-o", tmp_path / "out")
+    rejected_run = run(*options, 64 * 48 - 1, "-o", tmp_path / "out")
+    printed_output = run_json(*options, 64 * 48, "-o", tmp_path / "out")
     smaller = run_json(*options, 32 * 24, "--width", 32, "-o", tmp_path / "small")
 
-    assert rejected.exit_code == 2
-    assert (printed["width"], printed["height"]) == (64, 48)
+    assert rejected_run.exit_code == 2
+    assert (printed_output["width"], printed_output["height"]) == (64, 48)
     assert (smaller["width"], smaller["height"]) == (32, 24)
 
 
@@ -79,7 +79,7 @@ def test_pictures_cannot_exceed_the_limits_of_picture_files(size, tmp_path):
     result = run("render", tmp_path / "s.quarc", "-o", tmp_path / "o", "--max-pixels", 1 << 62)
 
     assert result.exit_code == 2
-    assert "at most 32,767 pixels a side" in result.stderr
+    assert "the limits are 32,767 pixels per side" in result.stderr
 
 
 def test_a_large_video_has_the_rendered_pictures(tmp_path):
@@ -91,9 +91,9 @@ def test_a_large_video_has_the_rendered_pictures(tmp_path):
     assert reader.read(4).mean() > 100
 
 
-@pytest.mark.parametrize("pace", [((1 << 32) - 1, 1), (1, 1 << 31)])
-def test_a_frame_rate_that_no_video_can_have_is_rejected(pace, tmp_path):
-    header = StreamHeader(timescale=pace[0], frame_ticks=pace[1])
+@pytest.mark.parametrize("frame_rate", [((1 << 32) - 1, 1), (1, 1 << 31)])
+def test_a_frame_rate_that_no_video_can_have_is_rejected(frame_rate, tmp_path):
+    header = StreamHeader(timescale=frame_rate[0], frame_ticks=frame_rate[1])
     (tmp_path / "s.quarc").write_bytes(make_stream(header)[0])
     result = run("render", tmp_path / "s.quarc", "-o", tmp_path / "o.mp4")
 

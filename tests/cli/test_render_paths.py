@@ -16,29 +16,29 @@ def _read_png(path):
 
 
 @pytest.fixture
-def stream(encoded):
+def stream(encoded_stream):
     """Three frames of four cameras."""
-    return encoded.file
+    return encoded_stream.file
 
 
 @pytest.mark.parametrize("name", ["orbit", "spiral", "interpolate"])
 def test_a_path_has_a_picture_for_each_frame(name, stream, tmp_path):
-    printed = run_json("render", stream, "-o", tmp_path / "o", "--path", name)
+    printed_output = run_json("render", stream, "-o", tmp_path / "o", "--path", name)
     first, last = (_read_png(tmp_path / "o" / f"frame_{at:04}.png") for at in (0, 2))
 
-    assert printed["path"] == name
-    assert printed["files"] == [f"frame_{at:04}.png" for at in range(3)]
+    assert printed_output["path"] == name
+    assert printed_output["files"] == [f"frame_{at:04}.png" for at in range(3)]
     assert first.shape == (32, 48, 3)
     assert not np.array_equal(first, last)
 
 
 def test_frames_are_spread_over_the_requested_pictures(stream, tmp_path):
-    printed = run_json(
+    printed_output = run_json(
         "render", stream, "-o", tmp_path / "o.mp4", "--path", "orbit", "--pictures", 7,
         "--frames", "1:2",
     )  # fmt: skip
 
-    assert printed["frames"] == 7
+    assert printed_output["frames"] == 7
     assert VideoReader(tmp_path / "o.mp4").frame_count == 7
 
 
@@ -54,10 +54,10 @@ def test_a_path_of_a_camera_shows_the_view_of_that_camera(stream, tmp_path):
 
 
 def test_a_webm_video_has_the_frames_of_the_stream(stream, tmp_path):
-    printed = run_json("render", stream, "-o", tmp_path / "a.webm")
+    printed_output = run_json("render", stream, "-o", tmp_path / "a.webm")
     run_json("render", stream, "-o", tmp_path / "a", "--to", "png")
 
-    assert printed["bytes"] == (tmp_path / "a.webm").stat().st_size
+    assert printed_output["bytes"] == (tmp_path / "a.webm").stat().st_size
     with av.open(str(tmp_path / "a.webm")) as opened:
         video = opened.streams.video[0]
         assert video.codec_context.name in ("vp9", "libvpx-vp9")
@@ -76,7 +76,7 @@ def test_depth_is_the_distance_along_the_axis_in_levels_or_floats(stream, tmp_pa
     validate(json.loads((tmp_path / "floats" / "depth.json").read_text()))
 
     assert levels["files"] == [*(f"depth_{at:04}.png" for at in range(3)), "depth.json"]
-    assert [each["frame"] for each in sidecar["files"]] == [0, 1, 2]
+    assert [item["frame"] for item in sidecar["files"]] == [0, 1, 2]
     assert sidecar["files"][0]["camera"]["name"] == "cam00"
     scale = sidecar["files"][1]["scale"]
     with np.load(tmp_path / "floats" / "depth_0001.npz", allow_pickle=False) as arrays:

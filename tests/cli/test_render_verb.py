@@ -15,36 +15,42 @@ def _measure(pictures, truths):
 
 
 @pytest.mark.parametrize("kind", ["mp4", "png"])
-def test_rendered_pictures_have_the_quality_that_eval_states(kind, encoded, capture, tmp_path):
+def test_rendered_pictures_have_the_quality_that_eval_states(
+    kind, encoded_stream, capture, tmp_path
+):
     """To 0.1 dB; the toy's pictures are noisy, which is difficult for video codecs."""
     output = tmp_path / ("out.mp4" if kind == "mp4" else "out")
-    printed = run_json("render", encoded.file, "--camera", "cam00", "-o", output)
+    printed_output = run_json("render", encoded_stream.file, "--camera", "cam00", "-o", output)
     if kind == "mp4":
         reader = VideoReader(output)
         pictures = [reader.read(frame) for frame in range(reader.frame_count)]
     else:
-        pictures = [read_still(output / name) for name in printed["files"]]
+        pictures = [read_still(output / name) for name in printed_output["files"]]
 
     truths = scenes.read_video(capture / "cam00.mp4")[: len(pictures)]
-    stated = run_json("eval", encoded.file, capture)
-    assert printed["frames"] == stated["frames"] == len(pictures)
+    stated = run_json("eval", encoded_stream.file, capture)
+    assert printed_output["frames"] == stated["frames"] == len(pictures)
     assert _measure(pictures, truths) == pytest.approx(stated["psnr"], abs=0.1)
 
 
 def test_a_range_is_rendered_as_files_with_frame_numbers(stream_file, tmp_path):
-    printed = run_json("render", stream_file, "-o", tmp_path / "out", "--frames", "1:3")
+    printed_output = run_json("render", stream_file, "-o", tmp_path / "out", "--frames", "1:3")
 
-    assert printed["files"] == ["frame_0001.png", "frame_0002.png"]
-    assert list_names(tmp_path / "out") == printed["files"]
+    assert printed_output["files"] == ["frame_0001.png", "frame_0002.png"]
+    assert list_names(tmp_path / "out") == printed_output["files"]
     assert read_still(tmp_path / "out" / "frame_0001.png").shape == (48, 64, 3)
 
 
 def test_the_height_follows_from_a_given_width(stream_file, tmp_path):
-    printed = run_json("render", stream_file, "-o", tmp_path / "o.mp4", "--width", 32)
+    printed_output = run_json("render", stream_file, "-o", tmp_path / "o.mp4", "--width", 32)
 
-    assert (printed["camera"], printed["width"], printed["height"]) == ("cam00", 32, 24)
+    assert (printed_output["camera"], printed_output["width"], printed_output["height"]) == (
+        "cam00",
+        32,
+        24,
+    )
     assert VideoReader(tmp_path / "o.mp4").width == 32
-    assert printed["bytes"] == (tmp_path / "o.mp4").stat().st_size
+    assert printed_output["bytes"] == (tmp_path / "o.mp4").stat().st_size
 
 
 def test_the_kind_of_output_can_be_given(stream_file, tmp_path):
@@ -87,12 +93,12 @@ def test_the_written_files_are_reported(name, frames, message, stream_file, tmp_
 
 
 def test_a_stream_of_standard_input_is_rendered_too(made, tmp_path):
-    done = run_piped(
+    completed = run_piped(
         "render", "-", "-o", tmp_path / "o", "--frames", "2:", "--json", data=made.data
     )
 
-    assert done.returncode == 0, done.stderr
-    assert read_json(done.stdout)["files"] == ["frame_0002.png", "frame_0003.png"]
+    assert completed.returncode == 0, completed.stderr
+    assert read_json(completed.stdout)["files"] == ["frame_0002.png", "frame_0003.png"]
 
 
 @pytest.mark.parametrize(
@@ -102,7 +108,7 @@ def test_a_stream_of_standard_input_is_rendered_too(made, tmp_path):
         (["--pixels", "yuv444p"], "--pixels is for videos, not for PNG files"),
         (["--frames", "4:"], "none of the requested frames"),
         (["--to", "mp4", "--pixels", "yuv420p", "--width", "33"], "even"),
-        (["--to", "png", "--width", "1000000"], "at most 32,767 pixels a side"),
+        (["--to", "png", "--width", "1000000"], "the limits are 32,767 pixels per side"),
         (["--to", "png", "--width", "16384"], "16384 x 12288 are too large"),
         (["--to", "mp4", "--width", "20000"], "too large for H.264: the limits are 16,384 pixels"),
         (["--to", "mp4", "--width", f"1{'0' * 400}"], "too large"),
@@ -128,9 +134,9 @@ def test_a_damaged_stream_leaves_nothing_behind(stream_file, made, tmp_path):
 
 def test_existing_output_is_replaced_only_with_force(stream_file, tmp_path):
     (tmp_path / "o.mp4").write_text("mine")
-    rejected = run("render", stream_file, "-o", tmp_path / "o.mp4")
-    kept = (tmp_path / "o.mp4").read_text()
-    forced = run("render", stream_file, "-o", tmp_path / "o.mp4", "--force")
+    rejected_run = run("render", stream_file, "-o", tmp_path / "o.mp4")
+    kept_contents = (tmp_path / "o.mp4").read_text()
+    forced_run = run("render", stream_file, "-o", tmp_path / "o.mp4", "--force")
 
-    assert (rejected.exit_code, kept, forced.exit_code) == (2, "mine", 0)
+    assert (rejected_run.exit_code, kept_contents, forced_run.exit_code) == (2, "mine", 0)
     assert VideoReader(tmp_path / "o.mp4").frame_count == 4

@@ -19,10 +19,10 @@ _SCHEMAS = {name: it for name, it in load_schemas().items() if name != SHARED}
 
 
 @pytest.fixture
-def places(stream_file, encoded, capture, recordings):
+def places(stream_file, encoded_stream, capture, recordings):
     return {
         "stream": stream_file,
-        "encoded": encoded.file,
+        "encoded": encoded_stream.file,
         "capture": capture,
         "recordings": recordings,
     }
@@ -32,25 +32,25 @@ def places(stream_file, encoded, capture, recordings):
 def test_the_output_of_a_verb_matches_its_schema(verb, places, tmp_path):
     pytest.importorskip(VERBS[verb].needs)
     result = run(verb, *VERBS[verb].fill({**places, "out": tmp_path / "out"}), "--json")
-    printed = json.loads(result.stdout)
+    printed_output = json.loads(result.stdout)
 
-    validate(printed)
-    assert next(iter(printed)) == "schema"
-    assert printed["schema"].split("/")[1] == verb
-    second = list(printed)[1]
-    less = {name: value for name, value in printed.items() if name != second}
-    for wrong in ({**printed, "more": 0}, less):
+    validate(printed_output)
+    assert next(iter(printed_output)) == "schema"
+    assert printed_output["schema"].split("/")[1] == verb
+    second = list(printed_output)[1]
+    less = {name: value for name, value in printed_output.items() if name != second}
+    for damaged_data in ({**printed_output, "more": 0}, less):
         with pytest.raises(ValidationError):
-            validate(wrong)
+            validate(damaged_data)
 
 
 def test_the_output_of_view_matches_its_schema(stream_file):
     with start("view", stream_file, "--no-open", "--json", stdout=subprocess.PIPE) as viewer:
-        printed = json.loads(b"".join(iter(viewer.stdout.readline, b"}\n")) + b"}")
+        printed_output = json.loads(b"".join(iter(viewer.stdout.readline, b"}\n")) + b"}")
         viewer.terminate()
 
-    validate(printed)
-    assert printed["schema"] == "quarc-ref/view/1"
+    validate(printed_output)
+    assert printed_output["schema"] == "quarc-ref/view/1"
 
 
 @pytest.mark.parametrize(
@@ -91,13 +91,13 @@ def test_every_printed_object_has_a_schema_of_its_version():
     package = Path(quarc_ref.__file__).parent
     modules = [*(package / "cli").rglob("*.py"), *(package / "export").rglob("*.py")]
     modules += [*(package / "encoder").rglob("*.py"), *(package / "viewing").rglob("*.py")]
-    named = {
-        f"quarc-ref/{each}"
+    listed_names = {
+        f"quarc-ref/{item}"
         for path in modules
-        for each in re.findall(r'"(?:quarc-ref/)?([a-z-]+/\d+)"', path.read_text())
+        for item in re.findall(r'"(?:quarc-ref/)?([a-z-]+/\d+)"', path.read_text())
     }
 
-    assert named == {it["properties"]["schema"]["const"] for it in _SCHEMAS.values()}
+    assert listed_names == {item["properties"]["schema"]["const"] for item in _SCHEMAS.values()}
 
 
 @pytest.mark.parametrize("name", load_schemas())
@@ -119,17 +119,23 @@ def test_the_schema_page_lists_every_schema():
     page = (FOLDER / "README.md").read_text("utf-8")
     rows = dict(re.findall(r"^\| `(quarc-ref/.*?)` \|.*\]\((.*)\) \|$", page, re.MULTILINE))
 
-    named = {schema: json.loads((FOLDER / file).read_text()) for schema, file in rows.items()}
-    assert all(it["properties"]["schema"]["const"] == schema for schema, it in named.items())
-    assert {it["$id"] for it in named.values()} >= {it["$id"] for it in _SCHEMAS.values()}
-    assert "quarc-ref/conformance-report/1" in named
+    listed_names = {
+        schema: json.loads((FOLDER / file).read_text()) for schema, file in rows.items()
+    }
+    assert all(
+        item["properties"]["schema"]["const"] == schema for schema, item in listed_names.items()
+    )
+    assert {item["$id"] for item in listed_names.values()} >= {
+        item["$id"] for item in _SCHEMAS.values()
+    }
+    assert "quarc-ref/conformance-report/1" in listed_names
 
 
 def test_the_example_of_the_schema_page_runs(stream_file):
     page = (FOLDER / "README.md").read_text("utf-8")
     (program,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    printed = {"schema": "quarc-ref/info/2", **run_json("info", stream_file)}
+    printed_output = {"schema": "quarc-ref/info/2", **run_json("info", stream_file)}
 
-    exec(program, {"printed": printed})
+    exec(program, {"printed": printed_output})
     with pytest.raises(ValidationError):
-        exec(program, {"printed": {**printed, "more": 0}})
+        exec(program, {"printed": {**printed_output, "more": 0}})

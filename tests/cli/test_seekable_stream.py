@@ -84,9 +84,9 @@ def test_a_full_disk_is_named(monkeypatch):
             raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("quarc_ref.cli.seekable_stream.TemporaryFile", lambda **_: FullDisk())
-    fault = f"does not fit into {tempfile.gettempdir()}: No space left on device"
+    error = f"does not fit into {tempfile.gettempdir()}: No space left on device"
     with (
-        pytest.raises(SourceError, match=fault),
+        pytest.raises(SourceError, match=error),
         open_seekable(PipeSource(io.BytesIO(_DATA))),
     ):
         pass
@@ -96,9 +96,9 @@ def test_a_full_disk_is_named(monkeypatch):
 def test_endless_standard_input_that_is_not_a_stream_is_rejected_at_once(verb, tmp_path):
     words = verb.format(out=tmp_path / "out").split()
     limited = ["sh", "-c", f'ulimit -v {_MAX_KIBIBYTES}; exec "$@" </dev/zero', "sh", *COMMAND]
-    done = subprocess.run(
+    completed = subprocess.run(
         [*limited, words[0], "-", *words[1:]], capture_output=True, timeout=60, check=False
     )
 
-    assert done.returncode == 1
-    assert b"the stream is rejected: bad-magic at byte 0" in done.stderr
+    assert completed.returncode == 1
+    assert b"the stream is rejected: bad-magic at byte 0" in completed.stderr

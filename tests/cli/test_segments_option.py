@@ -33,26 +33,28 @@ def parts(capture):
     return streams
 
 
-def _run_here(function, jobs, pool, reported):
+def _run_here(function, jobs, pool, reports):
     """Do the same as `run_jobs`, without processes."""
     assert pool == WorkerPool(2, (os.cpu_count() or 1) // 2 or 1)
     results = []
-    for done, job in enumerate(jobs, 1):
+    for completed, job in enumerate(jobs, 1):
         results.append(function(job.argument))
-        reported(job.name, done, len(jobs))
+        reports(job.name, completed, len(jobs))
     return results
 
 
-def test_segments_are_encoded_separately_and_joined(capture, encoded, parts, tmp_path, monkeypatch):
+def test_segments_are_encoded_separately_and_joined(
+    capture, encoded_stream, parts, tmp_path, monkeypatch
+):
     monkeypatch.setattr(segments, "run_jobs", _run_here)
     file = tmp_path / "a.quarc"
-    printed = run_json(*_command(capture, file, "--segments", 2, "--workers", 2))
+    printed_output = run_json(*_command(capture, file, "--segments", 2, "--workers", 2))
     frames = run_json("inspect", file)["per_frame"]
 
     assert file.read_bytes() == join_bytes(*parts)
     assert [frame["kind"] for frame in frames] == ["canonical", "canonical", "moved"]
-    assert list_digests(file.read_bytes())[0] == list_digests(encoded.file.read_bytes())[0]
-    assert printed["metadata"] == encoded.printed["metadata"]
+    assert list_digests(file.read_bytes())[0] == list_digests(encoded_stream.file.read_bytes())[0]
+    assert printed_output["metadata"] == encoded_stream.printed["metadata"]
     assert list_names(tmp_path) == ["a.quarc"]
 
 
@@ -62,19 +64,19 @@ def test_completed_segments_are_kept_and_partial_ones_resumed(
     file, folder = tmp_path / "a.quarc", tmp_path / "a.quarc.segments"
     monkeypatch.setattr(segments, "encode_segments", _interrupt)
     broken = run(*_command(capture, file, "--segments", 2))
-    left = list_names(tmp_path)
+    remaining_names = list_names(tmp_path)
     make_folder(folder, "frames_000000_000001.quarc", "frames_000001_000002.quarc")
     (folder / "frames_000000_000001.quarc").write_bytes(parts[0])
     (folder / "frames_000001_000002.quarc").write_bytes(parts[1][:-200])
     resumed_broken = run(*_command(capture, file, "--segments", 2, "--resume"))
-    rejected = run(*_command(capture, file, "--segments", 2))
+    rejected_run = run(*_command(capture, file, "--segments", 2))
     monkeypatch.undo()
-    resumed = run(*_command(capture, file, "--segments", 2, "--workers", 1, "--resume"))
+    resumed_run = run(*_command(capture, file, "--segments", 2, "--workers", 1, "--resume"))
 
-    assert (broken.exit_code, left) == (130, [])
+    assert (broken.exit_code, remaining_names) == (130, [])
     assert "a.quarc.segments has the finished frames" in resumed_broken.stderr
-    assert (rejected.exit_code, "use --resume to continue" in rejected.stderr) == (2, True)
-    assert resumed.exit_code == 0
+    assert (rejected_run.exit_code, "use --resume to continue" in rejected_run.stderr) == (2, True)
+    assert resumed_run.exit_code == 0
     assert file.read_bytes() == join_bytes(*parts)
     assert list_names(tmp_path) == ["a.quarc"]
 
@@ -86,14 +88,14 @@ def _interrupt(*_arguments):
 def test_a_finished_file_is_unchanged(capture, parts, tmp_path):
     file = tmp_path / "a.quarc"
     file.write_bytes(join_bytes(*parts))
-    before = file.stat().st_mtime_ns
+    contents_before = file.stat().st_mtime_ns
     command = _command(capture, file, "--segments", 2, "--resume")
 
     assert run(*command).exit_code == 0
     assert run(*command, "--seed", 1).exit_code == 2
     assert run(*command, "--frames", 2).exit_code == 2
     assert run(*command, "--frames", 4).exit_code == 2
-    assert file.stat().st_mtime_ns == before
+    assert file.stat().st_mtime_ns == contents_before
     assert list_names(tmp_path) == ["a.quarc"]
 
 

@@ -14,11 +14,11 @@ def test_for_a_range_of_frames_less_than_half_of_the_file_is_read(tmp_path, monk
     source = CountedSource(data)
     monkeypatch.setattr(FileSource, "read", lambda _, offset, length: source.read(offset, length))
 
-    printed = run_json(
+    printed_output = run_json(
         "decode", tmp_path / "long.quarc", "-o", tmp_path / "out", "--frames", "40:41"
     )
 
-    assert printed["files"] == ["frame_0040.ply"]
+    assert printed_output["files"] == ["frame_0040.ply"]
     assert 0 < source.byte_count() < len(data) / 2
 
 
@@ -35,8 +35,8 @@ def test_an_unreadable_server_is_a_transport_error_and_not_a_fault_of_the_stream
 
     monkeypatch.setattr("quarc_ref.streams.http_source.HttpSource._fetch", fetch)
     target = ["-o", tmp_path / "out"]
-    more = {"decode": target, "cut": ["--frames", ":", *target], "join": target}
-    result = run(verb, "http://127.0.0.1:9/a.quarc", *more.get(verb, []))
+    extra_options = {"decode": target, "cut": ["--frames", ":", *target], "join": target}
+    result = run(verb, "http://127.0.0.1:9/a.quarc", *extra_options.get(verb, []))
 
     assert asked[0][0] == "http://127.0.0.1:9/a.quarc"
     assert result.exit_code == 3

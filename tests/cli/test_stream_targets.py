@@ -25,13 +25,13 @@ def test_a_complete_stream_survives_a_power_failure(live, tmp_path, monkeypatch)
 
 
 def test_an_interrupted_stream_stays_and_is_not_synced(tmp_path, monkeypatch):
-    fault = OSError("disk full")
+    error = OSError("disk full")
 
     def break_off():
         with open_stream_file(tmp_path / "a.quarc", force=False, live=False, resume=False) as place:
             place[1].write(b"half")
             place[1].flush()
-            raise fault
+            raise error
 
     monkeypatch.setattr(os, "fsync", lambda _: pytest.fail("it is not whole"))
     with pytest.raises(OSError, match="disk full"):
@@ -59,8 +59,8 @@ def test_only_the_segments_and_their_remains_are_removed(tmp_path):
     with open_segments_folder(target, force=False, resume=False) as folder:
         for name in ("frames_0.quarc", "frames_0.quarc.training"):
             folder.add(name).write_bytes(b"made")
-        left = folder.path / ".frames_0.quarc.training.0123456789abcdef.part"
-        left.write_bytes(b"left")
+        remaining_names = folder.path / ".frames_0.quarc.training.0123456789abcdef.part"
+        remaining_names.write_bytes(b"left")
         (folder.path / "frames_1.quarc").write_bytes(b"mine")
 
     assert list_names(tmp_path / "a.quarc.segments") == ["frames_1.quarc"]

@@ -21,22 +21,22 @@ def _write_stream(path, metadata, frames=1):
 
 
 def test_info_gives_every_figure_as_json(stream_file, made):
-    printed = run_json("info", stream_file)
+    printed_output = run_json("info", stream_file)
 
-    assert printed["format_version"] == "1.1"
-    assert printed["frames"] == 4
-    assert printed["gaussians"] == made.states[-1].scene.count
-    assert printed["anchors"] == max(
+    assert printed_output["format_version"] == "1.1"
+    assert printed_output["frames"] == 4
+    assert printed_output["gaussians"] == made.states[-1].scene.count
+    assert printed_output["anchors"] == max(
         sum(level.shape[1] for level in state.symbols) for state in made.states
     )
-    assert printed["bytes"].keys() == {
+    assert printed_output["bytes"].keys() == {
         *("total", "canonical", "snapshots", "motion", "updates", "births", "overhead")
     }
-    assert printed["kb_per_frame"].keys() == {"without_canonical", "with_canonical"}
-    assert printed["estimate_bytes"].keys() == {
+    assert printed_output["kb_per_frame"].keys() == {"without_canonical", "with_canonical"}
+    assert printed_output["estimate_bytes"].keys() == {
         *("canonical", "snapshots", "motion", "updates", "births")
     }
-    assert printed["state_sha256"] == compute_digest(made.states[-1].scene)
+    assert printed_output["state_sha256"] == compute_digest(made.states[-1].scene)
 
 
 def test_the_kinds_of_bytes_add_up_to_the_file(stream_file):
@@ -49,14 +49,14 @@ def test_the_kinds_of_bytes_add_up_to_the_file(stream_file):
 
 
 def test_info_prints_the_same_figures_as_text(stream_file):
-    printed, shown = run_json("info", stream_file), run("info", stream_file).stdout
+    printed_output, shown = run_json("info", stream_file), run("info", stream_file).stdout
 
     for kind in ("canonical", "motion", "births"):
-        size, estimate = printed["bytes"][kind], printed["estimate_bytes"][kind]
+        size, estimate = printed_output["bytes"][kind], printed_output["estimate_bytes"][kind]
         assert re.search(
             rf"^{kind} +{size:,} bytes \(zero-order estimate {estimate:,}\)", shown, re.M
         )
-    assert f"{printed['kb_per_frame']['with_canonical']:.2f} with" in shown
+    assert f"{printed_output['kb_per_frame']['with_canonical']:.2f} with" in shown
     assert "cam00 (held out)" in shown
     assert "made by hand" in shown
 
@@ -111,8 +111,8 @@ def test_verify_names_the_fault_and_the_frames_before_it(stream_file, made):
 @pytest.mark.parametrize("verb", ["info", "verify", "decode", "eval"])
 def test_a_file_that_is_not_a_stream_is_rejected_by_every_verb(verb, tmp_path):
     (tmp_path / "text.quarc").write_text("no stream at all")
-    more = {"decode": ["-o", tmp_path / "out"], "eval": [tmp_path]}
-    result = run(verb, tmp_path / "text.quarc", *more.get(verb, []))
+    extra_options = {"decode": ["-o", tmp_path / "out"], "eval": [tmp_path]}
+    result = run(verb, tmp_path / "text.quarc", *extra_options.get(verb, []))
 
     assert result.exit_code == 1
     assert "bad-magic" in result.stderr
@@ -122,20 +122,20 @@ def test_a_file_that_is_not_a_stream_is_rejected_by_every_verb(verb, tmp_path):
 
 @pytest.mark.parametrize("verb", ["info", "verify", "decode", "eval"])
 def test_a_missing_file_is_a_usage_error(verb, tmp_path):
-    more = {"decode": ["-o", tmp_path / "out"], "eval": [tmp_path]}
+    extra_options = {"decode": ["-o", tmp_path / "out"], "eval": [tmp_path]}
 
-    assert run(verb, tmp_path / "none.quarc", *more.get(verb, [])).exit_code == 2
-    assert run(verb, tmp_path, *more.get(verb, [])).exit_code == 2
+    assert run(verb, tmp_path / "none.quarc", *extra_options.get(verb, [])).exit_code == 2
+    assert run(verb, tmp_path, *extra_options.get(verb, [])).exit_code == 2
 
 
 def test_progress_goes_to_stderr_unless_quiet(stream_file, monkeypatch):
     monkeypatch.setattr(output, "_SECONDS_BETWEEN_LINES", 0.0)
 
-    reported, silent = (
+    reports, silent = (
         run("verify", stream_file, "--json"),
         run("verify", stream_file, "--json", "-q"),
     )
 
-    assert reported.stderr.splitlines() == [f"decode {frame}/4" for frame in range(1, 5)]
+    assert reports.stderr.splitlines() == [f"decode {frame}/4" for frame in range(1, 5)]
     assert silent.stderr == ""
-    assert reported.stdout == silent.stdout
+    assert reports.stdout == silent.stdout

@@ -17,17 +17,17 @@ from tests.cli.commands import list_names, make_folder
 _FOLDERS = [written_folder, growing_folder]
 
 
-def _write_half(target, *, force, fault):
+def _write_half(target, *, force, error):
     with open_output_file(target, force=force) as sink:
         sink.write(b"half")
-        raise fault
+        raise error
 
 
-def _write_frame(make, target, *, force=False, fault=None):
+def _write_frame(make, target, *, force=False, error=None):
     with make(target, force=force) as folder:
         folder.write("frame_1.ply", b"new")
-        if fault:
-            raise fault
+        if error:
+            raise error
 
 
 @pytest.fixture
@@ -46,13 +46,13 @@ def test_a_file_is_invisible_until_complete(tmp_path):
     assert list_names(tmp_path) == ["a.quarc"]
 
 
-@pytest.mark.parametrize("fault", [OSError("disk full"), KeyboardInterrupt()])
+@pytest.mark.parametrize("error", [OSError("disk full"), KeyboardInterrupt()])
 @pytest.mark.parametrize("force", [False, True])
-def test_an_interrupted_file_leaves_nothing_and_keeps_the_old_one(fault, force, tmp_path):
+def test_an_interrupted_file_leaves_nothing_and_keeps_the_old_one(error, force, tmp_path):
     if force:
         (tmp_path / "a.quarc").write_bytes(b"old")
-    with pytest.raises(type(fault)):
-        _write_half(tmp_path / "a.quarc", force=force, fault=fault)
+    with pytest.raises(type(error)):
+        _write_half(tmp_path / "a.quarc", force=force, error=error)
 
     assert [path.read_bytes() for path in tmp_path.iterdir()] == ([b"old"] if force else [])
 
@@ -63,11 +63,11 @@ def test_an_existing_file_is_replaced_only_with_force(make, tmp_path):
     target.write_bytes(b"old")
     with pytest.raises(UsageError, match="--force"), make(target, force=False):
         pytest.fail("the target was opened")
-    kept = target.read_bytes()
+    kept_contents = target.read_bytes()
     with open_output_file(target, force=True) as sink:
         sink.write(b"new")
 
-    assert kept == b"old"
+    assert kept_contents == b"old"
     assert target.read_bytes() == b"new"
 
 
@@ -120,10 +120,10 @@ def test_a_folder_can_be_called_dash_by_its_full_path(tmp_path):
 def test_a_folder_is_replaced_only_with_force(make, old_folder):
     with pytest.raises(OutputPathError, match="out exists"):
         _write_frame(make, old_folder)
-    kept = list_names(old_folder)
+    kept_contents = list_names(old_folder)
     _write_frame(make, old_folder, force=True)
 
-    assert kept == ["frame_0.ply"]
+    assert kept_contents == ["frame_0.ply"]
     assert list_names(old_folder) == ["frame_1.ply"]
     assert list_names(old_folder.parent) == ["out"]
 
@@ -136,7 +136,7 @@ def test_a_stream_is_not_written_to_a_terminal(monkeypatch):
 
 def test_an_interrupted_growing_folder_says_what_stays(old_folder):
     with pytest.raises(KeyboardInterrupt, match="out has the finished frames"):
-        _write_frame(growing_folder, old_folder, force=True, fault=KeyboardInterrupt())
+        _write_frame(growing_folder, old_folder, force=True, error=KeyboardInterrupt())
 
     assert (old_folder / "frame_1.ply").read_bytes() == b"new"
 
@@ -145,13 +145,13 @@ def test_files_added_to_a_folder_during_replacement_are_kept_and_named(old_folde
     with written_folder(old_folder, force=True) as made:
         made.write("frame_1.ply", b"new")
         (old_folder / "notes.txt").write_text("mine")
-    reported = capsys.readouterr().err
+    reports = capsys.readouterr().err
 
-    kept = made.moved_to
+    kept_contents = made.moved_to
     assert list_names(old_folder) == ["frame_1.ply"]
-    assert list_names(kept) == ["notes.txt"]
-    assert (kept / "notes.txt").read_text() == "mine"
-    assert reported == (
+    assert list_names(kept_contents) == ["notes.txt"]
+    assert (kept_contents / "notes.txt").read_text() == "mine"
+    assert reports == (
         f"quarc-ref: another program added files to {old_folder} while it was written; "
-        f"these files are now in {kept}\n"
+        f"these files are now in {kept_contents}\n"
     )

@@ -14,8 +14,8 @@ from quarc_ref.cli.app import app
 from quarc_ref.cli.errors import install_sigterm_handler
 from tests.cli.commands import list_names, make_folder, run
 from tests.cli.stress import (
-    MAKING,
-    READING,
+    INPUTS_BY_VERB,
+    OUTPUT_VERBS,
     VERBS,
     drop_privileges,
     fill_up,
@@ -25,11 +25,11 @@ from tests.cli.stress import (
 
 
 @pytest.fixture
-def place(stream_file, encoded, capture, recordings, tmp_path):
+def place(stream_file, encoded_stream, capture, recordings, tmp_path):
     """Inputs of the verbs, and an empty folder for output."""
     made = tmp_path / "made"
     made.mkdir()
-    reads = {"stream": stream_file, "encoded": encoded.file, "capture": capture}
+    reads = {"stream": stream_file, "encoded": encoded_stream.file, "capture": capture}
     reads["recordings"] = recordings
     return SimpleNamespace(reads=reads, made=made, beside=tmp_path)
 
@@ -53,7 +53,7 @@ def test_every_verb_has_a_row():
     assert set(VERBS) == {command.name for command in app.registered_commands}
 
 
-@pytest.mark.parametrize(("name", "what"), READING)
+@pytest.mark.parametrize(("name", "what"), INPUTS_BY_VERB)
 def test_a_missing_input_cannot_be_read(name, what, place, monkeypatch):
     monkeypatch.chdir(place.beside)
     result = _run(name, place, **{what: "no_such_thing"})
@@ -62,19 +62,19 @@ def test_a_missing_input_cannot_be_read(name, what, place, monkeypatch):
     assert list_names(place.made) == []
 
 
-@pytest.mark.parametrize(("name", "what"), READING)
+@pytest.mark.parametrize(("name", "what"), INPUTS_BY_VERB)
 def test_a_folder_is_not_a_stream_and_a_file_not_a_capture(name, what, place, monkeypatch):
     if name == "compare" and what != "capture":
         pytest.skip("compares folders too")
     monkeypatch.chdir(place.beside)
-    wrong, fault = ("small.quarc", "not a") if what == "capture" else ("made", "a")
-    result = _run(name, place, **{what: wrong})
+    damaged_data, error = ("small.quarc", "not a") if what == "capture" else ("made", "a")
+    result = _run(name, place, **{what: damaged_data})
 
-    assert f": '{wrong}' is {fault} folder." in _said(result, 2)
+    assert f": '{damaged_data}' is {error} folder." in _said(result, 2)
     assert list_names(place.made) == []
 
 
-@pytest.mark.parametrize(("name", "what"), READING)
+@pytest.mark.parametrize(("name", "what"), INPUTS_BY_VERB)
 def test_an_input_of_another_kind_is_reported(name, what, place):
     other = place.beside / "other"
     other.mkdir() if what == "capture" else other.write_bytes(b"no stream at all")
@@ -84,7 +84,7 @@ def test_an_input_of_another_kind_is_reported(name, what, place):
     assert not (place.made / "out").exists()
 
 
-@pytest.mark.parametrize(("name", "what"), READING)
+@pytest.mark.parametrize(("name", "what"), INPUTS_BY_VERB)
 def test_an_unreadable_input_is_reported(name, what, place):
     if name in ("compare", "doctor", "encode", "eval", "publish", "render"):
         pytest.skip("needs compiled code, whose cache the other user cannot read")
@@ -99,7 +99,7 @@ def test_an_unreadable_input_is_reported(name, what, place):
     assert "ermission denied" in _said(result, 3)
 
 
-@pytest.mark.parametrize("name", MAKING)
+@pytest.mark.parametrize("name", OUTPUT_VERBS)
 def test_nothing_is_written_into_a_missing_folder(name, place):
     result = _run(name, place, out=place.made / "no" / "out")
 
@@ -107,7 +107,7 @@ def test_nothing_is_written_into_a_missing_folder(name, place):
     assert list_names(place.made) == []
 
 
-@pytest.mark.parametrize("name", [name for name in MAKING if VERBS[name].makes == "folder"])
+@pytest.mark.parametrize("name", [name for name in OUTPUT_VERBS if VERBS[name].makes == "folder"])
 def test_a_folder_cannot_go_to_standard_output(name, place, monkeypatch):
     monkeypatch.chdir(place.made)
     result = _run(name, place, out="-")
@@ -117,7 +117,7 @@ def test_a_folder_cannot_go_to_standard_output(name, place, monkeypatch):
     assert list_names(place.made) == []
 
 
-@pytest.mark.parametrize("name", MAKING)
+@pytest.mark.parametrize("name", OUTPUT_VERBS)
 def test_existing_output_is_not_replaced_without_force(name, place):
     old = _make_old_target(name, place.made)
     result = _run(name, place)
@@ -144,7 +144,7 @@ def _make_old_target(name, folder):
     return make_folder(out, old) / old
 
 
-@pytest.mark.parametrize("name", MAKING)
+@pytest.mark.parametrize("name", OUTPUT_VERBS)
 def test_a_file_does_not_replace_a_folder_nor_the_reverse(name, place):
     out = place.made / "out"
     out.mkdir() if VERBS[name].makes == "file" else out.write_text("old")
@@ -154,7 +154,7 @@ def test_a_file_does_not_replace_a_folder_nor_the_reverse(name, place):
     assert list_names(place.made) == ["out"]
 
 
-@pytest.mark.parametrize("name", MAKING)
+@pytest.mark.parametrize("name", OUTPUT_VERBS)
 def test_in_a_readonly_folder_nothing_is_written(name, place):
     with readonly_folder(place.made):
         result = _run(name, place)
@@ -163,26 +163,26 @@ def test_in_a_readonly_folder_nothing_is_written(name, place):
         assert list_names(place.made) == []
 
 
-@pytest.mark.parametrize("name", MAKING)
+@pytest.mark.parametrize("name", OUTPUT_VERBS)
 def test_a_full_disk_leaves_existing_files_unchanged(name, place):
     with mount_small_disk(place.made, "size=64k"):
         old = _make_old_target(name, place.made)
-        before = [*list_names(place.made), "filler"]
+        contents_before = [*list_names(place.made), "filler"]
         fill_up(place.made)
         result = _run(name, place, "--force")
 
         assert "No space left on device" in _said(result, 3)
-        assert list_names(place.made) == sorted(before)
+        assert list_names(place.made) == sorted(contents_before)
         assert old.read_text() == "old"
 
 
 @pytest.fixture
 def _handle_signals_like_the_command():
-    before = {each: signal.getsignal(each) for each in (signal.SIGTERM, signal.SIGINT)}
+    contents_before = {item: signal.getsignal(item) for item in (signal.SIGTERM, signal.SIGINT)}
     install_sigterm_handler()
     yield
-    for each, handler in before.items():
-        signal.signal(each, handler)
+    for item, handler in contents_before.items():
+        signal.signal(item, handler)
 
 
 @pytest.mark.usefixtures("_handle_signals_like_the_command")
@@ -202,13 +202,13 @@ def test_an_interruption_leaves_nothing_incomplete(name, ending, place, monkeypa
     assert old is None or old.read_text() == "old"
 
 
-def _send_signal_in(dotted, ending, monkeypatch):
+def _send_signal_in(dotted_name, ending, monkeypatch):
     """Send a signal at the second call of a function; return the list of calls."""
-    owner, attribute = _find(dotted)
+    owner, attribute = _find(dotted_name)
     original, reached = getattr(owner, attribute), []
 
-    def call(*arguments, **named):
-        result = original(*arguments, **named)
+    def call(*arguments, **listed_names):
+        result = original(*arguments, **listed_names)
         reached.append(attribute)
         if len(reached) == 2:
             signal.raise_signal(ending)
@@ -218,9 +218,9 @@ def _send_signal_in(dotted, ending, monkeypatch):
     return reached
 
 
-def _find(dotted):
+def _find(dotted_name):
     """The module or class that contains a dotted name, and the last part of the name."""
-    path, _, attribute = dotted.rpartition(".")
+    path, _, attribute = dotted_name.rpartition(".")
     try:
         return import_module(path), attribute
     except ImportError:
@@ -235,9 +235,9 @@ def test_a_closed_standard_output_is_not_a_fault_of_the_stream(name, place, monk
     words = [name, *VERBS[name].fill({**place.reads, "out": place.made / "out"})]
     with os.fdopen(writing, "w") as pipe, monkeypatch.context() as patch:
         patch.setattr(sys, "stdout", pipe)
-        with pytest.raises(SystemExit) as left:
+        with pytest.raises(SystemExit) as remaining_names:
             app([*map(str, words), "--json"])
 
-    assert left.value.code == 128 + signal.SIGPIPE
+    assert remaining_names.value.code == 128 + signal.SIGPIPE
     said = capfd.readouterr().err.splitlines()
     assert [line for line in said if "quarc-ref:" in line and ": warning: " not in line] == []

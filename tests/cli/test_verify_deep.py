@@ -17,11 +17,11 @@ def file(tmp_path):
 
 
 def test_completed_checks_are_listed(file):
-    printed = run_json("verify", file, "--deep")
+    printed_output = run_json("verify", file, "--deep")
 
-    assert (printed["valid"], printed["frames"]) == (True, 7)
-    assert printed["state_sha256"] == compute_digest(_STATES[-1].scene)
-    proved = printed["deep"]
+    assert (printed_output["valid"], printed_output["frames"]) == (True, 7)
+    assert printed_output["state_sha256"] == compute_digest(_STATES[-1].scene)
+    proved = printed_output["deep"]
     assert (proved["frames"], proved["frames_compared"], proved["seek_points"]) == (7, 7, 3)
     assert proved["level"] == 1.0
     assert proved["limits"]["gaussians"] == 65536
@@ -35,7 +35,9 @@ def test_completed_checks_are_listed(file):
 @pytest.mark.parametrize("size", [5, 300, 2000, len(_DATA) - 1])
 def test_a_fault_is_named_with_the_frames_before_it(size, file):
     file.write_bytes(_DATA[:size])
-    deep, plain = (run("verify", file, *more, "--json", "-q") for more in (["--deep"], []))
+    deep, plain = (
+        run("verify", file, *extra_options, "--json", "-q") for extra_options in (["--deep"], [])
+    )
 
     assert (deep.exit_code, deep.stdout, deep.stderr) == (1, plain.stdout, plain.stderr)
     assert '"refused": "truncated"' in deep.stdout

@@ -16,7 +16,7 @@ from tests.cli.processes import SLOW_ENCODER, start
 
 
 @contextmanager
-def _viewing(*arguments, data=None, **pipes):
+def _open_viewer(*arguments, data=None, **pipes):
     """A viewer and its output; it must end cleanly after Ctrl-C."""
     viewer = start(
         *("view", *arguments, "--no-open", "--port", 8700, "--json"),
@@ -35,28 +35,28 @@ def _viewing(*arguments, data=None, **pipes):
         assert message == b"quarc-ref: interrupted; nothing was written\n"
 
 
-def _load(url, **headers):
+def _fetch(url, **headers):
     with urllib.request.urlopen(urllib.request.Request(url, headers=headers), timeout=60) as answer:
         return answer.read()
 
 
 def test_page_player_and_stream_are_served_until_ctrl_c(stream_file, made):
-    with _viewing(stream_file) as (_, printed):
-        url = printed["url"]
-        page = _load(url).decode()
+    with _open_viewer(stream_file) as (_, printed_output):
+        url = printed_output["url"]
+        page = _fetch(url).decode()
 
-        assert printed["stream"] == "small.quarc"
+        assert printed_output["stream"] == "small.quarc"
         assert '<quarc-player src="stream.quarc" autoplay loop>' in page
         assert "<title>small</title>" in page
-        assert _load(f"{url}quarc-player.js") == read_player()
-        assert _load(f"{url}stream.quarc") == made.data
-        assert _load(f"{url}stream.quarc", Range="bytes=9-19") == made.data[9:20]
+        assert _fetch(f"{url}quarc-player.js") == read_player()
+        assert _fetch(f"{url}stream.quarc") == made.data
+        assert _fetch(f"{url}stream.quarc", Range="bytes=9-19") == made.data[9:20]
 
 
 def test_options_are_written_into_the_page(stream_file):
     options = ["--camera", "cam00", "--up", "-z", "--no-autoplay", "--no-loop", "--title", "Toys"]
-    with _viewing(stream_file, *options) as (_, printed):
-        page = _load(printed["url"]).decode()
+    with _open_viewer(stream_file, *options) as (_, printed_output):
+        page = _fetch(printed_output["url"]).decode()
 
     assert '<quarc-player src="stream.quarc" camera="cam00" up="-z">' in page
     assert "<title>Toys</title>" in page
@@ -67,30 +67,38 @@ def test_a_growing_stream_is_followed(tmp_path):
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     with start(path, program=SLOW_ENCODER, **pipes) as writer:
         writer.stdout.readline()
-        with _viewing(path, "--follow") as (_, printed):
-            page, stream = (_load(printed["url"] + name) for name in ("", "stream.quarc"))
+        with _open_viewer(path, "--follow") as (_, printed_output):
+            page, stream = (_fetch(printed_output["url"] + name) for name in ("", "stream.quarc"))
             writer.stdin.write("\n")
             writer.stdin.flush()
-            more = _load(f"{printed['url']}stream.quarc", Range=f"bytes={len(stream)}-")
+            extra_options = _fetch(
+                f"{printed_output['url']}stream.quarc", Range=f"bytes={len(stream)}-"
+            )
             writer.stdin.close()
             writer.wait(60)
-            end = _load(f"{printed['url']}stream.quarc", Range=f"bytes={len(stream + more)}-")
+            end = _fetch(
+                f"{printed_output['url']}stream.quarc",
+                Range=f"bytes={len(stream + extra_options)}-",
+            )
 
     assert b" live>" in page
-    assert stream + more + end == path.read_bytes()
+    assert stream + extra_options + end == path.read_bytes()
 
 
 def test_a_stream_on_standard_input_plays_while_it_arrives(made):
     half = list(split_chunks(made.data))[-3].offset  # a whole number of chunks
-    with _viewing("-", data=made.data[:half], stdin=subprocess.PIPE) as (viewer, printed):
-        stream, url = b"", f"{printed['url']}stream.quarc"
-        assert b" live>" in _load(printed["url"])
+    with _open_viewer("-", data=made.data[:half], stdin=subprocess.PIPE) as (
+        viewer,
+        printed_output,
+    ):
+        stream, url = b"", f"{printed_output['url']}stream.quarc"
+        assert b" live>" in _fetch(printed_output["url"])
         while len(stream) < half:
-            stream += _load(url, Range=f"bytes={len(stream)}-")
+            stream += _fetch(url, Range=f"bytes={len(stream)}-")
         viewer.stdin.write(made.data[half:])
         viewer.stdin.close()
         while len(stream) < len(made.data):
-            stream += _load(url, Range=f"bytes={len(stream)}-")
+            stream += _fetch(url, Range=f"bytes={len(stream)}-")
 
     assert stream == made.data
 
@@ -171,7 +179,9 @@ def test_the_page_is_opened_in_a_browser(stream_file, monkeypatch):
 def test_a_page_on_all_interfaces_is_printed_with_its_public_address(stream_file, monkeypatch):
     monkeypatch.setattr(socket, "gethostname", lambda: "box.example")
     monkeypatch.setattr(Server, "serve_forever", lambda *_, **__: None)
-    printed = " ".join(run("view", stream_file, "--no-open", "--host", "0.0.0.0").stdout.split())
+    printed_output = " ".join(
+        run("view", stream_file, "--no-open", "--host", "0.0.0.0").stdout.split()
+    )
 
-    assert "page http://127.0.0.1:" in printed
-    assert "elsewhere http://box.example:" in printed
+    assert "page http://127.0.0.1:" in printed_output
+    assert "elsewhere http://box.example:" in printed_output

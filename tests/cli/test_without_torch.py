@@ -41,16 +41,16 @@ def large_file(tmp_path_factory):
 @pytest.mark.parametrize("blocked", [_BLOCKED, (*_BLOCKED, "constriction")])
 @pytest.mark.parametrize("verb", ["verify", "info"])
 def test_the_state_is_the_same_as_in_this_process(verb, blocked, stream_file, made):
-    done = _run(verb, stream_file, "--json", blocked=blocked)
+    completed = _run(verb, stream_file, "--json", blocked=blocked)
 
-    assert done.returncode == 0, done.stderr
-    assert read_json(done.stdout)["state_sha256"] == compute_digest(made.states[-1].scene)
+    assert completed.returncode == 0, completed.stderr
+    assert read_json(completed.stdout)["state_sha256"] == compute_digest(made.states[-1].scene)
 
 
 def test_every_frame_is_decoded_to_the_same_arrays(stream_file, made, tmp_path):
-    done = _run("decode", stream_file, "--to", "npz", "-o", tmp_path / "out", "--json")
+    completed = _run("decode", stream_file, "--to", "npz", "-o", tmp_path / "out", "--json")
 
-    names = read_json(done.stdout)["files"]
+    names = read_json(completed.stdout)["files"]
     assert len(names) == len(made.states)
     for name, state in zip(names, made.states, strict=True):
         with np.load(tmp_path / "out" / name, allow_pickle=False) as arrays:
@@ -62,23 +62,23 @@ def test_every_frame_is_decoded_to_the_same_arrays(stream_file, made, tmp_path):
 
 def test_a_damaged_stream_is_rejected_there_too(stream_file, made):
     stream_file.write_bytes(made.data[:200] + bytes([made.data[200] ^ 1]) + made.data[201:])
-    done = _run("verify", stream_file)
+    completed = _run("verify", stream_file)
 
-    assert done.returncode == 1
-    assert "the stream is rejected" in done.stderr
+    assert completed.returncode == 1
+    assert "the stream is rejected" in completed.stderr
 
 
 @pytest.mark.parametrize("arguments", [["bench"], ["verify"], ["decode", "-o", "{out}"]])
 def test_a_missing_fast_engine_is_mentioned_once_if_it_would_help(
     arguments, large_file, stream_file, tmp_path
 ):
-    verb, *options = [each.format(out=tmp_path / "out") for each in arguments]
+    verb, *options = [item.format(out=tmp_path / "out") for item in arguments]
     options += ["--force"] * (verb == "decode")
     without = (*_BLOCKED, "quarc_core")
-    reported = _run(verb, large_file, *options, "--json", blocked=without).stderr
+    reports = _run(verb, large_file, *options, "--json", blocked=without).stderr
 
-    assert reported.count("\n") == 1
-    assert reported.startswith("quarc-ref: quarc_core is not installed")
+    assert reports.count("\n") == 1
+    assert reports.startswith("quarc-ref: quarc_core is not installed")
     for finished in (
         _run(verb, stream_file, *options, blocked=without),
         _run(verb, large_file, *options, "--quiet", blocked=without),
@@ -93,10 +93,10 @@ def test_nothing_is_mentioned_if_the_fast_engine_is_installed_or_not_wanted(larg
 
 
 def test_an_unknown_engine_is_named(stream_file):
-    done = _run("verify", stream_file, engine="warp")
+    completed = _run("verify", stream_file, engine="warp")
 
-    assert done.returncode != 0
-    assert "QUARC_REF_ENGINE is 'warp'" in done.stderr
+    assert completed.returncode != 0
+    assert "QUARC_REF_ENGINE is 'warp'" in completed.stderr
 
 
 @pytest.mark.parametrize("verb", ["encode", "render", "eval", "synth", "demo"])
@@ -108,26 +108,26 @@ def test_verbs_that_need_more_packages_say_which(verb, stream_file, tmp_path):
         "synth": [tmp_path / "new"],
         "demo": ["-o", tmp_path / "new"],
     }
-    done = _run(verb, *arguments[verb])
+    completed = _run(verb, *arguments[verb])
 
-    assert done.returncode == 3
-    assert "pip install 'quarc-ref[encode]'" in done.stderr
-    assert "Traceback" not in done.stderr
+    assert completed.returncode == 3
+    assert "pip install 'quarc-ref[encode]'" in completed.stderr
+    assert "Traceback" not in completed.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["small.quarc"]
 
 
 def test_settings_are_listed():
-    done = _run("encode", "--list-settings")
+    completed = _run("encode", "--list-settings")
 
-    assert done.returncode == 0, done.stderr
-    assert "\nmotion.lr " in done.stdout
+    assert completed.returncode == 0, completed.stderr
+    assert "\nmotion.lr " in completed.stdout
 
 
 def test_without_a_renderer_a_page_is_published_without_a_poster(stream_file, tmp_path):
-    done = _run("publish", stream_file, "-o", tmp_path / "site", "--json")
+    completed = _run("publish", stream_file, "-o", tmp_path / "site", "--json")
 
-    assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout)["poster"] is None
-    assert "the page has no poster" in done.stderr
-    assert "pip install 'quarc-ref[media]'" in done.stderr
+    assert completed.returncode == 0, completed.stderr
+    assert json.loads(completed.stdout)["poster"] is None
+    assert "the page has no poster" in completed.stderr
+    assert "pip install 'quarc-ref[media]'" in completed.stderr
     assert list_names(tmp_path / "site") == ["index.html", "quarc-player.js", "stream.quarc"]

@@ -7,8 +7,8 @@ from fractions import Fraction
 import av
 import numpy as np
 
-_BOXES_OF_BOXES = {b"moov", b"trak", b"mdia", b"minf", b"dinf", b"stbl"}
-_UNIT = 1 << 16
+_CONTAINER_BOXES = {b"moov", b"trak", b"mdia", b"minf", b"dinf", b"stbl"}
+_FIXED_POINT_ONE = 1 << 16
 _ALIAS = bytes.fromhex("616c6973")  # the kind of an alias, four letters
 _IDENTITY = (1, 0, 0, 1)
 ORIENTATION = 0x0112
@@ -43,10 +43,10 @@ def _png_chunk(kind, payload):
 
 def forge_exif(orientation, order="<"):
     """Return an EXIF block with a maker's name followed by an orientation."""
-    mark = {"<": b"II*\0", ">": b"MM\0*"}[order]
+    signature = {"<": b"II*\0", ">": b"MM\0*"}[order]
     entries = struct.pack(f"{order}HHI4s", 0x010F, 2, 4, b"abc")
     entries += struct.pack(f"{order}HHIHH", ORIENTATION, 3, 1, orientation, 0)
-    return mark + struct.pack(f"{order}IH", 8, 2) + entries + bytes(4)
+    return signature + struct.pack(f"{order}IH", 8, 2) + entries + bytes(4)
 
 
 def add_exif(jpeg, exif):
@@ -67,17 +67,17 @@ def change_boxes(data, change):
         length, kind = struct.unpack_from(">I4s", data, position)
         payload = data[position + 8 : position + length]
         position += length
-        if kind in _BOXES_OF_BOXES:
+        if kind in _CONTAINER_BOXES:
             payload = change_boxes(payload, change)
-        changed = change(kind, payload)
-        if changed is not None:
-            made += struct.pack(">I4s", len(changed) + 8, kind) + changed
+        new_payload = change(kind, payload)
+        if new_payload is not None:
+            made += struct.pack(">I4s", len(new_payload) + 8, kind) + new_payload
     return made
 
 
-def show_video(data, how):
+def show_video(data, display):
     """Return an mp4 file with a display matrix of `MATRICES`."""
-    stored, shown = _pack_matrix(_IDENTITY), _pack_matrix(MATRICES[how])
+    stored, shown = _pack_matrix(_IDENTITY), _pack_matrix(MATRICES[display])
 
     def change(kind, payload):
         return payload.replace(stored, shown) if kind == b"tkhd" else payload
@@ -86,7 +86,7 @@ def show_video(data, how):
 
 
 def _pack_matrix(numbers):
-    a, b, c, d = (round(number * _UNIT) for number in numbers)
+    a, b, c, d = (round(number * _FIXED_POINT_ONE) for number in numbers)
     return struct.pack(">9i", a, b, 0, c, d, 0, 0, 0, 1 << 30)
 
 
@@ -127,9 +127,9 @@ def write_timed_video(path, milliseconds, rate=30):
         stream = container.add_stream("mpeg4", rate=rate)
         stream.width, stream.height, stream.pix_fmt = 48, 32, "yuv420p"
         stream.codec_context.time_base = Fraction(1, 1000)
-        for moment in milliseconds:
-            picture = np.full((32, 48, 3), moment % 256, np.uint8)
+        for frame_time in milliseconds:
+            picture = np.full((32, 48, 3), frame_time % 256, np.uint8)
             frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
-            frame.pts, frame.time_base = moment, Fraction(1, 1000)
+            frame.pts, frame.time_base = frame_time, Fraction(1, 1000)
             container.mux(stream.encode(frame))
         container.mux(stream.encode())

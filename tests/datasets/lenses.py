@@ -25,6 +25,6 @@ def distort(lens, x, y):
     k1, k2, p1, p2, k3, k4, k5, k6 = padded
     factor = 1 + squared * (k1 + squared * (k2 + squared * k3))
     factor = factor / (1 + squared * (k4 + squared * (k5 + squared * k6)))
-    across = x * factor + 2 * p1 * x * y + p2 * (squared + 2 * x * x)
-    down = y * factor + p1 * (squared + 2 * y * y) + 2 * p2 * x * y
-    return lens.fx * across + lens.cx, lens.fy * down + lens.cy
+    columns = x * factor + 2 * p1 * x * y + p2 * (squared + 2 * x * x)
+    rows = y * factor + p1 * (squared + 2 * y * y) + 2 * p2 * x * y
+    return lens.fx * columns + lens.cx, lens.fy * rows + lens.cy

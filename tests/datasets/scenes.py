@@ -34,9 +34,9 @@ class Shot:
         """Return `[P, 3]` pixel x, pixel y and depth, one point at a time."""
         results = []
         for position in positions:
-            right, down, forward = ((position - self.center) @ axis for axis in self.axes.T)
+            right, rows, forward = ((position - self.center) @ axis for axis in self.axes.T)
             x = self.fx * right / forward + self.cx
-            results.append((x, self.fy * down / forward + self.cy, forward))
+            results.append((x, self.fy * rows / forward + self.cy, forward))
         return np.array(results)
 
 
@@ -68,11 +68,11 @@ def make_shots(count=4, size=(48, 32), focal=40.0):
     return shots
 
 
-def paint(x, z, moment=0.0):
+def paint(x, z, frame_time=0.0):
     """Return sRGB in [0, 255] of the plane y = 0; a disc moves across it."""
     waves = [np.sin(3.1 * x + 1.7 * z), np.sin(2.3 * z - x), np.cos(1.9 * x * z)]
     colors = 127.5 + 80 * np.stack(waves, axis=-1)
-    disc = (x - 0.1 * moment) ** 2 + z**2 < 0.2
+    disc = (x - 0.1 * frame_time) ** 2 + z**2 < 0.2
     return np.where(disc[..., None], (230.0, 40.0, 20.0), colors)
 
 
@@ -86,16 +86,16 @@ def paint_grains(x, z, _moment=0.0):
     return colors
 
 
-def render(shot, moment=0.0, painting=paint, samples=2):
+def render(shot, frame_time=0.0, painting=paint, samples=2):
     """Return `[H, W, 3]` uint8 of the plane y = 0, each pixel the mean of its samples."""
     steps = (np.arange(samples) + 0.5) / samples
     x = (np.arange(shot.width)[:, None] + steps).ravel()
     y = (np.arange(shot.height)[:, None] + steps).ravel()
-    across, down = np.meshgrid((x - shot.cx) / shot.fx, (y - shot.cy) / shot.fy)
-    rays = np.stack([across, down, np.ones_like(across)], axis=-1) @ shot.axes.T
+    across, rows = np.meshgrid((x - shot.cx) / shot.fx, (y - shot.cy) / shot.fy)
+    rays = np.stack([across, rows, np.ones_like(across)], axis=-1) @ shot.axes.T
     distance = -shot.center[1] / rays[..., 1]
     hits = shot.center + distance[..., None] * rays
-    colors = painting(hits[..., 0], hits[..., 2], moment)
+    colors = painting(hits[..., 0], hits[..., 2], frame_time)
     colors = colors.reshape(shot.height, samples, shot.width, samples, 3).mean(axis=(1, 3))
     return (colors + 0.5).astype(np.uint8)
 
@@ -137,10 +137,10 @@ def write_picture(path, picture):
 
 def poses_row(shot, near=1.5, far=9.0, size=None):
     """Return the row of poses_bounds.npy of a shot."""
-    right, down, forward = shot.axes.T
+    right, rows, forward = shot.axes.T
     width, height = size or (shot.width, shot.height)
     focal = shot.fx * width / shot.width
-    columns = [down, right, -forward, shot.center, (height, width, focal)]
+    columns = [rows, right, -forward, shot.center, (height, width, focal)]
     return np.concatenate([np.stack(columns, axis=1).ravel(), (near, far)])
 
 
@@ -148,7 +148,7 @@ def write_n3dv(folder, shots, frame_count=6, points=None):
     """Write videos, poses and points in N3DV's layout."""
     folder.mkdir(parents=True, exist_ok=True)
     for shot in shots:
-        pictures = [render(shot, moment) for moment in range(frame_count)]
+        pictures = [render(shot, frame_time) for frame_time in range(frame_count)]
         write_video(folder / f"{shot.name}.mp4", pictures)
     np.save(folder / "poses_bounds.npy", np.array([poses_row(shot) for shot in shots]))
     if points is not None:
@@ -158,9 +158,9 @@ def write_n3dv(folder, shots, frame_count=6, points=None):
 
 def opengl_matrix(shot):
     """Return the 4x4 matrix of transforms.json of a shot."""
-    right, down, forward = shot.axes.T
+    right, rows, forward = shot.axes.T
     matrix = np.eye(4)
-    matrix[:3] = np.stack([right, -down, -forward, shot.center], axis=1)
+    matrix[:3] = np.stack([right, -rows, -forward, shot.center], axis=1)
     return matrix.tolist()
 
 

@@ -41,14 +41,14 @@ def test_a_dropped_frame_makes_the_rate_variable(tmp_path, left_out):
     videos = make_videos(tmp_path, cam00=EVEN, cam01=moments)
     mean = 1000 * (len(moments) - 1) / moments[-1]
 
-    with pytest.raises(FrameRateError) as caught:
+    with pytest.raises(FrameRateError) as error_info:
         require_common_frame_rate(videos)
     assert re.search(
         r"cam01.mkv has a variable frame rate: its frames last from 33.0 to 6[67].0 ms, "
         rf"{mean:.2f} per second on average.*fps={mean:.0f} ",
-        str(caught.value),
+        str(error_info.value),
     )
-    assert "cam00" not in str(caught.value)
+    assert "cam00" not in str(error_info.value)
 
 
 def test_a_rate_that_changes_by_a_fifth_halfway_is_variable(tmp_path):
@@ -67,9 +67,9 @@ def folder(tmp_path, shots, points):
 def test_a_video_of_another_rate_is_the_only_one_named(folder, pictures):
     scenes.write_video(folder / "cam03.mp4", pictures[2], rate=25)
 
-    with pytest.raises(FrameRateError) as caught:
+    with pytest.raises(FrameRateError) as error_info:
         open_capture(folder)
-    assert str(caught.value).startswith(
+    assert str(error_info.value).startswith(
         "cam03.mp4 has 25 frames per second, the others have 30: convert"
     )
 

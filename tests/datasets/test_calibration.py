@@ -41,7 +41,7 @@ def test_axes_with_four_digits_become_a_rotation():
 
 
 @pytest.mark.parametrize(
-    ("axes", "fault"),
+    ("axes", "error"),
     [
         (np.diag([1.0, 1.0, -1.0]), "left-handed"),
         (np.diag([1.0, 1.0, 1.1]), "not orthonormal"),
@@ -49,8 +49,8 @@ def test_axes_with_four_digits_become_a_rotation():
         (np.full((3, 3), np.nan), "non-finite"),
     ],
 )
-def test_axes_that_are_not_a_rotation_are_rejected(axes, fault):
-    with pytest.raises(ValueError, match=fault):
+def test_axes_that_are_not_a_rotation_are_rejected(axes, error):
+    with pytest.raises(ValueError, match=error):
         make_pose(axes, np.zeros(3))
 
 

@@ -52,7 +52,7 @@ def test_an_offset_of_an_unknown_camera_is_rejected_by_name():
 
 
 @pytest.mark.parametrize(
-    ("text", "fault"),
+    ("text", "error"),
     [
         ("[]", "not a JSON object"),
         ("{", "Expecting"),
@@ -70,8 +70,8 @@ def test_an_offset_of_an_unknown_camera_is_rejected_by_name():
         (" " * (1 << 20) + "{}", "more than 1,048,576 bytes"),
     ],
 )
-def test_malformed_notes_are_rejected_by_name(tmp_path, text, fault):
+def test_malformed_notes_are_rejected_by_name(tmp_path, text, error):
     (tmp_path / NOTES_NAME).write_text(text)
 
-    with pytest.raises(UnreadableNotesError, match=fault):
+    with pytest.raises(UnreadableNotesError, match=error):
         read_capture_notes(tmp_path)

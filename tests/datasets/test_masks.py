@@ -85,7 +85,7 @@ def test_transforms_name_their_masks(tmp_path):
     for entry in document["frames"]:
         entry["mask_path"] = "masks/" + entry["file_path"]
     folder = write_transforms(tmp_path / "capture", document, plane_points())
-    pictures = [[render(shot, moment) for moment in range(2)] for shot in shots]
+    pictures = [[render(shot, frame_time) for frame_time in range(2)] for shot in shots]
     write_frames(folder, shots, pictures)
     masks = [[_draw(7 * camera + frame) for frame in range(2)] for camera in range(len(shots))]
     write_frames(folder / "masks", shots, masks)

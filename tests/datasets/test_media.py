@@ -41,19 +41,19 @@ _TEXTS = {
 
 def in_time(read, *arguments):
     """Return the error that a function raises, which must not take long."""
-    raised = []
+    error_info = []
 
     def call():
         try:
             read(*arguments)
         except Exception as error:
-            raised.append(error)
+            error_info.append(error)
 
     thread = threading.Thread(target=call, daemon=True)
     thread.start()
     thread.join(_PATIENCE)
     assert not thread.is_alive(), "it never ends"
-    return raised[0] if raised else None
+    return error_info[0] if error_info else None
 
 
 @pytest.fixture
@@ -67,20 +67,20 @@ def folder(n3dv_folder, tmp_path, monkeypatch):
 @pytest.mark.parametrize("text", _TEXTS)
 def test_text_that_names_other_paths_is_not_a_video(folder, text):
     (folder / "cam00.mp4").write_text(_TEXTS[text])
-    raised = in_time(VideoReader, folder / "cam00.mp4")
+    error_info = in_time(VideoReader, folder / "cam00.mp4")
 
-    assert isinstance(raised, UnreadableVideoError)
-    assert "cam00.mp4 cannot be opened as mp4, mov, mkv or webm" in str(raised)
+    assert isinstance(error_info, UnreadableVideoError)
+    assert "cam00.mp4 cannot be opened as mp4, mov, mkv or webm" in str(error_info)
 
 
 @pytest.mark.parametrize("text", _TEXTS)
 def test_text_that_names_other_paths_is_not_a_picture(folder, text):
     (folder / "cam00.png").write_text(_TEXTS[text])
-    raised = in_time(read_still, folder / "cam00.png")
+    error_info = in_time(read_still, folder / "cam00.png")
 
-    assert isinstance(raised, UnreadableVideoError)
+    assert isinstance(error_info, UnreadableVideoError)
     assert "cam00.png cannot be decoded as a picture (the file is neither PNG nor JPEG)" in str(
-        raised
+        error_info
     )
 
 
@@ -97,11 +97,11 @@ def test_a_picture_of_another_format_is_rejected_by_name(tmp_path, suffix):
 @pytest.fixture
 def requests():
     """Requests to a local server, and its port."""
-    got = []
+    decoded = []
 
     class Handler(BaseHTTPRequestHandler):
         def do_GET(self):
-            got.append(self.path)
+            decoded.append(self.path)
             self.send_error(404)
 
         def log_message(self, *_arguments):
@@ -109,22 +109,22 @@ def requests():
 
     with HTTPServer(("127.0.0.1", 0), Handler) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
-        yield got, server.server_port
+        yield decoded, server.server_port
         server.shutdown()
 
 
 @pytest.mark.parametrize("key", ["file_path", "ply_file_path"])
 def test_an_address_in_transforms_json_is_not_fetched(folder, shots, requests, key):
-    got, port = requests
+    decoded, port = requests
     document = scenes.video_document(shots)
     target = document if key == "ply_file_path" else document["frames"][0]
     target[key] = f"http://127.0.0.1:{port}/cam00.mp4"
     scenes.write_transforms(folder, document)
 
-    raised = in_time(read_nerfstudio, Path())
-    assert got == []
-    assert isinstance(raised, CaptureError)
-    assert "127.0.0.1" in str(raised)
+    error_info = in_time(read_nerfstudio, Path())
+    assert decoded == []
+    assert isinstance(error_info, CaptureError)
+    assert "127.0.0.1" in str(error_info)
 
 
 @pytest.mark.parametrize(
@@ -142,10 +142,10 @@ def test_a_protocol_in_transforms_json_is_treated_as_a_file_name(folder, shots, 
     document = scenes.video_document(shots)
     document["frames"][0]["file_path"] = name
     scenes.write_transforms(folder, document)
-    raised = in_time(read_nerfstudio, Path())
+    error_info = in_time(read_nerfstudio, Path())
 
-    assert isinstance(raised, MissingFileError)
-    assert name in str(raised)
+    assert isinstance(error_info, MissingFileError)
+    assert name in str(error_info)
 
 
 @pytest.mark.parametrize(
@@ -182,10 +182,10 @@ def test_only_a_regular_file_is_opened(tmp_path, monkeypatch, read, make):
     monkeypatch.chdir(tmp_path)
     path = Path("cam00")
     make(path)
-    raised = in_time(read, path)
+    error_info = in_time(read, path)
 
-    assert isinstance(raised, UnreadableVideoError)
-    assert str(raised) == "cam00 is not a regular file"
+    assert isinstance(error_info, UnreadableVideoError)
+    assert str(error_info) == "cam00 is not a regular file"
 
 
 @pytest.mark.parametrize("read", [VideoReader, read_still])

@@ -60,9 +60,9 @@ def test_a_file_outside_the_folder_is_rejected_by_name(layout, shots, kind, way)
     (folder / "link").symlink_to(layout, target_is_directory=True)
     (folder / f"linked_{kind}").symlink_to(layout / kind)
 
-    with pytest.raises(OutsideFileError) as caught:
+    with pytest.raises(OutsideFileError) as error_info:
         read_nerfstudio(folder)
-    assert f"transforms.json names {name}, which is outside its folder" in str(caught.value)
+    assert f"transforms.json names {name}, which is outside its folder" in str(error_info.value)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -20,21 +20,21 @@ TURNS = {
 }
 
 
-@pytest.mark.parametrize("how", TURNS)
-def test_the_pictures_of_a_rotated_video_are_upright(n3dv_folder, pictures, tmp_path, how):
+@pytest.mark.parametrize("display", TURNS)
+def test_the_pictures_of_a_rotated_video_are_upright(n3dv_folder, pictures, tmp_path, display):
     path = tmp_path / "cam00.mp4"
-    path.write_bytes(forgeries.show_video((n3dv_folder / "cam00.mp4").read_bytes(), how))
+    path.write_bytes(forgeries.show_video((n3dv_folder / "cam00.mp4").read_bytes(), display))
     reader = VideoReader(path)
 
-    assert (reader.height, reader.width) == ((48, 32) if "90" in how else (32, 48))
+    assert (reader.height, reader.width) == ((48, 32) if "90" in display else (32, 48))
     for frame in (0, 4, 2):
-        assert np.array_equal(reader.read(frame), cv2.rotate(pictures[0][frame], TURNS[how]))
+        assert np.array_equal(reader.read(frame), cv2.rotate(pictures[0][frame], TURNS[display]))
 
 
-@pytest.mark.parametrize("how", TURNS)
-def test_a_video_is_rotated_as_by_opencv(n3dv_folder, tmp_path, how):
+@pytest.mark.parametrize("display", TURNS)
+def test_a_video_is_rotated_as_by_opencv(n3dv_folder, tmp_path, display):
     path = tmp_path / "cam00.mp4"
-    path.write_bytes(forgeries.show_video((n3dv_folder / "cam00.mp4").read_bytes(), how))
+    path.write_bytes(forgeries.show_video((n3dv_folder / "cam00.mp4").read_bytes(), display))
     found, picture = cv2.VideoCapture(str(path)).read()
 
     assert found
@@ -51,7 +51,7 @@ def test_a_video_displayed_as_stored_is_not_rotated(n3dv_folder, pictures, tmp_p
 
 
 @pytest.mark.parametrize(
-    ("how", "message"),
+    ("display", "message"),
     [
         ("45 clockwise", r"rotated by -45 degrees"),
         ("mirrored", "mirrored"),
@@ -60,10 +60,10 @@ def test_a_video_displayed_as_stored_is_not_rotated(n3dv_folder, pictures, tmp_p
     ],
 )
 def test_a_video_with_another_angle_than_quarter_turns_is_rejected(
-    n3dv_folder, tmp_path, how, message
+    n3dv_folder, tmp_path, display, message
 ):
     path = tmp_path / "cam00.mp4"
-    path.write_bytes(forgeries.show_video((n3dv_folder / "cam00.mp4").read_bytes(), how))
+    path.write_bytes(forgeries.show_video((n3dv_folder / "cam00.mp4").read_bytes(), display))
 
     with pytest.raises(UnreadableVideoError, match=rf"frame 0 of .*cam00.mp4 .*stored {message}"):
         VideoReader(path)
@@ -75,7 +75,7 @@ def rotated_capture(n3dv_folder, tmp_path, shots, pictures):
     folder = shutil.copytree(n3dv_folder, tmp_path / "side")
     for shot, row in zip(shots, pictures, strict=True):
         path = folder / f"{shot.name}.mp4"
-        scenes.write_video(path, [cv2.rotate(each, cv2.ROTATE_90_CLOCKWISE) for each in row])
+        scenes.write_video(path, [cv2.rotate(item, cv2.ROTATE_90_CLOCKWISE) for item in row])
         path.write_bytes(forgeries.show_video(path.read_bytes(), "90 counterclockwise"))
     return folder
 
@@ -87,12 +87,14 @@ def test_intrinsics_are_those_of_upright_pictures(
     if layout == "nerfstudio":
         (rotated_capture / "poses_bounds.npy").unlink()
         scenes.write_transforms(rotated_capture, scenes.video_document(shots), points)
-    upright, turned = open_capture(n3dv_folder), open_capture(rotated_capture)
+    upright, rotation_vector = open_capture(n3dv_folder), open_capture(rotated_capture)
 
-    for index, (camera, same) in enumerate(zip(turned.cameras, upright.cameras, strict=True)):
+    for index, (camera, same) in enumerate(
+        zip(rotation_vector.cameras, upright.cameras, strict=True)
+    ):
         assert (camera.width, camera.height, camera.fx) == (48, 32, pytest.approx(same.fx))
         assert (camera.cx, camera.cy) == (same.cx, same.cy)
-        difference = turned.image(index, 3).astype(int) - upright.image(index, 3)
+        difference = rotation_vector.image(index, 3).astype(int) - upright.image(index, 3)
         assert np.abs(difference).mean() < 6
 
 

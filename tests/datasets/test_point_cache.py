@@ -68,12 +68,12 @@ def test_other_pictures_cameras_or_frames_have_their_own_points(bare, found):
 def test_a_damaged_file_is_detected_and_rewritten(bare, found, cache):
     open_capture(bare)
     (kept,) = cache.iterdir()
-    whole = kept.read_bytes()
-    kept.write_bytes(whole[:-1])
+    data = kept.read_bytes()
+    kept.write_bytes(data[:-1])
     open_capture(bare)
 
     assert len(found) == 2
-    assert len(kept.read_bytes()) == len(whole)
+    assert len(kept.read_bytes()) == len(data)
 
 
 def test_a_cache_that_cannot_be_written_is_only_a_warning(cache, caplog):

@@ -83,7 +83,7 @@ def test_other_properties_and_elements_are_skipped(path):
 
 
 @pytest.mark.parametrize(
-    ("data", "fault"),
+    ("data", "error"),
     [
         (b"", "does not begin with a PLY header"),
         (b"plx\nend_header\n", "does not begin with a PLY header"),
@@ -115,12 +115,12 @@ def test_other_properties_and_elements_are_skipped(path):
         (ply(ROW * 2, [*FIELDS[:5], "float blue"]), "no uchar red, green and blue"),
     ],
 )
-def test_a_malformed_file_is_rejected_by_name(path, data, fault):
+def test_a_malformed_file_is_rejected_by_name(path, data, error):
     path.write_bytes(data)
 
-    with pytest.raises(UnreadablePointsError, match=fault) as caught:
+    with pytest.raises(UnreadablePointsError, match=error) as error_info:
         read_points_ply(path)
-    assert str(path) in str(caught.value)
+    assert str(path) in str(error_info.value)
 
 
 @settings(deadline=None, max_examples=100)

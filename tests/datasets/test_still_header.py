@@ -46,9 +46,9 @@ def test_a_malformed_orientation_is_none(jpeg, exif):
 
 
 def test_stray_bytes_and_fill_bytes_between_segments_are_skipped(jpeg):
-    stray = jpeg[:2] + b"\xff\xff\xff" + jpeg[3:20] + b"\0\xff\0" + jpeg[20:]
+    outlier = jpeg[:2] + b"\xff\xff\xff" + jpeg[3:20] + b"\0\xff\0" + jpeg[20:]
 
-    assert read_still_header(stray) == read_still_header(jpeg)
+    assert read_still_header(outlier) == read_still_header(jpeg)
 
 
 def test_segments_without_a_length_are_skipped(jpeg):

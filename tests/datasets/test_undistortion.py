@@ -56,9 +56,9 @@ def test_a_distorted_picture_becomes_the_pinholes_up_to_its_border(lens):
 def test_the_pinhole_sees_only_the_picture_and_touches_its_border(lens):
     pinhole = Rectifier(lens).lens
     u, v = pixel_centers(pinhole)
-    across, down = distort(lens, (u - pinhole.cx) / pinhole.fx, (v - pinhole.cy) / pinhole.fy)
+    columns, rows = distort(lens, (u - pinhole.cx) / pinhole.fx, (v - pinhole.cy) / pinhole.fy)
 
-    for values, size in ((across, lens.width), (down, lens.height)):
+    for values, size in ((columns, lens.width), (rows, lens.height)):
         assert values.min() == pytest.approx(0.5, abs=0.03)
         assert values.max() == pytest.approx(size - 0.5, abs=0.03)
 

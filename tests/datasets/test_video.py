@@ -14,7 +14,7 @@ FRAMES = 11
 def video(tmp_path_factory):
     shot = scenes.make_shots()[0]
     path = tmp_path_factory.mktemp("video") / "cam00.mp4"
-    pictures = [scenes.render(shot, moment) for moment in range(FRAMES)]
+    pictures = [scenes.render(shot, frame_time) for frame_time in range(FRAMES)]
     scenes.write_video(path, pictures, faststart=True)
     return path
 

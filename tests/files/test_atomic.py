@@ -30,14 +30,14 @@ def test_a_link_at_the_temporary_name_is_not_followed(dangles, tmp_path, monkeyp
     victim = tmp_path / "victim"
     if not dangles:
         victim.write_text("mine")
-    planted = tmp_path / ".a.bin.0000000000000000.part"
-    planted.symlink_to(victim)
+    planted_name = tmp_path / ".a.bin.0000000000000000.part"
+    planted_name.symlink_to(victim)
     numbers = iter(["0" * 16, "1" * 16])
     monkeypatch.setattr(beside.secrets, "token_hex", lambda _: next(numbers))
     write_file(tmp_path / "a.bin", b"data")
 
     assert (tmp_path / "a.bin").read_bytes() == b"data"
-    assert planted.is_symlink()
+    assert planted_name.is_symlink()
     assert victim.exists() != dangles
     assert dangles or victim.read_text() == "mine"
 
@@ -52,15 +52,15 @@ def test_a_link_at_the_target_is_replaced_and_not_followed(tmp_path):
     assert not (tmp_path / "a.bin").is_symlink()
 
 
-@pytest.mark.parametrize("fault", [OSError("disk full"), KeyboardInterrupt()])
-def test_a_failed_write_keeps_the_old_file_and_nothing_else(fault, tmp_path):
+@pytest.mark.parametrize("error", [OSError("disk full"), KeyboardInterrupt()])
+def test_a_failed_write_keeps_the_old_file_and_nothing_else(error, tmp_path):
     def fail():
         with atomic_file(tmp_path / "a.bin") as file:
             file.write(b"half")
-            raise fault
+            raise error
 
     (tmp_path / "a.bin").write_text("old")
-    with pytest.raises(type(fault)):
+    with pytest.raises(type(error)):
         fail()
 
     assert _list(tmp_path) == ["a.bin"]
@@ -80,11 +80,11 @@ def test_a_file_that_cannot_be_renamed_is_removed(tmp_path):
 def test_a_file_has_the_permissions_of_a_new_one(tmp_path):
     (tmp_path / "a.bin").write_text("old")
     (tmp_path / "a.bin").chmod(0o600)
-    before = os.umask(0o027)
+    contents_before = os.umask(0o027)
     try:
         write_file(tmp_path / "a.bin", b"data")
     finally:
-        os.umask(before)
+        os.umask(contents_before)
 
     assert stat.S_IMODE((tmp_path / "a.bin").stat().st_mode) == 0o640
 

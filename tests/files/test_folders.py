@@ -9,22 +9,22 @@ def _list(folder):
     return sorted(os.listdir(folder))
 
 
-def _lines(folder):
+def _read_marker_lines(folder):
     return (folder / MARKER_NAME).read_text().splitlines()[1:]
 
 
-def _make(target, *names, make=written_folder, fault=None, **options):
+def _make_folder(target, *names, make=written_folder, error=None, **options):
     with make(target, **options) as made:
         for name in names:
             made.write(name, b"made")
-        if fault:
-            raise fault
+        if error:
+            raise error
     return target
 
 
 @pytest.fixture
-def old(tmp_path):
-    return _make(tmp_path / "out", "a.ply", "b.ply")
+def old_folder(tmp_path):
+    return _make_folder(tmp_path / "out", "a.ply", "b.ply")
 
 
 def test_a_folder_is_invisible_until_complete(tmp_path):
@@ -47,88 +47,88 @@ def test_files_of_a_growing_folder_appear_at_once_when_complete(tmp_path):
 
 def test_a_file_is_in_the_marker_before_it_is_created(tmp_path):
     with growing_folder(tmp_path / "out") as made, made.open("a.ply"):
-        assert _lines(tmp_path / "out") == ["a.ply"]
+        assert _read_marker_lines(tmp_path / "out") == ["a.ply"]
 
 
 @pytest.mark.parametrize("make", [written_folder, growing_folder])
 def test_an_empty_folder_is_used(make, tmp_path):
     (tmp_path / "out").mkdir()
-    _make(tmp_path / "out", "a.ply", make=make)
+    _make_folder(tmp_path / "out", "a.ply", make=make)
 
     assert _list(tmp_path) == ["out"]
     assert _list(tmp_path / "out") == [MARKER_NAME, "a.ply"]
 
 
-@pytest.mark.parametrize("fault", [OSError("disk full"), KeyboardInterrupt()])
-def test_a_failed_folder_leaves_nothing_and_keeps_the_old_one(fault, old):
-    for target in (old, old.parent / "new"):
-        with pytest.raises(type(fault)):
-            _make(target, "c.ply", replace=True, fault=fault)
+@pytest.mark.parametrize("error", [OSError("disk full"), KeyboardInterrupt()])
+def test_a_failed_folder_leaves_nothing_and_keeps_the_old_one(error, old_folder):
+    for target in (old_folder, old_folder.parent / "new"):
+        with pytest.raises(type(error)):
+            _make_folder(target, "c.ply", replace=True, error=error)
 
-    assert _list(old.parent) == ["out"]
-    assert _list(old) == [MARKER_NAME, "a.ply", "b.ply"]
+    assert _list(old_folder.parent) == ["out"]
+    assert _list(old_folder) == [MARKER_NAME, "a.ply", "b.ply"]
 
 
 def test_a_growing_folder_that_fails_keeps_its_files_and_can_be_replaced(tmp_path):
     with pytest.raises(KeyboardInterrupt):
-        _make(tmp_path / "out", "a.ply", make=growing_folder, fault=KeyboardInterrupt())
-    kept = _list(tmp_path / "out")
-    _make(tmp_path / "out", "b.ply", make=growing_folder, replace=True)
+        _make_folder(tmp_path / "out", "a.ply", make=growing_folder, error=KeyboardInterrupt())
+    kept_contents = _list(tmp_path / "out")
+    _make_folder(tmp_path / "out", "b.ply", make=growing_folder, replace=True)
 
-    assert kept == [MARKER_NAME, "a.ply"]
+    assert kept_contents == [MARKER_NAME, "a.ply"]
     assert _list(tmp_path / "out") == [MARKER_NAME, "b.ply"]
-    assert _lines(tmp_path / "out") == ["b.ply"]
+    assert _read_marker_lines(tmp_path / "out") == ["b.ply"]
 
 
-def test_an_empty_growing_folder_is_removed(old):
-    _make(old, make=growing_folder, replace=True)
-    _make(old.parent / "new", make=growing_folder)
+def test_an_empty_growing_folder_is_removed(old_folder):
+    _make_folder(old_folder, make=growing_folder, replace=True)
+    _make_folder(old_folder.parent / "new", make=growing_folder)
 
-    assert _list(old.parent) == []
+    assert _list(old_folder.parent) == []
 
 
-def test_a_growing_folder_can_keep_its_files(old):
-    with growing_folder(old, replace=True, keep=True) as made:
-        before = _list(old)
+def test_a_growing_folder_can_keep_its_files(old_folder):
+    with growing_folder(old_folder, replace=True, keep=True) as made:
+        contents_before = _list(old_folder)
         made.write("a.ply", b"new")
         made.write("c.ply", b"new")
 
-    assert before == [MARKER_NAME, "a.ply", "b.ply"]
-    assert _list(old) == [MARKER_NAME, "a.ply", "b.ply", "c.ply"]
-    assert _lines(old) == ["a.ply", "b.ply", "c.ply"]
+    assert contents_before == [MARKER_NAME, "a.ply", "b.ply"]
+    assert _list(old_folder) == [MARKER_NAME, "a.ply", "b.ply", "c.ply"]
+    assert _read_marker_lines(old_folder) == ["a.ply", "b.ply", "c.ply"]
 
 
 @pytest.mark.parametrize("make", [written_folder, growing_folder])
-def test_a_folder_is_replaced_only_on_request(make, old):
-    with pytest.raises(OutputPathError, match="out exists") as caught:
-        _make(old, make=make)
-    _make(old, "c.ply", make=make, replace=True)
+def test_a_folder_is_replaced_only_on_request(make, old_folder):
+    with pytest.raises(OutputPathError, match="out exists") as error_info:
+        _make_folder(old_folder, make=make)
+    _make_folder(old_folder, "c.ply", make=make, replace=True)
 
-    assert caught.value.replaceable
-    assert _list(old) == [MARKER_NAME, "c.ply"]
-    assert _list(old.parent) == ["out"]
+    assert error_info.value.replaceable
+    assert _list(old_folder) == [MARKER_NAME, "c.ply"]
+    assert _list(old_folder.parent) == ["out"]
 
 
 @pytest.mark.parametrize("make", [written_folder, growing_folder])
-def test_a_folder_with_foreign_files_is_unchanged(make, old):
-    (old / "thesis.tex").write_text("mine")
-    with pytest.raises(OutputPathError, match=r"out contains thesis\.tex, which") as caught:
-        _make(old, make=make, replace=True)
+def test_a_folder_with_foreign_files_is_unchanged(make, old_folder):
+    (old_folder / "thesis.tex").write_text("mine")
+    with pytest.raises(OutputPathError, match=r"out contains thesis\.tex, which") as error_info:
+        _make_folder(old_folder, make=make, replace=True)
 
-    assert not caught.value.replaceable
-    assert _list(old) == [MARKER_NAME, "a.ply", "b.ply", "thesis.tex"]
+    assert not error_info.value.replaceable
+    assert _list(old_folder) == [MARKER_NAME, "a.ply", "b.ply", "thesis.tex"]
 
 
 @pytest.mark.parametrize("make", [written_folder, growing_folder])
 @pytest.mark.parametrize("kind", ["file", "link"])
-def test_a_file_or_a_link_is_not_treated_as_a_folder(kind, make, old):
-    place = old.parent / kind
-    place.write_text("mine") if kind == "file" else place.symlink_to(old)
+def test_a_file_or_a_link_is_not_treated_as_a_folder(kind, make, old_folder):
+    place = old_folder.parent / kind
+    place.write_text("mine") if kind == "file" else place.symlink_to(old_folder)
     with pytest.raises(OutputPathError, match="is a symbolic link or not a folder"):
-        _make(place, make=make, replace=True)
+        _make_folder(place, make=make, replace=True)
 
     assert place.is_symlink() == (kind == "link")
-    assert _list(old) == [MARKER_NAME, "a.ply", "b.ply"]
+    assert _list(old_folder) == [MARKER_NAME, "a.ply", "b.ply"]
 
 
 @pytest.mark.parametrize("make", [written_folder, growing_folder])
@@ -137,7 +137,7 @@ def test_a_folder_being_written_by_another_process_is_rejected(make, tmp_path):
     with growing_folder(tmp_path / "out") as made:
         made.write("a.ply", b"made")
         with pytest.raises(OutputPathError, match="being written by another process"):
-            _make(tmp_path / "out", make=make, replace=True)
+            _make_folder(tmp_path / "out", make=make, replace=True)
 
     assert _list(tmp_path / "out") == [MARKER_NAME, "a.ply"]
 
@@ -148,8 +148,8 @@ def test_nested_folders_have_their_own_markers_and_are_removed_together(tmp_path
             with made.folder("inner") as inner:
                 inner.write("a.ply", b"made")
             made.write("b.ply", b"made")
-    lines = _lines(tmp_path / "out")
-    _make(tmp_path / "out", "c.ply", replace=True)
+    lines = _read_marker_lines(tmp_path / "out")
+    _make_folder(tmp_path / "out", "c.ply", replace=True)
 
     assert lines == ["inner/", "b.ply"]
     assert _list(tmp_path) == ["out"]
@@ -164,7 +164,7 @@ def test_a_folder_nested_too_deeply_is_foreign(tmp_path):
     ):
         innermost.write("a.ply", b"made")
     with pytest.raises(OutputPathError, match="inner contains innermost"):
-        _make(tmp_path / "out", replace=True)
+        _make_folder(tmp_path / "out", replace=True)
 
 
 @pytest.mark.parametrize("name", ["../a", "a/b", "a\\b", "..", ".", "", ".hidden", "C:a", "a\nb"])
@@ -176,33 +176,35 @@ def test_an_unsafe_name_is_rejected(name, tmp_path):
 
 
 @pytest.mark.parametrize("when", ["first", "second"])
-@pytest.mark.parametrize("fault", [OSError("no"), KeyboardInterrupt()])
-def test_an_old_folder_is_kept_if_the_new_one_cannot_replace_it(when, fault, old, monkeypatch):
-    renames, rename = [], type(old).rename
+@pytest.mark.parametrize("error", [OSError("no"), KeyboardInterrupt()])
+def test_an_old_folder_is_kept_if_the_new_one_cannot_replace_it(
+    when, error, old_folder, monkeypatch
+):
+    renames, rename = [], type(old_folder).rename
 
     def fail(path, target):
         renames.append(path)
         if len(renames) == (1 if when == "first" else 2):
-            raise fault
+            raise error
         return rename(path, target)
 
     with monkeypatch.context() as patch:
-        patch.setattr(type(old), "rename", fail)
-        with pytest.raises(type(fault)):
-            _make(old, "c.ply", replace=True)
+        patch.setattr(type(old_folder), "rename", fail)
+        with pytest.raises(type(error)):
+            _make_folder(old_folder, "c.ply", replace=True)
 
-    assert _list(old.parent) == ["out"]
-    assert _list(old) == [MARKER_NAME, "a.ply", "b.ply"]
+    assert _list(old_folder.parent) == ["out"]
+    assert _list(old_folder) == [MARKER_NAME, "a.ply", "b.ply"]
 
 
-def test_foreign_files_added_to_the_old_folder_are_kept(old):
-    with written_folder(old, replace=True) as made:
+def test_foreign_files_added_to_the_old_folder_are_kept(old_folder):
+    with written_folder(old_folder, replace=True) as made:
         made.write("c.ply", b"made")
-        (old / "notes.txt").write_text("mine")
+        (old_folder / "notes.txt").write_text("mine")
 
-    assert _list(old) == [MARKER_NAME, "c.ply"]
+    assert _list(old_folder) == [MARKER_NAME, "c.ply"]
     assert _list(made.moved_to) == ["notes.txt"]
-    _make(old, "d.ply", replace=True)
+    _make_folder(old_folder, "d.ply", replace=True)
     assert _list(made.moved_to) == ["notes.txt"]
 
 

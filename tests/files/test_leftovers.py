@@ -76,15 +76,15 @@ with written_folder(target, replace=True) as made:
 
 def _kill(program, target):
     """Let a process work on a target until it kills itself."""
-    done = subprocess.run([sys.executable, "-c", _BEGIN + program, str(target)], check=False)
-    assert done.returncode == -signal.SIGKILL
+    completed = subprocess.run([sys.executable, "-c", _BEGIN + program, str(target)], check=False)
+    assert completed.returncode == -signal.SIGKILL
 
 
 def _list(folder):
     return sorted(os.listdir(folder))
 
 
-def _make(target, *names, **options):
+def _make_folder(target, *names, **options):
     with written_folder(target, **options) as made:
         for name in names:
             made.write(name, b"old")
@@ -95,18 +95,18 @@ def _make(target, *names, **options):
 def test_temporary_files_of_a_killed_process_are_removed(program, tmp_path):
     target = tmp_path / "out"
     _kill(program, target)
-    left = _list(tmp_path)
+    remaining_names = _list(tmp_path)
     remove_leftovers(target)
 
-    assert len(left) == 1
-    assert left[0].startswith(".out.")
+    assert len(remaining_names) == 1
+    assert remaining_names[0].startswith(".out.")
     assert _list(tmp_path) == []
 
 
 def test_the_next_folder_is_created_and_nothing_else_is_left(tmp_path):
     for _ in range(2):
         _kill(_IN_A_FOLDER, tmp_path / "out")
-    _make(tmp_path / "out", "a.ply")
+    _make_folder(tmp_path / "out", "a.ply")
 
     assert _list(tmp_path) == ["out"]
     assert _list(tmp_path / "out") == [MARKER_NAME, "a.ply"]
@@ -115,22 +115,22 @@ def test_the_next_folder_is_created_and_nothing_else_is_left(tmp_path):
 def test_a_growing_folder_keeps_complete_files_and_is_replaced_with_all_remains(tmp_path):
     target = tmp_path / "out"
     _kill(_IN_A_GROWING_FOLDER, target)
-    left = _list(target)
+    remaining_names = _list(target)
     with growing_folder(target, replace=True) as made:
         made.write("c.ply", b"new")
 
-    assert len(left) == 3
-    assert {MARKER_NAME, "a.ply"} < set(left)
+    assert len(remaining_names) == 3
+    assert {MARKER_NAME, "a.ply"} < set(remaining_names)
     assert _list(target) == [MARKER_NAME, "c.ply"]
 
 
 @pytest.mark.parametrize("call", [1, 2])
 def test_a_folder_in_the_middle_of_replacement_is_restored(call, tmp_path):
-    target = _make(tmp_path / "out", "a.ply", "b.ply")
+    target = _make_folder(tmp_path / "out", "a.ply", "b.ply")
     _kill(_IN_A_SWAP.format(call=call), target)
     is_moved = not target.exists()
     with pytest.raises(OutputPathError, match="out exists"):
-        _make(target, "c.ply")
+        _make_folder(target, "c.ply")
 
     assert is_moved == (call == 2)
     assert _list(tmp_path) == ["out"]
@@ -138,12 +138,12 @@ def test_a_folder_in_the_middle_of_replacement_is_restored(call, tmp_path):
 
 
 def test_a_replaced_folder_is_removed(tmp_path):
-    target = _make(tmp_path / "out", "a.ply")
+    target = _make_folder(tmp_path / "out", "a.ply")
     _kill(_KILLED_AFTER_SWAP, target)
-    left = _list(tmp_path)
+    remaining_names = _list(tmp_path)
     remove_leftovers(target)
 
-    assert len(left) == 2
+    assert len(remaining_names) == 2
     assert _list(tmp_path) == ["out"]
     assert _list(target) == [MARKER_NAME, "new.ply"]
 
@@ -167,19 +167,19 @@ def test_files_of_a_running_process_are_not_removed(tmp_path):
     assert _list(tmp_path) == ["out", "out.bin"]
 
 
-_RANDOM = "0123456789abcdef"
+_RANDOM_PART = "0123456789abcdef"
 
 
 @pytest.mark.parametrize(
     "name",
     [
-        f"out.{_RANDOM}.part",
-        f".other.{_RANDOM}.part",
-        f".out.{_RANDOM}.parts",
-        f".out.{_RANDOM}0.part",
+        f"out.{_RANDOM_PART}.part",
+        f".other.{_RANDOM_PART}.part",
+        f".out.{_RANDOM_PART}.parts",
+        f".out.{_RANDOM_PART}0.part",
         ".out.123.part",
-        f".out.{_RANDOM.upper()}.part",
-        f".oxt.{_RANDOM}.part",
+        f".out.{_RANDOM_PART.upper()}.part",
+        f".oxt.{_RANDOM_PART}.part",
     ],
 )
 def test_similar_names_are_not_removed(name, tmp_path):
@@ -194,10 +194,10 @@ def test_similar_names_are_not_removed(name, tmp_path):
 
 @pytest.mark.parametrize("suffix", ["part", "old"])
 def test_a_link_under_such_a_name_is_not_removed(suffix, tmp_path):
-    victim = _make(tmp_path / "victim", "a.ply")
-    link = tmp_path / f".out.{_RANDOM}.{suffix}"
+    victim = _make_folder(tmp_path / "victim", "a.ply")
+    link = tmp_path / f".out.{_RANDOM_PART}.{suffix}"
     link.symlink_to(victim)
-    _make(tmp_path / "out", "b.ply")
+    _make_folder(tmp_path / "out", "b.ply")
 
     assert _list(victim) == [MARKER_NAME, "a.ply"]
     assert link.is_symlink()
@@ -205,10 +205,10 @@ def test_a_link_under_such_a_name_is_not_removed(suffix, tmp_path):
 
 
 def test_a_folder_under_such_a_name_without_a_marker_is_not_removed(tmp_path):
-    folder = tmp_path / f".out.{_RANDOM}.old"
+    folder = tmp_path / f".out.{_RANDOM_PART}.old"
     folder.mkdir()
     (folder / "mine.txt").write_text("mine")
-    _make(tmp_path / "out", "b.ply")
+    _make_folder(tmp_path / "out", "b.ply")
 
     assert _list(folder) == ["mine.txt"]
 

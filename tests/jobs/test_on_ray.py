@@ -22,23 +22,23 @@ def _has_stopped(process):
 
 
 def test_two_workers_of_a_cluster_run_in_parallel_and_results_keep_the_order(ray_cluster):
-    reported = []
+    reports = []
     jobs = _make_jobs(3, 1, 2, 5)
 
     results = run_jobs(
-        works.square_slowly, jobs, WorkerPool(ray=ray_cluster), lambda *of: reported.append(of)
+        works.square_slowly, jobs, WorkerPool(ray=ray_cluster), lambda *of: reports.append(of)
     )
 
     assert [square for square, _ in results] == [9, 1, 4, 25]
     assert len({process for _, process in results}) == 2
-    assert [done for _, done, _ in reported] == [1, 2, 3, 4]
+    assert [done for _, done, _ in reports] == [1, 2, 3, 4]
 
 
 def test_failed_jobs_on_a_cluster_are_named(ray_cluster):
-    with pytest.raises(JobsError) as caught:
+    with pytest.raises(JobsError) as error_info:
         run_jobs(works.fail_if_odd, _make_jobs(1, 2), WorkerPool(ray=ray_cluster))
 
-    assert caught.value.messages == {"job 1": "ValueError: 1 is odd"}
+    assert error_info.value.messages == {"job 1": "ValueError: 1 is odd"}
 
 
 def test_a_job_on_a_cluster_has_its_threads(ray_cluster):

@@ -18,7 +18,7 @@ if __name__ == "__main__":
 """
 
 
-def _await_text(path):
+def _wait_for_text(path):
     for _ in range(1500):
         if path.is_file() and (text := path.read_text()):
             return text
@@ -29,9 +29,9 @@ def _await_text(path):
 def _is_quiet(path):
     """Whether the job that writes into a file has stopped."""
     for _ in range(100):
-        before = path.read_text()
+        contents_before = path.read_text()
         time.sleep(0.1)
-        if path.read_text() == before:
+        if path.read_text() == contents_before:
             return True
     return False
 
@@ -44,7 +44,7 @@ def test_no_job_outlives_its_caller(signal_name, tmp_path):
     command = [sys.executable, program, *notes]
     with subprocess.Popen(command, env={"PYTHONPATH": "."}, stderr=subprocess.DEVNULL) as caller:
         for note in notes:
-            _await_text(note)
+            _wait_for_text(note)
         getattr(caller, signal_name)()
 
     assert [_is_quiet(note) for note in notes] == [True, True]
@@ -54,7 +54,7 @@ def test_an_interruption_of_the_caller_ends_its_jobs(tmp_path):
     note = tmp_path / "note"
 
     def interrupt(*_of):
-        _await_text(note)
+        _wait_for_text(note)
         raise KeyboardInterrupt
 
     jobs = [Job("long", str(note)), Job("none", None)]
@@ -68,7 +68,7 @@ def test_an_interrupted_job_can_save_its_work(tmp_path, capfd):
     note = tmp_path / "note"
 
     def interrupt(*_of):
-        _await_text(note)
+        _wait_for_text(note)
         raise KeyboardInterrupt
 
     jobs = [Job("long", str(note)), Job("none", None)]

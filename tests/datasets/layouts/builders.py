@@ -62,122 +62,122 @@ def make_shot(camera):
     return scenes.Shot(camera.name, *lens, rotation.T, center)
 
 
-def write_poses(traced, folder):
+def write_poses(traced_capture, folder):
     folder.mkdir(parents=True, exist_ok=True)
     for name in ("poses_bounds.npy", "points3D_init.ply"):
-        shutil.copy(traced.folder / name, folder / name)
+        shutil.copy(traced_capture.folder / name, folder / name)
 
 
-def build_n3dv(traced, folder):
-    shutil.copytree(traced.folder, folder)
+def build_n3dv(traced_capture, folder):
+    shutil.copytree(traced_capture.folder, folder)
 
 
-def build_n3dv_mov(traced, folder):
-    write_poses(traced, folder)
-    traced.copy_videos(folder, "{name}.MOV")
+def build_n3dv_mov(traced_capture, folder):
+    write_poses(traced_capture, folder)
+    traced_capture.copy_videos(folder, "{name}.MOV")
 
 
-def build_n3dv_matroska(traced, folder):
-    write_poses(traced, folder)
-    for name in traced.names:
-        remux(traced.folder / f"{name}.mp4", folder / f"{name}.mkv")
+def build_n3dv_matroska(traced_capture, folder):
+    write_poses(traced_capture, folder)
+    for name in traced_capture.names:
+        remux(traced_capture.folder / f"{name}.mp4", folder / f"{name}.mkv")
 
 
-def build_n3dv_any_names(traced, folder):
-    write_poses(traced, folder)
-    traced.copy_videos(folder, "GOPR{index:03}.MP4")
+def build_n3dv_any_names(traced_capture, folder):
+    write_poses(traced_capture, folder)
+    traced_capture.copy_videos(folder, "GOPR{index:03}.MP4")
 
 
-def build_meetroom_with_poses(traced, folder):
-    write_poses(traced, folder)
-    traced.copy_videos(folder, "cam_{index}.mp4")
+def build_meetroom_with_poses(traced_capture, folder):
+    write_poses(traced_capture, folder)
+    traced_capture.copy_videos(folder, "cam_{index}.mp4")
 
 
-def build_n3dv_picture_folders(traced, folder):
-    write_poses(traced, folder)
-    traced.write_stills(folder, "{name}/{frame:04}.png")
+def build_n3dv_picture_folders(traced_capture, folder):
+    write_poses(traced_capture, folder)
+    traced_capture.write_stills(folder, "{name}/{frame:04}.png")
 
 
-def build_n3dv_extracted(traced, folder):
-    write_poses(traced, folder)
-    traced.write_stills(folder, "{name}/images/{frame:04}.png")
+def build_n3dv_extracted(traced_capture, folder):
+    write_poses(traced_capture, folder)
+    traced_capture.write_stills(folder, "{name}/images/{frame:04}.png")
 
 
-def build_colmap_project(traced, folder):
-    traced.write_stills(folder, "images/{name}.png", frames=1)
-    write_model(traced, folder)
+def build_colmap_project(traced_capture, folder):
+    traced_capture.write_stills(folder, "images/{name}.png", frames=1)
+    write_model(traced_capture, folder)
 
 
-def build_colmap_folders(traced, folder):
-    traced.write_stills(folder, "images/{name}/{frame:04}.png")
-    write_model(traced, folder, "{name}/0000")
+def build_colmap_folders(traced_capture, folder):
+    traced_capture.write_stills(folder, "images/{name}/{frame:04}.png")
+    write_model(traced_capture, folder, "{name}/0000")
 
 
-def build_colmap_odd_stems(traced, folder):
-    traced.write_stills(folder, "images/{name}/shot{index}_{frame:04}.png")
-    write_model(traced, folder, "{name}/shot{index}_0000")
+def build_colmap_odd_stems(traced_capture, folder):
+    traced_capture.write_stills(folder, "images/{name}/shot{index}_{frame:04}.png")
+    write_model(traced_capture, folder, "{name}/shot{index}_0000")
 
 
-def build_colmap_frames(traced, folder):
-    traced.write_stills(folder, "frames/{frame:04}/{name}.png")
-    write_model(traced, folder)
+def build_colmap_frames(traced_capture, folder):
+    traced_capture.write_stills(folder, "frames/{frame:04}/{name}.png")
+    write_model(traced_capture, folder)
 
 
-def build_colmap_videos(traced, folder):
-    traced.copy_videos(folder)
-    write_model(traced, folder, text=True)
+def build_colmap_videos(traced_capture, folder):
+    traced_capture.copy_videos(folder)
+    write_model(traced_capture, folder, text=True)
 
 
-def build_colmap_videos_folder(traced, folder):
-    traced.copy_videos(folder, "videos/{name}.mov")
-    write_model(traced, folder)
+def build_colmap_videos_folder(traced_capture, folder):
+    traced_capture.copy_videos(folder, "videos/{name}.mov")
+    write_model(traced_capture, folder)
 
 
-def build_meetroom(traced, folder):
-    traced.copy_videos(folder, "cam_{index}.mp4")
-    write_model(traced, folder, "cam_{index}")
+def build_meetroom(traced_capture, folder):
+    traced_capture.copy_videos(folder, "cam_{index}.mp4")
+    write_model(traced_capture, folder, "cam_{index}")
 
 
-def build_nerfstudio_videos(traced, folder):
-    traced.copy_videos(folder)
-    document = scenes.video_document(traced.shots)
-    scenes.write_transforms(folder, document, traced.capture.points)
+def build_nerfstudio_videos(traced_capture, folder):
+    traced_capture.copy_videos(folder)
+    document = scenes.video_document(traced_capture.shots)
+    scenes.write_transforms(folder, document, traced_capture.capture.points)
 
 
-def build_nerfstudio_pictures(traced, folder):
-    traced.write_stills(folder, "frames/{frame:04}/{name}.png")
-    document = scenes.picture_document(traced.shots, frames=3)
-    scenes.write_transforms(folder, document, traced.capture.points)
+def build_nerfstudio_pictures(traced_capture, folder):
+    traced_capture.write_stills(folder, "frames/{frame:04}/{name}.png")
+    document = scenes.picture_document(traced_capture.shots, frames=3)
+    scenes.write_transforms(folder, document, traced_capture.capture.points)
 
 
-def build_nerfstudio_without_times(traced, folder):
-    traced.write_stills(folder, "images/{name}/frame_{frame:05}.png")
+def build_nerfstudio_without_times(traced_capture, folder):
+    traced_capture.write_stills(folder, "images/{name}/frame_{frame:05}.png")
     entries = [
         scenes.entry(shot, f"images/{shot.name}/frame_{frame:05}.png")
         for frame in (2, 0, 1)
-        for shot in traced.shots
+        for shot in traced_capture.shots
     ]
-    scenes.write_transforms(folder, {"frames": entries}, traced.capture.points)
+    scenes.write_transforms(folder, {"frames": entries}, traced_capture.capture.points)
 
 
-def build_easymocap(traced, folder):
-    traced.write_stills(folder, "images/{index:02}/{frame:06}.jpg")
-    write_easymocap_calibration(traced, folder)
+def build_easymocap(traced_capture, folder):
+    traced_capture.write_stills(folder, "images/{index:02}/{frame:06}.jpg")
+    write_easymocap_calibration(traced_capture, folder)
 
 
-def build_easymocap_videos(traced, folder):
-    traced.copy_videos(folder, "videos/{index:02}.mp4")
-    write_easymocap_calibration(traced, folder, rotation="R")
+def build_easymocap_videos(traced_capture, folder):
+    traced_capture.copy_videos(folder, "videos/{index:02}.mp4")
+    write_easymocap_calibration(traced_capture, folder, rotation="R")
 
 
-def build_panoptic_videos(traced, folder):
-    traced.copy_videos(folder, "hdVideos/hd_00_{index:02}.mp4")
-    write_panoptic_calibration(traced, folder)
+def build_panoptic_videos(traced_capture, folder):
+    traced_capture.copy_videos(folder, "hdVideos/hd_00_{index:02}.mp4")
+    write_panoptic_calibration(traced_capture, folder)
 
 
-def build_panoptic_pictures(traced, folder):
-    traced.write_stills(folder, "hdImgs/00_{index:02}/00_{index:02}_{frame:08}.jpg")
-    write_panoptic_calibration(traced, folder)
+def build_panoptic_pictures(traced_capture, folder):
+    traced_capture.write_stills(folder, "hdImgs/00_{index:02}/00_{index:02}_{frame:08}.jpg")
+    write_panoptic_calibration(traced_capture, folder)
 
 
 BUILDERS = {
@@ -189,23 +189,23 @@ BUILDERS = {
 
 def remux(source, target):
     """Copy a video into another container without recoding."""
-    with av.open(str(source)) as given, av.open(str(target), "w") as made:
-        stream = made.add_stream_from_template(given.streams.video[0])
-        for packet in given.demux(video=0):
+    with av.open(str(source)) as source_video, av.open(str(target), "w") as made:
+        stream = made.add_stream_from_template(source_video.streams.video[0])
+        for packet in source_video.demux(video=0):
             if packet.dts is not None:
                 packet.stream = stream
                 made.mux(packet)
 
 
-def write_model(traced, folder, pattern="{name}", *, text=False):
-    names = [pattern.format(name=name, index=i) for i, name in enumerate(traced.names)]
-    shots, points = scenes.rename(traced.shots, names), traced.capture.points
+def write_model(traced_capture, folder, pattern="{name}", *, text=False):
+    names = [pattern.format(name=name, index=i) for i, name in enumerate(traced_capture.names)]
+    shots, points = scenes.rename(traced_capture.shots, names), traced_capture.capture.points
     scenes.write_model(folder / "sparse" / "0", shots, points, text=text)
 
 
-def write_easymocap_calibration(traced, folder, rotation="Rot"):
+def write_easymocap_calibration(traced_capture, folder, rotation="Rot"):
     """Write intri.yml and extri.yml with OpenCV, like EasyMocap."""
-    names = [f"{index:02}" for index in range(len(traced.shots))]
+    names = [f"{index:02}" for index in range(len(traced_capture.shots))]
     inner, outer = (
         cv2.FileStorage(str(folder / name), cv2.FILE_STORAGE_WRITE)
         for name in ("intri.yml", "extri.yml")
@@ -215,18 +215,18 @@ def write_easymocap_calibration(traced, folder, rotation="Rot"):
         for name in names:
             file.write("", name)
         file.endWriteStruct()
-    for name, shot in zip(names, traced.shots, strict=True):
+    for name, shot in zip(names, traced_capture.shots, strict=True):
         inner.write(f"K_{name}", opencv_matrix(shot))
         inner.write(f"dist_{name}", np.zeros((1, 5)))
         matrix = shot.axes.T
-        turned = matrix if rotation == "Rot" else cv2.Rodrigues(matrix)[0]
-        outer.write(f"{rotation}_{name}", turned)
+        rotation_vector = matrix if rotation == "Rot" else cv2.Rodrigues(matrix)[0]
+        outer.write(f"{rotation}_{name}", rotation_vector)
         outer.write(f"T_{name}", (-matrix @ shot.center).reshape(3, 1))
     inner.release()
     outer.release()
 
 
-def write_panoptic_calibration(traced, folder):
+def write_panoptic_calibration(traced_capture, folder):
     cameras = [
         {
             "name": f"00_{index:02}",
@@ -239,7 +239,7 @@ def write_panoptic_calibration(traced, folder):
             "R": shot.axes.T.tolist(),
             "t": (-shot.axes.T @ shot.center).reshape(3, 1).tolist(),
         }
-        for index, shot in enumerate(traced.shots)
+        for index, shot in enumerate(traced_capture.shots)
     ]
     others = [{**cameras[0], "name": "01_01", "type": "vga"}, {**cameras[0], "name": "00_30"}]
     document = {"calibDataSource": "traced", "cameras": [*others, *cameras]}

@@ -8,7 +8,7 @@ from tests.datasets.layouts.builders import TracedCapture
 
 
 @pytest.fixture(scope="session")
-def traced(tmp_path_factory):
+def traced_capture(tmp_path_factory):
     """Four cameras of three frames, 64x48, which all see the points."""
     folder = tmp_path_factory.mktemp("traced") / "room"
     write_synthetic_capture(folder, SynthOptions(width=64, height=48, frames=3, cameras=3))

@@ -32,9 +32,9 @@ def read(folder):
     return read_colmap(folder)
 
 
-def rewrite_model(folder, shots, points, **choices):
+def rewrite_model(folder, shots, points, **options):
     shutil.rmtree(folder / "sparse")
-    scenes.write_model(folder / "sparse" / "0", shots, points, **choices)
+    scenes.write_model(folder / "sparse" / "0", shots, points, **options)
 
 
 @pytest.mark.parametrize("text", [False, True])
@@ -87,9 +87,9 @@ def test_without_a_model_none_is_found(tmp_path):
 
 
 def test_cameras_are_sorted_by_their_numbers(folder, shots, pictures):
-    renamed = scenes.rename(shots, ["cam_10", "cam_2", "cam_1", "cam_0"])
-    rewrite_model(folder, renamed, None)
-    scenes.write_frames(folder, renamed, pictures)
+    renamed_shots = scenes.rename(shots, ["cam_10", "cam_2", "cam_1", "cam_0"])
+    rewrite_model(folder, renamed_shots, None)
+    scenes.write_frames(folder, renamed_shots, pictures)
     footage = read(folder)
 
     assert [camera.name for camera in footage.cameras] == ["cam_0", "cam_1", "cam_2", "cam_10"]
@@ -147,7 +147,9 @@ def test_lenses_of_one_focal_length_are_read(folder, shots, model, coefficients)
 def test_an_unsupported_lens_is_named_with_its_camera(folder, shots):
     rewrite_model(folder, shots, None, model="FOV", extra=(0.5,))
 
-    with pytest.raises(UnsupportedCameraError, match=r"cam00 is a FOV.*OPENCV_FISHEYE"):
+    with pytest.raises(
+        UnsupportedCameraError, match=r"cam00 has the unsupported camera model FOV.*OPENCV_FISHEYE"
+    ):
         read(folder)
 
 

@@ -218,7 +218,7 @@ def test_a_wrong_byte_in_the_poses_gives_poses_or_a_named_error(
 
 
 @pytest.mark.parametrize(
-    ("change", "fault"),
+    ("change", "error"),
     [
         (lambda row: row.__setitem__(3, np.nan), r"row 1 .*not finite"),
         (lambda row: row.__setitem__(0, row[0] + 0.1), "cam01: .*not orthonormal"),
@@ -234,11 +234,11 @@ def test_a_wrong_byte_in_the_poses_gives_poses_or_a_named_error(
         ),
     ],
 )
-def test_rows_that_are_not_poses_are_rejected_with_the_camera(folder, rows, change, fault):
+def test_rows_that_are_not_poses_are_rejected_with_the_camera(folder, rows, change, error):
     change(rows[1])
     np.save(folder / "poses_bounds.npy", rows)
 
-    with pytest.raises(UnreadablePoseError, match=fault):
+    with pytest.raises(UnreadablePoseError, match=error):
         read_n3dv(folder)
 
 

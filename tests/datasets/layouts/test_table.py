@@ -18,14 +18,14 @@ JPEG_LEVELS = 1.0  # of 255, by which JPEG changes pictures on average
 
 
 @pytest.fixture(scope="session")
-def built(traced, tmp_path_factory):
+def built(traced_capture, tmp_path_factory):
     """Builds each layout once."""
     root, folders = tmp_path_factory.mktemp("built"), {}
 
     def build(name):
         if name not in folders:
             folders[name] = root / name
-            BUILDERS[name](traced, root / name)
+            BUILDERS[name](traced_capture, root / name)
         return folders[name]
 
     return build
@@ -36,11 +36,11 @@ def read(folder):
 
 
 @pytest.mark.parametrize("name", BUILDERS)
-def test_a_layout_has_the_poses_it_was_built_from(traced, built, name):
+def test_a_layout_has_the_poses_it_was_built_from(traced_capture, built, name):
     footage = read(built(name))
 
     assert len(footage.cameras) == 4
-    for found, camera in zip(footage.cameras, traced.capture.cameras, strict=True):
+    for found, camera in zip(footage.cameras, traced_capture.capture.cameras, strict=True):
         lens = found.lens
         expected = (camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy)
         assert (lens.width, lens.height, lens.fx, lens.fy, lens.cx, lens.cy) == pytest.approx(
@@ -51,11 +51,11 @@ def test_a_layout_has_the_poses_it_was_built_from(traced, built, name):
 
 
 @pytest.mark.parametrize("name", BUILDERS)
-def test_a_layout_has_the_pictures_it_was_built_from(traced, built, name):
+def test_a_layout_has_the_pictures_it_was_built_from(traced_capture, built, name):
     footage = read(built(name))
 
     assert footage.source.lengths == ((1,) * 4 if name == "colmap_project" else (3,) * 4)
-    for camera, row in enumerate(traced.pictures):
+    for camera, row in enumerate(traced_capture.pictures):
         for frame in range(footage.frame_count):
             difference = footage.source.read(camera, frame).astype(int) - row[frame]
             is_jpeg = footage.source.paths[camera][0].suffix == ".jpg"
@@ -63,21 +63,21 @@ def test_a_layout_has_the_pictures_it_was_built_from(traced, built, name):
 
 
 @pytest.mark.parametrize("name", BUILDERS)
-def test_a_layout_has_the_points_it_can_hold(traced, built, name):
+def test_a_layout_has_the_points_it_can_hold(traced_capture, built, name):
     points = read(built(name)).points
 
     if name.startswith(("easymocap", "panoptic")):
         assert points is None
     else:
-        assert np.array_equal(points.positions, traced.capture.points.positions)
-        assert np.array_equal(points.colors, traced.capture.points.colors)
+        assert np.array_equal(points.positions, traced_capture.capture.points.positions)
+        assert np.array_equal(points.colors, traced_capture.capture.points.colors)
 
 
-def test_cameras_are_in_natural_order(traced, tmp_path):
-    traced.copy_videos(tmp_path, "cam_{index}.mp4")
+def test_cameras_are_in_natural_order(traced_capture, tmp_path):
+    traced_capture.copy_videos(tmp_path, "cam_{index}.mp4")
     for index in (2, 3):
         (tmp_path / f"cam_{index}.mp4").rename(tmp_path / f"cam_{index + 8}.mp4")
-    write_poses(traced, tmp_path)
+    write_poses(traced_capture, tmp_path)
     footage = read(tmp_path)
 
     assert [camera.name for camera in footage.cameras] == ["cam_0", "cam_1", "cam_10", "cam_11"]
@@ -86,10 +86,10 @@ def test_cameras_are_in_natural_order(traced, tmp_path):
 
 def test_every_layout_is_listed_with_what_is_missing(tmp_path):
     (tmp_path / "intri.yml").touch()
-    with pytest.raises(UnknownLayoutError) as caught:
+    with pytest.raises(UnknownLayoutError) as error_info:
         read(tmp_path)
 
-    message = str(caught.value)
+    message = str(error_info.value)
     for layout in LAYOUTS:
         assert layout.name in message
     assert "N3DV, DyNeRF, MeetRoom with poses (poses_bounds.npy)" in message
@@ -97,8 +97,8 @@ def test_every_layout_is_listed_with_what_is_missing(tmp_path):
     assert "intri.yml" not in message
 
 
-def test_for_videos_without_poses_calibrate_is_suggested(traced, tmp_path):
-    traced.copy_videos(tmp_path)
+def test_for_videos_without_poses_calibrate_is_suggested(traced_capture, tmp_path):
+    traced_capture.copy_videos(tmp_path)
 
     with pytest.raises(
         UnknownLayoutError,
@@ -107,8 +107,8 @@ def test_for_videos_without_poses_calibrate_is_suggested(traced, tmp_path):
         read(tmp_path)
 
 
-def test_a_capture_one_folder_down_is_named(traced, tmp_path):
-    shutil.copytree(traced.folder, tmp_path / "steak")
+def test_a_capture_one_folder_down_is_named(traced_capture, tmp_path):
+    shutil.copytree(traced_capture.folder, tmp_path / "steak")
 
     with pytest.raises(UnknownLayoutError, match=r"Its subfolder steak is a capture: use .*steak"):
         read(tmp_path)
@@ -122,8 +122,8 @@ def test_a_camera_without_pictures_is_named(built, tmp_path):
         read(folder)
 
 
-def test_for_poses_without_pictures_the_searched_places_are_named(traced, tmp_path):
-    write_model(traced, tmp_path)
+def test_for_poses_without_pictures_the_searched_places_are_named(traced_capture, tmp_path):
+    write_model(traced_capture, tmp_path)
 
     with pytest.raises(MissingFileError, match=r"cameras cam00, .*frames/0000/NAME.png.*images/"):
         read(tmp_path)

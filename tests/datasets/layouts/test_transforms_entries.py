@@ -115,7 +115,7 @@ def test_rate_points_and_times_are_read_from_their_keys(path):
 
 
 @pytest.mark.parametrize(
-    ("document", "fault"),
+    ("document", "error"),
     [
         ([], "no list 'frames'"),
         ({}, "no list 'frames'"),
@@ -137,10 +137,10 @@ def test_rate_points_and_times_are_read_from_their_keys(path):
         ({**SHARED, "ply_file_path": 1, "frames": [FRAME]}, "'ply_file_path' is missing, or no"),
     ],
 )
-def test_a_malformed_document_is_rejected_by_name(path, document, fault):
-    with pytest.raises(UnreadablePoseError, match=fault) as caught:
+def test_a_malformed_document_is_rejected_by_name(path, document, error):
+    with pytest.raises(UnreadablePoseError, match=error) as error_info:
         read(path, document)
-    assert str(path) in str(caught.value)
+    assert str(path) in str(error_info.value)
 
 
 @pytest.mark.parametrize("key", sorted(SHARED))

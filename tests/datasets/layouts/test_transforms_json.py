@@ -78,10 +78,10 @@ def test_cameras_are_named_after_the_common_parts_of_their_paths(
 
 
 def test_cameras_are_sorted_by_their_numbers(folder, shots, pictures):
-    renamed = scenes.rename(shots, ["cam_10", "cam_2", "cam_1", "cam_0"])
-    for shot, new in zip(shots, renamed, strict=True):
+    renamed_shots = scenes.rename(shots, ["cam_10", "cam_2", "cam_1", "cam_0"])
+    for shot, new in zip(shots, renamed_shots, strict=True):
         (folder / f"{shot.name}.mp4").rename(folder / f"{new.name}.mp4")
-    scenes.write_transforms(folder, scenes.video_document(renamed))
+    scenes.write_transforms(folder, scenes.video_document(renamed_shots))
     footage = read_nerfstudio(folder)
 
     assert [camera.name for camera in footage.cameras] == ["cam_0", "cam_1", "cam_2", "cam_10"]
