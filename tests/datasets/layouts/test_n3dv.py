@@ -108,7 +108,7 @@ def test_missing_videos_are_named(folder):
     for path in folder.glob("*.mp4"):
         path.unlink()
 
-    with pytest.raises(MissingFileError, match=r"no videos or pictures .* looked for .*cam00.mp4"):
+    with pytest.raises(MissingFileError, match=r"no videos or pictures: looked for .*cam00.mp4"):
         read_n3dv(folder)
 
 
