@@ -1,7 +1,7 @@
-"""Trains frame 0 only once for all trials with the same canonical settings.
+"""Trains frame 0 once for all trials that have the same canonical settings.
 
-The trials differ in the motion after it. Training it again would give the same scene each time, and
-take a large part of their time.
+The trials differ only in later frames. Training frame 0 for each trial would take most of the time,
+and result in the same scene.
 """
 
 import hashlib
@@ -27,9 +27,9 @@ from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.straight_through import position_step
 from quarc_ref.encoder.training.trainable import Attributes
 
-Train = Callable[..., Attributes]  # as `train_canonical`
-_SECONDS = "seconds"
-_NAMES = ("means", "rotations", "log_scales", "opacities", "sh_dc", "sh_rest")
+Train = Callable[..., Attributes]  # the signature of `train_canonical`
+_SECONDS_KEY = "seconds"
+_ARRAY_NAMES = ("means", "rotations", "log_scales", "opacities", "sh_dc", "sh_rest")
 
 
 class CanonicalOnce:
@@ -37,15 +37,15 @@ class CanonicalOnce:
 
     Args:
         folder: Folder for canonical scenes.
-        inputs: Everything that the training depends on, except settings and steps.
+        inputs: All inputs of the training, except settings and quantization steps.
 
     Attributes:
-        seconds: Duration of the training; 0 before it.
+        seconds: Duration of the training; 0 before `train` is called.
     """
 
     def __init__(self, folder: Path, inputs: Sequence[object]) -> None:
         self._folder = folder
-        self._said = inputs
+        self._inputs = inputs
         self.seconds = 0.0
 
     def train(
@@ -55,20 +55,20 @@ class CanonicalOnce:
         objective: CanonicalObjective,
         checkpoint: Checkpoint | None = None,
     ) -> Attributes:
-        """Load or train the canonical frame; a replacement for `train_canonical`."""
+        """Load or train the canonical frame; replaces `train_canonical`."""
         path = self._folder / f"{self._digest(objective)}.npz"
         if not path.is_file():
-            started = time.perf_counter()
+            start = time.perf_counter()
             attributes = train_canonical(context, points, objective, checkpoint)
-            _save(path, attributes, time.perf_counter() - started)
-        with np.load(path) as kept:
-            self.seconds = float(kept[_SECONDS])
-            tensors = [torch.from_numpy(kept[name]).to(context.device) for name in _NAMES]
+            _save(path, attributes, time.perf_counter() - start)
+        with np.load(path) as arrays:
+            self.seconds = float(arrays[_SECONDS_KEY])
+            tensors = [torch.from_numpy(arrays[name]).to(context.device) for name in _ARRAY_NAMES]
         return Attributes(*tensors)
 
     @contextmanager
-    def within_encode(self) -> Iterator[None]:
-        """Make `encode` take the canonical frame from here within this context."""
+    def use_in_encode(self) -> Iterator[None]:
+        """Return a context in which `encode` calls `train` for the canonical frame."""
         with patch.object(encode_stream, "train_canonical", self.train):
             yield
 
@@ -78,15 +78,17 @@ class CanonicalOnce:
             position_step(header), header.rotation_bits, header.log_scale_step,
             header.opacity_step, header.sh_dc_step, header.sh_rest_step, header.sh_degree,
         )  # fmt: skip
-        inputs = json.dumps([self._said, repr(objective.settings), objective.rd_lambda, steps])
-        return hashlib.sha256(inputs.encode()).hexdigest()[:16]
+        digest_inputs = json.dumps(
+            [self._inputs, repr(objective.settings), objective.rd_lambda, steps]
+        )
+        return hashlib.sha256(digest_inputs.encode()).hexdigest()[:16]
 
 
 def _save(path: Path, attributes: Attributes, seconds: float) -> None:
     arrays: dict[str, Any] = {
         name: tensor.cpu().numpy()
-        for name, tensor in zip(_NAMES, attributes.tensors(), strict=True)
+        for name, tensor in zip(_ARRAY_NAMES, attributes.tensors(), strict=True)
     }
     buffer = io.BytesIO()
-    np.savez(buffer, **arrays | {_SECONDS: np.float64(seconds)})
+    np.savez(buffer, **arrays | {_SECONDS_KEY: np.float64(seconds)})
     write_atomically(path, buffer.getvalue())

@@ -2,8 +2,8 @@
 
     python benchmarks/capture.py CAPTURE... [--preset P] [--frames N] [--json]
 
-Prints a row per capture: quality of the decoded file, its size next to the paper's estimate, and
-seconds for frame 0 and for a later frame.
+Prints a row for each capture: the quality of the decoded file, its size in relation to the paper's
+estimate, and the seconds for frame 0 and for each later frame.
 """
 
 import argparse
@@ -25,25 +25,25 @@ class StageClock:
     """Records the time of the last report of each stage."""
 
     def __init__(self) -> None:
-        self.started = time.monotonic()
-        self.last: dict[str, float] = {}
+        self.start = time.monotonic()
+        self.last_report: dict[str, float] = {}
 
     def advance(self, stage: str, done: int, total: int) -> None:
         """See `Progress.advance`."""
         del done, total
-        self.last[stage] = time.monotonic() - self.started
+        self.last_report[stage] = time.monotonic() - self.start
 
 
 def measure(folder: Path, preset: str, frames: int | None) -> dict[str, Any]:
-    """Return the row of a capture."""
+    """Encode and evaluate a capture, and return its row of results."""
     clock, sink = StageClock(), io.BytesIO()
     capture = open_capture(folder)
     options = EncodeOptions(choose_preset(preset), frames, device="cpu", progress=clock)
     encode(capture, sink, options)
-    encoded = time.monotonic() - clock.started
+    encode_seconds = time.monotonic() - clock.start
     evaluation = evaluate_stream(sink.getvalue(), folder, lambda *_: None)
     summary, psnr = evaluation.summary, evaluation.quality.psnr
-    canonical = clock.last["canonical"]
+    canonical_seconds = clock.last_report["canonical"]
     return {
         "capture": capture.name,
         "preset": preset,
@@ -56,8 +56,8 @@ def measure(folder: Path, preset: str, frames: int | None) -> dict[str, Any]:
         "kb_per_frame": summary.kilobytes_per_frame()["without_canonical"],
         "bytes": summary.coded_bytes(),
         "estimate_bytes": summary.estimate_bytes(),
-        "seconds_canonical": canonical,
-        "seconds_per_frame": (encoded - canonical) / max(len(psnr) - 1, 1),
+        "seconds_canonical": canonical_seconds,
+        "seconds_per_frame": (encode_seconds - canonical_seconds) / max(len(psnr) - 1, 1),
     }
 
 
@@ -85,7 +85,7 @@ def print_markdown(rows: list[dict[str, Any]]) -> None:
 
 
 def main() -> None:
-    """Measure all captures given on the command line."""
+    """Measure all captures of the command line, and print their rows."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("captures", nargs="+", type=Path, metavar="CAPTURE")
     parser.add_argument("--preset", choices=sorted(PRESETS), default="main")

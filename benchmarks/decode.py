@@ -4,9 +4,9 @@
     python benchmarks/decode.py --table [--plot decode.png]
 
 The stream is generated once by `moving_stream` and kept in `--cache`. `quarc-ref bench` decodes it
-in a separate process, with the fast engine or, with `--reference`, with the reference engine.
-`stolen` is the share of busy time in which the host of a virtual machine gave the processors to
-others: runs with a large share are not reliable.
+in a separate process, with the fast engine, or with `--reference` with the reference engine.
+`stolen` is the share of busy time in which the host gave the processors of this virtual machine to
+other machines. Runs with a large share are not reliable.
 """
 
 import argparse
@@ -29,11 +29,11 @@ _COMMAND = "from quarc_ref.cli.app import main; main()"
 
 
 def make_stream(job: Job, cache: Path) -> Path:
-    """Return the stream of a job, generated if it is not in the cache."""
+    """Return the path of the stream of a job; generate the stream if it is not in the cache."""
     cache.mkdir(parents=True, exist_ok=True)
     numbers = (*astuple(job)[:5], round(1000 * job.updated), *["sparse"] * job.sparse)
-    maker = hashlib.sha256(Path(moving_stream.__file__).read_bytes()).hexdigest()[:8]
-    path = cache / f"moving-{'-'.join(map(str, numbers))}-{maker}.quarc"
+    source_digest = hashlib.sha256(Path(moving_stream.__file__).read_bytes()).hexdigest()[:8]
+    path = cache / f"moving-{'-'.join(map(str, numbers))}-{source_digest}.quarc"
     if not path.exists():
         write_moving_stream(path, job)
     return path
@@ -42,18 +42,18 @@ def make_stream(job: Job, cache: Path) -> Path:
 def measure(path: Path, threads: int, engine: str) -> dict[str, Any]:
     """Return the result of `quarc-ref bench`, run in a separate process."""
     command = [sys.executable, "-c", _COMMAND, "bench", str(path), "--threads", str(threads)]
-    done = subprocess.run(
+    process = subprocess.run(
         [*command, "--json", "--quiet"],
         env={**os.environ, "QUARC_REF_ENGINE": engine},
         check=True,
         capture_output=True,
     )
-    measured: dict[str, Any] = json.loads(done.stdout)
-    return measured
+    result: dict[str, Any] = json.loads(process.stdout)
+    return result
 
 
 def measure_all(cache: Path, births: int) -> list[dict[str, Any]]:
-    """Return a row for each size, number of threads, and stream (dense or sparse)."""
+    """Return a row for each size, stream (dense or sparse) and number of threads."""
     rows = []
     for size in SIZES:
         for sparse in (False, True):
@@ -86,12 +86,13 @@ def format_table(rows: list[dict[str, Any]]) -> str:
         ]
     ]
     for row in rows:
-        spent = [f"{row['ms_by_stage'].get(stage, 0):.1f}" for stage in stages]
-        share = row["stolen_share"]
-        stolen = "unknown" if share is None else f"{share:.0%}"
+        stage_times = [f"{row['ms_by_stage'].get(stage, 0):.1f}" for stage in stages]
+        stolen_share = row["stolen_share"]
+        stolen_text = "unknown" if stolen_share is None else f"{stolen_share:.0%}"
         lines.append([
             f"{row['gaussians']:,}", row.get("stream", ""), row["engine"], str(row["threads"]),
-            f"{row['fps']:.1f}", f"{1e3 / row['fps']:.1f}", f"{row['cpu_ms']:.1f}", stolen, *spent,
+            f"{row['fps']:.1f}", f"{1e3 / row['fps']:.1f}", f"{row['cpu_ms']:.1f}",
+            stolen_text, *stage_times,
             f"{row['first_frame_s']:.2f}", f"{row['warm_first_frame_s']:.2f}",
             f"{row['peak_rss_mib']:.0f}",
         ])  # fmt: skip
@@ -116,30 +117,39 @@ def plot(rows: list[dict[str, Any]], path: Path) -> None:
 
 
 def main() -> None:
-    """Measure one size, or all sizes."""
+    """Measure one stream, or with `--table` all sizes, and print the rows."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--births", type=int, default=150)
-    one = [
+    single_options = [
         parser.add_argument("--gaussians", type=int, default=244_000),
         parser.add_argument("--anchors-per", type=int, default=4),
         parser.add_argument("--resample", type=int, default=2),
         parser.add_argument("--frames", type=int, default=101),
-        parser.add_argument("--updated", type=float, default=0.0, help="share of the Gaussians"),
+        parser.add_argument(
+            "--updated",
+            type=float,
+            default=0.0,
+            help="share of the Gaussians that each frame updates",
+        ),
         parser.add_argument("--threads", type=int, default=2),
         parser.add_argument(
             "--sparse", action="store_true", help="as few moving Gaussians as in real streams"
         ),
-        parser.add_argument("--reference", action="store_true", help="by the reference engine"),
+        parser.add_argument(
+            "--reference", action="store_true", help="decode with the reference engine"
+        ),
     ]
-    parser.add_argument("--table", action="store_true", help="all sizes, 1 and 2 threads")
-    parser.add_argument("--plot", type=Path, help="of the table")
+    parser.add_argument(
+        "--table", action="store_true", help="measure all sizes with 1 and 2 threads"
+    )
+    parser.add_argument("--plot", type=Path, help="write a plot of the table to this PNG file")
     parser.add_argument("--json", action="store_true")
-    default = Path(tempfile.gettempdir()) / "quarc-ref-streams"
-    parser.add_argument("--cache", type=Path, default=default)
+    default_cache = Path(tempfile.gettempdir()) / "quarc-ref-streams"
+    parser.add_argument("--cache", type=Path, default=default_cache)
     options = parser.parse_args()
-    for option in one:
+    for option in single_options:
         if options.table and getattr(options, option.dest) != option.default:
-            parser.error(f"--table measures what it does: no {option.option_strings[0]}")
+            parser.error(f"{option.option_strings[0]} cannot be combined with --table")
     if options.table:
         rows = measure_all(options.cache, options.births)
         if options.plot:

@@ -1,9 +1,9 @@
-"""Measures the time of an encode by stage.
+"""Measures the time of each stage of an encode.
 
     python benchmarks/encode.py CAPTURE [--preset P] [--set KEY=VALUE] [--frames N] [--json]
 
-Seconds of the canonical scene include all iterations and the loading of kernels. Seconds of a frame
-are the mean from the third frame on, when everything that loads or compiles at first use is ready.
+The seconds of the canonical scene include all iterations and the loading of kernels. The seconds of
+a frame are a mean from the third frame on, which excludes loading and compiling at first use.
 """
 
 import argparse
@@ -24,11 +24,13 @@ from steady_timer import FIRST_FRAME, STAGES, SteadyTimer
 
 
 def measure(folder: Path, config: EncoderConfig, frames: int) -> dict[str, Any]:
-    """Return the seconds of an encode and its number of Gaussians."""
-    steady, sink = SteadyTimer(), io.BytesIO()
-    encode(open_capture(folder), sink, EncodeOptions(config, frames, "cpu", steady))
-    counted = frames - FIRST_FRAME
-    each = {stage: steady.timer.seconds.get(stage, 0.0) / counted for stage in STAGES}
+    """Encode a capture, and return a row with the seconds of each stage."""
+    timer, sink = SteadyTimer(), io.BytesIO()
+    encode(open_capture(folder), sink, EncodeOptions(config, frames, "cpu", timer))
+    frame_count = frames - FIRST_FRAME
+    seconds_by_stage = {
+        stage: timer.timer.seconds.get(stage, 0.0) / frame_count for stage in STAGES
+    }
     return {
         "capture": folder.resolve().name,
         "gaussians": inspect_stream(sink.getvalue()).frames[0].gaussians,
@@ -37,9 +39,9 @@ def measure(folder: Path, config: EncoderConfig, frames: int) -> dict[str, Any]:
             "motion": config.motion.iterations,
             "births": config.births.iterations,
         },
-        "seconds_canonical": steady.canonical,
-        "seconds_per_frame": sum(each.values()),
-        "seconds_per_frame_by_stage": each,
+        "seconds_canonical": timer.canonical_seconds,
+        "seconds_per_frame": sum(seconds_by_stage.values()),
+        "seconds_per_frame_by_stage": seconds_by_stage,
         "machine": {
             "processor": platform.processor() or platform.machine(),
             "cores": os.cpu_count(),
@@ -51,14 +53,14 @@ def format_table(row: dict[str, Any]) -> str:
     """Return a row as a table in Markdown."""
     stages: dict[str, float] = row["seconds_per_frame_by_stage"]
     seconds = [row["seconds_canonical"], row["seconds_per_frame"], *stages.values()]
-    heads = ["capture", "Gaussians", "canonical s", "frame s", *stages]
+    headers = ["capture", "Gaussians", "canonical s", "frame s", *stages]
     cells = [row["capture"], f"{row['gaussians']:,}", *(f"{value:.2f}" for value in seconds)]
-    lines = (heads, ["---"] * len(heads), cells)
+    lines = (headers, ["---"] * len(headers), cells)
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def main() -> None:
-    """Measure one capture."""
+    """Measure one capture, and print its row."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("capture", type=Path, metavar="CAPTURE")
     parser.add_argument("--preset", choices=sorted(PRESETS), default="main")
@@ -68,7 +70,7 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     if arguments.frames <= FIRST_FRAME:
-        parser.error(f"--frames takes at least {FIRST_FRAME + 1}")
+        parser.error(f"--frames must be at least {FIRST_FRAME + 1}")
     config = make_config(arguments.preset, arguments.changes, arguments.seed)
     row = measure(arguments.capture, config, arguments.frames)
     print(json.dumps(row, indent=2) if arguments.json else format_table(row))

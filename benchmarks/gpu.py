@@ -1,10 +1,10 @@
-"""Runs everything that needs a CUDA GPU, in at most ten minutes, and makes one table.
+"""Runs all tests and measurements that need a CUDA GPU, by default in at most ten minutes.
 
     python benchmarks/gpu.py --out DIR [--wheels DIR] [--minutes M] [--dry-run]
     python benchmarks/gpu.py --fetch DIR [--python 3.12]
 
-The first form writes `gpu.md` and `gpu.json` into DIR after every step, so an interrupted run
-leaves the table of the completed steps. A step that fails or takes too long gives a row with the
+The first form writes a table to `gpu.md` and `gpu.json` in DIR after every step, so an interrupted
+run leaves the rows of the completed steps. The row of a step that fails or takes too long has the
 reason. `--dry-run` runs all steps on the CPU in tiny sizes.
 
 If the machine with the GPU lacks packages and has no network, fetch their wheels elsewhere with the

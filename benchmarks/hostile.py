@@ -1,4 +1,4 @@
-"""Decodes mutated streams: any bytes must give frames or a rejection, within limits.
+"""Decodes mutated streams: each must result in frames or a rejection, within limits.
 
     python benchmarks/hostile.py --streams 1000000 [--processes P] [--series S] [--json]
     python benchmarks/hostile.py --structured --streams 20000
@@ -8,7 +8,7 @@ decode them, and must agree.
 
 An interrupted run resumes. A series and a number identify a stream: `--only N` judges one stream
 again, and failures are saved in OUT/failures. The exit code is 1 if a stream took more than 2
-seconds of processor time or 512 MiB, or ended in anything except frames and rejections; or if the
+seconds of processor time or 512 MiB, or raised an unexpected exception. It is also 1 if the
 structured streams did not reach every reject id.
 """
 

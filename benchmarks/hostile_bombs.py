@@ -1,4 +1,4 @@
-"""Measures small streams that use the limits of their level.
+"""Measures the decoding of small streams that reach the limits of their level.
 
     python benchmarks/hostile_bombs.py [--engine reference] [--json]
 
@@ -29,55 +29,59 @@ from quarc_ref.inspection.peak_memory import measure_peak_mebibytes
 from quarc_ref.streams import decode
 
 _FRAMES = 4
-_REACH = 1 << 20
+_EXTENT = 1 << 20
 _LEVELS = (10, 20, 30)
 _MAX_BYTES = 1 << 20
-_WARM = Path(__file__).parents[1] / "tests" / "hostile" / "seeds" / "streams" / "full.quarc"
+_WARM_UP_STREAM = (
+    Path(__file__).parents[1] / "tests" / "hostile" / "seeds" / "streams" / "full.quarc"
+)
 
 
-def _at_one_place(count: int) -> Int64:
+def _place_at_one_point(count: int) -> Int64:
     return np.zeros((3, count), dtype=np.int64)
 
 
-def _on_a_sphere(count: int) -> Int64:
+def _place_on_a_sphere(count: int) -> Int64:
     points = np.random.default_rng(0).normal(size=(3, count))
-    points *= 0.4 * _REACH / np.linalg.norm(points, axis=0)
+    points *= 0.4 * _EXTENT / np.linalg.norm(points, axis=0)
     return points.astype(np.int64)
 
 
-def _half_in_a_corner(count: int) -> Int64:
-    """Positions far apart, which give the search many cells, and positions in a single cell."""
+def _place_half_in_a_corner(count: int) -> Int64:
+    """Return positions: half of them far apart, in many cells, and half in a single cell."""
     rng = np.random.default_rng(0)
-    points = rng.integers(0, _REACH, (3, count))
+    points = rng.integers(0, _EXTENT, (3, count))
     points[:, count // 2 :] = rng.integers(0, 64, (3, count - count // 2))
     return points
 
 
-_PLACES: dict[str, Callable[[int], Int64]] = {
-    "all at one position": _at_one_place,
-    "on a sphere": _on_a_sphere,
-    "half in a corner": _half_in_a_corner,
+_ARRANGEMENTS: dict[str, Callable[[int], Int64]] = {
+    "all at one position": _place_at_one_point,
+    "on a sphere": _place_on_a_sphere,
+    "half in a corner": _place_half_in_a_corner,
 }
 
 
-def build(level: int, place: str, *, newborn: bool) -> bytes:
+def build_stream(level: int, arrangement: str, *, has_births: bool) -> bytes:
     """Return a stream with the maximum number of Gaussians of its level, each with its own anchor.
 
     Args:
-        level: Which.
-        place: Arrangement of the Gaussians, one of `_PLACES`.
-        newborn: Whether each frame has the maximum number of births.
+        level: Conformance level of the stream.
+        arrangement: Arrangement of the Gaussians; one of `_ARRANGEMENTS`.
+        has_births: Whether each frame has the maximum number of births.
     """
-    births = LEVELS[level].births if newborn else 0
+    births = LEVELS[level].births if has_births else 0
     header = StreamHeader(level=level, gaussians_per_anchor=1, anchor_ratio=2)
     sink = io.BytesIO()
     loop = ClosedLoop(sink, header, (), {})
     count = LEVELS[level].gaussians - (_FRAMES - 1) * births
-    loop.commit_canonical(_make_gaussians(header, _PLACES[place](count)), 0)
+    loop.commit_canonical(_make_gaussians(header, _ARRANGEMENTS[arrangement](count)), 0)
     for _ in range(1, _FRAMES):
         start = loop.start_frame(0)
         levels = start.state.known_anchors.levels
-        symbols = [np.zeros((6, each.owners.size), dtype=np.int64) for each in levels]
+        symbols = [
+            np.zeros((6, level_anchors.owners.size), dtype=np.int64) for level_anchors in levels
+        ]
         moved = loop.move_frame(start, symbols)
         zeros = np.zeros((3, births), dtype=np.int64)
         loop.commit_frame(
@@ -95,11 +99,11 @@ def _make_gaussians(header: StreamHeader, positions: Int64) -> Gaussians:
 def measure(path: Path, engine: str) -> dict[str, float | None]:
     """Decode a stream in this process; return the seconds of its slowest frame and peak memory."""
     with use_engine(engine):
-        list(decode(_WARM.read_bytes()))
+        list(decode(_WARM_UP_STREAM.read_bytes()))
         times = [time.process_time()]
         for _ in decode(path.read_bytes()):
             times.append(time.process_time())  # noqa: PERF401, each as it comes
-    slowest = max(after - before for before, after in pairwise(times))
+    slowest = max(end - start for start, end in pairwise(times))
     peak = measure_peak_mebibytes()
     return {
         "slowest_frame_s": round(slowest, 2),
@@ -108,7 +112,7 @@ def measure(path: Path, engine: str) -> dict[str, float | None]:
 
 
 def main() -> None:
-    """Build every stream of at most a MiB and measure it."""
+    """Build all streams, and measure those of at most 1 MiB."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--engine", choices=(FAST, REFERENCE), default=FAST)
     parser.add_argument("--out", type=Path, default=Path("out/bombs"), metavar="DIR")
@@ -128,15 +132,15 @@ def main() -> None:
 
 
 def _list_rows(folder: Path, engine: str) -> Iterator[dict[str, object]]:
-    for level, place, newborn in product(_LEVELS, _PLACES, (False, True)):
-        path = folder / f"{level} {place}{' and newborn' * newborn}.quarc"
+    for level, arrangement, has_births in product(_LEVELS, _ARRANGEMENTS, (False, True)):
+        path = folder / f"{level} {arrangement}{' and newborn' * has_births}.quarc"
         if not path.exists():
-            path.write_bytes(build(level, place, newborn=newborn))
+            path.write_bytes(build_stream(level, arrangement, has_births=has_births))
         size = path.stat().st_size
         if size <= _MAX_BYTES:
             command = [sys.executable, __file__, "--engine", engine, "--measure", str(path)]
-            done = subprocess.run(command, capture_output=True, check=True)
-            yield {"stream": path.stem, "bytes": size, **json.loads(done.stdout)}
+            process = subprocess.run(command, capture_output=True, check=True)
+            yield {"stream": path.stem, "bytes": size, **json.loads(process.stdout)}
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Files that appear only when they are complete, even with several writers."""
+"""Writes files that several processes may write at the same time."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Shows which fields limit the quality of a frame, and how many bytes each field would cost.
+"""Measures which fields limit the quality of a frame, and how many bytes each field costs.
 
     python benchmarks/ladder.py CAPTURE [--stream FILE] [--frame T] [--ahead 1 5]
                                 [--iterations 300 1000] [--rungs NAME ...] [--out DIR]

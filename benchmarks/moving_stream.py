@@ -1,8 +1,8 @@
 """Generates a stream of simulated Gaussians in motion, for timing decoders; needs no torch.
 
 The scene is a room with furniture, dense clusters and sparse outskirts, coded with the steps of the
-preset `main`. A few objects move, each with its own steady motion; the anchors of each level take a
-third of it, within a step. In every frame as many Gaussians die as are born.
+preset `main`. A few objects move, each with its own steady motion. The symbols of each anchor level
+code a third of the motion, rounded to steps. In every frame, as many Gaussians die as are born.
 """
 
 from collections.abc import Callable, Iterator
@@ -39,18 +39,18 @@ Float64 = NDArray[np.float64]
 
 _METER = 1 << 12
 _MOVERS = 8
-_SHARE_NOT_ZERO = 0.07
-_SHARES_FOLLOWING = (0.10, 0.25, 0.45)
-_SHARE_OF_FIELDS = 0.5
-_NOTHING = Section(np.zeros(0, dtype=np.uint32))
+_NONZERO_SHARE = 0.07
+_FOLLOWING_SHARES = (0.10, 0.25, 0.45)
+_FIELD_SHARE = 0.5
+_EMPTY_SECTION = Section(np.zeros(0, dtype=np.uint32))
 
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """Options of a stream.
+    """Options of a generated stream.
 
     Attributes:
-        gaussians: Number of Gaussians of every frame, N.
+        gaussians: Number of Gaussians N of every frame.
         anchors_per: Gaussians per anchor of level 1.
         resample: Frames between samplings of anchors.
         births: Number of births and deaths of every frame.
@@ -70,7 +70,9 @@ class Job:
 
     def header(self) -> StreamHeader:
         """Return the header of a stream of the lowest sufficient level."""
-        level = min(number for number, most in LEVELS.items() if most.gaussians >= self.gaussians)
+        level = min(
+            number for number, limits in LEVELS.items() if limits.gaussians >= self.gaussians
+        )
         return StreamHeader(
             level=level,
             rotation_bits=6,
@@ -91,12 +93,12 @@ class _Movers:
     Attributes:
         centers: `[3, m]` lattice units.
         velocities: `[c, m]` steps per frame.
-        reach: Extent of their influence in lattice units, for each level.
+        radii: Radius of an object's influence in lattice units, for each level.
     """
 
     centers: np.ndarray
     velocities: np.ndarray
-    reach: tuple[float, ...]
+    radii: tuple[float, ...]
 
     def advance(self, rng: np.random.Generator, step: int) -> None:
         noise = rng.normal(size=self.velocities.shape)
@@ -104,19 +106,21 @@ class _Movers:
         self.velocities = 0.95 * self.velocities + 0.3 * noise
         self.centers = self.centers + step * self.velocities[:3]
 
-    def draw(self, positions: Float64, number: int, seed: int) -> Int64:
+    def draw_symbols(self, positions: Float64, number: int, seed: int) -> Int64:
         """Return symbols `[c, a]` of anchors at positions `[3, a]`."""
-        distances = np.stack([_lengths(positions - at[:, None]) for at in self.centers.T])
+        distances = np.stack(
+            [_compute_lengths(positions - center[:, None]) for center in self.centers.T]
+        )
         nearest = distances.argmin(axis=0)
-        moving = distances.min(axis=0) < self.reach[number]
+        is_moving = distances.min(axis=0) < self.radii[number]
         noise = np.random.default_rng(seed).normal(size=(self.velocities.shape[0], nearest.size))
         thirds = self.velocities[:, nearest] / 3 + 0.4 * noise
-        symbols: Int64 = np.rint(thirds * moving).astype(np.int64)
+        symbols: Int64 = np.rint(thirds * is_moving).astype(np.int64)
         return symbols
 
 
 def write_moving_stream(path: Path, job: Job) -> None:
-    """Write the stream; the file appears when it is complete."""
+    """Write the stream of a job; the file appears when it is complete."""
     with atomic_file(path) as sink:
         header = job.header()
         writer = StreamWriter(sink, wire.build_stream_header(header))
@@ -126,7 +130,7 @@ def write_moving_stream(path: Path, job: Job) -> None:
 
 
 def make_gaussians(count: int, rng: np.random.Generator) -> Gaussians:
-    """Return Gaussians of a scene, with positions in steps of 4 lattice units."""
+    """Return the Gaussians of a scene; positions are in steps of 4 lattice units."""
     points = _make_points(count, rng) * _METER / 4
     coarse = np.floor(points / _METER).astype(np.int64)
     colors = (coarse * [[31], [17], [7]] % 23).sum(axis=0) - 30
@@ -140,30 +144,31 @@ def make_gaussians(count: int, rng: np.random.Generator) -> Gaussians:
 
 
 def _make_points(count: int, rng: np.random.Generator) -> np.ndarray:
-    """Return `[3, count]` meters: walls, furniture, clusters, outskirts."""
+    """Return positions `[3, count]` in meters: in walls, furniture, clusters and outskirts."""
     walls = rng.uniform(-1, 1, (3, count)) * [[4], [2], [3]]
     side = rng.integers(0, 3, count)
     walls[side, np.arange(count)] = (
         np.where(rng.random(count) < 0.5, -1, 1) * np.array([4, 2, 3])[side]
     )
     walls += rng.normal(0, 0.01, walls.shape)
-    unit = _unit(rng.normal(size=(3, count)))
-    which = rng.integers(0, 40, count)
+    directions = _normalize(rng.normal(size=(3, count)))
+    object_indices = rng.integers(0, 40, count)
     furniture = (
-        rng.uniform(-2, 2, (3, 40))[:, which] + unit * rng.uniform(0.1, 0.5, (3, 40))[:, which]
+        rng.uniform(-2, 2, (3, 40))[:, object_indices]
+        + directions * rng.uniform(0.1, 0.5, (3, 40))[:, object_indices]
     )
-    which = rng.integers(0, 60, count)
-    sizes = rng.uniform(0.01, 0.08, 60)[which]
-    clusters = rng.uniform(-2, 2, (3, 60))[:, which] + rng.normal(size=(3, count)) * sizes
-    outskirts = unit * np.exp(rng.uniform(np.log(5), np.log(400), count))
+    object_indices = rng.integers(0, 60, count)
+    sizes = rng.uniform(0.01, 0.08, 60)[object_indices]
+    clusters = rng.uniform(-2, 2, (3, 60))[:, object_indices] + rng.normal(size=(3, count)) * sizes
+    outskirts = directions * np.exp(rng.uniform(np.log(5), np.log(400), count))
     kinds = np.stack([walls, furniture, clusters, outskirts])
-    chosen = rng.choice(4, count, p=[0.38, 0.3, 0.2, 0.12])
-    return kinds[chosen, :, np.arange(count)].T
+    kind_indices = rng.choice(4, count, p=[0.38, 0.3, 0.2, 0.12])
+    return kinds[kind_indices, :, np.arange(count)].T
 
 
 def _draw_thirds(count: int, rng: np.random.Generator) -> Int64:
-    """Return `[3, count]` three components of unit quaternions with 6 fraction bits."""
-    quaternions = np.sort(np.abs(_unit(rng.normal(size=(4, count)))), axis=0)[:3]
+    """Return the three smallest components of unit quaternions, `[3, count]`, in steps of 1/64."""
+    quaternions = np.sort(np.abs(_normalize(rng.normal(size=(4, count)))), axis=0)[:3]
     thirds: Int64 = np.trunc(quaternions * 64 * rng.choice([-1, 1], (3, count))).astype(np.int64)
     return thirds
 
@@ -185,104 +190,109 @@ def _make_chunks(header: StreamHeader, job: Job) -> Iterator[tuple[bytes, bytes]
     yield container.CANO, payload
     movers = None
     for frame in range(1, job.frames):
-        started = engine.begin_frame(state, job.births)
-        levels = [level.positions.astype(np.float64) for level in started.known_anchors.levels]
-        movers = movers or _make_movers(started, levels, rng, sparse=job.sparse)
+        frame_start = engine.begin_frame(state, job.births)
+        levels = [level.positions.astype(np.float64) for level in frame_start.known_anchors.levels]
+        movers = movers or _make_movers(frame_start, levels, rng, sparse=job.sparse)
         symbols = [
-            movers.draw(positions, number, 3 * frame + number)
+            movers.draw_symbols(positions, number, 3 * frame + number)
             for number, positions in enumerate(levels)
         ]
         movers.advance(rng, header.translation_step)
-        state, payload = _make_frame(engine, started, symbols, job, rng)
+        state, payload = _make_frame(engine, frame_start, symbols, job, rng)
         yield container.FRAM, payload
 
 
 def _make_canonical(
     engine: Engine[Any], header: StreamHeader, gaussians: Gaussians
 ) -> tuple[FrameState, bytes]:
-    origin, axis_bits, ordered = sort_canonical(gaussians)
-    state = engine.begin_canonical(header, 0, ordered)
-    sections = engine.write_canonical(ordered, origin)
+    origin, axis_bits, sorted_gaussians = sort_canonical(gaussians)
+    state = engine.begin_canonical(header, 0, sorted_gaussians)
+    sections = engine.write_canonical(sorted_gaussians, origin)
     crc = engine.state_crc(state)
-    chunk = CanonicalChunk(0, ordered.count, origin, axis_bits, sections, crc)
+    chunk = CanonicalChunk(0, sorted_gaussians.count, origin, axis_bits, sections, crc)
     return state, wire.build_canonical(chunk)
 
 
 def _make_movers(
     state: FrameState, levels: list[np.ndarray], rng: np.random.Generator, *, sparse: bool
 ) -> _Movers:
-    """Return movers with an extent that moves the requested share of Gaussians."""
+    """Return movers whose radii move the requested share of Gaussians."""
     channels = np.arange(state.scene.header.symbol_planes)
     velocities = rng.normal(size=(channels.size, _MOVERS))
     velocities *= np.where(channels < 3, 5.0, 1.2)[:, None]
-    inside = np.flatnonzero(np.abs(state.scene.positions).max(axis=0) < 2 * _METER)
-    centers = state.scene.positions[:, rng.choice(inside, _MOVERS)].astype(np.float64)
+    inner_indices = np.flatnonzero(np.abs(state.scene.positions).max(axis=0) < 2 * _METER)
+    centers = state.scene.positions[:, rng.choice(inner_indices, _MOVERS)].astype(np.float64)
     if not sparse:
         anchors = np.concatenate(levels, axis=1)
-        reach = _find_reach(
-            lambda reach: (_Movers(centers, velocities, (reach,)).draw(anchors, 0, 0) != 0).mean(),
-            _SHARE_NOT_ZERO,
+        radius = _find_radius(
+            lambda radius: (
+                _Movers(centers, velocities, (radius,)).draw_symbols(anchors, 0, 0) != 0
+            ).mean(),
+            _NONZERO_SHARE,
         )
-        return _Movers(centers, velocities, (reach,) * len(levels))
-    # A Gaussian represents the nearby anchor that it follows.
+        return _Movers(centers, velocities, (radius,) * len(levels))
+    # The position of a Gaussian approximates that of the anchor that it follows.
     gaussians = state.scene.positions.astype(np.float64)
-    reaches = [
-        _find_reach(
-            lambda reach: (
-                _Movers(centers, velocities, (reach,)).draw(gaussians, 0, 0).any(axis=0).mean()
+    radii = [
+        _find_radius(
+            lambda radius: (
+                _Movers(centers, velocities, (radius,))
+                .draw_symbols(gaussians, 0, 0)
+                .any(axis=0)
+                .mean()
             ),
             share,
         )
-        for share in _SHARES_FOLLOWING
+        for share in _FOLLOWING_SHARES
     ]
-    return _Movers(centers, velocities, tuple(reaches))
+    return _Movers(centers, velocities, tuple(radii))
 
 
-def _find_reach(share_at: Callable[[float], float], wanted: float) -> float:
+def _find_radius(measure_share: Callable[[float], float], target_share: float) -> float:
     low, high = 0.0, 8.0 * _METER
     for _ in range(10):
-        reach = (low + high) / 2
-        low, high = (low, reach) if share_at(reach) > wanted else (reach, high)
+        radius = (low + high) / 2
+        low, high = (low, radius) if measure_share(radius) > target_share else (radius, high)
     return low
 
 
 def _make_updates(state: FrameState, share: float, rng: np.random.Generator) -> Updates:
-    """Return small changes of random Gaussians in some fields; none is deleted."""
-    chosen = np.flatnonzero(rng.random(state.scene.count) < share)
-    residuals = rng.laplace(0, 2, (RESIDUAL_ROWS, chosen.size)).astype(np.int64)
+    """Return updates with small residuals in some fields of random Gaussians, without deletions."""
+    indices = np.flatnonzero(rng.random(state.scene.count) < share)
+    residuals = rng.laplace(0, 2, (RESIDUAL_ROWS, indices.size)).astype(np.int64)
     for rows in UPDATE_FIELDS.values():
-        residuals[rows] *= rng.random(chosen.size) < _SHARE_OF_FIELDS
-    return Updates(chosen, np.zeros(chosen.size, dtype=np.bool_), residuals)
+        residuals[rows] *= rng.random(indices.size) < _FIELD_SHARE
+    return Updates(indices, np.zeros(indices.size, dtype=np.bool_), residuals)
 
 
 def _make_frame(
     engine: Engine[Any],
-    started: FrameState,
+    frame_start: FrameState,
     symbols: list[Int64],
     job: Job,
     rng: np.random.Generator,
 ) -> tuple[FrameState, bytes]:
     """Return the state of a frame and the payload of its chunk."""
     births, updates = job.births, None
-    motion = engine.write_motion(started, symbols, previous=True)
-    moved = engine.decode_motion(started, motion, previous=True)
+    motion = engine.write_motion(frame_start, symbols, previous=True)
+    moved_frame = engine.decode_motion(frame_start, motion, previous=True)
     if job.updated:
-        drawn = _make_updates(moved, job.updated, rng)
-        updates = engine.write_updates(moved, drawn)
-        moved = engine.decode_updates(moved, updates)
-    section = _NOTHING
+        frame_updates = _make_updates(moved_frame, job.updated, rng)
+        updates = engine.write_updates(moved_frame, frame_updates)
+        moved_frame = engine.decode_updates(moved_frame, updates)
+    section = _EMPTY_SECTION
     if births:
-        section = engine.write_births(moved, _make_births(moved, births, rng))
-    state = engine.decode_births(moved, section, births)
+        section = engine.write_births(moved_frame, _make_births(moved_frame, births, rng))
+    state = engine.decode_births(moved_frame, section, births)
     crc = engine.state_crc(state)
     chunk = FrameChunk(state.scene.phase, True, births, births, motion, section, crc, updates)
     return state, wire.build_frame(chunk)
 
 
-def _unit(vectors: Float64) -> Float64:
-    return vectors / _lengths(vectors)
+def _normalize(vectors: Float64) -> Float64:
+    return vectors / _compute_lengths(vectors)
 
 
-def _lengths(vectors: Float64) -> Float64:
+def _compute_lengths(vectors: Float64) -> Float64:
     lengths: Float64 = np.sqrt((vectors * vectors).sum(axis=0))
     return lengths

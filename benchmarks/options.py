@@ -15,7 +15,7 @@ def add_set_option(parser: argparse.ArgumentParser) -> None:
 
 
 def add_capture_options(parser: argparse.ArgumentParser) -> None:
-    """Add `--frames`, `--downscale` and `--held-out`, which select what is read of a capture."""
+    """Add `--frames`, `--downscale` and `--held-out`, which are options of reading a capture."""
     add = parser.add_argument
     add("--frames", type=int, help="number of frames; all by default")
     add("--downscale", type=int, default=1, help="downscale pictures by this factor")

@@ -1,4 +1,4 @@
-"""Runs the paper's experiments on any captures.
+"""Runs the experiments of the paper on any captures.
 
     python benchmarks/paper.py CAPTURE... --out DIR [--preset P] [--frames N] [--only full,step]
                                [--workers N | --ray ADDRESS] [--lpips WEIGHTS] [--set KEY=VALUE]

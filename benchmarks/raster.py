@@ -1,10 +1,10 @@
-"""Compares the CPU rasterizer with pure torch: forward and backward, in one run.
+"""Compares the speed of the numba rasterizer with that of pure torch on the CPU.
 
     python benchmarks/raster.py [--gaussians N] [--width W] [--height H] [--json]
 
-Both backends render the same random scene from the same camera; the pure torch reference runs in
-float32 here, as for training. Random Gaussians overlap more than those of a trained scene: the
-ratio matters, not the milliseconds.
+Both backends render the same random scene from the same camera, forward and backward. Pure torch
+runs in float32, as in training. Random Gaussians overlap more than those of a trained scene, so the
+ratio is meaningful, and the milliseconds are not.
 """
 
 import argparse
@@ -24,16 +24,22 @@ _PIXELS_PER_GAUSSIAN = 1.5  # standard deviation in the middle of the scene
 
 
 def make_scene(count: int, width: int) -> list[torch.Tensor]:
-    """Return leaves: means, quaternions, scales, logits, SH."""
+    """Return leaf tensors: means, quaternions, log-scales, opacity logits, SH."""
     generator = torch.Generator().manual_seed(0)
 
-    def draw(*shape: int) -> torch.Tensor:
+    def draw_normal(*shape: int) -> torch.Tensor:
         return torch.randn(*shape, generator=generator)
 
-    means = draw(count, 3) * torch.tensor([1.5, 0.9, 0.8]) + torch.tensor([0.0, 0.0, 4.0])
-    size = math.log(_PIXELS_PER_GAUSSIAN * 4.0 / width)
-    parts = [means, draw(count, 4), draw(count, 3) * 0.4 + size, draw(count), draw(count, 4, 3) / 4]
-    return [part.requires_grad_() for part in parts]
+    means = draw_normal(count, 3) * torch.tensor([1.5, 0.9, 0.8]) + torch.tensor([0.0, 0.0, 4.0])
+    log_size = math.log(_PIXELS_PER_GAUSSIAN * 4.0 / width)
+    leaves = [
+        means,
+        draw_normal(count, 4),
+        draw_normal(count, 3) * 0.4 + log_size,
+        draw_normal(count),
+        draw_normal(count, 4, 3) / 4,
+    ]
+    return [leaf.requires_grad_() for leaf in leaves]
 
 
 def time_rasterizer(
@@ -43,25 +49,25 @@ def time_rasterizer(
     background = torch.zeros(3)
     forward, backward = [], []
 
-    def draw() -> torch.Tensor:
+    def compute_loss() -> torch.Tensor:
         means, quaternions, scales, logits, sh = leaves
         opacities = activate_opacities(logits)
         gaussians = Gaussians(means, quaternions, torch.exp(scales), opacities, sh)
         return rasterizer.render(gaussians, camera, background).image.square().sum()
 
     for _ in range(repeats + 1):
-        started = time.perf_counter()
-        loss = draw()
-        drawn = time.perf_counter()
+        start = time.perf_counter()
+        loss = compute_loss()
+        forward_end = time.perf_counter()
         torch.autograd.grad(loss, leaves)
-        forward.append(drawn - started)
-        backward.append(time.perf_counter() - drawn)
-    # The first round compiles.
+        forward.append(forward_end - start)
+        backward.append(time.perf_counter() - forward_end)
+    # The first repetition includes compiling, and is left out.
     return {"forward_ms": 1e3 * median(forward[1:]), "backward_ms": 1e3 * median(backward[1:])}
 
 
 def main() -> None:
-    """Time both backends."""
+    """Time both backends, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--gaussians", type=int, default=40_000)
     parser.add_argument("--width", type=int, default=400)
@@ -70,9 +76,9 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     width, height = arguments.width, arguments.height
-    lens = (0.9 * width, 0.9 * width, width / 2, height / 2)
+    intrinsics = (0.9 * width, 0.9 * width, width / 2, height / 2)
     camera = Camera(
-        "camera", width, height, *lens, (1, 0, 0, 0, 1, 0, 0, 0, 1), (0, 0, 0), 0.2, False
+        "camera", width, height, *intrinsics, (1, 0, 0, 0, 1, 0, 0, 0, 1), (0, 0, 0), 0.2, False
     )
     leaves = make_scene(arguments.gaussians, width)
     rows = {

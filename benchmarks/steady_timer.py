@@ -1,4 +1,4 @@
-"""Separates the seconds of frame 0 from those of steady frames."""
+"""Separates the time of frame 0 from the time of later frames."""
 
 from quarc_ref.encoder.stage_timer import StageTimer
 
@@ -7,20 +7,20 @@ STAGES = ("anchors", "motion", "placement", "births", "commit")
 
 
 class SteadyTimer:
-    """Measures the seconds of the canonical scene and of steady frames.
+    """Measures the time of the canonical scene, and of the frames from the third frame on.
 
     Attributes:
-        canonical: Seconds of the canonical scene's training.
-        timer: Timer of the frames from the third on, once they are reached.
+        canonical_seconds: Seconds of training the canonical scene.
+        timer: Timer of the stages; it contains only frames from the third frame on.
     """
 
     def __init__(self) -> None:
-        self.canonical = 0.0
+        self.canonical_seconds = 0.0
         self.timer = StageTimer()
 
     def advance(self, stage: str, done: int, total: int) -> None:
         """See `Progress.advance`."""
         self.timer.advance(stage, done, total)
         if stage == "frames" and done == FIRST_FRAME:
-            self.canonical = self.timer.seconds["canonical"]
+            self.canonical_seconds = self.timer.seconds["canonical"]
             self.timer.seconds.clear()

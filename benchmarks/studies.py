@@ -1,4 +1,4 @@
-"""Studies of many jobs, each of which saves a row: completed jobs are not run again.
+"""Studies: many jobs, each of which saves a row of results; completed jobs do not run again.
 
 A row is a JSON file with a key that identifies its inputs. An interrupted study continues with the
 missing rows.
@@ -16,23 +16,23 @@ from quarc_ref.jobs import Job, WorkerPool, run_jobs
 
 Row = dict[str, Any]
 
-_SECONDS_BETWEEN_LINES = 20.0
-_SECONDS_BETWEEN_TABLES = 30.0
+_LINE_INTERVAL_SECONDS = 20.0
+_TABLE_INTERVAL_SECONDS = 30.0
 
 
 def save_row(path: Path, key: str, row: Row) -> None:
-    """Write a row.
+    """Write a row to its file.
 
     Args:
-        path: Of its file.
-        key: Digest of all inputs.
-        row: What was measured.
+        path: Path of the file.
+        key: Digest of all inputs of the job.
+        row: Results of the job.
     """
     write_atomically(path, json.dumps({"key": key, **row}, indent=1).encode())
 
 
 def load_row(path: Path, key: str) -> Row | None:
-    """Return a row; None if there is no such file, or it has other inputs."""
+    """Return a row; None if its file is missing, or has another key."""
     if not path.is_file():
         return None
     row: Row = json.loads(path.read_text())
@@ -45,10 +45,10 @@ def run_missing(
     pool: WorkerPool,
     write_tables: Callable[[], object],
 ) -> None:
-    """Run the jobs whose rows are missing; tables are updated from time to time.
+    """Run jobs in a worker pool, and rewrite the tables every 30 seconds.
 
     Args:
-        make_row: Computes a job's row and saves it.
+        make_row: Computes and saves the row of a job.
         jobs: Jobs whose rows are missing.
         pool: Worker processes, or a Ray cluster.
         write_tables: Writes the tables of the existing rows.
@@ -56,14 +56,14 @@ def run_missing(
     Raises:
         JobsError: Some jobs failed; all others are complete.
     """
-    written = time.monotonic()
+    last_write = time.monotonic()
 
-    def report_job(name: str, over: int, total: int) -> None:
-        nonlocal written
-        note(f"{name} is over, {over} of {total}")
-        if time.monotonic() > written + _SECONDS_BETWEEN_TABLES:
+    def report_job(name: str, done_count: int, total: int) -> None:
+        nonlocal last_write
+        write_status(f"finished {name}: {done_count} of {total} jobs")
+        if time.monotonic() > last_write + _TABLE_INTERVAL_SECONDS:
             write_tables()
-            written = time.monotonic()
+            last_write = time.monotonic()
 
     run_jobs(make_row, jobs, pool, report_job)
 
@@ -72,35 +72,35 @@ def sum_seconds(seconds: dict[str, float], frames: int) -> dict[str, float]:
     """Return the seconds of the canonical frame, and of a later frame by stage.
 
     Args:
-        seconds: Of a `StageTimer`.
+        seconds: Seconds by stage, from a `StageTimer`.
         frames: Number of frames, including the canonical one.
     """
-    once = {name: seconds.get(name, 0.0) for name in ("canonical", "canonical commit")}
-    later = {
+    canonical_seconds = {name: seconds.get(name, 0.0) for name in ("canonical", "canonical commit")}
+    frame_seconds = {
         name: seconds.get(name, 0.0) / max(frames - 1, 1)
         for name in ("anchors", "motion", "placement", "births", "commit")
     }
-    return {**once, **later, "frame": sum(later.values())}
+    return {**canonical_seconds, **frame_seconds, "frame": sum(frame_seconds.values())}
 
 
-def note(text: str) -> None:
+def write_status(text: str) -> None:
     """Write a line to standard error."""
     sys.stderr.write(text + "\n")
 
 
 class ProgressLines:
-    """Writes the progress of a job to standard error from time to time.
+    """Writes the progress of a job to standard error every 20 seconds.
 
     Args:
-        name: Of the job.
+        name: Name of the job.
     """
 
     def __init__(self, name: str) -> None:
         self._name = name
-        self._next = time.monotonic() + _SECONDS_BETWEEN_LINES
+        self._next_line_time = time.monotonic() + _LINE_INTERVAL_SECONDS
 
     def advance(self, stage: str, done: int, total: int) -> None:
         """See `Progress.advance`."""
-        if stage in {"canonical", "frames"} and time.monotonic() >= self._next:
-            self._next = time.monotonic() + _SECONDS_BETWEEN_LINES
-            note(f"{self._name}: {stage} {done}/{total}")
+        if stage in {"canonical", "frames"} and time.monotonic() >= self._next_line_time:
+            self._next_line_time = time.monotonic() + _LINE_INTERVAL_SECONDS
+            write_status(f"{self._name}: {stage} {done}/{total}")

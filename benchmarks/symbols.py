@@ -1,11 +1,11 @@
-"""Times the decoding of all symbols of a frame on one thread.
+"""Measures the time of decoding all symbols of a frame on one thread.
 
     python benchmarks/symbols.py [--gaussians N] [--births N] [--repeats N] [--json]
 
-The symbols are simulated: a few objects move, each with its own steady motion, and the anchors of
-each level take a third of it, within a step. The symbols therefore correlate with those of parents
-and of the previous frame, as in a trained stream. The moving part of the scene is chosen to give
-the requested share of nonzero symbols.
+The symbols are simulated: a few objects move, each with its own steady motion, and the symbols of
+each anchor level code a third of the motion. The symbols therefore correlate with those of parents
+and of the previous frame, as in a trained stream. The size of the moving objects results in the
+requested share of nonzero symbols.
 """
 
 import argparse
@@ -41,22 +41,22 @@ _HEADER = StreamHeader(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneMotion:
-    """Moving objects, and the distance of every Gaussian to them.
+    """Moving objects, and the distance of each Gaussian to the nearest moving object.
 
     Attributes:
-        distance: `[N]` distance of each Gaussian to the nearest mover, lattice units.
-        mover: `[N]` index of this mover.
-        velocity: `[c, movers]` steps per frame.
+        distance: `[N]` distances of the Gaussians to their nearest movers, in lattice units.
+        nearest_mover: `[N]` indices of the nearest movers.
+        velocity: `[c, movers]` velocities in steps per frame.
     """
 
     distance: np.ndarray
-    mover: Int64
+    nearest_mover: Int64
     velocity: np.ndarray
 
     def advance(self, rng: np.random.Generator) -> "SceneMotion":
         """Return the motion in the next frame, with small changes."""
         noise = rng.normal(size=self.velocity.shape) * self.velocity.std(axis=1, keepdims=True)
-        return SceneMotion(self.distance, self.mover, 0.95 * self.velocity + 0.3 * noise)
+        return SceneMotion(self.distance, self.nearest_mover, 0.95 * self.velocity + 0.3 * noise)
 
 
 def make_canonical(count: int, rng: np.random.Generator) -> State:
@@ -69,32 +69,34 @@ def make_canonical(count: int, rng: np.random.Generator) -> State:
 
 
 def make_scene_motion(state: State, rng: np.random.Generator) -> SceneMotion:
-    """Return movers at random Gaussians."""
+    """Return movers at the positions of random Gaussians, with random velocities."""
     positions = state.scene.positions.astype(np.float64)
     centers = positions[:, rng.integers(0, state.scene.count, _MOVERS)]
-    distances = np.stack([np.linalg.norm(positions - at[:, None], axis=0) for at in centers.T])
+    distances = np.stack(
+        [np.linalg.norm(positions - center[:, None], axis=0) for center in centers.T]
+    )
     velocity = rng.normal(size=(_HEADER.symbol_planes, _MOVERS))
     velocity *= np.where(np.arange(_HEADER.symbol_planes) < 3, 5.0, 1.2)[:, None]
     return SceneMotion(distances.min(axis=0), distances.argmin(axis=0), velocity)
 
 
 def make_symbols(state: State, motion: SceneMotion, share: float) -> list[Int64]:
-    """Return symbols with about the given share of nonzero ones, level 1 first.
+    """Return symbols of each level, of which about the requested share is nonzero.
 
     Args:
-        state: After `begin_frame`.
+        state: State after `begin_frame`.
         motion: Motion of the scene.
-        share: From 0 to the share when everything moves.
+        share: Share of nonzero symbols; at most the share if all anchors move.
     """
     low, high = 0.0, float(motion.distance.max())
     for _ in range(12):
-        reach = (low + high) / 2
-        too_many = nonzero_share(_draw_symbols(state, motion, reach)) > share
-        low, high = (low, reach) if too_many else (reach, high)
+        radius = (low + high) / 2
+        too_many = compute_nonzero_share(_draw_symbols(state, motion, radius)) > share
+        low, high = (low, radius) if too_many else (radius, high)
     return _draw_symbols(state, motion, low)
 
 
-def nonzero_share(symbols: list[Int64]) -> float:
+def compute_nonzero_share(symbols: list[Int64]) -> float:
     """Return the share of symbols that are not 0."""
     return float(np.mean(np.concatenate(symbols, axis=1) != 0))
 
@@ -110,55 +112,55 @@ def make_births(state: State, count: int, rng: np.random.Generator) -> Births:
     return Births(np.sort(rng.integers(0, state.scene.count, count)), residuals)
 
 
-def prepare(
+def encode_symbols(
     state: State, symbols: list[Int64], births: Births
 ) -> tuple[Callable[[], CountsByField], int]:
-    """Codes a frame's symbols; the only place that calls the format.
+    """Encode the symbols of a frame.
 
     Returns:
-        Return a function that decodes them and returns the new context counts, and their bytes.
+        A function that decodes the symbols and returns the new context counts, and the coded bytes.
     """
     levels = motion_contexts(state, previous=True)
     motion = write_motion(levels, symbols, state.motion_counts)
     decoded, _ = read_motion(motion, levels, state.motion_counts)
-    newborn = write_births(births, state.birth_counts)
+    births_section = write_births(births, state.birth_counts)
     count, planes = births.newborn.count, _HEADER.code_planes
     if not all(map(np.array_equal, decoded, symbols)):
         message = "decoding does not reproduce the symbols"
         raise RuntimeError(message)
 
     def decode() -> CountsByField:
-        _, moves = read_motion(motion, levels, state.motion_counts)
-        _, born = read_births(newborn, planes, count, state.birth_counts)
-        return {"motion_counts": moves, "birth_counts": born}
+        _, motion_counts = read_motion(motion, levels, state.motion_counts)
+        _, birth_counts = read_births(births_section, planes, count, state.birth_counts)
+        return {"motion_counts": motion_counts, "birth_counts": birth_counts}
 
-    return decode, motion.byte_count() + newborn.byte_count()
+    return decode, motion.byte_count() + births_section.byte_count()
 
 
 def time_regime(state: State, share: float, births: int, repeats: int) -> list[dict[str, object]]:
-    """Return a row for each decoder: milliseconds of the second of two moved frames."""
+    """Return a row for each decoder, with the milliseconds for the second of two moved frames."""
     rng = np.random.default_rng(1)
     motion = make_scene_motion(state, rng)
     start = begin_frame(state, 0)
     symbols = make_symbols(start, motion, share)
-    decode, _ = prepare(start, symbols, make_births(start, births, rng))
+    decode, _ = encode_symbols(start, symbols, make_births(start, births, rng))
     start = begin_frame(replace(move(start, symbols), **decode()), 0)
     symbols = make_symbols(start, motion.advance(rng), share)
-    decode, size = prepare(start, symbols, make_births(start, births, rng))
-    facts = {
+    decode, size = encode_symbols(start, symbols, make_births(start, births, rng))
+    shared_columns = {
         "anchors": sum(level.shape[1] for level in symbols),
-        "nonzero": nonzero_share(symbols),
+        "nonzero": compute_nonzero_share(symbols),
         "bytes": size,
     }
     rows: list[dict[str, object]] = []
-    for name, chosen in choose_readers().items():
-        with chosen:
-            rows.append({"reader": name, **facts, **time_calls(decode, repeats)})
+    for name, reader in choose_readers().items():
+        with reader:
+            rows.append({"reader": name, **shared_columns, **time_calls(decode, repeats)})
     return rows
 
 
 def choose_readers() -> dict[str, AbstractContextManager[None]]:
-    """Return contexts that select the available decoders, by name, the fastest first."""
+    """Return contexts that select an entropy decoder, by name; the fastest is first."""
     readers: dict[str, AbstractContextManager[None]] = {}
     if HAS_CONSTRICTION:
         readers["constriction"] = use_bit_decoder(make_fastest_decoder)
@@ -167,21 +169,21 @@ def choose_readers() -> dict[str, AbstractContextManager[None]]:
 
 
 def time_calls(call: Callable[[], object], repeats: int) -> dict[str, float]:
-    """Return the median milliseconds of a call, by the clock and of the processor.
+    """Return the median milliseconds of a call: elapsed time and processor time.
 
     They are equal if no other process uses the processor.
     """
-    spent = []
+    times = []
     for _ in range(repeats):
         start_time, start_cpu = perf_counter(), process_time()
         call()
-        spent.append((perf_counter() - start_time, process_time() - start_cpu))
-    wall, cpu = zip(*spent, strict=True)
+        times.append((perf_counter() - start_time, process_time() - start_cpu))
+    wall, cpu = zip(*times, strict=True)
     return {"ms": 1e3 * median(wall), "cpu_ms": 1e3 * median(cpu)}
 
 
 def main() -> None:
-    """Time both regimes with every decoder."""
+    """Time both regimes with every decoder, and print the rows."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--gaussians", type=int, default=244_000)
     parser.add_argument("--births", type=int, default=150)
@@ -207,15 +209,15 @@ def main() -> None:
         )
 
 
-def _draw_symbols(state: State, motion: SceneMotion, reach: float) -> list[Int64]:
-    """Return symbols of the anchors within reach of a mover; the noise is the same in each call."""
+def _draw_symbols(state: State, motion: SceneMotion, radius: float) -> list[Int64]:
+    """Return the symbols if movers have this radius; each call adds the same noise."""
     rng, symbols = np.random.default_rng(2), []
     for level in state.known_anchors.levels:
-        places = np.searchsorted(state.scene.ids, level.owners)
-        thirds = motion.velocity[:, motion.mover[places]] / 3
-        moving = motion.distance[places] < reach
+        gaussian_indices = np.searchsorted(state.scene.ids, level.owners)
+        thirds = motion.velocity[:, motion.nearest_mover[gaussian_indices]] / 3
+        is_moving = motion.distance[gaussian_indices] < radius
         noise = rng.normal(size=thirds.shape) * 0.4
-        symbols.append(np.rint((thirds + noise) * moving).astype(np.int64))
+        symbols.append(np.rint((thirds + noise) * is_moving).astype(np.int64))
     return symbols
 
 

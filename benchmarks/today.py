@@ -1,4 +1,4 @@
-"""Draws the plots of benchmarks/README.md from the figures in benchmarks/today/.
+"""Draws the plots of benchmarks/README.md from the CSV files in benchmarks/today/.
 
 python benchmarks/today.py
 """
@@ -16,12 +16,12 @@ _HERE = Path(__file__).parent / "today"
 
 @dataclass(frozen=True)
 class Plot:
-    """A plot of `name`.csv: the first column is x, and every other column a line.
+    """A plot of a CSV file: the first column is x, and each other column is a line.
 
     Attributes:
-        name: Of the files.
-        x: Label.
-        y: Label.
+        name: Name of the CSV file and of the SVG file, without suffix.
+        x: Label of the x axis.
+        y: Label of the y axis.
         log: Whether both axes are logarithmic.
     """
 
@@ -37,16 +37,18 @@ PLOTS = (
 )
 
 
-def draw(plot: Plot, folder: Path = _HERE) -> bytes:
+def draw_plot(plot: Plot, folder: Path = _HERE) -> bytes:
     """Return the SVG of a plot."""
     with (folder / f"{plot.name}.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
-    first, *lines = rows[0]
+    x_column, *line_columns = rows[0]
     figure = Figure(figsize=(6.4, 3.6), layout="constrained")
     axes = figure.subplots()
-    for line in lines:
-        points = [(float(row[first]), float(row[line])) for row in rows if row[line]]
-        axes.plot(*zip(*points, strict=True), marker="o", markersize=4, label=line)
+    for line_column in line_columns:
+        points = [
+            (float(row[x_column]), float(row[line_column])) for row in rows if row[line_column]
+        ]
+        axes.plot(*zip(*points, strict=True), marker="o", markersize=4, label=line_column)
     axes.set(xlabel=plot.x, ylabel=plot.y)
     if plot.log:
         axes.set(xscale="log", yscale="log")
@@ -59,9 +61,9 @@ def draw(plot: Plot, folder: Path = _HERE) -> bytes:
 
 
 def main() -> None:
-    """Write the SVG next to each CSV."""
+    """Write the SVG of each plot next to its CSV file."""
     for plot in PLOTS:
-        (_HERE / f"{plot.name}.svg").write_bytes(draw(plot))
+        (_HERE / f"{plot.name}.svg").write_bytes(draw_plot(plot))
 
 
 if __name__ == "__main__":

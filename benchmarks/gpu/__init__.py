@@ -1,1 +1,1 @@
-"""The steps of benchmarks/gpu.py."""
+"""The steps of `benchmarks/gpu.py`, each in a module with the function `work`."""

@@ -1,8 +1,8 @@
-"""Checks that the device's backend agrees with the others on pictures and gradients.
+"""Checks that the renderers of the GPU and of the CPU return the same pictures and gradients.
 
 Compares pictures, alphas and gradients of random scenes: gsplat (numba in a dry run), numba in
-float32, and the float64 reference in torch. Single pixels can differ where one backend stops or
-skips at a threshold and another narrowly does not.
+float32, and the float64 reference in torch. Single pixels can differ where a value is close to a
+threshold of the renderers.
 """
 
 from dataclasses import dataclass
@@ -23,72 +23,82 @@ from raster import make_scene
 _WIDTH, _HEIGHT = 160, 120
 _MAX_ABSOLUTE = 2e-2
 _MAX_RELATIVE = 1e-2
-_NAMES = ("means", "quaternions", "scales", "opacities", "sh")
+_LEAF_NAMES = ("means", "quaternions", "scales", "opacities", "sh")
 
 
 @dataclass(frozen=True, slots=True)
 class _Backend:
     rasterizer: Rasterizer
     device: str
-    kind: torch.dtype
+    dtype: torch.dtype
 
 
 def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
-    """Compare the backends on every scene."""
+    """Compare the backend of the device with the reference backends on random scenes."""
     del folder
-    drawn = _Backend(choose_rasterizer(torch.device(sizes.device)), sizes.device, torch.float32)
-    others = (
+    device_backend = _Backend(
+        choose_rasterizer(torch.device(sizes.device)), sizes.device, torch.float32
+    )
+    reference_backends = (
         _Backend(NumbaRasterizer(), "cpu", torch.float32),
         _Backend(TorchRasterizer(), "cpu", torch.float64),
     )
-    for count in sizes.random:
-        notebook.note(f"{count} Gaussians")
-        ours = _draw(drawn, count)
-        for other in others:
-            if other.rasterizer.name == "torch" and count > 2000:
+    for count in sizes.random_scene_sizes:
+        notebook.write_progress(f"{count} Gaussians")
+        device_tensors = _render_scene(device_backend, count)
+        for reference in reference_backends:
+            if reference.rasterizer.name == "torch" and count > 2000:
                 continue  # torch would take minutes
-            notebook.add(_compare(ours, _draw(other, count), (drawn, other), count))
+            notebook.add(
+                _compare(
+                    device_tensors,
+                    _render_scene(reference, count),
+                    (device_backend, reference),
+                    count,
+                )
+            )
 
 
-def _draw(backend: _Backend, count: int) -> dict[str, Tensor]:
-    """Return image, alpha and gradients of a random scene, on the CPU in float64."""
+def _render_scene(backend: _Backend, count: int) -> dict[str, Tensor]:
+    """Render a random scene; return image, alpha and gradients as float64 tensors on the CPU."""
     leaves = [
-        leaf.detach().to(backend.device, backend.kind).requires_grad_()
+        leaf.detach().to(backend.device, backend.dtype).requires_grad_()
         for leaf in make_scene(count, _WIDTH)
     ]
     means, quaternions, scales, logits, sh = leaves
     gaussians = Gaussians(means, quaternions, torch.exp(scales), activate_opacities(logits), sh)
-    lens = (0.9 * _WIDTH, 0.9 * _WIDTH, _WIDTH / 2, _HEIGHT / 2)
+    intrinsics = (0.9 * _WIDTH, 0.9 * _WIDTH, _WIDTH / 2, _HEIGHT / 2)
     pose = ((1.0, 0, 0, 0, 1.0, 0, 0, 0, 1.0), (0.0, 0, 0))
-    camera = Camera("camera", _WIDTH, _HEIGHT, *lens, *pose, 0.2, False)
-    background = torch.tensor([0.1, 0.3, 0.5], device=backend.device, dtype=backend.kind)
-    drawn = backend.rasterizer.render(gaussians, camera, background)
-    loss = (drawn.image.square().sum() + drawn.alpha.sum()) / drawn.alpha.numel()
-    gradients = dict(zip(_NAMES, torch.autograd.grad(loss, leaves), strict=True))
-    parts = {"image": drawn.image, "alpha": drawn.alpha, **gradients}
-    return {name: part.detach().double().cpu() for name, part in parts.items()}
+    camera = Camera("camera", _WIDTH, _HEIGHT, *intrinsics, *pose, 0.2, False)
+    background = torch.tensor([0.1, 0.3, 0.5], device=backend.device, dtype=backend.dtype)
+    rendering = backend.rasterizer.render(gaussians, camera, background)
+    loss = (rendering.image.square().sum() + rendering.alpha.sum()) / rendering.alpha.numel()
+    gradients = dict(zip(_LEAF_NAMES, torch.autograd.grad(loss, leaves), strict=True))
+    tensors = {"image": rendering.image, "alpha": rendering.alpha, **gradients}
+    return {name: tensor.detach().double().cpu() for name, tensor in tensors.items()}
 
 
 def _compare(
-    ours: dict[str, Tensor],
-    theirs: dict[str, Tensor],
+    tensors: dict[str, Tensor],
+    reference_tensors: dict[str, Tensor],
     backends: tuple[_Backend, _Backend],
     count: int,
 ) -> Row:
     figures = {}
-    for name, part in ours.items():
-        difference = part - theirs[name].reshape(part.shape)
+    for name, tensor in tensors.items():
+        difference = tensor - reference_tensors[name].reshape(tensor.shape)
         figures[f"{name}_max_abs"] = float(difference.abs().max())
-        figures[f"{name}_relative"] = float(difference.norm() / theirs[name].norm())
-    shown = max(figures["image_max_abs"], figures["alpha_max_abs"])
-    sloped = max(figures[f"{name}_relative"] for name in _NAMES)
-    steepest = max(figures[f"{name}_max_abs"] for name in _NAMES)
-    first, second = (f"{each.rasterizer.name}" for each in backends)
+        figures[f"{name}_relative"] = float(difference.norm() / reference_tensors[name].norm())
+    picture_error = max(figures["image_max_abs"], figures["alpha_max_abs"])
+    relative_gradient_error = max(figures[f"{name}_relative"] for name in _LEAF_NAMES)
+    gradient_error = max(figures[f"{name}_max_abs"] for name in _LEAF_NAMES)
+    first, second = (f"{backend.rasterizer.name}" for backend in backends)
     return Row(
         "backends",
         f"{first} against {second}, {count:,} Gaussians",
-        f"pictures differ by {shown:.1e}, gradients by {steepest:.1e} (relative {sloped:.1e})",
+        f"pictures differ by {picture_error:.1e}, gradients by {gradient_error:.1e} "
+        f"(relative {relative_gradient_error:.1e})",
         f"at most {_MAX_ABSOLUTE:g}; relative {_MAX_RELATIVE:g}",
-        shown <= _MAX_ABSOLUTE and sloped <= _MAX_RELATIVE,
+        picture_error <= _MAX_ABSOLUTE and relative_gradient_error <= _MAX_RELATIVE,
         figures,
     )

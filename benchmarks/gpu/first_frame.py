@@ -1,4 +1,4 @@
-"""Trains frame 0 at full length; measures its time and the PSNR of training views."""
+"""Trains frame 0 with all iterations; measures the time and the PSNR of training views."""
 
 from pathlib import Path
 from statistics import mean
@@ -18,17 +18,19 @@ from quarc_ref.streams import decode
 
 
 def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
-    """Train frame 0, decode it, and compare it with its training views."""
-    config = make_config({"canonical.iterations": sizes.canonical})
-    done = train(sizes, folder, notebook, config, frames=1)
-    (scene,) = decode(done.stream)
-    seconds = done.timer.timer.seconds["canonical"]
+    """Train frame 0, decode it, and compare it with the pictures of the training views."""
+    config = make_config({"canonical.iterations": sizes.canonical_iterations})
+    training = train(sizes, folder, notebook, config, frames=1)
+    (scene,) = decode(training.stream)
+    seconds = training.timer.timer.seconds["canonical"]
     figures = {"seconds": seconds, "gaussians": float(scene.count)}
-    what = f"frame 0: {sizes.canonical:,} iterations, {scene.count:,} Gaussians at its end"
-    notebook.add(Row("frame 0", what, f"{seconds:.1f} s", figures=figures))
+    description = (
+        f"frame 0: {sizes.canonical_iterations:,} iterations, {scene.count:,} Gaussians at its end"
+    )
+    notebook.add(Row("frame 0", description, f"{seconds:.1f} s", figures=figures))
     psnr = _measure_psnr(sizes, load_capture(sizes, folder), scene)
-    shown = f"{psnr:.2f} dB, exposure corrected"
-    notebook.add(Row("frame 0", "PSNR of training views", shown, figures={"psnr": psnr}))
+    result = f"{psnr:.2f} dB, exposure corrected"
+    notebook.add(Row("frame 0", "PSNR of training views", result, figures={"psnr": psnr}))
     notebook.add(describe_memory("frame 0", sizes))
 
 

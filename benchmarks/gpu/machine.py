@@ -1,4 +1,4 @@
-"""Describes the machine."""
+"""Describes the machine: device, processor and versions."""
 
 import os
 import platform
@@ -11,10 +11,10 @@ from gpu.rows import Notebook, Row
 
 
 def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
-    """Name the device, the processor and the versions.
+    """Add rows for the versions, the processor and the device.
 
     Raises:
-        RuntimeError: The device does not exist.
+        RuntimeError: torch finds no CUDA device.
     """
     del folder
     processor = platform.processor() or platform.machine()
@@ -25,7 +25,7 @@ def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
         notebook.add(Row("machine", "device", "cpu: a dry run, with meaningless figures"))
         return
     if not torch.cuda.is_available():
-        message = "torch finds no CUDA device; --dry-run needs none"
+        message = "torch finds no CUDA device; use --dry-run to run on the CPU"
         raise RuntimeError(message)
     memory = torch.cuda.get_device_properties(0).total_memory / 2**30
     name = torch.cuda.get_device_name(0)

@@ -17,11 +17,11 @@ class Sizes:
         device: `cuda`, or `cpu` for a dry run.
         width: Width of pictures in pixels.
         height: Height of pictures in pixels.
-        views: Training views.
+        views: Number of training views.
         gaussians: Number of Gaussians of the timed frame.
-        iterations: Iterations of its motion, and of its births.
-        canonical: Iterations of frame 0.
-        random: Number of Gaussians of the random scenes for comparing backends.
+        iterations: Iterations of motion and of births in the timed frame.
+        canonical_iterations: Iterations of training frame 0.
+        random_scene_sizes: Numbers of Gaussians of the random scenes that compare backends.
     """
 
     device: str
@@ -30,37 +30,37 @@ class Sizes:
     views: int
     gaussians: int
     iterations: int
-    canonical: int
-    random: tuple[int, ...]
+    canonical_iterations: int
+    random_scene_sizes: tuple[int, ...]
 
 
-REAL = Sizes("cuda", 1352, 1014, 20, 244_000, 100, 15_000, (200, 2000, 20_000))
-DRY = Sizes("cpu", 48, 36, 3, 200, 3, 10, (20, 60))
+REAL_SIZES = Sizes("cuda", 1352, 1014, 20, 244_000, 100, 15_000, (200, 2000, 20_000))
+DRY_SIZES = Sizes("cpu", 48, 36, 3, 200, 3, 10, (20, 60))
 
 
-class Work(Protocol):
-    """The work of a step."""
+class StepFunction(Protocol):
+    """The function that runs a step."""
 
     def __call__(self, sizes: Sizes, folder: Path, notebook: Notebook) -> None:
-        """Run the step and write its rows.
+        """Run the step, and write its rows into a notebook.
 
         Args:
-            sizes: Of everything.
+            sizes: Sizes of the measurements.
             folder: Folder shared by all steps.
-            notebook: To write into.
+            notebook: File for the rows.
         """
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A part of the run, in a separate process.
+    """A step of the run, which is a separate process.
 
     Attributes:
-        name: In the table.
-        seconds: Time limit; the step is also limited by the time that earlier steps leave.
+        name: Name of the step in the table.
+        seconds: Time limit of the step; the time left for all steps limits it further.
         module: Module with the function `work`.
-        is_required: Whether no other step can run if this one fails.
+        is_required: Whether a failure of the step stops the run.
     """
 
     name: str
@@ -69,9 +69,9 @@ class Step:
     is_required: bool = False
 
     def load(self) -> Callable[[Sizes, Path, Notebook], None]:
-        """Import the step's module and return its function."""
-        work: Work = import_module(self.module).work
-        return work
+        """Import the module of the step, and return its function `work`."""
+        function: StepFunction = import_module(self.module).work
+        return function
 
 
 STEPS = (

@@ -1,4 +1,4 @@
-"""Runs steps one after another, each in a separate process with a time limit."""
+"""Runs each step in a separate process with a time limit."""
 
 import os
 import subprocess
@@ -13,100 +13,106 @@ from gpu.rows import Notebook, Row
 
 _PROGRAM = Path(__file__).resolve().parents[1] / "gpu.py"
 _MIN_SECONDS = 5.0
-_LAST_WORDS = 300
-_STEP = "the step"
+_MAX_MESSAGE_LENGTH = 300
+_STEP_LABEL = "the step"
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
-    """Where steps work.
+class StepEnvironment:
+    """Folder and options that all steps share.
 
     Attributes:
-        folder: That they share.
-        dry: Whether to run on the CPU in tiny sizes.
-        packages: Folder with the packages that the machine lacks; None if it has all.
+        folder: Folder for files of the steps.
+        is_dry_run: Whether to run on the CPU in tiny sizes.
+        packages: Folder with packages that were installed from wheels, or None.
     """
 
     folder: Path
-    dry: bool
+    is_dry_run: bool
     packages: Path | None
 
 
-def run_step(step: Step, limit: float, place: Place, rows: list[Row]) -> None:
-    """Run a step; add its rows, and one that says how it ended.
+def run_step(step: Step, time_limit: float, environment: StepEnvironment, rows: list[Row]) -> None:
+    """Run a step; append its rows, and a row that states how the step ended.
 
     Args:
-        step: To be run.
-        limit: Seconds, at most.
-        place: Where it works.
-        rows: List that is extended, even if the run is interrupted.
+        step: Step to run.
+        time_limit: Time limit in seconds.
+        environment: Folder and options of all steps.
+        rows: List to which rows are appended, even if the run is interrupted.
     """
-    notebook = Notebook(place.folder / name_file(step, "jsonl"))
-    start_state, fault = time.monotonic(), "interrupted"
+    notebook = Notebook(environment.folder / make_file_name(step, "jsonl"))
+    start, fault = time.monotonic(), "interrupted"
     try:
-        fault = "no time is left" if limit < _MIN_SECONDS else _run(step, limit, place)
+        fault = (
+            "no time is left"
+            if time_limit < _MIN_SECONDS
+            else _run_process(step, time_limit, environment)
+        )
     finally:
-        found, progress = notebook.read()
-        rows += [*found, _close(step, fault, progress, time.monotonic() - start_state)]
+        step_rows, progress = notebook.read()
+        rows += [*step_rows, _make_end_row(step, fault, progress, time.monotonic() - start)]
 
 
-def name_file(step: Step, ending: str) -> str:
-    """Return the file name of a step."""
-    return f"{step.name.replace(' ', '_')}.{ending}"
+def make_file_name(step: Step, suffix: str) -> str:
+    """Return the name of a file of a step, with a suffix such as `log`."""
+    return f"{step.name.replace(' ', '_')}.{suffix}"
 
 
-def _close(step: Step, fault: str, progress: str, seconds: float) -> Row:
+def _make_end_row(step: Step, fault: str, progress: str, seconds: float) -> Row:
     if fault:
-        reached = f" (at {progress})" if progress else ""
-        return Row(step.name, _STEP, f"failed: {fault}{reached}", "done", holds=False)
-    return Row(step.name, _STEP, f"done in {seconds:.0f} s", "done", True, {"seconds": seconds})
+        progress_note = f" (at {progress})" if progress else ""
+        return Row(step.name, _STEP_LABEL, f"failed: {fault}{progress_note}", "done", holds=False)
+    return Row(
+        step.name, _STEP_LABEL, f"done in {seconds:.0f} s", "done", True, {"seconds": seconds}
+    )
 
 
-def _run(step: Step, limit: float, place: Place) -> str:
-    """Return why a step failed; empty if it succeeded."""
-    command = [sys.executable, str(_PROGRAM), "--step", step.name, "--out", str(place.folder)]
-    command += ["--dry-run"] if place.dry else []
-    log = place.folder / name_file(step, "log")
+def _run_process(step: Step, time_limit: float, environment: StepEnvironment) -> str:
+    """Run a step; return why it failed, or an empty string if it succeeded."""
+    command = [sys.executable, str(_PROGRAM), "--step", step.name, "--out", str(environment.folder)]
+    command += ["--dry-run"] if environment.is_dry_run else []
+    log = environment.folder / make_file_name(step, "log")
     with log.open("wb") as output:
-        child = subprocess.Popen(
-            command, stdout=output, stderr=output, env=_make_environment(place.packages),
+        process = subprocess.Popen(
+            command, stdout=output, stderr=output, env=_make_environment(environment.packages),
             start_new_session=os.name == "posix",
         )  # fmt: skip
         try:
-            code = child.wait(limit)
+            exit_code = process.wait(time_limit)
         except subprocess.TimeoutExpired:
-            return f"not done after {limit:.0f} s"
+            return f"not done after {time_limit:.0f} s"
         finally:
-            _end(child)
-    return "" if code == 0 else _read_last_line(log, code)
+            _kill_process(process)
+    return "" if exit_code == 0 else _read_last_line(log, exit_code)
 
 
-def _end(child: "subprocess.Popen[bytes]") -> None:
+def _kill_process(process: "subprocess.Popen[bytes]") -> None:
     """Kill a step and all processes that it has started, such as compilers."""
-    if child.poll() is None:
+    if process.poll() is None:
         if os.name == "posix":
-            os.killpg(child.pid, 9)
+            os.killpg(process.pid, 9)
         else:
-            child.kill()
-        child.wait()
+            process.kill()
+        process.wait()
 
 
 def _make_environment(packages: Path | None) -> dict[str, str]:
     root = str(_PROGRAM.parents[1])
     paths = [root, *([str(packages)] if packages else []), os.environ.get("PYTHONPATH", "")]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
-    if packages:  # programs in these packages, such as ninja
+    if packages:  # programs of the packages, such as ninja
         environment["PATH"] = os.pathsep.join([str(packages / "bin"), os.environ.get("PATH", "")])
     return environment
 
 
-def _read_last_line(log: Path, code: int) -> str:
+def _read_last_line(log: Path, exit_code: int) -> str:
     lines = log.read_text(errors="replace").strip().splitlines()
-    return lines[-1][-_LAST_WORDS:] if lines else f"exit code {code}"
+    return lines[-1][-_MAX_MESSAGE_LENGTH:] if lines else f"exit code {exit_code}"
 
 
 def allot_time(steps: tuple[Step, ...], seconds: float) -> Iterator[tuple[Step, float]]:
-    """Yield the steps with their time limits."""
+    """Yield each step with its time limit in seconds, given the time for all steps."""
     end = time.monotonic() + seconds
     for step in steps:
         yield step, min(step.seconds, end - time.monotonic())

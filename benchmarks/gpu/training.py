@@ -13,7 +13,7 @@ from quarc_ref.encoder import EncodeOptions, change_setting, choose_preset, enco
 from quarc_ref.encoder.settings.config import EncoderConfig
 from steady_timer import SteadyTimer
 
-_NOTES_EVERY = 100
+_REPORT_INTERVAL = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,8 +21,8 @@ class Training:
     """A finished encode.
 
     Attributes:
-        stream: Its bytes.
-        timer: Seconds of frame 0, and of every stage of the frames from the third on.
+        stream: Bytes of the stream.
+        timer: Seconds of frame 0, and seconds by stage of the frames from the third frame on.
     """
 
     stream: bytes
@@ -30,7 +30,7 @@ class Training:
 
 
 def make_config(changes: dict[str, object]) -> EncoderConfig:
-    """Return the preset `main` with settings changed."""
+    """Return the preset `main` with changed settings."""
     config = choose_preset("main")
     for name, value in changes.items():
         config = change_setting(config, name, str(value))
@@ -40,26 +40,26 @@ def make_config(changes: dict[str, object]) -> EncoderConfig:
 def train(
     sizes: Sizes, folder: Path, notebook: Notebook, config: EncoderConfig, frames: int
 ) -> Training:
-    """Encode frames of the traced capture and report the progress."""
-    watch = _Watch(notebook)
-    options = EncodeOptions(config, frames, sizes.device, watch, checks=False)
+    """Encode frames of the traced capture, and write the progress into a notebook."""
+    reporter = _StageReporter(notebook)
+    options = EncodeOptions(config, frames, sizes.device, reporter, checks=False)
     sink = io.BytesIO()
     if sizes.device == "cuda":
         torch.cuda.reset_peak_memory_stats()
     encode(load_capture(sizes, folder), sink, options)
-    return Training(sink.getvalue(), watch.timer)
+    return Training(sink.getvalue(), reporter.timer)
 
 
 def describe_memory(step: str, sizes: Sizes) -> Row:
-    """Return the row of the peak GPU memory allocated since the start of training."""
+    """Return a row with the peak GPU memory since the start of training."""
     if sizes.device != "cuda":
         return Row(step, "peak GPU memory", "none: no GPU")
     peak = torch.cuda.max_memory_allocated() / 2**30
     return Row(step, "peak GPU memory", f"{peak:.2f} GiB", figures={"gib": peak})
 
 
-class _Watch:
-    """Times the stages; reports every hundredth step, which also waits for the GPU."""
+class _StageReporter:
+    """Measures the stages; waits for the GPU and writes the progress every 100 iterations."""
 
     def __init__(self, notebook: Notebook) -> None:
         self.timer = SteadyTimer()
@@ -67,8 +67,8 @@ class _Watch:
 
     def advance(self, stage: str, done: int, total: int) -> None:
         """See `Progress.advance`."""
-        if done % _NOTES_EVERY == 0 or done == total:
+        if done % _REPORT_INTERVAL == 0 or done == total:
             if torch.cuda.is_available():
                 torch.cuda.synchronize()
-            self._notebook.note(f"{stage} {done} of {total}")
+            self._notebook.write_progress(f"{stage} {done} of {total}")
         self.timer.advance(stage, done, total)

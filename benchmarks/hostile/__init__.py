@@ -1,4 +1,4 @@
-"""Mutated streams and the cost of decoding them: the code of `benchmarks/hostile.py`.
+"""Mutates streams, and decodes them within limits: the code of `benchmarks/hostile.py`.
 
-mutations ──> judge, one stream ──> blocks of them, kept (command)
+mutations (a mutant) ──> judge (its verdict) ──> blocks (tallies of mutants) ──> command
 """

@@ -1,4 +1,4 @@
-"""Judges mutants in blocks, so that an interrupted run can resume.
+"""Judges mutants in blocks of consecutive numbers, so that an interrupted run can resume.
 
 Each block is saved as a line of JSON. A failed mutant is saved as a file named after its number,
 from which it can be generated again.
@@ -16,24 +16,24 @@ from hostile.mutations import Mutant
 from quarc_ref.format.errors import BitstreamError
 from quarc_ref.inspection.peak_memory import measure_peak_mebibytes
 
-BLOCK = 1000
+BLOCK_SIZE = 1000
 _OTHER_MODES = tuple(way for way in judge.MODES if way != "decode")
-_SHOWN = 20  # failures, by number
-_SHARE = 40  # number of mutants of which each other way gets one
+_MAX_LISTED_FAILURES = 20  # failures, by number
+_MODE_PERIOD = 40  # of as many mutants, one is decoded in each mode except `decode`
 
 
 @dataclass(slots=True)
 class Tally:
-    """Results of mutants.
+    """Results of a number of mutants.
 
     Attributes:
         outcomes: Number of mutants for each outcome.
-        modes: Number of mutants decoded in each way.
+        modes: Number of mutants for each mode.
         frames: Number of decoded frames.
-        seconds: Processor time of decoding.
-        slowest: Seconds of the slowest mutant.
-        slowest_number: Its number.
-        peak_rss_mib: Peak memory of any process.
+        seconds: Processor time of decoding, in total.
+        slowest: Processor time of the slowest mutant in seconds.
+        slowest_number: Number of the slowest mutant.
+        peak_rss_mib: Peak memory of any process, in MiB.
         failures: Numbers of failed mutants, with their outcomes.
     """
 
@@ -46,10 +46,10 @@ class Tally:
     peak_rss_mib: float = 0.0
     failures: dict[int, str] = field(default_factory=dict)
 
-    def note(self, number: int, way: str, verdict: judge.Verdict) -> None:
-        """Count a mutant."""
+    def count_mutant(self, number: int, mode: str, verdict: judge.Verdict) -> None:
+        """Add the verdict on a mutant."""
         self.outcomes[verdict.outcome] += 1
-        self.modes[way] += 1
+        self.modes[mode] += 1
         self.frames += verdict.frames
         self.seconds += verdict.seconds
         if verdict.seconds > self.slowest:
@@ -74,13 +74,13 @@ class Tally:
         return [leaf.reject_id for leaf in kinds if not self.outcomes[leaf.reject_id]]
 
     def as_json(self) -> dict[str, Any]:
-        """Return the results as they are printed."""
+        """Return the results as a JSON object for printing."""
         rejections = {
             name: count
             for name, count in self.outcomes.most_common()
             if name not in ("decoded", "declined", "hang", "escape")
         }
-        first = sorted(self.failures)[:_SHOWN]
+        listed_failures = sorted(self.failures)[:_MAX_LISTED_FAILURES]
         return {
             "streams": self.outcomes.total(),
             "decoded": self.outcomes["decoded"],
@@ -94,66 +94,68 @@ class Tally:
             "mean_ms": round(1000 * self.seconds / max(1, self.outcomes.total()), 3),
             "frames": self.frames,
             "modes": dict(self.modes),
-            "failures": {str(number): self.failures[number] for number in first},
+            "failures": {str(number): self.failures[number] for number in listed_failures},
         }
 
 
 def choose_mode(number: int) -> str:
-    """Return the way in which a mutant is decoded."""
-    place = number % _SHARE
-    return _OTHER_MODES[place] if place < len(_OTHER_MODES) else "decode"
+    """Return the mode in which the mutant of a number is decoded; one of `judge.MODES`."""
+    remainder = number % _MODE_PERIOD
+    return _OTHER_MODES[remainder] if remainder < len(_OTHER_MODES) else "decode"
 
 
-class Maker(Protocol):
+class StreamMaker(Protocol):
     """Generates streams with arbitrary contents."""
 
     def make(self, number: int) -> Mutant:
-        """Return the stream of a number, always the same."""
+        """Return the stream of a number, which depends only on the number."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """Streams to judge.
+    """A series of streams to judge.
 
     Attributes:
-        maker: Makes them.
-        choose_mode: Returns the way in which the stream of a number is decoded.
+        maker: Generates the streams.
+        choose_mode: Returns the mode in which the stream of a number is decoded.
     """
 
-    maker: Maker
+    maker: StreamMaker
     choose_mode: Callable[[int], str] = choose_mode
 
 
 def judge_block(
-    series: Series, first: int, count: int, folder: Path, begin: Callable[[int], object] = int
+    series: Series, first: int, count: int, folder: Path, on_start: Callable[[int], object] = int
 ) -> Tally:
-    """Judge consecutive streams and save the failures in a folder.
+    """Judge consecutive streams, and save those that fail in a folder.
 
     Args:
-        series: The streams.
+        series: Series of the streams.
         first: Number of the first stream.
-        count: How many.
-        folder: Folder for failures.
-        begin: Called with every number before its stream is generated.
+        count: Number of streams.
+        folder: Folder for streams that fail.
+        on_start: Called with every number before its stream is generated.
     """
     tally = Tally()
     for number in range(first, first + count):
-        begin(number)
-        mutant, way = series.maker.make(number), series.choose_mode(number)
-        verdict = judge.judge(way, mutant.data, forged=mutant.forged)
-        tally.note(number, way, verdict)
+        on_start(number)
+        mutant, mode = series.maker.make(number), series.choose_mode(number)
+        verdict = judge.judge(mode, mutant.data, has_forged_crcs=mutant.has_forged_crcs)
+        tally.count_mutant(number, mode, verdict)
         if verdict.is_failure:
             (folder / f"{number}.quarc").write_bytes(mutant.data)
-            reported = f"{verdict.outcome}, {way}, forged: {mutant.forged}, {mutant.recipe}\n"
-            (folder / f"{number}.txt").write_text(reported + verdict.detail, "utf-8")
+            report = (
+                f"{verdict.outcome}, {mode}, forged: {mutant.has_forged_crcs}, {mutant.recipe}\n"
+            )
+            (folder / f"{number}.txt").write_text(report + verdict.detail, "utf-8")
     tally.peak_rss_mib = measure_peak_mebibytes() or 0.0
     return tally
 
 
 def append_block(path: Path, first: int, count: int, tally: Tally) -> None:
-    """Append the results of a block."""
-    kept = {
+    """Append the results of a block to a file, as a line of JSON."""
+    entry = {
         "first": first,
         "count": count,
         "outcomes": dict(tally.outcomes),
@@ -166,7 +168,7 @@ def append_block(path: Path, first: int, count: int, tally: Tally) -> None:
         "failures": tally.failures,
     }
     with path.open("a", encoding="utf-8") as file:
-        file.write(json.dumps(kept) + "\n")
+        file.write(json.dumps(entry) + "\n")
 
 
 def read_blocks(path: Path) -> dict[tuple[int, int], Tally]:
@@ -174,9 +176,9 @@ def read_blocks(path: Path) -> dict[tuple[int, int], Tally]:
     blocks: dict[tuple[int, int], Tally] = {}
     lines = path.read_text("utf-8").split("\n") if path.exists() else []
     for line in lines[:-1]:
-        kept = json.loads(line)
-        key = (kept.pop("first"), kept.pop("count"))
-        kept["outcomes"], kept["modes"] = Counter(kept["outcomes"]), Counter(kept["modes"])
-        kept["failures"] = {int(number): outcome for number, outcome in kept["failures"].items()}
-        blocks[key] = Tally(**kept)
+        entry = json.loads(line)
+        key = (entry.pop("first"), entry.pop("count"))
+        entry["outcomes"], entry["modes"] = Counter(entry["outcomes"]), Counter(entry["modes"])
+        entry["failures"] = {int(number): outcome for number, outcome in entry["failures"].items()}
+        blocks[key] = Tally(**entry)
     return blocks

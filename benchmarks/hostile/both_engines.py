@@ -1,4 +1,4 @@
-"""Decodes with both engines: they must give the same frames and reject the same streams."""
+"""Decodes streams with both engines, which must return the same frames and rejections."""
 
 import zlib
 from collections.abc import Iterator
@@ -19,27 +19,32 @@ def decode_by_both_engines(data: bytes) -> Iterator[str]:
         A digest of every frame.
 
     Raises:
-        VerificationError: The engines differ in a frame or in how the stream ends.
+        VerificationError: The engines return different frames or different errors.
         BitstreamError: The stream is malformed.
         LimitError: The stream exceeds the limits of the decoder.
         EnvironmentVariableError: The fast engine is not installed.
     """
-    (frames, end), (fast, other) = (_digest_frames(data, engine) for engine in (REFERENCE, FAST))
-    if (frames, _find_rejection(end)) != (fast, _find_rejection(other)):
-        message = f"the reference gives {frames}, {end!r}; the fast engine {fast}, {other!r}"
+    (frames, reference_end), (fast_frames, fast_end) = (
+        _digest_frames(data, engine) for engine in (REFERENCE, FAST)
+    )
+    if (frames, _find_rejection(reference_end)) != (fast_frames, _find_rejection(fast_end)):
+        message = (
+            f"the engines differ: the reference engine returns {frames}, {reference_end!r}, "
+            f"and the fast engine {fast_frames}, {fast_end!r}"
+        )
         raise VerificationError(message)
     yield from frames
-    if end is not None:
-        raise end
+    if reference_end is not None:
+        raise reference_end
 
 
 def _find_rejection(end: _End) -> int | str | None:
-    """Return where a stream was rejected; either of two faults in a chunk may be reported."""
+    """Return the offset of a rejection, as two faults in a chunk can have different reject ids."""
     return end.offset if isinstance(end, BitstreamError) else type(end).__name__
 
 
 def _digest_frames(data: bytes, engine: str) -> tuple[list[str], _End]:
-    """Return a digest of every frame, including its floats, and how the stream ends."""
+    """Return a digest of each frame, including its floats, and the error that ended decoding."""
     output = []
     with use_engine(engine), Player(data, threads=1) as player:
         try:

@@ -1,4 +1,4 @@
-"""Corrects state CRCs after mutations, to reach code that a CRC would otherwise protect."""
+"""Corrects state CRCs after mutations, so that mutants reach code behind the check of the CRC."""
 
 import contextlib
 import zlib
@@ -12,13 +12,13 @@ from quarc_ref.format.constants import CHUNK_CRC_BYTES
 from quarc_ref.format.errors import BitstreamError, LimitError
 from quarc_ref.streams.chunk_reader import split_chunks
 
-_STATE_CRC_BYTES = 4  # at the end of the payload of every frame
+_STATE_CRC_BYTES = 4  # the state CRC is at the end of the payload of a frame
 
 
 def forge_state_crcs(data: bytes) -> bytes:
     """Return a stream in which the CRC of each frame matches its decoded state.
 
-    Frames after the first fault of another kind are unchanged.
+    Frames after the first other fault are unchanged.
 
     Args:
         data: A stream with arbitrary contents.
@@ -34,14 +34,14 @@ def forge_state_crcs(data: bytes) -> bytes:
             if state is not None:
                 crc = state_crc(state.scene).to_bytes(_STATE_CRC_BYTES, "little")
                 payload = chunk.payload[:-_STATE_CRC_BYTES] + crc
-                proof = crc + zlib.crc32(payload).to_bytes(CHUNK_CRC_BYTES, "little")
+                trailing_crcs = crc + zlib.crc32(payload).to_bytes(CHUNK_CRC_BYTES, "little")
                 end = chunk.offset + chunk.byte_count()
-                forged[end - len(proof) : end] = proof
+                forged[end - len(trailing_crcs) : end] = trailing_crcs
     return bytes(forged)
 
 
 class _MatchesAnyCrc(int):
-    """Compares equal to every number."""
+    """A CRC that compares equal to every number."""
 
     __hash__ = int.__hash__
 

@@ -27,19 +27,19 @@ from quarc_ref.streams import BytesSource, PipeSource, decode, recover
 from quarc_ref.streams.cut import cut
 from quarc_ref.streams.join import join
 
-SECONDS = 2.0
-MEBIBYTES = 512
+MAX_SECONDS = 2.0
+MAX_MEBIBYTES = 512
 _MIB = 1 << 20
 
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Result of decoding a stream.
+    """The result of decoding a stream.
 
     Attributes:
         outcome: `decoded`, `declined`, the reject id of a rejection, `hang`, or `escape` (an
             unexpected exception).
-        seconds: Of the processor.
+        seconds: Processor time of decoding.
         frames: Number of decoded frames.
         detail: Traceback of a hang or an escape.
     """
@@ -56,21 +56,21 @@ class Verdict:
 
 
 class _TooLongError(BaseException):
-    """The processor time is used up; not an Exception, so that no handler catches it."""
+    """The processor time is exceeded; a BaseException, so that no handler catches it."""
 
 
-def judge(way: str, data: bytes, *, forged: bool) -> Verdict:
+def judge(mode: str, data: bytes, *, has_forged_crcs: bool) -> Verdict:
     """Decode a stream in one of the `MODES` and classify the result.
 
     Args:
-        way: Which.
+        mode: Name of the mode.
         data: The stream.
-        forged: Whether to correct its state CRCs first.
+        has_forged_crcs: Whether to correct the state CRCs before decoding.
     """
-    started, count, detail = time.process_time(), 0, ""
-    signal.setitimer(signal.ITIMER_PROF, SECONDS)
+    start, count, detail = time.process_time(), 0, ""
+    signal.setitimer(signal.ITIMER_PROF, MAX_SECONDS)
     try:
-        for _ in MODES[way](forge_state_crcs(data) if forged else data):
+        for _ in MODES[mode](forge_state_crcs(data) if has_forged_crcs else data):
             count += 1
         outcome = "decoded"
     except BitstreamError as error:
@@ -83,24 +83,24 @@ def judge(way: str, data: bytes, *, forged: bool) -> Verdict:
         outcome, detail = "escape", traceback.format_exc()
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)
-    return Verdict(outcome, time.process_time() - started, count, detail)
+    return Verdict(outcome, time.process_time() - start, count, detail)
 
 
 def prepare(seeds: Iterable[bytes]) -> None:
     """Prepare this process for judging: set limits and turn warnings into errors.
 
     Args:
-        seeds: Streams that load and compile all code first, so that neither its time nor its memory
-            is counted.
+        seeds: Streams to decode first, so that loading and compiling the code does not count
+            towards the limits of a mutant.
     """
-    for way in MODES.values():
+    for decode_in_mode in MODES.values():
         for seed in seeds:
             with contextlib.suppress(BitstreamError, EditError):
-                list(way(seed))
-    signal.signal(signal.SIGPROF, _end)
+                list(decode_in_mode(seed))
+    signal.signal(signal.SIGPROF, _raise_too_long)
     warnings.simplefilter("error")
-    most = _virtual_bytes() + MEBIBYTES * _MIB
-    resource.setrlimit(resource.RLIMIT_AS, (most, most))
+    limit = _virtual_bytes() + MAX_MEBIBYTES * _MIB
+    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
 
 
 def _virtual_bytes() -> int:
@@ -108,7 +108,7 @@ def _virtual_bytes() -> int:
         return int(file.read().split()[0]) * resource.getpagesize()
 
 
-def _end(_signal: int, _frame: FrameType | None) -> None:
+def _raise_too_long(_signal: int, _frame: FrameType | None) -> None:
     raise _TooLongError
 
 

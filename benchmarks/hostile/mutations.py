@@ -1,8 +1,8 @@
-"""Mutates streams: a valid stream and a number determine a mutant.
+"""Mutates streams: the seeds, a series and a number determine a mutant.
 
-Half of the mutations damage bytes, which the CRCs should detect. The other half act like an
-attacker who can compute CRCs: they split the stream into chunks, change these, and assemble them
-with correct numbers, lengths and CRCs, to reach the code behind the container.
+Half of the mutants have damaged bytes, which the CRCs should detect. The others are those of an
+attacker who can compute CRCs: the stream is split into chunks, which are changed and assembled with
+correct numbers, lengths and CRCs, so that they reach the code behind the container.
 """
 
 import random
@@ -15,10 +15,10 @@ from quarc_ref.format.constants import MAGIC, SYNC
 from quarc_ref.streams.chunk_reader import split_chunks
 
 Chunks = list[tuple[bytes, bytes]]
-"""Type and payload of each."""
+"""(type, payload) of each chunk of a stream."""
 
 # Numbers at or next to the limits of fields and counts.
-_EDGES = (
+_EDGE_NUMBERS = (
     *(
         0,
         1,
@@ -44,7 +44,18 @@ _EDGES = (
     *((1 << 16) - 1, 1 << 16, (1 << 16) + 1, 1 << 18, 1 << 20, 1 << 23, 1 << 24, 1 << 26, 1 << 30),
     *((1 << 31) - 1, 1 << 31, (1 << 32) - 2, (1 << 32) - 1),
 )
-_KINDS = (b"HEAD", b"CANO", b"FRAM", b"INDX", b"TAIL", b"came", b"meta", b"SNAP", b"aBcd", b"Q\0!z")
+_CHUNK_TYPES = (
+    b"HEAD",
+    b"CANO",
+    b"FRAM",
+    b"INDX",
+    b"TAIL",
+    b"came",
+    b"meta",
+    b"SNAP",
+    b"aBcd",
+    b"Q\0!z",
+)
 _MAX_BYTES = 1 << 16
 
 
@@ -53,22 +64,22 @@ class Mutant:
     """A stream with arbitrary contents.
 
     Attributes:
-        data: Its bytes.
+        data: Bytes of the stream.
         recipe: Names of the seed and of the mutations.
-        forged: Whether to correct its state CRCs as well; see `forging`.
+        has_forged_crcs: Whether to correct the state CRCs before decoding; see `forging`.
     """
 
     data: bytes
     recipe: tuple[str, ...]
-    forged: bool
+    has_forged_crcs: bool
 
 
 class Mutator:
     """Generates mutants of seeds.
 
     Args:
-        seeds: Valid streams by name. Shorter ones are chosen more often.
-        series: Series of mutants.
+        seeds: Valid streams by name; short streams are chosen more often.
+        series: Number of the series of mutants.
     """
 
     def __init__(self, seeds: dict[str, bytes], series: int) -> None:
@@ -79,49 +90,51 @@ class Mutator:
         self._series = series
 
     def make(self, number: int) -> Mutant:
-        """Return a mutant of the series."""
+        """Return the mutant of a number in the series."""
         rng = random.Random((self._series << 48) + number)
         name = rng.choices(self._names, self._weights)[0]
         if rng.random() < 0.5:
-            other = self._seeds[rng.choice(self._names)]
-            data, done = damage_bytes(rng, self._seeds[name], other)
-            return Mutant(data[:_MAX_BYTES], (name, *done), forged=False)
-        chunks, done = list(self._chunks[name]), []
-        other_chunks = self._chunks[rng.choice(self._names)]
+            donor = self._seeds[rng.choice(self._names)]
+            data, mutation_names = damage_bytes(rng, self._seeds[name], donor)
+            return Mutant(data[:_MAX_BYTES], (name, *mutation_names), has_forged_crcs=False)
+        chunks, mutation_names = list(self._chunks[name]), []
+        donor_chunks = self._chunks[rng.choice(self._names)]
         for _ in range(rng.choice((1, 1, 1, 2, 3))):
             forgery = rng.choice(_FORGERIES)
-            done.append(forgery.__name__.strip("_"))
-            chunks = forgery(rng, chunks, other_chunks)
-        return Mutant(join_chunks(chunks), (name, *done), forged=rng.random() < 0.3)
+            mutation_names.append(forgery.__name__.strip("_"))
+            chunks = forgery(rng, chunks, donor_chunks)
+        return Mutant(
+            join_chunks(chunks), (name, *mutation_names), has_forged_crcs=rng.random() < 0.3
+        )
 
 
-def damage_bytes(rng: random.Random, data: bytes, other: bytes) -> tuple[bytes, list[str]]:
-    """Return bytes after one to four mutations, and the names of these.
+def damage_bytes(rng: random.Random, data: bytes, donor: bytes) -> tuple[bytes, list[str]]:
+    """Return bytes after one to four mutations, and the names of the mutations.
 
     Args:
-        rng: Draws them.
-        data: What is mutated.
-        other: Stream from which parts are taken.
+        rng: Source of random numbers.
+        data: Bytes to mutate.
+        donor: Another stream, parts of which mutations insert.
     """
-    done = []
+    mutation_names = []
     for _ in range(rng.choice((1, 1, 1, 2, 4))):
         damage = rng.choice(_DAMAGES)
-        done.append(damage.__name__.strip("_"))
-        data = damage(rng, data, other)
-    return data, done
+        mutation_names.append(damage.__name__.strip("_"))
+        data = damage(rng, data, donor)
+    return data, mutation_names
 
 
 def split_stream(stream: bytes) -> Chunks:
     """Return the chunks of a stream.
 
     Raises:
-        BitstreamError: It cannot be split into chunks.
+        BitstreamError: The stream cannot be split into chunks.
     """
     return [(chunk.kind, chunk.payload) for chunk in split_chunks(stream)]
 
 
 def join_chunks(chunks: Chunks) -> bytes:
-    """Return a stream of arbitrary chunks with correct numbers, lengths and CRCs."""
+    """Return a stream of the chunks, with correct sequence numbers, lengths and CRCs."""
     pieces = [MAGIC]
     for number, (kind, payload) in enumerate(chunks):
         header = SYNC + kind + struct.pack("<II", number, len(payload))
@@ -143,19 +156,23 @@ def _write_number(rng: random.Random, data: bytes, _other: bytes) -> bytes:
     size = rng.choice((1, 2, 4, 4, 8))
     if len(data) < size:
         return data
-    place = rng.randrange(len(data) - size + 1)
-    now = int.from_bytes(data[place : place + size], "little")
-    near = (now + rng.choice((-1, 1)), rng.getrandbits(8 * size), rng.choice(_EDGES))
-    value = (rng.choice(near) % (1 << 8 * size)).to_bytes(size, "little")
-    return data[:place] + value + data[place + size :]
+    offset = rng.randrange(len(data) - size + 1)
+    current = int.from_bytes(data[offset : offset + size], "little")
+    candidates = (
+        current + rng.choice((-1, 1)),
+        rng.getrandbits(8 * size),
+        rng.choice(_EDGE_NUMBERS),
+    )
+    value = (rng.choice(candidates) % (1 << 8 * size)).to_bytes(size, "little")
+    return data[:offset] + value + data[offset + size :]
 
 
 def _truncate(rng: random.Random, data: bytes, _other: bytes) -> bytes:
     return data[: rng.randrange(len(data) + 1)]
 
 
-def _splice(rng: random.Random, data: bytes, other: bytes) -> bytes:
-    return data[: rng.randrange(len(data) + 1)] + other[rng.randrange(len(other) + 1) :]
+def _splice(rng: random.Random, data: bytes, donor: bytes) -> bytes:
+    return data[: rng.randrange(len(data) + 1)] + donor[rng.randrange(len(donor) + 1) :]
 
 
 def _remove_bytes(rng: random.Random, data: bytes, _other: bytes) -> bytes:
@@ -163,10 +180,10 @@ def _remove_bytes(rng: random.Random, data: bytes, _other: bytes) -> bytes:
     return data[:first] + data[last:]
 
 
-def _insert_bytes(rng: random.Random, data: bytes, other: bytes) -> bytes:
-    place, start = rng.randrange(len(data) + 1), rng.randrange(len(other) + 1)
-    junk = (rng.randbytes(rng.randrange(40)), other[start : start + rng.randrange(80)], SYNC)
-    return data[:place] + rng.choice(junk) + data[place:]
+def _insert_bytes(rng: random.Random, data: bytes, donor: bytes) -> bytes:
+    offset, start = rng.randrange(len(data) + 1), rng.randrange(len(donor) + 1)
+    junk = (rng.randbytes(rng.randrange(40)), donor[start : start + rng.randrange(80)], SYNC)
+    return data[:offset] + rng.choice(junk) + data[offset:]
 
 
 def _swap_bytes(rng: random.Random, data: bytes, _other: bytes) -> bytes:
@@ -175,27 +192,29 @@ def _swap_bytes(rng: random.Random, data: bytes, _other: bytes) -> bytes:
 
 
 def _mutate_payload(damage: Callable[[random.Random, bytes, bytes], bytes]) -> "Forgery":
-    """Return the mutation that damages one payload."""
+    """Return a mutation that damages the payload of one chunk."""
 
-    def forge(rng: random.Random, chunks: Chunks, other: Chunks) -> Chunks:
+    def forge(rng: random.Random, chunks: Chunks, donor_chunks: Chunks) -> Chunks:
         if not chunks:
             return chunks
-        place = rng.randrange(len(chunks))
-        kind, payload = chunks[place]
-        model = next((data for of, data in other if of == kind), payload)
-        return [*chunks[:place], (kind, damage(rng, payload, model)), *chunks[place + 1 :]]
+        index = rng.randrange(len(chunks))
+        kind, payload = chunks[index]
+        donor_payload = next(
+            (data for donor_kind, data in donor_chunks if donor_kind == kind), payload
+        )
+        return [*chunks[:index], (kind, damage(rng, payload, donor_payload)), *chunks[index + 1 :]]
 
     forge.__name__ = f"{damage.__name__.strip('_')} in a payload"
     return forge
 
 
 def _change_words(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
-    """Change the words of a section, and their number, if the chunk has sections."""
-    places = [place for place, (kind, _) in enumerate(chunks) if kind in _FIRST_SECTION]
-    if not places:
+    """Replace the words of a section of a chunk, possibly by another number of words."""
+    indices = [index for index, (kind, _) in enumerate(chunks) if kind in _FIRST_SECTION]
+    if not indices:
         return chunks
-    place = rng.choice(places)
-    kind, payload = chunks[place]
+    index = rng.choice(indices)
+    kind, payload = chunks[index]
     start = _FIRST_SECTION[kind]
     for _ in range(rng.randrange(_SECTIONS[kind])):
         start += 4 + 4 * int.from_bytes(payload[start : start + 4], "little")
@@ -205,32 +224,39 @@ def _change_words(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
     words = _draw_words(rng, payload[start + 4 : start + 4 + 4 * count])
     changed = payload[:start] + struct.pack("<I", len(words) // 4) + words
     return [
-        *chunks[:place],
+        *chunks[:index],
         (kind, changed + payload[start + 4 + 4 * count :]),
-        *chunks[place + 1 :],
+        *chunks[index + 1 :],
     ]
 
 
 def _draw_words(rng: random.Random, words: bytes) -> bytes:
-    made = rng.randbytes(4 * rng.choice((0, 1, 1, 2, 3, 8, 40)))
-    choices = (made, words[:-4], words + made, b"\xff" * len(made), _flip(rng, words, b""), b"")
+    random_words = rng.randbytes(4 * rng.choice((0, 1, 1, 2, 3, 8, 40)))
+    choices = (
+        random_words,
+        words[:-4],
+        words + random_words,
+        b"\xff" * len(random_words),
+        _flip(rng, words, b""),
+        b"",
+    )
     return rng.choice(choices)
 
 
 def _edit_count(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
-    """Write another number into a field that holds a size, number or count."""
-    places = [place for place, (kind, _) in enumerate(chunks) if kind in _COUNTS]
-    if not places:
+    """Write another number into a field that holds a size, an ordinal or a count."""
+    indices = [index for index, (kind, _) in enumerate(chunks) if kind in _COUNTS]
+    if not indices:
         return chunks
-    place = rng.choice(places)
-    kind, payload = chunks[place]
-    at, size = rng.choice(_COUNTS[kind])
-    value = rng.choice((rng.choice(_EDGES), rng.getrandbits(rng.randrange(1, 33))))
+    index = rng.choice(indices)
+    kind, payload = chunks[index]
+    offset, size = rng.choice(_COUNTS[kind])
+    value = rng.choice((rng.choice(_EDGE_NUMBERS), rng.getrandbits(rng.randrange(1, 33))))
     number = (value % (1 << 8 * size)).to_bytes(size, "little")
     return [
-        *chunks[:place],
-        (kind, payload[:at] + number + payload[at + size :]),
-        *chunks[place + 1 :],
+        *chunks[:index],
+        (kind, payload[:offset] + number + payload[offset + size :]),
+        *chunks[index + 1 :],
     ]
 
 
@@ -243,27 +269,27 @@ def _swap_chunks(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
 
 
 def _drop_chunk(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
-    lost = rng.randrange(len(chunks) + 1)
-    return chunks[:lost] + chunks[lost + 1 :]
+    index = rng.randrange(len(chunks) + 1)
+    return chunks[:index] + chunks[index + 1 :]
 
 
 def _repeat_chunk(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
     if not chunks:
         return chunks
-    place = rng.randrange(len(chunks))
-    return chunks[: place + 1] + rng.choice((1, 1, 3)) * [chunks[place]] + chunks[place + 1 :]
+    index = rng.randrange(len(chunks))
+    return chunks[: index + 1] + rng.choice((1, 1, 3)) * [chunks[index]] + chunks[index + 1 :]
 
 
-def _take_chunk(rng: random.Random, chunks: Chunks, other: Chunks) -> Chunks:
-    place = rng.randrange(len(chunks) + 1)
-    return [*chunks[:place], rng.choice(other), *chunks[place + rng.randrange(2) :]]
+def _take_chunk(rng: random.Random, chunks: Chunks, donor_chunks: Chunks) -> Chunks:
+    index = rng.randrange(len(chunks) + 1)
+    return [*chunks[:index], rng.choice(donor_chunks), *chunks[index + rng.randrange(2) :]]
 
 
 def _rename_chunk(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
     if not chunks:
         return chunks
-    place = rng.randrange(len(chunks))
-    return [*chunks[:place], (rng.choice(_KINDS), chunks[place][1]), *chunks[place + 1 :]]
+    index = rng.randrange(len(chunks))
+    return [*chunks[:index], (rng.choice(_CHUNK_TYPES), chunks[index][1]), *chunks[index + 1 :]]
 
 
 Forgery = Callable[[random.Random, Chunks, Chunks], Chunks]

@@ -30,7 +30,7 @@ from quarc_ref.evaluation.same_capture import MismatchError, open_same_capture
 from quarc_ref.format.errors import QuarcError
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.streams.decode_stream import decode_states
-from studies import ProgressLines, note
+from studies import ProgressLines, write_status
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,10 +63,10 @@ def main(words: Sequence[str] | None = None) -> int:
             start = _open_start(arguments, config)
             print(_fill_ladder(start, tasks, config, arguments.out), end="")
     except (UsageError, MismatchError, CaptureError, QuarcError, OSError) as error:
-        note(f"ladder.py: {error}")
+        write_status(f"ladder.py: {error}")
         return 2
     except KeyboardInterrupt:
-        note("interrupted: the same command continues with the missing rows")
+        write_status("interrupted: the same command continues with the missing rows")
         return 130
     return 0
 
@@ -117,7 +117,7 @@ def _encode_if_missing(arguments: argparse.Namespace, config: EncoderConfig) -> 
     said = json.dumps([capture.fingerprint, names, arguments.frame, settings])
     path: Path = arguments.out / f"start.{hashlib.sha256(said.encode()).hexdigest()[:12]}.quarc"
     if not path.is_file():
-        note(f"encoding up to frame {arguments.frame}: use --stream FILE to avoid this")
+        write_status(f"encoding up to frame {arguments.frame}: use --stream FILE to avoid this")
         sink, lines = io.BytesIO(), ProgressLines("start")
         arguments.out.mkdir(parents=True, exist_ok=True)
         options = EncodeOptions(

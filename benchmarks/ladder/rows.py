@@ -19,7 +19,7 @@ from quarc_ref.encoder.settings.presets import list_settings
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.first_frame import refit_exposures
 from quarc_ref.format.cameras import Camera
-from studies import Row, load_row, note, save_row
+from studies import Row, load_row, save_row, write_status
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,18 +94,18 @@ class Ladder:
             EncodeError: A residual exceeds the range of the format.
         """
         waiting = [task for task in tasks if self.load(task) is None]
-        note(f"{len(tasks) - len(waiting)} of {len(tasks)} rows are there already")
+        write_status(f"{len(tasks) - len(waiting)} of {len(tasks)} rows are there already")
         if not waiting:
             return
         refit_exposures(context, self._state)
         judge = Judge(self._capture, self._cameras)
         for number, task in enumerate(waiting):
-            note(f"{task.name}: started; {number} of {len(waiting)} are finished")
+            write_status(f"{task.name}: started; {number} of {len(waiting)} are finished")
             row = self._make(task, context, judge)
             save_row(self._path(task), self._key(task), row)
             moving = row["floats"]["training"]["moving_gain_psnr"]
             said = "nothing moves" if moving is None else f"{moving:.2f} dB where it moves"
-            note(f"{task.name}: {said}, {row['coded_bytes']} bytes, {row['seconds']:.0f} s")
+            write_status(f"{task.name}: {said}, {row['coded_bytes']} bytes, {row['seconds']:.0f} s")
 
     def _make(self, task: Task, context: TrainingContext, judge: Judge) -> Row:
         frame = self._state.scene.frame + task.ahead

@@ -1,6 +1,6 @@
 """The paper's experiments on any capture: the code of `benchmarks/paper.py`.
 
-experiments ──> trials ──> rows, one JSON file to each (run_trial)
+experiments ──> trials ──> rows, each in a JSON file (make_row)
                               │
                               └──> tables, plots, claims, one page (results)
 """

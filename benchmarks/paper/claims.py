@@ -18,10 +18,10 @@ Rows = Mapping[str, Row]
 
 
 def list_claims(experiments: Mapping[str, Mapping[str, Row]]) -> list[Claim]:
-    """Return the claims that can be judged from the rows, each once.
+    """Return the claims that the rows can confirm or refute, without repetition.
 
     Args:
-        experiments: `{experiment: {label: row}}` in the experiments' order.
+        experiments: `{experiment: {label: row}}` in the order of the experiments.
     """
     claims: list[Claim] = []
     for name, judge in _JUDGES.items():
@@ -32,41 +32,41 @@ def list_claims(experiments: Mapping[str, Mapping[str, Row]]) -> list[Claim]:
 
 
 def _judge_quantization(rows: list[Row]) -> Iterator[Claim]:
-    full, floats = rows[0], rows[-1]
-    lost = _psnr(floats) - _psnr(full)
-    yield Claim("dB that quantization costs", lost, _UNQUANTIZED_DB)
-    share = full["bytes"]["kb_per_frame"] / floats["bytes"]["kb_per_frame"]
+    full, unquantized = rows[0], rows[-1]
+    db_lost = _psnr(unquantized) - _psnr(full)
+    yield Claim("dB that quantization costs", db_lost, _UNQUANTIZED_DB)
+    share = full["bytes"]["kb_per_frame"] / unquantized["bytes"]["kb_per_frame"]
     yield Claim("KB per frame, full method / floats", share, _UNQUANTIZED_SHARE)
     if len(rows) > 2:
-        motion = _psnr(rows[1]) - _psnr(full)
-        yield Claim("dB of it in motion and births", motion, _UNQUANTIZED_DB)
+        db_lost_in_motion = _psnr(rows[1]) - _psnr(full)
+        yield Claim("dB of it in motion and births", db_lost_in_motion, _UNQUANTIZED_DB)
 
 
 def _judge_gate(rows: list[Row]) -> Iterator[Claim]:
-    for gated, opened in zip(rows[::2], rows[1::2], strict=True):
-        births = [fmean(row["births"][1:]) for row in (gated, opened)]
+    for with_gate, without_gate in zip(rows[::2], rows[1::2], strict=True):
+        births = [fmean(row["births"][1:]) for row in (with_gate, without_gate)]
         share = births[0] / births[1] if births[1] else None
-        where = gated["label"]
-        yield Claim(f"{where}: births / those without", share, _GATE_SHARE)
-        yield Claim(f"{where}: dB that it costs", _psnr(opened) - _psnr(gated), _GATE_DB)
+        label = with_gate["label"]
+        yield Claim(f"{label}: births / those without", share, _GATE_SHARE)
+        yield Claim(f"{label}: dB that it costs", _psnr(without_gate) - _psnr(with_gate), _GATE_DB)
 
 
 def _judge_step(rows: list[Row]) -> Iterator[Claim]:
     middle = len(rows) // 2
     default = rows[middle]
-    gained = max(_psnr(row) for row in rows[:middle]) - _psnr(default)
-    yield Claim("dB that a finer step gains", gained, _KNEE_DB)
+    db_gained = max(_psnr(row) for row in rows[:middle]) - _psnr(default)
+    yield Claim("dB that a finer step gains", db_gained, _KNEE_DB)
     sizes = [row["bytes"]["motion_kb_per_frame"] for row in rows]
-    grown = sizes[0] / sizes[middle]
-    yield Claim("motion bytes of the finest step / default", grown, _KNEE_BYTES, False)
-    lost = _psnr(default) - _psnr(rows[-1])
-    yield Claim("dB that the widest step loses", lost, _KNEE_DB, False)
+    size_ratio = sizes[0] / sizes[middle]
+    yield Claim("motion bytes of the finest step / default", size_ratio, _KNEE_BYTES, False)
+    db_lost = _psnr(default) - _psnr(rows[-1])
+    yield Claim("dB that the widest step loses", db_lost, _KNEE_DB, False)
 
 
 def _judge_anchors(rows: list[Row]) -> Iterator[Claim]:
     for row in rows[1:]:
-        lost = _psnr(rows[0]) - _psnr(row)
-        yield Claim(f"dB lost with {row['label']}", lost, _FEWER_ANCHORS_DB, False)
+        db_lost = _psnr(rows[0]) - _psnr(row)
+        yield Claim(f"dB lost with {row['label']}", db_lost, _FEWER_ANCHORS_DB, False)
 
 
 def _psnr(row: Row) -> float:

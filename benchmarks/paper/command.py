@@ -21,7 +21,7 @@ from quarc_ref.encoder.settings.presets import PRESETS, change_setting, choose_p
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.jobs import Job, JobsError, WorkerPool
-from studies import Row, note, run_missing
+from studies import Row, run_missing, write_status
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,12 +29,12 @@ class Study:
     """All trials on one capture.
 
     Attributes:
-        capture: Its name.
-        fingerprint: Of its files.
-        preset: Settings of the full method: preset and changes.
-        experiments: What is compared.
+        capture: Name of the capture.
+        fingerprint: Fingerprint of the capture's files.
+        preset: Preset and changed settings of the full method, as text.
+        experiments: Experiments, which compare trials.
         tasks: A task for each trial.
-        folder: Folder of all files.
+        folder: Folder for all files of the study.
     """
 
     capture: str
@@ -44,44 +44,44 @@ class Study:
     tasks: list[Task]
     folder: Path
 
-    def rows(self) -> dict[str, Row]:
-        """Return the completed rows by name, each with the changes of its trial."""
+    def load_rows(self) -> dict[str, Row]:
+        """Return the completed rows by the name of the trial, with the changed settings."""
         base = self.tasks[0].trial.config
-        done = {}
+        completed = {}
         for task in self.tasks:
-            row = task.recall(self.fingerprint)
+            row = task.load_saved_row(self.fingerprint)
             if row is not None:
-                done[task.trial.name] = row | {"changes": task.trial.list_changes(base)}
-        return done
+                completed[task.trial.name] = row | {"changes": task.trial.list_changes(base)}
+        return completed
 
-    def write(self) -> Path | None:
-        """Write the tables and plots so far; return the page, or None before the first row."""
-        rows = self.rows()
+    def write_results(self) -> Path | None:
+        """Write tables and plots of the completed rows; return the path of the page, or None."""
+        rows = self.load_rows()
         if not rows:
             return None
         return write_results(self.experiments, rows, self.folder, self.capture, self.preset)
 
 
 def run_study(study: Study, pool: WorkerPool) -> None:
-    """Run the missing trials; tables and page are updated from time to time.
+    """Run the missing trials, and update tables and page in the meantime.
 
     Raises:
         JobsError: Some trials failed; all others are complete.
     """
-    done = study.rows()
-    waiting = [task for task in study.tasks if task.trial.name not in done]
-    note(f"{len(done)} of {len(study.tasks)} rows are there already")
-    jobs = [Job(task.trial.name, task) for task in waiting]
-    run_missing(make_row, jobs, pool, study.write)
+    completed = study.load_rows()
+    missing_tasks = [task for task in study.tasks if task.trial.name not in completed]
+    write_status(f"{len(completed)} of {len(study.tasks)} rows exist already")
+    jobs = [Job(task.trial.name, task) for task in missing_tasks]
+    run_missing(make_row, jobs, pool, study.write_results)
 
 
 def plan_studies(arguments: argparse.Namespace) -> list[Study]:
     """Return a study for each requested capture.
 
-    Each of several captures has a folder, named after the capture and its parent folder.
+    With several captures, each has a folder named after the capture and its parent folder.
 
     Raises:
-        ValueError: As for `plan_study`, or two captures have the same name.
+        ValueError: See `plan_study`; or two captures have the same name.
         CaptureError: A capture cannot be read.
     """
     captures = [path.resolve() for path in arguments.capture]
@@ -89,7 +89,7 @@ def plan_studies(arguments: argparse.Namespace) -> list[Study]:
         return [plan_study(arguments, captures[0], arguments.out)]
     folders = [arguments.out / path.parent.name / path.name for path in captures]
     if len(set(folders)) < len(folders):
-        message = "two captures have the same name, and parent folders of the same name"
+        message = "two captures have the same name and the same name of their parent folder"
         raise ValueError(message)
     return [
         plan_study(arguments, capture, folder)
@@ -98,8 +98,8 @@ def plan_studies(arguments: argparse.Namespace) -> list[Study]:
 
 
 def write_scenes(studies: Sequence[Study], out: Path) -> str:
-    """Write the tables of several captures and return them as Markdown."""
-    scenes = {(study.folder.parent.name, study.folder.name): study.rows() for study in studies}
+    """Write the tables of several captures, and return them as Markdown."""
+    scenes = {(study.folder.parent.name, study.folder.name): study.load_rows() for study in studies}
     experiments = studies[0].experiments
     text = format_scenes(experiments, scenes)
     write_atomically(out / "scenes.md", text.encode())
@@ -112,11 +112,11 @@ def plan_study(arguments: argparse.Namespace, folder: Path, out: Path) -> Study:
 
     Args:
         arguments: Parsed command line.
-        folder: Of the capture.
-        out: Folder of all files.
+        folder: Folder of the capture.
+        out: Folder for all files of the study.
 
     Raises:
-        ValueError: A preset, a setting, an experiment or a camera does not exist.
+        ValueError: The preset, a setting, an experiment or a camera does not exist.
         CaptureError: The capture cannot be read.
     """
     options = CaptureOptions(arguments.downscale, tuple(arguments.held_out))
@@ -140,51 +140,53 @@ def plan_study(arguments: argparse.Namespace, folder: Path, out: Path) -> Study:
     return Study(name, capture.fingerprint, preset, experiments, tasks, out)
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(command_line: Sequence[str] | None = None) -> int:
     """Run the command.
 
     Returns:
-        0; 2 for impossible options, 3 if some trials failed.
+        0 on success, 2 for invalid options, 3 if some trials failed.
     """
-    arguments = _parse_arguments(words)
+    arguments = _parse_arguments(command_line)
     try:
         if arguments.lpips:
-            Lpips(arguments.lpips)  # reject a bad file now, not after the first hour
+            Lpips(arguments.lpips)  # reject a malformed file before the first trial
         studies = plan_studies(arguments)
         pool = WorkerPool(arguments.workers, arguments.threads, arguments.ray)
     except (ValueError, CaptureError, EncodeError) as error:
-        note(f"paper.py: {error}")
+        write_status(f"paper.py: {error}")
         return 2
-    code = 0
+    exit_code = 0
     for study in studies:
-        note(f"{study.capture}:")
+        write_status(f"{study.capture}:")
         try:
             run_study(study, pool)
         except JobsError as error:
-            note(str(error))
-            code = 3
-        study.write()
-    _show(studies, arguments)
-    return code
+            write_status(str(error))
+            exit_code = 3
+        study.write_results()
+    _print_results(studies, arguments)
+    return exit_code
 
 
-def _show(studies: Sequence[Study], arguments: argparse.Namespace) -> None:
-    """Write the results of all captures, and print them."""
+def _print_results(studies: Sequence[Study], arguments: argparse.Namespace) -> None:
+    """Write the common table of several captures, and print all results."""
     tables = write_scenes(studies, arguments.out) if len(studies) > 1 else ""
     if arguments.json:
-        print(json.dumps([row for study in studies for row in study.rows().values()], indent=1))
+        print(
+            json.dumps([row for study in studies for row in study.load_rows().values()], indent=1)
+        )
         return
     if tables:
         print(tables)
     for study in studies:
-        if study.rows():
+        if study.load_rows():
             if not tables:
                 print((study.folder / "paper.md").read_text())
             print(study.folder / "index.html")
 
 
 def _make_base_config(arguments: argparse.Namespace, capture: Capture) -> EncoderConfig:
-    """Return the settings of the full method, with steps adapted to the capture in world units."""
+    """Return the settings of the full method, with steps that are adapted to the capture."""
     config = choose_preset(arguments.preset)
     for setting in [*arguments.set, f"seed={arguments.seed}"]:
         name, _, value = setting.partition("=")
@@ -192,10 +194,10 @@ def _make_base_config(arguments: argparse.Namespace, capture: Capture) -> Encode
     return replace(adapt_steps_to_capture(config, capture), steps=StepSettings())
 
 
-def _parse_arguments(words: Sequence[str] | None) -> argparse.Namespace:
+def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="paper.py",
-        description="Run the paper's experiments on captures: tables, plots and one page to each.",
+        description="Run the experiments of the paper on captures; write tables, plots and pages.",
     )
     add = parser.add_argument
     add(
@@ -203,23 +205,37 @@ def _parse_arguments(words: Sequence[str] | None) -> argparse.Namespace:
         type=Path,
         nargs="+",
         metavar="CAPTURE",
-        help="a folder; quarc-ref synth makes one. Several captures, such as data/N3DV/*, "
-        "also get a common table with their mean",
+        help="folder of a capture, such as quarc-ref synth writes; several captures, such as "
+        "data/N3DV/*, also get a common table with their mean",
     )
-    add("--out", type=Path, default=Path("out/paper"), metavar="DIR", help="kept between runs")
-    add("--preset", choices=sorted(PRESETS), default="main", help="the full method")
+    add(
+        "--out",
+        type=Path,
+        default=Path("out/paper"),
+        metavar="DIR",
+        help="folder for results, from which an interrupted run resumes",
+    )
+    add("--preset", choices=sorted(PRESETS), default="main", help="preset of the full method")
     add_set_option(parser)
     add_capture_options(parser)
     add("--seed", type=int, default=0)
-    add("--only", type=_split, default=[], metavar="NAMES", help=f"some of {','.join(EXPERIMENTS)}")
-    add("--lpips", type=Path, metavar="WEIGHTS", help="file of LPIPS's state_dict, VGG16")
+    add(
+        "--only",
+        type=_split_names,
+        default=[],
+        metavar="NAMES",
+        help=f"run only some of {','.join(EXPERIMENTS)}",
+    )
+    add(
+        "--lpips", type=Path, metavar="WEIGHTS", help="file with the state_dict of LPIPS with VGG16"
+    )
     add("--device", choices=("auto", "cpu", "cuda"), default="cpu")
     add("--workers", type=int, default=1, help="number of parallel trials")
-    add("--threads", type=int, default=1, help="of every trial")
+    add("--threads", type=int, default=1, help="number of threads of each trial")
     add("--ray", metavar="ADDRESS", help="run on a Ray cluster: HOST:PORT, auto or local")
     add("--json", action="store_true", help="print the rows as JSON")
-    return parser.parse_args(words)
+    return parser.parse_args(command_line)
 
 
-def _split(text: str) -> list[str]:
+def _split_names(text: str) -> list[str]:
     return [name for name in text.split(",") if name]

@@ -1,33 +1,33 @@
-"""The paper's experiments: the trials of each, and the axis along which they differ."""
+"""The experiments of the paper: their trials, and the axis along which the trials differ."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from paper.trials import Floats, Trial
+from paper.trials import FloatParts, Trial
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.format.constants import LATTICE_EXPONENT_LIMIT
 
 STEP_FACTORS = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 GRADIENT_FACTORS = (1, 2, 4, 8)
-_STEP_DOUBLINGS = 3  # of the lattice, for which the finest step is a whole number of units
+_STEP_DOUBLINGS = 3  # with so many, the finest step is a whole number of lattice units
 _LEVELS = (1, 2, 3)
 _GAUSSIANS_PER_ANCHOR = (2, 4, 16, 24)
 _RESAMPLE_INTERVALS = (1, 2, 4)
 _REBINDING_INTERVAL = 4
 _ROTATION_COMPONENTS = (3, 4)
-_FULL = "full"
+_FULL_NAME = "full"
 
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """Place of a trial in an experiment.
+    """A trial of an experiment, with its position on the axis.
 
     Attributes:
-        label: What is changed.
-        x: Position along the axis; None without an axis.
-        trial: What is measured.
+        label: Description of the changed setting.
+        x: Position on the axis; None if the experiment has no axis.
+        trial: Trial to measure.
         series: Name of the curve to which the point belongs.
     """
 
@@ -39,14 +39,14 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """Trials to compare.
+    """Trials that are compared with each other.
 
     Attributes:
-        name: For `--only`.
-        title: For people.
-        axis: Label of the axis; empty without an axis.
-        points: In order.
-        remark: Remark for readers.
+        name: Name for the option `--only`.
+        title: Title in tables and on the page.
+        axis: Label of the axis; empty if the experiment has no axis.
+        points: Trials in the order of the tables.
+        remark: Remark below the title on the page.
     """
 
     name: str
@@ -57,38 +57,46 @@ class Experiment:
 
 
 def list_experiments(base: EncoderConfig, only: Sequence[str] = ()) -> list[Experiment]:
-    """Return the experiments around given settings.
+    """Return the experiments, whose trials change the settings of the full method.
 
     Args:
         base: Settings of the full method, with steps in world units.
-        only: Names of the requested experiments besides the full method; None for all.
+        only: Names of the requested experiments besides the full method; empty for all.
 
     Raises:
         ValueError: An experiment does not exist.
     """
     unknown = sorted(set(only) - set(EXPERIMENTS))
     if unknown:
-        message = f"no experiment {', '.join(unknown)}; there are {', '.join(EXPERIMENTS)}"
+        message = f"unknown experiments {', '.join(unknown)}; known are {', '.join(EXPERIMENTS)}"
         raise ValueError(message)
-    wanted = {_FULL, *only} if only else set(EXPERIMENTS)
-    return [make(base) for name, make in EXPERIMENTS.items() if name in wanted]
+    requested = {_FULL_NAME, *only} if only else set(EXPERIMENTS)
+    return [
+        make_experiment(base) for name, make_experiment in EXPERIMENTS.items() if name in requested
+    ]
 
 
 def list_trials(experiments: Sequence[Experiment]) -> list[Trial]:
-    """Return all trials of experiments, each once."""
-    trials = {point.trial.name: point.trial for each in experiments for point in each.points}
+    """Return all trials of the experiments, without repetition."""
+    trials = {
+        point.trial.name: point.trial for experiment in experiments for point in experiment.points
+    }
     return list(trials.values())
 
 
 def _make_full(base: EncoderConfig) -> Experiment:
-    return Experiment(_FULL, "Full method", "", (Point("full method", None, _full(base)),))
+    return Experiment(
+        _FULL_NAME, "Full method", "", (Point("full method", None, _make_full_trial(base)),)
+    )
 
 
 def _make_quantization(base: EncoderConfig) -> Experiment:
     points = (
-        Point("full method", None, _full(base)),
-        Point("motion and births in floats", None, _try(base, "float-motion", base, "motion")),
-        Point("all in floats", None, _try(base, "float", base, "all")),
+        Point("full method", None, _make_full_trial(base)),
+        Point(
+            "motion and births in floats", None, _make_trial(base, "float-motion", base, "motion")
+        ),
+        Point("all in floats", None, _make_trial(base, "float", base, "all")),
     )
     remark = (
         "Sizes of floats are 4 bytes for each number, without coding. "
@@ -99,8 +107,8 @@ def _make_quantization(base: EncoderConfig) -> Experiment:
 
 def _make_gate(base: EncoderConfig) -> Experiment:
     remark = (
-        "Both with the paper's births in all else: clones of the Gaussians of the largest screen "
-        "gradient, 100 iterations, and as many deaths as births."
+        "Both trials otherwise have the paper's births: clones of the Gaussians with the largest "
+        "screen gradient, 100 iterations, and as many deaths as births."
     )
     return Experiment("gate", "Change gate", "", _with_and_without_gate(base, 1), remark)
 
@@ -109,24 +117,36 @@ def _make_gradient(base: EncoderConfig) -> Experiment:
     points = [
         point for factor in GRADIENT_FACTORS for point in _with_and_without_gate(base, factor)
     ]
-    axis = "least screen gradient of a parent, times the paper's"
+    axis = "screen gradient threshold of parents, relative to the paper"
     remark = (
-        "The paper's births with and without the change gate. Its least gradient is one for "
-        "pictures of 1352 x 1014; in smaller ones a Gaussian has a larger share, and more of "
-        "them pass."
+        "The paper's births with and without the change gate. The gradient threshold was chosen "
+        "for pictures of 1352 x 1014. In smaller pictures, a Gaussian has larger gradients, and "
+        "more Gaussians pass."
     )
     return Experiment("gradient", "Change gate and least gradient", axis, tuple(points), remark)
 
 
 def _with_and_without_gate(base: EncoderConfig, factor: int) -> tuple[Point, Point]:
-    """Return the paper's births with multiples of its least gradient, with and without the gate."""
-    gradient = BirthSettings().grad_threshold * factor
-    above, ending = (f", gradient x {factor}", f"-{factor}") if factor != 1 else ("", "")
-    gated = replace(base, births=BirthSettings(grad_threshold=gradient))
-    opened = replace(base, births=BirthSettings(grad_threshold=gradient, gate_views=0))
+    """Return trials with and without the change gate, at a multiple of the paper's threshold."""
+    threshold = BirthSettings().grad_threshold * factor
+    label_suffix, name_suffix = (
+        (f", gradient x {factor}", f"-{factor}") if factor != 1 else ("", "")
+    )
+    with_gate = replace(base, births=BirthSettings(grad_threshold=threshold))
+    without_gate = replace(base, births=BirthSettings(grad_threshold=threshold, gate_views=0))
     return (
-        Point(f"change gate{above}", factor, _try(base, f"gate{ending}", gated), "change gate"),
-        Point(f"no gate{above}", factor, _try(base, f"gate-open{ending}", opened), "no gate"),
+        Point(
+            f"change gate{label_suffix}",
+            factor,
+            _make_trial(base, f"gate{name_suffix}", with_gate),
+            "change gate",
+        ),
+        Point(
+            f"no gate{label_suffix}",
+            factor,
+            _make_trial(base, f"gate-open{name_suffix}", without_gate),
+            "no gate",
+        ),
     )
 
 
@@ -135,73 +155,79 @@ def _make_step(base: EncoderConfig) -> Experiment:
         Point(
             f"step x {factor:g}",
             factor,
-            _try(base, f"step-{factor:g}", _change_step(base, factor)),
+            _make_trial(base, f"step-{factor:g}", _change_step(base, factor)),
         )
         for factor in STEP_FACTORS
     ]
-    axis = "step of translations, times that of the full method"
+    axis = "translation step, relative to the full method"
     remark = (
-        "Learning rates in world units stay what they are. A residual is at most 65 steps, so "
-        "that the finest steps reach least far."
+        "Learning rates in world units do not change. A residual is at most 65 steps, so with "
+        "finer steps the largest possible motion is smaller."
     )
     return Experiment("step", "Quantization step", axis, tuple(points), remark)
 
 
 def _make_rebinding(base: EncoderConfig) -> Experiment:
-    slow = _change_stream(base, "resample_interval", _REBINDING_INTERVAL)
-    redone = Trial("rebind", "rebind", slow, "all", rebinds=True)
+    slow_resampling = _change_stream(base, "resample_interval", _REBINDING_INTERVAL)
+    rebinding_trial = Trial("rebind", "rebind", slow_resampling, "all", rebinds=True)
     points = (
-        Point("sampled and bound in every frame", None, _every_frame(base)),
-        Point("sampled every 4 frames, binding kept", None, _try(base, "keep", slow, "all")),
-        Point("sampled every 4 frames, bound in every frame", None, redone),
+        Point("sampled and bound in every frame", None, _make_resampling_trial(base)),
+        Point(
+            "sampled every 4 frames, binding kept",
+            None,
+            _make_trial(base, "keep", slow_resampling, "all"),
+        ),
+        Point("sampled every 4 frames, bound in every frame", None, rebinding_trial),
     )
     remark = (
-        "All in floats. Kept is the format's rule; bound in every frame to anchors that stay where "
-        "they were is the release's, and not in the format. The release's sampler, a grid of "
-        "points and a fill drawn by a GPU's permutation, cannot be drawn again from its text and "
-        "is left out."
+        "All trials are in floats. The format keeps the binding between two samplings. The "
+        "released code binds every Gaussian again in every frame, to anchors at their sampled "
+        "positions. Its sampler depends on a random permutation of a GPU, which cannot be reproduced, "
+        "so all trials use the sampler of the format."
     )
     return Experiment("rebinding", "Rebinding", "", points, remark)
 
 
-def _every_frame(base: EncoderConfig) -> Trial:
+def _make_resampling_trial(base: EncoderConfig) -> Trial:
     config = _change_stream(base, "resample_interval", 1)
-    return _try(base, "float" if config == base else "float-resample-1", config, "all")
+    return _make_trial(base, "float" if config == base else "float-resample-1", config, "all")
 
 
-def _sweep(
+def _make_sweep(
     name: str, title: str, setting: str, values: Sequence[int], axis: str
 ) -> Callable[[EncoderConfig], Experiment]:
-    """Return a function that makes an experiment of one integer field of the header."""
+    """Return a function that makes an experiment with several values of a stream setting."""
 
-    def make(base: EncoderConfig) -> Experiment:
+    def make_experiment(base: EncoderConfig) -> Experiment:
         points = [
             Point(
                 f"{axis}: {value}",
                 value,
-                _try(base, f"{name}-{value}", _change_stream(base, setting, value)),
+                _make_trial(base, f"{name}-{value}", _change_stream(base, setting, value)),
             )
             for value in values
         ]
         return Experiment(name, title, axis, tuple(points))
 
-    return make
+    return make_experiment
 
 
-def _full(base: EncoderConfig) -> Trial:
-    return Trial(_FULL, _FULL, base)
+def _make_full_trial(base: EncoderConfig) -> Trial:
+    return Trial(_FULL_NAME, _FULL_NAME, base)
 
 
-def _try(base: EncoderConfig, name: str, config: EncoderConfig, floats: Floats = "") -> Trial:
-    """Return a trial; that of the full method if nothing is changed."""
+def _make_trial(
+    base: EncoderConfig, name: str, config: EncoderConfig, floats: FloatParts = ""
+) -> Trial:
+    """Return a trial; without changes, it is the trial of the full method."""
     if config == base and not floats:
-        return _full(base)
+        return _make_full_trial(base)
     return Trial(name, name.replace("-", " "), config, floats)
 
 
 def _change_stream(base: EncoderConfig, setting: str, value: int) -> EncoderConfig:
-    changed: dict[str, Any] = {setting: value}
-    return replace(base, stream=replace(base.stream, **changed))
+    changes: dict[str, Any] = {setting: value}
+    return replace(base, stream=replace(base.stream, **changes))
 
 
 def _change_step(base: EncoderConfig, factor: float) -> EncoderConfig:
@@ -212,39 +238,39 @@ def _change_step(base: EncoderConfig, factor: float) -> EncoderConfig:
     if factor == 1:
         return base
     motion = replace(base.motion, translation_lr=base.motion.translation_lr / factor)
-    finer = min(_STEP_DOUBLINGS, LATTICE_EXPONENT_LIMIT - base.stream.lattice_exponent)
-    units = base.stream.translation_step * factor * 2**finer
+    doublings = min(_STEP_DOUBLINGS, LATTICE_EXPONENT_LIMIT - base.stream.lattice_exponent)
+    units = base.stream.translation_step * factor * 2**doublings
     stream = replace(
         base.stream,
-        lattice_exponent=base.stream.lattice_exponent + finer,
-        position_step=base.stream.position_step << finer,
+        lattice_exponent=base.stream.lattice_exponent + doublings,
+        position_step=base.stream.position_step << doublings,
         translation_step=max(1, round(units)),
     )
     return replace(base, motion=motion, stream=stream)
 
 
 EXPERIMENTS: dict[str, Callable[[EncoderConfig], Experiment]] = {
-    _FULL: _make_full,
+    _FULL_NAME: _make_full,
     "quantization": _make_quantization,
     "gate": _make_gate,
     "gradient": _make_gradient,
     "step": _make_step,
-    "levels": _sweep("levels", "Levels of anchors", "level_count", _LEVELS, "levels"),
-    "anchors": _sweep(
+    "levels": _make_sweep("levels", "Levels of anchors", "level_count", _LEVELS, "levels"),
+    "anchors": _make_sweep(
         "anchors",
         "Gaussians to an anchor",
         "gaussians_per_anchor",
         _GAUSSIANS_PER_ANCHOR,
         "Gaussians to an anchor",
     ),
-    "resample": _sweep(
+    "resample": _make_sweep(
         "resample",
         "Resampling",
         "resample_interval",
         _RESAMPLE_INTERVALS,
         "frames from one sampling to the next",
     ),
-    "rotation": _sweep(
+    "rotation": _make_sweep(
         "rotation",
         "Symbols of a rotation",
         "rotation_components",

@@ -1,4 +1,4 @@
-"""The size of a frame in floats: raw float32, and the paper's estimate."""
+"""The size of a frame in floats: as raw float32, and by the paper's estimate."""
 
 import numpy as np
 
@@ -11,44 +11,44 @@ from quarc_ref.inspection.stream_summary import FrameSummary
 from quarc_ref.inspection.symbols import Magnitudes
 
 _FLOAT_BYTES = 4
-_FLOATS_OF_PLACE = 7  # position and quaternion
+_POSE_FLOATS = 7  # position and quaternion
 
 
-def summarize_floats(made: FloatFrame, trial: Trial) -> FrameSummary:
-    """Return the parts of a frame of a trial in floats.
+def summarize_floats(float_frame: FloatFrame, trial: Trial) -> FrameSummary:
+    """Return the summary of a frame of a trial in floats.
 
-    The paper estimates floats like symbols: for each channel, the sum of -log2 of the share of each
-    value. Values without a quantization step are counted like that.
+    The paper estimates the bits of floats like those of symbols: for each channel, as the sum of
+    -log2 of the share of each value.
     """
-    state = made.state
+    state = float_frame.state
     scene, births = state.scene, state.births
-    newborn = 0 if births is None else births.newborn.count
-    canonical = not state.symbols
-    anchors = sum(level.shape[1] for level in state.symbols)
-    each = _FLOAT_BYTES * (_FLOATS_OF_PLACE + scene.header.code_planes)
-    coded = {
-        "canonical": each * scene.count if canonical else 0,
-        "motion": _FLOAT_BYTES * scene.header.symbol_planes * anchors,
+    birth_count = 0 if births is None else births.newborn.count
+    is_canonical = not state.symbols
+    anchor_count = sum(level.shape[1] for level in state.symbols)
+    bytes_per_gaussian = _FLOAT_BYTES * (_POSE_FLOATS + scene.header.code_planes)
+    coded_bytes = {
+        "canonical": bytes_per_gaussian * scene.count if is_canonical else 0,
+        "motion": _FLOAT_BYTES * scene.header.symbol_planes * anchor_count,
         **dict.fromkeys(("snapshots", "updates"), 0),  # the paper does not have any
-        "births": each * newborn,
+        "births": bytes_per_gaussian * birth_count,
     }
-    price = {
-        "canonical": estimate_gaussians(_as_gaussians(scene)) if canonical else 0.0,
-        "motion": 0.0 if canonical else estimate_floats(state.symbols),
+    estimates = {
+        "canonical": estimate_gaussians(_make_gaussians(scene)) if is_canonical else 0.0,
+        "motion": 0.0 if is_canonical else estimate_floats(state.symbols),
         **dict.fromkeys(("snapshots", "updates"), 0.0),
         "births": 0.0 if births is None else estimate_births(births),
     }
     return FrameSummary(
-        scene.frame, canonical, scene.count, anchors, newborn, made.deaths, 0,
-        sum(coded.values()), coded, price, Magnitudes((), ()), trial.name,
+        scene.frame, is_canonical, scene.count, anchor_count, birth_count, float_frame.deaths, 0,
+        sum(coded_bytes.values()), coded_bytes, estimates, Magnitudes((), ()), trial.name,
     )  # fmt: skip
 
 
 def estimate_floats(levels: tuple[np.ndarray, ...]) -> float:
-    """Return the paper's estimate in bytes of unrounded residuals `[c, a]` of each level."""
+    """Return the paper's estimate of unrounded residuals in bytes, given `[c, a]` of each level."""
     return estimate_bits(np.concatenate(levels, axis=1).astype(np.float32)) / 8
 
 
-def _as_gaussians(scene: Scene) -> Gaussians:
+def _make_gaussians(scene: Scene) -> Gaussians:
     planes = (scene.positions, scene.rotations, scene.codes)
     return Gaussians(*(plane.astype(np.int64) for plane in planes))

@@ -1,4 +1,4 @@
-"""Writes the experiments as one page with embedded pictures."""
+"""Composes a page of all experiments, with embedded plots."""
 
 import html
 from collections.abc import Sequence
@@ -12,16 +12,16 @@ from rate.claims import Claim
 from studies import Row
 
 _TEMPLATE = Path(__file__).with_name("page.html")
-_HOLDS = {True: "yes", False: "<b>no</b>", None: "no number"}
+_HOLDS_TEXT = {True: "yes", False: "<b>no</b>", None: "no number"}
 
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """One experiment on the page.
+    """The section of an experiment on the page.
 
     Attributes:
-        experiment: What is compared.
-        rows: Rows in the experiment's order.
+        experiment: The experiment.
+        rows: Rows of the completed trials, in the order of the experiment.
         plots: PNG files by name.
     """
 
@@ -31,15 +31,15 @@ class Section:
 
 
 def compose_page(title: str, sections: Sequence[Section], claims: Sequence[Claim]) -> bytes:
-    """Return the page.
+    """Return the page as HTML.
 
     Args:
-        title: Its heading.
-        sections: Sections, at least one of them with a row.
-        claims: Of the paper.
+        title: Heading of the page.
+        sections: Sections of the experiments; at least one has a row.
+        claims: Claims of the paper, with the measured values.
     """
     rows = list({row["name"]: row for section in sections for row in section.rows}.values())
-    parts = {
+    fields = {
         "title": html.escape(title),
         "subtitle": html.escape(_describe(rows[0])),
         "claims": _compose_claims(claims),
@@ -47,7 +47,7 @@ def compose_page(title: str, sections: Sequence[Section], claims: Sequence[Claim
         "stages": format_stages(rows),
         "protocol": format_lines(rows[0]["protocol"]),
     }
-    return fill_page(_TEMPLATE.read_text("utf-8"), parts)
+    return fill_page(_TEMPLATE.read_text("utf-8"), fields)
 
 
 def _describe(row: Row) -> str:
@@ -80,8 +80,8 @@ def _compose_section(section: Section) -> str:
 def _compose_claims(claims: Sequence[Claim]) -> str:
     lines = ["<tr><th>claim</th><th>is</th><th>asked</th><th>holds</th></tr>"]
     for claim in claims:
-        reported = claim.as_json()
+        claim_json = claim.as_json()
         number = "" if claim.value is None else f"{claim.value:.3f}"
-        cells = (html.escape(claim.name), number, reported["asked"], _HOLDS[claim.holds])
+        cells = (html.escape(claim.name), number, claim_json["asked"], _HOLDS_TEXT[claim.holds])
         lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
     return f"<table>{''.join(lines)}</table>"

@@ -1,4 +1,4 @@
-"""Measures the quality of scenes on the held-out cameras, frame by frame."""
+"""Measures the quality of each frame on the held-out cameras."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ from quarc_ref.evaluation.metrics import measure_psnr
 from quarc_ref.evaluation.views import View, measure_views
 from quarc_ref.format.cameras import Camera
 
-_MOVED = 16  # of 255: more than the noise of a video codec between two frames
+_MOVING_THRESHOLD = 16  # of 255: more than the noise of a video codec between two frames
 MOVING_VARIANT = (
     "psnr_moving: as psnr, over the pixels of which a channel differs by more than 16 of 255 "
     "from the frame before"
@@ -23,13 +23,13 @@ MOVING_VARIANT = (
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """Numbers for each frame, as means over the held-out cameras.
+    """Quality of each frame, as means over the held-out cameras.
 
     Attributes:
-        psnr: dB.
-        ssim: As `ssim_inria`.
-        psnr_moving: dB in the moving region; None in frame 0 and if nothing moved.
-        lpips: LPIPS, if weights were given.
+        psnr: PSNR in dB.
+        ssim: SSIM in the variant `ssim_inria`.
+        psnr_moving: PSNR of moving pixels in dB; None for frame 0, and if no pixel moves.
+        lpips: LPIPS; empty without weights.
     """
 
     psnr: list[float] = field(default_factory=list)
@@ -47,10 +47,10 @@ def measure_quality(
     """Return the quality of frames.
 
     Args:
-        frames: Ordinal and scene of each frame.
+        frames: (ordinal, splats) of each frame.
         cameras: Cameras for rendering, in the order of the capture.
         capture: Capture with the held-out pictures.
-        lpips: None to leave it out.
+        lpips: Network for LPIPS; None to leave out LPIPS.
     """
     quality = Quality()
     for frame, splats in frames:
@@ -64,7 +64,7 @@ def measure_quality(
 
 
 def fit_slope(psnr: Sequence[float]) -> float | None:
-    """Return the drift in dB per 100 frames, by least squares; None for a single frame."""
+    """Return the slope of a line fitted to the PSNR, in dB per 100 frames; None for one frame."""
     if len(psnr) < 2:
         return None
     return 100 * float(np.polyfit(range(len(psnr)), psnr, 1)[0])
@@ -73,15 +73,17 @@ def fit_slope(psnr: Sequence[float]) -> float | None:
 def _measure_moving(views: Sequence[View], frame: int, capture: Capture) -> float | None:
     if frame == 0:
         return None
-    found = []
+    psnrs = []
     for view, index in zip(views, capture.held_out, strict=True):
-        moved = _find_moving(capture.image(index, frame), capture.image(index, frame - 1))
-        if moved.any():
-            found.append(measure_psnr(view.decoded[moved][:, None], view.truth[moved][:, None]))
-    return fmean(found) if found else None
+        moving = _find_moving(capture.image(index, frame), capture.image(index, frame - 1))
+        if moving.any():
+            psnrs.append(measure_psnr(view.decoded[moving][:, None], view.truth[moving][:, None]))
+    return fmean(psnrs) if psnrs else None
 
 
-def _find_moving(now: Image, before: Image) -> NDArray[np.bool_]:
-    """Return `[H, W]` whether each pixel has moved."""
-    moved: NDArray[np.bool_] = np.abs(now.astype(np.int16) - before).max(axis=2) > _MOVED
-    return moved
+def _find_moving(picture: Image, previous: Image) -> NDArray[np.bool_]:
+    """Return `[H, W]` whether each pixel differs from that of the previous picture."""
+    moving: NDArray[np.bool_] = (
+        np.abs(picture.astype(np.int16) - previous).max(axis=2) > _MOVING_THRESHOLD
+    )
+    return moving

@@ -1,4 +1,4 @@
-"""Writes the results: tables, plots, claims and the page."""
+"""Writes the results of a study: tables, plots, claims and the page."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -16,7 +16,10 @@ from studies import Row
 
 Rows = Mapping[str, Row]
 
-_DOUBLED = ("step", "gradient")  # axes with values that double from one to the next
+_LOG2_EXPERIMENTS = (
+    "step",
+    "gradient",
+)  # experiments whose values on the axis double from trial to trial
 
 
 def write_results(
@@ -25,10 +28,10 @@ def write_results(
     """Write all results; return the path of the page.
 
     Args:
-        experiments: What is compared.
-        rows: Completed rows by the trial's name, at least one.
-        folder: Where to.
-        capture: Its name.
+        experiments: Experiments of the study.
+        rows: Completed rows by the name of the trial; at least one.
+        folder: Folder for the files.
+        capture: Name of the capture.
         preset: Settings of the full method, as text.
     """
     title = f"{capture}: the paper's experiments, preset {preset}"
@@ -40,14 +43,14 @@ def write_results(
             if len(section.rows) == len(section.experiment.points)
         }
     )
-    listed = [(section.experiment.name, row) for section in sections for row in section.rows]
+    named_rows = [(section.experiment.name, row) for section in sections for row in section.rows]
     tables = [
         f"### {section.experiment.title}\n\n{format_markdown(section.rows)}"
         for section in sections
         if section.rows
     ]
     files = {
-        "paper.csv": write_csv(listed),
+        "paper.csv": write_csv(named_rows),
         "paper.md": "\n".join([format_claims({capture: claims}), *tables]).encode(),
         **{name: png for section in sections for name, png in section.plots.items()},
         "index.html": compose_page(title, sections, claims),
@@ -58,45 +61,53 @@ def write_results(
 
 
 def _make_section(experiment: Experiment, rows: Rows) -> Section:
-    done = [
+    completed = [
         (point, rows[point.trial.name] | {"label": point.label, "title": experiment.title})
         for point in experiment.points
         if point.trial.name in rows
     ]
-    plots = {f"{experiment.name}.png": _plot(experiment, done)} if done else {}
-    return Section(experiment, [row for _, row in done], plots)
+    plots = {f"{experiment.name}.png": _plot_experiment(experiment, completed)} if completed else {}
+    return Section(experiment, [row for _, row in completed], plots)
 
 
-def _plot(experiment: Experiment, done: Sequence[tuple[Point, Row]]) -> bytes:
-    """Return the plot of an experiment: along its axis, or by frame if it has none."""
-    if experiment.axis and len(done) > 1:
+def _plot_experiment(experiment: Experiment, completed: Sequence[tuple[Point, Row]]) -> bytes:
+    """Return the plot of an experiment against its axis, or against frames if it has no axis."""
+    if experiment.axis and len(completed) > 1:
         panels = {
-            "PSNR, held out (dB)": _join(done, lambda row: row["quality"]["psnr"]),
-            "KB per frame": _join(done, lambda row: row["bytes"]["kb_per_frame"]),
+            "PSNR, held out (dB)": _make_axis_curves(completed, lambda row: row["quality"]["psnr"]),
+            "KB per frame": _make_axis_curves(completed, lambda row: row["bytes"]["kb_per_frame"]),
         }
         if experiment.name == "gradient":
-            panels["newborn per frame"] = _join(done, lambda row: fmean(row["births"][1:]))
-        return plot_curves(panels, experiment.axis, is_log2=experiment.name in _DOUBLED)
-    panels = {"PSNR, held out (dB)": _follow(done, lambda row: row["per_frame"]["psnr"])}
+            panels["newborn per frame"] = _make_axis_curves(
+                completed, lambda row: fmean(row["births"][1:])
+            )
+        return plot_curves(panels, experiment.axis, is_log2=experiment.name in _LOG2_EXPERIMENTS)
+    panels = {
+        "PSNR, held out (dB)": _make_frame_curves(completed, lambda row: row["per_frame"]["psnr"])
+    }
     if experiment.name in {"full", "gate"}:
-        panels["newborn so far"] = _follow(done, _accumulate_births)
-        panels["Gaussians"] = _follow(done, lambda row: row["gaussians"])
+        panels["newborn so far"] = _make_frame_curves(completed, _accumulate_births)
+        panels["Gaussians"] = _make_frame_curves(completed, lambda row: row["gaussians"])
     return plot_curves(panels, "frame")
 
 
-def _join(done: Sequence[tuple[Point, Row]], tell: Callable[[Row], Any]) -> dict[str, Curve]:
-    """Return the curves along the axis, one for each series."""
+def _make_axis_curves(
+    completed: Sequence[tuple[Point, Row]], get_value: Callable[[Row], Any]
+) -> dict[str, Curve]:
+    """Return a curve against the axis for each series."""
     curves = {}
-    for series in dict.fromkeys(point.series for point, _ in done):
-        subset = [(point.x, tell(row)) for point, row in done if point.series == series]
-        curves[series] = Curve(*(list(numbers) for numbers in zip(*subset, strict=True)))
+    for series in dict.fromkeys(point.series for point, _ in completed):
+        points = [(point.x, get_value(row)) for point, row in completed if point.series == series]
+        curves[series] = Curve(*(list(numbers) for numbers in zip(*points, strict=True)))
     return curves
 
 
-def _follow(done: Sequence[tuple[Point, Row]], tell: Callable[[Row], Any]) -> dict[str, Curve]:
+def _make_frame_curves(
+    completed: Sequence[tuple[Point, Row]], get_value: Callable[[Row], Any]
+) -> dict[str, Curve]:
     curves = {}
-    for point, row in done:
-        numbers = tell(row)
+    for point, row in completed:
+        numbers = get_value(row)
         curves[point.label] = Curve(list(range(len(numbers))), list(numbers))
     return curves
 

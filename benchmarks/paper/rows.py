@@ -1,6 +1,6 @@
-"""A row of the tables: one trial, encoded, decoded, measured, and saved as a file.
+"""Makes the row of a trial: encodes, decodes and measures it, and saves the row as a file.
 
-A row is reused if it was made from the same capture with the same settings.
+A saved row is reused if its capture and settings are the same.
 """
 
 import hashlib
@@ -36,16 +36,16 @@ from studies import ProgressLines, Row, load_row, save_row, sum_seconds
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A trial on a capture, with everything that a process needs for its row.
+    """A trial on a capture, with all inputs of its row.
 
     Attributes:
-        trial: What is tried.
+        trial: Settings to measure.
         capture: Folder of the capture.
-        options: Resolution and held-out cameras.
-        frames: Number of frames, from the first.
-        folder: Folder of rows and streams.
-        lpips: File of the weights; None to leave out LPIPS.
-        device: Where training runs.
+        options: Options of reading the capture: resolution and held-out cameras.
+        frames: Number of frames, beginning with the first frame.
+        folder: Folder for rows and streams.
+        lpips: File with the weights of LPIPS; None to leave out LPIPS.
+        device: Device of the training.
     """
 
     trial: Trial
@@ -58,24 +58,24 @@ class Task:
 
     @property
     def row_path(self) -> Path:
-        """Path of the row."""
+        """Path of the JSON file with the row."""
         return self.folder / "rows" / f"{self.trial.name}.json"
 
     @property
     def stream_path(self) -> Path:
-        """Path of the stream, if there is one."""
+        """Path of the stream; trials in floats have none."""
         return self.folder / "streams" / f"{self.trial.name}.quarc"
 
-    def canonical(self, fingerprint: str) -> CanonicalOnce:
+    def make_canonical_trainer(self, fingerprint: str) -> CanonicalOnce:
         """Return the object that trains frame 0."""
         trial = self.trial
-        rounds = trial.floats != "all"
-        said = [fingerprint, asdict(self.options), trial.config.seed, self.device, rounds]
-        return CanonicalOnce(self.folder / "canonical", said)
+        is_rounded = trial.floats != "all"
+        inputs = [fingerprint, asdict(self.options), trial.config.seed, self.device, is_rounded]
+        return CanonicalOnce(self.folder / "canonical", inputs)
 
-    def key(self, fingerprint: str) -> str:
-        """Return a digest of everything that the row depends on, except the code."""
-        said = {
+    def compute_key(self, fingerprint: str) -> str:
+        """Return a digest of all inputs of the row, except the code."""
+        inputs = {
             "capture": fingerprint,
             "size": asdict(self.options),
             "frames": self.frames,
@@ -85,59 +85,61 @@ class Task:
             "lpips": self.lpips is not None,
             "device": self.device,
         }
-        return hashlib.sha256(json.dumps(said).encode()).hexdigest()
+        return hashlib.sha256(json.dumps(inputs).encode()).hexdigest()
 
-    def recall(self, fingerprint: str) -> Row | None:
-        """Return the saved row; None if there is none, or one of other inputs."""
-        return load_row(self.row_path, self.key(fingerprint))
+    def load_saved_row(self, fingerprint: str) -> Row | None:
+        """Return the saved row; None if it is missing, or has other inputs."""
+        return load_row(self.row_path, self.compute_key(fingerprint))
 
 
 def make_row(task: Task) -> None:
-    """Run a trial and save its row."""
+    """Run a trial, and save its row; do nothing if the row exists."""
     capture = open_capture(task.capture, task.options)
-    if task.recall(capture.fingerprint) is not None:
+    if task.load_saved_row(capture.fingerprint) is not None:
         return
     lpips = Lpips(task.lpips) if task.lpips else None
     timer = StageTimer(ProgressLines(task.trial.name))
-    run = _measure_floats if task.trial.floats else _measure_stream
-    row = run(task, capture, lpips, timer)
-    save_row(task.row_path, task.key(capture.fingerprint), {"name": task.trial.name, **row})
+    measure = _measure_floats if task.trial.floats else _measure_stream
+    row = measure(task, capture, lpips, timer)
+    save_row(task.row_path, task.compute_key(capture.fingerprint), {"name": task.trial.name, **row})
 
 
 def _measure_stream(task: Task, capture: Capture, lpips: Lpips | None, timer: StageTimer) -> Row:
     sink = io.BytesIO()
-    canonical = task.canonical(capture.fingerprint)
-    with canonical.within_encode():
+    canonical_trainer = task.make_canonical_trainer(capture.fingerprint)
+    with canonical_trainer.use_in_encode():
         encode(capture, sink, EncodeOptions(task.trial.config, task.frames, task.device, timer))
     data = sink.getvalue()
     write_atomically(task.stream_path, data)
     summary = inspect_stream(data)
     scenes = ((scene.frame, dequantize(scene)) for scene in decode(data))
     quality = measure_quality(scenes, summary.cameras, capture, lpips)
-    seconds = timer.seconds | {"canonical": canonical.seconds}
-    return _compose(task, capture, lpips, summary.frames, len(data), quality, seconds)
+    seconds = timer.seconds | {"canonical": canonical_trainer.seconds}
+    return _compose_row(task, capture, lpips, summary.frames, len(data), quality, seconds)
 
 
 def _measure_floats(task: Task, capture: Capture, lpips: Lpips | None, timer: StageTimer) -> Row:
     frames: list[FrameSummary] = []
-    canonical = task.canonical(capture.fingerprint)
+    canonical_trainer = task.make_canonical_trainer(capture.fingerprint)
     context = open_training_context(capture, task.device, task.trial.config.seed, timer)
 
-    def walk() -> Iterator[tuple[int, Splats]]:
-        encoding = encode_unquantized(capture, task.trial, task.frames, context, canonical.train)
-        for made in encoding:
-            frames.append(summarize_floats(made, task.trial))
-            yield made.state.scene.frame, dequantize(made.state.scene)
+    def yield_frames() -> Iterator[tuple[int, Splats]]:
+        encoding = encode_unquantized(
+            capture, task.trial, task.frames, context, canonical_trainer.train
+        )
+        for float_frame in encoding:
+            frames.append(summarize_floats(float_frame, task.trial))
+            yield float_frame.state.scene.frame, dequantize(float_frame.state.scene)
             timer.skip()
 
     with fixed_threads():
-        quality = measure_quality(walk(), capture.cameras, capture, lpips)
+        quality = measure_quality(yield_frames(), capture.cameras, capture, lpips)
     total = sum(frame.chunk_bytes for frame in frames)
-    seconds = timer.seconds | {"canonical": canonical.seconds}
-    return _compose(task, capture, lpips, tuple(frames), total, quality, seconds)
+    seconds = timer.seconds | {"canonical": canonical_trainer.seconds}
+    return _compose_row(task, capture, lpips, tuple(frames), total, quality, seconds)
 
 
-def _compose(
+def _compose_row(
     task: Task,
     capture: Capture,
     lpips: Lpips | None,
@@ -146,7 +148,7 @@ def _compose(
     quality: Quality,
     seconds: dict[str, float],
 ) -> Row:
-    """Return the row of a trial."""
+    """Return the row of a trial from its measurements."""
     seed = task.trial.config.seed
     protocol = describe_protocol(
         capture, capture.cameras, len(frames), seed, capture.fingerprint
@@ -188,12 +190,12 @@ def _sum_quality(quality: Quality) -> Row:
 
 
 def _sum_bytes(frames: tuple[FrameSummary, ...], total: int) -> Row:
-    """Return bytes by kind: of the canonical frame, and per later frame."""
-    moved = [frame for frame in frames if not frame.canonical]
-    count = max(len(moved), 1)
+    """Return KB by kind: for the canonical frame, and per later frame."""
+    later_frames = [frame for frame in frames if not frame.canonical]
+    count = max(len(later_frames), 1)
     sums = {kind: sum(frame.coded_bytes[kind] for frame in frames) for kind in KINDS}
-    prices = {kind: sum(frame.estimate_bytes[kind] for frame in frames) for kind in KINDS}
-    chunks = sum(frame.chunk_bytes for frame in moved)
+    estimates = {kind: sum(frame.estimate_bytes[kind] for frame in frames) for kind in KINDS}
+    chunks = sum(frame.chunk_bytes for frame in later_frames)
     return {
         "total": total,
         "canonical_kb": sums["canonical"] / KILOBYTE,
@@ -201,7 +203,7 @@ def _sum_bytes(frames: tuple[FrameSummary, ...], total: int) -> Row:
         "births_kb_per_frame": sums["births"] / count / KILOBYTE,
         "overhead_kb": (total - sum(sums.values())) / KILOBYTE,
         "kb_per_frame": chunks / count / KILOBYTE,
-        "canonical_estimate_kb": prices["canonical"] / KILOBYTE,
-        "motion_estimate_kb_per_frame": prices["motion"] / count / KILOBYTE,
-        "births_estimate_kb_per_frame": prices["births"] / count / KILOBYTE,
+        "canonical_estimate_kb": estimates["canonical"] / KILOBYTE,
+        "motion_estimate_kb_per_frame": estimates["motion"] / count / KILOBYTE,
+        "births_estimate_kb_per_frame": estimates["births"] / count / KILOBYTE,
     }

@@ -1,4 +1,4 @@
-"""The paper's tables for several captures: a line for each scene and one for their mean.
+"""Tables of several captures as in the paper: a line for each scene, and a line for their mean.
 
 Scenes are grouped by the parent folders of their captures, such as `N3DV` and `MeetRoom`.
 """
@@ -11,10 +11,10 @@ from paper.experiments import Experiment
 from rate.tables import format_table, write_csv
 from studies import Row
 
-AMORTIZED_FRAMES = 300  # over which the paper amortizes frame 0
+AMORTIZED_FRAMES = 300  # number of frames over which the paper amortizes frame 0
 _MEAN = "mean"
 
-# Heading, value, and format of each column of the paper's tables of scenes.
+# Heading, value and format of each column.
 _COLUMNS = (
     ("PSNR", lambda row: row["quality"]["psnr"], ".2f"),
     ("SSIM", lambda row: row["quality"]["ssim"], ".4f"),
@@ -31,30 +31,32 @@ Scenes = Mapping[Scene, Mapping[str, Row]]  # rows of each scene, by the trial's
 
 
 def format_scenes(experiments: Sequence[Experiment], scenes: Scenes) -> str:
-    """Return the tables as Markdown: each scene of the full method, and means of all other trials.
+    """Return the tables as Markdown: all scenes of the full method, and means of other trials.
 
     Args:
-        experiments: What is compared.
-        scenes: Completed rows.
+        experiments: Experiments of the studies.
+        scenes: Completed rows of each scene.
     """
-    parts = []
+    blocks = []
     for group in dict.fromkeys(group for group, _ in scenes):
-        chosen = {name: rows for (its, name), rows in scenes.items() if its == group}
-        parts.append(f"## {group}\n")
+        group_rows = {
+            name: rows for (scene_group, name), rows in scenes.items() if scene_group == group
+        }
+        blocks.append(f"## {group}\n")
         for experiment in experiments:
-            lines = list(_list_lines(experiment, chosen))
+            lines = list(_list_lines(experiment, group_rows))
             if lines:
-                head = ["", *(name for name, *_ in _COLUMNS)]
-                parts.append(f"### {experiment.title}\n\n{format_table(head, lines)}")
-    return "\n".join(parts)
+                header = ["", *(name for name, *_ in _COLUMNS)]
+                blocks.append(f"### {experiment.title}\n\n{format_table(header, lines)}")
+    return "\n".join(blocks)
 
 
 def write_scenes_csv(experiments: Sequence[Experiment], scenes: Scenes) -> bytes:
-    """Return a line of numbers for every trial of every scene."""
+    """Return CSV with a line for each trial of each scene."""
     return write_csv(
         [
             {"group": group, "scene": name, "experiment": experiment.name, "label": point.label}
-            | {heading: get(rows[point.trial.name]) for heading, get, _ in _COLUMNS}
+            | {heading: get_value(rows[point.trial.name]) for heading, get_value, _ in _COLUMNS}
             for (group, name), rows in scenes.items()
             for experiment in experiments
             for point in experiment.points
@@ -64,31 +66,34 @@ def write_scenes_csv(experiments: Sequence[Experiment], scenes: Scenes) -> bytes
 
 
 def _list_lines(
-    experiment: Experiment, chosen: Mapping[str, Mapping[str, Row]]
+    experiment: Experiment, group_rows: Mapping[str, Mapping[str, Row]]
 ) -> Iterator[list[str]]:
-    """Yield the lines of an experiment: each scene of a single trial, otherwise the means."""
+    """Yield a line with means for each trial; with a single trial, also a line for each scene."""
     for point in experiment.points:
-        found = {name: rows[point.trial.name] for name, rows in chosen.items()
+        trial_rows = {name: rows[point.trial.name] for name, rows in group_rows.items()
                  if point.trial.name in rows}  # fmt: skip
         if len(experiment.points) == 1:
-            for name, row in found.items():
+            for name, row in trial_rows.items():
                 yield [name, *_format([row])]
-        if found:
-            missing = len(chosen) - len(found)
+        if trial_rows:
+            missing = len(group_rows) - len(trial_rows)
             label = _MEAN if len(experiment.points) == 1 else point.label
-            yield [label + (f" ({missing} missing)" if missing else ""), *_format(found.values())]
+            yield [
+                label + (f" ({missing} missing)" if missing else ""),
+                *_format(trial_rows.values()),
+            ]
 
 
 def _format(rows: Any) -> list[str]:  # noqa: ANN401
-    """Return the means of rows as cells; empty if no row has a number."""
+    """Return a cell for each column with the mean of the rows; empty if no row has a value."""
     cells = []
-    for _, get, how in _COLUMNS:
-        values = [value for row in rows if (value := get(row)) is not None]
-        cells.append(format(fmean(values), how) if values else "")
+    for _, get_value, format_spec in _COLUMNS:
+        values = [value for row in rows if (value := get_value(row)) is not None]
+        cells.append(format(fmean(values), format_spec) if values else "")
     return cells
 
 
 def _amortize(row: Row) -> float:
-    later = row["bytes"]["kb_per_frame"] * (AMORTIZED_FRAMES - 1)
-    total: float = (row["bytes"]["canonical_kb"] + later) / AMORTIZED_FRAMES
+    later_kilobytes = row["bytes"]["kb_per_frame"] * (AMORTIZED_FRAMES - 1)
+    total: float = (row["bytes"]["canonical_kb"] + later_kilobytes) / AMORTIZED_FRAMES
     return total

@@ -13,7 +13,7 @@ Column = tuple[str, Callable[[Row], Any], str]
 
 _STAGES = ("anchors", "motion", "placement", "births", "commit")
 
-# Heading, value, format.
+# Heading, value and format of each column.
 COLUMNS: tuple[Column, ...] = (
     ("PSNR", lambda row: row["quality"]["psnr"], ".2f"),
     ("first", lambda row: row["quality"]["psnr_first"], ".2f"),
@@ -37,23 +37,23 @@ _OPTIONAL = ("LPIPS",)
 
 
 def format_cells(row: Row, columns: Sequence[Column]) -> list[str]:
-    """Return the cells of a row as text; empty without a number."""
-    values = [(get(row), how) for _, get, how in columns]
-    return ["" if value is None else format(value, how) for value, how in values]
+    """Return the cells of a row as text; a cell without a value is empty."""
+    values = [(get_value(row), format_spec) for _, get_value, format_spec in columns]
+    return ["" if value is None else format(value, format_spec) for value, format_spec in values]
 
 
 def choose_columns(rows: Iterable[Row]) -> list[Column]:
-    """Return the columns for which any row has a number, and all that are not optional."""
-    listed = list(rows)
+    """Return all columns, except optional columns for which no row has a value."""
+    row_list = list(rows)
     return [
         column
         for column in COLUMNS
-        if column[0] not in _OPTIONAL or any(column[1](row) is not None for row in listed)
+        if column[0] not in _OPTIONAL or any(column[1](row) is not None for row in row_list)
     ]
 
 
 def write_csv(rows: Sequence[tuple[str, Row]]) -> bytes:
-    """Return a line with every number of each row, under `experiment` and the row's own names."""
+    """Return CSV with a line for each row: its experiment and all its values."""
     lines = [{"experiment": experiment, **flatten(row)} for experiment, row in rows]
     names = list(dict.fromkeys(name for line in lines for name in line))
     text = io.StringIO()
@@ -64,44 +64,46 @@ def write_csv(rows: Sequence[tuple[str, Row]]) -> bytes:
 
 
 def flatten(row: Row) -> dict[str, Any]:
-    """Return the numbers of a row by name; of lists the mean, without values per frame."""
-    flat = {name: row[name] for name in ("name", "title", "label", "floats", "rebinds", "frames")}
+    """Return the values of a row by name, with means of lists, and without values per frame."""
+    numbers = {
+        name: row[name] for name in ("name", "title", "label", "floats", "rebinds", "frames")
+    }
     for group in ("quality", "bytes", "seconds"):
-        flat |= {f"{group}_{name}": value for name, value in row[group].items()}
-    flat["births_per_frame"] = fmean(row["births"][1:] or [0])
-    flat["deaths_per_frame"] = fmean(row["deaths"][1:] or [0])
-    flat |= {"gaussians": row["gaussians"][-1], "anchors": row["anchors"], "seed": row["seed"]}
-    flat["renderer"] = row["renderer"]["training"]
-    flat |= {f"metric_{name}": text for name, text in row["protocol"]["metrics"].items()}
-    flat["changes"] = " ".join(f"{name}={value}" for name, value in row["changes"].items())
-    return flat
+        numbers |= {f"{group}_{name}": value for name, value in row[group].items()}
+    numbers["births_per_frame"] = fmean(row["births"][1:] or [0])
+    numbers["deaths_per_frame"] = fmean(row["deaths"][1:] or [0])
+    numbers |= {"gaussians": row["gaussians"][-1], "anchors": row["anchors"], "seed": row["seed"]}
+    numbers["renderer"] = row["renderer"]["training"]
+    numbers |= {f"metric_{name}": text for name, text in row["protocol"]["metrics"].items()}
+    numbers["changes"] = " ".join(f"{name}={value}" for name, value in row["changes"].items())
+    return numbers
 
 
 def format_html(rows: Sequence[Row]) -> str:
-    """Return a table with a line for each row."""
+    """Return the rows as a table in HTML."""
     columns = choose_columns(rows)
-    head = "".join(f"<th>{html.escape(name)}</th>" for name in ("", *(c[0] for c in columns)))
+    header = "".join(f"<th>{html.escape(name)}</th>" for name in ("", *(c[0] for c in columns)))
     lines = []
     for row in rows:
         cells = [html.escape(row["label"]), *format_cells(row, columns)]
         lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
-    return f"<table><tr>{head}</tr>{''.join(lines)}</table>"
+    return f"<table><tr>{header}</tr>{''.join(lines)}</table>"
 
 
 def format_stages(rows: Sequence[Row]) -> str:
-    """Return the table of seconds per frame by stage."""
-    head = "".join(f"<th>{name}</th>" for name in ("", *_STAGES, "frame", "canonical, once"))
+    """Return a table in HTML with the seconds per frame of each stage."""
+    header = "".join(f"<th>{name}</th>" for name in ("", *_STAGES, "frame", "canonical, once"))
     lines = []
     for row in rows:
         seconds: Mapping[str, float] = row["seconds"]
         numbers = [f"{seconds[name]:.3f}" for name in (*_STAGES, "frame")]
         cells = [html.escape(row["name"]), *numbers, f"{seconds['canonical']:.1f}"]
         lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
-    return f"<table><tr>{head}</tr>{''.join(lines)}</table>"
+    return f"<table><tr>{header}</tr>{''.join(lines)}</table>"
 
 
 def format_markdown(rows: Sequence[Row]) -> str:
-    """Return the same table as Markdown."""
+    """Return the rows as a table in Markdown."""
     columns = choose_columns(rows)
     lines = [["", *(column[0] for column in columns)], ["---"] * (len(columns) + 1)]
     lines += [[row["label"], *format_cells(row, columns)] for row in rows]

@@ -1,9 +1,9 @@
-"""Runs the encoder's loop in floats: the result of the method before rounding.
+"""Runs the encoder in floats: the result of the method without rounding.
 
-Schedule, random numbers and rules are those of `encoder.encode_stream`, but frames continue from
-the trained values instead of the decoded ones. Anchors are sampled with integers, so scenes are
-kept on a lattice that is as fine as floats; residuals are applied without rounding. The result is
-not a stream.
+Schedule, random numbers and rules are those of `encoder.encode_stream`, but each frame continues
+from the trained values instead of the decoded values. Anchors are sampled with integers, so scenes
+are stored on a lattice that is as fine as floats. Residuals are applied without rounding. The
+result is not a stream.
 """
 
 import math
@@ -51,7 +51,7 @@ from quarc_ref.format.records import Births, StreamHeader
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
 _LATTICE_DOUBLINGS = 6
-_FINER = 16
+_STEP_DIVISOR = 16
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,7 +59,7 @@ class FloatFrame:
     """A frame of a trial without quantization.
 
     Attributes:
-        state: State after the frame; `motion` and `symbols` are in steps, not rounded.
+        state: State after the frame; its `motion` and `symbols` are in steps, and not rounded.
         deaths: Number of deleted Gaussians.
     """
 
@@ -79,8 +79,8 @@ def encode_unquantized(
     Args:
         capture: Capture; its held-out cameras are not used.
         trial: Settings, and the parts that stay in floats.
-        frames: How many.
-        context: Of `open_training_context`.
+        frames: Number of frames.
+        context: Context from `open_training_context`.
         train: Function that trains the canonical frame.
     """
     config = adapt_steps_to_capture(trial.config, capture)
@@ -91,24 +91,26 @@ def encode_unquantized(
     for frame in range(1, frames):
         context.observers.progress.advance("frames", frame, frames)
         deaths = count_deaths(state, count, config.births)
-        started = begin_frame(state, deaths)
+        frame_start = begin_frame(state, deaths)
         if trial.rebinds:
-            started = _rebind(started)
+            frame_start = _rebind(frame_start)
         rd = RateDistortion(choose_lambda(config, []), reference_loss)
         with without_rounding():
-            motion = fit_motion(context, FrameStart(state, started, deaths), config.motion, rd=rd)
-        moved = move_freely(started, motion.residuals)
+            motion = fit_motion(
+                context, FrameStart(state, frame_start, deaths), config.motion, rd=rd
+            )
+        moved_frame = move_freely(frame_start, motion.residuals)
         births = fit_births(
             context,
-            moved,
+            moved_frame,
             motion.statistics,
             config,
             ByteCost(
-                rd.scale_relative(config.births.rd_lambda) / moved.scene.count,
-                partial(_count_bytes, moved.birth_counts),
+                rd.scale_relative(config.births.rd_lambda) / moved_frame.scene.count,
+                partial(_count_bytes, moved_frame.birth_counts),
             ),
         )
-        state = moved if births is None else append_births(moved, births)
+        state = moved_frame if births is None else append_births(moved_frame, births)
         context.views.drop_frames_before(frame)
         context.observers.progress.advance("frames", frame + 1, frames)
         yield FloatFrame(state, deaths)
@@ -118,68 +120,70 @@ def _count_bytes(counts: ContextCounts, births: Births) -> int:
     return write_births(births, counts).byte_count()
 
 
-def refine_header(header: StreamHeader, reach: float) -> StreamHeader:
-    """Return a header with the same steps of residuals, and all other steps negligibly fine.
+def refine_header(header: StreamHeader, extent: float) -> StreamHeader:
+    """Return a header with the same steps of residuals, and very fine other steps.
 
     Args:
         header: Header of a stream with the trial's settings.
-        reach: Largest coordinate in world units; the lattice extends twice as far.
+        extent: Largest coordinate in world units; the lattice extends twice as far.
     """
-    room = math.log2(POSITION_LIMIT / (2 * reach)) - header.lattice_exponent
-    doublings = max(0, min(_LATTICE_DOUBLINGS, math.floor(room)))
+    spare_bits = math.log2(POSITION_LIMIT / (2 * extent)) - header.lattice_exponent
+    doublings = max(0, min(_LATTICE_DOUBLINGS, math.floor(spare_bits)))
     return replace(
         header,
         lattice_exponent=header.lattice_exponent + doublings,
-        position_step=max(1, (header.position_step << doublings) // _FINER),
+        position_step=max(1, (header.position_step << doublings) // _STEP_DIVISOR),
         translation_step=header.translation_step << doublings,
         rotation_bits=ROTATION_BITS_LIMIT,
-        log_scale_step=header.log_scale_step / _FINER,
-        opacity_step=header.opacity_step / _FINER,
-        sh_dc_step=header.sh_dc_step / _FINER,
-        sh_rest_step=header.sh_rest_step / _FINER,
+        log_scale_step=header.log_scale_step / _STEP_DIVISOR,
+        opacity_step=header.opacity_step / _STEP_DIVISOR,
+        sh_dc_step=header.sh_dc_step / _STEP_DIVISOR,
+        sh_rest_step=header.sh_rest_step / _STEP_DIVISOR,
     )
 
 
-def move_freely(started: State, residuals: torch.Tensor) -> State:
+def move_freely(frame_start: State, residuals: torch.Tensor) -> State:
     """Return the state moved by unrounded residuals (SPEC 7.5, Eq. 2).
 
     Args:
-        started: After `begin_frame`.
+        frame_start: State after `begin_frame`.
         residuals: `[A, c]` in steps, one level after another.
     """
-    scene, anchors = started.scene, started.known_anchors
+    scene, anchors = frame_start.scene, frame_start.known_anchors
     borders = np.cumsum([level.owners.size for level in anchors.levels])[:-1]
     levels = np.split(residuals.double().cpu().numpy().T, borders, axis=1)
     motion = sum(
         (level[:, binding] for level, binding in zip(levels, anchors.binding, strict=True)),
-        np.zeros_like(started.motion, dtype=np.float64),
+        np.zeros_like(frame_start.motion, dtype=np.float64),
     )
-    turned = _turn(started, motion[3:] / scene.header.rotation_unity)
-    shifted = scene.positions + motion[:3] * scene.header.translation_step
-    moved = replace(
+    rotations = _rotate(frame_start, motion[3:] / scene.header.rotation_unity)
+    positions = scene.positions + motion[:3] * scene.header.translation_step
+    moved_scene = replace(
         scene,
-        positions=np.rint(shifted).clip(-POSITION_LIMIT, POSITION_LIMIT).astype(np.int32),
-        rotations=turned,
+        positions=np.rint(positions).clip(-POSITION_LIMIT, POSITION_LIMIT).astype(np.int32),
+        rotations=rotations,
     )
-    unrounded: Any = motion  # a state has integers, but this one is never coded
-    return replace(started, scene=moved, motion=unrounded, symbols=tuple(levels))
+    unrounded_motion: Any = motion  # a state has integers, but this one is never coded
+    return replace(frame_start, scene=moved_scene, motion=unrounded_motion, symbols=tuple(levels))
 
 
-def _turn(started: State, residuals: NDArray[np.float64]) -> NDArray[np.int32]:
-    """Return `[4, N]` the rotations multiplied by residuals `[3 or 4, N]` added to the identity."""
-    splats = from_splats(dequantize(started.scene), torch.device("cpu"))
-    still = torch.zeros_like(splats.means)
-    turned = deform(splats, still, torch.from_numpy(residuals.T), started.scene.header)
-    unit = torch.nn.functional.normalize(turned.rotations.double(), dim=1)
-    rotations: NDArray[np.int32] = np.rint(unit.numpy().T * ROTATION_ONE).astype(np.int32)
+def _rotate(frame_start: State, residuals: NDArray[np.float64]) -> NDArray[np.int32]:
+    """Return rotations `[4, N]` in Q22, multiplied by the identity plus residuals `[c - 3, N]`."""
+    splats = from_splats(dequantize(frame_start.scene), torch.device("cpu"))
+    zero_translation = torch.zeros_like(splats.means)
+    deformed = deform(
+        splats, zero_translation, torch.from_numpy(residuals.T), frame_start.scene.header
+    )
+    quaternions = torch.nn.functional.normalize(deformed.rotations.double(), dim=1)
+    rotations: NDArray[np.int32] = np.rint(quaternions.numpy().T * ROTATION_ONE).astype(np.int32)
     return rotations
 
 
-def _rebind(started: State) -> State:
-    """Return the state with every Gaussian bound again, as in the released code of the paper."""
-    anchors, positions = started.known_anchors, started.scene.positions.T
+def _rebind(frame_start: State) -> State:
+    """Return the state with every Gaussian bound again, as in the paper's released code."""
+    anchors, positions = frame_start.known_anchors, frame_start.scene.positions.T
     binding = [cKDTree(level.positions.T).query(positions)[1] for level in anchors.levels]
-    return replace(started, anchors=Anchors(anchors.levels, np.stack(binding)))
+    return replace(frame_start, anchors=Anchors(anchors.levels, np.stack(binding)))
 
 
 def open_training_context(
@@ -188,10 +192,10 @@ def open_training_context(
     """Return the training context of a capture.
 
     Args:
-        capture: Capture; its held-out cameras are not reachable from the context.
+        capture: Capture; the context has no access to its held-out cameras.
         device_name: Device, as for `choose_device`.
-        seed: Of every draw.
-        progress: Called after every step.
+        seed: Seed of all random numbers.
+        progress: Receives the progress after every iteration.
     """
     device = choose_device(device_name)
     views = TrainingViews(capture, device)
@@ -208,11 +212,11 @@ def _make_canonical(
     with without_rounding() if trial.floats == "all" else nullcontext():
         objective = CanonicalObjective(config.canonical, header, choose_lambda(config, []))
         attributes = train(context, capture.points, objective)
-    kept = drop_unrepresentable(attributes, header)
-    fine = refine_header(header, float(kept.means.abs().max()))
-    gaussians = quantize_gaussians(kept, fine)
-    _, _, ordered = sort_canonical(gaussians)
-    state = begin_canonical(fine, 0, ordered)
+    representable = drop_unrepresentable(attributes, header)
+    fine_header = refine_header(header, float(representable.means.abs().max()))
+    gaussians = quantize_gaussians(representable, fine_header)
+    _, _, sorted_gaussians = sort_canonical(gaussians)
+    state = begin_canonical(fine_header, 0, sorted_gaussians)
     if config.canonical.exposure_lr:
         refit_exposures(context, state)
     return state

@@ -18,7 +18,7 @@ from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.settings.presets import PRESETS, change_setting, choose_preset
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.jobs import Job, JobsError, WorkerPool
-from studies import Row, note, run_missing
+from studies import Row, run_missing, write_status
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,9 @@ class Study:
             JobsError: Some encodes failed; all others are complete.
         """
         waiting = [task for task in self.tasks if self._load_row(task) is None]
-        note(f"{len(self.tasks) - len(waiting)} of {len(self.tasks)} rows are there already")
+        write_status(
+            f"{len(self.tasks) - len(waiting)} of {len(self.tasks)} rows are there already"
+        )
         run_missing(make_row, [Job(task.name, task) for task in waiting], pool, self.write)
 
     def groups(self) -> list[Group]:
@@ -95,16 +97,16 @@ def main(words: Sequence[str] | None = None) -> int:
         pool = WorkerPool(arguments.workers, arguments.threads, arguments.ray)
         study = plan_study(arguments)
     except (ValueError, CaptureError) as error:
-        note(f"quality.py: {error}")
+        write_status(f"quality.py: {error}")
         return 2
     code = 0
     try:
         study.run(pool)
     except JobsError as error:
-        note(str(error))
+        write_status(str(error))
         code = 3
     except KeyboardInterrupt:
-        note("interrupted: the same command continues with the missing encodes")
+        write_status("interrupted: the same command continues with the missing encodes")
         code = 130
     study.write()
     print(format_groups(study.groups()))

@@ -9,7 +9,7 @@ from quality.groups import COLUMNS
 from quality.results import RESULTS
 from quality.spreads import Difference, Spread, average_differences, subtract
 from rate.tables import format_table
-from studies import note
+from studies import write_status
 
 Groups = Mapping[str, Mapping[str, Any]]  # groups of a study by capture and held-out set
 
@@ -35,7 +35,7 @@ def compare_studies(ours: Path, theirs: Path) -> str:
         raise ComparisonError(message)
     for label in shared:
         if own[label]["fingerprint"] != others[label]["fingerprint"]:
-            note(f"{label}: the two studies are of captures with different files")
+            write_status(f"{label}: the two studies are of captures with different files")
     differences = {label: _subtract_groups(own[label], others[label]) for label in shared}
     return _format_differences(differences)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from quarc_ref.synth import SynthOptions, write_synthetic_capture
 from quarc_ref.synth.variants import VARIANTS
-from studies import note
+from studies import write_status
 
 TRACED = (*VARIANTS, "playroom-4", "playroom-8", "playroom-30", "playroom-640x480")
 _FILM_FRAMES = 40  # even if only frame 0 is encoded: they show what moves
@@ -91,6 +91,6 @@ def trace_if_missing(name: str, folder: Path) -> Subject:
     """
     options, target = parse_traced(name), folder / name
     if not target.is_dir():
-        note(f"tracing {name}")
+        write_status(f"tracing {name}")
         write_synthetic_capture(target, options)
     return Subject(name, target, (("cam00",),))

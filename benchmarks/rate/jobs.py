@@ -14,7 +14,7 @@ from quarc_ref.encoder.settings.presets import change_setting, choose_preset, li
 from quarc_ref.encoder.stream_file import encode_file
 from quarc_ref.format.errors import ResumeError
 from quarc_ref.synth import SynthOptions, write_synthetic_capture
-from studies import note
+from studies import write_status
 
 BUILT_IN = "synth"
 _LONGEST_NAME = 180
@@ -94,7 +94,7 @@ def encode_if_missing(job: Job, folder: Path) -> bytes:
     """
     path = folder / job.file_name()
     if not path.is_file():
-        note(f"encoding {path.name}")
+        write_status(f"encoding {path.name}")
         capture = open_capture(job.capture, CaptureOptions(job.downscale, job.held_out))
         part = path.with_name(path.name + ".part")
         with TerminalProgress(quiet=False) as progress:

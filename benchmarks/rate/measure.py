@@ -18,7 +18,7 @@ from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.inspection.stream_summary import StreamSummary
 from quarc_ref.rendering.pictures import render_picture
 from rate.jobs import Job, encode_if_missing, list_differences
-from studies import note
+from studies import write_status
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,7 +50,7 @@ def measure(job: Job, folder: Path) -> Measured:
     summary = inspect_stream(data)
     differences = tuple(list_differences(job, summary.metadata))
     if differences:
-        note(f"{job.file_name()} was made with other {', '.join(differences)}")
+        write_status(f"{job.file_name()} was made with other {', '.join(differences)}")
     psnr = _load_or_measure_psnr(job, data, folder / f"{job.file_name()}.psnr.json")
     return Measured(job, data, summary, psnr, differences)
 

@@ -68,7 +68,7 @@ def sweep(job: Job, folder: Path) -> list[Point]:
     job = replace(job, changes=(*job.changes, *fix_steps(job.config(), capture)))
     said = [capture.fingerprint, asdict(options), job.config().seed]
     points = []
-    with CanonicalOnce(folder / "canonical", said).within_encode():
+    with CanonicalOnce(folder / "canonical", said).use_in_encode():
         for label, changes in list_changes(job.config()):
             made = measure(replace(job, changes=(*job.changes, *changes)), folder)
             points.append(Point(label, amortize_file(made.summary) / 1024, fmean(made.psnr)))

@@ -11,11 +11,11 @@ import pytest
 
 from gpu import run_steps
 from gpu.command import main
-from gpu.cuda_tests import count_tests, list_files
+from gpu.cuda_tests import count_tests, list_test_files
 from gpu.plan import STEPS, Step
 from gpu.rows import Notebook, Row, format_table, write_tables
-from gpu.run_steps import Place, allot_time, run_step
-from gpu.wheels import LIST, install_missing, read_list
+from gpu.run_steps import StepEnvironment, allot_time, run_step
+from gpu.wheels import LIST_PATH, install_missing, read_requirements
 from tests.test_requirements import compare
 
 _ROOT = Path(__file__).resolve().parents[2]
@@ -80,7 +80,7 @@ def test_the_table_has_a_line_for_every_row(dry):
 def _run_one(name, folder, limit=60.0, *, dry=True):
     (step,) = (step for step in STEPS if step.name == name)
     rows = []
-    run_step(step, limit, Place(folder, dry, None), rows)
+    run_step(step, limit, StepEnvironment(folder, dry, None), rows)
     return rows
 
 
@@ -90,7 +90,7 @@ def test_a_step_that_fails_says_why(tmp_path):
     assert row == Row(
         "frame 0",
         "the step",
-        "failed: RuntimeError: the scene was not traced",
+        "failed: RuntimeError: the scene has not been traced: the step `scene` must run first",
         "done",
         holds=False,
     )
@@ -103,7 +103,7 @@ def test_a_step_that_reaches_its_time_limit_is_stopped_and_its_results_are_kept(
     found = Row("frame 0", "something", "1")
     notebook = Notebook(tmp_path / "frame_0.jsonl")
     notebook.add(found)
-    notebook.note("canonical 3 of 10")
+    notebook.write_progress("canonical 3 of 10")
     started = time.monotonic()
     rows = _run_one("frame 0", tmp_path, 0.2)
 
@@ -130,7 +130,7 @@ def test_without_a_gpu_only_the_gpu_check_runs(tmp_path, monkeypatch, capsys):
     code = main(["--out", str(tmp_path)])
 
     assert code == 1
-    assert "torch finds no CUDA device; --dry-run needs none" in capsys.readouterr().out
+    assert "torch finds no CUDA device; use --dry-run to run on the CPU" in capsys.readouterr().out
     rows = json.loads((tmp_path / "gpu.json").read_text())["rows"]
     assert {row["step"] for row in rows} == {"machine"}
 
@@ -181,22 +181,22 @@ for name in {modules!r}:
 
 def test_wheels_have_the_locked_versions():
     locked = compare.read_locks(_ROOT / "requirements")
-    listed = dict(line.split("==") for line in read_list())
+    listed = dict(line.split("==") for line in read_requirements())
     differ = {name for name, version in listed.items() if str(locked.get(name, version)) != version}
 
     assert differ == set()
     assert listed.keys() - locked.keys() == {"gsplat", "jaxtyping", "ninja", "wadler-lindig"}
-    assert LIST.name == "wheels.txt"
+    assert LIST_PATH.name == "wheels.txt"
 
 
 def test_installed_packages_are_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr("gpu.wheels.read_list", lambda: ["numpy==0.1", "pytest==0.1"])
+    monkeypatch.setattr("gpu.wheels.read_requirements", lambda: ["numpy==0.1", "pytest==0.1"])
 
     assert install_missing(tmp_path) == "nothing is missing"
 
 
 def test_missing_packages_are_installed_once_and_only_from_wheels(tmp_path, monkeypatch):
-    monkeypatch.setattr("gpu.wheels.read_list", lambda: ["tiny-thing==1.0", "numpy==0.1"])
+    monkeypatch.setattr("gpu.wheels.read_requirements", lambda: ["tiny-thing==1.0", "numpy==0.1"])
     _write_wheel(tmp_path)
 
     assert install_missing(tmp_path) == "installed tiny-thing==1.0"
@@ -217,14 +217,14 @@ def _write_wheel(folder):
 
 
 def test_a_missing_wheel_is_named(tmp_path, monkeypatch):
-    monkeypatch.setattr("gpu.wheels.read_list", lambda: ["no-such-package==1.0"])
+    monkeypatch.setattr("gpu.wheels.read_requirements", lambda: ["no-such-package==1.0"])
 
     with pytest.raises(RuntimeError, match="no-such-package"):
         install_missing(tmp_path)
 
 
 def test_tests_are_found_by_their_marker():
-    assert "test_rasterizers.py" in [path.name for path in list_files()]
+    assert "test_rasterizers.py" in [path.name for path in list_test_files()]
 
 
 @pytest.mark.parametrize(
@@ -268,7 +268,7 @@ def test_figures_that_are_not_numbers_do_not_break_the_json(tmp_path):
 
 def test_an_incomplete_line_is_not_read(tmp_path):
     path = tmp_path / "notes.jsonl"
-    Notebook(path).note("1 of 2")
+    Notebook(path).write_progress("1 of 2")
     with path.open("a") as file:
         file.write('{"row": {"st')
 

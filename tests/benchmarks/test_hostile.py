@@ -32,7 +32,7 @@ def test_mutants_end_in_frames_or_rejections_and_a_run_resumes_where_it_stopped(
     assert first["streams"] == 150
     assert first["decoded"] + first["declined"] + sum(first["rejections"].values()) == 150
     assert first["escapes"] == first["hangs"] == 0
-    assert 0 < first["peak_rss_mib"] < judge.MEBIBYTES
+    assert 0 < first["peak_rss_mib"] < judge.MAX_MEBIBYTES
 
 
 @pytest.fixture
@@ -55,7 +55,7 @@ def _spin(_data):
 
 @pytest.fixture
 def _ends():
-    before = signal.signal(signal.SIGPROF, judge._end)
+    before = signal.signal(signal.SIGPROF, judge._raise_too_long)
     yield
     signal.signal(signal.SIGPROF, before)
 
@@ -65,7 +65,7 @@ def _ends():
 def test_failures_of_the_decoder_are_kept_with_their_bytes(
     way, outcome, modes, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(judge, "SECONDS", 0.02)
+    monkeypatch.setattr(judge, "MAX_SECONDS", 0.02)
     modes["decode"] = way
     tally = blocks.judge_block(_SERIES, 30, 1, tmp_path)
 
@@ -76,7 +76,7 @@ def test_failures_of_the_decoder_are_kept_with_their_bytes(
 
 def test_a_forged_mutant_is_decoded_beyond_a_wrong_state_crc():
     stream = _with_wrong_state(SEEDS["still"])
-    verdicts = [judge.judge("decode", stream, forged=forged) for forged in (False, True)]
+    verdicts = [judge.judge("decode", stream, has_forged_crcs=forged) for forged in (False, True)]
 
     assert [verdict.outcome for verdict in verdicts] == ["state-crc", "decoded"]
 

@@ -16,9 +16,9 @@ def _small_level(monkeypatch):
 
 @pytest.mark.usefixtures("_small_level")
 @pytest.mark.parametrize("newborn", [False, True])
-@pytest.mark.parametrize("place", hostile_bombs._PLACES)
+@pytest.mark.parametrize("place", hostile_bombs._ARRANGEMENTS)
 def test_a_bomb_uses_the_limits_of_its_level_and_is_small(place, newborn):
-    data = hostile_bombs.build(10, place, newborn=newborn)
+    data = hostile_bombs.build_stream(10, place, has_births=newborn)
     counts = [scene.count for scene in decode(data)]
 
     assert len(counts) == 4
@@ -28,7 +28,12 @@ def test_a_bomb_uses_the_limits_of_its_level_and_is_small(place, newborn):
 
 
 def test_a_stream_is_measured_in_its_own_process():
-    command = [sys.executable, hostile_bombs.__file__, "--measure", str(hostile_bombs._WARM)]
+    command = [
+        sys.executable,
+        hostile_bombs.__file__,
+        "--measure",
+        str(hostile_bombs._WARM_UP_STREAM),
+    ]
     measured = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
 
     assert measured.keys() == {"slowest_frame_s", "peak_rss_mib"}

@@ -34,7 +34,7 @@ def outcomes(streams):
 
 
 def _judge(data):
-    return judge.judge(judge.BY_BOTH_ENGINES, data, forged=False)
+    return judge.judge(judge.BY_BOTH_ENGINES, data, has_forged_crcs=False)
 
 
 def test_a_series_and_a_number_reproduce_the_stream(streams):
@@ -47,8 +47,8 @@ def test_a_series_and_a_number_reproduce_the_stream(streams):
 def test_every_kind_of_hostile_value_is_used(maker, streams):
     done = {name for stream in streams for name in stream.recipe[:1]}
 
-    assert len(maker.hostilities) == _KINDS
-    assert done == {hostility.name for hostility in maker.hostilities if hostility is not None}
+    assert len(maker.faults) == _KINDS
+    assert done == {fault.name for fault in maker.faults if fault is not None}
 
 
 @needs_fast
@@ -72,7 +72,7 @@ def test_few_streams_reach_most_reject_ids_including_the_deep_ones(outcomes):
 
 
 def test_streams_without_hostile_values_are_valid_and_have_many_frames(maker):
-    calm = [maker.make(len(maker.hostilities) * number) for number in range(20)]
+    calm = [maker.make(len(maker.faults) * number) for number in range(20)]
     counts = [len(list(decode(stream.data))) for stream in calm if not stream.recipe]
 
     assert len(counts) > 10
@@ -80,7 +80,7 @@ def test_streams_without_hostile_values_are_valid_and_have_many_frames(maker):
 
 
 def test_spliced_data_comes_from_another_stream(maker):
-    names = [hostility.name if hostility else "" for hostility in maker.hostilities]
+    names = [fault.name if fault else "" for fault in maker.faults]
     number = names.index("chunks of another stream")
     payloads = {piece.payload for donor in maker._donors for piece in donor.pieces[1:-2]}
     made = [maker.make(number + len(names) * rotate).data for rotate in range(20)]
@@ -101,7 +101,9 @@ def test_a_disagreement_of_the_engines_is_detected(streams, monkeypatch):
     verdicts = [_judge(stream.data) for stream in streams[::84]]
 
     assert "escape" in {verdict.outcome for verdict in verdicts}
-    assert any("the reference gives" in verdict.detail for verdict in verdicts)
+    assert any(
+        "the engines differ: the reference engine returns" in verdict.detail for verdict in verdicts
+    )
 
 
 @needs_fast

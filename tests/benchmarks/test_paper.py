@@ -143,7 +143,7 @@ def test_an_interrupted_run_resumes(folder, copy, here):
     ("more", "reported"),
     [
         (("--lpips", "none.pth"), "none.pth is not a readable file of LPIPS weights"),
-        (("--only", "steps"), "no experiment steps; there are full"),
+        (("--only", "steps"), "unknown experiments steps; known are full"),
         (("--set", "motion.speed=1"), "no setting 'motion.speed'"),
         (("--held-out", "cam77"), "cannot hold out camera cam77"),
         (("--workers", "0"), "workers and threads must be at least 1"),

@@ -85,5 +85,5 @@ def test_rebinding_is_tried_in_floats_against_the_same_method_without_it():
 
 
 def test_an_unknown_experiment_is_rejected():
-    with pytest.raises(ValueError, match="no experiment stepp; there are full, quantization"):
+    with pytest.raises(ValueError, match="unknown experiments stepp; known are full, quantization"):
         list_experiments(BASES["main"], ["full", "stepp"])

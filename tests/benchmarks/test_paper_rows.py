@@ -82,9 +82,9 @@ def test_an_existing_row_is_not_computed_again(task, monkeypatch):
 def test_a_row_of_other_inputs_is_not_reused(task, folder, change):
     fingerprint = open_capture(folder).fingerprint
 
-    assert task.recall(fingerprint) is not None
-    assert replace(task, **change).recall(fingerprint) is None
-    assert task.recall("f" * 64) is None
+    assert task.load_saved_row(fingerprint) is not None
+    assert replace(task, **change).load_saved_row(fingerprint) is None
+    assert task.load_saved_row("f" * 64) is None
 
 
 def test_frame_0_is_trained_once_for_trials_that_differ_only_in_motion(task, monkeypatch):

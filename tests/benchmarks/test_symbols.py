@@ -14,9 +14,9 @@ def start_time():
 def test_symbols_are_as_sparse_as_requested(start_time, share):
     scenery = symbols.make_scene_motion(start_time, np.random.default_rng(1))
 
-    assert symbols.nonzero_share(symbols.make_symbols(start_time, scenery, share)) == pytest.approx(
-        share, rel=0.25
-    )
+    assert symbols.compute_nonzero_share(
+        symbols.make_symbols(start_time, scenery, share)
+    ) == pytest.approx(share, rel=0.25)
 
 
 def test_an_anchor_moves_more_often_if_its_parent_moves(start_time):

@@ -1,5 +1,5 @@
-"""Generates hostile streams: records with values that no encoder writes, coded correctly.
+"""Generates streams with hostile values: records that no encoder writes, correctly coded.
 
-CRCs, numbers, index and totals are correct unless the fault is in them, so that decoders reach the
-fault.
+CRCs, sequence numbers, INDX and TAIL are correct unless they are the fault, so that decoders reach
+the fault.
 """

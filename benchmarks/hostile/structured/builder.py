@@ -1,4 +1,4 @@
-"""Codes frames one after another, each with the CRC of its decoded state.
+"""Codes the frames of a stream, each with the CRC of its decoded state.
 
 A rejected frame leaves the state unchanged and has a CRC of 0. The reference engine computes the
 states.
@@ -14,7 +14,7 @@ from unittest.mock import patch
 import numpy as np
 
 from hostile.structured.draws import Draws
-from hostile.structured.hostility import Hostility, Stage
+from hostile.structured.fault import Fault, Stage
 from hostile.structured.pieces import Piece
 from quarc_ref.decoder import frames
 from quarc_ref.decoder.digest import state_crc
@@ -47,12 +47,12 @@ from quarc_ref.format.records import (
 
 Record = CanonicalChunk | SnapshotChunk | FrameChunk
 _Value = TypeVar("_Value")
-_TRIALS = 4
+_MAX_TRIALS = 4
 _FIRST_FRAMES = (0, 0, 0, 0, 0, 0, 5, COUNTER_LIMIT - 3)
-_ANY_STEP = (1 << 63) - 1  # differences of parents, beyond the limit of encoders
-EMPTY = Section(np.zeros(0, dtype=np.uint32))
-_AT_BEGINNINGS = (Stage.SCENE, Stage.CANONICAL, Stage.SNAPSHOT)
-_KINDS: dict[type, tuple[bytes, Callable[[Any], bytes]]] = {
+_MAX_STEP = (1 << 63) - 1  # differences of parents, beyond the limit of encoders
+EMPTY_SECTION = Section(np.zeros(0, dtype=np.uint32))
+_KEYFRAME_STAGES = (Stage.SCENE, Stage.CANONICAL, Stage.SNAPSHOT)
+_CHUNK_TYPES: dict[type, tuple[bytes, Callable[[Any], bytes]]] = {
     CanonicalChunk: (container.CANO, wire.build_canonical),
     SnapshotChunk: (container.SNAP, wire.build_snapshot),
     FrameChunk: (container.FRAM, wire.build_frame),
@@ -64,14 +64,14 @@ class Builder:
 
     Args:
         draws: Source of random values.
-        header: Of the stream.
+        header: Header of the stream.
 
     Attributes:
-        header: As given.
-        pieces: The chunks so far.
-        records: Records of the frames so far.
+        header: Header of the stream.
+        pieces: Chunks that have been added.
+        records: Records of the frames that have been added.
         state: State after the last valid frame.
-        reference: The CANO that snapshots are coded against, if there is one.
+        reference: The last CANO, against which snapshots are coded; None before the first.
     """
 
     def __init__(self, draws: Draws, header: StreamHeader) -> None:
@@ -81,113 +81,117 @@ class Builder:
         self.state: State | None = None
         self.reference: Reference | None = None
         self._draws = draws
-        self._hostility: Hostility | None = None
+        self._fault: Fault | None = None
 
     def add_valid_frame(self) -> None:
-        """Draw and code a valid frame; nothing if all drawn frames exceed a limit."""
-        self._hostility = None
+        """Draw and code a valid frame; add no frame if all drawn frames exceed a limit."""
+        self._fault = None
         is_last = self.state is not None and self.state.scene.frame == COUNTER_LIMIT
-        for _ in range(0 if is_last else _TRIALS):
-            record = self._draw(begins=self._draws.rng.random() < 0.15)
+        for _ in range(0 if is_last else _MAX_TRIALS):
+            record = self._draw_record(is_keyframe=self._draws.rng.random() < 0.15)
             state, crc = self._try_record(record)
             if state is not None:
-                self._append(record, state, crc)
+                self._append_record(record, state, crc)
                 return
 
-    def add_hostile_frame(self, hostility: Hostility) -> None:
-        """Draw a frame and code it with its fault."""
-        self._hostility = hostility
+    def add_hostile_frame(self, fault: Fault) -> None:
+        """Draw a frame, and code it with a fault."""
+        self._fault = fault
         with self._with_stated_codes():
-            record = self._draw(begins=hostility.stage in _AT_BEGINNINGS)
-        self._append(record, *self._try_record(record))
+            record = self._draw_record(is_keyframe=fault.stage in _KEYFRAME_STAGES)
+        self._append_record(record, *self._try_record(record))
 
-    def _append(self, record: Record, state: State | None, crc: int) -> None:
-        proved = replace(record, state_crc=crc)
+    def _append_record(self, record: Record, state: State | None, crc: int) -> None:
+        record_with_crc = replace(record, state_crc=crc)
         self.state = state or self.state
-        self.records.append(proved)
+        self.records.append(record_with_crc)
         if state is not None and isinstance(record, CanonicalChunk):
             self.reference = Reference(record.frame, read_checked_canonical(self.header, record))
-        kind, build = _KINDS[type(proved)]
-        self.pieces.append(Piece(kind, self._change(Stage.PAYLOAD, build(proved))))
+        kind, build = _CHUNK_TYPES[type(record_with_crc)]
+        self.pieces.append(Piece(kind, self._change(Stage.PAYLOAD, build(record_with_crc))))
 
-    def end(self, *, index: bool) -> None:
-        """Append the end of a stream."""
+    def finish(self, *, index: bool) -> None:
+        """Append TAIL, with `index` also INDX before it."""
         if index:
             self.pieces.append(Piece(container.INDX, None))
         self.pieces.append(Piece(container.TAIL, None))
 
-    def _draw(self, *, begins: bool) -> Record:
-        if not begins and self.state is not None:
-            return self._draw_moved(self.state)
+    def _draw_record(self, *, is_keyframe: bool) -> Record:
+        if not is_keyframe and self.state is not None:
+            return self._draw_frame(self.state)
         if self._is_at_stage(Stage.SNAPSHOT) or self._draws.rng.random() < 0.5:
             with suppress(BitstreamError):  # a frame with a larger range than a snapshot can code
                 return self._draw_snapshot() or self._draw_canonical()
         return self._draw_canonical()
 
     def _draw_snapshot(self) -> SnapshotChunk | None:
-        """Return a snapshot if the stream can have one here."""
-        known, state = self.reference, self.state
-        if known is None or state is None or not self.header.snapshots:
+        """Return a snapshot; None if the stream can have no snapshot here."""
+        reference, state = self.reference, self.state
+        if reference is None or state is None or not self.header.snapshots:
             return None
-        coded = write_snapshot(known.gaussians, *self._draws.changed(self.header, known.gaussians))
+        snapshot = write_snapshot(
+            reference.gaussians, *self._draws.draw_snapshot(self.header, reference.gaussians)
+        )
         chunk = SnapshotChunk(
             (state.scene.frame + 1) & COUNTER_LIMIT,
-            known.frame,
-            coded.newborn_count,
-            coded.origin,
-            coded.axis_bits,
-            coded.survivors,
-            coded.sections,
+            reference.frame,
+            snapshot.newborn_count,
+            snapshot.origin,
+            snapshot.axis_bits,
+            snapshot.survivors,
+            snapshot.sections,
             0,
         )
         return self._change(Stage.SNAPSHOT, chunk)
 
     def _draw_canonical(self) -> CanonicalChunk:
-        drawn = self._change(Stage.SCENE, self._draws.gaussians(self.header), self.header)
-        origin, axis_bits, ordered = sort_canonical(drawn)
-        sections = write_canonical(ordered, origin)
-        first = self._draws.rng.choice(_FIRST_FRAMES)
-        frame = first if self.state is None else (self.state.scene.frame + 1) & COUNTER_LIMIT
-        chunk = CanonicalChunk(frame, drawn.count, origin, axis_bits, sections, 0)
+        gaussians = self._change(Stage.SCENE, self._draws.draw_gaussians(self.header), self.header)
+        origin, axis_bits, sorted_gaussians = sort_canonical(gaussians)
+        sections = write_canonical(sorted_gaussians, origin)
+        first_frame = self._draws.rng.choice(_FIRST_FRAMES)
+        frame = first_frame if self.state is None else (self.state.scene.frame + 1) & COUNTER_LIMIT
+        chunk = CanonicalChunk(frame, gaussians.count, origin, axis_bits, sections, 0)
         return self._change(Stage.CANONICAL, chunk)
 
-    def _draw_moved(self, state: State) -> FrameChunk:
+    def _draw_frame(self, state: State) -> FrameChunk:
         rng = self._draws.rng
         deaths = rng.choice((0, 0, 1, state.scene.count // 2, state.scene.count - 1))
-        started = begin_frame(state, min(deaths, state.scene.count - 1))
-        symbols = self._change(Stage.MOTION, self._draws.symbols(started), started)
-        previous = rng.random() < 0.5
-        contexts = motion_contexts(started, previous=previous)
-        motion = write_motion(contexts, symbols, started.motion_counts)
-        deaths = state.scene.count - started.scene.count
-        updates = EMPTY if self.header.updates else None
-        chunk = FrameChunk(started.scene.phase, previous, deaths, 0, motion, EMPTY, 0, updates)
+        frame_start = begin_frame(state, min(deaths, state.scene.count - 1))
+        symbols = self._change(Stage.MOTION, self._draws.draw_symbols(frame_start), frame_start)
+        uses_previous = rng.random() < 0.5
+        contexts = motion_contexts(frame_start, previous=uses_previous)
+        motion = write_motion(contexts, symbols, frame_start.motion_counts)
+        deaths = state.scene.count - frame_start.scene.count
+        updates = EMPTY_SECTION if self.header.updates else None
+        chunk = FrameChunk(
+            frame_start.scene.phase, uses_previous, deaths, 0, motion, EMPTY_SECTION, 0, updates
+        )
         if (
             rng.random() < 0.5
             or self._is_at_stage(Stage.BIRTHS)
             or self._is_at_stage(Stage.UPDATES)
         ):
-            chunk = self._add_changes(started, chunk)
+            chunk = self._add_changes(frame_start, chunk)
         return self._change(Stage.FRAME, chunk)
 
-    def _add_changes(self, started: State, chunk: FrameChunk) -> FrameChunk:
-        """Add updates and births to the chunk of a frame, if its motion is valid."""
+    def _add_changes(self, frame_start: State, chunk: FrameChunk) -> FrameChunk:
+        """Return a frame with updates and births added, if its motion is valid."""
         with suppress(BitstreamError):
-            moved = decode_motion(started, chunk.motion, previous=chunk.previous_contexts)
+            moved_frame = decode_motion(frame_start, chunk.motion, previous=chunk.previous_contexts)
             if self.header.updates:
-                section = self._write_updates(moved)
+                section = self._write_updates(moved_frame)
                 chunk = replace(chunk, updates=section)
-                moved = decode_updates(moved, section)
-            births = self._change(Stage.BIRTHS, self._draws.births(moved), moved)
-            with patch.object(gaussian_planes, "_DIFFERENCE_LIMIT", _ANY_STEP):
-                section = write_births(births, moved.birth_counts)
+                moved_frame = decode_updates(moved_frame, section)
+            births = self._change(Stage.BIRTHS, self._draws.draw_births(moved_frame), moved_frame)
+            with patch.object(gaussian_planes, "_DIFFERENCE_LIMIT", _MAX_STEP):
+                section = write_births(births, moved_frame.birth_counts)
             return replace(chunk, birth_count=births.parents.size, births=section)
         return chunk
 
-    def _write_updates(self, moved: State) -> Section:
-        updates = self._change(Stage.UPDATES, self._draws.updates(moved), moved)
+    def _write_updates(self, moved_frame: State) -> Section:
+        updates = self._change(Stage.UPDATES, self._draws.draw_updates(moved_frame), moved_frame)
         with patch.object(update_planes, "ROTATION_UNITY_LIMIT", CODE_LIMIT):
-            return write_updates(update_context(moved), updates, moved.update_counts)
+            return write_updates(update_context(moved_frame), updates, moved_frame.update_counts)
 
     def _try_record(self, record: Record) -> tuple[State | None, int]:
         """Return the state after a record, and its CRC; None and 0 if the record is rejected."""
@@ -199,26 +203,26 @@ class Builder:
             elif isinstance(record, FrameChunk) and self.state is not None:
                 # A frame of another stream can have updates where this stream allows none.
                 payload = wire.build_frame(record)
-                read = wire.parse_frame(payload, updates=self.header.updates)
-                state = decode_frame(self.state, read)
+                parsed = wire.parse_frame(payload, updates=self.header.updates)
+                state = decode_frame(self.state, parsed)
             else:
                 return None, 0
             return state, state_crc(state.scene)
         return None, 0
 
-    def _change(self, stage: Stage, value: _Value, *known: Any) -> _Value:  # noqa: ANN401
-        """Return a value as changed by the hostility of its stage, otherwise unchanged."""
-        if self._hostility is None or not self._is_at_stage(stage):
+    def _change(self, stage: Stage, value: _Value, *context: Any) -> _Value:  # noqa: ANN401
+        """Return a value, changed by the current fault if the fault applies at this stage."""
+        if self._fault is None or not self._is_at_stage(stage):
             return value
-        changed: _Value = self._hostility.change(self._draws, value, *known)
-        return changed
+        changed_value: _Value = self._fault.change(self._draws, value, *context)
+        return changed_value
 
     def _is_at_stage(self, stage: Stage) -> bool:
-        return self._hostility is not None and self._hostility.stage is stage
+        return self._fault is not None and self._fault.stage is stage
 
     @contextmanager
     def _with_stated_codes(self) -> Iterator[None]:
-        """Code a frame with a hostile writer of planes, if that is the hostility."""
+        """Code a frame with the `PlaneWriter` of the current fault, if the fault has one."""
         if not self._is_at_stage(Stage.WRITER):
             yield
             return

@@ -1,4 +1,4 @@
-"""Draws valid records: small scenes at any position, with any numbers that streams can have."""
+"""Draws valid records: small scenes at any position, with any values that streams can have."""
 
 import random
 from dataclasses import dataclass, replace
@@ -17,7 +17,7 @@ from quarc_ref.format.records import LOG_SCALES, SH_DC, Births, Gaussians, Strea
 from quarc_ref.format.updates import UPDATE_FIELDS, Updates
 
 _U16 = (1 << 16) - 1
-_FIELDS: dict[str, tuple[int, ...]] = {
+_HEADER_VALUES: dict[str, tuple[int, ...]] = {
     "level": (10, 10, 10, 20, 30, 31),
     "lattice_exponent": (0, 12, 24),
     "position_step": (1, 4, 4, 4096, _U16),
@@ -35,155 +35,162 @@ _FIELDS: dict[str, tuple[int, ...]] = {
     "updates": (False, True),
     "snapshots": (False, True),
 }
-_COUNTS = (1, 1, 2, 3, 5, 12, 12, 40, 40, 130)
-_BOX = 1 << 20
+_GAUSSIAN_COUNTS = (1, 1, 2, 3, 5, 12, 12, 40, 40, 130)
+_BOX_STEPS = 1 << 20
 
 
 @dataclass(slots=True)
 class Draws:
-    """Random values of one stream.
+    """Draws the random values of one stream.
 
     Attributes:
-        rng: Of single choices.
-        numbers: Of arrays.
+        rng: Source of single values.
+        array_rng: Source of arrays.
     """
 
     rng: random.Random
-    numbers: np.random.Generator
+    array_rng: np.random.Generator
 
     @classmethod
-    def seeded(cls, *seed: int) -> "Draws":
-        """Return the random values of a series and a number."""
+    def from_seed(cls, *seed: int) -> "Draws":
+        """Return draws that depend only on the seed, such as a series and a number."""
         rng = random.Random(repr(seed))
         return cls(rng, np.random.default_rng(rng.getrandbits(64)))
 
-    def header(self) -> StreamHeader:
+    def draw_header(self) -> StreamHeader:
         """Draw a header."""
-        fields = {name: self.rng.choice(values) for name, values in _FIELDS.items()}
+        fields = {name: self.rng.choice(values) for name, values in _HEADER_VALUES.items()}
         return StreamHeader(**fields)  # type: ignore[arg-type]
 
-    def gaussians(self, header: StreamHeader) -> Gaussians:
-        """Draw Gaussians of a canonical frame."""
-        count = self.rng.choice(_COUNTS)
+    def draw_gaussians(self, header: StreamHeader) -> Gaussians:
+        """Draw the Gaussians of a canonical frame."""
+        count = self.rng.choice(_GAUSSIAN_COUNTS)
         return Gaussians(
-            self._positions(header, count),
-            self._rotations(header, count),
-            self._codes(header, count),
+            self._draw_positions(header, count),
+            self._draw_rotations(header, count),
+            self._draw_codes(header, count),
         )
 
-    def symbols(self, started: State) -> list[Int64]:
-        """Draw symbols of the anchors of a frame start."""
-        most = self.rng.choice((0, 1, 3, 3, SYMBOL_LIMIT))
+    def draw_symbols(self, frame_start: State) -> list[Int64]:
+        """Draw the symbols of the anchors of a frame start, one array per level."""
+        limit = self.rng.choice((0, 1, 3, 3, SYMBOL_LIMIT))
         share = self.rng.choice((0.1, 0.5, 1.0))
         levels = []
-        for level in started.known_anchors.levels:
-            shape = (started.scene.header.symbol_planes, level.owners.size)
-            moving = self.numbers.random(shape[1]) < share
-            levels.append(self.numbers.integers(-most, most + 1, shape) * moving)
+        for level in frame_start.known_anchors.levels:
+            shape = (frame_start.scene.header.symbol_planes, level.owners.size)
+            is_moving = self.array_rng.random(shape[1]) < share
+            levels.append(self.array_rng.integers(-limit, limit + 1, shape) * is_moving)
             levels[-1][:3] = np.clip(levels[-1][:3], -3, 3)
         return levels
 
-    def updates(self, moved: State) -> Updates:
+    def draw_updates(self, moved_frame: State) -> Updates:
         """Draw updates of a moved frame."""
-        count = moved.scene.count
-        chosen = np.flatnonzero(self.numbers.random(count) < self.rng.choice((0, 0.1, 0.5, 1)))
-        dies = self.numbers.random(chosen.size) < self.rng.choice((0, 0, 0.3))
+        count = moved_frame.scene.count
+        indices = np.flatnonzero(self.array_rng.random(count) < self.rng.choice((0, 0.1, 0.5, 1)))
+        dies = self.array_rng.random(indices.size) < self.rng.choice((0, 0, 0.3))
         if dies.sum() == count:
             dies[0] = False
-        most = self.rng.choice((0, 1, 3, 40))
-        residuals = self.numbers.integers(-most, most + 1, (RESIDUAL_ROWS, chosen.size)) * ~dies
+        limit = self.rng.choice((0, 1, 3, 40))
+        residuals = (
+            self.array_rng.integers(-limit, limit + 1, (RESIDUAL_ROWS, indices.size)) * ~dies
+        )
         for rows in UPDATE_FIELDS.values():
             residuals[rows] *= self.rng.random() < 0.6
-        return Updates(chosen, dies, residuals)
+        return Updates(indices, dies, residuals)
 
-    def changed(self, header: StreamHeader, canonical: Gaussians) -> tuple[Gaussians, Int64]:
-        """Draw a snapshot: changed Gaussians of a canonical frame, and others.
+    def draw_snapshot(self, header: StreamHeader, canonical: Gaussians) -> tuple[Gaussians, Int64]:
+        """Draw a snapshot: some Gaussians of a canonical frame with changes, and new Gaussians.
 
         Returns:
-            The Gaussians, and `[N]` the index of each in the canonical frame, or -1 for new ones.
+            The Gaussians, and `[N]` their indices in the canonical frame; -1 for new Gaussians.
         """
         share = self.rng.choice((0, 0.5, 1, 1))
-        left = np.flatnonzero(self.numbers.random(canonical.count) < share)
-        most = self.rng.choice((0, 1, 3))
-        kept = Gaussians(
-            canonical.positions[:, left] + self._draw_small(most, 3, left.size),
-            canonical.rotations[:, left],
-            canonical.codes[:, left],
+        survivors = np.flatnonzero(self.array_rng.random(canonical.count) < share)
+        limit = self.rng.choice((0, 1, 3))
+        changed_gaussians = Gaussians(
+            canonical.positions[:, survivors] + self._draw_small(limit, 3, survivors.size),
+            canonical.rotations[:, survivors],
+            canonical.codes[:, survivors],
         )
-        kept.codes[: SH_DC.stop] += self._draw_small(most, SH_DC.stop, left.size)
-        if left.size and self.rng.random() < 0.5:
-            return kept, left
-        new = self.gaussians(header)
-        near = canonical.positions[:, :1] - new.positions[:, :1]  # for a box that contains them all
+        changed_gaussians.codes[: SH_DC.stop] += self._draw_small(limit, SH_DC.stop, survivors.size)
+        if survivors.size and self.rng.random() < 0.5:
+            return changed_gaussians, survivors
+        newborn = self.draw_gaussians(header)
+        offset = (
+            canonical.positions[:, :1] - newborn.positions[:, :1]
+        )  # keeps the box of all positions small
         rows = [
             np.hstack(pair)
             for pair in (
-                (kept.positions, new.positions + near),
-                (kept.rotations, new.rotations),
-                (kept.codes, new.codes),
+                (changed_gaussians.positions, newborn.positions + offset),
+                (changed_gaussians.rotations, newborn.rotations),
+                (changed_gaussians.codes, newborn.codes),
             )
         ]
-        return Gaussians(*rows), np.append(left, np.full(new.count, -1))
+        return Gaussians(*rows), np.append(survivors, np.full(newborn.count, -1))
 
-    def _draw_small(self, most: int, rows: int, columns: int) -> Int64:
-        moves = self.numbers.random(columns) < 0.5
-        return self.numbers.integers(-most, most + 1, (rows, columns)) * moves
+    def _draw_small(self, limit: int, rows: int, columns: int) -> Int64:
+        is_moving = self.array_rng.random(columns) < 0.5
+        return self.array_rng.integers(-limit, limit + 1, (rows, columns)) * is_moving
 
-    def births(self, moved: State) -> Births:
+    def draw_births(self, moved_frame: State) -> Births:
         """Draw births of a frame."""
-        header, count = moved.scene.header, self.rng.choice((1, 2, 7, 30))
-        parents = np.sort(self.numbers.integers(0, moved.scene.count, count))
-        most = self.rng.choice((0, 1, 20))
+        header, count = moved_frame.scene.header, self.rng.choice((1, 2, 7, 30))
+        parents = np.sort(self.array_rng.integers(0, moved_frame.scene.count, count))
+        limit = self.rng.choice((0, 1, 20))
         return Births(
             parents,
             Gaussians(
-                self.numbers.integers(-most, most + 1, (3, count)),
-                self._rotations(header, count),
-                self._codes(header, count),
+                self.array_rng.integers(-limit, limit + 1, (3, count)),
+                self._draw_rotations(header, count),
+                self._draw_codes(header, count),
             ),
         )
 
-    def _positions(self, header: StreamHeader, count: int) -> Int64:
-        most = POSITION_LIMIT // header.position_step
-        reach = min(self.rng.choice((0, 3, 400, _BOX // 2 - 1)), most)
-        center = self.rng.choice((0, 0, 0, most - reach, reach - most))
-        return center + self.numbers.integers(-reach, reach + 1, (3, count))
+    def _draw_positions(self, header: StreamHeader, count: int) -> Int64:
+        limit = POSITION_LIMIT // header.position_step
+        extent = min(self.rng.choice((0, 3, 400, _BOX_STEPS // 2 - 1)), limit)
+        center = self.rng.choice((0, 0, 0, limit - extent, extent - limit))
+        return center + self.array_rng.integers(-extent, extent + 1, (3, count))
 
-    def _rotations(self, header: StreamHeader, count: int) -> Int64:
-        """Draw quaternion components: at most half of 1, or one of 1 and zeros."""
-        one = 1 << header.rotation_bits
-        components = self.numbers.integers(-(one // 2), one // 2 + 1, (3, count))
+    def _draw_rotations(self, header: StreamHeader, count: int) -> Int64:
+        """Draw coded rotations: components up to magnitude 1/2, or one component of magnitude 1."""
+        unit = 1 << header.rotation_bits
+        components = self.array_rng.integers(-(unit // 2), unit // 2 + 1, (3, count))
         if self.rng.random() < 0.2:
-            alone = self.numbers.integers(0, 3, count)
+            axes = self.array_rng.integers(0, 3, count)
             components[:] = 0
-            components[alone, np.arange(count)] = self.numbers.choice([-one, one], count)
-        return np.concatenate([self.numbers.integers(0, 4, (1, count)), components])
+            components[axes, np.arange(count)] = self.array_rng.choice([-unit, unit], count)
+        return np.concatenate([self.array_rng.integers(0, 4, (1, count)), components])
 
-    def _codes(self, header: StreamHeader, count: int) -> Int64:
-        """Draw codes that are in range, as are their coded differences."""
-        most = self.rng.choice((0, 3, 60, 60, CODE_LIMIT))
-        codes = self.numbers.integers(-most, most + 1, (header.code_planes, count))
-        for first, other in ((SH_DC.start + 1, SH_DC.start), (SH_DC.start + 1, SH_DC.stop - 1)):
-            codes[other] = _wrap_within(codes[other], codes[first])
+    def _draw_codes(self, header: StreamHeader, count: int) -> Int64:
+        """Draw codes; the codes and their coded differences are in range."""
+        limit = self.rng.choice((0, 3, 60, 60, CODE_LIMIT))
+        codes = self.array_rng.integers(-limit, limit + 1, (header.code_planes, count))
+        for reference_row, row_to_wrap in (
+            (SH_DC.start + 1, SH_DC.start),
+            (SH_DC.start + 1, SH_DC.stop - 1),
+        ):
+            codes[row_to_wrap] = _wrap_within(codes[row_to_wrap], codes[reference_row])
         for row in range(LOG_SCALES.start + 1, LOG_SCALES.stop):
             codes[row] = _wrap_within(codes[row], codes[row - 1])
         return codes
 
 
-def with_columns(gaussians: Gaussians, which: int, **columns: list[int]) -> Gaussians:
-    """Return Gaussians, one of which has other numbers from the first row on.
+def replace_columns(gaussians: Gaussians, index: int, **columns: list[int]) -> Gaussians:
+    """Return Gaussians with changed attributes of one Gaussian.
 
     Args:
         gaussians: The Gaussians.
-        which: Index of this Gaussian.
-        columns: Its numbers by attribute.
+        index: Index of the changed Gaussian.
+        columns: New values of the first rows of each attribute.
     """
-    changed = {}
+    changed_columns = {}
     for name, numbers in columns.items():
-        changed[name] = getattr(gaussians, name).copy()
-        changed[name][: len(numbers), which] = numbers
-    return replace(gaussians, **changed)
+        changed_columns[name] = getattr(gaussians, name).copy()
+        changed_columns[name][: len(numbers), index] = numbers
+    return replace(gaussians, **changed_columns)
 
 
-def _wrap_within(row: Int64, of: Int64) -> Int64:
-    return np.clip(row, of - CODE_LIMIT, of + CODE_LIMIT)
+def _wrap_within(row: Int64, reference: Int64) -> Int64:
+    return np.clip(row, reference - CODE_LIMIT, reference + CODE_LIMIT)

@@ -1,4 +1,4 @@
-"""Generates streams with one or two faults, always the same for a number."""
+"""Generates streams with one or two faults; a series and a number determine a stream."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,7 +7,7 @@ from typing import Any
 from hostile.mutations import Mutant
 from hostile.structured.builder import Builder
 from hostile.structured.draws import Draws
-from hostile.structured.hostility import Hostility, Stage
+from hostile.structured.fault import Fault, Stage
 from hostile.structured.pieces import assemble
 from hostile.structured.records import list_hostile_records
 from hostile.structured.streams import list_hostile_streams
@@ -15,24 +15,26 @@ from hostile.structured.values import HOSTILE_VALUES
 from quarc_ref.decoder.engine import REFERENCE
 from quarc_ref.decoder.engines import use_engine
 
-_WHOLE = (Stage.STREAM, Stage.BYTES)
-_DONORS = 24
+_STREAM_STAGES = (Stage.STREAM, Stage.BYTES)
+_DONOR_COUNT = 24
 
 
 class StructuredMaker:
     """Generates streams by series and number.
 
-    The numbers cycle through all hostilities; occasionally, a second one is drawn.
+    The numbers cycle through all faults. A fifth of the streams have a second, random fault.
 
     Args:
-        series: Series of streams.
+        series: Number of the series of streams.
     """
 
     def __init__(self, series: int) -> None:
         self._series = series
         with use_engine(REFERENCE):
-            self._donors = [_build(Draws.seeded(number), ()) for number in range(_DONORS)]
-        self.hostilities: Sequence[Hostility | None] = (
+            self._donors = [
+                _build_stream(Draws.from_seed(number), ()) for number in range(_DONOR_COUNT)
+            ]
+        self.faults: Sequence[Fault | None] = (
             None,  # for numbers without a fault
             *HOSTILE_VALUES,
             *list_hostile_records([record for donor in self._donors for record in donor.records]),
@@ -40,43 +42,43 @@ class StructuredMaker:
         )
 
     def make(self, number: int) -> Mutant:
-        """Return a stream of the series."""
-        draws = Draws.seeded(self._series, number)
-        first = self.hostilities[number % len(self.hostilities)]
-        second = draws.rng.choice(self.hostilities) if draws.rng.random() < 0.2 else None
-        chosen = tuple(hostility for hostility in (first, second) if hostility is not None)
+        """Return the stream of a number in the series."""
+        draws = Draws.from_seed(self._series, number)
+        first = self.faults[number % len(self.faults)]
+        second = draws.rng.choice(self.faults) if draws.rng.random() < 0.2 else None
+        faults = tuple(fault for fault in (first, second) if fault is not None)
         donor = draws.rng.choice(self._donors) if draws.rng.random() < 0.5 else None
         with use_engine(REFERENCE):
-            built = _build(draws, chosen, donor)
-        pieces = _apply(Stage.STREAM, chosen, draws, built.pieces)
-        data = _apply(Stage.BYTES, chosen, draws, assemble(pieces))
-        return Mutant(data, tuple(hostility.name for hostility in chosen), forged=False)
+            builder = _build_stream(draws, faults, donor)
+        pieces = _apply_faults(Stage.STREAM, faults, draws, builder.pieces)
+        data = _apply_faults(Stage.BYTES, faults, draws, assemble(pieces))
+        return Mutant(data, tuple(fault.name for fault in faults), has_forged_crcs=False)
 
 
-def _build(draws: Draws, chosen: Sequence[Hostility], like: Builder | None = None) -> Builder:
-    """Return a stream of a few frames, some of which are hostile.
+def _build_stream(draws: Draws, faults: Sequence[Fault], model: Builder | None = None) -> Builder:
+    """Return the builder of a stream of a few frames, with faults.
 
     Args:
         draws: Source of random values.
-        chosen: What is wrong.
-        like: A stream with the header to use.
+        faults: Faults of the stream.
+        model: Builder whose header the stream gets; a random header if None.
     """
-    header = draws.header() if like is None else like.header
-    for hostility in chosen:
-        header = replace(header, **hostility.header)
+    header = draws.draw_header() if model is None else model.header
+    for fault in faults:
+        header = replace(header, **fault.header)
     builder = Builder(draws, header)
     for _ in range(draws.rng.choice((1, 2, 3, 5))):
         builder.add_valid_frame()
-    for hostility in (each for each in chosen if each.stage not in _WHOLE):
-        builder.add_hostile_frame(hostility)
+    for fault in (fault for fault in faults if fault.stage not in _STREAM_STAGES):
+        builder.add_hostile_frame(fault)
     for _ in range(draws.rng.choice((0, 0, 2))):
         builder.add_valid_frame()
-    builder.end(index=draws.rng.random() < 0.7)
+    builder.finish(index=draws.rng.random() < 0.7)
     return builder
 
 
-def _apply(stage: Stage, chosen: Sequence[Hostility], draws: Draws, value: Any) -> Any:  # noqa: ANN401
-    for hostility in chosen:
-        if hostility.stage is stage:
-            value = hostility.change(draws, value)
+def _apply_faults(stage: Stage, faults: Sequence[Fault], draws: Draws, value: Any) -> Any:  # noqa: ANN401
+    for fault in faults:
+        if fault.stage is stage:
+            value = fault.change(draws, value)
     return value

@@ -1,4 +1,4 @@
-"""Assembles chunks, which may be wrong in one respect, to a stream with index and totals."""
+"""Assembles chunks, which can have faults, into a stream with INDX and TAIL."""
 
 import struct
 import zlib
@@ -16,10 +16,10 @@ class Piece:
     """A chunk to assemble.
 
     Attributes:
-        kind: Its type.
-        payload: Its payload; None for INDX and TAIL, which are generated.
-        sequence: Stated number; None for the correct one.
-        length: Stated length; None for that of the payload.
+        kind: Type of the chunk.
+        payload: Payload of the chunk; None for INDX and TAIL, whose payloads are generated.
+        sequence: Sequence number to write; None for the correct number.
+        length: Length to write; None for the length of the payload.
         sync: Sync word.
         flipped_byte: Index of a byte in which a bit is flipped after the CRCs are computed.
     """
@@ -32,7 +32,7 @@ class Piece:
     flipped_byte: int | None = None
 
     def pack(self, number: int, payload: bytes) -> bytes:
-        """Return the chunk as written at an offset of the stream."""
+        """Return the bytes of the chunk, given its number in the stream."""
         sequence = number if self.sequence is None else self.sequence
         length = len(payload) if self.length is None else self.length
         header = self.sync + self.kind + struct.pack("<II", sequence, length)
@@ -44,7 +44,7 @@ class Piece:
 
 
 def assemble(pieces: Sequence[Piece]) -> bytes:
-    """Return the stream of pieces."""
+    """Return the stream that consists of the pieces."""
     points: list[SeekPoint] = []
     data, frames, index_offset = MAGIC, 0, 0
     for number, piece in enumerate(pieces):

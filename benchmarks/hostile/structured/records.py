@@ -1,4 +1,4 @@
-"""Records with wrong counts, and sections taken from elsewhere."""
+"""Faults of records: wrong counts, changed sections, and sections of other frames."""
 
 import random
 from collections.abc import Callable, Sequence
@@ -9,23 +9,23 @@ import numpy as np
 
 from hostile.mutations import damage_bytes
 from hostile.structured.draws import Draws
-from hostile.structured.hostility import Hostility, Stage
+from hostile.structured.fault import Fault, Stage
 from quarc_ref.format.arrays import UInt32
 from quarc_ref.format.constants import POSITION_LIMIT
 from quarc_ref.format.records import CanonicalChunk, FrameChunk, Section, SnapshotChunk
 
 Record = CanonicalChunk | SnapshotChunk | FrameChunk
-_MAXIMUM = (1 << 32) - 1
+_MAX_U32 = (1 << 32) - 1
 _ORIGINS = (0, POSITION_LIMIT, -POSITION_LIMIT - 1, 1 << 30, (1 << 31) - 1, -(1 << 31))
 
 
 def _set_field(name: str, *values: int) -> Callable[[Draws, Record], Record]:
-    """Return a function that writes one of these numbers, or a similar one, into a field."""
+    """Return a function that sets a field to one of the values, or close to its old value."""
 
     def change(draws: Draws, record: Record) -> Record:
-        now = getattr(record, name)
-        near = (max(0, now - 1), now + 1, 2 * now)
-        return replace(record, **{name: draws.rng.choice((*values, *near)) & _MAXIMUM})
+        current = getattr(record, name)
+        neighbors = (max(0, current - 1), current + 1, 2 * current)
+        return replace(record, **{name: draws.rng.choice((*values, *neighbors)) & _MAX_U32})
 
     return change
 
@@ -46,17 +46,17 @@ def _toggle_contexts(_draws: Draws, chunk: FrameChunk) -> FrameChunk:
 
 
 def _append_zero_word(_rng: random.Random, words: UInt32) -> UInt32:
-    return np.append(words, _ZERO)
+    return np.append(words, _ZERO_WORD)
 
 
 def _prepend_word(rng: random.Random, words: UInt32) -> UInt32:
-    before = [rng.choice((0, 1, rng.getrandbits(32))) for _ in range(rng.choice((1, 1, 5)))]
-    return np.concatenate([np.array(before, dtype=np.uint32), words])
+    first_words = [rng.choice((0, 1, rng.getrandbits(32))) for _ in range(rng.choice((1, 1, 5)))]
+    return np.concatenate([np.array(first_words, dtype=np.uint32), words])
 
 
 def _drop_word(rng: random.Random, words: UInt32) -> UInt32:
-    lost = rng.randrange(words.size + 1)
-    return np.delete(words, slice(lost, lost + 1))
+    index = rng.randrange(words.size + 1)
+    return np.delete(words, slice(index, index + 1))
 
 
 def _flip_word_bit(rng: random.Random, words: UInt32) -> UInt32:
@@ -68,54 +68,58 @@ def _flip_word_bit(rng: random.Random, words: UInt32) -> UInt32:
 
 def _draw_words(rng: random.Random, _words: UInt32) -> UInt32:
     count = rng.choice((0, 1, 2, 8, 60))
-    fill = rng.choice((None, None, _MAXIMUM))
-    drawn = [rng.getrandbits(32) if fill is None else fill for _ in range(count)]
-    return np.array(drawn, dtype=np.uint32)
+    fill = rng.choice((None, None, _MAX_U32))
+    words = [rng.getrandbits(32) if fill is None else fill for _ in range(count)]
+    return np.array(words, dtype=np.uint32)
 
 
 def _change_section(
     change: Callable[[random.Random, UInt32], UInt32],
 ) -> Callable[[Draws, Record], Record]:
-    """Return a function that changes the words of a section."""
+    """Return a function that changes the words of a random section."""
 
     def change_section(draws: Draws, record: Record) -> Record:
-        sections = _sections(record)
-        which = draws.rng.randrange(len(sections))
-        sections[which] = Section(change(draws.rng, sections[which].words))
-        return _with_sections(record, sections)
+        sections = _list_sections(record)
+        index = draws.rng.randrange(len(sections))
+        sections[index] = Section(change(draws.rng, sections[index].words))
+        return _replace_sections(record, sections)
 
     return change_section
 
 
 def _swap_sections(draws: Draws, record: Record) -> Record:
-    sections = _sections(record)
+    sections = _list_sections(record)
     draws.rng.shuffle(sections)
-    return _with_sections(record, sections)
+    return _replace_sections(record, sections)
 
 
 def _splice(donors: Sequence[Record]) -> Callable[[Draws, Record], Record]:
-    """Return a function that takes sections from a frame of the same kind in another stream."""
+    """Return a function that copies sections from a frame of the same type in another stream."""
 
     def splice(draws: Draws, record: Record) -> Record:
-        sections = _sections(record)
-        same_type_donors = [_sections(donor) for donor in donors if type(donor) is type(record)]
-        others = draws.rng.choice([each for each in same_type_donors if len(each) == len(sections)])
-        for which in draws.rng.sample(range(len(sections)), draws.rng.choice((1, 1, 2))):
-            sections[which] = others[which]
-        return _with_sections(record, sections)
+        sections = _list_sections(record)
+        same_type_donors = [
+            _list_sections(donor) for donor in donors if type(donor) is type(record)
+        ]
+        donor_sections = draws.rng.choice(
+            [candidate for candidate in same_type_donors if len(candidate) == len(sections)]
+        )
+        for index in draws.rng.sample(range(len(sections)), draws.rng.choice((1, 1, 2))):
+            sections[index] = donor_sections[index]
+        return _replace_sections(record, sections)
 
     return splice
 
 
 def _replace(donors: Sequence[Record]) -> Callable[[Draws, Record], Record]:
-    """Return a function that replaces a frame by one of another stream."""
+    """Return a function that replaces a frame by a frame of another stream."""
 
-    def take(draws: Draws, record: Record) -> Record:
+    def replace_frame(draws: Draws, record: Record) -> Record:
         donor = draws.rng.choice([donor for donor in donors if type(donor) is type(record)])
-        number = "phase" if isinstance(record, FrameChunk) else "frame"
-        return replace(donor, **{number: getattr(record, number)})
+        ordinal_field = "phase" if isinstance(record, FrameChunk) else "frame"
+        return replace(donor, **{ordinal_field: getattr(record, ordinal_field)})
 
-    return take
+    return replace_frame
 
 
 def _change_state_crc(draws: Draws, payload: bytes) -> bytes:
@@ -124,29 +128,29 @@ def _change_state_crc(draws: Draws, payload: bytes) -> bytes:
 
 
 def _resize(draws: Draws, payload: bytes) -> bytes:
-    more = draws.rng.randbytes(draws.rng.choice((1, 4)))
-    return draws.rng.choice((payload[:-1], payload[:4], b"", payload + more))
+    extra = draws.rng.randbytes(draws.rng.choice((1, 4)))
+    return draws.rng.choice((payload[:-1], payload[:4], b"", payload + extra))
 
 
 def _set_word_count(draws: Draws, payload: bytes) -> bytes:
-    """State more words in the first section than it has, or other flags."""
+    """Write a wrong number of words of the first section, or a wrong flag."""
     rng = draws.rng
-    at, size = rng.choice(((21, 4), (13, 4), (20, 1), (4, 1)))
-    number = rng.choice((2, 21, 255, 1 << 20, 1 << 30, _MAXIMUM)) % (1 << 8 * size)
-    return payload[:at] + number.to_bytes(size, "little") + payload[at + size :]
+    offset, size = rng.choice(((21, 4), (13, 4), (20, 1), (4, 1)))
+    number = rng.choice((2, 21, 255, 1 << 20, 1 << 30, _MAX_U32)) % (1 << 8 * size)
+    return payload[:offset] + number.to_bytes(size, "little") + payload[offset + size :]
 
 
 def _damage(draws: Draws, payload: bytes) -> bytes:
     return damage_bytes(draws.rng, payload, payload)[0]
 
 
-def list_hostile_records(donors: Sequence[Record]) -> list[Hostility]:
+def list_hostile_records(donors: Sequence[Record]) -> list[Fault]:
     """Return the possible faults of records.
 
     Args:
-        donors: Records of other streams, some of every kind.
+        donors: Records of other streams, with all types of records.
     """
-    both: dict[str, Callable[[Draws, Any], Any]] = {
+    record_changes: dict[str, Callable[[Draws, Any], Any]] = {
         "a word of 0 at the end": _change_section(_append_zero_word),
         "words before the first": _change_section(_prepend_word),
         "a word lost": _change_section(_drop_word),
@@ -156,47 +160,56 @@ def list_hostile_records(donors: Sequence[Record]) -> list[Hostility]:
         "sections of another stream": _splice(donors),
         "a frame of another stream": _replace(donors),
     }
-    canonical: dict[str, Callable[[Draws, Any], Any]] = {
-        "gaussian_count": _set_field("gaussian_count", 0, 65537, _MAXIMUM),
-        "ordinal": _set_field("frame", 0, _MAXIMUM),
+    canonical_changes: dict[str, Callable[[Draws, Any], Any]] = {
+        "gaussian_count": _set_field("gaussian_count", 0, 65537, _MAX_U32),
+        "ordinal": _set_field("frame", 0, _MAX_U32),
         "origin": _move_origin,
         "axis_bits": _narrow_box,
     }
-    moved: dict[str, Callable[[Draws, Any], Any]] = {
-        "phase": _set_field("phase", 0, _MAXIMUM),
+    frame_changes: dict[str, Callable[[Draws, Any], Any]] = {
+        "phase": _set_field("phase", 0, _MAX_U32),
         "previous_contexts": _toggle_contexts,
-        "death_count": _set_field("death_count", 1, 1 << 16, _MAXIMUM),
-        "birth_count": _set_field("birth_count", 1, 4097, 1 << 17, _MAXIMUM),
+        "death_count": _set_field("death_count", 1, 1 << 16, _MAX_U32),
+        "birth_count": _set_field("birth_count", 1, 4097, 1 << 17, _MAX_U32),
     }
-    snapshot: dict[str, Callable[[Draws, Any], Any]] = {
-        "newborn_count": _set_field("newborn_count", 0, 65537, _MAXIMUM),
-        "ordinal": _set_field("frame", 0, _MAXIMUM),
-        "the ordinal of its CANO": _set_field("canonical", 0, _MAXIMUM),
+    snapshot_changes: dict[str, Callable[[Draws, Any], Any]] = {
+        "newborn_count": _set_field("newborn_count", 0, 65537, _MAX_U32),
+        "ordinal": _set_field("frame", 0, _MAX_U32),
+        "the ordinal of its CANO": _set_field("canonical", 0, _MAX_U32),
         "origin": _move_origin,
         "axis_bits": _narrow_box,
     }
-    payload: dict[str, Callable[[Draws, Any], Any]] = {
+    payload_changes: dict[str, Callable[[Draws, Any], Any]] = {
         "the CRC of a state": _change_state_crc,
         "the size of a payload": _resize,
         "a number of words or a flag": _set_word_count,
     }
     return [
-        *(Hostility(f"canonical: {name}", Stage.CANONICAL, both[name]) for name in both),
-        *(Hostility(f"moved: {name}", Stage.FRAME, both[name]) for name in both),
-        *(Hostility(f"snapshot: {name}", Stage.SNAPSHOT, both[name], _SNAPSHOTS) for name in both),
         *(
-            Hostility(f"snapshot: {name}", Stage.SNAPSHOT, snapshot[name], _SNAPSHOTS)
-            for name in snapshot
+            Fault(f"canonical: {name}", Stage.CANONICAL, record_changes[name])
+            for name in record_changes
         ),
-        *(Hostility(f"canonical: {name}", Stage.CANONICAL, canonical[name]) for name in canonical),
-        *(Hostility(f"moved: {name}", Stage.FRAME, moved[name]) for name in moved),
-        *(Hostility(name, Stage.PAYLOAD, payload[name]) for name in payload),
-        # At other levels, damage can request a million Gaussians, which takes long.
-        Hostility("bytes of a payload", Stage.PAYLOAD, _damage, {"level": 10}),
+        *(Fault(f"moved: {name}", Stage.FRAME, record_changes[name]) for name in record_changes),
+        *(
+            Fault(f"snapshot: {name}", Stage.SNAPSHOT, record_changes[name], _SNAPSHOT_HEADER)
+            for name in record_changes
+        ),
+        *(
+            Fault(f"snapshot: {name}", Stage.SNAPSHOT, snapshot_changes[name], _SNAPSHOT_HEADER)
+            for name in snapshot_changes
+        ),
+        *(
+            Fault(f"canonical: {name}", Stage.CANONICAL, canonical_changes[name])
+            for name in canonical_changes
+        ),
+        *(Fault(f"moved: {name}", Stage.FRAME, frame_changes[name]) for name in frame_changes),
+        *(Fault(name, Stage.PAYLOAD, payload_changes[name]) for name in payload_changes),
+        # At higher levels, a damaged count can request a million Gaussians, which takes long.
+        Fault("bytes of a payload", Stage.PAYLOAD, _damage, {"level": 10}),
     ]
 
 
-def _sections(record: Record) -> list[Section]:
+def _list_sections(record: Record) -> list[Section]:
     if isinstance(record, CanonicalChunk):
         return list(record.sections)
     if isinstance(record, SnapshotChunk):
@@ -205,7 +218,7 @@ def _sections(record: Record) -> list[Section]:
     return [record.motion, record.births, *updates]
 
 
-def _with_sections(record: Record, sections: Sequence[Section]) -> Record:
+def _replace_sections(record: Record, sections: Sequence[Section]) -> Record:
     if isinstance(record, CanonicalChunk):
         return replace(record, sections=tuple(sections))
     if isinstance(record, SnapshotChunk):
@@ -214,5 +227,5 @@ def _with_sections(record: Record, sections: Sequence[Section]) -> Record:
     return replace(record, motion=motion, births=births, updates=updates[0] if updates else None)
 
 
-_SNAPSHOTS = {"snapshots": True}
-_ZERO = np.uint32(0)
+_SNAPSHOT_HEADER = {"snapshots": True}
+_ZERO_WORD = np.uint32(0)

@@ -1,4 +1,4 @@
-"""Writes planes with stated probabilities where no encoder would, and with undefined codes."""
+"""Writes planes with random stated probabilities, including undefined codes."""
 
 import random
 
@@ -20,7 +20,7 @@ class StatingWriter:
     Args:
         counts: Initial counts of the contexts; not modified.
         rng: Source of random values.
-        codes: Range of the codes; those from PROBABILITY_CODES on are undefined.
+        codes: Range of the codes; codes from PROBABILITY_CODES on are undefined.
     """
 
     def __init__(self, counts: ContextCounts, rng: random.Random, codes: range) -> None:
@@ -32,19 +32,24 @@ class StatingWriter:
         """See `Planes.code`."""
         if contexts.size == 0:
             return bits
-        used = np.unique(contexts)
-        parts = [bits[contexts == context] for context in used]
-        codes = [self._draw() for _ in used]
-        weights = self._counts.weights(model, used).tolist()
-        stated = [code is not None for code in codes]
-        said = [code >> place & 1 for code in codes if code is not None for place in _PLACES]
-        self._runs.append((np.array(stated), STATED_WEIGHT))
-        self._runs.append((np.array(said, dtype=np.bool_), _EVEN))
-        for part, code, weight in zip(parts, codes, weights, strict=True):
-            self._runs.append((part, weight if code is None else _weight_of(code)))
-        ones = np.array([np.count_nonzero(part) for part in parts])
-        lengths = np.array([part.size for part in parts])
-        self._counts.add_bits(model, used, lengths - ones, ones)
+        distinct_contexts = np.unique(contexts)
+        bits_by_context = [bits[contexts == context] for context in distinct_contexts]
+        codes = [self._draw_code() for _ in distinct_contexts]
+        weights = self._counts.weights(model, distinct_contexts).tolist()
+        is_stated = [code is not None for code in codes]
+        code_bits = [
+            code >> bit_number & 1
+            for code in codes
+            if code is not None
+            for bit_number in _BIT_ORDER
+        ]
+        self._runs.append((np.array(is_stated), STATED_WEIGHT))
+        self._runs.append((np.array(code_bits, dtype=np.bool_), _EVEN))
+        for context_bits, code, weight in zip(bits_by_context, codes, weights, strict=True):
+            self._runs.append((context_bits, weight if code is None else _find_weight(code)))
+        ones = np.array([np.count_nonzero(context_bits) for context_bits in bits_by_context])
+        lengths = np.array([context_bits.size for context_bits in bits_by_context])
+        self._counts.add_bits(model, distinct_contexts, lengths - ones, ones)
         return bits
 
     def code_raw(self, bits: Bits) -> Bits:
@@ -53,16 +58,16 @@ class StatingWriter:
         return bits
 
     def section(self) -> Section:
-        """Return the written words."""
+        """Return the section with the written words."""
         return Section(encode_bits(self._runs))
 
-    def _draw(self) -> int | None:
+    def _draw_code(self) -> int | None:
         return None if self._rng.random() < 0.5 else self._rng.choice(self._codes)
 
 
-def _weight_of(code: int) -> int:
-    """Return the weight of a code; one half for undefined codes, which no decoder uses."""
+def _find_weight(code: int) -> int:
+    """Return the weight of a 1 for a code; one half for undefined codes, which decoders reject."""
     return weight_of_code(code) if code < PROBABILITY_CODES else _EVEN
 
 
-_PLACES = tuple(reversed(range(CODE_BITS)))
+_BIT_ORDER = tuple(reversed(range(CODE_BITS)))

@@ -1,4 +1,4 @@
-"""Faults of the container: HEAD, order and headers of chunks, the end, and single bytes."""
+"""Faults of the container: in HEAD, chunk headers, the order of chunks, INDX, TAIL, and bytes."""
 
 import math
 import struct
@@ -8,24 +8,24 @@ from typing import Any
 
 from hostile.mutations import damage_bytes
 from hostile.structured.draws import Draws
-from hostile.structured.hostility import Hostility, Stage
+from hostile.structured.fault import Fault, Stage
 from hostile.structured.pieces import Piece
 from quarc_ref.format import container, wire
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.constants import CHUNK_HEADER_BYTES, MAGIC
 from quarc_ref.format.records import SeekPoint, Tail
 
-_MAXIMUM = (1 << 32) - 1
-_INTEGERS = (0, 1, 2, 7, 15, 25, 31, 32, 255, 257, (1 << 16) - 1, _MAXIMUM)
+_MAX_U32 = (1 << 32) - 1
+_INTEGERS = (0, 1, 2, 7, 15, 25, 31, 32, 255, 257, (1 << 16) - 1, _MAX_U32)
 _FLOATS = (0.0, -1.0, 1e-45, 1024.5, 3e38, math.inf, math.nan)
-_HEAD_FIELDS = "BBIIBIIBHHHBBffffBBHHHHQBBfB"
+_HEAD_FORMATS = "BBIIBIIBHHHBBffffBBHHHHQBBfB"
 _CRITICAL = (b"SNAP", b"SnAP")
 _ANCILLARY = (b"snap", b"nOte", b"fram")
 _BAD_TYPES = (b"FR4M", b"FRam", b"\x00\xff  ", b"frAM", b"FRA\n")
-_KINDS = (*_CRITICAL, *_ANCILLARY, *_BAD_TYPES, *container.KNOWN_TYPES)
+_CHUNK_TYPES = (*_CRITICAL, *_ANCILLARY, *_BAD_TYPES, *container.KNOWN_TYPES)
 Pieces = list[Piece]
 _CAMERA = Camera("c", 64, 48, 5.0, 5.0, 32.0, 24.0, (1.0,) * 9, (0.0,) * 3, 0.5, held_out=False)
-_LARGE = (
+_ANCILLARY_PAYLOADS = (
     (container.CAME, wire.build_cameras((_CAMERA, _CAMERA))),
     (container.META, wire.build_metadata({"capture": "drawn", "": ""})),
 )
@@ -33,18 +33,21 @@ _LARGE = (
 
 def _change_head(draws: Draws, pieces: Pieces) -> Pieces:
     """Write another number into a field of HEAD."""
-    head, which = pieces[0].payload or b"", draws.rng.randrange(len(_HEAD_FIELDS))
-    form = f"<{_HEAD_FIELDS[which]}"
-    at, size = struct.calcsize(f"<{_HEAD_FIELDS[:which]}"), struct.calcsize(form)
-    if form == "<f":
-        field = struct.pack(form, draws.rng.choice(_FLOATS))
+    head, field_number = pieces[0].payload or b"", draws.rng.randrange(len(_HEAD_FORMATS))
+    field_format = f"<{_HEAD_FORMATS[field_number]}"
+    offset, size = (
+        struct.calcsize(f"<{_HEAD_FORMATS[:field_number]}"),
+        struct.calcsize(field_format),
+    )
+    if field_format == "<f":
+        field = struct.pack(field_format, draws.rng.choice(_FLOATS))
     else:
-        field = struct.pack(form, draws.rng.choice(_INTEGERS) % (1 << 8 * size))
-    return [replace(pieces[0], payload=head[:at] + field + head[at + size :]), *pieces[1:]]
+        field = struct.pack(field_format, draws.rng.choice(_INTEGERS) % (1 << 8 * size))
+    return [replace(pieces[0], payload=head[:offset] + field + head[offset + size :]), *pieces[1:]]
 
 
-def _other_version(draws: Draws, pieces: Pieces) -> Pieces:
-    """Set another version, or require a feature."""
+def _change_version(draws: Draws, pieces: Pieces) -> Pieces:
+    """Write another version, or require a feature that the stream does not need."""
     head = bytearray(pieces[0].payload or b"")
     head[draws.rng.choice((0, 0, 1, 2, 5, 6))] = draws.rng.choice((0, 2, 128, 255))
     return [replace(pieces[0], payload=bytes(head)), *pieces[1:]]
@@ -52,25 +55,29 @@ def _other_version(draws: Draws, pieces: Pieces) -> Pieces:
 
 def _resize_head(draws: Draws, pieces: Pieces) -> Pieces:
     head = pieces[0].payload or b""
-    more = bytes(draws.rng.choice((1, 2000)))
+    extra = bytes(draws.rng.choice((1, 2000)))
     return [
-        replace(pieces[0], payload=draws.rng.choice((head[:-1], b"", head + more))),
+        replace(pieces[0], payload=draws.rng.choice((head[:-1], b"", head + extra))),
         *pieces[1:],
     ]
 
 
-def _one(**lies: Callable[[Draws, Piece], Any]) -> Callable[[Draws, Pieces], Pieces]:
-    """Return a function that makes one piece wrong."""
+def _change_piece(
+    **draw_by_field: Callable[[Draws, Piece], Any],
+) -> Callable[[Draws, Pieces], Pieces]:
+    """Return a function that sets fields of a random piece."""
 
     def change(draws: Draws, pieces: Pieces) -> Pieces:
-        place = draws.rng.randrange(len(pieces))
-        said = {name: lie(draws, pieces[place]) for name, lie in lies.items()}
-        return [*pieces[:place], replace(pieces[place], **said), *pieces[place + 1 :]]
+        index = draws.rng.randrange(len(pieces))
+        values = {
+            name: draw_value(draws, pieces[index]) for name, draw_value in draw_by_field.items()
+        }
+        return [*pieces[:index], replace(pieces[index], **values), *pieces[index + 1 :]]
 
     return change
 
 
-def _swap(draws: Draws, pieces: Pieces) -> Pieces:
+def _swap_chunks(draws: Draws, pieces: Pieces) -> Pieces:
     changed = list(pieces)
     first, second = draws.rng.sample(range(len(pieces)), 2)
     changed[first], changed[second] = changed[second], changed[first]
@@ -78,61 +85,61 @@ def _swap(draws: Draws, pieces: Pieces) -> Pieces:
 
 
 def _drop_chunk(draws: Draws, pieces: Pieces) -> Pieces:
-    lost = draws.rng.randrange(len(pieces))
-    return [*pieces[:lost], *pieces[lost + 1 :]]
+    index = draws.rng.randrange(len(pieces))
+    return [*pieces[:index], *pieces[index + 1 :]]
 
 
-def _repeat(draws: Draws, pieces: Pieces) -> Pieces:
-    place = draws.rng.randrange(len(pieces))
-    return [*pieces[:place], *[pieces[place]] * draws.rng.choice((2, 3)), *pieces[place + 1 :]]
+def _repeat_chunk(draws: Draws, pieces: Pieces) -> Pieces:
+    index = draws.rng.randrange(len(pieces))
+    return [*pieces[:index], *[pieces[index]] * draws.rng.choice((2, 3)), *pieces[index + 1 :]]
 
 
 def _insert_chunk(*kinds: bytes) -> Callable[[Draws, Pieces], Pieces]:
-    """Return a function that inserts a chunk of one of these types."""
+    """Return a function that inserts a chunk of one of the types."""
 
     def insert_chunk(draws: Draws, pieces: Pieces) -> Pieces:
-        place = draws.rng.randrange(1, len(pieces))
-        new = Piece(draws.rng.choice(kinds), draws.rng.randbytes(draws.rng.choice((0, 3, 40))))
-        return [*pieces[:place], new, *pieces[place:]]
+        index = draws.rng.randrange(1, len(pieces))
+        chunk = Piece(draws.rng.choice(kinds), draws.rng.randbytes(draws.rng.choice((0, 3, 40))))
+        return [*pieces[:index], chunk, *pieces[index:]]
 
     return insert_chunk
 
 
 def _splice(donors: Sequence[Pieces]) -> Callable[[Draws, Pieces], Pieces]:
-    """Return a function that continues with another stream, or inserts one of its chunks."""
+    """Return a function that inserts a chunk of another stream, or continues with that stream."""
 
     def splice(draws: Draws, pieces: Pieces) -> Pieces:
-        other, rng = draws.rng.choice(donors), draws.rng
-        place, start = rng.randrange(1, len(pieces)), rng.randrange(len(other))
+        donor, rng = draws.rng.choice(donors), draws.rng
+        index, start = rng.randrange(1, len(pieces)), rng.randrange(len(donor))
         if rng.random() < 0.5:
-            return [*pieces[:place], *other[start:]]
-        return [*pieces[:place], other[start], *pieces[place:]]
+            return [*pieces[:index], *donor[start:]]
+        return [*pieces[:index], donor[start], *pieces[index:]]
 
     return splice
 
 
 def _damage_ancillary(draws: Draws, pieces: Pieces) -> Pieces:
     """Insert damaged cameras or metadata."""
-    kind, payload = draws.rng.choice(_LARGE)
+    kind, payload = draws.rng.choice(_ANCILLARY_PAYLOADS)
     damaged = damage_bytes(draws.rng, payload, payload)[0]
-    place = draws.rng.randrange(1, len(pieces))
-    return [*pieces[:place], Piece(kind, damaged), *pieces[place:]]
+    index = draws.rng.randrange(1, len(pieces))
+    return [*pieces[:index], Piece(kind, damaged), *pieces[index:]]
 
 
 def _change_index(draws: Draws, pieces: Pieces) -> Pieces:
     """Write wrong seek points into INDX."""
-    points = [SeekPoint(*draws.rng.choices((0, 1, 8, _MAXIMUM), k=3)) for _ in range(3)]
+    points = [SeekPoint(*draws.rng.choices((0, 1, 8, _MAX_U32), k=3)) for _ in range(3)]
     index = wire.build_index(points[: draws.rng.randrange(4)])
-    lie = Piece(container.INDX, draws.rng.choice((index, index, index, b"\xff" * 4)))
-    *before, tail = (piece for piece in pieces if piece.kind != container.INDX)
-    return [*before, lie, tail]
+    wrong_index = Piece(container.INDX, draws.rng.choice((index, index, index, b"\xff" * 4)))
+    *other_pieces, tail = (piece for piece in pieces if piece.kind != container.INDX)
+    return [*other_pieces, wrong_index, tail]
 
 
 def _change_tail(draws: Draws, pieces: Pieces) -> Pieces:
     """Write wrong totals into TAIL."""
-    tail = wire.build_tail(Tail(*draws.rng.choices((0, 1, 2, 8, _MAXIMUM), k=3)))
-    lie = draws.rng.choice((tail, tail, tail, tail[:-1], tail + b"\0"))
-    return [*pieces[:-1], replace(pieces[-1], payload=lie)]
+    tail = wire.build_tail(Tail(*draws.rng.choices((0, 1, 2, 8, _MAX_U32), k=3)))
+    wrong_tail = draws.rng.choice((tail, tail, tail, tail[:-1], tail + b"\0"))
+    return [*pieces[:-1], replace(pieces[-1], payload=wrong_tail)]
 
 
 def _cut(draws: Draws, data: bytes) -> bytes:
@@ -144,41 +151,45 @@ def _extend(draws: Draws, data: bytes) -> bytes:
 
 
 def _change_magic(draws: Draws, data: bytes) -> bytes:
-    at = draws.rng.randrange(len(MAGIC))
-    return data[:at] + bytes([data[at] ^ 1 << draws.rng.randrange(8)]) + data[at + 1 :]
+    index = draws.rng.randrange(len(MAGIC))
+    return data[:index] + bytes([data[index] ^ 1 << draws.rng.randrange(8)]) + data[index + 1 :]
 
 
 def _damage(draws: Draws, data: bytes) -> bytes:
     return damage_bytes(draws.rng, data, data)[0]
 
 
-_LENGTHS = (0, 1, (1 << 22) + 1, (1 << 26) + 1, _MAXIMUM)
+_LENGTHS = (0, 1, (1 << 22) + 1, (1 << 26) + 1, _MAX_U32)
 
 
-def list_hostile_streams(donors: Sequence[Pieces]) -> list[Hostility]:
-    """Return the possible faults of a stream as a whole.
+def list_hostile_streams(donors: Sequence[Pieces]) -> list[Fault]:
+    """Return the possible faults of a stream's chunks and bytes.
 
     Args:
-        donors: Other streams.
+        donors: Pieces of other streams.
     """
-    pieces: dict[str, Callable[[Draws, Pieces], Pieces]] = {
+    stream_changes: dict[str, Callable[[Draws, Pieces], Pieces]] = {
         "a field of HEAD": _change_head,
-        "another version": _other_version,
+        "another version": _change_version,
         "the size of HEAD": _resize_head,
-        "sync": _one(sync=lambda draws, piece: draws.rng.choice((bytes(4), piece.sync[::-1]))),
-        "the CRC of a header": _one(
+        "sync": _change_piece(
+            sync=lambda draws, piece: draws.rng.choice((bytes(4), piece.sync[::-1]))
+        ),
+        "the CRC of a header": _change_piece(
             flipped_byte=lambda draws, _piece: draws.rng.randrange(8, CHUNK_HEADER_BYTES)
         ),
-        "the CRC of a payload": _one(
+        "the CRC of a payload": _change_piece(
             flipped_byte=lambda draws, _piece: -1 - draws.rng.randrange(4)
         ),
-        "sequence": _one(sequence=lambda draws, _piece: draws.rng.choice((0, 1, 2, 3, _MAXIMUM))),
-        "type": _one(kind=lambda draws, _piece: draws.rng.choice(_KINDS)),
-        "length": _one(length=lambda draws, _piece: draws.rng.choice(_LENGTHS)),
-        "chunks swapped": _swap,
+        "sequence": _change_piece(
+            sequence=lambda draws, _piece: draws.rng.choice((0, 1, 2, 3, _MAX_U32))
+        ),
+        "type": _change_piece(kind=lambda draws, _piece: draws.rng.choice(_CHUNK_TYPES)),
+        "length": _change_piece(length=lambda draws, _piece: draws.rng.choice(_LENGTHS)),
+        "chunks swapped": _swap_chunks,
         "a chunk lost": _drop_chunk,
-        "a chunk repeated": _repeat,
-        "an inserted chunk": _insert_chunk(*_KINDS),
+        "a chunk repeated": _repeat_chunk,
+        "an inserted chunk": _insert_chunk(*_CHUNK_TYPES),
         "an unknown chunk": _insert_chunk(*_ANCILLARY),
         "an unknown critical chunk": _insert_chunk(*_CRITICAL),
         "a chunk of a bad type": _insert_chunk(*_BAD_TYPES),
@@ -187,13 +198,13 @@ def list_hostile_streams(donors: Sequence[Pieces]) -> list[Hostility]:
         "INDX": _change_index,
         "TAIL": _change_tail,
     }
-    data: dict[str, Callable[[Draws, bytes], bytes]] = {
+    byte_changes: dict[str, Callable[[Draws, bytes], bytes]] = {
         "cut": _cut,
         "extended": _extend,
         "magic": _change_magic,
         "bytes": _damage,
     }
     return [
-        *(Hostility(name, Stage.STREAM, pieces[name]) for name in pieces),
-        *(Hostility(name, Stage.BYTES, data[name]) for name in data),
+        *(Fault(name, Stage.STREAM, stream_changes[name]) for name in stream_changes),
+        *(Fault(name, Stage.BYTES, byte_changes[name]) for name in byte_changes),
     ]
