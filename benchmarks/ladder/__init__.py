@@ -6,5 +6,5 @@ stream ──> start (decoded frame T) ──> fit a rung (fitting) ──> floa
                                                    │
                                                    └──> bytes
 
-A rung is a JSON file (rows); the table contains the rungs that exist (tables).
+Each rung is saved as a JSON file (rows); the table contains the rungs that exist (tables).
 """

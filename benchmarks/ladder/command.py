@@ -35,12 +35,12 @@ from studies import ProgressLines, write_status
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Start:
-    """The common start of all rungs.
+    """The frame from which all rungs are fitted.
 
     Attributes:
         capture: The capture, opened at the stream's resolution.
         state: The decoded frame.
-        ladder: Its rows.
+        ladder: Rows of the rungs.
     """
 
     capture: Capture
@@ -48,13 +48,13 @@ class Start:
     ladder: Ladder
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(command_line: Sequence[str] | None = None) -> int:
     """Run the command.
 
     Returns:
-        0; 2 for impossible options, 130 after Ctrl-C.
+        0 on success, 2 for invalid options, 130 after Ctrl-C.
     """
-    arguments = _parse_arguments(words)
+    arguments = _parse_arguments(command_line)
     tasks = list_tasks([RUNGS[name] for name in arguments.rungs], arguments.ahead,
                        arguments.iterations)  # fmt: skip
     try:
@@ -72,10 +72,10 @@ def main(words: Sequence[str] | None = None) -> int:
 
 
 def _fill_ladder(start: Start, tasks: list[Task], config: EncoderConfig, folder: Path) -> str:
-    """Compute the missing rows, keep the table up to date, and return it."""
+    """Compute the missing rows; write the table, and return it."""
     context = open_training_context(start.capture, "cpu", config.seed, NullProgress())
-    start.ladder.fill(tasks, context)
-    rows = [row for task in tasks if (row := start.ladder.load(task)) is not None]
+    start.ladder.compute_missing(tasks, context)
+    rows = [row for task in tasks if (row := start.ladder.load_task_row(task)) is not None]
     rows.sort(key=lambda row: (row["ahead"], row["iterations"]))
     table = format_rows(rows)
     write_atomically(folder / "ladder.md", table.encode())
@@ -83,7 +83,7 @@ def _fill_ladder(start: Start, tasks: list[Task], config: EncoderConfig, folder:
 
 
 def _open_start(arguments: argparse.Namespace, config: EncoderConfig) -> Start:
-    """Return the common start of all rungs; missing frames are encoded.
+    """Return the start of all rungs; encode the frames up to it if there is no stream.
 
     Raises:
         MismatchError: The stream cannot be measured on the capture, or lacks the frame.
@@ -95,67 +95,94 @@ def _open_start(arguments: argparse.Namespace, config: EncoderConfig) -> Start:
     data = path.read_bytes()
     summary = inspect_stream(data)
     capture = open_same_capture(summary, arguments.capture)
-    last = arguments.frame + max(arguments.ahead)
-    if last >= capture.frame_count:
-        message = f"frame {last} of a capture of {capture.frame_count}"
+    last_frame = arguments.frame + max(arguments.ahead)
+    if last_frame >= capture.frame_count:
+        message = (
+            f"frame {last_frame} is needed, but the capture has only {capture.frame_count} frames"
+        )
         raise TooFewFramesError(message)
     with use_engine(REFERENCE):
         state = next(decode_states(data, arguments.frame, arguments.frame + 1), None)
     if not isinstance(state, State):
         message = f"the stream has no frame {arguments.frame}"
         raise MismatchError(message)
-    origin = hashlib.sha256(data).hexdigest()
-    ladder = Ladder(capture, summary.cameras, state, origin, config, arguments.out)
+    stream_digest = hashlib.sha256(data).hexdigest()
+    ladder = Ladder(capture, summary.cameras, state, stream_digest, config, arguments.out)
     return Start(capture, state, ladder)
 
 
 def _encode_if_missing(arguments: argparse.Namespace, config: EncoderConfig) -> Path:
-    """Return a stream up to the start frame, encoded if it does not exist."""
+    """Return the path of a stream up to the start frame; encode the stream if it does not exist."""
     capture = open_capture(arguments.capture, CaptureOptions(held_out=tuple(arguments.held_out)))
     names = [capture.cameras[index].name for index in capture.held_out]
     settings = [[name, f"{value}"] for name, value in list_settings(config)]
-    said = json.dumps([capture.fingerprint, names, arguments.frame, settings])
-    path: Path = arguments.out / f"start.{hashlib.sha256(said.encode()).hexdigest()[:12]}.quarc"
+    key_inputs = json.dumps([capture.fingerprint, names, arguments.frame, settings])
+    path: Path = (
+        arguments.out / f"start.{hashlib.sha256(key_inputs.encode()).hexdigest()[:12]}.quarc"
+    )
     if not path.is_file():
         write_status(f"encoding up to frame {arguments.frame}: use --stream FILE to avoid this")
-        sink, lines = io.BytesIO(), ProgressLines("start")
+        sink, progress = io.BytesIO(), ProgressLines("start")
         arguments.out.mkdir(parents=True, exist_ok=True)
         options = EncodeOptions(
-            config, arguments.frame + 1, "cpu", lines, path.with_suffix(".training"), checks=False
+            config,
+            arguments.frame + 1,
+            "cpu",
+            progress,
+            path.with_suffix(".training"),
+            checks=False,
         )
         encode(capture, sink, options)
         write_atomically(path, sink.getvalue())
     return path
 
 
-def _parse_arguments(words: Sequence[str] | None) -> argparse.Namespace:
+def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="ladder.py", description="Show which fields limit the quality of a frame."
     )
     add = parser.add_argument
     add("capture", type=Path, metavar="CAPTURE")
     add("--stream", type=Path, metavar="FILE", help="stream of the capture; encoded if missing")
-    add("--frame", type=_count, default=0, metavar="T", help="decoded start frame")
+    add(
+        "--frame",
+        type=_parse_count,
+        default=0,
+        metavar="T",
+        help="ordinal of the decoded start frame",
+    )
     add(
         "--ahead",
-        type=_positive,
+        type=_parse_positive,
         nargs="+",
         default=[1, 5],
         help="distances in frames to the fitted frames",
     )
-    add("--iterations", type=_positive, nargs="+", default=[300, 1000])
+    add("--iterations", type=_parse_positive, nargs="+", default=[300, 1000])
     add("--rungs", nargs="+", choices=list(RUNGS), default=list(RUNGS), metavar="NAME",
         help=f"of {', '.join(RUNGS)}")  # fmt: skip
-    add("--out", type=Path, default=Path("out/ladder"), metavar="DIR", help="rows and table")
+    add(
+        "--out",
+        type=Path,
+        default=Path("out/ladder"),
+        metavar="DIR",
+        help="folder for rows and table",
+    )
     add("--preset", choices=sorted(PRESETS), default="main")
-    add("--set", action="append", default=[], metavar="KEY=VALUE", help="change of the preset")
+    add(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="change a setting of the preset",
+    )
     add("--held-out", action="append", default=[], metavar="CAMERA", help="used if there "
         "is no stream")  # fmt: skip
-    add("--seed", type=_count, default=0)
-    return parser.parse_args(words)
+    add("--seed", type=_parse_count, default=0)
+    return parser.parse_args(command_line)
 
 
-def _count(text: str) -> int:
+def _parse_count(text: str) -> int:
     number = int(text)
     if number < 0:
         message = f"{number} is below 0"
@@ -163,7 +190,7 @@ def _count(text: str) -> int:
     return number
 
 
-def _positive(text: str) -> int:
+def _parse_positive(text: str) -> int:
     number = int(text)
     if number < 1:
         message = f"{number} is below 1"

@@ -1,4 +1,4 @@
-"""Fits a rung in floats without regularizers, starting from the static scene."""
+"""Fits a rung in floats without regularizers, starting from a decoded scene."""
 
 from dataclasses import dataclass, replace
 
@@ -22,21 +22,23 @@ from quarc_ref.encoder.training.trainable import Attributes, Trainer, cosine_dec
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.records import StreamHeader
 
-Rates = list[float]  # in the order of `Attributes`
+Rates = list[float]  # learning rates in the order of `Attributes`
 
-_ORDER = ("translation", "rotation", "log-scales", "opacity", "SH DC", "SH rest")
-_TRANSLATION, _ROTATION, *_, _REST = range(len(_ORDER))
-_DELETE_AT = 0.5  # of the iterations; the others have the rest to compensate for it
+_FIELD_ORDER = ("translation", "rotation", "log-scales", "opacity", "SH DC", "SH rest")
+_TRANSLATION, _ROTATION, *_, _SH_REST = range(len(_FIELD_ORDER))
+_DELETION_SHARE = (
+    0.5  # of the iterations; in the others, Gaussians can compensate for the deletions
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Fitted:
-    """Result of a rung.
+class FitResult:
+    """The result of fitting a rung.
 
     Attributes:
-        attributes: `K` rows in floats.
-        alive: `[K]` indices of these Gaussians at the start.
-        symbols: `[c, a]` for each level if anchors moved; None otherwise.
+        attributes: Attributes of the remaining `K` Gaussians, in floats.
+        alive: `[K]` indices of the remaining Gaussians in the start frame.
+        symbols: `[c, a]` of each level, for the rung that moves anchors; None for other rungs.
     """
 
     attributes: Attributes
@@ -45,60 +47,69 @@ class Fitted:
 
 
 def fit_rung(
-    context: TrainingContext, started: State, rung: Rung, iterations: int, config: EncoderConfig
-) -> Fitted:
+    context: TrainingContext, frame_start: State, rung: Rung, iterations: int, config: EncoderConfig
+) -> FitResult:
     """Fit a rung to the pictures of a frame.
 
     Args:
         context: Views, renderer and random numbers.
-        started: Frame start; its scene has the ordinal of the frame to fit.
-        rung: What is free.
-        iterations: How many.
-        config: Rates and losses.
+        frame_start: Frame start; its scene has the ordinal of the frame to fit.
+        rung: The fields that can change.
+        iterations: Number of iterations.
+        config: Learning rates and losses.
     """
-    start = from_splats(dequantize(started.scene), context.device)
-    everyone = torch.arange(started.scene.count, device=context.device)
+    start_attributes = from_splats(dequantize(frame_start.scene), context.device)
+    all_indices = torch.arange(frame_start.scene.count, device=context.device)
     if "anchors" in rung.free:
-        return _fit_anchors(context, started, start, everyone, iterations, config)
-    return _fit_single(context, started.scene, start, everyone, rung, iterations, config)
+        return _fit_anchors(context, frame_start, start_attributes, all_indices, iterations, config)
+    return _fit_single(
+        context, frame_start.scene, start_attributes, all_indices, rung, iterations, config
+    )
 
 
 def _fit_anchors(
     context: TrainingContext,
-    started: State,
-    start: Attributes,
-    everyone: Tensor,
+    frame_start: State,
+    start_attributes: Attributes,
+    all_indices: Tensor,
     iterations: int,
     config: EncoderConfig,
-) -> Fitted:
-    free = replace(config.motion, iterations=iterations, rd_lambda=0.0, momentum=0.0)
+) -> FitResult:
+    settings = replace(config.motion, iterations=iterations, rd_lambda=0.0, momentum=0.0)
     with without_rounding():
-        motion = fit_motion(context, FrameStart(started, started, 0), free)
-    header = started.scene.header
-    sums = BindingSums(started.known_anchors, context.device).sum_levels(motion.residuals)
-    shifts, turns = sums[:, :3] * translation_step(header), sums[:, 3:] / header.rotation_unity
-    return Fitted(deform(start, shifts, turns, header).detached(), everyone, motion.symbols)
+        motion = fit_motion(context, FrameStart(frame_start, frame_start, 0), settings)
+    header = frame_start.scene.header
+    sums = BindingSums(frame_start.known_anchors, context.device).sum_levels(motion.residuals)
+    translations, rotations = (
+        sums[:, :3] * translation_step(header),
+        sums[:, 3:] / header.rotation_unity,
+    )
+    return FitResult(
+        deform(start_attributes, translations, rotations, header).detached(),
+        all_indices,
+        motion.symbols,
+    )
 
 
 def _fit_single(
     context: TrainingContext,
     scene: Scene,
-    start: Attributes,
-    alive: Tensor,
+    start_attributes: Attributes,
+    alive_indices: Tensor,
     rung: Rung,
     iterations: int,
     config: EncoderConfig,
-) -> Fitted:
+) -> FitResult:
     frame, rates = scene.frame, _choose_rates(rung, scene.header, config, context.views.extent)
-    trainer = Trainer(start, tuple(rates))
+    trainer = Trainer(start_attributes, tuple(rates))
     views = context.views.shuffled(context.generator(frame, "ladder"))
     for step in range(iterations):
-        if "deaths" in rung.free and step == round(_DELETE_AT * iterations):
-            dying = choose_deletions(
+        if "deaths" in rung.free and step == round(_DELETION_SHARE * iterations):
+            deletion_mask = choose_deletions(
                 context, trainer.attributes.detached(), frame, config.motion.lambda_dssim
             )
-            alive = alive[~dying]
-            trainer.replace_rows(~dying, start.rows(alive[:0]))
+            alive_indices = alive_indices[~deletion_mask]
+            trainer.replace_rows(~deletion_mask, start_attributes.rows(alive_indices[:0]))
         left = cosine_decay(step, iterations, config.motion.lr_end_factor)
         trainer.set_learning_rates([rate * left for rate in rates])
         view = next(views)
@@ -107,14 +118,14 @@ def _fit_single(
         loss = photometric_loss(rendering.image, truth, config.motion.lambda_dssim)
         trainer.step(loss, rendering.means2d)
         context.observers.progress.advance("ladder", step + 1, iterations)
-    return Fitted(trainer.attributes.detached(), alive)
+    return FitResult(trainer.attributes.detached(), alive_indices)
 
 
 def _choose_rates(rung: Rung, header: StreamHeader, config: EncoderConfig, extent: float) -> Rates:
-    """Return the learning rate of each attribute, 0 if it is not free.
+    """Return the learning rate of each attribute; 0 if the attribute cannot change.
 
-    A free Gaussian moves and rotates as fast as all its anchors together would move it; all else
-    changes as fast as in canonical training.
+    The rates of motion and rotation are the sums of those of all anchor levels. The other rates are
+    those of canonical training.
     """
     rates = list(canonical_learning_rates(config.canonical, extent))
     if not rung.canonical_learning_rates:
@@ -122,5 +133,5 @@ def _choose_rates(rung: Rung, header: StreamHeader, config: EncoderConfig, exten
         levels = sum(motion.level_lr_factor**level for level in range(header.level_count))
         translation = motion.translation_lr * translation_step(header) or motion.lr
         rates[_TRANSLATION], rates[_ROTATION] = translation * levels, motion.lr * levels
-    rates[_REST] *= rung.rest_factor
-    return [rate * (name in rung.free) for name, rate in zip(_ORDER, rates, strict=True)]
+    rates[_SH_REST] *= rung.rest_factor
+    return [rate * (name in rung.free) for name, rate in zip(_FIELD_ORDER, rates, strict=True)]

@@ -1,4 +1,4 @@
-"""A row: one rung, fitted to one frame with a number of iterations, measured and kept."""
+"""Makes rows: fits a rung to a frame, measures the result, and saves it as a file."""
 
 import hashlib
 import json
@@ -10,7 +10,7 @@ from pathlib import Path
 from ladder.fitting import fit_rung
 from ladder.judging import Judge
 from ladder.rounding import allow_updates, round_rung, to_splats
-from ladder.rungs import STILL, Rung
+from ladder.rungs import STILL_NAME, Rung
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.reconstruct import begin_frame
 from quarc_ref.decoder.state import State
@@ -24,12 +24,12 @@ from studies import Row, load_row, save_row, write_status
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One fit.
+    """A rung to fit to a frame.
 
     Attributes:
-        rung: What is free.
-        ahead: Number of frames from the decoded one to the fitted one.
-        iterations: Number of iterations; 0 for the rung on which nothing is free.
+        rung: The fields that can change.
+        ahead: Number of frames from the start frame to the fitted frame.
+        iterations: Number of iterations; 0 for the rung on which no field can change.
     """
 
     rung: Rung
@@ -38,33 +38,33 @@ class Task:
 
     @property
     def name(self) -> str:
-        """Name that distinguishes it from other tasks."""
+        """Name of the task, which is unique in a ladder."""
         return f"ahead{self.ahead}.{self.rung.name}.{self.iterations}"
 
 
 def list_tasks(
     rungs: Sequence[Rung], ahead: Sequence[int], iterations: Sequence[int]
 ) -> list[Task]:
-    """Return all fits, short ones first."""
+    """Return all tasks; tasks with few iterations come first."""
     tasks = [
-        Task(rung, far, 0 if rung.name == STILL else count)
+        Task(rung, distance, 0 if rung.name == STILL_NAME else count)
         for count in sorted(iterations)
-        for far in ahead
+        for distance in ahead
         for rung in rungs
     ]
     return list(dict.fromkeys(tasks))
 
 
 class Ladder:
-    """The rows of a ladder.
+    """Computes and saves the rows of a ladder.
 
     Args:
         capture: Capture whose frames are fitted.
         cameras: Cameras of the stream.
         state: The decoded start frame.
-        origin: Identifies the stream that it was decoded from.
-        config: Rates and losses.
-        folder: Folder of the rows.
+        origin: SHA-256 of the stream with the start frame.
+        config: Learning rates and losses.
+        folder: Folder for the rows.
     """
 
     def __init__(
@@ -81,40 +81,42 @@ class Ladder:
         settings = [[name, f"{value}"] for name, value in list_settings(config)]
         self._origin = [capture.fingerprint, origin, state.scene.frame, settings]
 
-    def load(self, task: Task) -> Row | None:
-        """Return the kept row of a task; None if there is none, or one of other inputs."""
-        return load_row(self._path(task), self._key(task))
+    def load_task_row(self, task: Task) -> Row | None:
+        """Return the saved row of a task; None if it is missing, or has other inputs."""
+        return load_row(self._row_path(task), self._compute_key(task))
 
-    def fill(self, tasks: Sequence[Task], context: TrainingContext) -> None:
-        """Compute the missing rows.
+    def compute_missing(self, tasks: Sequence[Task], context: TrainingContext) -> None:
+        """Compute and save the rows that are missing.
 
         Raises:
             CaptureError: A picture cannot be read.
             StateError: A Gaussian has left the lattice.
             EncodeError: A residual exceeds the range of the format.
         """
-        waiting = [task for task in tasks if self.load(task) is None]
-        write_status(f"{len(tasks) - len(waiting)} of {len(tasks)} rows are there already")
-        if not waiting:
+        missing = [task for task in tasks if self.load_task_row(task) is None]
+        write_status(f"{len(tasks) - len(missing)} of {len(tasks)} rows exist already")
+        if not missing:
             return
         refit_exposures(context, self._state)
         judge = Judge(self._capture, self._cameras)
-        for number, task in enumerate(waiting):
-            write_status(f"{task.name}: started; {number} of {len(waiting)} are finished")
-            row = self._make(task, context, judge)
-            save_row(self._path(task), self._key(task), row)
+        for number, task in enumerate(missing):
+            write_status(f"{task.name}: started; {number} of {len(missing)} are finished")
+            row = self._make_row(task, context, judge)
+            save_row(self._row_path(task), self._compute_key(task), row)
             moving = row["floats"]["training"]["moving_gain_psnr"]
-            said = "nothing moves" if moving is None else f"{moving:.2f} dB where it moves"
-            write_status(f"{task.name}: {said}, {row['coded_bytes']} bytes, {row['seconds']:.0f} s")
+            moving_text = "nothing moves" if moving is None else f"{moving:.2f} dB where it moves"
+            write_status(
+                f"{task.name}: {moving_text}, {row['coded_bytes']} bytes, {row['seconds']:.0f} s"
+            )
 
-    def _make(self, task: Task, context: TrainingContext, judge: Judge) -> Row:
+    def _make_row(self, task: Task, context: TrainingContext, judge: Judge) -> Row:
         frame = self._state.scene.frame + task.ahead
-        start_state = allow_updates(begin_frame(self._state, 0))
-        start_state = replace(start_state, scene=replace(start_state.scene, frame=frame))
-        started = time.monotonic()
-        fitted = fit_rung(context, start_state, task.rung, task.iterations, self._config)
-        seconds = time.monotonic() - started
-        rounded = round_rung(start_state, fitted)
+        frame_start = allow_updates(begin_frame(self._state, 0))
+        frame_start = replace(frame_start, scene=replace(frame_start.scene, frame=frame))
+        start_time = time.monotonic()
+        fit = fit_rung(context, frame_start, task.rung, task.iterations, self._config)
+        seconds = time.monotonic() - start_time
+        rounded = round_rung(frame_start, fit)
         return {
             "rung": task.rung.name,
             "title": task.rung.title,
@@ -123,21 +125,21 @@ class Ladder:
             "ahead": task.ahead,
             "iterations": task.iterations,
             "gaussians": self._state.scene.count,
-            "changed": rounded.changed,
+            "changed": rounded.change_counts,
             "coded_bytes": rounded.coded_bytes,
             "estimated_bytes": rounded.estimated_bytes,
             "rest_bytes": rounded.rest_bytes,
-            "floats": judge.measure(to_splats(fitted.attributes), frame),
+            "floats": judge.measure(to_splats(fit.attributes), frame),
             "rounded": judge.measure(rounded.splats, frame),
             "seconds": seconds,
         }
 
-    def _path(self, task: Task) -> Path:
+    def _row_path(self, task: Task) -> Path:
         return self._folder / "rows" / f"{task.name}.json"
 
-    def _key(self, task: Task) -> str:
-        """Return a digest of everything that the row depends on, except the code."""
+    def _compute_key(self, task: Task) -> str:
+        """Return a digest of all inputs of the row, except the code."""
         rung = task.rung
-        rung_said = [sorted(rung.free), rung.canonical_learning_rates, rung.rest_factor]
-        said = [*self._origin, rung_said, task.ahead, task.iterations]
-        return hashlib.sha256(json.dumps(said).encode()).hexdigest()
+        rung_inputs = [sorted(rung.free), rung.canonical_learning_rates, rung.rest_factor]
+        inputs = [*self._origin, rung_inputs, task.ahead, task.iterations]
+        return hashlib.sha256(json.dumps(inputs).encode()).hexdigest()

@@ -1,21 +1,21 @@
-"""The rungs: which fields can change between two frames."""
+"""The rungs of the ladder: the fields that can change between two frames."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
 class Rung:
-    """What is free.
+    """A set of fields that can change.
 
     Attributes:
         name: Unique name, also used for its files.
-        title: For people.
+        title: Title in the table.
         free: `anchors`, or the free fields of single Gaussians: names of `UPDATE_FIELDS`, `deaths`
             and `SH rest`.
         canonical_learning_rates: Whether free Gaussians also move and rotate at the learning rates
             of canonical training instead of those of motion.
-        rest_factor: Factor on the learning rate of SH rest, which in canonical training is a
-            twentieth of that of SH DC.
+        rest_factor: Factor for the learning rate of SH rest, which is 1/20 of that of SH DC in
+            canonical training.
     """
 
     name: str
@@ -25,8 +25,8 @@ class Rung:
     rest_factor: float = 1.0
 
 
-STILL = "still"
-_GROWING = (
+STILL_NAME = "still"
+_CUMULATIVE_FIELDS = (
     ("own", "every Gaussian moves freely", "translation"),
     ("deaths", "+ deaths", "deaths"),
     ("opacity", "+ opacity", "opacity"),
@@ -35,18 +35,18 @@ _GROWING = (
     ("scales", "+ scales", "log-scales"),
     ("all", "+ rotations, which is all", "rotation"),
 )
-_FIELDS = frozenset(field for _, _, field in _GROWING)
+_FIELDS = frozenset(field for _, _, field in _CUMULATIVE_FIELDS)
 
 
-def _fill_ladder() -> list[Rung]:
-    listed = [
-        Rung(name, title, frozenset(field for _, _, field in _GROWING[: number + 1]))
-        for number, (name, title, _) in enumerate(_GROWING)
+def _list_rungs() -> list[Rung]:
+    cumulative_rungs = [
+        Rung(name, title, frozenset(field for _, _, field in _CUMULATIVE_FIELDS[: number + 1]))
+        for number, (name, title, _) in enumerate(_CUMULATIVE_FIELDS)
     ]
     return [
-        Rung(STILL, "nothing", frozenset()),
+        Rung(STILL_NAME, "nothing", frozenset()),
         Rung("anchors", "motion by anchors", frozenset({"anchors"})),
-        *listed,
+        *cumulative_rungs,
         Rung("carried", "all but SH rest", _FIELDS - {"SH rest"}),
         Rung("turned", "free motion and rotation", frozenset({"translation", "rotation"})),
         Rung("fast-rest", "all, SH rest at the learning rate of SH DC", _FIELDS, rest_factor=20.0),
@@ -59,4 +59,4 @@ def _fill_ladder() -> list[Rung]:
     ]
 
 
-RUNGS = {rung.name: rung for rung in _fill_ladder()}
+RUNGS = {rung.name: rung for rung in _list_rungs()}

@@ -1,4 +1,4 @@
-"""The ladder as a table in Markdown."""
+"""Formats the rows of a ladder as a table in Markdown."""
 
 from collections.abc import Iterable
 
@@ -7,7 +7,7 @@ from quarc_ref.inspection.stream_summary import KILOBYTE
 from rate.tables import format_table
 from studies import Row
 
-_HEAD = (
+_HEADER = (
     "ahead",
     "iterations",
     "free",
@@ -22,12 +22,12 @@ _HEAD = (
 
 
 def format_rows(rows: Iterable[Row]) -> str:
-    """Return the table, with a line for each row."""
-    return format_table(_HEAD, [_format_row(row) for row in rows])
+    """Return the rows as a table in Markdown."""
+    return format_table(_HEADER, [_format_row(row) for row in rows])
 
 
 def _format_row(row: Row) -> list[str]:
-    changed, rest = row["changed"], row["rest_bytes"]
+    change_counts, sh_rest_bytes = row["changed"], row["rest_bytes"]
     return [
         f"{row['ahead']}",
         f"{row['iterations']}",
@@ -37,9 +37,9 @@ def _format_row(row: Row) -> list[str]:
             for kind in ("floats", "rounded")
             for group in ("training", "held_out")
         ),
-        f"{changed['any']:,}, {changed['deaths']:,}",
+        f"{change_counts['any']:,}, {change_counts['deaths']:,}",
         f"{row['coded_bytes'] / KILOBYTE:.1f}",
-        f"{rest / KILOBYTE:.1f}" if rest else "",
+        f"{sh_rest_bytes / KILOBYTE:.1f}" if sh_rest_bytes else "",
     ]
 
 

@@ -182,8 +182,8 @@ def _make_rebinding(base: EncoderConfig) -> Experiment:
     remark = (
         "All trials are in floats. The format keeps the binding between two samplings. The "
         "released code binds every Gaussian again in every frame, to anchors at their sampled "
-        "positions. Its sampler depends on a random permutation of a GPU, which cannot be reproduced, "
-        "so all trials use the sampler of the format."
+        "positions. Its sampler depends on a random permutation of a GPU, which cannot be "
+        "reproduced, so all trials use the sampler of the format."
     )
     return Experiment("rebinding", "Rebinding", "", points, remark)
 

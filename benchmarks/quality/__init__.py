@@ -1,6 +1,6 @@
-"""The protocol of picture quality: the code of `benchmarks/quality.py`.
+"""The study of picture quality: the code of `benchmarks/quality.py`.
 
-subjects ──> tasks ──> rows, one JSON file to each (make_row)
+subjects ──> tasks ──> rows, each in a JSON file (make_row)
                           │
                           └──> spreads over seeds ──> tables, CSV, JSON, plot (results)
                                       │

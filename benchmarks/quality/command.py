@@ -23,13 +23,13 @@ from studies import Row, run_missing, write_status
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """All encodes of a run.
+    """All encodes of a study.
 
     Attributes:
-        settings: Preset and changes, as text.
+        settings: Preset and changed settings, as text.
         tasks: Tasks in the order of captures, held-out sets and seeds.
         fingerprints: Fingerprints of the captures, by name.
-        folder: Folder of all files.
+        folder: Folder for all files of the study.
     """
 
     settings: str
@@ -43,32 +43,30 @@ class Study:
         Raises:
             JobsError: Some encodes failed; all others are complete.
         """
-        waiting = [task for task in self.tasks if self._load_row(task) is None]
-        write_status(
-            f"{len(self.tasks) - len(waiting)} of {len(self.tasks)} rows are there already"
-        )
-        run_missing(make_row, [Job(task.name, task) for task in waiting], pool, self.write)
+        missing = [task for task in self.tasks if self._load_row(task) is None]
+        write_status(f"{len(self.tasks) - len(missing)} of {len(self.tasks)} rows exist already")
+        run_missing(make_row, [Job(task.name, task) for task in missing], pool, self.write_tables)
 
-    def groups(self) -> list[Group]:
+    def load_groups(self) -> list[Group]:
         """Return the completed rows by capture and held-out set."""
         rows = (self._load_row(task) for task in self.tasks)
         return group_rows(row for row in rows if row is not None)
 
-    def write(self) -> None:
+    def write_tables(self) -> None:
         """Write tables and plot of the completed rows."""
-        groups = self.groups()
+        groups = self.load_groups()
         if groups:
             write_results(groups, self.settings, self.folder)
 
     def _load_row(self, task: Task) -> Row | None:
-        return task.recall(self.fingerprints[task.capture])
+        return task.load_saved_row(self.fingerprints[task.capture])
 
 
 def plan_study(arguments: argparse.Namespace) -> Study:
-    """Return the requested study; missing traced captures are traced.
+    """Return the study of the command line; trace captures that do not exist.
 
     Raises:
-        ValueError: A variant, a preset or a setting does not exist, or nothing is requested.
+        ValueError: A variant, the preset or a setting does not exist, or no capture is given.
         CaptureError: A capture cannot be read.
     """
     config = _make_config(arguments)
@@ -81,36 +79,36 @@ def plan_study(arguments: argparse.Namespace) -> Study:
     return Study(settings, tasks, fingerprints, arguments.out)
 
 
-def main(words: Sequence[str] | None = None) -> int:
+def main(command_line: Sequence[str] | None = None) -> int:
     """Run the command.
 
     Returns:
-        0; 2 for impossible options, 3 if some encodes failed, 130 after Ctrl-C.
+        0 on success, 2 for invalid options, 3 if some encodes failed, 130 after Ctrl-C.
     """
-    arguments = _parse_arguments(words)
+    arguments = _parse_arguments(command_line)
     try:
         if arguments.against:
             print(compare_studies(arguments.out, arguments.against))
             return 0
         if arguments.lpips:
-            Lpips(arguments.lpips)  # reject a bad file now, not after the first hour
+            Lpips(arguments.lpips)  # reject a malformed file before the first encode
         pool = WorkerPool(arguments.workers, arguments.threads, arguments.ray)
         study = plan_study(arguments)
     except (ValueError, CaptureError) as error:
         write_status(f"quality.py: {error}")
         return 2
-    code = 0
+    exit_code = 0
     try:
         study.run(pool)
     except JobsError as error:
         write_status(str(error))
-        code = 3
+        exit_code = 3
     except KeyboardInterrupt:
         write_status("interrupted: the same command continues with the missing encodes")
-        code = 130
-    study.write()
-    print(format_groups(study.groups()))
-    return code
+        exit_code = 130
+    study.write_tables()
+    print(format_groups(study.load_groups()))
+    return exit_code
 
 
 def _list_subjects(arguments: argparse.Namespace) -> list[Subject]:
@@ -119,14 +117,14 @@ def _list_subjects(arguments: argparse.Namespace) -> list[Subject]:
         names = [camera.name for camera in open_capture(arguments.real).cameras]
         subjects.append(Subject("real", arguments.real.resolve(), rotate_held_out(names)))
     if arguments.still:
-        first = open_capture(arguments.still).cameras[0].name
-        subjects.append(Subject("still", arguments.still.resolve(), ((first,),)))
+        first_camera = open_capture(arguments.still).cameras[0].name
+        subjects.append(Subject("still", arguments.still.resolve(), ((first_camera,),)))
     for name in arguments.variants:
         parse_traced(name)  # reject before any capture is traced
-    traced = (arguments.captures or arguments.out / "captures").resolve()
-    subjects += [trace_if_missing(name, traced) for name in arguments.variants]
+    traced_folder = (arguments.captures or arguments.out / "captures").resolve()
+    subjects += [trace_if_missing(name, traced_folder) for name in arguments.variants]
     if not subjects:
-        message = "nothing to encode: give captures with --real, --still or --variants"
+        message = "no capture is given: use --real, --still or --variants"
         raise ValueError(message)
     return subjects
 
@@ -138,7 +136,7 @@ def _list_tasks(
     return [
         Task(
             subject.name,
-            place,
+            set_number,
             subject.folder,
             CaptureOptions(arguments.downscale, held_out),
             replace(config, seed=seed),
@@ -147,7 +145,7 @@ def _list_tasks(
             arguments.lpips,
             arguments.device,
         )
-        for place, held_out in enumerate(subject.held_out_sets)
+        for set_number, held_out in enumerate(subject.held_out_sets)
         for seed in range(arguments.seeds)
     ]
 
@@ -160,18 +158,26 @@ def _make_config(arguments: argparse.Namespace) -> EncoderConfig:
     return config
 
 
-def _parse_arguments(words: Sequence[str] | None) -> argparse.Namespace:
+def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="quality.py",
         description="Measure picture quality over captures, held-out sets and seeds.",
     )
     add = parser.add_argument
-    add("--out", type=Path, required=True, metavar="DIR", help="kept between runs")
-    add("--real", type=Path, metavar="DIR", help="a capture; four sets of cameras are held out")
-    add("--still", type=Path, metavar="DIR", help="a capture of frame 0; its first camera held out")
+    add(
+        "--out",
+        type=Path,
+        required=True,
+        metavar="DIR",
+        help="folder for results, from which an interrupted run resumes",
+    )
+    add("--real", type=Path, metavar="DIR", help="capture with four sets of held-out cameras")
+    add(
+        "--still", type=Path, metavar="DIR", help="capture of frame 0; its first camera is held out"
+    )
     add(
         "--variants",
-        type=_split,
+        type=_split_names,
         default=list(TRACED),
         metavar="NAMES",
         help=f"traced captures, VARIANT[-CAMERAS][-WxH],...; all by default: {','.join(TRACED)}",
@@ -180,29 +186,39 @@ def _parse_arguments(words: Sequence[str] | None) -> argparse.Namespace:
         "--captures",
         type=Path,
         metavar="DIR",
-        help="folder of traced captures; DIR/captures of --out",
+        help="folder of traced captures; by default `captures` in --out",
     )
     add(
-        "--frames", type=_positive, default=1, help="number of frames of every encode; 1 by default"
+        "--frames",
+        type=_parse_positive,
+        default=1,
+        help="number of frames of every encode; 1 by default",
     )
-    add("--seeds", type=_positive, default=5, help="number of seeds, from 0; 5 by default")
+    add("--seeds", type=_parse_positive, default=5, help="number of seeds, from 0; 5 by default")
     add("--preset", choices=sorted(PRESETS), default="main")
     add_set_option(parser)
-    add("--downscale", type=_positive, default=1, help="downscale pictures by this factor")
-    add("--lpips", type=Path, metavar="WEIGHTS", help="file of LPIPS's state_dict, VGG16")
+    add("--downscale", type=_parse_positive, default=1, help="downscale pictures by this factor")
+    add(
+        "--lpips", type=Path, metavar="WEIGHTS", help="file with the state_dict of LPIPS with VGG16"
+    )
     add("--device", choices=("auto", "cpu", "cuda"), default="cpu")
     add("--workers", type=int, default=1, help="number of parallel encodes")
-    add("--threads", type=int, default=1, help="of every encode")
+    add("--threads", type=int, default=1, help="number of threads of each encode")
     add("--ray", metavar="ADDRESS", help="run on a Ray cluster: HOST:PORT, auto or local")
-    add("--against", type=Path, metavar="OTHER", help="compare with the study in OTHER instead")
-    return parser.parse_args(words)
+    add(
+        "--against",
+        type=Path,
+        metavar="OTHER",
+        help="encode nothing; compare the study with that in OTHER",
+    )
+    return parser.parse_args(command_line)
 
 
-def _split(text: str) -> list[str]:
+def _split_names(text: str) -> list[str]:
     return list(dict.fromkeys(name for name in text.split(",") if name))
 
 
-def _positive(text: str) -> int:
+def _parse_positive(text: str) -> int:
     number = int(text)
     if number < 1:
         message = f"{number} is below 1"

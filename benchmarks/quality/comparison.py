@@ -1,4 +1,4 @@
-"""Compares two finished studies: differences of means with their standard errors."""
+"""Compares two finished studies: prints differences of means with standard errors."""
 
 import json
 from collections.abc import Mapping
@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from quality.groups import COLUMNS
-from quality.results import RESULTS
+from quality.results import RESULTS_FILE
 from quality.spreads import Difference, Spread, average_differences, subtract
 from rate.tables import format_table
 from studies import write_status
@@ -18,30 +18,30 @@ class ComparisonError(ValueError):
     """Two studies cannot be compared."""
 
 
-def compare_studies(ours: Path, theirs: Path) -> str:
+def compare_studies(folder: Path, other_folder: Path) -> str:
     """Return the table of the differences between two studies.
 
     Args:
-        ours: Folder of a study.
-        theirs: Folder of the other one.
+        folder: Folder of the first study.
+        other_folder: Folder of the study to subtract.
 
     Raises:
-        ComparisonError: A study has no results, or they have no capture in common.
+        ComparisonError: A study has no results, or the studies have no capture in common.
     """
-    own, others = _read_groups(ours), _read_groups(theirs)
-    shared = [label for label in own if label in others]
+    groups, other_groups = _read_groups(folder), _read_groups(other_folder)
+    shared = [label for label in groups if label in other_groups]
     if not shared:
-        message = f"{ours} and {theirs} have no capture and held-out set in common"
+        message = f"{folder} and {other_folder} have no capture and held-out set in common"
         raise ComparisonError(message)
     for label in shared:
-        if own[label]["fingerprint"] != others[label]["fingerprint"]:
-            write_status(f"{label}: the two studies are of captures with different files")
-    differences = {label: _subtract_groups(own[label], others[label]) for label in shared}
+        if groups[label]["fingerprint"] != other_groups[label]["fingerprint"]:
+            write_status(f"{label}: the files of this capture differ between the two studies")
+    differences = {label: _subtract_groups(groups[label], other_groups[label]) for label in shared}
     return _format_differences(differences)
 
 
 def _read_groups(folder: Path) -> Groups:
-    path = folder / RESULTS
+    path = folder / RESULTS_FILE
     if not path.is_file():
         message = f"{path} does not exist: run the study first"
         raise ComparisonError(message)
@@ -49,33 +49,38 @@ def _read_groups(folder: Path) -> Groups:
     return {f"{group['capture']}/{group['held_out_set']}": group for group in groups}
 
 
-def _subtract_groups(own: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, Difference]:
-    """Return the difference of every figure that both groups have."""
+def _subtract_groups(group: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, Difference]:
+    """Return the differences of all figures that both groups have."""
     return {
         name: subtract(Spread(**figure), Spread(**other["figures"][name]))
-        for name, figure in own["figures"].items()
+        for name, figure in group["figures"].items()
         if name in other["figures"]
     }
 
 
 def _format_differences(differences: Mapping[str, Mapping[str, Difference]]) -> str:
     rows = dict(differences)
-    names = {name for each in differences.values() for name in each}
+    names = {name for figures in differences.values() for name in figures}
     rows["mean"] = {
-        name: average_differences([each[name] for each in differences.values() if name in each])
+        name: average_differences(
+            [figures[name] for figures in differences.values() if name in figures]
+        )
         for name in names
     }
     columns = [column for column in COLUMNS if column[1] in names]
-    head = ["capture/held-out set", *(heading for heading, *_ in columns)]
+    header = ["capture/held-out set", *(heading for heading, *_ in columns)]
     lines = [
-        [label, *(_format(row.get(name), how) for _, name, how in columns)]
+        [
+            label,
+            *(_format_difference(row.get(name), format_spec) for _, name, format_spec in columns),
+        ]
         for label, row in rows.items()
     ]
-    return format_table(head, lines)
+    return format_table(header, lines)
 
 
-def _format(difference: Difference | None, how: str) -> str:
+def _format_difference(difference: Difference | None, format_spec: str) -> str:
     if difference is None:
         return "-"
-    error = "" if difference.error is None else f" +- {difference.error:{how}}"
-    return f"{difference.amount:+{how}}{error}"
+    error = "" if difference.error is None else f" +- {difference.error:{format_spec}}"
+    return f"{difference.amount:+{format_spec}}{error}"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from quality.spreads import Spread, summarize_figures
 from studies import Row
 
-# Heading, name of the figure, and format.
+# Heading, name of the figure, and format of each column.
 COLUMNS = (
     ("PSNR", "held_out_psnr", ".2f"),
     ("cc", "held_out_cc_psnr", ".2f"),
@@ -41,7 +41,7 @@ class Group:
     Attributes:
         capture: Name of the capture.
         held_out_set: Ordinal of the set.
-        rows: In the order of the seeds.
+        rows: Rows in the order of the seeds.
     """
 
     capture: str
@@ -53,12 +53,12 @@ class Group:
         """Name for tables and plots."""
         return f"{self.capture}/{self.held_out_set}"
 
-    def spreads(self) -> dict[str, Spread]:
-        """Return the spread of every figure."""
+    def compute_spreads(self) -> dict[str, Spread]:
+        """Return the spread of each figure over the seeds."""
         return summarize_figures(row["figures"] for row in self.rows)
 
-    def frame_spreads(self) -> list[dict[str, Spread]]:
-        """Return the spread of every figure of cameras, by frame."""
+    def compute_frame_spreads(self) -> list[dict[str, Spread]]:
+        """Return the spread of each figure of cameras over the seeds, for each frame."""
         return [
             summarize_figures(
                 {
@@ -72,20 +72,20 @@ class Group:
         ]
 
     def as_json(self) -> dict[str, object]:
-        """Return the group as JSON."""
+        """Return the group as a JSON object."""
         return {
             "capture": self.capture,
             "held_out_set": self.held_out_set,
             "held_out": self.rows[0]["held_out"],
             "fingerprint": self.rows[0]["protocol"]["fingerprint"],
             "seeds": [row["seed"] for row in self.rows],
-            "figures": {name: spread.as_json() for name, spread in self.spreads().items()},
+            "figures": {name: spread.as_json() for name, spread in self.compute_spreads().items()},
         }
 
 
 def group_rows(rows: Iterable[Row]) -> list[Group]:
-    """Return rows by capture and held-out set, in order of appearance."""
+    """Return the groups of rows with the same capture and held-out set, in order of appearance."""
     grouped: dict[tuple[str, int], list[Row]] = {}
     for row in rows:
         grouped.setdefault((row["capture"], row["held_out_set"]), []).append(row)
-    return [Group(*key, tuple(found)) for key, found in grouped.items()]
+    return [Group(*key, tuple(members)) for key, members in grouped.items()]

@@ -10,7 +10,7 @@ from quality.spreads import Spread
 from quarc_ref.evaluation.plots import plot_spreads
 from rate.tables import format_table, write_csv
 
-RESULTS = "quality.json"
+RESULTS_FILE = "quality.json"
 _FRAME_FIGURES = (
     "held_out_psnr",
     "held_out_cc_psnr",
@@ -31,11 +31,11 @@ def write_results(groups: Sequence[Group], settings: str, folder: Path) -> None:
     """Write all files of a study.
 
     Args:
-        groups: At least one.
-        settings: Preset and changes, as text.
-        folder: Where to.
+        groups: Groups of the study; at least one.
+        settings: Preset and changed settings, as text.
+        folder: Folder for the files.
     """
-    whole = {
+    study_json = {
         "settings": settings,
         "groups": [group.as_json() for group in groups],
         "rows": [row for group in groups for row in group.rows],
@@ -44,8 +44,8 @@ def write_results(groups: Sequence[Group], settings: str, folder: Path) -> None:
         "quality.md": f"{settings}\n\n{format_groups(groups)}".encode(),
         "quality.csv": write_csv([_flatten(group) for group in groups]),
         "frames.csv": write_csv([line for group in groups for line in _flatten_frames(group)]),
-        "quality.png": _plot(groups),
-        RESULTS: json.dumps(whole, indent=1).encode(),
+        "quality.png": _plot_groups(groups),
+        RESULTS_FILE: json.dumps(study_json, indent=1).encode(),
     }
     for name, data in files.items():
         write_atomically(folder / name, data)
@@ -53,52 +53,56 @@ def write_results(groups: Sequence[Group], settings: str, folder: Path) -> None:
 
 def format_groups(groups: Sequence[Group]) -> str:
     """Return the table of means and deviations, with a line for each capture and held-out set."""
-    listed = [(group, group.spreads()) for group in groups]
-    columns = [column for column in COLUMNS if any(column[1] in spreads for _, spreads in listed)]
-    head = ["capture/held-out set", "seeds", *(heading for heading, *_ in columns)]
+    groups_with_spreads = [(group, group.compute_spreads()) for group in groups]
+    columns = [
+        column
+        for column in COLUMNS
+        if any(column[1] in spreads for _, spreads in groups_with_spreads)
+    ]
+    header = ["capture/held-out set", "seeds", *(heading for heading, *_ in columns)]
     lines = [
         [
             group.label,
             f"{len(group.rows)}",
-            *(_format(spreads.get(name), how) for _, name, how in columns),
+            *(_format_spread(spreads.get(name), format_spec) for _, name, format_spec in columns),
         ]
-        for group, spreads in listed
+        for group, spreads in groups_with_spreads
     ]
-    return format_table(head, lines)
+    return format_table(header, lines)
 
 
-def _format(spread: Spread | None, how: str) -> str:
+def _format_spread(spread: Spread | None, format_spec: str) -> str:
     if spread is None:
         return "-"
-    deviation = "" if spread.deviation is None else f" +- {spread.deviation:{how}}"
-    return f"{spread.mean:{how}}{deviation}"
+    deviation = "" if spread.deviation is None else f" +- {spread.deviation:{format_spec}}"
+    return f"{spread.mean:{format_spec}}{deviation}"
 
 
 def _flatten(group: Group) -> dict[str, object]:
-    spreads = group.spreads()
+    spreads = group.compute_spreads()
     figures = group.rows[0]["figures"]
     names = [*COLUMN_NAMES, *(name for name in figures if name not in COLUMN_NAMES)]
-    return _label(group) | {
+    return _identify_group(group) | {
         f"{name}_{part}": value
         for name in names
-        for part, value in _parts(spreads.get(name)).items()
+        for part, value in _split_spread(spreads.get(name)).items()
     }
 
 
 def _flatten_frames(group: Group) -> list[dict[str, object]]:
     return [
-        _label(group)
+        _identify_group(group)
         | {"frame": frame}
         | {
             f"{name}_{part}": value
             for name in _FRAME_FIGURES
-            for part, value in _parts(spreads.get(name)).items()
+            for part, value in _split_spread(spreads.get(name)).items()
         }
-        for frame, spreads in enumerate(group.frame_spreads())
+        for frame, spreads in enumerate(group.compute_frame_spreads())
     ]
 
 
-def _label(group: Group) -> dict[str, object]:
+def _identify_group(group: Group) -> dict[str, object]:
     return {
         "capture": group.capture,
         "held_out_set": group.held_out_set,
@@ -106,13 +110,13 @@ def _label(group: Group) -> dict[str, object]:
     }
 
 
-def _parts(spread: Spread | None) -> dict[str, float | None]:
+def _split_spread(spread: Spread | None) -> dict[str, float | None]:
     if spread is None:
         return {"mean": None, "deviation": None}
     return {"mean": spread.mean, "deviation": spread.deviation}
 
 
-def _plot(groups: Sequence[Group]) -> bytes:
+def _plot_groups(groups: Sequence[Group]) -> bytes:
     """Plot a dot for each seed and a bar for each mean, for every capture and held-out set."""
     panels = {}
     for heading, name in _PANELS.items():

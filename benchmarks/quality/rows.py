@@ -1,4 +1,4 @@
-"""A row: one capture encoded with one seed, decoded from the file, measured and saved."""
+"""Makes a row: encodes a capture with a seed, decodes and measures the file, and saves the row."""
 
 import hashlib
 import io
@@ -20,18 +20,18 @@ from studies import ProgressLines, Row, load_row, save_row, sum_seconds
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One encode, with everything that a process needs for its row.
+    """An encode of a capture, with all inputs of its row.
 
     Attributes:
         capture: Name of the capture.
         held_out_set: Ordinal of the set of held-out cameras.
         source: Folder of the capture.
-        options: Resolution and held-out cameras.
+        options: Options of reading the capture: resolution and held-out cameras.
         config: Settings of the encoder, including the seed.
-        frames: Number of frames, from the first.
-        folder: Folder of rows and streams.
-        lpips: File of the weights; None to leave out LPIPS.
-        device: Where training runs.
+        frames: Number of frames, beginning with the first frame.
+        folder: Folder for rows and streams.
+        lpips: File with the weights of LPIPS; None to leave out LPIPS.
+        device: Device of the training.
     """
 
     capture: str
@@ -46,12 +46,12 @@ class Task:
 
     @property
     def name(self) -> str:
-        """Name that distinguishes it from other tasks of the study."""
+        """Name of the task, which is unique in the study."""
         return f"{self.capture}.set{self.held_out_set}.seed{self.config.seed}"
 
     @property
     def row_path(self) -> Path:
-        """Path of the row."""
+        """Path of the JSON file with the row."""
         return self.folder / "rows" / f"{self.name}.json"
 
     @property
@@ -59,17 +59,17 @@ class Task:
         """Path of the stream."""
         return self.folder / "streams" / f"{self.name}.quarc"
 
-    def recall(self, fingerprint: str) -> Row | None:
-        """Return the saved row; None if there is none, or one of other inputs."""
-        return load_row(self.row_path, self._key(fingerprint))
+    def load_saved_row(self, fingerprint: str) -> Row | None:
+        """Return the saved row; None if it is missing, or has other inputs."""
+        return load_row(self.row_path, self._compute_key(fingerprint))
 
-    def keep(self, fingerprint: str, row: Row) -> None:
-        """Write the row."""
-        save_row(self.row_path, self._key(fingerprint), row)
+    def save(self, fingerprint: str, row: Row) -> None:
+        """Save the row."""
+        save_row(self.row_path, self._compute_key(fingerprint), row)
 
-    def _key(self, fingerprint: str) -> str:
-        """Return a digest of everything that the row depends on, except the code."""
-        said = {
+    def _compute_key(self, fingerprint: str) -> str:
+        """Return a digest of all inputs of the row, except the code."""
+        inputs = {
             "capture": fingerprint,
             "size": asdict(self.options),
             "frames": self.frames,
@@ -77,13 +77,13 @@ class Task:
             "lpips": self.lpips is not None,
             "device": self.device,
         }
-        return hashlib.sha256(json.dumps(said).encode()).hexdigest()
+        return hashlib.sha256(json.dumps(inputs).encode()).hexdigest()
 
 
 def make_row(task: Task) -> None:
-    """Encode, decode from the file, measure, and save the row, unless it exists."""
+    """Encode a capture, decode and measure the file, and save the row, unless the row exists."""
     capture = open_capture(task.source, task.options)
-    if task.recall(capture.fingerprint) is not None:
+    if task.load_saved_row(capture.fingerprint) is not None:
         return
     lpips = Lpips(task.lpips) if task.lpips else None
     timer, sink = StageTimer(ProgressLines(task.name)), io.BytesIO()
@@ -109,4 +109,4 @@ def make_row(task: Task) -> None:
         "lpips": lpips.variant if lpips else None,
         "protocol": protocol.as_json(),
     }
-    task.keep(capture.fingerprint, row)
+    task.save(capture.fingerprint, row)

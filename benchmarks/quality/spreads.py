@@ -10,11 +10,11 @@ Figures = Mapping[str, float | None]
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """A figure over seeds.
+    """The distribution of a figure over seeds.
 
     Attributes:
-        mean: Over the seeds.
-        deviation: Standard deviation over seeds, by n - 1; None for a single seed.
+        mean: Mean over the seeds.
+        deviation: Standard deviation over the seeds, with divisor n - 1; None for a single seed.
         count: Number of seeds.
     """
 
@@ -28,17 +28,17 @@ class Spread:
         return None if self.deviation is None else self.deviation**2 / self.count
 
     def as_json(self) -> dict[str, float | None]:
-        """Return the spread by name."""
+        """Return the spread as a JSON object."""
         return asdict(self)
 
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """Difference of two means.
+    """The difference of two means.
 
     Attributes:
-        amount: The first minus the second.
-        error: Its standard error; None if a mean is of a single seed.
+        amount: First mean minus second mean.
+        error: Standard error of the difference; None if a study has a single seed.
     """
 
     amount: float
@@ -46,47 +46,49 @@ class Difference:
 
 
 def summarize(values: Sequence[float]) -> Spread:
-    """Return mean and deviation of a figure.
+    """Return the spread of a figure.
 
     Args:
-        values: One value for each seed, at least one.
+        values: A value for each seed; at least one.
     """
     return Spread(fmean(values), stdev(values) if len(values) > 1 else None, len(values))
 
 
 def summarize_figures(rows: Iterable[Figures]) -> dict[str, Spread]:
-    """Return the spread of every figure, over the rows that have it."""
-    found: dict[str, list[float]] = {}
+    """Return the spread of each figure over the rows in which it is defined."""
+    values_by_name: dict[str, list[float]] = {}
     for row in rows:
         for name, value in row.items():
             if value is not None:
-                found.setdefault(name, []).append(value)
-    return {name: summarize(values) for name, values in found.items()}
+                values_by_name.setdefault(name, []).append(value)
+    return {name: summarize(values) for name, values in values_by_name.items()}
 
 
-def subtract(ours: Spread, theirs: Spread) -> Difference:
-    """Return the difference between the means of two studies, with seeds as random samples."""
+def subtract(first: Spread, second: Spread) -> Difference:
+    """Return the difference of the means of two studies, whose seeds are independent samples."""
     return Difference(
-        ours.mean - theirs.mean, _join_errors([ours.variance_of_mean, theirs.variance_of_mean])
+        first.mean - second.mean, _join_errors([first.variance_of_mean, second.variance_of_mean])
     )
 
 
 def average_differences(differences: Sequence[Difference]) -> Difference:
     """Return the mean of differences over several captures and held-out sets.
 
-    Its error describes only the variation between seeds, not between captures.
+    The error describes only the variation between seeds, not between captures.
 
     Args:
-        differences: At least one.
+        differences: Differences; at least one.
     """
     count = len(differences)
-    variances = [None if it.error is None else it.error**2 for it in differences]
+    variances = [
+        None if difference.error is None else difference.error**2 for difference in differences
+    ]
     error = _join_errors(variances)
-    amount = fmean(it.amount for it in differences)
+    amount = fmean(difference.amount for difference in differences)
     return Difference(amount, None if error is None else error / count)
 
 
 def _join_errors(variances: Sequence[float | None]) -> float | None:
     """Return the standard error of a sum; None if an error is unknown."""
-    known = [variance for variance in variances if variance is not None]
-    return math.sqrt(sum(known)) if len(known) == len(variances) else None
+    known_variances = [variance for variance in variances if variance is not None]
+    return math.sqrt(sum(known_variances)) if len(known_variances) == len(variances) else None

@@ -1,4 +1,4 @@
-"""The captures to encode, read from disk or ray-traced, and their held-out cameras."""
+"""The captures of a study, real or ray-traced, and their held-out cameras."""
 
 import re
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from quarc_ref.synth.variants import VARIANTS
 from studies import write_status
 
 TRACED = (*VARIANTS, "playroom-4", "playroom-8", "playroom-30", "playroom-640x480")
-_FILM_FRAMES = 40  # even if only frame 0 is encoded: they show what moves
+_FILM_FRAMES = 40  # even if only frame 0 is encoded: later frames show which pixels move
 _HELD_OUT_SETS = 4
 _MIN_CAMERAS = 4  # three held-out cameras and one for training
 _TRACED_NAME = re.compile(
@@ -26,7 +26,7 @@ class Subject:
 
     Attributes:
         name: Unique name of the subject.
-        folder: Where it is.
+        folder: Folder of the capture.
         held_out_sets: Names of the cameras of each held-out set.
     """
 
@@ -36,18 +36,18 @@ class Subject:
 
 
 def rotate_held_out(cameras: Sequence[str]) -> tuple[HeldOut, ...]:
-    """Return four sets of three cameras each, a third of the rig apart.
+    """Return four sets of three cameras; the cameras of a set are a third of the rig apart.
 
     Args:
-        cameras: Their names.
+        cameras: Names of all cameras.
 
     Raises:
-        ValueError: There are too few cameras left for training.
+        ValueError: Too few cameras would be left for training.
     """
     names, count = sorted(cameras), len(cameras)
     if count < _MIN_CAMERAS:
         message = (
-            f"{count} cameras are too few to hold three out; at least {_MIN_CAMERAS} are needed"
+            f"{count} cameras are too few to hold out three; at least {_MIN_CAMERAS} are needed"
         )
         raise ValueError(message)
     return tuple(
@@ -64,7 +64,7 @@ def parse_traced(name: str) -> SynthOptions:
             cameras includes the held-out one.
 
     Raises:
-        ValueError: The variant does not exist, or cannot be traced like this.
+        ValueError: The name is malformed, the variant does not exist, or a size is invalid.
     """
     match = _TRACED_NAME.fullmatch(name)
     if match is None:
@@ -87,7 +87,7 @@ def trace_if_missing(name: str, folder: Path) -> Subject:
         folder: Folder of all traced captures.
 
     Raises:
-        ValueError: The variant does not exist, or cannot be traced like this.
+        ValueError: The name is malformed, the variant does not exist, or a size is invalid.
     """
     options, target = parse_traced(name), folder / name
     if not target.is_dir():

@@ -1,6 +1,6 @@
-"""Rate and quality compared with other formats: the code of `benchmarks/rate.py`.
+"""Comparison of size and quality with other formats: the code of `benchmarks/rate.py`.
 
-jobs ──> streams, one file to each (measure)
+jobs ──> streams, each in a file (measure)
             │
             ├──> rows: planes of symbols, converters, keyframe_deltas
             ├──> points of a sweep, and their hull

@@ -15,7 +15,7 @@ from rate.claims import (
     claim_motion,
 )
 from rate.jobs import BUILT_IN, Job, trace_capture_if_missing
-from rate.measure import Measured, measure
+from rate.measure import MeasuredStream, measure
 from rate.results import Results, write_files
 from rate.rows import (
     STILL_FORMATS,
@@ -25,35 +25,37 @@ from rate.rows import (
     list_own_rows,
     make_still_row,
 )
-from rate.sweep import claim_hull, sweep
+from rate.sweep import claim_hull, measure_sweep
 
 PAPER = "paper"
-_WHAT = (
+_DESCRIPTION = (
     "Compare the size of streams with the paper's estimate, compressors and other splat formats."
 )
 _STILL_BOUNDS = {"spz": 0.8, "sog": 1.0}
 
 
 def compare(job: Job, folder: Path, results: Results, *, with_paper: bool) -> None:
-    """Add the rows and the claims of a capture."""
-    mine = measure(job, folder)
-    own = list_own_rows(mine)
-    still = {ending: make_still_row(mine, ending, folder) for ending in STILL_FORMATS}
-    fourdgs = list_fourdgs_rows(mine)
-    results.add(mine, [*own, *list_generic_rows(mine), *still.values(), *fourdgs])
-    claims = claim_motion(mine.summary)
-    for ending, row in still.items():
-        claims += _claim_still(mine, row, _STILL_BOUNDS[ending])
+    """Measure a capture, and add its rows and claims to the results."""
+    measured = measure(job, folder)
+    own_rows = list_own_rows(measured)
+    still_rows = {
+        format_name: make_still_row(measured, format_name, folder) for format_name in STILL_FORMATS
+    }
+    fourdgs = list_fourdgs_rows(measured)
+    results.add(measured, [*own_rows, *list_generic_rows(measured), *still_rows.values(), *fourdgs])
+    claims = claim_motion(measured.summary)
+    for format_name, row in still_rows.items():
+        claims += _claim_still(measured, row, _STILL_BOUNDS[format_name])
     if with_paper:
         paper = measure(replace(job, preset=PAPER, changes=()), folder)
         results.add(paper, list_own_rows(paper))
-        claims += claim_against_paper(mine.summary, mine.psnr, paper.summary, paper.psnr)
-    claims += claim_fourdgs(mine.summary, fourdgs[0].canonical, fourdgs[0].total)
-    results.claims[own[0].capture] = claims
+        claims += claim_against_paper(measured.summary, measured.psnr, paper.summary, paper.psnr)
+    claims += claim_fourdgs(measured.summary, fourdgs[0].canonical, fourdgs[0].total)
+    results.claims[own_rows[0].capture] = claims
 
 
 def main() -> None:
-    """Make the tables of all captures given on the command line."""
+    """Measure all captures of the command line; write and print the tables."""
     arguments = _parse_arguments()
     folder: Path = arguments.streams
     folder.mkdir(parents=True, exist_ok=True)
@@ -64,7 +66,9 @@ def main() -> None:
         job = Job(capture, arguments.preset, (), arguments.frames, arguments.downscale, held_out)
         compare(job, folder, results, with_paper=not arguments.no_paper)
         if arguments.sweep:
-            points = sweep(replace(job, frames=arguments.sweep_frames or job.frames), folder)
+            points = measure_sweep(
+                replace(job, frames=arguments.sweep_frames or job.frames), folder
+            )
             title = capture.resolve().name
             results.points[title] = points
             results.claims[title].append(claim_hull(points))
@@ -72,26 +76,32 @@ def main() -> None:
     if arguments.json:
         print(json.dumps(results.as_json(folder), indent=2))
     else:
-        print(results.markdown())
+        print(results.format_markdown())
 
 
 def _parse_arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=_WHAT)
+    parser = argparse.ArgumentParser(description=_DESCRIPTION)
     add = parser.add_argument
     add("captures", nargs="+", metavar="CAPTURE", help=f"a folder, or {BUILT_IN}")
-    add("--streams", type=Path, default=Path("out/rate"), metavar="DIR", help="kept between runs")
+    add(
+        "--streams",
+        type=Path,
+        default=Path("out/rate"),
+        metavar="DIR",
+        help="folder for streams and tables, from which a run resumes",
+    )
     add("--preset", choices=sorted(PRESETS), default="main")
     add_capture_options(parser)
     add("--no-paper", action="store_true", help="leave out the stream of the preset paper")
-    add("--sweep", action="store_true", help="rate and quality of settings around the preset")
+    add("--sweep", action="store_true", help="also measure settings around the preset")
     add("--sweep-frames", type=int, metavar="N", help="number of frames of the sweep's streams")
     add("--json", action="store_true", help="print JSON instead of tables")
     return parser.parse_args()
 
 
-def _claim_still(mine: Measured, row: Row, bound: float) -> list[Claim]:
-    theirs = None
+def _claim_still(measured: MeasuredStream, row: Row, bound: float) -> list[Claim]:
+    other = None
     if row.canonical is not None and row.psnr_first is not None:
-        theirs = (row.canonical, row.psnr_first)
-    coded = mine.summary.frames[0].coded_bytes["canonical"]
-    return claim_canonical(coded, mine.psnr[0], row.coder, theirs, bound)
+        other = (row.canonical, row.psnr_first)
+    canonical_bytes = measured.summary.frames[0].coded_bytes["canonical"]
+    return claim_canonical(canonical_bytes, measured.psnr[0], row.coder, other, bound)

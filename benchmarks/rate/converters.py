@@ -1,7 +1,7 @@
-"""Converts the canonical scene to other formats, SPZ and SOG, through PLY and back.
+"""Converts the canonical scene to SPZ or SOG and back, with PLY as the intermediate format.
 
-PlayCanvas's splat-transform, a program from npm, does the conversions; its output is rendered like
-the stream's own frames.
+The conversions use splat-transform by PlayCanvas, a program from npm. Its output is rendered like
+the decoded frames of a stream.
 """
 
 import os
@@ -15,7 +15,7 @@ from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.export.gaussian_ply import build_ply, parse_ply
 
 PACKAGE = "@playcanvas/splat-transform@3.7.0"
-_SECONDS = 600
+_TIMEOUT_SECONDS = 600
 _SPZ_MAGIC = b"NGSP"
 
 
@@ -24,13 +24,13 @@ class UnavailableError(Exception):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Converted:
+class ConvertedScene:
     """A scene after conversion to another format and back.
 
     Attributes:
-        byte_count: Size of the file in that format.
-        label: Name of the format, with its version if the file states it.
-        splats: Contents of the file.
+        byte_count: Size of the file in the other format.
+        label: Name of the format, with the version if the file states it.
+        splats: Splats after both conversions.
     """
 
     byte_count: int
@@ -38,32 +38,32 @@ class Converted:
     splats: Splats
 
 
-def convert_scene(splats: Splats, ending: str, folder: Path) -> Converted:
-    """Write a scene in another format and read it back.
+def convert_scene(splats: Splats, format_name: str, folder: Path) -> ConvertedScene:
+    """Convert a scene to another format and back.
 
     Args:
-        splats: The scene.
-        ending: `spz` or `sog`.
-        folder: Folder of programs and files.
+        splats: Scene to convert.
+        format_name: `spz` or `sog`.
+        folder: Folder for the program and temporary files.
 
     Raises:
         UnavailableError: The program cannot be installed, or fails.
     """
     program = install(folder / "node")
-    with TemporaryDirectory(dir=folder) as beside:
-        source, coded, back = (
-            Path(beside, f"scene.{kind}") for kind in ("ply", ending, "back.ply")
+    with TemporaryDirectory(dir=folder) as temporary_folder:
+        source_path, encoded_path, decoded_path = (
+            Path(temporary_folder, f"scene.{suffix}") for suffix in ("ply", format_name, "back.ply")
         )
-        source.write_bytes(build_ply(splats))
-        for step in ((source, coded), (coded, back)):
-            _run([program, "-q", "-g", "cpu", *step])
-        data = coded.read_bytes()
-        label = name_spz(data) if ending == "spz" else ending.upper()
-        return Converted(len(data), label, parse_ply(back.read_bytes()))
+        source_path.write_bytes(build_ply(splats))
+        for paths in ((source_path, encoded_path), (encoded_path, decoded_path)):
+            _run_program([program, "-q", "-g", "cpu", *paths])
+        data = encoded_path.read_bytes()
+        label = describe_spz(data) if format_name == "spz" else format_name.upper()
+        return ConvertedScene(len(data), label, parse_ply(decoded_path.read_bytes()))
 
 
 def install(folder: Path) -> Path:
-    """Return the program; install it into a folder with npm if it is missing.
+    """Return the path of splat-transform; install it into a folder with npm if it is missing.
 
     Raises:
         UnavailableError: Node or npm is missing, or npm fails.
@@ -76,32 +76,37 @@ def install(folder: Path) -> Path:
         message = "npm is not installed"
         raise UnavailableError(message)
     folder.mkdir(parents=True, exist_ok=True)
-    _run([npm, "install", "--no-audit", "--no-fund", "--prefix", folder, PACKAGE])
+    _run_program([npm, "install", "--no-audit", "--no-fund", "--prefix", folder, PACKAGE])
     return program
 
 
 def read_program_version(folder: Path) -> str | None:
-    """Return the version that the program prints; None if it is not installed."""
+    """Return the version that splat-transform prints; None if it is not installed."""
     program = folder / "node" / "node_modules" / ".bin" / "splat-transform"
-    return _run([program, "--version"]).strip() if program.exists() else None
+    return _run_program([program, "--version"]).strip() if program.exists() else None
 
 
-def name_spz(data: bytes) -> str:
-    """Return `SPZ v` and the version stated in a file."""
+def describe_spz(data: bytes) -> str:
+    """Return the name of the SPZ format with the version that the file states."""
     if data[:4] == _SPZ_MAGIC:
         return f"SPZ v{int.from_bytes(data[4:8], 'little')}"
     return "SPZ, gzipped, v3 or older"
 
 
-def _run(command: list[str | Path]) -> str:
+def _run_program(command: list[str | Path]) -> str:
     name = Path(command[0]).name
     environment = {**os.environ, "npm_config_loglevel": "error"}
     try:
-        done = subprocess.run(
-            command, capture_output=True, text=True, timeout=_SECONDS, check=True, env=environment
+        process = subprocess.run(
+            command,
+            capture_output=True,
+            text=True,
+            timeout=_TIMEOUT_SECONDS,
+            check=True,
+            env=environment,
         )
     except (OSError, subprocess.SubprocessError) as error:
-        reported = (getattr(error, "stderr", None) or str(error)).strip()
-        message = f"{name}: {reported.splitlines()[-1] if reported else error}"
+        error_text = (getattr(error, "stderr", None) or str(error)).strip()
+        message = f"{name}: {error_text.splitlines()[-1] if error_text else error}"
         raise UnavailableError(message) from error
-    return done.stdout
+    return process.stdout

@@ -1,4 +1,4 @@
-"""The streams for the rate tables, and their folder, from which a run resumes."""
+"""Encodes the streams for the rate tables into a folder, from which a run resumes."""
 
 import hashlib
 import os
@@ -17,7 +17,7 @@ from quarc_ref.synth import SynthOptions, write_synthetic_capture
 from studies import write_status
 
 BUILT_IN = "synth"
-_LONGEST_NAME = 180
+_MAX_NAME_LENGTH = 180
 _DIGEST_LENGTH = 12
 _SETTING = re.compile(r"(\S+?)=(.*?)(?= \S+=|$)")
 
@@ -28,11 +28,11 @@ class Job:
 
     Attributes:
         capture: Folder of the capture.
-        preset: Name of the settings.
-        changes: Settings that differ from the preset: path and value.
-        frames: Number of frames from the first; None for all.
+        preset: Name of the preset.
+        changes: (name, value) of settings that differ from the preset.
+        frames: Number of frames, beginning with the first; None for all.
         downscale: Factor by which pictures are downscaled.
-        held_out: Names of held-out cameras; empty for the first.
+        held_out: Names of held-out cameras; empty for the first camera.
     """
 
     capture: Path
@@ -43,9 +43,9 @@ class Job:
     held_out: tuple[str, ...] = ()
 
     def file_name(self) -> str:
-        """Return a unique name for this stream in the folder.
+        """Return the file name of the stream, which depends on all fields of the job.
 
-        A long one ends in a digest, because file systems allow at most 255 bytes.
+        A long name is shortened and ends in a digest, because file systems allow at most 255 bytes.
         """
         parts = [self.capture.resolve().name, self.preset]
         parts += [f"{name}={value}" for name, value in self.changes]
@@ -56,16 +56,16 @@ class Job:
         if self.held_out:
             parts.append(f"without={'+'.join(self.held_out)}")
         name = ".".join(parts)
-        if len(name) > _LONGEST_NAME:
+        if len(name) > _MAX_NAME_LENGTH:
             digest = hashlib.sha256(name.encode()).hexdigest()[:_DIGEST_LENGTH]
-            name = f"{name[: _LONGEST_NAME - _DIGEST_LENGTH - 1]}-{digest}"
+            name = f"{name[: _MAX_NAME_LENGTH - _DIGEST_LENGTH - 1]}-{digest}"
         return f"{name}.quarc"
 
     def config(self) -> EncoderConfig:
         """Return the settings of the encode.
 
         Raises:
-            SettingError: A preset or setting does not exist, or a value is invalid.
+            SettingError: The preset or a setting does not exist, or a value is invalid.
         """
         config = choose_preset(self.preset)
         for name, value in self.changes:
@@ -74,7 +74,7 @@ class Job:
 
 
 def trace_capture_if_missing(name: str, folder: Path) -> Path:
-    """Return the folder of a capture; the built-in one is traced into `folder` first."""
+    """Return the folder of a capture; trace the built-in capture into `folder` if it is missing."""
     if name != BUILT_IN or Path(name).is_dir():
         return Path(name)
     target = folder / BUILT_IN
@@ -87,39 +87,41 @@ def trace_capture_if_missing(name: str, folder: Path) -> Path:
 
 
 def encode_if_missing(job: Job, folder: Path) -> bytes:
-    """Return a stream, encoded into `folder` if it does not exist.
+    """Return the bytes of a stream; encode it into `folder` if it does not exist.
 
     Raises:
-        ResumeError: A partial stream of an earlier run has other inputs.
+        ResumeError: The partial stream of an earlier run has other inputs.
     """
     path = folder / job.file_name()
     if not path.is_file():
         write_status(f"encoding {path.name}")
         capture = open_capture(job.capture, CaptureOptions(job.downscale, job.held_out))
-        part = path.with_name(path.name + ".part")
+        partial_path = path.with_name(path.name + ".part")
         with TerminalProgress(quiet=False) as progress:
             options = EncodeOptions(job.config(), job.frames, progress=progress)
             try:
-                encode_file(capture, part, options)
+                encode_file(capture, partial_path, options)
             except ResumeError as error:
-                message = f"{error}; remove {part} to begin anew"
+                message = f"{error}; remove {partial_path} to start from the beginning"
                 raise ResumeError(message) from error
-        os.replace(part, path)
+        os.replace(partial_path, path)
     return path.read_bytes()
 
 
 def list_differences(job: Job, metadata: dict[str, str]) -> list[str]:
-    """Return the settings in which an existing stream differs from those requested.
+    """Return the names of settings that differ between an existing stream and a job.
 
     Args:
         job: Requested stream.
-        metadata: Metadata of the stream, which lists the settings that are not the default.
+        metadata: Metadata of the existing stream, which lists the settings other than defaults.
     """
     if "settings" not in metadata:
         return []
-    said = dict(_SETTING.findall(metadata["settings"]))
+    stored_settings = dict(_SETTING.findall(metadata["settings"]))
     defaults = dict(list_settings(EncoderConfig()))
-    asked = {name: str(value) for name, value in list_settings(job.config())}
+    requested_settings = {name: str(value) for name, value in list_settings(job.config())}
     return sorted(
-        name for name, value in asked.items() if said.get(name, str(defaults[name])) != value
+        name
+        for name, value in requested_settings.items()
+        if stored_settings.get(name, str(defaults[name])) != value
     )

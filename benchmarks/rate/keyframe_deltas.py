@@ -1,9 +1,9 @@
 """Writes the decoded frames of a stream to the `4dgs` container with the package `fourdgs`.
 
-Its temporal model `keyframe-delta` codes the first frame completely, and every later one by the
-changes of each Gaussian: the model most similar to this format without anchors. It has no SH beyond
-the base color in this model, which reduces its size. Error bounds are those of its profile
-`default`.
+The temporal model `keyframe-delta` of `4dgs` codes the first frame completely, and later frames by
+the changes of each Gaussian. Of all models, it is the most similar to this format without anchors.
+The model has no SH beyond the base color, which reduces the size. Error bounds are those of the
+profile `default`.
 """
 
 from collections.abc import Iterable, Iterator
@@ -22,12 +22,12 @@ _SH_BASE = 0.28209479177387814
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """Bytes of a `4dgs` file.
+    """Sizes of `4dgs` files in bytes.
 
     Attributes:
-        settings: Settings that it is written with.
-        first: Bytes of a file of only the first frame.
-        total: Bytes of the file of all frames.
+        settings: Description of the writer's settings.
+        first: Size of a file of only the first frame.
+        total: Size of the file of all frames.
     """
 
     settings: str
@@ -36,34 +36,34 @@ class Sizes:
 
 
 def count_bytes(scenes: Iterable[Scene]) -> list[Sizes]:
-    """Return the sizes of the frames in `4dgs` files, the smallest first.
+    """Return the sizes of `4dgs` files of the frames for several settings; the smallest is first.
 
     Args:
         scenes: All frames of a stream, in order.
 
     Raises:
-        ImportError: The package, or `zstandard`, is not installed.
+        ImportError: `fourdgs` or `zstandard` is not installed.
     """
-    import zstandard  # noqa: F401, what its codec of fewest bytes needs
+    import zstandard  # noqa: F401, the codec of `fewest_options` requires it
     from fourdgs.keyframe_delta_file import write_sequence
     from fourdgs.keyframe_delta_writer import KeyframeDeltaOptions
     from fourdgs.serialization import CODEC_ZSTD
 
     samples = list(_make_samples(scenes))
-    pace = samples[1].t0 if len(samples) > 1 else 1.0
-    fewest = {
+    frame_seconds = samples[1].t0 if len(samples) > 1 else 1.0
+    fewest_options = {
         "kd": KeyframeDeltaOptions(keyframe_every=len(samples)),
         "codec": CODEC_ZSTD,
         "level": 19,
         "write_index": False,
     }
 
-    def count(frames: list[Any], options: dict[str, Any]) -> int:
-        return len(write_sequence(frames, pace * len(frames), **options))
+    def count_file_bytes(frames: list[Any], options: dict[str, Any]) -> int:
+        return len(write_sequence(frames, frame_seconds * len(frames), **options))
 
     return [
-        Sizes(settings, count(samples[:1], options), count(samples, options))
-        for settings, options in ((FEWEST_BYTES, fewest), (PLAIN_SETTINGS, {}))
+        Sizes(settings, count_file_bytes(samples[:1], options), count_file_bytes(samples, options))
+        for settings, options in ((FEWEST_BYTES, fewest_options), (PLAIN_SETTINGS, {}))
     ]
 
 
@@ -79,7 +79,7 @@ def _make_samples(scenes: Iterable[Scene]) -> Iterator[Any]:
         gaussians = GaussianSet(
             positions=splats.positions,
             scales=np.exp(splats.log_scales),
-            rotations=np.roll(splats.rotations, -1, axis=1),  # it has xyzw
+            rotations=np.roll(splats.rotations, -1, axis=1),  # its order is xyzw
             colors=np.concatenate([colors, opacities], axis=1),
             motions=np.zeros((count, 3), dtype=np.float32),
             mu_t=np.full(count, time),

@@ -1,4 +1,4 @@
-"""Measures a stream: its size by kind, and its quality on the held-out cameras."""
+"""Measures the size of a stream by kind, and its quality on the held-out cameras."""
 
 import hashlib
 import json
@@ -22,15 +22,15 @@ from studies import write_status
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Measured:
+class MeasuredStream:
     """A stream and its measurements.
 
     Attributes:
-        job: Requested stream.
-        data: The stream.
-        summary: Its frames and sizes.
-        psnr: PSNR of held-out cameras for each frame, dB.
-        differences: Settings in which it differs from the job: it existed before they were changed.
+        job: Job of the stream.
+        data: Bytes of the stream.
+        summary: Frames and sizes of the stream.
+        psnr: PSNR of each frame on the held-out cameras, in dB.
+        differences: Settings that differ from the job, if the stream is from an earlier run.
     """
 
     job: Job
@@ -40,38 +40,38 @@ class Measured:
     differences: tuple[str, ...]
 
 
-def measure(job: Job, folder: Path) -> Measured:
-    """Return a measured stream; existing files are reused.
+def measure(job: Job, folder: Path) -> MeasuredStream:
+    """Encode and measure a stream; existing files are reused.
 
     Raises:
-        MismatchError: The existing stream of that name is of another capture.
+        MismatchError: The existing stream is from another capture.
     """
     data = encode_if_missing(job, folder)
     summary = inspect_stream(data)
     differences = tuple(list_differences(job, summary.metadata))
     if differences:
-        write_status(f"{job.file_name()} was made with other {', '.join(differences)}")
+        write_status(f"{job.file_name()} was encoded with other settings: {', '.join(differences)}")
     psnr = _load_or_measure_psnr(job, data, folder / f"{job.file_name()}.psnr.json")
-    return Measured(job, data, summary, psnr, differences)
+    return MeasuredStream(job, data, summary, psnr, differences)
 
 
-def measure_first_frame(splats: Splats, measured: Measured) -> float:
-    """Return the mean PSNR of a scene on the held-out pictures of frame 0, dB."""
+def measure_first_frame(splats: Splats, measured: MeasuredStream) -> float:
+    """Return the mean PSNR of a scene on the held-out pictures of frame 0, in dB."""
     capture = open_same_capture(measured.summary, measured.job.capture)
-    first = measured.summary.frames[0].frame
+    first_ordinal = measured.summary.frames[0].frame
     numbers = []
     for index in capture.held_out:
         picture = np.clip(render_picture(splats, measured.summary.cameras[index]), 0, 1)
-        truth = capture.image(index, first).astype(np.float32) / np.float32(255)
+        truth = capture.image(index, first_ordinal).astype(np.float32) / np.float32(255)
         numbers.append(measure_psnr(picture, truth))
     return fmean(numbers)
 
 
 def _load_or_measure_psnr(job: Job, data: bytes, path: Path) -> tuple[float, ...]:
-    """Return the quality of the given bytes, from a file if it was measured before."""
+    """Return the PSNR of each frame of a stream, from a file if it was measured before."""
     digest = hashlib.sha256(data).hexdigest()
-    if path.is_file() and (known := json.loads(path.read_text()))["sha256"] == digest:
-        return tuple(known["psnr"])
+    if path.is_file() and (saved := json.loads(path.read_text()))["sha256"] == digest:
+        return tuple(saved["psnr"])
     with TerminalProgress(quiet=False) as progress:
         psnr = evaluate_stream(data, job.capture, progress.advance).quality.psnr
     write_atomically(path, json.dumps({"sha256": digest, "psnr": psnr}, indent=2).encode())

@@ -1,7 +1,7 @@
-"""The symbols of a stream as input of general-purpose compressors, and the resulting sizes.
+"""Compresses the symbols of a stream with general-purpose compressors.
 
-Every frame is compressed separately, as in the stream: motion as one block, births as another, and
-a canonical frame as one. A block consists of planes, each a row of numbers in the narrowest signed
+Each frame is compressed separately, as in the stream: motion and births are separate blocks, and a
+canonical frame is one block. A block consists of rows of numbers, each in the narrowest signed
 integer type that can hold it.
 """
 
@@ -24,8 +24,8 @@ Kind = str
 Compressor = Callable[[bytes], bytes]
 
 _FLOAT_BYTES = 4
-_FLOATS_OF_ANCHOR = 7  # translation and quaternion
-_FLOATS_OF_PLACE = 7  # position and quaternion of a Gaussian
+_ANCHOR_FLOATS = 7  # translation and quaternion
+_POSE_FLOATS = 7  # position and quaternion of a Gaussian
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,9 +33,9 @@ class FrameSymbols:
     """The integers that a frame codes.
 
     Attributes:
-        canonical: The Gaussians of a canonical frame.
-        motion: `[c, a]` of each level's anchors, level 1 first; empty in a canonical frame.
-        births: The births; None in a canonical frame.
+        canonical: Gaussians of a canonical frame; None in other frames.
+        motion: `[c, a]` symbols of each level, level 1 first; empty in a canonical frame.
+        births: Births of the frame; None in a canonical frame.
     """
 
     canonical: Gaussians | None
@@ -62,7 +62,7 @@ def read_symbols(data: bytes) -> Iterator[FrameSymbols]:
 
 
 def pack_planes(rows: Iterable[Int64]) -> bytes:
-    """Return rows one after another, each in the narrowest signed integer type that can hold it."""
+    """Return rows as bytes, each in the narrowest signed integer type that can hold it."""
     return b"".join(_narrow(row).tobytes() for row in rows)
 
 
@@ -80,7 +80,7 @@ def pack_frame(frame: FrameSymbols) -> dict[Kind, bytes]:
 
 
 def sum_compressed(frames: Iterable[FrameSymbols], compress: Compressor) -> dict[Kind, int]:
-    """Return the bytes of all separately compressed blocks, by kind."""
+    """Return the total size of the compressed blocks of all frames in bytes, by kind."""
     sizes: Counter[Kind] = Counter()
     for frame in frames:
         sizes.update({kind: len(compress(block)) for kind, block in pack_frame(frame).items()})
@@ -88,7 +88,7 @@ def sum_compressed(frames: Iterable[FrameSymbols], compress: Compressor) -> dict
 
 
 def sum_floats(frames: Iterable[FrameSymbols]) -> dict[Kind, int]:
-    """Return the bytes of the same numbers as raw float32, by kind.
+    """Return the size of all symbols as raw float32 in bytes, by kind.
 
     A Gaussian with SH of degree 1 has 23 numbers and an anchor 7, even if the stream does not code
     w.
@@ -96,21 +96,21 @@ def sum_floats(frames: Iterable[FrameSymbols]) -> dict[Kind, int]:
     sizes: Counter[Kind] = Counter()
     for frame in frames:
         if frame.canonical is not None:
-            sizes["canonical"] += _float_bytes(frame.canonical)
+            sizes["canonical"] += _count_float_bytes(frame.canonical)
         anchors = sum(level.shape[1] for level in frame.motion)
-        sizes["motion"] += _FLOAT_BYTES * _FLOATS_OF_ANCHOR * anchors
+        sizes["motion"] += _FLOAT_BYTES * _ANCHOR_FLOATS * anchors
         if frame.births is not None:
-            sizes["births"] += _float_bytes(frame.births.newborn)
+            sizes["births"] += _count_float_bytes(frame.births.newborn)
     return dict(sizes)
 
 
 def compress_lzma(block: bytes) -> bytes:
-    """Compress like `xz -9e`, in the smallest container."""
+    """Return a block compressed as by `xz -9e`, in the smallest container."""
     return lzma.compress(block, format=lzma.FORMAT_ALONE, preset=9 | lzma.PRESET_EXTREME)
 
 
 def compress_zstd(block: bytes) -> bytes:
-    """Compress like `zstd -19`, without checksum and content size.
+    """Return a block compressed as by `zstd -19`, without checksum and content size.
 
     Raises:
         ImportError: The package `zstandard` is not installed.
@@ -129,13 +129,15 @@ def _list_rows(gaussians: Gaussians) -> list[Int64]:
     return [*gaussians.positions, *gaussians.rotations, *gaussians.codes]
 
 
-def _float_bytes(gaussians: Gaussians) -> int:
-    return _FLOAT_BYTES * (_FLOATS_OF_PLACE + len(gaussians.codes)) * gaussians.count
+def _count_float_bytes(gaussians: Gaussians) -> int:
+    return _FLOAT_BYTES * (_POSE_FLOATS + len(gaussians.codes)) * gaussians.count
 
 
 def _narrow(row: Int64) -> np.ndarray:
     """Return a row as little-endian integers of 1, 2, 4 or 8 bytes."""
     low, high = int(row.min(initial=0)), int(row.max(initial=0))
     types = [np.dtype(name) for name in ("<i1", "<i2", "<i4", "<i8")]
-    fits = [kind for kind in types if np.iinfo(kind).min <= low and high <= np.iinfo(kind).max]
-    return row.astype(fits[0])
+    fitting_types = [
+        dtype for dtype in types if np.iinfo(dtype).min <= low and high <= np.iinfo(dtype).max
+    ]
+    return row.astype(fitting_types[0])

@@ -1,4 +1,4 @@
-"""Results of the rate tables, which are printed and written into the folder."""
+"""Collects the rows, claims and points of all captures, and writes them as files."""
 
 import os
 import platform
@@ -11,8 +11,8 @@ from quarc_ref.evaluation.plots import plot_coders, plot_rate_distortion
 from quarc_ref.inspection.stream_summary import KILOBYTE, KINDS
 from rate.claims import Claim, list_inter_frames
 from rate.converters import read_program_version
-from rate.hull import Point, upper_hull
-from rate.measure import Measured
+from rate.hull import Point, find_upper_hull
+from rate.measure import MeasuredStream
 from rate.rows import FLOATS, FOURDGS, Row
 from rate.tables import (
     format_claims,
@@ -29,25 +29,27 @@ _PACKAGES = ("numpy", "constriction", "torch", "numba", "zstandard", "fourdgs")
 
 @dataclass(frozen=True, slots=True)
 class Results:
-    """All results, by name of the capture."""
+    """All results of a run; claims and points are by name of the capture."""
 
     rows: list[Row] = field(default_factory=list)
-    moved: dict[tuple[str, str], int] = field(default_factory=dict)
+    later_frame_counts: dict[tuple[str, str], int] = field(default_factory=dict)
     claims: dict[str, list[Claim]] = field(default_factory=dict)
     points: dict[str, list[Point]] = field(default_factory=dict)
 
-    def add(self, measured: Measured, rows: list[Row]) -> None:
+    def add(self, measured: MeasuredStream, rows: list[Row]) -> None:
         """Add the rows of a stream."""
         self.rows.extend(rows)
-        self.moved[rows[0].capture, rows[0].preset] = len(list_inter_frames(measured.summary))
+        self.later_frame_counts[rows[0].capture, rows[0].preset] = len(
+            list_inter_frames(measured.summary)
+        )
 
-    def markdown(self) -> str:
-        """Return the tables."""
-        tables = [format_rows(self.rows, self.moved), format_claims(self.claims)]
+    def format_markdown(self) -> str:
+        """Return all tables in Markdown."""
+        tables = [format_rows(self.rows, self.later_frame_counts), format_claims(self.claims)]
         return "\n".join([*tables, *([format_points(self.points)] if self.points else [])])
 
     def as_json(self, folder: Path) -> dict[str, object]:
-        """Return the output of `--json`."""
+        """Return the results as a JSON object, as `--json` prints them."""
         return {
             "machine": describe_machine(folder),
             "rows": list_row_records(self.rows),
@@ -66,9 +68,11 @@ def write_files(results: Results, folder: Path) -> None:
     for name, records in tables.items():
         if records:
             write_atomically(folder / name, write_csv(records))
-    write_atomically(folder / "rate.md", results.markdown().encode())
+    write_atomically(folder / "rate.md", results.format_markdown().encode())
     for capture in results.claims:
-        write_atomically(folder / f"{capture}.coders.png", plot_coders(_panels(results, capture)))
+        write_atomically(
+            folder / f"{capture}.coders.png", plot_coders(_list_panels(results, capture))
+        )
     for capture, points in results.points.items():
         write_atomically(folder / f"{capture}.sweep.png", _plot_points(points))
 
@@ -85,19 +89,19 @@ def describe_machine(folder: Path) -> dict[str, object]:
     }
 
 
-def _panels(results: Results, capture: str) -> dict[str, dict[str, float]]:
-    """Return `{axis: {coder: KB}}` of a capture's streams.
+def _list_panels(results: Results, capture: str) -> dict[str, dict[str, float]]:
+    """Return the panels of the plot of a capture: `{axis: {coder: KB}}`.
 
-    Floats, which are far larger than all others, and formats without SH are left out.
+    Raw floats, which are far larger, and formats without SH are left out.
     """
     panels: dict[str, dict[str, float]] = {}
     for kind in KINDS:
         is_once = kind == "canonical"
         sizes = {}
         for row in results.rows:
-            left_out = row.coder.startswith((FLOATS, FOURDGS))
-            if row.capture == capture and getattr(row, kind) and not left_out:
-                frames = 1 if is_once else results.moved[capture, row.preset]
+            is_left_out = row.coder.startswith((FLOATS, FOURDGS))
+            if row.capture == capture and getattr(row, kind) and not is_left_out:
+                frames = 1 if is_once else results.later_frame_counts[capture, row.preset]
                 sizes[f"{row.preset}: {row.coder}"] = getattr(row, kind) / KILOBYTE / frames
         if sizes:
             panels[f"{kind}, KB" if is_once else f"{kind}, KB per frame"] = sizes
@@ -105,9 +109,9 @@ def _panels(results: Results, capture: str) -> dict[str, dict[str, float]]:
 
 
 def _plot_points(points: list[Point]) -> bytes:
-    places = [(point.kilobytes, point.psnr, point.label) for point in points]
-    hull = [(point.kilobytes, point.psnr) for point in upper_hull(points)]
-    return plot_rate_distortion(places, hull)
+    labeled_points = [(point.kilobytes, point.psnr, point.label) for point in points]
+    hull = [(point.kilobytes, point.psnr) for point in find_upper_hull(points)]
+    return plot_rate_distortion(labeled_points, hull)
 
 
 def _read_processor() -> str:

@@ -1,4 +1,4 @@
-"""The rows of the rate table: one stream in this format and in others."""
+"""Makes the rows of the rate table: a stream in this format and in other formats."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,7 +10,7 @@ from quarc_ref.inspection.stream_summary import KINDS
 from quarc_ref.streams import decode
 from rate import keyframe_deltas
 from rate.converters import UnavailableError, convert_scene
-from rate.measure import Measured, measure_first_frame
+from rate.measure import MeasuredStream, measure_first_frame
 from rate.planes import COMPRESSORS, read_symbols, sum_compressed, sum_floats
 
 FILE, ESTIMATE, FLOATS, FOURDGS = "the file", "zero-order estimate", "float32", "fourdgs"
@@ -19,22 +19,22 @@ STILL_FORMATS = {"spz": "SPZ", "sog": "SOG"}
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A stream in one coding, with bytes of the whole stream; None if unknown.
+    """The sizes and the quality of a stream in one format; a number is None if unknown.
 
     Attributes:
         capture: Name of the capture.
-        preset: Of the stream.
-        coder: What codes it.
-        canonical: Bytes of canonical frames; of a file of the first frame in formats without them.
+        preset: Preset of the stream.
+        coder: Name of the format or compressor.
+        canonical: Bytes of canonical frames, or of a file of only the first frame.
         motion: Bytes of the anchors' residuals.
-        snapshots: Bytes of canonical frames that are coded against others.
-        updates: Bytes of changes of single Gaussians.
+        snapshots: Bytes of snapshots.
+        updates: Bytes of updates.
         births: Bytes of births.
         rest: Bytes of headers, index, cameras and metadata.
-        total: Bytes of all.
-        psnr_first: PSNR of held-out cameras in frame 0, dB.
-        psnr_mean: PSNR of held-out cameras, mean of the frames, dB.
-        remark: Why a number is missing, or the settings of the format.
+        total: Bytes in total.
+        psnr_first: PSNR of frame 0 on held-out cameras, in dB.
+        psnr_mean: Mean PSNR of all frames on held-out cameras, in dB.
+        remark: Reason for a missing number, or settings of the format.
     """
 
     capture: str
@@ -52,66 +52,74 @@ class Row:
     remark: str = ""
 
 
-def list_own_rows(measured: Measured) -> list[Row]:
-    """Return the row of the file, and that of the estimate of its symbols."""
-    blank = _blank(measured)
-    coded, psnr = measured.summary.coded_bytes(), measured.psnr
+def list_own_rows(measured: MeasuredStream) -> list[Row]:
+    """Return the row of the file, and the row of the estimate of its symbols."""
+    blank_row = _make_blank_row(measured)
+    coded_bytes, psnr = measured.summary.coded_bytes(), measured.psnr
     estimate: dict[str, Any] = {
         kind: sum(frame.estimate_bytes[kind] for frame in measured.summary.frames) for kind in KINDS
     }
-    made = f"made with other {', '.join(measured.differences)}" if measured.differences else ""
-    of_file: dict[str, Any] = {kind: coded[kind] for kind in KINDS}
-    file = replace(blank, coder=FILE, **of_file, remark=made)
-    file = replace(file, rest=coded["overhead"], total=coded["total"])
-    file = replace(file, psnr_first=psnr[0], psnr_mean=fmean(psnr))
-    return [file, _sum(replace(blank, coder=ESTIMATE, **estimate))]
+    remark = f"made with other {', '.join(measured.differences)}" if measured.differences else ""
+    file_bytes: dict[str, Any] = {kind: coded_bytes[kind] for kind in KINDS}
+    file_row = replace(blank_row, coder=FILE, **file_bytes, remark=remark)
+    file_row = replace(file_row, rest=coded_bytes["overhead"], total=coded_bytes["total"])
+    file_row = replace(file_row, psnr_first=psnr[0], psnr_mean=fmean(psnr))
+    return [file_row, _add_total(replace(blank_row, coder=ESTIMATE, **estimate))]
 
 
-def list_generic_rows(measured: Measured) -> list[Row]:
+def list_generic_rows(measured: MeasuredStream) -> list[Row]:
     """Return the rows of general-purpose compressors and raw floats for the same symbols."""
-    frames, blank = list(read_symbols(measured.data)), _blank(measured)
+    frames, blank_row = list(read_symbols(measured.data)), _make_blank_row(measured)
     rows = []
     for name, compress in COMPRESSORS.items():
         try:
             kinds: dict[str, Any] = sum_compressed(frames, compress)
         except ImportError as error:
-            rows.append(replace(blank, coder=name, remark=_describe_error(error)))
+            rows.append(replace(blank_row, coder=name, remark=_describe_error(error)))
         else:
-            rows.append(_sum(replace(blank, coder=name, **kinds)))
+            rows.append(_add_total(replace(blank_row, coder=name, **kinds)))
     floats: dict[str, Any] = sum_floats(frames)
-    return [*rows, _sum(replace(blank, coder=FLOATS, **floats))]
+    return [*rows, _add_total(replace(blank_row, coder=FLOATS, **floats))]
 
 
-def make_still_row(measured: Measured, ending: str, folder: Path) -> Row:
+def make_still_row(measured: MeasuredStream, format_name: str, folder: Path) -> Row:
     """Return the row of frame 0 as a file of another format."""
-    blank = replace(_blank(measured), coder=STILL_FORMATS[ending])
+    blank_row = replace(_make_blank_row(measured), coder=STILL_FORMATS[format_name])
     splats = dequantize(next(decode(measured.data)))
     try:
-        converted = convert_scene(splats, ending, folder)
+        converted = convert_scene(splats, format_name, folder)
     except UnavailableError as error:
-        return replace(blank, remark=_describe_error(error))
+        return replace(blank_row, remark=_describe_error(error))
     psnr = measure_first_frame(converted.splats, measured)
-    return replace(blank, coder=converted.label, canonical=converted.byte_count, psnr_first=psnr)
+    return replace(
+        blank_row, coder=converted.label, canonical=converted.byte_count, psnr_first=psnr
+    )
 
 
-def list_fourdgs_rows(measured: Measured) -> list[Row]:
-    """Return the rows of the decoded frames in `4dgs` files, the smallest first."""
-    blank = replace(_blank(measured), coder=FOURDGS)
+def list_fourdgs_rows(measured: MeasuredStream) -> list[Row]:
+    """Return the rows of `4dgs` files of the decoded frames; the smallest file is first."""
+    blank_row = replace(_make_blank_row(measured), coder=FOURDGS)
     try:
         sizes = keyframe_deltas.count_bytes(decode(measured.data))
     except ImportError as error:
-        return [replace(blank, remark=_describe_error(error))]
+        return [replace(blank_row, remark=_describe_error(error))]
     return [
-        replace(blank, coder=name, canonical=each.first, total=each.total, remark=each.settings)
-        for name, each in zip((FOURDGS, f"{FOURDGS}, its defaults"), sizes, strict=True)
+        replace(
+            blank_row,
+            coder=name,
+            canonical=file_sizes.first,
+            total=file_sizes.total,
+            remark=file_sizes.settings,
+        )
+        for name, file_sizes in zip((FOURDGS, f"{FOURDGS}, its defaults"), sizes, strict=True)
     ]
 
 
-def _blank(measured: Measured) -> Row:
+def _make_blank_row(measured: MeasuredStream) -> Row:
     return Row(measured.job.capture.resolve().name, measured.job.preset, "")
 
 
-def _sum(row: Row) -> Row:
+def _add_total(row: Row) -> Row:
     return replace(row, total=sum(getattr(row, kind) or 0 for kind in KINDS))
 
 

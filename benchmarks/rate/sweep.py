@@ -1,7 +1,7 @@
-"""The settings around the default that the sweep encodes.
+"""Encodes and measures settings around the default.
 
-All points start with the same canonical frame, trained once: repeated trainings differ by tenths of
-a dB on one camera, more than the effect of most settings.
+All points start with the same canonical frame, which is trained once. Repeated trainings would
+differ by tenths of a dB, which is more than the effect of most settings.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,7 +16,7 @@ from quarc_ref.encoder.encode_stream import adapt_steps_to_capture
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.format.constants import ROTATION_UNITY_LIMIT
 from rate.claims import Claim, amortize_file
-from rate.hull import Point, gap_to_hull, upper_hull
+from rate.hull import Point, find_upper_hull, measure_gap_to_hull
 from rate.jobs import Job
 from rate.measure import measure
 
@@ -28,20 +28,20 @@ _ANCHOR_FACTORS = (0.5, 2.0)
 
 
 def list_changes(config: EncoderConfig) -> Iterator[tuple[str, Changes]]:
-    """Yield the changes from the default, as text and by name; the first is empty.
+    """Yield changes of the default settings, each as text and by name; the first is empty.
 
-    The training of frame 0 does not depend on them.
+    The training of frame 0 does not depend on the changed settings.
 
     Args:
         config: Settings with steps in world units, as from `fix_steps`.
     """
     yield "", ()
     for factor in _RATE_FACTORS:
-        prices = (
+        lambda_changes = (
             ("motion.rd_lambda", f"{config.motion.rd_lambda * factor:g}"),
             ("births.rd_lambda", f"{config.births.rd_lambda * factor:g}"),
         )
-        yield f"prices x {factor:g}", prices
+        yield f"prices x {factor:g}", lambda_changes
     for factor in _STEP_FACTORS:
         yield f"steps x {factor:g}", _change_step(config, factor)
     for factor in _ANCHOR_FACTORS:
@@ -50,7 +50,7 @@ def list_changes(config: EncoderConfig) -> Iterator[tuple[str, Changes]]:
 
 
 def fix_steps(config: EncoderConfig, capture: Capture) -> Changes:
-    """Return the changes that fix the steps adapted to a capture in world units."""
+    """Return changes that set the steps to those that are adapted to a capture."""
     stream = adapt_steps_to_capture(config, capture).stream
     return (
         ("steps.position_pixels", "0"),
@@ -61,23 +61,25 @@ def fix_steps(config: EncoderConfig, capture: Capture) -> Changes:
     )
 
 
-def sweep(job: Job, folder: Path) -> list[Point]:
-    """Return rate and quality of every setting, the default first."""
+def measure_sweep(job: Job, folder: Path) -> list[Point]:
+    """Return the rate and quality of each setting; the default is first."""
     options = CaptureOptions(job.downscale, job.held_out)
     capture = open_capture(job.capture, options)
     job = replace(job, changes=(*job.changes, *fix_steps(job.config(), capture)))
-    said = [capture.fingerprint, asdict(options), job.config().seed]
+    canonical_inputs = [capture.fingerprint, asdict(options), job.config().seed]
     points = []
-    with CanonicalOnce(folder / "canonical", said).use_in_encode():
+    with CanonicalOnce(folder / "canonical", canonical_inputs).use_in_encode():
         for label, changes in list_changes(job.config()):
-            made = measure(replace(job, changes=(*job.changes, *changes)), folder)
-            points.append(Point(label, amortize_file(made.summary) / 1024, fmean(made.psnr)))
+            measured = measure(replace(job, changes=(*job.changes, *changes)), folder)
+            points.append(
+                Point(label, amortize_file(measured.summary) / 1024, fmean(measured.psnr))
+            )
     return points
 
 
 def claim_hull(points: Sequence[Point]) -> Claim:
-    """Return the claim that the default, the first point, is on the upper hull of all points."""
-    gap = gap_to_hull(points[0], upper_hull(points))
+    """Return the claim that the default, which is the first point, is on the upper hull."""
+    gap = measure_gap_to_hull(points[0], find_upper_hull(points))
     return Claim("dB of the default below the upper hull", gap, 0.0)
 
 

@@ -7,74 +7,74 @@ from dataclasses import asdict
 
 from quarc_ref.inspection.stream_summary import KILOBYTE
 from rate.claims import Claim
-from rate.hull import Point, upper_hull
+from rate.hull import Point, find_upper_hull
 from rate.rows import Row
 
-_HOLDS = {True: "yes", False: "**no**", None: "no number"}
+_HOLDS_TEXT = {True: "yes", False: "**no**", None: "no number"}
 
 
-def format_rows(rows: Iterable[Row], moved: Mapping[tuple[str, str], int]) -> str:
-    """Return the table of sizes.
+def format_rows(rows: Iterable[Row], later_frame_counts: Mapping[tuple[str, str], int]) -> str:
+    """Return the table of sizes in Markdown.
 
     Args:
-        rows: To show.
-        moved: Number of frames that are not canonical, for every capture and preset.
+        rows: Rows of the table.
+        later_frame_counts: Number of frames that are not canonical, by capture and preset.
     """
-    head = (
+    header = (
         "capture", "preset", "coded as", "canonical KB", "snapshots KB", "motion KB per frame",
         "updates KB per frame", "births KB per frame",
         "rest KB", "whole KB", "PSNR frame 0 / mean", "remark",
     )  # fmt: skip
     lines = []
     for row in rows:
-        frames = moved[row.capture, row.preset] * KILOBYTE
-        quality = [_number(row.psnr_first, 1), _number(row.psnr_mean, 1)]
+        frames = later_frame_counts[row.capture, row.preset] * KILOBYTE
+        quality = [_format_number(row.psnr_first, 1), _format_number(row.psnr_mean, 1)]
         lines.append([
-            row.capture, row.preset, row.coder, _number(row.canonical, KILOBYTE, 1),
-            _number(row.snapshots, KILOBYTE, 1), _number(row.motion, frames, 3),
-            _number(row.updates, frames, 3), _number(row.births, frames, 3),
-            _number(row.rest, KILOBYTE), _number(row.total, KILOBYTE, 1),
-            " / ".join(each for each in quality if each), row.remark,
+            row.capture, row.preset, row.coder, _format_number(row.canonical, KILOBYTE, 1),
+            _format_number(row.snapshots, KILOBYTE, 1), _format_number(row.motion, frames, 3),
+            _format_number(row.updates, frames, 3), _format_number(row.births, frames, 3),
+            _format_number(row.rest, KILOBYTE), _format_number(row.total, KILOBYTE, 1),
+            " / ".join(text for text in quality if text), row.remark,
         ])  # fmt: skip
-    return format_table(head, lines)
+    return format_table(header, lines)
 
 
 def format_claims(claims: Mapping[str, Sequence[Claim]]) -> str:
-    """Return the table of claims, given as `{capture: claims}`."""
+    """Return the table of claims in Markdown, given `{capture: claims}`."""
     lines = [
         [
             capture,
             claim.name,
-            _number(claim.value, 1, 3),
+            _format_number(claim.value, 1, 3),
             f"{'at most' if claim.is_ceiling else 'at least'} {claim.bound:g}",
-            _HOLDS[claim.holds],
+            _HOLDS_TEXT[claim.holds],
         ]
-        for capture, listed in claims.items()
-        for claim in listed
+        for capture, capture_claims in claims.items()
+        for claim in capture_claims
     ]
     return format_table(("capture", "claim", "is", "asked", "holds"), lines)
 
 
 def format_points(points: Mapping[str, Sequence[Point]]) -> str:
-    """Return the table of sweeps, given as `{capture: points}`."""
+    """Return the table of sweeps in Markdown, given `{capture: points}`."""
     lines = []
-    for capture, swept in points.items():
-        hull = upper_hull(swept)
-        for point in swept:
+    for capture, capture_points in points.items():
+        hull = find_upper_hull(capture_points)
+        for point in capture_points:
             on_hull = "yes" if point in hull else ""
             numbers = [f"{point.kilobytes:.3f}", f"{point.psnr:.3f}"]
             lines.append([capture, point.label or "the default", *numbers, on_hull])
     return format_table(("capture", "settings", "KB per frame", "PSNR", "on the hull"), lines)
 
 
-def format_table(head: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
-    """Return a table as Markdown."""
-    rows = [head, ["---"] * len(head), *lines]
+def format_table(header: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
+    """Return a table in Markdown."""
+    rows = [header, ["---"] * len(header), *lines]
     return "".join(f"| {' | '.join(row)} |\n" for row in rows)
 
 
 def write_csv(records: Sequence[Mapping[str, object]]) -> bytes:
-    """Return records with the same keys as CSV, one line for each; None is an empty cell."""
+    """Return records with the same keys as CSV; None is an empty cell."""
     text = io.StringIO()
     writer = csv.DictWriter(text, list(records[0]) if records else [], lineterminator="\n")
     writer.writeheader()
@@ -83,27 +83,27 @@ def write_csv(records: Sequence[Mapping[str, object]]) -> bytes:
 
 
 def list_row_records(rows: Iterable[Row]) -> list[dict[str, object]]:
-    """Return rows by the names of their columns."""
+    """Return each row as a dict by column."""
     return [asdict(row) for row in rows]
 
 
 def list_claim_records(claims: Mapping[str, Sequence[Claim]]) -> list[dict[str, object]]:
-    """Return claims by the names of their columns, given as `{capture: claims}`."""
+    """Return each claim as a dict by column, given `{capture: claims}`."""
     return [
         {"capture": capture, **claim.as_json()}
-        for capture, listed in claims.items()
-        for claim in listed
+        for capture, capture_claims in claims.items()
+        for claim in capture_claims
     ]
 
 
 def list_point_records(points: Mapping[str, Sequence[Point]]) -> list[dict[str, object]]:
-    """Return points by the names of their columns, given as `{capture: points}`."""
+    """Return each point as a dict by column, given `{capture: points}`."""
     return [
-        {"capture": capture, **asdict(point), "on_hull": point in upper_hull(swept)}
-        for capture, swept in points.items()
-        for point in swept
+        {"capture": capture, **asdict(point), "on_hull": point in find_upper_hull(capture_points)}
+        for capture, capture_points in points.items()
+        for point in capture_points
     ]
 
 
-def _number(value: float | None, unit: float, digits: int = 2) -> str:
+def _format_number(value: float | None, unit: float, digits: int = 2) -> str:
     return "" if value is None or not unit else f"{value / unit:,.{digits}f}"

@@ -11,7 +11,7 @@ import torch
 
 from ladder import command
 from ladder.dying import choose_deletions
-from ladder.fitting import Fitted, fit_rung
+from ladder.fitting import FitResult, fit_rung
 from ladder.judging import Judge
 from ladder.rounding import allow_updates, find_updates, round_rung, to_splats
 from ladder.rows import Ladder, Task, list_tasks
@@ -151,7 +151,7 @@ def test_dying_gaussians_leave_at_half_time_and_the_others_keep_their_opacity(mo
 
     assert fitted.alive.tolist() == list(range(3, count))
     assert torch.equal(fitted.attributes.opacities, _start(started).opacities[3:])
-    assert rounded.changed["deaths"] == 3
+    assert rounded.change_counts["deaths"] == 3
     assert rounded.splats.positions.shape[0] == count - 3
     assert [done for _, done, _ in steps] == list(range(1, 9))
 
@@ -174,7 +174,7 @@ def test_an_offset_of_whole_steps_is_found_and_decoded_exactly():
         start.sh_dc + steps[:, None, 10:13] * header.sh_dc_step,
         start.sh_rest + steps[:, 13:].reshape(-1, 3, 3) * header.sh_rest_step,
     )
-    fitted = Fitted(wanted, torch.arange(moved.scene.count))
+    fitted = FitResult(wanted, torch.arange(moved.scene.count))
 
     updates, rest = find_updates(moved, fitted)
     decoded, floats = round_rung(_begun(), fitted).splats, to_splats(wanted)
@@ -202,7 +202,7 @@ def test_changes_below_half_a_step_cost_almost_nothing():
 
     rounded = round_rung(started, replace(fitted, attributes=near))
 
-    assert rounded.changed["any"] == 0
+    assert rounded.change_counts["any"] == 0
     assert rounded.coded_bytes <= 8
     assert rounded.rest_bytes == 0
 
@@ -216,7 +216,7 @@ def test_bytes_grow_with_the_changes_and_sh_rest_is_listed_separately():
 
     assert carried.coded_bytes > round_rung(*_fit("own")).coded_bytes > 0
     assert (carried.rest_bytes, more.coded_bytes) == (0, carried.coded_bytes)
-    assert more.changed["SH rest"] == len(fitted.alive)
+    assert more.change_counts["SH rest"] == len(fitted.alive)
 
 
 def test_a_free_gaussian_moves_as_fast_as_its_anchors_together():
@@ -255,18 +255,18 @@ def test_existing_rows_are_not_computed_again(tmp_path):
     capture = make_capture()
     begin = partial(Ladder, capture, capture.cameras, _state())
     task, other = Task(RUNGS["own"], 1, 3), Task(RUNGS["own"], 1, 4)
-    begin("here", QUICK_SETTINGS, tmp_path).fill([task], make_context())
+    begin("here", QUICK_SETTINGS, tmp_path).compute_missing([task], make_context())
     path = tmp_path / "rows" / "ahead1.own.3.json"
     written = path.read_bytes()
 
     again = begin("here", QUICK_SETTINGS, tmp_path)
-    again.fill([task, other], make_context())
+    again.compute_missing([task, other], make_context())
 
     assert path.read_bytes() == written
-    assert again.load(task) == json.loads(written)
-    assert again.load(other)["iterations"] == 4
-    assert begin("elsewhere", QUICK_SETTINGS, tmp_path).load(task) is None
-    assert begin("here", SMALL, tmp_path).load(task) is None
+    assert again.load_task_row(task) == json.loads(written)
+    assert again.load_task_row(other)["iterations"] == 4
+    assert begin("elsewhere", QUICK_SETTINGS, tmp_path).load_task_row(task) is None
+    assert begin("here", SMALL, tmp_path).load_task_row(task) is None
 
 
 @pytest.fixture(scope="module")
@@ -284,7 +284,7 @@ def test_the_command_encodes_the_initial_stream_and_continues(folder, tmp_path, 
     assert command.main([*words, "--stream", str(stream)]) == 0
     again = capsys.readouterr()
 
-    assert "2 of 2 rows are there already" in again.err
+    assert "2 of 2 rows exist already" in again.err
     assert again.out == first.out
     head, _, still, everything = first.out.strip().splitlines()
     assert head.startswith("| ahead | iterations | free |")
@@ -297,7 +297,7 @@ def test_the_command_encodes_the_initial_stream_and_continues(folder, tmp_path, 
     ("words", "message"),
     [
         (["--frame", "1"], "no frame 1"),
-        (["--ahead", "7"], "frame 7 of a capture of 3"),
+        (["--ahead", "7"], "frame 7 is needed, but the capture has only 3 frames"),
         (["--set", "motion.speed=1"], "no setting 'motion.speed'"),
         (["--stream", "nowhere.quarc"], "nowhere.quarc"),
     ],

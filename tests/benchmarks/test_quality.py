@@ -173,7 +173,7 @@ def test_a_real_capture_has_four_held_out_sets(study, tmp_path):
     ("words", "reported"),
     [
         (["--variants", "night"], "'night' is not a traced capture"),
-        (["--variants", ""], "nothing to encode"),
+        (["--variants", ""], "no capture is given"),
         (["--variants", NAME, "--set", "motion.speed=1"], "no setting 'motion.speed'"),
         (["--variants", NAME, "--workers", "0"], "workers and threads must be at least 1"),
         (["--lpips", "none.pth"], "none.pth is not a readable file of LPIPS weights"),

@@ -4,16 +4,16 @@ from rate import converters
 from rate.converters import (
     UnavailableError,
     convert_scene,
+    describe_spz,
     install,
-    name_spz,
     read_program_version,
 )
 from tests.export.frames import make_frame
 
 
 def test_the_version_of_spz_is_read_from_its_bytes():
-    assert name_spz(b"NGSP\x04\x00\x00\x00rest") == "SPZ v4"
-    assert name_spz(b"\x1f\x8b\x08") == "SPZ, gzipped, v3 or older"
+    assert describe_spz(b"NGSP\x04\x00\x00\x00rest") == "SPZ v4"
+    assert describe_spz(b"\x1f\x8b\x08") == "SPZ, gzipped, v3 or older"
 
 
 def test_without_npm_the_program_is_unavailable(tmp_path, monkeypatch):

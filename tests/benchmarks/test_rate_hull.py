@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rate.hull import Point, gap_to_hull, upper_hull
+from rate.hull import Point, find_upper_hull, measure_gap_to_hull
 
 POINTS = st.lists(
     st.builds(Point, st.just(""), st.integers(1, 40).map(float), st.integers(0, 40).map(float)),
@@ -22,7 +22,7 @@ KNOWN = [
 
 
 def test_a_known_hull():
-    assert [point.label for point in upper_hull(KNOWN)] == ["a", "b", "c"]
+    assert [point.label for point in find_upper_hull(KNOWN)] == ["a", "b", "c"]
 
 
 @pytest.mark.parametrize(
@@ -32,12 +32,12 @@ def test_a_known_hull():
 def test_known_gaps(label, gap):
     (point,) = [each for each in KNOWN if each.label == label]
 
-    assert gap_to_hull(point, upper_hull(KNOWN)) == pytest.approx(gap)
+    assert measure_gap_to_hull(point, find_upper_hull(KNOWN)) == pytest.approx(gap)
 
 
 @given(POINTS)
 def test_the_hull_contains_points_and_its_slope_falls(points):
-    hull = upper_hull(points)
+    hull = find_upper_hull(points)
     gains = [
         (right.psnr - left.psnr) / (right.kilobytes - left.kilobytes)
         for left, right in pairwise(hull)
@@ -51,29 +51,29 @@ def test_the_hull_contains_points_and_its_slope_falls(points):
 
 @given(POINTS)
 def test_no_point_and_no_mixture_of_two_is_above_the_hull(points):
-    hull = upper_hull(points)
+    hull = find_upper_hull(points)
 
-    assert all(gap_to_hull(point, hull) == 0 for point in hull)
+    assert all(measure_gap_to_hull(point, hull) == 0 for point in hull)
     for one in points:
         for other in points:
             middle = Point("", (one.kilobytes + other.kilobytes) / 2, (one.psnr + other.psnr) / 2)
-            assert upper_hull([*points, middle]) == hull
+            assert find_upper_hull([*points, middle]) == hull
 
 
 @given(POINTS, st.sampled_from([0.25, 0.5, 2.0]))
 def test_a_gap_lifts_a_point_onto_the_hull(points, lift):
-    hull = upper_hull(points)
+    hull = find_upper_hull(points)
 
     for point in points:
-        gap = gap_to_hull(point, hull)
+        gap = measure_gap_to_hull(point, hull)
         lifted = Point("", point.kilobytes, point.psnr + gap + lift)
-        assert lifted in upper_hull([*points, lifted])
-        assert gap_to_hull(Point("", point.kilobytes, point.psnr + gap), hull) <= 1e-9
+        assert lifted in find_upper_hull([*points, lifted])
+        assert measure_gap_to_hull(Point("", point.kilobytes, point.psnr + gap), hull) <= 1e-9
 
 
 @given(POINTS)
 def test_the_best_quality_and_the_lowest_rate_are_on_the_hull(points):
-    hull = upper_hull(points)
+    hull = find_upper_hull(points)
 
     assert hull[-1].psnr == max(point.psnr for point in points)
     assert hull[0].kilobytes == min(point.kilobytes for point in points)
