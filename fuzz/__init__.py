@@ -1,1 +1,1 @@
-"""Fuzzes everything that takes bytes; see `python -m fuzz`."""
+"""Fuzzes all functions that read bytes of files; see `fuzz.__main__`."""

@@ -2,17 +2,16 @@
 
     pip install -e '.[fuzz]'
     python -m fuzz ply -max_total_time=60
-    python -m fuzz streams crash-0123abcd        # one input again
+    python -m fuzz streams crash-0123abcd        # run one input
 
-Targets are those of `fuzz.targets`. The corpus of each is kept in out/fuzz/TARGET, and extended by
-the next run.
+Targets are in `fuzz.targets`. The corpus of a target is in out/fuzz/TARGET; each run extends it.
 """
 
 import os
 import sys
 from pathlib import Path
 
-os.environ["QUARC_REF_ENGINE"] = "reference"  # what is instrumented
+os.environ["QUARC_REF_ENGINE"] = "reference"  # the engine that is instrumented
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 
 import atheris
@@ -22,11 +21,11 @@ with atheris.instrument_imports(include=["quarc_ref"]):
 from hostile.mutations import join_chunks, split_stream
 from quarc_ref.format.errors import BitstreamError
 
-_FOUND = Path("out/fuzz")
+_CORPUS_ROOT = Path("out/fuzz")
 
 
 def main() -> None:
-    """Fuzz a target until it fails or the time is over."""
+    """Fuzz a target until an input fails or the time limit is reached."""
     name = sys.argv[1] if len(sys.argv) > 1 else ""
     if name not in TARGETS:
         sys.exit(f"{__doc__}\nTargets: {', '.join(TARGETS)}")
@@ -40,7 +39,7 @@ def main() -> None:
 
 def _prepare_corpus(name: str) -> Path:
     """Return the folder with the corpus of a target, including the seeds."""
-    folder = _FOUND / name
+    folder = _CORPUS_ROOT / name
     folder.mkdir(parents=True, exist_ok=True)
     for number, seed in enumerate(list_seeds(name)):
         (folder / f"seed_{number}").write_bytes(seed)
@@ -48,7 +47,7 @@ def _prepare_corpus(name: str) -> Path:
 
 
 def _mutate_stream(data: bytes, max_size: int, seed: int) -> bytes:
-    """Change a payload and correct all CRCs; sometimes, and in damaged streams, change any byte."""
+    """Mutate a payload and correct all CRCs; in damaged streams, and sometimes, mutate any byte."""
     try:
         chunks = split_stream(data) if seed % 4 else []
     except BitstreamError:
@@ -56,9 +55,9 @@ def _mutate_stream(data: bytes, max_size: int, seed: int) -> bytes:
     if not chunks:
         mutated: bytes = atheris.Mutate(data, max_size)
         return mutated
-    place = seed // 4 % len(chunks)
-    kind, payload = chunks[place]
-    chunks[place] = (kind, atheris.Mutate(payload, max(1, len(payload) + 64)))
+    index = seed // 4 % len(chunks)
+    kind, payload = chunks[index]
+    chunks[index] = (kind, atheris.Mutate(payload, max(1, len(payload) + 64)))
     return join_chunks(chunks)[:max_size]
 
 

@@ -1,7 +1,7 @@
-"""Readers of bytes, each as a function that must end or raise a documented error.
+"""Fuzz targets: each passes bytes to a reader, and suppresses the errors that the reader documents.
 
-Any other exception is a fault. atheris calls them from `fuzz.__main__`, hypothesis from
-`tests/hostile`, which also has the seeds.
+Any other exception is a fault. Targets are called by atheris from `fuzz.__main__`, and by the tests
+in `tests/hostile`, which also contains the seeds.
 """
 
 import io
@@ -39,7 +39,7 @@ from quarc_ref.viewing.paths.keyframes import parse_keyframes
 from quarc_ref.viewing.paths.pose import PathError
 
 SEEDS = Path(__file__).parents[1] / "tests" / "hostile" / "seeds"
-_REFUSALS = (BitstreamError, LimitError, SourceError, EditError)
+_DOCUMENTED_ERRORS = (BitstreamError, LimitError, SourceError, EditError)
 _MODEL_FILES = ("cameras", "images", "points3D", "rigs", "frames")
 _PARSERS = {
     "HEAD": wire.parse_stream_header,
@@ -60,38 +60,38 @@ def container(data: bytes) -> None:
 
 
 def payloads(data: bytes) -> None:
-    """Parse a payload as each type of chunk."""
+    """Parse bytes as the payload of each type of chunk."""
     for parse in _PARSERS.values():
         with suppress(BitstreamError):
             parse(data)
 
 
 def streams(data: bytes) -> None:
-    """Decode a stream: strictly, from its middle, past damage, and from a pipe; then cut it."""
-    ways: tuple[Callable[[Source], object], ...] = (
+    """Decode a stream from its start, from frame 1, with recovery, and from a pipe; also cut it."""
+    readers: tuple[Callable[[Source], object], ...] = (
         lambda source: list(decode(source)),
         lambda source: list(decode(source, 1)),
         lambda source: list(recover(source)),
         lambda source: cut(source, None, None, io.BytesIO()),
     )
-    for way in ways:
-        with suppress(*_REFUSALS):
-            way(BytesSource(data))
-    with suppress(*_REFUSALS):
+    for reader in readers:
+        with suppress(*_DOCUMENTED_ERRORS):
+            reader(BytesSource(data))
+    with suppress(*_DOCUMENTED_ERRORS):
         list(recover(PipeSource(io.BytesIO(data))))
 
 
 def poses(data: bytes) -> None:
     """Read `poses_bounds.npy` and convert it to cameras."""
-    with _file("poses_bounds.npy", data) as path, suppress(CaptureError):
+    with _write_temporary_file("poses_bounds.npy", data) as path, suppress(CaptureError):
         for row in n3dv._read_rows(path):
             with suppress(CaptureError):
                 n3dv._make_camera("cam00", (48, 32), row, path)
 
 
 @contextmanager
-def _file(name: str, data: bytes) -> Iterator[Path]:
-    """Write a file and return its path."""
+def _write_temporary_file(name: str, data: bytes) -> Iterator[Path]:
+    """Write a file into a temporary folder, and yield its path."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / name
         path.write_bytes(data)
@@ -99,8 +99,8 @@ def _file(name: str, data: bytes) -> Iterator[Path]:
 
 
 def ply(data: bytes) -> None:
-    """Read points."""
-    with _file("points.ply", data) as path, suppress(CaptureError):
+    """Read a PLY of points."""
+    with _write_temporary_file("points.ply", data) as path, suppress(CaptureError):
         read_points_ply(path)
 
 
@@ -111,7 +111,7 @@ def gaussians(data: bytes) -> None:
 
 
 def spz(data: bytes) -> None:
-    """Check the header of an SPZ against its size; the rest is read in a separate process."""
+    """Check the header of an SPZ file, which is the only part that this process parses."""
     with suppress(ValueError):
         check_header(data)
 
@@ -129,7 +129,7 @@ def sidecar(data: bytes) -> None:
 
 
 def keyframes(data: bytes) -> None:
-    """Read a camera path and follow it."""
+    """Read a camera path, and compute its poses."""
     with suppress(PathError):
         path = parse_keyframes(data, [_EYE], _EYE, 0)
         if path.count_pictures(2.0) < _MAX_PICTURES:
@@ -144,8 +144,8 @@ _MAX_PICTURES = 1000
 
 
 def transforms(data: bytes) -> None:
-    """Read `transforms.json`, convert it to a rig, and look for its files."""
-    with _file("transforms.json", data) as path, suppress(CaptureError):
+    """Read `transforms.json`, convert it to a rig, and find the files that it names."""
+    with _write_temporary_file("transforms.json", data) as path, suppress(CaptureError):
         entries = read_transforms(path).entries
         transforms_json._build_rig(entries, path)
         for entry in entries:
@@ -155,7 +155,7 @@ def transforms(data: bytes) -> None:
 
 def notes(data: bytes) -> None:
     """Read the notes of a capture, and apply them to its cameras."""
-    with _file(NOTES_NAME, data) as path, suppress(CaptureError):
+    with _write_temporary_file(NOTES_NAME, data) as path, suppress(CaptureError):
         read_capture_notes(path.parent).first_frames(["cam00", "cam01"])
 
 
@@ -170,7 +170,7 @@ def opencv_yaml(data: bytes) -> None:
 
 def panoptic_json(data: bytes) -> None:
     """Read a calibration of the Panoptic Studio."""
-    with _file("calibration_a.json", data) as path, suppress(CaptureError):
+    with _write_temporary_file("calibration_a.json", data) as path, suppress(CaptureError):
         panoptic.read_cameras(path)
 
 
@@ -181,34 +181,41 @@ def stills(data: bytes) -> None:
 
 
 def colmap_model(data: bytes) -> None:
-    """Read a COLMAP model; the first byte selects the file that consists of the remaining data."""
-    which = data[0] if data else 0
-    form, name = ("binary", "text")[which // len(_MODEL_FILES) % 2], _MODEL_FILES[which % 5]
+    """Read a COLMAP model; the first byte selects the file that contains the remaining bytes."""
+    selector = data[0] if data else 0
+    file_format, name = (
+        ("binary", "text")[selector // len(_MODEL_FILES) % 2],
+        _MODEL_FILES[selector % 5],
+    )
     with tempfile.TemporaryDirectory() as folder:
         model = Path(folder)
-        shutil.copytree(SEEDS / "colmap" / form, model, dirs_exist_ok=True)
-        (model / f"{name}{'.bin' if form == 'binary' else '.txt'}").write_bytes(data[1:])
+        shutil.copytree(SEEDS / "colmap" / file_format, model, dirs_exist_ok=True)
+        (model / f"{name}{'.bin' if file_format == 'binary' else '.txt'}").write_bytes(data[1:])
         with suppress(CaptureError):
             colmap._read_model(model)
 
 
 def training(data: bytes) -> None:
-    """Read a saved training."""
+    """Read a checkpoint file of arrays."""
     layout = Layout({"step": ("<i8", ()), "means": ("<f4", ("rows", 3))}, {"rows": range(1, 9)})
-    with _file("a.training", data) as path, path.open("rb") as file, suppress(ArrayFileError):
+    with (
+        _write_temporary_file("a.training", data) as path,
+        path.open("rb") as file,
+        suppress(ArrayFileError),
+    ):
         read_arrays(file, "seed", layout)
 
 
 def marker(data: bytes) -> None:
-    """Read the marker of a folder and continue it."""
-    with _file(MARKER_NAME, data) as path:
+    """Read the marker of an output folder, and write into the folder."""
+    with _write_temporary_file(MARKER_NAME, data) as path:
         with suppress(OutputPathError):
             read_marker(path.parent)
         with (
             suppress(OutputPathError),
-            growing_folder(path.parent, replace=True, keep=True) as made,
+            growing_folder(path.parent, replace=True, keep=True) as output,
         ):
-            made.write("a.ply", data)
+            output.write("a.ply", data)
 
 
 def list_seeds(target: str) -> list[bytes]:
@@ -217,9 +224,11 @@ def list_seeds(target: str) -> list[bytes]:
         folder = "streams" if target == "container" else target
         return [path.read_bytes() for path in sorted((SEEDS / folder).iterdir())]
     return [
-        bytes([len(_MODEL_FILES) * text + number])
-        + (SEEDS / "colmap" / form / f"{name}{ending}").read_bytes()
-        for text, (form, ending) in enumerate((("binary", ".bin"), ("text", ".txt")))
+        bytes([len(_MODEL_FILES) * format_number + number])
+        + (SEEDS / "colmap" / file_format / f"{name}{suffix}").read_bytes()
+        for format_number, (file_format, suffix) in enumerate(
+            (("binary", ".bin"), ("text", ".txt"))
+        )
         for number, name in enumerate(_MODEL_FILES)
     ]
 

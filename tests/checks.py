@@ -1,4 +1,4 @@
-"""Checks for every reader of bytes."""
+"""Checks that tests apply to every reader of bytes."""
 
 from collections.abc import Callable
 
@@ -8,7 +8,7 @@ from quarc_ref.format.errors import BitstreamError
 
 
 def check_reader(parse: Callable[[bytes], object], data: bytes, expected: object) -> None:
-    """A reader returns the whole record, and rejects every prefix and every extension."""
+    """Check that a reader returns the record, and rejects every prefix and an additional byte."""
     assert parse(data) == expected
     for size in range(len(data)):
         with pytest.raises(BitstreamError):

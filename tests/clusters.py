@@ -7,7 +7,7 @@ import uuid
 
 import pytest
 
-# Ends when its standard input is closed, with everything that Ray has started.
+# The program ends when its standard input is closed, and stops all processes of Ray.
 _PROGRAM = """
 import sys
 import ray
@@ -20,7 +20,7 @@ ray.shutdown()
 
 
 def run_cluster():
-    """Yield the address of a cluster; the environment has its token."""
+    """Yield the address of a cluster; the environment contains the token of the cluster."""
     if importlib.util.find_spec("ray") is None:
         pytest.skip("Ray is not installed: pip install 'quarc-ref[ray]'")
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}

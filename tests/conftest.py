@@ -1,4 +1,4 @@
-"""Profiles of hypothesis, and common fixtures."""
+"""Profiles of hypothesis, and fixtures that all tests share."""
 
 import os
 import signal
@@ -23,22 +23,22 @@ settings.register_profile(
 )
 settings.register_profile("thorough", max_examples=5000, deadline=None)
 
-# Tests in the background may have inherited a setting to ignore it.
+# A shell that runs tests in the background makes them ignore SIGINT.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
-_BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data" / "panoptic_basketball"
+_DEFAULT_CAPTURE = Path(__file__).resolve().parents[2] / "shared" / "data" / "panoptic_basketball"
 
 
 @pytest.fixture(autouse=True, scope="session")
-def _own_cache(tmp_path_factory):
-    """Keep triangulated points out of the user's cache."""
+def _use_temporary_cache(tmp_path_factory):
+    """Write triangulated points into a temporary cache instead of the user's cache."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
         yield
 
 
-# Folders of tests of bits: every section is decoded with both decoders.
-_ABOUT_BITS = {"conformance", "format", "hostile", "inspection"}
+# Folders of tests in which every section is decoded with both entropy decoders.
+_BIT_TEST_FOLDERS = {"conformance", "format", "hostile", "inspection"}
 
 
 def pytest_addoption(parser):
@@ -67,7 +67,7 @@ def pytest_collection_modifyitems(config, items):
 
 @pytest.fixture
 def both_entropy_decoders():
-    """Decode every section with both decoders, which must agree."""
+    """Decode every section with both entropy decoders, which must return the same bits."""
     coders = CrossCheckingDecoder()
     with use_bit_decoder(coders.open):
         yield coders
@@ -75,9 +75,9 @@ def both_entropy_decoders():
 
 @pytest.fixture(autouse=True)
 def _cross_check(request):
-    """Use both decoders in tests of bits, and everywhere with --thorough."""
-    about_bits = request.path.relative_to(Path(__file__).parent).parts[0] in _ABOUT_BITS
-    if about_bits or request.config.getoption("--thorough"):
+    """Use both entropy decoders in the listed folders, and in all tests with --thorough."""
+    is_bit_test = request.path.relative_to(Path(__file__).parent).parts[0] in _BIT_TEST_FOLDERS
+    if is_bit_test or request.config.getoption("--thorough"):
         request.getfixturevalue("both_entropy_decoders")
 
 
@@ -89,8 +89,8 @@ def ray_cluster():
 
 @pytest.fixture(scope="session")
 def real_capture() -> Path:
-    """The folder of a real capture, which may not be published."""
-    folder = Path(os.environ.get("QUARC_CAPTURE", _BESIDE))
+    """The folder of a real capture, which is not part of the repository."""
+    folder = Path(os.environ.get("QUARC_CAPTURE", _DEFAULT_CAPTURE))
     if not folder.is_dir():
         pytest.skip("no real capture: set QUARC_CAPTURE to a folder in N3DV's layout")
     return folder

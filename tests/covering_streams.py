@@ -1,4 +1,4 @@
-"""Small streams of many Gaussians that each cover a large picture."""
+"""Streams of few bytes with many Gaussians, each of which covers the whole picture."""
 
 import io
 from dataclasses import replace
@@ -21,15 +21,17 @@ def make_covering_stream(count: int, width: int, height: int, frames: int = 1) -
     for _ in range(1, frames):
         start = loop.start_frame(0)
         levels = start.state.known_anchors.levels
-        symbols = [np.zeros((6, each.owners.size), dtype=np.int64) for each in levels]
+        symbols = [
+            np.zeros((6, level_anchors.owners.size), dtype=np.int64) for level_anchors in levels
+        ]
         loop.commit_frame(loop.move_frame(start, symbols), None)
     loop.finish()
     return sink.getvalue()
 
 
 def make_close_camera(width: int, height: int) -> Camera:
-    """A camera whose picture is covered by a Gaussian of standard deviation 1 at the origin."""
-    focal, middle = float(max(width, height)), (width / 2, height / 2)
+    """A camera whose whole picture a Gaussian of standard deviation 1 at the origin covers."""
+    focal, center = float(max(width, height)), (width / 2, height / 2)
     return replace(
-        CAMERA, width=width, height=height, fx=focal, fy=focal, cx=middle[0], cy=middle[1]
+        CAMERA, width=width, height=height, fx=focal, fy=focal, cx=center[0], cy=center[1]
     )

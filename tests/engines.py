@@ -1,4 +1,4 @@
-"""The engines to test: the reference, and the fast one if it is installed."""
+"""Parametrization of tests with the reference engine, and the fast engine if it is installed."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Marks of single cases of a parametrized test."""
+"""Marks for single cases of a parametrized test."""
 
 from typing import Any
 

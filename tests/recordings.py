@@ -9,11 +9,11 @@ OPTIONS = SynthOptions(width=320, height=240, frames=1, cameras=12)
 
 
 def write_recordings(folder):
-    """Write videos without poses into a folder, and return the true cameras."""
+    """Write videos without poses into a folder, and return the cameras that recorded them."""
     traced = folder.parent / f"{folder.name}_traced"
     write_synthetic_capture(traced, OPTIONS)
-    true = read_n3dv(traced).cameras
+    true_cameras = read_n3dv(traced).cameras
     folder.mkdir()
     for path in sorted(traced.glob("*.mp4")):
         shutil.copy(path, folder / path.name)
-    return true
+    return true_cameras

@@ -1,4 +1,4 @@
-"""Small streams of given records: no training, no torch."""
+"""Small streams that are coded from random records, without training and torch."""
 
 import io
 from collections.abc import Iterable
@@ -27,9 +27,9 @@ def make_gaussians(header: StreamHeader, count: int, seed: int = 0) -> Gaussians
     rng = np.random.default_rng(seed)
     positions = rng.integers(-400, 400, (3, count))
     positions[:, count // 2 : count // 2 + 3] = positions[:, :1]
-    reach = (1 << header.rotation_bits) // 2
+    limit = (1 << header.rotation_bits) // 2
     rotations = np.concatenate(
-        [rng.integers(0, 4, (1, count)), rng.integers(-reach, reach + 1, (3, count))]
+        [rng.integers(0, 4, (1, count)), rng.integers(-limit, limit + 1, (3, count))]
     )
     return Gaussians(positions, rotations, rng.integers(-60, 60, (header.code_planes, count)))
 
@@ -37,32 +37,34 @@ def make_gaussians(header: StreamHeader, count: int, seed: int = 0) -> Gaussians
 def make_births(state: State, count: int, seed: int = 0) -> Births:
     """Births near random parents."""
     rng = np.random.default_rng(seed)
-    made = make_gaussians(state.scene.header, count, seed)
+    gaussians = make_gaussians(state.scene.header, count, seed)
     parents = np.sort(rng.integers(0, state.scene.count, count))
-    return Births(parents, replace(made, positions=rng.integers(-20, 20, (3, count))))
+    return Births(parents, replace(gaussians, positions=rng.integers(-20, 20, (3, count))))
 
 
 def make_symbols(state: State, seed: int = 0, share: float = 0.3) -> list[np.ndarray]:
-    """Symbols of the state's anchors, most of them 0."""
+    """Symbols of the anchors of a state, most of which are 0."""
     rng = np.random.default_rng(seed)
     levels = []
     for level in state.known_anchors.levels:
         shape = (state.scene.header.symbol_planes, level.owners.size)
-        moving = rng.random(shape[1]) < share
-        levels.append(rng.integers(-3, 4, shape) * moving)
+        is_moving = rng.random(shape[1]) < share
+        levels.append(rng.integers(-3, 4, shape) * is_moving)
     return levels
 
 
-def make_updates(state: State, seed: int = 0, share: float = 0.3, dying: float = 0.1) -> Updates:
-    """Updates of random Gaussians in some fields; not all Gaussians leave."""
+def make_updates(
+    state: State, seed: int = 0, share: float = 0.3, death_share: float = 0.1
+) -> Updates:
+    """Updates of some fields of random Gaussians; at least one Gaussian remains."""
     rng = np.random.default_rng(seed)
-    chosen = np.flatnonzero(rng.random(state.scene.count) < share)
-    dies = rng.random(chosen.size) < dying
-    dies[:1] = False
-    residuals = rng.integers(-4, 5, (RESIDUAL_ROWS, chosen.size)) * ~dies
+    indices = np.flatnonzero(rng.random(state.scene.count) < share)
+    is_deleted = rng.random(indices.size) < death_share
+    is_deleted[:1] = False
+    residuals = rng.integers(-4, 5, (RESIDUAL_ROWS, indices.size)) * ~is_deleted
     for rows in UPDATE_FIELDS.values():
-        residuals[rows] *= rng.random(chosen.size) < 0.5
-    return Updates(chosen, dies, residuals)
+        residuals[rows] *= rng.random(indices.size) < 0.5
+    return Updates(indices, is_deleted, residuals)
 
 
 def make_stream(
@@ -73,7 +75,7 @@ def make_stream(
     births: int = 3,
     snapshot_every: int = 1 << 32,
 ) -> tuple[bytes, list[State]]:
-    """A stream with motion, births, deaths and other allowed features, and its states."""
+    """A stream with motion, births, deaths and the features of its header, and its states."""
     header = header or StreamHeader(seed=7, resample_interval=2, gaussians_per_anchor=4)
     sink = io.BytesIO()
     with use_engine(REFERENCE):  # any engine is compared with the reference
@@ -83,25 +85,25 @@ def make_stream(
         start = loop.start_frame(max(0, loop.state.scene.count - gaussian_count))
         updates = make_updates(start.state, frame) if header.updates else None
         moved = loop.move_frame(start, make_symbols(start.state, frame), updates)
-        newborn = make_births(moved.state, births, frame) if births and frame % 2 else None
+        frame_births = make_births(moved.state, births, frame) if births and frame % 2 else None
         commit = loop.commit_frame
         if frame % canonical_every == 0:
             commit = loop.commit_as_canonical
         elif frame % snapshot_every == 0:
             commit = loop.commit_as_snapshot
-        states.append(commit(moved, newborn))
+        states.append(commit(moved, frame_births))
     loop.finish()
     return sink.getvalue(), states
 
 
 def rebuild_stream(chunks: Iterable[tuple[bytes, bytes]]) -> bytes:
-    """A stream of chunks given as (type, payload), with numbers and CRCs."""
+    """A stream of chunks, given as (type, payload), with sequence numbers and CRCs."""
     numbered = [build_chunk(kind, number, data) for number, (kind, data) in enumerate(chunks)]
     return MAGIC + b"".join(numbered)
 
 
 class CountedSource(BytesSource):
-    """A stream in memory that records which bytes are read."""
+    """A stream in memory that records each read as (offset, length)."""
 
     def __init__(self, data: bytes) -> None:
         super().__init__(data)

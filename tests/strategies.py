@@ -37,24 +37,24 @@ def headers(draw) -> StreamHeader:
     )
 
 
-def integers(rows: int, count: int, least: int, most: int) -> st.SearchStrategy:
+def integers(rows: int, count: int, minimum: int, maximum: int) -> st.SearchStrategy:
     """Arrays `[rows, count]` with many equal values."""
-    values = st.one_of(st.integers(least, most), st.sampled_from(sorted({least, most})))
+    values = st.one_of(st.integers(minimum, maximum), st.sampled_from(sorted({minimum, maximum})))
     return arrays(np.int64, (rows, count), elements=values)
 
 
 @st.composite
 def rotations(draw, count: int, bits: int) -> np.ndarray:
     """Rotation codes `[4, count]`: components up to half a unit quaternion."""
-    reach = (1 << bits) // 2
+    limit = (1 << bits) // 2
     largest = draw(integers(1, count, 0, 3))
-    return np.concatenate([largest, draw(integers(3, count, -reach, reach))])
+    return np.concatenate([largest, draw(integers(3, count, -limit, limit))])
 
 
 @st.composite
-def gaussians(draw, header: StreamHeader, count: int, reach: int = 1000) -> Gaussians:
+def gaussians(draw, header: StreamHeader, count: int, limit: int = 1000) -> Gaussians:
     return Gaussians(
-        draw(integers(3, count, -reach, reach)),
+        draw(integers(3, count, -limit, limit)),
         draw(rotations(count, header.rotation_bits)),
         draw(integers(header.code_planes, count, -300, 300)),
     )
@@ -68,21 +68,21 @@ def births(draw, header: StreamHeader, count: int, scene_count: int) -> Births:
 
 @st.composite
 def updates(draw, scene_count: int) -> Updates:
-    """Updates of some Gaussians of a scene, not all of which leave."""
+    """Updates of some Gaussians of a scene; at least one Gaussian remains."""
     indices = st.integers(0, scene_count - 1)
-    chosen = np.array(sorted(draw(st.sets(indices))), dtype=np.int64)
-    dies = draw(arrays(np.bool_, chosen.size))
-    dies[chosen == draw(indices)] = False
-    if dies.sum() == scene_count:
-        dies[0] = False
-    fields = np.repeat(draw(arrays(np.bool_, (5, chosen.size))), (3, 3, 3, 1, 3), axis=0)
-    residuals = draw(integers(RESIDUAL_ROWS, chosen.size, -256, 256))
-    return Updates(chosen, dies, residuals * (fields & ~dies))
+    chosen_indices = np.array(sorted(draw(st.sets(indices))), dtype=np.int64)
+    is_deleted = draw(arrays(np.bool_, chosen_indices.size))
+    is_deleted[chosen_indices == draw(indices)] = False
+    if is_deleted.sum() == scene_count:
+        is_deleted[0] = False
+    fields = np.repeat(draw(arrays(np.bool_, (5, chosen_indices.size))), (3, 3, 3, 1, 3), axis=0)
+    residuals = draw(integers(RESIDUAL_ROWS, chosen_indices.size, -256, 256))
+    return Updates(chosen_indices, is_deleted, residuals * (fields & ~is_deleted))
 
 
 @st.composite
 def motions(draw):
-    """Contexts and symbols of levels, level 1 first."""
+    """Contexts and symbols of each level, beginning with level 1."""
     channels = draw(st.sampled_from([6, 7]))
     sizes = draw(st.lists(st.integers(1, 12), min_size=1, max_size=3))
     contexts, symbols = [], []
