@@ -46,7 +46,7 @@ export class Extent {
 
   /** The frame of the stream that is nearest to an ordinal; Infinity stays Infinity while the end is unknown. */
   clamp(frame: number): number {
-    const last = this.endFrame === null ? Infinity : this.endFrame - 1;
-    return Math.max(this.firstFrame, Math.min(last, Math.round(frame)));
+    const lastFrame = this.endFrame === null ? Infinity : this.endFrame - 1;
+    return Math.max(this.firstFrame, Math.min(lastFrame, Math.round(frame)));
   }
 }

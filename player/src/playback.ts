@@ -92,8 +92,8 @@ export class Playback {
 
   /** Ordinal after the last frame that is decoded without a gap after the current frame. */
   get bufferedTo(): number {
-    const last = this.#buffer.filter(({ run }) => run === this.#shownRun).at(-1);
-    return (last?.frame ?? this.#shownFrame ?? -1) + 1;
+    const lastPacket = this.#buffer.filter(({ run }) => run === this.#shownRun).at(-1);
+    return (lastPacket?.frame ?? this.#shownFrame ?? -1) + 1;
   }
 
   /** Whether playback, a seek or the opening of a stream waits for frames. */

@@ -143,7 +143,7 @@ export class Player extends PlayerEventTarget {
     return this.#playback.bufferedTo;
   }
 
-  /** Seconds from the first frame to the current one. */
+  /** Seconds from the first frame to the current frame. */
   get currentTime(): number {
     const { info, frame } = this;
     return info === null || frame === null ? 0 : (frame - info.firstFrame) / frameRate(info);

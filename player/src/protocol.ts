@@ -145,7 +145,7 @@ export type DecodeReply =
 
 /** An error: its kind, a message for the user, and the reject id if the stream is invalid. */
 export interface PlayerFault {
-  /** The stream is invalid; cannot be received; cannot be played by this machine or browser; or the player has a bug. */
+  /** "rejected": invalid stream; "network": stream not received; "limit": too much for this machine; "player": a bug. */
   readonly kind: "rejected" | "network" | "limit" | "player";
   readonly message: string;
   /** The reject id of SPEC 3.3; null unless `kind` is "rejected". */

@@ -1,8 +1,8 @@
 /**
  * Headless Chromium for the tests of the player and of the examples.
  *
- * `QUARC_CHROMIUM` is the path of the browser; by default, Chromium is searched on $PATH. Without a browser, the tests
- * that need one are skipped.
+ * `QUARC_CHROMIUM` is the path of the browser; by default, Chromium is searched on $PATH. Without Chromium, the
+ * browser tests are skipped.
  */
 
 import assert from "node:assert/strict";
@@ -26,7 +26,7 @@ after(async () => {
 
 export interface PageOptions extends ServerOptions {
   readonly stream?: Uint8Array;
-  /** Attributes of the `quarc-player` on the page; null for a page without one. */
+  /** Attributes of the element `quarc-player` on the page; null for a page without the element. */
   readonly attributes?: string | null;
   readonly width?: number;
   readonly height?: number;

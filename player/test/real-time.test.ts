@@ -61,10 +61,10 @@ browserTest("every frame takes less processor time than its duration", async (co
   const browser = await launch();
   const frameTimes: number[] = [];
   for (let frame = 1; frame < FRAMES; frame++) {
-    const lateBefore = await measureThreads(browser);
+    const timesBefore = await measureThreads(browser);
     assert.equal(await page.page.evaluate(step), frame);
-    const after = await measureThreads(browser);
-    frameTimes.push(after.reduce((sum, ms, thread) => sum + ms - (lateBefore[thread] ?? 0), 0));
+    const timesAfter = await measureThreads(browser);
+    frameTimes.push(timesAfter.reduce((sum, ms, thread) => sum + ms - (timesBefore[thread] ?? 0), 0));
   }
   const mean = frameTimes.reduce((sum, ms) => sum + ms, 0) / frameTimes.length;
   context.diagnostic(`${mean.toFixed(1)} ms of processor time per frame, at most ${Math.max(...frameTimes).toFixed(1)}`);

@@ -65,7 +65,7 @@ export class StreamServer {
     return `${this.origin}/stream.quarc`;
   }
 
-  /** Replace the stream, usually by a longer one, as if the stream was being written. */
+  /** Replace the stream, usually by a longer stream, as if it was being written. */
   grow(stream: Uint8Array): void {
     this.#stream = stream;
   }

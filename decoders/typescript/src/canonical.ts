@@ -81,7 +81,7 @@ export function decodeGaussians(
 ): CanonicalGaussians {
   const models = new AttributeModels();
   const [keys, shDc, opacity, logScales, rotations, shRest] = sections;
-  const decoded = {
+  const attributes = {
     positions: readSection(keys, (section) => decodePositions(section, count, box, header.positionStep)),
     dc: readSection(shDc, (section) => decodeShDc(section, models, count)),
     opacity: readSection(opacity, (section) =>
@@ -96,8 +96,12 @@ export function decodeGaussians(
     }),
     rest: readSection(shRest, (section) => (header.shDegree === 1 ? decodeShRest(section, count) : [])),
   };
-  const { positions, dc, coded: codedRotations, rotations: expandedRotations } = decoded;
-  const codes = [...[...decoded.logScales, ...decoded.opacity].map(checkCodes), ...dc, ...decoded.rest.map(checkCodes)];
+  const { positions, dc, coded: codedRotations, rotations: expandedRotations } = attributes;
+  const codes = [
+    ...[...attributes.logScales, ...attributes.opacity].map(checkCodes),
+    ...dc,
+    ...attributes.rest.map(checkCodes),
+  ];
   return { positions, codedRotations, rotations: expandedRotations, codes };
 }
 

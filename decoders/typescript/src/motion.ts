@@ -117,7 +117,7 @@ function decodeSymbols(section: Section, models: MotionModels, expected: Int32Ar
       contexts.magnitudeContext(plane, expectedSymbol),
     );
     const isAbove = section.decodePlane(models.magnitude, magnitudeContexts);
-    codedIndices = codedIndices.filter((_, place) => isAbove[place] === 1);
+    codedIndices = codedIndices.filter((_, index) => isAbove[index] === 1);
     for (const i of codedIndices) symbols[i] += 1;
   }
   return symbols.map((magnitude, i) => (isNegative[i] ? -magnitude : magnitude));
@@ -143,11 +143,11 @@ function zeroRows(count: number, channelCount: number): Rows {
 }
 
 function joinArrays(parts: readonly Uint32Array[]): Uint32Array {
-  const joined = new Uint32Array(parts.reduce((sum, part) => sum + part.length, 0));
+  const result = new Uint32Array(parts.reduce((sum, part) => sum + part.length, 0));
   let start = 0;
   for (const part of parts) {
-    joined.set(part, start);
+    result.set(part, start);
     start += part.length;
   }
-  return joined;
+  return result;
 }

@@ -76,7 +76,7 @@ export class AnchorSearch {
   /** Search a box for an anchor that precedes `best`, and update `best`. */
   #search(box: number, start: number, end: number, point: Point, best: Candidate): void {
     if (end - start <= LEAF_ANCHORS) {
-      for (let place = start; place < end; place++) this.#testAnchor(this.#anchorIndices[place], point, best);
+      for (let index = start; index < end; index++) this.#testAnchor(this.#anchorIndices[index], point, best);
       return;
     }
     const middle = (start + end) >>> 1;

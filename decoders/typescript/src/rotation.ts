@@ -32,8 +32,8 @@ export function expandRotation(index: number, components: readonly number[], rot
 }
 
 /** Multiply a rotation by a residual on the right, and normalize the product (7.5). */
-export function rotate(before: Quaternion, residual: Quaternion): Quaternion {
-  const q = before.map(BigInt);
+export function rotate(rotation: Quaternion, residual: Quaternion): Quaternion {
+  const q = rotation.map(BigInt);
   const d = normalizeBig(residual.map(BigInt), BigInt(SUM_GUARD_BITS));
   const product = multiply(q, d).map((component) => divideRound(component, ONE));
   return toNumbers(normalizeBig(product, BigInt(PRODUCT_GUARD_BITS)));

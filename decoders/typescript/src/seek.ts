@@ -164,9 +164,9 @@ function readChunkAt(
 }
 
 /** Read at an offset from the index; report any rejection as index-mismatch. */
-function readFromIndex<Result>(read: () => Result): Result {
+function readFromIndex<Result>(readChunk: () => Result): Result {
   try {
-    return read();
+    return readChunk();
   } catch (error) {
     if (!(error instanceof Rejection)) throw error;
     throw new Rejection("index-mismatch", `an offset leads to no chunk header: ${error.message}`);

@@ -160,8 +160,8 @@ function decodeRows(section: Section, models: SequenceModels, start: number, end
   const sums = new Int32Array(count);
   return Array.from({ length: end - start }, (_, i) => {
     const numbers = decodeSigned(section, models, count, sumContexts(start + i, sums));
-    numbers.forEach((number, place) => {
-      sums[place] += Math.abs(number);
+    numbers.forEach((number, index) => {
+      sums[index] += Math.abs(number);
     });
     return numbers;
   });
@@ -181,8 +181,8 @@ function accumulateDifferences(row: Int32Array): Int32Array {
 /** Return a row of `count` numbers that are 0 except at `changedIndices`. */
 function scatter(numbers: ArrayLike<number>, changedIndices: Uint32Array, count: number): Int32Array {
   const row = new Int32Array(count);
-  changedIndices.forEach((place, i) => {
-    row[place] = numbers[i];
+  changedIndices.forEach((index, i) => {
+    row[index] = numbers[i];
   });
   return row;
 }
@@ -238,9 +238,9 @@ function appendGaussians(first: CanonicalGaussians, second: CanonicalGaussians):
 
 function joinRows(first: Rows, second: Rows): Int32Array[] {
   return first.map((row, i) => {
-    const joined = new Int32Array(row.length + second[i].length);
-    joined.set(row);
-    joined.set(second[i], row.length);
-    return joined;
+    const result = new Int32Array(row.length + second[i].length);
+    result.set(row);
+    result.set(second[i], row.length);
+    return result;
   });
 }

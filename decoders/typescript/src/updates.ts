@@ -58,10 +58,10 @@ export function decodeUpdates(section: Section, models: UpdateModels, scene: Sce
   const contexts = scene.recency.map((recency, i) => RECENCY_COUNT * parentClass(motionSums[i]) + recency);
   const updatedIndices = findOnes(section.decodePlane(models.changes, contexts));
   const isDeleted = section.decodePlane(models.isDeleted, pickColumn(scene.recency, updatedIndices));
-  const changedIndices = updatedIndices.filter((_, place) => isDeleted[place] === 0);
+  const changedIndices = updatedIndices.filter((_, index) => isDeleted[index] === 0);
   return {
     changedIndices,
-    deletedIndices: updatedIndices.filter((_, place) => isDeleted[place] === 1),
+    deletedIndices: updatedIndices.filter((_, index) => isDeleted[index] === 1),
     residuals: decodeResiduals(section, models, changedIndices.length),
   };
 }
@@ -121,17 +121,17 @@ function decodeRow(
 ): Int32Array {
   const outer = pickColumn(sums, changedIndices).map((sum) => SIGN_COUNT * row + 1 + Math.sign(sum));
   const residuals = new Int32Array(sums.length);
-  decodeSigned(section, models.residuals, changedIndices.length, outer).forEach((residual, place) => {
-    residuals[changedIndices[place]] = residual;
-    sums[changedIndices[place]] += residual;
+  decodeSigned(section, models.residuals, changedIndices.length, outer).forEach((residual, index) => {
+    residuals[changedIndices[index]] = residual;
+    sums[changedIndices[index]] += residual;
   });
   return residuals;
 }
 
 function translate(column: Int32Array, changedIndices: Uint32Array, residuals: Int32Array, step: number): Int32Array {
   const translated = column.slice();
-  changedIndices.forEach((i, place) => {
-    translated[i] = checkPosition(column[i] + step * residuals[place]);
+  changedIndices.forEach((i, index) => {
+    translated[i] = checkPosition(column[i] + step * residuals[index]);
   });
   return translated;
 }
@@ -144,9 +144,9 @@ function rotateChanged(
 ): Int32Array[] {
   const [w, x, y, z] = rotations.map((column) => column.slice());
   const [rx, ry, rz] = residuals.map(checkRotationResiduals);
-  changedIndices.forEach((i, place) => {
-    if (rx[place] === 0 && ry[place] === 0 && rz[place] === 0) return;
-    const residual = [header.rotationUnity, rx[place], ry[place], rz[place]] as const;
+  changedIndices.forEach((i, index) => {
+    if (rx[index] === 0 && ry[index] === 0 && rz[index] === 0) return;
+    const residual = [header.rotationUnity, rx[index], ry[index], rz[index]] as const;
     [w[i], x[i], y[i], z[i]] = rotate([w[i], x[i], y[i], z[i]], residual);
   });
   return [w, x, y, z];
@@ -164,8 +164,8 @@ function updateCodes(codes: Rows, changedIndices: Uint32Array, residuals: Rows):
   return codes.map((row, number) => {
     const updated = row.slice();
     if (number >= residuals.length) return updated;
-    changedIndices.forEach((i, place) => {
-      updated[i] += residuals[number][place];
+    changedIndices.forEach((i, index) => {
+      updated[i] += residuals[number][index];
     });
     return checkCodes(updated);
   });

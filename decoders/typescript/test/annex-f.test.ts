@@ -51,7 +51,12 @@ test("the constants match 3.1", () => {
 
 test("the levels match 3.2", () => {
   const rows = readTable("levels").map((row) => row.map(Number));
-  const implemented = [...constants.LEVELS].map(([level, at]) => [level, at.gaussians, at.births, at.payloadBytes]);
+  const implemented = [...constants.LEVELS].map(([level, limits]) => [
+    level,
+    limits.gaussians,
+    limits.births,
+    limits.payloadBytes,
+  ]);
 
   assert.deepEqual(implemented, rows);
 });

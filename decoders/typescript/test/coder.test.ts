@@ -9,8 +9,8 @@ import { Rejection } from "../src/reject.js";
 const WEIGHT_TOTAL = 1n << 24n;
 
 /** Decode words as SPEC 8.3 defines it; return the bits and the last state. */
-function decodeByDefinition(stored: readonly number[], weights: readonly number[]): [number[], bigint] {
-  const words = stored.map(BigInt);
+function decodeByDefinition(storedWords: readonly number[], weights: readonly number[]): [number[], bigint] {
+  const words = storedWords.map(BigInt);
   let state = words.pop() ?? 0n;
   const bits = weights.map((weight) => {
     if (state < 1n << 32n && words.length > 0) state = (state << 32n) + (words.pop() ?? 0n);
@@ -24,16 +24,16 @@ function decodeByDefinition(stored: readonly number[], weights: readonly number[
   return [bits, state];
 }
 
-function makeCoder(stored: readonly number[]): Coder {
-  return new Coder({ length: stored.length, wordAt: (i) => stored[i] });
+function makeCoder(storedWords: readonly number[]): Coder {
+  return new Coder({ length: storedWords.length, wordAt: (i) => storedWords[i] });
 }
 
-function checkDecoding(stored: readonly number[], weights: readonly number[]): void {
-  const coder = makeCoder(stored);
+function checkDecoding(storedWords: readonly number[], weights: readonly number[]): void {
+  const coder = makeCoder(storedWords);
 
   assert.deepEqual(
     weights.map((weight) => coder.decodeBit(weight)),
-    decodeByDefinition(stored, weights)[0],
+    decodeByDefinition(storedWords, weights)[0],
   );
 }
 
@@ -41,13 +41,13 @@ const EXTREME_WEIGHTS = [256, 2047, 2048, 262144, 8388607, 8388608, 8388609, 167
 
 test("random words at random weights decode as in 8.3", () => {
   for (let trial = 0; trial < 200; trial++) {
-    const stored = [0, 1, 2, 3, 4].flatMap((i) => [...philox([trial, i, 0, 0], [0, 0])]);
-    const weights = stored.flatMap((word, i) => [
+    const storedWords = [0, 1, 2, 3, 4].flatMap((i) => [...philox([trial, i, 0, 0], [0, 0])]);
+    const weights = storedWords.flatMap((word, i) => [
       EXTREME_WEIGHTS[word % EXTREME_WEIGHTS.length],
       256 + ((word >>> i) % 16776704),
     ]);
 
-    checkDecoding(stored, [...weights, ...weights]);
+    checkDecoding(storedWords, [...weights, ...weights]);
   }
 });
 

@@ -42,10 +42,10 @@ for (const name of ["A", "B", "C"]) {
   });
 
   test(`a stream ${name} with a changed byte is rejected`, () => {
-    for (let place = 0; place < bytes.length; place++) {
-      const changedBytes = changeByte(bytes, place, 1 << (place % 8));
+    for (let offset = 0; offset < bytes.length; offset++) {
+      const changedBytes = changeByte(bytes, offset, 1 << (offset % 8));
 
-      assert.notEqual(decodeAll(changedBytes)[1], null, `byte ${place}`);
+      assert.notEqual(decodeAll(changedBytes)[1], null, `byte ${offset}`);
     }
   });
 
@@ -53,23 +53,23 @@ for (const name of ["A", "B", "C"]) {
     const view = new DataView(bytes.buffer);
     const ids = new Set<RejectId | null>();
     for (const offset of findChunkOffsets(bytes)) {
-      for (let place = 0; place < view.getUint32(offset + 12, true); place++) {
-        const mask = philox([place, offset, 0, 0], [0, 0])[0] & 0xff || 1;
-        ids.add(decodeAll(changePayload(bytes, offset, place, mask))[1]);
+      for (let byteIndex = 0; byteIndex < view.getUint32(offset + 12, true); byteIndex++) {
+        const mask = philox([byteIndex, offset, 0, 0], [0, 0])[0] & 0xff || 1;
+        ids.add(decodeAll(changePayload(bytes, offset, byteIndex, mask))[1]);
       }
     }
     assert.ok(ids.size > 8, [...ids].join(" "));
   });
 
   test(`recovery of a stream ${name} with any changed byte gives true frames, and gaps in order`, () => {
-    for (let place = 0; place < bytes.length; place++) {
-      const parts = listRecoveredParts(changeByte(bytes, place, 1 << (place % 8)), digests);
+    for (let offset = 0; offset < bytes.length; offset++) {
+      const parts = listRecoveredParts(changeByte(bytes, offset, 1 << (offset % 8)), digests);
       const frames = parts.filter((part) => typeof part === "number");
       const gaps = parts.filter((part) => typeof part !== "number");
 
       assert.ok(frames.every((frame, i) => i === 0 || frame > frames[i - 1]));
       assert.ok(gaps.every(([offset], i) => i === 0 || offset >= gaps[i - 1][0] + gaps[i - 1][1]));
-      assert.ok(gaps.length > 0, `byte ${place}`);
+      assert.ok(gaps.length > 0, `byte ${offset}`);
     }
   });
 }

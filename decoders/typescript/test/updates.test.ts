@@ -43,7 +43,7 @@ function makeUpdates(
   ...nonzeroResiduals: [number, number, number][]
 ): Updates {
   const residuals = Array.from({ length: 13 }, () => new Int32Array(changedIndices.length));
-  for (const [row, place, residual] of nonzeroResiduals) residuals[row][place] = residual;
+  for (const [row, index, residual] of nonzeroResiduals) residuals[row][index] = residual;
   return {
     changedIndices: Uint32Array.from(changedIndices),
     deletedIndices: Uint32Array.from(deletedIndices),
