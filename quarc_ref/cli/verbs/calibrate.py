@@ -145,10 +145,8 @@ def calibrate(
         ):
             found_recordings = find_recordings(recordings)
             _require_cameras(found_recordings, up, distance)
-            sizes = found_recordings.pictures.sizes
-            known_lenses = (
-                read_lenses(intrinsics, found_recordings.names, sizes) if intrinsics else None
-            )
+            names, sizes = found_recordings.names, found_recordings.pictures.sizes
+            known_lenses = read_lenses(intrinsics, names, sizes) if intrinsics else None
             try:
                 options = CalibrateOptions(
                     LensOptions(camera_model, lenses == "shared", known_lenses),

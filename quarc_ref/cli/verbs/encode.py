@@ -98,11 +98,9 @@ def encode(
         if segments is None:
             require_segments({"--workers": workers is not None, "--ray": ray is not None})
         else:
-            log_options = {
-                "--log-json": log_json is not None,
-                "--tensorboard": tensorboard is not None,
-            }
-            reject_conflicts("--segments", {"--live": live, **log_options})
+            log_paths = {"--log-json": log_json, "--tensorboard": tensorboard}
+            has_logs = {option: path is not None for option, path in log_paths.items()}
+            reject_conflicts("--segments", {"--live": live, **has_logs})
         require_positive({"--lambda": rd_lambda, "--target-kb-per-frame": target})
         setting_values = {
             "canonical.keyframe_interval": keyframe_interval,
@@ -113,24 +111,14 @@ def encode(
         }
         config = _change_settings(preset, settings, setting_values, seed, version)
         start_time, findings = time.monotonic(), FindingCollector()
-        logging_options = LogOptions(log_json, tensorboard, keep=resume, force=force)
-        with (
-            TerminalProgress(quiet=quiet) as progress,
-            open_monitors(logging_options, progress) as monitor,
-        ):
+        logs = LogOptions(log_json, tensorboard, keep=resume, force=force)
+        with TerminalProgress(quiet=quiet) as progress, open_monitors(logs, progress) as monitor:
             from quarc_ref.datasets.open_capture import CaptureOptions
 
-            capture_options = CaptureOptions(downscale, tuple(held_out or ()), start=start)
+            options = CaptureOptions(downscale, tuple(held_out or ()), start=start)
+            checks = not no_checks
             job = EncodeJob(
-                capture,
-                capture_options,
-                config,
-                frames,
-                device,
-                progress,
-                findings,
-                not no_checks,
-                monitor,
+                capture, options, config, frames, device, progress, findings, checks, monitor
             )
             write_mode = WriteMode(force, live, resume)
             if segments is not None:
