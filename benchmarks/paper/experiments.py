@@ -110,13 +110,11 @@ def _make_gate(base: EncoderConfig) -> Experiment:
         "Both trials otherwise have the paper's births: clones of the Gaussians with the largest "
         "screen gradient, 100 iterations, and as many deaths as births."
     )
-    return Experiment("gate", "Change gate", "", _with_and_without_gate(base, 1), remark)
+    return Experiment("gate", "Change gate", "", _make_gate_pair(base, 1), remark)
 
 
 def _make_gradient(base: EncoderConfig) -> Experiment:
-    points = [
-        point for factor in GRADIENT_FACTORS for point in _with_and_without_gate(base, factor)
-    ]
+    points = [point for factor in GRADIENT_FACTORS for point in _make_gate_pair(base, factor)]
     axis = "screen gradient threshold of parents, relative to the paper"
     remark = (
         "The paper's births with and without the change gate. The gradient threshold was chosen "
@@ -126,7 +124,7 @@ def _make_gradient(base: EncoderConfig) -> Experiment:
     return Experiment("gradient", "Change gate and least gradient", axis, tuple(points), remark)
 
 
-def _with_and_without_gate(base: EncoderConfig, factor: int) -> tuple[Point, Point]:
+def _make_gate_pair(base: EncoderConfig, factor: int) -> tuple[Point, Point]:
     """Return trials with and without the change gate, at a multiple of the paper's threshold."""
     threshold = BirthSettings().grad_threshold * factor
     label_suffix, name_suffix = (

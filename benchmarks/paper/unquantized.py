@@ -121,7 +121,7 @@ def _count_bytes(counts: ContextCounts, births: Births) -> int:
 
 
 def refine_header(header: StreamHeader, extent: float) -> StreamHeader:
-    """Return a header with the same steps of residuals, and very fine other steps.
+    """Return a header with unchanged steps of residuals, and with finer other steps.
 
     Args:
         header: Header of a stream with the trial's settings.

@@ -49,6 +49,6 @@ def measure_gap_to_hull(point: Point, hull: Sequence[Point]) -> float:
     return max(0.0, nearest.psnr - point.psnr)
 
 
-def _slope(left: Point, right: Point) -> float:
+def _slope(start: Point, end: Point) -> float:
     """Return the dB per KB from a point to another point with a higher rate."""
-    return (right.psnr - left.psnr) / (right.kilobytes - left.kilobytes)
+    return (end.psnr - start.psnr) / (end.kilobytes - start.kilobytes)

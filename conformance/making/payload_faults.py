@@ -120,7 +120,7 @@ def _list_canonical_faults(parent: ValidStream) -> Iterable[Row]:
 def _list_size_faults(
     parent: ValidStream, piece_index: int, name: str, empty_size: int, extra_bytes: int
 ) -> Iterable[Row]:
-    """Yield payloads with bytes too few or too many."""
+    """Yield payloads without the last byte, with only a few bytes, and with additional bytes."""
     payload = parent.stream.pieces[piece_index].payload or b""
     kind = parent.stream.pieces[piece_index].kind.decode()
     sizes = {

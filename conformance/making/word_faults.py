@@ -71,7 +71,7 @@ def list_key_faults(parent: ValidStream) -> Iterable[Row]:
 
 
 def _replace_motion_words(parent: ValidStream) -> list[Piece]:
-    """Return the pieces with a motion of zero bits, after which the coder's state is not 0."""
+    """Return pieces whose motion codes only zeros, with a final coder state that is not 0."""
     previous = parent.stream.states[MOVED_FRAME - 1]
     assert previous is not None
     frame, _ = make_frame(parent.stream.head, previous, Change())

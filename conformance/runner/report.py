@@ -68,8 +68,8 @@ class Report:
         for title, key in sections.items():
             lines.append(f"by {title}:")
             lines += [
-                f"  {name:<10} {passed} of {all_}"
-                for name, (passed, all_) in self.count_by(key).items()
+                f"  {name:<10} {passed} of {total}"
+                for name, (passed, total) in self.count_by(key).items()
             ]
         verdicts = Counter(result.verdict.name for result in failed)
         verdict_summary = ", ".join(f"{name} {count}" for name, count in verdicts.most_common())
