@@ -12,6 +12,7 @@ pub mod records; // SPEC 5
 pub mod rows; // the memory layout of a state's planes
 
 mod parallel; // work shared among threads
+mod shared; // arrays shared among states
 
 pub mod arithmetic; // SPEC 4
 pub mod chunks; // SPEC 5.1, 5.2

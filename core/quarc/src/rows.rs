@@ -1,12 +1,13 @@
 //! Rows of equal length in one allocation: the memory layout of a state's planes (SPEC 7.1).
 
+use crate::parallel::each;
 use std::ops::Range;
 
 /// Rows of equal length in one allocation, with room for more columns after each.
 ///
 /// A row begins `stride` numbers after the previous one, so that bindings can expose the rows
 /// without a copy.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Debug, Default, PartialEq, Eq)]
 pub struct Rows<T> {
     numbers: Vec<T>,
     rows: usize,
@@ -94,16 +95,22 @@ impl<T: Copy + Default> Rows<T> {
         self.columns = columns;
     }
 
-    /// A copy without the columns at ascending indices.
-    #[must_use]
-    pub fn without(&self, gone: &[u32]) -> Self {
-        let mut numbers = Vec::with_capacity(self.numbers.len());
-        for row in 0..self.rows {
-            let from = self.row(row);
-            kept_ranges(gone, from.len()).for_each(|kept| numbers.extend_from_slice(&from[kept]));
-            numbers.resize((row + 1) * self.stride, T::default());
-        }
-        Rows { numbers, columns: self.columns - gone.len(), ..*self }
+    /// Make other rows a copy without the columns at ascending indices.
+    pub fn copy_without(&self, gone: &[u32], others: &mut Self)
+    where
+        T: Send + Sync,
+    {
+        let mut numbers = std::mem::take(&mut others.numbers);
+        numbers.resize(self.numbers.len(), T::default());
+        let rows = numbers.chunks_mut(self.stride.max(1)).enumerate().collect();
+        each(rows, &|(row, mut to)| {
+            for kept in kept_ranges(gone, self.columns) {
+                let (copied, rest) = to.split_at_mut(kept.len());
+                copied.copy_from_slice(&self.row(row)[kept]);
+                to = rest;
+            }
+        });
+        *others = Rows { numbers, columns: self.columns - gone.len(), ..*self };
     }
 
     /// Append columns of zeros, in place if there is room.
@@ -122,6 +129,26 @@ impl<T: Copy + Default> Rows<T> {
             row[old..].fill(T::default());
         }
     }
+}
+
+// Derived, it would not reuse the memory of the copy.
+impl<T: Clone> Clone for Rows<T> {
+    fn clone(&self) -> Self {
+        Rows { numbers: self.numbers.clone(), ..*self }
+    }
+
+    fn clone_from(&mut self, rows: &Self) {
+        let mut numbers = std::mem::take(&mut self.numbers);
+        numbers.clone_from(&rows.numbers);
+        *self = Rows { numbers, ..*rows };
+    }
+}
+
+/// Make other numbers a copy without the entries at ascending indices.
+pub fn copy_without<T: Copy>(numbers: &[T], gone: &[u32], others: &mut Vec<T>) {
+    others.clear();
+    others.reserve(numbers.len());
+    kept_ranges(gone, numbers.len()).for_each(|kept| others.extend_from_slice(&numbers[kept]));
 }
 
 /// Remove the entries at ascending indices; the others keep their order.

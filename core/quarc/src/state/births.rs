@@ -47,16 +47,16 @@ impl State {
         let codes = narrow_codes(&births.newborn)?;
         let first = self.next_id as u32;
         self.next_id += newborn as u64;
-        Arc::make_mut(&mut self.ids).extend((0..newborn as u32).map(|number| first + number));
-        append(Arc::make_mut(&mut self.positions), &positions);
-        append(Arc::make_mut(&mut self.rotations), &rotations);
-        append(Arc::make_mut(&mut self.codes), &codes);
-        let motion = Arc::make_mut(&mut self.motion);
+        self.ids.make_mut().extend((0..newborn as u32).map(|number| first + number));
+        append(self.positions.make_mut(), &positions);
+        append(self.rotations.make_mut(), &rotations);
+        append(self.codes.make_mut(), &codes);
+        let motion = self.motion.make_mut();
         motion.resize(motion.len() + newborn, Channels::default());
-        let moved = Arc::make_mut(&mut self.moved);
+        let moved = self.moved.make_mut();
         moved.resize(moved.len() + newborn, true);
         if self.header.updates {
-            let recency = Arc::make_mut(&mut self.recency);
+            let recency = self.recency.make_mut();
             recency.resize(recency.len() + newborn, 0);
         }
         Ok(())

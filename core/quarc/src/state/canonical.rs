@@ -11,6 +11,7 @@ use crate::error::{Error, Reject, Result};
 use crate::records::{CanonicalChunk, Gaussians, Header, SnapshotChunk};
 use crate::rotation::expand;
 use crate::rows::Rows;
+use crate::shared::Shared;
 use std::sync::Arc;
 
 impl State {
@@ -67,14 +68,14 @@ impl State {
             frame,
             phase: 0,
             next_id: count as u64,
-            ids: Arc::new((0..count as u32).collect()),
-            positions: Arc::new(scale_positions(header, gaussians)?),
-            rotations: Arc::new(expand_rotations(header, gaussians)?),
-            codes: Arc::new(narrow_codes(gaussians)?),
-            motion: Arc::new(vec![Channels::default(); count]),
-            recency: Arc::new(recency),
+            ids: Shared::new((0..count as u32).collect()),
+            positions: Shared::new(scale_positions(header, gaussians)?),
+            rotations: Shared::new(expand_rotations(header, gaussians)?),
+            codes: Shared::new(narrow_codes(gaussians)?),
+            motion: Shared::new(vec![Channels::default(); count]),
+            recency: Shared::new(recency),
             anchors: None,
-            moved: Arc::new(vec![false; count]),
+            moved: Shared::new(vec![false; count]),
             bound: 0,
             motion_counts: Arc::new(motion_counts()),
             birth_counts: Arc::new(birth_counts()),

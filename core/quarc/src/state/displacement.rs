@@ -10,7 +10,6 @@ use crate::parallel::{each, piece};
 use crate::records::Header;
 use crate::rotation::{turn_batch, Quaternion, Residuals, ROTATION_ONE};
 use std::ops::Range;
-use std::sync::Arc;
 
 const MOVED: usize = 1 << 12; // minimum number of Gaussians per task
 const BLOCK: usize = 1 << 10; // Gaussians processed at a time, whose motion stays in the cache
@@ -20,10 +19,9 @@ impl State {
     /// Move and turn every Gaussian by the anchors that it follows at the given levels, at which
     /// anchors move.
     pub(super) fn displace(&mut self, symbols: &[Vec<Channels>], levels: &[usize]) -> Result<()> {
-        if Arc::get_mut(&mut self.motion).is_none() {
-            self.motion = Arc::new(vec![STILL; self.ids.len()]); // all entries are overwritten
-        }
-        let motion = Arc::make_mut(&mut self.motion);
+        // All entries are overwritten.
+        self.motion.change(|_| (), |before, motion| motion.resize(before.len(), STILL));
+        let motion = self.motion.make_mut();
         let (Some(anchors), false) = (&self.anchors, levels.is_empty()) else {
             motion.fill(STILL);
             return Ok(());
@@ -36,10 +34,10 @@ impl State {
         };
         let levels = [0, 1, 2].map(level);
         let size = piece(motion.len(), MOVED);
-        let mut moved = Arc::make_mut(&mut self.moved).chunks_mut(size);
-        let positions = Arc::make_mut(&mut self.positions).first_mut::<3>();
+        let mut moved = self.moved.make_mut().chunks_mut(size);
+        let positions = self.positions.make_mut().first_mut::<3>();
         let mut positions = positions.map(|row| row.chunks_mut(size));
-        let rotations = Arc::make_mut(&mut self.rotations).first_mut::<4>();
+        let rotations = self.rotations.make_mut().first_mut::<4>();
         let mut rotations = rotations.map(|row| row.chunks_mut(size));
         let mut pieces = Vec::new();
         for (number, motion) in motion.chunks_mut(size).enumerate() {

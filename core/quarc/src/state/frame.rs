@@ -6,7 +6,8 @@ use crate::coding::motion::Channels;
 use crate::error::{Error, Reject, Result};
 use crate::parallel::{both, each, ranges};
 use crate::records::{Births, FrameChunk, Updates};
-use crate::rows::{kept_ranges, remove_entries, Rows};
+use crate::rows::{copy_without, remove_entries, Rows};
+use crate::shared::Shared;
 use std::sync::Arc;
 
 const OPACITY: usize = 3;
@@ -82,6 +83,10 @@ impl State {
     /// the previous anchors `before` only make sampling faster.
     fn bind(&mut self, before: Option<&Anchors>) {
         let (header, ids, positions) = (&self.header, &self.ids, &self.positions);
+        let stay = |moved: &mut Vec<bool>| {
+            moved.clear();
+            moved.resize(ids.len(), false);
+        };
         match (&mut self.anchors, before) {
             (Some(anchors), _) if self.bound < ids.len() => {
                 let newborn = [0, 1, 2].map(|axis| &positions.row(axis)[self.bound..]);
@@ -92,12 +97,12 @@ impl State {
                 let moved = &self.moved;
                 let anchors = before.sample_again(header, self.phase, ids, positions, moved);
                 self.anchors = Some(Arc::new(anchors));
-                self.moved = Arc::new(vec![false; ids.len()]);
+                self.moved.change(stay, |_, moved| stay(moved));
             }
             (None, None) => {
                 let anchors = Anchors::sample(header, self.phase, ids, positions);
                 self.anchors = Some(Arc::new(anchors));
-                self.moved = Arc::new(vec![false; ids.len()]);
+                self.moved.change(stay, |_, moved| stay(moved));
             }
         }
         self.bound = self.ids.len();
@@ -165,22 +170,13 @@ pub fn choose_deaths(opacities: &[i16], count: u32) -> Vec<u32> {
     dying
 }
 
-/// Remove the columns with ascending indices, in place if the rows are not shared.
-fn remove_columns<T: Copy + Default>(rows: &mut Arc<Rows<T>>, gone: &[u32]) {
-    if Arc::strong_count(rows) == 1 {
-        Arc::make_mut(rows).remove(gone);
-    } else {
-        *rows = Arc::new(rows.without(gone));
-    }
+/// Remove the columns with ascending indices.
+fn remove_columns<T: Copy + Default + Send + Sync>(rows: &mut Shared<Rows<T>>, gone: &[u32]) {
+    rows.change(|rows| rows.remove(gone), |rows, others| rows.copy_without(gone, others));
 }
 
-/// Remove the entries with ascending indices, in place if the numbers are not shared.
-fn remove_from<T: Copy>(numbers: &mut Arc<Vec<T>>, gone: &[u32]) {
-    if let Some(numbers) = Arc::get_mut(numbers) {
-        remove_entries(numbers, gone);
-    } else {
-        let mut others = Vec::with_capacity(numbers.len());
-        kept_ranges(gone, numbers.len()).for_each(|kept| others.extend_from_slice(&numbers[kept]));
-        *numbers = Arc::new(others);
-    }
+/// Remove the entries with ascending indices.
+fn remove_from<T: Copy>(numbers: &mut Shared<Vec<T>>, gone: &[u32]) {
+    let copy = |numbers: &Vec<T>, others: &mut Vec<T>| copy_without(numbers, gone, others);
+    numbers.change(|numbers| remove_entries(numbers, gone), copy);
 }

@@ -24,6 +24,7 @@ use crate::constants::{Level, CODE_LIMIT, POSITION_LIMIT};
 use crate::error::{Error, Reject, Result};
 use crate::records::Header;
 use crate::rows::Rows;
+use crate::shared::Shared;
 use std::sync::Arc;
 
 /// Everything that a frame passes on to the next (SPEC 7.1).
@@ -36,17 +37,17 @@ pub struct State {
     frame: u32,
     phase: u32,
     next_id: u64,
-    ids: Arc<Vec<u32>>,
-    positions: Arc<Rows<i32>>,
-    rotations: Arc<Rows<i32>>,
-    codes: Arc<Rows<i16>>,
-    motion: Arc<Vec<Channels>>,
+    ids: Shared<Vec<u32>>,
+    positions: Shared<Rows<i32>>,
+    rotations: Shared<Rows<i32>>,
+    codes: Shared<Rows<i16>>,
+    motion: Shared<Vec<Channels>>,
     /// Empty in streams without updates.
-    recency: Arc<Vec<u8>>,
+    recency: Shared<Vec<u8>>,
     /// `None` before the first sampling.
     anchors: Option<Arc<Anchors>>,
     /// `[N]`: whether each Gaussian may have moved since the last sampling.
-    moved: Arc<Vec<bool>>,
+    moved: Shared<Vec<bool>>,
     /// The number of Gaussians with bindings; those after them were born in the last frame.
     bound: usize,
     motion_counts: Arc<Counts>,
@@ -106,13 +107,13 @@ impl State {
     /// Positions and rotations, shared with clones of the state.
     #[must_use]
     pub const fn shared_places(&self) -> [&Arc<Rows<i32>>; 2] {
-        [&self.positions, &self.rotations]
+        [self.positions.arc(), self.rotations.arc()]
     }
 
     /// Codes, shared with clones of the state.
     #[must_use]
     pub const fn shared_codes(&self) -> &Arc<Rows<i16>> {
-        &self.codes
+        self.codes.arc()
     }
 
     /// The id of the next newborn Gaussian.

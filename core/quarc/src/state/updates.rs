@@ -55,7 +55,7 @@ impl State {
                 format!("the updates delete all {} Gaussians", gone.len()),
             ));
         }
-        let recency = Arc::make_mut(&mut self.recency);
+        let recency = self.recency.make_mut();
         recency.iter_mut().for_each(|recency| *recency = (*recency + 1).min(RECENCY_LIMIT));
         for &gaussian in &updates.gaussians {
             recency[gaussian as usize] = 0;
@@ -77,8 +77,8 @@ impl State {
             if residuals.is_empty() {
                 continue;
             }
-            let positions = Arc::make_mut(&mut self.positions).row_mut(row);
-            let moved = Arc::make_mut(&mut self.moved);
+            let positions = self.positions.make_mut().row_mut(row);
+            let moved = self.moved.make_mut();
             for (gaussian, residual) in residuals {
                 moved[gaussian] = true;
                 let by = i64::from(residual) * step;
@@ -96,7 +96,7 @@ impl State {
             if residuals.is_empty() {
                 continue;
             }
-            let codes = Arc::make_mut(&mut self.codes).row_mut(row - CODES.start);
+            let codes = self.codes.make_mut().row_mut(row - CODES.start);
             for (gaussian, residual) in residuals {
                 // [7.8-3]
                 let code = i32::from(codes[gaussian]).saturating_add(residual);
@@ -119,7 +119,7 @@ impl State {
                 let message = format!("a rotation residual exceeds {TURN_LIMIT}");
                 return Err(Error::new(Reject::SymbolRange, message));
             }
-            let mut rotations = Arc::make_mut(&mut self.rotations).first_mut::<4>();
+            let mut rotations = self.rotations.make_mut().first_mut::<4>();
             let residual = normalize_sum([unity, x, y, z])?;
             let gaussian = updates.gaussians[place] as usize;
             let rotation = [0, 1, 2, 3].map(|row: usize| rotations[row][gaussian]);
