@@ -137,10 +137,10 @@ def _check_status(decoder: Decoder, lines: list[Line]) -> None:
 
 
 def split_chunks(stream: bytes) -> Iterator[tuple[bytes, bool]]:
-    """Yield the chunks of a valid stream, and whether each is a CANO or FRAM chunk."""
+    """Yield the chunks of a valid stream, and whether each contains a frame."""
     offset, start = 8, 0
     while offset < len(stream):
         kind = stream[offset + 4 : offset + 8]
         end = offset + 24 + int.from_bytes(stream[offset + 12 : offset + 16], "little")
-        yield stream[start:end], kind in (b"CANO", b"FRAM")
+        yield stream[start:end], kind in (b"CANO", b"SNAP", b"FRAM")
         offset = start = end
