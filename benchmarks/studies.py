@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from kept_files import write_atomically
+from atomic_files import write_atomically
 from quarc_ref.jobs import Job, WorkerPool, run_jobs
 
 Row = dict[str, Any]

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from kept_files import write_atomically
+from atomic_files import write_atomically
 from ladder.rows import Ladder, Task, list_tasks
 from ladder.rungs import RUNGS
 from ladder.tables import format_rows

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor
 
-from ladder.dying import choose_deletions
+from ladder.deletions import choose_deletions
 from ladder.rungs import Rung
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.scene import Scene

@@ -5,7 +5,7 @@ from pathlib import Path
 from statistics import fmean
 from typing import Any
 
-from kept_files import write_atomically
+from atomic_files import write_atomically
 from paper.claims import list_claims
 from paper.experiments import Experiment, Point
 from paper.page import Section, compose_page

@@ -11,8 +11,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import fmean
 
-from canonical_once import CanonicalOnce
-from kept_files import write_atomically
+from atomic_files import write_atomically
+from canonical_cache import CanonicalCache
 from paper.float_bytes import summarize_floats
 from paper.quality import MOVING_VARIANT, Quality, fit_slope, measure_quality
 from paper.trials import Trial
@@ -66,12 +66,12 @@ class Task:
         """Path of the stream; trials in floats have none."""
         return self.folder / "streams" / f"{self.trial.name}.quarc"
 
-    def make_canonical_trainer(self, fingerprint: str) -> CanonicalOnce:
+    def make_canonical_trainer(self, fingerprint: str) -> CanonicalCache:
         """Return the object that trains frame 0."""
         trial = self.trial
         is_rounded = trial.floats != "all"
         inputs = [fingerprint, asdict(self.options), trial.config.seed, self.device, is_rounded]
-        return CanonicalOnce(self.folder / "canonical", inputs)
+        return CanonicalCache(self.folder / "canonical", inputs)
 
     def compute_key(self, fingerprint: str) -> str:
         """Return a digest of all inputs of the row, except the code."""

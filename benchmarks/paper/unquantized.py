@@ -18,7 +18,7 @@ import torch
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from canonical_once import Train
+from canonical_cache import Train
 from paper.trials import Trial
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.anchors import Anchors

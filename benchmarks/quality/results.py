@@ -4,7 +4,7 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from kept_files import write_atomically
+from atomic_files import write_atomically
 from quality.groups import COLUMN_NAMES, COLUMNS, Group
 from quality.spreads import Spread
 from quarc_ref.evaluation.plots import plot_spreads

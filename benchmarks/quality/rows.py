@@ -6,7 +6,7 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from kept_files import write_atomically
+from atomic_files import write_atomically
 from quality.figures import measure_stream
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder import EncodeOptions, encode

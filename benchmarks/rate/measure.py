@@ -8,7 +8,7 @@ from statistics import fmean
 
 import numpy as np
 
-from kept_files import write_atomically
+from atomic_files import write_atomically
 from quarc_ref.cli.output import TerminalProgress
 from quarc_ref.decoder import Splats
 from quarc_ref.evaluation.evaluate import evaluate_stream

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from kept_files import write_atomically
+from atomic_files import write_atomically
 from quarc_ref.evaluation.plots import plot_coders, plot_rate_distortion
 from quarc_ref.inspection.stream_summary import KILOBYTE, KINDS
 from rate.claims import Claim, list_inter_frames

@@ -9,7 +9,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from statistics import fmean
 
-from canonical_once import CanonicalOnce
+from canonical_cache import CanonicalCache
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.encode_stream import adapt_steps_to_capture
@@ -68,7 +68,7 @@ def measure_sweep(job: Job, folder: Path) -> list[Point]:
     job = replace(job, changes=(*job.changes, *fix_steps(job.config(), capture)))
     canonical_inputs = [capture.fingerprint, asdict(options), job.config().seed]
     points = []
-    with CanonicalOnce(folder / "canonical", canonical_inputs).use_in_encode():
+    with CanonicalCache(folder / "canonical", canonical_inputs).use_in_encode():
         for label, changes in list_changes(job.config()):
             measured = measure(replace(job, changes=(*job.changes, *changes)), folder)
             points.append(

@@ -10,7 +10,7 @@ import pytest
 import torch
 
 from ladder import command
-from ladder.dying import choose_deletions
+from ladder.deletions import choose_deletions
 from ladder.fitting import FitResult, fit_rung
 from ladder.judging import Judge
 from ladder.rounding import allow_updates, find_updates, round_rung, to_splats

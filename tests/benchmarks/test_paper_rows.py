@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import pytest
 
-import canonical_once
+import canonical_cache
 from paper import rows
 from paper.rows import Task, make_row
 from paper.trials import Trial
@@ -90,7 +90,7 @@ def test_a_row_of_other_inputs_is_not_reused(task, folder, change):
 def test_frame_0_is_trained_once_for_trials_that_differ_only_in_motion(task, monkeypatch):
     motion = replace(SMALL.motion, iterations=2)
     trial = Trial("short", "short", replace(SMALL, motion=motion))
-    monkeypatch.setattr(canonical_once, "train_canonical", None)
+    monkeypatch.setattr(canonical_cache, "train_canonical", None)
     make_row(replace(task, trial=trial))
 
     first, second = (
@@ -109,7 +109,7 @@ def test_other_canonical_settings_train_again(task, monkeypatch):
         raise InterruptedError
 
     canonical = replace(SMALL.canonical, iterations=3)
-    monkeypatch.setattr(canonical_once, "train_canonical", stop)
+    monkeypatch.setattr(canonical_cache, "train_canonical", stop)
     for trial in (
         Trial("other", "other", replace(SMALL, canonical=canonical)),
         Trial("seed", "seed", replace(SMALL, seed=4)),

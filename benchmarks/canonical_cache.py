@@ -17,7 +17,7 @@ from unittest.mock import patch
 import numpy as np
 import torch
 
-from kept_files import write_atomically
+from atomic_files import write_atomically
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder import encode_stream
 from quarc_ref.encoder.resume.checkpoint import Checkpoint
@@ -32,7 +32,7 @@ _SECONDS_KEY = "seconds"
 _ARRAY_NAMES = ("means", "rotations", "log_scales", "opacities", "sh_dc", "sh_rest")
 
 
-class CanonicalOnce:
+class CanonicalCache:
     """Trains the canonical frame, or loads it if another trial has trained it.
 
     Args:
