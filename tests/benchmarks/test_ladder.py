@@ -272,7 +272,7 @@ def test_existing_rows_are_not_computed_again(tmp_path):
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("ladder") / "plane"
-    return scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.plane_points())
+    return scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.make_plane_points())
 
 
 def test_the_command_encodes_the_initial_stream_and_continues(folder, tmp_path, capsys):

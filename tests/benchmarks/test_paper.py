@@ -28,7 +28,7 @@ ONLY = ("--only", "full,quantization,gate,levels")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("study") / "plane"
-    return scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.plane_points())
+    return scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.make_plane_points())
 
 
 def _run(folder, out, *more):

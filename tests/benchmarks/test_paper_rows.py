@@ -19,7 +19,7 @@ OPTIONS = CaptureOptions()
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("paper") / "plane"
-    return scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.plane_points())
+    return scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.make_plane_points())
 
 
 @pytest.fixture(scope="module")

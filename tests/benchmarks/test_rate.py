@@ -16,7 +16,7 @@ FILES = {"rate.csv", "claims.csv", "rate.md", "plane.coders.png"}
 @pytest.fixture(scope="module")
 def capture(tmp_path_factory):
     folder = tmp_path_factory.mktemp("rate") / "plane"
-    return scenes.write_n3dv(folder, scenes.make_shots(), 4, scenes.plane_points())
+    return scenes.write_n3dv(folder, scenes.make_shots(), 4, scenes.make_plane_points())
 
 
 @pytest.fixture

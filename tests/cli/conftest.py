@@ -46,7 +46,7 @@ def stream_file(made, tmp_path):
 def capture(tmp_path_factory):
     """A capture of four cameras, 48 x 32, three frames, in N3DV's layout."""
     folder = tmp_path_factory.mktemp("cli") / "plane"
-    return scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.plane_points())
+    return scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.make_plane_points())
 
 
 @pytest.fixture(scope="session")

@@ -78,13 +78,13 @@ def test_a_capture_in_segments_is_checked_once_and_each_first_frame_too(
 def capture_with_two_cameras(tmp_path):
     """A capture with two cameras, one of them held out."""
     shots = scenes.make_shots()[:2]
-    return scenes.write_n3dv(tmp_path / "narrow", shots, 2, scenes.plane_points())
+    return scenes.write_n3dv(tmp_path / "narrow", shots, 2, scenes.make_plane_points())
 
 
 @pytest.fixture
 def capture_with_lost_points(tmp_path):
     """A capture whose points are behind all cameras or far away."""
-    points = scenes.plane_points()
+    points = scenes.make_plane_points()
     far = type(points)(points.positions + np.float32(1e4), points.colors)
     return scenes.write_n3dv(tmp_path / "lost", scenes.make_shots(), 2, far)
 

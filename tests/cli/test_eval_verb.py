@@ -41,7 +41,7 @@ def test_eval_adds_quality_to_what_info_prints(measured, encoded_stream):
 
 def test_without_three_frames_there_are_no_figures_of_the_moving_region(tmp_path):
     shots = scenes.make_shots()
-    folder = scenes.write_n3dv(tmp_path / "short", shots, 2, scenes.plane_points())
+    folder = scenes.write_n3dv(tmp_path / "short", shots, 2, scenes.make_plane_points())
     cameras = open_capture(folder).cameras
     (tmp_path / "short.quarc").write_bytes(write_stream(cameras, 2))
 
@@ -93,8 +93,8 @@ def test_a_report_is_replaced_by_force(encoded_stream, capture, tmp_path):
 
 
 def test_another_capture_is_a_usage_error_and_leaves_no_report(encoded_stream, tmp_path):
-    shots = scenes.rename(scenes.make_shots(), ["cam00", "cam01", "cam02", "cam03"])
-    other = scenes.write_n3dv(tmp_path / "other", shots, 3, scenes.plane_points())
+    shots = scenes.rename_shots(scenes.make_shots(), ["cam00", "cam01", "cam02", "cam03"])
+    other = scenes.write_n3dv(tmp_path / "other", shots, 3, scenes.make_plane_points())
     result = run("eval", encoded_stream.file, other, "--report", tmp_path / "report")
 
     assert result.exit_code == 2

@@ -36,7 +36,7 @@ def reference_encode(tmp_path_factory):
     """
     folder = tmp_path_factory.mktemp("killed")
     capture = scenes.write_n3dv(
-        folder / "plane", scenes.make_shots(), _FRAMES, scenes.plane_points()
+        folder / "plane", scenes.make_shots(), _FRAMES, scenes.make_plane_points()
     )
     command = ["encode", capture, *_OPTIONS, "-q", "-o"]
     file = folder / "whole.quarc"

@@ -38,7 +38,7 @@ def _copy(capture, place):
 def test_an_impossible_file_name_is_reported(capture, tmp_path):
     folder = _copy(capture, tmp_path / "film")
     (folder / "poses_bounds.npy").unlink()
-    document = scenes.video_document(scenes.make_shots(), ply_file_path="points\ud800.ply")
+    document = scenes.make_video_document(scenes.make_shots(), ply_file_path="points\ud800.ply")
     scenes.write_transforms(folder, document)
 
     assert "points\\ud800.ply" in _encode_rejected(folder, tmp_path)

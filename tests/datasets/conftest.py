@@ -1,4 +1,4 @@
-"""Captures for several tests, which must not write into them."""
+"""Captures that several tests share; tests must not write into the folders."""
 
 import pytest
 
@@ -12,7 +12,7 @@ def shots():
 
 @pytest.fixture(scope="session")
 def points():
-    return scenes.plane_points()
+    return scenes.make_plane_points()
 
 
 @pytest.fixture(scope="session")
@@ -22,5 +22,5 @@ def n3dv_folder(tmp_path_factory, shots, points):
 
 @pytest.fixture(scope="session")
 def pictures(n3dv_folder, shots):
-    """`[camera][frame]` decoded pictures of the videos in `n3dv_folder`."""
+    """Decoded pictures `[camera][frame]` of the videos in `n3dv_folder`."""
     return [scenes.read_video(n3dv_folder / f"{shot.name}.mp4") for shot in shots]

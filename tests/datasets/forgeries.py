@@ -1,4 +1,4 @@
-"""Forged pictures and videos, byte by byte."""
+"""Writes malformed pictures and videos byte by byte."""
 
 import struct
 import zlib
@@ -9,11 +9,11 @@ import numpy as np
 
 _CONTAINER_BOXES = {b"moov", b"trak", b"mdia", b"minf", b"dinf", b"stbl"}
 _FIXED_POINT_ONE = 1 << 16
-_ALIAS = bytes.fromhex("616c6973")  # the kind of an alias, four letters
+_ALIAS = bytes.fromhex("616c6973")  # type of a data reference to a file: a QuickTime alias
 _IDENTITY = (1, 0, 0, 1)
 ORIENTATION = 0x0112
 
-# Display matrices by the way in which pictures are shown: a, b, c, d of FFmpeg's `display.h`.
+# The entries a, b, c, d of display matrices, by their effect on pictures (FFmpeg's `display.h`).
 MATRICES = {
     "as stored": _IDENTITY,
     "90 clockwise": (0, 1, -1, 0),
@@ -27,18 +27,18 @@ MATRICES = {
 
 
 def forge_png(width, height, exif=None):
-    """Return a black picture with one bit per pixel, in a small file."""
-    lines = zlib.compress(bytes(1 + (width + 7) // 8) * height, 9)
+    """Return a PNG file of a black picture with one bit per pixel."""
+    compressed_rows = zlib.compress(bytes(1 + (width + 7) // 8) * height, 9)
     header = struct.pack(">IIBBBBB", width, height, 1, 0, 0, 0, 0)
-    chunks = [(b"IHDR", header), (b"IDAT", lines), (b"IEND", b"")]
+    chunks = [(b"IHDR", header), (b"IDAT", compressed_rows), (b"IEND", b"")]
     if exif is not None:
         chunks.insert(1, (b"eXIf", exif))
     return b"\x89PNG\r\n\x1a\n" + b"".join(_png_chunk(*chunk) for chunk in chunks)
 
 
-def _png_chunk(kind, payload):
-    crc = zlib.crc32(kind + payload)
-    return struct.pack(">I", len(payload)) + kind + payload + struct.pack(">I", crc)
+def _png_chunk(chunk_type, payload):
+    crc = zlib.crc32(chunk_type + payload)
+    return struct.pack(">I", len(payload)) + chunk_type + payload + struct.pack(">I", crc)
 
 
 def forge_exif(orientation, order="<"):
@@ -55,34 +55,35 @@ def add_exif(jpeg, exif):
     return jpeg[:2] + b"\xff\xe1" + struct.pack(">H", len(block) + 2) + block + jpeg[2:]
 
 
-def change_boxes(data, change):
-    """Return an mp4 file with boxes changed by a function.
+def change_boxes(data, change_box):
+    """Return an mp4 file whose boxes are changed by a function.
 
     Args:
         data: The file; its moov box is the last one.
-        change: Returns the new payload for kind and payload, or None to remove the box.
+        change_box: Function of type and payload of a box; returns the new payload, or None to
+            remove the box.
     """
-    made, position = b"", 0
+    new_data, position = b"", 0
     while position < len(data):
-        length, kind = struct.unpack_from(">I4s", data, position)
+        length, box_type = struct.unpack_from(">I4s", data, position)
         payload = data[position + 8 : position + length]
         position += length
-        if kind in _CONTAINER_BOXES:
-            payload = change_boxes(payload, change)
-        new_payload = change(kind, payload)
+        if box_type in _CONTAINER_BOXES:
+            payload = change_boxes(payload, change_box)
+        new_payload = change_box(box_type, payload)
         if new_payload is not None:
-            made += struct.pack(">I4s", len(new_payload) + 8, kind) + new_payload
-    return made
+            new_data += struct.pack(">I4s", len(new_payload) + 8, box_type) + new_payload
+    return new_data
 
 
 def show_video(data, display):
-    """Return an mp4 file with a display matrix of `MATRICES`."""
-    stored, shown = _pack_matrix(_IDENTITY), _pack_matrix(MATRICES[display])
+    """Return an mp4 file whose display matrix is replaced by an entry of `MATRICES`."""
+    stored_matrix, display_matrix = _pack_matrix(_IDENTITY), _pack_matrix(MATRICES[display])
 
-    def change(kind, payload):
-        return payload.replace(stored, shown) if kind == b"tkhd" else payload
+    def change_box(box_type, payload):
+        return payload.replace(stored_matrix, display_matrix) if box_type == b"tkhd" else payload
 
-    return change_boxes(data, change)
+    return change_boxes(data, change_box)
 
 
 def _pack_matrix(numbers):
@@ -92,23 +93,25 @@ def _pack_matrix(numbers):
 
 def reference_other_file(data, name):
     """Return an mp4 file with its frames in another file, referenced by a QuickTime alias."""
-    volume, path = b"HD", f"HD:{name}".encode()
+    volume_name, path = b"HD", f"HD:{name}".encode()
     path += b"\0" * (len(path) % 2)
     alias = bytearray(150)
-    alias[10 : 11 + len(volume)] = bytes([len(volume)]) + volume
+    alias[10 : 11 + len(volume_name)] = bytes([len(volume_name)]) + volume_name
     alias[50 : 51 + len(name)] = bytes([len(name)]) + name.encode()
-    alias[130:134] = struct.pack(">HH", 1, 1)  # a level up from here, a level down to it
-    record = bytes(alias) + struct.pack(">HH", 2, len(path)) + path + b"\xff\xff\0\0"
-    entry = struct.pack(">I4sI", len(record) + 12, _ALIAS, 0) + record
+    alias[130:134] = struct.pack(
+        ">HH", 1, 1
+    )  # folder levels: one up from the mp4 file, then one down to the other file
+    padded_alias = bytes(alias) + struct.pack(">HH", 2, len(path)) + path + b"\xff\xff\0\0"
+    data_reference = struct.pack(">I4sI", len(padded_alias) + 12, _ALIAS, 0) + padded_alias
 
-    def change(kind, payload):
-        return struct.pack(">II", 0, 1) + entry if kind == b"dref" else payload
+    def change_box(box_type, payload):
+        return struct.pack(">II", 0, 1) + data_reference if box_type == b"dref" else payload
 
-    return change_boxes(data, change)
+    return change_boxes(data, change_box)
 
 
 def write_pngs_as_video(path, pngs, size):
-    """Write PNG files as the frames of a mov file with a wrong stated size."""
+    """Write PNG files as the frames of a mov file, whose header declares `size`."""
     with av.open(str(path), "w", format="mov") as container:
         stream = container.add_stream("png", rate=30)
         stream.width, stream.height = size
@@ -122,7 +125,7 @@ def write_pngs_as_video(path, pngs, size):
 
 
 def write_timed_video(path, milliseconds, rate=30):
-    """Write a video of gray frames with given times."""
+    """Write a video of gray frames with presentation times in milliseconds."""
     with av.open(str(path), "w") as container:
         stream = container.add_stream("mpeg4", rate=rate)
         stream.width, stream.height, stream.pix_fmt = 48, 32, "yuv420p"

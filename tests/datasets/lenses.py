@@ -1,4 +1,4 @@
-"""Distorted lenses, and their formulas."""
+"""Lenses with distortion, and the formulas of distortion."""
 
 import numpy as np
 
@@ -9,22 +9,22 @@ PINCUSHION = Lens(96, 64, 70.0, 72.0, 46.0, 33.0, (0.15, 0.02))
 RATIONAL = Lens(96, 64, 70.0, 72.0, 48.0, 32.0, (0.1, -0.05, 0.0, 0.0, 0.01, 0.2, 0.02, 0.001))
 FISHEYE = Lens(96, 64, 40.0, 41.0, 47.0, 31.0, (0.02, -0.01, 0.001, 0.0), fisheye=True)
 EQUIDISTANT = Lens(96, 64, 40.0, 40.0, 48.0, 32.0, fisheye=True)
-BENT = [BARREL, PINCUSHION, RATIONAL, FISHEYE, EQUIDISTANT]
+DISTORTED_LENSES = [BARREL, PINCUSHION, RATIONAL, FISHEYE, EQUIDISTANT]
 
 
 def distort(lens, x, y):
-    """Return the pixel, with centers at +0.5, to which a direction at depth 1 projects."""
-    squared = x * x + y * y
-    padded = [*lens.coefficients, *[0.0] * (8 - len(lens.coefficients))]
+    """Project a direction (x, y, 1) to a pixel position; centers of pixels are at +0.5."""
+    squared_radius = x * x + y * y
+    coefficients = [*lens.coefficients, *[0.0] * (8 - len(lens.coefficients))]
     if lens.fisheye:
-        radius = np.sqrt(squared)
+        radius = np.sqrt(squared_radius)
         angle = np.arctan(radius)
-        powers = sum(k * angle ** (2 * i + 2) for i, k in enumerate(padded[:4]))
+        powers = sum(k * angle ** (2 * i + 2) for i, k in enumerate(coefficients[:4]))
         factor = angle * (1 + powers) / radius
         return lens.fx * factor * x + lens.cx, lens.fy * factor * y + lens.cy
-    k1, k2, p1, p2, k3, k4, k5, k6 = padded
-    factor = 1 + squared * (k1 + squared * (k2 + squared * k3))
-    factor = factor / (1 + squared * (k4 + squared * (k5 + squared * k6)))
-    columns = x * factor + 2 * p1 * x * y + p2 * (squared + 2 * x * x)
-    rows = y * factor + p1 * (squared + 2 * y * y) + 2 * p2 * x * y
-    return lens.fx * columns + lens.cx, lens.fy * rows + lens.cy
+    k1, k2, p1, p2, k3, k4, k5, k6 = coefficients
+    factor = 1 + squared_radius * (k1 + squared_radius * (k2 + squared_radius * k3))
+    factor = factor / (1 + squared_radius * (k4 + squared_radius * (k5 + squared_radius * k6)))
+    distorted_x = x * factor + 2 * p1 * x * y + p2 * (squared_radius + 2 * x * x)
+    distorted_y = y * factor + p1 * (squared_radius + 2 * y * y) + 2 * p2 * x * y
+    return lens.fx * distorted_x + lens.cx, lens.fy * distorted_y + lens.cy

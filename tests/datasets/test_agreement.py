@@ -8,59 +8,59 @@ from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.datasets.video import VideoReader
 from tests.datasets import forgeries, scenes
 
-EVEN = [round(index * 1000 / 30) for index in range(12)]
+REGULAR_TIMES = [round(index * 1000 / 30) for index in range(12)]
 
 
-def make_videos(folder, **moments):
-    """Write a video for each camera with frames at given milliseconds, and open them."""
-    for name, milliseconds in moments.items():
+def make_videos(folder, **times_by_name):
+    """Write a video for each camera with frames at times in milliseconds, and open the videos."""
+    for name, milliseconds in times_by_name.items():
         forgeries.write_timed_video(folder / f"{name}.mkv", milliseconds)
-    return [VideoReader(folder / f"{name}.mkv") for name in moments]
+    return [VideoReader(folder / f"{name}.mkv") for name in times_by_name]
 
 
 def test_videos_of_the_same_rate_and_length_agree(tmp_path):
-    videos = make_videos(tmp_path, cam00=EVEN, cam01=EVEN)
+    videos = make_videos(tmp_path, cam00=REGULAR_TIMES, cam01=REGULAR_TIMES)
 
     require_common_frame_rate(videos)
     assert compare_lengths(["cam00", "cam01"], [12, 12]) is None
 
 
 def test_times_rounded_to_milliseconds_are_regular(tmp_path):
-    fast = [round(index * 1000 / 240) for index in range(30)]
+    times = [round(index * 1000 / 240) for index in range(30)]
 
-    require_common_frame_rate(make_videos(tmp_path, cam00=fast))
+    require_common_frame_rate(make_videos(tmp_path, cam00=times))
 
 
 def test_one_or_two_frames_are_regular(tmp_path):
     require_common_frame_rate(make_videos(tmp_path, cam00=[0], cam01=[0, 33]))
 
 
-@pytest.mark.parametrize("left_out", [1, 5, 10])
-def test_a_dropped_frame_makes_the_rate_variable(tmp_path, left_out):
-    moments = EVEN[:left_out] + EVEN[left_out + 1 :]
-    videos = make_videos(tmp_path, cam00=EVEN, cam01=moments)
-    mean = 1000 * (len(moments) - 1) / moments[-1]
+@pytest.mark.parametrize("dropped_frame", [1, 5, 10])
+def test_a_dropped_frame_makes_the_rate_variable(tmp_path, dropped_frame):
+    times = REGULAR_TIMES[:dropped_frame] + REGULAR_TIMES[dropped_frame + 1 :]
+    videos = make_videos(tmp_path, cam00=REGULAR_TIMES, cam01=times)
+    mean_rate = 1000 * (len(times) - 1) / times[-1]
 
     with pytest.raises(FrameRateError) as error_info:
         require_common_frame_rate(videos)
     assert re.search(
         r"cam01.mkv has a variable frame rate: its frames last from 33.0 to 6[67].0 ms, "
-        rf"{mean:.2f} per second on average.*fps={mean:.0f} ",
+        rf"{mean_rate:.2f} per second on average.*fps={mean_rate:.0f} ",
         str(error_info.value),
     )
     assert "cam00" not in str(error_info.value)
 
 
 def test_a_rate_that_changes_by_a_fifth_halfway_is_variable(tmp_path):
-    later = [EVEN[-1] + round(index * 1000 / 24) for index in range(1, 12)]
+    later_times = [REGULAR_TIMES[-1] + round(index * 1000 / 24) for index in range(1, 12)]
 
     with pytest.raises(FrameRateError, match=r"cam00.mkv .*from 33.0 to 42.0 ms"):
-        require_common_frame_rate(make_videos(tmp_path, cam00=EVEN + later))
+        require_common_frame_rate(make_videos(tmp_path, cam00=REGULAR_TIMES + later_times))
 
 
 @pytest.fixture
 def folder(tmp_path, shots, points):
-    """Four cameras of six frames at 30 per second."""
+    """A capture of four cameras with six frames at 30 frames per second."""
     return scenes.write_n3dv(tmp_path / "capture", shots, points=points)
 
 
@@ -99,7 +99,7 @@ def test_enough_common_frames_suffice(folder, pictures):
     scenes.write_video(folder / "cam01.mp4", pictures[1][:4])
     capture = open_capture(folder)
 
-    assert [capture.require_frames(asked) for asked in (1, 4)] == [1, 4]
+    assert [capture.require_frames(requested_count) for requested_count in (1, 4)] == [1, 4]
     assert capture.image(3, 3).shape == (32, 48, 3)
     with pytest.raises(TooFewFramesError, match=r"5 frames are requested, but capture .* has 4"):
         capture.require_frames(5)
@@ -116,8 +116,8 @@ def test_the_frames_of_a_limited_capture_are_those_within_the_limit(folder, pict
 
 def test_of_many_unusual_videos_only_some_are_named():
     names = [f"cam{index:02}" for index in range(14)]
-    reported = compare_lengths(names, [3 + index % 7 for index in range(14)])
+    finding = compare_lengths(names, [3 + index % 7 for index in range(14)])
 
-    assert reported.message.count(" has ") == 5
-    assert " and 7 more differ, the others have 6: " in reported.message
-    assert len(reported.cameras) == 12
+    assert finding.message.count(" has ") == 5
+    assert " and 7 more differ, the others have 6: " in finding.message
+    assert len(finding.cameras) == 12

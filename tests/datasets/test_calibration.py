@@ -17,14 +17,14 @@ coordinates = st.tuples(*[st.floats(-5.0, 5.0)] * 3)
 
 
 @settings(deadline=None, max_examples=50)
-@given(eye=coordinates, target=coordinates, points=st.lists(coordinates, min_size=1, max_size=5))
-def test_a_pose_projects_like_dot_products_with_the_axes(eye, target, points):
-    reach = np.subtract(target, eye)
-    if np.linalg.norm(np.cross(reach, (0, 0, 1))) < 1e-3:
+@given(center=coordinates, target=coordinates, points=st.lists(coordinates, min_size=1, max_size=5))
+def test_a_pose_projects_like_dot_products_with_the_axes(center, target, points):
+    direction = np.subtract(target, center)
+    if np.linalg.norm(np.cross(direction, (0, 0, 1))) < 1e-3:
         return
-    shot = scenes.Shot("a", 48, 32, 40.0, 41.0, 20.0, 17.0, scenes.look_at(eye, target), eye)
+    shot = scenes.Shot("a", 48, 32, 40.0, 41.0, 20.0, 17.0, scenes.look_at(center, target), center)
     positions = np.array(points)
-    positions = positions[np.abs((positions - eye) @ shot.axes[:, 2]) > 1e-3]
+    positions = positions[np.abs((positions - center) @ shot.axes[:, 2]) > 1e-3]
     lens = Lens(shot.width, shot.height, shot.fx, shot.fy, shot.cx, shot.cy)
     camera = CalibratedCamera("a", lens, make_pose(shot.axes, shot.center))
 
@@ -33,11 +33,11 @@ def test_a_pose_projects_like_dot_products_with_the_axes(eye, target, points):
 
 
 def test_axes_with_four_digits_become_a_rotation():
-    rough = np.round(scenes.look_at((1, -3, 2), (0, 0, 0)), 4)
-    rotation = make_pose(rough, (1, -3, 2)).rotation
+    rounded_axes = np.round(scenes.look_at((1, -3, 2), (0, 0, 0)), 4)
+    rotation = make_pose(rounded_axes, (1, -3, 2)).rotation
 
     assert np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-15)
-    assert np.allclose(rotation, rough.T, atol=1e-4)
+    assert np.allclose(rotation, rounded_axes.T, atol=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -78,12 +78,12 @@ def test_depths_are_those_in_front_and_inside():
     camera = CalibratedCamera("a", Lens(40, 20, 10, 10, 20, 10), make_pose(np.eye(3), np.zeros(3)))
     positions = np.array(
         [
-            [0, 0, 2],  # in the middle
-            [-3.9, 1.9, 2],  # in a corner
-            [4.1, 0, 2],  # far to the right
-            [0, -2.1, 2],  # off above
-            [0, 0, -2],  # behind
-            [0, 0, 0],  # in the camera
+            [0, 0, 2],  # in the middle of the picture
+            [-3.9, 1.9, 2],  # in a corner of the picture
+            [4.1, 0, 2],  # right of the picture
+            [0, -2.1, 2],  # above the picture
+            [0, 0, -2],  # behind the camera
+            [0, 0, 0],  # at the center of the camera
         ]
     )
 

@@ -10,7 +10,7 @@ SIZE = (32, 48, 3)
 
 
 class CountingPictures:
-    """Gray pictures whose level identifies camera and frame."""
+    """Gray pictures whose gray level identifies camera and frame; records each read."""
 
     def __init__(self):
         self.reads = []
@@ -25,7 +25,7 @@ def make_capture(source, cache_bytes=1 << 20):
         Camera(name, 48, 32, 40, 40, 24, 16, IDENTITY, (0.0, 0.0, 0.0), 1.0, name == "b")
         for name in "abc"
     ]
-    return Capture("gray", cameras, 9, 30.0, scenes.plane_points(), source, "00", cache_bytes)
+    return Capture("gray", cameras, 9, 30.0, scenes.make_plane_points(), source, "00", cache_bytes)
 
 
 def test_cameras_are_either_for_training_or_held_out():

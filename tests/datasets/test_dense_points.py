@@ -6,11 +6,11 @@ from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.dense_points import add_dense_points
 from tests.datasets import scenes
 
-PLANE = scenes.plane_points(50)
+PLANE_POINTS = scenes.make_plane_points(50)
 
 
 @pytest.fixture(scope="module")
-def stage():
+def cameras_and_pictures():
     """Cameras in front of the plane y = 0, and their pictures."""
     shots = scenes.make_shots(count=5, size=(160, 120), focal=150.0)
     cameras = [
@@ -25,53 +25,55 @@ def stage():
 
 
 @pytest.fixture(scope="module")
-def dense(stage):
-    points = add_dense_points(*stage, PLANE)
-    count = len(points.positions) - len(PLANE.positions)
+def dense_points(cameras_and_pictures):
+    points = add_dense_points(*cameras_and_pictures, PLANE_POINTS)
+    count = len(points.positions) - len(PLANE_POINTS.positions)
     return Points(points.positions[:count], points.colors[:count])
 
 
-def test_most_pixels_become_points_on_the_plane_in_the_pictures(dense):
-    away = np.abs(dense.positions[:, 1])
+def test_most_pixels_become_points_on_the_plane_in_the_pictures(dense_points):
+    plane_distances = np.abs(dense_points.positions[:, 1])
 
     # A pixel is 0.027 units wide at the plane, 4 units away.
-    assert len(away) > 0.5 * 5 * 160 * 120 or len(away) == 40_000
-    assert np.median(away) < 0.01
-    assert np.mean(away < 0.1) > 0.99
+    assert len(plane_distances) > 0.5 * 5 * 160 * 120 or len(plane_distances) == 40_000
+    assert np.median(plane_distances) < 0.01
+    assert np.mean(plane_distances < 0.1) > 0.99
 
 
-def test_dense_points_have_the_colors_of_the_plane(dense):
-    x, _, z = dense.positions.T
-    truth = scenes.paint_grains(x, z, 0.0).astype(float)
-    difference = np.abs(dense.colors - truth).mean()
+def test_dense_points_have_the_colors_of_the_plane(dense_points):
+    x, _, z = dense_points.positions.T
+    true_colors = scenes.paint_grains(x, z, 0.0).astype(float)
+    difference = np.abs(dense_points.colors - true_colors).mean()
 
-    assert difference < 0.5 * np.abs(dense.colors[::-1] - truth).mean()
+    assert difference < 0.5 * np.abs(dense_points.colors[::-1] - true_colors).mean()
 
 
-def test_a_sparse_point_that_cameras_see_through_is_dropped(stage):
-    floater = Points(np.float32([[0.0, -1.0, 0.0]]), np.uint8([[255, 0, 255]]))
-    sparse = Points(
-        np.concatenate([PLANE.positions, floater.positions]),
-        np.concatenate([PLANE.colors, floater.colors]),
+def test_a_sparse_point_that_cameras_see_through_is_dropped(cameras_and_pictures):
+    floating_point = Points(np.float32([[0.0, -1.0, 0.0]]), np.uint8([[255, 0, 255]]))
+    sparse_points = Points(
+        np.concatenate([PLANE_POINTS.positions, floating_point.positions]),
+        np.concatenate([PLANE_POINTS.colors, floating_point.colors]),
     )
 
-    points = add_dense_points(*stage, sparse)
+    points = add_dense_points(*cameras_and_pictures, sparse_points)
 
-    assert not (points.positions == floater.positions).all(axis=1).any()
-    assert (points.positions == PLANE.positions[7]).all(axis=1).any()
-
-
-def test_two_cameras_cannot_confirm_a_point(stage):
-    cameras, pictures = stage
-
-    points = add_dense_points(cameras[:2], pictures[:2], PLANE)
-
-    np.testing.assert_array_equal(points.positions, PLANE.positions)
+    assert not (points.positions == floating_point.positions).all(axis=1).any()
+    assert (points.positions == PLANE_POINTS.positions[7]).all(axis=1).any()
 
 
-def test_pictures_without_texture_add_no_points(stage):
-    cameras, pictures = stage
+def test_two_cameras_cannot_confirm_a_point(cameras_and_pictures):
+    cameras, pictures = cameras_and_pictures
 
-    points = add_dense_points(cameras, [np.full_like(picture, 128) for picture in pictures], PLANE)
+    points = add_dense_points(cameras[:2], pictures[:2], PLANE_POINTS)
 
-    np.testing.assert_array_equal(points.positions, PLANE.positions)
+    np.testing.assert_array_equal(points.positions, PLANE_POINTS.positions)
+
+
+def test_pictures_without_texture_add_no_points(cameras_and_pictures):
+    cameras, pictures = cameras_and_pictures
+
+    points = add_dense_points(
+        cameras, [np.full_like(picture, 128) for picture in pictures], PLANE_POINTS
+    )
+
+    np.testing.assert_array_equal(points.positions, PLANE_POINTS.positions)

@@ -10,7 +10,7 @@ MIB = 1 << 20
 
 
 @pytest.fixture
-def files(tmp_path):
+def folder_and_files(tmp_path):
     return write_files(tmp_path / "capture")
 
 
@@ -24,7 +24,7 @@ def write_files(folder):
     return folder, CaptureFiles(tuple(names[0]), tuple(names[1]), tuple(names[1][:2]))
 
 
-def change(path, position):
+def flip_bit(path, position):
     data = bytearray(path.read_bytes())
     data[position] ^= 1
     path.write_bytes(data)
@@ -47,58 +47,58 @@ def test_numbers_are_sorted_however_many_digits_they_have():
     assert sorted(names, key=natural_order) == ["0", "007", "08", names[1], names[0]]
 
 
-def test_a_fingerprint_does_not_depend_on_the_location_of_the_files(files, tmp_path):
-    other = tmp_path / "elsewhere"
-    other.mkdir()
+def test_a_fingerprint_does_not_depend_on_the_location_of_the_files(folder_and_files, tmp_path):
+    other_folder = tmp_path / "elsewhere"
+    other_folder.mkdir()
 
-    assert compute_fingerprint(*files) == compute_fingerprint(*write_files(other / "renamed"))
-    assert len(compute_fingerprint(*files)) == 64
+    assert compute_fingerprint(*folder_and_files) == compute_fingerprint(
+        *write_files(other_folder / "renamed")
+    )
+    assert len(compute_fingerprint(*folder_and_files)) == 64
 
 
 @pytest.mark.parametrize(
     ("name", "position"), [("poses", 2), ("a.mp4", 0), ("a.mp4", 3 * MIB - 1), ("b.mp4", 4)]
 )
-def test_a_fingerprint_changes_with_a_byte(files, name, position):
-    folder, listed = files
-    before = compute_fingerprint(folder, listed)
-    change(folder / name, position)
+def test_a_fingerprint_changes_with_a_byte(folder_and_files, name, position):
+    folder, files = folder_and_files
+    fingerprint_before = compute_fingerprint(folder, files)
+    flip_bit(folder / name, position)
 
-    assert compute_fingerprint(folder, listed) != before
+    assert compute_fingerprint(folder, files) != fingerprint_before
 
 
-def test_a_fingerprint_changes_with_a_size(files):
-    folder, listed = files
-    before = compute_fingerprint(folder, listed)
+def test_a_fingerprint_changes_with_a_size(folder_and_files):
+    folder, files = folder_and_files
+    fingerprint_before = compute_fingerprint(folder, files)
     (folder / "c.png").write_bytes(b"later still")
 
-    assert compute_fingerprint(folder, listed) != before
+    assert compute_fingerprint(folder, files) != fingerprint_before
 
 
-def test_a_fingerprint_changes_with_a_name(files):
-    folder, listed = files
-    before = compute_fingerprint(folder, listed)
+def test_a_fingerprint_changes_with_a_name(folder_and_files):
+    folder, files = folder_and_files
+    fingerprint_before = compute_fingerprint(folder, files)
     (folder / "c.png").rename(folder / "d.png")
-    pictures = (*listed.pictures[:2], folder / "d.png")
+    pictures = (*files.pictures[:2], folder / "d.png")
 
     assert (
-        compute_fingerprint(
-            folder, CaptureFiles(listed.descriptions, pictures, listed.sampled_files)
-        )
-        != before
+        compute_fingerprint(folder, CaptureFiles(files.descriptions, pictures, files.sampled_files))
+        != fingerprint_before
     )
 
 
-def test_a_fingerprint_skips_the_middle_of_a_large_file(files):
-    folder, listed = files
-    before = compute_fingerprint(folder, listed)
-    change(folder / "a.mp4", 3 * MIB // 2)
+def test_a_fingerprint_skips_the_middle_of_a_large_file(folder_and_files):
+    folder, files = folder_and_files
+    fingerprint_before = compute_fingerprint(folder, files)
+    flip_bit(folder / "a.mp4", 3 * MIB // 2)
 
-    assert compute_fingerprint(folder, listed) == before
+    assert compute_fingerprint(folder, files) == fingerprint_before
 
 
-def test_a_deleted_file_is_named(files):
-    folder, listed = files
+def test_a_deleted_file_is_named(folder_and_files):
+    folder, files = folder_and_files
     (folder / "c.png").unlink()
 
     with pytest.raises(MissingFileError, match=r"c.png"):
-        compute_fingerprint(folder, listed)
+        compute_fingerprint(folder, files)

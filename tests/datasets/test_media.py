@@ -1,4 +1,4 @@
-"""Pictures and videos that make FFmpeg open other files, wait, or fill the memory."""
+"""Tests of pictures and videos that make FFmpeg open other files, wait, or fill the memory."""
 
 import os
 import shutil
@@ -16,71 +16,71 @@ from quarc_ref.datasets.layouts.transforms_json import read_nerfstudio
 from quarc_ref.datasets.video import VideoReader, read_still
 from tests.datasets import forgeries, scenes
 
-_PATIENCE = 30.0  # seconds; all of this takes milliseconds
-_SESSION = (
+_TIME_LIMIT = 30.0  # seconds; calls usually take milliseconds
+_SDP_SESSION = (
     "v=0\no=- 0 0 IN IP4 127.0.0.1\ns=x\nc=IN IP4 127.0.0.1\nt=0 0\n"
     "m=video 53998 RTP/AVP 96\na=rtpmap:96 H264/90000\n"
 )
 _CONCAT_SCRIPT = "ffconcat version 1.0\nfile cam01.mp4\n"
-_PLAYLIST = (
+_HLS_PLAYLIST = (
     "#EXTM3U\n#EXT-X-VERSION:3\n#EXT-X-TARGETDURATION:1\n#EXT-X-MEDIA-SEQUENCE:0\n"
     "#EXTINF:0.2,\ncam01.mp4\n#EXT-X-ENDLIST\n"
 )
-_MANIFEST = (
+_DASH_MANIFEST = (
     '<?xml version="1.0"?><MPD xmlns="urn:mpeg:dash:schema:mpd:2011" type="static">'
     '<Period><AdaptationSet mimeType="video/mp4"><Representation id="0">'
     "<BaseURL>cam01.mp4</BaseURL></Representation></AdaptationSet></Period></MPD>"
 )
-_TEXTS = {
-    "session": _SESSION,
+_TEXT_FORMATS = {
+    "session": _SDP_SESSION,
     "concat script": _CONCAT_SCRIPT,
-    "playlist": _PLAYLIST,
-    "manifest": _MANIFEST,
+    "playlist": _HLS_PLAYLIST,
+    "manifest": _DASH_MANIFEST,
 }
 
 
-def in_time(read, *arguments):
-    """Return the error that a function raises, which must not take long."""
-    error_info = []
+def catch_error_in_time(read, *arguments):
+    """Call a function in a thread, and return its error; fails if the call takes 30 seconds."""
+    errors = []
 
     def call():
         try:
             read(*arguments)
         except Exception as error:
-            error_info.append(error)
+            errors.append(error)
 
     thread = threading.Thread(target=call, daemon=True)
     thread.start()
-    thread.join(_PATIENCE)
-    assert not thread.is_alive(), "it never ends"
-    return error_info[0] if error_info else None
+    thread.join(_TIME_LIMIT)
+    assert not thread.is_alive(), f"the call takes more than {_TIME_LIMIT} s"
+    return errors[0] if errors else None
 
 
 @pytest.fixture
 def folder(n3dv_folder, tmp_path, monkeypatch):
-    """The videos of a capture in the current folder."""
-    copy = shutil.copytree(n3dv_folder, tmp_path / "copy")
-    monkeypatch.chdir(copy)
-    return copy
+    """A copy of a capture as the current folder."""
+    capture_copy = shutil.copytree(n3dv_folder, tmp_path / "copy")
+    monkeypatch.chdir(capture_copy)
+    return capture_copy
 
 
-@pytest.mark.parametrize("text", _TEXTS)
+@pytest.mark.parametrize("text", _TEXT_FORMATS)
 def test_text_that_names_other_paths_is_not_a_video(folder, text):
-    (folder / "cam00.mp4").write_text(_TEXTS[text])
-    error_info = in_time(VideoReader, folder / "cam00.mp4")
+    (folder / "cam00.mp4").write_text(_TEXT_FORMATS[text])
+    error = catch_error_in_time(VideoReader, folder / "cam00.mp4")
 
-    assert isinstance(error_info, UnreadableVideoError)
-    assert "cam00.mp4 cannot be opened as mp4, mov, mkv or webm" in str(error_info)
+    assert isinstance(error, UnreadableVideoError)
+    assert "cam00.mp4 cannot be opened as mp4, mov, mkv or webm" in str(error)
 
 
-@pytest.mark.parametrize("text", _TEXTS)
+@pytest.mark.parametrize("text", _TEXT_FORMATS)
 def test_text_that_names_other_paths_is_not_a_picture(folder, text):
-    (folder / "cam00.png").write_text(_TEXTS[text])
-    error_info = in_time(read_still, folder / "cam00.png")
+    (folder / "cam00.png").write_text(_TEXT_FORMATS[text])
+    error = catch_error_in_time(read_still, folder / "cam00.png")
 
-    assert isinstance(error_info, UnreadableVideoError)
+    assert isinstance(error, UnreadableVideoError)
     assert "cam00.png cannot be decoded as a picture (the file is neither PNG nor JPEG)" in str(
-        error_info
+        error
     )
 
 
@@ -96,12 +96,12 @@ def test_a_picture_of_another_format_is_rejected_by_name(tmp_path, suffix):
 
 @pytest.fixture
 def requests():
-    """Requests to a local server, and its port."""
-    decoded = []
+    """Paths requested from a local server, and the port of the server."""
+    requested_paths = []
 
     class Handler(BaseHTTPRequestHandler):
         def do_GET(self):
-            decoded.append(self.path)
+            requested_paths.append(self.path)
             self.send_error(404)
 
         def log_message(self, *_arguments):
@@ -109,22 +109,22 @@ def requests():
 
     with HTTPServer(("127.0.0.1", 0), Handler) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
-        yield decoded, server.server_port
+        yield requested_paths, server.server_port
         server.shutdown()
 
 
 @pytest.mark.parametrize("key", ["file_path", "ply_file_path"])
 def test_an_address_in_transforms_json_is_not_fetched(folder, shots, requests, key):
-    decoded, port = requests
-    document = scenes.video_document(shots)
-    target = document if key == "ply_file_path" else document["frames"][0]
-    target[key] = f"http://127.0.0.1:{port}/cam00.mp4"
+    requested_paths, port = requests
+    document = scenes.make_video_document(shots)
+    entry = document if key == "ply_file_path" else document["frames"][0]
+    entry[key] = f"http://127.0.0.1:{port}/cam00.mp4"
     scenes.write_transforms(folder, document)
 
-    error_info = in_time(read_nerfstudio, Path())
-    assert decoded == []
-    assert isinstance(error_info, CaptureError)
-    assert "127.0.0.1" in str(error_info)
+    error = catch_error_in_time(read_nerfstudio, Path())
+    assert requested_paths == []
+    assert isinstance(error, CaptureError)
+    assert "127.0.0.1" in str(error)
 
 
 @pytest.mark.parametrize(
@@ -139,13 +139,13 @@ def test_an_address_in_transforms_json_is_not_fetched(folder, shots, requests, k
     ],
 )
 def test_a_protocol_in_transforms_json_is_treated_as_a_file_name(folder, shots, name):
-    document = scenes.video_document(shots)
+    document = scenes.make_video_document(shots)
     document["frames"][0]["file_path"] = name
     scenes.write_transforms(folder, document)
-    error_info = in_time(read_nerfstudio, Path())
+    error = catch_error_in_time(read_nerfstudio, Path())
 
-    assert isinstance(error_info, MissingFileError)
-    assert name in str(error_info)
+    assert isinstance(error, MissingFileError)
+    assert name in str(error)
 
 
 @pytest.mark.parametrize(
@@ -177,15 +177,15 @@ def _link_device(path):
 
 
 @pytest.mark.parametrize("read", [VideoReader, read_still])
-@pytest.mark.parametrize("make", [_make_fifo, _make_socket, _link_device, os.mkdir])
-def test_only_a_regular_file_is_opened(tmp_path, monkeypatch, read, make):
+@pytest.mark.parametrize("make_special_file", [_make_fifo, _make_socket, _link_device, os.mkdir])
+def test_only_a_regular_file_is_opened(tmp_path, monkeypatch, read, make_special_file):
     monkeypatch.chdir(tmp_path)
     path = Path("cam00")
-    make(path)
-    error_info = in_time(read, path)
+    make_special_file(path)
+    error = catch_error_in_time(read, path)
 
-    assert isinstance(error_info, UnreadableVideoError)
-    assert str(error_info) == "cam00 is not a regular file"
+    assert isinstance(error, UnreadableVideoError)
+    assert str(error) == "cam00 is not a regular file"
 
 
 @pytest.mark.parametrize("read", [VideoReader, read_still])
@@ -216,18 +216,20 @@ def test_a_picture_that_would_fill_the_memory_is_rejected_by_its_header(tmp_path
 
 def test_a_jpeg_that_would_fill_the_memory_is_rejected_by_its_header(tmp_path):
     scenes.write_picture(tmp_path / "a.jpg", np.zeros((32, 48, 3), np.uint8))
-    small = (tmp_path / "a.jpg").read_bytes()
-    size = small.index(b"\0\x20\0\x30")
-    large = small[:size] + (16_000).to_bytes(2, "big") * 2 + small[size + 4 :]
-    (tmp_path / "a.jpg").write_bytes(large)
+    small_jpeg = (tmp_path / "a.jpg").read_bytes()
+    size_offset = small_jpeg.index(b"\0\x20\0\x30")
+    large_jpeg = (
+        small_jpeg[:size_offset] + (16_000).to_bytes(2, "big") * 2 + small_jpeg[size_offset + 4 :]
+    )
+    (tmp_path / "a.jpg").write_bytes(large_jpeg)
 
     with pytest.raises(UnreadableVideoError, match="16000 x 16000 are too large"):
         read_still(tmp_path / "a.jpg")
 
 
 def test_a_video_whose_frames_would_fill_the_memory_is_rejected(tmp_path):
-    path, bomb = tmp_path / "cam00.mov", forgeries.forge_png(16_000, 16_000)
-    forgeries.write_pngs_as_video(path, [bomb, bomb], (48, 32))
+    path, large_png = tmp_path / "cam00.mov", forgeries.forge_png(16_000, 16_000)
+    forgeries.write_pngs_as_video(path, [large_png, large_png], (48, 32))
 
     with pytest.raises(UnreadableVideoError, match=r"has more than 134,217,728 pixels per frame"):
         VideoReader(path)

@@ -31,9 +31,9 @@ def folders(tmp_path_factory, n3dv_folder, shots, points, pictures):
     parent = tmp_path_factory.mktemp("layouts")
     videos = shutil.copytree(n3dv_folder, parent / "videos")
     (videos / "poses_bounds.npy").unlink()
-    scenes.write_transforms(videos, scenes.video_document(shots), points)
+    scenes.write_transforms(videos, scenes.make_video_document(shots), points)
     scenes.write_frames(parent / "pictures", shots, pictures)
-    scenes.write_transforms(parent / "pictures", scenes.picture_document(shots), points)
+    scenes.write_transforms(parent / "pictures", scenes.make_picture_document(shots), points)
     scenes.write_frames(parent / "colmap", shots, pictures)
     scenes.write_model(parent / "colmap" / "sparse" / "0", shots, points)
     return {"n3dv": n3dv_folder} | {
@@ -41,34 +41,42 @@ def folders(tmp_path_factory, n3dv_folder, shots, points, pictures):
     }
 
 
-def numbers(camera):
-    lens = (camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy)
-    return np.array([*lens, *camera.rotation, *camera.translation])
+def list_calibration(camera):
+    intrinsics = (camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy)
+    return np.array([*intrinsics, *camera.rotation, *camera.translation])
 
 
 @pytest.mark.parametrize("layout", ["videos", "pictures", "colmap"])
 @pytest.mark.parametrize("downscale", [1, 3])
 def test_every_layout_gives_the_same_capture(folders, layout, downscale):
     options = CaptureOptions(downscale=downscale, held_out=("cam01",))
-    first, other = (open_capture(folders[name], options) for name in ("n3dv", layout))
+    n3dv_capture, layout_capture = (
+        open_capture(folders[name], options) for name in ("n3dv", layout)
+    )
 
-    assert other.held_out == first.held_out == (1,)
-    assert other.frame_count == first.frame_count
-    assert other.frames_per_second == first.frames_per_second
-    assert np.array_equal(other.points.positions, first.points.positions)
-    for index, (camera, same) in enumerate(zip(other.cameras, first.cameras, strict=True)):
-        assert camera.name == same.name
-        assert np.allclose(numbers(camera), numbers(same), rtol=0, atol=1e-6)
-        assert np.array_equal(other.image(index, 4), first.image(index, 4))
+    assert layout_capture.held_out == n3dv_capture.held_out == (1,)
+    assert layout_capture.frame_count == n3dv_capture.frame_count
+    assert layout_capture.frames_per_second == n3dv_capture.frames_per_second
+    assert np.array_equal(layout_capture.points.positions, n3dv_capture.points.positions)
+    for index, (camera, n3dv_camera) in enumerate(
+        zip(layout_capture.cameras, n3dv_capture.cameras, strict=True)
+    ):
+        assert camera.name == n3dv_camera.name
+        assert np.allclose(
+            list_calibration(camera), list_calibration(n3dv_camera), rtol=0, atol=1e-6
+        )
+        assert np.array_equal(layout_capture.image(index, 4), n3dv_capture.image(index, 4))
 
 
 @pytest.mark.parametrize("layout", ["n3dv", "videos", "pictures", "colmap"])
 def test_a_fingerprint_distinguishes_captures_but_not_options(folders, layout):
     fingerprint = open_capture(folders[layout]).fingerprint
-    others = {open_capture(path).fingerprint for name, path in folders.items() if name != layout}
+    other_fingerprints = {
+        open_capture(path).fingerprint for name, path in folders.items() if name != layout
+    }
 
     assert open_capture(folders[layout], CaptureOptions(downscale=2)).fingerprint == fingerprint
-    assert fingerprint not in others
+    assert fingerprint not in other_fingerprints
 
 
 def test_a_capture_is_named_after_its_folder(n3dv_folder, monkeypatch):
@@ -78,11 +86,11 @@ def test_a_capture_is_named_after_its_folder(n3dv_folder, monkeypatch):
 
 
 def test_the_first_camera_is_held_out_unless_others_are_named(n3dv_folder):
-    default = open_capture(n3dv_folder)
-    chosen = open_capture(n3dv_folder, CaptureOptions(held_out=("cam04", "cam01")))
+    default_capture = open_capture(n3dv_folder)
+    chosen_capture = open_capture(n3dv_folder, CaptureOptions(held_out=("cam04", "cam01")))
 
-    assert (default.held_out, default.training) == ((0,), (1, 2, 3))
-    assert (chosen.held_out, chosen.training) == ((1, 3), (0, 2))
+    assert (default_capture.held_out, default_capture.training) == ((0,), (1, 2, 3))
+    assert (chosen_capture.held_out, chosen_capture.training) == ((1, 3), (0, 2))
 
 
 def test_an_unknown_held_out_camera_is_rejected_with_the_known_ones(n3dv_folder):
@@ -100,9 +108,9 @@ def test_holding_out_every_camera_is_rejected(n3dv_folder):
         open_capture(n3dv_folder, CaptureOptions(held_out=names))
 
 
-@pytest.mark.parametrize(("most", "count"), [(1, 1), (5, 5), (100, 6)])
-def test_the_number_of_frames_can_be_limited(n3dv_folder, most, count):
-    assert open_capture(n3dv_folder, CaptureOptions(max_frames=most)).frame_count == count
+@pytest.mark.parametrize(("max_frames", "count"), [(1, 1), (5, 5), (100, 6)])
+def test_the_number_of_frames_can_be_limited(n3dv_folder, max_frames, count):
+    assert open_capture(n3dv_folder, CaptureOptions(max_frames=max_frames)).frame_count == count
 
 
 def test_frames_can_start_later(n3dv_folder, pictures):
@@ -126,8 +134,8 @@ def test_cameras_are_synchronized_by_the_offsets_in_the_notes(n3dv_folder, pictu
     capture = open_capture(folder, CaptureOptions(start=1))
 
     assert capture.frame_count == 6 - 1 - 3
-    for camera, first in enumerate((2, 4, 2, 1)):
-        assert np.array_equal(capture.image(camera, 1), pictures[camera][first + 1])
+    for camera, first_frame in enumerate((2, 4, 2, 1)):
+        assert np.array_equal(capture.image(camera, 1), pictures[camera][first_frame + 1])
     assert capture.findings == ()
     assert capture.fingerprint != open_capture(n3dv_folder).fingerprint
 
@@ -173,8 +181,8 @@ def test_an_unknown_near_bound_is_computed_from_the_visible_points(folders, shot
 
 def test_points_that_a_camera_cannot_see_are_rejected(folders, tmp_path, shots, points):
     folder = shutil.copytree(folders["videos"], tmp_path / "copy")
-    behind = Points(points.positions - np.float32(50.0), points.colors)
-    scenes.write_transforms(folder, scenes.video_document(shots), behind)
+    points_behind = Points(points.positions - np.float32(50.0), points.colors)
+    scenes.write_transforms(folder, scenes.make_video_document(shots), points_behind)
 
     with pytest.raises(UnreadablePointsError, match=r"cam00 sees none of the 200 initial points"):
         open_capture(folder)
@@ -185,40 +193,55 @@ def test_missing_points_are_triangulated_from_the_training_cameras(tmp_path):
     pictures = [[scenes.render(shot, painting=scenes.paint_grains, samples=4)] for shot in shots]
     pictures[0][0] = np.random.default_rng(1).integers(0, 256, pictures[0][0].shape, np.uint8)
     scenes.write_frames(tmp_path, shots, pictures)
-    scenes.write_transforms(tmp_path, scenes.picture_document(shots, frames=1))
+    scenes.write_transforms(tmp_path, scenes.make_picture_document(shots, frame_count=1))
     capture = open_capture(tmp_path)
-    away = np.abs(capture.points.positions[:, 1])
+    plane_distances = np.abs(capture.points.positions[:, 1])
 
-    assert np.median(away) < 0.01
+    assert np.median(plane_distances) < 0.01
     assert all(3.0 < camera.near < 4.5 for camera in capture.cameras)
 
 
 def test_distorted_pictures_become_those_of_the_pinhole_camera(tmp_path, shots, points):
-    bent = replace(shots[0], width=96, height=64, fx=70.0, fy=72.0, cx=50.0, cy=30.0)
-    dots = bent.project(points.positions)[:, :2]
-    u, v = distort(BARREL, (dots[:, 0] - bent.cx) / bent.fx, (dots[:, 1] - bent.cy) / bent.fy)
-    spot = int(np.hypot(u - 30, v - 20).argmin())
-    picture = draw_spot(u[spot], v[spot], bent)
-    second = replace(bent, name="cam01")
-    scenes.write_frames(tmp_path, [bent, second], [[picture], [picture]])
-    extra = BARREL.coefficients
-    scenes.write_model(tmp_path / "sparse", [bent, second], points, model="OPENCV", extra=extra)
+    distorted_shot = replace(shots[0], width=96, height=64, fx=70.0, fy=72.0, cx=50.0, cy=30.0)
+    pixels = distorted_shot.project(points.positions)[:, :2]
+    u, v = distort(
+        BARREL,
+        (pixels[:, 0] - distorted_shot.cx) / distorted_shot.fx,
+        (pixels[:, 1] - distorted_shot.cy) / distorted_shot.fy,
+    )
+    spot_index = int(np.hypot(u - 30, v - 20).argmin())
+    picture = draw_spot(u[spot_index], v[spot_index], distorted_shot)
+    second_shot = replace(distorted_shot, name="cam01")
+    scenes.write_frames(tmp_path, [distorted_shot, second_shot], [[picture], [picture]])
+    coefficients = BARREL.coefficients
+    scenes.write_model(
+        tmp_path / "sparse",
+        [distorted_shot, second_shot],
+        points,
+        model="OPENCV",
+        extra_params=coefficients,
+    )
     capture = open_capture(tmp_path)
-    seen = capture.image(0, 0)[..., 0].astype(float)
+    rectified = capture.image(0, 0)[..., 0].astype(float)
     camera = capture.cameras[0]
-    position = np.reshape(camera.rotation, (3, 3)) @ points.positions[spot] + camera.translation
+    position = (
+        np.reshape(camera.rotation, (3, 3)) @ points.positions[spot_index] + camera.translation
+    )
     expected = [
         camera.fx * position[0] / position[2] + camera.cx,
         camera.fy * position[1] / position[2] + camera.cy,
     ]
-    rows, columns = np.indices(seen.shape) + 0.5
+    rows, columns = np.indices(rectified.shape) + 0.5
 
-    center = [(seen * columns).sum() / seen.sum(), (seen * rows).sum() / seen.sum()]
+    center = [
+        (rectified * columns).sum() / rectified.sum(),
+        (rectified * rows).sum() / rectified.sum(),
+    ]
     assert center == pytest.approx(expected, abs=0.1)
 
 
 def draw_spot(u, v, shot):
-    """Return a black picture with a blurred bright spot at a pixel position."""
+    """Return a black picture with a blurred white spot at a pixel position."""
     rows, columns = np.indices((shot.height, shot.width)) + 0.5
     spot = 255 * np.exp(-((columns - u) ** 2 + (rows - v) ** 2) / 8)
     return np.repeat(spot[..., None], 3, axis=2).astype(np.uint8)
@@ -226,7 +249,7 @@ def draw_spot(u, v, shot):
 
 def test_a_lens_that_cannot_be_undistorted_is_named_with_its_camera(folders, tmp_path, shots):
     folder = shutil.copytree(folders["videos"], tmp_path / "copy")
-    document = scenes.video_document(shots, camera_model="OPENCV_FISHEYE")
+    document = scenes.make_video_document(shots, camera_model="OPENCV_FISHEYE")
     document["frames"][2] |= {"fl_x": 5.0, "fl_y": 5.0}
     scenes.write_transforms(folder, document)
 
@@ -264,5 +287,5 @@ def test_the_real_captures_points_lie_in_its_pictures_and_match_their_colors(rea
         pixels = real_capture.image(index, 0)[rows[inside].astype(int), columns[inside].astype(int)]
         differences.append(np.abs(pixels.astype(int) - points.colors[inside]).mean())
 
-    # Points behind others differ, so only most of the pictures' colors are those of the points.
+    # Occluded points differ in color, so the median over the cameras is compared.
     assert np.median(differences) < 30

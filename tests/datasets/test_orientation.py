@@ -1,4 +1,4 @@
-"""Videos that are displayed rotated, and pictures with an orientation."""
+"""Tests of videos with a display rotation, and of pictures with an EXIF orientation."""
 
 import shutil
 
@@ -12,15 +12,15 @@ from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.datasets.video import VideoReader, read_still
 from tests.datasets import forgeries, scenes
 
-# Each display rotation of a video, and the rotation in OpenCV.
-TURNS = {
+# The OpenCV constant for each display rotation of a video.
+OPENCV_ROTATIONS = {
     "90 clockwise": cv2.ROTATE_90_CLOCKWISE,
     "half a turn": cv2.ROTATE_180,
     "90 counterclockwise": cv2.ROTATE_90_COUNTERCLOCKWISE,
 }
 
 
-@pytest.mark.parametrize("display", TURNS)
+@pytest.mark.parametrize("display", OPENCV_ROTATIONS)
 def test_the_pictures_of_a_rotated_video_are_upright(n3dv_folder, pictures, tmp_path, display):
     path = tmp_path / "cam00.mp4"
     path.write_bytes(forgeries.show_video((n3dv_folder / "cam00.mp4").read_bytes(), display))
@@ -28,19 +28,21 @@ def test_the_pictures_of_a_rotated_video_are_upright(n3dv_folder, pictures, tmp_
 
     assert (reader.height, reader.width) == ((48, 32) if "90" in display else (32, 48))
     for frame in (0, 4, 2):
-        assert np.array_equal(reader.read(frame), cv2.rotate(pictures[0][frame], TURNS[display]))
+        assert np.array_equal(
+            reader.read(frame), cv2.rotate(pictures[0][frame], OPENCV_ROTATIONS[display])
+        )
 
 
-@pytest.mark.parametrize("display", TURNS)
+@pytest.mark.parametrize("display", OPENCV_ROTATIONS)
 def test_a_video_is_rotated_as_by_opencv(n3dv_folder, tmp_path, display):
     path = tmp_path / "cam00.mp4"
     path.write_bytes(forgeries.show_video((n3dv_folder / "cam00.mp4").read_bytes(), display))
-    found, picture = cv2.VideoCapture(str(path)).read()
+    is_read, opencv_picture = cv2.VideoCapture(str(path)).read()
 
-    assert found
-    ours = VideoReader(path).read(0).astype(int)
-    assert ours.shape == picture.shape
-    assert np.abs(ours - picture[..., ::-1]).mean() < 4
+    assert is_read
+    decoded = VideoReader(path).read(0).astype(int)
+    assert decoded.shape == opencv_picture.shape
+    assert np.abs(decoded - opencv_picture[..., ::-1]).mean() < 4
 
 
 def test_a_video_displayed_as_stored_is_not_rotated(n3dv_folder, pictures, tmp_path):
@@ -71,11 +73,13 @@ def test_a_video_with_another_angle_than_quarter_turns_is_rejected(
 
 @pytest.fixture
 def rotated_capture(n3dv_folder, tmp_path, shots, pictures):
-    """The capture of `n3dv_folder` with all cameras on their side, as stated in their videos."""
+    """The capture of `n3dv_folder` with videos stored rotated; display matrices turn them back."""
     folder = shutil.copytree(n3dv_folder, tmp_path / "side")
-    for shot, row in zip(shots, pictures, strict=True):
+    for shot, camera_pictures in zip(shots, pictures, strict=True):
         path = folder / f"{shot.name}.mp4"
-        scenes.write_video(path, [cv2.rotate(item, cv2.ROTATE_90_CLOCKWISE) for item in row])
+        scenes.write_video(
+            path, [cv2.rotate(picture, cv2.ROTATE_90_CLOCKWISE) for picture in camera_pictures]
+        )
         path.write_bytes(forgeries.show_video(path.read_bytes(), "90 counterclockwise"))
     return folder
 
@@ -86,20 +90,24 @@ def test_intrinsics_are_those_of_upright_pictures(
 ):
     if layout == "nerfstudio":
         (rotated_capture / "poses_bounds.npy").unlink()
-        scenes.write_transforms(rotated_capture, scenes.video_document(shots), points)
-    upright, rotation_vector = open_capture(n3dv_folder), open_capture(rotated_capture)
+        scenes.write_transforms(rotated_capture, scenes.make_video_document(shots), points)
+    upright_capture, opened_capture = open_capture(n3dv_folder), open_capture(rotated_capture)
 
-    for index, (camera, same) in enumerate(
-        zip(rotation_vector.cameras, upright.cameras, strict=True)
+    for index, (camera, upright_camera) in enumerate(
+        zip(opened_capture.cameras, upright_capture.cameras, strict=True)
     ):
-        assert (camera.width, camera.height, camera.fx) == (48, 32, pytest.approx(same.fx))
-        assert (camera.cx, camera.cy) == (same.cx, same.cy)
-        difference = rotation_vector.image(index, 3).astype(int) - upright.image(index, 3)
+        assert (camera.width, camera.height, camera.fx) == (
+            48,
+            32,
+            pytest.approx(upright_camera.fx),
+        )
+        assert (camera.cx, camera.cy) == (upright_camera.cx, upright_camera.cy)
+        difference = opened_capture.image(index, 3).astype(int) - upright_capture.image(index, 3)
         assert np.abs(difference).mean() < 6
 
 
 def test_poses_of_unrotated_pictures_are_rejected(rotated_capture, shots):
-    rows = [scenes.poses_row(shot, size=(32, 48)) for shot in shots]
+    rows = [scenes.make_poses_row(shot, size=(32, 48)) for shot in shots]
     np.save(rotated_capture / "poses_bounds.npy", np.array(rows))
 
     with pytest.raises(UnreadablePoseError, match="pictures of 32x48, but the video is 48x32"):

@@ -18,7 +18,10 @@ def test_videos_and_files_give_the_same_pictures(n3dv_folder, shots, pictures, t
     videos = VideoPictures([VideoReader(n3dv_folder / f"{shot.name}.mp4") for shot in shots])
     scenes.write_frames(tmp_path, shots, pictures)
     files = FilePictures(
-        [[tmp_path / f"frames/{f:04d}/{shot.name}.png" for f in range(6)] for shot in shots],
+        [
+            [tmp_path / f"frames/{frame_number:04d}/{shot.name}.png" for frame_number in range(6)]
+            for shot in shots
+        ],
         [(48, 32)] * len(shots),
     )
 
@@ -40,11 +43,11 @@ def test_videos_of_different_lengths_have_their_common_frames(n3dv_folder, tmp_p
 
 def test_cameras_that_started_apart_are_synchronized_by_their_offsets(n3dv_folder, pictures):
     readers = [VideoReader(n3dv_folder / f"{name}.mp4") for name in ("cam00", "cam01")]
-    later = SynchronizedPictures(VideoPictures(readers), (0, 2))
+    synchronized = SynchronizedPictures(VideoPictures(readers), (0, 2))
 
-    assert later.frame_count == 4
-    assert np.array_equal(later.read(0, 3), pictures[0][3])
-    assert np.array_equal(later.read(1, 3), pictures[1][5])
+    assert synchronized.frame_count == 4
+    assert np.array_equal(synchronized.read(0, 3), pictures[0][3])
+    assert np.array_equal(synchronized.read(1, 3), pictures[1][5])
 
 
 def test_a_picture_of_another_size_than_its_calibration_is_rejected(n3dv_folder):
@@ -56,8 +59,8 @@ def test_a_picture_of_another_size_than_its_calibration_is_rejected(n3dv_folder)
 
 
 def test_a_file_of_another_size_than_its_calibration_is_rejected_before_it_is_decoded(tmp_path):
-    broken = forgeries.forge_png(11_000, 11_000)[:60]
-    (tmp_path / "cam00.png").write_bytes(broken)
+    truncated_png = forgeries.forge_png(11_000, 11_000)[:60]
+    (tmp_path / "cam00.png").write_bytes(truncated_png)
     files = FilePictures([[tmp_path / "cam00.png"]], [(48, 32)])
 
     with pytest.raises(UnreadableVideoError, match=r"cam00.png is 11000x11000.* is for 48x32"):
@@ -67,7 +70,7 @@ def test_a_file_of_another_size_than_its_calibration_is_rejected_before_it_is_de
 def test_rectified_pictures_are_downscaled(n3dv_folder, pictures):
     videos = VideoPictures([VideoReader(n3dv_folder / "cam00.mp4")])
     rectifier = Rectifier(Lens(48, 32, 80, 80, 48, 32), 4)
-    small = RectifiedPictures(videos, ["cam00"], [rectifier]).read(0, 3)
+    downscaled = RectifiedPictures(videos, ["cam00"], [rectifier]).read(0, 3)
 
-    assert np.array_equal(small, rectifier.rectify(pictures[0][3]))
-    assert small.shape == (8, 12, 3)
+    assert np.array_equal(downscaled, rectifier.rectify(pictures[0][3]))
+    assert downscaled.shape == (8, 12, 3)

@@ -10,10 +10,10 @@ from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.errors import MissingFileError, UnreadablePointsError
 from quarc_ref.datasets.points_ply import read_points_ply, write_points_ply
 
-FIELDS = ("float x", "float y", "float z", "uchar red", "uchar green", "uchar blue")
-ROW = bytes(4 * 3) + b"\x01\x02\x03"
+PROPERTIES = ("float x", "float y", "float z", "uchar red", "uchar green", "uchar blue")
+POINT_BYTES = bytes(4 * 3) + b"\x01\x02\x03"
 
-positions_of = hnp.arrays(
+position_arrays = hnp.arrays(
     np.float32,
     st.tuples(st.integers(1, 20), st.just(3)),
     elements=st.floats(allow_nan=False, allow_infinity=False, width=32),
@@ -25,14 +25,21 @@ def path(tmp_path_factory):
     return tmp_path_factory.mktemp("ply") / "points.ply"
 
 
-def ply(body, fields=FIELDS, count="1", form="binary_little_endian 1.0", newline="\n"):
-    lines = ["ply", f"format {form}", "comment end_header is not here", f"element vertex {count}"]
-    lines += [f"property {field}" for field in fields]
+def make_ply(
+    body, properties=PROPERTIES, count="1", ply_format="binary_little_endian 1.0", newline="\n"
+):
+    lines = [
+        "ply",
+        f"format {ply_format}",
+        "comment end_header is not here",
+        f"element vertex {count}",
+    ]
+    lines += [f"property {property_text}" for property_text in properties]
     return newline.join([*lines, "end_header", ""]).encode() + body
 
 
 @settings(deadline=None, max_examples=50)
-@given(positions=positions_of, seed=st.integers(0, 99))
+@given(positions=position_arrays, seed=st.integers(0, 99))
 def test_points_survive_a_round_trip(path, positions, seed):
     colors = np.random.default_rng(seed).integers(0, 256, positions.shape, dtype=np.uint8)
     write_points_ply(path, Points(positions, colors))
@@ -54,7 +61,7 @@ def test_writing_leaves_nothing_next_to_the_file(tmp_path):
 @pytest.mark.parametrize("newline", ["\n", "\r\n"])
 def test_ascii_points_are_read(path, newline):
     body = newline.join(["1.5 -2 3e1 0 128 255", "0 0 0 1 2 3", ""]).encode()
-    path.write_bytes(ply(body, count="2", form="ascii 1.0", newline=newline))
+    path.write_bytes(make_ply(body, count="2", ply_format="ascii 1.0", newline=newline))
     points = read_points_ply(path)
 
     assert points.positions.tolist() == [[1.5, -2, 30], [0, 0, 0]]
@@ -62,18 +69,18 @@ def test_ascii_points_are_read(path, newline):
 
 
 def test_other_properties_and_elements_are_skipped(path):
-    fields = [
+    properties = [
         "double x",
         "float nx",
         "double y",
         "double z",
         "int label",
-        *FIELDS[3:],
+        *PROPERTIES[3:],
         "uchar alpha",
     ]
     layout = "<f8,<f4,<f8,<f8,<i4,u1,u1,u1,u1"
     body = np.array([(1, 9, 2, 3, -7, 10, 20, 30, 255)] * 2, dtype=layout).tobytes()
-    head = ply(b"", [*fields, "uchar mask"][:-1], count="2")
+    head = make_ply(b"", [*properties, "uchar mask"][:-1], count="2")
     faces = b"element face 1\nproperty list uchar int vertex_indices\nend_header\n"
     path.write_bytes(head.replace(b"end_header\n", faces) + body + b"\x03" + bytes(12))
     points = read_points_ply(path)
@@ -89,30 +96,33 @@ def test_other_properties_and_elements_are_skipped(path):
         (b"plx\nend_header\n", "does not begin with a PLY header"),
         (b"ply\nformat ascii 1.0\n" + b"comment\n" * 10000, "does not begin with a PLY header"),
         (b"ply\nend_header\n", "neither ascii nor"),
-        (ply(ROW, form="binary_big_endian 1.0"), "neither ascii nor"),
+        (make_ply(POINT_BYTES, ply_format="binary_big_endian 1.0"), "neither ascii nor"),
         (b"ply\nformat ascii 1.0\nend_header\n", "first element is not 'vertex'"),
-        (ply(ROW, count="0"), "no points"),
-        (ply(ROW, count="-1"), "no points"),
-        (ply(ROW, count="many"), "no points"),
-        (ply(ROW, count="1 2"), "no points"),
-        (ply(ROW, count="2"), "ends before the last of 2 points"),
-        (ply(ROW[:-1]), "ends before"),
-        (ply(ROW, count="9" * 30), "ends before"),
-        (ply(b"1 2 3 4 5 6", count="9" * 30, form="ascii 1.0"), "lines of 6 numbers"),
-        (ply(b"1 2 3 4 5 6\n1 2", count="2", form="ascii 1.0"), "lines of 6 numbers"),
-        (ply(b"1 2 3 4 5 x\n", form="ascii 1.0"), "could not convert"),
-        (ply(b"1 2 3 4 5 256\n", form="ascii 1.0"), "color is not between"),
-        (ply(b"1 2 3 4 5 nan\n", form="ascii 1.0"), "color is not between"),
-        (ply(b"1 2 inf 4 5 6\n", form="ascii 1.0"), "not finite"),
-        (ply(b"1 2 1e300 4 5 6\n", form="ascii 1.0"), "not finite"),
-        (ply(b"\xff" * 15), "not finite"),
-        (ply(ROW, [*FIELDS, "list uchar int other"]), "is not supported"),
-        (ply(ROW, [*FIELDS, "half w"]), "is not supported"),
-        (ply(ROW * 2, [*FIELDS, "float x"]), "x"),
-        (ply(ROW, FIELDS[1:]), "no float or double x, y and z"),
-        (ply(ROW, ["int x", *FIELDS[1:]]), "no float or double x, y and z"),
-        (ply(ROW, FIELDS[:3]), "no uchar red, green and blue"),
-        (ply(ROW * 2, [*FIELDS[:5], "float blue"]), "no uchar red, green and blue"),
+        (make_ply(POINT_BYTES, count="0"), "no points"),
+        (make_ply(POINT_BYTES, count="-1"), "no points"),
+        (make_ply(POINT_BYTES, count="many"), "no points"),
+        (make_ply(POINT_BYTES, count="1 2"), "no points"),
+        (make_ply(POINT_BYTES, count="2"), "ends before the last of 2 points"),
+        (make_ply(POINT_BYTES[:-1]), "ends before"),
+        (make_ply(POINT_BYTES, count="9" * 30), "ends before"),
+        (make_ply(b"1 2 3 4 5 6", count="9" * 30, ply_format="ascii 1.0"), "lines of 6 numbers"),
+        (make_ply(b"1 2 3 4 5 6\n1 2", count="2", ply_format="ascii 1.0"), "lines of 6 numbers"),
+        (make_ply(b"1 2 3 4 5 x\n", ply_format="ascii 1.0"), "could not convert"),
+        (make_ply(b"1 2 3 4 5 256\n", ply_format="ascii 1.0"), "color is not between"),
+        (make_ply(b"1 2 3 4 5 nan\n", ply_format="ascii 1.0"), "color is not between"),
+        (make_ply(b"1 2 inf 4 5 6\n", ply_format="ascii 1.0"), "not finite"),
+        (make_ply(b"1 2 1e300 4 5 6\n", ply_format="ascii 1.0"), "not finite"),
+        (make_ply(b"\xff" * 15), "not finite"),
+        (make_ply(POINT_BYTES, [*PROPERTIES, "list uchar int other"]), "is not supported"),
+        (make_ply(POINT_BYTES, [*PROPERTIES, "half w"]), "is not supported"),
+        (make_ply(POINT_BYTES * 2, [*PROPERTIES, "float x"]), "x"),
+        (make_ply(POINT_BYTES, PROPERTIES[1:]), "no float or double x, y and z"),
+        (make_ply(POINT_BYTES, ["int x", *PROPERTIES[1:]]), "no float or double x, y and z"),
+        (make_ply(POINT_BYTES, PROPERTIES[:3]), "no uchar red, green and blue"),
+        (
+            make_ply(POINT_BYTES * 2, [*PROPERTIES[:5], "float blue"]),
+            "no uchar red, green and blue",
+        ),
     ],
 )
 def test_a_malformed_file_is_rejected_by_name(path, data, error):
@@ -126,9 +136,9 @@ def test_a_malformed_file_is_rejected_by_name(path, data, error):
 @settings(deadline=None, max_examples=100)
 @given(data=st.data())
 def test_a_wrong_byte_gives_points_or_a_named_error(path, data):
-    whole = bytearray(ply(ROW * 3, count="3"))
-    whole[data.draw(st.integers(0, len(whole) - 1))] = data.draw(st.integers(0, 255))
-    path.write_bytes(whole[: data.draw(st.integers(0, len(whole)))])
+    file_bytes = bytearray(make_ply(POINT_BYTES * 3, count="3"))
+    file_bytes[data.draw(st.integers(0, len(file_bytes) - 1))] = data.draw(st.integers(0, 255))
+    path.write_bytes(file_bytes[: data.draw(st.integers(0, len(file_bytes)))])
 
     try:
         points = read_points_ply(path)

@@ -46,9 +46,9 @@ def test_a_malformed_orientation_is_none(jpeg, exif):
 
 
 def test_stray_bytes_and_fill_bytes_between_segments_are_skipped(jpeg):
-    outlier = jpeg[:2] + b"\xff\xff\xff" + jpeg[3:20] + b"\0\xff\0" + jpeg[20:]
+    padded_jpeg = jpeg[:2] + b"\xff\xff\xff" + jpeg[3:20] + b"\0\xff\0" + jpeg[20:]
 
-    assert read_still_header(outlier) == read_still_header(jpeg)
+    assert read_still_header(padded_jpeg) == read_still_header(jpeg)
 
 
 def test_segments_without_a_length_are_skipped(jpeg):
@@ -81,9 +81,9 @@ def test_a_png_with_another_first_chunk_is_rejected():
         read_still_header(png[:8] + chunk + png[8:])
 
 
-@pytest.mark.parametrize("filling", [b"\xff\xd0", b"\xff\xfe\0\x02", b"\xff", b"\0"])
-def test_a_jpeg_without_a_frame_header_is_rejected(jpeg, filling):
-    endless = jpeg[:2] + b"\xff\xfe\0\x02" + filling * 2_000_000
+@pytest.mark.parametrize("filler", [b"\xff\xd0", b"\xff\xfe\0\x02", b"\xff", b"\0"])
+def test_a_jpeg_without_a_frame_header_is_rejected(jpeg, filler):
+    long_jpeg = jpeg[:2] + b"\xff\xfe\0\x02" + filler * 2_000_000
 
     with pytest.raises(ValueError, match=r"is truncated|no JPEG frame header"):
-        read_still_header(endless)
+        read_still_header(long_jpeg)

@@ -7,51 +7,51 @@ from quarc_ref.datasets.errors import MissingFileError, TruncatedVideoError, Unr
 from quarc_ref.datasets.video import VideoReader, read_still
 from tests.datasets import scenes
 
-FRAMES = 11
+FRAME_COUNT = 11
 
 
 @pytest.fixture(scope="module")
 def video(tmp_path_factory):
     shot = scenes.make_shots()[0]
     path = tmp_path_factory.mktemp("video") / "cam00.mp4"
-    pictures = [scenes.render(shot, frame_time) for frame_time in range(FRAMES)]
+    pictures = [scenes.render(shot, frame_time) for frame_time in range(FRAME_COUNT)]
     scenes.write_video(path, pictures, faststart=True)
     return path
 
 
 @pytest.fixture(scope="module")
-def decoded(video):
+def decoded_frames(video):
     return scenes.read_video(video)
 
 
 def test_size_rate_and_count_are_those_of_the_video(video):
     reader = VideoReader(video)
 
-    assert (reader.width, reader.height, reader.frame_count) == (48, 32, FRAMES)
+    assert (reader.width, reader.height, reader.frame_count) == (48, 32, FRAME_COUNT)
     assert reader.frames_per_second == scenes.FRAMES_PER_SECOND
 
 
 @pytest.mark.parametrize(
-    "order",
-    [range(FRAMES), reversed(range(FRAMES)), [6, 0, 10, 3, 3, 9, 5, 4, 1, 8]],
+    "frame_order",
+    [range(FRAME_COUNT), reversed(range(FRAME_COUNT)), [6, 0, 10, 3, 3, 9, 5, 4, 1, 8]],
     ids=["onward", "backward", "any"],
 )
-def test_a_frame_does_not_depend_on_the_order_of_reading(video, decoded, order):
+def test_a_frame_does_not_depend_on_the_order_of_reading(video, decoded_frames, frame_order):
     reader = VideoReader(video)
 
-    for frame in order:
-        assert np.array_equal(reader.read(frame), decoded[frame])
+    for frame in frame_order:
+        assert np.array_equal(reader.read(frame), decoded_frames[frame])
 
 
-def test_a_picture_stays_valid_after_the_next_read(video, decoded):
+def test_a_picture_stays_valid_after_the_next_read(video, decoded_frames):
     reader = VideoReader(video)
     first = reader.read(0)
     reader.read(1)
 
-    assert np.array_equal(first, decoded[0])
+    assert np.array_equal(first, decoded_frames[0])
 
 
-@pytest.mark.parametrize("frame", [-1, FRAMES])
+@pytest.mark.parametrize("frame", [-1, FRAME_COUNT])
 def test_a_missing_frame_is_rejected(video, frame):
     with pytest.raises(TruncatedVideoError, match=f"but no frame {frame}"):
         VideoReader(video).read(frame)
@@ -62,23 +62,23 @@ def test_a_video_without_its_end_is_truncated(video, tmp_path):
     path = tmp_path / "cut.mp4"
     path.write_bytes(data[: len(data) * 3 // 4])
 
-    with pytest.raises(TruncatedVideoError, match=rf"is truncated.* of the {FRAMES} frames"):
+    with pytest.raises(TruncatedVideoError, match=rf"is truncated.* of the {FRAME_COUNT} frames"):
         VideoReader(path)
 
 
 @pytest.mark.parametrize("count", [8, 9, 10, 11])
-def test_a_video_without_its_last_byte_is_truncated(tmp_path, decoded, count):
+def test_a_video_without_its_last_byte_is_truncated(tmp_path, decoded_frames, count):
     path = tmp_path / "cut.mp4"
-    scenes.write_video(path, decoded[:count], faststart=True)
+    scenes.write_video(path, decoded_frames[:count], faststart=True)
     path.write_bytes(path.read_bytes()[:-1])
 
     with pytest.raises(TruncatedVideoError, match=f"has {count - 1} of the {count}"):
         VideoReader(path)
 
 
-def test_a_video_cut_before_its_table_of_frames_is_named(tmp_path, decoded):
+def test_a_video_cut_before_its_table_of_frames_is_named(tmp_path, decoded_frames):
     path = tmp_path / "cut.mp4"
-    scenes.write_video(path, decoded)
+    scenes.write_video(path, decoded_frames)
     path.write_bytes(path.read_bytes()[:-100])
 
     with pytest.raises(TruncatedVideoError, match=r"cut.mp4 is truncated"):
@@ -121,41 +121,43 @@ def test_sound_without_video_is_unreadable(tmp_path):
         VideoReader(path)
 
 
-def zero_packet(video, path, ordinal, kept):
-    """Copy a video and overwrite the packet of a frame with zeros, except its first bytes."""
+def zero_packet(video, path, ordinal, kept_bytes):
+    """Copy a video, and overwrite the packet of a frame with zeros after `kept_bytes` bytes."""
     data = bytearray(video.read_bytes())
     with av.open(str(video)) as container:
         packets = sorted((p.pts, p.pos, p.size) for p in container.demux(video=0) if p.size)
     _, position, size = packets[ordinal]
-    data[position + kept : position + size] = bytes(size - kept)
+    data[position + kept_bytes : position + size] = bytes(size - kept_bytes)
     path.write_bytes(data)
     return path
 
 
-@pytest.mark.parametrize("kept", [0, 5])
-def test_a_damaged_frame_is_rejected_and_the_others_are_read(video, tmp_path, decoded, kept):
-    reader = VideoReader(zero_packet(video, tmp_path / "damaged.mp4", 5, kept))
+@pytest.mark.parametrize("kept_bytes", [0, 5])
+def test_a_damaged_frame_is_rejected_and_the_others_are_read(
+    video, tmp_path, decoded_frames, kept_bytes
+):
+    reader = VideoReader(zero_packet(video, tmp_path / "damaged.mp4", 5, kept_bytes))
 
     with pytest.raises(UnreadableVideoError, match=r"frame 5 of .*damaged.mp4"):
         reader.read(5)
-    assert np.array_equal(reader.read(0), decoded[0])
-    assert np.array_equal(reader.read(1), decoded[1])
+    assert np.array_equal(reader.read(0), decoded_frames[0])
+    assert np.array_equal(reader.read(1), decoded_frames[1])
 
 
-def test_frames_after_a_lost_one_are_read_from_the_next_key_frame(video, tmp_path, decoded):
+def test_frames_after_a_lost_one_are_read_from_the_next_key_frame(video, tmp_path, decoded_frames):
     reader = VideoReader(zero_packet(video, tmp_path / "damaged.mp4", 3, 0))
-    rejected = []
-    for frame in range(FRAMES):
+    rejected_frames = []
+    for frame in range(FRAME_COUNT):
         try:
-            assert np.array_equal(reader.read(frame), decoded[frame])
+            assert np.array_equal(reader.read(frame), decoded_frames[frame])
         except UnreadableVideoError:
-            rejected.append(frame)
+            rejected_frames.append(frame)
 
-    assert 3 in rejected
-    assert not {0, 8, 9, 10} & set(rejected)
+    assert 3 in rejected_frames
+    assert not {0, 8, 9, 10} & set(rejected_frames)
 
 
-def test_a_frame_with_concealed_errors_is_rejected(video, tmp_path, decoded):
+def test_a_frame_with_concealed_errors_is_rejected(video, tmp_path, decoded_frames):
     data = bytearray(video.read_bytes())
     with av.open(str(video)) as container:
         packets = sorted((p.pts, p.pos, p.size) for p in container.demux(video=0) if p.size)
@@ -168,7 +170,7 @@ def test_a_frame_with_concealed_errors_is_rejected(video, tmp_path, decoded):
 
     with pytest.raises(UnreadableVideoError, match=r"frame 8 of .*damaged.mp4 is damaged"):
         reader.read(8)
-    assert np.array_equal(reader.read(7), decoded[7])
+    assert np.array_equal(reader.read(7), decoded_frames[7])
 
 
 def test_a_video_without_its_first_key_frame_is_rejected(video, tmp_path):
@@ -177,9 +179,9 @@ def test_a_video_without_its_first_key_frame_is_rejected(video, tmp_path):
 
 
 @pytest.mark.parametrize("suffix", ["h264", "avi", "ts", "flv"])
-def test_a_video_in_another_container_is_rejected_by_name(tmp_path, decoded, suffix):
+def test_a_video_in_another_container_is_rejected_by_name(tmp_path, decoded_frames, suffix):
     path = tmp_path / f"cam00.{suffix}"
-    scenes.write_video(path, decoded)
+    scenes.write_video(path, decoded_frames)
 
     with pytest.raises(UnreadableVideoError, match=rf"{suffix} cannot be opened as mp4, mov, mkv"):
         VideoReader(path)
@@ -188,36 +190,36 @@ def test_a_video_in_another_container_is_rejected_by_name(tmp_path, decoded, suf
 @pytest.mark.parametrize(
     ("suffix", "codec"), [("mkv", "libx264"), ("mov", "libx264"), ("webm", "libvpx-vp9")]
 )
-def test_other_containers_are_read(tmp_path, decoded, suffix, codec):
+def test_other_containers_are_read(tmp_path, decoded_frames, suffix, codec):
     path = tmp_path / f"cam00.{suffix}"
-    scenes.write_video(path, decoded, codec=codec)
+    scenes.write_video(path, decoded_frames, codec=codec)
     reader, expected = VideoReader(path), scenes.read_video(path)
 
-    assert reader.frame_count == FRAMES
+    assert reader.frame_count == FRAME_COUNT
     for frame in (9, 2, 3, 10, 0):
         assert np.array_equal(reader.read(frame), expected[frame])
 
 
 @pytest.mark.parametrize("codec", ["libx264", "mpeg4", "mjpeg"])
-def test_a_video_trimmed_without_recoding_is_complete(tmp_path, decoded, codec):
+def test_a_video_trimmed_without_recoding_is_complete(tmp_path, decoded_frames, codec):
     path = tmp_path / "trimmed.mp4"
-    trimmed = 3
+    trimmed_count = 3
     with av.open(str(path), "w") as container:
         stream = container.add_stream(codec, rate=scenes.FRAMES_PER_SECOND)
-        stream.height, stream.width = decoded[0].shape[:2]
+        stream.height, stream.width = decoded_frames[0].shape[:2]
         stream.pix_fmt = "yuvj420p" if codec == "mjpeg" else "yuv420p"
-        frames = [av.VideoFrame.from_ndarray(picture, format="rgb24") for picture in decoded]
+        frames = [av.VideoFrame.from_ndarray(picture, format="rgb24") for picture in decoded_frames]
         for packet in [packet for frame in [*frames, None] for packet in stream.encode(frame)]:
             step = int(1 / (scenes.FRAMES_PER_SECOND * packet.time_base))
-            packet.pts -= trimmed * step
-            packet.dts -= trimmed * step
+            packet.pts -= trimmed_count * step
+            packet.dts -= trimmed_count * step
             container.mux(packet)
     reader = VideoReader(path)
-    shown = scenes.read_video(path)
+    remaining_frames = scenes.read_video(path)
 
-    assert reader.frame_count == len(shown) == FRAMES - trimmed
+    assert reader.frame_count == len(remaining_frames) == FRAME_COUNT - trimmed_count
     for frame in (4, 0, 7):
-        assert np.array_equal(reader.read(frame), shown[frame])
+        assert np.array_equal(reader.read(frame), remaining_frames[frame])
 
 
 @pytest.mark.parametrize(("name", "tolerance"), [("a.png", 0), ("100%d.png", 0), ("a.jpg", 6)])
@@ -231,28 +233,28 @@ def test_a_picture_file_is_read(tmp_path, name, tolerance):
     assert np.abs(read_still(tmp_path / name).astype(int) - picture).max() <= tolerance
 
 
-def test_gray_and_transparent_pictures_are_read_as_rgb(tmp_path, decoded):
-    gray = decoded[0][..., 0]
+def test_gray_and_transparent_pictures_are_read_as_rgb(tmp_path, decoded_frames):
+    gray = decoded_frames[0][..., 0]
     cv2.imwrite(str(tmp_path / "gray.png"), gray)
-    cv2.imwrite(str(tmp_path / "clear.png"), np.dstack([decoded[0][..., ::-1], gray]))
+    cv2.imwrite(str(tmp_path / "clear.png"), np.dstack([decoded_frames[0][..., ::-1], gray]))
 
     assert np.array_equal(read_still(tmp_path / "gray.png"), np.dstack([gray] * 3))
-    assert np.array_equal(read_still(tmp_path / "clear.png"), decoded[0])
+    assert np.array_equal(read_still(tmp_path / "clear.png"), decoded_frames[0])
 
 
 @pytest.mark.parametrize("suffix", [".png", ".jpg"])
-def test_a_picture_file_cut_in_half_is_rejected(tmp_path, decoded, suffix):
+def test_a_picture_file_cut_in_half_is_rejected(tmp_path, decoded_frames, suffix):
     path = tmp_path / f"half{suffix}"
-    scenes.write_picture(path, decoded[0])
+    scenes.write_picture(path, decoded_frames[0])
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
 
     with pytest.raises(UnreadableVideoError, match=f"half{suffix} cannot be decoded"):
         read_still(path)
 
 
-def test_a_picture_file_with_a_wrong_byte_is_rejected(tmp_path, decoded):
+def test_a_picture_file_with_a_wrong_byte_is_rejected(tmp_path, decoded_frames):
     path = tmp_path / "wrong.png"
-    scenes.write_picture(path, decoded[0])
+    scenes.write_picture(path, decoded_frames[0])
     data = bytearray(path.read_bytes())
     data[len(data) // 2] ^= 1
     path.write_bytes(data)

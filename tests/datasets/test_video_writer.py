@@ -13,17 +13,20 @@ def _smooth_picture(width, height, shift=0):
     return np.stack([40 + 3 * x + shift, 60 + 3 * y, 200 - 2 * x], axis=2).astype(np.uint8)
 
 
-def _write(path, form, count=4):
-    pictures = [_smooth_picture(form.width, form.height, 5 * shift) for shift in range(count)]
+def _write(path, video_format, count=4):
+    pictures = [
+        _smooth_picture(video_format.width, video_format.height, 5 * shift)
+        for shift in range(count)
+    ]
     with path.open("wb") as sink:
-        assert write_video_file(sink, iter(pictures), form) == count
+        assert write_video_file(sink, iter(pictures), video_format) == count
     return pictures
 
 
 @pytest.mark.parametrize("pixel_format", ["yuv444p", "yuv420p"])
 def test_a_video_decodes_to_the_written_pictures(pixel_format, tmp_path):
-    form = VideoFormat(48, 32, Fraction(30000, 1001), {"crf": "4"}, pixel_format)
-    pictures = _write(tmp_path / "a.mp4", form)
+    video_format = VideoFormat(48, 32, Fraction(30000, 1001), {"crf": "4"}, pixel_format)
+    pictures = _write(tmp_path / "a.mp4", video_format)
     reader = VideoReader(tmp_path / "a.mp4")
 
     assert (reader.width, reader.height, reader.frame_count) == (48, 32, 4)
@@ -43,9 +46,9 @@ def test_a_video_states_its_color_space(tmp_path):
     _write(tmp_path / "a.mp4", VideoFormat(48, 32, Fraction(30)))
     with av.open(str(tmp_path / "a.mp4")) as container:
         context = container.streams.video[0].codec_context
-        message = (context.colorspace, context.color_range, context.pix_fmt)
+        color_tags = (context.colorspace, context.color_range, context.pix_fmt)
 
-    assert message == (av.video.reformatter.Colorspace.ITU601.value, 1, "yuv444p")
+    assert color_tags == (av.video.reformatter.Colorspace.ITU601.value, 1, "yuv444p")
 
 
 def test_a_failing_encoder_is_a_system_error(tmp_path):
@@ -63,6 +66,6 @@ def test_a_png_equals_the_picture(tmp_path):
 def test_a_jpeg_looks_like_the_picture(tmp_path):
     picture = _smooth_picture(45, 31)
     (tmp_path / "a.jpg").write_bytes(build_jpeg(picture))
-    back = read_still(tmp_path / "a.jpg")
+    decoded = read_still(tmp_path / "a.jpg")
 
-    assert np.abs(back.astype(float) - picture).mean() < 1.5
+    assert np.abs(decoded.astype(float) - picture).mean() < 1.5

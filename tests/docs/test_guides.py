@@ -50,7 +50,7 @@ def follow(guide: str, folder: Path, frames: int = 2) -> None:
 def capture(tmp_path):
     """A capture of four cameras, 48 x 32, three frames, in N3DV's layout."""
     folder = tmp_path / "capture"
-    return scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.plane_points())
+    return scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.make_plane_points())
 
 
 def test_from_cameras_to_a_page(tmp_path):
@@ -77,7 +77,7 @@ def test_your_method_against_ours(tmp_path, capture):
 def test_the_papers_table(tmp_path):
     folder = tmp_path / "N3DV" / "plane"
     folder.parent.mkdir()
-    scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.plane_points())
+    scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.make_plane_points())
 
     follow("paper-table.md", tmp_path)
 

@@ -42,7 +42,7 @@ def guarded_capture(tmp_path, monkeypatch) -> tuple[Path, list[_GuardedSource]]:
     for shot in shots:
         picture = scenes.render(shot, painting=scenes.paint_grains, samples=4)
         scenes.write_video(tmp_path / f"{shot.name}.mp4", [picture] * 3)
-    np.save(tmp_path / "poses_bounds.npy", [scenes.poses_row(shot) for shot in shots])
+    np.save(tmp_path / "poses_bounds.npy", [scenes.make_poses_row(shot) for shot in shots])
     original_class = opening.RectifiedPictures
 
     def guard(source, names, rectifiers):

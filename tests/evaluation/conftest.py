@@ -16,7 +16,7 @@ def ignore_progress(_stage, _done, _total):
 def folder(tmp_path_factory):
     """A capture of four cameras, 48 x 32, four frames, in N3DV's layout."""
     folder = tmp_path_factory.mktemp("evaluation") / "plane"
-    return scenes.write_n3dv(folder, scenes.make_shots(), 4, scenes.plane_points())
+    return scenes.write_n3dv(folder, scenes.make_shots(), 4, scenes.make_plane_points())
 
 
 @pytest.fixture(scope="session")

@@ -197,7 +197,7 @@ def iterate_files() -> Iterator[tuple[str, bytes]]:
         yield f"payloads/{chunk.kind.decode()}.bin", chunk.payload
     shots = scenes.make_shots(2)
     poses = io.BytesIO()
-    np.save(poses, np.array([scenes.poses_row(shot) for shot in shots]))
+    np.save(poses, np.array([scenes.make_poses_row(shot) for shot in shots]))
     yield "poses/two.npy", poses.getvalue()
     yield "ply/ascii.ply", _ASCII_PLY
     yield "gaussians/degree-0.ply", build_ply(_make_splats(1))
@@ -209,8 +209,8 @@ def iterate_files() -> Iterator[tuple[str, bytes]]:
     yield "keyframes/cameras.json", _CAMERA_PATH % (_CAMERA_KEYFRAME % 0, _CAMERA_KEYFRAME % 2)
     yield "keyframes/places.json", _CAMERA_PATH % (_CAMERA_KEYFRAME % 0, _POSE_KEYFRAME)
     yield "ply/binary.ply", _BINARY_PLY + bytes(range(15)) + bytes(15)
-    yield "transforms/videos.json", json.dumps(scenes.video_document(shots, fps=30)).encode()
-    pictures = scenes.picture_document(shots, frames=1)
+    yield "transforms/videos.json", json.dumps(scenes.make_video_document(shots, fps=30)).encode()
+    pictures = scenes.make_picture_document(shots, frame_count=1)
     yield "transforms/pictures.json", json.dumps(pictures).encode()
     yield "notes/all.json", _NOTES
     yield "opencv_yaml/both.yml", _EASYMOCAP
@@ -264,7 +264,7 @@ def write_models(folder: Path) -> None:
     shots = scenes.make_shots(2)
     for file_format in ("binary", "text"):
         scenes.write_model(
-            folder / file_format, shots, scenes.plane_points(3), text=file_format == "text"
+            folder / file_format, shots, scenes.make_plane_points(3), text=file_format == "text"
         )
 
 

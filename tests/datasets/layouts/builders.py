@@ -140,20 +140,20 @@ def build_meetroom(traced_capture, folder):
 
 def build_nerfstudio_videos(traced_capture, folder):
     traced_capture.copy_videos(folder)
-    document = scenes.video_document(traced_capture.shots)
+    document = scenes.make_video_document(traced_capture.shots)
     scenes.write_transforms(folder, document, traced_capture.capture.points)
 
 
 def build_nerfstudio_pictures(traced_capture, folder):
     traced_capture.write_stills(folder, "frames/{frame:04}/{name}.png")
-    document = scenes.picture_document(traced_capture.shots, frames=3)
+    document = scenes.make_picture_document(traced_capture.shots, frame_count=3)
     scenes.write_transforms(folder, document, traced_capture.capture.points)
 
 
 def build_nerfstudio_without_times(traced_capture, folder):
     traced_capture.write_stills(folder, "images/{name}/frame_{frame:05}.png")
     entries = [
-        scenes.entry(shot, f"images/{shot.name}/frame_{frame:05}.png")
+        scenes.make_entry(shot, f"images/{shot.name}/frame_{frame:05}.png")
         for frame in (2, 0, 1)
         for shot in traced_capture.shots
     ]
@@ -199,7 +199,7 @@ def remux(source, target):
 
 def write_model(traced_capture, folder, pattern="{name}", *, text=False):
     names = [pattern.format(name=name, index=i) for i, name in enumerate(traced_capture.names)]
-    shots, points = scenes.rename(traced_capture.shots, names), traced_capture.capture.points
+    shots, points = scenes.rename_shots(traced_capture.shots, names), traced_capture.capture.points
     scenes.write_model(folder / "sparse" / "0", shots, points, text=text)
 
 

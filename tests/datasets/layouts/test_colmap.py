@@ -87,7 +87,7 @@ def test_without_a_model_none_is_found(tmp_path):
 
 
 def test_cameras_are_sorted_by_their_numbers(folder, shots, pictures):
-    renamed_shots = scenes.rename(shots, ["cam_10", "cam_2", "cam_1", "cam_0"])
+    renamed_shots = scenes.rename_shots(shots, ["cam_10", "cam_2", "cam_1", "cam_0"])
     rewrite_model(folder, renamed_shots, None)
     scenes.write_frames(folder, renamed_shots, pictures)
     footage = read(folder)
@@ -97,13 +97,13 @@ def test_cameras_are_sorted_by_their_numbers(folder, shots, pictures):
 
 
 def test_images_in_folders_are_named_after_their_folders(folder, shots):
-    rewrite_model(folder, scenes.rename(shots, [f"{shot.name}/0000" for shot in shots]), None)
+    rewrite_model(folder, scenes.rename_shots(shots, [f"{shot.name}/0000" for shot in shots]), None)
 
     assert [camera.name for camera in read(folder).cameras] == [shot.name for shot in shots]
 
 
 def test_a_model_with_several_images_per_camera_is_rejected(folder, shots):
-    rewrite_model(folder, scenes.rename(shots, ["a/0", "a/1", "b/0", "b/1"]), None)
+    rewrite_model(folder, scenes.rename_shots(shots, ["a/0", "a/1", "b/0", "b/1"]), None)
 
     with pytest.raises(UnreadablePoseError, match="one image per camera"):
         read(folder)
@@ -119,7 +119,7 @@ def test_a_model_with_several_images_per_camera_is_rejected(folder, shots):
     ],
 )
 def test_lenses_of_two_focal_lengths_are_read(folder, shots, model, extra, coefficients):
-    rewrite_model(folder, shots, None, model=model, extra=extra)
+    rewrite_model(folder, shots, None, model=model, extra_params=extra)
     lens = read(folder).cameras[0].lens
 
     assert (lens.width, lens.height) == (48, 32)
@@ -145,7 +145,7 @@ def test_lenses_of_one_focal_length_are_read(folder, shots, model, coefficients)
 
 
 def test_an_unsupported_lens_is_named_with_its_camera(folder, shots):
-    rewrite_model(folder, shots, None, model="FOV", extra=(0.5,))
+    rewrite_model(folder, shots, None, model="FOV", extra_params=(0.5,))
 
     with pytest.raises(
         UnsupportedCameraError, match=r"cam00 has the unsupported camera model FOV.*OPENCV_FISHEYE"

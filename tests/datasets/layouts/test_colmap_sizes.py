@@ -14,7 +14,7 @@ _WALKED = ["images.bin", "points3D.bin", "rigs.bin", "frames.bin"]
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
     folder = tmp_path_factory.mktemp("model")
-    return scenes.write_model(folder, scenes.make_shots(), scenes.plane_points(9))
+    return scenes.write_model(folder, scenes.make_shots(), scenes.make_plane_points(9))
 
 
 @pytest.fixture(scope="module")

@@ -26,7 +26,7 @@ def folder(n3dv_folder, tmp_path):
 
 @pytest.fixture
 def rows(shots):
-    return np.array([scenes.poses_row(shot) for shot in shots])
+    return np.array([scenes.make_poses_row(shot) for shot in shots])
 
 
 def test_cameras_project_like_the_original_ones(n3dv_folder, shots, points):
@@ -69,7 +69,7 @@ def test_every_pose_survives_a_round_trip_through_its_row(
         step[low, high], step[high, low] = -np.sin(turn), np.sin(turn)
         axes = axes @ step
     shot = scenes.Shot("cam00", 48, 32, focal, focal, 24, 16, axes, np.array(center))
-    np.save(folder / "poses_bounds.npy", [scenes.poses_row(shot)])
+    np.save(folder / "poses_bounds.npy", [scenes.make_poses_row(shot)])
     (camera,) = read_n3dv(folder).cameras
 
     assert np.allclose(camera.pose.rotation, axes.T, atol=1e-12)
@@ -80,14 +80,14 @@ def test_every_pose_survives_a_round_trip_through_its_row(
 
 @pytest.mark.parametrize("size", [(96, 64), (24, 16), (480, 320)])
 def test_a_video_resized_by_a_whole_number_scales_the_focal_length(folder, shots, size):
-    np.save(folder / "poses_bounds.npy", [scenes.poses_row(shot, size=size) for shot in shots])
+    np.save(folder / "poses_bounds.npy", [scenes.make_poses_row(shot, size=size) for shot in shots])
 
     assert read_n3dv(folder).cameras[0].lens.fx == pytest.approx(shots[0].fx)
 
 
 @pytest.mark.parametrize("size", [(72, 48), (96, 63), (48, 33), (50, 32), (0, 0), (-48, -32)])
 def test_a_video_of_another_size_is_rejected(folder, shots, size):
-    rows = np.array([scenes.poses_row(shot) for shot in shots])
+    rows = np.array([scenes.make_poses_row(shot) for shot in shots])
     rows[:, 4:15:5][:, :2] = size[::-1]
     np.save(folder / "poses_bounds.npy", rows)
 

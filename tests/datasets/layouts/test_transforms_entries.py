@@ -85,7 +85,7 @@ def test_coefficients_are_in_the_order_of_opencv(path):
 
 def test_a_pose_is_converted_from_the_axes_of_opengl(path):
     shot = scenes.make_shots()[1]
-    frame = {**FRAME, "transform_matrix": scenes.opengl_matrix(shot)}
+    frame = {**FRAME, "transform_matrix": scenes.make_opengl_matrix(shot)}
     (entry,) = read(path, {**SHARED, "frames": [frame]}).entries
     pose = entry.pose()
 

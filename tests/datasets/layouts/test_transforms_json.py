@@ -26,7 +26,7 @@ def frames_folder(tmp_path, shots, pictures):
 
 
 def test_videos_become_cameras_that_project_like_the_original_ones(folder, shots, points, pictures):
-    scenes.write_transforms(folder, scenes.video_document(shots), points)
+    scenes.write_transforms(folder, scenes.make_video_document(shots), points)
     footage = read_nerfstudio(folder)
 
     assert [camera.name for camera in footage.cameras] == [shot.name for shot in shots]
@@ -40,7 +40,7 @@ def test_videos_become_cameras_that_project_like_the_original_ones(folder, shots
 
 
 def test_pictures_are_grouped_by_camera_and_sorted_by_time(frames_folder, shots, pictures):
-    scenes.write_transforms(frames_folder, scenes.picture_document(shots))
+    scenes.write_transforms(frames_folder, scenes.make_picture_document(shots))
     footage = read_nerfstudio(frames_folder)
 
     assert [camera.name for camera in footage.cameras] == [shot.name for shot in shots]
@@ -51,8 +51,8 @@ def test_pictures_are_grouped_by_camera_and_sorted_by_time(frames_folder, shots,
 
 
 def test_a_given_rate_is_used(folder, frames_folder, shots):
-    scenes.write_transforms(folder, scenes.video_document(shots, fps=24))
-    scenes.write_transforms(frames_folder, {**scenes.picture_document(shots), "fps": 12.5})
+    scenes.write_transforms(folder, scenes.make_video_document(shots, fps=24))
+    scenes.write_transforms(frames_folder, {**scenes.make_picture_document(shots), "fps": 12.5})
 
     assert read_nerfstudio(folder).frames_per_second == 24
     assert read_nerfstudio(frames_folder).frames_per_second == 12.5
@@ -72,16 +72,16 @@ def test_cameras_are_named_after_the_common_parts_of_their_paths(
     for shot, row in zip(shots, pictures, strict=True):
         for frame, picture in enumerate(row):
             scenes.write_picture(tmp_path / pattern.format(frame=frame, name=shot.name), picture)
-    scenes.write_transforms(tmp_path, scenes.picture_document(shots, pattern))
+    scenes.write_transforms(tmp_path, scenes.make_picture_document(shots, pattern))
 
     assert [camera.name for camera in read_nerfstudio(tmp_path).cameras] == names
 
 
 def test_cameras_are_sorted_by_their_numbers(folder, shots, pictures):
-    renamed_shots = scenes.rename(shots, ["cam_10", "cam_2", "cam_1", "cam_0"])
+    renamed_shots = scenes.rename_shots(shots, ["cam_10", "cam_2", "cam_1", "cam_0"])
     for shot, new in zip(shots, renamed_shots, strict=True):
         (folder / f"{shot.name}.mp4").rename(folder / f"{new.name}.mp4")
-    scenes.write_transforms(folder, scenes.video_document(renamed_shots))
+    scenes.write_transforms(folder, scenes.make_video_document(renamed_shots))
     footage = read_nerfstudio(folder)
 
     assert [camera.name for camera in footage.cameras] == ["cam_0", "cam_1", "cam_2", "cam_10"]
@@ -90,7 +90,7 @@ def test_cameras_are_sorted_by_their_numbers(folder, shots, pictures):
 
 def test_a_missing_picture_is_named(frames_folder, shots):
     (frames_folder / "frames" / "0003" / "cam01.png").unlink()
-    scenes.write_transforms(frames_folder, scenes.picture_document(shots))
+    scenes.write_transforms(frames_folder, scenes.make_picture_document(shots))
 
     with pytest.raises(MissingFileError, match=r"json names .*0003/cam01.png, which is missing"):
         read_nerfstudio(frames_folder)
@@ -98,7 +98,7 @@ def test_a_missing_picture_is_named(frames_folder, shots):
 
 @pytest.mark.parametrize("name", ["cam01.mp4", "points.ply"])
 def test_a_missing_video_or_points_file_is_named(folder, shots, points, name):
-    scenes.write_transforms(folder, scenes.video_document(shots), points)
+    scenes.write_transforms(folder, scenes.make_video_document(shots), points)
     (folder / name).unlink()
 
     with pytest.raises(MissingFileError, match=name):
@@ -106,7 +106,7 @@ def test_a_missing_video_or_points_file_is_named(folder, shots, points, name):
 
 
 def test_a_camera_without_a_picture_for_some_time_is_named(frames_folder, shots):
-    document = scenes.picture_document(shots)
+    document = scenes.make_picture_document(shots)
     del document["frames"][1]
     scenes.write_transforms(frames_folder, document)
 
@@ -115,7 +115,7 @@ def test_a_camera_without_a_picture_for_some_time_is_named(frames_folder, shots)
 
 
 def test_two_pictures_for_one_time_are_rejected(frames_folder, shots):
-    document = scenes.picture_document(shots)
+    document = scenes.make_picture_document(shots)
     for index, frame in enumerate(document["frames"]):
         frame["time"] = min(index // 4, 4)
     scenes.write_transforms(frames_folder, document)
@@ -125,7 +125,7 @@ def test_two_pictures_for_one_time_are_rejected(frames_folder, shots):
 
 
 def test_a_camera_that_moves_is_rejected(frames_folder, shots):
-    document = scenes.picture_document(shots[:1])
+    document = scenes.make_picture_document(shots[:1])
     for index, frame in enumerate(document["frames"]):
         frame["transform_matrix"][0][3] += index
     scenes.write_transforms(frames_folder, document)
@@ -135,8 +135,8 @@ def test_a_camera_that_moves_is_rejected(frames_folder, shots):
 
 
 def test_two_videos_of_one_camera_are_rejected(folder, shots):
-    document = scenes.video_document(shots)
-    document["frames"].append(scenes.entry(shots[0], "cam01.mp4"))
+    document = scenes.make_video_document(shots)
+    document["frames"].append(scenes.make_entry(shots[0], "cam01.mp4"))
     scenes.write_transforms(folder, document)
 
     with pytest.raises(CountMismatchError, match="2 videos for camera"):
@@ -144,7 +144,7 @@ def test_two_videos_of_one_camera_are_rejected(folder, shots):
 
 
 def test_pictures_without_times_are_rejected(frames_folder, shots):
-    document = scenes.picture_document(shots)
+    document = scenes.make_picture_document(shots)
     del document["frames"][7]["time"]
     scenes.write_transforms(frames_folder, document)
 
@@ -153,7 +153,7 @@ def test_pictures_without_times_are_rejected(frames_folder, shots):
 
 
 def test_a_matrix_that_is_not_a_pose_is_rejected_with_the_camera(folder, shots):
-    document = scenes.video_document(shots)
+    document = scenes.make_video_document(shots)
     document["frames"][1]["transform_matrix"][0][0] += 0.2
     scenes.write_transforms(folder, document)
 

@@ -29,7 +29,7 @@ CAMERAS = ("cam01", "cam04")
 def method_outputs(tmp_path_factory):
     """The same four frames as a stream, as PLY files, and as renders in both layouts."""
     root = tmp_path_factory.mktemp("methods")
-    capture = scenes.write_n3dv(root / "plane", scenes.make_shots(), 4, scenes.plane_points())
+    capture = scenes.write_n3dv(root / "plane", scenes.make_shots(), 4, scenes.make_plane_points())
     cameras = open_capture(capture, CaptureOptions(held_out=CAMERAS)).cameras
     data = write_stream(cameras, 4)
     (root / "a.quarc").write_bytes(data)
