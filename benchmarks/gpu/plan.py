@@ -45,7 +45,7 @@ class StepFunction(Protocol):
         """Run the step, and write its rows into a notebook.
 
         Args:
-            sizes: Sizes of the measurements.
+            sizes: Device, picture size, and numbers of views, Gaussians and iterations.
             folder: Folder shared by all steps.
             notebook: File for the rows.
         """

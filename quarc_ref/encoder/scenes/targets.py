@@ -50,7 +50,7 @@ class Target:
 
 
 def make_target(splats: Splats, header: StreamHeader, bounds: Bounds) -> Target:
-    """Convert the Gaussians of a frame to the quantization steps of a stream.
+    """Quantize the Gaussians of a frame with the quantization steps of a stream.
 
     Args:
         splats: Gaussians of the frame; SH above the degree of the stream is ignored.

@@ -162,8 +162,8 @@ def _read_frame(entry: Mapping[str, Any], earlier_frames: Sequence[int | None]) 
         raise PathError(message)
     if any(earlier_frame is not None and earlier_frame > frame for earlier_frame in earlier_frames):
         message = (
-            f"the frame, {frame}, is before the frame of an earlier keyframe: streams play only "
-            "forward"
+            f"frame {frame} follows a keyframe with a later frame, but frames must be in order: "
+            "streams play only forward"
         )
         raise PathError(message)
     return frame
