@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import fit_arguments
+from hypothesis import given
 from hypothesis import strategies as st
 
 from quarc_ref.datasets.errors import TooFewFramesError
@@ -209,7 +209,7 @@ def _make_state():
     return make_stream(gaussian_count=40, frame_count=2)[1][0]
 
 
-@fit_arguments(st.integers(0, 60), st.floats(0, 1))
+@given(st.integers(0, 60), st.floats(0, 1))
 def test_only_surplus_and_faint_gaussians_die(target, death_opacity):
     state = _make_state()
 
