@@ -63,4 +63,4 @@ def test_zsh_shows_the_description_of_a_setting():
         _TYPER_COMPLETE_ARGS=line, _QUARC_REF_COMPLETE="complete_zsh"
     )
 
-    assert '"canonical.lambda_dssim=":"Weight of D-SSIM in the loss' in completions
+    assert '"canonical.lambda_dssim=":"Weight w of D-SSIM in the loss' in completions

@@ -102,7 +102,7 @@ def test_a_finished_file_is_unchanged(capture, parts, tmp_path):
 def test_a_failed_segment_is_named_and_the_others_are_kept(capture, tmp_path, monkeypatch):
     def fail(parts, *_where):
         parts[0].file.write_bytes(b"whole")
-        raise JobsError({parts[1].name: Outcome(fault="BadMagicError: no stream")}, 2)
+        raise JobsError({parts[1].name: Outcome(message="BadMagicError: no stream")}, 2)
 
     monkeypatch.setattr(segments, "encode_segments", fail)
     result = run(*_command(capture, tmp_path / "a.quarc", "--segments", 2))
