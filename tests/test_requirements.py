@@ -1,4 +1,4 @@
-"""requirements/ and pyproject.toml agree, and `compare.py` detects differences."""
+"""Tests that requirements/ and pyproject.toml agree, and that `compare.py` finds differences."""
 
 import importlib.util
 import tomllib
@@ -11,7 +11,7 @@ from packaging.version import Version
 
 ROOT = Path(__file__).parents[1]
 LOCKED_EXTRAS = ("media", "train", "export", "dev")
-LOCK = """\
+LOCK_TEXT = """\
 alpha==1.0 \\
     --hash=sha256:00
 beta==2.0 ; sys_platform == 'nowhere' \\
@@ -30,33 +30,36 @@ _spec.loader.exec_module(compare)
 def test_every_requirement_of_the_project_is_locked_within_its_range():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     extras = project["optional-dependencies"]
-    wanted = [*project["dependencies"], *(each for name in LOCKED_EXTRAS for each in extras[name])]
-    locked = compare.read_locks(ROOT / "requirements")
-    for requirement in map(Requirement, wanted):
+    requirements = [
+        *project["dependencies"],
+        *(requirement_text for name in LOCKED_EXTRAS for requirement_text in extras[name]),
+    ]
+    locked_versions = compare.read_locks(ROOT / "requirements")
+    for requirement in map(Requirement, requirements):
         if requirement.marker is None or requirement.marker.evaluate():
-            version = locked[canonicalize_name(requirement.name)]
+            version = locked_versions[canonicalize_name(requirement.name)]
             assert requirement.specifier.contains(version, prereleases=True), requirement
 
 
 def test_every_locked_version_has_hashes():
     for lock in (ROOT / "requirements").glob("*.txt"):
         entries = lock.read_text().split("\n    --hash=sha256:")
-        pinned = [line for line in lock.read_text().splitlines() if "==" in line]
-        assert len(entries) > len(pinned) > 20
-        assert all(line.endswith("\\") for line in pinned)
+        pinned_lines = [line for line in lock.read_text().splitlines() if "==" in line]
+        assert len(entries) > len(pinned_lines) > 20
+        assert all(line.endswith("\\") for line in pinned_lines)
 
 
 def test_a_lock_gives_the_versions_for_this_platform(tmp_path):
-    (tmp_path / "main.txt").write_text(LOCK)
+    (tmp_path / "main.txt").write_text(LOCK_TEXT)
     assert compare.read_locks(tmp_path) == {"alpha": Version("1.0"), "gamma": Version("3.0")}
 
 
 def test_another_version_and_a_package_without_a_lock_are_named(tmp_path, capsys):
-    other = tmp_path / "other"
-    other.mkdir()
-    (tmp_path / "main.txt").write_text(LOCK)
-    (other / "main.txt").write_text("alpha==1.1 \\\ndelta==4.0 \\\n")
-    assert compare.main(str(tmp_path), str(other)) == 1
+    other_folder = tmp_path / "other"
+    other_folder.mkdir()
+    (tmp_path / "main.txt").write_text(LOCK_TEXT)
+    (other_folder / "main.txt").write_text("alpha==1.1 \\\ndelta==4.0 \\\n")
+    assert compare.main(str(tmp_path), str(other_folder)) == 1
     lines = capsys.readouterr().out.splitlines()
     assert lines == [
         "alpha: 1.0 is locked, 1.1 is here",

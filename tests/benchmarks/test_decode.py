@@ -53,35 +53,37 @@ def test_a_stage_done_before_the_first_frame_is_still_listed(stream, monkeypatch
 @needs_fast
 def test_the_number_of_threads_changes_no_state(tmp_path):
     path = tmp_path / "wide.quarc"
-    write_moving_stream(path, Job(40_000, births=50, frames=6))  # enough for several units of work
+    write_moving_stream(path, Job(40_000, births=50, frames=6))  # enough for several threads
 
-    def play(threads):
+    def list_digests(threads):
         with open_source(str(path)) as source, Player(source, threads=threads) as player:
             return [compute_digest(frame.scene) for frame in player]
 
-    assert play(1) == play(3)
+    assert list_digests(1) == list_digests(3)
 
 
 def test_a_sparse_stream_has_about_as_many_followers_of_moving_anchors_as_real_streams(tmp_path):
     path = tmp_path / "sparse.quarc"
     write_moving_stream(path, Job(20_000, births=5, frames=2, sparse=True))
 
-    _, moved = decode_states(path.read_bytes())
+    _, moved_state = decode_states(path.read_bytes())
 
-    shares = [
+    moving_shares = [
         level_symbols.any(axis=0)[binding].mean()
-        for level_symbols, binding in zip(moved.symbols, moved.anchors.binding, strict=True)
+        for level_symbols, binding in zip(
+            moved_state.symbols, moved_state.anchors.binding, strict=True
+        )
     ]
-    assert shares == pytest.approx([0.10, 0.25, 0.45], abs=0.08)
+    assert moving_shares == pytest.approx([0.10, 0.25, 0.45], abs=0.08)
 
 
 def test_a_stream_is_made_once(tmp_path):
     job = Job(50, births=1, frames=2)
 
-    made = decode.make_stream(job, tmp_path)
-    stamp = made.stat().st_mtime_ns
+    path = decode.make_stream(job, tmp_path)
+    modified_ns = path.stat().st_mtime_ns
 
-    assert decode.make_stream(job, tmp_path).stat().st_mtime_ns == stamp
+    assert decode.make_stream(job, tmp_path).stat().st_mtime_ns == modified_ns
 
 
 def test_the_table_has_a_row_for_each_measurement(stream):

@@ -3,16 +3,16 @@ from steady_timer import SteadyTimer
 
 
 def test_frames_are_counted_from_the_third_on():
-    steady = SteadyTimer()
+    steady_timer = SteadyTimer()
 
-    for stage, done in [("canonical", 1), ("canonical", 2), ("frames", 1), ("motion", 1)]:
-        steady.advance(stage, done, 2)
-    assert steady.canonical_seconds == 0
-    for stage, done in [("frames", 2), ("motion", 1), ("motion", 2), ("frames", 3)]:
-        steady.advance(stage, done, 2)
+    for stage, step in [("canonical", 1), ("canonical", 2), ("frames", 1), ("motion", 1)]:
+        steady_timer.advance(stage, step, 2)
+    assert steady_timer.canonical_seconds == 0
+    for stage, step in [("frames", 2), ("motion", 1), ("motion", 2), ("frames", 3)]:
+        steady_timer.advance(stage, step, 2)
 
-    assert steady.canonical_seconds > 0
-    assert set(steady.timer.seconds) == {"anchors", "motion", "commit"}
+    assert steady_timer.canonical_seconds > 0
+    assert set(steady_timer.timer.seconds) == {"anchors", "motion", "commit"}
 
 
 def test_the_table_has_a_column_for_every_stage():
@@ -24,8 +24,8 @@ def test_the_table_has_a_column_for_every_stage():
         "seconds_per_frame_by_stage": {"motion": 2.0, "births": 0.25},
     }
 
-    heads, rule, cells = format_table(row).splitlines()
+    header_line, separator, row_line = format_table(row).splitlines()
 
-    assert heads == "| capture | Gaussians | canonical s | frame s | motion | births |"
-    assert rule.count("---") == 6
-    assert cells == "| plane | 12,345 | 1.50 | 2.25 | 2.00 | 0.25 |"
+    assert header_line == "| capture | Gaussians | canonical s | frame s | motion | births |"
+    assert separator.count("---") == 6
+    assert row_line == "| plane | 12,345 | 1.50 | 2.25 | 2.00 | 0.25 |"

@@ -25,51 +25,51 @@ _ABSENT = ("cv2", "pycolmap", "typer", "matplotlib")
 
 
 @pytest.fixture(scope="module")
-def dry(tmp_path_factory):
-    """The exit code of a dry run, and its output folder."""
+def dry_run(tmp_path_factory):
+    """The exit code and the output folder of a dry run."""
     folder = tmp_path_factory.mktemp("gpu")
     return main(["--out", str(folder), "--dry-run"]), folder
 
 
 @pytest.mark.thorough
-def test_a_dry_run_runs_every_step(dry):
-    code, folder = dry
+def test_a_dry_run_runs_every_step(dry_run):
+    code, folder = dry_run
     rows = json.loads((folder / "gpu.json").read_text())["rows"]
 
     assert code == 0, (folder / "gpu.md").read_text()
-    ends = [row for row in rows if row["what"] == "the step"]
-    assert [row["step"] for row in ends] == [step.name for step in STEPS]
-    assert all(row["holds"] for row in ends)
+    final_rows = [row for row in rows if row["what"] == "the step"]
+    assert [row["step"] for row in final_rows] == [step.name for step in STEPS]
+    assert all(row["holds"] for row in final_rows)
     assert sorted(path.name for path in folder.iterdir()) == ["gpu.json", "gpu.md"]
 
 
 @pytest.mark.thorough
-def test_a_dry_run_makes_all_requested_measurements(dry):
-    _, folder = dry
+def test_a_dry_run_makes_all_requested_measurements(dry_run):
+    _, folder = dry_run
     rows = json.loads((folder / "gpu.json").read_text())["rows"]
-    by_step = {}
+    rows_by_step = {}
     for row in rows:
-        by_step.setdefault(row["step"], []).append(row)
+        rows_by_step.setdefault(row["step"], []).append(row)
 
-    compared = by_step["backends"][:-1]
-    assert {row["what"].split(",")[0] for row in compared} == {
+    comparison_rows = rows_by_step["backends"][:-1]
+    assert {row["what"].split(",")[0] for row in comparison_rows} == {
         "numba against numba",
         "numba against torch",
     }
-    assert all(0 <= row["figures"]["sh_relative"] < 1e-4 for row in compared)
-    assert by_step["tests"][0]["figures"]["tests"] >= 4
-    stages = [row["what"] for row in by_step["frame"] if row["what"].startswith("of it")]
+    assert all(0 <= row["figures"]["sh_relative"] < 1e-4 for row in comparison_rows)
+    assert rows_by_step["tests"][0]["figures"]["tests"] >= 4
+    stages = [row["what"] for row in rows_by_step["frame"] if row["what"].startswith("of it")]
     assert stages == [
-        f"of it {it}" for it in ("anchors", "motion", "placement", "births", "commit")
+        f"of it {stage}" for stage in ("anchors", "motion", "placement", "births", "commit")
     ]
-    assert "10 iterations" in by_step["frame 0"][0]["what"]
-    assert by_step["frame 0"][1]["figures"]["psnr"] > 0
-    assert by_step["frame 0"][2]["what"] == "peak GPU memory"
+    assert "10 iterations" in rows_by_step["frame 0"][0]["what"]
+    assert rows_by_step["frame 0"][1]["figures"]["psnr"] > 0
+    assert rows_by_step["frame 0"][2]["what"] == "peak GPU memory"
 
 
 @pytest.mark.thorough
-def test_the_table_has_a_line_for_every_row(dry):
-    _, folder = dry
+def test_the_table_has_a_line_for_every_row(dry_run):
+    _, folder = dry_run
     rows = json.loads((folder / "gpu.json").read_text())["rows"]
     lines = (folder / "gpu.md").read_text().splitlines()
 
@@ -77,10 +77,10 @@ def test_the_table_has_a_line_for_every_row(dry):
     assert {line.count(" | ") for line in lines} == {4}
 
 
-def _run_one(name, folder, limit=60.0, *, dry=True):
+def _run_one(name, folder, time_limit=60.0, *, dry_run=True):
     (step,) = (step for step in STEPS if step.name == name)
     rows = []
-    run_step(step, limit, StepEnvironment(folder, dry, None), rows)
+    run_step(step, time_limit, StepEnvironment(folder, dry_run, None), rows)
     return rows
 
 
@@ -100,16 +100,16 @@ def test_a_step_that_reaches_its_time_limit_is_stopped_and_its_results_are_kept(
     tmp_path, monkeypatch
 ):
     monkeypatch.setattr(run_steps, "_MIN_SECONDS", 0)
-    found = Row("frame 0", "something", "1")
+    saved_row = Row("frame 0", "something", "1")
     notebook = Notebook(tmp_path / "frame_0.jsonl")
-    notebook.add(found)
+    notebook.add(saved_row)
     notebook.write_progress("canonical 3 of 10")
-    started = time.monotonic()
+    start_time = time.monotonic()
     rows = _run_one("frame 0", tmp_path, 0.2)
 
-    assert rows[0] == found
+    assert rows[0] == saved_row
     assert rows[1].result == "failed: not done after 0 s (at canonical 3 of 10)"
-    assert time.monotonic() - started < 30
+    assert time.monotonic() - start_time < 30
 
 
 def test_a_step_without_time_left_is_not_started(tmp_path):
@@ -122,7 +122,10 @@ def test_a_step_without_time_left_is_not_started(tmp_path):
 def test_no_step_takes_more_than_the_time_left():
     steps = (Step("a", 50, ""), Step("b", 500, ""))
 
-    assert [limit for _, limit in allot_time(steps, 100)] == [50, pytest.approx(100, abs=5)]
+    assert [time_limit for _, time_limit in allot_time(steps, 100)] == [
+        50,
+        pytest.approx(100, abs=5),
+    ]
 
 
 def test_without_a_gpu_only_the_gpu_check_runs(tmp_path, monkeypatch, capsys):
@@ -139,19 +142,19 @@ def test_without_a_gpu_only_the_gpu_check_runs(tmp_path, monkeypatch, capsys):
 def test_an_interrupted_run_writes_the_table_of_completed_steps(tmp_path):
     command = [*_PROGRAM, "--dry-run", "--out", str(tmp_path)]
     environment = {**os.environ, "PYTHONPATH": str(_ROOT)}
-    with subprocess.Popen(command, stdout=subprocess.PIPE, env=environment) as running:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, env=environment) as process:
         for _ in range(600):
             if (tmp_path / "gpu.md").exists():
                 break
             time.sleep(0.1)
-        time.sleep(0.5)  # within the next step
-        running.send_signal(signal.SIGTERM)
-        printed = running.communicate(timeout=60)[0].decode()
+        time.sleep(0.5)  # the next step is running now
+        process.send_signal(signal.SIGTERM)
+        printed_text = process.communicate(timeout=60)[0].decode()
 
-    assert running.returncode == 130
-    assert printed == (tmp_path / "gpu.md").read_text()
-    assert "| machine | the step | done in" in printed
-    assert "failed: interrupted" in printed.splitlines()[-1]
+    assert process.returncode == 130
+    assert printed_text == (tmp_path / "gpu.md").read_text()
+    assert "| machine | the step | done in" in printed_text
+    assert "failed: interrupted" in printed_text.splitlines()[-1]
 
 
 def test_the_steps_need_only_listed_packages():
@@ -168,7 +171,7 @@ for name in {modules!r}:
         **os.environ,
         "PYTHONPATH": os.pathsep.join([str(_ROOT / "benchmarks"), str(_ROOT)]),
     }
-    done = subprocess.run(
+    completed = subprocess.run(
         [sys.executable, "-c", program],
         env=environment,
         capture_output=True,
@@ -176,16 +179,25 @@ for name in {modules!r}:
         check=False,
     )
 
-    assert done.returncode == 0, done.stderr
+    assert completed.returncode == 0, completed.stderr
 
 
 def test_wheels_have_the_locked_versions():
-    locked = compare.read_locks(_ROOT / "requirements")
-    listed = dict(line.split("==") for line in read_requirements())
-    differ = {name for name, version in listed.items() if str(locked.get(name, version)) != version}
+    locked_versions = compare.read_locks(_ROOT / "requirements")
+    listed_versions = dict(line.split("==") for line in read_requirements())
+    differing_names = {
+        name
+        for name, version in listed_versions.items()
+        if str(locked_versions.get(name, version)) != version
+    }
 
-    assert differ == set()
-    assert listed.keys() - locked.keys() == {"gsplat", "jaxtyping", "ninja", "wadler-lindig"}
+    assert differing_names == set()
+    assert listed_versions.keys() - locked_versions.keys() == {
+        "gsplat",
+        "jaxtyping",
+        "ninja",
+        "wadler-lindig",
+    }
     assert LIST_PATH.name == "wheels.txt"
 
 
@@ -205,15 +217,15 @@ def test_missing_packages_are_installed_once_and_only_from_wheels(tmp_path, monk
 
 
 def _write_wheel(folder):
-    info = "tiny_thing-1.0.dist-info"
+    info_folder = "tiny_thing-1.0.dist-info"
     with zipfile.ZipFile(folder / "tiny_thing-1.0-py3-none-any.whl", "w") as wheel:
         wheel.writestr("tiny_thing.py", "")
         wheel.writestr(
-            f"{info}/METADATA", "Metadata-Version: 2.1\nName: tiny-thing\nVersion: 1.0\n"
+            f"{info_folder}/METADATA", "Metadata-Version: 2.1\nName: tiny-thing\nVersion: 1.0\n"
         )
-        tags = "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n"
-        wheel.writestr(f"{info}/WHEEL", tags)
-        wheel.writestr(f"{info}/RECORD", "")
+        wheel_metadata = "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n"
+        wheel.writestr(f"{info_folder}/WHEEL", wheel_metadata)
+        wheel.writestr(f"{info_folder}/RECORD", "")
 
 
 def test_a_missing_wheel_is_named(tmp_path, monkeypatch):
@@ -228,7 +240,7 @@ def test_tests_are_found_by_their_marker():
 
 
 @pytest.mark.parametrize(
-    ("cases", "most_skipped", "holds", "message"),
+    ("test_cases", "max_skipped", "holds", "message"),
     [
         ("<testcase name='a'/>", 0, True, "1 passed, 0 skipped, 0 failed"),
         ("<testcase name='a'><skipped/></testcase>", 0, False, "0 passed, 1 skipped, 0 failed"),
@@ -237,15 +249,15 @@ def test_tests_are_found_by_their_marker():
         ("", None, False, "0 passed, 0 skipped, 0 failed"),
     ],
 )
-def test_tests_are_counted(tmp_path, cases, most_skipped, holds, message):
-    counts = {name: cases.count(f"<{name}/>") for name in ("skipped", "failure")}
-    total = cases.count("<testcase")
+def test_tests_are_counted(tmp_path, test_cases, max_skipped, holds, message):
+    counts = {name: test_cases.count(f"<{name}/>") for name in ("skipped", "failure")}
+    total = test_cases.count("<testcase")
     report = tmp_path / "tests.xml"
     report.write_text(
         f"<testsuites><testsuite tests='{total}' skipped='{counts['skipped']}' "
-        f"failures='{counts['failure']}' errors='0'>{cases}</testsuite></testsuites>"
+        f"failures='{counts['failure']}' errors='0'>{test_cases}</testsuite></testsuites>"
     )
-    row = count_tests(report, most_skipped)
+    row = count_tests(report, max_skipped)
 
     assert (row.holds, row.result) == (
         holds,

@@ -16,57 +16,64 @@ _SERIES = blocks.Series(Mutator(SEEDS, 0))
 SCRIPT = Path(judge.__file__).parents[1] / "hostile.py"
 
 
-def _run(out, *arguments):
-    command = [sys.executable, SCRIPT, "--out", out, "--json", *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    return json.loads(done.stdout)
+def _run_fuzzer(folder, *arguments):
+    command = [sys.executable, SCRIPT, "--out", folder, "--json", *map(str, arguments)]
+    completed = subprocess.run(command, capture_output=True, text=True, check=True)
+    return json.loads(completed.stdout)
 
 
 def test_mutants_end_in_frames_or_rejections_and_a_run_resumes_where_it_stopped(tmp_path):
-    first = _run(tmp_path, "--streams", 150)
-    kept = (tmp_path / "series_0" / "blocks.jsonl").read_text()
-    again = _run(tmp_path, "--streams", 150)
+    first_report = _run_fuzzer(tmp_path, "--streams", 150)
+    saved_blocks = (tmp_path / "series_0" / "blocks.jsonl").read_text()
+    second_report = _run_fuzzer(tmp_path, "--streams", 150)
 
-    assert first == again
-    assert (tmp_path / "series_0" / "blocks.jsonl").read_text() == kept
-    assert first["streams"] == 150
-    assert first["decoded"] + first["declined"] + sum(first["rejections"].values()) == 150
-    assert first["escapes"] == first["hangs"] == 0
-    assert 0 < first["peak_rss_mib"] < judge.MAX_MEBIBYTES
+    assert first_report == second_report
+    assert (tmp_path / "series_0" / "blocks.jsonl").read_text() == saved_blocks
+    assert first_report["streams"] == 150
+    assert (
+        first_report["decoded"]
+        + first_report["declined"]
+        + sum(first_report["rejections"].values())
+        == 150
+    )
+    assert first_report["escapes"] == first_report["hangs"] == 0
+    assert 0 < first_report["peak_rss_mib"] < judge.MAX_MEBIBYTES
 
 
 @pytest.fixture
-def modes(monkeypatch):
-    """The ways to decode, one of which a test may replace."""
+def decode_modes(monkeypatch):
+    """A copy of the table of decode functions, in which a test may replace an entry."""
     monkeypatch.setattr(judge, "MODES", dict(judge.MODES))
     return judge.MODES
 
 
-def _escape(_data):
+def _raise_unexpected_error(_data):
     yield 1
     message = "not what a decoder may raise"
     raise ValueError(message)
 
 
-def _spin(_data):
+def _loop_forever(_data):
     while True:
         yield
 
 
 @pytest.fixture
-def _ends():
-    before = signal.signal(signal.SIGPROF, judge._raise_too_long)
+def _restored_signal_handler():
+    handler_before = signal.signal(signal.SIGPROF, judge._raise_too_long)
     yield
-    signal.signal(signal.SIGPROF, before)
+    signal.signal(signal.SIGPROF, handler_before)
 
 
-@pytest.mark.usefixtures("_ends")
-@pytest.mark.parametrize(("way", "outcome"), [(_escape, "escape"), (_spin, "hang")])
+@pytest.mark.usefixtures("_restored_signal_handler")
+@pytest.mark.parametrize(
+    ("decode", "outcome"), [(_raise_unexpected_error, "escape"), (_loop_forever, "hang")]
+)
 def test_failures_of_the_decoder_are_kept_with_their_bytes(
-    way, outcome, modes, tmp_path, monkeypatch
+    decode, outcome, decode_modes, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(judge, "MAX_SECONDS", 0.02)
-    modes["decode"] = way
+    decode_modes["decode"] = decode
     tally = blocks.judge_block(_SERIES, 30, 1, tmp_path)
 
     assert tally.failures == {30: outcome}
@@ -75,13 +82,15 @@ def test_failures_of_the_decoder_are_kept_with_their_bytes(
 
 
 def test_a_forged_mutant_is_decoded_beyond_a_wrong_state_crc():
-    stream = _with_wrong_state(SEEDS["still"])
-    verdicts = [judge.judge("decode", stream, has_forged_crcs=forged) for forged in (False, True)]
+    stream = _change_state_crc(SEEDS["still"])
+    verdicts = [
+        judge.judge("decode", stream, has_forged_crcs=is_forged) for is_forged in (False, True)
+    ]
 
     assert [verdict.outcome for verdict in verdicts] == ["state-crc", "decoded"]
 
 
-def _with_wrong_state(stream):
+def _change_state_crc(stream):
     chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(stream)]
     chunks[1] = (chunks[1][0], chunks[1][1][:-4] + bytes(4))
     return rebuild_stream(chunks)

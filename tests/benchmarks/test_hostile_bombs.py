@@ -15,15 +15,15 @@ def _small_level(monkeypatch):
 
 
 @pytest.mark.usefixtures("_small_level")
-@pytest.mark.parametrize("newborn", [False, True])
-@pytest.mark.parametrize("place", hostile_bombs._ARRANGEMENTS)
-def test_a_bomb_uses_the_limits_of_its_level_and_is_small(place, newborn):
-    data = hostile_bombs.build_stream(10, place, has_births=newborn)
+@pytest.mark.parametrize("has_births", [False, True])
+@pytest.mark.parametrize("arrangement", hostile_bombs._ARRANGEMENTS)
+def test_a_bomb_uses_the_limits_of_its_level_and_is_small(arrangement, has_births):
+    data = hostile_bombs.build_stream(10, arrangement, has_births=has_births)
     counts = [scene.count for scene in decode(data)]
 
     assert len(counts) == 4
     assert counts[-1] == 400
-    assert counts[0] == (340 if newborn else 400)
+    assert counts[0] == (340 if has_births else 400)
     assert len(data) < 12 * 400
 
 
@@ -34,7 +34,7 @@ def test_a_stream_is_measured_in_its_own_process():
         "--measure",
         str(hostile_bombs._WARM_UP_STREAM),
     ]
-    measured = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+    measurement = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
 
-    assert measured.keys() == {"slowest_frame_s", "peak_rss_mib"}
-    assert 10 < measured["peak_rss_mib"] < 2000
+    assert measurement.keys() == {"slowest_frame_s", "peak_rss_mib"}
+    assert 10 < measurement["peak_rss_mib"] < 2000

@@ -20,11 +20,11 @@ def mutants():
 
 
 def test_a_series_and_a_number_reproduce_the_mutant(mutants):
-    again = Mutator(dict(reversed(SEEDS.items())), series=3)
-    other = Mutator(SEEDS, series=4)
+    same_series = Mutator(dict(reversed(SEEDS.items())), series=3)
+    other_series = Mutator(SEEDS, series=4)
 
-    assert [again.make(number) for number in (399, 0, 7)] == [mutants[i] for i in (399, 0, 7)]
-    assert [other.make(number) for number in range(50)] != mutants[:50]
+    assert [same_series.make(number) for number in (399, 0, 7)] == [mutants[i] for i in (399, 0, 7)]
+    assert [other_series.make(number) for number in range(50)] != mutants[:50]
 
 
 def test_most_mutants_differ_and_are_small(mutants):
@@ -40,24 +40,24 @@ def _has_whole_chunks(data):
 
 
 def test_half_of_the_mutants_are_forged_so_that_all_crcs_hold(mutants):
-    forged = [mutant for mutant in mutants if _has_whole_chunks(mutant.data)]
+    forged_mutants = [mutant for mutant in mutants if _has_whole_chunks(mutant.data)]
 
-    assert len(mutants) / 4 < len(forged) < 3 * len(mutants) / 4
+    assert len(mutants) / 4 < len(forged_mutants) < 3 * len(mutants) / 4
 
 
 def test_every_seed_and_every_kind_of_mutation_is_used(mutants):
-    done = {step for mutant in mutants for step in mutant.recipe[1:]}
+    mutation_names = {step for mutant in mutants for step in mutant.recipe[1:]}
 
     assert {mutant.recipe[0] for mutant in mutants} == set(SEEDS)
-    assert {"flip", "splice", "flip in a payload", "change_words", "swap_chunks"} <= done
+    assert {"flip", "splice", "flip in a payload", "change_words", "swap_chunks"} <= mutation_names
 
 
 def test_mutants_reach_code_behind_the_container(mutants):
-    met = set()
+    reject_ids = set()
     for mutant in mutants:
         try:
             list(decode(mutant.data))
         except BitstreamError as error:
-            met.add(error.reject_id)
+            reject_ids.add(error.reject_id)
 
-    assert {"unconsumed-words", "state-crc", "frame-order", "field", "payload-crc"} <= met
+    assert {"unconsumed-words", "state-crc", "frame-order", "field", "payload-crc"} <= reject_ids

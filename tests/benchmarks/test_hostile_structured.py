@@ -14,7 +14,7 @@ from tests.benchmarks.test_hostile import SCRIPT
 from tests.engines import needs_fast
 from tests.small_streams import make_stream
 
-_KINDS = 84
+_FAULT_COUNT = 84
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +25,7 @@ def maker():
 @pytest.fixture(scope="module")
 def streams(maker, pytestconfig):
     rounds = 4 if pytestconfig.getoption("--thorough") else 2
-    return [maker.make(number) for number in range(rounds * _KINDS)]
+    return [maker.make(number) for number in range(rounds * _FAULT_COUNT)]
 
 
 @pytest.fixture(scope="module")
@@ -38,17 +38,19 @@ def _judge(data):
 
 
 def test_a_series_and_a_number_reproduce_the_stream(streams):
-    again, other = StructuredMaker(0), StructuredMaker(1)
+    same_series, other_series = StructuredMaker(0), StructuredMaker(1)
 
-    assert [again.make(number) for number in (150, 0, 7)] == [streams[i] for i in (150, 0, 7)]
-    assert [other.make(number).data for number in range(20)] != [s.data for s in streams[:20]]
+    assert [same_series.make(number) for number in (150, 0, 7)] == [streams[i] for i in (150, 0, 7)]
+    assert [other_series.make(number).data for number in range(20)] != [
+        stream.data for stream in streams[:20]
+    ]
 
 
 def test_every_kind_of_hostile_value_is_used(maker, streams):
-    done = {name for stream in streams for name in stream.recipe[:1]}
+    used_names = {name for stream in streams for name in stream.recipe[:1]}
 
-    assert len(maker.faults) == _KINDS
-    assert done == {fault.name for fault in maker.faults if fault is not None}
+    assert len(maker.faults) == _FAULT_COUNT
+    assert used_names == {fault.name for fault in maker.faults if fault is not None}
 
 
 @needs_fast
@@ -61,31 +63,36 @@ def test_both_engines_agree_and_no_other_error_is_raised(outcomes, streams):
 @pytest.mark.thorough
 @needs_fast
 def test_few_streams_reach_most_reject_ids_including_the_deep_ones(outcomes):
-    unreached = blocks.Tally(outcomes=outcomes).list_missing_reject_ids()
+    unreached_ids = blocks.Tally(outcomes=outcomes).list_missing_reject_ids()
 
-    assert len(unreached) <= 3
+    assert len(unreached_ids) <= 3
     assert not {
         *("degenerate-rotation", "unconsumed-words", "invalid-words", "bad-probability"),
         *("symbol-range", "count-exceeds-level", "position-range", "code-range"),
         *("rotation-range", "parent-range", "frame-order", "state-crc"),
-    } & set(unreached)
+    } & set(unreached_ids)
 
 
 def test_streams_without_hostile_values_are_valid_and_have_many_frames(maker):
-    calm = [maker.make(len(maker.faults) * number) for number in range(20)]
-    counts = [len(list(decode(stream.data))) for stream in calm if not stream.recipe]
+    faultless_streams = [maker.make(len(maker.faults) * number) for number in range(20)]
+    frame_counts = [
+        len(list(decode(stream.data))) for stream in faultless_streams if not stream.recipe
+    ]
 
-    assert len(counts) > 10
-    assert max(counts) >= 5
+    assert len(frame_counts) > 10
+    assert max(frame_counts) >= 5
 
 
 def test_spliced_data_comes_from_another_stream(maker):
-    names = [fault.name if fault else "" for fault in maker.faults]
-    number = names.index("chunks of another stream")
+    fault_names = [fault.name if fault else "" for fault in maker.faults]
+    fault_number = fault_names.index("chunks of another stream")
     payloads = {piece.payload for donor in maker._donors for piece in donor.pieces[1:-2]}
-    made = [maker.make(number + len(names) * rotate).data for rotate in range(20)]
+    spliced_streams = [
+        maker.make(fault_number + len(fault_names) * round_number).data
+        for round_number in range(20)
+    ]
 
-    assert sum(any(payload in data for payload in payloads) for data in made) > 5
+    assert sum(any(payload in data for payload in payloads) for data in spliced_streams) > 5
 
 
 @needs_fast
@@ -93,9 +100,9 @@ def test_a_disagreement_of_the_engines_is_detected(streams, monkeypatch):
     rotate = reconstruct.rotate
 
     def change_rotations(rotations, residuals):
-        turned = rotate(rotations, residuals)
-        turned[3, -1] ^= 1
-        return turned
+        changed_rotations = rotate(rotations, residuals)
+        changed_rotations[3, -1] ^= 1
+        return changed_rotations
 
     monkeypatch.setattr(reconstruct, "rotate", change_rotations)
     verdicts = [_judge(stream.data) for stream in streams[::84]]
@@ -108,25 +115,25 @@ def test_a_disagreement_of_the_engines_is_detected(streams, monkeypatch):
 
 @needs_fast
 def test_engines_with_different_reject_ids_are_detected(monkeypatch):
-    whole, _ = make_stream()
+    data, _ = make_stream()
 
     def reject(*_arguments):
         message = "not by this engine"
         raise CountError(message)
 
-    assert _judge(whole).outcome == "decoded"
-    monkeypatch.setattr(reconstruct, "rotate", reject)  # of only the reference
-    assert _judge(whole).outcome == "escape"
+    assert _judge(data).outcome == "decoded"
+    monkeypatch.setattr(reconstruct, "rotate", reject)  # used only by the reference engine
+    assert _judge(data).outcome == "escape"
 
 
 @needs_fast
 def test_the_command_lists_unreached_reject_ids_and_fails(tmp_path):
     command = [sys.executable, SCRIPT, "--structured", "--streams", "3", "--out", tmp_path]
-    done = subprocess.run([*command, "--json"], capture_output=True, text=True, check=False)
-    reported = json.loads(done.stdout)
+    completed = subprocess.run([*command, "--json"], capture_output=True, text=True, check=False)
+    report = json.loads(completed.stdout)
 
-    assert done.returncode == 1
-    assert reported["streams"] == reported["modes"][judge.BY_BOTH_ENGINES] == 3
-    assert reported["escapes"] == reported["hangs"] == 0
-    assert "degenerate-rotation" in reported["unreached"]
+    assert completed.returncode == 1
+    assert report["streams"] == report["modes"][judge.BY_BOTH_ENGINES] == 3
+    assert report["escapes"] == report["hangs"] == 0
+    assert "degenerate-rotation" in report["unreached"]
     assert (tmp_path / "structured_0" / "blocks.jsonl").exists()

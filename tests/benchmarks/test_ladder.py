@@ -1,4 +1,4 @@
-"""The ladder on a toy capture, with minimal training."""
+"""Tests the ladder benchmark on a toy capture with minimal training."""
 
 import json
 from dataclasses import replace
@@ -31,63 +31,65 @@ from tests.datasets import scenes
 from tests.encoder.toys import SMALL, make_capture, make_context, make_splats
 
 QUICK_SETTINGS = replace(SMALL, motion=replace(SMALL.motion, lr=2e-3))  # blobs move 0.05 per frame
-NAMES = ("means", "rotations", "log_scales", "opacities", "sh_dc", "sh_rest")
-FREE = {
+ATTRIBUTE_NAMES = ("means", "rotations", "log_scales", "opacities", "sh_dc", "sh_rest")
+FREE_FIELDS = {
     "still": (),
     "own": ("means",),
     "opacity": ("means", "opacities"),
     "dc": ("means", "opacities", "sh_dc"),
     "rest": ("means", "opacities", "sh_dc", "sh_rest"),
     "scales": ("means", "opacities", "sh_dc", "sh_rest", "log_scales"),
-    "all": NAMES,
-    "carried": tuple(name for name in NAMES if name != "sh_rest"),
+    "all": ATTRIBUTE_NAMES,
+    "carried": tuple(name for name in ATTRIBUTE_NAMES if name != "sh_rest"),
     "turned": ("means", "rotations"),
 }
-TINY = [
+TINY_OPTIONS = [
     "--preset", "demo", "--iterations", "2", "--ahead", "1", "--rungs", "still", "all",
     *("--set", "canonical.iterations=3"),
 ]  # fmt: skip
 
 
-def _state():
+def _make_state():
     header = StreamHeader(gaussians_per_anchor=4)
-    start = from_splats(make_splats(0), torch.device("cpu"))
-    return begin_canonical(header, 0, quantize_gaussians(start, header))
+    attributes = from_splats(make_splats(0), torch.device("cpu"))
+    return begin_canonical(header, 0, quantize_gaussians(attributes, header))
 
 
-def _begun(ahead=1):
-    started = allow_updates(begin_frame(_state(), 0))
-    return replace(started, scene=replace(started.scene, frame=ahead))
+def _begin_frame(frame=1):
+    start_state = allow_updates(begin_frame(_make_state(), 0))
+    return replace(start_state, scene=replace(start_state.scene, frame=frame))
 
 
-def _moved():
-    started = _begun()
-    levels = started.known_anchors.levels
-    return move(started, [np.zeros((6, level.owners.size), dtype=np.int64) for level in levels])
+def _move_frame():
+    start_state = _begin_frame()
+    levels = start_state.known_anchors.levels
+    return move(start_state, [np.zeros((6, level.owners.size), dtype=np.int64) for level in levels])
 
 
-def _start(started):
-    return from_splats(dequantize(started.scene), torch.device("cpu"))
+def _make_attributes(start_state):
+    return from_splats(dequantize(start_state.scene), torch.device("cpu"))
 
 
-def _fit(name, iterations=8, config=QUICK_SETTINGS):
-    started = _begun()
-    return started, fit_rung(make_context(), started, RUNGS[name], iterations, config)
+def _fit_rung(name, iterations=8, config=QUICK_SETTINGS):
+    start_state = _begin_frame()
+    return start_state, fit_rung(make_context(), start_state, RUNGS[name], iterations, config)
 
 
-def _moving(splats, frame=1):
+def _measure_moving_region(splats, frame=1):
     capture = make_capture()
     return Judge(capture, capture.cameras).measure(splats, frame)["training"]["moving_gain_psnr"]
 
 
-@pytest.mark.parametrize("name", FREE)
+@pytest.mark.parametrize("name", FREE_FIELDS)
 def test_only_free_attributes_change(name):
-    started, fitted = _fit(name)
-    start = _start(started).rows(fitted.alive)
+    start_state, fit_result = _fit_rung(name)
+    start_attributes = _make_attributes(start_state).rows(fit_result.alive)
 
-    for field in NAMES:
-        changed = not torch.equal(getattr(fitted.attributes, field), getattr(start, field))
-        assert changed == (field in FREE[name]), field
+    for field in ATTRIBUTE_NAMES:
+        has_changed = not torch.equal(
+            getattr(fit_result.attributes, field), getattr(start_attributes, field)
+        )
+        assert has_changed == (field in FREE_FIELDS[name]), field
 
 
 def test_every_rung_of_the_ladder_is_listed():
@@ -100,107 +102,114 @@ def test_every_rung_of_the_ladder_is_listed():
 
 @pytest.mark.parametrize("name", ["anchors", "own"])
 def test_free_gaussians_and_anchors_approach_the_later_frame(name):
-    started, fitted = _fit(name, 30)
-    still = _moving(dequantize(started.scene))
+    start_state, fit_result = _fit_rung(name, 30)
+    static_psnr = _measure_moving_region(dequantize(start_state.scene))
 
-    assert _moving(to_splats(fitted.attributes)) > still + 1
-    assert _moving(round_rung(started, fitted).splats) > still + 1
+    assert _measure_moving_region(to_splats(fit_result.attributes)) > static_psnr + 1
+    assert _measure_moving_region(round_rung(start_state, fit_result).splats) > static_psnr + 1
 
 
 def test_anchors_in_floats_are_close_to_the_decoded_symbols():
-    started, fitted = _fit("anchors", 30)
-    header, splats = started.scene.header, round_rung(started, fitted).splats
-    apart = np.abs(splats.positions - to_splats(fitted.attributes).positions)
+    start_state, fit_result = _fit_rung("anchors", 30)
+    header, splats = start_state.scene.header, round_rung(start_state, fit_result).splats
+    differences = np.abs(splats.positions - to_splats(fit_result.attributes).positions)
 
-    assert apart.max() <= (header.level_count / 2 + 1) * translation_step(header)
-    assert apart.max() > 0
+    assert differences.max() <= (header.level_count / 2 + 1) * translation_step(header)
+    assert differences.max() > 0
 
 
 def test_the_regularizer_of_motion_is_left_out():
-    strict = replace(QUICK_SETTINGS, motion=replace(QUICK_SETTINGS.motion, rd_lambda=1e6))
+    regularized_settings = replace(
+        QUICK_SETTINGS, motion=replace(QUICK_SETTINGS.motion, rd_lambda=1e6)
+    )
 
     assert torch.equal(
-        _fit("anchors", config=strict)[1].attributes.means, _fit("anchors")[1].attributes.means
+        _fit_rung("anchors", config=regularized_settings)[1].attributes.means,
+        _fit_rung("anchors")[1].attributes.means,
     )
 
 
-def _with_spot():
-    """The toy's attributes in frame 0, and one Gaussian outside all pictures."""
-    start = from_splats(make_splats(0), torch.device("cpu"))
-    spot = start.rows(torch.tensor([len(start.means) - 1]))
+def _make_attributes_with_spot():
+    """Return the toy's attributes in frame 0 and a bright Gaussian that no picture shows."""
+    attributes = from_splats(make_splats(0), torch.device("cpu"))
+    spot = attributes.rows(torch.tensor([len(attributes.means) - 1]))
     spot = replace(spot, means=torch.tensor([[0.0, 0.0, -0.9]]), sh_dc=9 + 0 * spot.sh_dc)
-    return start.joined(replace(spot, log_scales=spot.log_scales + 1))
+    return attributes.joined(replace(spot, log_scales=spot.log_scales + 1))
 
 
 def test_only_gaussians_in_the_way_die():
-    dying = choose_deletions(make_context(), _with_spot(), 0, 0.2)
+    deletion_mask = choose_deletions(make_context(), _make_attributes_with_spot(), 0, 0.2)
 
-    assert dying.nonzero().tolist() == [[len(dying) - 1]]
+    assert deletion_mask.nonzero().tolist() == [[len(deletion_mask) - 1]]
 
 
 def test_dying_gaussians_leave_at_half_time_and_the_others_keep_their_opacity(monkeypatch):
-    started = _begun()
-    count, steps = started.scene.count, []
-    dead = torch.arange(count) < 3
-    monkeypatch.setattr("ladder.fitting.choose_deletions", lambda *_: dead)
-    progress = SimpleNamespace(advance=lambda *at: steps.append(at))
+    start_state = _begin_frame()
+    count, progress_calls = start_state.scene.count, []
+    deletion_mask = torch.arange(count) < 3
+    monkeypatch.setattr("ladder.fitting.choose_deletions", lambda *_: deletion_mask)
+    progress = SimpleNamespace(
+        advance=lambda *progress_arguments: progress_calls.append(progress_arguments)
+    )
     context = replace(make_context(), observers=Observers(progress))
 
-    fitted = fit_rung(context, started, RUNGS["deaths"], 8, QUICK_SETTINGS)
-    rounded = round_rung(started, fitted)
+    fit_result = fit_rung(context, start_state, RUNGS["deaths"], 8, QUICK_SETTINGS)
+    rounded = round_rung(start_state, fit_result)
 
-    assert fitted.alive.tolist() == list(range(3, count))
-    assert torch.equal(fitted.attributes.opacities, _start(started).opacities[3:])
+    assert fit_result.alive.tolist() == list(range(3, count))
+    assert torch.equal(fit_result.attributes.opacities, _make_attributes(start_state).opacities[3:])
     assert rounded.change_counts["deaths"] == 3
     assert rounded.splats.positions.shape[0] == count - 3
-    assert [done for _, done, _ in steps] == list(range(1, 9))
+    assert [step for _, step, _ in progress_calls] == list(range(1, 9))
 
 
 def test_with_free_motion_no_gaussian_dies():
-    assert len(_fit("own")[1].alive) == _begun().scene.count
+    assert len(_fit_rung("own")[1].alive) == _begin_frame().scene.count
 
 
 def test_an_offset_of_whole_steps_is_found_and_decoded_exactly():
-    moved = _moved()
-    header, start = moved.scene.header, _start(moved)
+    moved_state = _move_frame()
+    header, attributes = moved_state.scene.header, _make_attributes(moved_state)
     rng = np.random.default_rng(5)
-    asked = rng.integers(-40, 41, (moved.scene.count, 22)).astype(np.float32)
-    steps = torch.from_numpy(asked)
-    wanted = Attributes(
-        start.means + steps[:, :3] * translation_step(header),
-        2 * rotate(start.rotations, steps[:, 3:6] / header.rotation_unity),
-        start.log_scales + steps[:, 6:9] * header.log_scale_step,
-        start.opacities + steps[:, 9] * header.opacity_step,
-        start.sh_dc + steps[:, None, 10:13] * header.sh_dc_step,
-        start.sh_rest + steps[:, 13:].reshape(-1, 3, 3) * header.sh_rest_step,
+    step_counts = rng.integers(-40, 41, (moved_state.scene.count, 22)).astype(np.float32)
+    steps_tensor = torch.from_numpy(step_counts)
+    expected = Attributes(
+        attributes.means + steps_tensor[:, :3] * translation_step(header),
+        2 * rotate(attributes.rotations, steps_tensor[:, 3:6] / header.rotation_unity),
+        attributes.log_scales + steps_tensor[:, 6:9] * header.log_scale_step,
+        attributes.opacities + steps_tensor[:, 9] * header.opacity_step,
+        attributes.sh_dc + steps_tensor[:, None, 10:13] * header.sh_dc_step,
+        attributes.sh_rest + steps_tensor[:, 13:].reshape(-1, 3, 3) * header.sh_rest_step,
     )
-    fitted = FitResult(wanted, torch.arange(moved.scene.count))
+    fit_result = FitResult(expected, torch.arange(moved_state.scene.count))
 
-    updates, rest = find_updates(moved, fitted)
-    decoded, floats = round_rung(_begun(), fitted).splats, to_splats(wanted)
+    updates, sh_rest_residuals = find_updates(moved_state, fit_result)
+    decoded, float_splats = round_rung(_begin_frame(), fit_result).splats, to_splats(expected)
 
-    assert np.array_equal(updates.residuals, asked[updates.gaussians, :13].T)
-    assert np.array_equal(rest, asked[:, 13:].T)
+    assert np.array_equal(updates.residuals, step_counts[updates.gaussians, :13].T)
+    assert np.array_equal(sh_rest_residuals, step_counts[:, 13:].T)
     for name in ("positions", "log_scales", "opacities", "sh"):
-        assert np.allclose(getattr(decoded, name), getattr(floats, name), atol=1e-4), name
-    assert np.allclose(np.abs((decoded.rotations * floats.rotations).sum(axis=1)), 1, atol=1e-5)
+        assert np.allclose(getattr(decoded, name), getattr(float_splats, name), atol=1e-4), name
+    assert np.allclose(
+        np.abs((decoded.rotations * float_splats.rotations).sum(axis=1)), 1, atol=1e-5
+    )
 
 
 def test_a_stream_without_updates_equals_one_with_empty_updates():
-    state = _state()
-    allowed = allow_updates(state)
+    state = _make_state()
+    state_with_updates = allow_updates(state)
 
-    assert allowed.scene.header.updates
-    assert set(allowed.known_recency) == {3}
-    assert allow_updates(allowed) is allowed
+    assert state_with_updates.scene.header.updates
+    assert set(state_with_updates.known_recency) == {3}
+    assert allow_updates(state_with_updates) is state_with_updates
 
 
 def test_changes_below_half_a_step_cost_almost_nothing():
-    started, fitted = _fit("still", 0)
-    offset = position_step(started.scene.header) * 1e-3
-    near = replace(fitted.attributes, means=fitted.attributes.means + offset)
+    start_state, fit_result = _fit_rung("still", 0)
+    offset = position_step(start_state.scene.header) * 1e-3
+    shifted_attributes = replace(fit_result.attributes, means=fit_result.attributes.means + offset)
 
-    rounded = round_rung(started, replace(fitted, attributes=near))
+    rounded = round_rung(start_state, replace(fit_result, attributes=shifted_attributes))
 
     assert rounded.change_counts["any"] == 0
     assert rounded.coded_bytes <= 8
@@ -208,27 +217,32 @@ def test_changes_below_half_a_step_cost_almost_nothing():
 
 
 def test_bytes_grow_with_the_changes_and_sh_rest_is_listed_separately():
-    started, fitted = _fit("carried")
-    carried = round_rung(started, fitted)
-    start = fitted.attributes
-    brighter = replace(start, sh_rest=start.sh_rest + started.scene.header.sh_rest_step)
-    more = round_rung(started, replace(fitted, attributes=brighter))
+    start_state, fit_result = _fit_rung("carried")
+    rounded = round_rung(start_state, fit_result)
+    attributes = fit_result.attributes
+    changed_attributes = replace(
+        attributes, sh_rest=attributes.sh_rest + start_state.scene.header.sh_rest_step
+    )
+    rounded_with_sh_rest = round_rung(
+        start_state, replace(fit_result, attributes=changed_attributes)
+    )
 
-    assert carried.coded_bytes > round_rung(*_fit("own")).coded_bytes > 0
-    assert (carried.rest_bytes, more.coded_bytes) == (0, carried.coded_bytes)
-    assert more.change_counts["SH rest"] == len(fitted.alive)
+    assert rounded.coded_bytes > round_rung(*_fit_rung("own")).coded_bytes > 0
+    assert (rounded.rest_bytes, rounded_with_sh_rest.coded_bytes) == (0, rounded.coded_bytes)
+    assert rounded_with_sh_rest.change_counts["SH rest"] == len(fit_result.alive)
 
 
 def test_a_free_gaussian_moves_as_fast_as_its_anchors_together():
-    levels = 1 + 2 + 4  # SMALL doubles the rate from level to level
-    started, fitted = _fit("own", 1)
-    shift = (fitted.attributes.means - _start(started).means).abs().max()
-    assert float(shift) == pytest.approx(levels * QUICK_SETTINGS.motion.lr, rel=1e-3)
+    rate_factor = 1 + 2 + 4  # SMALL doubles the rate from level to level
+    start_state, fit_result = _fit_rung("own", 1)
+    shift = (fit_result.attributes.means - _make_attributes(start_state).means).abs().max()
+    assert float(shift) == pytest.approx(rate_factor * QUICK_SETTINGS.motion.lr, rel=1e-3)
 
-    _, slow = _fit("slow", 1)
-    shift = (slow.attributes.means - _start(started).means).abs().max()
-    rate = canonical_learning_rates(QUICK_SETTINGS.canonical, make_context().views.extent)[0]
-    assert float(shift) == pytest.approx(rate, rel=1e-2)
+    _, slow_result = _fit_rung("slow", 1)
+    shift = (slow_result.attributes.means - _make_attributes(start_state).means).abs().max()
+    extent = make_context().views.extent
+    learning_rates = canonical_learning_rates(QUICK_SETTINGS.canonical, extent)
+    assert float(shift) == pytest.approx(learning_rates[0], rel=1e-2)
 
 
 def test_sh_rest_can_be_trained_as_fast_as_dc():
@@ -238,8 +252,10 @@ def test_sh_rest_can_be_trained_as_fast_as_dc():
     )
 
     assert RUNGS["fast-rest"].rest_factor == pytest.approx(ratio)
-    slow, fast = (_fit(name)[1].attributes.sh_rest.abs().max() for name in ("all", "fast-rest"))
-    assert fast > 5 * slow
+    slow_change, fast_change = (
+        _fit_rung(name)[1].attributes.sh_rest.abs().max() for name in ("all", "fast-rest")
+    )
+    assert fast_change > 5 * slow_change
 
 
 def test_a_static_scene_is_listed_once_and_short_fits_come_first():
@@ -253,20 +269,20 @@ def test_a_static_scene_is_listed_once_and_short_fits_come_first():
 
 def test_existing_rows_are_not_computed_again(tmp_path):
     capture = make_capture()
-    begin = partial(Ladder, capture, capture.cameras, _state())
-    task, other = Task(RUNGS["own"], 1, 3), Task(RUNGS["own"], 1, 4)
-    begin("here", QUICK_SETTINGS, tmp_path).compute_missing([task], make_context())
+    make_ladder = partial(Ladder, capture, capture.cameras, _make_state())
+    existing_task, missing_task = Task(RUNGS["own"], 1, 3), Task(RUNGS["own"], 1, 4)
+    make_ladder("here", QUICK_SETTINGS, tmp_path).compute_missing([existing_task], make_context())
     path = tmp_path / "rows" / "ahead1.own.3.json"
-    written = path.read_bytes()
+    row_bytes = path.read_bytes()
 
-    again = begin("here", QUICK_SETTINGS, tmp_path)
-    again.compute_missing([task, other], make_context())
+    second_ladder = make_ladder("here", QUICK_SETTINGS, tmp_path)
+    second_ladder.compute_missing([existing_task, missing_task], make_context())
 
-    assert path.read_bytes() == written
-    assert again.load_task_row(task) == json.loads(written)
-    assert again.load_task_row(other)["iterations"] == 4
-    assert begin("elsewhere", QUICK_SETTINGS, tmp_path).load_task_row(task) is None
-    assert begin("here", SMALL, tmp_path).load_task_row(task) is None
+    assert path.read_bytes() == row_bytes
+    assert second_ladder.load_task_row(existing_task) == json.loads(row_bytes)
+    assert second_ladder.load_task_row(missing_task)["iterations"] == 4
+    assert make_ladder("elsewhere", QUICK_SETTINGS, tmp_path).load_task_row(existing_task) is None
+    assert make_ladder("here", SMALL, tmp_path).load_task_row(existing_task) is None
 
 
 @pytest.fixture(scope="module")
@@ -276,25 +292,25 @@ def folder(tmp_path_factory):
 
 
 def test_the_command_encodes_the_initial_stream_and_continues(folder, tmp_path, capsys):
-    words = [str(folder), "--out", str(tmp_path), *TINY]
-    assert command.main(words) == 0
-    first = capsys.readouterr()
+    options = [str(folder), "--out", str(tmp_path), *TINY_OPTIONS]
+    assert command.main(options) == 0
+    first_output = capsys.readouterr()
     (stream,) = tmp_path.glob("*.quarc")
 
-    assert command.main([*words, "--stream", str(stream)]) == 0
-    again = capsys.readouterr()
+    assert command.main([*options, "--stream", str(stream)]) == 0
+    second_output = capsys.readouterr()
 
-    assert "2 of 2 rows exist already" in again.err
-    assert again.out == first.out
-    head, _, still, everything = first.out.strip().splitlines()
-    assert head.startswith("| ahead | iterations | free |")
-    assert still.startswith("| 1 | 0 | nothing |")
-    assert everything.startswith("| 1 | 2 | + rotations, which is all |")
-    assert (tmp_path / "ladder.md").read_text() == first.out
+    assert "2 of 2 rows exist already" in second_output.err
+    assert second_output.out == first_output.out
+    header_line, _, static_line, all_line = first_output.out.strip().splitlines()
+    assert header_line.startswith("| ahead | iterations | free |")
+    assert static_line.startswith("| 1 | 0 | nothing |")
+    assert all_line.startswith("| 1 | 2 | + rotations, which is all |")
+    assert (tmp_path / "ladder.md").read_text() == first_output.out
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("extra_options", "message"),
     [
         (["--frame", "1"], "no frame 1"),
         (["--ahead", "7"], "frame 7 is needed, but the capture has only 3 frames"),
@@ -303,14 +319,22 @@ def test_the_command_encodes_the_initial_stream_and_continues(folder, tmp_path, 
     ],
 )
 def test_an_impossible_combination_is_rejected_in_one_line(
-    folder, tmp_path, capsys, words, message
+    folder, tmp_path, capsys, extra_options, message
 ):
-    assert command.main([str(folder), "--out", str(tmp_path), *TINY]) == 0
+    assert command.main([str(folder), "--out", str(tmp_path), *TINY_OPTIONS]) == 0
     (stream,) = tmp_path.glob("*.quarc")
     capsys.readouterr()
 
-    given = [str(folder), "--out", str(tmp_path), *TINY, "--stream", str(stream), *words]
-    assert command.main(given) == 2
+    options = [
+        str(folder),
+        "--out",
+        str(tmp_path),
+        *TINY_OPTIONS,
+        "--stream",
+        str(stream),
+        *extra_options,
+    ]
+    assert command.main(options) == 2
     error = capsys.readouterr().err
     assert error.startswith("ladder.py: ")
     assert message in error

@@ -1,4 +1,4 @@
-"""The whole command on a small capture, with minimal training."""
+"""Tests the command `paper.py` on a small capture with minimal training."""
 
 import csv
 import io
@@ -17,12 +17,12 @@ from paper import command
 from quarc_ref.jobs import Job
 from tests.datasets import scenes
 
-TINY = [
+TINY_OPTIONS = [
     "--preset", "demo", "--frames", "2",
     *("--set", "canonical.iterations=3", "--set", "motion.iterations=2"),
     *("--set", "births.iterations=2"),
 ]  # fmt: skip
-ONLY = ("--only", "full,quantization,gate,levels")
+ONLY_OPTION = ("--only", "full,quantization,gate,levels")
 
 
 @pytest.fixture(scope="module")
@@ -31,33 +31,33 @@ def folder(tmp_path_factory):
     return scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.make_plane_points())
 
 
-def _run(folder, out, *more):
-    return command.main([str(folder), "--out", str(out), *TINY, *more])
+def _run_paper(folder, output_path, *extra_options):
+    return command.main([str(folder), "--out", str(output_path), *TINY_OPTIONS, *extra_options])
 
 
 @contextmanager
 def run_in_process():
-    """Run jobs in this process; return the list of the names of completed jobs."""
-    ran = []
+    """Run jobs in this process; yield the list to which names of completed jobs are added."""
+    completed_names = []
 
-    def run(function, jobs: list[Job], _where, reported):
+    def run_jobs_here(function, jobs: list[Job], _pool, report):
         for job in jobs:
             function(job.argument)
-            ran.append(job.name)
-            reported(job.name, len(ran), len(jobs))
+            completed_names.append(job.name)
+            report(job.name, len(completed_names), len(jobs))
 
     with pytest.MonkeyPatch.context() as monkeypatch:
-        monkeypatch.setattr(studies, "run_jobs", run)
-        yield ran
+        monkeypatch.setattr(studies, "run_jobs", run_jobs_here)
+        yield completed_names
 
 
 @pytest.fixture(scope="module")
-def study(folder, tmp_path_factory):
-    """The folder of a finished run."""
-    out = tmp_path_factory.mktemp("study") / "out"
-    with run_in_process() as ran:
-        assert _run(folder, out, *ONLY) == 0
-    assert ran == [
+def output_folder(folder, tmp_path_factory):
+    """The output folder of a finished run."""
+    path = tmp_path_factory.mktemp("study") / "out"
+    with run_in_process() as names:
+        assert _run_paper(folder, path, *ONLY_OPTION) == 0
+    assert names == [
         "full",
         "float-motion",
         "float",
@@ -66,20 +66,20 @@ def study(folder, tmp_path_factory):
         "levels-1",
         "levels-2",
     ]
-    return out
+    return path
 
 
 @pytest.fixture
-def copy(study, tmp_path):
-    """The same, to resume."""
-    return shutil.copytree(study, tmp_path / "out")
+def output_copy(output_folder, tmp_path):
+    """A copy of the output folder, in which a test may run the command again."""
+    return shutil.copytree(output_folder, tmp_path / "out")
 
 
 @pytest.fixture
-def here():
-    """The names of the trials that run."""
-    with run_in_process() as ran:
-        yield ran
+def completed_names():
+    """Names of the trials that run during a test."""
+    with run_in_process() as names:
+        yield names
 
 
 class _TextParser(HTMLParser):
@@ -92,29 +92,29 @@ class _TextParser(HTMLParser):
         self.words.append(data)
 
 
-def test_tables_plots_and_page_are_written(study):
-    names = {path.name for path in study.iterdir() if path.is_file()}
-    plots = {"full.png", "quantization.png", "gate.png", "levels.png"}
+def test_tables_plots_and_page_are_written(output_folder):
+    file_names = {path.name for path in output_folder.iterdir() if path.is_file()}
+    plot_names = {"full.png", "quantization.png", "gate.png", "levels.png"}
 
-    assert names == {"index.html", "paper.csv", "paper.md", *plots}
-    assert "| plane | dB that quantization costs |" in (study / "paper.md").read_text()
+    assert file_names == {"index.html", "paper.csv", "paper.md", *plot_names}
+    assert "| plane | dB that quantization costs |" in (output_folder / "paper.md").read_text()
 
 
-def test_csv_has_a_line_for_each_trial_of_each_experiment(study):
-    lines = list(csv.DictReader(io.StringIO((study / "paper.csv").read_text())))
-    named = [(line["experiment"], line["name"]) for line in lines]
+def test_csv_has_a_line_for_each_trial_of_each_experiment(output_folder):
+    lines = list(csv.DictReader(io.StringIO((output_folder / "paper.csv").read_text())))
+    trial_names = [(line["experiment"], line["name"]) for line in lines]
 
-    assert named[:2] == [("full", "full"), ("quantization", "full")]
-    assert named[-3:] == [("levels", name) for name in ("levels-1", "levels-2", "full")]
+    assert trial_names[:2] == [("full", "full"), ("quantization", "full")]
+    assert trial_names[-3:] == [("levels", name) for name in ("levels-1", "levels-2", "full")]
     assert lines[-3]["changes"] == "stream.level_count=1"
     assert float(lines[0]["seconds_motion"]) > 0
     assert "ssim_inria" in lines[0]["metric_ssim"]
 
 
-def test_the_page_contains_its_pictures_and_states_the_protocol(study):
-    text = (study / "index.html").read_text()
+def test_the_page_contains_its_pictures_and_states_the_protocol(output_folder):
+    text = (output_folder / "index.html").read_text()
     words = " ".join(_TextParser(text).words)
-    protocol = json.loads((study / "rows" / "full.json").read_text())["protocol"]
+    protocol = json.loads((output_folder / "rows" / "full.json").read_text())["protocol"]
 
     assert text.count("data:image/png;base64,") == 4
     assert "cam00, held out from training" in words
@@ -123,24 +123,24 @@ def test_the_page_contains_its_pictures_and_states_the_protocol(study):
     assert protocol["versions"]["torch"] in words
 
 
-def test_completed_trials_are_not_run_again(folder, copy, here, capsys):
-    _run(folder, copy, *ONLY, "--json")
+def test_completed_trials_are_not_run_again(folder, output_copy, completed_names, capsys):
+    _run_paper(folder, output_copy, *ONLY_OPTION, "--json")
     rows = json.loads(capsys.readouterr().out)
 
-    assert here == []
+    assert completed_names == []
     assert [row["name"] for row in rows[:2]] == ["full", "float-motion"]
     assert rows[-1]["changes"] == {"stream.level_count": "2"}
 
 
-def test_an_interrupted_run_resumes(folder, copy, here):
-    (copy / "rows" / "levels-1.json").unlink()
-    _run(folder, copy, *ONLY)
+def test_an_interrupted_run_resumes(folder, output_copy, completed_names):
+    (output_copy / "rows" / "levels-1.json").unlink()
+    _run_paper(folder, output_copy, *ONLY_OPTION)
 
-    assert here == ["levels-1"]
+    assert completed_names == ["levels-1"]
 
 
 @pytest.mark.parametrize(
-    ("more", "reported"),
+    ("extra_options", "message"),
     [
         (("--lpips", "none.pth"), "none.pth is not a readable file of LPIPS weights"),
         (("--only", "steps"), "unknown experiments steps; known are full"),
@@ -150,63 +150,69 @@ def test_an_interrupted_run_resumes(folder, copy, here):
     ],
 )
 def test_impossible_options_are_reported_before_anything_runs(
-    folder, tmp_path, here, capsys, more, reported
+    folder, tmp_path, completed_names, capsys, extra_options, message
 ):
-    assert _run(folder, tmp_path, *more) == 2
-    assert reported in capsys.readouterr().err
-    assert here == []
+    assert _run_paper(folder, tmp_path, *extra_options) == 2
+    assert message in capsys.readouterr().err
+    assert completed_names == []
     assert not any(tmp_path.iterdir())
 
 
 def test_a_failed_trial_does_not_stop_others_in_worker_processes(folder, tmp_path, capsys):
     (tmp_path / "rows" / "full.json").mkdir(parents=True)
-    code = _run(folder, tmp_path, "--only", "rotation", "--workers", "2")
+    code = _run_paper(folder, tmp_path, "--only", "rotation", "--workers", "2")
 
     assert code == 3
     assert "1 of 2 jobs failed; full: IsADirectoryError" in capsys.readouterr().err
     assert (tmp_path / "rows" / "rotation-4.json").is_file()
 
 
-def test_rows_from_a_ray_cluster_equal_local_ones(folder, study, tmp_path, ray_cluster):
+def test_rows_from_a_ray_cluster_equal_local_ones(folder, output_folder, tmp_path, ray_cluster):
     script = Path(command.__file__).parents[1] / "paper.py"
-    words = [str(folder), "--out", str(tmp_path), *TINY, "--only", "rotation"]
-    subprocess.run([sys.executable, script, *words, "--ray", ray_cluster], check=True)
+    options = [str(folder), "--out", str(tmp_path), *TINY_OPTIONS, "--only", "rotation"]
+    subprocess.run([sys.executable, script, *options, "--ray", ray_cluster], check=True)
 
     assert (tmp_path / "rows" / "rotation-4.json").is_file()
-    mine, theirs = (
-        json.loads((place / "rows" / "full.json").read_text()) for place in (study, tmp_path)
+    local_row, cluster_row = (
+        json.loads((path / "rows" / "full.json").read_text()) for path in (output_folder, tmp_path)
     )
-    assert mine["bytes"] == theirs["bytes"]
-    assert mine["per_frame"] == theirs["per_frame"]
+    assert local_row["bytes"] == cluster_row["bytes"]
+    assert local_row["per_frame"] == cluster_row["per_frame"]
 
 
-def test_several_captures_give_one_table_of_scenes_and_their_mean(folder, tmp_path, here, capsys):
+def test_several_captures_give_one_table_of_scenes_and_their_mean(
+    folder, tmp_path, completed_names, capsys
+):
     data = tmp_path / "N3DV"
     for name in ("one", "two"):
         shutil.copytree(folder, data / name)
-    words = [str(data / "one"), str(data / "two"), "--out", str(tmp_path / "out"), *TINY]
-    assert command.main([*words, "--only", "full,gate"]) == 0
-    printed = capsys.readouterr().out
+    options = [str(data / "one"), str(data / "two"), "--out", str(tmp_path / "out"), *TINY_OPTIONS]
+    assert command.main([*options, "--only", "full,gate"]) == 0
+    printed_text = capsys.readouterr().out
     tables = (tmp_path / "out" / "scenes.md").read_text()
     with (tmp_path / "out" / "scenes.csv").open(newline="") as file:
         lines = list(csv.DictReader(file))
 
-    assert tables in printed
+    assert tables in printed_text
     assert "## N3DV" in tables
-    rows = {line.split("|")[1].strip(): line for line in tables.splitlines() if "|" in line}
-    assert {"one", "two", "mean", "change gate", "no gate"} <= rows.keys()
-    numbers = [float(rows[name].split("|")[2]) for name in ("one", "two", "mean")]
-    assert numbers[2] == pytest.approx((numbers[0] + numbers[1]) / 2, abs=0.01)
+    lines_by_name = {
+        line.split("|")[1].strip(): line for line in tables.splitlines() if "|" in line
+    }
+    assert {"one", "two", "mean", "change gate", "no gate"} <= lines_by_name.keys()
+    psnr_values = [float(lines_by_name[name].split("|")[2]) for name in ("one", "two", "mean")]
+    assert psnr_values[2] == pytest.approx((psnr_values[0] + psnr_values[1]) / 2, abs=0.01)
     assert [(line["scene"], line["label"]) for line in lines] == [
         (name, label) for name in ("one", "two")
         for label in ("full method", "change gate", "no gate")
     ]  # fmt: skip
     for name in ("one", "two"):
         assert (tmp_path / "out" / "N3DV" / name / "index.html").is_file()
-    assert sorted(set(here)) == ["full", "gate", "gate-open"]
+    assert sorted(set(completed_names)) == ["full", "gate", "gate-open"]
 
 
-def test_captures_of_the_same_name_are_rejected(folder, tmp_path, here, capsys):
-    assert command.main([str(folder), str(folder), "--out", str(tmp_path / "out"), *TINY]) == 2
+def test_captures_of_the_same_name_are_rejected(folder, tmp_path, completed_names, capsys):
+    assert (
+        command.main([str(folder), str(folder), "--out", str(tmp_path / "out"), *TINY_OPTIONS]) == 2
+    )
     assert "same name" in capsys.readouterr().err
-    assert here == []
+    assert completed_names == []

@@ -25,9 +25,9 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def task(folder, tmp_path_factory):
     trial = Trial("full", "full", SMALL)
-    made = Task(trial, folder, OPTIONS, 3, tmp_path_factory.mktemp("kept"))
-    make_row(made)
-    return made
+    full_task = Task(trial, folder, OPTIONS, 3, tmp_path_factory.mktemp("kept"))
+    make_row(full_task)
+    return full_task
 
 
 @pytest.fixture(scope="module")
@@ -61,14 +61,14 @@ def test_a_row_lists_everything_it_depends_on(row):
 
 def test_an_existing_row_is_not_computed_again(task, monkeypatch):
     monkeypatch.setattr(rows, "encode", None)
-    before = task.row_path.stat().st_mtime_ns
+    modified_before = task.row_path.stat().st_mtime_ns
     make_row(task)
 
-    assert task.row_path.stat().st_mtime_ns == before
+    assert task.row_path.stat().st_mtime_ns == modified_before
 
 
 @pytest.mark.parametrize(
-    "change",
+    "changed_inputs",
     [
         {"trial": Trial("full", "full", replace(SMALL, seed=1))},
         {"trial": Trial("full", "full", SMALL, "motion")},
@@ -79,11 +79,11 @@ def test_an_existing_row_is_not_computed_again(task, monkeypatch):
         {"device": "cuda"},
     ],
 )
-def test_a_row_of_other_inputs_is_not_reused(task, folder, change):
+def test_a_row_of_other_inputs_is_not_reused(task, folder, changed_inputs):
     fingerprint = open_capture(folder).fingerprint
 
     assert task.load_saved_row(fingerprint) is not None
-    assert replace(task, **change).load_saved_row(fingerprint) is None
+    assert replace(task, **changed_inputs).load_saved_row(fingerprint) is None
     assert task.load_saved_row("f" * 64) is None
 
 
@@ -93,19 +93,19 @@ def test_frame_0_is_trained_once_for_trials_that_differ_only_in_motion(task, mon
     monkeypatch.setattr(canonical_cache, "train_canonical", None)
     make_row(replace(task, trial=trial))
 
-    first, second = (
+    full_row, short_row = (
         json.loads((task.folder / "rows" / f"{name}.json").read_text())
         for name in ("full", "short")
     )
-    assert first["canonical_sha256"] == second["canonical_sha256"]
-    assert first["seconds"]["canonical"] == second["seconds"]["canonical"]
+    assert full_row["canonical_sha256"] == short_row["canonical_sha256"]
+    assert full_row["seconds"]["canonical"] == short_row["seconds"]["canonical"]
 
 
 def test_other_canonical_settings_train_again(task, monkeypatch):
-    called = []
+    calls = []
 
     def stop(*_):
-        called.append(1)
+        calls.append(1)
         raise InterruptedError
 
     canonical = replace(SMALL.canonical, iterations=3)
@@ -118,15 +118,17 @@ def test_other_canonical_settings_train_again(task, monkeypatch):
     ):
         with pytest.raises(InterruptedError):
             make_row(replace(task, trial=trial))
-    assert len(called) == 4
+    assert len(calls) == 4
 
 
 def test_a_trial_in_floats_has_the_same_figures_and_no_stream(task):
-    floats = replace(task, trial=Trial("float", "float", SMALL, "all"))
-    make_row(floats)
-    row, quantized = (json.loads(each.row_path.read_text()) for each in (floats, task))
+    float_task = replace(task, trial=Trial("float", "float", SMALL, "all"))
+    make_row(float_task)
+    row, quantized_row = (
+        json.loads(trial_task.row_path.read_text()) for trial_task in (float_task, task)
+    )
 
-    assert row.keys() == quantized.keys()
-    assert not floats.stream_path.exists()
-    assert row["bytes"]["kb_per_frame"] > 4 * quantized["bytes"]["kb_per_frame"]
-    assert row["quality"]["psnr"] == pytest.approx(quantized["quality"]["psnr"], abs=2.0)
+    assert row.keys() == quantized_row.keys()
+    assert not float_task.stream_path.exists()
+    assert row["bytes"]["kb_per_frame"] > 4 * quantized_row["bytes"]["kb_per_frame"]
+    assert row["quality"]["psnr"] == pytest.approx(quantized_row["quality"]["psnr"], abs=2.0)

@@ -1,4 +1,4 @@
-"""The whole protocol on a tiny traced capture, with minimal training."""
+"""Tests the command `quality.py` on a tiny traced capture with minimal training."""
 
 import csv
 import io
@@ -16,51 +16,61 @@ from quarc_ref.inspection.inspect_stream import inspect_stream
 from tests.cli.commands import TINY
 
 SETTINGS = [part for key, value in TINY.items() for part in ("--set", f"{key}={value}")]
-NAME = "fast-3-32x24"
-WORDS = ["--variants", NAME, "--frames", "2", "--seeds", "2", "--preset", "demo", *SETTINGS]
+CAPTURE_NAME = "fast-3-32x24"
+OPTIONS = [
+    "--variants",
+    CAPTURE_NAME,
+    "--frames",
+    "2",
+    "--seeds",
+    "2",
+    "--preset",
+    "demo",
+    *SETTINGS,
+]
 
 
 @pytest.fixture
-def here(monkeypatch):
-    """Run jobs in this process; return the list of the names of completed jobs."""
-    ran = []
+def completed_names(monkeypatch):
+    """Run jobs in this process; the list contains the names of completed jobs."""
+    names = []
 
-    def run(function, jobs, _where, tell):
+    def run_jobs_here(function, jobs, _pool, report):
         for job in jobs:
             function(job.argument)
-            ran.append(job.name)
-            tell(job.name, len(ran), len(jobs))
+            names.append(job.name)
+            report(job.name, len(names), len(jobs))
 
-    monkeypatch.setattr(studies, "run_jobs", run)
-    return ran
+    monkeypatch.setattr(studies, "run_jobs", run_jobs_here)
+    return names
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory):
-    """The folder of a finished study, run in a process for each encode."""
-    out = tmp_path_factory.mktemp("quality") / "out"
-    assert command.main([*WORDS, "--out", str(out)]) == 0
-    return out
+def study_folder(tmp_path_factory):
+    """The folder of a finished study, which ran each encode in a separate process."""
+    path = tmp_path_factory.mktemp("quality") / "out"
+    assert command.main([*OPTIONS, "--out", str(path)]) == 0
+    return path
 
 
 @pytest.fixture
-def copy(study, tmp_path):
-    """The same, to resume."""
-    return shutil.copytree(study, tmp_path / "out")
+def study_copy(study_folder, tmp_path):
+    """A copy of the study's folder, in which a test may run the command again."""
+    return shutil.copytree(study_folder, tmp_path / "out")
 
 
-def _read_row(out, seed):
-    return json.loads((out / "rows" / f"{NAME}.set0.seed{seed}.json").read_text())
+def _read_row(folder, seed):
+    return json.loads((folder / "rows" / f"{CAPTURE_NAME}.set0.seed{seed}.json").read_text())
 
 
 def _read_csv(path):
     return list(csv.DictReader(io.StringIO(path.read_text())))
 
 
-def test_the_figures_are_those_of_the_kept_stream(study):
-    row = _read_row(study, 1)
-    data = (study / "streams" / f"{NAME}.set0.seed1.quarc").read_bytes()
-    evaluation = evaluate_stream(data, study / "captures" / NAME, lambda *_: None)
+def test_the_figures_are_those_of_the_kept_stream(study_folder):
+    row = _read_row(study_folder, 1)
+    data = (study_folder / "streams" / f"{CAPTURE_NAME}.set0.seed1.quarc").read_bytes()
+    evaluation = evaluate_stream(data, study_folder / "captures" / CAPTURE_NAME, lambda *_: None)
     summary, figures = inspect_stream(data), row["figures"]
 
     for name, value in evaluation.quality.mean().items():
@@ -75,8 +85,8 @@ def test_the_figures_are_those_of_the_kept_stream(study):
     assert summary.header.seed == row["seed"] == 1
 
 
-def test_training_views_are_measured_with_gains_and_the_moving_region_separately(study):
-    row = _read_row(study, 0)
+def test_training_views_are_measured_with_gains_and_the_moving_region_separately(study_folder):
+    row = _read_row(study_folder, 0)
     figures = row["figures"]
 
     assert figures["training_gain_psnr"] > figures["training_psnr"]
@@ -85,81 +95,81 @@ def test_training_views_are_measured_with_gains_and_the_moving_region_separately
     assert len(row["per_frame"]["training"]) == 2
 
 
-def test_table_and_json_have_mean_and_deviation_over_seeds(study):
-    rows = [_read_row(study, seed)["figures"]["held_out_psnr"] for seed in (0, 1)]
-    (group,) = json.loads((study / "quality.json").read_text())["groups"]
+def test_table_and_json_have_mean_and_deviation_over_seeds(study_folder):
+    psnr_values = [_read_row(study_folder, seed)["figures"]["held_out_psnr"] for seed in (0, 1)]
+    (group,) = json.loads((study_folder / "quality.json").read_text())["groups"]
     spread = group["figures"]["held_out_psnr"]
-    (line,) = _read_csv(study / "quality.csv")
+    (line,) = _read_csv(study_folder / "quality.csv")
 
-    assert spread["mean"] == pytest.approx(np.mean(rows))
-    assert spread["deviation"] == pytest.approx(np.std(rows, ddof=1))
+    assert spread["mean"] == pytest.approx(np.mean(psnr_values))
+    assert spread["deviation"] == pytest.approx(np.std(psnr_values, ddof=1))
     assert float(line["held_out_psnr_mean"]) == spread["mean"]
     assert line["held_out_lpips_mean"] == ""
-    shown = f"| {NAME}/0 | 2 | {spread['mean']:.2f} +- {spread['deviation']:.2f} |"
-    assert shown in (study / "quality.md").read_text()
-    assert "| LPIPS |" not in (study / "quality.md").read_text()
+    table_row = f"| {CAPTURE_NAME}/0 | 2 | {spread['mean']:.2f} +- {spread['deviation']:.2f} |"
+    assert table_row in (study_folder / "quality.md").read_text()
+    assert "| LPIPS |" not in (study_folder / "quality.md").read_text()
 
 
-def test_there_is_a_line_for_each_frame_and_a_plot(study):
-    frames = _read_csv(study / "frames.csv")
+def test_there_is_a_line_for_each_frame_and_a_plot(study_folder):
+    frames = _read_csv(study_folder / "frames.csv")
 
     assert [line["frame"] for line in frames] == ["0", "1"]
     assert float(frames[1]["training_moving_gain_psnr_mean"]) > 0
-    assert (study / "quality.png").read_bytes().startswith(b"\x89PNG")
+    assert (study_folder / "quality.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_completed_trials_are_not_run_again(copy, here):
-    before = (copy / "quality.md").read_text()
+def test_completed_trials_are_not_run_again(study_copy, completed_names):
+    table_before = (study_copy / "quality.md").read_text()
 
-    assert command.main([*WORDS, "--out", str(copy)]) == 0
-    assert here == []
-    assert (copy / "quality.md").read_text() == before
-
-
-def test_an_interrupted_study_resumes(copy, here):
-    (copy / "rows" / f"{NAME}.set0.seed1.json").unlink()
-
-    assert command.main([*WORDS, "--out", str(copy)]) == 0
-    assert here == [f"{NAME}.set0.seed1"]
+    assert command.main([*OPTIONS, "--out", str(study_copy)]) == 0
+    assert completed_names == []
+    assert (study_copy / "quality.md").read_text() == table_before
 
 
-def test_ctrl_c_leaves_the_table_of_completed_rows(copy, monkeypatch, capsys):
+def test_an_interrupted_study_resumes(study_copy, completed_names):
+    (study_copy / "rows" / f"{CAPTURE_NAME}.set0.seed1.json").unlink()
+
+    assert command.main([*OPTIONS, "--out", str(study_copy)]) == 0
+    assert completed_names == [f"{CAPTURE_NAME}.set0.seed1"]
+
+
+def test_ctrl_c_leaves_the_table_of_completed_rows(study_copy, monkeypatch, capsys):
     def interrupt(*_arguments):
         raise KeyboardInterrupt
 
-    (copy / "rows" / f"{NAME}.set0.seed1.json").unlink()
+    (study_copy / "rows" / f"{CAPTURE_NAME}.set0.seed1.json").unlink()
     monkeypatch.setattr(studies, "run_jobs", interrupt)
 
-    assert command.main([*WORDS, "--out", str(copy)]) == 130
+    assert command.main([*OPTIONS, "--out", str(study_copy)]) == 130
     assert "interrupted: the same command continues" in capsys.readouterr().err
-    assert f"| {NAME}/0 | 1 |" in (copy / "quality.md").read_text()
+    assert f"| {CAPTURE_NAME}/0 | 1 |" in (study_copy / "quality.md").read_text()
 
 
-def test_rows_with_other_settings_are_computed_again(copy, here):
-    words = [*WORDS, "--set", "motion.iterations=4", "--out", str(copy)]
+def test_rows_with_other_settings_are_computed_again(study_copy, completed_names):
+    options = [*OPTIONS, "--set", "motion.iterations=4", "--out", str(study_copy)]
 
-    assert command.main(words) == 0
-    assert here == [f"{NAME}.set0.seed{seed}" for seed in (0, 1)]
+    assert command.main(options) == 0
+    assert completed_names == [f"{CAPTURE_NAME}.set0.seed{seed}" for seed in (0, 1)]
 
 
-def test_two_studies_are_compared(study, copy, capsys):
-    whole = json.loads((copy / "quality.json").read_text())
-    figure = whole["groups"][0]["figures"]["held_out_psnr"]
+def test_two_studies_are_compared(study_folder, study_copy, capsys):
+    document = json.loads((study_copy / "quality.json").read_text())
+    figure = document["groups"][0]["figures"]["held_out_psnr"]
     figure["mean"] += 0.5
-    (copy / "quality.json").write_text(json.dumps(whole))
+    (study_copy / "quality.json").write_text(json.dumps(document))
 
-    assert command.main(["--out", str(copy), "--against", str(study)]) == 0
+    assert command.main(["--out", str(study_copy), "--against", str(study_folder)]) == 0
     table = capsys.readouterr().out
-    error = f"{figure['deviation']:.2f}"  # two seeds each: the root of 2 s^2 / 2
-    assert f"| {NAME}/0 | +0.50 +- {error} |" in table
+    error = f"{figure['deviation']:.2f}"  # two seeds in each study: sqrt(s^2 / 2 + s^2 / 2)
+    assert f"| {CAPTURE_NAME}/0 | +0.50 +- {error} |" in table
     assert f"| mean | +0.50 +- {error} |" in table
 
 
-def test_a_real_capture_has_four_held_out_sets(study, tmp_path):
+def test_a_real_capture_has_four_held_out_sets(study_folder, tmp_path):
     arguments = command._parse_arguments(
         ["--out", str(tmp_path), "--variants", "", "--seeds", "1", "--downscale", "2"]
     )
-    arguments.real = arguments.still = study / "captures" / NAME
+    arguments.real = arguments.still = study_folder / "captures" / CAPTURE_NAME
     with pytest.raises(ValueError, match="3 cameras are too few"):
         command.plan_study(arguments)
 
@@ -170,30 +180,30 @@ def test_a_real_capture_has_four_held_out_sets(study, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "reported"),
+    ("options", "message"),
     [
         (["--variants", "night"], "'night' is not a traced capture"),
         (["--variants", ""], "no capture is given"),
-        (["--variants", NAME, "--set", "motion.speed=1"], "no setting 'motion.speed'"),
-        (["--variants", NAME, "--workers", "0"], "workers and threads must be at least 1"),
+        (["--variants", CAPTURE_NAME, "--set", "motion.speed=1"], "no setting 'motion.speed'"),
+        (["--variants", CAPTURE_NAME, "--workers", "0"], "workers and threads must be at least 1"),
         (["--lpips", "none.pth"], "none.pth is not a readable file of LPIPS weights"),
         (["--real", "nowhere"], "nowhere"),
         (["--against", "nowhere"], "quality.json does not exist: run the study first"),
     ],
 )
 def test_impossible_options_are_rejected_before_anything_runs(
-    words, reported, tmp_path, here, capsys
+    options, message, tmp_path, completed_names, capsys
 ):
-    assert command.main([*words, "--out", str(tmp_path)]) == 2
-    assert reported in capsys.readouterr().err
-    assert here == []
+    assert command.main([*options, "--out", str(tmp_path)]) == 2
+    assert message in capsys.readouterr().err
+    assert completed_names == []
     assert not any(tmp_path.iterdir())
 
 
-def test_studies_of_other_captures_are_not_compared(copy, study, capsys):
-    whole = json.loads((copy / "quality.json").read_text())
-    whole["groups"][0]["capture"] = "another"
-    (copy / "quality.json").write_text(json.dumps(whole))
+def test_studies_of_other_captures_are_not_compared(study_copy, study_folder, capsys):
+    document = json.loads((study_copy / "quality.json").read_text())
+    document["groups"][0]["capture"] = "another"
+    (study_copy / "quality.json").write_text(json.dumps(document))
 
-    assert command.main(["--out", str(copy), "--against", str(study)]) == 2
+    assert command.main(["--out", str(study_copy), "--against", str(study_folder)]) == 2
     assert "no capture and held-out set in common" in capsys.readouterr().err

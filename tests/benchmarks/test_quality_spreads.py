@@ -14,11 +14,11 @@ from quality.spreads import (
     summarize_figures,
 )
 
-_NUMBERS = st.floats(-1e3, 1e3)
-_SEEDS = st.lists(_NUMBERS, min_size=2, max_size=8)
+_FIGURES = st.floats(-1e3, 1e3)
+_SEED_FIGURES = st.lists(_FIGURES, min_size=2, max_size=8)
 
 
-@given(values=_SEEDS)
+@given(values=_SEED_FIGURES)
 def test_a_spread_is_the_mean_and_deviation_of_a_sample(values):
     spread = summarize(values)
 
@@ -27,13 +27,13 @@ def test_a_spread_is_the_mean_and_deviation_of_a_sample(values):
     assert spread.count == len(values)
 
 
-@given(value=_NUMBERS)
+@given(value=_FIGURES)
 def test_a_single_seed_has_no_deviation(value):
     assert summarize([value]) == Spread(value, None, 1)
     assert summarize([value]).variance_of_mean is None
 
 
-@given(values=_SEEDS, shift=_NUMBERS)
+@given(values=_SEED_FIGURES, shift=_FIGURES)
 def test_a_shift_changes_only_the_mean(values, shift):
     difference = subtract(summarize([value + shift for value in values]), summarize(values))
 
@@ -42,31 +42,35 @@ def test_a_shift_changes_only_the_mean(values, shift):
     assert difference.error == pytest.approx(error, abs=1e-6)
 
 
-@given(ours=_SEEDS, theirs=_SEEDS)
-def test_a_reversed_difference_has_the_opposite_sign_and_the_same_error(ours, theirs):
-    there, back = (
-        subtract(summarize(first), summarize(second))
-        for first, second in ((ours, theirs), (theirs, ours))
+@given(first_values=_SEED_FIGURES, second_values=_SEED_FIGURES)
+def test_a_reversed_difference_has_the_opposite_sign_and_the_same_error(
+    first_values, second_values
+):
+    difference, reversed_difference = (
+        subtract(summarize(minuend), summarize(subtrahend))
+        for minuend, subtrahend in ((first_values, second_values), (second_values, first_values))
     )
 
-    assert there.amount == -back.amount
-    assert there.error == pytest.approx(back.error)
+    assert difference.amount == -reversed_difference.amount
+    assert difference.error == pytest.approx(reversed_difference.error)
 
 
-@given(values=_SEEDS, single=_NUMBERS)
-def test_a_single_seed_gives_no_error(values, single):
-    assert subtract(summarize(values), summarize([single])).error is None
+@given(values=_SEED_FIGURES, single_value=_FIGURES)
+def test_a_single_seed_gives_no_error(values, single_value):
+    assert subtract(summarize(values), summarize([single_value])).error is None
 
 
 @given(
-    differences=st.lists(st.builds(Difference, _NUMBERS, st.floats(0, 10)), min_size=1, max_size=6)
+    differences=st.lists(st.builds(Difference, _FIGURES, st.floats(0, 10)), min_size=1, max_size=6)
 )
 def test_errors_of_several_captures_average_out(differences):
     mean = average_differences(differences)
 
-    assert mean.amount == pytest.approx(np.mean([it.amount for it in differences]), abs=1e-9)
-    squares = sum(it.error**2 for it in differences)
-    assert mean.error == pytest.approx(math.sqrt(squares) / len(differences))
+    assert mean.amount == pytest.approx(
+        np.mean([difference.amount for difference in differences]), abs=1e-9
+    )
+    squared_errors = sum(difference.error**2 for difference in differences)
+    assert mean.error == pytest.approx(math.sqrt(squared_errors) / len(differences))
 
 
 def test_an_unknown_error_makes_the_error_of_the_mean_unknown():
@@ -75,12 +79,12 @@ def test_an_unknown_error_makes_the_error_of_the_mean_unknown():
     assert average_differences(differences) == Difference(1.5, None)
 
 
-@given(values=st.lists(st.none() | _NUMBERS, min_size=1, max_size=8))
+@given(values=st.lists(st.none() | _FIGURES, min_size=1, max_size=8))
 def test_rows_without_a_figure_are_not_counted(values):
     spreads = summarize_figures([{"x": value, "y": 1.0} for value in values])
-    found = [value for value in values if value is not None]
+    existing_values = [value for value in values if value is not None]
 
     assert spreads["y"].count == len(values)
-    assert ("x" in spreads) == bool(found)
-    if found:
-        assert spreads["x"] == summarize(found)
+    assert ("x" in spreads) == bool(existing_values)
+    if existing_values:
+        assert spreads["x"] == summarize(existing_values)

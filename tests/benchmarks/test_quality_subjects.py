@@ -9,9 +9,11 @@ from quarc_ref.synth.variants import VARIANTS
 
 def test_the_held_out_sets_rotate_through_the_rig():
     names = [f"cam{index:02}" for index in range(30)]
-    sets = [tuple(int(name[3:]) for name in held_out) for held_out in rotate_held_out(names)]
+    held_out_sets = [
+        tuple(int(name[3:]) for name in held_out) for held_out in rotate_held_out(names)
+    ]
 
-    assert sets == [(1, 11, 21), (3, 13, 23), (5, 15, 25), (7, 17, 27)]
+    assert held_out_sets == [(1, 11, 21), (3, 13, 23), (5, 15, 25), (7, 17, 27)]
 
 
 @given(count=st.integers(4, 60))
@@ -31,10 +33,10 @@ def test_too_few_cameras_are_rejected():
 def test_all_variants_are_traced_and_the_playroom_with_more_cameras_and_pixels():
     options = [parse_traced(name) for name in TRACED]
 
-    assert {it.variant for it in options} == set(VARIANTS)
-    playrooms = [it for it in options if it.variant == "playroom"]
-    assert {it.cameras + 1 for it in playrooms} == {4, 8, 13, 30}
-    assert {(it.width, it.height) for it in playrooms} == {(160, 120), (640, 480)}
+    assert {option.variant for option in options} == set(VARIANTS)
+    playrooms = [option for option in options if option.variant == "playroom"]
+    assert {option.cameras + 1 for option in playrooms} == {4, 8, 13, 30}
+    assert {(option.width, option.height) for option in playrooms} == {(160, 120), (640, 480)}
     assert len(set(TRACED)) == len(TRACED)
 
 
@@ -45,7 +47,7 @@ def test_a_name_states_variant_cameras_and_size():
 
 
 @pytest.mark.parametrize(
-    ("name", "reported"),
+    ("name", "message"),
     [
         ("night", "'night' is not a traced capture: .* one of playroom, bright-stage"),
         ("playroom-x", "not a traced capture"),
@@ -53,6 +55,6 @@ def test_a_name_states_variant_cameras_and_size():
         ("playroom-33x24", "width is 33"),
     ],
 )
-def test_a_name_that_cannot_be_traced_is_rejected(name, reported):
-    with pytest.raises(ValueError, match=reported):
+def test_a_name_that_cannot_be_traced_is_rejected(name, message):
+    with pytest.raises(ValueError, match=message):
         parse_traced(name)

@@ -1,4 +1,4 @@
-"""The whole command on a small capture with an existing stream."""
+"""Tests the command `rate.py` on a small capture with existing streams."""
 
 import json
 import sys
@@ -10,7 +10,7 @@ from rate import command
 from tests.datasets import scenes
 from tests.evaluation.capture_streams import write_stream
 
-FILES = {"rate.csv", "claims.csv", "rate.md", "plane.coders.png"}
+OUTPUT_NAMES = {"rate.csv", "claims.csv", "rate.md", "plane.coders.png"}
 
 
 @pytest.fixture(scope="module")
@@ -20,8 +20,8 @@ def capture(tmp_path_factory):
 
 
 @pytest.fixture
-def streams(capture, tmp_path, monkeypatch):
-    """A folder with both streams, on a machine without npm."""
+def stream_folder(capture, tmp_path, monkeypatch):
+    """A folder with streams of both presets; npm is not on the PATH."""
     monkeypatch.setenv("PATH", str(tmp_path / "nothing"))
     data = write_stream(open_capture(capture).cameras, 4)
     for preset in ("main", "paper"):
@@ -29,43 +29,43 @@ def streams(capture, tmp_path, monkeypatch):
     return tmp_path
 
 
-def _run(monkeypatch, capsys, *arguments):
+def _run_rate(monkeypatch, capsys, *arguments):
     monkeypatch.setattr(sys, "argv", ["rate.py", *map(str, arguments)])
     command.main()
     return capsys.readouterr().out
 
 
-def test_everything_that_needs_no_npm_is_measured(capture, streams, monkeypatch, capsys):
-    options = ("--streams", streams, "--preset", "main", "--json")
-    reported = json.loads(_run(monkeypatch, capsys, capture, *options))
+def test_everything_that_needs_no_npm_is_measured(capture, stream_folder, monkeypatch, capsys):
+    options = ("--streams", stream_folder, "--preset", "main", "--json")
+    report = json.loads(_run_rate(monkeypatch, capsys, capture, *options))
 
-    rows = {(row["preset"], row["coder"]): row for row in reported["rows"]}
+    rows_by_coder = {(row["preset"], row["coder"]): row for row in report["rows"]}
     for coder in ("the file", "zero-order estimate", "lzma-9e", "float32"):
-        assert rows["main", coder]["total"] > 0
+        assert rows_by_coder["main", coder]["total"] > 0
     for coder in ("SPZ", "SOG"):
-        assert rows["main", coder]["remark"] == "unavailable: npm is not installed"
-    size = (streams / "plane.main.quarc").stat().st_size
-    assert rows["paper", "the file"]["total"] == size
-    gain = [
-        claim for claim in reported["claims"] if claim["claim"].startswith("PSNR less the paper")
+        assert rows_by_coder["main", coder]["remark"] == "unavailable: npm is not installed"
+    size = (stream_folder / "plane.main.quarc").stat().st_size
+    assert rows_by_coder["paper", "the file"]["total"] == size
+    gain_claims = [
+        claim for claim in report["claims"] if claim["claim"].startswith("PSNR less the paper")
     ]
-    assert [(claim["is"], claim["holds"]) for claim in gain] == [(0, True)]
-    assert reported["machine"]["cores"] > 0
-    assert {path.name for path in streams.iterdir()} >= FILES
+    assert [(claim["is"], claim["holds"]) for claim in gain_claims] == [(0, True)]
+    assert report["machine"]["cores"] > 0
+    assert {path.name for path in stream_folder.iterdir()} >= OUTPUT_NAMES
 
 
-def test_tables_and_csv_agree(capture, streams, monkeypatch, capsys):
-    options = ("--streams", streams, "--preset", "main", "--no-paper")
-    reported = _run(monkeypatch, capsys, capture, *options)
+def test_tables_and_csv_agree(capture, stream_folder, monkeypatch, capsys):
+    options = ("--streams", stream_folder, "--preset", "main", "--no-paper")
+    printed_text = _run_rate(monkeypatch, capsys, capture, *options)
 
-    assert reported.strip() == (streams / "rate.md").read_text().strip()
-    assert "| plane | main | the file |" in reported
-    assert "| plane | paper |" not in reported
+    assert printed_text.strip() == (stream_folder / "rate.md").read_text().strip()
+    assert "| plane | main | the file |" in printed_text
+    assert "| plane | paper |" not in printed_text
 
 
-def test_quality_of_the_same_bytes_is_measured_once(capture, streams, monkeypatch, capsys):
-    options = ("--streams", streams, "--preset", "main", "--no-paper")
-    first = _run(monkeypatch, capsys, capture, *options)
+def test_quality_of_the_same_bytes_is_measured_once(capture, stream_folder, monkeypatch, capsys):
+    options = ("--streams", stream_folder, "--preset", "main", "--no-paper")
+    first_output = _run_rate(monkeypatch, capsys, capture, *options)
     monkeypatch.setattr("rate.measure.evaluate_stream", None)
 
-    assert _run(monkeypatch, capsys, capture, *options) == first
+    assert _run_rate(monkeypatch, capsys, capture, *options) == first_output

@@ -6,12 +6,12 @@ from hypothesis import strategies as st
 
 from rate.hull import Point, find_upper_hull, measure_gap_to_hull
 
-POINTS = st.lists(
+POINT_LISTS = st.lists(
     st.builds(Point, st.just(""), st.integers(1, 40).map(float), st.integers(0, 40).map(float)),
     min_size=1,
     max_size=12,
 )
-KNOWN = [
+KNOWN_POINTS = [
     Point("a", 1.0, 20.0),
     Point("b", 2.0, 24.0),
     Point("under a-b", 1.5, 21.0),
@@ -22,7 +22,7 @@ KNOWN = [
 
 
 def test_a_known_hull():
-    assert [point.label for point in find_upper_hull(KNOWN)] == ["a", "b", "c"]
+    assert [point.label for point in find_upper_hull(KNOWN_POINTS)] == ["a", "b", "c"]
 
 
 @pytest.mark.parametrize(
@@ -30,48 +30,52 @@ def test_a_known_hull():
     [("a", 0), ("b", 0), ("under a-b", 1.0), ("under b-c", 0.5), ("worse than c at more", 1.0)],
 )
 def test_known_gaps(label, gap):
-    (point,) = [each for each in KNOWN if each.label == label]
+    (point,) = [candidate for candidate in KNOWN_POINTS if candidate.label == label]
 
-    assert measure_gap_to_hull(point, find_upper_hull(KNOWN)) == pytest.approx(gap)
+    assert measure_gap_to_hull(point, find_upper_hull(KNOWN_POINTS)) == pytest.approx(gap)
 
 
-@given(POINTS)
+@given(POINT_LISTS)
 def test_the_hull_contains_points_and_its_slope_falls(points):
     hull = find_upper_hull(points)
-    gains = [
+    slopes = [
         (right.psnr - left.psnr) / (right.kilobytes - left.kilobytes)
         for left, right in pairwise(hull)
     ]
 
     assert set(hull) <= set(points)
-    assert all(gain > 0 for gain in gains)
-    assert gains == sorted(gains, reverse=True)
-    assert len(set(gains)) == len(gains)
+    assert all(slope > 0 for slope in slopes)
+    assert slopes == sorted(slopes, reverse=True)
+    assert len(set(slopes)) == len(slopes)
 
 
-@given(POINTS)
+@given(POINT_LISTS)
 def test_no_point_and_no_mixture_of_two_is_above_the_hull(points):
     hull = find_upper_hull(points)
 
     assert all(measure_gap_to_hull(point, hull) == 0 for point in hull)
-    for one in points:
-        for other in points:
-            middle = Point("", (one.kilobytes + other.kilobytes) / 2, (one.psnr + other.psnr) / 2)
+    for first_point in points:
+        for second_point in points:
+            middle = Point(
+                "",
+                (first_point.kilobytes + second_point.kilobytes) / 2,
+                (first_point.psnr + second_point.psnr) / 2,
+            )
             assert find_upper_hull([*points, middle]) == hull
 
 
-@given(POINTS, st.sampled_from([0.25, 0.5, 2.0]))
+@given(POINT_LISTS, st.sampled_from([0.25, 0.5, 2.0]))
 def test_a_gap_lifts_a_point_onto_the_hull(points, lift):
     hull = find_upper_hull(points)
 
     for point in points:
         gap = measure_gap_to_hull(point, hull)
-        lifted = Point("", point.kilobytes, point.psnr + gap + lift)
-        assert lifted in find_upper_hull([*points, lifted])
+        lifted_point = Point("", point.kilobytes, point.psnr + gap + lift)
+        assert lifted_point in find_upper_hull([*points, lifted_point])
         assert measure_gap_to_hull(Point("", point.kilobytes, point.psnr + gap), hull) <= 1e-9
 
 
-@given(POINTS)
+@given(POINT_LISTS)
 def test_the_best_quality_and_the_lowest_rate_are_on_the_hull(points):
     hull = find_upper_hull(points)
 

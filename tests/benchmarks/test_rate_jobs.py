@@ -13,7 +13,7 @@ JOB = Job(Path("captures/plane"), "main")
 
 
 def test_every_difference_between_jobs_is_in_the_name():
-    different = [
+    different_jobs = [
         JOB,
         replace(JOB, capture=Path("captures/other")),
         replace(JOB, preset="paper"),
@@ -26,13 +26,13 @@ def test_every_difference_between_jobs_is_in_the_name():
     ]
 
     assert JOB.file_name() == "plane.main.quarc"
-    assert len({job.file_name() for job in different}) == len(different)
+    assert len({job.file_name() for job in different_jobs}) == len(different_jobs)
 
 
 def test_many_changes_give_a_valid_file_name():
-    many = tuple((f"motion.setting_{place}", "0.125") for place in range(20))
-    both = [replace(JOB, changes=many), replace(JOB, changes=many[:-1])]
-    names = [job.file_name() for job in both]
+    changes = tuple((f"motion.setting_{number}", "0.125") for number in range(20))
+    different_jobs = [replace(JOB, changes=changes), replace(JOB, changes=changes[:-1])]
+    names = [job.file_name() for job in different_jobs]
 
     assert names[0] != names[1]
     for name in names:
@@ -47,7 +47,7 @@ def test_changes_are_applied_to_the_settings():
     assert (config.motion.lr, config.seed) == (0.5, 7)
 
 
-def _metadata(job):
+def _describe_job(job):
     return describe_encode(make_capture(), job.config(), "cpu")
 
 
@@ -55,13 +55,13 @@ def _metadata(job):
 def test_a_stream_made_with_these_settings_has_no_differences(preset):
     job = replace(JOB, preset=preset)
 
-    assert list_differences(job, _metadata(job)) == []
+    assert list_differences(job, _describe_job(job)) == []
 
 
 def test_a_stream_made_with_other_settings_is_detected():
-    other = replace(JOB, changes=(("motion.lr", "0.5"), ("births.split_iters", "3,4")))
+    other_job = replace(JOB, changes=(("motion.lr", "0.5"), ("births.split_iters", "3,4")))
 
-    assert list_differences(JOB, _metadata(other)) == ["births.split_iters", "motion.lr"]
+    assert list_differences(JOB, _describe_job(other_job)) == ["births.split_iters", "motion.lr"]
     assert list_differences(JOB, {}) == []
 
 

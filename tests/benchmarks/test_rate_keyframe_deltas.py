@@ -18,31 +18,35 @@ def data():
 def test_the_written_frames_are_those_of_the_stream(data, monkeypatch):
     from fourdgs import keyframe_delta_file
 
-    write, written = keyframe_delta_file.write_sequence, []
+    write_sequence, written_files = keyframe_delta_file.write_sequence, []
     monkeypatch.setattr(
-        keyframe_delta_file, "write_sequence", lambda *a, **k: written.append(write(*a, **k)) or b""
+        keyframe_delta_file,
+        "write_sequence",
+        lambda *arguments, **options: (
+            written_files.append(write_sequence(*arguments, **options)) or b""
+        ),
     )
     keyframe_deltas.count_bytes(decode(data))
 
-    assert len(written) == 4
-    for file in written[1::2]:
+    assert len(written_files) == 4
+    for file in written_files[1::2]:
         decoded = keyframe_delta_file.decode_streamed(file)
         assert len(decoded.chunks) == 5
         for chunk, scene in zip(decoded.chunks, decode(data), strict=True):
             order = np.argsort(chunk.state.ids)
             bins = chunk.state.bins[fourdgs.opcode.A_POSITION][order]
             step, origin = decoded.quantization.step_pos, decoded.quantization.pos_origin
-            near = np.abs(bins * step + origin - dequantize(scene).positions)
+            position_errors = np.abs(bins * step + origin - dequantize(scene).positions)
             assert np.array_equal(chunk.state.ids[order], scene.ids)
-            assert near.max() <= 0.51 * step + 1e-6
+            assert position_errors.max() <= 0.51 * step + 1e-6
 
 
 def test_the_settings_with_the_fewest_bytes_are_chosen(data):
-    fewest, defaults = keyframe_deltas.count_bytes(decode(data))
+    best_sizes, default_sizes = keyframe_deltas.count_bytes(decode(data))
 
-    assert fewest.settings != defaults.settings
-    assert fewest.total < defaults.total
-    assert fewest.first < defaults.first
+    assert best_sizes.settings != default_sizes.settings
+    assert best_sizes.total < default_sizes.total
+    assert best_sizes.first < default_sizes.first
 
 
 def test_a_stream_of_one_frame_costs_what_its_first_frame_costs():

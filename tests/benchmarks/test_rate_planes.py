@@ -17,72 +17,72 @@ from rate.planes import (
 )
 from tests.small_streams import make_stream
 
-ROWS = st.lists(st.lists(st.integers(-(1 << 62), 1 << 62), max_size=6), max_size=5)
+ROW_LISTS = st.lists(st.lists(st.integers(-(1 << 62), 1 << 62), max_size=6), max_size=5)
 
 
-def _as_rows(lists):
-    return [np.array(each, dtype=np.int64) for each in lists]
+def _make_arrays(rows):
+    return [np.array(row, dtype=np.int64) for row in rows]
 
 
-def _unpack(data, lists):
-    """Parse rows by the simplest rule: the narrowest type whose range includes the row."""
+def _unpack_rows(data, expected_rows):
+    """Parse packed rows; each row has the narrowest integer type whose range includes it."""
     rows = []
-    for numbers in lists:
+    for row in expected_rows:
         width = next(
             size
             for size in (1, 2, 4, 8)
-            if all(-(1 << 8 * size - 1) <= number < 1 << 8 * size - 1 for number in numbers)
+            if all(-(1 << 8 * size - 1) <= value < 1 << 8 * size - 1 for value in row)
         )
-        taken, data = data[: width * len(numbers)], data[width * len(numbers) :]
+        row_bytes, data = data[: width * len(row)], data[width * len(row) :]
         rows.append(
             [
-                int.from_bytes(taken[start : start + width], "little", signed=True)
-                for start in range(0, len(taken), width)
+                int.from_bytes(row_bytes[start : start + width], "little", signed=True)
+                for start in range(0, len(row_bytes), width)
             ]
         )
     assert not data
     return rows
 
 
-@given(ROWS)
-def test_planes_are_packed_as_narrowly_as_each_row_allows(lists):
-    assert _unpack(pack_planes(_as_rows(lists)), lists) == lists
+@given(ROW_LISTS)
+def test_planes_are_packed_as_narrowly_as_each_row_allows(rows):
+    assert _unpack_rows(pack_planes(_make_arrays(rows)), rows) == rows
 
 
 @pytest.fixture(scope="module")
-def made():
+def states_and_symbols():
     data, states = make_stream(canonical_every=3, frame_count=5)
     return states, list(read_symbols(data))
 
 
-def test_the_symbols_of_every_frame_are_those_of_the_stream(made):
-    states, frames = made
+def test_the_symbols_of_every_frame_are_those_of_the_stream(states_and_symbols):
+    states, frames = states_and_symbols
 
     assert [frame.canonical is not None for frame in frames] == [True, False, False, True, False]
-    for (before, state), frame in zip(pairwise(states), frames[1:], strict=True):
+    for (previous_state, state), frame in zip(pairwise(states), frames[1:], strict=True):
         if frame.canonical is not None:
             assert frame.canonical.count == state.scene.count
             continue
         assert all(map(np.array_equal, frame.motion, state.symbols))
-        newborn = 0 if frame.births is None else frame.births.newborn.count
-        assert newborn == state.next_id - before.next_id
+        birth_count = 0 if frame.births is None else frame.births.newborn.count
+        assert birth_count == state.next_id - previous_state.next_id
 
 
-def test_a_frame_gives_a_block_for_each_kind_it_has(made):
-    _, frames = made
+def test_a_frame_gives_a_block_for_each_kind_it_has(states_and_symbols):
+    _, frames = states_and_symbols
 
     kinds = [set(pack_frame(frame)) for frame in frames]
     assert kinds[:3] == [{"canonical"}, {"motion", "births"}, {"motion"}]
 
 
-def test_symbols_of_motion_take_one_byte_each(made):
-    _, frames = made
+def test_symbols_of_motion_take_one_byte_each(states_and_symbols):
+    _, frames = states_and_symbols
 
     assert len(pack_frame(frames[1])["motion"]) == sum(level.size for level in frames[1].motion)
 
 
-def test_sizes_are_summed_over_frames_by_kind(made):
-    _, frames = made
+def test_sizes_are_summed_over_frames_by_kind(states_and_symbols):
+    _, frames = states_and_symbols
     blocks = [pack_frame(frame) for frame in frames]
 
     sizes = sum_compressed(frames, lambda block: block[::2])
@@ -90,8 +90,8 @@ def test_sizes_are_summed_over_frames_by_kind(made):
         assert sizes[kind] == sum((len(block.get(kind, b"")) + 1) // 2 for block in blocks)
 
 
-def test_floats_are_92_bytes_per_gaussian_and_28_per_anchor(made):
-    _, frames = made
+def test_floats_are_92_bytes_per_gaussian_and_28_per_anchor(states_and_symbols):
+    _, frames = states_and_symbols
     gaussians = sum(frame.canonical.count for frame in frames if frame.canonical)
     newborn = sum(frame.births.newborn.count for frame in frames if frame.births)
     anchors = sum(level.shape[1] for frame in frames for level in frame.motion)

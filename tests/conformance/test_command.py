@@ -10,27 +10,27 @@ import pytest
 from quarc_ref.decoder import compute_digest
 from tests.small_streams import make_stream
 
-_DATA, _STATES = make_stream()
+_STREAM, _STATES = make_stream()
 
 
-@pytest.mark.parametrize(("data", "code"), [(_DATA, 0), (_DATA[:-1], 1)])
+@pytest.mark.parametrize(("data", "code"), [(_STREAM, 0), (_STREAM[:-1], 1)])
 def test_the_command_returns_an_exit_code(data, code, monkeypatch, capsys):
     monkeypatch.setattr(sys, "stdin", types.SimpleNamespace(buffer=io.BytesIO(data)))
     monkeypatch.setattr(sys, "argv", ["quarc_ref.conformance"])
 
-    with pytest.raises(SystemExit) as end:
+    with pytest.raises(SystemExit) as exit_info:
         runpy.run_module("quarc_ref.conformance", run_name="__main__")
 
-    assert end.value.code == code
+    assert exit_info.value.code == code
     assert len(capsys.readouterr().out.splitlines()) == len(_STATES) + code
 
 
 def test_importing_the_command_does_nothing(monkeypatch, capsys):
     monkeypatch.setattr(sys, "stdin", None)
 
-    loaded = runpy.run_module("quarc_ref.conformance.__main__")
+    module_globals = runpy.run_module("quarc_ref.conformance.__main__")
 
-    assert callable(loaded["main"])
+    assert callable(module_globals["main"])
     assert capsys.readouterr().out == ""
 
 
@@ -42,13 +42,13 @@ def test_the_command_prints_a_line_for_each_frame():
         "from quarc_ref.conformance.__main__ import main\n"
         "sys.exit(main())\n"
     )
-    run = [sys.executable, "-c", program]
+    command = [sys.executable, "-c", program]
 
-    whole = subprocess.run(run, input=_DATA, capture_output=True, check=True)
-    cut = subprocess.run(run, input=_DATA[:-1], capture_output=True, check=False)
+    completed = subprocess.run(command, input=_STREAM, capture_output=True, check=True)
+    truncated_run = subprocess.run(command, input=_STREAM[:-1], capture_output=True, check=False)
 
-    lines = [json.loads(line) for line in whole.stdout.splitlines()]
-    assert [line["sha256"] for line in lines] == [compute_digest(s.scene) for s in _STATES]
-    assert [line["gaussians"] for line in lines] == [s.scene.count for s in _STATES]
-    assert cut.returncode == 1
-    assert json.loads(cut.stdout.splitlines()[-1])["refused"] == "truncated"
+    lines = [json.loads(line) for line in completed.stdout.splitlines()]
+    assert [line["sha256"] for line in lines] == [compute_digest(state.scene) for state in _STATES]
+    assert [line["gaussians"] for line in lines] == [state.scene.count for state in _STATES]
+    assert truncated_run.returncode == 1
+    assert json.loads(truncated_run.stdout.splitlines()[-1])["refused"] == "truncated"

@@ -1,4 +1,4 @@
-"""Compares an encoder with its declarations."""
+"""Tests that the runner compares an encoder's stream with its declarations."""
 
 import json
 import subprocess
@@ -16,24 +16,26 @@ REFERENCE = f"{sys.executable} -m quarc_ref.conformance"
 
 
 @pytest.fixture(scope="module")
-def born(tmp_path_factory):
-    """A scene, the declarations of the reference encoder, its stream, and the decoded frames."""
+def encoded_scene(tmp_path_factory):
+    """A scene, the declarations and stream of the reference encoder, and the decoded frames."""
     scene, output = SUITE / "encoder" / "born.json", tmp_path_factory.mktemp("born") / "s.quarc"
     encoder = [sys.executable, str(SUITE / "encoder" / "encode_scene.py"), str(scene), str(output)]
-    declared = subprocess.run(encoder, capture_output=True, text=True, check=True).stdout
+    declared_lines = subprocess.run(encoder, capture_output=True, text=True, check=True).stdout
     stream = output.read_bytes()
     job = json.dumps({"job": "decode", "values": True, "bytes": len(stream)}).encode() + b"\n"
     jobs = [*REFERENCE.split(), "--jobs"]
-    message = subprocess.run(jobs, input=job + stream, capture_output=True, check=True).stdout
-    lines = [json.loads(line) for line in message.splitlines()]
-    return json.loads(scene.read_text()), declared, stream, lines[:-1]
+    decoder_output = subprocess.run(
+        jobs, input=job + stream, capture_output=True, check=True
+    ).stdout
+    lines = [json.loads(line) for line in decoder_output.splitlines()]
+    return json.loads(scene.read_text()), declared_lines, stream, lines[:-1]
 
 
-def judged(born, change):
-    scene, declared, stream, message = born
-    lines = [json.loads(line) for line in declared.splitlines()]
+def judge_changed_lines(encoded_scene, change):
+    scene, declared_lines, stream, decoded_frames = encoded_scene
+    lines = [json.loads(line) for line in declared_lines.splitlines()]
     change(lines)
-    return judge_encoder(scene, lines, stream, message).name
+    return judge_encoder(scene, lines, stream, decoded_frames).name
 
 
 @pytest.mark.parametrize(
@@ -49,24 +51,24 @@ def judged(born, change):
         (lambda lines: lines[-1]["bounds"].update(shift=1e-9), "bounds"),
     ],
 )
-def test_declared_properties_must_hold(born, change, verdict):
-    assert judged(born, change) == verdict
+def test_declared_properties_must_hold(encoded_scene, change, verdict):
+    assert judge_changed_lines(encoded_scene, change) == verdict
 
 
-def test_a_higher_level_than_needed_is_detected(born):
-    scene, declared, stream, message = born
-    lines = [json.loads(line) for line in declared.splitlines()]
+def test_a_higher_level_than_needed_is_detected(encoded_scene):
+    scene, declared_lines, stream, decoded_frames = encoded_scene
+    lines = [json.loads(line) for line in declared_lines.splitlines()]
     lines[-1]["level"] = 20
-    raised = stream[:38] + b"\x14" + stream[39:]
+    changed_stream = stream[:38] + b"\x14" + stream[39:]
 
-    assert judge_encoder(scene, lines, raised, message).name == "level"
+    assert judge_encoder(scene, lines, changed_stream, decoded_frames).name == "level"
 
 
-def test_a_rejected_stream_is_reported(born):
-    scene, declared, stream, message = born
-    lines = [json.loads(line) for line in declared.splitlines()]
+def test_a_rejected_stream_is_reported(encoded_scene):
+    scene, declared_lines, stream, decoded_frames = encoded_scene
+    lines = [json.loads(line) for line in declared_lines.splitlines()]
 
-    verdict = judge_encoder(scene, lines, stream, [*message, {"refused": "field"}])
+    verdict = judge_encoder(scene, lines, stream, [*decoded_frames, {"refused": "field"}])
 
     assert verdict.name == "refused"
 
@@ -74,17 +76,17 @@ def test_a_rejected_stream_is_reported(born):
 def test_an_encoder_that_writes_nothing_fails(tmp_path):
     program = tmp_path / "encoder.py"
     program.write_text("")
-    run = [sys.executable, str(SUITE / "run.py"), "--decoder", REFERENCE]
+    command = [sys.executable, str(SUITE / "run.py"), "--decoder", REFERENCE]
 
-    done = subprocess.run(
-        [*run, "--encoder", f"{sys.executable} {program}"],
+    completed = subprocess.run(
+        [*command, "--encoder", f"{sys.executable} {program}"],
         capture_output=True,
         text=True,
         check=False,
     )
 
-    assert done.returncode == 1
-    assert f"silent {len(SCENES)}" in done.stdout
+    assert completed.returncode == 1
+    assert f"silent {len(SCENES)}" in completed.stdout
 
 
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)

@@ -1,4 +1,4 @@
-"""The mutants apply to the current decoder, and their verdicts are correct."""
+"""Tests that the mutants apply to the current decoder, and that their verdicts are correct."""
 
 from pathlib import Path
 
@@ -9,28 +9,28 @@ from mutants import MUTANTS
 from run_mutants import CATEGORIES, Outcome, copy_with_mutant, describe, summarize_categories
 
 ROOT = Path(__file__).resolve().parents[2]
-MINIMUM = 20
+MIN_MUTANTS = 20
 
 
 @pytest.mark.parametrize("mutant", MUTANTS, ids=lambda mutant: mutant.name)
 def test_every_text_to_replace_occurs_exactly_once(mutant):
-    for file, old, new in mutant.edits:
+    for file, old_text, new_text in mutant.edits:
         source = (ROOT / "quarc_ref" / file).read_text("utf-8")
 
-        assert source.count(old) == 1, old
-        assert compile(source.replace(old, new), file, "exec")
+        assert source.count(old_text) == 1, old_text
+        assert compile(source.replace(old_text, new_text), file, "exec")
 
 
 def test_there_are_many_mutants_and_one_specific_to_each_category():
-    assert len(MUTANTS) >= MINIMUM
+    assert len(MUTANTS) >= MIN_MUTANTS
     assert {mutant.only_category for mutant in MUTANTS} - {""} == set(CATEGORIES)
 
 
 def test_a_mutant_that_does_not_apply_is_an_error(tmp_path):
-    stray = Mutant("stray", (("format/coding/ans.py", "no such text", ""),))
+    mutant = Mutant("stray", (("format/coding/ans.py", "no such text", ""),))
 
     with pytest.raises(ValueError, match="0 times"):
-        copy_with_mutant(stray, ROOT / "quarc_ref", tmp_path)
+        copy_with_mutant(mutant, ROOT / "quarc_ref", tmp_path)
 
 
 def test_a_surviving_mutant_is_reported_and_fails():
@@ -41,8 +41,8 @@ def test_a_surviving_mutant_is_reported_and_fails():
 
 
 def test_an_unneeded_category_fails():
-    alone = Mutant("lonely", (), only_category="traps")
+    mutant = Mutant("lonely", (), only_category="traps")
 
-    assert summarize_categories([Outcome(alone, {"traps": "a"})])[1] is True
-    assert summarize_categories([Outcome(alone, {"traps": "a", "unit": "b"})])[1] is False
-    assert summarize_categories([Outcome(alone, {"unit": "b"})])[1] is False
+    assert summarize_categories([Outcome(mutant, {"traps": "a"})])[1] is True
+    assert summarize_categories([Outcome(mutant, {"traps": "a", "unit": "b"})])[1] is False
+    assert summarize_categories([Outcome(mutant, {"unit": "b"})])[1] is False
