@@ -1,4 +1,4 @@
-"""Runs the command in this process."""
+"""Runs command lines of quarc-ref in this process, and reads their output."""
 
 import json
 
@@ -9,7 +9,7 @@ from quarc_ref.export.sidecar import SIDECAR_NAME as SIDECAR
 from quarc_ref.files import MARKER_NAME, growing_folder
 from tests.cli.schemas import validate
 
-# A few iterations of everything: the pictures are bad, but the stream is complete.
+# A few iterations of each training stage: the pictures are bad, but the stream is complete.
 TINY = {
     "canonical.lambda_dssim": 0.2,  # more would leave Gaussians half transparent
     "canonical.iterations": 8,
@@ -27,36 +27,36 @@ TINY_OPTIONS = [part for key, value in TINY.items() for part in ("--set", f"{key
 
 
 def run(*arguments):
-    """Run a command line; tracebacks fail the test."""
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    """Run a command line; fails if the command prints a traceback."""
+    result = CliRunner().invoke(app, [str(value) for value in arguments])
     assert "Traceback" not in result.stderr
     assert result.exception is None or isinstance(result.exception, SystemExit)
     return result
 
 
 def run_json(*arguments):
-    """Return the output of a command with --json, which must be only JSON."""
+    """Run a command line with --json, and return the validated output without its schema name."""
     result = run(*arguments, "--json")
     assert result.exit_code == 0, result.stderr
     return read_json(result.stdout)
 
 
 def read_json(text):
-    """Validate JSON against the schema that it names, and return the rest."""
-    printed_output = json.loads(text)
-    validate(printed_output)
-    del printed_output["schema"]
-    return printed_output
+    """Validate JSON text against the schema that it names; return the object without that name."""
+    document = json.loads(text)
+    validate(document)
+    del document["schema"]
+    return document
 
 
 def list_names(folder):
-    """The sorted contents of a folder, without the marker and the sidecar."""
+    """Return the sorted names in a folder, except the marker and the sidecar."""
     return sorted(path.name for path in folder.iterdir() if path.name not in (MARKER_NAME, SIDECAR))
 
 
 def make_folder(path, *names, text="old"):
-    """Make a folder like the command does, with small files."""
-    with growing_folder(path) as made:
+    """Make a folder with small text files and a marker, as the command does."""
+    with growing_folder(path) as output_folder:
         for name in names:
-            made.write(name, text.encode())
+            output_folder.write(name, text.encode())
     return path

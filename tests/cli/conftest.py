@@ -1,4 +1,4 @@
-"""A small stream and a small capture for several tests, which must not write into them."""
+"""A small stream and small captures that several tests share; tests must not change them."""
 
 from types import SimpleNamespace
 
@@ -22,23 +22,23 @@ def _plain_terminal():
 
 @pytest.fixture(scope="session", autouse=True)
 def _no_cuda():
-    """Use the CPU for all tests: they test the command, not the device."""
+    """Use the CPU for all tests."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("torch.cuda.is_available", lambda: False)
         yield
 
 
 @pytest.fixture(scope="session")
-def made():
-    """A stream of given records: its file, bytes and states."""
+def small_stream():
+    """The bytes and the decoded states of a small hand-made stream."""
     data, states = make_stream()
     return SimpleNamespace(data=data, states=states)
 
 
 @pytest.fixture
-def stream_file(made, tmp_path):
+def stream_file(small_stream, tmp_path):
     path = tmp_path / "small.quarc"
-    path.write_bytes(made.data)
+    path.write_bytes(small_stream.data)
     return path
 
 
@@ -51,7 +51,7 @@ def capture(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def recordings(tmp_path_factory):
-    """A folder of six videos without poses: enough to calibrate, and quick."""
+    """A folder of six videos without poses, which `calibrate` processes quickly."""
     folder = tmp_path_factory.mktemp("recorded") / "bare"
     write_recordings(folder)
     for video in sorted(folder.iterdir())[6:]:
@@ -61,7 +61,7 @@ def recordings(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def encoded_stream(tmp_path_factory, capture):
-    """The output of `encode --json` for the capture, and the file."""
+    """The stream file that `encode --json` wrote for the capture, and the JSON output."""
     file = tmp_path_factory.mktemp("encoded") / "plane.quarc"
-    printed_output = run_json("encode", capture, "-o", file, *TINY_OPTIONS)
-    return SimpleNamespace(file=file, printed=printed_output)
+    json_output = run_json("encode", capture, "-o", file, *TINY_OPTIONS)
+    return SimpleNamespace(file=file, json_output=json_output)

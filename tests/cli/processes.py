@@ -1,11 +1,11 @@
-"""Runs the command in separate processes, for pipes and growing files."""
+"""Runs command lines in separate processes, for tests of pipes and growing files."""
 
 import subprocess
 import sys
 
 COMMAND = [sys.executable, "-c", "from quarc_ref.cli.app import main; main()"]
 
-# Writes a stream frame by frame, one for each line of input, and reports each frame.
+# Writes a frame of a stream for each line of standard input, and prints its ordinal.
 SLOW_ENCODER = """
 import sys
 from quarc_ref.encoder.closed_loop import ClosedLoop
@@ -34,6 +34,6 @@ def run_piped(*arguments, data=b""):
 
 
 def start(*arguments, program=None, **pipes):
-    """Start a command line, or a program with its arguments."""
+    """Start the command, or Python code in its place, with arguments; return the process."""
     command = COMMAND if program is None else [sys.executable, "-c", program]
     return subprocess.Popen([*command, *map(str, arguments)], **pipes)

@@ -1,4 +1,4 @@
-"""Every verb of the command, with the preparations for tests under stress."""
+"""A table of all verbs, and faults for tests: full disks, read-only folders, missing rights."""
 
 import os
 import shlex
@@ -15,36 +15,36 @@ _PUSH = "quarc_ref.streams.decode_stream.StreamDecoder.push"
 _WRITE = "quarc_ref.streams.stream_writer.StreamWriter.write"
 _WRITE_FRAME = "quarc_ref.files.OutputFolder.write"
 _PLY = shlex.quote(str(Path(__file__).parents[1] / "hostile/seeds/gaussians/degree-1.ply"))
-_TINY = shlex.join(TINY_OPTIONS)
+_TINY_ARGUMENTS = shlex.join(TINY_OPTIONS)
 
 
 @dataclass(frozen=True)
 class Verb:
-    """Input and output of a verb.
+    """How a test calls a verb, and what the verb writes.
 
     Attributes:
-        line: Its arguments; `{stream}`, `{encoded}`, `{capture}` and `{recordings}` stand for
-            inputs, `{out}` for the output.
-        makes: "file", "folder", or nothing.
-        middle: Function that is called in the middle of its work.
-        leaves: Names that may remain next to the target, for resuming.
-        needs: A package that it requires.
+        line: Arguments of the verb; `{stream}`, `{encoded}`, `{capture}` and `{recordings}` stand
+            for inputs, `{out}` for the output.
+        output_kind: "file" or "folder"; None if the verb writes neither.
+        interrupted_function: Dotted name of a function that the verb calls repeatedly.
+        leftover_names: Names that an interrupted verb may leave next to the target for resuming.
+        required_package: Package without which the test is skipped.
     """
 
     line: str
-    makes: str | None
-    middle: str
-    leaves: tuple[str, ...] = ()
-    needs: str = "numpy"
+    output_kind: str | None
+    interrupted_function: str
+    leftover_names: tuple[str, ...] = ()
+    required_package: str = "numpy"
 
     @property
-    def reads(self) -> list[str]:
-        """Names of its inputs."""
+    def input_names(self) -> list[str]:
+        """Names of the inputs in the verb's arguments."""
         return [name for name in ("stream", "encoded", "capture") if f"{{{name}}}" in self.line]
 
-    def fill(self, places: dict[str, object]) -> list[str]:
-        """Return the arguments."""
-        return [word.format(**places) for word in shlex.split(self.line)]
+    def fill_arguments(self, paths: dict[str, object]) -> list[str]:
+        """Return the arguments with paths in place of names in braces."""
+        return [argument.format(**paths) for argument in shlex.split(self.line)]
 
 
 VERBS = {
@@ -52,13 +52,13 @@ VERBS = {
         "{recordings} -o {out} --sync none --moments 1",
         "folder",
         "quarc_ref.calibration.features.Features._extract",
-        needs="pycolmap",
+        required_package="pycolmap",
     ),
     "encode": Verb(
-        f"{{capture}} -o {{out}} --frames 2 {_TINY}",
+        f"{{capture}} -o {{out}} --frames 2 {_TINY_ARGUMENTS}",
         "file",
         _WRITE,
-        leaves=("out.part", "out.part.training"),
+        leftover_names=("out.part", "out.part.training"),
     ),
     "import": Verb(f"{_PLY} -o {{out}}", "file", _WRITE),
     "doctor": Verb("{capture}", None, "quarc_ref.encoder.checks.recording._downscale"),
@@ -80,7 +80,7 @@ VERBS = {
         "{encoded} {encoded} --capture {capture} --report {out}",
         "folder",
         _PUSH,
-        needs="bjontegaard",
+        required_package="bjontegaard",
     ),
     "synth": Verb(
         "{out} --width 16 --height 16 --frames 1",
@@ -88,21 +88,23 @@ VERBS = {
         "quarc_ref.synth.write_capture.write_video",
     ),
     "demo": Verb(
-        f"-o {{out}} --frames 2 {_TINY}",
+        f"-o {{out}} --frames 2 {_TINY_ARGUMENTS}",
         "folder",
         "quarc_ref.synth.write_capture.write_video",
     ),
 }
-OUTPUT_VERBS = [name for name, verb in VERBS.items() if verb.makes]
-INPUTS_BY_VERB = [(name, what) for name, verb in VERBS.items() for what in verb.reads]
+OUTPUT_VERBS = [name for name, verb in VERBS.items() if verb.output_kind]
+INPUTS_BY_VERB = [
+    (name, input_name) for name, verb in VERBS.items() for input_name in verb.input_names
+]
 
 
 @contextmanager
 def mount_small_disk(folder: Path, options: str):
-    """Mount a small file system in a folder; skips if that is not permitted."""
-    mount = ["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(folder)]
+    """Mount a small file system in a folder; skips the test if mounting is not permitted."""
+    command = ["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(folder)]
     try:
-        completed = subprocess.run(mount, capture_output=True, text=True, check=False)
+        completed = subprocess.run(command, capture_output=True, text=True, check=False)
     except OSError as error:
         pytest.skip(f"no disk can be mounted here: {error}")
     if completed.returncode:
@@ -115,7 +117,7 @@ def mount_small_disk(folder: Path, options: str):
 
 @contextmanager
 def readonly_folder(folder: Path):
-    """A folder in which nothing can be created, not even by the superuser."""
+    """Make a folder read-only, even for the superuser, within the context."""
     if os.geteuid() == 0:
         with mount_small_disk(folder, "ro"):
             yield folder
@@ -127,8 +129,8 @@ def readonly_folder(folder: Path):
         folder.chmod(0o755)
 
 
-def fill_up(folder: Path) -> None:
-    """Fill a disk completely."""
+def fill_disk(folder: Path) -> None:
+    """Fill the disk of a folder completely."""
     with (folder / "filler").open("wb", buffering=0) as file:
         try:
             while file.write(bytes(4096)):
@@ -139,7 +141,7 @@ def fill_up(folder: Path) -> None:
 
 @contextmanager
 def drop_privileges():
-    """Give up the superuser's right to read all files."""
+    """Run as an unprivileged user within the context."""
     if os.geteuid() != 0:
         yield
         return

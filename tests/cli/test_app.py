@@ -12,7 +12,7 @@ VERBS = [
     *("encode", "decode", "verify", "info", "inspect", "cut", "join"),
     *("view", "publish", "render", "eval", "synth", "demo"),
 ]
-HEAVY = {"torch", "cv2", "matplotlib", "scipy", "numba", "av", "pycolmap", "gsplat"}
+HEAVY_PACKAGES = {"torch", "cv2", "matplotlib", "scipy", "numba", "av", "pycolmap", "gsplat"}
 
 _LIST_MODULES = """
 import json, sys
@@ -26,7 +26,7 @@ finally:
 
 
 def _list_loaded_modules(*arguments):
-    """The modules that a command line loads in a separate process."""
+    """Return the top-level modules that a command line loads in a separate process."""
     program = [sys.executable, "-c", _LIST_MODULES, *map(str, arguments)]
     completed = subprocess.run(program, capture_output=True, text=True, check=True)
     return set(json.loads(completed.stderr.splitlines()[-1]))
@@ -70,24 +70,29 @@ def test_an_invalid_command_line_is_a_usage_error(arguments):
 def test_an_invalid_value_of_an_option_is_rejected_in_plain_words(arguments, message, stream_file):
     result = run("render", stream_file, "-o", "out", *arguments)
 
-    words = " ".join(result.stderr.replace("\u2502", " ").split())
+    messages = " ".join(result.stderr.replace("\u2502", " ").split())
     assert result.exit_code == 2
-    assert f"Invalid value for '{arguments[0]}'" in words
-    assert message in words
-    assert "Value error" not in words
+    assert f"Invalid value for '{arguments[0]}'" in messages
+    assert message in messages
+    assert "Value error" not in messages
 
 
 def test_help_loads_no_slow_modules():
-    assert not _list_loaded_modules("--help") & (HEAVY | {"numpy", "construct", "constriction"})
+    assert not _list_loaded_modules("--help") & (
+        HEAVY_PACKAGES | {"numpy", "construct", "constriction"}
+    )
     assert not _list_loaded_modules("encode", "--help") & (
-        HEAVY | {"numpy", "construct", "constriction"}
+        HEAVY_PACKAGES | {"numpy", "construct", "constriction"}
     )
 
 
 @pytest.mark.parametrize("verb", ["info", "verify", "inspect"])
 def test_verbs_that_need_only_a_stream_load_no_image_libraries(verb, stream_file):
-    assert not _list_loaded_modules(verb, stream_file, "--json") & HEAVY
+    assert not _list_loaded_modules(verb, stream_file, "--json") & HEAVY_PACKAGES
 
 
 def test_decoding_loads_no_image_libraries(stream_file, tmp_path):
-    assert not _list_loaded_modules("decode", stream_file, "-o", tmp_path / "out", "--json") & HEAVY
+    assert (
+        not _list_loaded_modules("decode", stream_file, "-o", tmp_path / "out", "--json")
+        & HEAVY_PACKAGES
+    )

@@ -1,4 +1,4 @@
-"""Outputs that are closed or full, in a separate process."""
+"""Tests of standard output and error that are closed or full, in separate processes."""
 
 import os
 import signal
@@ -9,13 +9,17 @@ import pytest
 from tests.cli.processes import COMMAND
 
 # Python flushes its buffers when it ends; unbuffered output has nothing to flush.
-_BUFFERED = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+_BUFFERED_ENVIRONMENT = {
+    name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"
+}
 
 
-def _run(redirection, *arguments):
-    """Run a command line with outputs redirected by a shell; return exit code and messages."""
+def _run_redirected(redirection, *arguments):
+    """Run a command line with shell redirections; return the exit code and standard error."""
     command = ["sh", "-c", f'"$@" {redirection}', "sh", *COMMAND, *map(str, arguments)]
-    completed = subprocess.run(command, capture_output=True, env=_BUFFERED, timeout=60, check=False)
+    completed = subprocess.run(
+        command, capture_output=True, env=_BUFFERED_ENVIRONMENT, timeout=60, check=False
+    )
     return completed.returncode, completed.stderr.decode()
 
 
@@ -31,19 +35,21 @@ def _run(redirection, *arguments):
 def test_a_stream_is_verified_even_if_standard_output_fails(
     redirection, code, message, stream_file
 ):
-    assert _run(redirection, "verify", stream_file, "--json", "-q") == (code, message)
+    assert _run_redirected(redirection, "verify", stream_file, "--json", "-q") == (code, message)
 
 
-@pytest.mark.parametrize("environment", [_BUFFERED, _BUFFERED | {"PYTHONUNBUFFERED": "1"}])
+@pytest.mark.parametrize(
+    "environment", [_BUFFERED_ENVIRONMENT, _BUFFERED_ENVIRONMENT | {"PYTHONUNBUFFERED": "1"}]
+)
 @pytest.mark.parametrize(
     "arguments", [["inspect"], ["info", "--json"], ["cut", "--frames", ":", "-o", "-"]]
 )
 def test_a_closed_pipe_ends_a_verb_with_the_exit_code_of_sigpipe(
     arguments, environment, stream_file
 ):
-    reading, writing = os.pipe()
-    os.close(reading)
-    with os.fdopen(writing, "wb") as pipe:
+    read_end, write_end = os.pipe()
+    os.close(read_end)
+    with os.fdopen(write_end, "wb") as pipe:
         command = [*COMMAND, arguments[0], str(stream_file), *arguments[1:]]
         completed = subprocess.run(
             command, stdout=pipe, stderr=subprocess.PIPE, env=environment, timeout=60, check=False
@@ -54,11 +60,13 @@ def test_a_closed_pipe_ends_a_verb_with_the_exit_code_of_sigpipe(
 
 def test_standard_error_can_be_a_closed_pipe(stream_file):
     stream_file.write_bytes(stream_file.read_bytes()[:-1])
-    reading, writing = os.pipe()
-    os.close(reading)
-    with os.fdopen(writing, "wb") as pipe:
+    read_end, write_end = os.pipe()
+    os.close(read_end)
+    with os.fdopen(write_end, "wb") as pipe:
         command = [*COMMAND, "verify", str(stream_file)]
-        completed = subprocess.run(command, stderr=pipe, env=_BUFFERED, timeout=60, check=False)
+        completed = subprocess.run(
+            command, stderr=pipe, env=_BUFFERED_ENVIRONMENT, timeout=60, check=False
+        )
 
     assert completed.returncode == 1
 
@@ -66,7 +74,7 @@ def test_standard_error_can_be_a_closed_pipe(stream_file):
 def test_a_bad_stream_is_reported_even_if_all_output_fails(stream_file):
     stream_file.write_bytes(stream_file.read_bytes()[:-1])
 
-    code, message = _run(">/dev/full", "verify", stream_file, "--json", "-q")
+    code, message = _run_redirected(">/dev/full", "verify", stream_file, "--json", "-q")
     assert code == 1
     assert "truncated" in message
-    assert _run(">&- 2>&-", "verify", stream_file)[0] == 1
+    assert _run_redirected(">&- 2>&-", "verify", stream_file)[0] == 1

@@ -10,36 +10,38 @@ from tests.cli.commands import run
 from tests.docs.pages import ROOT
 
 
-def _split_names(meanings):
-    return {name for names in meanings for name in names.split(", ")}
+def _split_names(explanations):
+    return {name for names in explanations for name in names.split(", ")}
 
 
 def test_every_column_of_eval_and_compare_is_explained():
     assert {heading for heading, _, _ in COLUMNS} <= _split_names(EVAL_COLUMNS)
-    explained_names = _split_names(COMPARE_COLUMNS) | {"is"}  # under `entry`
+    explained_names = _split_names(COMPARE_COLUMNS) | {
+        "is"
+    }  # the column `is` is explained in the row of `entry`
     assert {heading for heading, _, _ in METRIC_COLUMNS} | set(POINT_COLUMNS) <= explained_names
 
 
 def test_every_kind_of_bytes_that_info_prints_is_explained(stream_file):
-    printed_output = describe_stream(inspect_stream(stream_file.read_bytes()))
+    rows = describe_stream(inspect_stream(stream_file.read_bytes()))
 
     assert set(KINDS) | {"anchors", "overhead", "KB per frame"} <= _split_names(INFO_ROWS) & set(
-        printed_output
+        rows
     )
 
 
 @pytest.mark.parametrize(
-    ("verb", "meanings", "guide"),
+    ("verb", "explanations", "guide"),
     [
         ("eval", EVAL_COLUMNS, "comparing"),
         ("compare", COMPARE_COLUMNS, "comparing"),
         ("info", INFO_ROWS, "streams"),
     ],
 )
-def test_help_and_guide_have_a_line_for_each(verb, meanings, guide):
-    printed_output = " ".join(run(verb, "--help").stdout.split())
+def test_help_and_guide_have_a_line_for_each(verb, explanations, guide):
+    help_text = " ".join(run(verb, "--help").stdout.split())
     text = (ROOT / "docs" / "guides" / f"{guide}.md").read_text("utf-8")
 
-    for name, meaning in meanings.items():
-        assert f"{name}: {meaning}" in printed_output
-        assert all(f"`{item}`" in text for item in name.split(", ")), name
+    for name, explanation in explanations.items():
+        assert f"{name}: {explanation}" in help_text
+        assert all(f"`{row_name}`" in text for row_name in name.split(", ")), name

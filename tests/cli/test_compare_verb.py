@@ -4,28 +4,32 @@ import shutil
 import pytest
 import torch
 
-from quarc_ref.evaluation import lpips as module
+from quarc_ref.evaluation import lpips as lpips_module
 from tests.cli.commands import list_names, run, run_json
 
 
 @pytest.fixture(scope="module")
-def plys(encoded_stream, tmp_path_factory):
+def ply_folder(encoded_stream, tmp_path_factory):
     folder = tmp_path_factory.mktemp("plys") / "theirs"
     assert run("decode", encoded_stream.file, "-o", folder, "--to", "ply").exit_code == 0
     return folder
 
 
 @pytest.fixture(scope="module")
-def measured(encoded_stream, plys, capture, tmp_path_factory):
-    """The output of `compare --json --report`, and the report's folder."""
+def output_and_report(encoded_stream, ply_folder, capture, tmp_path_factory):
+    """The JSON output of `compare --report`, and the folder of the report."""
     folder = tmp_path_factory.mktemp("compare") / "report"
-    entries = [f"ours@a={encoded_stream.file}", f"ours@a={encoded_stream.file}", f"theirs={plys}"]
+    entries = [
+        f"ours@a={encoded_stream.file}",
+        f"ours@a={encoded_stream.file}",
+        f"theirs={ply_folder}",
+    ]
     return run_json("compare", *entries, "--capture", capture, "--report", folder), folder
 
 
-def test_compare_shows_the_figures_of_eval_side_by_side(measured, encoded_stream, capture):
-    printed_output, _ = measured
-    own_point, other_point = printed_output["points"]
+def test_compare_shows_the_figures_of_eval_side_by_side(output_and_report, encoded_stream, capture):
+    json_output, _ = output_and_report
+    own_point, other_point = json_output["points"]
     evaluation = run_json("eval", encoded_stream.file, capture)
 
     assert (own_point["method"], own_point["point"], own_point["runs"]) == ("ours", "a", 2)
@@ -40,18 +44,18 @@ def test_compare_shows_the_figures_of_eval_side_by_side(measured, encoded_stream
     assert other_point["quality"]["psnr"] == pytest.approx(own_point["quality"]["psnr"], abs=1e-4)
     assert (
         other_point["paired"]["pairs"]
-        == len(printed_output["frames"]) * len(printed_output["cameras"])
+        == len(json_output["frames"]) * len(json_output["cameras"])
         == 3
     )
-    assert printed_output["bd"] == []
+    assert json_output["bd"] == []
 
 
-def test_the_report_has_a_page_with_pictures_and_tables(measured):
-    printed_output, folder = measured
+def test_the_report_has_a_page_with_pictures_and_tables(output_and_report):
+    json_output, folder = output_and_report
     page = (folder / "index.html").read_text("utf-8")
     listed_names = set(re.findall(r"view\d_\d\.png", page))
 
-    assert printed_output["report"] == str(folder / "index.html")
+    assert json_output["report"] == str(folder / "index.html")
     assert listed_names == {name for name in list_names(folder) if name.endswith(".png")}
     assert len(listed_names) == 3 * 4  # views of the truth and three entries
     assert {"points.csv", "views.csv"} < set(list_names(folder))
@@ -60,8 +64,8 @@ def test_the_report_has_a_page_with_pictures_and_tables(measured):
     assert "psnr: psnr" not in page
 
 
-def test_a_table_is_printed_without_json(encoded_stream, plys, capture):
-    result = run("compare", encoded_stream.file, plys, "--capture", capture, "--frames", "1:")
+def test_a_table_is_printed_without_json(encoded_stream, ply_folder, capture):
+    result = run("compare", encoded_stream.file, ply_folder, "--capture", capture, "--frames", "1:")
 
     assert result.exit_code == 0, result.stderr
     assert re.search(r"^plane +stream +1 +\d+\.\d\d", result.stdout, re.MULTILINE)
@@ -70,10 +74,10 @@ def test_a_table_is_printed_without_json(encoded_stream, plys, capture):
 
 def test_without_labels_two_files_of_the_same_name_are_distinguished(encoded_stream, tmp_path):
     (tmp_path / "other").mkdir()
-    other = shutil.copy(encoded_stream.file, tmp_path / "other")
-    printed_output = run_json("compare", encoded_stream.file, encoded_stream.file, other)
+    other_file = shutil.copy(encoded_stream.file, tmp_path / "other")
+    json_output = run_json("compare", encoded_stream.file, encoded_stream.file, other_file)
 
-    assert printed_output["points"][-1]["method"] == str(other)
+    assert json_output["points"][-1]["method"] == str(other_file)
 
 
 def test_equal_pictures_count_as_100_db_and_are_reported(encoded_stream):
@@ -86,50 +90,52 @@ def test_equal_pictures_count_as_100_db_and_are_reported(encoded_stream):
 
 def test_renders_have_the_given_size_in_bytes(encoded_stream, capture, tmp_path):
     run("render", encoded_stream.file, "--to", "png", "-o", tmp_path / "drawn")
-    printed_output = run_json(
+    json_output = run_json(
         "compare", encoded_stream.file, tmp_path / "drawn", "--capture", capture,
         "--bytes", f"{tmp_path / 'drawn'}=3072",
     )  # fmt: skip
 
-    assert printed_output["points"][1]["kind"] == "renders"
-    assert printed_output["points"][1]["kb_per_frame"] == 1
+    assert json_output["points"][1]["kind"] == "renders"
+    assert json_output["points"][1]["kb_per_frame"] == 1
 
 
 @pytest.fixture(scope="module")
 def weights(tmp_path_factory):
-    """Weights of LPIPS with their real names, for a much smaller network."""
+    """A file of LPIPS weights with the real names and much smaller tensors."""
     state = {f"scaling_layer.{name}": torch.ones(1, 3, 1, 1) for name in ("shift", "scale")}
-    for place, layers in enumerate(module._SLICES):
+    for slice_index, layers in enumerate(lpips_module._SLICES):
         for layer in layers:
             input_channels = 3 if layer == 0 else 2
-            state[f"net.slice{place + 1}.{layer}.weight"] = torch.ones(2, input_channels, 3, 3) / 18
-            state[f"net.slice{place + 1}.{layer}.bias"] = torch.tensor([0.1, 2.0])
-        state[f"lin{place}.model.1.weight"] = torch.ones(1, 2, 1, 1)
+            state[f"net.slice{slice_index + 1}.{layer}.weight"] = (
+                torch.ones(2, input_channels, 3, 3) / 18
+            )
+            state[f"net.slice{slice_index + 1}.{layer}.bias"] = torch.tensor([0.1, 2.0])
+        state[f"lin{slice_index}.model.1.weight"] = torch.ones(1, 2, 1, 1)
     path = tmp_path_factory.mktemp("weights") / "lpips.pth"
     torch.save(state, path)
     return path
 
 
-def test_lpips_is_measured_if_weights_are_given(encoded_stream, plys, capture, weights):
+def test_lpips_is_measured_if_weights_are_given(encoded_stream, ply_folder, capture, weights):
     comparison = run_json(
-        "compare", encoded_stream.file, plys, "--capture", capture, "--lpips", weights
+        "compare", encoded_stream.file, ply_folder, "--capture", capture, "--lpips", weights
     )
     evaluation = run_json("eval", encoded_stream.file, capture, "--lpips", weights)
 
     assert comparison["points"][0]["quality"]["lpips"] == evaluation["quality"]["mean"]["lpips"] > 0
-    for printed_output in (comparison, evaluation):
-        assert "VGG16" in printed_output["metrics"]["lpips"]
+    for json_output in (comparison, evaluation):
+        assert "VGG16" in json_output["metrics"]["lpips"]
     assert evaluation["protocol"]["metrics"] == evaluation["metrics"]
 
 
 def test_eval_measures_the_requested_frames(encoded_stream, capture, tmp_path):
-    whole = run_json("eval", encoded_stream.file, capture)
-    part = run_json(
+    all_frames = run_json("eval", encoded_stream.file, capture)
+    requested_frames = run_json(
         "eval", encoded_stream.file, capture, "--frames", "1:3", "--report", tmp_path / "report"
     )
 
-    assert part["psnr_per_frame"] == whole["psnr_per_frame"][1:3]
-    assert part["protocol"]["frames"] == 2
+    assert requested_frames["psnr_per_frame"] == all_frames["psnr_per_frame"][1:3]
+    assert requested_frames["protocol"]["frames"] == 2
     assert run("eval", encoded_stream.file, capture, "--frames", "3:").exit_code == 2
 
 
@@ -148,8 +154,8 @@ def test_eval_measures_the_requested_frames(encoded_stream, capture, tmp_path):
 )
 def test_entries_that_cannot_be_compared_are_a_usage_error(line, message, encoded_stream, tmp_path):
     (tmp_path / "empty").mkdir()
-    places = {"stream": encoded_stream.file, "out": tmp_path / "out", "empty": tmp_path / "empty"}
-    result = run("compare", *line.format(**places).split(), "--report", tmp_path / "report")
+    paths = {"stream": encoded_stream.file, "out": tmp_path / "out", "empty": tmp_path / "empty"}
+    result = run("compare", *line.format(**paths).split(), "--report", tmp_path / "report")
 
     assert result.exit_code == 2
     assert message in " ".join(result.stderr.replace("│", " ").split())
@@ -157,10 +163,10 @@ def test_entries_that_cannot_be_compared_are_a_usage_error(line, message, encode
 
 
 def test_a_stream_of_another_capture_is_compared_only_on_request(encoded_stream, capture, tmp_path):
-    other = shutil.copytree(capture, tmp_path / "plane")
-    shutil.copy(other / "cam01.mp4", other / "cam00.mp4")
-    line = ["compare", encoded_stream.file, encoded_stream.file, "--capture", other]
+    other_capture = shutil.copytree(capture, tmp_path / "plane")
+    shutil.copy(other_capture / "cam01.mp4", other_capture / "cam00.mp4")
+    line = ["compare", encoded_stream.file, encoded_stream.file, "--capture", other_capture]
 
-    refused_run, accepted_run = run(*line), run(*line, "--other-capture")
-    assert (refused_run.exit_code, accepted_run.exit_code) == (2, 0)
-    assert "made from another capture" in refused_run.stderr
+    rejected_run, accepted_run = run(*line), run(*line, "--other-capture")
+    assert (rejected_run.exit_code, accepted_run.exit_code) == (2, 0)
+    assert "made from another capture" in rejected_run.stderr

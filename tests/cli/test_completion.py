@@ -1,4 +1,4 @@
-"""Completions that a shell shows when Tab is pressed."""
+"""Tests of shell completion."""
 
 import os
 import subprocess
@@ -11,7 +11,7 @@ from tests.cli.processes import COMMAND
 
 
 def _run_with_environment(*arguments, **environment):
-    """The output of the command in an environment."""
+    """Run the command with environment variables, and return its standard output."""
     command, variables = [*COMMAND, *arguments], os.environ | environment
     completed = subprocess.run(command, env=variables, capture_output=True, text=True, check=True)
     assert completed.stderr == ""
@@ -19,10 +19,10 @@ def _run_with_environment(*arguments, **environment):
 
 
 def _complete(line):
-    """The completions of bash for the last word of a line, which may be empty."""
-    last = str(len(line.split(" ")) - 1)
+    """Return the bash completions for the last word of a line, which may be empty."""
+    word_index = str(len(line.split(" ")) - 1)
     return _run_with_environment(
-        COMP_WORDS=line, COMP_CWORD=last, _QUARC_REF_COMPLETE="complete_bash"
+        COMP_WORDS=line, COMP_CWORD=word_index, _QUARC_REF_COMPLETE="complete_bash"
     ).split()
 
 

@@ -12,18 +12,18 @@ from tests.cli.commands import list_names, make_folder, read_json, run, run_json
 
 @pytest.mark.parametrize("kind", ["ply", "npz"])
 def test_decode_writes_the_output_of_the_exporters_for_every_frame(
-    kind, stream_file, made, tmp_path
+    kind, stream_file, small_stream, tmp_path
 ):
-    printed_output = run_json("decode", stream_file, "-o", tmp_path / "out", "--to", kind)
+    json_output = run_json("decode", stream_file, "-o", tmp_path / "out", "--to", kind)
 
     names = [f"frame_{frame:04}.{kind}" for frame in range(4)]
     sidecar = "sequence.json"
-    assert printed_output == {"folder": str(tmp_path / "out"), "files": names, "sidecar": sidecar}
+    assert json_output == {"folder": str(tmp_path / "out"), "files": names, "sidecar": sidecar}
     assert list_names(tmp_path / "out") == names
-    for name, state in zip(names, made.states, strict=True):
+    for name, state in zip(names, small_stream.states, strict=True):
         splats = dequantize(state.scene)
-        exported = build_ply(splats) if kind == "ply" else build_npz(state.scene, splats)
-        assert (tmp_path / "out" / name).read_bytes() == exported
+        expected_data = build_ply(splats) if kind == "ply" else build_npz(state.scene, splats)
+        assert (tmp_path / "out" / name).read_bytes() == expected_data
 
 
 @pytest.mark.parametrize(
@@ -31,10 +31,10 @@ def test_decode_writes_the_output_of_the_exporters_for_every_frame(
     [(":", [0, 1, 2, 3]), ("2:", [2, 3]), (":1", [0]), ("1:3", [1, 2]), ("3:99", [3]), ("0", [0])],
 )
 def test_a_range_of_frames_is_decoded_alone(frames, expected_frames, stream_file, tmp_path):
-    printed_output = run_json("decode", stream_file, "-o", tmp_path / "out", "--frames", frames)
+    json_output = run_json("decode", stream_file, "-o", tmp_path / "out", "--frames", frames)
 
-    assert printed_output["files"] == [f"frame_{frame:04}.ply" for frame in expected_frames]
-    assert list_names(tmp_path / "out") == printed_output["files"]
+    assert json_output["files"] == [f"frame_{frame:04}.ply" for frame in expected_frames]
+    assert list_names(tmp_path / "out") == json_output["files"]
 
 
 @pytest.mark.parametrize("frames", ["4:", "9:12", "3:1", "2:2", "a:b", "4", "", "-1:2", "1:2:3"])
@@ -46,11 +46,11 @@ def test_an_empty_range_writes_nothing(frames, stream_file, tmp_path):
     assert list_names(tmp_path) == ["small.quarc"]
 
 
-def test_a_growing_stream_gives_the_requested_frames(stream_file, made, tmp_path):
-    stream_file.write_bytes(made.data[:-60])
-    printed_output = run_json("decode", stream_file, "-o", tmp_path / "out", "--frames", "0:2")
+def test_a_growing_stream_gives_the_requested_frames(stream_file, small_stream, tmp_path):
+    stream_file.write_bytes(small_stream.data[:-60])
+    json_output = run_json("decode", stream_file, "-o", tmp_path / "out", "--frames", "0:2")
 
-    assert printed_output["files"] == ["frame_0000.ply", "frame_0001.ply"]
+    assert json_output["files"] == ["frame_0000.ply", "frame_0001.ply"]
 
 
 def test_a_single_file_has_the_given_name(stream_file, tmp_path, monkeypatch):
@@ -64,10 +64,10 @@ def test_a_single_file_has_the_given_name(stream_file, tmp_path, monkeypatch):
 
 
 def test_a_damaged_stream_leaves_no_folder_behind_and_keeps_the_old_one(
-    stream_file, made, tmp_path
+    stream_file, small_stream, tmp_path
 ):
     make_folder(tmp_path / "out", "frame_0000.ply")
-    stream_file.write_bytes(made.data[:-1])
+    stream_file.write_bytes(small_stream.data[:-1])
 
     assert run("decode", stream_file, "-o", tmp_path / "new").exit_code == 1
     assert run("decode", stream_file, "-o", tmp_path / "out", "--force").exit_code == 1
@@ -80,53 +80,53 @@ def test_frames_of_another_decode_are_replaced_only_on_request(stream_file, tmp_
     assert run(*command).exit_code == 0
 
     rejected_run = run(*command, "--frames", "1:2")
-    kept_contents = list_names(tmp_path / "out")
+    names_after_rejection = list_names(tmp_path / "out")
     forced_run = run(*command, "--frames", "1:2", "--to", "npz", "--force")
 
     assert rejected_run.exit_code == 2
     assert "--force" in rejected_run.stderr
-    assert len(kept_contents) == 4
+    assert len(names_after_rejection) == 4
     assert forced_run.exit_code == 0
     assert list_names(tmp_path / "out") == ["frame_0001.npz"]
 
 
-def test_decoded_arrays_are_those_of_the_scene(stream_file, made, tmp_path):
+def test_decoded_arrays_are_those_of_the_scene(stream_file, small_stream, tmp_path):
     run("decode", stream_file, "-o", tmp_path / "out", "--to", "npz", "--frames", "3:4")
 
     with np.load(tmp_path / "out" / "frame_0003.npz", allow_pickle=False) as arrays:
-        assert np.array_equal(arrays["state_positions"], made.states[3].scene.positions)
+        assert np.array_equal(arrays["state_positions"], small_stream.states[3].scene.positions)
 
 
-@pytest.mark.parametrize(("options", "end"), [([], "/4"), (["--follow"], "")])
+@pytest.mark.parametrize(("options", "total_text"), [([], "/4"), (["--follow"], "")])
 def test_progress_counts_frames_even_if_their_number_is_unknown(
-    options, end, stream_file, tmp_path, monkeypatch
+    options, total_text, stream_file, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(output, "_SECONDS_BETWEEN_LINES", 0.0)
 
-    reports = run("decode", stream_file, "-o", tmp_path / "out", *options).stderr
+    messages = run("decode", stream_file, "-o", tmp_path / "out", *options).stderr
 
-    assert reports.splitlines() == [f"decode {frame}{end}" for frame in range(1, 5)]
+    assert messages.splitlines() == [f"decode {frame}{total_text}" for frame in range(1, 5)]
 
 
 def test_the_sidecar_has_rate_axes_and_cameras_as_in_its_schema(stream_file, tmp_path):
     run("decode", stream_file, "-o", tmp_path / "out", "--frames", "2:")
-    reports = read_json((tmp_path / "out" / "sequence.json").read_text())
+    sidecar = read_json((tmp_path / "out" / "sequence.json").read_text())
 
-    assert reports["files"].format(frame=2) == "frame_0002.ply"
-    assert (reports["first_frame"], reports["frames_per_second"]) == (2, 30)
-    assert (reports["up"], reports["up_is_known"]) == ("-y", False)
-    assert [camera["name"] for camera in reports["cameras"]] == ["cam00"]
+    assert sidecar["files"].format(frame=2) == "frame_0002.ply"
+    assert (sidecar["first_frame"], sidecar["frames_per_second"]) == (2, 30)
+    assert (sidecar["up"], sidecar["up_is_known"]) == ("-y", False)
+    assert [camera["name"] for camera in sidecar["cameras"]] == ["cam00"]
 
 
 def test_all_frames_go_into_one_file_if_the_format_allows_it(stream_file, tmp_path):
     pytest.importorskip("fourdgs")
-    in_folder = run_json("decode", stream_file, "-o", tmp_path / "out", "--to", "4dgs")
-    alone = run_json("decode", stream_file, "-o", tmp_path / "all.4dgs")
+    folder_output = run_json("decode", stream_file, "-o", tmp_path / "out", "--to", "4dgs")
+    file_output = run_json("decode", stream_file, "-o", tmp_path / "all.4dgs")
 
-    assert in_folder["files"] == ["frames.4dgs"]
-    assert alone == {"folder": str(tmp_path), "files": ["all.4dgs"], "sidecar": None}
-    made = tmp_path / "out" / "frames.4dgs"
-    assert made.read_bytes() == (tmp_path / "all.4dgs").read_bytes()
+    assert folder_output["files"] == ["frames.4dgs"]
+    assert file_output == {"folder": str(tmp_path), "files": ["all.4dgs"], "sidecar": None}
+    file_in_folder = tmp_path / "out" / "frames.4dgs"
+    assert file_in_folder.read_bytes() == (tmp_path / "all.4dgs").read_bytes()
 
 
 def test_a_missing_library_is_named_with_the_extra_that_installs_it(

@@ -25,23 +25,21 @@ def test_a_capture_that_cannot_be_opened_is_a_finding(incomplete_capture):
 
 def test_findings_are_in_the_json(incomplete_capture):
     result = run("doctor", incomplete_capture, "--json")
-    printed_output = read_json(result.stdout)
+    json_output = read_json(result.stdout)
 
     assert result.exit_code == 1
-    assert (printed_output["capture"], printed_output["forecast"]) == (None, None)
-    assert [item["kind"] for item in printed_output["findings"]] == ["count-mismatch"]
+    assert (json_output["capture"], json_output["forecast"]) == (None, None)
+    assert [finding["kind"] for finding in json_output["findings"]] == ["count-mismatch"]
 
 
 def test_a_valid_capture_is_described_and_forecast(capture):
-    printed_output = read_json(
-        run("doctor", capture, "--quick", "--preset", "demo", "--json").stdout
-    )
+    json_output = read_json(run("doctor", capture, "--quick", "--preset", "demo", "--json").stdout)
 
-    assert [camera["name"] for camera in printed_output["capture"]["cameras"]] == [
+    assert [camera["name"] for camera in json_output["capture"]["cameras"]] == [
         shot.name for shot in scenes.make_shots()
     ]
-    assert printed_output["capture"]["frames"] == 3
-    forecast = printed_output["forecast"]
+    assert json_output["capture"]["frames"] == 3
+    forecast = json_output["forecast"]
     assert forecast["seconds"] == pytest.approx(
         forecast["seconds_of_first"] + 2 * forecast["seconds_per_frame"]
     )
@@ -53,8 +51,8 @@ def test_the_preset_of_the_forecast_is_named(capture, preset):
     options = ["--preset", preset] if preset != "main" else []
 
     assert f"encoding takes ({preset})" in run("doctor", capture, "--quick", *options).stdout
-    printed_output = read_json(run("doctor", capture, "--quick", *options, "--json").stdout)
-    assert printed_output["forecast"]["preset"] == preset
+    json_output = read_json(run("doctor", capture, "--quick", *options, "--json").stdout)
+    assert json_output["forecast"]["preset"] == preset
 
 
 def test_an_unknown_held_out_camera_is_a_usage_error(capture):
@@ -70,5 +68,5 @@ def test_masks_have_their_own_findings(capture, tmp_path):
     for name, size, kind in (("left", (64, 48), "mask-name"), ("cam01", (8, 8), "mask-size")):
         mask = np.full((*size[::-1], 3), 255, np.uint8)
         scenes.write_picture(folder / "masks" / f"{name}.png", mask)
-        printed_output = read_json(run("doctor", folder, "--quick", "--json").stdout)
-        assert [item["kind"] for item in printed_output["findings"]] == [kind]
+        json_output = read_json(run("doctor", folder, "--quick", "--json").stdout)
+        assert [finding["kind"] for finding in json_output["findings"]] == [kind]

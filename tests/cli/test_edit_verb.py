@@ -1,4 +1,4 @@
-"""`edit`: its results, its report of how it edited, and its errors."""
+"""Tests of `edit`: edited streams, printed methods, and errors."""
 
 import pytest
 
@@ -7,31 +7,34 @@ from tests.cli.commands import list_names, run, run_json
 
 
 def test_colors_are_changed_exactly(stream_file, tmp_path):
-    out = tmp_path / "out.quarc"
-    printed_output = run_json("edit", stream_file, "-o", out, "--recolor", "gain=1.5")
+    edited_file = tmp_path / "out.quarc"
+    json_output = run_json("edit", stream_file, "-o", edited_file, "--recolor", "gain=1.5")
 
-    assert printed_output["method"] == "exact"
-    assert printed_output["bounds"] is printed_output["errors"] is None
-    assert (printed_output["frames"], printed_output["bytes"]) == (4, out.stat().st_size)
+    assert json_output["method"] == "exact"
+    assert json_output["bounds"] is json_output["errors"] is None
+    assert (json_output["frames"], json_output["bytes"]) == (4, edited_file.stat().st_size)
 
 
-def test_other_edits_are_fitted_again_within_bounds(stream_file, made, tmp_path):
-    out = tmp_path / "out.quarc"
-    printed_output = run_json("edit", stream_file, "-o", out, "--crop", "-0.2,-1,-1,1,1,1")
+def test_other_edits_are_fitted_again_within_bounds(stream_file, small_stream, tmp_path):
+    edited_file = tmp_path / "out.quarc"
+    json_output = run_json("edit", stream_file, "-o", edited_file, "--crop", "-0.2,-1,-1,1,1,1")
 
-    assert printed_output["method"] == "fitted"
-    for name, error in printed_output["errors"].items():
-        assert error <= printed_output["bounds"][name] * 1.001
-    counts = [scene.count for scene in decode(out.read_bytes())]
-    assert all(0 < few < state.scene.count for few, state in zip(counts, made.states, strict=True))
+    assert json_output["method"] == "fitted"
+    for name, error in json_output["errors"].items():
+        assert error <= json_output["bounds"][name] * 1.001
+    counts = [scene.count for scene in decode(edited_file.read_bytes())]
+    assert all(
+        0 < count < state.scene.count
+        for count, state in zip(counts, small_stream.states, strict=True)
+    )
 
 
 def test_the_table_says_which_kind_of_edit_it_was(stream_file, tmp_path):
-    exact = run("edit", stream_file, "-o", tmp_path / "a.quarc", "--recolor", "red=0.1")
-    fitted = run("edit", stream_file, "-o", tmp_path / "b.quarc", "--drop", "0,0,0,0.05")
+    exact_edit = run("edit", stream_file, "-o", tmp_path / "a.quarc", "--recolor", "red=0.1")
+    fitted_edit = run("edit", stream_file, "-o", tmp_path / "b.quarc", "--drop", "0,0,0,0.05")
 
-    assert "exact, in integers" in exact.stdout
-    assert "fitted again" in fitted.stdout
+    assert "exact, in integers" in exact_edit.stdout
+    assert "fitted again" in fitted_edit.stdout
 
 
 @pytest.mark.parametrize(

@@ -18,22 +18,22 @@ def long_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("frames", "first", "last"),
+    ("frames", "start", "stop"),
     [(":", 0, 9), ("3:6", 3, 6), ("6:", 6, 9), (":4", 0, 4), ("3:99", 3, 9), ("3", 3, 4)],
 )
 def test_a_cut_has_the_frames_of_the_range_with_their_ordinals(
-    frames, first, last, long_file, tmp_path
+    frames, start, stop, long_file, tmp_path
 ):
-    printed_output = run_json("cut", long_file, "--frames", frames, "-o", tmp_path / "cut.quarc")
+    json_output = run_json("cut", long_file, "--frames", frames, "-o", tmp_path / "cut.quarc")
 
     data = (tmp_path / "cut.quarc").read_bytes()
-    assert printed_output == {
+    assert json_output == {
         "file": str(tmp_path / "cut.quarc"),
-        "frames": last - first,
+        "frames": stop - start,
         "bytes": len(data),
     }
-    found = [(scene.frame, compute_digest(scene)) for scene in decode(data)]
-    assert found == list(enumerate(_DIGESTS))[first:last]
+    frames_and_digests = [(scene.frame, compute_digest(scene)) for scene in decode(data)]
+    assert frames_and_digests == list(enumerate(_DIGESTS))[start:stop]
 
 
 def test_the_joined_parts_equal_the_whole(long_file, tmp_path):
@@ -41,10 +41,10 @@ def test_the_joined_parts_equal_the_whole(long_file, tmp_path):
     for frames in (":3", "3:6", "6:"):
         parts.append(tmp_path / f"{len(parts)}.quarc")
         assert run("cut", long_file, "--frames", frames, "-o", parts[-1]).exit_code == 0
-    shown = run("join", *parts, "-o", tmp_path / "joined.quarc")
+    result = run("join", *parts, "-o", tmp_path / "joined.quarc")
 
-    assert shown.exit_code == 0
-    assert f"{len(_DATA):,} bytes" in shown.stdout
+    assert result.exit_code == 0
+    assert f"{len(_DATA):,} bytes" in result.stdout
     assert (tmp_path / "joined.quarc").read_bytes() == _DATA
 
 
@@ -69,8 +69,8 @@ def test_an_impossible_cut_is_a_usage_error_and_writes_nothing(
 
 
 def test_streams_that_do_not_match_are_a_usage_error_that_names_the_reason(long_file, tmp_path):
-    other, _ = make_stream(StreamHeader(position_step=3), frame_count=1)
-    (tmp_path / "other.quarc").write_bytes(other)
+    other_data, _ = make_stream(StreamHeader(position_step=3), frame_count=1)
+    (tmp_path / "other.quarc").write_bytes(other_data)
     result = run("join", long_file, tmp_path / "other.quarc", "-o", tmp_path / "joined.quarc")
 
     assert result.exit_code == 2
@@ -80,11 +80,11 @@ def test_streams_that_do_not_match_are_a_usage_error_that_names_the_reason(long_
 
 def test_a_damaged_stream_is_neither_cut_nor_joined(long_file, tmp_path):
     long_file.write_bytes(_DATA[:-1])
-    cut = run("cut", long_file, "--frames", "6:", "-o", tmp_path / "a.quarc")
-    joined = run("join", long_file, long_file, "-o", tmp_path / "b.quarc")
+    cut_run = run("cut", long_file, "--frames", "6:", "-o", tmp_path / "a.quarc")
+    join_run = run("join", long_file, long_file, "-o", tmp_path / "b.quarc")
 
-    assert (cut.exit_code, joined.exit_code) == (1, 1)
-    assert "truncated" in cut.stderr
+    assert (cut_run.exit_code, join_run.exit_code) == (1, 1)
+    assert "truncated" in cut_run.stderr
     assert list_names(tmp_path) == ["long.quarc"]
 
 
@@ -102,19 +102,19 @@ def test_an_existing_target_is_replaced_only_with_force(verb, long_file, tmp_pat
     command = [verb, long_file, "-o", target, *(["--frames", ":"] if verb == "cut" else [])]
 
     rejected_run = run(*command)
-    kept_contents = target.read_bytes()
+    data_after_rejection = target.read_bytes()
     forced_run = run(*command, "--force")
 
-    assert (rejected_run.exit_code, kept_contents) == (2, b"mine")
+    assert (rejected_run.exit_code, data_after_rejection) == (2, b"mine")
     assert forced_run.exit_code == 0
     assert target.read_bytes() == _DATA
 
 
 def test_the_usage_of_join_shows_several_streams_once():
-    usage = run("join", "-h").stdout.split("Write")[0]
+    usage_text = run("join", "-h").stdout.split("Write")[0]
 
-    assert "FILE}..." in usage
-    assert usage.count("...") == 1
+    assert "FILE}..." in usage_text
+    assert usage_text.count("...") == 1
 
 
 def test_join_cannot_read_a_pipe_twice(long_file, tmp_path):

@@ -1,4 +1,4 @@
-"""Findings of `encode` for captures that cannot give good pictures."""
+"""Tests of the findings of `encode` for captures with problems."""
 
 import json
 
@@ -16,8 +16,8 @@ _TRAINING_FINDING = Finding("first-frame-coarse", "the first frame is coarse")
 
 
 @pytest.fixture
-def found(monkeypatch):
-    """Add a finding before and one after training to every encode."""
+def added_findings(monkeypatch):
+    """Add a finding before training and a finding after training to every encode."""
     monkeypatch.setattr(encode_options, "check_capture", lambda _: [_FINDING])
     monkeypatch.setattr(encode_stream, "check_first_frame", lambda *_: [_TRAINING_FINDING])
 
@@ -26,7 +26,7 @@ def _make_command(capture, file, *options):
     return ["encode", capture, "-o", file, *TINY_OPTIONS, "--frames", 2, *options]
 
 
-@pytest.mark.usefixtures("found")
+@pytest.mark.usefixtures("added_findings")
 def test_findings_are_printed_on_stderr_and_listed_in_json(capture, tmp_path):
     result = run(*_make_command(capture, tmp_path / "a.quarc", "--json", "--quiet"))
 
@@ -36,38 +36,38 @@ def test_findings_are_printed_on_stderr_and_listed_in_json(capture, tmp_path):
         "quarc-ref: warning: the first frame is coarse",
     ]
     assert json.loads(result.stdout)["findings"] == [
-        {"kind": item.kind, "message": item.message, "cameras": list(item.cameras)}
-        for item in (_FINDING, _TRAINING_FINDING)
+        {"kind": finding.kind, "message": finding.message, "cameras": list(finding.cameras)}
+        for finding in (_FINDING, _TRAINING_FINDING)
     ]
 
 
-@pytest.mark.usefixtures("found")
+@pytest.mark.usefixtures("added_findings")
 def test_without_checks_only_the_first_frame_is_checked(capture, tmp_path):
-    printed_output = run_json(*_make_command(capture, tmp_path / "a.quarc", "--no-checks"))
+    json_output = run_json(*_make_command(capture, tmp_path / "a.quarc", "--no-checks"))
 
-    assert [finding["kind"] for finding in printed_output["findings"]] == ["first-frame-coarse"]
+    assert [finding["kind"] for finding in json_output["findings"]] == ["first-frame-coarse"]
 
 
-@pytest.mark.usefixtures("found")
+@pytest.mark.usefixtures("added_findings")
 def test_findings_of_a_piped_encode_are_printed_on_stderr(capture):
     result = run(*_make_command(capture, "-"))
 
     assert result.stderr.count("warning: ") == 2
 
 
-def _run_here(function, jobs, *_):
-    """Do the same as `run_jobs`, without processes."""
+def _run_jobs_in_process(function, jobs, *_):
+    """Run jobs as `run_jobs` does, but in this process."""
     return [function(job.argument) for job in jobs]
 
 
-@pytest.mark.usefixtures("found")
+@pytest.mark.usefixtures("added_findings")
 def test_a_capture_in_segments_is_checked_once_and_each_first_frame_too(
     capture, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(segments, "run_jobs", _run_here)
-    printed_output = run_json(*_make_command(capture, tmp_path / "a.quarc", "--segments", 2))
+    monkeypatch.setattr(segments, "run_jobs", _run_jobs_in_process)
+    json_output = run_json(*_make_command(capture, tmp_path / "a.quarc", "--segments", 2))
 
-    assert [finding["message"] for finding in printed_output["findings"]] == [
+    assert [finding["message"] for finding in json_output["findings"]] == [
         "the pictures of cam02 are elsewhere",
         "frames 0 to 0: the first frame is coarse",
         "frames 1 to 1: the first frame is coarse",
@@ -83,10 +83,10 @@ def capture_with_two_cameras(tmp_path):
 
 @pytest.fixture
 def capture_with_lost_points(tmp_path):
-    """A capture whose points are behind all cameras or far away."""
+    """A capture whose initial points are outside all views."""
     points = scenes.make_plane_points()
-    far = type(points)(points.positions + np.float32(1e4), points.colors)
-    return scenes.write_n3dv(tmp_path / "lost", scenes.make_shots(), 2, far)
+    distant_points = type(points)(points.positions + np.float32(1e4), points.colors)
+    return scenes.write_n3dv(tmp_path / "lost", scenes.make_shots(), 2, distant_points)
 
 
 @pytest.mark.parametrize("options", [[], ["--segments", 2]])
@@ -102,11 +102,11 @@ def test_one_training_camera_is_rejected_before_any_work(
 
 
 def test_one_training_camera_is_encoded_without_checks(capture_with_two_cameras, tmp_path):
-    printed_output = run_json(
+    json_output = run_json(
         *_make_command(capture_with_two_cameras, tmp_path / "a.quarc", "--no-checks")
     )
 
-    assert printed_output["frames"] == 2
+    assert json_output["frames"] == 2
 
 
 def test_points_outside_all_views_are_rejected(capture_with_lost_points, tmp_path):

@@ -5,7 +5,7 @@ import shutil
 import pytest
 
 from quarc_ref.cli import encode_monitors
-from quarc_ref.cli import output as shown
+from quarc_ref.cli import output as output_module
 from quarc_ref.decoder import StreamDecoder
 from quarc_ref.encoder import encode_stream
 from quarc_ref.encoder.settings.presets import choose_preset, list_settings
@@ -24,19 +24,19 @@ def _read_cameras(path):
 
 
 def test_a_capture_is_encoded_and_the_stream_verified(encoded_stream):
-    assert encoded_stream.printed["frames"] == 3
+    assert encoded_stream.json_output["frames"] == 3
     assert run_json("verify", encoded_stream.file) == {
         "valid": True,
         "frames": 3,
-        "state_sha256": encoded_stream.printed["state_sha256"],
+        "state_sha256": encoded_stream.json_output["state_sha256"],
     }
     assert len(list(decode(encoded_stream.file.read_bytes()))) == 3
 
 
 def test_encode_prints_the_same_as_info(encoded_stream):
-    assert encoded_stream.printed["seconds"] > 0
-    assert encoded_stream.printed["file"] == str(encoded_stream.file)
-    assert encoded_stream.printed.items() >= run_json("info", encoded_stream.file).items()
+    assert encoded_stream.json_output["seconds"] > 0
+    assert encoded_stream.json_output["file"] == str(encoded_stream.file)
+    assert encoded_stream.json_output.items() >= run_json("info", encoded_stream.file).items()
 
 
 def test_options_of_the_capture_are_applied(capture, tmp_path):
@@ -52,14 +52,14 @@ def test_options_of_the_capture_are_applied(capture, tmp_path):
 
 
 def test_progress_goes_to_stderr(capture, tmp_path, monkeypatch):
-    monkeypatch.setattr(shown, "_SECONDS_BETWEEN_LINES", 0.0)
+    monkeypatch.setattr(output_module, "_SECONDS_BETWEEN_LINES", 0.0)
     result = run("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, "--frames", 2)
 
     lines = result.stderr.splitlines()
-    (canonical,) = (line for line in lines if line.startswith("canonical 8/8: "))
-    (frames,) = (line for line in lines if line.startswith("frames 2/2: "))
-    assert re.search(r"\d dB train, \d+ Gaussians, \d+ s left$", canonical)
-    assert re.search(r"\d dB train, \d+ Gaussians, [\d.]+ KB, 0 s left$", frames)
+    (canonical_line,) = (line for line in lines if line.startswith("canonical 8/8: "))
+    (frames_line,) = (line for line in lines if line.startswith("frames 2/2: "))
+    assert re.search(r"\d dB train, \d+ Gaussians, \d+ s left$", canonical_line)
+    assert re.search(r"\d dB train, \d+ Gaussians, [\d.]+ KB, 0 s left$", frames_line)
     assert "canonical 8/8" not in result.stdout
 
 
@@ -67,8 +67,10 @@ def test_a_long_encode_forecasts_its_time_and_size_at_the_start(capture, tmp_pat
     monkeypatch.setattr(encode_monitors, "_MIN_ANNOUNCED_SECONDS", 0.0)
     result = run("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, "--frames", 2)
 
-    first = result.stderr.splitlines()[0]
-    assert re.match(r"2 frames of plane, 3 training cameras: about \d+ s, and [\d.e-]+ MB", first)
+    first_line = result.stderr.splitlines()[0]
+    assert re.match(
+        r"2 frames of plane, 3 training cameras: about \d+ s, and [\d.e-]+ MB", first_line
+    )
 
 
 def test_every_step_and_frame_is_a_line_of_json(capture, encoded_stream, tmp_path):
@@ -86,7 +88,7 @@ def test_every_step_and_frame_is_a_line_of_json(capture, encoded_stream, tmp_pat
     assert [frame["frame"] for frame in frames] == [0, 1, 2]
     assert [frame["kind"] for frame in frames] == ["canonical", "moved", "moved"]
     assert [step["step"] for step in steps] == list(range(1, 9))
-    assert frames[-1]["gaussians"] == encoded_stream.printed["gaussians"]
+    assert frames[-1]["gaussians"] == encoded_stream.json_output["gaussians"]
     assert sum(frame["byte_count"] for frame in frames) < file.stat().st_size
     assert file.read_bytes() == encoded_stream.file.read_bytes()
 
@@ -94,13 +96,13 @@ def test_every_step_and_frame_is_a_line_of_json(capture, encoded_stream, tmp_pat
 def test_an_existing_log_is_replaced_by_force_and_continued_by_resume(capture, tmp_path):
     log, file = tmp_path / "log.jsonl", tmp_path / "a.quarc"
     log.write_text("mine\n")
-    line = ["encode", capture, "-o", file, *TINY_OPTIONS, "--frames", 1, "--log-json", log]
+    command = ["encode", capture, "-o", file, *TINY_OPTIONS, "--frames", 1, "--log-json", log]
 
-    rejected_run = run(*line)
+    rejected_run = run(*command)
     assert (rejected_run.exit_code, log.read_text()) == (2, "mine\n")
-    assert run(*line, "--resume").exit_code == 0
+    assert run(*command, "--resume").exit_code == 0
     assert log.read_text("utf-8").splitlines()[0] == "mine"
-    assert run(*line, "--force").exit_code == 0
+    assert run(*command, "--force").exit_code == 0
     assert "mine" not in log.read_text("utf-8")
 
 
@@ -113,10 +115,10 @@ def test_tensorboard_shows_losses_and_sizes(capture, encoded_stream, tmp_path):
     events = EventAccumulator(str(folder))
     events.Reload()
 
-    assert [item.step for item in events.Scalars("canonical/loss")] == list(range(1, 9))
-    assert [item.step for item in events.Scalars("motion/train PSNR")] == list(range(1, 7))
+    assert [event.step for event in events.Scalars("canonical/loss")] == list(range(1, 9))
+    assert [event.step for event in events.Scalars("motion/train PSNR")] == list(range(1, 7))
     assert len(events.Scalars("frame/bytes")) == 3
-    assert [item.step for item in events.Images("frame/train view")] == [0, 1, 2]
+    assert [event.step for event in events.Images("frame/train view")] == [0, 1, 2]
     assert file.read_bytes() == encoded_stream.file.read_bytes()
 
 
@@ -168,10 +170,10 @@ def test_a_bad_option_is_a_usage_error_and_writes_nothing(options, message, capt
 
 @pytest.fixture
 def capture_of_uneven_length(capture, tmp_path):
-    """The capture, with the video of one camera one frame shorter."""
+    """A copy of the capture in which the video of one camera is a frame shorter."""
     folder = shutil.copytree(capture, tmp_path / "uneven")
     shot = scenes.make_shots()[2]
-    scenes.write_video(folder / "cam03.mp4", [scenes.render(shot, moment) for moment in (0, 1)])
+    scenes.write_video(folder / "cam03.mp4", [scenes.render(shot, frame) for frame in (0, 1)])
     return folder
 
 
@@ -191,11 +193,11 @@ def test_the_common_frames_of_all_videos_are_encoded_and_measured(
     capture_of_uneven_length, tmp_path
 ):
     file = tmp_path / "a.quarc"
-    printed_output = run_json(
+    json_output = run_json(
         "encode", capture_of_uneven_length, "-o", file, *TINY_OPTIONS, "--frames", 2
     )
 
-    assert printed_output["frames"] == 2
+    assert json_output["frames"] == 2
     assert len(run_json("eval", file, capture_of_uneven_length)["psnr_per_frame"]) == 2
 
 
@@ -206,12 +208,12 @@ def test_the_settings_are_listed_without_a_capture():
     assert result.exit_code == 0
     assert rows[0] == ["KEY", "in main", "in demo", "in paper", "values", "description"]
     assert [row[0] for row in rows[1:]] == list(dict(list_settings(choose_preset("main"))))
-    rates = [row for row in rows if row[0] == "motion.lr"]
+    lr_rows = [row for row in rows if row[0] == "motion.lr"]
     message = (
         "Learning rate of motion residuals at anchor level 1, the finest, in world units "
         "(paper: 5e-4)."
     )
-    assert rates == [["motion.lr", "0.001", "0.001", "0.0005", "a number at least 0", message]]
+    assert lr_rows == [["motion.lr", "0.001", "0.001", "0.0005", "a number at least 0", message]]
 
 
 def test_a_missing_device_is_a_usage_error(capture, tmp_path):
@@ -247,11 +249,11 @@ def test_an_existing_output_is_rejected_before_anything_is_read(tmp_path):
 
 def test_every_nth_frame_can_be_canonical_as_the_metadata_states(capture, tmp_path):
     every = ["--keyframe-interval", 1, "--frames", 3]
-    printed_output = run_json("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, *every)
+    json_output = run_json("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, *every)
     frames = run_json("inspect", tmp_path / "a.quarc")["per_frame"]
 
     assert [frame["kind"] for frame in frames] == ["canonical"] * 3
-    assert "canonical.keyframe_interval=1" in printed_output["metadata"]["settings"].split()
+    assert "canonical.keyframe_interval=1" in json_output["metadata"]["settings"].split()
     assert run_json("cut", tmp_path / "a.quarc", "--frames", "2:", "-o", tmp_path / "b")["frames"]
 
 
@@ -282,19 +284,19 @@ def test_options_that_need_a_file_are_a_usage_error_with_standard_output(options
 def test_a_live_encode_can_be_read_while_it_is_written_and_keeps_its_frames(
     capture, encoded_stream, tmp_path, monkeypatch
 ):
-    file, results_so_far = tmp_path / "a.quarc", []
-    fit = encode_stream.fit_motion
+    file, decode_runs = tmp_path / "a.quarc", []
+    fit_motion = encode_stream.fit_motion
 
-    def read_along(*arguments):
-        results_so_far.append(
+    def decode_then_fit(*arguments):
+        decode_runs.append(
             run("decode", file, "-o", tmp_path / "out", "--recover", "--force", "--json")
         )
-        if len(results_so_far) == 2:
+        if len(decode_runs) == 2:
             raise KeyboardInterrupt
-        return fit(*arguments)
+        return fit_motion(*arguments)
 
     with monkeypatch.context() as patch:
-        patch.setattr(encode_stream, "fit_motion", read_along)
+        patch.setattr(encode_stream, "fit_motion", decode_then_fit)
         result = run("encode", capture, "-o", file, *TINY_OPTIONS, "--live")
 
     assert result.exit_code == 130
@@ -302,21 +304,21 @@ def test_a_live_encode_can_be_read_while_it_is_written_and_keeps_its_frames(
         f"quarc-ref: interrupted; {file} has the finished frames: "
         "use --resume to encode the missing frames"
     )
-    files = [read_json(item.stdout)["files"] for item in results_so_far]
+    files = [read_json(decode_run.stdout)["files"] for decode_run in decode_runs]
     assert files == [["frame_0000.ply"], ["frame_0000.ply", "frame_0001.ply"]]
-    whole = encoded_stream.file.read_bytes()
-    assert whole.startswith(file.read_bytes())
+    expected_data = encoded_stream.file.read_bytes()
+    assert expected_data.startswith(file.read_bytes())
     assert run("encode", capture, "-o", file, *TINY_OPTIONS, "--resume").exit_code == 0
-    assert file.read_bytes() == whole
+    assert file.read_bytes() == expected_data
 
 
 def test_a_finished_live_encode_equals_any_other(capture, encoded_stream, tmp_path):
     (tmp_path / "a.quarc").write_text("old")
     command = ["encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, "--live"]
     rejected_run = run(*command)
-    kept_contents = (tmp_path / "a.quarc").read_text()
+    text_after_rejection = (tmp_path / "a.quarc").read_text()
 
-    assert (rejected_run.exit_code, kept_contents) == (2, "old")
+    assert (rejected_run.exit_code, text_after_rejection) == (2, "old")
     assert run(*command, "--force").exit_code == 0
     assert (tmp_path / "a.quarc").read_bytes() == encoded_stream.file.read_bytes()
     assert list_names(tmp_path) == ["a.quarc"]

@@ -22,10 +22,10 @@ def test_the_last_of_two_values_of_a_setting_counts():
 
 
 def test_options_change_their_settings_and_missing_options_none():
-    asked = format_settings(
+    changes = format_settings(
         {"rd_lambda": 2.5, "target_kb_per_frame": None, "canonical.keyframe_interval": 30}
     )
-    config = make_config("main", asked, 0)
+    config = make_config("main", changes, 0)
 
     assert (config.rd_lambda, config.target_kb_per_frame) == (2.5, 0)
     assert config.canonical.keyframe_interval == 30

@@ -18,7 +18,7 @@ from quarc_ref.format.errors import (
 
 
 def _get_exit_code(error):
-    """The exit code for an error."""
+    """Return the exit code for an error."""
     with pytest.raises(typer.Exit) as exit_info, report_errors():
         raise error
     return exit_info.value.exit_code
@@ -56,26 +56,26 @@ def _get_exit_code(error):
 def test_an_error_becomes_one_line_and_its_exit_code(error, code, message, capsys):
     assert _get_exit_code(error) == code
 
-    shown = capsys.readouterr()
-    assert shown.out == ""
-    assert shown.err.count("\n") == 1
-    assert shown.err.startswith("quarc-ref: ")
-    assert message in shown.err
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    assert captured.err.startswith("quarc-ref: ")
+    assert message in captured.err
 
 
 def test_an_interruption_says_what_is_kept_and_ends_with_the_code_of_its_signal():
-    message = KeyboardInterrupt("interrupted; the file holds")
-    message.__cause__ = Termination()
+    interruption = KeyboardInterrupt("interrupted; the file holds")
+    interruption.__cause__ = Termination()
 
-    assert _get_exit_code(message) == 143
+    assert _get_exit_code(interruption) == 143
 
 
 def test_an_internal_error_shows_its_location_and_does_not_blame_the_stream(capsys):
     assert _get_exit_code(ZeroDivisionError("oops")) == 3
 
-    shown = capsys.readouterr().err
-    assert "Traceback" in shown
-    assert shown.splitlines()[-1] == "quarc-ref: internal error: ZeroDivisionError('oops')"
+    messages = capsys.readouterr().err
+    assert "Traceback" in messages
+    assert messages.splitlines()[-1] == "quarc-ref: internal error: ZeroDivisionError('oops')"
 
 
 def test_a_message_cannot_control_the_terminal(capsys):

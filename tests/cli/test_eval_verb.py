@@ -14,29 +14,29 @@ from tests.small_streams import rebuild_stream
 
 
 @pytest.fixture(scope="module")
-def measured(encoded_stream, capture, tmp_path_factory):
-    """The output of `eval --json --report`, and the report's folder."""
+def output_and_report(encoded_stream, capture, tmp_path_factory):
+    """The JSON output of `eval --report`, and the folder of the report."""
     folder = tmp_path_factory.mktemp("eval") / "report"
     return run_json("eval", encoded_stream.file, capture, "--report", folder), folder
 
 
-def test_eval_adds_quality_to_what_info_prints(measured, encoded_stream):
-    printed_output, _ = measured
+def test_eval_adds_quality_to_what_info_prints(output_and_report, encoded_stream):
+    json_output, _ = output_and_report
 
-    assert printed_output.items() >= run_json("info", encoded_stream.file).items()
+    assert json_output.items() >= run_json("info", encoded_stream.file).items()
     for metric in ("psnr", "ssim"):
-        assert len(printed_output[f"{metric}_per_frame"]) == 3
-        assert printed_output[metric] == pytest.approx(mean(printed_output[f"{metric}_per_frame"]))
-        assert printed_output["metrics"][metric].startswith(metric)
-    assert "ssim_inria" in printed_output["metrics"]["ssim"]
-    assert printed_output["quality"]["mean"]["psnr"] == pytest.approx(printed_output["psnr"])
-    assert [item["camera"] for item in printed_output["quality"]["cameras"]] == printed_output[
+        assert len(json_output[f"{metric}_per_frame"]) == 3
+        assert json_output[metric] == pytest.approx(mean(json_output[f"{metric}_per_frame"]))
+        assert json_output["metrics"][metric].startswith(metric)
+    assert "ssim_inria" in json_output["metrics"]["ssim"]
+    assert json_output["quality"]["mean"]["psnr"] == pytest.approx(json_output["psnr"])
+    assert [camera["camera"] for camera in json_output["quality"]["cameras"]] == json_output[
         "held_out"
     ]
-    assert printed_output["quality"]["mean"]["moving_psnr"] > 0
-    assert printed_output["quality"]["mean"]["flicker"] is not None
-    assert 0 < printed_output["psnr"] < 60
-    assert 0 < printed_output["ssim"] < 1
+    assert json_output["quality"]["mean"]["moving_psnr"] > 0
+    assert json_output["quality"]["mean"]["flicker"] is not None
+    assert 0 < json_output["psnr"] < 60
+    assert 0 < json_output["ssim"] < 1
 
 
 def test_without_three_frames_there_are_no_figures_of_the_moving_region(tmp_path):
@@ -50,24 +50,24 @@ def test_without_three_frames_there_are_no_figures_of_the_moving_region(tmp_path
         "moving_psnr", "moving_cc_psnr", "static_psnr", "static_cc_psnr",
         "flicker", "truth_flicker",
     ]  # fmt: skip
-    (last,) = re.findall("^mean .*", run("eval", tmp_path / "short.quarc", folder).stdout, re.M)
-    assert last.split()[-6:] == ["-"] * 6
+    (mean_row,) = re.findall("^mean .*", run("eval", tmp_path / "short.quarc", folder).stdout, re.M)
+    assert mean_row.split()[-6:] == ["-"] * 6
 
 
-def test_the_report_is_written_to_the_given_folder(measured):
-    printed_output, folder = measured
+def test_the_report_is_written_to_the_given_folder(output_and_report):
+    json_output, folder = output_and_report
 
-    assert printed_output["report"] == str(folder / "index.html")
+    assert json_output["report"] == str(folder / "index.html")
     assert (folder / "index.html").is_file()
     assert "cam00_0000_truth.png" in list_names(folder)
     assert list_names(folder.parent) == ["report"]
 
 
-def test_the_means_and_the_report_are_printed(encoded_stream, capture, measured, tmp_path):
+def test_the_means_and_the_report_are_printed(encoded_stream, capture, output_and_report, tmp_path):
     result = run("eval", encoded_stream.file, capture, "--report", tmp_path / "new")
 
     assert result.exit_code == 0
-    assert f"{measured[0]['psnr']:.2f} dB" in result.stdout
+    assert f"{output_and_report[0]['psnr']:.2f} dB" in result.stdout
     assert "ssim_inria" in result.stdout
     assert re.search(r"^cam00 .*\d$", result.stdout, re.MULTILINE)
     assert re.search(r"^mean .*\d$", result.stdout, re.MULTILINE)
@@ -94,8 +94,8 @@ def test_a_report_is_replaced_by_force(encoded_stream, capture, tmp_path):
 
 def test_another_capture_is_a_usage_error_and_leaves_no_report(encoded_stream, tmp_path):
     shots = scenes.rename_shots(scenes.make_shots(), ["cam00", "cam01", "cam02", "cam03"])
-    other = scenes.write_n3dv(tmp_path / "other", shots, 3, scenes.make_plane_points())
-    result = run("eval", encoded_stream.file, other, "--report", tmp_path / "report")
+    other_folder = scenes.write_n3dv(tmp_path / "other", shots, 3, scenes.make_plane_points())
+    result = run("eval", encoded_stream.file, other_folder, "--report", tmp_path / "report")
 
     assert result.exit_code == 2
     assert "cameras differ" in result.stderr
@@ -122,13 +122,13 @@ def test_a_stream_of_another_capture_is_rejected(encoded_stream, other_capture, 
 
 def test_json_names_the_capture_that_a_stream_was_made_from(encoded_stream, capture, other_capture):
     result = run("eval", encoded_stream.file, other_capture, "--json")
-    printed_output = read_json(result.stdout)
+    json_output = read_json(result.stdout)
 
     assert result.exit_code == 2
-    assert printed_output["same_capture"] is False
-    assert printed_output["encoded_from"] == encoded_stream.printed["metadata"]["fingerprint"]
-    assert printed_output["fingerprint"] not in ("", printed_output["encoded_from"])
-    assert "psnr" not in printed_output
+    assert json_output["same_capture"] is False
+    assert json_output["encoded_from"] == encoded_stream.json_output["metadata"]["fingerprint"]
+    assert json_output["fingerprint"] not in ("", json_output["encoded_from"])
+    assert "psnr" not in json_output
     assert run_json("eval", encoded_stream.file, capture)["same_capture"] is True
 
 
@@ -136,21 +136,23 @@ def test_a_stream_of_another_capture_is_measured_on_request_with_a_warning(
     encoded_stream, other_capture
 ):
     result = run("eval", encoded_stream.file, other_capture, "--json", "--other-capture", "--quiet")
-    printed_output = read_json(result.stdout)
+    json_output = read_json(result.stdout)
 
     assert result.exit_code == 0
     assert result.stderr.startswith("quarc-ref: the stream was made from another capture")
     assert result.stderr.count("\n") == 1
-    assert printed_output["same_capture"] is False
-    assert printed_output["psnr"] > 0
+    assert json_output["same_capture"] is False
+    assert json_output["psnr"] > 0
 
 
 def test_a_stream_that_does_not_name_its_capture_is_measured_with_a_warning(
     encoded_stream, capture, tmp_path
 ):
     chunks = split_chunks(encoded_stream.file.read_bytes())
-    unnamed = [(item.kind, item.payload.replace(b"fingerprint", b"thumb-print")) for item in chunks]
-    (tmp_path / "unnamed.quarc").write_bytes(rebuild_stream(unnamed))
+    changed_chunks = [
+        (chunk.kind, chunk.payload.replace(b"fingerprint", b"thumb-print")) for chunk in chunks
+    ]
+    (tmp_path / "unnamed.quarc").write_bytes(rebuild_stream(changed_chunks))
     result = run("eval", tmp_path / "unnamed.quarc", capture, "--json")
 
     assert result.exit_code == 0
@@ -167,19 +169,19 @@ def test_eval_accepts_only_files(name, capture):
 
 
 def test_eval_reads_a_named_pipe(encoded_stream, capture):
-    reading, writing = os.pipe()
-    with os.fdopen(writing, "wb") as pipe:
+    read_end, write_end = os.pipe()
+    with os.fdopen(write_end, "wb") as pipe:
         pipe.write(encoded_stream.file.read_bytes())
-    printed_output = run_json("eval", f"/dev/fd/{reading}", capture)
-    os.close(reading)
+    json_output = run_json("eval", f"/dev/fd/{read_end}", capture)
+    os.close(read_end)
 
-    assert printed_output["frames"] == 3
+    assert json_output["frames"] == 3
 
 
 def test_an_unreadable_capture_is_a_failure_of_the_tool(encoded_stream, capture, tmp_path):
-    broken = shutil.copytree(capture, tmp_path / "broken")
-    (broken / "cam01.mp4").write_bytes(b"no video")
-    result = run("eval", encoded_stream.file, broken)
+    broken_capture = shutil.copytree(capture, tmp_path / "broken")
+    (broken_capture / "cam01.mp4").write_bytes(b"no video")
+    result = run("eval", encoded_stream.file, broken_capture)
 
     assert result.exit_code == 3
     assert "cam01" in result.stderr
@@ -196,10 +198,10 @@ def test_a_damaged_stream_is_rejected(encoded_stream, capture, tmp_path):
 def test_a_stream_of_later_frames_is_measured_on_these_frames(capture, tmp_path):
     file = tmp_path / "later.quarc"
     run_json("encode", capture, "-o", file, *TINY_OPTIONS, "--start", 1, "--frames", 2)
-    measured = run_json("eval", file, capture)
+    json_output = run_json("eval", file, capture)
 
     assert run_json("info", file)["metadata"]["start"] == "1"
-    assert len(measured["psnr_per_frame"]) == 2
+    assert len(json_output["psnr_per_frame"]) == 2
     resumed_run = run("encode", capture, "-o", file, *TINY_OPTIONS, "--frames", 2, "--resume")
     assert resumed_run.exit_code == 2
     assert "start" in resumed_run.stderr

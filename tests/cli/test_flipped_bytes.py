@@ -1,4 +1,4 @@
-"""Like tests of flipped bits in `tests/decoder`, but for the command."""
+"""Tests that `verify` rejects a stream with a changed byte, at every offset."""
 
 from quarc_ref.format.constants import CHUNK_HEADER_BYTES
 from quarc_ref.format.errors import BitstreamError
@@ -7,53 +7,55 @@ from tests.cli.commands import run
 from tests.small_streams import make_stream
 
 _DATA, _ = make_stream(gaussian_count=6, frame_count=2)
-_IDS = set()
+_REJECT_IDS = set()
 
 
-def _list_ids(kind):
-    for child in kind.__subclasses__():
-        _list_ids(child)
-    if kind.reject_id:
-        _IDS.add(kind.reject_id)
+def _add_reject_ids(error_class):
+    for subclass in error_class.__subclasses__():
+        _add_reject_ids(subclass)
+    if error_class.reject_id:
+        _REJECT_IDS.add(error_class.reject_id)
 
 
-_list_ids(BitstreamError)
+_add_reject_ids(BitstreamError)
 
 
 def _verify_damaged(path):
-    """The exit code of `verify`, and the reject id in its message."""
+    """Return the exit code of `verify`, and its message from the reject id on."""
     result = run("verify", path, "-q")
     return result.exit_code, result.stderr.removeprefix("quarc-ref: the stream is rejected: ")
 
 
-def _list_unnoticed(places, mask, path):
-    """The bytes whose damage `verify` does not reject by name."""
-    unnoticed = []
-    for place in places:
-        damaged = bytearray(_DATA)
-        damaged[place] ^= mask
-        path.write_bytes(damaged)
+def _list_undetected(offsets, mask, path):
+    """Return offset, exit code and message for each damage that `verify` does not reject."""
+    undetected = []
+    for offset in offsets:
+        damaged_data = bytearray(_DATA)
+        damaged_data[offset] ^= mask
+        path.write_bytes(damaged_data)
         code, message = _verify_damaged(path)
-        if code != 1 or message.partition(" ")[0].rstrip(":") not in _IDS:
-            unnoticed.append((place, code, message))
-    return unnoticed
+        if code != 1 or message.partition(" ")[0].rstrip(":") not in _REJECT_IDS:
+            undetected.append((offset, code, message))
+    return undetected
 
 
 def test_a_flipped_byte_anywhere_ends_the_command_with_1_and_a_reject_id(tmp_path):
-    assert _list_unnoticed(range(len(_DATA)), 0xFF, tmp_path / "damaged.quarc") == []
+    assert _list_undetected(range(len(_DATA)), 0xFF, tmp_path / "damaged.quarc") == []
 
 
 def test_a_letter_of_the_other_case_does_not_give_another_chunk_type(tmp_path):
-    framing = [
-        chunk.offset + place for chunk in split_chunks(_DATA) for place in range(CHUNK_HEADER_BYTES)
+    header_offsets = [
+        chunk.offset + offset
+        for chunk in split_chunks(_DATA)
+        for offset in range(CHUNK_HEADER_BYTES)
     ]
 
-    assert _list_unnoticed(framing, 0x20, tmp_path / "damaged.quarc") == []
+    assert _list_undetected(header_offsets, 0x20, tmp_path / "damaged.quarc") == []
 
 
 def test_damage_is_reported_by_name(tmp_path):
     chunk = list(split_chunks(_DATA))[1]
-    places = {
+    offsets = {
         0: "bad-magic",
         chunk.offset: "bad-sync",
         chunk.offset + 4: "header-crc",
@@ -61,10 +63,10 @@ def test_damage_is_reported_by_name(tmp_path):
         chunk.offset + chunk.byte_count() - 1: "payload-crc",
         len(_DATA) - 1: "payload-crc",
     }
-    for place, reject_id in places.items():
-        damaged = bytearray(_DATA)
-        damaged[place] ^= 1
-        (tmp_path / "damaged.quarc").write_bytes(damaged)
+    for offset, reject_id in offsets.items():
+        damaged_data = bytearray(_DATA)
+        damaged_data[offset] ^= 1
+        (tmp_path / "damaged.quarc").write_bytes(damaged_data)
 
         code, message = _verify_damaged(tmp_path / "damaged.quarc")
 

@@ -1,4 +1,4 @@
-"""--force may delete only files that the command made and listed in the folder's marker."""
+"""Tests that --force deletes only files that the command wrote and listed in a marker."""
 
 import pytest
 
@@ -8,8 +8,8 @@ _MARKER = ".quarc-ref-made"
 _TINY_SYNTH = ["--width", 16, "--height", 16, "--frames", 1]
 
 
-def _fill(folder, *names):
-    """Make a folder of the user's own files."""
+def _make_user_folder(folder, *names):
+    """Make a folder with files of the user, and return the folder."""
     for name in names:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text("mine")
@@ -34,7 +34,7 @@ def _read_all(folder):
 def test_force_deletes_no_file_of_the_user_of_any_name(
     verb, names, stream_file, encoded_stream, capture, tmp_path
 ):
-    user_folder = _fill(tmp_path / "mine", *names)
+    user_folder = _make_user_folder(tmp_path / "mine", *names)
     contents_before = _read_all(user_folder)
     lines = {
         "eval": ["eval", encoded_stream.file, capture, "--report", user_folder],
@@ -55,7 +55,7 @@ def test_force_deletes_no_file_of_the_user_of_any_name(
 @pytest.mark.parametrize("option", ["--force", "--resume"])
 def test_segments_of_the_user_are_not_deleted(option, capture, tmp_path):
     file = tmp_path / "a.quarc"
-    user_folder = _fill(
+    user_folder = _make_user_folder(
         tmp_path / "a.quarc.segments", "frames_1999.quarc/diary.txt", "frames_0.quarc"
     )
     contents_before = _read_all(user_folder)
@@ -67,32 +67,32 @@ def test_segments_of_the_user_are_not_deleted(option, capture, tmp_path):
 
 
 def test_a_folder_of_the_command_has_a_marker_and_is_replaced(stream_file, tmp_path):
-    out = tmp_path / "out"
-    assert run("decode", stream_file, "-o", out, "--frames", ":2").exit_code == 0
-    marker = (out / _MARKER).read_text()
-    assert run("decode", stream_file, "-o", out, "--frames", "3:", "--force").exit_code == 0
+    folder = tmp_path / "out"
+    assert run("decode", stream_file, "-o", folder, "--frames", ":2").exit_code == 0
+    marker = (folder / _MARKER).read_text()
+    assert run("decode", stream_file, "-o", folder, "--frames", "3:", "--force").exit_code == 0
 
     listed_names = marker.splitlines()[1:]
     assert sorted(listed_names) == ["frame_0000.ply", "frame_0001.ply", "sequence.json"]
-    assert list_names(out) == ["frame_0003.ply"]
-    listed_names = (out / _MARKER).read_text().splitlines()[1:]
+    assert list_names(folder) == ["frame_0003.ply"]
+    listed_names = (folder / _MARKER).read_text().splitlines()[1:]
     assert sorted(listed_names) == ["frame_0003.ply", "sequence.json"]
     assert list_names(tmp_path) == ["out", "small.quarc"]
 
 
 def test_a_demo_is_replaced_with_all_its_files(tmp_path):
-    out = tmp_path / "out"
-    command = ["demo", "-o", out, "--frames", 2, *TINY_OPTIONS]
+    folder = tmp_path / "out"
+    command = ["demo", "-o", folder, "--frames", 2, *TINY_OPTIONS]
     assert run(*command).exit_code == 0
-    (out / "report" / "mine.txt").write_text("mine")
+    (folder / "report" / "mine.txt").write_text("mine")
     rejected_run = run(*command, "--force")
-    (out / "report" / "mine.txt").unlink()
+    (folder / "report" / "mine.txt").unlink()
     forced_run = run(*command, "--force")
 
     assert rejected_run.exit_code == 2
     assert "report contains mine.txt" in rejected_run.stderr
     assert forced_run.exit_code == 0, forced_run.stderr
-    assert list_names(out) == ["capture", "demo.quarc", "report"]
+    assert list_names(folder) == ["capture", "demo.quarc", "report"]
     assert list_names(tmp_path) == ["out"]
 
 
@@ -100,35 +100,35 @@ def test_a_demo_is_replaced_with_all_its_files(tmp_path):
     "planted_name", ["../victim.txt", "/etc/victim", "..", "sub/victim.txt", "a\\b", "C:victim", ""]
 )
 def test_a_planted_marker_cannot_lead_outside(planted_name, stream_file, tmp_path):
-    victim = tmp_path / "victim.txt"
-    victim.write_text("mine")
-    out = tmp_path / "out"
-    assert run("decode", stream_file, "-o", out).exit_code == 0
-    with (out / _MARKER).open("a") as marker:
+    user_file = tmp_path / "victim.txt"
+    user_file.write_text("mine")
+    folder = tmp_path / "out"
+    assert run("decode", stream_file, "-o", folder).exit_code == 0
+    with (folder / _MARKER).open("a") as marker:
         marker.write(f"{planted_name}\n")
-    result = run("decode", stream_file, "-o", out, "--force")
+    result = run("decode", stream_file, "-o", folder, "--force")
 
     assert result.exit_code == 2
     assert _MARKER in result.stderr
-    assert victim.read_text() == "mine"
-    assert len(list_names(out)) == 4
+    assert user_file.read_text() == "mine"
+    assert len(list_names(folder)) == 4
 
 
 @pytest.mark.parametrize("kind", ["link", "folder"])
 def test_a_replacement_of_a_listed_file_is_not_deleted(kind, stream_file, tmp_path):
-    victim = tmp_path / "victim"
-    victim.mkdir()
-    (victim / "a").write_text("mine")
-    out = tmp_path / "out"
-    assert run("decode", stream_file, "-o", out).exit_code == 0
-    (out / "frame_0002.ply").unlink()
+    user_folder = tmp_path / "victim"
+    user_folder.mkdir()
+    (user_folder / "a").write_text("mine")
+    folder = tmp_path / "out"
+    assert run("decode", stream_file, "-o", folder).exit_code == 0
+    (folder / "frame_0002.ply").unlink()
     if kind == "link":
-        (out / "frame_0002.ply").symlink_to(victim / "a")
+        (folder / "frame_0002.ply").symlink_to(user_folder / "a")
     else:
-        victim.rename(out / "frame_0002.ply")
-    result = run("decode", stream_file, "-o", out, "--force")
+        user_folder.rename(folder / "frame_0002.ply")
+    result = run("decode", stream_file, "-o", folder, "--force")
 
     assert result.exit_code == 2
     assert "contains frame_0002.ply" in result.stderr
     assert "mine" in {path.read_text() for path in tmp_path.rglob("a")}
-    assert len(list_names(out)) == 4
+    assert len(list_names(folder)) == 4

@@ -1,4 +1,4 @@
-"""`import`: from other formats to a stream."""
+"""Tests of `import`, which encodes frames of other formats."""
 
 import pytest
 
@@ -12,42 +12,44 @@ from tests.cli.commands import list_names, run, run_json
 
 @pytest.fixture
 def folder(stream_file, tmp_path):
-    """The output of `decode` for a small stream, with its sidecar."""
+    """A folder with PLY files and a sidecar that `decode` wrote for a small stream."""
     assert run("decode", stream_file, "-o", tmp_path / "plys").exit_code == 0
     return tmp_path / "plys"
 
 
-def test_import_reads_the_output_of_decode(folder, tmp_path, made):
-    printed_output = run_json("import", folder, "-o", tmp_path / "again.quarc")
+def test_import_reads_the_output_of_decode(folder, tmp_path, small_stream):
+    json_output = run_json("import", folder, "-o", tmp_path / "again.quarc")
     data = (tmp_path / "again.quarc").read_bytes()
 
-    assert (printed_output["frames"], printed_output["bytes"]) == (4, len(data))
-    assert [scene.count for scene in decode(data)] == [item.scene.count for item in made.states]
+    assert (json_output["frames"], json_output["bytes"]) == (4, len(data))
+    assert [scene.count for scene in decode(data)] == [
+        state.scene.count for state in small_stream.states
+    ]
     cameras, metadata = read_prologue(BytesSource(data))
     assert [camera.name for camera in cameras] == ["cam00"]
     assert metadata["bounds"].startswith("position=")
-    for name, error in printed_output["errors"].items():
-        assert error <= printed_output["bounds"][name] * 1.001
+    for name, error in json_output["errors"].items():
+        assert error <= json_output["bounds"][name] * 1.001
 
 
 def test_bounds_rate_axes_and_canonical_frames_can_be_set(folder, tmp_path):
     options = ["--bound", "position=0.001", "--bound", "rotation=0.03"]
     options += ["--fps", 24, "--up", "+z", "--keyframe-interval", 2]
-    printed_output = run_json("import", folder, "-o", tmp_path / "a.quarc", *options)
+    json_output = run_json("import", folder, "-o", tmp_path / "a.quarc", *options)
     scenes = list(decode((tmp_path / "a.quarc").read_bytes()))
 
-    assert printed_output["bounds"]["position"] == 0.001
-    assert printed_output["bounds"]["rotation"] == 0.03
+    assert json_output["bounds"]["position"] == 0.001
+    assert json_output["bounds"]["rotation"] == 0.03
     assert scenes[0].header.frames_per_second == 24
     assert scenes[0].header.up_axis == 5
     assert [scene.phase for scene in scenes] == [0, 1, 0, 1]
 
 
-def test_one_file_is_one_frame(made, tmp_path):
-    ply = tmp_path / "one.ply"
-    ply.write_bytes(build_ply(Frame.from_scene(made.states[0].scene).splats))
+def test_one_file_is_one_frame(small_stream, tmp_path):
+    ply_file = tmp_path / "one.ply"
+    ply_file.write_bytes(build_ply(Frame.from_scene(small_stream.states[0].scene).splats))
 
-    assert run_json("import", ply, "-o", tmp_path / "a.quarc")["frames"] == 1
+    assert run_json("import", ply_file, "-o", tmp_path / "a.quarc")["frames"] == 1
 
 
 @pytest.mark.parametrize(
@@ -88,11 +90,11 @@ def test_a_folder_without_frames_of_gaussians_is_a_usage_error(names, message, t
 
 
 def test_a_broken_ply_has_one_exit_code_in_import_and_compare(stream_file, tmp_path):
-    broken = tmp_path / "broken.ply"
-    broken.write_bytes(b"ply")
+    broken_file = tmp_path / "broken.ply"
+    broken_file.write_bytes(b"ply")
 
-    assert run("import", broken, "-o", tmp_path / "a.quarc").exit_code == 3
-    assert run("compare", stream_file, broken).exit_code == 3
+    assert run("import", broken_file, "-o", tmp_path / "a.quarc").exit_code == 3
+    assert run("compare", stream_file, broken_file).exit_code == 3
 
 
 @pytest.mark.parametrize("axis", ["+y", "y"])

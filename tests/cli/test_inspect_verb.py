@@ -21,7 +21,7 @@ def file(tmp_path):
 
 
 def _parse_tables(text):
-    """The printed tables: title and cells of each row."""
+    """Parse printed tables; return the cells of all rows by the title of the table."""
     tables = {}
     for block in text.strip().split("\n\n"):
         title, _, *rows = block.splitlines()
@@ -45,82 +45,84 @@ def test_every_chunk_is_listed_even_unknown_ones(tmp_path):
 
 
 def test_every_frame_has_its_figures(file):
-    printed_output = run_json("inspect", file)
-    frames = printed_output["per_frame"]
+    json_output = run_json("inspect", file)
+    frames = json_output["per_frame"]
 
     assert [frame["frame"] for frame in frames] == [*range(6)]
-    moved = ["moved"] * 3
-    assert [frame["kind"] for frame in frames] == ["canonical", *moved, "canonical", "moved"]
+    moved_kinds = ["moved"] * 3
+    assert [frame["kind"] for frame in frames] == ["canonical", *moved_kinds, "canonical", "moved"]
     assert [frame["gaussians"] for frame in frames] == [state.scene.count for state in _STATES]
-    assert [frame["sha256"] for frame in frames] == [compute_digest(s.scene) for s in _STATES]
+    assert [frame["sha256"] for frame in frames] == [
+        compute_digest(state.scene) for state in _STATES
+    ]
     sizes = [chunk.byte_count() for chunk in _CHUNKS if chunk.kind in {b"CANO", b"FRAM"}]
     assert [frame["bytes"]["chunk"] for frame in frames] == sizes
     for kind in ("canonical", "motion", "births"):
-        assert sum(frame["bytes"][kind] for frame in frames) == printed_output["bytes"][kind]
+        assert sum(frame["bytes"][kind] for frame in frames) == json_output["bytes"][kind]
         estimate = sum(frame["estimate_bytes"][kind] for frame in frames)
-        assert estimate == pytest.approx(printed_output["estimate_bytes"][kind], abs=1)
+        assert estimate == pytest.approx(json_output["estimate_bytes"][kind], abs=1)
 
 
 def test_the_symbols_are_those_of_the_stream_by_magnitude(file):
-    printed_output = run_json("inspect", file)
+    json_output = run_json("inspect", file)
 
     symbols = np.concatenate([level for state in _STATES for level in state.symbols], axis=1)
     expected_counts = {
         "translation": [int((np.abs(symbols[:3]) == size).sum()) for size in range(4)],
         "rotation": [int((np.abs(symbols[3:]) == size).sum()) for size in range(4)],
     }
-    assert printed_output["symbols"] == expected_counts
+    assert json_output["symbols"] == expected_counts
     assert expected_counts["translation"][3] > 0
-    sums = [sum(frame["symbols"]["rotation"]) for frame in printed_output["per_frame"]]
+    sums = [sum(frame["symbols"]["rotation"]) for frame in json_output["per_frame"]]
     assert sum(sums) == symbols[3:].size
     assert sums[0] == sums[4] == 0
 
 
 def test_the_same_figures_are_printed_as_text(file):
-    printed_output, tables = run_json("inspect", file), _parse_tables(run("inspect", file).stdout)
+    json_output, tables = run_json("inspect", file), _parse_tables(run("inspect", file).stdout)
 
     assert [*tables] == ["some.quarc: chunks", "frames", "symbols", "bytes"]
     assert [row[0] for row in tables["some.quarc: chunks"]] == [
-        chunk["type"] for chunk in printed_output["chunks"]
+        chunk["type"] for chunk in json_output["chunks"]
     ]
-    for row, frame in zip(tables["frames"], printed_output["per_frame"], strict=True):
-        counts = [frame[item] for item in ("gaussians", "births", "deaths", "updates")]
+    for row, frame in zip(tables["frames"], json_output["per_frame"], strict=True):
+        counts = [frame[key] for key in ("gaussians", "births", "deaths", "updates")]
         counts.append(frame["bytes"]["chunk"])
         assert row[:7] == [f"{frame['frame']}", frame["kind"], *(f"{count:,}" for count in counts)]
         if frame["kind"] == "moved":
-            for place, kind in ((7, "motion"), (9, "updates"), (11, "births")):
-                assert row[place] == f"{frame['bytes'][kind]:,}"
+            for column, kind in ((7, "motion"), (9, "updates"), (11, "births")):
+                assert row[column] == f"{frame['bytes'][kind]:,}"
     for size, row in enumerate(tables["symbols"]):
-        assert row[1] == f"{printed_output['symbols']['translation'][size]:,}"
-        assert row[3] == f"{printed_output['symbols']['rotation'][size]:,}"
-    by_kind = {row[0]: row[1:] for row in tables["bytes"]}
-    assert by_kind["total"] == [f"{len(_DATA):,}"]
-    ratio = printed_output["bytes"]["motion"] / printed_output["estimate_bytes"]["motion"]
-    assert float(by_kind["motion"][2]) == pytest.approx(ratio, abs=1e-3)
+        assert row[1] == f"{json_output['symbols']['translation'][size]:,}"
+        assert row[3] == f"{json_output['symbols']['rotation'][size]:,}"
+    cells_by_kind = {row[0]: row[1:] for row in tables["bytes"]}
+    assert cells_by_kind["total"] == [f"{len(_DATA):,}"]
+    ratio = json_output["bytes"]["motion"] / json_output["estimate_bytes"]["motion"]
+    assert float(cells_by_kind["motion"][2]) == pytest.approx(ratio, abs=1e-3)
 
 
 def test_figures_wider_than_the_terminal_are_not_truncated(file, monkeypatch):
     monkeypatch.setenv("COLUMNS", "30")
 
-    shown = run("inspect", file).stdout
+    text = run("inspect", file).stdout
 
-    assert "…" not in shown
-    assert _parse_tables(shown)["bytes"][-1] == ["total", f"{len(_DATA):,}"]
+    assert "…" not in text
+    assert _parse_tables(text)["bytes"][-1] == ["total", f"{len(_DATA):,}"]
 
 
 def test_a_stream_of_one_frame_has_no_symbols(tmp_path):
     (tmp_path / "a.quarc").write_bytes(make_stream(frame_count=1)[0])
 
-    printed_output = run_json("inspect", tmp_path / "a.quarc")
-    assert printed_output["symbols"] == {"translation": [], "rotation": []}
+    json_output = run_json("inspect", tmp_path / "a.quarc")
+    assert json_output["symbols"] == {"translation": [], "rotation": []}
     assert run("inspect", tmp_path / "a.quarc").exit_code == 0
 
 
 @pytest.mark.parametrize("kind", [container.CANO, container.FRAM])
 def test_a_damaged_stream_is_rejected(kind, file):
-    damaged = bytearray(_DATA)
-    damaged[next(chunk.offset for chunk in _CHUNKS if chunk.kind == kind) + 40] ^= 1
-    file.write_bytes(damaged)
+    damaged_data = bytearray(_DATA)
+    damaged_data[next(chunk.offset for chunk in _CHUNKS if chunk.kind == kind) + 40] ^= 1
+    file.write_bytes(damaged_data)
 
     result = run("inspect", file)
     assert result.exit_code == 1

@@ -1,6 +1,6 @@
-"""An encode killed at any moment can be resumed to the same file.
+"""Tests that a killed encode can be resumed and results in the same file.
 
-Three moments by default; QUARC_KILLS=20 tests twenty.
+An encode is killed at three random times; the environment variable QUARC_KILLS sets the number.
 """
 
 import os
@@ -14,8 +14,8 @@ from tests.cli.commands import TINY, run
 from tests.cli.processes import start
 from tests.datasets import scenes
 
-_FRAMES = 8
-_KILLS = int(os.environ.get("QUARC_KILLS", "3"))
+_FRAME_COUNT = 8
+_KILL_COUNT = int(os.environ.get("QUARC_KILLS", "3"))
 _SETTINGS = TINY | {
     "canonical.iterations": 40,
     "canonical.exposure_from_iter": 5,
@@ -25,52 +25,57 @@ _SETTINGS = TINY | {
     "births.error_threshold": 0.02,
     "target_kb_per_frame": 0.3,
 }
-_OPTIONS = [part for key, value in _SETTINGS.items() for part in ("--set", f"{key}={value}")]
+_OPTIONS = [
+    argument for key, value in _SETTINGS.items() for argument in ("--set", f"{key}={value}")
+]
 
 
 @pytest.fixture(scope="module")
 def reference_encode(tmp_path_factory):
-    """The arguments of an encode without its file, and its bytes.
+    """Command line, bytes and durations of an uninterrupted encode.
 
-    Also how many seconds it takes after its part exists, and after frame 0 is in it.
+    The command line ends before the output path. The durations are the seconds to the end, first
+    from the creation of the partial stream, then from the time at which it contains frame 0.
     """
     folder = tmp_path_factory.mktemp("killed")
     capture = scenes.write_n3dv(
-        folder / "plane", scenes.make_shots(), _FRAMES, scenes.make_plane_points()
+        folder / "plane", scenes.make_shots(), _FRAME_COUNT, scenes.make_plane_points()
     )
     command = ["encode", capture, *_OPTIONS, "-q", "-o"]
     file = folder / "whole.quarc"
-    with start(*command, file) as encoding:
-        moments = [_wait_for_part(file, holds_frames) for holds_frames in (False, True)]
-        encoding.wait()
-        end = time.monotonic()
-    assert encoding.returncode == 0
-    return command, file.read_bytes(), [end - moment for moment in moments]
+    with start(*command, file) as process:
+        times = [_wait_for_part(file, holds_frames) for holds_frames in (False, True)]
+        process.wait()
+        end_time = time.monotonic()
+    assert process.returncode == 0
+    return command, file.read_bytes(), [end_time - part_time for part_time in times]
 
 
 def _wait_for_part(file, holds_frames):
-    """Return when the part of a file exists, optionally with frames."""
+    """Wait for the partial stream of a file, and optionally for frame 0; return the time."""
     for _ in range(12_000):
-        with suppress(FileNotFoundError):  # the part has the name of the file
+        with suppress(FileNotFoundError):  # the partial stream has just been renamed to the file
             if file.exists() or file.with_name(file.name + ".part").stat().st_size >= holds_frames:
                 return time.monotonic()
         time.sleep(0.01)
     return pytest.fail("nothing is written for two minutes")
 
 
-@pytest.mark.parametrize("seed", range(_KILLS))
+@pytest.mark.parametrize("seed", range(_KILL_COUNT))
 def test_a_killed_encode_is_resumed_to_the_same_file(seed, reference_encode, tmp_path):
-    command, whole, seconds = reference_encode
+    command, expected_data, seconds = reference_encode
     file, part = tmp_path / "a.quarc", tmp_path / "a.quarc.part"
-    holds_frames = seed % 3 > 0  # usually every third is killed during the training of frame 0
-    with start(*command, file) as encoding:
+    holds_frames = (
+        seed % 3 > 0
+    )  # a third of the encodes can be killed during the training of frame 0
+    with start(*command, file) as process:
         _wait_for_part(file, holds_frames)
         time.sleep(random.Random(seed).uniform(0, seconds[holds_frames]))
-        encoding.kill()
+        process.kill()
     partial_data = part.read_bytes() if part.exists() else file.read_bytes()
 
     assert file.exists() != part.exists()
-    assert whole.startswith(partial_data)
+    assert expected_data.startswith(partial_data)
     assert run(*command, file, "--resume").exit_code == 0
-    assert file.read_bytes() == whole
+    assert file.read_bytes() == expected_data
     assert [path.name for path in tmp_path.iterdir()] == ["a.quarc"]

@@ -1,4 +1,4 @@
-"""The verbs that make captures: synth and demo."""
+"""Tests of the verbs that make captures: `synth` and `demo`."""
 
 from typing import get_args
 
@@ -14,9 +14,9 @@ from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
 
 def test_synth_makes_a_capture_of_the_requested_size(tmp_path):
     size = ["--width", 32, "--height", 24, "--frames", 2, "--seed", 4]
-    printed_output = run_json("synth", tmp_path / "room", *size)
+    json_output = run_json("synth", tmp_path / "room", *size)
 
-    assert printed_output == {
+    assert json_output == {
         "folder": str(tmp_path / "room"),
         "variant": "playroom",
         "width": 32,
@@ -38,19 +38,19 @@ def test_synth_prints_what_it_has_written(tmp_path):
 
 def test_every_variant_is_available_and_explained():
     options = typer.main.get_command(app).commands["synth"].params
-    (explained_names,) = (option.help for option in options if option.name == "variant")
+    (help_text,) = (option.help for option in options if option.name == "variant")
 
     assert get_args(VariantName) == tuple(VARIANTS)
     for name, variant in VARIANTS.items():
-        assert f"{name}: {variant.summary}" in explained_names
+        assert f"{name}: {variant.summary}" in help_text
 
 
 def test_synth_traces_the_requested_variant_and_cameras(tmp_path):
     size = ["--width", 16, "--height", 16, "--frames", 1, "--cameras", 3]
-    dark_capture = run_json("synth", tmp_path / "dark", *size, "--variant", "dark-stage")
+    json_output = run_json("synth", tmp_path / "dark", *size, "--variant", "dark-stage")
     run_json("synth", tmp_path / "bright", *size, "--variant", "bright-stage")
 
-    assert (dark_capture["variant"], dark_capture["cameras"]) == ("dark-stage", 3)
+    assert (json_output["variant"], json_output["cameras"]) == ("dark-stage", 3)
     pictures = [open_capture(tmp_path / name).image(0, 0) for name in ("dark", "bright")]
     assert pictures[0].mean() < 0.5 * pictures[1].mean()
     assert len(open_capture(tmp_path / "dark").cameras) == 3
@@ -94,11 +94,11 @@ def test_a_traced_capture_is_replaced_only_with_force(tmp_path):
     (tmp_path / "room").mkdir()
     run_json("synth", tmp_path / "room", *size)
     rejected_run = run("synth", tmp_path / "room", *size, "--seed", 1)
-    contents_before = (tmp_path / "room" / "cam00.mp4").read_bytes()
+    video_before = (tmp_path / "room" / "cam00.mp4").read_bytes()
     run_json("synth", tmp_path / "room", *size, "--seed", 1, "--force")
 
     assert rejected_run.exit_code == 2
-    assert (tmp_path / "room" / "cam00.mp4").read_bytes() != contents_before
+    assert (tmp_path / "room" / "cam00.mp4").read_bytes() != video_before
     assert list_names(tmp_path) == ["room"]
 
 
@@ -113,35 +113,35 @@ def test_force_does_not_replace_a_filmed_capture(tmp_path):
 
 
 @pytest.fixture(scope="module")
-def shown(tmp_path_factory):
-    """The output of a tiny demo, and its folder."""
+def output_and_folder(tmp_path_factory):
+    """The JSON output of a tiny demo, and the folder of the demo."""
     folder = tmp_path_factory.mktemp("demo") / "out"
     return run_json("demo", "-o", folder, "--frames", 2, *TINY_OPTIONS), folder
 
 
-def test_the_demo_writes_capture_stream_and_report(shown):
-    printed_output, folder = shown
+def test_the_demo_writes_capture_stream_and_report(output_and_folder):
+    json_output, folder = output_and_folder
 
     assert list_names(folder) == ["capture", "demo.quarc", "report"]
     assert list_names(folder.parent) == ["out"]
-    assert printed_output["file"] == str(folder / "demo.quarc")
-    assert printed_output["report"] == str(folder / "report" / "index.html")
+    assert json_output["file"] == str(folder / "demo.quarc")
+    assert json_output["report"] == str(folder / "report" / "index.html")
     assert (folder / "report" / "index.html").is_file()
 
 
-def test_the_demo_prints_the_same_as_eval_of_its_files(shown):
-    printed_output, folder = shown
+def test_the_demo_prints_the_same_as_eval_of_its_files(output_and_folder):
+    json_output, folder = output_and_folder
 
-    second_run = run_json("eval", folder / "demo.quarc", folder / "capture")
-    assert printed_output.keys() == second_run.keys() | {"report"}
-    assert {key: printed_output[key] for key in second_run} == second_run
+    eval_output = run_json("eval", folder / "demo.quarc", folder / "capture")
+    assert json_output.keys() == eval_output.keys() | {"report"}
+    assert {key: json_output[key] for key in eval_output} == eval_output
 
 
-def test_a_demo_is_replaced_only_with_force(shown, monkeypatch):
-    def fail(*_arguments, **_named):
+def test_a_demo_is_replaced_only_with_force(output_and_folder, monkeypatch):
+    def fail(*_arguments, **_keywords):
         pytest.fail("the demo was run")
 
-    _, folder = shown
+    _, folder = output_and_folder
     monkeypatch.setattr("quarc_ref.cli.demo_work.run_demo", fail)
     rejected_run = run("demo", "-o", folder)
 
@@ -150,16 +150,16 @@ def test_a_demo_is_replaced_only_with_force(shown, monkeypatch):
     assert list_names(folder) == ["capture", "demo.quarc", "report"]
 
 
-def test_a_failed_demo_keeps_the_old_one(shown, monkeypatch):
+def test_a_failed_demo_keeps_the_old_one(output_and_folder, monkeypatch):
     def fail(folder, *_arguments):
         folder.write("half", b"half")
         raise KeyboardInterrupt
 
-    _, folder = shown
-    contents_before = (folder / "demo.quarc").read_bytes()
+    _, folder = output_and_folder
+    data_before = (folder / "demo.quarc").read_bytes()
     monkeypatch.setattr("quarc_ref.cli.demo_work.run_demo", fail)
     results = [run("demo", "-o", folder, "--force"), run("demo", "-o", folder.parent / "new")]
 
     assert [result.exit_code for result in results] == [130, 130]
     assert list_names(folder.parent) == ["out"]
-    assert (folder / "demo.quarc").read_bytes() == contents_before
+    assert (folder / "demo.quarc").read_bytes() == data_before

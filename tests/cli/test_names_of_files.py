@@ -1,4 +1,4 @@
-"""A name with the suffix of a file never becomes a folder."""
+"""Tests that an output path with a file suffix is written as a file, not as a folder."""
 
 import pytest
 
@@ -8,12 +8,12 @@ from quarc_ref.export.gaussian_ply import build_ply
 from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
 
 
-def test_one_frame_is_decoded_into_the_named_file(stream_file, made, tmp_path):
-    printed_output = run_json("decode", stream_file, "-o", tmp_path / "one.ply", "--frames", "2:3")
+def test_one_frame_is_decoded_into_the_named_file(stream_file, small_stream, tmp_path):
+    json_output = run_json("decode", stream_file, "-o", tmp_path / "one.ply", "--frames", "2:3")
 
-    assert printed_output == {"folder": str(tmp_path), "files": ["one.ply"], "sidecar": None}
-    exported = build_ply(dequantize(made.states[2].scene))
-    assert (tmp_path / "one.ply").read_bytes() == exported
+    assert json_output == {"folder": str(tmp_path), "files": ["one.ply"], "sidecar": None}
+    expected_data = build_ply(dequantize(small_stream.states[2].scene))
+    assert (tmp_path / "one.ply").read_bytes() == expected_data
     assert list_names(tmp_path) == ["one.ply", "small.quarc"]
 
 
@@ -46,24 +46,24 @@ def test_a_name_that_contradicts_to_is_rejected(stream_file, tmp_path):
 def test_an_existing_file_is_replaced_only_with_force(stream_file, tmp_path):
     (tmp_path / "one.ply").write_text("mine")
     command = ["decode", stream_file, "-o", tmp_path / "one.ply", "--frames", ":1"]
-    rejected_run, kept_contents = run(*command), (tmp_path / "one.ply").read_text()
+    rejected_run, text_after_rejection = run(*command), (tmp_path / "one.ply").read_text()
     forced_run = run(*command, "--force")
 
-    assert (rejected_run.exit_code, kept_contents, forced_run.exit_code) == (2, "mine", 0)
+    assert (rejected_run.exit_code, text_after_rejection, forced_run.exit_code) == (2, "mine", 0)
     assert (tmp_path / "one.ply").read_bytes().startswith(b"ply\n")
 
 
-def test_a_frame_that_cannot_be_decoded_leaves_no_file(stream_file, made, tmp_path):
-    stream_file.write_bytes(made.data[:-60])
+def test_a_frame_that_cannot_be_decoded_leaves_no_file(stream_file, small_stream, tmp_path):
+    stream_file.write_bytes(small_stream.data[:-60])
 
     assert run("decode", stream_file, "-o", tmp_path / "a.ply", "--frames", "3:").exit_code == 1
     assert list_names(tmp_path) == ["small.quarc"]
 
 
 def test_one_frame_is_rendered_into_the_named_picture(stream_file, tmp_path):
-    printed_output = run_json("render", stream_file, "-o", tmp_path / "a.png", "--frames", "1:2")
+    json_output = run_json("render", stream_file, "-o", tmp_path / "a.png", "--frames", "1:2")
 
-    assert (printed_output["folder"], printed_output["files"]) == (str(tmp_path), ["a.png"])
+    assert (json_output["folder"], json_output["files"]) == (str(tmp_path), ["a.png"])
     assert read_still(tmp_path / "a.png").shape == (48, 64, 3)
 
 

@@ -10,7 +10,7 @@ from quarc_ref.cli.output import TerminalProgress, escape_controls, print_json, 
 
 @pytest.fixture
 def clock(monkeypatch):
-    """The clock of the progress, in seconds."""
+    """A list whose only element is the time in seconds that the progress display reads."""
     seconds = [100.0]
     monkeypatch.setattr(output.time, "monotonic", lambda: seconds[0])
     return seconds
@@ -27,9 +27,9 @@ def test_a_table_wraps_long_values_and_loses_no_letter(capsys):
     digest = "0123456789" * 20
     print_table("title", {"name": digest})
 
-    shown = capsys.readouterr().out
-    assert shown.split()[:2] == ["title", "name"]
-    assert "".join(shown.split()[2:]) == digest
+    printed_text = capsys.readouterr().out
+    assert printed_text.split()[:2] == ["title", "name"]
+    assert "".join(printed_text.split()[2:]) == digest
 
 
 def test_a_long_title_is_not_wrapped(capsys):
@@ -50,23 +50,28 @@ def test_text_without_control_characters_is_unchanged(text):
 
 def test_short_work_writes_no_progress_line(clock, capsys):
     with TerminalProgress(quiet=False) as progress:
-        for done in range(1, 5):
+        for frame_count in range(1, 5):
             clock[0] += 1
-            progress.advance("frames", done, 4)
+            progress.advance("frames", frame_count, 4)
 
     assert capsys.readouterr().err == ""
 
 
 def test_long_work_writes_a_line_now_and_then_and_one_at_the_end(clock, capsys):
     with TerminalProgress(quiet=False) as progress:
-        for done in range(1, 13):
+        for frame_count in range(1, 13):
             clock[0] += 2
-            progress.advance("frames", done, 12)
+            progress.advance("frames", frame_count, 12)
             progress.advance("motion", 100, 100)
 
-    shown = capsys.readouterr()
-    assert shown.err.splitlines() == ["frames 3/12", "frames 6/12", "frames 9/12", "frames 12/12"]
-    assert shown.out == ""
+    captured = capsys.readouterr()
+    assert captured.err.splitlines() == [
+        "frames 3/12",
+        "frames 6/12",
+        "frames 9/12",
+        "frames 12/12",
+    ]
+    assert captured.out == ""
 
 
 def test_quiet_work_writes_nothing_even_if_long(clock, capsys):
@@ -84,6 +89,6 @@ def test_a_terminal_shows_bars_on_stderr(monkeypatch, capsys):
         progress.advance("frames", 1, 2)
         progress.advance("frames", 2, 2)
 
-    shown = capsys.readouterr()
-    assert shown.out == ""
-    assert "2/2" in shown.err
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert "2/2" in captured.err

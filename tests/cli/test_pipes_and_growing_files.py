@@ -12,7 +12,7 @@ from tests.cli.processes import SLOW_ENCODER, run_piped, start
 from tests.small_streams import make_stream
 
 _DATA, _STATES = make_stream(gaussian_count=12, frame_count=9, canonical_every=3)
-_LAST = compute_digest(_STATES[-1].scene)
+_LAST_DIGEST = compute_digest(_STATES[-1].scene)
 
 
 def _wait_for(condition):
@@ -42,12 +42,16 @@ def test_deep_checks_of_a_pipe_equal_those_of_a_file(tmp_path):
 
 def test_frames_of_a_pipe_are_decoded_and_faults_named(tmp_path):
     completed = run_piped("decode", "-", "-o", tmp_path / "out", "--frames", "4:6", data=_DATA)
-    cut = run_piped("decode", "-", "-o", tmp_path / "cut", data=_DATA[:-1])
-    recovered = run_piped("decode", "-", "-o", tmp_path / "past", "--recover", data=_DATA[:-1])
+    truncated_run = run_piped("decode", "-", "-o", tmp_path / "cut", data=_DATA[:-1])
+    recovered_run = run_piped("decode", "-", "-o", tmp_path / "past", "--recover", data=_DATA[:-1])
 
-    assert [item.returncode for item in (completed, cut, recovered)] == [0, 1, 1]
+    assert [process.returncode for process in (completed, truncated_run, recovered_run)] == [
+        0,
+        1,
+        1,
+    ]
     assert list_names(tmp_path / "out") == ["frame_0004.ply", "frame_0005.ply"]
-    assert b"truncated" in cut.stderr
+    assert b"truncated" in truncated_run.stderr
     assert list_names(tmp_path) == ["out", "past"]
     assert len(list_names(tmp_path / "past")) == 9
 
@@ -56,28 +60,32 @@ def test_a_cut_from_pipe_to_pipe_writes_nothing_else():
     completed = run_piped("cut", "-", "--frames", "3:", "-o", "-", data=_DATA)
 
     assert completed.stderr == b""
-    found = [(scene.frame, compute_digest(scene)) for scene in decode(completed.stdout)]
-    assert found == [(frame, compute_digest(_STATES[frame].scene)) for frame in range(3, 9)]
+    frames_and_digests = [
+        (scene.frame, compute_digest(scene)) for scene in decode(completed.stdout)
+    ]
+    assert frames_and_digests == [
+        (frame, compute_digest(_STATES[frame].scene)) for frame in range(3, 9)
+    ]
 
 
 def test_a_closed_reader_is_not_a_fault_of_the_stream(tmp_path):
-    reading, writing = os.pipe()
-    os.close(reading)
+    read_end, write_end = os.pipe()
+    os.close(read_end)
     (tmp_path / "a.quarc").write_bytes(_DATA)
     with start(
         *("cut", tmp_path / "a.quarc", "--frames", ":", "-o", "-"),
-        stdout=writing,
+        stdout=write_end,
         stderr=subprocess.PIPE,
-    ) as cutter:
-        os.close(writing)
-        message = cutter.communicate(timeout=60)[1]
+    ) as process:
+        os.close(write_end)
+        message = process.communicate(timeout=60)[1]
 
-    assert (cutter.returncode, message) == (128 + signal.SIGPIPE, b"")
+    assert (process.returncode, message) == (128 + signal.SIGPIPE, b"")
 
 
 @pytest.fixture
 def growing_stream(tmp_path):
-    """A stream that another process writes, with a frame for every line of its input."""
+    """A stream that another process writes: a frame for every line of standard input."""
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     with start(tmp_path / "live.quarc", program=SLOW_ENCODER, **pipes) as encoder:
         assert encoder.stdout.readline() == "0\n"
@@ -85,7 +93,7 @@ def growing_stream(tmp_path):
         encoder.kill()
 
 
-def _next_frame(encoder):
+def _write_next_frame(encoder):
     encoder.stdin.write("\n")
     encoder.stdin.flush()
     return int(encoder.stdout.readline())
@@ -93,32 +101,34 @@ def _next_frame(encoder):
 
 def test_a_stream_is_decoded_while_another_process_writes_it(growing_stream, tmp_path):
     path, encoder = growing_stream
-    out = tmp_path / "out"
-    player = start("decode", path, "-o", out, "--follow", "-q", "--json", stdout=subprocess.PIPE)
-    with player:
+    folder = tmp_path / "out"
+    process = start(
+        "decode", path, "-o", folder, "--follow", "-q", "--json", stdout=subprocess.PIPE
+    )
+    with process:
         for frame in range(3):
-            _wait_for((out / f"frame_{frame:04}.ply").exists)
-            assert not (out / f"frame_{frame + 1:04}.ply").exists()
-            assert player.poll() is None
-            assert _next_frame(encoder) == frame + 1
+            _wait_for((folder / f"frame_{frame:04}.ply").exists)
+            assert not (folder / f"frame_{frame + 1:04}.ply").exists()
+            assert process.poll() is None
+            assert _write_next_frame(encoder) == frame + 1
         encoder.stdin.close()
-        printed_output = read_json(player.communicate(timeout=60)[0])
+        json_output = read_json(process.communicate(timeout=60)[0])
 
-    assert player.returncode == 0
+    assert process.returncode == 0
     assert (
-        printed_output["files"]
-        == list_names(out)
+        json_output["files"]
+        == list_names(folder)
         == [f"frame_{frame:04}.ply" for frame in range(4)]
     )
     run("decode", path, "-o", tmp_path / "after")
-    for name in printed_output["files"]:
-        assert (out / name).read_bytes() == (tmp_path / "after" / name).read_bytes()
+    for name in json_output["files"]:
+        assert (folder / name).read_bytes() == (tmp_path / "after" / name).read_bytes()
 
 
 def test_a_stream_that_stops_growing_is_truncated_after_the_timeout(growing_stream, tmp_path):
     path, encoder = growing_stream
-    _next_frame(encoder)
-    started = time.monotonic()
+    _write_next_frame(encoder)
+    start_time = time.monotonic()
     follow_options = ["--follow", "--patience", "0.3"]
     results = [
         run("verify", path, *follow_options),
@@ -126,7 +136,7 @@ def test_a_stream_that_stops_growing_is_truncated_after_the_timeout(growing_stre
         run("decode", path, "-o", tmp_path / "out", *follow_options),
     ]
 
-    assert time.monotonic() - started >= 0.9
+    assert time.monotonic() - start_time >= 0.9
     assert [result.exit_code for result in results] == [1, 1, 1]
     assert all("truncated" in result.stderr for result in results)
     assert list_names(tmp_path / "out") == ["frame_0000.ply", "frame_0001.ply"]
@@ -134,18 +144,18 @@ def test_a_stream_that_stops_growing_is_truncated_after_the_timeout(growing_stre
 
 def test_a_stream_is_verified_as_it_grows(growing_stream):
     path, encoder = growing_stream
-    with start("verify", path, "--follow", "--json", stdout=subprocess.PIPE) as verifier:
-        frames = [_next_frame(encoder) for _ in range(2)]
+    with start("verify", path, "--follow", "--json", stdout=subprocess.PIPE) as process:
+        frames = [_write_next_frame(encoder) for _ in range(2)]
         encoder.stdin.close()
-        printed_output = read_json(verifier.communicate(timeout=60)[0])
+        json_output = read_json(process.communicate(timeout=60)[0])
 
     assert frames == [1, 2]
-    assert (printed_output["valid"], printed_output["frames"]) == (True, 3)
+    assert (json_output["valid"], json_output["frames"]) == (True, 3)
 
 
 def test_a_killed_encoder_leaves_complete_frames(growing_stream, tmp_path):
     path, encoder = growing_stream
-    _next_frame(encoder)
+    _write_next_frame(encoder)
     encoder.kill()
     encoder.wait()
     result = run("decode", path, "-o", tmp_path / "out", "--recover")
@@ -155,35 +165,35 @@ def test_a_killed_encoder_leaves_complete_frames(growing_stream, tmp_path):
 
 
 def test_follow_waits_for_a_stream_that_does_not_exist_yet(tmp_path):
-    path, out = tmp_path / "live.quarc", tmp_path / "out"
+    path, folder = tmp_path / "live.quarc", tmp_path / "out"
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with start("decode", path, "-o", out, "--follow", "-q", **pipes) as player:
-        assert player.stderr.readline() == f"quarc-ref: waiting for {path}\n"
-        assert not out.exists()
+    with start("decode", path, "-o", folder, "--follow", "-q", **pipes) as process:
+        assert process.stderr.readline() == f"quarc-ref: waiting for {path}\n"
+        assert not folder.exists()
         path.write_bytes(b"")
-        _wait_for(out.exists)
+        _wait_for(folder.exists)
         path.write_bytes(_DATA)
-        player.communicate(timeout=60)
+        process.communicate(timeout=60)
 
-    assert player.returncode == 0
-    assert list_names(out) == [f"frame_{frame:04}.ply" for frame in range(9)]
+    assert process.returncode == 0
+    assert list_names(folder) == [f"frame_{frame:04}.ply" for frame in range(9)]
 
 
 def test_a_stream_that_never_appears_is_reported_and_leaves_nothing(tmp_path):
     path, follow_options = tmp_path / "live.quarc", ["--follow", "--patience", "0.2"]
-    missing = [
+    missing_file_runs = [
         run("verify", path, *follow_options),
         run("decode", path, "-o", tmp_path / "out", *follow_options),
     ]
     path.write_bytes(b"")
-    empty = [
+    empty_file_runs = [
         run("verify", path, *follow_options),
         run("decode", path, "-o", tmp_path / "out", *follow_options),
     ]
 
-    assert [result.exit_code for result in missing + empty] == [2, 2, 1, 1]
-    assert all("does not exist" in result.stderr for result in missing)
-    assert all("no new data in 0.2 seconds" in result.stderr for result in empty)
+    assert [result.exit_code for result in missing_file_runs + empty_file_runs] == [2, 2, 1, 1]
+    assert all("does not exist" in result.stderr for result in missing_file_runs)
+    assert all("no new data in 0.2 seconds" in result.stderr for result in empty_file_runs)
     assert list_names(tmp_path) == ["live.quarc"]
 
 

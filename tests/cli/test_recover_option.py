@@ -12,10 +12,10 @@ _INVALID = Path(__file__).parents[2] / "conformance" / "invalid"
 _FRAMES = [chunk for chunk in split_chunks(_DATA) if chunk.kind in {b"CANO", b"FRAM"}]
 
 
-def _damage(frame, data=_DATA):
-    damaged = bytearray(data)
-    damaged[_FRAMES[frame].offset + 30] ^= 1
-    return bytes(damaged)
+def _flip_bit_in_frame(frame, data=_DATA):
+    damaged_data = bytearray(data)
+    damaged_data[_FRAMES[frame].offset + 30] ^= 1
+    return bytes(damaged_data)
 
 
 def _name_files(*frames):
@@ -28,24 +28,24 @@ def file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("data", "kept_contents"),
+    ("data", "expected_frames"),
     [
-        (_damage(1), [0, 3, 4, 5, 6, 7, 8]),
-        (_damage(3), [0, 1, 2, 6, 7, 8]),
-        (_damage(1, _damage(7)), [0, 3, 4, 5, 6]),
+        (_flip_bit_in_frame(1), [0, 3, 4, 5, 6, 7, 8]),
+        (_flip_bit_in_frame(3), [0, 1, 2, 6, 7, 8]),
+        (_flip_bit_in_frame(1, _flip_bit_in_frame(7)), [0, 3, 4, 5, 6]),
         (_DATA[: _FRAMES[5].offset + 9], [0, 1, 2, 3, 4]),
     ],
 )
-def test_frames_after_damage_are_written_and_gaps_reported(data, kept_contents, file, tmp_path):
+def test_frames_after_damage_are_written_and_gaps_reported(data, expected_frames, file, tmp_path):
     file.write_bytes(data)
     result = run("decode", file, "-o", tmp_path / "out", "--recover", "--json", "-q")
 
-    gaps = [item for item in recover(data) if isinstance(item, Gap)]
-    printed_output = read_json(result.stdout)
+    gaps = [frame_or_gap for frame_or_gap in recover(data) if isinstance(frame_or_gap, Gap)]
+    json_output = read_json(result.stdout)
     assert result.exit_code == 1
-    assert printed_output["files"] == _name_files(*kept_contents) == list_names(tmp_path / "out")
+    assert json_output["files"] == _name_files(*expected_frames) == list_names(tmp_path / "out")
     assert [
-        (gap["offset"], gap["byte_count"], gap["reject_id"]) for gap in printed_output["gaps"]
+        (gap["offset"], gap["byte_count"], gap["reject_id"]) for gap in json_output["gaps"]
     ] == [(gap.offset, gap.byte_count, gap.reject_id) for gap in gaps]
     lines = result.stderr.splitlines()
     assert len(lines) == len(gaps)
@@ -56,14 +56,14 @@ def test_frames_after_damage_are_written_and_gaps_reported(data, kept_contents, 
 
 def test_an_intact_stream_has_no_gaps_and_ends_without_error(file, tmp_path):
     file.write_bytes(_DATA)
-    printed_output = run_json("decode", file, "-o", tmp_path / "out", "--recover")
+    json_output = run_json("decode", file, "-o", tmp_path / "out", "--recover")
 
-    assert printed_output["gaps"] == []
-    assert printed_output["files"] == _name_files(*range(9))
+    assert json_output["gaps"] == []
+    assert json_output["files"] == _name_files(*range(9))
 
 
 def test_of_a_range_with_damage_the_remaining_frames_are_written(file, tmp_path):
-    file.write_bytes(_damage(1))
+    file.write_bytes(_flip_bit_in_frame(1))
     result = run("decode", file, "-o", tmp_path / "out", "--recover", "--frames", "2:5")
 
     assert result.exit_code == 1
@@ -72,16 +72,14 @@ def test_of_a_range_with_damage_the_remaining_frames_are_written(file, tmp_path)
 
 
 def test_damage_after_the_range_is_not_reached(file, tmp_path):
-    file.write_bytes(_damage(7))
+    file.write_bytes(_flip_bit_in_frame(7))
 
-    printed_output = run_json(
-        "decode", file, "-o", tmp_path / "out", "--recover", "--frames", "2:5"
-    )
-    assert printed_output["files"] == _name_files(2, 3, 4)
+    json_output = run_json("decode", file, "-o", tmp_path / "out", "--recover", "--frames", "2:5")
+    assert json_output["files"] == _name_files(2, 3, 4)
 
 
 def test_if_nothing_can_be_recovered_nothing_is_written(file, tmp_path):
-    file.write_bytes(_damage(0, _damage(3, _damage(6))))
+    file.write_bytes(_flip_bit_in_frame(0, _flip_bit_in_frame(3, _flip_bit_in_frame(6))))
     result = run("decode", file, "-o", tmp_path / "out", "--recover", "--json", "-q")
 
     assert result.exit_code == 1
@@ -106,7 +104,7 @@ def test_a_stream_without_a_head_is_rejected(file, tmp_path):
         (_DATA[:-1], [], "complete frames before the error: 9; --recover keeps them"),
         (_DATA[: _FRAMES[5].offset + 9], [], "complete frames before the error: 5; --recover"),
         (_DATA[: _FRAMES[1].offset + 9], [], "complete frames before the error: 1; --recover"),
-        (_damage(3), [], "complete frames before the error: 3; --recover"),
+        (_flip_bit_in_frame(3), [], "complete frames before the error: 3; --recover"),
         (_DATA[:-1], ["--frames", "2:"], "complete frames of --frames 2: before the error: 7"),
     ],
 )
@@ -115,16 +113,18 @@ def test_an_interrupted_decode_says_how_many_frames_can_be_recovered(
 ):
     file.write_bytes(data)
     command = ["decode", file, "-o", tmp_path / "out", *options]
-    broken = run(*command)
+    rejected_run = run(*command)
     recovered_run = run(*command, "--recover")
 
-    assert broken.exit_code == 1
-    assert expected_message in broken.stderr
-    assert broken.stderr.count("\n") == 1
+    assert rejected_run.exit_code == 1
+    assert expected_message in rejected_run.stderr
+    assert rejected_run.stderr.count("\n") == 1
     assert "--recover" not in recovered_run.stderr
-    whole = int(expected_message.rpartition(": ")[2].partition(";")[0])
-    first = 2 if options else 0
-    assert list_names(tmp_path / "out")[:whole] == _name_files(*range(first, first + whole))
+    frame_count = int(expected_message.rpartition(": ")[2].partition(";")[0])
+    first_frame = 2 if options else 0
+    assert list_names(tmp_path / "out")[:frame_count] == _name_files(
+        *range(first_frame, first_frame + frame_count)
+    )
 
 
 @pytest.mark.parametrize(

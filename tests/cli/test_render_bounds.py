@@ -1,4 +1,4 @@
-"""The cost of small streams in `render`: a camera and repeated codes take very few bytes."""
+"""Tests that `render` limits memory for tiny streams with large pictures and many Gaussians."""
 
 import subprocess
 
@@ -23,13 +23,13 @@ finally:
 """
 
 
-def _measure(*arguments):
-    """The peak memory in MiB of a command line in a separate process."""
+def _measure_peak_memory(*arguments):
+    """Return the peak memory in MiB of a command line in a separate process."""
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     process = start(*arguments, program=_MEASURING_PROGRAM, **pipes)
-    printed_output, error_output = process.communicate(timeout=300)
-    assert process.returncode == 0, error_output
-    return float(printed_output.split()[-1])
+    output_text, error_text = process.communicate(timeout=300)
+    assert process.returncode == 0, error_text
+    return float(output_text.split()[-1])
 
 
 @pytest.mark.parametrize(
@@ -48,7 +48,9 @@ def test_a_stream_of_a_kilobyte_is_rendered_within_a_gibibyte(count, size, frame
     (tmp_path / "s.quarc").write_bytes(data)
 
     assert len(data) <= 1024
-    assert _measure("render", tmp_path / "s.quarc", "-o", tmp_path / name) < _MAX_MEBIBYTES
+    assert (
+        _measure_peak_memory("render", tmp_path / "s.quarc", "-o", tmp_path / name) < _MAX_MEBIBYTES
+    )
 
 
 @pytest.mark.parametrize("size", [(8192, 8192), (3073, 2048)])
@@ -65,12 +67,12 @@ def test_pictures_with_more_pixels_are_rendered_only_on_request(size, tmp_path):
 def test_the_limit_of_pixels_can_be_set(stream_file, tmp_path):
     options = ("render", stream_file, "--frames", ":1", "--max-pixels")
     rejected_run = run(*options, 64 * 48 - 1, "-o", tmp_path / "out")
-    printed_output = run_json(*options, 64 * 48, "-o", tmp_path / "out")
-    smaller = run_json(*options, 32 * 24, "--width", 32, "-o", tmp_path / "small")
+    json_output = run_json(*options, 64 * 48, "-o", tmp_path / "out")
+    small_output = run_json(*options, 32 * 24, "--width", 32, "-o", tmp_path / "small")
 
     assert rejected_run.exit_code == 2
-    assert (printed_output["width"], printed_output["height"]) == (64, 48)
-    assert (smaller["width"], smaller["height"]) == (32, 24)
+    assert (json_output["width"], json_output["height"]) == (64, 48)
+    assert (small_output["width"], small_output["height"]) == (32, 24)
 
 
 @pytest.mark.parametrize("size", [(1, 100_000), (100_000, 1), (1 << 31, 1 << 31)])

@@ -17,28 +17,30 @@ def _read_png(path):
 
 @pytest.fixture
 def stream(encoded_stream):
-    """Three frames of four cameras."""
+    """A stream with three frames and four cameras."""
     return encoded_stream.file
 
 
 @pytest.mark.parametrize("name", ["orbit", "spiral", "interpolate"])
 def test_a_path_has_a_picture_for_each_frame(name, stream, tmp_path):
-    printed_output = run_json("render", stream, "-o", tmp_path / "o", "--path", name)
-    first, last = (_read_png(tmp_path / "o" / f"frame_{at:04}.png") for at in (0, 2))
+    json_output = run_json("render", stream, "-o", tmp_path / "o", "--path", name)
+    first_picture, last_picture = (
+        _read_png(tmp_path / "o" / f"frame_{frame:04}.png") for frame in (0, 2)
+    )
 
-    assert printed_output["path"] == name
-    assert printed_output["files"] == [f"frame_{at:04}.png" for at in range(3)]
-    assert first.shape == (32, 48, 3)
-    assert not np.array_equal(first, last)
+    assert json_output["path"] == name
+    assert json_output["files"] == [f"frame_{frame:04}.png" for frame in range(3)]
+    assert first_picture.shape == (32, 48, 3)
+    assert not np.array_equal(first_picture, last_picture)
 
 
 def test_frames_are_spread_over_the_requested_pictures(stream, tmp_path):
-    printed_output = run_json(
+    json_output = run_json(
         "render", stream, "-o", tmp_path / "o.mp4", "--path", "orbit", "--pictures", 7,
         "--frames", "1:2",
     )  # fmt: skip
 
-    assert printed_output["frames"] == 7
+    assert json_output["frames"] == 7
     assert VideoReader(tmp_path / "o.mp4").frame_count == 7
 
 
@@ -49,44 +51,47 @@ def test_a_path_of_a_camera_shows_the_view_of_that_camera(stream, tmp_path):
     run_json("render", stream, "-o", tmp_path / "path", "--path", path, "--camera", "cam01")
     run_json("render", stream, "-o", tmp_path / "cam.png", "--frames", "1", "--camera", "cam03")
 
-    moved, still = _read_png(tmp_path / "path" / "frame_0000.png"), _read_png(tmp_path / "cam.png")
-    assert np.abs(moved.astype(int) - still).max() <= 2
+    path_picture, camera_picture = (
+        _read_png(tmp_path / "path" / "frame_0000.png"),
+        _read_png(tmp_path / "cam.png"),
+    )
+    assert np.abs(path_picture.astype(int) - camera_picture).max() <= 2
 
 
 def test_a_webm_video_has_the_frames_of_the_stream(stream, tmp_path):
-    printed_output = run_json("render", stream, "-o", tmp_path / "a.webm")
+    json_output = run_json("render", stream, "-o", tmp_path / "a.webm")
     run_json("render", stream, "-o", tmp_path / "a", "--to", "png")
 
-    assert printed_output["bytes"] == (tmp_path / "a.webm").stat().st_size
-    with av.open(str(tmp_path / "a.webm")) as opened:
-        video = opened.streams.video[0]
-        assert video.codec_context.name in ("vp9", "libvpx-vp9")
-        assert video.average_rate == Fraction(30)
-        frames = [frame.to_ndarray(format="rgb24") for frame in opened.decode(video)]
+    assert json_output["bytes"] == (tmp_path / "a.webm").stat().st_size
+    with av.open(str(tmp_path / "a.webm")) as container:
+        video_stream = container.streams.video[0]
+        assert video_stream.codec_context.name in ("vp9", "libvpx-vp9")
+        assert video_stream.average_rate == Fraction(30)
+        frames = [frame.to_ndarray(format="rgb24") for frame in container.decode(video_stream)]
     assert len(frames) == 3
-    truth = _read_png(tmp_path / "a" / "frame_0001.png")
-    assert np.abs(frames[1].astype(int) - truth).mean() < 6
+    png_picture = _read_png(tmp_path / "a" / "frame_0001.png")
+    assert np.abs(frames[1].astype(int) - png_picture).mean() < 6
 
 
 def test_depth_is_the_distance_along_the_axis_in_levels_or_floats(stream, tmp_path):
-    levels = run_json("render", stream, "-o", tmp_path / "levels", "--depth")
+    json_output = run_json("render", stream, "-o", tmp_path / "levels", "--depth")
     run_json("render", stream, "-o", tmp_path / "floats", "--depth", "--to", "npz")
     sidecar = json.loads((tmp_path / "levels" / "depth.json").read_text())
     validate(sidecar)
     validate(json.loads((tmp_path / "floats" / "depth.json").read_text()))
 
-    assert levels["files"] == [*(f"depth_{at:04}.png" for at in range(3)), "depth.json"]
-    assert [item["frame"] for item in sidecar["files"]] == [0, 1, 2]
+    assert json_output["files"] == [*(f"depth_{frame:04}.png" for frame in range(3)), "depth.json"]
+    assert [entry["frame"] for entry in sidecar["files"]] == [0, 1, 2]
     assert sidecar["files"][0]["camera"]["name"] == "cam00"
     scale = sidecar["files"][1]["scale"]
     with np.load(tmp_path / "floats" / "depth_0001.npz", allow_pickle=False) as arrays:
         depth, opacity = arrays["depth"], arrays["opacity"]
-    shown = opacity >= 0.5
-    read = _read_png(tmp_path / "levels" / "depth_0001.png").astype(np.float64) * scale
-    assert shown.any()
-    assert read[shown] == pytest.approx(depth[shown], abs=scale)
-    assert (read[~shown] == 0).all()
-    assert 2 < np.median(depth[shown]) < 8  # the cameras are four units in front of a plane
+    is_visible = opacity >= 0.5
+    decoded_depth = _read_png(tmp_path / "levels" / "depth_0001.png").astype(np.float64) * scale
+    assert is_visible.any()
+    assert decoded_depth[is_visible] == pytest.approx(depth[is_visible], abs=scale)
+    assert (decoded_depth[~is_visible] == 0).all()
+    assert 2 < np.median(depth[is_visible]) < 8  # the cameras are four units in front of a plane
 
 
 @pytest.mark.parametrize(
@@ -102,8 +107,8 @@ def test_depth_is_the_distance_along_the_axis_in_levels_or_floats(stream, tmp_pa
     ],
 )
 def test_invalid_options_of_paths_and_depth_are_explained(options, message, stream, tmp_path):
-    filled = [option.format(stream=stream) for option in options]
-    result = run("render", stream, "-o", tmp_path / "o", *filled)
+    filled_options = [option.format(stream=stream) for option in options]
+    result = run("render", stream, "-o", tmp_path / "o", *filled_options)
 
     assert result.exit_code in (2, 3)
     assert message in result.stderr

@@ -8,49 +8,56 @@ from tests.cli.processes import run_piped
 from tests.datasets import scenes
 
 
-def _measure(pictures, truths):
-    """The mean PSNR of 8-bit pictures, as computed by `eval`."""
-    pairs = zip(pictures, truths, strict=True)
-    return np.mean([measure_psnr(a / np.float32(255), b / np.float32(255)) for a, b in pairs])
+def _measure_mean_psnr(pictures, true_pictures):
+    """Return the mean PSNR of 8-bit pictures in dB, computed as in `eval`."""
+    pairs = zip(pictures, true_pictures, strict=True)
+    return np.mean(
+        [
+            measure_psnr(picture / np.float32(255), true_picture / np.float32(255))
+            for picture, true_picture in pairs
+        ]
+    )
 
 
 @pytest.mark.parametrize("kind", ["mp4", "png"])
 def test_rendered_pictures_have_the_quality_that_eval_states(
     kind, encoded_stream, capture, tmp_path
 ):
-    """To 0.1 dB; the toy's pictures are noisy, which is difficult for video codecs."""
+    """Allow a difference of 0.1 dB, since video codecs lose detail of the noisy pictures."""
     output = tmp_path / ("out.mp4" if kind == "mp4" else "out")
-    printed_output = run_json("render", encoded_stream.file, "--camera", "cam00", "-o", output)
+    json_output = run_json("render", encoded_stream.file, "--camera", "cam00", "-o", output)
     if kind == "mp4":
         reader = VideoReader(output)
         pictures = [reader.read(frame) for frame in range(reader.frame_count)]
     else:
-        pictures = [read_still(output / name) for name in printed_output["files"]]
+        pictures = [read_still(output / name) for name in json_output["files"]]
 
-    truths = scenes.read_video(capture / "cam00.mp4")[: len(pictures)]
-    stated = run_json("eval", encoded_stream.file, capture)
-    assert printed_output["frames"] == stated["frames"] == len(pictures)
-    assert _measure(pictures, truths) == pytest.approx(stated["psnr"], abs=0.1)
+    true_pictures = scenes.read_video(capture / "cam00.mp4")[: len(pictures)]
+    eval_output = run_json("eval", encoded_stream.file, capture)
+    assert json_output["frames"] == eval_output["frames"] == len(pictures)
+    assert _measure_mean_psnr(pictures, true_pictures) == pytest.approx(
+        eval_output["psnr"], abs=0.1
+    )
 
 
 def test_a_range_is_rendered_as_files_with_frame_numbers(stream_file, tmp_path):
-    printed_output = run_json("render", stream_file, "-o", tmp_path / "out", "--frames", "1:3")
+    json_output = run_json("render", stream_file, "-o", tmp_path / "out", "--frames", "1:3")
 
-    assert printed_output["files"] == ["frame_0001.png", "frame_0002.png"]
-    assert list_names(tmp_path / "out") == printed_output["files"]
+    assert json_output["files"] == ["frame_0001.png", "frame_0002.png"]
+    assert list_names(tmp_path / "out") == json_output["files"]
     assert read_still(tmp_path / "out" / "frame_0001.png").shape == (48, 64, 3)
 
 
 def test_the_height_follows_from_a_given_width(stream_file, tmp_path):
-    printed_output = run_json("render", stream_file, "-o", tmp_path / "o.mp4", "--width", 32)
+    json_output = run_json("render", stream_file, "-o", tmp_path / "o.mp4", "--width", 32)
 
-    assert (printed_output["camera"], printed_output["width"], printed_output["height"]) == (
+    assert (json_output["camera"], json_output["width"], json_output["height"]) == (
         "cam00",
         32,
         24,
     )
     assert VideoReader(tmp_path / "o.mp4").width == 32
-    assert printed_output["bytes"] == (tmp_path / "o.mp4").stat().st_size
+    assert json_output["bytes"] == (tmp_path / "o.mp4").stat().st_size
 
 
 def test_the_kind_of_output_can_be_given(stream_file, tmp_path):
@@ -92,9 +99,9 @@ def test_the_written_files_are_reported(name, frames, message, stream_file, tmp_
     assert "cam00" in result.stdout
 
 
-def test_a_stream_of_standard_input_is_rendered_too(made, tmp_path):
+def test_a_stream_of_standard_input_is_rendered_too(small_stream, tmp_path):
     completed = run_piped(
-        "render", "-", "-o", tmp_path / "o", "--frames", "2:", "--json", data=made.data
+        "render", "-", "-o", tmp_path / "o", "--frames", "2:", "--json", data=small_stream.data
     )
 
     assert completed.returncode == 0, completed.stderr
@@ -124,8 +131,8 @@ def test_impossible_renders_write_nothing_and_are_explained(
     assert list_names(tmp_path) == ["small.quarc"]
 
 
-def test_a_damaged_stream_leaves_nothing_behind(stream_file, made, tmp_path):
-    stream_file.write_bytes(made.data[:-60])
+def test_a_damaged_stream_leaves_nothing_behind(stream_file, small_stream, tmp_path):
+    stream_file.write_bytes(small_stream.data[:-60])
 
     assert run("render", stream_file, "-o", tmp_path / "a.mp4").exit_code == 1
     assert run("render", stream_file, "-o", tmp_path / "a").exit_code == 1
@@ -135,8 +142,8 @@ def test_a_damaged_stream_leaves_nothing_behind(stream_file, made, tmp_path):
 def test_existing_output_is_replaced_only_with_force(stream_file, tmp_path):
     (tmp_path / "o.mp4").write_text("mine")
     rejected_run = run("render", stream_file, "-o", tmp_path / "o.mp4")
-    kept_contents = (tmp_path / "o.mp4").read_text()
+    text_after_rejection = (tmp_path / "o.mp4").read_text()
     forced_run = run("render", stream_file, "-o", tmp_path / "o.mp4", "--force")
 
-    assert (rejected_run.exit_code, kept_contents, forced_run.exit_code) == (2, "mine", 0)
+    assert (rejected_run.exit_code, text_after_rejection, forced_run.exit_code) == (2, "mine", 0)
     assert VideoReader(tmp_path / "o.mp4").frame_count == 4

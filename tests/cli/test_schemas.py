@@ -1,4 +1,4 @@
-"""The JSON output of the command matches its schemas."""
+"""Tests that the JSON output of all verbs matches the schemas in docs/schemas."""
 
 import json
 import re
@@ -12,14 +12,14 @@ import quarc_ref
 from quarc_ref.cli.app import app
 from tests.cli.commands import run, run_json
 from tests.cli.processes import start
-from tests.cli.schemas import FOLDER, SHARED, load_schemas, validate
+from tests.cli.schemas import SCHEMA_FOLDER, SHARED_SCHEMA, load_schemas, validate
 from tests.cli.stress import VERBS
 
-_SCHEMAS = {name: it for name, it in load_schemas().items() if name != SHARED}
+_SCHEMAS = {name: schema for name, schema in load_schemas().items() if name != SHARED_SCHEMA}
 
 
 @pytest.fixture
-def places(stream_file, encoded_stream, capture, recordings):
+def paths(stream_file, encoded_stream, capture, recordings):
     return {
         "stream": stream_file,
         "encoded": encoded_stream.file,
@@ -29,28 +29,28 @@ def places(stream_file, encoded_stream, capture, recordings):
 
 
 @pytest.mark.parametrize("verb", [name for name in VERBS if name != "view"])
-def test_the_output_of_a_verb_matches_its_schema(verb, places, tmp_path):
-    pytest.importorskip(VERBS[verb].needs)
-    result = run(verb, *VERBS[verb].fill({**places, "out": tmp_path / "out"}), "--json")
-    printed_output = json.loads(result.stdout)
+def test_the_output_of_a_verb_matches_its_schema(verb, paths, tmp_path):
+    pytest.importorskip(VERBS[verb].required_package)
+    result = run(verb, *VERBS[verb].fill_arguments({**paths, "out": tmp_path / "out"}), "--json")
+    json_output = json.loads(result.stdout)
 
-    validate(printed_output)
-    assert next(iter(printed_output)) == "schema"
-    assert printed_output["schema"].split("/")[1] == verb
-    second = list(printed_output)[1]
-    less = {name: value for name, value in printed_output.items() if name != second}
-    for damaged_data in ({**printed_output, "more": 0}, less):
+    validate(json_output)
+    assert next(iter(json_output)) == "schema"
+    assert json_output["schema"].split("/")[1] == verb
+    second_key = list(json_output)[1]
+    incomplete_output = {name: value for name, value in json_output.items() if name != second_key}
+    for wrong_output in ({**json_output, "more": 0}, incomplete_output):
         with pytest.raises(ValidationError):
-            validate(damaged_data)
+            validate(wrong_output)
 
 
 def test_the_output_of_view_matches_its_schema(stream_file):
     with start("view", stream_file, "--no-open", "--json", stdout=subprocess.PIPE) as viewer:
-        printed_output = json.loads(b"".join(iter(viewer.stdout.readline, b"}\n")) + b"}")
+        json_output = json.loads(b"".join(iter(viewer.stdout.readline, b"}\n")) + b"}")
         viewer.terminate()
 
-    validate(printed_output)
-    assert printed_output["schema"] == "quarc-ref/view/1"
+    validate(json_output)
+    assert json_output["schema"] == "quarc-ref/view/1"
 
 
 @pytest.mark.parametrize(
@@ -68,19 +68,21 @@ def test_the_output_of_view_matches_its_schema(stream_file):
         "eval {encoded} {capture}",
     ],
 )
-def test_the_output_of_other_cases_matches_too(line, places, made, tmp_path):
-    for name, data in _damaged(made.data).items():
-        places[name] = tmp_path / f"{name}.quarc"
-        places[name].write_bytes(data)
-    result = run(*line.format(**places, out=tmp_path / "out").split(), "--json", "--quiet")
+def test_the_output_of_other_cases_matches_too(line, paths, small_stream, tmp_path):
+    for name, data in _make_damaged_streams(small_stream.data).items():
+        paths[name] = tmp_path / f"{name}.quarc"
+        paths[name].write_bytes(data)
+    result = run(*line.format(**paths, out=tmp_path / "out").split(), "--json", "--quiet")
 
     validate(json.loads(result.stdout))
 
 
-def _damaged(data):
-    """Streams without an end, without a complete frame, and without any frame."""
-    empty = Path(__file__).parents[2] / "conformance" / "streams" / "no-frames.quarc"
-    return {"damaged": data[:-1], "broken": data[:200], "empty": empty.read_bytes()}
+def _make_damaged_streams(data):
+    """Return a truncated stream, a stream without a complete frame, and a stream of no frames."""
+    stream_without_frames = (
+        Path(__file__).parents[2] / "conformance" / "streams" / "no-frames.quarc"
+    )
+    return {"damaged": data[:-1], "broken": data[:200], "empty": stream_without_frames.read_bytes()}
 
 
 def test_every_verb_has_a_schema():
@@ -91,13 +93,15 @@ def test_every_printed_object_has_a_schema_of_its_version():
     package = Path(quarc_ref.__file__).parent
     modules = [*(package / "cli").rglob("*.py"), *(package / "export").rglob("*.py")]
     modules += [*(package / "encoder").rglob("*.py"), *(package / "viewing").rglob("*.py")]
-    listed_names = {
-        f"quarc-ref/{item}"
+    used_ids = {
+        f"quarc-ref/{schema_id}"
         for path in modules
-        for item in re.findall(r'"(?:quarc-ref/)?([a-z-]+/\d+)"', path.read_text())
+        for schema_id in re.findall(r'"(?:quarc-ref/)?([a-z-]+/\d+)"', path.read_text())
     }
 
-    assert listed_names == {item["properties"]["schema"]["const"] for item in _SCHEMAS.values()}
+    assert used_ids == {
+        schema_id["properties"]["schema"]["const"] for schema_id in _SCHEMAS.values()
+    }
 
 
 @pytest.mark.parametrize("name", load_schemas())
@@ -116,26 +120,28 @@ def test_a_schema_names_itself_and_every_key(name):
 
 
 def test_the_schema_page_lists_every_schema():
-    page = (FOLDER / "README.md").read_text("utf-8")
-    rows = dict(re.findall(r"^\| `(quarc-ref/.*?)` \|.*\]\((.*)\) \|$", page, re.MULTILINE))
+    page = (SCHEMA_FOLDER / "README.md").read_text("utf-8")
+    files_by_id = dict(re.findall(r"^\| `(quarc-ref/.*?)` \|.*\]\((.*)\) \|$", page, re.MULTILINE))
 
-    listed_names = {
-        schema: json.loads((FOLDER / file).read_text()) for schema, file in rows.items()
+    documents_by_id = {
+        schema: json.loads((SCHEMA_FOLDER / file).read_text())
+        for schema, file in files_by_id.items()
     }
     assert all(
-        item["properties"]["schema"]["const"] == schema for schema, item in listed_names.items()
+        schema_document["properties"]["schema"]["const"] == schema
+        for schema, schema_document in documents_by_id.items()
     )
-    assert {item["$id"] for item in listed_names.values()} >= {
-        item["$id"] for item in _SCHEMAS.values()
+    assert {schema_document["$id"] for schema_document in documents_by_id.values()} >= {
+        schema_document["$id"] for schema_document in _SCHEMAS.values()
     }
-    assert "quarc-ref/conformance-report/1" in listed_names
+    assert "quarc-ref/conformance-report/1" in documents_by_id
 
 
 def test_the_example_of_the_schema_page_runs(stream_file):
-    page = (FOLDER / "README.md").read_text("utf-8")
+    page = (SCHEMA_FOLDER / "README.md").read_text("utf-8")
     (program,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    printed_output = {"schema": "quarc-ref/info/2", **run_json("info", stream_file)}
+    json_output = {"schema": "quarc-ref/info/2", **run_json("info", stream_file)}
 
-    exec(program, {"printed": printed_output})
+    exec(program, {"printed": json_output})
     with pytest.raises(ValidationError):
-        exec(program, {"printed": {**printed_output, "more": 0}})
+        exec(program, {"printed": {**json_output, "more": 0}})

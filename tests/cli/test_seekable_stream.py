@@ -1,4 +1,4 @@
-"""Streams from pipes, for verbs that read them more than once."""
+"""Tests of streams from pipes for verbs that read a stream more than once."""
 
 import io
 import subprocess
@@ -19,11 +19,11 @@ from tests.small_streams import make_stream
 _DATA, _ = make_stream(gaussian_count=12, frame_count=4, canonical_every=2)
 _CHUNKS = list(split_chunks(_DATA))
 _MAX_KIBIBYTES = 4 << 20
-_LONG = LEVELS[10].chunk_bytes
+_MAX_CHUNK_BYTES = LEVELS[10].chunk_bytes
 
 
 class _EndlessInput(io.RawIOBase):
-    """Bytes followed by zeros; counts how many were read."""
+    """Given bytes followed by endless zeros; counts the bytes that have been read."""
 
     def __init__(self, data=b""):
         self.data, self.count = data, 0
@@ -33,48 +33,48 @@ class _EndlessInput(io.RawIOBase):
 
     def read(self, size=-1):
         assert 0 <= size <= 1 << 20
-        piece = self.data[self.count : self.count + size].ljust(size, b"\0")
+        data = self.data[self.count : self.count + size].ljust(size, b"\0")
         self.count += size
-        return piece
+        return data
 
 
 def test_seekable_sources_are_used_directly():
     source = BytesSource(_DATA)
-    with open_seekable(source) as held:
-        assert held is source
+    with open_seekable(source) as seekable:
+        assert seekable is source
 
 
 @pytest.mark.parametrize("size", [0, 5, 30, _CHUNKS[2].offset + 7, len(_DATA) - 1, len(_DATA)])
 def test_a_pipe_is_buffered_as_far_as_it_is_intact(size):
-    with open_seekable(PipeSource(io.BytesIO(_DATA[:size]))) as held:
-        assert held.size() == size
-        assert held.read(0, len(_DATA)) == _DATA[:size]
-        assert held.read(3, 5) == _DATA[:size][3:8]
+    with open_seekable(PipeSource(io.BytesIO(_DATA[:size]))) as seekable:
+        assert seekable.size() == size
+        assert seekable.read(0, len(_DATA)) == _DATA[:size]
+        assert seekable.read(3, 5) == _DATA[:size][3:8]
 
 
 def test_a_chunk_with_a_damaged_payload_is_buffered_with_what_follows():
     data = bytearray(_DATA)
     data[_CHUNKS[3].offset + 25] ^= 1
-    with open_seekable(PipeSource(io.BytesIO(data))) as held:
-        assert held.read(0, len(_DATA)) == bytes(data)
+    with open_seekable(PipeSource(io.BytesIO(data))) as seekable:
+        assert seekable.read(0, len(_DATA)) == bytes(data)
 
 
 @pytest.mark.parametrize("size", [0, 8, _CHUNKS[3].offset, len(_DATA)])
 def test_data_that_is_not_a_stream_is_not_buffered(size):
     pipe = _EndlessInput(_DATA[:size])
-    with open_seekable(PipeSource(pipe)) as held:
-        assert size < held.size() < size + 100
-        assert held.read(0, size) == _DATA[:size]
+    with open_seekable(PipeSource(pipe)) as seekable:
+        assert size < seekable.size() < size + 100
+        assert seekable.read(0, size) == _DATA[:size]
     assert pipe.count < size + 100
 
 
 def test_a_long_stream_is_buffered_in_little_memory():
-    data = _DATA[: _CHUNKS[1].offset] + build_chunk(b"oDds", 1, bytes(_LONG))
+    data = _DATA[: _CHUNKS[1].offset] + build_chunk(b"oDds", 1, bytes(_MAX_CHUNK_BYTES))
     pipe = PipeSource(io.BytesIO(data), buffer_bytes=0)
     tracemalloc.start()
-    with open_seekable(pipe) as held:
-        assert held.size() == len(data)
-    assert tracemalloc.get_traced_memory()[1] < _LONG / 2
+    with open_seekable(pipe) as seekable:
+        assert seekable.size() == len(data)
+    assert tracemalloc.get_traced_memory()[1] < _MAX_CHUNK_BYTES / 2
     tracemalloc.stop()
 
 
@@ -94,10 +94,19 @@ def test_a_full_disk_is_named(monkeypatch):
 
 @pytest.mark.parametrize("verb", ["verify --deep", "render -o {out}", "view --no-open", "info"])
 def test_endless_standard_input_that_is_not_a_stream_is_rejected_at_once(verb, tmp_path):
-    words = verb.format(out=tmp_path / "out").split()
-    limited = ["sh", "-c", f'ulimit -v {_MAX_KIBIBYTES}; exec "$@" </dev/zero', "sh", *COMMAND]
+    arguments = verb.format(out=tmp_path / "out").split()
+    limited_command = [
+        "sh",
+        "-c",
+        f'ulimit -v {_MAX_KIBIBYTES}; exec "$@" </dev/zero',
+        "sh",
+        *COMMAND,
+    ]
     completed = subprocess.run(
-        [*limited, words[0], "-", *words[1:]], capture_output=True, timeout=60, check=False
+        [*limited_command, arguments[0], "-", *arguments[1:]],
+        capture_output=True,
+        timeout=60,
+        check=False,
     )
 
     assert completed.returncode == 1

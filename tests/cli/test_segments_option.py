@@ -14,7 +14,7 @@ from tests.cli.commands import TINY, TINY_OPTIONS, list_names, make_folder, run,
 from tests.streams.edits import join_bytes, list_digests
 
 
-def _command(capture, file, *options):
+def _make_command(capture, file, *options):
     return ["encode", capture, "-o", file, *TINY_OPTIONS, "--device", "cpu", *options]
 
 
@@ -25,36 +25,36 @@ def parts(capture):
     for name, value in TINY.items():
         config = change_setting(config, name, str(value))
     streams = []
-    for first, count in ((0, 1), (1, 2)):
+    for first_frame, count in ((0, 1), (1, 2)):
         sink = io.BytesIO()
-        part = slice_capture(open_capture(capture), first, count)
-        encode(part, sink, EncodeOptions(config, device="cpu"))
+        segment = slice_capture(open_capture(capture), first_frame, count)
+        encode(segment, sink, EncodeOptions(config, device="cpu"))
         streams.append(sink.getvalue())
     return streams
 
 
-def _run_here(function, jobs, pool, reports):
-    """Do the same as `run_jobs`, without processes."""
+def _run_jobs_in_process(function, jobs, pool, report):
+    """Run jobs as `run_jobs` does, but in this process."""
     assert pool == WorkerPool(2, (os.cpu_count() or 1) // 2 or 1)
     results = []
     for completed, job in enumerate(jobs, 1):
         results.append(function(job.argument))
-        reports(job.name, completed, len(jobs))
+        report(job.name, completed, len(jobs))
     return results
 
 
 def test_segments_are_encoded_separately_and_joined(
     capture, encoded_stream, parts, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(segments, "run_jobs", _run_here)
+    monkeypatch.setattr(segments, "run_jobs", _run_jobs_in_process)
     file = tmp_path / "a.quarc"
-    printed_output = run_json(*_command(capture, file, "--segments", 2, "--workers", 2))
+    json_output = run_json(*_make_command(capture, file, "--segments", 2, "--workers", 2))
     frames = run_json("inspect", file)["per_frame"]
 
     assert file.read_bytes() == join_bytes(*parts)
     assert [frame["kind"] for frame in frames] == ["canonical", "canonical", "moved"]
     assert list_digests(file.read_bytes())[0] == list_digests(encoded_stream.file.read_bytes())[0]
-    assert printed_output["metadata"] == encoded_stream.printed["metadata"]
+    assert json_output["metadata"] == encoded_stream.json_output["metadata"]
     assert list_names(tmp_path) == ["a.quarc"]
 
 
@@ -62,50 +62,50 @@ def test_completed_segments_are_kept_and_partial_ones_resumed(
     capture, parts, tmp_path, monkeypatch
 ):
     file, folder = tmp_path / "a.quarc", tmp_path / "a.quarc.segments"
-    monkeypatch.setattr(segments, "encode_segments", _interrupt)
-    broken = run(*_command(capture, file, "--segments", 2))
+    monkeypatch.setattr(segments, "encode_segments", _raise_keyboard_interrupt)
+    interrupted_run = run(*_make_command(capture, file, "--segments", 2))
     remaining_names = list_names(tmp_path)
     make_folder(folder, "frames_000000_000001.quarc", "frames_000001_000002.quarc")
     (folder / "frames_000000_000001.quarc").write_bytes(parts[0])
     (folder / "frames_000001_000002.quarc").write_bytes(parts[1][:-200])
-    resumed_broken = run(*_command(capture, file, "--segments", 2, "--resume"))
-    rejected_run = run(*_command(capture, file, "--segments", 2))
+    failed_resume = run(*_make_command(capture, file, "--segments", 2, "--resume"))
+    rejected_run = run(*_make_command(capture, file, "--segments", 2))
     monkeypatch.undo()
-    resumed_run = run(*_command(capture, file, "--segments", 2, "--workers", 1, "--resume"))
+    resumed_run = run(*_make_command(capture, file, "--segments", 2, "--workers", 1, "--resume"))
 
-    assert (broken.exit_code, remaining_names) == (130, [])
-    assert "a.quarc.segments has the finished frames" in resumed_broken.stderr
+    assert (interrupted_run.exit_code, remaining_names) == (130, [])
+    assert "a.quarc.segments has the finished frames" in failed_resume.stderr
     assert (rejected_run.exit_code, "use --resume to continue" in rejected_run.stderr) == (2, True)
     assert resumed_run.exit_code == 0
     assert file.read_bytes() == join_bytes(*parts)
     assert list_names(tmp_path) == ["a.quarc"]
 
 
-def _interrupt(*_arguments):
+def _raise_keyboard_interrupt(*_arguments):
     raise KeyboardInterrupt
 
 
 def test_a_finished_file_is_unchanged(capture, parts, tmp_path):
     file = tmp_path / "a.quarc"
     file.write_bytes(join_bytes(*parts))
-    contents_before = file.stat().st_mtime_ns
-    command = _command(capture, file, "--segments", 2, "--resume")
+    modified_before = file.stat().st_mtime_ns
+    command = _make_command(capture, file, "--segments", 2, "--resume")
 
     assert run(*command).exit_code == 0
     assert run(*command, "--seed", 1).exit_code == 2
     assert run(*command, "--frames", 2).exit_code == 2
     assert run(*command, "--frames", 4).exit_code == 2
-    assert file.stat().st_mtime_ns == contents_before
+    assert file.stat().st_mtime_ns == modified_before
     assert list_names(tmp_path) == ["a.quarc"]
 
 
 def test_a_failed_segment_is_named_and_the_others_are_kept(capture, tmp_path, monkeypatch):
-    def fail(parts, *_where):
-        parts[0].file.write_bytes(b"whole")
-        raise JobsError({parts[1].name: Outcome(message="BadMagicError: no stream")}, 2)
+    def fail(segment_jobs, *_pool):
+        segment_jobs[0].file.write_bytes(b"whole")
+        raise JobsError({segment_jobs[1].name: Outcome(message="BadMagicError: no stream")}, 2)
 
     monkeypatch.setattr(segments, "encode_segments", fail)
-    result = run(*_command(capture, tmp_path / "a.quarc", "--segments", 2))
+    result = run(*_make_command(capture, tmp_path / "a.quarc", "--segments", 2))
 
     assert result.exit_code == 3
     assert "1 of 2 jobs failed; frames 1 to 2: BadMagicError: no stream" in result.stderr
@@ -117,7 +117,7 @@ def test_a_folder_with_other_files_is_not_touched(capture, tmp_path):
     folder = tmp_path / "a.quarc.segments"
     folder.mkdir()
     (folder / "thesis.tex").write_text("mine")
-    command = _command(capture, tmp_path / "a.quarc", "--segments", 2)
+    command = _make_command(capture, tmp_path / "a.quarc", "--segments", 2)
     results = [run(*command, option) for option in ("--force", "--resume")]
 
     assert [result.exit_code for result in results] == [2, 2]
@@ -138,7 +138,7 @@ def test_a_folder_with_other_files_is_not_touched(capture, tmp_path):
 def test_options_that_segments_do_not_allow_are_a_usage_error_and_write_nothing(
     options, message, capture, tmp_path
 ):
-    result = run(*_command(capture, tmp_path / "a.quarc", *options))
+    result = run(*_make_command(capture, tmp_path / "a.quarc", *options))
 
     assert result.exit_code == 2
     assert message in result.stderr
@@ -146,7 +146,7 @@ def test_options_that_segments_do_not_allow_are_a_usage_error_and_write_nothing(
 
 
 @pytest.mark.parametrize(
-    ("asked", "processors", "pool"),
+    ("arguments", "cpu_count", "pool"),
     [
         ((4, None, None, "cpu"), 8, WorkerPool(4, 2)),
         ((8, None, None, "cpu"), 4, WorkerPool(4, 1)),
@@ -156,15 +156,15 @@ def test_options_that_segments_do_not_allow_are_a_usage_error_and_write_nothing(
         ((2, None, "host:6379", "cuda"), 8, WorkerPool(2, 1, "host:6379", 1.0)),
     ],
 )
-def test_processors_are_shared_evenly(asked, processors, pool, monkeypatch):
-    monkeypatch.setattr("os.cpu_count", lambda: processors)
+def test_processors_are_shared_evenly(arguments, cpu_count, pool, monkeypatch):
+    monkeypatch.setattr("os.cpu_count", lambda: cpu_count)
 
-    assert encode_job.choose_pool(*asked) == pool
+    assert encode_job.choose_pool(*arguments) == pool
 
 
 def test_segments_of_a_cluster_equal_local_ones(capture, parts, tmp_path, ray_cluster):
     file = tmp_path / "a.quarc"
-    result = run(*_command(capture, file, "--segments", 2, "--ray", ray_cluster))
+    result = run(*_make_command(capture, file, "--segments", 2, "--ray", ray_cluster))
 
     assert result.exit_code == 0, result.stderr
     assert file.read_bytes() == join_bytes(*parts)

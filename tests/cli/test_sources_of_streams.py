@@ -1,4 +1,4 @@
-"""Streams on servers, and how many bytes of a stream are read."""
+"""Tests of streams on servers, and of the number of bytes that verbs read."""
 
 import pytest
 
@@ -14,11 +14,11 @@ def test_for_a_range_of_frames_less_than_half_of_the_file_is_read(tmp_path, monk
     source = CountedSource(data)
     monkeypatch.setattr(FileSource, "read", lambda _, offset, length: source.read(offset, length))
 
-    printed_output = run_json(
+    json_output = run_json(
         "decode", tmp_path / "long.quarc", "-o", tmp_path / "out", "--frames", "40:41"
     )
 
-    assert printed_output["files"] == ["frame_0040.ply"]
+    assert json_output["files"] == ["frame_0040.ply"]
     assert 0 < source.byte_count() < len(data) / 2
 
 
@@ -26,10 +26,10 @@ def test_for_a_range_of_frames_less_than_half_of_the_file_is_read(tmp_path, monk
 def test_an_unreadable_server_is_a_transport_error_and_not_a_fault_of_the_stream(
     verb, tmp_path, monkeypatch
 ):
-    asked = []
+    requests = []
 
     def fetch(source, offset, length):
-        asked.append((source._url, offset, length))
+        requests.append((source._url, offset, length))
         message = "the server does not support range requests"
         raise SourceError(message)
 
@@ -38,7 +38,7 @@ def test_an_unreadable_server_is_a_transport_error_and_not_a_fault_of_the_stream
     extra_options = {"decode": target, "cut": ["--frames", ":", *target], "join": target}
     result = run(verb, "http://127.0.0.1:9/a.quarc", *extra_options.get(verb, []))
 
-    assert asked[0][0] == "http://127.0.0.1:9/a.quarc"
+    assert requests[0][0] == "http://127.0.0.1:9/a.quarc"
     assert result.exit_code == 3
     assert result.stderr == "quarc-ref: the server does not support range requests\n"
     assert result.stdout == ""

@@ -10,32 +10,34 @@ from tests.cli.commands import list_names
 
 @pytest.mark.parametrize("live", [False, True])
 def test_a_complete_stream_survives_a_power_failure(live, tmp_path, monkeypatch):
-    target, synced = tmp_path / "a.quarc", []
+    target, sync_calls = tmp_path / "a.quarc", []
 
-    def note(number):
-        is_folder = stat.S_ISDIR(os.fstat(number).st_mode)
-        synced.append(("folder" if is_folder else "file", list_names(tmp_path)))
+    def record_sync(descriptor):
+        is_folder = stat.S_ISDIR(os.fstat(descriptor).st_mode)
+        sync_calls.append(("folder" if is_folder else "file", list_names(tmp_path)))
 
-    monkeypatch.setattr(os, "fsync", note)
+    monkeypatch.setattr(os, "fsync", record_sync)
     with open_stream_file(target, force=False, live=live, resume=False) as (_, file):
         file.write(b"stream")
 
-    place = "a.quarc" if live else "a.quarc.part"
-    assert synced == [("file", [place]), ("folder", ["a.quarc"])]
+    written_name = "a.quarc" if live else "a.quarc.part"
+    assert sync_calls == [("file", [written_name]), ("folder", ["a.quarc"])]
 
 
 def test_an_interrupted_stream_stays_and_is_not_synced(tmp_path, monkeypatch):
     error = OSError("disk full")
 
-    def break_off():
-        with open_stream_file(tmp_path / "a.quarc", force=False, live=False, resume=False) as place:
-            place[1].write(b"half")
-            place[1].flush()
+    def interrupt_writing():
+        with open_stream_file(
+            tmp_path / "a.quarc", force=False, live=False, resume=False
+        ) as path_and_file:
+            path_and_file[1].write(b"half")
+            path_and_file[1].flush()
             raise error
 
     monkeypatch.setattr(os, "fsync", lambda _: pytest.fail("it is not whole"))
     with pytest.raises(OSError, match="disk full"):
-        break_off()
+        interrupt_writing()
 
     assert (tmp_path / "a.quarc.part").read_bytes() == b"half"
 
@@ -59,8 +61,8 @@ def test_only_the_segments_and_their_remains_are_removed(tmp_path):
     with open_segments_folder(target, force=False, resume=False) as folder:
         for name in ("frames_0.quarc", "frames_0.quarc.training"):
             folder.add(name).write_bytes(b"made")
-        remaining_names = folder.path / ".frames_0.quarc.training.0123456789abcdef.part"
-        remaining_names.write_bytes(b"left")
+        leftover_file = folder.path / ".frames_0.quarc.training.0123456789abcdef.part"
+        leftover_file.write_bytes(b"left")
         (folder.path / "frames_1.quarc").write_bytes(b"mine")
 
     assert list_names(tmp_path / "a.quarc.segments") == ["frames_1.quarc"]

@@ -20,23 +20,23 @@ def _write_stream(path, metadata, frames=1):
     path.write_bytes(sink.getvalue())
 
 
-def test_info_gives_every_figure_as_json(stream_file, made):
-    printed_output = run_json("info", stream_file)
+def test_info_gives_every_figure_as_json(stream_file, small_stream):
+    json_output = run_json("info", stream_file)
 
-    assert printed_output["format_version"] == "1.1"
-    assert printed_output["frames"] == 4
-    assert printed_output["gaussians"] == made.states[-1].scene.count
-    assert printed_output["anchors"] == max(
-        sum(level.shape[1] for level in state.symbols) for state in made.states
+    assert json_output["format_version"] == "1.1"
+    assert json_output["frames"] == 4
+    assert json_output["gaussians"] == small_stream.states[-1].scene.count
+    assert json_output["anchors"] == max(
+        sum(level.shape[1] for level in state.symbols) for state in small_stream.states
     )
-    assert printed_output["bytes"].keys() == {
+    assert json_output["bytes"].keys() == {
         *("total", "canonical", "snapshots", "motion", "updates", "births", "overhead")
     }
-    assert printed_output["kb_per_frame"].keys() == {"without_canonical", "with_canonical"}
-    assert printed_output["estimate_bytes"].keys() == {
+    assert json_output["kb_per_frame"].keys() == {"without_canonical", "with_canonical"}
+    assert json_output["estimate_bytes"].keys() == {
         *("canonical", "snapshots", "motion", "updates", "births")
     }
-    assert printed_output["state_sha256"] == compute_digest(made.states[-1].scene)
+    assert json_output["state_sha256"] == compute_digest(small_stream.states[-1].scene)
 
 
 def test_the_kinds_of_bytes_add_up_to_the_file(stream_file):
@@ -49,29 +49,29 @@ def test_the_kinds_of_bytes_add_up_to_the_file(stream_file):
 
 
 def test_info_prints_the_same_figures_as_text(stream_file):
-    printed_output, shown = run_json("info", stream_file), run("info", stream_file).stdout
+    json_output, text = run_json("info", stream_file), run("info", stream_file).stdout
 
     for kind in ("canonical", "motion", "births"):
-        size, estimate = printed_output["bytes"][kind], printed_output["estimate_bytes"][kind]
+        size, estimate = json_output["bytes"][kind], json_output["estimate_bytes"][kind]
         assert re.search(
-            rf"^{kind} +{size:,} bytes \(zero-order estimate {estimate:,}\)", shown, re.M
+            rf"^{kind} +{size:,} bytes \(zero-order estimate {estimate:,}\)", text, re.M
         )
-    assert f"{printed_output['kb_per_frame']['with_canonical']:.2f} with" in shown
-    assert "cam00 (held out)" in shown
-    assert "made by hand" in shown
+    assert f"{json_output['kb_per_frame']['with_canonical']:.2f} with" in text
+    assert "cam00 (held out)" in text
+    assert "made by hand" in text
 
 
 def test_metadata_is_printed_unchanged_and_hides_nothing(tmp_path):
     metadata = {"[red]": "[/nonsense] :smile:", "steer": "\x1b[2J", "frames": "999"}
     _write_stream(tmp_path / "odd.quarc", metadata)
 
-    shown = run("info", tmp_path / "odd.quarc").stdout
+    text = run("info", tmp_path / "odd.quarc").stdout
 
-    assert "[red]" in shown
-    assert "[/nonsense] :smile:" in shown
-    assert "\\x1b[2J" in shown
-    assert "\x1b" not in shown
-    assert "999" not in shown
+    assert "[red]" in text
+    assert "[/nonsense] :smile:" in text
+    assert "\\x1b[2J" in text
+    assert "\x1b" not in text
+    assert "999" not in text
 
 
 def test_a_stream_without_frames_is_valid(tmp_path):
@@ -91,15 +91,15 @@ def test_info_states_the_frames_of_a_truncated_stream(tmp_path):
     assert "  6 at" in run("info", tmp_path / "a.quarc").stdout
 
 
-def test_verify_prints_the_crc_of_the_last_state(stream_file, made):
-    digest = compute_digest(made.states[-1].scene)
+def test_verify_prints_the_crc_of_the_last_state(stream_file, small_stream):
+    digest = compute_digest(small_stream.states[-1].scene)
 
     assert run_json("verify", stream_file) == {"valid": True, "frames": 4, "state_sha256": digest}
     assert digest in run("verify", stream_file).stdout
 
 
-def test_verify_names_the_fault_and_the_frames_before_it(stream_file, made):
-    stream_file.write_bytes(made.data[:-1])
+def test_verify_names_the_fault_and_the_frames_before_it(stream_file, small_stream):
+    stream_file.write_bytes(small_stream.data[:-1])
     result = run("verify", stream_file, "--json")
 
     assert result.exit_code == 1
@@ -131,11 +131,11 @@ def test_a_missing_file_is_a_usage_error(verb, tmp_path):
 def test_progress_goes_to_stderr_unless_quiet(stream_file, monkeypatch):
     monkeypatch.setattr(output, "_SECONDS_BETWEEN_LINES", 0.0)
 
-    reports, silent = (
+    verbose_run, quiet_run = (
         run("verify", stream_file, "--json"),
         run("verify", stream_file, "--json", "-q"),
     )
 
-    assert reports.stderr.splitlines() == [f"decode {frame}/4" for frame in range(1, 5)]
-    assert silent.stderr == ""
-    assert reports.stdout == silent.stdout
+    assert verbose_run.stderr.splitlines() == [f"decode {frame}/4" for frame in range(1, 5)]
+    assert quiet_run.stderr == ""
+    assert verbose_run.stdout == quiet_run.stdout

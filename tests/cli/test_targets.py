@@ -14,7 +14,7 @@ from quarc_ref.cli.targets import (
 from quarc_ref.files import OutputPathError
 from tests.cli.commands import list_names, make_folder
 
-_FOLDERS = [written_folder, growing_folder]
+_FOLDER_FUNCTIONS = [written_folder, growing_folder]
 
 
 def _write_half(target, *, force, error):
@@ -23,8 +23,8 @@ def _write_half(target, *, force, error):
         raise error
 
 
-def _write_frame(make, target, *, force=False, error=None):
-    with make(target, force=force) as folder:
+def _write_frame(open_target, target, *, force=False, error=None):
+    with open_target(target, force=force) as folder:
         folder.write("frame_1.ply", b"new")
         if error:
             raise error
@@ -57,52 +57,55 @@ def test_an_interrupted_file_leaves_nothing_and_keeps_the_old_one(error, force, 
     assert [path.read_bytes() for path in tmp_path.iterdir()] == ([b"old"] if force else [])
 
 
-@pytest.mark.parametrize("make", [open_output_file, open_output_frame])
-def test_an_existing_file_is_replaced_only_with_force(make, tmp_path):
+@pytest.mark.parametrize("open_target", [open_output_file, open_output_frame])
+def test_an_existing_file_is_replaced_only_with_force(open_target, tmp_path):
     target = tmp_path / "a.quarc"
     target.write_bytes(b"old")
-    with pytest.raises(UsageError, match="--force"), make(target, force=False):
+    with pytest.raises(UsageError, match="--force"), open_target(target, force=False):
         pytest.fail("the target was opened")
-    kept_contents = target.read_bytes()
+    data_after_rejection = target.read_bytes()
     with open_output_file(target, force=True) as sink:
         sink.write(b"new")
 
-    assert kept_contents == b"old"
+    assert data_after_rejection == b"old"
     assert target.read_bytes() == b"new"
 
 
-@pytest.mark.parametrize("make", [open_output_file, open_output_frame, open_output_stream])
-def test_a_file_does_not_replace_a_folder(make, old_folder):
-    with pytest.raises(UsageError, match="folder"), make(old_folder, force=True):
+@pytest.mark.parametrize("open_target", [open_output_file, open_output_frame, open_output_stream])
+def test_a_file_does_not_replace_a_folder(open_target, old_folder):
+    with pytest.raises(UsageError, match="folder"), open_target(old_folder, force=True):
         pytest.fail("the target was opened")
 
     assert list_names(old_folder) == ["frame_0.ply"]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="no named pipes")
-@pytest.mark.parametrize("make", [open_output_file, open_output_frame, open_output_stream])
-def test_a_file_does_not_replace_a_pipe_or_device(make, tmp_path):
+@pytest.mark.parametrize("open_target", [open_output_file, open_output_frame, open_output_stream])
+def test_a_file_does_not_replace_a_pipe_or_device(open_target, tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for target in (tmp_path / "pipe", Path(os.devnull)):
-        with pytest.raises(UsageError, match="not a regular file"), make(target, force=True):
+        with pytest.raises(UsageError, match="not a regular file"), open_target(target, force=True):
             pytest.fail("the target was opened")
 
     assert (tmp_path / "pipe").is_fifo()
 
 
-@pytest.mark.parametrize("make", [open_output_file, *_FOLDERS])
-def test_a_target_in_a_missing_folder_is_rejected(make, tmp_path):
-    with pytest.raises(UsageError, match="not a folder"), make(tmp_path / "a" / "b", force=False):
+@pytest.mark.parametrize("open_target", [open_output_file, *_FOLDER_FUNCTIONS])
+def test_a_target_in_a_missing_folder_is_rejected(open_target, tmp_path):
+    with (
+        pytest.raises(UsageError, match="not a folder"),
+        open_target(tmp_path / "a" / "b", force=False),
+    ):
         pytest.fail("the target was opened")
 
 
-@pytest.mark.parametrize("make", [open_output_file, *_FOLDERS])
+@pytest.mark.parametrize("open_target", [open_output_file, *_FOLDER_FUNCTIONS])
 @pytest.mark.parametrize("force", [False, True])
-def test_only_streams_go_to_standard_output(make, force, tmp_path, monkeypatch):
+def test_only_streams_go_to_standard_output(open_target, force, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with (
         pytest.raises(UsageError, match="cannot be written to standard output"),
-        make(Path("-"), force=force),
+        open_target(Path("-"), force=force),
     ):
         pytest.fail("the target was opened")
 
@@ -116,14 +119,14 @@ def test_a_folder_can_be_called_dash_by_its_full_path(tmp_path):
     assert list_names(tmp_path) == ["-"]
 
 
-@pytest.mark.parametrize("make", _FOLDERS)
-def test_a_folder_is_replaced_only_with_force(make, old_folder):
+@pytest.mark.parametrize("open_target", _FOLDER_FUNCTIONS)
+def test_a_folder_is_replaced_only_with_force(open_target, old_folder):
     with pytest.raises(OutputPathError, match="out exists"):
-        _write_frame(make, old_folder)
-    kept_contents = list_names(old_folder)
-    _write_frame(make, old_folder, force=True)
+        _write_frame(open_target, old_folder)
+    names_after_rejection = list_names(old_folder)
+    _write_frame(open_target, old_folder, force=True)
 
-    assert kept_contents == ["frame_0.ply"]
+    assert names_after_rejection == ["frame_0.ply"]
     assert list_names(old_folder) == ["frame_1.ply"]
     assert list_names(old_folder.parent) == ["out"]
 
@@ -142,16 +145,16 @@ def test_an_interrupted_growing_folder_says_what_stays(old_folder):
 
 
 def test_files_added_to_a_folder_during_replacement_are_kept_and_named(old_folder, capsys):
-    with written_folder(old_folder, force=True) as made:
-        made.write("frame_1.ply", b"new")
+    with written_folder(old_folder, force=True) as folder:
+        folder.write("frame_1.ply", b"new")
         (old_folder / "notes.txt").write_text("mine")
-    reports = capsys.readouterr().err
+    messages = capsys.readouterr().err
 
-    kept_contents = made.moved_to
+    moved_folder = folder.moved_to
     assert list_names(old_folder) == ["frame_1.ply"]
-    assert list_names(kept_contents) == ["notes.txt"]
-    assert (kept_contents / "notes.txt").read_text() == "mine"
-    assert reports == (
+    assert list_names(moved_folder) == ["notes.txt"]
+    assert (moved_folder / "notes.txt").read_text() == "mine"
+    assert messages == (
         f"quarc-ref: another program added files to {old_folder} while it was written; "
-        f"these files are now in {kept_contents}\n"
+        f"these files are now in {moved_folder}\n"
     )

@@ -17,30 +17,38 @@ def file(tmp_path):
 
 
 def test_completed_checks_are_listed(file):
-    printed_output = run_json("verify", file, "--deep")
+    json_output = run_json("verify", file, "--deep")
 
-    assert (printed_output["valid"], printed_output["frames"]) == (True, 7)
-    assert printed_output["state_sha256"] == compute_digest(_STATES[-1].scene)
-    proved = printed_output["deep"]
-    assert (proved["frames"], proved["frames_compared"], proved["seek_points"]) == (7, 7, 3)
-    assert proved["level"] == 1.0
-    assert proved["limits"]["gaussians"] == 65536
+    assert (json_output["valid"], json_output["frames"]) == (True, 7)
+    assert json_output["state_sha256"] == compute_digest(_STATES[-1].scene)
+    deep_checks = json_output["deep"]
+    assert (deep_checks["frames"], deep_checks["frames_compared"], deep_checks["seek_points"]) == (
+        7,
+        7,
+        3,
+    )
+    assert deep_checks["level"] == 1.0
+    assert deep_checks["limits"]["gaussians"] == 65536
 
-    shown = " ".join(run("verify", file, "--deep").stdout.split())
-    assert f"{proved['bits']:,} bits in {proved['sections']} sections" in shown
-    assert "3, all with the same states (7 frames compared)" in shown
-    assert f"at most {proved['maxima']['gaussians']} of 65,536 Gaussians" in shown
+    text = " ".join(run("verify", file, "--deep").stdout.split())
+    assert f"{deep_checks['bits']:,} bits in {deep_checks['sections']} sections" in text
+    assert "3, all with the same states (7 frames compared)" in text
+    assert f"at most {deep_checks['maxima']['gaussians']} of 65,536 Gaussians" in text
 
 
 @pytest.mark.parametrize("size", [5, 300, 2000, len(_DATA) - 1])
 def test_a_fault_is_named_with_the_frames_before_it(size, file):
     file.write_bytes(_DATA[:size])
-    deep, plain = (
+    deep_run, plain_run = (
         run("verify", file, *extra_options, "--json", "-q") for extra_options in (["--deep"], [])
     )
 
-    assert (deep.exit_code, deep.stdout, deep.stderr) == (1, plain.stdout, plain.stderr)
-    assert '"refused": "truncated"' in deep.stdout
+    assert (deep_run.exit_code, deep_run.stdout, deep_run.stderr) == (
+        1,
+        plain_run.stdout,
+        plain_run.stderr,
+    )
+    assert '"refused": "truncated"' in deep_run.stdout
 
 
 def test_differing_decoders_are_a_failure_of_the_tool_and_not_of_the_stream(file, monkeypatch):
@@ -61,6 +69,6 @@ def test_with_one_decoder_no_comparison_is_claimed(file, monkeypatch):
     monkeypatch.setattr(verify_stream, "HAS_CONSTRICTION", False)
 
     assert run_json("verify", file, "--deep")["deep"]["entropy_decoders"] == 1
-    shown = " ".join(run("verify", file, "--deep").stdout.split())
-    assert "constriction, is not installed" in shown
-    assert "both decoders" not in shown
+    text = " ".join(run("verify", file, "--deep").stdout.split())
+    assert "constriction, is not installed" in text
+    assert "both decoders" not in text

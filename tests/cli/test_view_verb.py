@@ -17,7 +17,7 @@ from tests.cli.processes import SLOW_ENCODER, start
 
 @contextmanager
 def _open_viewer(*arguments, data=None, **pipes):
-    """A viewer and its output; it must end cleanly after Ctrl-C."""
+    """Start `view`, and yield the process and its JSON output; check that Ctrl-C ends it."""
     viewer = start(
         *("view", *arguments, "--no-open", "--port", 8700, "--json"),
         **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **pipes},
@@ -36,27 +36,29 @@ def _open_viewer(*arguments, data=None, **pipes):
 
 
 def _fetch(url, **headers):
-    with urllib.request.urlopen(urllib.request.Request(url, headers=headers), timeout=60) as answer:
-        return answer.read()
+    with urllib.request.urlopen(
+        urllib.request.Request(url, headers=headers), timeout=60
+    ) as response:
+        return response.read()
 
 
-def test_page_player_and_stream_are_served_until_ctrl_c(stream_file, made):
-    with _open_viewer(stream_file) as (_, printed_output):
-        url = printed_output["url"]
+def test_page_player_and_stream_are_served_until_ctrl_c(stream_file, small_stream):
+    with _open_viewer(stream_file) as (_, json_output):
+        url = json_output["url"]
         page = _fetch(url).decode()
 
-        assert printed_output["stream"] == "small.quarc"
+        assert json_output["stream"] == "small.quarc"
         assert '<quarc-player src="stream.quarc" autoplay loop>' in page
         assert "<title>small</title>" in page
         assert _fetch(f"{url}quarc-player.js") == read_player()
-        assert _fetch(f"{url}stream.quarc") == made.data
-        assert _fetch(f"{url}stream.quarc", Range="bytes=9-19") == made.data[9:20]
+        assert _fetch(f"{url}stream.quarc") == small_stream.data
+        assert _fetch(f"{url}stream.quarc", Range="bytes=9-19") == small_stream.data[9:20]
 
 
 def test_options_are_written_into_the_page(stream_file):
     options = ["--camera", "cam00", "--up", "-z", "--no-autoplay", "--no-loop", "--title", "Toys"]
-    with _open_viewer(stream_file, *options) as (_, printed_output):
-        page = _fetch(printed_output["url"]).decode()
+    with _open_viewer(stream_file, *options) as (_, json_output):
+        page = _fetch(json_output["url"]).decode()
 
     assert '<quarc-player src="stream.quarc" camera="cam00" up="-z">' in page
     assert "<title>Toys</title>" in page
@@ -65,46 +67,46 @@ def test_options_are_written_into_the_page(stream_file):
 def test_a_growing_stream_is_followed(tmp_path):
     path = tmp_path / "live.quarc"
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-    with start(path, program=SLOW_ENCODER, **pipes) as writer:
-        writer.stdout.readline()
-        with _open_viewer(path, "--follow") as (_, printed_output):
-            page, stream = (_fetch(printed_output["url"] + name) for name in ("", "stream.quarc"))
-            writer.stdin.write("\n")
-            writer.stdin.flush()
-            extra_options = _fetch(
-                f"{printed_output['url']}stream.quarc", Range=f"bytes={len(stream)}-"
+    with start(path, program=SLOW_ENCODER, **pipes) as encoder:
+        encoder.stdout.readline()
+        with _open_viewer(path, "--follow") as (_, json_output):
+            page, first_data = (_fetch(json_output["url"] + name) for name in ("", "stream.quarc"))
+            encoder.stdin.write("\n")
+            encoder.stdin.flush()
+            added_data = _fetch(
+                f"{json_output['url']}stream.quarc", Range=f"bytes={len(first_data)}-"
             )
-            writer.stdin.close()
-            writer.wait(60)
-            end = _fetch(
-                f"{printed_output['url']}stream.quarc",
-                Range=f"bytes={len(stream + extra_options)}-",
+            encoder.stdin.close()
+            encoder.wait(60)
+            remaining_data = _fetch(
+                f"{json_output['url']}stream.quarc",
+                Range=f"bytes={len(first_data + added_data)}-",
             )
 
     assert b" live>" in page
-    assert stream + extra_options + end == path.read_bytes()
+    assert first_data + added_data + remaining_data == path.read_bytes()
 
 
-def test_a_stream_on_standard_input_plays_while_it_arrives(made):
-    half = list(split_chunks(made.data))[-3].offset  # a whole number of chunks
-    with _open_viewer("-", data=made.data[:half], stdin=subprocess.PIPE) as (
+def test_a_stream_on_standard_input_plays_while_it_arrives(small_stream):
+    half_bytes = list(split_chunks(small_stream.data))[-3].offset  # offset of the third-last chunk
+    with _open_viewer("-", data=small_stream.data[:half_bytes], stdin=subprocess.PIPE) as (
         viewer,
-        printed_output,
+        json_output,
     ):
-        stream, url = b"", f"{printed_output['url']}stream.quarc"
-        assert b" live>" in _fetch(printed_output["url"])
-        while len(stream) < half:
-            stream += _fetch(url, Range=f"bytes={len(stream)}-")
-        viewer.stdin.write(made.data[half:])
+        received_data, url = b"", f"{json_output['url']}stream.quarc"
+        assert b" live>" in _fetch(json_output["url"])
+        while len(received_data) < half_bytes:
+            received_data += _fetch(url, Range=f"bytes={len(received_data)}-")
+        viewer.stdin.write(small_stream.data[half_bytes:])
         viewer.stdin.close()
-        while len(stream) < len(made.data):
-            stream += _fetch(url, Range=f"bytes={len(stream)}-")
+        while len(received_data) < len(small_stream.data):
+            received_data += _fetch(url, Range=f"bytes={len(received_data)}-")
 
-    assert stream == made.data
+    assert received_data == small_stream.data
 
 
-def test_for_a_stream_without_an_end_follow_is_suggested(tmp_path, made):
-    (tmp_path / "cut.quarc").write_bytes(made.data[:-1])
+def test_for_a_stream_without_an_end_follow_is_suggested(tmp_path, small_stream):
+    (tmp_path / "cut.quarc").write_bytes(small_stream.data[:-1])
     with start(
         "view",
         tmp_path / "cut.quarc",
@@ -123,8 +125,10 @@ def test_for_a_stream_without_an_end_follow_is_suggested(tmp_path, made):
     assert viewer.returncode == 128 + signal.SIGTERM
 
 
-def test_a_stream_damaged_at_the_start_opens_no_page(stream_file, made):
-    stream_file.write_bytes(made.data[:60] + bytes([made.data[60] ^ 1]) + made.data[61:])
+def test_a_stream_damaged_at_the_start_opens_no_page(stream_file, small_stream):
+    stream_file.write_bytes(
+        small_stream.data[:60] + bytes([small_stream.data[60] ^ 1]) + small_stream.data[61:]
+    )
     result = run("view", stream_file, "--no-open")
 
     assert result.exit_code == 1
@@ -139,8 +143,10 @@ def test_an_unknown_camera_is_rejected_with_the_known_ones(stream_file):
 
 
 def test_a_stream_without_frames_opens_no_page():
-    empty = Path(__file__).parents[2] / "conformance" / "streams" / "no-frames.quarc"
-    result = run("view", empty, "--no-open")
+    stream_without_frames = (
+        Path(__file__).parents[2] / "conformance" / "streams" / "no-frames.quarc"
+    )
+    result = run("view", stream_without_frames, "--no-open")
 
     assert result.exit_code == 2
     assert "the stream has no frame" in result.stderr
@@ -163,25 +169,25 @@ def test_an_invalid_host_name_is_rejected(name, stream_file):
 
 
 def test_the_page_is_opened_in_a_browser(stream_file, monkeypatch):
-    opened = []
+    opened_urls = []
 
     def open_page(url):
-        opened.append(url)
+        opened_urls.append(url)
         raise KeyboardInterrupt
 
     monkeypatch.setattr(webbrowser, "open", open_page)
     result = run("view", stream_file, "--port", 8700)
 
-    assert opened[0] in result.stdout
+    assert opened_urls[0] in result.stdout
     assert result.exit_code == 130
 
 
 def test_a_page_on_all_interfaces_is_printed_with_its_public_address(stream_file, monkeypatch):
     monkeypatch.setattr(socket, "gethostname", lambda: "box.example")
     monkeypatch.setattr(Server, "serve_forever", lambda *_, **__: None)
-    printed_output = " ".join(
+    json_output = " ".join(
         run("view", stream_file, "--no-open", "--host", "0.0.0.0").stdout.split()
     )
 
-    assert "page http://127.0.0.1:" in printed_output
-    assert "elsewhere http://box.example:" in printed_output
+    assert "page http://127.0.0.1:" in json_output
+    assert "elsewhere http://box.example:" in json_output

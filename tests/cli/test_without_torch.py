@@ -1,4 +1,4 @@
-"""Decoding where no package for pictures or training can be imported."""
+"""Tests of decoding without the packages for pictures and training."""
 
 import json
 import os
@@ -13,7 +13,7 @@ from tests.cli.commands import list_names, read_json
 from tests.engines import needs_fast
 from tests.small_streams import make_stream
 
-_BLOCKED = ("torch", "cv2", "matplotlib", "scipy", "numba", "av", "pycolmap", "gsplat")
+_BLOCKED_PACKAGES = ("torch", "cv2", "matplotlib", "scipy", "numba", "av", "pycolmap", "gsplat")
 _PROGRAM = """
 import sys
 for name in {}:
@@ -24,35 +24,41 @@ main()
 """
 
 
-def _run(*arguments, blocked=_BLOCKED, engine=""):
-    program = [sys.executable, "-c", _PROGRAM.format(blocked), *map(str, arguments)]
+def _run(*arguments, blocked_packages=_BLOCKED_PACKAGES, engine=""):
+    program = [sys.executable, "-c", _PROGRAM.format(blocked_packages), *map(str, arguments)]
     environment = os.environ | {"QUARC_REF_ENGINE": engine}
     return subprocess.run(program, capture_output=True, text=True, env=environment, check=False)
 
 
 @pytest.fixture(scope="module")
 def large_file(tmp_path_factory):
-    """A stream for which a fast engine is worthwhile."""
+    """A stream that is so large that the command recommends the fast engine."""
     path = tmp_path_factory.mktemp("large") / "large.quarc"
     path.write_bytes(make_stream(gaussian_count=9000, frame_count=3)[0])
     return path
 
 
-@pytest.mark.parametrize("blocked", [_BLOCKED, (*_BLOCKED, "constriction")])
+@pytest.mark.parametrize(
+    "blocked_packages", [_BLOCKED_PACKAGES, (*_BLOCKED_PACKAGES, "constriction")]
+)
 @pytest.mark.parametrize("verb", ["verify", "info"])
-def test_the_state_is_the_same_as_in_this_process(verb, blocked, stream_file, made):
-    completed = _run(verb, stream_file, "--json", blocked=blocked)
+def test_the_state_is_the_same_as_in_this_process(
+    verb, blocked_packages, stream_file, small_stream
+):
+    completed = _run(verb, stream_file, "--json", blocked_packages=blocked_packages)
 
     assert completed.returncode == 0, completed.stderr
-    assert read_json(completed.stdout)["state_sha256"] == compute_digest(made.states[-1].scene)
+    assert read_json(completed.stdout)["state_sha256"] == compute_digest(
+        small_stream.states[-1].scene
+    )
 
 
-def test_every_frame_is_decoded_to_the_same_arrays(stream_file, made, tmp_path):
+def test_every_frame_is_decoded_to_the_same_arrays(stream_file, small_stream, tmp_path):
     completed = _run("decode", stream_file, "--to", "npz", "-o", tmp_path / "out", "--json")
 
     names = read_json(completed.stdout)["files"]
-    assert len(names) == len(made.states)
-    for name, state in zip(names, made.states, strict=True):
+    assert len(names) == len(small_stream.states)
+    for name, state in zip(names, small_stream.states, strict=True):
         with np.load(tmp_path / "out" / name, allow_pickle=False) as arrays:
             assert np.array_equal(arrays["ids"], state.scene.ids)
             assert np.array_equal(arrays["state_positions"], state.scene.positions)
@@ -60,8 +66,10 @@ def test_every_frame_is_decoded_to_the_same_arrays(stream_file, made, tmp_path):
             assert np.array_equal(arrays["state_codes"], state.scene.codes)
 
 
-def test_a_damaged_stream_is_rejected_there_too(stream_file, made):
-    stream_file.write_bytes(made.data[:200] + bytes([made.data[200] ^ 1]) + made.data[201:])
+def test_a_damaged_stream_is_rejected_there_too(stream_file, small_stream):
+    stream_file.write_bytes(
+        small_stream.data[:200] + bytes([small_stream.data[200] ^ 1]) + small_stream.data[201:]
+    )
     completed = _run("verify", stream_file)
 
     assert completed.returncode == 1
@@ -72,16 +80,16 @@ def test_a_damaged_stream_is_rejected_there_too(stream_file, made):
 def test_a_missing_fast_engine_is_mentioned_once_if_it_would_help(
     arguments, large_file, stream_file, tmp_path
 ):
-    verb, *options = [item.format(out=tmp_path / "out") for item in arguments]
+    verb, *options = [argument.format(out=tmp_path / "out") for argument in arguments]
     options += ["--force"] * (verb == "decode")
-    without = (*_BLOCKED, "quarc_core")
-    reports = _run(verb, large_file, *options, "--json", blocked=without).stderr
+    without = (*_BLOCKED_PACKAGES, "quarc_core")
+    reports = _run(verb, large_file, *options, "--json", blocked_packages=without).stderr
 
     assert reports.count("\n") == 1
     assert reports.startswith("quarc-ref: quarc_core is not installed")
     for finished in (
-        _run(verb, stream_file, *options, blocked=without),
-        _run(verb, large_file, *options, "--quiet", blocked=without),
+        _run(verb, stream_file, *options, blocked_packages=without),
+        _run(verb, large_file, *options, "--quiet", blocked_packages=without),
     ):
         assert (finished.returncode, finished.stderr) == (0, "")
 
