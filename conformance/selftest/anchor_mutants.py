@@ -12,22 +12,32 @@ MUTANTS = (
         "PHILOX_ROUNDS: Final = 10",
         "PHILOX_ROUNDS: Final = 7",
     ),
-    mutant("ranks by ordinal", _ANCHORS, "counter[1] = scene.phase", "counter[1] = scene.frame"),
     mutant(
-        "words of the levels reversed",
+        "ranks drawn by frame ordinal instead of phase",
+        _ANCHORS,
+        "counter[1] = scene.phase",
+        "counter[1] = scene.frame",
+    ),
+    mutant(
+        "random words of the anchor levels in reversed order",
         _ANCHORS,
         "words = philox(counter, scene.header.seed)",
         "words = philox(counter, scene.header.seed)[[2, 1, 0, 3]]",
     ),
-    mutant("of equal words the later id", _ANCHORS, "<< 32) + scene.ids", "<< 32) - scene.ids"),
     mutant(
-        "ranks compared as signed",
+        "of Gaussians with equal random words, the latest id is first",
+        _ANCHORS,
+        "<< 32) + scene.ids",
+        "<< 32) - scene.ids",
+    ),
+    mutant(
+        "ranks compared as signed integers",
         _ANCHORS,
         "return ((words - (1 << 31)) << 32) + scene.ids",
         "return (words << 32) + scene.ids",
     ),
     mutant(
-        "the last of equally distant anchors",
+        "of equally distant anchors, the last is chosen",
         _BINDING,
         ".argmin(axis=1)",
         "[:, ::-1].argmin(axis=1)",
@@ -43,7 +53,7 @@ MUTANTS = (
         "& (nearest > best_anchors)",
     ),
     mutant(
-        "binary32 distances",
+        "distances computed in binary32",
         _BINDING,
         "    lengths: Int64 = (differences * differences).sum(axis=0)\n",
         "    narrow = differences.astype(np.float32)\n"
@@ -56,7 +66,7 @@ MUTANTS = (
         "max(1, gaussian_count // header.gaussians_per_anchor)",
     ),
     mutant(
-        "one shift more than the minimum",
+        "cell shift larger than the minimum by 1",
         _ANCHORS,
         "    starts = np.flatnonzero(merge_shifts > shift)\n",
         "    shift = min(LATTICE_BITS, shift + 1)\n"

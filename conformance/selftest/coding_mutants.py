@@ -11,13 +11,13 @@ _HALVED = "updated[0] + updated[1] > COUNT_LIMIT)"
 
 MUTANTS = (
     mutant(
-        "end of the coder not checked",
+        "final state of the coder not checked",
         "format/coding/planes.py",
         "        self._words.finish()\n",
         "",
     ),
     mutant(
-        "last word of 0 taken",
+        "a last word of 0 accepted",
         "format/coding/entropy.py",
         "    return (_decoder_override.get() or make_fastest_decoder)(words)",
         "    return (_decoder_override.get() or make_fastest_decoder)(np.trim_zeros(words, 'b'))",
@@ -36,9 +36,12 @@ MUTANTS = (
     ),
     mutant("counts never halved", _CONTEXTS, _HALVED, "updated[0] + updated[1] > 1 << 40)"),
     mutant(
-        "counts halved one too early", _CONTEXTS, _HALVED, "updated[0] + updated[1] >= COUNT_LIMIT)"
+        "counts halved at a total that is lower by 1",
+        _CONTEXTS,
+        _HALVED,
+        "updated[0] + updated[1] >= COUNT_LIMIT)",
     ),
-    mutant("weights one too large", _CONTEXTS, _WEIGHT, f"{_WEIGHT} + 1"),
+    mutant("weights larger by 1", _CONTEXTS, _WEIGHT, f"{_WEIGHT} + 1"),
     mutant(
         "sections without words are not counted",
         _MOTION,
@@ -54,49 +57,49 @@ MUTANTS = (
         "_PARENT_CLASSES = _Classes(1, 2, 3)",
     ),
     mutant(
-        "last class of signs begins at 9",
+        "last context class of signs begins at 9",
         _MOTION,
         "_SIGN_CONTEXTS = _Classes(-7, -3, -1, 0, 1, 2, 4, 8)",
         "_SIGN_CONTEXTS = _Classes(-8, -3, -1, 0, 1, 2, 4, 9)",
     ),
     mutant(
-        "symbols of 64 at most",
+        "magnitudes of symbols limited to 64",
         "format/constants.py",
         "MAGNITUDE_PLANES: Final = 64",
         "MAGNITUDE_PLANES: Final = 63",
     ),
     mutant(
-        "one class of SH rest more",
+        "one context class too many for SH rest",
         "format/constants.py",
         "REST_CLASSES: Final = 8",
         "REST_CLASSES: Final = 9",
     ),
     mutant(
-        "blue coded less red",
+        "blue coded as difference from red",
         _GAUSSIANS,
         "coded[0] + coded[1], coded[0] + coded[2]\n",
         "coded[0] + coded[1], coded[0] + coded[1] + coded[2]\n",
     ),
     mutant(
-        "differences of keys not limited",
+        "differences of Morton keys not limited",
         _GAUSSIANS,
         "if differences.max(initial=0) > _DIFFERENCE_LIMIT:",
         "if False:",
     ),
     mutant(
-        "box of positions not checked",
+        "positions outside the box accepted",
         _GAUSSIANS,
         "if keys.min(initial=0) < 0 or keys.max(initial=0) >> (3 * chunk.axis_bits):",
         "if False:",
     ),
     mutant(
-        "code 240 taken for 0",
+        "probability code 240 read as 0",
         "format/coding/probability.py",
         "    if code >= PROBABILITY_CODES:",
         "    code %= PROBABILITY_CODES\n    if code >= PROBABILITY_CODES:",
     ),
     mutant(
-        "square root 1 too large above 2^52",
+        "integer square root larger by 1 above 2^52",
         "format/arithmetic.py",
         "root: Int64 = estimate - (estimate * estimate > values)",
         "root: Int64 = estimate",

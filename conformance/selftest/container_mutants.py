@@ -16,9 +16,11 @@ MUTANTS = (
         "if crc is None:",
     ),
     mutant("header CRC ignored", _CONTAINER, "if not is_header_crc_valid(data):", "if False:"),
-    mutant("sequence ignored", _READER, "if header.sequence != self.sequence:", "if False:"),
+    mutant(
+        "sequence numbers ignored", _READER, "if header.sequence != self.sequence:", "if False:"
+    ),
     mutant("critical bit ignored", _CONTAINER, _UNKNOWN, "if False:"),
-    mutant("unknown ancillary chunks refused", _CONTAINER, _UNKNOWN, "if not is_known:"),
+    mutant("unknown ancillary chunks rejected", _CONTAINER, _UNKNOWN, "if not is_known:"),
     mutant(
         "unknown compatible features rejected",
         _WIRE,
@@ -27,7 +29,7 @@ MUTANTS = (
         only_category="streams",
     ),
     mutant(
-        "any case of the third letter",
+        "case of the third letter of chunk types ignored",
         _CONTAINER,
         "for letter in (kind[0], *kind[2:])",
         "for letter in (kind[0], *kind[3:])",
@@ -42,9 +44,14 @@ MUTANTS = (
         "if parsed.end != len(payload):",
         "if False:",
     ),
-    mutant("TAIL unchecked", _STREAM, "if self._is_complete and tail != expected:", "if False:"),
     mutant(
-        "INDX unchecked",
+        "fields of TAIL not checked",
+        _STREAM,
+        "if self._is_complete and tail != expected:",
+        "if False:",
+    ),
+    mutant(
+        "fields of INDX not checked",
         _STREAM,
         "if self._is_complete and index != self._skipped_points.with_appended(self._points):",
         "if False:",
@@ -57,13 +64,13 @@ MUTANTS = (
         "            container.check_length(header.length, self._stream_header, self.offset)  #",
     ),
     mutant(
-        "a step of 0 taken",
+        "a quantization step of 0 accepted",
         "format/records.py",
         "not 0 < value <= constants.STEP_LIMIT",
         "not 0 <= value <= constants.STEP_LIMIT",
     ),
     mutant(
-        "any version read",
+        "unknown major versions accepted",
         _WIRE,
         "if version.version_major != constants.VERSION_MAJOR:",
         "if False:",
@@ -82,7 +89,7 @@ MUTANTS = (
         "return True",
     ),
     mutant(
-        "TAIL tells how many frames are missing, also where the first was lost",
+        "lost frames counted from frame 0 if the first frame was lost",
         "streams/recover.py",
         "        if self._first_frame is None:\n            return None\n"
         "        return self._first_frame +",
@@ -104,7 +111,7 @@ MUTANTS = (
         only_category="damaged",
     ),
     mutant(
-        "a negative number of lost frames",
+        "a negative number of lost frames reported",
         "streams/recover.py",
         "or self._next_frame is None or self._next_frame < expected_frame:",
         "or self._next_frame is None:",
@@ -118,7 +125,7 @@ MUTANTS = (
         only_category="damaged",
     ),
     mutant(
-        "damaged ancillary chunks cost frames",
+        "damaged ancillary chunks counted as lost frames",
         "streams/recover.py",
         "elif header is not None and header.is_ancillary and",
         "elif False and header is not None and",

@@ -16,34 +16,39 @@ _NORMALIZED = "_normalize(unit, PRODUCT_GUARD_BITS).astype(np.int32)\n"
 
 MUTANTS = (
     mutant(
-        "one Gaussian fewer than the level allows",
+        "limit of Gaussians lower by 1",
         _LIMITS,
         "if count > header.limits.gaussians:",
         "if count >= header.limits.gaussians:",
     ),
     mutant(
-        "one birth fewer than the level allows",
+        "limit of births lower by 1",
         _LIMITS,
         "if count > header.limits.births:",
         "if count >= header.limits.births:",
         only_category="levels",
     ),
     mutant(
-        "Gaussians of the unlimited level made room for, however many",
+        "memory allocated for any number of Gaussians at the unlimited level",
         _LIMITS,
         '    _decline_above(_OWN_LIMITS.gaussians, count, "Gaussians")\n',
         "",
         only_category="resource",
     ),
     mutant(
-        "positions wrap",
+        "positions outside the lattice accepted",
         _RANGES,
         "    if _any_beyond(positions, POSITION_LIMIT):",
         "    if False:",
     ),
-    mutant("codes wrap", _RANGES, "    if _any_beyond(codes, CODE_LIMIT):", "    if False:"),
     mutant(
-        "state CRC unchecked",
+        "codes out of range accepted",
+        _RANGES,
+        "    if _any_beyond(codes, CODE_LIMIT):",
+        "    if False:",
+    ),
+    mutant(
+        "state CRC not checked",
         _FRAMES,
         "    if state_crc(scene) != stored_crc:",
         "    if stored_crc is None:",
@@ -55,13 +60,13 @@ MUTANTS = (
         "covers_all_fields = True",
     ),
     mutant(
-        "stale binding",
+        "anchors sampled only after a canonical frame",
         _RECONSTRUCT,
         "if anchors is None or previous.phase % previous.header.resample_interval == 0:",
         "if anchors is None:",
     ),
     mutant(
-        "sampled one frame early",
+        "anchors sampled one frame early",
         _RECONSTRUCT,
         "or previous.phase % previous.header.resample_interval == 0:",
         "or scene.phase % scene.header.resample_interval == 0:",
@@ -93,14 +98,14 @@ MUTANTS = (
         ),
     ),
     mutant(
-        "the last of equal opacities dies",
+        "of Gaussians with equal opacities, the last dies",
         _RECONSTRUCT,
         _DEATHS,
         "order = np.argsort(scene.codes[OPACITY.start][::-1], kind='stable')\n"
         "    order = scene.count - 1 - order",
     ),
     mutant(
-        "opacities compared as unsigned",
+        "opacities compared as unsigned integers",
         _RECONSTRUCT,
         "np.argsort(scene.codes[OPACITY.start],",
         "np.argsort(scene.codes[OPACITY.start].astype(np.uint16),",
@@ -139,7 +144,7 @@ MUTANTS = (
         "level_motion",
     ),
     mutant(
-        "a canonical frame keeps the counts",
+        "counts kept at a canonical frame",
         _STREAM,
         _CANONICAL,
         "        before = self._state\n"
@@ -151,30 +156,32 @@ MUTANTS = (
         "from dataclasses import replace\nfrom typing import Any\n",
     ),
     mutant(
-        "a sum of 0 is normalized again",
+        "rotations normalized again if the residuals sum to 0",
         _RECONSTRUCT,
         _TURNING,
         "rotated = np.arange(scene.count)",
         only_category="traps",
     ),
     mutant(
-        "w alone turns nothing",
+        "rotation residuals of only w ignored",
         _RECONSTRUCT,
         _TURNING,
         "rotated = np.flatnonzero(np.any(sums[-3:], axis=0))",
     ),
     mutant(
-        "residual on the left",
+        "rotation residual multiplied on the left",
         _ROTATION,
         "    aw, ax, ay, az = rotations.astype(np.int64)\n    bw, bx, by, bz = residuals\n",
         "    aw, ax, ay, az = residuals\n    bw, bx, by, bz = rotations.astype(np.int64)\n",
     ),
     mutant(
-        "w made positive",
+        "w of rotations made positive",
         _ROTATION,
         f"    unit = divide_round(product, ROTATION_ONE)\n    return {_NORMALIZED}",
         f"    unit = divide_round(product, ROTATION_ONE)\n    turned = {_NORMALIZED}"
         "    return np.where(turned[0] < 0, -turned, turned)\n",
     ),
-    mutant("too long rotations taken", _ROTATION, " or np.any(squared_largest < 0):", ":"),
+    mutant(
+        "rotations with a norm above 1 accepted", _ROTATION, " or np.any(squared_largest < 0):", ":"
+    ),
 )

@@ -16,7 +16,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "pass",
     ),
     mutant(
-        "updates read depending on the minor version",
+        "updates expected if the minor version is 1",
         _WIRE,
         "        parsed[name] = bool(version.incompatible_features & bit)\n",
         "        parsed[name] = version.version_minor == 1 and bit != 4\n",
@@ -25,13 +25,13 @@ MUTANTS: tuple[Mutant, ...] = (
         "all Gaussians may leave", _UPDATES, "if deleted.size == state.scene.count:", "if False:"
     ),
     mutant(
-        "updated positions wrap",
+        "updated positions outside the lattice accepted",
         _UPDATES,
         "narrow_positions(new_positions)",
         "new_positions",
     ),
     mutant(
-        "updated codes wrap",
+        "updated codes out of range accepted",
         _UPDATES,
         "narrow_codes(new_codes)",
         "new_codes",
@@ -73,7 +73,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "np.minimum(state.known_recency + 1, 9)",
     ),
     mutant(
-        "recency of one frame",
+        "recency forgotten after one frame",
         _UPDATES,
         "np.minimum(state.known_recency + 1, RECENCY_LIMIT)",
         "np.full(state.scene.count, RECENCY_LIMIT)",
@@ -86,7 +86,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "    recency[updates.gaussians[there]] = 0\n",
     ),
     mutant(
-        "frames without updates do not age",
+        "recency unchanged in frames without updates",
         _UPDATES,
         "np.minimum(state.known_recency + 1, RECENCY_LIMIT)",
         "np.minimum(state.known_recency + bool(updates.count), RECENCY_LIMIT)",
@@ -129,38 +129,43 @@ MUTANTS: tuple[Mutant, ...] = (
         "return update(state, updates)",
     ),
     mutant(
-        "contexts of updates without the motion",
+        "contexts of updates do not depend on motion",
         _PLANES,
         "(1 + (motion_sums > 1) + (motion_sums > _FAR_MOTION))",
         "0",
     ),
-    mutant("motion of 3 far", _PLANES, "_FAR_MOTION = 3\n", "_FAR_MOTION = 2\n"),
     mutant(
-        "contexts of deletions without recency",
+        "motion of 3 steps in the context of far motion",
+        _PLANES,
+        "_FAR_MOTION = 3\n",
+        "_FAR_MOTION = 2\n",
+    ),
+    mutant(
+        "contexts of deletions do not depend on recency",
         _PLANES,
         "context.recency[changed].astype(np.int64), dies[changed]",
         "np.zeros_like(changed), dies[changed]",
     ),
     mutant(
-        "fields without contexts",
+        "field bits of updates coded without contexts",
         _PLANES,
         'planes.code(f"updates, {name}", changed_fields, is_changed)',
         'planes.code(f"updates, {name}", np.zeros_like(changed_fields), is_changed)',
     ),
     mutant(
-        "residuals in contexts of the last row alone",
+        "contexts of residuals depend only on the last row",
         _PLANES,
         "            residual_sums += coded[row, changed]\n",
         "            residual_sums = coded[row, changed]\n",
     ),
     mutant(
-        "residuals without contexts",
+        "contexts of residuals do not depend on other residuals",
         _PLANES,
         "contexts = 3 * row + 1 + np.sign(residual_sums)",
         "contexts = 3 * row + 1 + 0 * residual_sums",
     ),
     mutant(
-        "residuals in the same contexts for all rows",
+        "residuals of all rows share contexts",
         _PLANES,
         "contexts = 3 * row + 1 + np.sign(residual_sums)",
         "contexts = 1 + np.sign(residual_sums)",

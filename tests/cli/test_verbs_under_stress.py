@@ -35,7 +35,7 @@ def workspace(stream_file, encoded_stream, capture, recordings, tmp_path):
 
 
 def _run(name, workspace, *options, output_path=None, **replaced_inputs):
-    """Run a verb; `others` replace its inputs."""
+    """Run a verb; skips the test if the verb requires a package that is not installed."""
     verb = VERBS[name]
     pytest.importorskip(verb.required_package)
     paths = {
