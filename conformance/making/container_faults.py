@@ -5,20 +5,20 @@ from dataclasses import replace
 
 from making.end_faults import make_end_faults
 from making.fault_rows import (
-    CAME_PIECE,
-    FRAM_PIECE,
-    HEAD_PIECE,
-    INDX_PIECE,
-    META_PIECE,
-    NOTE_PIECE,
-    TAIL_PIECE,
+    CAME_CHUNK,
+    FRAM_CHUNK,
+    HEAD_CHUNK,
+    INDX_CHUNK,
+    META_CHUNK,
+    NOTE_CHUNK,
+    TAIL_CHUNK,
     Row,
     count_frames,
     make_faults_at,
 )
 from making.head_faults import make_magic_and_head_faults
 from making.payloads import pack_metadata
-from making.streams import Piece, assemble
+from making.streams import Chunk, assemble
 from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector, make_broken_vector
 
 
@@ -26,7 +26,7 @@ def make_container_faults(parent: ValidStream) -> list[Vector]:
     """Return all vectors, as patches of the journey."""
     rows = [*_make_framing_faults(parent), *_make_type_faults(parent)]
     return [
-        *make_faults_at(parent, FRAM_PIECE, rows),
+        *make_faults_at(parent, FRAM_CHUNK, rows),
         *make_magic_and_head_faults(parent),
         *_make_order_faults(parent),
         *make_end_faults(parent),
@@ -63,49 +63,49 @@ def _make_framing_faults(parent: ValidStream) -> Iterable[Row]:
             name,
             clauses,
             reject_ids,
-            stream.replace_piece(FRAM_PIECE, flip_byte=byte_index),
+            stream.replace_chunk(FRAM_CHUNK, flip_byte=byte_index),
             note,
         )
     yield (
         "payload-crc-of-zero",
         "5.2-3",
         "payload-crc",
-        _replace_crc_with_zero(stream.pieces),
+        _replace_crc_with_zero(stream.chunks),
         "a CRC of 0 does not mean that there is none",
     )
     yield (
         "sequence-skipped",
         "5.2-4",
         "sequence",
-        stream.replace_piece(FRAM_PIECE, sequence=FRAM_PIECE + 1),
+        stream.replace_chunk(FRAM_CHUNK, sequence=FRAM_CHUNK + 1),
         "a number is skipped",
     )
     yield (
         "sequence-repeated",
         "5.2-4",
         "sequence",
-        stream.replace_piece(FRAM_PIECE, sequence=FRAM_PIECE - 1),
+        stream.replace_chunk(FRAM_CHUNK, sequence=FRAM_CHUNK - 1),
         "a number is repeated",
     )
     yield (
         "sequence-from-zero",
         "5.2-4 5.1-2",
         "sequence",
-        stream.replace_piece(FRAM_PIECE, sequence=0),
+        stream.replace_chunk(FRAM_CHUNK, sequence=0),
         "numbering starts again",
     )
 
 
-def _replace_crc_with_zero(pieces: list[Piece]) -> list[Piece]:
-    """Return the pieces with 0 in place of the payload CRC of a FRAM chunk."""
+def _replace_crc_with_zero(chunks: list[Chunk]) -> list[Chunk]:
+    """Return the chunks with 0 in place of the payload CRC of a FRAM chunk."""
     return [
-        *pieces[:FRAM_PIECE],
-        _ZeroCrcPiece(pieces[FRAM_PIECE].kind, pieces[FRAM_PIECE].payload),
-        *pieces[FRAM_PIECE + 1 :],
+        *chunks[:FRAM_CHUNK],
+        _ZeroCrcChunk(chunks[FRAM_CHUNK].kind, chunks[FRAM_CHUNK].payload),
+        *chunks[FRAM_CHUNK + 1 :],
     ]
 
 
-class _ZeroCrcPiece(Piece):
+class _ZeroCrcChunk(Chunk):
     def pack(self, number: int, payload: bytes) -> bytes:
         return super().pack(number, payload)[:-4] + bytes(4)
 
@@ -126,7 +126,7 @@ def _make_type_faults(parent: ValidStream) -> Iterable[Row]:
             f"type-{name}",
             "5.2-8",
             reject_ids,
-            parent.stream.replace_piece(FRAM_PIECE, kind=kind),
+            parent.stream.replace_chunk(FRAM_CHUNK, kind=kind),
             f"{note} in a chunk type",
         )
 
@@ -134,15 +134,15 @@ def _make_type_faults(parent: ValidStream) -> Iterable[Row]:
 def _make_order_faults(parent: ValidStream) -> list[Vector]:
     """Return streams with chunks at places where their types are not allowed."""
     stream, reject_ids = parent.stream, "chunk-order"
-    head, index, tail = stream.pieces[HEAD_PIECE], Piece(b"INDX", None), Piece(b"TAIL", None)
-    later_head = stream.insert_pieces(head, index=FRAM_PIECE)
-    frame_first = [head, *stream.pieces[3:5], stream.pieces[2], *stream.pieces[5:]]
-    chunk_after_index = [*stream.pieces[:INDX_PIECE], index, Piece(b"meta", pack_metadata()), tail]
-    index_twice, frame_count = stream.insert_pieces(index, index=TAIL_PIECE), len(parent.frames)
+    head, index, tail = stream.chunks[HEAD_CHUNK], Chunk(b"INDX", None), Chunk(b"TAIL", None)
+    later_head = stream.insert_chunks(head, index=FRAM_CHUNK)
+    frame_first = [head, *stream.chunks[3:5], stream.chunks[2], *stream.chunks[5:]]
+    chunk_after_index = [*stream.chunks[:INDX_CHUNK], index, Chunk(b"meta", pack_metadata()), tail]
+    index_twice, frame_count = stream.insert_chunks(index, index=TAIL_CHUNK), len(parent.frames)
     note = "another HEAD, with the expected number"
     rows = (
-        ("head-not-first", "5.1-2", reject_ids, stream.pieces[1:], 0, "the first chunk is `came`"),
-        ("head-missing", "5.1-2", reject_ids, stream.pieces[2:], 0, "the first chunk is CANO"),
+        ("head-not-first", "5.1-2", reject_ids, stream.chunks[1:], 0, "the first chunk is `came`"),
+        ("head-missing", "5.1-2", reject_ids, stream.chunks[2:], 0, "the first chunk is CANO"),
         ("frame-before-canonical", "5.1-3", reject_ids, frame_first, 0, "FRAM precedes any CANO"),
         (
             "chunk-after-index",
@@ -157,7 +157,7 @@ def _make_order_faults(parent: ValidStream) -> list[Vector]:
     )
     return [
         *make_faults_at(
-            parent, FRAM_PIECE, [("head-later", "5.1-2", reject_ids, later_head, note)]
+            parent, FRAM_CHUNK, [("head-later", "5.1-2", reject_ids, later_head, note)]
         ),
         *(_make_fault_after_frames(parent, *row) for row in rows),
     ]
@@ -165,11 +165,11 @@ def _make_order_faults(parent: ValidStream) -> list[Vector]:
 
 def _make_critical_faults(
     parent: ValidStream,
-) -> Iterable[tuple[str, str, str, list[Piece], int, str]]:
+) -> Iterable[tuple[str, str, str, list[Chunk], int, str]]:
     stream, reject_ids = parent.stream, "unknown-critical"
-    with_reserved_type = stream.insert_pieces(Piece(b"SNAP", bytes(8)), index=FRAM_PIECE)
-    with_private_type = stream.insert_pieces(Piece(b"FrAM", bytes(8)), index=FRAM_PIECE)
-    with_head_number = stream.replace_piece(HEAD_PIECE, sequence=1)
+    with_reserved_type = stream.insert_chunks(Chunk(b"SNAP", bytes(8)), index=FRAM_CHUNK)
+    with_private_type = stream.insert_chunks(Chunk(b"FrAM", bytes(8)), index=FRAM_CHUNK)
+    with_head_number = stream.replace_chunk(HEAD_CHUNK, sequence=1)
     yield (
         "critical",
         "5.2-9",
@@ -201,37 +201,37 @@ def _make_fault_after_frames(
     name: str,
     clauses: str,
     reject_ids: str,
-    pieces: list[Piece],
+    chunks: list[Chunk],
     frame_count: int,
     note: str,
 ) -> Vector:
     """Return a vector that is rejected after a number of frames; recovery is not tested."""
     outcome = Outcome(parent.frames[:frame_count], tuple(reject_ids.split()))
-    return make_broken_vector(parent, f"invalid/{name}", clauses, pieces, outcome, note)
+    return make_broken_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
 
 
 def _make_ancillary_faults(parent: ValidStream) -> list[Vector]:
     """Return streams with a wrong payload CRC in a chunk that decoders skip."""
     stream = parent.stream
     vectors = []
-    for name, piece_index, flip_byte in (
-        ("note", NOTE_PIECE, 22),
-        ("came", CAME_PIECE, 40),
-        ("meta", META_PIECE, 30),
+    for name, chunk_index, flip_byte in (
+        ("note", NOTE_CHUNK, 22),
+        ("came", CAME_CHUNK, 40),
+        ("meta", META_CHUNK, 30),
     ):
-        pieces = stream.replace_piece(piece_index, flip_byte=flip_byte)
-        frame_count = count_frames(pieces[:piece_index])
-        layout = assemble(pieces)
+        chunks = stream.replace_chunk(chunk_index, flip_byte=flip_byte)
+        frame_count = count_frames(chunks[:chunk_index])
+        layout = assemble(chunks)
         gap = Gap(
-            layout.offsets[piece_index],
-            layout.offsets[piece_index + 1] - layout.offsets[piece_index],
+            layout.offsets[chunk_index],
+            layout.offsets[chunk_index + 1] - layout.offsets[chunk_index],
             ("payload-crc",),
             0,
         )
         outcome = Outcome(parent.frames[:frame_count], ("payload-crc",))
         note = f"a bit of the payload of `{name}`, which is still checked"
         vector = make_broken_vector(
-            parent, f"invalid/payload-crc-of-{name}", "5.2-3 5.2-10", pieces, outcome, note
+            parent, f"invalid/payload-crc-of-{name}", "5.2-3 5.2-10", chunks, outcome, note
         )
         vectors.append(replace(vector, recover=Recovery(parent.frames, (gap,))))
     return vectors

@@ -16,7 +16,7 @@ from making.lost_chunks import make_losses, make_orders
 from making.payloads import MAGIC, pack_chunk, pack_chunk_header
 from making.recovery_rules import make_recovery_rules
 from making.scenes import hash_numbers
-from making.streams import Piece, assemble
+from making.streams import Chunk, assemble
 from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector
 
 _ANCILLARY = (1, 6, 11)
@@ -37,15 +37,15 @@ def make_damaged(parent: ValidStream) -> list[Vector]:
 
 def make_cut(parent: ValidStream, size: int, name: str, note: str) -> Vector:
     """Return a stream that is cut after a number of bytes."""
-    offsets, pieces = parent.layout.offsets, parent.stream.pieces
+    offsets, chunks = parent.layout.offsets, parent.stream.chunks
     data = parent.layout.data[:size]
     if size < offsets[1]:
         reject_ids = ("truncated",) if size >= len(MAGIC) else ("truncated", "bad-magic")
         outcome, recovery = Outcome((), reject_ids), Recovery((), reject_ids=reject_ids)
         return make_damaged_vector(parent, name, "5.1-4", data, outcome, recovery, note)
-    piece_index = max(n for n, offset in enumerate(offsets) if offset <= size)
-    frames = parent.frames[: count_frames(pieces[:piece_index])]
-    gap = Gap(offsets[piece_index], size - offsets[piece_index], ("truncated",), None)
+    chunk_index = max(n for n, offset in enumerate(offsets) if offset <= size)
+    frames = parent.frames[: count_frames(chunks[:chunk_index])]
+    gap = Gap(offsets[chunk_index], size - offsets[chunk_index], ("truncated",), None)
     outcome, recovery = Outcome(frames, ("truncated",)), Recovery(frames, (gap,))
     return make_damaged_vector(
         parent, name, f"5.1-4 {RECOVERY_CLAUSES}", data, outcome, recovery, note
@@ -81,23 +81,23 @@ def _make_cuts(parent: ValidStream) -> list[Vector]:
 
 def _make_flips(parent: ValidStream) -> list[Vector]:
     """Return streams with a flipped bit in the header or in the payload of each chunk."""
-    numbered_pieces = enumerate(parent.stream.pieces)
+    numbered_chunks = enumerate(parent.stream.chunks)
     return [
         vector
-        for piece_index, piece in numbered_pieces
-        for vector in make_flips_of_piece(
-            parent, piece_index, f"flip-{piece_index:02}-{piece.kind.decode()}"
+        for chunk_index, chunk in numbered_chunks
+        for vector in make_flips_of_chunk(
+            parent, chunk_index, f"flip-{chunk_index:02}-{chunk.kind.decode()}"
         )
     ]
 
 
-def make_flips_of_piece(parent: ValidStream, piece_index: int, name: str) -> list[Vector]:
+def make_flips_of_chunk(parent: ValidStream, chunk_index: int, name: str) -> list[Vector]:
     """Return two streams: a chunk has a flipped bit in its header, or in its payload."""
-    vectors, kind = [], parent.stream.pieces[piece_index].kind.decode()
-    length = parent.layout.offsets[piece_index + 1] - parent.layout.offsets[piece_index]
+    vectors, kind = [], parent.stream.chunks[chunk_index].kind.decode()
+    length = parent.layout.offsets[chunk_index + 1] - parent.layout.offsets[chunk_index]
     header, payload = (
-        hash_numbers(piece_index, 1) % 20,
-        20 + hash_numbers(piece_index, 2) % (length - 20),
+        hash_numbers(chunk_index, 1) % 20,
+        20 + hash_numbers(chunk_index, 2) % (length - 20),
     )
     for part, byte_index in (("header", header), ("payload", payload)):
         reject_ids = (
@@ -107,38 +107,38 @@ def make_flips_of_piece(parent: ValidStream, piece_index: int, name: str) -> lis
             if byte_index < 4
             else ("header-crc",)
         )
-        pieces = parent.stream.replace_piece(piece_index, flip_byte=byte_index)
-        note = f"a bit of byte {byte_index} of chunk {piece_index}, {kind}"
+        chunks = parent.stream.replace_chunk(chunk_index, flip_byte=byte_index)
+        note = f"a bit of byte {byte_index} of chunk {chunk_index}, {kind}"
         vectors.append(
-            _make_flip(parent, piece_index, pieces, reject_ids, f"damaged/{name}-{part}", note)
+            _make_flip(parent, chunk_index, chunks, reject_ids, f"damaged/{name}-{part}", note)
         )
     return vectors
 
 
 def _make_flip(
     parent: ValidStream,
-    piece_index: int,
-    pieces: list[Piece],
+    chunk_index: int,
+    chunks: list[Chunk],
     reject_ids: Sequence[str],
     name: str,
     note: str,
 ) -> Vector:
-    frames_before = parent.frames[: count_frames(pieces[:piece_index])]
+    frames_before = parent.frames[: count_frames(chunks[:chunk_index])]
     offsets = parent.layout.offsets
-    data = assemble(pieces).data
+    data = assemble(chunks).data
     outcome = Outcome(frames_before, tuple(reject_ids))
-    start, end = offsets[piece_index], offsets[piece_index + 1]
-    if piece_index == 0:
+    start, end = offsets[chunk_index], offsets[chunk_index + 1]
+    if chunk_index == 0:
         recovery = Recovery((), reject_ids=tuple(reject_ids))
-    elif piece_index in _ANCILLARY and "payload-crc" in reject_ids:
+    elif chunk_index in _ANCILLARY and "payload-crc" in reject_ids:
         recovery = Recovery(parent.frames, (Gap(start, end - start, tuple(reject_ids), 0),))
-    elif piece_index == len(pieces) - 1:
+    elif chunk_index == len(chunks) - 1:
         end = offsets[-1]
         gaps = (Gap(start, end - start, tuple(reject_ids), None), Gap(end, 0, ("truncated",), None))
         recovery = Recovery(frames_before, gaps)
     else:
-        recovery = make_recovery(parent, pieces, piece_index, reject_ids)
-        if piece_index <= _FIRST_CANONICAL:
+        recovery = make_recovery(parent, chunks, chunk_index, reject_ids)
+        if chunk_index <= _FIRST_CANONICAL:
             recovery = Recovery(recovery.frames, (_forget_lost_frames(recovery.gaps[0]),))
     return make_damaged_vector(parent, name, RECOVERY_CLAUSES, data, outcome, recovery, note)
 

@@ -3,13 +3,13 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
-from making.fault_rows import INDX_PIECE, TAIL_PIECE
+from making.fault_rows import INDX_CHUNK, TAIL_CHUNK
 from making.payloads import pack_index, pack_tail
-from making.streams import Piece
+from making.streams import Chunk
 from making.vectors import Outcome, ValidStream, Vector, make_broken_vector
 
 _MISLEADING_SUFFIXES = ("-offset", "-sequence", "-frame", "-less", "-more", "-empty")
-EndFault = tuple[str, str, str, list[Piece] | bytes, str]
+EndFault = tuple[str, str, str, list[Chunk] | bytes, str]
 """Name, clauses, reject ids, stream, and description."""
 
 
@@ -35,27 +35,27 @@ def _make_payload_faults(parent: ValidStream) -> Iterable[EndFault]:
     index, tail = pack_index(_list_seek_points(parent)), pack_tail(*_compute_totals(parent))
     endless, note = b"\xff" * 4 + index[4:], "INDX claims 2^32 - 1 seek points"
     cases = {
-        "tail-shorter": (TAIL_PIECE, bytes(15), "5-1", "field tail-mismatch", "TAIL of 15 bytes"),
-        "tail-longer": (TAIL_PIECE, tail + b"\0", "5-2", "trailing-data", "TAIL of 17 bytes"),
-        "index-count": (INDX_PIECE, endless, "5-1", "field index-mismatch", note),
-        "index-longer": (INDX_PIECE, index + b"\0", "5-2", "trailing-data", "a byte after INDX"),
+        "tail-shorter": (TAIL_CHUNK, bytes(15), "5-1", "field tail-mismatch", "TAIL of 15 bytes"),
+        "tail-longer": (TAIL_CHUNK, tail + b"\0", "5-2", "trailing-data", "TAIL of 17 bytes"),
+        "index-count": (INDX_CHUNK, endless, "5-1", "field index-mismatch", note),
+        "index-longer": (INDX_CHUNK, index + b"\0", "5-2", "trailing-data", "a byte after INDX"),
     }
-    for name, (piece_index, payload, clauses, reject_ids, note) in cases.items():
+    for name, (chunk_index, payload, clauses, reject_ids, note) in cases.items():
         yield (
             name,
             clauses,
             reject_ids,
-            parent.stream.replace_piece(piece_index, payload=payload),
+            parent.stream.replace_chunk(chunk_index, payload=payload),
             note,
         )
 
 
 def _make_trailing_faults(parent: ValidStream) -> Iterable[EndFault]:
     stream, data = parent.stream, parent.layout.data
-    chunk_after_tail = stream.insert_pieces(Piece(b"note", b""), index=TAIL_PIECE + 1)
+    chunk_after_tail = stream.insert_chunks(Chunk(b"note", b""), index=TAIL_CHUNK + 1)
     without_index = [
-        *stream.pieces[:INDX_PIECE],
-        Piece(b"TAIL", pack_tail(*_compute_totals(parent))),
+        *stream.chunks[:INDX_CHUNK],
+        Chunk(b"TAIL", pack_tail(*_compute_totals(parent))),
     ]
     clauses_and_ids = ("5.1-5", "trailing-data")
     yield "after-tail", *clauses_and_ids, data + b"\0", "a byte after TAIL"
@@ -63,7 +63,7 @@ def _make_trailing_faults(parent: ValidStream) -> Iterable[EndFault]:
     yield "after-tail-stream", *clauses_and_ids, data * 2, "the stream is repeated"
     note = "TAIL states an offset of INDX, which is missing"
     yield "index-offset-of-none", "5.8-1", "tail-mismatch", without_index, note
-    yield "no-tail", "5.1-4", "truncated", stream.pieces[:TAIL_PIECE], "the stream ends after INDX"
+    yield "no-tail", "5.1-4", "truncated", stream.chunks[:TAIL_CHUNK], "the stream ends after INDX"
 
 
 def _make_index_faults(parent: ValidStream) -> Iterable[EndFault]:
@@ -81,8 +81,8 @@ def _make_index_faults(parent: ValidStream) -> Iterable[EndFault]:
         "index-empty": ([], "INDX without seek points in a stream with frames"),
     }
     for name, (listed_points, note) in indexes.items():
-        pieces = parent.stream.replace_piece(INDX_PIECE, payload=pack_index(listed_points))
-        yield name, "5.9-1 5.9-2", "index-mismatch", pieces, note
+        chunks = parent.stream.replace_chunk(INDX_CHUNK, payload=pack_index(listed_points))
+        yield name, "5.9-1 5.9-2", "index-mismatch", chunks, note
 
 
 def _make_tail_faults(parent: ValidStream) -> Iterable[EndFault]:
@@ -97,8 +97,8 @@ def _make_tail_faults(parent: ValidStream) -> Iterable[EndFault]:
         ),
     }
     for name, (payload, note) in tails.items():
-        pieces = parent.stream.replace_piece(TAIL_PIECE, payload=payload)
-        yield name, "5.8-1 5.8-2", "tail-mismatch", pieces, note
+        chunks = parent.stream.replace_chunk(TAIL_CHUNK, payload=payload)
+        yield name, "5.8-1 5.8-2", "tail-mismatch", chunks, note
 
 
 def _list_seek_outcomes(name: str) -> tuple[tuple[int, Outcome], ...]:
@@ -109,10 +109,10 @@ def _list_seek_outcomes(name: str) -> tuple[tuple[int, Outcome], ...]:
 
 def _compute_totals(parent: ValidStream) -> tuple[int, int, int]:
     """Return the correct frame count, canonical count and index offset for TAIL."""
-    return len(parent.frames), len(_list_seek_points(parent)), parent.layout.offsets[INDX_PIECE]
+    return len(parent.frames), len(_list_seek_points(parent)), parent.layout.offsets[INDX_CHUNK]
 
 
 def _list_seek_points(parent: ValidStream) -> list[tuple[int, int, int]]:
-    pieces, offsets = parent.stream.pieces, parent.layout.offsets
-    canonical_indices = [n for n, piece in enumerate(pieces) if piece.kind == b"CANO"]
+    chunks, offsets = parent.stream.chunks, parent.layout.offsets
+    canonical_indices = [n for n, chunk in enumerate(chunks) if chunk.kind == b"CANO"]
     return [(offsets[n], n, frame) for n, frame in zip(canonical_indices, (0, 3, 6), strict=True)]

@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from making.streams import FRAME_TYPES, Piece, assemble
+from making.streams import FRAME_TYPES, Chunk, assemble
 from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector, make_broken_vector
 
-HEAD_PIECE, CAME_PIECE, CANO_PIECE, META_PIECE, FRAM_PIECE, NOTE_PIECE, INDX_PIECE, TAIL_PIECE = (
+HEAD_CHUNK, CAME_CHUNK, CANO_CHUNK, META_CHUNK, FRAM_CHUNK, NOTE_CHUNK, INDX_CHUNK, TAIL_CHUNK = (
     0,
     1,
     5,
@@ -16,49 +16,49 @@ HEAD_PIECE, CAME_PIECE, CANO_PIECE, META_PIECE, FRAM_PIECE, NOTE_PIECE, INDX_PIE
     13,
     14,
 )
-"""Indices of pieces of `streams/journey`: CANO_PIECE holds frame 3, and FRAM_PIECE frame 4."""
+"""Indices of chunks of `streams/journey`: CANO_CHUNK holds frame 3, and FRAM_CHUNK frame 4."""
 
 
-Row = tuple[str, str, str, list[Piece], str]
-"""Name, clauses, reject ids, pieces and description."""
+Row = tuple[str, str, str, list[Chunk], str]
+"""Name, clauses, reject ids, chunks and description."""
 
 
 def make_recovery(
-    parent: ValidStream, pieces: list[Piece], piece_index: int, reject_ids: Sequence[str]
+    parent: ValidStream, chunks: list[Chunk], chunk_index: int, reject_ids: Sequence[str]
 ) -> Recovery:
     """Return the expected output if recovery resumes at the first CANO after a fault."""
-    layout = assemble(pieces)
+    layout = assemble(chunks)
     resume_index = next(
-        n for n in range(piece_index + 1, len(pieces)) if pieces[n].kind in (b"CANO", b"TAIL")
+        n for n in range(chunk_index + 1, len(chunks)) if chunks[n].kind in (b"CANO", b"TAIL")
     )
-    frames_before = count_frames(pieces[:piece_index])
-    frames_lost = count_frames(pieces[piece_index + 1 : resume_index])
+    frames_before = count_frames(chunks[:chunk_index])
+    frames_lost = count_frames(chunks[chunk_index + 1 : resume_index])
     frames_lost += count_frames(
-        (parent.stream.pieces if len(pieces) == len(parent.stream.pieces) else pieces)[
-            piece_index : piece_index + 1
+        (parent.stream.chunks if len(chunks) == len(parent.stream.chunks) else chunks)[
+            chunk_index : chunk_index + 1
         ]
     )
-    start, end = layout.offsets[piece_index], layout.offsets[resume_index]
+    start, end = layout.offsets[chunk_index], layout.offsets[resume_index]
     frames = [*parent.frames[:frames_before], *parent.frames[frames_before + frames_lost :]]
     return Recovery(frames, (Gap(start, end - start, tuple(reject_ids), frames_lost),))
 
 
-def count_frames(pieces: Iterable[Piece]) -> int:
-    """Return the number of frames in pieces."""
-    return sum(piece.kind in FRAME_TYPES for piece in pieces)
+def count_frames(chunks: Iterable[Chunk]) -> int:
+    """Return the number of frames in chunks."""
+    return sum(chunk.kind in FRAME_TYPES for chunk in chunks)
 
 
-def make_faults_at(parent: ValidStream, piece_index: int, rows: Iterable[Row]) -> list[Vector]:
-    """Return vectors with a fault in one piece of `streams/journey`, one for each row."""
+def make_faults_at(parent: ValidStream, chunk_index: int, rows: Iterable[Row]) -> list[Vector]:
+    """Return vectors with a fault in one chunk of `streams/journey`, one for each row."""
     vectors = []
-    for name, clauses, reject_ids, pieces, note in rows:
+    for name, clauses, reject_ids, chunks, note in rows:
         reject_id_tuple = tuple(reject_ids.split())
-        frames_before = count_frames(parent.stream.pieces[:piece_index])
+        frames_before = count_frames(parent.stream.chunks[:chunk_index])
         outcome = Outcome(parent.frames[:frames_before], reject_id_tuple)
-        vector = make_broken_vector(parent, f"invalid/{name}", clauses, pieces, outcome, note)
-        if piece_index >= CANO_PIECE:
+        vector = make_broken_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
+        if chunk_index >= CANO_CHUNK:
             vector = replace(
-                vector, recover=make_recovery(parent, pieces, piece_index, reject_id_tuple)
+                vector, recover=make_recovery(parent, chunks, chunk_index, reject_id_tuple)
             )
         vectors.append(vector)
     return vectors
@@ -83,6 +83,6 @@ def make_damaged_vector(
 MOVED_FRAME = 4
 
 
-def replace_frame_fields(parent: ValidStream, number: int, **fields: object) -> list[Piece]:
-    """Return the pieces with changed fields in the payload of a frame."""
+def replace_frame_fields(parent: ValidStream, number: int, **fields: object) -> list[Chunk]:
+    """Return the chunks with changed fields in the payload of a frame."""
     return parent.stream.replace_frame_fields(number, **fields)

@@ -1,4 +1,4 @@
-"""Frames of hand-written records: the fields of a CANO, SNAP or FRAM chunk, and the state after it.
+"""Makes the fields of a CANO, SNAP or FRAM chunk from hand-written records, and the state after it.
 
 The state is computed by `plain.decoder`, which follows SPEC.md in plain integers and shares no code
 with quarc_ref.
@@ -11,12 +11,12 @@ from typing import Any
 from making.changes import Change, CodedGaussian, Survivor, state_no_code
 from making.payloads import Canonical, Frame, Head, Snapshot
 from making.planes import (
+    compute_morton_key,
     make_birth_planes,
     make_canonical_planes,
     make_motion_planes,
     make_survivor_planes,
     make_update_planes,
-    morton_key,
 )
 from making.writing import Planes, StateCode, WritingSection
 from plain.coder import Counts
@@ -26,7 +26,7 @@ from plain.state import PlainState, Vector
 
 
 class _FrameMaker(FrameDecoder):
-    """Computes the state of a frame from its fields, and writes its sections on the way."""
+    """Computes the state of a frame from its fields, and encodes the sections that it reads."""
 
     def __init__(self, head: Head, fields: dict[str, Any]) -> None:
         super().__init__({name: getattr(head, name) for name in head.__slots__}, fields)
@@ -72,10 +72,20 @@ def make_canonical(
         overrides: Values of fields that replace the computed ones; if they violate a clause,
             the state is None.
     """
-    origin = overrides.get("origin", tuple(min(g.position[a] for g in gaussians) for a in range(3)))
-    sorted_gaussians = sorted(gaussians, key=lambda g: morton_key(g.position, origin))
-    keys = [morton_key(g.position, origin) for g in sorted_gaussians]
-    extent = max(max(p - o for p, o in zip(g.position, origin, strict=True)) for g in gaussians)
+    origin = overrides.get(
+        "origin", tuple(min(gaussian.position[a] for gaussian in gaussians) for a in range(3))
+    )
+    sorted_gaussians = sorted(
+        gaussians, key=lambda gaussian: compute_morton_key(gaussian.position, origin)
+    )
+    keys = [compute_morton_key(gaussian.position, origin) for gaussian in sorted_gaussians]
+    extent = max(
+        max(
+            coordinate - origin_coordinate
+            for coordinate, origin_coordinate in zip(gaussian.position, origin, strict=True)
+        )
+        for gaussian in gaussians
+    )
     planes = make_canonical_planes(head, keys, sorted_gaussians)
     fields = {"frame": frame, "gaussian_count": len(keys), "origin": origin}
     fields |= {"axis_bits": max(0, extent).bit_length()} | overrides
@@ -145,8 +155,8 @@ def make_snapshot(
     frame, canonical_gaussians = previous.canonical or (0, [])
     positions = [g.position for g in newborn] or [(0, 0, 0)]
     origin = overrides.get("origin", tuple(min(p[axis] for p in positions) for axis in range(3)))
-    sorted_newborn = sorted(newborn, key=lambda g: morton_key(g.position, origin))
-    keys = [morton_key(g.position, origin) for g in sorted_newborn]
+    sorted_newborn = sorted(newborn, key=lambda g: compute_morton_key(g.position, origin))
+    keys = [compute_morton_key(g.position, origin) for g in sorted_newborn]
     extent = max(max(v - o for v, o in zip(p, origin, strict=True)) for p in positions)
     words = overrides.pop("survivors", None)
     fields = {"frame": previous.frame + 1, "canonical": frame, "newborn_count": len(keys)}

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
-from making.fault_rows import HEAD_PIECE
+from making.fault_rows import HEAD_CHUNK
 from making.payloads import MAGIC
 from making.vectors import Outcome, Recovery, ValidStream, Vector, make_broken_vector
 
@@ -42,17 +42,17 @@ def _make_magic_faults(parent: ValidStream) -> Iterable[Vector]:
 
 
 def _make_head_payload_faults(parent: ValidStream) -> Iterable[Vector]:
-    head = parent.stream.pieces[HEAD_PIECE].payload or b""
+    head = parent.stream.chunks[HEAD_CHUNK].payload or b""
     for name, payload, reject_id, clauses, note in [
         *_list_version_faults(head),
         *_list_feature_faults(head),
         *_list_size_faults(head),
     ]:
-        pieces, outcome = (
-            parent.stream.replace_piece(HEAD_PIECE, payload=payload),
+        chunks, outcome = (
+            parent.stream.replace_chunk(HEAD_CHUNK, payload=payload),
             Outcome((), (reject_id,)),
         )
-        vector = make_broken_vector(parent, f"invalid/{name}", clauses, pieces, outcome, note)
+        vector = make_broken_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
         yield replace(vector, recover=Recovery((), reject_ids=(reject_id,)))
 
 
@@ -117,11 +117,11 @@ def make_head_faults(parent: ValidStream) -> list[Vector]:
     vectors = []
     for name, value in HEAD_FAULTS:
         head = replace(parent.stream.head, **{name: value})
-        pieces = parent.stream.replace_piece(HEAD_PIECE, payload=head.pack())
+        chunks = parent.stream.replace_chunk(HEAD_CHUNK, payload=head.pack())
         label = f"{name}-{value}".replace("_", "-").replace(".", "-")
         outcome, note = Outcome((), ("field",)), f"{name} is {value}"
         vectors.append(
-            make_broken_vector(parent, f"invalid/head-{label}", "5-3", pieces, outcome, note)
+            make_broken_vector(parent, f"invalid/head-{label}", "5-3", chunks, outcome, note)
         )
     return vectors
 

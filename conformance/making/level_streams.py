@@ -7,8 +7,8 @@ from making.changes import Change, CodedGaussian, Update
 from making.payloads import Frame, Head
 from making.planes import make_update_planes
 from making.scenes import make_cloud, make_moving_symbols
-from making.streams import Piece, Stream
-from making.update_scenes import NEEDS, update_head
+from making.streams import Chunk, Stream
+from making.update_scenes import REQUIRED_CAPABILITY, make_update_head
 from making.vectors import (
     Outcome,
     Splice,
@@ -36,7 +36,7 @@ def make_levels() -> list[ValidStream]:
     more_births_stream = Stream(Head(level=20, sh_degree=0)).add_canonical(0, [_POINT] * 5)
     more_births_stream.add_frame(Change(births=(_POINT,) * (max_births + 1)))
     updated_stream = _append_update_and_birth(
-        Stream(update_head(**_HEAD_FIELDS)).add_canonical(0, [_POINT] * max_gaussians)
+        Stream(make_update_head(**_HEAD_FIELDS)).add_canonical(0, [_POINT] * max_gaussians)
     )
     streams = [
         make_valid_stream(
@@ -44,7 +44,7 @@ def make_levels() -> list[ValidStream]:
             "the maximum number of Gaussians of level 1.0; one leaves by an update, one is born",
             "3.2-1 3.2-2 7.8",
             updated_stream.finish(),
-            **NEEDS,
+            **REQUIRED_CAPABILITY,
         ),
         make_valid_stream(
             "levels/10-gaussians",
@@ -90,8 +90,8 @@ def _append_death_and_birth(stream: Stream) -> Stream:
     gaussians = [*previous.gaussians[1:], newborn]
     state = replace(previous, frame=1, phase=1, gaussians=gaussians, next_id=newborn.id + 1)
     crc = zlib.crc32(state.serialize(codes=False))
-    stream.piece_indices.append(len(stream.pieces))
-    stream.pieces.append(Piece(b"FRAM", Frame(1, 0, 1, 1, (), (), crc).pack()))
+    stream.chunk_indices.append(len(stream.chunks))
+    stream.chunks.append(Chunk(b"FRAM", Frame(1, 0, 1, 1, (), (), crc).pack()))
     stream.states.append(state)
     return stream
 
@@ -111,9 +111,9 @@ def _append_update_and_birth(stream: Stream) -> Stream:
     gaussians = [*previous.gaussians[1:], newborn]
     state = replace(previous, frame=1, phase=1, gaussians=gaussians, next_id=count + 1)
     crc = zlib.crc32(state.serialize(codes=False))
-    stream.piece_indices.append(len(stream.pieces))
+    stream.chunk_indices.append(len(stream.chunks))
     frame = Frame(1, 0, 0, 1, (), (), crc, tuple(section.written_words))
-    stream.pieces.append(Piece(b"FRAM", frame.pack()))
+    stream.chunks.append(Chunk(b"FRAM", frame.pack()))
     stream.states.append(state)
     return stream
 
@@ -126,14 +126,14 @@ def make_large_payloads(levels: list[ValidStream]) -> list[Vector]:
             level_stream for level_stream in levels if level_stream.vector.name == f"levels/{level}"
         )
         for extra_bytes, reject_ids in ((0, ()), (1, ("chunk-exceeds-level",))):
-            pieces = parent.stream.insert_pieces(Piece(b"note", bytes(size + extra_bytes)), index=1)
+            chunks = parent.stream.insert_chunks(Chunk(b"note", bytes(size + extra_bytes)), index=1)
             frames = [] if reject_ids else parent.frames
             name = f"levels/{level}-payload" + ("-beyond" if extra_bytes else "")
             amount = "one more than" if extra_bytes else "what"
             note = f"an ancillary payload of {size + extra_bytes} bytes, {amount} the level allows"
             clauses = "3.2-4 5.2-6 5.2-10"
             vector = make_broken_vector(
-                parent, name, clauses, pieces, Outcome(frames, reject_ids), note
+                parent, name, clauses, chunks, Outcome(frames, reject_ids), note
             )
             vectors.append(
                 replace(

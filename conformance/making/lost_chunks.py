@@ -37,23 +37,23 @@ def make_loss(
     Args:
         parent: The complete stream.
         name: Name of the vector.
-        lost_indices: Indices of the pieces to remove.
+        lost_indices: Indices of the chunks to remove.
         frames_before: Number of frames before the loss.
         description: The lost chunks in words.
     """
-    stream, pieces = parent.stream, parent.stream.drop_pieces(*lost_indices)
+    stream, chunks = parent.stream, parent.stream.drop_chunks(*lost_indices)
     layout = _assemble_without(parent, lost_indices)
     offsets = {
-        piece.sequence: offset for piece, offset in zip(pieces, layout.offsets, strict=False)
+        chunk.sequence: offset for chunk, offset in zip(chunks, layout.offsets, strict=False)
     }
     next_index = lost_indices[-1] + 1
     resume_indices = (
         n
-        for n in range(next_index, len(stream.pieces))
-        if stream.pieces[n].kind in (b"CANO", b"TAIL")
+        for n in range(next_index, len(stream.chunks))
+        if stream.chunks[n].kind in (b"CANO", b"TAIL")
     )
     resume_index = next(resume_indices)
-    frames_lost: int | None = count_frames(stream.pieces[:resume_index]) - frames_before
+    frames_lost: int | None = count_frames(stream.chunks[:resume_index]) - frames_before
     if frames_before == 0:
         frames_lost = None
     frames = (
@@ -82,7 +82,7 @@ def make_loss(
 def _drop_both_ends(parent: ValidStream) -> Vector:
     """Return a stream without its first CANO and last FRAM; both gaps lose unknown frames."""
     layout = _assemble_without(parent, [2, 12])
-    offsets = layout.offsets  # of pieces 0, 1, 3 to 11, 13, 14
+    offsets = layout.offsets  # of chunks 0, 1, 3 to 11, 13, 14
     first_gap = Gap(offsets[2], offsets[4] - offsets[2], ("sequence",), None)
     last_gap = Gap(offsets[11], offsets[12] - offsets[11], ("sequence",), None)
     return make_damaged_vector(
@@ -98,13 +98,13 @@ def _drop_both_ends(parent: ValidStream) -> Vector:
 
 def _reject_two_canonicals(parent: ValidStream) -> Vector:
     """Return a stream with two rejected CANO; the second is where recovery resumes."""
-    pieces = list(parent.stream.pieces)
+    chunks = list(parent.stream.chunks)
     for frame in (3, 6):
         payload = parent.stream.payloads[frame]
         wrong_payload = replace(payload, state_crc=payload.state_crc ^ 1)
-        piece_index = parent.stream.piece_indices[frame]
-        pieces[piece_index] = replace(pieces[piece_index], payload=wrong_payload.pack())
-    layout = assemble(pieces)
+        chunk_index = parent.stream.chunk_indices[frame]
+        chunks[chunk_index] = replace(chunks[chunk_index], payload=wrong_payload.pack())
+    layout = assemble(chunks)
     offsets = layout.offsets
     gaps = (
         Gap(offsets[5], offsets[9] - offsets[5], ("state-crc",), 3),
@@ -124,17 +124,17 @@ def _reject_two_canonicals(parent: ValidStream) -> Vector:
 def _assemble_without(parent: ValidStream, lost_indices: list[int]):  # noqa: ANN202
     """Return a stream without some chunks; INDX and TAIL are unchanged."""
     data, offsets = parent.layout.data[:8], []
-    for piece_index in range(len(parent.stream.pieces)):
-        if piece_index not in lost_indices:
+    for chunk_index in range(len(parent.stream.chunks)):
+        if chunk_index not in lost_indices:
             offsets.append(len(data))
             data += parent.layout.data[
-                parent.layout.offsets[piece_index] : parent.layout.offsets[piece_index + 1]
+                parent.layout.offsets[chunk_index] : parent.layout.offsets[chunk_index + 1]
             ]
     return Layout(data, (*offsets, len(data)))
 
 
-def _list_frames_after(parent: ValidStream, piece_index: int) -> list:
-    return parent.frames[count_frames(parent.stream.pieces[:piece_index]) :]
+def _list_frames_after(parent: ValidStream, chunk_index: int) -> list:
+    return parent.frames[count_frames(parent.stream.chunks[:chunk_index]) :]
 
 
 def _join_chunks(parent: ValidStream, *order: int) -> bytes:

@@ -4,7 +4,7 @@ import struct
 from collections.abc import Iterable
 from dataclasses import replace
 
-from making.fault_rows import CAME_PIECE, META_PIECE
+from making.fault_rows import CAME_CHUNK, META_CHUNK
 from making.payloads import pack_camera, pack_cameras
 from making.vectors import Outcome, ValidStream, Vector, make_broken_vector
 
@@ -26,18 +26,18 @@ Fault = tuple[str, bytes, str, str, str]
 def make_metadata_faults(parent: ValidStream) -> list[Vector]:
     """Return faults for decoders that use `came` and `meta`."""
     return [
-        *_make_faults_at(parent, CAME_PIECE, 0, _list_camera_faults()),
-        *_make_faults_at(parent, META_PIECE, 4, _list_entry_faults()),
+        *_make_faults_at(parent, CAME_CHUNK, 0, _list_camera_faults()),
+        *_make_faults_at(parent, META_CHUNK, 4, _list_entry_faults()),
     ]
 
 
 def _make_faults_at(
-    parent: ValidStream, piece_index: int, frame_count: int, faults: Iterable[Fault]
+    parent: ValidStream, chunk_index: int, frame_count: int, faults: Iterable[Fault]
 ) -> Iterable[Vector]:
     for name, payload, reject_id, clauses, note in faults:
-        pieces = parent.stream.replace_piece(piece_index, payload=payload)
+        chunks = parent.stream.replace_chunk(chunk_index, payload=payload)
         outcome = Outcome(parent.frames[:frame_count], (reject_id,))
-        vector = make_broken_vector(parent, f"invalid/{name}", clauses, pieces, outcome, note)
+        vector = make_broken_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
         yield replace(vector, needs="metadata")
 
 

@@ -72,7 +72,7 @@ def _make_symbol_streams() -> list[ValidStream]:
         0, make_cloud(26, 8)
     )
     for frame in range(1, 5):
-        wide_stream.add_frame(Change(make_moving_symbols(6, frame, one_in=1, limit=24)))
+        wide_stream.add_frame(Change(make_moving_symbols(6, frame, anchors_per_moving=1, limit=24)))
     uneven_stream = Stream(Head(gaussians_per_anchor=4, anchor_ratio=3))
     uneven_stream.add_canonical(0, make_cloud(41, 9, limit=400)).add_frame(
         Change(make_moving_symbols(6, 8))

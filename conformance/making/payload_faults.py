@@ -5,8 +5,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from making.fault_rows import (
-    CANO_PIECE,
-    FRAM_PIECE,
+    CANO_CHUNK,
+    FRAM_CHUNK,
     MOVED_FRAME,
     Row,
     make_faults_at,
@@ -14,7 +14,7 @@ from making.fault_rows import (
 )
 from making.metadata_faults import make_metadata_faults
 from making.payloads import Canonical, Frame
-from making.streams import Piece
+from making.streams import Chunk
 from making.vectors import ValidStream, Vector
 from making.word_faults import list_key_faults, list_word_faults
 
@@ -65,25 +65,25 @@ _CANONICAL_FIELDS: tuple[FieldFault, ...] = (
 def make_payload_faults(parent: ValidStream) -> list[Vector]:
     """Return all vectors, as patches of the journey."""
     return [
-        *make_faults_at(parent, FRAM_PIECE, _list_frame_faults(parent)),
-        *make_faults_at(parent, FRAM_PIECE, list_word_faults(parent)),
-        *make_faults_at(parent, CANO_PIECE, _list_canonical_faults(parent)),
-        *make_faults_at(parent, CANO_PIECE, list_key_faults(parent)),
+        *make_faults_at(parent, FRAM_CHUNK, _list_frame_faults(parent)),
+        *make_faults_at(parent, FRAM_CHUNK, list_word_faults(parent)),
+        *make_faults_at(parent, CANO_CHUNK, _list_canonical_faults(parent)),
+        *make_faults_at(parent, CANO_CHUNK, list_key_faults(parent)),
         *make_metadata_faults(parent),
     ]
 
 
 def _list_frame_faults(parent: ValidStream) -> Iterable[Row]:
-    frame, piece_index = parent.stream.payloads[MOVED_FRAME], FRAM_PIECE
+    frame, chunk_index = parent.stream.payloads[MOVED_FRAME], FRAM_CHUNK
     assert isinstance(frame, Frame)
     payload, too_many_words = frame.pack(), len(frame.motion) + len(frame.births) + 3
     with_wrong_flag = replace_frame_fields(parent, MOVED_FRAME, previous_contexts=2)
     yield "frame-flag", "5-3", "field", with_wrong_flag, "previous_contexts is 2"
-    yield from _list_size_faults(parent, piece_index, "frame", 0, 1)
-    with_wrong_count = _replace_u32(parent, piece_index, payload, 13, _MAX_U32)
+    yield from _list_size_faults(parent, chunk_index, "frame", 0, 1)
+    with_wrong_count = _replace_u32(parent, chunk_index, payload, 13, _MAX_U32)
     yield "frame-words", "5-1 13-1", "field", with_wrong_count, "word_count is 2^32 - 1"
     with_wrong_count, note = (
-        _replace_u32(parent, piece_index, payload, 13, too_many_words),
+        _replace_u32(parent, chunk_index, payload, 13, too_many_words),
         "words that extend beyond the payload",
     )
     yield "frame-words-beyond", "5-1", "field", with_wrong_count, note
@@ -95,34 +95,34 @@ def _list_frame_faults(parent: ValidStream) -> Iterable[Row]:
 
 
 def _list_canonical_faults(parent: ValidStream) -> Iterable[Row]:
-    canonical, piece_index = parent.stream.payloads[3], CANO_PIECE
+    canonical, chunk_index = parent.stream.payloads[3], CANO_CHUNK
     assert isinstance(canonical, Canonical)
     with_wide_axis = replace_frame_fields(parent, 3, axis_bits=21)
     yield "canonical-axis-bits", "5-3", "field", with_wide_axis, "axis_bits is 21"
-    yield from _list_size_faults(parent, piece_index, "canonical", 4, 4)
-    with_wrong_count = _replace_u32(parent, piece_index, canonical.pack(), 21, _MAX_U32)
+    yield from _list_size_faults(parent, chunk_index, "canonical", 4, 4)
+    with_wrong_count = _replace_u32(parent, chunk_index, canonical.pack(), 21, _MAX_U32)
     yield "canonical-words", "5-1 13-1", "field", with_wrong_count, "word_count is 2^32 - 1"
     yield from _list_field_faults(parent, 3, _CANONICAL_FIELDS)
     opacity_sections, sh_rest_sections = list(canonical.sections), list(canonical.sections)
     opacity_sections[2], sh_rest_sections[5] = (*opacity_sections[2], 0), (1, *sh_rest_sections[5])
-    pieces, note = (
+    chunks, note = (
         replace_frame_fields(parent, 3, sections=opacity_sections),
         "a word of 0 ends the opacities",
     )
-    yield "canonical-words-end-in-zero", "8.3-1", "invalid-words", pieces, note
-    pieces, note = (
+    yield "canonical-words-end-in-zero", "8.3-1", "invalid-words", chunks, note
+    chunks, note = (
         replace_frame_fields(parent, 3, sections=sh_rest_sections),
         "a word before the first of SH rest",
     )
-    yield "canonical-words-left", "8.3-3", "unconsumed-words", pieces, note
+    yield "canonical-words-left", "8.3-3", "unconsumed-words", chunks, note
 
 
 def _list_size_faults(
-    parent: ValidStream, piece_index: int, name: str, empty_size: int, extra_bytes: int
+    parent: ValidStream, chunk_index: int, name: str, empty_size: int, extra_bytes: int
 ) -> Iterable[Row]:
     """Yield payloads without the last byte, with only a few bytes, and with additional bytes."""
-    payload = parent.stream.pieces[piece_index].payload or b""
-    kind = parent.stream.pieces[piece_index].kind.decode()
+    payload = parent.stream.chunks[chunk_index].payload or b""
+    kind = parent.stream.chunks[chunk_index].kind.decode()
     sizes = {
         "shorter": (payload[:-1], "5-1", "field", f"the last byte of {kind} is missing"),
         "empty": (payload[:empty_size], "5-1", "field", f"{kind} of {empty_size} bytes"),
@@ -134,15 +134,15 @@ def _list_size_faults(
         ),
     }
     for suffix, (changed_payload, clauses, reject_ids, note) in sizes.items():
-        pieces = parent.stream.replace_piece(piece_index, payload=changed_payload)
-        yield f"{name}-{suffix}", clauses, reject_ids, pieces, note
+        chunks = parent.stream.replace_chunk(chunk_index, payload=changed_payload)
+        yield f"{name}-{suffix}", clauses, reject_ids, chunks, note
 
 
 def _replace_u32(
-    parent: ValidStream, piece_index: int, payload: bytes, offset: int, number: int
-) -> list[Piece]:
+    parent: ValidStream, chunk_index: int, payload: bytes, offset: int, number: int
+) -> list[Chunk]:
     changed_payload = payload[:offset] + struct.pack("<I", number) + payload[offset + 4 :]
-    return parent.stream.replace_piece(piece_index, payload=changed_payload)
+    return parent.stream.replace_chunk(chunk_index, payload=changed_payload)
 
 
 def _list_field_faults(

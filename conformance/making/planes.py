@@ -8,12 +8,19 @@ from making.payloads import Head
 from making.writing import Bits
 
 
-def morton_key(position: Sequence[int], origin: Sequence[int]) -> int:
+def compute_morton_key(position: Sequence[int], origin: Sequence[int]) -> int:
     """Return the Morton key of a position relative to an origin (SPEC 8.5)."""
-    offsets = [p - o for p, o in zip(position, origin, strict=True)]
+    offsets = [
+        coordinate - origin_coordinate
+        for coordinate, origin_coordinate in zip(position, origin, strict=True)
+    ]
     if not any(offsets):
         return 0
-    return sum((v >> b & 1) << (3 * b + 2 - a) for a, v in enumerate(offsets) for b in range(22))
+    return sum(
+        (offset >> bit & 1) << (3 * bit + 2 - axis)
+        for axis, offset in enumerate(offsets)
+        for bit in range(22)
+    )
 
 
 def make_canonical_planes(
@@ -74,9 +81,10 @@ def make_motion_planes(head: Head, counts: list[int], change: Change) -> list[Bi
 def make_update_planes(count: int, updates: Sequence[Update]) -> list[Bits]:
     """Return the planes of the updates of a scene with `count` Gaussians (SPEC 8.8)."""
     updated_indices = {update.gaussian for update in updates}
-    staying = [update for update in updates if update.residuals is not None]
+    changing_updates = [update for update in updates if update.residuals is not None]
     field_masks = [
-        _make_field_mask(update.residuals, update.field_mask, _UPDATE_FIELDS) for update in staying
+        _make_field_mask(update.residuals, update.field_mask, _UPDATE_FIELDS)
+        for update in changing_updates
     ]
     planes = [
         [int(i in updated_indices) for i in range(count)],
@@ -87,14 +95,14 @@ def make_update_planes(count: int, updates: Sequence[Update]) -> list[Bits]:
         ),
     ]
     for number, rows in enumerate(_UPDATE_FIELDS):
-        with_field = [
+        updates_with_field = [
             u
-            for u, field_mask in zip(staying, field_masks, strict=True)
+            for u, field_mask in zip(changing_updates, field_masks, strict=True)
             if field_mask >> number & 1
         ]
         for row in rows:
             planes += writing.signed(
-                [u.residuals[row] for u in with_field if u.residuals is not None]
+                [u.residuals[row] for u in updates_with_field if u.residuals is not None]
             )
     return planes
 
@@ -110,9 +118,11 @@ def make_survivor_planes(count: int, survivors: Sequence[Survivor]) -> list[Bits
         *([field_mask >> number & 1 for field_mask in field_masks] for number in range(5)),
     ]
     for number, rows in enumerate(_SURVIVOR_FIELDS):
-        with_field = [s for s, a in zip(survivors, field_masks, strict=True) if a >> number & 1]
+        survivors_with_field = [
+            s for s, mask in zip(survivors, field_masks, strict=True) if mask >> number & 1
+        ]
         for row in rows:
-            values = [s.differences[row] for s in with_field]
+            values = [s.differences[row] for s in survivors_with_field]
             if number == 0:
                 values = [v - previous for v, previous in zip(values, [0, *values], strict=False)]
             planes += writing.fixed(values, 2) if row == 3 else writing.signed(values)

@@ -3,13 +3,13 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
-from making.fault_rows import INDX_PIECE, RECOVERY_CLAUSES, TAIL_PIECE, make_damaged_vector
+from making.fault_rows import INDX_CHUNK, RECOVERY_CLAUSES, TAIL_CHUNK, make_damaged_vector
 from making.payloads import pack_chunk, pack_chunk_header, pack_tail
-from making.streams import Piece, assemble
+from making.streams import Chunk, assemble
 from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector
 
-_FRAME_4_PIECE, _FRAME_8_PIECE = 7, 12
-"""Indices of the pieces of `streams/journey` that hold frames 4 and 8."""
+_FRAME_4_CHUNK, _FRAME_8_CHUNK = 7, 12
+"""Indices of the chunks of `streams/journey` that hold frames 4 and 8."""
 
 
 def make_recovery_rules(parent: ValidStream) -> list[Vector]:
@@ -26,9 +26,9 @@ def make_recovery_rules(parent: ValidStream) -> list[Vector]:
 def _make_unknown_critical(parent: ValidStream) -> Iterable[Vector]:
     """Yield streams with an unknown critical chunk and a second fault."""
     data, offsets, frames = parent.layout.data, parent.layout.offsets, parent.frames
-    offset, reject_ids = offsets[_FRAME_4_PIECE], ("unknown-critical",)
-    damaged_chunk = pack_chunk(b"SNAP", _FRAME_4_PIECE, bytes(8))[:-1] + b"\xff"
-    long_chunk = pack_chunk_header(b"SNAP", _FRAME_4_PIECE, 1 << 30)
+    offset, reject_ids = offsets[_FRAME_4_CHUNK], ("unknown-critical",)
+    damaged_chunk = pack_chunk(b"SNAP", _FRAME_4_CHUNK, bytes(8))[:-1] + b"\xff"
+    long_chunk = pack_chunk_header(b"SNAP", _FRAME_4_CHUNK, 1 << 30)
     for name, chunk, other_ids, note in (
         ("damaged", damaged_chunk, ("payload-crc",), "its payload is damaged"),
         ("too-long", long_chunk, ("chunk-exceeds-level", "truncated"), "it is too long"),
@@ -40,19 +40,19 @@ def _make_unknown_critical(parent: ValidStream) -> Iterable[Vector]:
         yield _make_rule(
             parent, f"unknown-critical-{name}", "5.2-9", changed, outcome, recovery, note
         )
-    pieces = [
-        *parent.stream.pieces[:TAIL_PIECE],
-        Piece(b"SNAP", bytes(8)),
-        parent.stream.pieces[TAIL_PIECE],
+    chunks = [
+        *parent.stream.chunks[:TAIL_CHUNK],
+        Chunk(b"SNAP", bytes(8)),
+        parent.stream.chunks[TAIL_CHUNK],
     ]
     outcome = Outcome(frames, (*reject_ids, "chunk-order"))
     note = "a critical chunk of an unknown type after INDX"
     recovery = Recovery(frames, reject_ids=reject_ids)
     yield _make_rule(
-        parent, "unknown-critical-behind-index", "5.2-9 5.1-6", pieces, outcome, recovery, note
+        parent, "unknown-critical-behind-index", "5.2-9 5.1-6", chunks, outcome, recovery, note
     )
-    out_of_sequence = parent.stream.replace_piece(
-        _FRAME_4_PIECE, kind=b"SNAP", sequence=_FRAME_4_PIECE + 1
+    out_of_sequence = parent.stream.replace_chunk(
+        _FRAME_4_CHUNK, kind=b"SNAP", sequence=_FRAME_4_CHUNK + 1
     )
     outcome = Outcome(frames[:4], ("sequence", *reject_ids))
     gap = Gap(offset, offsets[9] - offset, ("sequence",), 2)
@@ -70,25 +70,25 @@ def _make_unknown_critical(parent: ValidStream) -> Iterable[Vector]:
 
 
 def _make_frame_before_canonical(parent: ValidStream) -> Iterable[Vector]:
-    head, cameras, *later_pieces = parent.stream.pieces
-    frame = parent.stream.pieces[_FRAME_4_PIECE]
+    head, cameras, *later_chunks = parent.stream.chunks
+    frame = parent.stream.chunks[_FRAME_4_CHUNK]
     for name, flip_byte, reject_ids, note in (
         ("whole", None, ("chunk-order",), ""),
         ("damaged", 30, ("payload-crc", "chunk-order"), ", and its payload is damaged"),
     ):
-        pieces = [head, cameras, replace(frame, flip_byte=flip_byte), *later_pieces]
-        offsets = assemble(pieces).offsets
+        chunks = [head, cameras, replace(frame, flip_byte=flip_byte), *later_chunks]
+        offsets = assemble(chunks).offsets
         gap = Gap(offsets[2], offsets[3] - offsets[2], reject_ids[:1], None)
         recovery = Recovery(parent.frames, (gap,))
         note = f"FRAM precedes the first CANO{note}"
         outcome = Outcome((), reject_ids)
-        yield _make_rule(parent, f"frame-first-{name}", "5.1-3", pieces, outcome, recovery, note)
+        yield _make_rule(parent, f"frame-first-{name}", "5.1-3", chunks, outcome, recovery, note)
 
 
 def _make_index_rules(parent: ValidStream) -> Iterable[Vector]:
     """Yield a stream with INDX before its end, and one with a wrong INDX after a gap."""
     stream, frames = parent.stream, parent.frames
-    index_within = [*stream.pieces[:5], Piece(b"INDX", None), *stream.pieces[5:]]
+    index_within = [*stream.chunks[:5], Chunk(b"INDX", None), *stream.chunks[5:]]
     offset = assemble(index_within).offsets[6]
     recovery = Recovery(frames, (Gap(offset, 0, ("chunk-order",), 0),))
     note = "a CANO after INDX: decoding resumes there"
@@ -97,38 +97,38 @@ def _make_index_rules(parent: ValidStream) -> Iterable[Vector]:
         parent, "canonical-behind-index", "5.1-6", index_within, outcome, recovery, note
     )
     offsets, data = parent.layout.offsets, parent.layout.data
-    index = data[offsets[INDX_PIECE] + 20 : offsets[TAIL_PIECE] - 4]
-    pieces = stream.replace_piece(4, flip_byte=30)
-    pieces[INDX_PIECE] = replace(pieces[INDX_PIECE], payload=index + bytes(1))
-    offsets = assemble(pieces).offsets
+    index = data[offsets[INDX_CHUNK] + 20 : offsets[TAIL_CHUNK] - 4]
+    chunks = stream.replace_chunk(4, flip_byte=30)
+    chunks[INDX_CHUNK] = replace(chunks[INDX_CHUNK], payload=index + bytes(1))
+    offsets = assemble(chunks).offsets
     gaps = (
         Gap(offsets[4], offsets[5] - offsets[4], ("payload-crc",), 1),
-        Gap(offsets[INDX_PIECE], offsets[TAIL_PIECE] - offsets[INDX_PIECE], ("trailing-data",), 0),
+        Gap(offsets[INDX_CHUNK], offsets[TAIL_CHUNK] - offsets[INDX_CHUNK], ("trailing-data",), 0),
     )
     recovery = Recovery([*frames[:2], *frames[3:]], gaps)
     note = "after a gap INDX is not compared with the stream, but its fields are checked"
     outcome = Outcome(frames[:2], ("payload-crc",))
-    yield _make_rule(parent, "index-longer-behind-a-gap", "5-2", pieces, outcome, recovery, note)
+    yield _make_rule(parent, "index-longer-behind-a-gap", "5-2", chunks, outcome, recovery, note)
 
 
 def _make_tail_rules(parent: ValidStream) -> Iterable[Vector]:
     """Yield streams with a damaged last frame and a wrong TAIL."""
     frames, outcome = parent.frames[:8], Outcome(parent.frames[:8], ("payload-crc",))
-    pieces = parent.stream.replace_piece(_FRAME_8_PIECE, flip_byte=30)
+    chunks = parent.stream.replace_chunk(_FRAME_8_CHUNK, flip_byte=30)
     with_fewer_frames = [
-        *pieces[:TAIL_PIECE],
-        replace(pieces[TAIL_PIECE], payload=pack_tail(3, 3, 0)),
+        *chunks[:TAIL_CHUNK],
+        replace(chunks[TAIL_CHUNK], payload=pack_tail(3, 3, 0)),
     ]
     offsets = parent.layout.offsets
-    offset, tail_offset, end_offset = offsets[_FRAME_8_PIECE], offsets[TAIL_PIECE], offsets[-1]
+    offset, tail_offset, end_offset = offsets[_FRAME_8_CHUNK], offsets[TAIL_CHUNK], offsets[-1]
     recovery = Recovery(frames, (Gap(offset, tail_offset - offset, ("payload-crc",), None),))
     note = "TAIL states fewer frames than were decoded: the number of missing frames is unknown"
     yield _make_rule(
         parent, "tail-of-fewer-frames", "5.8-1", with_fewer_frames, outcome, recovery, note
     )
     with_longer_tail = [
-        *pieces[:TAIL_PIECE],
-        replace(pieces[TAIL_PIECE], payload=pack_tail(9, 3, 0) + bytes(1)),
+        *chunks[:TAIL_CHUNK],
+        replace(chunks[TAIL_CHUNK], payload=pack_tail(9, 3, 0) + bytes(1)),
     ]
     gaps = (
         Gap(offset, end_offset + 1 - offset, ("payload-crc",), None),
@@ -148,8 +148,8 @@ def _make_tail_rules(parent: ValidStream) -> Iterable[Vector]:
 
 def _make_old_number(parent: ValidStream) -> Vector:
     data, offsets, frames = parent.layout.data, parent.layout.offsets, parent.frames
-    offset, payload = offsets[_FRAME_4_PIECE], data[offsets[9] + 20 : offsets[10] - 4]
-    junk = b"?" + pack_chunk(b"CANO", _FRAME_4_PIECE - 1, payload)
+    offset, payload = offsets[_FRAME_4_CHUNK], data[offsets[9] + 20 : offsets[10] - 4]
+    junk = b"?" + pack_chunk(b"CANO", _FRAME_4_CHUNK - 1, payload)
     gap = Gap(offset, len(junk) + offsets[9] - offset, ("bad-sync",), 2)
     return _make_rule(
         parent,
@@ -166,7 +166,7 @@ def _make_rule(
     parent: ValidStream,
     name: str,
     clauses: str,
-    stream: list[Piece] | bytes,
+    stream: list[Chunk] | bytes,
     outcome: Outcome,
     recovery: Recovery,
     note: str,

@@ -4,7 +4,7 @@ import zlib
 from dataclasses import replace
 
 from making.payloads import MAGIC, Frame, pack_chunk, pack_chunk_header
-from making.streams import Piece, Stream
+from making.streams import Chunk, Stream
 from making.vectors import (
     Gap,
     Outcome,
@@ -37,12 +37,12 @@ def make_resources(journey: ValidStream, full: ValidStream, unlimited: ValidStre
 def _make_crowd(full_stream: ValidStream) -> Vector:
     """Return a stream of 65536 still Gaussians at one position, all bound to anchor 0."""
     stream = Stream(replace(full_stream.stream.head, gaussians_per_anchor=16))
-    stream.pieces.append(full_stream.stream.pieces[1])
+    stream.chunks.append(full_stream.stream.chunks[1])
     state = full_stream.stream.states[0]
     assert state is not None
     moved = replace(state, frame=1, phase=1)
     crc = zlib.crc32(moved.serialize(codes=False))
-    stream.pieces.append(Piece(b"FRAM", Frame(1, 0, 0, 0, (), (), crc).pack()))
+    stream.chunks.append(Chunk(b"FRAM", Frame(1, 0, 0, 0, (), (), crc).pack()))
     stream.states += [state, moved]
     note = "65536 Gaussians at one position with 4096 anchors, in 259 bytes"
     return make_valid_stream("resource/crowd", note, "1-1", stream.finish()).vector
@@ -129,11 +129,11 @@ def _make_counts(unlimited: ValidStream) -> list[Vector]:
             unlimited,
             f"resource/{name}",
             "3.2-5 13-1",
-            pieces,
+            chunks,
             Outcome(unlimited.frames[:count], reject_ids, may_decline=True),
             note,
         )
-        for name, pieces, count, reject_ids, note in cases
+        for name, chunks, count, reject_ids, note in cases
     ]
 
 
@@ -157,13 +157,13 @@ def _make_searches(journey: ValidStream) -> list[Vector]:
         ),
     }
     vectors = []
-    for name, (piece, count, reject_ids, note) in junk.items():
-        data = journey.layout.data[:offset] + piece * count + journey.layout.data[offset:]
+    for name, (chunk, count, reject_ids, note) in junk.items():
+        data = journey.layout.data[:offset] + chunk * count + journey.layout.data[offset:]
         reject_id_tuple = tuple(reject_ids.split())
-        gap = Gap(offset, len(piece) * count + resume_offset - offset, reject_id_tuple, 2)
+        gap = Gap(offset, len(chunk) * count + resume_offset - offset, reject_id_tuple, 2)
         outcome = Outcome(journey.frames[:4], reject_id_tuple)
         vector = make_broken_vector(journey, f"resource/{name}", "13-2", data, outcome, note)
         recovery = Recovery([*journey.frames[:4], *journey.frames[6:]], (gap,))
-        splices = (Splice(offset, 0, piece, count),)
+        splices = (Splice(offset, 0, chunk, count),)
         vectors.append(replace(vector, recover=recovery, splices=splices, is_stored=False))
     return vectors

@@ -8,7 +8,7 @@ _MIXER = 0x9E3779B1
 
 
 def hash_numbers(*numbers: int) -> int:
-    """Return a hash of the numbers, which is below 2^32."""
+    """Return a hash of the numbers, below 2^32."""
     value = 0x12345
     for number in numbers:
         value = (value ^ (number + 0x7F4A7C15)) * _MIXER % (1 << 32)
@@ -43,16 +43,23 @@ def make_newborn(parents: Sequence[int], seed: int, degree: int = 1) -> tuple[Co
     """Return births near parents, given the indices of the parents."""
     gaussians = make_cloud(len(parents), seed, degree, 6)
     pairs = zip(gaussians, sorted(parents), strict=True)
-    return tuple(CodedGaussian(g.position, g.rotation, g.codes, parent) for g, parent in pairs)
+    return tuple(
+        CodedGaussian(gaussian.position, gaussian.rotation, gaussian.codes, parent)
+        for gaussian, parent in pairs
+    )
 
 
-def make_moving_symbols(channels: int, seed: int, *, one_in: int = 2, limit: int = 3) -> Symbols:
-    """Return symbols of magnitude up to `limit`, which move one in `one_in` anchors."""
+def make_moving_symbols(
+    channels: int, seed: int, *, anchors_per_moving: int = 2, limit: int = 3
+) -> Symbols:
+    """Return symbols up to `limit`, which move about one in `anchors_per_moving` anchors."""
 
     def symbols(level: int, anchor: int) -> Sequence[int] | None:
-        if hash_numbers(seed, level, anchor) % one_in:
+        if hash_numbers(seed, level, anchor) % anchors_per_moving:
             return None
-        return [draw_between(-limit, limit, seed, level, anchor, c) for c in range(channels)]
+        return [
+            draw_between(-limit, limit, seed, level, anchor, channel) for channel in range(channels)
+        ]
 
     return symbols
 
@@ -64,7 +71,7 @@ def select_symbols(*entries: tuple[int, int, Sequence[int]]) -> Symbols:
 
 
 def state_varied_codes(_model: str, context: int, zeros: int, ones: int) -> int:
-    """Return a code of various octaves that states the more frequent bit as more probable."""
+    """Return a probability code that varies, and gives the more frequent bit more probability."""
     base = 60 + 3 * context % 59
     return base + 120 if ones > zeros else base
 

@@ -3,9 +3,9 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
-from making.fault_rows import CANO_PIECE, INDX_PIECE, TAIL_PIECE
+from making.fault_rows import CANO_CHUNK, INDX_CHUNK, TAIL_CHUNK
 from making.payloads import pack_metadata, pack_tail
-from making.streams import Piece, assemble
+from making.streams import Chunk, assemble
 from making.vectors import Outcome, ValidStream, Vector, make_broken_vector
 
 _REQUESTED_FRAME = 7
@@ -26,21 +26,21 @@ def _make_offset_faults(parent: ValidStream) -> Iterable[Vector]:
     count, offsets = len(parent.frames), parent.layout.offsets
     wrong_offsets = {
         "frame": (offsets[3], "index_offset is that of a FRAM"),
-        "within": (offsets[INDX_PIECE] + 4, "index_offset is within INDX"),
-        "itself": (offsets[TAIL_PIECE], "index_offset is that of TAIL"),
+        "within": (offsets[INDX_CHUNK] + 4, "index_offset is within INDX"),
+        "itself": (offsets[TAIL_CHUNK], "index_offset is that of TAIL"),
         "behind": (len(parent.layout.data) + 100, "index_offset is beyond the end"),
         "greatest": ((1 << 64) - 1, "index_offset is 2^64 - 1"),
         "head": (8, "index_offset is that of HEAD"),
     }
     for name, (offset, note) in wrong_offsets.items():
-        pieces = parent.stream.replace_piece(TAIL_PIECE, payload=pack_tail(count, 3, offset))
-        yield _make_wrong_index(parent, f"seek-to-{name}", "11.2-2", pieces, "tail-mismatch", note)
+        chunks = parent.stream.replace_chunk(TAIL_CHUNK, payload=pack_tail(count, 3, offset))
+        yield _make_wrong_index(parent, f"seek-to-{name}", "11.2-2", chunks, "tail-mismatch", note)
 
 
 def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
-    layout, pieces = parent.layout, parent.stream.pieces
+    layout, chunks = parent.layout, parent.stream.chunks
     count = len(parent.frames)
-    with_chunk_between = [*pieces[:TAIL_PIECE], Piece(b"note", pack_metadata()), pieces[TAIL_PIECE]]
+    with_chunk_between = [*chunks[:TAIL_CHUNK], Chunk(b"note", pack_metadata()), chunks[TAIL_CHUNK]]
     yield _make_wrong_index(
         parent,
         "seek-index-apart",
@@ -50,16 +50,16 @@ def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
         "a chunk is between INDX and TAIL",
     )
     with_early_index = [
-        *pieces[:TAIL_PIECE],
-        Piece(b"note", pack_metadata()),
-        replace(pieces[TAIL_PIECE], sequence=TAIL_PIECE),
+        *chunks[:TAIL_CHUNK],
+        Chunk(b"note", pack_metadata()),
+        replace(chunks[TAIL_CHUNK], sequence=TAIL_CHUNK),
     ]
     note = "INDX has the number before TAIL's, but does not end at TAIL"
     yield _make_wrong_index(
         parent, "seek-index-early", "11.2-2", with_early_index, "chunk-order", note
     )
-    with_fewer_canonicals = parent.stream.replace_piece(
-        TAIL_PIECE, payload=pack_tail(count, 2, layout.offsets[INDX_PIECE])
+    with_fewer_canonicals = parent.stream.replace_chunk(
+        TAIL_CHUNK, payload=pack_tail(count, 2, layout.offsets[INDX_CHUNK])
     )
     note = "canonical_count is less than the number of seek points in INDX"
     yield _make_wrong_index(
@@ -68,11 +68,11 @@ def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
 
 
 def _make_wrong_index(
-    parent: ValidStream, name: str, clauses: str, pieces: list[Piece], read_id: str, note: str
+    parent: ValidStream, name: str, clauses: str, chunks: list[Chunk], read_id: str, note: str
 ) -> Vector:
     """Return a stream that seeking rejects at once, and decoding rejects only after all frames."""
     outcome = Outcome(parent.frames, (read_id,))
-    vector = make_broken_vector(parent, f"invalid/{name}", clauses, pieces, outcome, note)
+    vector = make_broken_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
     return replace(vector, seek=((_REQUESTED_FRAME, Outcome((), ("index-mismatch",))),))
 
 
@@ -81,30 +81,30 @@ def _make_skipped_faults(parent: ValidStream) -> Iterable[Vector]:
     frames, stream = parent.frames, parent.stream
     faults = {
         "payload": (
-            stream.replace_piece(CANO_PIECE, flip_byte=60),
+            stream.replace_chunk(CANO_CHUNK, flip_byte=60),
             3,
             "payload-crc",
             "a payload before the seek point",
         ),
         "header": (
-            stream.replace_piece(4, flip_byte=9),
+            stream.replace_chunk(4, flip_byte=9),
             2,
             "header-crc",
             "a header before the seek point",
         ),
     }
-    for name, (pieces, frames_before, reject_id, note) in faults.items():
+    for name, (chunks, frames_before, reject_id, note) in faults.items():
         outcome = Outcome(frames[:frames_before], (reject_id,))
         vector = make_broken_vector(
-            parent, f"damaged/passed-{name}", "11.2-1", pieces, outcome, note
+            parent, f"damaged/passed-{name}", "11.2-1", chunks, outcome, note
         )
         yield replace(vector, seek=((_REQUESTED_FRAME, Outcome(frames[_REQUESTED_FRAME:])),))
-    head = stream.replace_piece(0, flip_byte=30)
+    head = stream.replace_chunk(0, flip_byte=30)
     vector = make_broken_vector(
         parent, "damaged/passed-head", "11.2-1", head, Outcome((), ("payload-crc",)), "HEAD"
     )
     yield replace(vector, seek=((_REQUESTED_FRAME, Outcome((), ("payload-crc",))),))
-    index = stream.replace_piece(INDX_PIECE, flip_byte=-20)
+    index = stream.replace_chunk(INDX_CHUNK, flip_byte=-20)
     outcome = Outcome(frames, ("payload-crc",))
     vector = make_broken_vector(
         parent, "damaged/passed-index", "11.2-1", index, outcome, "a bit of INDX"
@@ -114,7 +114,7 @@ def _make_skipped_faults(parent: ValidStream) -> Iterable[Vector]:
 
 def _make_unindexed(parent: ValidStream) -> Iterable[Vector]:
     frames, stream = parent.frames, parent.stream
-    unindexed = [*stream.pieces[:INDX_PIECE], stream.pieces[TAIL_PIECE]]
+    unindexed = [*stream.chunks[:INDX_CHUNK], stream.chunks[TAIL_CHUNK]]
     note = "no INDX: seeking goes from chunk header to chunk header"
     vector = make_broken_vector(
         parent,
@@ -125,16 +125,16 @@ def _make_unindexed(parent: ValidStream) -> Iterable[Vector]:
         note,
     )
     yield replace(vector, seek=tuple((f, Outcome(frames[f:])) for f in (1, 3, 5, 8)))
-    cut_data = assemble(stream.pieces).data[: parent.layout.offsets[12]]
+    cut_data = assemble(stream.chunks).data[: parent.layout.offsets[12]]
     outcome = Outcome(frames[:8], ("truncated",))
     vector = make_broken_vector(
         parent, "damaged/passed-end", "11.2-1 11.3", cut_data, outcome, "the end is missing"
     )
     yield replace(vector, seek=((4, Outcome(frames[4:8], ("truncated",))),))
     with_short_canonical = [
-        *unindexed[:CANO_PIECE],
-        replace(unindexed[CANO_PIECE], payload=bytes(3)),
-        *unindexed[CANO_PIECE + 1 :],
+        *unindexed[:CANO_CHUNK],
+        replace(unindexed[CANO_CHUNK], payload=bytes(3)),
+        *unindexed[CANO_CHUNK + 1 :],
     ]
     outcome, note = Outcome(frames[:3], ("field",)), "a CANO of 3 bytes on the way has no ordinal"
     vector = make_broken_vector(

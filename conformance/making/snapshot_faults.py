@@ -9,15 +9,20 @@ from making.fault_rows import RECOVERY_CLAUSES, count_frames, make_damaged_vecto
 from making.frames import make_snapshot
 from making.payloads import Snapshot, pack_index
 from making.scenes import make_cloud
-from making.snapshot_scenes import NEEDS, draw_survivors, make_differences, make_unchanged_survivors
-from making.streams import Piece, assemble
+from making.snapshot_scenes import (
+    REQUIRED_CAPABILITY,
+    draw_survivors,
+    make_differences,
+    make_unchanged_survivors,
+)
+from making.streams import Chunk, assemble
 from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector, make_broken_vector
 from making.word_faults import encode_stated_code
 
-_SNAP_PIECE = 5
-"""Index of the piece of `streams/snapshots-journey` that holds frame 3, the first snapshot."""
+_SNAP_CHUNK = 5
+"""Index of the chunk of `streams/snapshots-journey` that holds frame 3, the first snapshot."""
 _SNAP_FRAME = 3
-Row = tuple[str, str, str, list[Piece], str]
+Row = tuple[str, str, str, list[Chunk], str]
 
 
 def make_snapshot_faults(parent: ValidStream, plain: ValidStream) -> list[Vector]:
@@ -35,7 +40,7 @@ def make_snapshot_faults(parent: ValidStream, plain: ValidStream) -> list[Vector
         _make_snapshot_first(parent),
     ]
     return [
-        *(replace(vector, **NEEDS) for vector in vectors),
+        *(replace(vector, **REQUIRED_CAPABILITY) for vector in vectors),
         _make_snapshot_without_feature(plain),
     ]
 
@@ -47,14 +52,14 @@ def _get_snapshot(parent: ValidStream) -> Snapshot:
 
 
 def _make_fault(
-    parent: ValidStream, name: str, clauses: str, reject_ids: str, pieces: list[Piece], note: str
+    parent: ValidStream, name: str, clauses: str, reject_ids: str, chunks: list[Chunk], note: str
 ) -> Vector:
     """Return a vector with a fault in the snapshot; recovery resumes at the next snapshot."""
     outcome = Outcome(parent.frames[:_SNAP_FRAME], tuple(reject_ids.split()))
-    vector = make_broken_vector(parent, f"invalid/snapshot-{name}", clauses, pieces, outcome, note)
-    offsets = assemble(pieces).offsets
+    vector = make_broken_vector(parent, f"invalid/snapshot-{name}", clauses, chunks, outcome, note)
+    offsets = assemble(chunks).offsets
     gap = Gap(
-        offsets[_SNAP_PIECE], offsets[_SNAP_PIECE + 3] - offsets[_SNAP_PIECE], outcome.reject_ids, 3
+        offsets[_SNAP_CHUNK], offsets[_SNAP_CHUNK + 3] - offsets[_SNAP_CHUNK], outcome.reject_ids, 3
     )
     frames = [*parent.frames[:_SNAP_FRAME], *parent.frames[_SNAP_FRAME + 3 :]]
     return replace(vector, recover=Recovery(frames, (gap,)))
@@ -63,9 +68,9 @@ def _make_fault(
 def _list_field_faults(parent: ValidStream) -> Iterable[Row]:
     snapshot = _get_snapshot(parent)
 
-    def replace_fields(**fields: Any) -> list[Piece]:
+    def replace_fields(**fields: Any) -> list[Chunk]:
         payload = replace(snapshot, **fields).pack()
-        return parent.stream.replace_piece(_SNAP_PIECE, payload=payload)
+        return parent.stream.replace_chunk(_SNAP_CHUNK, payload=payload)
 
     yield "repeated", "7.9-1", "frame-order", replace_fields(frame=2), "an ordinal is repeated"
     yield "skipped", "7.9-1", "frame-order", replace_fields(frame=4), "an ordinal is skipped"
@@ -90,7 +95,7 @@ def _list_field_faults(parent: ValidStream) -> Iterable[Row]:
         ("shorter", payload[:-1], "field", "5-1", "the last byte is missing"),
         ("longer", payload + b"\0", "trailing-data", "5-3", "a byte after the last field"),
     ):
-        yield name, clauses, ids, parent.stream.replace_piece(_SNAP_PIECE, payload=data), note
+        yield name, clauses, ids, parent.stream.replace_chunk(_SNAP_CHUNK, payload=data), note
 
 
 def _list_scene_faults(parent: ValidStream) -> Iterable[Row]:
@@ -99,17 +104,17 @@ def _list_scene_faults(parent: ValidStream) -> Iterable[Row]:
     assert previous.canonical is not None
     _, canonical_gaussians = previous.canonical
 
-    def make_pieces(
+    def make_chunks(
         survivors: Iterable[Survivor], newborn: Iterable[Any] = (), **overrides: Any
-    ) -> list[Piece]:
+    ) -> list[Chunk]:
         snapshot, _ = make_snapshot(
             parent.stream.head, previous, list(survivors), list(newborn), **overrides
         )
-        return parent.stream.replace_piece(_SNAP_PIECE, payload=snapshot.pack())
+        return parent.stream.replace_chunk(_SNAP_CHUNK, payload=snapshot.pack())
 
-    yield "empty", "7.9-3", "count", make_pieces(()), "no Gaussian at all"
+    yield "empty", "7.9-3", "count", make_chunks(()), "no Gaussian at all"
     distant_newborn = [replace(make_cloud(1, 5)[0], position=(1 << 20, 0, 0))]
-    wide_scene = make_pieces(make_unchanged_survivors(range(12)), distant_newborn)
+    wide_scene = make_chunks(make_unchanged_survivors(range(12)), distant_newborn)
     yield (
         "wide",
         "7.9-4",
@@ -119,33 +124,33 @@ def _list_scene_faults(parent: ValidStream) -> Iterable[Row]:
     )
     newborn_at_edge = [replace(make_cloud(1, 5)[0], position=(1 << 21, 0, 0))]
     note = "a position just beyond the lattice"
-    yield "position", "7.9-5 4.1-1", "position-range", make_pieces((), newborn_at_edge), note
+    yield "position", "7.9-5 4.1-1", "position-range", make_chunks((), newborn_at_edge), note
     for number, name in enumerate(("log-scale", "opacity", "red")):
         row = (7, 10, 11)[number]
         codes = [gaussian.codes[row - 7] for gaussian in canonical_gaussians]
         i = next(i for i, code in enumerate(codes) if code)
         values = [0] * 14
         values[row] = 32767 if codes[i] > 0 else -32767
-        pieces = make_pieces([Survivor(i, tuple(values))])
-        yield name, "7.9-5 4.1-1", "code-range", pieces, f"{name} is beyond 32767"
-    with_wrong_rotation = make_pieces([Survivor(0, make_differences(rotation=(1, 256, 1, 0)))])
+        chunks = make_chunks([Survivor(i, tuple(values))])
+        yield name, "7.9-5 4.1-1", "code-range", chunks, f"{name} is beyond 32767"
+    with_wrong_rotation = make_chunks([Survivor(0, make_differences(rotation=(1, 256, 1, 0)))])
     note = "a rotation that is just too long"
     yield "rotation", "7.9-5", "rotation-range", with_wrong_rotation, note
-    with_wrong_rotation = make_pieces([Survivor(0, make_differences(rotation=(0, 600, 0, 0)))])
+    with_wrong_rotation = make_chunks([Survivor(0, make_differences(rotation=(0, 600, 0, 0)))])
     yield "component", "7.9-5", "rotation-range", with_wrong_rotation, "a component beyond 1"
     other_snapshot, _ = make_snapshot(parent.stream.head, previous, draw_survivors(range(9), 9))
-    pieces = parent.stream.replace_piece(
-        _SNAP_PIECE, payload=replace(other_snapshot, state_crc=1).pack()
+    chunks = parent.stream.replace_chunk(
+        _SNAP_CHUNK, payload=replace(other_snapshot, state_crc=1).pack()
     )
-    yield "of-another-frame", "9.2-1", "state-crc", pieces, "another scene"
+    yield "of-another-frame", "9.2-1", "state-crc", chunks, "another scene"
 
 
 def _list_word_faults(parent: ValidStream) -> Iterable[Row]:
     snapshot, unconsumed_id = _get_snapshot(parent), "unconsumed-words"
 
-    def replace_survivor_words(words: tuple[int, ...]) -> list[Piece]:
+    def replace_survivor_words(words: tuple[int, ...]) -> list[Chunk]:
         payload = replace(snapshot, survivors=words).pack()
-        return parent.stream.replace_piece(_SNAP_PIECE, payload=payload)
+        return parent.stream.replace_chunk(_SNAP_CHUNK, payload=payload)
 
     words = tuple(snapshot.survivors)
     yield (
@@ -170,36 +175,36 @@ def _list_word_faults(parent: ValidStream) -> Iterable[Row]:
         "a word of 0 before the first",
     )
     for code in (240, 255):
-        pieces = replace_survivor_words(tuple(encode_stated_code(code)))
-        yield f"probability-{code}", "8.2-1", "bad-probability", pieces, f"a stated code of {code}"
+        chunks = replace_survivor_words(tuple(encode_stated_code(code)))
+        yield f"probability-{code}", "8.2-1", "bad-probability", chunks, f"a stated code of {code}"
 
 
 def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
     """Yield streams whose INDX has wrong information about snapshots."""
-    pieces, offsets = parent.stream.pieces, parent.layout.offsets
-    piece_indices = [n for n, piece in enumerate(pieces) if piece.kind in (b"CANO", b"SNAP")]
+    chunks, offsets = parent.stream.chunks, parent.layout.offsets
+    chunk_indices = [n for n, chunk in enumerate(chunks) if chunk.kind in (b"CANO", b"SNAP")]
     frames = [0, 3, 6, 8, 10]
-    points = [(offsets[n], n, frame) for n, frame in zip(piece_indices, frames, strict=True)]
-    index = len(pieces) - 2
-    canonical_points = [p for p in points if pieces[p[1]].kind == b"CANO"]
-    pieces_with_index = parent.stream.replace_piece(index, payload=pack_index(canonical_points))
+    points = [(offsets[n], n, frame) for n, frame in zip(chunk_indices, frames, strict=True)]
+    index = len(chunks) - 2
+    canonical_points = [p for p in points if chunks[p[1]].kind == b"CANO"]
+    chunks_with_index = parent.stream.replace_chunk(index, payload=pack_index(canonical_points))
     outcome = Outcome(parent.frames, ("index-mismatch",))
     note = "INDX has no snapshot"
     name = "invalid/index-without-snapshots"
-    yield make_broken_vector(parent, name, "5.9-1 5.9-2", pieces_with_index, outcome, note)
+    yield make_broken_vector(parent, name, "5.9-1 5.9-2", chunks_with_index, outcome, note)
     moved_points = [(o, n, 1 if frame == 0 else frame) for o, n, frame in points]
-    pieces_with_index = parent.stream.replace_piece(index, payload=pack_index(moved_points))
+    chunks_with_index = parent.stream.replace_chunk(index, payload=pack_index(moved_points))
     name, note = "another-canonical", "no seek point has the ordinal that a snapshot names"
     vector = make_broken_vector(
-        parent, f"invalid/index-of-{name}", "11.2-5", pieces_with_index, outcome, note
+        parent, f"invalid/index-of-{name}", "11.2-5", chunks_with_index, outcome, note
     )
     rejected = Outcome((), ("index-mismatch",))
     yield replace(vector, seek=tuple((f, rejected) for f in (3, 4, 7)))
-    swapped_points = [(offsets[piece_indices[1]], piece_indices[1], 0), *points[1:]]
-    pieces_with_index = parent.stream.replace_piece(index, payload=pack_index(swapped_points))
+    swapped_points = [(offsets[chunk_indices[1]], chunk_indices[1], 0), *points[1:]]
+    chunks_with_index = parent.stream.replace_chunk(index, payload=pack_index(swapped_points))
     name, note = "a-snapshot", "the seek point that a snapshot names is not of a CANO"
     vector = make_broken_vector(
-        parent, f"invalid/index-of-{name}", "11.2-5", pieces_with_index, outcome, note
+        parent, f"invalid/index-of-{name}", "11.2-5", chunks_with_index, outcome, note
     )
     yield replace(vector, seek=tuple((f, rejected) for f in (3, 5, 6)))
 
@@ -214,19 +219,19 @@ def _make_damage(parent: ValidStream) -> Iterable[Vector]:
         (10, 8, None, 4, "canonical", "a CANO that is followed by a snapshot"),
         (12, 10, None, 2, "last-snapshot", "the last snapshot"),
     )
-    pieces, offsets = parent.stream.pieces, parent.layout.offsets
-    for piece_index, frames_before, resume_frame, frames_lost, name, note in rows:
-        damaged_pieces = parent.stream.replace_piece(piece_index, flip_byte=30)
-        resume_index = len(pieces) - 1
+    chunks, offsets = parent.stream.chunks, parent.layout.offsets
+    for chunk_index, frames_before, resume_frame, frames_lost, name, note in rows:
+        damaged_chunks = parent.stream.replace_chunk(chunk_index, flip_byte=30)
+        resume_index = len(chunks) - 1
         if resume_frame is not None:
             resume_index = next(
                 n
-                for n in range(piece_index + 1, len(pieces))
-                if count_frames(pieces[:n]) == resume_frame and pieces[n].kind in (b"CANO", b"SNAP")
+                for n in range(chunk_index + 1, len(chunks))
+                if count_frames(chunks[:n]) == resume_frame and chunks[n].kind in (b"CANO", b"SNAP")
             )
         gap = Gap(
-            offsets[piece_index],
-            offsets[resume_index] - offsets[piece_index],
+            offsets[chunk_index],
+            offsets[resume_index] - offsets[chunk_index],
             ("payload-crc",),
             frames_lost,
         )
@@ -235,7 +240,7 @@ def _make_damage(parent: ValidStream) -> Iterable[Vector]:
             parent,
             f"damaged/snapshots-{name}",
             RECOVERY_CLAUSES,
-            assemble(damaged_pieces).data,
+            assemble(damaged_chunks).data,
             Outcome(parent.frames[:frames_before], ("payload-crc",)),
             Recovery(frames, (gap,)),
             f"a bit of {note}",
@@ -244,19 +249,19 @@ def _make_damage(parent: ValidStream) -> Iterable[Vector]:
 
 def _make_snapshot_first(parent: ValidStream) -> Vector:
     """Return a stream whose first frame is a snapshot."""
-    pieces = [p for n, p in enumerate(parent.stream.pieces) if n not in (2, 3, 4)]
+    chunks = [p for n, p in enumerate(parent.stream.chunks) if n not in (2, 3, 4)]
     outcome = Outcome((), ("chunk-order",))
     note = "a snapshot precedes any CANO"
-    return make_broken_vector(parent, "invalid/snapshot-first", "5.1-3", pieces, outcome, note)
+    return make_broken_vector(parent, "invalid/snapshot-first", "5.1-3", chunks, outcome, note)
 
 
 def _make_snapshot_without_feature(plain: ValidStream) -> Vector:
-    piece_index = next(n for n, piece in enumerate(plain.stream.pieces) if piece.kind == b"FRAM")
+    chunk_index = next(n for n, chunk in enumerate(plain.stream.chunks) if chunk.kind == b"FRAM")
     snapshot = Snapshot(1, 0, 0, (0, 0, 0), 0, (), ((),) * 6, 0).pack()
-    pieces = plain.stream.insert_pieces(Piece(b"SNAP", snapshot), index=piece_index)
+    chunks = plain.stream.insert_chunks(Chunk(b"SNAP", snapshot), index=chunk_index)
     outcome = Outcome(plain.frames[:1], ("unknown-critical",))
     note = "a SNAP in a stream without FEATURE_SNAPSHOTS"
     vector = make_broken_vector(
-        plain, "invalid/snapshot-without-the-feature", "5.2-9", pieces, outcome, note
+        plain, "invalid/snapshot-without-the-feature", "5.2-9", chunks, outcome, note
     )
     return replace(vector, recover=Recovery(outcome.frames, reject_ids=outcome.reject_ids))

@@ -14,11 +14,11 @@ FIELDS = {
     "opacity": range(10, 11),
     "sh-dc": range(11, 14),
 }
-NEEDS = {"needs": "snapshots"}
+REQUIRED_CAPABILITY = {"needs": "snapshots"}
 """Only decoders with this capability are tested with streams of format 1.1."""
 
 
-def snapshot_head(**fields: int) -> Head:
+def make_snapshot_head(**fields: int) -> Head:
     """Return the HEAD of a stream with snapshots."""
     return replace(Head(version_minor=1, incompatible_features=4), **fields)
 

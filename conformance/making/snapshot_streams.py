@@ -13,14 +13,14 @@ from making.scenes import (
 )
 from making.snapshot_scenes import (
     FIELDS,
-    NEEDS,
+    REQUIRED_CAPABILITY,
     draw_survivors,
     make_differences,
+    make_snapshot_head,
     make_unchanged_survivors,
-    snapshot_head,
 )
 from making.streams import Stream
-from making.trap_making import distinct_motion, distinct_symbols, make_trap_streams
+from making.trap_making import make_distinct_motion, make_distinct_symbols, make_trap_streams
 from making.update_scenes import draw_updates
 from making.vectors import Outcome, ValidStream, make_valid_stream
 
@@ -40,7 +40,9 @@ def make_snapshot_streams() -> list[ValidStream]:
 
 def make_snapshots_journey() -> ValidStream:
     """Return the parent of faults in snapshots: CANO 0 and 8, snapshots 3, 6 and 10, INDX."""
-    stream = Stream(snapshot_head(level_count=2)).add_chunk(b"came", pack_cameras(pack_camera()))
+    stream = Stream(make_snapshot_head(level_count=2)).add_chunk(
+        b"came", pack_cameras(pack_camera())
+    )
     for frame in range(12):
         if frame in (0, 8):
             stream.add_canonical(frame, make_cloud(12, frame, limit=20))
@@ -61,7 +63,7 @@ def make_snapshots_journey() -> ValidStream:
 def _make_valid(name: str, note: str, clauses: str, stream: Stream, **options: Any) -> ValidStream:
     all_clauses = f"1-1 1-2 {clauses}"
     return make_valid_stream(
-        f"streams/snapshots-{name}", note, all_clauses, stream, **NEEDS, **options
+        f"streams/snapshots-{name}", note, all_clauses, stream, **REQUIRED_CAPABILITY, **options
     )
 
 
@@ -76,7 +78,7 @@ def _append_frames(stream: Stream, frames: int = 3) -> Stream:
 def _make_field_streams() -> list[ValidStream]:
     streams = []
     for number, (name, rows) in enumerate(FIELDS.items()):
-        stream = Stream(snapshot_head()).add_canonical(0, make_cloud(10, 30 + number))
+        stream = Stream(make_snapshot_head()).add_canonical(0, make_cloud(10, 30 + number))
         survivors = []
         for i in range(10):
             values = [draw_between(-9, 9, i, row) if row in rows else 0 for row in range(14)]
@@ -86,7 +88,7 @@ def _make_field_streams() -> list[ValidStream]:
         streams.append(
             _make_valid(name, f"survivors that differ in {name} alone", "7.9 8.9", stream.finish())
         )
-    rotation_stream = Stream(snapshot_head()).add_canonical(0, make_cloud(8, 36))
+    rotation_stream = Stream(make_snapshot_head()).add_canonical(0, make_cloud(8, 36))
     rotation_stream.add_snapshot(
         Survivor(i, make_differences(rotation=(i % 4, 3 * i - 9, 7, i))) for i in range(8)
     )
@@ -106,7 +108,7 @@ def _make_header_streams() -> list[ValidStream]:
     ]
     streams = []
     for number, (name, note, fields) in enumerate(rows):
-        stream = Stream(snapshot_head(**fields))
+        stream = Stream(make_snapshot_head(**fields))
         degree = stream.head.sh_degree
         stream.add_canonical(0, make_cloud(13, 70 + number, degree))
         updates = draw_updates(13, number) if stream.head.has_updates else ()
@@ -116,7 +118,7 @@ def _make_header_streams() -> list[ValidStream]:
         stream.add_snapshot(draw_survivors(range(1, 12), number), make_cloud(2, number, degree))
         streams.append(_make_valid(name, note, "7.9 8.9", _append_frames(stream, 4)))
     for level in (20, 30, 31):
-        stream = Stream(snapshot_head(level=level)).add_canonical(0, make_cloud(5, level))
+        stream = Stream(make_snapshot_head(level=level)).add_canonical(0, make_cloud(5, level))
         stream.add_snapshot(draw_survivors(range(5), level))
         streams.append(
             _make_valid(f"level-{level}", f"level {level} in HEAD", "3.2-6", _append_frames(stream))
@@ -126,32 +128,32 @@ def _make_header_streams() -> list[ValidStream]:
 
 def _make_scene_streams() -> list[ValidStream]:
     same_stream = (
-        Stream(snapshot_head())
+        Stream(make_snapshot_head())
         .add_canonical(0, make_cloud(9, 80))
         .add_snapshot(make_unchanged_survivors(range(9)))
     )
     newborn_stream = (
-        Stream(snapshot_head())
+        Stream(make_snapshot_head())
         .add_canonical(0, make_cloud(9, 81))
         .add_snapshot((), make_cloud(7, 82))
     )
     last_stream = (
-        Stream(snapshot_head())
+        Stream(make_snapshot_head())
         .add_canonical(0, make_cloud(9, 83))
         .add_snapshot(make_unchanged_survivors([6]))
     )
-    consecutive_stream = Stream(snapshot_head()).add_canonical(0, make_cloud(9, 84))
+    consecutive_stream = Stream(make_snapshot_head()).add_canonical(0, make_cloud(9, 84))
     consecutive_stream.add_snapshot(draw_survivors(range(9), 1)).add_snapshot(
         draw_survivors(range(2, 9), 2), make_cloud(1, 85)
     )
-    far_stream = Stream(snapshot_head(position_step=1)).add_canonical(
+    far_stream = Stream(make_snapshot_head(position_step=1)).add_canonical(
         0, [CodedGaussian((-9, 0, 0)), CodedGaussian((9, 1, 1))]
     )
     far_stream.add_snapshot([
         Survivor(0, make_differences(position=(-16383, 8000, -1))),
         Survivor(1, make_differences(position=(16383, -8000, 9))),
     ])  # fmt: skip
-    wide_stream = Stream(snapshot_head(position_step=1)).add_canonical(
+    wide_stream = Stream(make_snapshot_head(position_step=1)).add_canonical(
         0, [CodedGaussian((0, 0, 0))]
     )
     wide_stream.add_snapshot(
@@ -159,7 +161,7 @@ def _make_scene_streams() -> list[ValidStream]:
         [CodedGaussian((1048575, 0, 0)), CodedGaussian((5, 1048575, 1048575))],
     )
     codes = [CodedGaussian((i, 0, 0), codes=((-16384, 0, 16383)[i],) * 16) for i in range(3)]
-    extreme_stream = Stream(snapshot_head()).add_canonical(0, codes)
+    extreme_stream = Stream(make_snapshot_head()).add_canonical(0, codes)
     extreme_stream.add_snapshot([
         Survivor(0, (0,) * 7 + (32767,) * 7),
         Survivor(2, (0,) * 7 + (-32767,) * 7),
@@ -183,11 +185,11 @@ def _make_scene_streams() -> list[ValidStream]:
 
 
 def _make_plane_streams() -> list[ValidStream]:
-    stated_stream = Stream(snapshot_head()).add_canonical(0, make_cloud(9, 90))
+    stated_stream = Stream(make_snapshot_head()).add_canonical(0, make_cloud(9, 90))
     stated_stream.add_snapshot(draw_survivors(range(8), 5), make_cloud(2, 91), state_varied_codes)
-    named_stream = Stream(snapshot_head()).add_canonical(0, make_cloud(9, 92))
+    named_stream = Stream(make_snapshot_head()).add_canonical(0, make_cloud(9, 92))
     named_stream.add_snapshot(Survivor(i, field_mask=31 - i) for i in range(9))
-    roomy_stream = Stream(snapshot_head()).add_canonical(0, make_cloud(4, 93))
+    roomy_stream = Stream(make_snapshot_head()).add_canonical(0, make_cloud(4, 93))
     roomy_stream.add_snapshot(
         make_unchanged_survivors([1]), make_cloud(3, 94), origin=(-90, -80, -70), axis_bits=19
     )
@@ -219,22 +221,26 @@ def make_snapshot_traps() -> list[ValidStream]:
             (sums_of_what_is_coded, "8.9"),
             (snapshots_sample_anew, "7.9 7.4"),
         ),
-        **NEEDS,
+        **REQUIRED_CAPABILITY,
     )
 
 
 def snapshots_of_the_canonical_frame() -> Stream:
     """A snapshot is coded against the CANO, not against the frame or the snapshot before it."""
     stream = (
-        Stream(snapshot_head(sh_degree=0)).add_canonical(0, _SCENE).add_frame(distinct_motion())
+        Stream(make_snapshot_head(sh_degree=0))
+        .add_canonical(0, _SCENE)
+        .add_frame(make_distinct_motion())
     )
-    stream.add_snapshot(draw_survivors(range(0, 10, 2), 1)).add_frame(distinct_motion())
-    return stream.add_snapshot(draw_survivors(range(10), 2)).add_frame(distinct_motion())
+    stream.add_snapshot(draw_survivors(range(0, 10, 2), 1)).add_frame(make_distinct_motion())
+    return stream.add_snapshot(draw_survivors(range(10), 2)).add_frame(make_distinct_motion())
 
 
 def snapshots_have_no_past() -> Stream:
     """Counts, motion and recency are reset by a snapshot."""
-    stream = Stream(snapshot_head(sh_degree=0, incompatible_features=6)).add_canonical(0, _SCENE)
+    stream = Stream(make_snapshot_head(sh_degree=0, incompatible_features=6)).add_canonical(
+        0, _SCENE
+    )
     for frame in range(1, 4):
         change = Change(
             make_moving_symbols(6, frame),
@@ -246,77 +252,79 @@ def snapshots_have_no_past() -> Stream:
     stream.add_snapshot(draw_survivors(range(9), 3))
     return stream.add_frame(
         Change(make_moving_symbols(6, 3), updates=draw_updates(9, 3))
-    ).add_frame(distinct_motion())
+    ).add_frame(make_distinct_motion())
 
 
 def snapshots_sort_anew() -> Stream:
     """Survivors and new Gaussians are sorted together, in Morton order of their positions."""
-    stream = Stream(snapshot_head(sh_degree=0)).add_canonical(0, _SCENE)
+    stream = Stream(make_snapshot_head(sh_degree=0)).add_canonical(0, _SCENE)
     moved_survivors = [
         Survivor(i, make_differences(position=(40 - 9 * i, 7 * i, -5 * i))) for i in range(10)
     ]
     return stream.add_snapshot(moved_survivors, make_cloud(6, 61, 0, limit=50)).add_frame(
-        distinct_motion()
+        make_distinct_motion()
     )
 
 
 def equal_places_in_order() -> Stream:
     """Of Gaussians at the same position survivors come first, in the order of the CANO."""
     gaussians = [CodedGaussian((i, 0, 0), codes=(-40, -40, -40, 5 - i, i, 0, 0)) for i in range(4)]
-    stream = Stream(snapshot_head(sh_degree=0, gaussians_per_anchor=1)).add_canonical(0, gaussians)
+    stream = Stream(make_snapshot_head(sh_degree=0, gaussians_per_anchor=1)).add_canonical(
+        0, gaussians
+    )
     moved_survivors = [Survivor(i, make_differences(position=(3 - i, 0, 0))) for i in range(4)]
     births = [CodedGaussian((3, 0, 0), codes=(-30, -30, -30, k, k, k, k)) for k in (9, 8)]
-    return stream.add_snapshot(moved_survivors, births).add_frame(distinct_motion())
+    return stream.add_snapshot(moved_survivors, births).add_frame(make_distinct_motion())
 
 
 def ids_begin_anew() -> Stream:
     """The next newborn after a snapshot of N Gaussians gets id N."""
-    stream = Stream(snapshot_head(sh_degree=0)).add_canonical(0, _SCENE)
+    stream = Stream(make_snapshot_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(births=make_newborn([1, 2, 3], 1, 0)))
     stream.add_snapshot(draw_survivors(range(5), 4)).add_frame(
         Change(births=make_newborn([0, 4], 2, 0))
     )
-    return stream.add_frame(distinct_motion())
+    return stream.add_frame(make_distinct_motion())
 
 
 def snapshot_steps() -> Stream:
     """Positions differ in position steps, which are not the translation steps."""
-    head = snapshot_head(sh_degree=0, position_step=3, translation_step=11)
+    head = make_snapshot_head(sh_degree=0, position_step=3, translation_step=11)
     stream = Stream(head).add_canonical(0, _SCENE)
     moved_survivors = [Survivor(i, make_differences(position=(i, -i, 1))) for i in range(10)]
-    return stream.add_snapshot(moved_survivors).add_frame(distinct_motion())
+    return stream.add_snapshot(moved_survivors).add_frame(make_distinct_motion())
 
 
 def differences_of_neighbors() -> Stream:
     """Positions are coded relative to the last one whose position differs."""
-    stream = Stream(snapshot_head(sh_degree=0)).add_canonical(0, _SCENE)
+    stream = Stream(make_snapshot_head(sh_degree=0)).add_canonical(0, _SCENE)
     moved_survivors = [
         Survivor(i, make_differences(position=(9 + i, 9 - i, 9)) if i % 3 else (0,) * 14)
         for i in range(10)
     ]
-    return stream.add_snapshot(moved_survivors).add_frame(distinct_motion())
+    return stream.add_snapshot(moved_survivors).add_frame(make_distinct_motion())
 
 
 def sums_of_what_is_coded() -> Stream:
     """Contexts depend on the magnitudes of the coded numbers, field by field."""
-    stream = Stream(snapshot_head(sh_degree=0)).add_canonical(0, _SCENE)
+    stream = Stream(make_snapshot_head(sh_degree=0)).add_canonical(0, _SCENE)
     changed_survivors = [
         Survivor(i, (3 * i, -2 * i, i, 0, i % 5, 1 - i % 3, 2, i, -i, i % 2, -3, i, 4 - i, 1))
         for i in range(10)
     ]
-    return stream.add_snapshot(changed_survivors).add_frame(distinct_motion())
+    return stream.add_snapshot(changed_survivors).add_frame(make_distinct_motion())
 
 
 def snapshots_sample_anew() -> Stream:
     """The frame after a snapshot has phase 1, and samples."""
-    head = snapshot_head(sh_degree=0, resample_interval=4, full_crc_interval=2)
+    head = make_snapshot_head(sh_degree=0, resample_interval=4, full_crc_interval=2)
     stream = (
         Stream(head)
         .add_canonical(0, _SCENE)
-        .add_frame(distinct_motion())
-        .add_frame(distinct_motion())
+        .add_frame(make_distinct_motion())
+        .add_frame(make_distinct_motion())
     )
     stream.add_snapshot(draw_survivors(range(10), 6)).add_frame(
-        Change(distinct_symbols())
-    ).add_frame(distinct_motion())
+        Change(make_distinct_symbols())
+    ).add_frame(make_distinct_motion())
     return stream

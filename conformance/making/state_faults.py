@@ -7,8 +7,8 @@ from typing import Any
 
 from making.changes import Change, CodedGaussian
 from making.fault_rows import (
-    CANO_PIECE,
-    FRAM_PIECE,
+    CANO_CHUNK,
+    FRAM_CHUNK,
     MOVED_FRAME,
     Row,
     make_faults_at,
@@ -16,7 +16,7 @@ from making.fault_rows import (
 )
 from making.frames import make_canonical, make_frame
 from making.scenes import make_cloud, make_moving_symbols, make_newborn
-from making.streams import Piece
+from making.streams import Chunk
 from making.vectors import Outcome, ValidStream, Vector, make_broken_vector
 from plain.state import PlainState
 
@@ -75,10 +75,10 @@ def make_state_faults(parent: ValidStream) -> list[Vector]:
     """Return streams with an invalid state in frame 4 or 3, as patches of the journey."""
     return [
         *make_faults_at(
-            parent, FRAM_PIECE, [*_list_newborn_faults(parent), *_list_crc_faults(parent)]
+            parent, FRAM_CHUNK, [*_list_newborn_faults(parent), *_list_crc_faults(parent)]
         ),
         *make_faults_at(
-            parent, CANO_PIECE, [*_list_position_faults(parent), *_list_gaussian_faults(parent)]
+            parent, CANO_CHUNK, [*_list_position_faults(parent), *_list_gaussian_faults(parent)]
         ),
     ]
 
@@ -89,32 +89,32 @@ def _get_previous_state(parent: ValidStream) -> PlainState:
     return state
 
 
-def _replace_frame(parent: ValidStream, change: Change) -> list[Piece]:
+def _replace_frame(parent: ValidStream, change: Change) -> list[Chunk]:
     frame, _ = make_frame(parent.stream.head, _get_previous_state(parent), change)
-    return parent.stream.replace_piece(FRAM_PIECE, payload=frame.pack())
+    return parent.stream.replace_chunk(FRAM_CHUNK, payload=frame.pack())
 
 
 def _list_newborn_faults(parent: ValidStream) -> Iterable[Row]:
     first, second = make_newborn([0, 5], 40)
     codes, count = second.codes, len(_get_previous_state(parent).gaussians)
 
-    def make_pieces(**fields: Any) -> list[Piece]:
+    def make_chunks(**fields: Any) -> list[Chunk]:
         return _replace_frame(parent, Change(births=(first, replace(second, **fields))))
 
     with_inverse_w = _replace_frame(parent, Change(lambda _level, _anchor: [0, 0, 0, -1, 0, 0, 0]))
     note = "residuals of w that add up to minus the identity"
     yield "degenerate-rotation", "7.3-1", "degenerate-rotation", with_inverse_w, note
     note = "the parent is the newborn before it"
-    yield "parent-beyond", "7.6-1", "parent-range", make_pieces(parent=count), note
+    yield "parent-beyond", "7.6-1", "parent-range", make_chunks(parent=count), note
     for name, clauses, reject_id, fields, note in _NEWBORN:
-        yield name, clauses, reject_id, make_pieces(**fields), note
+        yield name, clauses, reject_id, make_chunks(**fields), note
     for name, wrong_codes, note in _list_wrong_codes("newborn-code", codes):
-        yield name, "7.6-3", "code-range", make_pieces(codes=wrong_codes), note
+        yield name, "7.6-3", "code-range", make_chunks(codes=wrong_codes), note
     wrong_scales, note = (
         (-32767, -32766, -32768, *codes[3:]),
         "a log-scale is -32768 by differences",
     )
-    yield "newborn-scale", "7.6-3", "code-range", make_pieces(codes=wrong_scales), note
+    yield "newborn-scale", "7.6-3", "code-range", make_chunks(codes=wrong_scales), note
 
 
 def _list_wrong_codes(
@@ -151,20 +151,20 @@ def _list_crc_faults(parent: ValidStream) -> Iterable[Row]:
     other_frame, _ = make_frame(
         parent.stream.head, _get_previous_state(parent), Change(make_moving_symbols(7, 99))
     )
-    pieces = replace_frame_fields(parent, MOVED_FRAME, motion=other_frame.motion)
-    yield "state-of-another-frame", "9.2-1", "state-crc", pieces, "the motion of another frame"
+    chunks = replace_frame_fields(parent, MOVED_FRAME, motion=other_frame.motion)
+    yield "state-of-another-frame", "9.2-1", "state-crc", chunks, "the motion of another frame"
 
 
-def _replace_canonical(parent: ValidStream, gaussians: Iterable[CodedGaussian]) -> list[Piece]:
+def _replace_canonical(parent: ValidStream, gaussians: Iterable[CodedGaussian]) -> list[Chunk]:
     canonical, _ = make_canonical(parent.stream.head, 3, list(gaussians))
-    return parent.stream.replace_piece(CANO_PIECE, payload=canonical.pack())
+    return parent.stream.replace_chunk(CANO_CHUNK, payload=canonical.pack())
 
 
 def _list_position_faults(parent: ValidStream) -> Iterable[Row]:
     gaussians, position_limit = make_cloud(12, 3, limit=20), 1 << 21  # position_step is 4
     values = [v for g in gaussians for v in g.position]
 
-    def shift_scene(offset: int) -> list[Piece]:
+    def shift_scene(offset: int) -> list[Chunk]:
         shifted_positions = ((g, tuple(v + offset for v in g.position)) for g in gaussians)
         return _replace_canonical(
             parent,
@@ -183,15 +183,15 @@ def _list_position_faults(parent: ValidStream) -> Iterable[Row]:
         ),
         "position-wraps": (with_wrapped_origin, "an origin whose positions are small modulo 2^32"),
     }
-    for name, (pieces, note) in cases.items():
-        yield name, "7.2-3 4.1-1", "position-range", pieces, note
+    for name, (chunks, note) in cases.items():
+        yield name, "7.2-3 4.1-1", "position-range", chunks, note
 
 
 def _list_gaussian_faults(parent: ValidStream) -> Iterable[Row]:
     *other_gaussians, last = make_cloud(12, 3, limit=20)
     for name, codes, note in _list_wrong_codes("code", last.codes):
-        pieces = _replace_canonical(parent, [*other_gaussians, replace(last, codes=codes)])
-        yield name, "7.2-4", "code-range", pieces, note
+        chunks = _replace_canonical(parent, [*other_gaussians, replace(last, codes=codes)])
+        yield name, "7.2-4", "code-range", chunks, note
     for name, clauses, reject_id, fields, note in _ROTATIONS:
         yield (
             name,
@@ -237,6 +237,6 @@ def _append_frame(parent: ValidStream, name: str, clause: str, change: Change, n
     stream, previous = parent.stream, parent.stream.states[-1]
     assert previous is not None
     frame, _ = make_frame(stream.head, previous, change)
-    pieces = stream.insert_pieces(Piece(b"FRAM", frame.pack()), index=len(stream.pieces) - 1)
+    chunks = stream.insert_chunks(Chunk(b"FRAM", frame.pack()), index=len(stream.chunks) - 1)
     outcome = Outcome(parent.frames, ("position-range",))
-    return make_broken_vector(parent, f"invalid/{name}", f"{clause} 4.1-1", pieces, outcome, note)
+    return make_broken_vector(parent, f"invalid/{name}", f"{clause} 4.1-1", chunks, outcome, note)

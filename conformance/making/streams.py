@@ -1,7 +1,7 @@
 """Streams of chunks: adds sequence numbers, CRCs, INDX and TAIL.
 
-A stream is a list of pieces. A fault is a replaced, added, removed or damaged piece; the payloads
-of INDX and TAIL are computed afterwards from all pieces.
+A stream is a list of chunks. A fault is a replaced, added, removed or damaged chunk; the payloads
+of INDX and TAIL are computed afterwards from all chunks.
 """
 
 import struct
@@ -38,7 +38,7 @@ class DecodedFrame:
 
 
 @dataclass(frozen=True)
-class Piece:
+class Chunk:
     """A chunk to write.
 
     Attributes:
@@ -81,25 +81,25 @@ class Layout:
     offsets: tuple[int, ...]
 
 
-def assemble(pieces: Iterable[Piece]) -> Layout:
+def assemble(chunks: Iterable[Chunk]) -> Layout:
     """Number the chunks and add their CRCs; generate INDX and TAIL."""
     data, offsets, points, number = MAGIC, [], [], 0
     frames, index_offset, frame_types = 0, 0, (b"CANO", b"FRAM")
-    for piece in pieces:
-        if piece.kind == b"HEAD" and (piece.payload or bytes(3))[2] & 4:
+    for chunk in chunks:
+        if chunk.kind == b"HEAD" and (chunk.payload or bytes(3))[2] & 4:
             frame_types = FRAME_TYPES
         offsets.append(len(data))
-        number += piece.skipped_numbers
-        payload = piece.payload
-        if piece.kind == b"INDX":
+        number += chunk.skipped_numbers
+        payload = chunk.payload
+        if chunk.kind == b"INDX":
             index_offset = index_offset or len(data)
             payload = pack_index(points) if payload is None else payload
-        elif piece.kind == b"TAIL" and payload is None:
+        elif chunk.kind == b"TAIL" and payload is None:
             payload = pack_tail(frames, len(points), index_offset)
-        elif piece.kind in frame_types and piece.kind != b"FRAM":
+        elif chunk.kind in frame_types and chunk.kind != b"FRAM":
             points.append((len(data), number, int.from_bytes((payload or b"")[:4], "little")))
-        frames += piece.kind in frame_types
-        data += piece.pack(number, payload or b"")
+        frames += chunk.kind in frame_types
+        data += chunk.pack(number, payload or b"")
         number += 1
     return Layout(data, (*offsets, len(data)))
 
@@ -110,15 +110,15 @@ class Stream:
 
     Attributes:
         head: Fields of HEAD.
-        pieces: Chunks that have been added.
+        chunks: Chunks that have been added.
         states: State after each frame; None if the frame violates a clause.
-        piece_indices: Index of the piece of each frame.
+        chunk_indices: Index of the chunk of each frame.
     """
 
     head: Head
-    pieces: list[Piece] = field(default_factory=list)
+    chunks: list[Chunk] = field(default_factory=list)
     states: list[PlainState | None] = field(default_factory=list)
-    piece_indices: list[int] = field(default_factory=list)
+    chunk_indices: list[int] = field(default_factory=list)
     payloads: list[Canonical | Snapshot | Frame] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -126,7 +126,7 @@ class Stream:
 
     def add_chunk(self, kind: bytes, payload: bytes) -> "Stream":
         """Append a chunk that is not a frame."""
-        self.pieces.append(Piece(kind, payload))
+        self.chunks.append(Chunk(kind, payload))
         return self
 
     def add_canonical(
@@ -164,47 +164,47 @@ class Stream:
         return self._append(b"SNAP", payload, state)
 
     def finish(self, *, index: bool = False) -> "Stream":
-        """Append TAIL, with `index` also INDX before it."""
+        """Append TAIL; if `index` is true, append INDX first."""
         if index:
-            self.pieces.append(Piece(b"INDX", None))
-        self.pieces.append(Piece(b"TAIL", None))
+            self.chunks.append(Chunk(b"INDX", None))
+        self.chunks.append(Chunk(b"TAIL", None))
         return self
 
     def make_layout(self) -> Layout:
         """Return the bytes of the stream, and the offsets of its chunks."""
-        return assemble(self.pieces)
+        return assemble(self.chunks)
 
     def list_decoded(self) -> list[DecodedFrame]:
         """Return the expected output for the frames of the stream."""
         assert None not in self.states, "a frame violates a clause"
         return [describe_state(state) for state in self.states if state is not None]
 
-    def replace_frame_fields(self, number: int, **fields: Any) -> list[Piece]:
-        """Return the pieces with changed fields in the payload of a frame."""
+    def replace_frame_fields(self, number: int, **fields: Any) -> list[Chunk]:
+        """Return the chunks with changed fields in the payload of a frame."""
         payload = replace(self.payloads[number], **fields).pack()
-        return self.replace_piece(self.piece_indices[number], payload=payload)
+        return self.replace_chunk(self.chunk_indices[number], payload=payload)
 
-    def replace_piece(self, index: int, **fields: Any) -> list[Piece]:
-        """Return the pieces with changed fields of the piece at `index`."""
+    def replace_chunk(self, index: int, **fields: Any) -> list[Chunk]:
+        """Return the chunks with changed fields of the chunk at `index`."""
         return [
-            *self.pieces[:index],
-            replace(self.pieces[index], **fields),
-            *self.pieces[index + 1 :],
+            *self.chunks[:index],
+            replace(self.chunks[index], **fields),
+            *self.chunks[index + 1 :],
         ]
 
-    def insert_pieces(self, *pieces: Piece, index: int) -> list[Piece]:
-        """Return the pieces with additional pieces before the one at `index`."""
-        return [*self.pieces[:index], *pieces, *self.pieces[index:]]
+    def insert_chunks(self, *chunks: Chunk, index: int) -> list[Chunk]:
+        """Return the chunks with additional chunks inserted at `index`."""
+        return [*self.chunks[:index], *chunks, *self.chunks[index:]]
 
-    def drop_pieces(self, *indices: int) -> list[Piece]:
-        """Return the pieces without those at `indices`; sequence numbers do not change."""
-        return [replace(p, sequence=n) for n, p in enumerate(self.pieces) if n not in indices]
+    def drop_chunks(self, *indices: int) -> list[Chunk]:
+        """Return the chunks except those at `indices`; sequence numbers do not change."""
+        return [replace(p, sequence=n) for n, p in enumerate(self.chunks) if n not in indices]
 
     def _append(
         self, kind: bytes, payload: Canonical | Snapshot | Frame, state: PlainState | None
     ) -> "Stream":
-        self.piece_indices.append(len(self.pieces))
-        self.pieces.append(Piece(kind, payload.pack()))
+        self.chunk_indices.append(len(self.chunks))
+        self.chunks.append(Chunk(kind, payload.pack()))
         self.payloads.append(payload)
         self.states.append(state)
         return self

@@ -84,22 +84,22 @@ def _make_cuts(brief: ValidStream) -> Iterable[Vector]:
 
 def _make_frames_beyond_limits(streams_by_name: dict[str, ValidStream]) -> list[Vector]:
     """Return streams with a frame that exceeds a limit of a level or of ordinals."""
-    from making.streams import Piece
+    from making.streams import Chunk
 
     last_ordinals, full_level = (
         streams_by_name["streams/last-ordinals"],
         streams_by_name["levels/10-gaussians"],
     )
-    next_frame = Piece(b"FRAM", struct.pack("<IBIIII", 2, 0, 0, 0, 0, 0) + bytes(4))
-    birth_frame = Piece(b"FRAM", struct.pack("<IBIIII", 2, 0, 0, 1, 0, 0) + bytes(4))
-    next_index = last_ordinals.stream.piece_indices[-1] + 1
-    birth_index = full_level.stream.piece_indices[-1] + 1
+    next_frame = Chunk(b"FRAM", struct.pack("<IBIIII", 2, 0, 0, 0, 0, 0) + bytes(4))
+    birth_frame = Chunk(b"FRAM", struct.pack("<IBIIII", 2, 0, 0, 1, 0, 0) + bytes(4))
+    next_index = last_ordinals.stream.chunk_indices[-1] + 1
+    birth_index = full_level.stream.chunk_indices[-1] + 1
     return [
         make_broken_vector(
             last_ordinals,
             "invalid/ordinal-beyond",
             "7.4-2",
-            last_ordinals.stream.insert_pieces(next_frame, index=next_index),
+            last_ordinals.stream.insert_chunks(next_frame, index=next_index),
             Outcome(last_ordinals.frames, ("frame-order",)),
             "a frame after that of ordinal 2^32 - 1",
         ),
@@ -107,7 +107,7 @@ def _make_frames_beyond_limits(streams_by_name: dict[str, ValidStream]) -> list[
             full_level,
             "invalid/birth-beyond-level",
             "3.2-2",
-            full_level.stream.insert_pieces(birth_frame, index=birth_index),
+            full_level.stream.insert_chunks(birth_frame, index=birth_index),
             Outcome(full_level.frames, ("count-exceeds-level",)),
             "a birth although the level allows no more Gaussians",
         ),

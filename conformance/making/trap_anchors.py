@@ -6,7 +6,7 @@ from making.changes import Change, CodedGaussian
 from making.payloads import Head
 from making.scenes import make_cloud, make_moving_symbols, make_newborn
 from making.streams import Stream
-from making.trap_making import distinct_motion, make_trap_streams
+from making.trap_making import make_distinct_motion, make_trap_streams
 from making.vectors import ValidStream
 
 _TIED_SEED = 5546942  # found by search: at phase 1 the ids 1 and 56 draw one word
@@ -31,17 +31,17 @@ def make_anchor_traps() -> list[ValidStream]:
 def one_place() -> Stream:
     """All Gaussians at one position: every distance is a tie, and anchors follow others."""
     stream = Stream(Head(sh_degree=0)).add_canonical(0, [CodedGaussian((7, 7, 7))] * 11)
-    return stream.add_frame(distinct_motion()).add_frame(Change(make_moving_symbols(6, 1)))
+    return stream.add_frame(make_distinct_motion()).add_frame(Change(make_moving_symbols(6, 1)))
 
 
 def equally_near() -> Stream:
     """A grid around the origin: many anchors are equally near, and cells are on both sides of 0."""
     grid = [CodedGaussian(place) for place in product((-1, 0, 1), repeat=3)]
     stream = Stream(Head(sh_degree=0, gaussians_per_anchor=3)).add_canonical(0, grid)
-    stream.add_frame(distinct_motion()).add_frame(
+    stream.add_frame(make_distinct_motion()).add_frame(
         Change(make_moving_symbols(6, 5), make_newborn([0, 13, 26], 1, 0))
     )
-    return stream.add_frame(distinct_motion()).add_frame(distinct_motion())
+    return stream.add_frame(make_distinct_motion()).add_frame(make_distinct_motion())
 
 
 def one_gaussian() -> Stream:
@@ -49,9 +49,11 @@ def one_gaussian() -> Stream:
     stream = (
         Stream(Head(sh_degree=0))
         .add_canonical(0, [CodedGaussian((1, 2, 3))])
-        .add_frame(distinct_motion())
+        .add_frame(make_distinct_motion())
     )
-    return stream.add_frame(Change(births=make_newborn([0], 3, 0))).add_frame(distinct_motion())
+    return stream.add_frame(Change(births=make_newborn([0], 3, 0))).add_frame(
+        make_distinct_motion()
+    )
 
 
 def one_anchor() -> Stream:
@@ -59,8 +61,8 @@ def one_anchor() -> Stream:
     stream = Stream(Head(sh_degree=0, gaussians_per_anchor=65535))
     return (
         stream.add_canonical(0, make_cloud(5, 3, 0))
-        .add_frame(distinct_motion())
-        .add_frame(distinct_motion())
+        .add_frame(make_distinct_motion())
+        .add_frame(make_distinct_motion())
     )
 
 
@@ -68,7 +70,7 @@ def every_gaussian_an_anchor() -> Stream:
     """M is 1 and some Gaussians share a position; A_2 is 1 because of the ratio."""
     stream = Stream(Head(sh_degree=0, gaussians_per_anchor=1, anchor_ratio=65535))
     stream.add_canonical(0, [*make_cloud(7, 4, 0), *make_cloud(3, 4, 0)])
-    return stream.add_frame(distinct_motion()).add_frame(distinct_motion())
+    return stream.add_frame(make_distinct_motion()).add_frame(make_distinct_motion())
 
 
 def sampled_at_the_end() -> Stream:
@@ -78,7 +80,7 @@ def sampled_at_the_end() -> Stream:
         stream.add_frame(
             Change(make_moving_symbols(6, frame), make_newborn([2], frame, 0) if frame > 2 else ())
         )
-    return stream.add_frame(distinct_motion())
+    return stream.add_frame(make_distinct_motion())
 
 
 def phase_not_ordinal() -> Stream:
@@ -86,9 +88,11 @@ def phase_not_ordinal() -> Stream:
     stream = (
         Stream(Head(sh_degree=0))
         .add_canonical(1000, make_cloud(13, 6, 0, limit=300))
-        .add_frame(distinct_motion())
+        .add_frame(make_distinct_motion())
     )
-    return stream.add_canonical(1002, make_cloud(13, 7, 0, limit=300)).add_frame(distinct_motion())
+    return stream.add_canonical(1002, make_cloud(13, 7, 0, limit=300)).add_frame(
+        make_distinct_motion()
+    )
 
 
 def equal_ranks() -> Stream:
@@ -96,4 +100,4 @@ def equal_ranks() -> Stream:
     stream = Stream(Head(sh_degree=0, seed=_TIED_SEED, gaussians_per_anchor=8))
     # Four positions: after the anchors of their cells, only one of the two ids is needed.
     stream.add_canonical(0, [CodedGaussian((40 * (i // 16), 0, 0)) for i in range(57)])
-    return stream.add_frame(distinct_motion()).add_frame(distinct_motion())
+    return stream.add_frame(make_distinct_motion()).add_frame(make_distinct_motion())

@@ -4,7 +4,7 @@ from making.changes import Change, CodedGaussian
 from making.payloads import Head
 from making.scenes import make_cloud, make_moving_symbols, make_newborn
 from making.streams import Stream
-from making.trap_making import distinct_motion, distinct_symbols, make_trap_streams
+from making.trap_making import make_distinct_motion, make_distinct_symbols, make_trap_streams
 from making.vectors import ValidStream
 
 _EQUALLY_OPAQUE = [
@@ -51,7 +51,7 @@ def signed_opacities() -> Stream:
 
 def deaths_of_newborn() -> Stream:
     """Births die in the next frame before they are bound, with and without a sampling."""
-    symbols = distinct_symbols()
+    symbols = make_distinct_symbols()
     stream = Stream(Head(sh_degree=0, resample_interval=3)).add_canonical(0, _EQUALLY_OPAQUE)
     stream.add_frame(Change(symbols, (_FAINT_BIRTH, _BRIGHT_BIRTH))).add_frame(
         Change(symbols, (_FAINT_BIRTH, _FAINT_BIRTH), deaths=1)
@@ -73,32 +73,34 @@ def newborn_bound_where_born() -> Stream:
         return [40, 0, 0, 0, 0, 0] if level == head.level_count else None
 
     stream.add_frame(Change(far_motion, make_newborn([0, 4, 9], 2, 0)))
-    return stream.add_frame(Change(far_motion)).add_frame(distinct_motion())
+    return stream.add_frame(Change(far_motion)).add_frame(make_distinct_motion())
 
 
 def parents_after_deaths_and_motion() -> Stream:
     """Parents are counted after the deaths, at their positions after the motion of this frame."""
     stream = Stream(Head(sh_degree=0, level_count=1, gaussians_per_anchor=1))
     stream.add_canonical(0, _EQUALLY_OPAQUE).add_frame(
-        Change(distinct_symbols(), make_newborn([0, 3, 5], 3, 0), deaths=4)
+        Change(make_distinct_symbols(), make_newborn([0, 3, 5], 3, 0), deaths=4)
     )
-    return stream.add_frame(Change(distinct_symbols(), make_newborn([1, 1, 6], 4, 0), deaths=2))
+    return stream.add_frame(
+        Change(make_distinct_symbols(), make_newborn([1, 1, 6], 4, 0), deaths=2)
+    )
 
 
 def twins() -> Stream:
     """Equal births of one parent."""
     stream = Stream(Head(sh_degree=0)).add_canonical(0, _EQUALLY_OPAQUE)
     stream.add_frame(Change(births=(_FAINT_BIRTH, _FAINT_BIRTH, _FAINT_BIRTH))).add_frame(
-        distinct_motion()
+        make_distinct_motion()
     )
-    return stream.add_frame(Change(distinct_symbols(), deaths=2))
+    return stream.add_frame(Change(make_distinct_symbols(), deaths=2))
 
 
 def anchors_without_gaussian() -> Stream:
     """Anchors whose Gaussians have died still move others, and have no motion of their own."""
     stream = Stream(Head(sh_degree=0, resample_interval=9)).add_canonical(0, make_cloud(12, 8, 0))
     for deaths in (0, 6, 0, 3, 0):
-        stream.add_frame(Change(distinct_symbols(), deaths=deaths))
+        stream.add_frame(Change(make_distinct_symbols(), deaths=deaths))
     return stream
 
 
@@ -112,5 +114,5 @@ def ids_are_not_given_again() -> Stream:
     return (
         stream.add_frame(Change(deaths=2))
         .add_frame(Change(births=(_BRIGHT_BIRTH,)))
-        .add_frame(distinct_motion())
+        .add_frame(make_distinct_motion())
     )

@@ -34,12 +34,12 @@ def _make_trap(
     )
 
 
-def distinct_motion(channels: int = 6) -> Change:
+def make_distinct_motion(channels: int = 6) -> Change:
     """Return a change with motion that is different for every anchor."""
-    return Change(distinct_symbols(channels))
+    return Change(make_distinct_symbols(channels))
 
 
-def distinct_symbols(channels: int = 6) -> Callable[[int, int], list[int]]:
+def make_distinct_symbols(channels: int = 6) -> Callable[[int, int], list[int]]:
     """Return symbols that are different for every anchor."""
 
     def symbols(level: int, anchor: int) -> list[int]:

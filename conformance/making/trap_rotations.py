@@ -38,8 +38,8 @@ def sums_of_zero() -> Stream:
     rounding_sensitive = CodedGaussian((0, 0, 0), (3, 131, 139, -118))
     stream = Stream(head).add_canonical(0, [*make_cloud(15, 9, 0), rounding_sensitive])
     stream.add_frame(Change(lambda level, _anchor: symbols if level == 2 else None))
-    cancel = Change(lambda level, _anchor: symbols if level == 2 else opposite_symbols)
-    return stream.add_frame(cancel).add_frame(cancel)
+    canceling_change = Change(lambda level, _anchor: symbols if level == 2 else opposite_symbols)
+    return stream.add_frame(canceling_change).add_frame(canceling_change)
 
 
 def w_alone() -> Stream:
@@ -64,5 +64,11 @@ def halves() -> Stream:
 def _make_odd_rotations() -> list[CodedGaussian]:
     """Return Gaussians with rotations whose first component is odd about as often as even."""
     numbered_gaussians = enumerate(make_cloud(24, 10, 0))
-    rotated = ((g, (i % 4, *(64 * c + i for c in g.rotation[1:]))) for i, g in numbered_gaussians)
-    return [CodedGaussian(g.position, rotation, g.codes) for g, rotation in rotated]
+    gaussians_and_rotations = (
+        (gaussian, (i % 4, *(64 * component + i for component in gaussian.rotation[1:])))
+        for i, gaussian in numbered_gaussians
+    )
+    return [
+        CodedGaussian(gaussian.position, rotation, gaussian.codes)
+        for gaussian, rotation in gaussians_and_rotations
+    ]

@@ -3,14 +3,14 @@
 from making.changes import Change, CodedGaussian, Update
 from making.scenes import make_cloud, make_moving_symbols, make_newborn, select_symbols
 from making.streams import Stream
-from making.trap_making import distinct_motion, distinct_symbols, make_trap_streams
+from making.trap_making import make_distinct_motion, make_distinct_symbols, make_trap_streams
 from making.update_scenes import (
-    NEEDS,
+    REQUIRED_CAPABILITY,
     draw_updates,
+    make_equal_updates,
     make_leaving_updates,
     make_residuals,
-    update_all,
-    update_head,
+    make_update_head,
 )
 from making.vectors import ValidStream
 
@@ -43,18 +43,18 @@ def make_update_traps() -> list[ValidStream]:
             (sums_within_a_field, "8.8"),
             (counts_of_updates_go_on, "8.2 8.8"),
         ),
-        **NEEDS,
+        **REQUIRED_CAPABILITY,
     )
 
 
 def updates_after_the_motion() -> Stream:
     """The context of a change is the motion of this frame, not that of the previous one."""
-    stream = Stream(update_head(sh_degree=0)).add_canonical(0, _SCENE)
+    stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     for frame in range(1, 5):
         stream.add_frame(
             Change(
-                make_moving_symbols(6, frame, one_in=3, limit=1),
-                updates=draw_updates(10, frame, leaving_one_in=99),
+                make_moving_symbols(6, frame, anchors_per_moving=3, limit=1),
+                updates=draw_updates(10, frame, updates_per_leaving=99),
             )
         )
     return stream
@@ -62,125 +62,134 @@ def updates_after_the_motion() -> Stream:
 
 def updates_are_no_motion() -> Stream:
     """The expected motion of an anchor follows from motion, not from updates."""
-    stream = Stream(update_head(sh_degree=0, gaussians_per_anchor=1)).add_canonical(0, _SCENE)
+    stream = Stream(make_update_head(sh_degree=0, gaussians_per_anchor=1)).add_canonical(0, _SCENE)
     stream.add_frame(
-        Change(distinct_symbols(), updates=update_all(10, make_residuals(translation=(9, -8, 7))))
+        Change(
+            make_distinct_symbols(),
+            updates=make_equal_updates(10, make_residuals(translation=(9, -8, 7))),
+        )
     )
-    return stream.add_frame(distinct_motion()).add_frame(distinct_motion())
+    return stream.add_frame(make_distinct_motion()).add_frame(make_distinct_motion())
 
 
 def updates_do_not_bind() -> Stream:
     """A Gaussian that an update moves far away follows its anchors until the next sampling."""
-    head = update_head(sh_degree=0, gaussians_per_anchor=2, resample_interval=3)
+    head = make_update_head(sh_degree=0, gaussians_per_anchor=2, resample_interval=3)
     stream = Stream(head).add_canonical(0, _SCENE)
     far_updates = (
         Update(0, make_residuals(translation=(99, 9, 0))),
         Update(9, make_residuals(translation=(-99, 0, 0))),
     )
     return (
-        stream.add_frame(Change(distinct_symbols(), updates=far_updates))
-        .add_frame(distinct_motion())
-        .add_frame(distinct_motion())
-        .add_frame(distinct_motion())
+        stream.add_frame(Change(make_distinct_symbols(), updates=far_updates))
+        .add_frame(make_distinct_motion())
+        .add_frame(make_distinct_motion())
+        .add_frame(make_distinct_motion())
     )
 
 
 def updates_before_births() -> Stream:
     """Parents are counted after Gaussians leave by updates, at their updated positions."""
-    stream = Stream(update_head(sh_degree=0)).add_canonical(0, _SCENE)
+    stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     updates = (Update(0, None), Update(1, make_residuals(translation=(5, 5, 5))), Update(4, None))
     return stream.add_frame(
-        Change(distinct_symbols(), make_newborn([0, 3, 7], 3, 0), updates=updates)
-    ).add_frame(distinct_motion())
+        Change(make_distinct_symbols(), make_newborn([0, 3, 7], 3, 0), updates=updates)
+    ).add_frame(make_distinct_motion())
 
 
 def updates_after_deaths() -> Stream:
     """Updates apply to the scene without the Gaussians that died by rule."""
-    stream = Stream(update_head(sh_degree=0)).add_canonical(0, _SCENE)
+    stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     updates = (Update(0, make_residuals(opacity=3)), Update(6, make_residuals(sh_dc=(1, 2, 3))))
-    return stream.add_frame(Change(distinct_symbols(), deaths=3, updates=updates)).add_frame(
-        distinct_motion()
+    return stream.add_frame(Change(make_distinct_symbols(), deaths=3, updates=updates)).add_frame(
+        make_distinct_motion()
     )
 
 
 def updates_and_the_next_deaths() -> Stream:
     """The next deaths by rule depend on the updated opacities."""
-    stream = Stream(update_head(sh_degree=0)).add_canonical(0, _SCENE)
+    stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     updates = (Update(0, make_residuals(opacity=-50)), Update(9, make_residuals(opacity=50)))
     return (
         stream.add_frame(Change(updates=updates))
         .add_frame(Change(deaths=2))
-        .add_frame(distinct_motion())
+        .add_frame(make_distinct_motion())
     )
 
 
 def updates_of_newborn() -> Stream:
     """Births have recency 0 in the next frame, in which they can be updated."""
-    stream = Stream(update_head(sh_degree=0)).add_canonical(0, _SCENE)
+    stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(births=make_newborn([0, 4, 9], 2, 0)))
     updates = (
         Update(3, make_residuals(opacity=1)),
         Update(11, make_residuals(opacity=2)),
         Update(12, None),
     )
-    return stream.add_frame(Change(distinct_symbols(), updates=updates)).add_frame(
+    return stream.add_frame(Change(make_distinct_symbols(), updates=updates)).add_frame(
         Change(updates=draw_updates(12, 5))
     )
 
 
 def updates_without_fields_are_recent() -> Stream:
     """A Gaussian coded as changing has recency 0 afterwards, even if all residuals are 0."""
-    stream = Stream(update_head(sh_degree=0)).add_canonical(0, _SCENE)
+    stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(updates=(Update(2), Update(5, field_mask=8), Update(7))))
     return stream.add_frame(
-        Change(updates=draw_updates(10, 6, one_in=2, leaving_one_in=99))
-    ).add_frame(distinct_motion())
+        Change(updates=draw_updates(10, 6, gaussians_per_update=2, updates_per_leaving=99))
+    ).add_frame(make_distinct_motion())
 
 
 def recency_ends_at_three() -> Stream:
     """A change three frames ago counts like no change at all."""
-    stream = Stream(update_head(sh_degree=0)).add_canonical(0, _SCENE)
+    stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(updates=(Update(1, make_residuals(opacity=1)),)))
     for _ in range(4):
         stream.add_frame(Change(updates=(Update(8, make_residuals(opacity=1)),)))
-    return stream.add_frame(Change(updates=draw_updates(10, 7, leaving_one_in=99)))
+    return stream.add_frame(Change(updates=draw_updates(10, 7, updates_per_leaving=99)))
 
 
 def recency_of_the_frame_before() -> Stream:
     """Whether a Gaussian leaves is coded in the context of its recency before this frame."""
-    stream = Stream(update_head(sh_degree=0)).add_canonical(0, _SCENE)
+    stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(updates=tuple(Update(i, make_residuals(opacity=1)) for i in (0, 2, 4))))
     stream.add_frame(Change(updates=(Update(0, None), Update(1, None), Update(2), Update(3))))
-    return stream.add_frame(Change(updates=draw_updates(8, 8, one_in=2)))
+    return stream.add_frame(Change(updates=draw_updates(8, 8, gaussians_per_update=2)))
 
 
 def recency_begins_anew() -> Stream:
     """A canonical frame resets recency and the counts of updates."""
-    stream = Stream(update_head(sh_degree=0)).add_canonical(0, _SCENE)
-    stream.add_frame(Change(updates=draw_updates(10, 9, one_in=2, leaving_one_in=99)))
+    stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
+    stream.add_frame(
+        Change(updates=draw_updates(10, 9, gaussians_per_update=2, updates_per_leaving=99))
+    )
     stream.add_canonical(2, _SCENE)
-    return stream.add_frame(Change(updates=draw_updates(10, 9, one_in=2, leaving_one_in=99)))
+    return stream.add_frame(
+        Change(updates=draw_updates(10, 9, gaussians_per_update=2, updates_per_leaving=99))
+    )
 
 
 def turned_by_one_unity() -> Stream:
     """The residual is relative to rotation_unity, not to L times that."""
-    stream = Stream(update_head(sh_degree=0, level_count=3)).add_canonical(0, make_cloud(8, 90, 0))
+    stream = Stream(make_update_head(sh_degree=0, level_count=3)).add_canonical(
+        0, make_cloud(8, 90, 0)
+    )
     turns = tuple(Update(i, make_residuals(rotation=(40 - 9 * i, 5 * i, -60))) for i in range(8))
     return stream.add_frame(Change(updates=turns))
 
 
 def turned_on_the_right() -> Stream:
     """A rotation is multiplied on the right, by the anchors' rotation and then the update's."""
-    stream = Stream(update_head(sh_degree=0)).add_canonical(0, make_cloud(8, 91, 0))
+    stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, make_cloud(8, 91, 0))
     turns = tuple(Update(i, make_residuals(rotation=(50, -20 * i, 3 * i))) for i in range(8))
-    return stream.add_frame(Change(distinct_symbols(), updates=turns)).add_frame(
-        Change(distinct_symbols(), updates=turns)
+    return stream.add_frame(Change(make_distinct_symbols(), updates=turns)).add_frame(
+        Change(make_distinct_symbols(), updates=turns)
     )
 
 
 def not_turned_by_nothing() -> Stream:
     """If X, Y and Z are 0 the rotation stays, although rounding would change it."""
-    stream = Stream(update_head(sh_degree=0)).add_canonical(
+    stream = Stream(make_update_head(sh_degree=0)).add_canonical(
         0, [*make_cloud(5, 92, 0), _ROUNDING_SENSITIVE]
     )
     index = _find_rounding_sensitive(stream)
@@ -203,32 +212,34 @@ _ROUNDING_SENSITIVE = CodedGaussian(
 
 def anchors_that_leave() -> Stream:
     """An anchor whose Gaussian left still moves its followers, with previous motion 0."""
-    head = update_head(sh_degree=0, gaussians_per_anchor=2, resample_interval=4)
-    stream = Stream(head).add_canonical(0, _SCENE).add_frame(distinct_motion())
-    stream.add_frame(Change(distinct_symbols(), updates=make_leaving_updates((0, 2, 4, 6, 8))))
-    return stream.add_frame(distinct_motion()).add_frame(distinct_motion())
+    head = make_update_head(sh_degree=0, gaussians_per_anchor=2, resample_interval=4)
+    stream = Stream(head).add_canonical(0, _SCENE).add_frame(make_distinct_motion())
+    stream.add_frame(Change(make_distinct_symbols(), updates=make_leaving_updates((0, 2, 4, 6, 8))))
+    return stream.add_frame(make_distinct_motion()).add_frame(make_distinct_motion())
 
 
 def leaving_at_a_sampling() -> Stream:
     """Anchors are counted and sampled before Gaussians leave by updates."""
-    head = update_head(sh_degree=0, gaussians_per_anchor=2, resample_interval=1)
+    head = make_update_head(sh_degree=0, gaussians_per_anchor=2, resample_interval=1)
     stream = Stream(head).add_canonical(0, _SCENE)
-    stream.add_frame(Change(distinct_symbols(), updates=make_leaving_updates((1, 2, 3, 4, 5))))
-    return stream.add_frame(distinct_motion())
+    stream.add_frame(Change(make_distinct_symbols(), updates=make_leaving_updates((1, 2, 3, 4, 5))))
+    return stream.add_frame(make_distinct_motion())
 
 
 def ids_after_leaving() -> Stream:
     """Ids of Gaussians that left are not used again."""
-    stream = Stream(update_head(sh_degree=0)).add_canonical(0, _SCENE)
+    stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(births=make_newborn([3, 3], 1, 0))).add_frame(
         Change(updates=make_leaving_updates((10, 11)))
     )
-    return stream.add_frame(Change(births=make_newborn([3, 3], 1, 0))).add_frame(distinct_motion())
+    return stream.add_frame(Change(births=make_newborn([3, 3], 1, 0))).add_frame(
+        make_distinct_motion()
+    )
 
 
 def sums_within_a_field() -> Stream:
     """The context of a residual is the sign of the sum within its field, not the last sign."""
-    stream = Stream(update_head(sh_degree=0)).add_canonical(0, _SCENE)
+    stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     rows = ((5, -2, 1), (-5, 2, 1), (3, -3, 2), (0, 4, -1), (1, 1, 1))
     updates = tuple(
         Update(i, make_residuals(translation=r, rotation=r, log_scales=r, sh_dc=r))
@@ -239,9 +250,14 @@ def sums_within_a_field() -> Stream:
 
 def counts_of_updates_go_on() -> Stream:
     """The counts of updates continue from frame to frame, including frames without changes."""
-    stream = Stream(update_head(sh_degree=0)).add_canonical(0, _SCENE)
-    stream.add_frame(Change(updates=draw_updates(10, 11, one_in=2, leaving_one_in=99))).add_frame()
+    stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
+    stream.add_frame(
+        Change(updates=draw_updates(10, 11, gaussians_per_update=2, updates_per_leaving=99))
+    ).add_frame()
     single_symbol = select_symbols((1, 0, [1, 0, 0, 0, 0, 0]))
     return stream.add_frame(
-        Change(single_symbol, updates=draw_updates(10, 12, one_in=2, leaving_one_in=99))
+        Change(
+            single_symbol,
+            updates=draw_updates(10, 12, gaussians_per_update=2, updates_per_leaving=99),
+        )
     )

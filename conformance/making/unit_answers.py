@@ -5,7 +5,7 @@ import zlib
 from itertools import product
 from math import isqrt
 
-from making.planes import morton_key
+from making.planes import compute_morton_key
 from making.scenes import draw_between, make_cloud
 from making.unit_coding import make_coding_units, make_state_units
 from making.units import Input, Rejection, Unit
@@ -75,16 +75,19 @@ def _make_arithmetic_units() -> list[Unit]:
             "morton",
             "the key of a position less the origin",
             "8.5",
-            [({"position": p}, morton_key(p, (0, 0, 0))) for p in _list_positions()],
+            [
+                ({"position": position}, compute_morton_key(position, (0, 0, 0)))
+                for position in _list_positions()
+            ],
         ),
         Unit(
             "dequantize",
             "code times step, as the bits of a binary32",
             "10.1-1",
             [
-                ({"code": c, "step": s}, _dequantize(c, s))
-                for c in (0, 1, -40, 3, -7, 32767, -32767)
-                for s in ("3d800000", "3dcccccd", "3c23d70a", "00000001", "007fffff", "44800000")
+                ({"code": code, "step": step}, _dequantize(code, step))
+                for code in (0, 1, -40, 3, -7, 32767, -32767)
+                for step in ("3d800000", "3dcccccd", "3c23d70a", "00000001", "007fffff", "44800000")
             ],
         ),
     ]
@@ -152,12 +155,12 @@ def _make_rotation_units() -> list[Unit]:
         (14, 2, [16384, 0, -1]),
     ]
     expand_cases = [
-        ({"rotation_bits": b, "j": j, "abc": abc}, oracle.expand_rotation(j, abc, b))
-        for b, j, abc in coded_rotations
+        ({"rotation_bits": bits, "j": j, "abc": abc}, oracle.expand_rotation(j, abc, bits))
+        for bits, j, abc in coded_rotations
     ]
     expand_cases += [
-        ({"rotation_bits": b, "j": j, "abc": abc}, Rejection("rotation-range"))
-        for b, j, abc in too_long_rotations
+        ({"rotation_bits": bits, "j": j, "abc": abc}, Rejection("rotation-range"))
+        for bits, j, abc in too_long_rotations
     ]
     turn_cases = [
         ({"rotation": q, "sums": s}, oracle.rotate(q, s)) for q in rotations for s in sums
@@ -207,7 +210,10 @@ def _make_anchor_units() -> list[Unit]:
             "philox",
             "four words of Philox4x32-10",
             "6.2",
-            [({"counter": c, "key": k}, oracle.philox(c, k)) for c, k in counters],
+            [
+                ({"counter": counter, "key": key}, oracle.philox(counter, key))
+                for counter, key in counters
+            ],
         ),
         Unit(
             "anchor_counts",
@@ -238,10 +244,10 @@ def _make_anchor_units() -> list[Unit]:
             "6.4",
             [
                 (
-                    {"positions": p, "anchors": a},
-                    oracle.bind([tuple(q) for q in p], [tuple(q) for q in a]),
+                    {"positions": positions, "anchors": anchors},
+                    oracle.bind([tuple(q) for q in positions], [tuple(q) for q in anchors]),
                 )
-                for p, a in _list_bind_inputs()
+                for positions, anchors in _list_bind_inputs()
             ],
         ),
         Unit(
@@ -250,10 +256,10 @@ def _make_anchor_units() -> list[Unit]:
             "7.4",
             [
                 (
-                    {"opacities": o, "count": n},
-                    sorted(sorted(range(len(o)), key=lambda i: (o[i], i))[:n]),
+                    {"opacities": opacities, "count": n},
+                    sorted(sorted(range(len(opacities)), key=lambda i: (opacities[i], i))[:n]),
                 )
-                for o, n in _list_death_inputs()
+                for opacities, n in _list_death_inputs()
             ],
         ),
     ]
@@ -308,10 +314,10 @@ def _make_sample_cases() -> list[tuple[Input, list[list[int]]]]:
 
 
 def _list_bind_inputs() -> list[tuple[list[list[int]], list[list[int]]]]:
-    grid = [list(p) for p in product((-1, 0, 1), repeat=3)]
+    grid = [list(point) for point in product((-1, 0, 1), repeat=3)]
     far_positions = [[-8388607, 0, 0], [8388607, 8388607, 8388607], [0, 0, 0]]
     far_anchors = [[8388606, 3, 0], [8388606, 2, 1], [8388606, 0, 2], [8388606, 1, 1]]
-    spread_positions = [list(g.position) for g in make_cloud(40, 22, 0, 900)]
+    spread_positions = [list(gaussian.position) for gaussian in make_cloud(40, 22, 0, 900)]
     return [
         (grid, grid[::2]),
         (grid, [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]]),

@@ -5,10 +5,10 @@ from dataclasses import replace
 from typing import Any
 
 from making.changes import Change, Update
-from making.damaged_streams import make_cut, make_flips_of_piece
+from making.damaged_streams import make_cut, make_flips_of_chunk
 from making.fault_rows import (
-    FRAM_PIECE,
-    HEAD_PIECE,
+    FRAM_CHUNK,
+    HEAD_CHUNK,
     MOVED_FRAME,
     Row,
     count_frames,
@@ -19,14 +19,14 @@ from making.frames import make_frame
 from making.lost_chunks import make_loss
 from making.payloads import Frame
 from making.scenes import make_moving_symbols, make_newborn
-from making.streams import Piece
+from making.streams import Chunk
 from making.update_scenes import draw_updates, make_leaving_updates, make_residuals
 from making.vectors import Outcome, Recovery, ValidStream, Vector, make_broken_vector
 from making.word_faults import encode_stated_code
 from plain.state import PlainState
 
-_FRAME_PIECES = (3, 4, 7, 8, 10)
-"""Indices of the pieces of `streams/updates-journey` that hold frames 1, 2, 4, 5 and 7."""
+_FRAME_CHUNKS = (3, 4, 7, 8, 10)
+"""Indices of the chunks of `streams/updates-journey` that hold frames 1, 2, 4, 5 and 7."""
 
 _CODE_NAMES = ("log-scale-x", "log-scale-y", "log-scale-z", "opacity", "red", "green", "blue")
 
@@ -42,7 +42,7 @@ def make_update_faults(parent: ValidStream, far: ValidStream, plain: ValidStream
     vectors = [
         *make_faults_at(
             parent,
-            FRAM_PIECE,
+            FRAM_CHUNK,
             [*_list_state_faults(parent), *_list_word_faults(parent), *_list_layout_faults(parent)],
         ),
         *_make_position_faults(far),
@@ -51,7 +51,7 @@ def make_update_faults(parent: ValidStream, far: ValidStream, plain: ValidStream
     ]
     return [
         *(replace(vector, needs="updates") for vector in vectors),
-        *make_faults_at(plain, FRAM_PIECE, _list_faults_without_feature(plain)),
+        *make_faults_at(plain, FRAM_CHUNK, _list_faults_without_feature(plain)),
     ]
 
 
@@ -61,16 +61,16 @@ def _get_previous_state(parent: ValidStream, number: int = MOVED_FRAME - 1) -> P
     return state
 
 
-def _replace_frame(parent: ValidStream, change: Change, **overrides: Any) -> list[Piece]:
+def _replace_frame(parent: ValidStream, change: Change, **overrides: Any) -> list[Chunk]:
     frame, _ = make_frame(parent.stream.head, _get_previous_state(parent), change, **overrides)
-    return parent.stream.replace_piece(FRAM_PIECE, payload=frame.pack())
+    return parent.stream.replace_chunk(FRAM_CHUNK, payload=frame.pack())
 
 
 def _list_state_faults(parent: ValidStream) -> Iterable[Row]:
     gaussians = _get_previous_state(parent).gaussians
     count = len(gaussians)
 
-    def make_pieces(*updates: Update, **changes: Any) -> list[Piece]:
+    def make_chunks(*updates: Update, **changes: Any) -> list[Chunk]:
         return _replace_frame(parent, Change(updates=updates, **changes))
 
     note = "all Gaussians leave"
@@ -78,17 +78,17 @@ def _list_state_faults(parent: ValidStream) -> Iterable[Row]:
         "updates-all-leave",
         "7.8-1",
         "count",
-        make_pieces(*make_leaving_updates(range(count))),
+        make_chunks(*make_leaving_updates(range(count))),
         note,
     )
-    pieces = _replace_frame(
+    chunks = _replace_frame(
         parent, Change(deaths=3, updates=make_leaving_updates(range(count - 3)))
     )
     yield (
         "updates-rest-leaves",
         "7.8-1",
         "count",
-        pieces,
+        chunks,
         "the Gaussians that survive the deaths leave",
     )
     for row, name in enumerate(_CODE_NAMES):
@@ -96,25 +96,25 @@ def _list_state_faults(parent: ValidStream) -> Iterable[Row]:
         code_change = 32767 if gaussians[i].codes[row] > 0 else -32767
         wrong_residuals = (0,) * (6 + row) + (code_change,) + (0,) * (6 - row)
         note = f"{name} is beyond 32767 by its residual"
-        pieces = make_pieces(Update(i, wrong_residuals))
-        yield f"updates-{name}", "7.8-3 4.1-1", "code-range", pieces, note
+        chunks = make_chunks(Update(i, wrong_residuals))
+        yield f"updates-{name}", "7.8-3 4.1-1", "code-range", chunks, note
     for name, rotation in {
         "turn": (257, 0, 0),
         "turn-negative": (0, -257, 0),
         "turn-z": (0, 0, 257),
         "turn-far": (32767, 32767, -32767),
     }.items():
-        pieces = make_pieces(Update(4, make_residuals(rotation=rotation)))
+        chunks = make_chunks(Update(4, make_residuals(rotation=rotation)))
         yield (
             f"updates-{name}",
             "7.8-4",
             "symbol-range",
-            pieces,
+            chunks,
             f"a rotation residual of {rotation}",
         )
-    pieces = make_pieces(*make_leaving_updates((0, 5)), births=make_newborn([0, count - 2], 40))
+    chunks = make_chunks(*make_leaving_updates((0, 5)), births=make_newborn([0, count - 2], 40))
     note = "the index of the parent would be valid only before Gaussians left"
-    yield "updates-parent", "7.6-1 7.8", "parent-range", pieces, note
+    yield "updates-parent", "7.6-1 7.8", "parent-range", chunks, note
     frame = parent.stream.payloads[MOVED_FRAME]
     assert isinstance(frame, Frame)
     crcs = {
@@ -122,13 +122,13 @@ def _list_state_faults(parent: ValidStream) -> Iterable[Row]:
         "state-crc-before": (_crc_without_updates(parent), "the CRC of the state without updates"),
     }
     for name, (crc, note) in crcs.items():
-        pieces = replace_frame_fields(parent, MOVED_FRAME, state_crc=crc)
-        yield f"updates-{name}", "9.2-1 7.8", "state-crc", pieces, note
+        chunks = replace_frame_fields(parent, MOVED_FRAME, state_crc=crc)
+        yield f"updates-{name}", "9.2-1 7.8", "state-crc", chunks, note
     other_frame, _ = make_frame(
         parent.stream.head, _get_previous_state(parent), Change(updates=draw_updates(12, 99))
     )
-    pieces = replace_frame_fields(parent, MOVED_FRAME, updates=other_frame.updates)
-    yield "updates-of-another-frame", "9.2-1", "state-crc unconsumed-words", pieces, "other updates"
+    chunks = replace_frame_fields(parent, MOVED_FRAME, updates=other_frame.updates)
+    yield "updates-of-another-frame", "9.2-1", "state-crc unconsumed-words", chunks, "other updates"
 
 
 def _crc_without_updates(parent: ValidStream) -> int:
@@ -143,11 +143,11 @@ def _list_word_faults(parent: ValidStream) -> Iterable[Row]:
     assert isinstance(frame, Frame)
     for code in (240, 255):
         # Without motion the first plane has one context, as after every canonical frame.
-        pieces = replace_frame_fields(
+        chunks = replace_frame_fields(
             parent, MOVED_FRAME, motion=(), updates=encode_stated_code(code)
         )
         note = f"a stated code of {code}"
-        yield f"updates-probability-{code}", "8.2-1", "bad-probability", pieces, note
+        yield f"updates-probability-{code}", "8.2-1", "bad-probability", chunks, note
     words = tuple(frame.updates or ())
     unconsumed_id = "unconsumed-words"
     word_cases = {
@@ -163,8 +163,8 @@ def _list_word_faults(parent: ValidStream) -> Iterable[Row]:
         ),
     }
     for name, (words_at_fault, reject_id, clauses, note) in word_cases.items():
-        pieces = replace_frame_fields(parent, MOVED_FRAME, updates=words_at_fault)
-        yield f"updates-{name}", clauses, reject_id, pieces, note
+        chunks = replace_frame_fields(parent, MOVED_FRAME, updates=words_at_fault)
+        yield f"updates-{name}", clauses, reject_id, chunks, note
 
 
 def _list_layout_faults(parent: ValidStream) -> Iterable[Row]:
@@ -206,17 +206,17 @@ def _list_layout_faults(parent: ValidStream) -> Iterable[Row]:
         },
     }
     for name, (payload, reject_id, clauses, note) in layout_cases.items():
-        pieces = parent.stream.replace_piece(FRAM_PIECE, payload=payload)
-        yield f"updates-{name}", clauses, reject_id, pieces, note
+        chunks = parent.stream.replace_chunk(FRAM_CHUNK, payload=payload)
+        yield f"updates-{name}", clauses, reject_id, chunks, note
 
 
 def _list_faults_without_feature(plain: ValidStream) -> Iterable[Row]:
     frame = plain.stream.payloads[MOVED_FRAME]
     assert isinstance(frame, Frame)
     payload = replace(frame, updates=()).pack()
-    pieces = plain.stream.replace_piece(FRAM_PIECE, payload=payload)
+    chunks = plain.stream.replace_chunk(FRAM_CHUNK, payload=payload)
     note = "a section of updates in a stream without FEATURE_UPDATES"
-    yield "updates-without-the-feature", "5-3 12-2", "trailing-data", pieces, note
+    yield "updates-without-the-feature", "5-3 12-2", "trailing-data", chunks, note
 
 
 def _make_position_faults(far: ValidStream) -> Iterable[Vector]:
@@ -236,11 +236,11 @@ def _make_position_faults(far: ValidStream) -> Iterable[Vector]:
     for name, (translation, note) in cases.items():
         change = Change(updates=(Update(0, make_residuals(translation=translation)),))
         frame, _ = make_frame(far.stream.head, previous, change)
-        piece = Piece(b"FRAM", frame.pack())
-        pieces = far.stream.insert_pieces(piece, index=len(far.stream.pieces) - 1)
+        chunk = Chunk(b"FRAM", frame.pack())
+        chunks = far.stream.insert_chunks(chunk, index=len(far.stream.chunks) - 1)
         outcome = Outcome(far.frames, ("position-range",))
         yield make_broken_vector(
-            far, f"invalid/updates-{name}", "7.8-2 4.1-1", pieces, outcome, note
+            far, f"invalid/updates-{name}", "7.8-2 4.1-1", chunks, outcome, note
         )
 
 
@@ -248,21 +248,21 @@ def _make_feature_faults(parent: ValidStream) -> Iterable[Vector]:
     head = parent.stream.head
     for mask in (3, 10, 0x80000002):
         payload = replace(head, incompatible_features=mask).pack()
-        pieces = parent.stream.replace_piece(HEAD_PIECE, payload=payload)
+        chunks = parent.stream.replace_chunk(HEAD_CHUNK, payload=payload)
         outcome, note = Outcome((), ("unsupported-feature",)), f"incompatible_features {mask:#x}"
         name = f"invalid/updates-features-{mask:x}"
-        vector = make_broken_vector(parent, name, "12-2", pieces, outcome, note)
+        vector = make_broken_vector(parent, name, "12-2", chunks, outcome, note)
         yield replace(vector, recover=Recovery((), reject_ids=outcome.reject_ids))
 
 
 def _make_damage(parent: ValidStream) -> Iterable[Vector]:
     offsets = parent.layout.offsets
-    for piece_index in _FRAME_PIECES:
-        yield from make_flips_of_piece(parent, piece_index, f"updates-flip-{piece_index:02}")
-        frames_before = count_frames(parent.stream.pieces[:piece_index])
+    for chunk_index in _FRAME_CHUNKS:
+        yield from make_flips_of_chunk(parent, chunk_index, f"updates-flip-{chunk_index:02}")
+        frames_before = count_frames(parent.stream.chunks[:chunk_index])
         yield make_loss(
-            parent, f"damaged/updates-lost-{piece_index:02}", [piece_index], frames_before, "a FRAM"
+            parent, f"damaged/updates-lost-{chunk_index:02}", [chunk_index], frames_before, "a FRAM"
         )
-        size = offsets[piece_index + 1] - 12
-        note = f"cut in the payload of chunk {piece_index}"
-        yield make_cut(parent, size, f"damaged/updates-cut-{piece_index:02}", note)
+        size = offsets[chunk_index + 1] - 12
+        note = f"cut in the payload of chunk {chunk_index}"
+        yield make_cut(parent, size, f"damaged/updates-cut-{chunk_index:02}", note)

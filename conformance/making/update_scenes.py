@@ -14,11 +14,11 @@ FIELDS = {
     "opacity": range(9, 10),
     "sh-dc": range(10, 13),
 }
-NEEDS = {"needs": "updates"}
+REQUIRED_CAPABILITY = {"needs": "updates"}
 """Only decoders with this capability are tested with streams of format 1.1."""
 
 
-def update_head(**fields: int) -> Head:
+def make_update_head(**fields: int) -> Head:
     """Return the HEAD of a stream with updates."""
     return replace(Head(version_minor=1, incompatible_features=2), **fields)
 
@@ -29,15 +29,15 @@ def make_residuals(**values_by_field: tuple[int, ...] | int) -> tuple[int, ...]:
 
 
 def draw_updates(
-    count: int, seed: int, *, one_in: int = 3, leaving_one_in: int = 7
+    count: int, seed: int, *, gaussians_per_update: int = 3, updates_per_leaving: int = 7
 ) -> tuple[Update, ...]:
     """Return updates of some fields of some Gaussians; Gaussian 0 does not leave."""
-    indices = [i for i in range(count) if hash_numbers(seed, i) % one_in == 0]
-    return tuple(_draw_update(i, seed, leaving_one_in) for i in indices)
+    indices = [i for i in range(count) if hash_numbers(seed, i) % gaussians_per_update == 0]
+    return tuple(_draw_update(i, seed, updates_per_leaving) for i in indices)
 
 
-def _draw_update(i: int, seed: int, leaving_one_in: int) -> Update:
-    if i and hash_numbers(seed, i, 1) % leaving_one_in == 0:
+def _draw_update(i: int, seed: int, updates_per_leaving: int) -> Update:
+    if i and hash_numbers(seed, i, 1) % updates_per_leaving == 0:
         return Update(i, None)
     rows = [draw_between(-5, 5, seed, i, 2, row) for row in range(13)]
     for number, field in enumerate(FIELDS.values()):
@@ -46,7 +46,7 @@ def _draw_update(i: int, seed: int, leaving_one_in: int) -> Update:
     return Update(i, tuple(rows))
 
 
-def update_all(count: int, residuals: tuple[int, ...]) -> tuple[Update, ...]:
+def make_equal_updates(count: int, residuals: tuple[int, ...]) -> tuple[Update, ...]:
     """Return an update with the same residuals for every Gaussian."""
     return tuple(Update(i, residuals) for i in range(count))
 

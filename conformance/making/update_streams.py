@@ -14,12 +14,12 @@ from making.scenes import (
 from making.streams import Stream
 from making.update_scenes import (
     FIELDS,
-    NEEDS,
+    REQUIRED_CAPABILITY,
     draw_updates,
+    make_equal_updates,
     make_leaving_updates,
     make_residuals,
-    update_all,
-    update_head,
+    make_update_head,
 )
 from making.vectors import Outcome, ValidStream, make_valid_stream
 
@@ -38,7 +38,7 @@ def make_update_streams() -> list[ValidStream]:
 
 def make_updates_journey() -> ValidStream:
     """Return the stream that faults in updates patch: frames 0 to 8, canonical 0, 3 and 6, INDX."""
-    head = update_head(rotation_components=4, sh_degree=1, level_count=2)
+    head = make_update_head(rotation_components=4, sh_degree=1, level_count=2)
     stream = Stream(head).add_chunk(b"came", pack_cameras(pack_camera()))
     for frame in (0, 3, 6):
         stream.add_canonical(frame, make_cloud(12, frame, limit=20))
@@ -67,7 +67,7 @@ def make_updates_journey() -> ValidStream:
 def _make_valid(name: str, note: str, clauses: str, stream: Stream, **options: Any) -> ValidStream:
     all_clauses = f"1-1 1-2 {clauses}"
     return make_valid_stream(
-        f"streams/updates-{name}", note, all_clauses, stream, **NEEDS, **options
+        f"streams/updates-{name}", note, all_clauses, stream, **REQUIRED_CAPABILITY, **options
     )
 
 
@@ -89,7 +89,7 @@ def _append_frames(stream: Stream, frames: int, seed: int) -> Stream:
 def _make_field_streams() -> list[ValidStream]:
     streams = []
     for number, (name, rows) in enumerate(FIELDS.items()):
-        stream = Stream(update_head()).add_canonical(0, make_cloud(10, 30 + number))
+        stream = Stream(make_update_head()).add_canonical(0, make_cloud(10, 30 + number))
         for frame in range(1, 4):
             random_rows = [
                 [draw_between(-9, 9, frame, i, row) if row in rows else 0 for row in range(13)]
@@ -99,9 +99,11 @@ def _make_field_streams() -> list[ValidStream]:
             updates = tuple(Update(i, tuple(r)) for i, r in zip(indices, random_rows, strict=True))
             stream.add_frame(Change(make_moving_symbols(6, frame), updates=updates))
         streams.append(_make_valid(name, f"updates of {name} alone", "7.8 8.8", stream.finish()))
-    all_stream = Stream(update_head()).add_canonical(0, make_cloud(10, 36))
+    all_stream = Stream(make_update_head()).add_canonical(0, make_cloud(10, 36))
     rows = tuple(range(-6, 7))
-    all_stream.add_frame(Change(make_moving_symbols(6, 1), updates=update_all(10, rows))).finish()
+    all_stream.add_frame(
+        Change(make_moving_symbols(6, 1), updates=make_equal_updates(10, rows))
+    ).finish()
     streams.append(
         _make_valid("of-all", "the same update of every Gaussian", "7.8 8.8", all_stream)
     )
@@ -110,14 +112,14 @@ def _make_field_streams() -> list[ValidStream]:
 
 def _make_extreme_streams() -> list[ValidStream]:
     position_limit = 8388607
-    far_stream = Stream(update_head(position_step=1, translation_step=65535)).add_canonical(
+    far_stream = Stream(make_update_head(position_step=1, translation_step=65535)).add_canonical(
         0, [CodedGaussian((0, 0, 0)), CodedGaussian((524287, 1, 2))]
     )
     far_stream.add_frame(Change(updates=(Update(0, make_residuals(translation=(100, -128, 0))),)))
     far_stream.add_frame(
         Change(updates=(Update(0, make_residuals(translation=(-200, 256, 1))),))
     ).finish()
-    edge_stream = Stream(update_head(position_step=1, translation_step=1)).add_canonical(
+    edge_stream = Stream(make_update_head(position_step=1, translation_step=1)).add_canonical(
         0,
         [
             CodedGaussian((position_limit - 2, 1 - position_limit, 0)),
@@ -126,7 +128,7 @@ def _make_extreme_streams() -> list[ValidStream]:
     )
     edge_stream.add_frame(Change(updates=(Update(0, make_residuals(translation=(1, -1, 0))),)))
     codes = [CodedGaussian((i, 0, 0), codes=((-32767, 0, 32767)[i % 3],) * 16) for i in range(4)]
-    extreme_stream = Stream(update_head()).add_canonical(0, codes)
+    extreme_stream = Stream(make_update_head()).add_canonical(0, codes)
     increase, decrease = (32767,) * 7, (-32767,) * 7
     extreme_stream.add_frame(
         Change(updates=(Update(0, (0,) * 6 + increase), Update(2, (0,) * 6 + decrease)))
@@ -150,7 +152,7 @@ def _make_extreme_streams() -> list[ValidStream]:
         ),
     ]
     for unity in (1, 256):
-        stream = Stream(update_head(rotation_unity=unity, rotation_components=4))
+        stream = Stream(make_update_head(rotation_unity=unity, rotation_components=4))
         stream.add_canonical(0, make_cloud(6, 40 + unity))
         rotations = ((256, 0, 0), (-256, 256, -256), (0, 0, 1), (0, -1, 0), (255, 1, 7), (0, 0, 0))
         updates = tuple(Update(i, make_residuals(rotation=t), 2) for i, t in enumerate(rotations))
@@ -182,13 +184,13 @@ def _make_header_streams() -> list[ValidStream]:
     ]
     streams = []
     for number, (name, note, fields) in enumerate(rows):
-        head = update_head(**fields)
+        head = make_update_head(**fields)
         stream = Stream(head).add_canonical(0, make_cloud(14, 50 + number, head.sh_degree))
         streams.append(
             _make_valid(name, note, "7.8 8.8 12-2", _append_frames(stream, 5, 10 * number))
         )
     for level in (20, 30, 31):
-        stream = Stream(update_head(level=level)).add_canonical(0, make_cloud(5, level))
+        stream = Stream(make_update_head(level=level)).add_canonical(0, make_cloud(5, level))
         streams.append(
             _make_valid(
                 f"level-{level}",
@@ -201,26 +203,28 @@ def _make_header_streams() -> list[ValidStream]:
 
 
 def _make_leaving_streams() -> list[ValidStream]:
-    leaving_stream = Stream(update_head()).add_canonical(0, make_cloud(14, 70))
+    leaving_stream = Stream(make_update_head()).add_canonical(0, make_cloud(14, 70))
     for frame, leaving_indices in enumerate(((0, 5, 13), (2,), (), (0, 1, 2, 3))):
         leaving_stream.add_frame(
             Change(make_moving_symbols(6, frame), updates=make_leaving_updates(leaving_indices))
         )
-    last_stream = Stream(update_head(level_count=2)).add_canonical(0, make_cloud(6, 71))
+    last_stream = Stream(make_update_head(level_count=2)).add_canonical(0, make_cloud(6, 71))
     last_stream.add_frame(Change(updates=make_leaving_updates((0, 1, 3, 4, 5)))).add_frame(
         Change(make_moving_symbols(6, 1))
     ).finish()
-    mixed_stream = Stream(update_head(resample_interval=3)).add_canonical(0, make_cloud(12, 72))
+    mixed_stream = Stream(make_update_head(resample_interval=3)).add_canonical(
+        0, make_cloud(12, 72)
+    )
     for frame in range(1, 8):
         count = _count_gaussians(mixed_stream) - frame % 2
-        updates = draw_updates(count, 72 + frame, leaving_one_in=3)
+        updates = draw_updates(count, 72 + frame, updates_per_leaving=3)
         leaving_indices = sum(update.residuals is None for update in updates)
         parents = [draw_between(0, count - leaving_indices - 1, frame, k) for k in range(frame % 4)]
         change = Change(
             make_moving_symbols(6, frame), make_newborn(parents, frame), frame % 2, updates=updates
         )
         mixed_stream.add_frame(change)
-    segment_stream = Stream(update_head())
+    segment_stream = Stream(make_update_head())
     for frame in (0, 4):
         segment_stream.add_canonical(frame, make_cloud(9, 73 + frame))
         for offset in range(1, 4):
@@ -245,11 +249,11 @@ def _make_leaving_streams() -> list[ValidStream]:
 
 
 def _make_plane_streams() -> list[ValidStream]:
-    empty_stream = Stream(update_head()).add_canonical(0, make_cloud(7, 80))
+    empty_stream = Stream(make_update_head()).add_canonical(0, make_cloud(7, 80))
     empty_stream.add_frame(Change(make_moving_symbols(6, 1))).add_frame().add_frame(
         Change(make_moving_symbols(6, 2))
     ).finish()
-    unchanged_stream = Stream(update_head()).add_canonical(0, make_cloud(7, 81))
+    unchanged_stream = Stream(make_update_head()).add_canonical(0, make_cloud(7, 81))
     updates_without_field = tuple(Update(i) for i in (0, 3, 6))
     updates_without_change = tuple(Update(i, field_mask=31 - i) for i in range(5))
     unchanged_stream.add_frame(Change(updates=updates_without_field)).add_frame(
@@ -258,7 +262,7 @@ def _make_plane_streams() -> list[ValidStream]:
     unchanged_stream.add_frame(
         Change(make_moving_symbols(6, 2), updates=draw_updates(7, 81))
     ).finish()
-    stated_stream = Stream(update_head()).add_canonical(0, make_cloud(9, 82))
+    stated_stream = Stream(make_update_head()).add_canonical(0, make_cloud(9, 82))
     stated_stream.add_frame(
         Change(
             make_moving_symbols(6, 1), updates=draw_updates(9, 82), state_code=state_varied_codes
@@ -271,7 +275,7 @@ def _make_plane_streams() -> list[ValidStream]:
             state_code=state_varied_codes,
         )
     )
-    wide_stream = Stream(update_head(translation_step=1)).add_canonical(0, make_cloud(24, 83))
+    wide_stream = Stream(make_update_head(translation_step=1)).add_canonical(0, make_cloud(24, 83))
     for frame in range(1, 4):
         rows = [[draw_between(-(1 << (i % 9)), 1 << (i % 9), frame, i, r) for r in range(13)]
                 for i in range(24)]  # fmt: skip
@@ -279,7 +283,7 @@ def _make_plane_streams() -> list[ValidStream]:
                 for row in rows]  # fmt: skip
         updates = tuple(Update(i, tuple(row)) for i, row in enumerate(rows))
         wide_stream.add_frame(Change(make_moving_symbols(6, frame), updates=updates))
-    recency_stream = Stream(update_head()).add_canonical(0, make_cloud(12, 84))
+    recency_stream = Stream(make_update_head()).add_canonical(0, make_cloud(12, 84))
     for frame in range(1, 9):
         indices = [i for i in range(12) if i % 4 >= frame % 4]
         updates = tuple(Update(i, make_residuals(opacity=frame - 4)) for i in indices)

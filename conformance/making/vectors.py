@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any
 
-from making.streams import DecodedFrame, Layout, Piece, Stream, assemble
+from making.streams import Chunk, DecodedFrame, Layout, Stream, assemble
 
 Frames = Sequence[DecodedFrame]
 
@@ -201,7 +201,7 @@ def make_broken_vector(
     parent: ValidStream,
     name: str,
     clauses: str,
-    stream: list[Piece] | bytes,
+    stream: list[Chunk] | bytes,
     outcome: Outcome,
     note: str,
 ) -> Vector:

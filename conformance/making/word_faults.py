@@ -4,10 +4,10 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from making.changes import Change
-from making.fault_rows import FRAM_PIECE, MOVED_FRAME, Row, replace_frame_fields
+from making.fault_rows import FRAM_CHUNK, MOVED_FRAME, Row, replace_frame_fields
 from making.frames import make_frame
 from making.payloads import Canonical, Frame
-from making.streams import Piece
+from making.streams import Chunk
 from making.vectors import ValidStream
 from making.writing import Planes, WritingSection, encode, unsigned
 from plain import planes
@@ -27,8 +27,8 @@ def list_word_faults(parent: ValidStream) -> Iterable[Row]:
     frame = parent.stream.payloads[MOVED_FRAME]
     assert isinstance(frame, Frame)
     for code, note in ((240, "the first undefined code"), (255, "a code of all ones")):
-        pieces = replace_frame_fields(parent, MOVED_FRAME, motion=encode_stated_code(code))
-        yield f"probability-{code}", "8.2-1", "bad-probability", pieces, note
+        chunks = replace_frame_fields(parent, MOVED_FRAME, motion=encode_stated_code(code))
+        yield f"probability-{code}", "8.2-1", "bad-probability", chunks, note
     words, unconsumed_id = tuple(frame.motion), "unconsumed-words"
     word_cases = {
         "words-end-in-zero": ((*words, 0), "invalid-words", "8.3-1", "a word of 0 after the last"),
@@ -66,16 +66,16 @@ def list_key_faults(parent: ValidStream) -> Iterable[Row]:
     for name, clauses, differences, note in _DIFFERENCES:
         section = _encode_keys(differences + [0] * (canonical.gaussian_count - len(differences)))
         sections = [section, *canonical.sections[1:]]
-        pieces = replace_frame_fields(parent, 3, sections=sections, axis_bits=20)
-        yield name, clauses, "symbol-range", pieces, note
+        chunks = replace_frame_fields(parent, 3, sections=sections, axis_bits=20)
+        yield name, clauses, "symbol-range", chunks, note
 
 
-def _replace_motion_words(parent: ValidStream) -> list[Piece]:
-    """Return pieces whose motion codes only zeros, with a final coder state that is not 0."""
+def _replace_motion_words(parent: ValidStream) -> list[Chunk]:
+    """Return chunks whose motion codes only zeros, with a final coder state that is not 0."""
     previous = parent.stream.states[MOVED_FRAME - 1]
     assert previous is not None
     frame, _ = make_frame(parent.stream.head, previous, Change())
-    return parent.stream.replace_piece(FRAM_PIECE, payload=replace(frame, motion=(1,)).pack())
+    return parent.stream.replace_chunk(FRAM_CHUNK, payload=replace(frame, motion=(1,)).pack())
 
 
 def encode_stated_code(code: int) -> list[int]:
