@@ -132,7 +132,7 @@ def _make_type_faults(parent: ValidStream) -> Iterable[Row]:
 
 
 def _make_order_faults(parent: ValidStream) -> list[Vector]:
-    """Return streams with chunks at places where their types are not allowed."""
+    """Return streams with chunks in positions where their types are not allowed."""
     stream, reject_ids = parent.stream, "chunk-order"
     head, index, tail = stream.chunks[HEAD_CHUNK], Chunk(b"INDX", None), Chunk(b"TAIL", None)
     later_head = stream.insert_chunks(head, index=FRAM_CHUNK)

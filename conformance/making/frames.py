@@ -65,10 +65,10 @@ def make_canonical(
     """Return the payload of a canonical frame, and the state after it.
 
     Args:
-        head: Of the stream.
+        head: HEAD of the stream.
         frame: Ordinal of the frame.
         gaussians: Gaussians in any order; the payload has them in Morton order.
-        state_code: Which probability codes the planes state.
+        state_code: Function that selects the probability codes that the planes state.
         overrides: Values of fields that replace the computed ones; if they violate a clause,
             the state is None.
     """
@@ -145,11 +145,11 @@ def make_snapshot(
     """Return the payload of a snapshot, and the state after it; see `make_canonical`.
 
     Args:
-        head: Of the stream.
+        head: HEAD of the stream.
         previous: State of the previous frame.
         survivors: Survivors in ascending order of their indices.
         newborn: New Gaussians in any order; the payload has them in Morton order.
-        state_code: Which probability codes the planes state.
+        state_code: Function that selects the probability codes that the planes state.
         overrides: Values of fields that replace the computed ones; `survivors` replaces words.
     """
     frame, canonical_gaussians = previous.canonical or (0, [])

@@ -80,7 +80,7 @@ def make_loss(
 
 
 def _drop_both_ends(parent: ValidStream) -> Vector:
-    """Return a stream without its first CANO and last FRAM; both gaps lose unknown frames."""
+    """Return a stream without its first CANO and last FRAM; the lost frames are unknown."""
     layout = _assemble_without(parent, [2, 12])
     offsets = layout.offsets  # of chunks 0, 1, 3 to 11, 13, 14
     first_gap = Gap(offsets[2], offsets[4] - offsets[2], ("sequence",), None)

@@ -210,7 +210,7 @@ _MOTION_FAULTS: dict[str, tuple[list[int], str]] = {
 
 
 def make_motion_faults(parent: ValidStream) -> list[Vector]:
-    """Return streams whose last frame leaves the lattice, as patches of one at its edge."""
+    """Return streams whose last frame leaves the lattice; their parent ends at its edge."""
     previous = parent.stream.states[-1]
     assert previous is not None
     x_positions = [g.position[0] for g in previous.gaussians]

@@ -141,7 +141,7 @@ def _hash_numbers(head: Head, state: PlainState) -> str:
 
 
 def _round_to_binary32(step: float) -> float:
-    """Return a step rounded to binary32, as HEAD stores it; times a code, it is exact as double."""
+    """Return a step rounded to binary32, as HEAD stores it; products with codes are exact."""
     number: float = struct.unpack("<f", struct.pack("<f", step))[0]
     return number
 

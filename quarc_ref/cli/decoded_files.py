@@ -45,7 +45,7 @@ class FrameDecoder:
         return Clip(decoder.header, decoder.cameras, decoder.metadata)
 
     def decode_scenes(self, start: int, stop: int | None) -> "Iterator[Scene]":
-        """Yield the scenes of frames `start` to `stop - 1`, or to the last frame for None."""
+        """Yield the scenes of frames `start` to `stop - 1`; to the last frame if `stop` is None."""
         from quarc_ref.streams import Gap, decode, recover
         from quarc_ref.streams.prologue import read_prologue
 

@@ -41,7 +41,7 @@ Patience = Annotated[
 
 
 def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None":
-    """Return the options for waiting at the end of a growing stream; None not to wait.
+    """Return the options for waiting at the end of a growing stream; None if `follow` is not set.
 
     The result is also None for standard input, whose reads block. If `follow` is set, the function
     waits until the file exists.

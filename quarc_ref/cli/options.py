@@ -185,7 +185,7 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Do not show progress
 
 
 def parse_frames(text: str | None) -> tuple[int, int | None]:
-    """Return the first frame of a range, and the frame after the last; None if it is open.
+    """Return the first frame of a range and the end, which is excluded; None for an open end.
 
     Args:
         text: `A:B`, where A or B may be omitted, or `A` for a single frame; None for all frames.

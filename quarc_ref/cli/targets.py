@@ -158,7 +158,7 @@ def require_writable_file(target: Path, *, force: bool) -> None:
 
 
 def _reject_folder(target: Path) -> None:
-    """Raise UsageError if the path of an output folder is `-` or looks like that of a file."""
+    """Raise UsageError if the path of an output folder is `-` or has the suffix of a file."""
     _reject_standard_output(target, "a folder")
     _reject_missing_parent(target)
     if target.suffix.lower() in _FILE_SUFFIXES:
