@@ -1,8 +1,8 @@
 """Estimates start times of recordings by correlating their signals.
 
-The normalized cross-correlation of two signals at every shift is a curve. The shifts of all
-cameras are estimated together, by maximizing the sum of the curves of all pairs. This sum
-limits the influence of a pair that agrees by chance at a wrong shift.
+Each pair of signals has a correlation curve: the normalized cross-correlation at every shift. The
+shifts of all cameras are estimated together, by maximizing the sum of the curves of all pairs. This
+limits the influence of two signals that happen to match at a wrong shift.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,10 +23,10 @@ _MAX_SWEEPS = 50
 
 @dataclass(frozen=True, slots=True)
 class Shift:
-    """Start time of a recording, relative to the others.
+    """Start time of a recording relative to the common timeline of all recordings.
 
     Attributes:
-        samples: Sample `t` of the other recordings is sample `t + samples` of this recording.
+        samples: Sample `t` of the common timeline is sample `t + samples` of this recording.
         confidence: Peak correlation minus the highest correlation outside the peak, in standard
             deviations of the correlations outside the peak.
     """
@@ -42,10 +42,10 @@ def align(
 
     Args:
         count: Number of signals.
-        correlate: Function that returns the correlation curve of two signals, given by their
-            indices, as `correlate_signals` does; None for signals without common content. All
+        correlate: Function that takes the indices of two signals and returns their correlation
+            curve, as `correlate_signals` does, or None if the signals cannot be compared. All
             curves have the same length.
-        peak_width: Number of samples on either side of a shift that count as the same shift.
+        peak_width: Maximum distance, in samples, of shifts that belong to the same peak.
     """
     curves = _correlate_pairs(count, correlate)
     shifts = max(
@@ -71,11 +71,11 @@ def correlate_signals(first: Numbers, second: Numbers, max_shift: int) -> Number
     Args:
         first: `[T, K]` signal of K values per sample.
         second: `[U, K]` signal of K values per sample.
-        max_shift: Largest shift, in samples.
+        max_shift: Maximum shift in either direction, in samples.
 
     Returns:
-        `[2 * max_shift + 1]` normalized correlation of `first[t]` and `second[t +
-        shift]`, as Fisher's z, weighted by the square root of the overlap.
+        `[2 * max_shift + 1]` normalized correlation of `first[t]` and `second[t + shift]`,
+        converted to Fisher's z and divided by its standard error; 0 if the overlap is too short.
     """
     constant_signals = np.ones((len(first), 1)), np.ones((len(second), 1))
     products = _cross_correlate(first, second)
@@ -105,19 +105,19 @@ def correlate_signals(first: Numbers, second: Numbers, max_shift: int) -> Number
     return curve
 
 
-def subtract_running_mean(levels: Numbers, window: int) -> Numbers:
-    """Subtract the running mean from a signal, which removes slow trends.
+def subtract_running_mean(signal: Numbers, window: int) -> Numbers:
+    """Remove slow trends from a signal by subtracting its running mean.
 
     Args:
-        levels: `[T, K]` signal.
+        signal: `[T, K]` signal.
         window: Length of the running mean in samples, odd.
     """
-    mean = uniform_filter1d(levels, window, axis=0, mode="nearest")
-    return np.asarray(levels - mean, np.float64)
+    mean = uniform_filter1d(signal, window, axis=0, mode="nearest")
+    return np.asarray(signal - mean, np.float64)
 
 
 def _cross_correlate(first: Numbers, second: Numbers) -> Numbers:
-    """Return the sums of products of `first[t]` and `second[t + shift]` at every shift."""
+    """Return, for every shift, the sum over `t` of `first[t]` times `second[t + shift]`."""
     total: Numbers = fftconvolve(second, first[::-1], axes=0).sum(axis=1)
     return total
 
@@ -125,7 +125,7 @@ def _cross_correlate(first: Numbers, second: Numbers) -> Numbers:
 def _correlate_pairs(
     count: int, correlate: Callable[[int, int], Numbers | None]
 ) -> NDArray[np.float32]:
-    """Return the curves of all pairs as an array `[first, second, shift]`."""
+    """Return the correlation curves of all pairs as an array `[first, second, shift]`."""
     curve_by_pair = {
         (first, second): curve
         for first in range(count)
@@ -142,7 +142,7 @@ def _correlate_pairs(
 def _sum_curves(
     curves: NDArray[np.float32], shifts: NDArray[np.int64], index: int, other_indices: Sequence[int]
 ) -> Numbers:
-    """Return `[shifts]` summed correlations of a signal with the other signals at each shift."""
+    """Return, for each shift of a signal, the sum of its correlations with the other signals."""
     width = curves.shape[2]
     total = np.zeros(width)
     for other_index in other_indices:
@@ -157,7 +157,7 @@ def _sum_curves(
 
 
 def _find_shifts_greedily(curves: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Return shifts that are estimated one signal at a time, in descending order of correlation."""
+    """Align the signals one by one, always the one that best matches those aligned before it."""
     count, max_shift = len(curves), curves.shape[2] // 2
     shifts = np.zeros(count, np.int64)
     aligned_indices = [int(curves.max(axis=2).sum(axis=1).argmax())]
@@ -174,7 +174,7 @@ def _find_shifts_greedily(curves: NDArray[np.float32]) -> NDArray[np.int64]:
 
 
 def _optimize_shifts(curves: NDArray[np.float32], start: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Optimize one shift at a time until no single change increases the sum of all curves."""
+    """Change one shift at a time until no single change increases the sum of all curves."""
     shifts, max_shift = start.copy(), curves.shape[2] // 2
     for _ in range(_MAX_SWEEPS):
         previous = shifts.copy()
@@ -194,7 +194,7 @@ def _sum_pairs(curves: NDArray[np.float32], shifts: NDArray[np.int64]) -> float:
 
 
 def _find_parabola_peak(curve: Numbers, peak: int) -> float:
-    """Return the maximum of a parabola through a peak and its neighbors, relative to the peak."""
+    """Fit a parabola to a peak and its neighbors; return its maximum's distance from the peak."""
     if not 0 < peak < len(curve) - 1:
         return 0.0
     before_peak, peak_value, after_peak = curve[peak - 1 : peak + 2]

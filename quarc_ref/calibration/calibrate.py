@@ -1,4 +1,4 @@
-"""Runs all steps of calibration, from recordings without poses to a calibrated rig."""
+"""Runs all steps of calibration: turns recordings without poses into a calibrated rig."""
 
 import tempfile
 from collections.abc import Callable, Mapping
@@ -17,7 +17,7 @@ from quarc_ref.calibration.offsets import Offsets, SyncMethod, find_offsets, ref
 from quarc_ref.calibration.recordings import MIN_CAMERAS, Recordings
 from quarc_ref.calibration.signals import Motion
 from quarc_ref.calibration.solving import Solution, solve
-from quarc_ref.calibration.world import BY_LEVEL, Distance, World, define_world
+from quarc_ref.calibration.world import UP_FROM_LEVEL_CAMERAS, Distance, World, define_world
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.capture_notes import CaptureNotes
 from quarc_ref.datasets.colmap_cameras import silence_colmap
@@ -39,19 +39,21 @@ class CalibrateOptions:
 
     Attributes:
         lenses: Assumptions about the lenses.
-        moments: Number of moments searched for features; None to choose automatically.
+        moments: Number of moments whose pictures are searched for features; None to choose it
+            automatically.
         masks: Masks by camera name, `[H, W]`, True where features may be used.
-        sync: Method for time offsets.
+        sync: Method of estimating time offsets.
         up: Source of the up axis; see `world.define_world`.
         distance: Known distance between two cameras; None if unknown.
-        report: Called with the name of the stage, the number of finished steps and of all steps.
+        report: Function to call with the name of the stage, the number of finished steps and the
+            total number of steps.
     """
 
     lenses: LensOptions = field(default_factory=LensOptions)
     moments: int | None = None
     masks: Mapping[str, Mask] = field(default_factory=dict)
     sync: SyncMethod = SyncMethod.AUTO
-    up: str = BY_LEVEL
+    up: str = UP_FROM_LEVEL_CAMERAS
     distance: Distance | None = None
     report: Report = lambda _stage, _done, _total: None
 
@@ -63,10 +65,10 @@ class Calibration:
     Attributes:
         recordings: Recordings of all cameras, including those without a pose.
         offsets: Offsets of all cameras.
-        solution: Poses and lenses with their errors, in the world of the solver.
-        world: The calibrated cameras in an upright world.
-        points: Scene points at frame 0, in the upright world.
-        moments: Number of moments searched for features.
+        solution: Poses, lenses and errors in the solver's world coordinates.
+        world: The calibrated cameras in the final, upright world coordinates.
+        points: Scene points at frame 0, in the final world coordinates.
+        moments: Number of moments whose pictures were searched for features.
     """
 
     recordings: Recordings
@@ -78,13 +80,13 @@ class Calibration:
 
     @property
     def unreliable_cameras(self) -> tuple[str, ...]:
-        """Cameras whose poses may be inaccurate, because they depend on too few points."""
+        """Names of the cameras whose poses may be inaccurate, because they have few points."""
         fits = self.solution.fits
         return tuple(name for name, fit in fits.items() if fit.support < _SUFFICIENT_SUPPORT)
 
     @property
     def notes(self) -> CaptureNotes:
-        """Notes of the written capture: time offsets, up axis and scale."""
+        """Notes to write with the capture: time offsets, up axis and scale."""
         frames = {camera.name: self.offsets.frames[camera.name] for camera in self.world.cameras}
         has_offsets = any(round(offset) for offset in frames.values())
         rounded_offsets = {name: round(offset, 2) for name, offset in frames.items()}
@@ -137,7 +139,7 @@ def _max_difference(first: Offsets, second: Offsets) -> float:
 def _estimate_poses(
     recordings: Recordings, offsets: Offsets, options: CalibrateOptions
 ) -> tuple[Solution, int]:
-    """Return poses from a sufficient number of moments, and this number."""
+    """Estimate poses from as many moments as needed; also return the number of moments."""
     names, pictures = recordings.names, recordings.pictures
     first_frames = CaptureNotes(offsets.frames).first_frames(names)
     synchronized = SynchronizedPictures(pictures, [first_frames[name] for name in names])
@@ -174,7 +176,7 @@ def _has_sufficient_support(solution: Solution) -> bool:
 
 
 def _choose_moments(frame_count: int, count: int | None) -> list[int]:
-    """Return frames in an order in which every prefix is spread evenly over the recording."""
+    """Return the frames to use; by default, any first few of them span the whole recording."""
     if frame_count < 1:
         message = (
             "after synchronization, no frame is common to all cameras; use --sync none to "
@@ -188,7 +190,7 @@ def _choose_moments(frame_count: int, count: int | None) -> list[int]:
 def _build_scene(
     recordings: Recordings, offsets: Offsets, solution: Solution, options: CalibrateOptions
 ) -> tuple[Solution, World, Points]:
-    """Return the solution, the upright rig, and points of the scene at frame 0.
+    """Return the solution, the cameras in their final world, and scene points at frame 0.
 
     A few wrong matches can be consistent with a wrong pose. A camera with few supported
     points is therefore left out if its picture does not match the projected scene points.
@@ -206,7 +208,7 @@ def _build_scene(
 
 def _describe_mismatch(support: int) -> str:
     return (
-        f"two other cameras see {support} points of this camera, but its picture does not match "
-        "the scene as seen from the estimated pose: use more pictures (--moments 16), add a "
+        f"at least two other cameras see {support} of its points, but its picture does not match "
+        "the scene as seen from its estimated pose: use more pictures (--moments 16), add a "
         "camera between this camera and the others, or add texture to the scene"
     )

@@ -1,9 +1,9 @@
-"""Estimates time offsets from the image positions of motion, for cameras that have poses.
+"""Estimates time offsets of cameras with known poses from where motion appears in their pictures.
 
 Two cameras and a moving point span an epipolar plane. All epipolar planes contain the
-baseline of the two cameras, so the angle about the baseline identifies a plane, and each
-pixel of both cameras has such an angle. At any time, both cameras see motion at the same
-angles, which is far more informative than the total amount of motion.
+baseline of the two cameras, so an angle about the baseline identifies a plane, and every
+pixel lies on one of these planes. At any time, both cameras see motion at the same angles.
+Comparing the angles is far more informative than comparing the total amount of motion.
 """
 
 from collections.abc import Sequence
@@ -36,8 +36,8 @@ def align_by_epipolar_motion(
     Args:
         cameras: Cameras with poses.
         motions: Motion in the pictures of each camera.
-        max_shift: Largest shift between any two cameras, in frames.
-        peak_width: Number of frames on either side of a shift that count as the same shift.
+        max_shift: Maximum shift between any two cameras, in frames.
+        peak_width: Maximum distance, in frames, of shifts that belong to the same peak.
     """
     rays = [_cast_rays(camera, motion) for camera, motion in zip(cameras, motions, strict=True)]
     centers = [-camera.pose.rotation.T @ camera.pose.translation for camera in cameras]
@@ -50,7 +50,9 @@ def align_by_epipolar_motion(
         if is_shared.sum() < _MIN_SHARED_BINS:
             return None
         profiles = [
-            subtract_running_mean(_sum_by_angle(motions[camera], pixel_bins)[:, is_shared], WINDOW)
+            subtract_running_mean(
+                _average_by_angle(motions[camera], pixel_bins)[:, is_shared], WINDOW
+            )
             for camera, pixel_bins in zip((first, second), bins, strict=True)
         ]
         return correlate_signals(profiles[0], profiles[1], max_shift)
@@ -75,10 +77,10 @@ def _cast_rays(camera: CalibratedCamera, motion: Motion) -> Numbers:
 
 
 def _bin_angles(baseline: Numbers, *rays: Numbers) -> list[NDArray[np.int64]]:
-    """Return, for each camera, `[P]` bins of the angles of its rays about a baseline.
+    """Assign the rays of each camera to bins by their angle about the baseline.
 
-    The `_ANGLE_BINS` bins cover the angles that the first camera sees; rays at other angles
-    get the number `_ANGLE_BINS`.
+    The bins cover the angles that the first camera sees. The result has a `[P]` array of bin
+    numbers for each camera; a ray at any other angle gets the number `_ANGLE_BINS`.
     """
     axis = baseline / max(float(np.linalg.norm(baseline)), 1e-12)
     mean_ray = rays[0].mean(axis=0)
@@ -99,8 +101,8 @@ def _bin_angles(baseline: Numbers, *rays: Numbers) -> list[NDArray[np.int64]]:
     ]
 
 
-def _sum_by_angle(motion: Motion, pixel_bins: NDArray[np.int64]) -> Numbers:
-    """Return `[T, _ANGLE_BINS]` mean changes of the pixels in each bin."""
+def _average_by_angle(motion: Motion, pixel_bins: NDArray[np.int64]) -> Numbers:
+    """Return the `[T, _ANGLE_BINS]` mean change of the pixels in each bin at each time."""
     order = np.argsort(pixel_bins, kind="stable")
     starts = np.searchsorted(pixel_bins[order], np.arange(_ANGLE_BINS + 1))
     sums = np.zeros((len(motion), _ANGLE_BINS + 1))

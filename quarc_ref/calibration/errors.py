@@ -1,4 +1,4 @@
-"""Errors of calibration; the messages contain advice."""
+"""Errors of calibration, whose messages say what to do."""
 
 from quarc_ref.datasets.errors import CaptureError
 

@@ -1,6 +1,6 @@
-"""Detects SIFT features in pictures of several moments, and matches features of equal moments.
+"""Detects SIFT features at several moments, and matches the cameras' features at each moment.
 
-Detection uses pycolmap on the CPU; a COLMAP database stores the features.
+pycolmap detects the features on the CPU, and a COLMAP database stores them.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,7 +24,7 @@ Report = Callable[[int, int], None]
 
 
 class Features:
-    """The features of the pictures of a rig.
+    """Features in the pictures of all cameras of a rig.
 
     Args:
         folder: An empty working folder.
@@ -32,7 +32,7 @@ class Features:
 
     Attributes:
         moments: Moments added so far.
-        folder: The working folder, with the pictures of the moments.
+        folder: The working folder, which also contains the pictures of the added moments.
     """
 
     def __init__(self, folder: Path, masks: Sequence[Mask | None]) -> None:
@@ -47,7 +47,7 @@ class Features:
         Args:
             moment: Unique number of the moment.
             pictures: `[H, W, 3]` sRGB picture of each camera.
-            report: Called with the number of finished steps and of all steps.
+            report: Function to call with the number of finished steps and the total number.
         """
         names = [_name_file(camera, moment) for camera in range(len(pictures))]
         pairs = list(combinations(names, 2))

@@ -12,7 +12,7 @@ from quarc_ref.datasets.triangulation import triangulate
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.encoder.checks.color_agreement import compare_colors
 
-_MIN_CAMERAS = 3  # rigs with more cameras compute points without the first camera
+_MIN_CAMERAS = 3  # with more cameras, points are triangulated without the first camera
 _NEAR_PLANE = 1e-6  # arbitrary value above 0, because nothing is rendered
 
 
@@ -29,7 +29,7 @@ class FirstFrame:
     pictures: tuple[Image, ...]
 
     def find_points(self) -> Points:
-        """Return scene points, without using the first camera, which encoding holds out."""
+        """Triangulate scene points without the first camera, which encoding holds out."""
         first_index = 1 if len(self.cameras) > _MIN_CAMERAS else 0
         return triangulate(self.cameras[first_index:], list(self.pictures[first_index:]))
 
@@ -57,19 +57,19 @@ class FirstFrame:
 
 
 def read_first_frame(
-    cameras: Sequence[CalibratedCamera], recordings: Recordings, frames: dict[str, float]
+    cameras: Sequence[CalibratedCamera], recordings: Recordings, offsets: dict[str, float]
 ) -> FirstFrame:
-    """Return the undistorted pictures of cameras at frame 0.
+    """Read frame 0 of each camera, and undistort it.
 
     Args:
         cameras: Calibrated cameras.
         recordings: Recordings that include all of these cameras.
-        frames: Offsets of all cameras, in frames.
+        offsets: Time offset of each camera in frames, by camera name.
 
     Raises:
         CaptureError: A picture cannot be read.
     """
-    first_frames = CaptureNotes(frames).first_frames(recordings.names)
+    first_frames = CaptureNotes(offsets).first_frames(recordings.names)
     rectifiers = [Rectifier(camera.lens) for camera in cameras]
     pinholes = [
         replace(camera, lens=rectifier.lens)

@@ -1,8 +1,8 @@
 """Merges the features of one camera at several moments into the features of one picture.
 
-The cameras are static, so all features of a camera can belong to one picture. Detections
-with the same position, size and orientation at two moments are one feature. Otherwise a
-wrong match of static texture would count once per moment.
+Cameras do not move, so the features of all moments can be treated as those of one picture.
+Detections that agree in position, size and orientation at several moments are merged into one
+feature. Otherwise, a wrong match of static texture would be counted once per moment.
 """
 
 from collections.abc import Sequence
@@ -19,20 +19,20 @@ _SIZE_TOLERANCE = 0.25  # natural logarithm of the size ratio of two detections
 _ANGLE_TOLERANCE = 0.35  # radians
 
 
-def fuse_keypoints(moments: Sequence[Keypoints]) -> tuple[Keypoints, list[Indices]]:
-    """Return the features of all moments as one list.
+def fuse_keypoints(keypoints_by_moment: Sequence[Keypoints]) -> tuple[Keypoints, list[Indices]]:
+    """Merge the keypoints of all moments into one list.
 
     Args:
-        moments: `[K, 6]` keypoints of each moment in the form of COLMAP.
+        keypoints_by_moment: `[K, 6]` keypoints of each moment in COLMAP's format.
 
     Returns:
-        `[F, 6]` merged keypoints, each at the mean position of its detections, and for
-        each moment `[K]` indices of merged keypoints, one for each keypoint.
+        `[F, 6]` merged keypoints, each at the mean position of its detections. Then, for each
+        moment, a `[K]` array that maps each keypoint to the index of its merged keypoint.
     """
     fused = np.zeros((0, 6), np.float64)
     counts = np.zeros(0)
     indices_by_moment: list[Indices] = []
-    for keypoints in moments:
+    for keypoints in keypoints_by_moment:
         indices = _group_keypoints(fused, keypoints)
         matched = np.flatnonzero(indices >= 0)
         targets = indices[matched]
@@ -49,13 +49,13 @@ def fuse_keypoints(moments: Sequence[Keypoints]) -> tuple[Keypoints, list[Indice
 
 
 def keep_one_to_one(pairs: Indices) -> Indices:
-    """Return matches in which no feature occurs twice; frequent matches take precedence.
+    """Keep at most one match per feature; matches found at more moments take precedence.
 
     Args:
         pairs: `[M, 2]` indices of features in two cameras, from all moments.
 
     Returns:
-        `[N, 2]` matches.
+        `[N, 2]` matches, in which no feature occurs twice.
     """
     unique_pairs, counts = np.unique(pairs, axis=0, return_counts=True)
     unique_pairs = unique_pairs[np.argsort(-counts, kind="stable")]
@@ -71,11 +71,12 @@ def keep_one_to_one(pairs: Indices) -> Indices:
 
 
 def _group_keypoints(fused: NDArray[np.float64], keypoints: Keypoints) -> Indices:
-    """Return `[K]` indices of the merged features that the keypoints belong to, or -1."""
+    """Return the `[K]` index of the merged feature that each keypoint belongs to; -1 if new."""
     indices = np.full(len(keypoints), -1, np.int64)
     if not len(fused) or not len(keypoints):
         return indices
-    neighbors = cKDTree(_describe(fused)).query(_describe(keypoints), distance_upper_bound=1.0)
+    tree = cKDTree(_scale_by_tolerances(fused))
+    neighbors = tree.query(_scale_by_tolerances(keypoints), distance_upper_bound=1.0)
     distances, nearest = (np.asarray(values) for values in neighbors)
     used_features: set[int] = set()
     for index in np.argsort(distances, kind="stable"):
@@ -87,8 +88,8 @@ def _group_keypoints(fused: NDArray[np.float64], keypoints: Keypoints) -> Indice
     return indices
 
 
-def _describe(keypoints: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Return `[K, 5]` position, size and orientation in units of the tolerances."""
+def _scale_by_tolerances(keypoints: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Return `[K, 5]` position, size and orientation, each divided by its tolerance."""
     x, y, a, b, c, d = keypoints.astype(np.float64).T
     size = 0.5 * np.log(np.maximum(np.abs(a * d - b * c), 1e-12))
     angle = np.arctan2(c, a)

@@ -1,4 +1,4 @@
-"""Assumptions about lenses: camera model, shared or individual lenses, known values."""
+"""Assumptions about lenses: the camera model, shared lenses, and known lenses."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,8 +20,8 @@ class LensOptions:
     """Assumptions about the lenses of a rig.
 
     Attributes:
-        model: A COLMAP camera model. `auto` uses one coefficient of radial distortion if the
-            pictures need distortion, and a pinhole otherwise.
+        model: A COLMAP camera model, or `auto`. With `auto`, lenses have one coefficient of radial
+            distortion, or none if pinholes fit the pictures equally well.
         is_shared: Whether cameras with the same picture size share a lens.
         known_lenses: Fixed lenses by camera name; None to estimate all lenses.
 
@@ -51,14 +51,14 @@ def read_lenses(capture: Path, names: Sequence[str], sizes: Sequence[Size]) -> d
         sizes: Width and height of the pictures of each camera.
 
     Raises:
-        CalibrationError: The capture lacks a camera, or has pictures of another size.
+        CalibrationError: The capture lacks a camera, or has pictures of a different size.
         CaptureError: The capture cannot be read.
     """
     lenses = {camera.name: camera.lens for camera in choose_layout(capture).read(capture).cameras}
     missing_cameras = [name for name in names if name not in lenses]
     if missing_cameras:
         message = (
-            f"{capture} has no lens for camera {', '.join(missing_cameras)}, only lenses for "
+            f"{capture} has no lens for camera {', '.join(missing_cameras)}; it has lenses for "
             f"{', '.join(lenses)}"
         )
         raise CalibrationError(message)
@@ -67,7 +67,7 @@ def read_lenses(capture: Path, names: Sequence[str], sizes: Sequence[Size]) -> d
         if size != (lens.width, lens.height):
             message = (
                 f"the lens of camera {name} in {capture} is for pictures of "
-                f"{lens.width}x{lens.height}, but its recording is {size[0]}x{size[1]}"
+                f"{lens.width}x{lens.height}, but the camera's recording is {size[0]}x{size[1]}"
             )
             raise CalibrationError(message)
     return {name: lenses[name] for name in names}

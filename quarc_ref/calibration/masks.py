@@ -1,4 +1,4 @@
-"""Reads masks, which select the pixels of each camera in which features are used."""
+"""Reads masks, which select the pixels of each camera in which features may be detected."""
 
 from pathlib import Path
 
@@ -14,11 +14,11 @@ from quarc_ref.datasets.video import read_still
 
 
 def read_masks(folder: Path, recordings: Recordings) -> dict[str, Mask]:
-    """Read the masks in a folder, by camera name.
+    """Read the masks in a folder, and return them by camera name.
 
     Args:
-        folder: Folder with one picture per masked camera, named after the camera and of the
-            size of its recording. Features at black pixels are not used.
+        folder: Folder with one picture per masked camera. The picture is named after the camera,
+            and has the size of the camera's recording. Features at black pixels are not used.
         recordings: Recordings of the cameras.
 
     Raises:
@@ -43,7 +43,7 @@ def read_masks(folder: Path, recordings: Recordings) -> dict[str, Mask]:
             )
             raise MaskSizeError(message)
         if not masks[name].any():
-            message = f"{path} is entirely black: it masks all pixels of camera {name}"
+            message = f"{path} is entirely black: it excludes all pixels of camera {name}"
             raise CalibrationError(message)
     if not masks:
         message = f"{folder} has no masks: add files such as {recordings.names[0]}.png"

@@ -1,6 +1,6 @@
 """Builds a COLMAP database with one picture per camera, from features of several moments.
 
-Geometric verification removes the matches that fit no relative pose of two cameras.
+Geometric verification removes matches that do not fit the estimated geometry of two cameras.
 """
 
 from collections.abc import Sequence
@@ -30,19 +30,20 @@ class MatchGraph:
         database: Path of the COLMAP database; camera `i` has image id `i + 1`.
         names: Names of the cameras.
         feature_counts: Number of features of each camera.
-        matches: Number of verified matches, by the ascending indices of two cameras.
+        match_counts: Number of verified matches of each pair of cameras, by their ascending
+            indices.
     """
 
     database: Path
     names: tuple[str, ...]
     feature_counts: tuple[int, ...]
-    matches: dict[tuple[int, int], int]
+    match_counts: dict[tuple[int, int], int]
 
     def neighbors(self, camera: int) -> list[tuple[int, str]]:
-        """Return number of matches and name of each connected camera; most matches first."""
+        """Return the cameras with matches: number of matches and name, most matches first."""
         counts = [
             (count, self.names[second if first == camera else first])
-            for (first, second), count in self.matches.items()
+            for (first, second), count in self.match_counts.items()
             if camera in (first, second)
         ]
         return sorted(counts, key=lambda neighbor: (-neighbor[0], neighbor[1]))
@@ -51,7 +52,7 @@ class MatchGraph:
 def build_match_graph(
     features: Features, names: Sequence[str], sizes: Sequence[Size], lenses: LensOptions
 ) -> MatchGraph:
-    """Return the match graph of all moments of `features`.
+    """Build the match graph from the features of all moments.
 
     Args:
         features: Features of the pictures.
@@ -89,7 +90,7 @@ def _fuse_matches(
 
 
 def _verify_matches(database: Path) -> dict[tuple[int, int], int]:
-    """Verify the matches in a database, and return the number of remaining matches per pair."""
+    """Verify the matches in a database; return the number of verified matches of each pair."""
     verifier = pycolmap.GeometricVerifierOptions()
     verifier.num_threads = 1  # otherwise random draws would depend on the scheduling of threads
     options = pycolmap.TwoViewGeometryOptions()
@@ -115,7 +116,7 @@ def _write_cameras(
     sizes: Sequence[Size],
     lenses: LensOptions,
 ) -> None:
-    """Write each lens with a COLMAP rig, and one image per camera of the capture."""
+    """Write a COLMAP camera and rig for each lens, and an image for each camera of the rig."""
     lens_ids: dict[object, int] = {}
     for index, (name, size) in enumerate(zip(names, sizes, strict=True), start=1):
         key = size if lenses.is_shared and lenses.known_lenses is None else index

@@ -1,7 +1,7 @@
 """Estimates time offsets between the recordings of a rig from sound or motion.
 
-The amount of motion gives rough offsets before poses are known. Once the cameras have poses,
-the image positions of motion give refined offsets (`epipolar_motion`).
+Before poses are known, the amount of motion gives rough offsets. When the cameras have poses,
+the positions of motion in the pictures give more accurate offsets (`epipolar_motion`).
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -12,7 +12,12 @@ from quarc_ref.calibration.alignment import Shift, align, correlate_signals
 from quarc_ref.calibration.epipolar_motion import align_by_epipolar_motion
 from quarc_ref.calibration.errors import CalibrationError
 from quarc_ref.calibration.recordings import Recordings
-from quarc_ref.calibration.signals import Motion, measure_loudness, measure_motion, sum_motion
+from quarc_ref.calibration.signals import (
+    Motion,
+    make_motion_signal,
+    measure_loudness,
+    measure_motion,
+)
 from quarc_ref.datasets.arrangements import is_video
 from quarc_ref.datasets.calibration import CalibratedCamera
 from quarc_ref.datasets.sound import Sound, read_sound
@@ -32,7 +37,7 @@ Report = Callable[[int, int], None]
 
 
 class SyncMethod(StrEnum):
-    """Method to estimate time offsets."""
+    """Method of estimating time offsets."""
 
     AUTO = "auto"
     SOUND = "sound"
@@ -42,13 +47,14 @@ class SyncMethod(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Offsets:
-    """Start times of the recordings of a rig.
+    """Time offsets of the recordings of a rig.
 
     Attributes:
-        method: Method of the estimation; `NONE` if offsets were not estimated.
+        method: Method by which the offsets were estimated; `NONE` if they were not estimated.
         frames: Offsets by camera name: frame `t` of the rig is frame `t + offset` of the
-            camera's recording. Unreliable offsets are set to the median, 0.
-        confidence: Confidence of each offset as in `alignment.Shift`; empty for `NONE`.
+            camera's recording. Unreliable offsets are set to 0, the median of all offsets.
+        confidence: Confidence of each offset by camera name, as in `alignment.Shift`; empty if
+            `method` is `NONE`.
     """
 
     method: SyncMethod
@@ -67,12 +73,13 @@ def find_offsets(
     """Estimate the time offsets of recordings.
 
     Args:
-        recordings: Recordings of one rig, at one frame rate.
-        method: Method; `AUTO` uses sound if all recordings have sound, and motion otherwise.
-        report: Called with the number of recordings read so far, and of all recordings.
+        recordings: Recordings of one rig, all with the same frame rate.
+        method: Method to use; `AUTO` uses sound if all recordings have sound, and motion
+            otherwise.
+        report: Function to call with the number of recordings read so far and the total number.
 
     Returns:
-        The offsets, and the motion of each recording by camera name; no motion if the
+        The offsets, and the motion of each recording by camera name. The motion is empty if the
         offsets were not estimated from motion.
 
     Raises:
@@ -89,15 +96,15 @@ def find_offsets(
             return _make_offsets(recordings.names, SyncMethod.SOUND, shifts), {}
         if method is SyncMethod.SOUND:
             message = (
-                f"cannot synchronize by sound: {', '.join(silent_cameras)} have no sound; use "
-                "--sync motion"
+                "cannot synchronize by sound: there is no sound in the recordings of cameras "
+                f"{', '.join(silent_cameras)}; use --sync motion"
             )
             raise CalibrationError(message)
     if method is SyncMethod.NONE or min(recordings.pictures.lengths) < _MIN_FRAMES:
         return Offsets(SyncMethod.NONE, dict.fromkeys(recordings.names, 0.0), {}), {}
     motions = _measure_motions(recordings, report)
     max_offset = _find_max_offset(motions.values())
-    signals = [sum_motion(motion) for motion in motions.values()]
+    signals = [make_motion_signal(motion) for motion in motions.values()]
     shifts = align(
         len(signals),
         lambda first, second: correlate_signals(signals[first], signals[second], max_offset),
@@ -173,5 +180,5 @@ def _measure_motions(recordings: Recordings, report: Report) -> dict[str, Motion
 
 
 def _find_max_offset(motions: Iterable[Motion]) -> int:
-    """Return the largest offset, in frames, that motion can detect."""
+    """Return the largest offset, in frames, that can be estimated from the motion."""
     return max(1, min(_MAX_OFFSET, int(_MAX_RELATIVE_OFFSET * min(map(len, motions)))))

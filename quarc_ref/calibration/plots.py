@@ -1,4 +1,4 @@
-"""Plots a rig."""
+"""Plots the cameras of a rig and the scene points."""
 
 import io
 from collections.abc import Sequence
@@ -10,19 +10,19 @@ from matplotlib.figure import Figure
 from quarc_ref.datasets.calibration import CalibratedCamera, Float64Array
 from quarc_ref.datasets.capture import Points
 
-_INK, _GRAY, _CAMERA = "#4a545e", "#9aa3ad", "#3b6ea8"
+_TEXT_COLOR, _TICK_COLOR, _CAMERA_COLOR = "#4a545e", "#9aa3ad", "#3b6ea8"
 _DOTS_PER_INCH = 110
 _MAX_POINTS = 4000
 _LABEL_ROWS, _LABEL_HEIGHT = 3, 8  # points
-_SIGHT_LENGTH = 0.22  # length of a line of sight, relative to the radius of the shown region
-_MARGIN = 1.25  # radius of the shown region, relative to the radius of the rig
+_SIGHT_LINE_LENGTH = 0.22  # length of a line of sight, relative to the radius of the shown region
+_REGION_RADIUS_FACTOR = 1.25  # radius of the shown region, relative to the radius of the rig
 
 
 def plot_rig(cameras: Sequence[CalibratedCamera], points: Points, unit: str) -> bytes:
-    """Plot a rig from above and from the front, as PNG bytes.
+    """Plot a rig from above and from the front, and return the plot as a PNG file.
 
     Args:
-        cameras: Cameras in a world with up along -y.
+        cameras: Cameras in a world whose up direction is -y.
         points: Scene points in the same world as the cameras.
         unit: Unit of length, for the labels of the axes.
     """
@@ -36,7 +36,7 @@ def plot_rig(cameras: Sequence[CalibratedCamera], points: Points, unit: str) -> 
     for column, (title, axis_indices, label) in enumerate(views, start=1):
         axes = figure.add_subplot(1, 2, column)
         _draw_rig(axes, (centers, directions), shown_points, axis_indices, names)
-        axes.set_title(title, color=_INK, fontsize=10)
+        axes.set_title(title, color=_TEXT_COLOR, fontsize=10)
         axes.set_xlabel(f"{unit}, across")
         axes.set_ylabel(f"{unit}, {label}")
     buffer = io.BytesIO()
@@ -51,26 +51,25 @@ def _draw_rig(
     axis_indices: tuple[int, int],
     names: Sequence[str],
 ) -> None:
-    """Draw cameras, their lines of sight and points, projected to two axes of the world."""
+    """Draw cameras, their lines of sight and scene points, projected onto two world axes."""
     signs = np.array([1.0, -1.0 if axis_indices[1] == 1 else 1.0])  # -y is up
     centers, directions = (values[:, axis_indices] * signs for values in rig)
     positions = points[0][:, axis_indices] * signs
-    radius = _MARGIN * max(float(np.abs(centers).max()), 1e-9)
+    radius = _REGION_RADIUS_FACTOR * max(float(np.abs(centers).max()), 1e-9)
     is_inside = (np.abs(positions) < radius).all(axis=1)
     horizontal, vertical = positions[is_inside].T
     axes.scatter(horizontal, vertical, s=2, c=points[1][is_inside], linewidths=0)
     rows = np.argsort(np.argsort(centers[:, 0])) % _LABEL_ROWS
     for name, center, direction, row in zip(names, centers, directions, rows, strict=True):
-        axes.plot(
-            *np.stack([center, center + _SIGHT_LENGTH * radius * direction]).T, color=_CAMERA, lw=1
-        )
-        axes.plot(*center, "o", color=_CAMERA, markersize=4)
+        sight_line = np.stack([center, center + _SIGHT_LINE_LENGTH * radius * direction])
+        axes.plot(*sight_line.T, color=_CAMERA_COLOR, lw=1)
+        axes.plot(*center, "o", color=_CAMERA_COLOR, markersize=4)
         axes.annotate(
             name,
             center,
             (3, -9 - _LABEL_HEIGHT * int(row)),  # below the camera, neighbors on other rows
             textcoords="offset points",
-            color=_INK,
+            color=_TEXT_COLOR,
             fontsize=7,
             annotation_clip=True,
         )
@@ -78,4 +77,4 @@ def _draw_rig(
     axes.grid(color="#e3e7ec", linewidth=0.6)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
-    axes.tick_params(colors=_GRAY, labelsize=8)
+    axes.tick_params(colors=_TICK_COLOR, labelsize=8)

@@ -7,7 +7,7 @@ import pycolmap
 
 from quarc_ref.calibration.lenses import AUTO_MODEL, FIRST_MODEL, PINHOLE_MODEL, LensOptions
 
-MIN_POINTS = 15  # minimum number of supported points, which two other cameras see
+MIN_SUPPORTED_POINTS = 15  # minimum per camera; two other cameras see a supported point
 _ADJUSTMENT_ROUNDS = 2
 _MAX_ITERATIONS = 40
 _LOSS_SCALE = 0.5  # pixels: scale of the Cauchy loss
@@ -17,13 +17,13 @@ _MAX_ERROR_RATIO = 1.02  # the pinhole is preferred up to this ratio of errors
 
 
 def adjust(model: pycolmap.Reconstruction, lenses: LensOptions) -> pycolmap.Reconstruction:
-    """Return a reconstruction with optimized poses, lenses and points, without outliers.
+    """Optimize the poses, lenses and points of a reconstruction, and remove outliers.
 
     With the model `auto`, lenses become pinholes if pinholes fit equally well, because
     undistortion resamples the pictures, which reduces sharpness.
 
     Args:
-        model: Reconstruction by the mapper; modified in place.
+        model: Reconstruction from the mapper; modified in place.
         lenses: Assumptions about the lenses.
     """
     _bundle_adjust(model, lenses)
@@ -42,8 +42,8 @@ def adjust(model: pycolmap.Reconstruction, lenses: LensOptions) -> pycolmap.Reco
     )
 
 
-def measure_support(model: pycolmap.Reconstruction) -> dict[int, int]:
-    """Return the number of supported points by image id; two other images see such a point."""
+def count_supported_points(model: pycolmap.Reconstruction) -> dict[int, int]:
+    """Return, by image id, the number of its points that two or more other images see as well."""
     support = {index: 0 for index, image in model.images.items() if image.has_pose}
     for point in model.points3D.values():
         images = {element.image_id for element in point.track.elements}
@@ -54,14 +54,15 @@ def measure_support(model: pycolmap.Reconstruction) -> dict[int, int]:
 
 
 def remove_weak_images(model: pycolmap.Reconstruction) -> dict[int, int]:
-    """Remove the poses of images with too few supported points; return these counts by id.
+    """Remove poses of images with too few supported points; return their counts by image id.
 
-    Images are removed one at a time, because each removal reduces the support of points.
+    Images are removed one at a time, because each removal leaves other images with fewer supported
+    points.
     """
     removed: dict[int, int] = {}
     while True:
-        support = measure_support(model)
-        weak_images = [index for index, count in support.items() if count < MIN_POINTS]
+        support = count_supported_points(model)
+        weak_images = [index for index, count in support.items() if count < MIN_SUPPORTED_POINTS]
         if not weak_images or len(support) <= 2:
             return removed
         weakest = min(weak_images, key=lambda index: (support[index], index))
@@ -70,7 +71,7 @@ def remove_weak_images(model: pycolmap.Reconstruction) -> dict[int, int]:
 
 
 def measure_errors(model: pycolmap.Reconstruction) -> dict[int, list[float]]:
-    """Return the reprojection errors of all points of an image, in pixels, by image id."""
+    """Return the reprojection errors of all points of each image, in pixels, by image id."""
     errors: dict[int, list[float]] = {}
     for index, image in model.images.items():
         if image.has_pose:

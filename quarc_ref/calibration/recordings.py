@@ -60,10 +60,10 @@ def find_recordings(folder: Path) -> Recordings:
     arrangement that is supported for captures.
 
     Args:
-        folder: Folder of the recordings; poses and other files are not needed.
+        folder: Folder of the recordings; it needs no poses or other files.
 
     Raises:
-        CalibrationError: Fewer than three cameras are found, or two names are equal.
+        CalibrationError: Fewer than three cameras are found, or two would get the same name.
         CaptureError: A file cannot be read, or the recordings are inconsistent.
     """
     listers: list[Callable[[Path], Files]] = [lister for _, lister in ARRANGEMENTS]
@@ -75,7 +75,7 @@ def find_recordings(folder: Path) -> Recordings:
     if len(files) < MIN_CAMERAS:
         message = (
             f"{folder} has recordings of {len(files)} cameras, but at least {MIN_CAMERAS} "
-            "are needed: put one video or one folder of pictures per camera into it"
+            "are needed: put one video or one folder of pictures per camera into this folder"
         )
         raise CalibrationError(message)
     names = sorted(files, key=natural_order)

@@ -1,4 +1,4 @@
-"""Writes a page about the quality of a calibration and the cameras without a pose."""
+"""Writes an HTML page about the quality of a calibration and about cameras without a pose."""
 
 import html
 from importlib import resources
@@ -12,18 +12,20 @@ from quarc_ref.evaluation.pages import embed_png, fill_page, format_table
 from quarc_ref.files import OutputFolder
 
 PAGE = "calibration.html"
-_SYNC = {
+_SYNC_SENTENCES = {
     SyncMethod.SOUND: "Time offsets were estimated from the sound of the recordings.",
     SyncMethod.MOTION: "Time offsets were estimated from motion in the recordings.",
-    SyncMethod.NONE: "Time offsets were not estimated: recordings are assumed to start together.",
+    SyncMethod.NONE: (
+        "Time offsets were not estimated: all recordings are assumed to start at the same time."
+    ),
 }
 
 
 def write_report(calibration: Calibration, name: str, folder: OutputFolder) -> Path:
-    """Write the page; return the path of the page.
+    """Write the page, and return its path.
 
     Args:
-        calibration: Calibration to report.
+        calibration: Calibration to describe.
         name: Name of the rig, for the title.
         folder: Output folder.
     """
@@ -35,16 +37,16 @@ def write_report(calibration: Calibration, name: str, folder: OutputFolder) -> P
     parts = {
         "title": html.escape(f"{name}: {calibrated_count} of {camera_count} cameras calibrated"),
         "subtitle": html.escape(
-            f"The up axis comes from {world.up_from}. One unit is "
+            f"The up axis is determined by {world.up_from}. One unit is "
             + (
                 "one meter. "
                 if world.meters_per_unit
                 else (
-                    "the mean distance between the cameras and the point they look at; use "
-                    "--meters CAM_A CAM_B D to make it one meter. "
+                    "the mean distance between the cameras and the point that they look at; to "
+                    "make it one meter, use --meters CAM_A CAM_B D. "
                 )
             )
-            + _SYNC[calibration.offsets.method]
+            + _SYNC_SENTENCES[calibration.offsets.method]
         ),
         "figures": _format_figures(calibration),
         "plot": embed_png(plot),
@@ -67,7 +69,7 @@ HEADINGS = (
 
 
 def list_cameras(calibration: Calibration) -> list[list[str]]:
-    """Return a row of cells for each calibrated camera, for the columns `HEADINGS`."""
+    """Return one table row per calibrated camera; the column headings are `HEADINGS`."""
     offsets = calibration.offsets
     rows = []
     for camera in calibration.world.cameras:
@@ -115,7 +117,7 @@ def _format_left_out(calibration: Calibration) -> str:
 
 
 def _list_lenses(calibration: Calibration) -> tuple[tuple[str, ...], list[list[str]]]:
-    """Return headings and one row per lens, with all cameras that share the lens."""
+    """Return the headings and one row per lens; a row names the cameras that share the lens."""
     lenses: dict[Lens, list[str]] = {}
     for camera in calibration.world.cameras:
         lenses.setdefault(camera.lens, []).append(camera.name)

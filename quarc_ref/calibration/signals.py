@@ -1,4 +1,4 @@
-"""Measures signals that all recordings of one event share: loudness and motion."""
+"""Measures loudness and motion, by which recordings of the same event can be synchronized."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +24,10 @@ def measure_loudness(sound: Sound, first_picture_time: float, loudness_rate: flo
     Args:
         sound: Sound of a recording.
         first_picture_time: Time of the first picture in seconds, on the clock of the container.
-        loudness_rate: Sampling rate of the loudness, Hz.
+        loudness_rate: Sampling rate of the result, Hz.
 
     Returns:
-        `[T, 1]` logarithms of the power, minus the running mean.
+        `[T, 1]` logarithm of the power, minus its running mean.
     """
     samples = sound.samples.astype(np.float64)
     times = sound.start - first_picture_time + np.arange(len(samples)) / sound.samples_per_second
@@ -49,8 +49,8 @@ def measure_motion(source: PictureSource, camera: int, frame_count: int) -> Moti
         frame_count: Number of frames to read, starting at frame 0.
 
     Returns:
-        `[frame_count - 1, h, w]` changes of downscaled gray pictures, in 8-bit levels above
-        the noise threshold.
+        `[frame_count - 1, h, w]` absolute changes of the downscaled gray pictures, minus the
+        noise threshold, in 8-bit levels.
 
     Raises:
         CaptureError: A picture cannot be read.
@@ -64,8 +64,8 @@ def measure_motion(source: PictureSource, camera: int, frame_count: int) -> Moti
     return np.stack(changes)
 
 
-def sum_motion(motion: Motion) -> Numbers:
-    """Return `[T, 1]` logarithms of the mean change of each frame, minus the running mean."""
+def make_motion_signal(motion: Motion) -> Numbers:
+    """Return the `[T, 1]` logarithm of each frame's mean change, minus its running mean."""
     mean_changes = motion.mean(axis=(1, 2), dtype=np.float64)
     return subtract_running_mean(np.log(mean_changes + _CHANGE_FLOOR)[:, None], WINDOW)
 
@@ -80,5 +80,5 @@ def _downscale(picture: Image) -> NDArray[np.float32]:
 
 
 def find_downscale(width: int) -> int:
-    """Return the downscaling factor of pictures for the measurement of motion."""
+    """Return the factor by which pictures of this width are downscaled to measure motion."""
     return max(1, width // _MIN_WIDTH)

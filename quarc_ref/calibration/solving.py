@@ -1,7 +1,7 @@
-"""Estimates poses and lenses of cameras from matches by COLMAP's incremental mapper.
+"""Estimates camera poses and lenses from matches, using COLMAP's incremental mapper.
 
-A camera gets a pose only if two other cameras also see enough of its points. A pose that
-depends on matches with a single neighbor may be arbitrary.
+A camera gets a pose only if it sees enough points that at least two other cameras also see. A
+pose that depends on matches with only one other camera may be wrong.
 """
 
 from collections.abc import Sequence
@@ -17,10 +17,10 @@ from quarc_ref.calibration.errors import CalibrationError
 from quarc_ref.calibration.lenses import LensOptions
 from quarc_ref.calibration.match_graph import MIN_MATCHES, SEED, MatchGraph
 from quarc_ref.calibration.reconstruction import (
-    MIN_POINTS,
+    MIN_SUPPORTED_POINTS,
     adjust,
+    count_supported_points,
     measure_errors,
-    measure_support,
     remove_weak_images,
 )
 from quarc_ref.calibration.recordings import MIN_CAMERAS
@@ -39,7 +39,7 @@ class CameraFit:
 
     Attributes:
         points: Number of points that the camera sees.
-        support: Number of these points that two other cameras see as well.
+        support: Number of these points that at least two other cameras see as well.
         mean_error: Mean reprojection error, pixels.
         median_error: Median reprojection error, pixels.
     """
@@ -57,8 +57,8 @@ class Solution:
     Attributes:
         cameras: Cameras with poses in the solver's world, in the order of the recordings.
         fits: Quality of the poses, by camera name.
-        left_out: Cameras without a pose: the reason by camera name.
-        points: `[P, 3]` positions of the matched points of all moments.
+        left_out: The reason why a camera has no pose, by the name of each such camera.
+        points: `[P, 3]` positions of points triangulated from the matches of all moments.
     """
 
     cameras: tuple[CalibratedCamera, ...]
@@ -67,7 +67,7 @@ class Solution:
     points: NDArray[np.float64]
 
     def without(self, reasons: dict[str, str]) -> "Solution":
-        """Return the solution without some cameras.
+        """Return the solution without the given cameras.
 
         Args:
             reasons: Names of the cameras to leave out, with the reason for each camera.
@@ -114,8 +114,8 @@ def solve(graph: MatchGraph, lenses: LensOptions) -> Solution:
             f"{name}: {_explain_failure(graph, i, None)}" for i, name in enumerate(graph.names)
         ]
         message = (
-            "fewer than three cameras could be calibrated. Check that they show the same "
-            f"scene from nearby positions, in focus and with texture. {'; '.join(reasons)}"
+            "fewer than three cameras could be calibrated. Check that the cameras are in focus and "
+            f"near each other, and that they show the same textured scene. {'; '.join(reasons)}"
         )
         raise CalibrationError(message)
     return _make_solution(graph, *best_model)
@@ -124,7 +124,7 @@ def solve(graph: MatchGraph, lenses: LensOptions) -> Solution:
 def _run_mapper(
     graph: MatchGraph, lenses: LensOptions, min_inliers: int, min_inlier_share: float
 ) -> pycolmap.Reconstruction | None:
-    """Return the largest reconstruction of the mapper; None if the mapper fails."""
+    """Run the mapper, and return its largest reconstruction; return None if it fails."""
     options = pycolmap.IncrementalPipelineOptions()
     options.min_num_matches = MIN_MATCHES
     options.min_model_size = MIN_CAMERAS
@@ -148,7 +148,7 @@ def _run_mapper(
 def _make_solution(
     graph: MatchGraph, model: pycolmap.Reconstruction, removed: dict[int, int]
 ) -> Solution:
-    errors, support = measure_errors(model), measure_support(model)
+    errors, support = measure_errors(model), count_supported_points(model)
     image_ids = sorted(errors)
     cameras = [_make_camera(graph.names[index - 1], model, index) for index in image_ids]
     return Solution(
@@ -177,12 +177,12 @@ def _make_camera(name: str, model: pycolmap.Reconstruction, index: int) -> Calib
 
 
 def _explain_failure(graph: MatchGraph, camera: int, support: int | None) -> str:
-    """Explain why a camera has no pose; include advice."""
+    """Return the reason why a camera has no pose, with advice."""
     count, neighbors = graph.feature_counts[camera], graph.neighbors(camera)
     if support is not None:
         return (
-            f"two other cameras see only {support} of its points, but a reliable pose needs "
-            f"{MIN_POINTS}"
+            f"only {support} of its points are seen by at least two other cameras, but a reliable "
+            f"pose needs {MIN_SUPPORTED_POINTS} such points"
         )
     if count < _FEW_FEATURES:
         return (

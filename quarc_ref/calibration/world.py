@@ -1,9 +1,9 @@
-"""Defines the up axis, origin and unit of the world of a rig.
+"""Defines the up axis, origin and unit of a rig's world coordinates.
 
 The orientation, origin and scale of the solver's world are arbitrary. In the resulting world,
 up is -y, as in COLMAP and most 3DGS files, and the first camera looks along +z. The origin
-is the point that the cameras look at. The unit is a meter, or the mean distance of the
-cameras from the origin.
+is the point that the cameras look at. The unit is one meter if the distance between two
+cameras is known, and otherwise the mean distance of the cameras from the origin.
 """
 
 from collections.abc import Sequence
@@ -14,8 +14,8 @@ import numpy as np
 from quarc_ref.calibration.errors import CalibrationError, UnknownCameraError
 from quarc_ref.datasets.calibration import CalibratedCamera, Float64Array, make_pose
 
-BY_LEVEL = "level"
-BY_PLANE = "plane"
+UP_FROM_LEVEL_CAMERAS = "level"
+UP_FROM_CAMERA_PLANE = "plane"
 UP = (0.0, -1.0, 0.0)
 _MIN_DIRECTION_SPREAD = 0.02  # mean squared sine below which all cameras look in one direction
 _MIN_PLANE_CAMERAS = 4
@@ -40,13 +40,13 @@ class Distance:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class World:
-    """A rig in its final world.
+    """The cameras of a rig in its final world coordinates.
 
     Attributes:
         cameras: Cameras in the final world.
         up: Up direction.
-        up_from: Human-readable source of the up direction.
-        meters_per_unit: Meters per world unit; None without a known distance.
+        up_from: Phrase that says what determined the up direction, for reports.
+        meters_per_unit: Meters per world unit; None if no distance is known.
     """
 
     cameras: tuple[CalibratedCamera, ...]
@@ -58,10 +58,10 @@ class World:
 def define_world(
     cameras: Sequence[CalibratedCamera],
     points: Float64Array,
-    up: str = BY_LEVEL,
+    up: str = UP_FROM_LEVEL_CAMERAS,
     distance: Distance | None = None,
 ) -> World:
-    """Transform a rig into an upright world.
+    """Transform a rig into world coordinates with a known up direction.
 
     Args:
         cameras: Cameras in the world of the solver.
@@ -71,8 +71,9 @@ def define_world(
         distance: Distance between two cameras; None if unknown.
 
     Raises:
-        CalibrationError: The cameras do not lie in a plane, or two positions are equal.
-        UnknownCameraError: A named camera has no pose.
+        CalibrationError: The cameras do not lie in a plane, or the two cameras of `distance` are
+            at the same position.
+        UnknownCameraError: `up` or `distance` names a camera that has no pose.
     """
     direction, up_from = _find_up(cameras, up)
     forward = cameras[0].pose.rotation[2]
@@ -93,39 +94,40 @@ def define_world(
 
 def _find_up(cameras: Sequence[CalibratedCamera], up: str) -> tuple[Float64Array, str]:
     mean_up = -np.mean([camera.pose.rotation[1] for camera in cameras], axis=0)
-    if up == BY_LEVEL:
-        return _find_level(cameras, mean_up)
-    if up == BY_PLANE:
-        return _find_plane(cameras, mean_up), "the plane of the cameras"
-    return -_find_camera(cameras, up).pose.rotation[1], f"camera {up}, which is level"
+    if up == UP_FROM_LEVEL_CAMERAS:
+        return _find_up_of_level_cameras(cameras, mean_up)
+    if up == UP_FROM_CAMERA_PLANE:
+        return _find_plane_normal(cameras, mean_up), "the plane of the cameras"
+    return -_find_camera(cameras, up).pose.rotation[1], f"camera {up}, which is assumed to be level"
 
 
-def _find_level(
+def _find_up_of_level_cameras(
     cameras: Sequence[CalibratedCamera], mean_up: Float64Array
 ) -> tuple[Float64Array, str]:
-    """Return the direction that is perpendicular to the right axes of all cameras."""
+    """Return the direction perpendicular to the cameras' right axes, and how it was found."""
     right_axes = np.array([camera.pose.rotation[0] for camera in cameras])
     values, vectors = np.linalg.eigh(right_axes.T @ right_axes / len(cameras))
     if values[1] < _MIN_DIRECTION_SPREAD:  # the roll about the common direction is ambiguous
-        return mean_up / np.linalg.norm(mean_up), "the mean of cameras that point in one direction"
+        return mean_up / np.linalg.norm(mean_up), "the mean up direction of the cameras"
     axis = vectors[:, 0]
-    return np.asarray(axis if axis @ mean_up >= 0 else -axis), "cameras that are level"
+    up = np.asarray(axis if axis @ mean_up >= 0 else -axis)
+    return up, "the cameras, which are assumed to be level"
 
 
-def _find_plane(cameras: Sequence[CalibratedCamera], mean_up: Float64Array) -> Float64Array:
+def _find_plane_normal(cameras: Sequence[CalibratedCamera], mean_up: Float64Array) -> Float64Array:
     centers = np.array([_camera_center(camera) for camera in cameras])
     _, spreads, axes = np.linalg.svd(centers - centers.mean(axis=0))
     if len(cameras) < _MIN_PLANE_CAMERAS or spreads[2] > _MAX_THICKNESS_RATIO * spreads[1]:
         message = (
-            "the cameras do not lie in one plane that could define the up axis: omit --up if "
-            "the cameras are level, or use --up with the name of a level camera"
+            "the cameras do not lie in one plane, which --up plane requires: omit --up if the "
+            "cameras are level, or use --up with the name of a level camera"
         )
         raise CalibrationError(message)
     return np.asarray(axes[2] if axes[2] @ mean_up >= 0 else -axes[2])
 
 
 def _find_focus(cameras: Sequence[CalibratedCamera], points: Float64Array) -> Float64Array:
-    """Return the point nearest to all optical axes; the median point if they are parallel."""
+    """Return the point nearest to all optical axes; the median of `points` if there is none."""
     projection_sum, weighted_sum = np.zeros((3, 3)), np.zeros(3)
     for camera in cameras:
         direction = camera.pose.rotation[2]

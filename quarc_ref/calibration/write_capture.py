@@ -4,7 +4,7 @@
             points3D.ply            points of frame 0
             quarc-capture.json      offsets, up and scale (`datasets.capture_notes`)
             cam00.mp4, ...          the recordings of the calibrated cameras
-            cam00/000000.png, ...   the recordings, if they are pictures
+            cam00/000000.png, ...   the same, for recordings that consist of pictures
 
 Recordings are hard-linked if the file system supports hard links, and copied otherwise.
 """
@@ -69,7 +69,7 @@ def _add_recording(
 
 
 def _make_entry(camera: CalibratedCamera) -> Values:
-    """Return lens and pose as an entry of `transforms.json`."""
+    """Return the lens and pose of a camera as an entry of `transforms.json`."""
     right, down, forward = camera.pose.rotation
     center = -camera.pose.rotation.T @ camera.pose.translation
     matrix = np.eye(4)
