@@ -182,7 +182,7 @@ def _require_distance(meters: tuple[str, str, float] | None) -> "Distance | None
 
 def _require_cameras(recordings: "Recordings", up: str, distance: "Distance | None") -> None:
     """Raise UsageError before calibration starts if an option names an unknown camera."""
-    from quarc_ref.calibration.world import UP_FROM_LEVEL_CAMERAS, UP_FROM_CAMERA_PLANE
+    from quarc_ref.calibration.world import UP_FROM_CAMERA_PLANE, UP_FROM_LEVEL_CAMERAS
 
     option_by_camera = {} if up in (UP_FROM_LEVEL_CAMERAS, UP_FROM_CAMERA_PLANE) else {up: "--up"}
     option_by_camera |= (
