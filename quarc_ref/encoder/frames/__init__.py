@@ -1,1 +1,1 @@
-"""Training of frames between keyframes: motion, updates, births and rate control."""
+"""Trains the frames between keyframes: motion, updates, births and rate control."""

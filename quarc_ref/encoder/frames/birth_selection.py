@@ -1,8 +1,8 @@
-"""Rate-distortion selection of births: compares the loss reduction of births with their bytes.
+"""Rate-distortion selection of births: weighs their loss reduction against their bytes.
 
 A new Gaussian is selected if it lowers the loss of the training views by more than the cost
-of an average Gaussian in the births section. The selected Gaussians are coded if together
-they lower the loss by more than the cost of the section.
+of an average Gaussian in the births section. The selected Gaussians are coded only if
+together they lower the loss by more than the cost of the section.
 """
 
 from collections.abc import Callable
@@ -22,11 +22,11 @@ from quarc_ref.rendering.rasterizer import Gaussians, Rendering
 
 @dataclass(frozen=True, slots=True)
 class ByteCost:
-    """Cost of the bytes of births, in units of the loss.
+    """Cost of coding births, in units of the loss.
 
     Attributes:
-        weight: Decrease of the loss that a byte must achieve.
-        count_bytes: Function that returns the bytes of the births section for given births.
+        weight: Cost of one byte: the decrease of the loss that justifies it.
+        count_bytes: Function that returns the size of the births section for given births, bytes.
     """
 
     weight: float
@@ -39,8 +39,8 @@ class BirthObjective:
 
     Attributes:
         context: Training views and renderer.
-        background: The decoded scene after the frame's motion, which training does not change.
-        decoded_scene: The scene of `background` in the integers of the decoder.
+        background: The decoded scene after the frame's motion; training does not change it.
+        decoded_scene: The same scene as `background`, as the decoder's integers.
         lambda_dssim: Weight of D-SSIM in the loss.
     """
 
@@ -54,7 +54,7 @@ class BirthObjective:
         return new_gaussians.quantized(self.decoded_scene.header).activated()
 
     def render(self, births: Gaussians, view: int) -> tuple[Rendering, Tensor]:
-        """Render the scene with new Gaussians in a view; return the rendering and its loss."""
+        """Render a view of the scene with new Gaussians; return the rendering and its loss."""
         rendering = self.background.backdrop(view).render(births)
         return rendering, self._loss(rendering.image, view)
 
@@ -79,13 +79,13 @@ class BirthObjective:
 def select_births(
     objective: BirthObjective, births: Attributes, parents: Tensor, cost: ByteCost
 ) -> Births | None:
-    """Return the quantized new Gaussians whose gain exceeds their cost; None: no birth is coded.
+    """Return the quantized new Gaussians whose gain exceeds their cost; None if there are none.
 
     Args:
         objective: Loss of the training views as a function of the births.
         births: Trained new Gaussians, at least one.
         parents: `[n]` index of each new Gaussian's parent in the scene.
-        cost: Cost of the bytes of the births.
+        cost: Cost of coding the births.
     """
     if cost.weight:
         quantized_births = _quantize(objective, births, parents)
@@ -100,11 +100,12 @@ def select_births(
 
 
 def measure_gains(objective: BirthObjective, births: Attributes) -> Tensor:
-    """Estimate by how much each new Gaussian reduces the mean loss of the training views, `[n]`.
+    """Estimate how much each new Gaussian reduces the mean loss of the training views, `[n]`.
 
     The opacity of each Gaussian is multiplied by a factor, and the loss is differentiated with
-    respect to the factor. To second order, the reduction is the negative derivative at a
-    factor of 0.5. At a factor of 1, the derivative is close to 0 after training.
+    respect to the factor. To second order, the reduction equals minus the derivative at
+    a factor of 0.5. The derivative at a factor of 1 is of no use: training has brought it
+    close to 0.
     """
     gaussians = objective.activate(births)
     factors = torch.full_like(births.opacities, 0.5).requires_grad_()

@@ -1,7 +1,7 @@
-"""Stage 2 of a frame: new Gaussians where the scene changes (paper section 5).
+"""Stage 2 of training a frame: adds Gaussians where the scene changes (paper section 5).
 
-Only the new Gaussians are trained. The Gaussians of the decoded scene after its motion stay
-fixed.
+Only the new Gaussians are trained. The existing Gaussians stay fixed at their decoded state
+after the motion.
 """
 
 import torch
@@ -35,8 +35,9 @@ def fit_births(
         context: Training views, renderer and random numbers.
         moved_state: The decoder's state after the motion of the frame.
         statistics: Screen-space gradients from stage 1.
-        config: All settings; births use their own, and learning rates of canonical frames.
-        cost: Cost of the bytes of the births.
+        config: All settings. Births use the birth settings, the D-SSIM weight of motion and the
+            learning rates of canonical frames.
+        cost: Cost of coding the births.
 
     Returns:
         The quantized births; None if the frame has no births.
@@ -103,7 +104,7 @@ def _train(
 def _choose_split(
     trainer: Trainer, statistics: ScreenStatistics, settings: BirthSettings, extent: float
 ) -> tuple[Tensor, Tensor]:
-    """Return a mask of new Gaussians to keep and a mask of those to split; the rest is pruned."""
+    """Return masks of the new Gaussians to keep and to split; the others are pruned."""
     births = trainer.attributes.detached()
     scales = torch.exp(births.log_scales.amax(dim=1))
     split_mask = statistics.mean_gradients() >= settings.grad_threshold

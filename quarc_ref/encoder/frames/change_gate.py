@@ -1,6 +1,6 @@
-"""The change gate, which detects where the scene changed between frames (paper section 5).
+"""Change gate: detects where the scene changed between frames (paper section 5).
 
-A rendering is compared with the pictures of two consecutive frames. The difference between
+One rendering is compared with the pictures of two consecutive frames. The difference between
 the two losses has a screen-space gradient only where the pictures differ (Eq. 4).
 """
 
@@ -22,11 +22,12 @@ def measure_change(
     Args:
         context: Views and renderer.
         attributes: Attributes of the scene after its motion.
-        frame: Ordinal of the frame, which is compared with the previous one.
-        view_count: Number of training views to use, evenly distributed and the same in
-            every frame; 0: all weights are 1.
+        frame: Ordinal of the frame that is compared with the previous frame.
+        view_count: Number of training views to use. They are evenly spaced in the list of
+            views, and the same in every frame. If 0, all weights are 1.
 
-    The median of Eq. 5 is computed over the Gaussians that are visible in some view. Over all
+    The median of Eq. 5 is computed over the Gaussians that are visible in at least one
+    view. Over all
     Gaussians, the median could be 0, which would open the gate everywhere.
     """
     if view_count == 0:

@@ -1,7 +1,7 @@
-"""Differentiable operations of the motion surrogate.
+"""Differentiable operations of the motion surrogate (`surrogate`).
 
-For float32 tensors on the CPU, numba kernels compute the operations; otherwise torch does.
-Both agree to float precision.
+For float32 tensors on the CPU, numba kernels compute the operations; for other tensors,
+torch does. The two implementations agree to float precision.
 """
 
 from typing import Any
@@ -39,12 +39,12 @@ def multiply_quaternions(left: Tensor, right: Tensor) -> Tensor:
 
 
 def round_masked(values: Tensor, limits: Tensor, mask: Tensor) -> Tensor:
-    """Round the rows of a mask to integers, with the gradient of the identity; zero other rows.
+    """Round the rows selected by a mask to integers, with the gradient of the identity.
 
     Args:
         values: `[N, k]` values.
-        limits: `[k]` largest magnitudes. Values beyond the limits are clamped and have no gradient.
-        mask: `[N]` rows to round. Other rows become 0 and have no gradient.
+        limits: `[k]` maximum magnitudes. Values beyond these are clamped and have no gradient.
+        mask: `[N]` mask of the rows to round. Other rows become 0 and have no gradient.
     """
     if _has_kernels(values) and is_rounding():
         rounded: Tensor = _RoundMasked.apply(values, limits, mask)
@@ -61,13 +61,13 @@ def mean_log_norm(values: Tensor) -> Tensor:
 
 
 def sum_levels(residuals: Tensor, anchors: Tensor, followers: Tensor, starts: Tensor) -> Tensor:
-    """Return the `[N, c]` sums of each Gaussian's residuals over the levels.
+    """Return the `[N, c]` sums of the residuals of each Gaussian's anchors, one per level.
 
     The gradient is summed in a fixed order, so that results are reproducible.
 
     Args:
         residuals: `[A, c]` residuals of the anchors.
-        anchors: `[L, N]` anchor of each Gaussian at each level.
+        anchors: `[L, N]` index in `residuals` of each Gaussian's anchor at each level.
         followers: `[L N]` indices of the Gaussians bound to each anchor, sorted by anchor.
         starts: `[A + 1]` index in `followers` of the first Gaussian of each anchor.
     """

@@ -1,4 +1,4 @@
-"""Stage 1 of a frame: motion residuals of the anchors (paper section 4).
+"""Stage 1 of training a frame: fits the motion residuals of the anchors (paper section 4).
 
 Every iteration renders the scene after moving it by quantized residuals. The loss includes
 the estimated rate of the residuals, so that residuals of static parts become 0.
@@ -42,8 +42,8 @@ class FittedMotion:
 
     Attributes:
         symbols: `[c, a]` motion symbols of each level, level 1 first.
-        residuals: `[A, c]` residuals in steps, levels concatenated. The residuals equal the
-            symbols, except within `without_rounding`.
+        residuals: `[A, c]` residuals in quantization steps, levels concatenated. They equal
+            the symbols, except within `without_rounding`.
         statistics: Accumulated screen-space gradients of the Gaussians that updates do not
             delete, for stage 2.
         updates: Updates of individual Gaussians; None if the stream has no updates.
@@ -62,14 +62,14 @@ def fit_motion(
     update_settings: UpdateSettings | None = None,
     rd: RateDistortion = RateDistortion(),  # noqa: B008, immutable
 ) -> FittedMotion:
-    """Fit the motion of a frame, and updates of individual Gaussians, to its pictures.
+    """Fit motion and updates of individual Gaussians to the pictures of a frame.
 
     Args:
         context: Training views, renderer and random numbers.
-        start: The frame, before its motion.
-        settings: Schedule and rate-distortion weight.
+        start: The frame before its motion.
+        settings: Schedule, learning rates and rate-distortion weight.
         update_settings: Settings of updates; None for no updates.
-        rd: Scale of the rate-distortion weights.
+        rd: Factors of the rate-distortion weights.
     """
     fit = _MotionFit(context, start, settings, update_settings, rd)
     for step in range(settings.iterations):
@@ -113,7 +113,7 @@ class _MotionFit:
         self._adam = torch.optim.Adam(groups, eps=ADAM_EPSILON, fused=True)
 
     def take_step(self, step: int) -> None:
-        """Take an optimizer step; select updates first if `UpdateSettings.select_at` is reached."""
+        """Take an optimizer step; select updates before the step at `UpdateSettings.select_at`."""
         settings, updates = self._settings, self._updates
         if updates is not None and step == self._selection_step:
             updates.select(self._move().detached(), self._render, self._context.view_count)
@@ -173,7 +173,7 @@ class _Residuals:
     """The trained residuals of all anchor levels, and their quantizer.
 
     Args:
-        initial_values: `[A, c]` initial residuals in steps, levels concatenated.
+        initial_values: `[A, c]` initial residuals in quantization steps, levels concatenated.
         level_offsets: Index of the first anchor of each level, and the total number of anchors.
         header: Header of the stream, which contains the quantization steps.
     """
@@ -222,7 +222,7 @@ class _Residuals:
         return mean_log_norm(torch.cat(component_steps, dim=1))
 
     def decoded_residuals(self) -> Tensor:
-        """Return the `[A, c]` quantized residuals in steps."""
+        """Return the `[A, c]` quantized residuals in units of the quantization steps."""
         with torch.no_grad():
             kinds = zip(_split_components(self.quantized()), self._step_sizes, strict=True)
             return torch.cat([kind / step for kind, step in kinds], dim=1)

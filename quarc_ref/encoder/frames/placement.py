@@ -1,9 +1,9 @@
-"""Places new Gaussians: as clones of Gaussians in changed regions, or at pixels with errors.
+"""Places new Gaussians: as clones of Gaussians in changed regions, or at pixels with large errors.
 
 The placement `gate` is the paper's rule (section 5): it clones Gaussians that pass the
 change gate. The placement `errors` (not in the paper) puts Gaussians on the surface at
-pixels with a large error, with the color of the picture. It also covers changes of color
-without motion, which the gate hardly detects.
+pixels with a large error, in the color of the picture. It also handles color changes without
+motion, which the gate barely detects.
 """
 
 import math
@@ -32,7 +32,9 @@ def place_clones(
     statistics: ScreenStatistics,
     settings: BirthSettings,
 ) -> tuple[Attributes, Tensor]:
-    """Clone the Gaussians with the largest screen-space gradients after the change gate.
+    """Clone the Gaussians with the largest gated gradients.
+
+    A gated gradient is a screen-space gradient multiplied by the weight of the change gate.
 
     Args:
         context: Views, renderer and random numbers.
@@ -79,7 +81,8 @@ def place_on_errors(
         settings: Error threshold and maximum number of births.
 
     Returns:
-        The new Gaussians, and for each the index of the nearest Gaussian in the scene, `[n]`.
+        The new Gaussians, and the `[n]` indices of their parents: the nearest Gaussians in the
+        scene.
     """
     found_by_view = [
         _find_errors(context, scene, view, frame, settings)
@@ -112,11 +115,11 @@ def find_nearest(points: Tensor, queries: Tensor) -> Tensor:
 def filter_maximum(image: Tensor, radius: int) -> Tensor:
     """Return the maximum of each pixel's square neighborhood, `2 radius + 1` pixels wide.
 
-    The result equals that of `max_pool2d`, but takes a tenth of the time on a CPU.
+    `max_pool2d` gives the same result but takes ten times as long on a CPU.
 
     Args:
         image: `[H, W]` nonnegative numbers.
-        radius: Pixels from the center of the square to its edge.
+        radius: Distance from the center pixel to the edge pixels of the square.
     """
     for axis in (0, 1):
         padding = (0, 0, radius, radius) if axis == 0 else (radius, radius, 0, 0)
@@ -129,7 +132,7 @@ def filter_maximum(image: Tensor, radius: int) -> Tensor:
 def _find_errors(
     context: TrainingContext, scene: FixedScene, view: int, frame: int, settings: BirthSettings
 ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-    """Return error, position, color and scale of a new Gaussian at each selected pixel of a view.
+    """Return errors, positions, colors and scales of new Gaussians at the selected pixels.
 
     A pixel is selected if its error is a local maximum above the threshold, and the alpha of
     the rendering is large enough to measure a depth.
@@ -150,14 +153,14 @@ def _find_errors(
 
 
 def _measure_depths(context: TrainingContext, scene: FixedScene, view: int) -> Tensor:
-    """Return the `[H, W]` alpha-weighted mean depth of each pixel of a view, world units."""
+    """Return the `[H, W]` alpha-weighted mean depths of the pixels of a view in world units."""
     with torch.no_grad():
         rendering = context.render(_color_by_depth(scene.attributes, context.camera(view)), view)
     return rendering.image[..., 0] / rendering.alpha
 
 
 def _color_by_depth(scene: Attributes, camera: Camera) -> Gaussians:
-    """Return the Gaussians with their depth as red, green and blue."""
+    """Return the Gaussians with their depth in place of red, green and blue."""
     gaussians = scene.activated()
     optical_axis = scene.means.new_tensor(camera.rotation[6:])
     depths = scene.means @ optical_axis + camera.translation[2]

@@ -1,4 +1,4 @@
-"""The rate-distortion weight of a frame, from `--quality`, `--lambda` and rate control.
+"""Computes the rate-distortion weight of a frame from `--quality`, `--lambda` and rate control.
 
 Rate control depends only on the target and the sizes of the previous frames, so a resumed
 encode continues with the same weights.
@@ -30,8 +30,8 @@ class RateDistortion:
 
     Attributes:
         factor: Product of the factors from quality, `--lambda` and rate control.
-        reference_loss: Mean loss of the training views at decoded frame 0. Weights are
-            relative to this loss, so that the same settings suit easy and hard captures.
+        reference_loss: Mean loss of the training views at decoded frame 0. Relative weights
+            are multiplied by this loss, so that the same settings suit easy and hard captures.
     """
 
     factor: float = 1.0
@@ -47,11 +47,11 @@ class RateDistortion:
 
 
 def choose_lambda(config: EncoderConfig, sizes: Sequence[int]) -> float:
-    """Return the factor of all rate-distortion weights in the next frame.
+    """Return the factor by which all rate-distortion weights of the next frame are multiplied.
 
     Args:
         config: All settings, including quality, lambda and target size.
-        sizes: Bytes of each previous frame that is not a keyframe.
+        sizes: Size of each previous frame that is not a keyframe, bytes.
     """
     factor = config.rd_lambda * quality_factor(config.quality)
     target = config.target_kb_per_frame * 1024
@@ -59,23 +59,23 @@ def choose_lambda(config: EncoderConfig, sizes: Sequence[int]) -> float:
 
 
 def quality_factor(quality: float) -> float:
-    """Return the factor of all rate-distortion weights for a quality from 0 to 100."""
+    """Return the factor of all rate-distortion weights that a quality from 0 to 100 implies."""
     return math.exp2((_NEUTRAL_QUALITY - quality) / _QUALITY_PER_DOUBLING)
 
 
 def control_rate(sizes: Sequence[int], target: float) -> float:
-    """Return the factor that brings the mean frame size to a target.
+    """Return the factor for the next frame that steers the mean frame size to a target.
 
     The model assumes that the size of a frame is a constant divided by the factor, and
     estimates the constant from the previous frames.
 
     Args:
-        sizes: Bytes of every previous frame, each coded with the factor that this function
-            returned for the frames before it.
-        target: Mean bytes per frame.
+        sizes: Size of every previous frame, bytes. Each frame must have been coded with the
+            factor that this function returned for the sizes before it.
+        target: Target of the mean frame size, bytes.
 
     Returns:
-        A factor from 1/256 to 256, at most 3 times larger or smaller than for the previous frame.
+        A factor from 1/256 to 256, and from 1/3 to 3 times the factor of the previous frame.
     """
     log_factor, log_constant, total_bytes = 0.0, math.log(target), 0.0
     for frame_count, size in enumerate(sizes, start=1):

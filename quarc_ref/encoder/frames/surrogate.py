@@ -1,7 +1,8 @@
-"""Differentiable motion in floats, used only for gradients (SPEC 7.5 and 7.8, paper Eq. 2).
+"""Motion surrogate: differentiable motion in floats (SPEC 7.5 and 7.8, paper Eq. 2).
 
-The state of a frame comes from the decoder, never from this surrogate. Both differ only by
-the decoder's rounding to the lattice and to Q22.
+The surrogate only serves to compute gradients; the state of a frame comes from the decoder.
+The two differ only in rounding: the decoder rounds positions to the lattice and rotations to
+multiples of 2^-22.
 """
 
 import torch
@@ -35,20 +36,20 @@ class BindingSums:
         self._starts = torch.nn.functional.pad(counts.cumsum(0), (1, 0)).to(device)
 
     def sum_levels(self, residuals: Tensor) -> Tensor:
-        """Return the `[N, c]` sums of each Gaussian's residuals `[A, c]` over the levels."""
+        """Return the `[N, c]` sums of residuals `[A, c]` over each Gaussian's anchors."""
         return sum_levels(residuals, self._anchors, self._followers, self._starts)
 
 
 def deform(
     attributes: Attributes, translations: Tensor, rotations: Tensor, header: StreamHeader
 ) -> Attributes:
-    """Return attributes after moving them by sums of residuals.
+    """Return the attributes of Gaussians that are moved by sums of residuals.
 
     Args:
         attributes: Attributes of the scene before the motion.
         translations: `[N, 3]` sums of translation residuals, world units.
-        rotations: `[N, 3 or 4]` sums of rotation residuals, as differences from the identity
-            quaternion.
+        rotations: `[N, 3]` (xyz) or `[N, 4]` (wxyz) sums of rotation residuals; each residual is
+            the difference of a quaternion from the identity.
         header: Header of the stream, which contains the number of levels.
     """
     identity = float(header.level_count)

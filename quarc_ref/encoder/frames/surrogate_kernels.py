@@ -1,8 +1,8 @@
-"""CPU kernels of the motion surrogate, and the kernels of their gradients.
+"""CPU kernels of the motion surrogate and of its gradients.
 
-Training a frame takes many small steps. With torch operations, moving 20 000 Gaussians and
-computing the gradient takes three times as long as rendering them. One thread computes
-each row in a fixed order, so the number of threads does not affect the result.
+With torch operations, moving 20 000 Gaussians and computing the gradient of the motion would
+take three times as long as rendering them. Each row is computed by one thread in a fixed
+order, so the number of threads does not affect the result.
 """
 
 import math
@@ -17,7 +17,7 @@ _ONE = np.float32(1)
 
 @parallel_kernel
 def sum_levels(residuals, anchors, sums):
-    """Compute `[N, c]` sums of residuals `[A, c]` over the anchors `[L, N]` of each Gaussian."""
+    """Compute `[N, c]` sums of residuals `[A, c]` over each Gaussian's anchors `[L, N]`."""
     for i in numba.prange(sums.shape[0]):
         for k in range(sums.shape[1]):
             sums[i, k] = residuals[anchors[0, i], k]
@@ -46,7 +46,7 @@ def sum_followers(gradients, followers, starts, sums):
 
 @kernel
 def _multiply(a, b, sign_a, sign_b, out):
-    """Write the Hamilton product of two quaternions wxyz; sign -1 conjugates its quaternion."""
+    """Write the Hamilton product of two quaternions wxyz; a sign of -1 conjugates that factor."""
     aw, ax, ay, az = a[0], sign_a * a[1], sign_a * a[2], sign_a * a[3]
     bw, bx, by, bz = b[0], sign_b * b[1], sign_b * b[2], sign_b * b[3]
     out[0] = aw * bw - ax * bx - ay * by - az * bz
@@ -96,7 +96,7 @@ def log_norms(values, floor, logs, derivatives):
         values: `[N, k]` rows.
         floor: Value added to squared norms, so that the derivative is finite.
         logs: `[N]` output: ln(1 + norm).
-        derivatives: `[N]` output: 1 / (norm (1 + norm)), which times a row is the gradient.
+        derivatives: `[N]` output: 1 / (norm (1 + norm)). A row times its value is the gradient.
     """
     for i in numba.prange(values.shape[0]):
         total = floor

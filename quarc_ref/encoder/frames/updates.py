@@ -2,7 +2,7 @@
 
 At first, the residuals of all Gaussians are trained. Partway through training, the updates
 that lower the loss enough are selected and trained further; the others are set to zero.
-Gaussians whose opacity an update has reduced to almost 0 are deleted.
+An update that reduces an opacity to almost 0 deletes the Gaussian.
 """
 
 from collections.abc import Callable
@@ -29,7 +29,7 @@ def add_residuals(attributes: Attributes, residuals: Tensor, header: StreamHeade
 
     Args:
         attributes: Attributes after the motion.
-        residuals: `[N, RESIDUAL_ROWS]` residuals in steps.
+        residuals: `[N, RESIDUAL_ROWS]` residuals in quantization steps.
         header: Header of the stream, which contains the quantization steps.
     """
     row_counts = [rows.stop - rows.start for rows in UPDATE_FIELDS.values()]
@@ -50,9 +50,9 @@ class TrainedUpdates:
     Args:
         count: Number of Gaussians in the scene.
         header: Header of the stream, which contains the quantization steps.
-        settings: Learning rate, rate-distortion weight and selection.
+        settings: Learning rate, rate-distortion weight and thresholds.
         device: Device of the residuals.
-        rd: Scale of the rate-distortion weights.
+        rd: Factors of the rate-distortion weights.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class TrainedUpdates:
         self.leaf = torch.zeros((count, RESIDUAL_ROWS), device=device, requires_grad=True)
 
     def learning_rate(self, decay: float) -> float:
-        """Return the learning rate of the residuals in steps, multiplied by a decay factor."""
+        """Return the learning rate in quantization steps, multiplied by a decay factor."""
         return self._settings.lr * decay
 
     def apply_to(self, attributes: Attributes) -> Attributes:
@@ -78,7 +78,7 @@ class TrainedUpdates:
         return add_residuals(attributes, self._quantized(), self._header)
 
     def penalty(self) -> Tensor:
-        """Return the weighted rate of the unrounded updates: the mean of ln(1 + norm)."""
+        """Return the weighted rate estimate of the unrounded updates: the mean of ln(1 + norm)."""
         rate = mean_log_norm(self.leaf * self._is_selected[:, None])
         return self._rd.scale_relative(self._settings.rd_lambda) * rate
 
@@ -90,12 +90,13 @@ class TrainedUpdates:
     ) -> None:
         """Select the updates that reduce the loss by more than `min_gain`, and disable the others.
 
-        The gain of an update is estimated from the gradient at zero residuals. It is half of the
-        linear prediction, because the gradient is about 0 at the trained residuals.
+        The gain of an update is estimated from the gradient at zero residuals. The estimate is
+        half of the linear prediction, because the gradient at the trained residuals is about 0.
 
         Args:
             attributes: Attributes after the motion.
-            render: Function that renders attributes in a view, and returns rendering and loss.
+            render: Function that renders a view of the attributes; it returns the rendering and
+                its loss.
             view_count: Number of views.
         """
         zero_residuals = torch.zeros_like(self.leaf, requires_grad=True)
@@ -127,5 +128,5 @@ class TrainedUpdates:
         return Updates(indices, dies, residual_rows[:, indices] * ~dies)
 
     def _quantized(self) -> Tensor:
-        """Return the `[N, RESIDUAL_ROWS]` residuals of the selected updates, rounded to steps."""
+        """Return the `[N, RESIDUAL_ROWS]` rounded residuals of the updates; 0 if not selected."""
         return round_masked(self.leaf, self._limits, self._is_selected)

@@ -19,12 +19,12 @@ _NEIGHBORS = 3
 
 
 def initial_residuals(previous: FrameState, start: FrameState, settings: MotionSettings) -> Tensor:
-    """Return the `[A, c]` initial residuals of a frame in steps, not rounded.
+    """Return the `[A, c]` initial residuals of a frame in quantization steps, unrounded.
 
     Args:
         previous: State of the previous frame.
         start: State of this frame after `begin_frame`.
-        settings: Settings, of which `warm_start` and `momentum` are used.
+        settings: Settings of motion; only `warm_start` and `momentum` are used.
     """
     is_projected = settings.warm_start == "projection"
     residuals = _project_motion(start) if is_projected else _carry_symbols(previous, start)
@@ -32,9 +32,10 @@ def initial_residuals(previous: FrameState, start: FrameState, settings: MotionS
 
 
 def _project_motion(start: FrameState) -> NDArray[np.float64]:
-    """Fit each Gaussian's previous motion level by level, from coarse to fine.
+    """Fit residuals to the previous motion of the Gaussians, from the coarsest level to the finest.
 
-    The residual of an anchor is the mean motion of its Gaussians minus that of coarser levels.
+    The residual of an anchor is the mean, over its Gaussians, of the motion that remains after
+    the residuals of the coarser levels are subtracted.
     """
     remaining = start.motion.astype(np.float64)
     level_means = []
@@ -49,7 +50,7 @@ def _project_motion(start: FrameState) -> NDArray[np.float64]:
 
 
 def _carry_symbols(previous: FrameState, start: FrameState) -> NDArray[np.float64]:
-    """Return each anchor's previous symbols; after resampling, the mean of the nearest anchors."""
+    """Return each anchor's previous symbols; for resampled anchors, the mean of nearby anchors."""
     new_levels = start.known_anchors.levels
     if previous.anchors is None:
         count = sum(level.owners.size for level in new_levels)

@@ -1,1 +1,1 @@
-"""Reports from a running encode: training steps, frames and the remaining time."""
+"""Reports the progress of an encode: training steps, frames and the remaining time."""

@@ -14,7 +14,7 @@ _RECENT_STEPS, _RECENT_FRAMES = 50, 8
 
 
 def frame_seconds(plan: EncodePlan, step_seconds: float) -> float:
-    """Estimate the duration of a frame after frame 0, seconds.
+    """Estimate the seconds that each frame after frame 0 takes.
 
     Args:
         plan: Plan of the encode.
@@ -28,7 +28,7 @@ class Forecast:
     """Forecast of the remaining time, updated during an encode.
 
     Args:
-        plan: The remaining work.
+        plan: Frames and training steps of the encode.
         clock: Function that returns seconds since an arbitrary time.
     """
 
@@ -41,13 +41,13 @@ class Forecast:
         self._frame_start_time = clock()
 
     def record_step(self, stage: str, step: int) -> None:
-        """Record the time at which a step of a stage has ended; the first step is 1."""
+        """Record that a step of a stage has just ended; the first step is 1."""
         if stage == "canonical":
             self._step_times.append(self._clock())
             self._steps_left = self._plan.canonical_steps - step
 
     def record_frame(self, frame: int) -> None:
-        """Record the time at which a frame has been written."""
+        """Record that a frame has just been written."""
         now = self._clock()
         if frame > 0:
             self._frame_durations.append(now - self._frame_start_time)

@@ -1,4 +1,4 @@
-"""Interface of callbacks during an encode, which do not affect the stream."""
+"""Interface for callbacks that observe an encode without affecting the stream."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -17,13 +17,13 @@ class EncodePlan:
 
     Attributes:
         capture: Name of the capture.
-        frames: Number of frames of the complete stream.
-        first_frame: Index of the first frame to encode; above 0 in a resumed encode.
-        byte_count: Number of bytes that the stream already has.
+        frames: Number of frames in the complete stream.
+        first_frame: Index of the first frame to encode; above 0 if a partial stream is resumed.
+        byte_count: Size of the partial stream that is resumed, bytes; else 0.
         views: Number of training views.
         canonical_steps: Number of training steps of frame 0.
-        motion_steps: Number of training steps of the motion of each later frame.
-        birth_steps: Number of training steps of the births of each later frame.
+        motion_steps: Number of motion training steps of each frame after frame 0.
+        birth_steps: Number of birth training steps of each frame after frame 0.
     """
 
     capture: str
@@ -51,7 +51,7 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrainingStep:
-    """A training step on a training view.
+    """One training step, which renders one training view.
 
     Attributes:
         stage: `canonical`, `motion` or `births`.
@@ -62,7 +62,7 @@ class TrainingStep:
         loss_tensor: The loss, a scalar in the autograd graph.
         image: `[H, W, 3]` rendering.
         truth: Function that returns the `[H, W, 3]` ground truth of the view.
-        mask: `[H, W, 1]` mask, 1 for pixels that training uses, else 0; None: all are used.
+        mask: `[H, W, 1]` mask: 1 for pixels that training uses, else 0; None if all are used.
     """
 
     stage: str
@@ -112,15 +112,15 @@ class FrameWritten:
 
 
 class Monitor(Protocol):
-    """Interface of callbacks, which the encoding thread calls."""
+    """Callbacks that the encoding thread calls."""
 
     def begin(self, plan: EncodePlan, estimate: Callable[[], Estimate]) -> None:
         """Receive the plan before encoding starts.
 
         Args:
-            plan: The remaining work.
-            estimate: Function that estimates time and size of the encode. A call takes one or
-                two seconds.
+            plan: Frames and training steps of the encode.
+            estimate: Function that estimates the duration and size of the encode. Calling it
+                takes one or two seconds.
         """
         ...
 
@@ -129,11 +129,11 @@ class Monitor(Protocol):
         ...
 
     def frame(self, frame: FrameWritten) -> None:
-        """Receive a frame that has been written."""
+        """Receive the properties of a frame that has been written."""
         ...
 
     def end(self) -> None:
-        """Receive the end of the encode, when the stream is complete."""
+        """Finish monitoring; called when the stream is complete."""
         ...
 
 
@@ -154,10 +154,10 @@ class NullMonitor:
 
 
 class Monitors:
-    """A monitor that forwards all calls to several monitors, and computes the estimate once.
+    """A monitor that forwards all calls to several monitors and computes the estimate once.
 
     Args:
-        monitors: Monitors in the order of the calls.
+        monitors: Monitors, which are called in this order.
     """
 
     def __init__(self, monitors: Sequence[Monitor]) -> None:

@@ -1,4 +1,4 @@
-"""Formats the status of an encode in one line: PSNR, Gaussians, bytes and remaining time."""
+"""Formats the status of an encode as one line: PSNR, Gaussians, bytes and remaining time."""
 
 import time
 from collections import deque
@@ -18,8 +18,8 @@ class EncodeStatus:
     """A monitor that describes the current status of an encode.
 
     Args:
-        announce: Called with plan and estimate before training starts; None: no estimate is
-            computed.
+        announce: Function that is called with the plan and the estimate before training starts.
+            If None, no estimate is computed.
         clock: Function that returns seconds since an arbitrary time.
     """
 

@@ -9,7 +9,7 @@ from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate, FrameWrit
 class TensorBoardLog:
     """A monitor that writes scalars and pictures for TensorBoard.
 
-    The step number of a stage is counted over all frames.
+    The steps of each stage are numbered consecutively over all frames.
 
     Args:
         folder: Folder for the event files; TensorBoard shows each folder as a run.

@@ -1,4 +1,4 @@
-"""Stores named arrays in a file, and reads only files that match an expected layout.
+"""Stores named arrays in a file, and rejects files without the expected layout.
 
 The file starts with a JSON line that contains a key, a CRC, and the type and shape of every
 array. The uncompressed bytes of the arrays follow. Types and shapes are compared with the
@@ -32,8 +32,8 @@ class Layout:
     """Types and shapes that the arrays of a file must have.
 
     Attributes:
-        array_types: Type (`numpy.dtype.str`) and shape of each array. A dimension can be a
-            name, which stands for the same length in all shapes.
+        array_types: Type (`numpy.dtype.str`) and shape of each array. A dimension is a number
+            or a name; a name stands for the same length in all shapes.
         lengths: Allowed values of each named dimension.
     """
 
@@ -41,7 +41,7 @@ class Layout:
     lengths: dict[str, range]
 
     def matches(self, shapes: _Shapes) -> bool:
-        """Return whether the types and shapes of arrays, by name, are the expected ones."""
+        """Return whether arrays have the expected names, types and shapes."""
         lengths: dict[str, int] = {}
         return shapes.keys() == self.array_types.keys() and all(
             dtype == self.array_types[name][0]
@@ -65,7 +65,7 @@ def write_arrays(sink: BinaryIO, key: str, arrays: Arrays) -> None:
     """Write arrays to a file.
 
     Args:
-        sink: Binary file to which header and arrays are appended.
+        sink: Binary file to which the header and the arrays are appended.
         key: Text that identifies the content; `read_arrays` rejects files with another key.
         arrays: Arrays by name.
     """
@@ -85,7 +85,7 @@ def read_arrays(file: BinaryIO, key: str, layout: Layout) -> Arrays:
         layout: Expected types and shapes.
 
     Raises:
-        ArrayFileError: The file is damaged, or key, types or shapes are not as expected.
+        ArrayFileError: The file is damaged, or a key, type or shape is not as expected.
         OSError: The file cannot be read.
     """
     line = file.readline(_HEADER_LIMIT)

@@ -1,4 +1,4 @@
-"""Checkpoints of the training of frame 0.
+"""Saves and loads checkpoints of the training of frame 0.
 
 After frame 0 is written, an encode resumes from the stream (`partial_stream`) and needs no
 checkpoint.
@@ -37,11 +37,11 @@ def remove_checkpoint(path: Path) -> None:
 
 
 class Checkpoint:
-    """A file with the complete state of a training.
+    """A file with the complete state of a training run.
 
     Args:
         path: Path of the file.
-        identity: JSON values that identify the training; files of other trainings are ignored.
+        identity: JSON values that identify the run; files of other runs are ignored.
     """
 
     def __init__(self, path: Path, identity: object) -> None:
@@ -53,10 +53,10 @@ class Checkpoint:
         """Load the arrays of the file.
 
         Args:
-            layout: Types and shapes that arrays of this training have.
+            layout: Expected types and shapes.
 
         Returns:
-            The arrays; None if the file is missing, damaged or of another training.
+            The arrays; None if the file is missing, damaged or from a different run.
         """
         try:
             with open_regular_file(self._path, os.O_RDONLY) as file:
@@ -65,7 +65,7 @@ class Checkpoint:
             return None
 
     def save_if_due(self, get_arrays: Callable[[], Arrays]) -> None:
-        """Save the arrays that `get_arrays` returns if the last save was a minute ago or earlier.
+        """Call `save` if the last save was at least a minute ago.
 
         Raises:
             OSError: The file cannot be written.
@@ -74,7 +74,7 @@ class Checkpoint:
             self.save(get_arrays)
 
     def save(self, get_arrays: Callable[[], Arrays]) -> None:
-        """Replace the content of the file by the arrays that `get_arrays` returns.
+        """Replace the content of the file with the arrays that `get_arrays` returns.
 
         Raises:
             OSError: The file cannot be written.

@@ -1,10 +1,10 @@
-"""Partial streams, from which an interrupted encode is resumed.
+"""Reads partial streams, from which interrupted encodes are resumed.
 
-The complete frames of the stream are sufficient to resume. A frame depends on the decoder's
-state of the previous frame, random numbers on (seed, frame, purpose), exposures on decoded
-frame 0, and rate-distortion weights on frame sizes. The result is byte-identical to an
-uninterrupted encode if capture, settings and software are the same. The metadata of the
-stream shows whether they are.
+The complete frames of a stream are sufficient to resume. The state of the last frame is
+decoded, exposures are computed from decoded frame 0, rate-distortion weights are computed
+from the frame sizes, and random numbers depend only on (seed, frame, purpose). The result is
+byte-identical to an uninterrupted encode if capture, settings and software are the same.
+This is checked with the metadata of the stream.
 """
 
 from collections.abc import Sequence
@@ -126,7 +126,7 @@ _DESCRIPTIONS = {"fingerprint": "fingerprint (of the capture's files, masks incl
 def require_frames(
     partial_stream: PartialStream, frame_count: int, canonical: CanonicalSettings
 ) -> None:
-    """Raise ResumeError unless the frames have the chunk types and ordinals of this encode.
+    """Raise ResumeError unless the frames have the chunk types and ordinals that are expected.
 
     Args:
         partial_stream: The partial stream.
@@ -146,7 +146,7 @@ def require_frames(
 
 
 def require_count(partial_stream: PartialStream, frame_count: int) -> None:
-    """Raise ResumeError if the stream has too many frames, or is finished with too few."""
+    """Raise ResumeError if the stream has too many frames, or is complete but has too few."""
     found_count = len(partial_stream.frames)
     if found_count > frame_count or (partial_stream.is_finished and found_count < frame_count):
         description = "is complete with" if partial_stream.is_finished else "has"

@@ -18,7 +18,7 @@ _GAUSSIANS, _VIEWS = "Gaussians", "views"
 
 @dataclass(frozen=True, slots=True)
 class CheckpointBounds:
-    """Limits for the sizes and values of the arrays in a checkpoint.
+    """Limits on the sizes and values of the arrays in a checkpoint.
 
     Attributes:
         gaussians: Maximum number of Gaussians.
@@ -31,11 +31,11 @@ class CheckpointBounds:
     iterations: int
 
     def describe_layout(self, initial_arrays: Arrays, gaussian_arrays: Collection[str]) -> Layout:
-        """Return the layout that the arrays of this training have at every step.
+        """Return the layout that checkpoint arrays have at every step of this training run.
 
         Args:
-            initial_arrays: State of the training before its first step.
-            gaussian_arrays: Names of the arrays that have one row per Gaussian, and of scalars.
+            initial_arrays: Training state before the first step.
+            gaussian_arrays: Names of the arrays with one row per Gaussian; may include scalars.
         """
         array_types: dict[str, ArrayType] = {}
         for name, array in initial_arrays.items():
@@ -46,7 +46,7 @@ class CheckpointBounds:
         return Layout(array_types, lengths)
 
     def are_valid(self, arrays: Arrays) -> bool:
-        """Return whether this training could have produced the values of the arrays."""
+        """Return whether this training run could have produced the values of the arrays."""
         second_moments = [array for name, array in arrays.items() if name.endswith(".exp_avg_sq")]
         return (
             0 < int(arrays["step"]) <= self.iterations

@@ -1,1 +1,1 @@
-"""Training of Gaussians: losses, views, density and the canonical frame."""
+"""Trains Gaussians: losses, views, density control and the canonical frame."""

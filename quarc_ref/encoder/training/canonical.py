@@ -1,6 +1,6 @@
-"""Trains the canonical frame: 3DGS on frame 0, with attributes on the format's grid at the end.
+"""Trains the canonical frame: 3DGS on frame 0, with quantized attributes at the end.
 
-Differences from 3DGS, all controlled by `CanonicalSettings`:
+Training differs from 3DGS in the following points, all controlled by `CanonicalSettings`:
 
 - Noise on positions (paper section 3) prevents overfitting to the training views. Noise
   along a Gaussian's axes makes the loss insensitive to small shifts of the Gaussian.
@@ -54,11 +54,11 @@ def train_canonical(
         context: Training views, renderer and random numbers.
         points: Initial points.
         objective: Schedule, weights and quantization steps.
-        checkpoint: File in which the training state is saved every minute and on
-            interruptions, and from which training resumes; None: training is not saved.
+        checkpoint: File in which the training state is saved every minute and when training
+            is interrupted, and from which training resumes. If None, nothing is saved.
 
     Returns:
-        The quantized attributes of all trained Gaussians.
+        The quantized attributes of the trained Gaussians, except nearly transparent ones.
 
     Raises:
         OSError: The checkpoint cannot be written.
@@ -106,7 +106,7 @@ class _Training:
         return self._trainer.attributes.detached()
 
     def take_step(self) -> None:
-        """Run one iteration: train on one view; prune before and densify after it if scheduled."""
+        """Run one iteration: prune if scheduled, train on one view, and densify if scheduled."""
         context, objective, trainer = self._context, self._objective, self._trainer
         settings, step = objective.settings, self.step
         prune_threshold = objective.prune_threshold_at(step)
@@ -181,7 +181,7 @@ class _Training:
 
 @contextmanager
 def _save_on_interrupt(training: _Training, checkpoint: Checkpoint | None) -> Iterator[None]:
-    """Save a checkpoint if KeyboardInterrupt ends the context; raise the interrupt again."""
+    """Save a checkpoint if KeyboardInterrupt is raised in the context, then reraise it."""
     try:
         yield
     except KeyboardInterrupt:
@@ -194,10 +194,11 @@ def _save_on_interrupt(training: _Training, checkpoint: Checkpoint | None) -> It
 def initialize_from_points(
     points: Points, settings: CanonicalSettings, generator: torch.Generator, device: torch.device
 ) -> Attributes:
-    """Create a Gaussian for every initial point, or for a random subset of the points.
+    """Create a Gaussian for every initial point.
 
-    A subset of `settings.initial_gaussians` points is used if there are more. The scale of a
-    Gaussian is the root mean square distance to the three nearest points, as in 3DGS.
+    If there are more than `settings.initial_gaussians` points, a random subset of this size is
+    used. The scale of a Gaussian is the root mean square distance of its point to the three
+    nearest other points, as in 3DGS.
     """
     count = min(points.positions.shape[0], settings.initial_gaussians)
     indices = torch.randperm(points.positions.shape[0], generator=generator)[:count].numpy()

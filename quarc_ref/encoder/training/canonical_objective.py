@@ -1,4 +1,4 @@
-"""Weights, quantization steps and schedule of the training of a canonical frame."""
+"""Weights, quantization steps and schedule for training a canonical frame."""
 
 import math
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from quarc_ref.format.records import StreamHeader
 
 @dataclass(frozen=True, slots=True)
 class CanonicalObjective:
-    """Loss weights, quantization steps and schedule of the training of a canonical frame.
+    """Loss weights, quantization steps and schedule for training a canonical frame.
 
     Attributes:
         settings: Schedule, thresholds and weights.
@@ -41,10 +41,10 @@ class CanonicalObjective:
         )
 
     def prune_threshold_at(self, step: int) -> float:
-        """Return the contribution below which an iteration prunes Gaussians; 0: no pruning.
+        """Return the contribution below which an iteration prunes Gaussians; 0 to prune none.
 
-        Gaussians are pruned twice: at the end of densification, and at half that iteration.
-        The first threshold is half of the second, because new Gaussians have not converged.
+        Gaussians are pruned twice: at the end of densification, and at half its iterations.
+        The first threshold is half of the second, because new Gaussians have not converged yet.
         """
         threshold = self.settings.prune_rd_lambda * self.rd_lambda
         last_step = min(self.settings.densify_until_iter, self.fine_tuning_start)

@@ -21,10 +21,10 @@ from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, Rasterizer, Rend
 
 @dataclass(frozen=True, slots=True)
 class Observers:
-    """Callbacks during training, which do not affect its result.
+    """Callbacks that observe training without affecting its result.
 
     Attributes:
-        progress: Called after every step.
+        progress: Called after every training step.
         monitor: Called for every training step and frame.
     """
 
@@ -74,7 +74,7 @@ class TrainingContext:
         return self.rasterizer.render(gaussians, self.camera(view), background)
 
     def render_backdrop(self, gaussians: Gaussians, view: int) -> Backdrop:
-        """Render a view so that further Gaussians can be rendered into the result."""
+        """Render a view as a backdrop, to which new Gaussians can be added later."""
         background = torch.zeros(3, device=self.device)
         return self.rasterizer.render_backdrop(gaussians, self.camera(view), background)
 
@@ -122,7 +122,7 @@ class TrainingContext:
         return image if mask is None else image * mask
 
     def photometric_loss(self, image: Tensor, view: int, frame: int, lambda_dssim: float) -> Tensor:
-        """Return the loss between a rendering and the picture of its view, without masked pixels.
+        """Return the loss between a rendering and the picture of its view; masked pixels are equal.
 
         Args:
             image: `[H, W, 3]` rendering.
@@ -135,7 +135,7 @@ class TrainingContext:
         )
 
     def generator(self, frame: int, purpose: str) -> torch.Generator:
-        """Return a CPU generator whose seed depends on the encode's seed, frame and purpose."""
+        """Return a CPU random generator, seeded by the encode's seed, the frame and the purpose."""
         key = f"{self.seed}/{frame}/{purpose}".encode()
         seed = int.from_bytes(hashlib.sha256(key).digest()[:8], "little") >> 1
         return torch.Generator().manual_seed(seed)

@@ -45,7 +45,7 @@ class ScreenStatistics:
         self._radii = torch.maximum(self._radii, rendering.radii)
 
     def add_last(self, gradient: Tensor, rendering: Rendering, camera: Camera) -> None:
-        """Add a rendered view in which these Gaussians are the last of all rendered Gaussians."""
+        """Add a rendered view in which these Gaussians come after all other Gaussians."""
         count = self._sums.numel()
         new_rendering = Rendering(
             rendering.image, rendering.alpha, rendering.means2d, rendering.radii[-count:]
@@ -61,13 +61,13 @@ class ScreenStatistics:
         return {"sums": self._sums, "views": self._view_counts, "radii": self._radii}
 
     def restore(self, state: dict[str, Tensor]) -> None:
-        """Replace the accumulated values by tensors that `state` returned."""
+        """Replace the accumulated values with tensors that `state` returned."""
         self._sums, self._view_counts, self._radii = (
             state[name].to(self._sums.device) for name in ("sums", "views", "radii")
         )
 
     def largest_radii(self) -> Tensor:
-        """Return the `[N]` largest radius of each Gaussian on screen, in pixels."""
+        """Return the `[N]` maxima of the Gaussians' screen-space radii, in pixels."""
         return self._radii
 
     def without(self, deleted: Tensor) -> "ScreenStatistics":
@@ -108,7 +108,7 @@ def densify(
 
 
 def split(attributes: Attributes, generator: torch.Generator) -> Attributes:
-    """Return two smaller Gaussians for each Gaussian, at positions sampled from the Gaussian."""
+    """Return two smaller Gaussians for each Gaussian, at positions sampled within it."""
     repeated = Attributes(*(torch.cat([rows] * _SPLIT_COUNT) for rows in attributes.tensors()))
     offsets = sample_offsets(repeated, 1.0, generator)
     return Attributes(
@@ -124,7 +124,7 @@ def split(attributes: Attributes, generator: torch.Generator) -> Attributes:
 def sample_offsets(
     attributes: Attributes, scale_factor: float, generator: torch.Generator
 ) -> Tensor:
-    """Sample `[N, 3]` offsets from the Gaussians, with scales multiplied by `scale_factor`."""
+    """Sample `[N, 3]` offsets that are distributed like the Gaussians, scaled by `scale_factor`."""
     noise = torch.randn(attributes.means.shape, generator=generator).to(attributes.means.device)
     local_offsets = noise * torch.exp(attributes.log_scales) * scale_factor
     unit_quaternions = torch.nn.functional.normalize(attributes.rotations, dim=1)

@@ -1,4 +1,4 @@
-"""Exposure compensation: a color gain per training camera (not in the paper).
+"""Exposure compensation: estimates color gains of the training cameras (not in the paper).
 
 The cameras of a rig differ in exposure and white balance. Without correction, training
 models the differences as view-dependent color, which is wrong for novel views. Every
@@ -45,7 +45,7 @@ class Exposures:
         return corrected
 
     def update_gain(self, view: int, image: Tensor, picture: Tensor, weight: float) -> None:
-        """Update the gains of a view by an exponential moving average.
+        """Update the exponential moving average of the gains of a view.
 
         Args:
             view: Index of the view.
@@ -57,12 +57,12 @@ class Exposures:
         self._normalize_gains()
 
     def estimate_all(self, pairs: Iterable[tuple[Tensor, Tensor]]) -> None:
-        """Replace all gains by estimates from a rendering and a picture of each view."""
+        """Replace all gains with estimates from one pair of rendering and picture per view."""
         self.gains = torch.stack([estimate_gain(image, picture) for image, picture in pairs])
         self._normalize_gains()
 
     def restore(self, gains: Tensor) -> None:
-        """Replace the gains by gains `[V, 3]` from a checkpoint."""
+        """Replace the gains with `[V, 3]` gains from a checkpoint."""
         self.gains = gains.to(self.gains)
         self._corrected = WeakTensorKeyDictionary()
 
@@ -73,7 +73,7 @@ class Exposures:
 
 
 def estimate_gain(image: Tensor, picture: Tensor) -> Tensor:
-    """Estimate the `[3]` least-squares gains by which a rendering becomes a picture.
+    """Estimate the `[3]` gains that best scale a rendering to a picture, by least squares.
 
     Only every fourth pixel in both directions is used, and saturated pixels are ignored.
     """

@@ -1,8 +1,9 @@
 """The photometric loss of 3DGS: (1 - w) L1 + w (1 - SSIM).
 
-For float32 tensors on the CPU, numba kernels compute SSIM and its gradient; otherwise torch
-convolutions do. Both agree to float precision. A ground truth is compared with many
-renderings, so the local means and variances of a ground truth are cached for its lifetime.
+For float32 tensors on the CPU, numba kernels compute SSIM and its gradient; for other
+tensors, torch convolutions do. The two implementations agree to float precision. A ground
+truth is compared with many renderings, so its local means and variances are cached as long
+as its tensor exists.
 """
 
 from typing import Any

@@ -4,12 +4,13 @@ With the other Gaussians fixed, a picture is linear in the opacity of one Gaussi
 a Gaussian of opacity o therefore changes a pixel by o times the derivative of the pixel with
 respect to o. The contribution of the Gaussian is the sum of these squared changes over a
 picture. Hutchinson's estimator gives all contributions at once: the pixels are summed with
-random signs, and the squared derivatives of the sum have the contributions as their mean.
+random signs, and the expected values of the squared derivatives are the contributions.
 
 The criterion is the squared change, not the increase of the error, because fine-tuning of
-the other Gaussians removes much of the increase. The threshold is relative to the median
-over all Gaussians of the squared error of the pixels in which a Gaussian is visible. Neither
-saturated lamps nor a black background around a small subject affect this median.
+the other Gaussians removes much of the increase. The error around a Gaussian is the
+sum of the squared errors of the pixels in which it is visible, weighted by its share of each
+pixel. The threshold is relative to the median of this error over all Gaussians, which
+saturated lamps and black backgrounds barely affect.
 """
 
 from dataclasses import replace
@@ -60,8 +61,8 @@ def measure_contributions(
         generator: Random generator of the pixel signs.
 
     Returns:
-        `[N]` unbiased estimates of the squared change of a picture if the Gaussian is
-        removed, and `[N]` squared errors of a picture, weighted by the Gaussian's share of
+        `[N]` unbiased estimates of the squared change of a picture if a Gaussian is removed,
+        and `[N]` squared errors of a picture, weighted by the share that a Gaussian has in
         each pixel. Both are summed over pixels, then averaged over color channels and over
         the views that see the Gaussian.
     """

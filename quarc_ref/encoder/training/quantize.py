@@ -1,7 +1,7 @@
 """Converts trained floats to the integers of the format.
 
 Rounding uses the same operations as training (`straight_through`). Values outside the range
-of the format raise EncodeError and are not clamped.
+of the format are not clamped; they raise EncodeError.
 """
 
 import numpy as np
@@ -21,7 +21,7 @@ _ROUNDING_LIMIT = 2.0**62  # above all limits of the format, but within int64
 
 
 def quantize_gaussians(attributes: Attributes, header: StreamHeader) -> Gaussians:
-    """Quantize attributes to the steps of a stream.
+    """Quantize attributes with the quantization steps of a stream.
 
     Raises:
         EncodeError: An attribute is not finite, or out of the format's range.
@@ -50,7 +50,7 @@ def drop_unrepresentable(attributes: Attributes, header: StreamHeader) -> Attrib
     """Return the Gaussians whose positions a canonical frame can represent (SPEC 5.4).
 
     Positions are limited by the lattice and by the number of bits per axis. Usually, only a
-    few outliers of training exceed the limits.
+    few outliers exceed these limits.
 
     Raises:
         EncodeError: No Gaussian remains.
@@ -65,7 +65,7 @@ def drop_unrepresentable(attributes: Attributes, header: StreamHeader) -> Attrib
 
 
 def quantize_births(attributes: Attributes, parents: Int64, scene: Scene) -> Births:
-    """Quantize new Gaussians relative to their parents, sorted by the index of the parent.
+    """Quantize new Gaussians relative to their parents; sort them by their parent's index.
 
     Args:
         attributes: Attributes of the new Gaussians.
@@ -87,12 +87,12 @@ def quantize_births(attributes: Attributes, parents: Int64, scene: Scene) -> Bir
 
 
 def quantize_residuals(residuals: Tensor, step: float) -> Int64:
-    """Return the symbols `[c, a]` of residuals `[a, c]`: multiples of `step`, rounded."""
+    """Return the symbols `[c, a]` of residuals `[a, c]`: rounded multiples of `step`."""
     return _round_to_steps(residuals, step)
 
 
 def _world_positions(scene: Scene, indices: Int64) -> NDArray[np.float64]:
-    """Return the `[n, 3]` positions of some Gaussians in world units."""
+    """Return the `[n, 3]` positions of the Gaussians at `indices` in world units."""
     lattice_unit = 2.0**-scene.header.lattice_exponent
     world: NDArray[np.float64] = scene.positions[:, indices].T * np.float64(lattice_unit)
     return world

@@ -24,11 +24,11 @@ def opacity_scale_penalty(attributes: Attributes, settings: CanonicalSettings) -
 
 
 def code_rate_nats(attributes: Attributes, header: StreamHeader) -> Tensor:
-    """Estimate the mean nats of a Gaussian's codes, except position and opacity.
+    """Estimate the mean rate of a Gaussian's codes in nats, excluding position and opacity.
 
-    Codes of rotation and SH rest are mostly 0, so each is estimated as ln(1 + magnitude).
-    Codes of scale and SH DC are estimated as ln(1 + mean absolute deviation), because their
-    coder adapts to the distribution of a row.
+    Codes of rotation and SH rest are mostly 0, so the rate of each is estimated as
+    ln(1 + magnitude). The rate of a scale or SH DC code is estimated as ln(1 + mean absolute
+    deviation), because the entropy coder adapts to the distribution of each component.
     """
     count = attributes.means.shape[0]
     rotation_nats = _rotation_nats(attributes.rotations, 1 << header.rotation_bits).mean()
@@ -39,9 +39,9 @@ def code_rate_nats(attributes: Attributes, header: StreamHeader) -> Tensor:
 
 
 def _rotation_nats(rotations: Tensor, steps_per_unit: int) -> Tensor:
-    """Return the `[N]` sums of ln(1 + magnitude) over the three coded components in steps.
+    """Return the `[N]` sums of ln(1 + magnitude in steps) over the three coded components.
 
-    `normalize` and a maximum over the logarithms would take twice as long.
+    Using `normalize`, and a maximum of the logarithms, would take twice as long.
     """
     norms = rotations.square().sum(dim=1, keepdim=True).clamp(min=_MIN_SQUARED_NORM)
     codes = rotations.abs() * torch.rsqrt(norms) * steps_per_unit

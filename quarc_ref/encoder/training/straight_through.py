@@ -1,6 +1,6 @@
-"""Straight-through quantizer: rounding forward, identity backward (paper Eq. 3).
+"""Straight-through quantizer: rounds, but has the gradient of the identity (paper Eq. 3).
 
-Rounded values equal the values that the decoder reconstructs, to float precision. The encoder
+Rounded values equal those that the decoder reconstructs, up to float precision. The encoder
 takes the state of a frame from the decoder, not from the rounded values.
 """
 
@@ -20,7 +20,7 @@ _rounding_enabled = ContextVar("rounds", default=True)
 def without_rounding() -> Iterator[None]:
     """Disable rounding within this context.
 
-    This context serves to measure how much quality rounding costs. Unrounded values cannot
+    Use this context to measure how much quality is lost by rounding. Unrounded values cannot
     be written to a stream.
     """
     token = _rounding_enabled.set(False)
@@ -46,7 +46,7 @@ def round_rotations(quaternions: Tensor, fraction_bits: int) -> Tensor:
     """Normalize quaternions and round their three smaller components to the grid (SPEC 7.2).
 
     Args:
-        quaternions: `[N, 4]` quaternions wxyz; norms above 0 need not be 1.
+        quaternions: `[N, 4]` quaternions wxyz of any norm above 0.
         fraction_bits: Number of fraction bits of the three components.
     """
     unit_quaternions = torch.nn.functional.normalize(quaternions, dim=1)
@@ -67,7 +67,7 @@ def round_rotations(quaternions: Tensor, fraction_bits: int) -> Tensor:
 
 
 def split_rotations(unit_quaternions: Tensor, fraction_bits: int) -> tuple[Tensor, Tensor]:
-    """Return the `[N]` index of the largest component, and `[N, 3]` other components in steps.
+    """Return the `[N]` indices of the largest components, and the `[N, 3]` others in steps.
 
     The sign of each quaternion is chosen so that the largest component is positive.
     """

@@ -1,9 +1,9 @@
-"""Fixes the number of torch threads, on which torch's results depend.
+"""Fixes the number of torch threads, because torch's results depend on it.
 
 torch splits long arrays into one piece per thread, sums each piece separately and uses
 different instructions at the end of a piece. The last bits of results therefore depend on
-the number of threads, so training uses one torch thread on every machine. Most of the time
-is spent in the renderer's kernels, which use all CPU cores and give the same results for
+the number of threads, so training uses one torch thread on every machine. Most of the
+time is spent in the renderer's kernels, which use all CPU cores and give the same results for
 any number of threads.
 """
 
@@ -19,7 +19,7 @@ _THREAD_COUNT = 1
 
 @contextmanager
 def fixed_threads() -> Iterator[None]:
-    """Use one torch thread within this context, on every machine."""
+    """Limit torch to one thread within this context."""
     # When numba starts its threads, it sets the number of OpenMP threads and thus torch's.
     start_threads()
     previous_count = torch.get_num_threads()

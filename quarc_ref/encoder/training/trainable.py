@@ -27,7 +27,7 @@ _SH_C0 = 0.28209479177387814
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Attributes:
-    """Raw attributes in the form of 3DGS, one row per Gaussian.
+    """Raw attributes as 3DGS stores them, one row per Gaussian.
 
     Attributes:
         means: `[N, 3]` positions, world units.
@@ -109,7 +109,7 @@ def from_splats(splats: Splats, device: torch.device) -> Attributes:
 
 
 class Trainer:
-    """Attributes and an Adam optimizer whose rows can be replaced.
+    """Attributes and their Adam optimizer; Gaussians can be removed and added.
 
     Args:
         attributes: Initial attributes.
@@ -150,7 +150,7 @@ class Trainer:
         return extra_gradient
 
     def decay_opacity(self, mask: Tensor, fraction: float) -> None:
-        """Reduce the opacity of the Gaussians in a mask `[N]` by a fraction from 0 to 1."""
+        """Reduce the opacities of the Gaussians in a mask `[N]` by a fraction from 0 to 1."""
         logits = self._leaves[_FIELD_NAMES.index("opacities")].detach()
         decayed_opacities = torch.sigmoid(logits) * (1 - fraction)
         logits.copy_(torch.where(mask, torch.logit(decayed_opacities, eps=_MIN_OPACITY), logits))

@@ -17,13 +17,13 @@ class TrainingViews:
     """The training cameras of a capture and their pictures on a device.
 
     Args:
-        capture: Capture, whose held-out cameras are not used.
+        capture: Capture; its held-out cameras are not used.
         device: Device that holds the pictures.
-        downscale: Integer factor by which width and height are reduced. Source pixels on the
-            right and at the bottom that do not fill a square are dropped.
+        downscale: Integer factor by which width and height are reduced. Source pixels at
+            the right and bottom edges that do not fill a square of this size are dropped.
 
     Raises:
-        ValueError: Downscaled pictures would have no pixel.
+        ValueError: The downscaled pictures would have no pixels.
     """
 
     def __init__(self, capture: Capture, device: torch.device, downscale: int = 1) -> None:
