@@ -4,12 +4,12 @@
     python benchmarks/gpu.py --fetch DIR [--python 3.12]
 
 The first form writes a table to `gpu.md` and `gpu.json` in DIR after every step, so an interrupted
-run leaves the rows of the completed steps. The row of a step that fails or takes too long has the
-reason. `--dry-run` runs all steps on the CPU in tiny sizes.
+run leaves the rows of the completed steps. If a step fails or takes too long, its row states the
+reason. `--dry-run` runs all steps on the CPU with tiny sizes.
 
-If the machine with the GPU lacks packages and has no network, fetch their wheels elsewhere with the
-second form, for that machine's version of Python, and copy the folder. `--wheels` installs missing
-packages into a subfolder that only this command uses.
+If the GPU machine lacks packages and has no network, download their wheels on another machine with
+the second form, choosing the Python version of the GPU machine, and copy the folder. `--wheels DIR`
+then installs the missing packages into a subfolder of DIR that only this command uses.
 """
 
 from gpu.command import main

@@ -1,1 +1,1 @@
-"""The steps of `benchmarks/gpu.py`, each in a module with the function `work`."""
+"""The steps of `benchmarks/gpu.py`; the module of each step has a function `run`."""

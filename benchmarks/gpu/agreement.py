@@ -1,8 +1,8 @@
-"""Checks that the renderers of the GPU and of the CPU return the same pictures and gradients.
+"""Checks that the GPU and CPU renderers return the same pictures and gradients.
 
-Compares pictures, alphas and gradients of random scenes: gsplat (numba in a dry run), numba in
-float32, and the float64 reference in torch. Single pixels can differ where a value is close to a
-threshold of the renderers.
+Renders random scenes with gsplat (with numba in a dry run), and compares pictures, alphas and
+gradients with those of numba in float32 and of the torch reference in float64. A few pixels can
+differ where a value is close to a threshold of the renderers.
 """
 
 from dataclasses import dataclass
@@ -21,8 +21,8 @@ from quarc_ref.rendering.rasterizer import Gaussians, Rasterizer, activate_opaci
 from raster import make_scene
 
 _WIDTH, _HEIGHT = 160, 120
-_MAX_ABSOLUTE = 2e-2
-_MAX_RELATIVE = 1e-2
+_MAX_PICTURE_ERROR = 2e-2
+_MAX_RELATIVE_GRADIENT_ERROR = 1e-2
 _LEAF_NAMES = ("means", "quaternions", "scales", "opacities", "sh")
 
 
@@ -33,8 +33,8 @@ class _Backend:
     dtype: torch.dtype
 
 
-def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
-    """Compare the backend of the device with the reference backends on random scenes."""
+def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
+    """Compare the device's backend with the reference backends on random scenes."""
     del folder
     device_backend = _Backend(
         choose_rasterizer(torch.device(sizes.device)), sizes.device, torch.float32
@@ -96,9 +96,10 @@ def _compare(
     return Row(
         "backends",
         f"{first} against {second}, {count:,} Gaussians",
-        f"pictures differ by {picture_error:.1e}, gradients by {gradient_error:.1e} "
+        f"pictures differ by at most {picture_error:.1e}, gradients by {gradient_error:.1e} "
         f"(relative {relative_gradient_error:.1e})",
-        f"at most {_MAX_ABSOLUTE:g}; relative {_MAX_RELATIVE:g}",
-        picture_error <= _MAX_ABSOLUTE and relative_gradient_error <= _MAX_RELATIVE,
+        f"at most {_MAX_PICTURE_ERROR:g}; relative {_MAX_RELATIVE_GRADIENT_ERROR:g}",
+        picture_error <= _MAX_PICTURE_ERROR
+        and relative_gradient_error <= _MAX_RELATIVE_GRADIENT_ERROR,
         figures,
     )

@@ -25,12 +25,12 @@ def main(arguments: list[str] | None = None) -> int:
         description=__import__("gpu").__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder for gpu.md and gpu.json")
-    parser.add_argument("--dry-run", action="store_true", help="run on the CPU, in tiny sizes")
+    parser.add_argument("--dry-run", action="store_true", help="run on the CPU with tiny sizes")
     parser.add_argument(
         "--minutes",
         type=float,
         default=_DEFAULT_MINUTES,
-        help="time limit of all steps together, in minutes",
+        help="time limit for all steps together, in minutes",
     )
     parser.add_argument(
         "--wheels",
@@ -39,7 +39,7 @@ def main(arguments: list[str] | None = None) -> int:
         help="install missing packages from this folder of wheels",
     )
     parser.add_argument(
-        "--fetch", type=Path, metavar="DIR", help="only download wheels into this folder"
+        "--fetch", type=Path, metavar="DIR", help="download wheels into this folder and exit"
     )
     parser.add_argument("--python", default=".".join(map(str, sys.version_info[:2])))
     parser.add_argument("--step", choices=[step.name for step in STEPS], help=argparse.SUPPRESS)

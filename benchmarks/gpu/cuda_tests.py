@@ -19,7 +19,7 @@ def list_test_files() -> list[Path]:
     return [path for path in tests if _GPU_MARK.search(path.read_text())]
 
 
-def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
+def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
     """Run the tests with pytest, and add a row with the counts of passed and failed tests."""
     report = folder / "tests.xml"
     command = [sys.executable, "-m", "pytest", "-q", "-m", "gpu", "-p", "no:cacheprovider"]
@@ -28,13 +28,13 @@ def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
     process = subprocess.run(command, cwd=_ROOT, check=False, capture_output=True, text=True)
     if not report.exists():
         output = f"{process.stdout[-300:]} {process.stderr[-300:]}"
-        message = f"pytest wrote no report, exit code {process.returncode}: {output}"
+        message = f"pytest exited with code {process.returncode} and wrote no report: {output}"
         raise RuntimeError(message)
     notebook.add(count_tests(report, max_skipped=None if sizes.device == "cpu" else 0))
 
 
 def count_tests(report: Path, max_skipped: int | None) -> Row:
-    """Return the row for a pytest report.
+    """Return a row that summarizes a pytest report.
 
     Args:
         report: Path of the JUnit XML file.

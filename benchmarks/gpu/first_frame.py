@@ -1,4 +1,4 @@
-"""Trains frame 0 with all iterations; measures the time and the PSNR of training views."""
+"""Trains frame 0 with all its iterations; measures the time and the PSNR on training views."""
 
 from pathlib import Path
 from statistics import mean
@@ -17,7 +17,7 @@ from quarc_ref.rendering.backends import choose_rasterizer
 from quarc_ref.streams import decode
 
 
-def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
+def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
     """Train frame 0, decode it, and compare it with the pictures of the training views."""
     config = make_config({"canonical.iterations": sizes.canonical_iterations})
     training = train(sizes, folder, notebook, config, frames=1)
@@ -25,12 +25,12 @@ def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
     seconds = training.timer.timer.seconds["canonical"]
     figures = {"seconds": seconds, "gaussians": float(scene.count)}
     description = (
-        f"frame 0: {sizes.canonical_iterations:,} iterations, {scene.count:,} Gaussians at its end"
+        f"frame 0: {sizes.canonical_iterations:,} iterations, {scene.count:,} Gaussians at the end"
     )
     notebook.add(Row("frame 0", description, f"{seconds:.1f} s", figures=figures))
     psnr = _measure_psnr(sizes, load_capture(sizes, folder), scene)
-    result = f"{psnr:.2f} dB, exposure corrected"
-    notebook.add(Row("frame 0", "PSNR of training views", result, figures={"psnr": psnr}))
+    result = f"{psnr:.2f} dB, exposure-corrected"
+    notebook.add(Row("frame 0", "PSNR on training views", result, figures={"psnr": psnr}))
     notebook.add(describe_memory("frame 0", sizes))
 
 

@@ -10,7 +10,7 @@ from gpu.plan import Sizes
 from gpu.rows import Notebook, Row
 
 
-def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
+def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
     """Add rows for the versions, the processor and the device.
 
     Raises:
@@ -22,7 +22,7 @@ def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
     notebook.add(Row("machine", "software", software))
     notebook.add(Row("machine", "processor", f"{processor}, {os.cpu_count()} cores"))
     if sizes.device == "cpu":
-        notebook.add(Row("machine", "device", "cpu: a dry run, with meaningless figures"))
+        notebook.add(Row("machine", "device", "CPU: a dry run, whose timings mean nothing"))
         return
     if not torch.cuda.is_available():
         message = "torch finds no CUDA device; use --dry-run to run on the CPU"

@@ -1,4 +1,4 @@
-"""Measures the time of each stage for a frame of the paper's size."""
+"""Measures the time of each stage for a frame as large as those of the QuARC-GS paper."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from steady_timer import STAGES
 _GOAL_SECONDS, _MAX_SECONDS = 2.3, 5.0
 
 
-def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
+def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
     """Encode frames with few iterations, and measure the time of the last frame."""
     config = make_config(
         {
@@ -36,9 +36,9 @@ def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
     notebook.add(
         Row(
             "frame",
-            f"a frame: {size}, {iterations}",
+            f"time of a frame: {size}, {iterations}",
             f"{total_seconds:.2f} s",
-            f"goal {_GOAL_SECONDS} s, bar {_MAX_SECONDS} s",
+            f"goal {_GOAL_SECONDS} s, at most {_MAX_SECONDS} s",
             total_seconds <= _MAX_SECONDS if sizes == REAL_SIZES else None,
             {"seconds": total_seconds, "gaussians": count},
         )
@@ -47,7 +47,7 @@ def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
         notebook.add(
             Row(
                 "frame",
-                f"of it {stage}",
+                f"time of stage {stage}",
                 f"{stage_seconds:.2f} s",
                 figures={"seconds": stage_seconds},
             )

@@ -11,17 +11,17 @@ from gpu.rows import Notebook
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """Sizes of the measurements.
+    """Device, picture size and counts of the measurements.
 
     Attributes:
         device: `cuda`, or `cpu` for a dry run.
         width: Width of pictures in pixels.
         height: Height of pictures in pixels.
         views: Number of training views.
-        gaussians: Number of Gaussians of the timed frame.
-        iterations: Iterations of motion and of births in the timed frame.
-        canonical_iterations: Iterations of training frame 0.
-        random_scene_sizes: Numbers of Gaussians of the random scenes that compare backends.
+        gaussians: Number of Gaussians in the timed frame.
+        iterations: Number of iterations for motion, and again for births, in the timed frame.
+        canonical_iterations: Number of training iterations of frame 0.
+        random_scene_sizes: Numbers of Gaussians in the random scenes used to compare backends.
     """
 
     device: str
@@ -45,7 +45,7 @@ class StepFunction(Protocol):
         """Run the step, and write its rows into a notebook.
 
         Args:
-            sizes: Device, picture size, and numbers of views, Gaussians and iterations.
+            sizes: Device, picture size and counts.
             folder: Folder shared by all steps.
             notebook: File for the rows.
         """
@@ -54,12 +54,12 @@ class StepFunction(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A step of the run, which is a separate process.
+    """A step, which runs in a separate process.
 
     Attributes:
         name: Name of the step in the table.
-        seconds: Time limit of the step; the time left for all steps limits it further.
-        module: Module with the function `work`.
+        seconds: Time limit of the step in seconds; less if less time is left for all steps.
+        module: Module with the function `run`.
         is_required: Whether a failure of the step stops the run.
     """
 
@@ -69,8 +69,8 @@ class Step:
     is_required: bool = False
 
     def load(self) -> Callable[[Sizes, Path, Notebook], None]:
-        """Import the module of the step, and return its function `work`."""
-        function: StepFunction = import_module(self.module).work
+        """Import the module of the step, and return its function `run`."""
+        function: StepFunction = import_module(self.module).run
         return function
 
 

@@ -1,4 +1,4 @@
-"""Rows of results, notebooks into which steps write rows, and the table of all rows."""
+"""Rows of results, the notebooks that steps write them to, and the table of all rows."""
 
 import json
 import math
@@ -6,20 +6,20 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-_HEADERS = ("step", "what", "is", "asked", "holds")
+_HEADERS = ("step", "quantity", "result", "requirement", "met")
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A line of the table of results.
+    """A row of the table of results.
 
     Attributes:
         step: Name of the step.
         what: Name of the measured quantity.
         result: Measured value as text.
         asked: Requirement for the result; empty if there is none.
-        holds: Whether the requirement is met; None without one.
-        figures: Numbers of the result by name.
+        holds: Whether the requirement is met; None if there is none.
+        figures: Numeric values of the result, by name.
     """
 
     step: str
@@ -41,11 +41,11 @@ class Notebook:
         self._write({"row": asdict(row)})
 
     def write_progress(self, progress: str) -> None:
-        """Append the progress of the step."""
+        """Append a progress message of the step."""
         self._write({"progress": progress})
 
     def read(self) -> tuple[list[Row], str]:
-        """Return the written rows, and the last progress of the step."""
+        """Return the written rows, and the last progress message."""
         if not self._path.exists():
             return [], ""
         complete_lines = self._path.read_text().rpartition("\n")[0]
@@ -60,7 +60,7 @@ class Notebook:
 
 
 def format_table(rows: Sequence[Row]) -> str:
-    """Return rows as a table in Markdown."""
+    """Return the rows as a Markdown table."""
     holds = {True: "yes", False: "**no**", None: ""}
     cells = [(row.step, row.what, row.result, row.asked, holds[row.holds]) for row in rows]
     lines = [_HEADERS, ("---",) * len(_HEADERS), *cells]
@@ -68,7 +68,7 @@ def format_table(rows: Sequence[Row]) -> str:
 
 
 def write_tables(rows: Sequence[Row], folder: Path) -> None:
-    """Write the rows to `gpu.md` and `gpu.json` in a folder; older files are replaced."""
+    """Write the rows to `gpu.md` and `gpu.json` in a folder; existing files are replaced."""
     finite = [{**asdict(row), "figures": _drop_nonfinite(row.figures)} for row in rows]
     (folder / "gpu.md").write_text(format_table(rows))
     (folder / "gpu.json").write_text(json.dumps({"rows": finite}, indent=2, allow_nan=False) + "\n")

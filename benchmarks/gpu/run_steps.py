@@ -23,8 +23,8 @@ class StepEnvironment:
 
     Attributes:
         folder: Folder for files of the steps.
-        is_dry_run: Whether to run on the CPU in tiny sizes.
-        packages: Folder with packages that were installed from wheels, or None.
+        is_dry_run: Whether to run on the CPU with tiny sizes.
+        packages: Folder of packages installed from wheels; None without `--wheels`.
     """
 
     folder: Path
@@ -81,7 +81,7 @@ def _run_process(step: Step, time_limit: float, environment: StepEnvironment) ->
         try:
             exit_code = process.wait(time_limit)
         except subprocess.TimeoutExpired:
-            return f"not done after {time_limit:.0f} s"
+            return f"not finished after {time_limit:.0f} s"
         finally:
             _kill_process(process)
     return "" if exit_code == 0 else _read_last_line(log, exit_code)
@@ -101,7 +101,7 @@ def _make_environment(packages: Path | None) -> dict[str, str]:
     root = str(_PROGRAM.parents[1])
     paths = [root, *([str(packages)] if packages else []), os.environ.get("PYTHONPATH", "")]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
-    if packages:  # programs of the packages, such as ninja
+    if packages:  # for programs of the packages, such as ninja
         environment["PATH"] = os.pathsep.join([str(packages / "bin"), os.environ.get("PATH", "")])
     return environment
 

@@ -1,4 +1,4 @@
-"""A traced capture, whose pictures one step stores in files for the other steps."""
+"""Ray-traces a capture in one step, and loads it from files in the other steps."""
 
 import os
 from concurrent.futures import ThreadPoolExecutor
@@ -16,12 +16,12 @@ from quarc_ref.synth.scene import make_scene
 from quarc_ref.synth.tracer import trace_points, trace_view
 
 FRAMES = 3
-_NEAR_MARGIN = 0.95
+_NEAR_FACTOR = 0.95
 _FILE_NAME = "scene.npz"
 
 
-def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
-    """Trace the pictures of the training views, and one point for each Gaussian."""
+def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
+    """Ray-trace the pictures of the training views, and one initial point per Gaussian."""
     options = _choose_options(sizes)
     cameras = place_cameras(options)[1:]
     scene = make_scene(options.seed, options.scene)
@@ -54,7 +54,7 @@ def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
 
 
 def load_capture(sizes: Sizes, folder: Path) -> Capture:
-    """Return the traced capture; all its cameras are training views.
+    """Return the ray-traced capture; all its cameras are training views.
 
     Raises:
         RuntimeError: The capture has not been traced.
@@ -75,7 +75,7 @@ def load_capture(sizes: Sizes, folder: Path) -> Capture:
 
 
 class _StoredPictures:
-    """The pictures of a capture in a NumPy file."""
+    """The pictures of a capture, stored in a NumPy file."""
 
     def __init__(self, pictures: np.ndarray) -> None:
         self._pictures = pictures
@@ -94,4 +94,4 @@ def _make_camera(name: str, camera: RigCamera, nearest: float) -> Camera:
     intrinsics = (camera.focal, camera.focal, camera.width / 2, camera.height / 2)
     rotation = tuple(camera.axes.ravel().tolist())
     translation = tuple((-camera.axes @ camera.center).tolist())
-    return Camera(name, *size, *intrinsics, rotation, translation, _NEAR_MARGIN * nearest, False)
+    return Camera(name, *size, *intrinsics, rotation, translation, _NEAR_FACTOR * nearest, False)

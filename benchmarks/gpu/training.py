@@ -1,4 +1,4 @@
-"""Encodes the traced capture and measures its time and memory."""
+"""Encodes the ray-traced capture, and measures the time and memory that this takes."""
 
 import io
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class Training:
 
     Attributes:
         stream: Bytes of the stream.
-        timer: Seconds of frame 0, and seconds by stage of the frames from the third frame on.
+        timer: Time of frame 0 and, by stage, of the frames from the third on, in seconds.
     """
 
     stream: bytes
@@ -40,7 +40,7 @@ def make_config(changes: dict[str, object]) -> EncoderConfig:
 def train(
     sizes: Sizes, folder: Path, notebook: Notebook, config: EncoderConfig, frames: int
 ) -> Training:
-    """Encode frames of the traced capture, and write the progress into a notebook."""
+    """Encode frames of the ray-traced capture, and write the progress to a notebook."""
     reporter = _StageReporter(notebook)
     options = EncodeOptions(config, frames, sizes.device, reporter, checks=False)
     sink = io.BytesIO()
@@ -53,13 +53,13 @@ def train(
 def describe_memory(step: str, sizes: Sizes) -> Row:
     """Return a row with the peak GPU memory since the start of training."""
     if sizes.device != "cuda":
-        return Row(step, "peak GPU memory", "none: no GPU")
+        return Row(step, "peak GPU memory", "not measured: there is no GPU")
     peak = torch.cuda.max_memory_allocated() / 2**30
     return Row(step, "peak GPU memory", f"{peak:.2f} GiB", figures={"gib": peak})
 
 
 class _StageReporter:
-    """Measures the stages; waits for the GPU and writes the progress every 100 iterations."""
+    """Times the stages; every 100 iterations, waits for the GPU and writes the progress."""
 
     def __init__(self, notebook: Notebook) -> None:
         self.timer = SteadyTimer()

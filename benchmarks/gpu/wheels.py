@@ -5,12 +5,12 @@ import sys
 from importlib.metadata import distributions
 from pathlib import Path
 
-LIST_PATH = Path(__file__).with_name("wheels.txt")
+REQUIREMENTS_PATH = Path(__file__).with_name("wheels.txt")
 
 
 def read_requirements() -> list[str]:
     """Return the requirements of `wheels.txt`, each of the form `name==version`."""
-    lines = (line.partition("#")[0].strip() for line in LIST_PATH.read_text().splitlines())
+    lines = (line.partition("#")[0].strip() for line in REQUIREMENTS_PATH.read_text().splitlines())
     return [line for line in lines if line]
 
 
@@ -34,7 +34,7 @@ def fetch_wheels(folder: Path, python: str) -> int:
         "--dest",
         str(folder),
         "-r",
-        str(LIST_PATH),
+        str(REQUIREMENTS_PATH),
     ]
     return subprocess.run(command, check=False).returncode
 
@@ -42,7 +42,7 @@ def fetch_wheels(folder: Path, python: str) -> int:
 def locate_packages(wheels: Path) -> Path:
     """Return the folder for installed packages, which is added to `PYTHONPATH`.
 
-    The folder is the same in every run, because gsplat compiles its kernels again if it moves.
+    The folder is the same in every run, because gsplat recompiles its kernels if its path changes.
     """
     return wheels.absolute() / "installed"
 
@@ -50,13 +50,13 @@ def locate_packages(wheels: Path) -> Path:
 def install_missing(wheels: Path) -> str:
     """Install the packages of `wheels.txt` that are missing, from a folder of wheels.
 
-    Installed packages are not replaced, because the machine's PyTorch may require their versions.
+    Packages that exist are kept, because the machine's PyTorch may require their versions.
 
     Args:
         wheels: Folder into which `fetch_wheels` downloaded.
 
     Returns:
-        A sentence that lists the installed packages.
+        A message that lists the newly installed packages.
 
     Raises:
         RuntimeError: pip fails.

@@ -15,7 +15,7 @@ from gpu.cuda_tests import count_tests, list_test_files
 from gpu.plan import STEPS, Step
 from gpu.rows import Notebook, Row, format_table, write_tables
 from gpu.run_steps import StepEnvironment, allot_time, run_step
-from gpu.wheels import LIST_PATH, install_missing, read_requirements
+from gpu.wheels import REQUIREMENTS_PATH, install_missing, read_requirements
 from tests.test_requirements import compare
 
 _ROOT = Path(__file__).resolve().parents[2]
@@ -58,9 +58,11 @@ def test_a_dry_run_makes_all_requested_measurements(dry_run):
     }
     assert all(0 <= row["figures"]["sh_relative"] < 1e-4 for row in comparison_rows)
     assert rows_by_step["tests"][0]["figures"]["tests"] >= 4
-    stages = [row["what"] for row in rows_by_step["frame"] if row["what"].startswith("of it")]
+    stages = [
+        row["what"] for row in rows_by_step["frame"] if row["what"].startswith("time of stage")
+    ]
     assert stages == [
-        f"of it {stage}" for stage in ("anchors", "motion", "placement", "births", "commit")
+        f"time of stage {stage}" for stage in ("anchors", "motion", "placement", "births", "commit")
     ]
     assert "10 iterations" in rows_by_step["frame 0"][0]["what"]
     assert rows_by_step["frame 0"][1]["figures"]["psnr"] > 0
@@ -108,7 +110,7 @@ def test_a_step_that_reaches_its_time_limit_is_stopped_and_its_results_are_kept(
     rows = _run_one("frame 0", tmp_path, 0.2)
 
     assert rows[0] == saved_row
-    assert rows[1].result == "failed: not done after 0 s (at canonical 3 of 10)"
+    assert rows[1].result == "failed: not finished after 0 s (at canonical 3 of 10)"
     assert time.monotonic() - start_time < 30
 
 
@@ -198,7 +200,7 @@ def test_wheels_have_the_locked_versions():
         "ninja",
         "wadler-lindig",
     }
-    assert LIST_PATH.name == "wheels.txt"
+    assert REQUIREMENTS_PATH.name == "wheels.txt"
 
 
 def test_installed_packages_are_kept(tmp_path, monkeypatch):
