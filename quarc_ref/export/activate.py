@@ -1,4 +1,4 @@
-"""Activates 3DGS attributes, which splats store before activation: SPEC 10.1, 10.2."""
+"""Activates the attributes of splats, which 3DGS stores before activation (SPEC 10.1, 10.2)."""
 
 import numpy as np
 
@@ -20,7 +20,7 @@ def compute_scales(splats: Splats) -> Float32:
 
 
 def compute_base_colors(splats: Splats) -> Float32:
-    """Return the `[N, 3]` colors of SH DC, without SH rest, from 0 to 1."""
+    """Return the `[N, 3]` colors that SH DC alone gives, clamped to the range from 0 to 1."""
     colors: Float32 = np.clip(0.5 + SH_BASE * splats.sh[:, 0], 0, 1).astype(np.float32)
     return colors
 

@@ -11,12 +11,12 @@ from quarc_ref.export.clip import Clip, Frame
 
 
 def build(frame: Frame, _clip: Clip) -> bytes:
-    """Build the file of a frame."""
+    """Build the NumPy archive of a frame."""
     return build_npz(frame.scene, frame.splats)
 
 
 def build_npz(scene: Scene, splats: Splats) -> bytes:
-    """Build an uncompressed archive.
+    """Build an uncompressed `.npz` archive.
 
     The archive contains `ids`, `state_positions`, `state_rotations` and `state_codes` from
     the `Scene`, and `positions`, `rotations`, `log_scales`, `opacities` and `sh` from the

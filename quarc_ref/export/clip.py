@@ -24,7 +24,7 @@ class Frame:
 
     @classmethod
     def from_scene(cls, scene: Scene) -> "Frame":
-        """Dequantize a scene, and return both as a frame."""
+        """Dequantize a scene; return a frame with the scene and its splats."""
         return cls(scene, dequantize(scene))
 
 

@@ -1,4 +1,4 @@
-"""Converts files of single frames between formats with the library gaussforge."""
+"""Converts single-frame files between formats with the library gaussforge."""
 
 import subprocess
 import sys
@@ -27,7 +27,7 @@ def convert(data: bytes, source: str, target: str, **options: int) -> bytes:
     result = GaussForge().convert(data, source, target, **options)
     if "error" in result:
         message = (
-            f"gaussforge cannot convert the {source.upper()} to {target.upper()}: {result['error']}"
+            f"gaussforge cannot convert {source.upper()} to {target.upper()}: {result['error']}"
         )
         raise ExportError(message)
     converted: bytes = result["data"]

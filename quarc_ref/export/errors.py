@@ -4,7 +4,7 @@ from quarc_ref.format.errors import QuarcError
 
 
 class ExportError(QuarcError):
-    """A format cannot represent a frame."""
+    """A frame cannot be converted to a format."""
 
 
 class UnreadableFramesError(QuarcError):

@@ -1,7 +1,7 @@
 """Writes and reads `.4dgs` files with the library fourdgs.
 
-Files are written with the temporal model `keyframe-delta`, which has no view-dependent
-color. The library's profile `fine` bounds the errors.
+Files are written with the temporal model `keyframe-delta`, which does not support
+view-dependent color. The library's profile `fine` limits the quantization errors.
 """
 
 from collections.abc import Callable, Iterator
@@ -28,10 +28,10 @@ _CONSTANT_SIGMA = 1e9  # seconds; constant opacity (the temporal model does not 
 
 
 class Sequence:
-    """Collects all frames in one file, in which the first frame is at time 0.
+    """Collects all frames in one file; the first frame is at time 0.
 
     Args:
-        clip: Properties of all frames.
+        clip: Properties of the stream.
     """
 
     def __init__(self, clip: Clip) -> None:
@@ -100,7 +100,7 @@ class FourdgsFrames:
     Attributes:
         count: Number of frames.
         frames_per_second: Frame rate.
-        read: Function that yields the Gaussians of each frame and the ids `[N]` of the Gaussians.
+        read: Function that yields the Gaussians of each frame and their ids `[N]`.
     """
 
     count: int
@@ -112,9 +112,9 @@ def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFra
     """Open the frames of a `.4dgs` file; each frame is sampled at the middle of its duration.
 
     Args:
-        data: The whole file.
-        frames_per_second: Sampling rate. None for one frame per state of a keyframe-delta
-            file, and for a rate of 30 for other files.
+        data: Bytes of the file.
+        frames_per_second: Sampling rate. If None, a keyframe-delta file gives one frame per stored
+            state, and other files give 30 frames per second.
 
     Raises:
         ValueError: The file is not a `.4dgs` file, or has too many frames.
@@ -125,7 +125,7 @@ def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFra
     frame_rate = frames_per_second or frame_rate
     count = round(duration * frame_rate)
     if not (0 < duration < np.inf and 0 < count <= _MAX_FRAMES):
-        message = f"{duration} seconds at {frame_rate:.6g} frames per second are {count} frames"
+        message = f"the file has {count} frames; from 1 to {_MAX_FRAMES} are allowed"
         raise ValueError(message)
 
     def read() -> Iterator[tuple[Splats, Int64]]:
@@ -154,7 +154,7 @@ _Sampler = Callable[[float], tuple[Splats, Int64]]
 
 
 def _open_file(data: bytes) -> tuple[float, float, _Sampler]:
-    """Return duration (seconds), frame rate, and a function that samples a time (seconds)."""
+    """Return the duration in seconds, the frame rate, and a function that samples a time."""
     import fourdgs
     from fourdgs.keyframe_delta_file import decode_streamed, render_at
 
@@ -180,7 +180,7 @@ def _open_file(data: bytes) -> tuple[float, float, _Sampler]:
 
 
 def _sample_scene(scene: Any, time: float) -> tuple[Splats, Int64]:  # noqa: ANN401
-    """Return the Gaussians of a scene with linear motion at a time, and their ids."""
+    """Sample a scene with linear motion at a time; return the Gaussians and their ids."""
     gaussians = scene.gaussians
     state = gaussians.state_at(time)
     indices = state["indices"]

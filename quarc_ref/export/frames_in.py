@@ -1,4 +1,4 @@
-"""Reads frames of other programs from a folder of files or from one file.
+"""Reads frames that other programs wrote, from a folder of files or from one file.
 
 A folder has one PLY or SPZ file per frame, and the numbers in the file names define the
 order. The optional `sequence.json`, which `decode` writes, contains frame rate, axes and
@@ -32,10 +32,10 @@ class ImportedFrames:
 
     Attributes:
         count: Number of frames.
-        read: Function that yields the Gaussians of each frame and the ids `[N]` of the
-            Gaussians; the ids are None for formats without ids.
+        read: Function that yields the Gaussians of each frame and their ids `[N]`; the ids are
+            None if the format has none.
         frames_per_second: Frame rate; None if unknown.
-        sidecar: Contents of `sequence.json`, or default values.
+        sidecar: Contents of `sequence.json`; default values if there is no such file.
         up_axis: Up axis as in a stream's header; 0 if the format does not define it.
     """
 

@@ -1,8 +1,8 @@
-"""Writes and reads frames as 3DGS PLY files, which every splat viewer opens.
+"""Writes and reads frames as 3DGS PLY files (SPEC Annex C.1), the common format of splat viewers.
 
 Scales are natural logarithms, opacities are logits, and quaternions are wxyz. SH rest is
 stored channel by channel, red first. The format does not define axes, so files contain the
-coordinates of the stream (SPEC 10, Annex on mappings).
+coordinates of the stream.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from quarc_ref.export.clip import Clip, Frame
 
 
 def build(frame: Frame, _clip: Clip) -> bytes:
-    """Build the file of a frame."""
+    """Build the PLY file of a frame."""
     return build_ply(frame.splats)
 
 

@@ -1,8 +1,8 @@
-"""Exports a frame as binary glTF (KHR_gaussian_splatting) with pygltflib: SPEC Annex C.2.
+"""Exports a frame as binary glTF (KHR_gaussian_splatting, SPEC Annex C.2) with pygltflib.
 
-The extension has no animation, so each frame is a file. The attributes are rotated to +y
-up, and scaled to meters if the stream declares a scale. The file has no node rotation,
-because not all readers apply node rotations to SH.
+The extension does not support animation, so each frame is a separate file. The attributes are
+rotated to +y up, and scaled to meters if the stream declares a scale. The file has no node
+rotation, because not all readers apply node rotations to SH.
 """
 
 from typing import Any
@@ -24,7 +24,7 @@ _KERNEL = {
 
 
 def build(frame: Frame, clip: Clip) -> bytes:
-    """Build a `.glb` file."""
+    """Build the `.glb` file of a frame."""
     import pygltflib as gltf
 
     attributes = _list_attributes(rotate_upright(frame.splats, clip), clip.meters_per_unit)
@@ -56,7 +56,7 @@ def build(frame: Frame, clip: Clip) -> bytes:
 
 
 def _list_attributes(splats: Splats, meters_per_unit: float) -> dict[str, Float32]:
-    """Return the attributes of the primitive, each `[N, c]` or `[N]`."""
+    """Return the attributes of the glTF primitive, each `[N, c]` or `[N]`."""
     attributes = {
         "POSITION": splats.positions * np.float32(meters_per_unit),
         "ROTATION": convert_to_xyzw(splats.rotations),

@@ -1,6 +1,6 @@
 """Exports frames as OpenUSD with usd-core: a ParticleField3DGaussianSplat with time samples.
 
-In the stage, +y is up, the unit is the unit of the stream, and time codes are frame ordinals.
+In the stage, +y is up, lengths are in units of the stream, and time codes are frame ordinals.
 The stage contains the cameras of the stream.
 """
 
@@ -23,7 +23,7 @@ class Sequence:
     """Collects all frames in one stage.
 
     Args:
-        clip: Properties of all frames.
+        clip: Properties of the stream.
     """
 
     def __init__(self, clip: Clip) -> None:
@@ -99,7 +99,7 @@ class Sequence:
 
 
 def _make_pose(camera: Camera, clip: Clip) -> Any:  # noqa: ANN401
-    """Return the `[4, 4]` matrix from camera (forward is -z, up is +y) to upright world."""
+    """Return the `[4, 4]` matrix from camera axes (-z forward, +y up) to upright world axes."""
     rotation = rotation_matrix(camera)
     pose = np.eye(4)
     upright_rotation = convert_to_matrix(find_upright_rotation(clip))

@@ -1,6 +1,6 @@
 """Exports frames as a rerun recording (`.rrd`) with splats and cameras on a timeline.
 
-The recording contains the coordinates of the stream, and declares the up axis.
+The recording uses the coordinates of the stream and declares its up axis.
 """
 
 from pathlib import Path
@@ -25,7 +25,7 @@ class Sequence:
     """Collects all frames in one recording.
 
     Args:
-        clip: Properties of all frames.
+        clip: Properties of the stream.
     """
 
     def __init__(self, clip: Clip) -> None:

@@ -1,4 +1,4 @@
-"""Writes and reads `sequence.json`, with properties that files of frames cannot store."""
+"""Writes and reads `sequence.json`, which stores properties that frame files cannot store."""
 
 import json
 from dataclasses import asdict, dataclass, field, fields
@@ -18,7 +18,7 @@ def build_sidecar(clip: Clip, pattern: str, first_frame: int) -> bytes:
     """Build `sequence.json` with frame rate, axes, scale, cameras and metadata of a stream.
 
     Args:
-        clip: Properties of all frames.
+        clip: Properties of the stream.
         pattern: Pattern of the file names; `{frame}` stands for the ordinal of the frame.
         first_frame: Ordinal of the first frame.
     """
@@ -43,7 +43,7 @@ def build_sidecar(clip: Clip, pattern: str, first_frame: int) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class Sidecar:
-    """Contents of `sequence.json`, with the encodings of a stream's header.
+    """Contents of `sequence.json`, with values encoded as in a stream's header.
 
     Attributes:
         frames_per_second: Frame rate; None if unknown.

@@ -1,4 +1,4 @@
-"""Exports a frame as SOG version 2 with the library gaussforge, in the axes of the stream."""
+"""Exports a frame as SOG version 2 with the library gaussforge; the axes do not change."""
 
 from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.conversion import convert
@@ -6,5 +6,5 @@ from quarc_ref.export.gaussian_ply import build_ply
 
 
 def build(frame: Frame, _clip: Clip) -> bytes:
-    """Build the file of a frame."""
+    """Build the SOG file of a frame."""
     return convert(build_ply(frame.splats), "ply", "sog")

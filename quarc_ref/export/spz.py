@@ -1,7 +1,7 @@
 """Writes SPZ version 3 and reads versions 1 to 4 with the library gaussforge.
 
 SPZ defines the axes: x is right, y is up, z is back. Positions have steps of 2^-12 units and
-a range of ±2048 units; other attributes have at most 8 bits.
+a range of ±2048 units; the components of other attributes have at most 10 bits.
 """
 
 import zlib
@@ -29,7 +29,7 @@ _MAX_DEFLATE_RATIO = 1032  # maximum compression ratio of deflate
 
 
 def build(frame: Frame, clip: Clip) -> bytes:
-    """Build the file of a frame.
+    """Build the SPZ file of a frame.
 
     Raises:
         ExportError: A Gaussian is outside the position range of SPZ.
@@ -45,7 +45,7 @@ def build(frame: Frame, clip: Clip) -> bytes:
 
 
 def parse_spz(data: bytes) -> Splats:
-    """Parse the Gaussians of an SPZ file; the result is +y up, as in the file.
+    """Parse the Gaussians of an SPZ file; in the result, +y is up, as in the file.
 
     Opacity logits are clamped to ±10, because the logits of opacities 0 and 1 are infinite.
 
@@ -85,5 +85,5 @@ def check_header(data: bytes) -> None:
         raise ValueError(message)
     count = int.from_bytes(header[8:12], "little")
     if not 0 < count <= min(_MAX_GAUSSIANS, len(data) * _MAX_DEFLATE_RATIO // _MIN_GAUSSIAN_BYTES):
-        message = f"the file is too short for the {count} Gaussians of its header"
+        message = f"the file is too short for the {count} Gaussians that its header declares"
         raise ValueError(message)

@@ -1,4 +1,4 @@
-"""Table of the export formats; a module writes each format.
+"""Table of the export formats, each of which one module writes.
 
 A module has either `build(frame, clip)`, which returns the file of a frame, or a class
 `Sequence`, which collects all frames in one file. Modules and libraries are imported on
@@ -35,8 +35,8 @@ class Export:
         title: Human-readable name.
         module: Name of the module that writes the format.
         is_sequence: Whether one file contains all frames, instead of one file per frame.
-        package: Import name of the library that the module needs; None without a library.
-        extra: Extra of quarc-ref that installs the library; None without a library.
+        package: Import name of the library that the module needs; None if it needs none.
+        extra: Extra of quarc-ref that installs the library; None if no library is needed.
     """
 
     suffix: str
@@ -56,7 +56,7 @@ class Export:
             import_module(self.package)
 
     def load_builder(self) -> "Callable[[Frame, Clip], bytes]":
-        """Return the function that builds the file of a frame; not available for sequences.
+        """Return the function that builds the file of a frame; sequence formats have none.
 
         Raises:
             ImportError: The library is not installed.
@@ -66,10 +66,10 @@ class Export:
         return build
 
     def begin(self, clip: "Clip") -> FrameSequence:
-        """Start a file of all frames; only for sequences.
+        """Start a file that contains all frames; only sequence formats support this.
 
         Args:
-            clip: Properties of all frames.
+            clip: Properties of the stream.
 
         Raises:
             ImportError: The library is not installed.

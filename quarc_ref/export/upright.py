@@ -1,7 +1,7 @@
-"""Rotates frames to +y up, for formats that define axes: SPEC Annex C.2.
+"""Rotates frames to +y up, for formats that define axes (SPEC Annex C.2).
 
-The rotation maps axes to axes, so positions and SH are only permuted and negated and not
-rounded. Quaternions are rounded.
+The rotation maps axes to axes, so positions and SH are permuted and negated, and thus not
+rounded. Only quaternions are rounded.
 """
 
 from dataclasses import replace
@@ -28,7 +28,7 @@ _OPPOSITE = {"+z": "-z", "-z": "+z"}
 def rotate_upright(splats: Splats, clip: Clip) -> Splats:
     """Rotate splats to right-handed axes with +y up.
 
-    The default up axis of a stream without an up axis is -y.
+    If the stream declares no up axis, its up axis is assumed to be -y.
 
     Args:
         splats: Splats in the axes of the stream.

@@ -1,1 +1,1 @@
-"""Shows streams: rendered pictures, and a page that plays a stream."""
+"""Shows streams: renders pictures, and builds a web page that plays a stream."""

@@ -10,15 +10,15 @@ _MIN_OPACITY = 0.5  # minimum opacity of a pixel with a meaningful depth
 def quantize_depth(
     depth: NDArray[np.float32], opacity: NDArray[np.float32]
 ) -> tuple[NDArray[np.uint16], float]:
-    """Quantize depth; return levels and the size of a level in world units.
+    """Quantize depth; return the levels, and the size of one level in world units.
 
     Args:
         depth: `[H, W]` depths, world units.
         opacity: `[H, W]` opacities from 0 to 1.
 
     Returns:
-        `[H, W]` levels, and the size of a level: the smallest power of two for which the
-        maximum depth fits. The level of pixels with an opacity below 0.5 is 0.
+        `[H, W]` levels, and the size of one level: the smallest power of two for which the
+        largest depth fits in 16 bits. Pixels with an opacity below 0.5 have level 0.
     """
     valid_depth = np.where(
         (opacity >= _MIN_OPACITY) & np.isfinite(depth), depth.astype(np.float64), 0

@@ -22,7 +22,7 @@ Rendering = TypeVar("Rendering")
 def draw_frames(
     source: Source, camera: Camera, start: int = 0, stop: int | None = None
 ) -> Iterator[tuple[int, Image]]:
-    """Render the frames of a stream.
+    """Render the frames of a stream for a camera.
 
     Args:
         source: A stream.
@@ -31,7 +31,7 @@ def draw_frames(
         stop: Ordinal after the last frame; None to render to the end.
 
     Yields:
-        Ordinal and picture `[H, W, 3]` sRGB of each frame.
+        The ordinal and the sRGB picture `[H, W, 3]` of each frame.
 
     Raises:
         BitstreamError: The stream is invalid.
@@ -47,17 +47,17 @@ def draw_shots(
     draw: Callable[[Splats, Camera], Rendering],
     stop: int | None = None,
 ) -> Iterator[Rendering]:
-    """Render shots in playback order.
+    """Render shots.
 
     Args:
         source: A stream with the frames of all shots.
-        shots: Shots, at least one.
+        shots: Shots in playback order, at least one.
         draw: Function that renders a frame for a camera.
         stop: Ordinal after the last frame to decode; it may be after the last shot. None to
             decode to the end.
 
     Yields:
-        The picture of each shot.
+        The result of `draw` for each shot.
 
     Raises:
         BitstreamError: The stream is invalid.
@@ -73,7 +73,7 @@ def draw_shots(
 
 
 def draw_picture(splats: Splats, camera: Camera) -> Image:
-    """Render a picture `[H, W, 3]` sRGB in bands, which limits the memory for floats."""
+    """Render an sRGB picture `[H, W, 3]` in bands, to limit the memory for floats."""
     picture = np.empty((camera.height, camera.width, 3), dtype=np.uint8)
     for top, rows in render_bands(splats, camera):
         np.clip(rows, 0, 1, out=rows)

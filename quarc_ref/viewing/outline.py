@@ -1,6 +1,6 @@
-"""Finds the cameras and frames of a stream without decoding the stream.
+"""Finds the cameras and frames of a stream without decoding it.
 
-For frames, only chunk headers are read, not payloads.
+Only the chunk headers of frames are read, not their payloads.
 """
 
 from collections.abc import Sequence
@@ -23,13 +23,13 @@ class CameraChoiceError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Outline:
-    """The structure of a stream, from its chunk headers.
+    """The structure of a stream, read from its chunk headers.
 
     Attributes:
         header: Header from the HEAD chunk.
         cameras: Cameras from the last `came` chunk.
         first_frame: Ordinal of the first frame.
-        chunks: Chunk headers of the frames in order, up to the first damage.
+        chunks: Chunk headers of the frames in order, up to the first damaged chunk.
     """
 
     header: StreamHeader
@@ -43,7 +43,7 @@ class Outline:
         return self.first_frame + len(self.chunks)
 
     def count_frames(self, start: int, stop: int | None) -> int:
-        """Return the number of frames from `start` to `stop` - 1."""
+        """Return the number of frames in the stream from `start` to `stop` - 1."""
         end = self.stop if stop is None else min(stop, self.stop)
         return max(0, end - max(start, self.first_frame))
 
@@ -70,7 +70,7 @@ def outline_stream(source: Source) -> Outline:
 
 
 def read_cameras(source: Source) -> tuple[Camera, ...] | None:
-    """Read the cameras before the first frame of a stream; return None without a frame.
+    """Return the cameras that precede the first frame of a stream; None if it has no frame.
 
     Only the bytes before the first frame are read.
 
@@ -97,7 +97,7 @@ def find_camera(cameras: Sequence[Camera], name: str | None) -> Camera:
     """Return a camera by its name; None selects the first camera.
 
     Raises:
-        CameraChoiceError: The stream has no such camera; the message names its cameras.
+        CameraChoiceError: The stream has no such camera; the message lists its cameras.
     """
     if not cameras:
         message = "the stream has no cameras"

@@ -1,7 +1,7 @@
 """Builds the HTML page of a stream; the page loads the player.
 
-player/keep.mjs builds the player, and this package contains it, so `view` and `publish` do
-not need Node.
+This package contains the player that player/keep.mjs builds, so `view` and `publish` do not
+need Node.
 """
 
 import html
@@ -38,7 +38,7 @@ class PageOptions:
 
 
 def build_page(options: PageOptions, *, has_poster: bool = False, url: str | None = None) -> bytes:
-    """Build the HTML of a page, with stream, player and poster in the same folder.
+    """Build the HTML of a page that loads stream, player and poster from its folder.
 
     Args:
         options: Options of the page.
@@ -97,7 +97,7 @@ def _build_meta(name: str, value: str) -> str:
 
 
 def _build_attributes(values: Mapping[str, str | bool | None]) -> str:
-    """Format HTML attributes; True adds a name without value, False and None add nothing."""
+    """Format HTML attributes; True adds a name without a value, False and None add nothing."""
     return " ".join(
         name if value is True else f'{name}="{html.escape(str(value))}"'
         for name, value in values.items()

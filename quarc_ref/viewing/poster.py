@@ -1,4 +1,4 @@
-"""Renders the poster of a page: the view of a camera at the first frame of a stream."""
+"""Renders the poster of a page: the first frame of a stream from the view of a camera."""
 
 from quarc_ref.datasets.video_writer import build_jpeg
 from quarc_ref.format.cameras import Camera

@@ -1,4 +1,4 @@
-"""Parses the Range header of requests (RFC 9110, 14)."""
+"""Parses the Range header of requests (RFC 9110, section 14)."""
 
 import re
 
@@ -14,8 +14,8 @@ def find_range(header: str | None, size: int) -> range | None:
 
     Returns:
         The range of bytes within the file; empty if the requested range is after the end.
-        None stands for the whole file: if the header is missing or malformed, or requests
-        several ranges, which servers may ignore.
+        None, for the whole file, if the header is missing or malformed, or requests several
+        ranges; servers may ignore such requests.
     """
     match = _ONE_RANGE.fullmatch(header or "")
     if match is None or not (match["first"] or match["last"]):

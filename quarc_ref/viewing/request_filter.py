@@ -1,9 +1,10 @@
 """Restricts a local server to requests from the page that the user opened.
 
 Any website can make a browser send requests to this machine. In a DNS rebinding attack, the
-Host header of such requests contains a foreign name. In most other attacks, the Origin
-header contains the name of the website. The URL of the page contains a token, which is
-random for each run and unknown to other users and machines.
+Host header of such requests contains a host name of the attacker. In most other attacks, the
+Origin header contains the attacking website. Both kinds of requests are rejected. So are
+requests without the token in the URL of the page, which is random for each run and unknown
+to other users and machines.
 """
 
 import hmac
@@ -21,10 +22,10 @@ class RequestFilter:
 
     Args:
         host: Host name or address on which the server listens.
-        extra_names: Additional names of the server.
+        extra_names: Additional host names of the server.
 
     Attributes:
-        token: First part of the path of all resources.
+        token: Random first part of the path of every resource.
     """
 
     def __init__(self, host: str, extra_names: Collection[str] = ()) -> None:
@@ -41,10 +42,12 @@ class RequestFilter:
             path: Path of the request, including the query.
             hosts: Values of the Host headers.
             origins: Values of the Origin headers.
-            address: Address of this machine that received the request.
+            address: Address of this machine at which the request arrived.
         """
         if len(hosts) != 1 or _find_name(hosts[0]) not in {*self._names, address}:
-            return "the Host is unknown; use quarc-ref view --allow-host NAME to allow a name"
+            return (
+                "the Host header is unknown; use quarc-ref view --allow-host NAME to allow a name"
+            )
         if origins and not (len(origins) == 1 and self._is_same_site(origins[0], hosts[0])):
             return "the Origin header contains another site"
         token = path.removeprefix("/").partition("/")[0]

@@ -1,4 +1,4 @@
-"""A local web server for a page and its files, with range requests."""
+"""A local web server for a page and its files, which supports range requests."""
 
 import errno
 import os
@@ -38,7 +38,7 @@ class Resource:
     """A resource that a browser can load.
 
     Attributes:
-        media_type: Value of Content-Type.
+        media_type: Value of the Content-Type header.
         source: Thread-safe source of the resource's bytes, with a known size.
     """
 
@@ -50,10 +50,10 @@ class Server(ThreadingHTTPServer):
     """Serves resources at `http://HOST:PORT/TOKEN/NAME`.
 
     Args:
-        address: Host, and the first of 100 consecutive ports; the first free port is used.
+        address: Host and port; if the port is in use, the next free one of 99 ports is used.
         resources: Resources by name; the page has the name `""`.
         names: Additional host names of the server.
-        report: Called with a message when a resource cannot be read.
+        report: Function that is called with a message when a resource cannot be read.
 
     Raises:
         OSError: The host is not an address of this machine, or no port is free.
@@ -89,7 +89,7 @@ class Server(ThreadingHTTPServer):
         return self.build_url(self._host)
 
     def build_url(self, host: str) -> str:
-        """Return the URL of the page with a host name or address."""
+        """Return the URL of the page for a host name or address."""
         authority = f"[{host}]" if ":" in host else host
         return f"http://{authority}:{self.server_address[1]}/{self.request_filter.token}/"
 
@@ -98,7 +98,7 @@ class Server(ThreadingHTTPServer):
         TCPServer.server_bind(self)
 
     def handle_error(self, request: Any, client_address: Any) -> None:  # noqa: ANN401
-        """Ignore errors of clients."""
+        """Ignore errors that clients cause, such as closed connections."""
 
     def _bind_first(self, host: str, ports: range) -> None:
         """Listen on the first free port."""

@@ -9,7 +9,7 @@ _POLL_SECONDS = 0.2
 
 
 class SharedSource:
-    """Serializes reads of a source by several threads, because a file has only one position.
+    """Serializes reads of a source by several threads, because a file has one read position.
 
     Args:
         source: The stream.
@@ -35,7 +35,7 @@ class GrowingSource(SharedSource):
 
     Args:
         source: The stream.
-        max_wait: Maximum time of a wait for new data, seconds.
+        max_wait: Maximum time to wait for new data, seconds.
     """
 
     def __init__(self, source: Source, max_wait: float = 20.0) -> None:
@@ -43,7 +43,7 @@ class GrowingSource(SharedSource):
         self._max_wait = max_wait
 
     def wait_for_data(self, offset: int) -> None:
-        """Wait until the stream has a byte at an offset, or until the timeout."""
+        """Wait until the stream has a byte at an offset, at most for `max_wait` seconds."""
         deadline = time.monotonic() + self._max_wait
         while (self.size() or 0) <= offset and time.monotonic() < deadline:
             time.sleep(_POLL_SECONDS)

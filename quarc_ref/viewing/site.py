@@ -1,4 +1,4 @@
-"""Writes a folder for any web server: a page, the player, a stream and a poster."""
+"""Writes a folder that any web server can serve: a page, the player, a stream and a poster."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,13 +13,13 @@ _PAGE = "index.html"
 
 @dataclass(frozen=True, slots=True)
 class Site:
-    """Contents of a written folder.
+    """Contents of the folder that `write_site` wrote.
 
     Attributes:
         files: Names of the files.
         frames: Number of frames in the stream.
-        stream_bytes: Size of the stream.
-        poster: Name of the poster; None without a poster.
+        stream_bytes: Size of the stream, bytes.
+        poster: File name of the poster; None if there is none.
     """
 
     files: list[str]

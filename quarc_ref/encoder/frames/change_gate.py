@@ -26,8 +26,8 @@ def measure_change(
         view_count: Number of training views to use. They are evenly spaced in the list of
             views, and the same in every frame. If 0, all weights are 1.
 
-    The median of Eq. 5 is computed over the Gaussians that are visible in at least one
-    view. Over all
+    The median of Eq. 5 is computed over the Gaussians that are visible in at least one view.
+    Over all
     Gaussians, the median could be 0, which would open the gate everywhere.
     """
     if view_count == 0:

@@ -122,7 +122,9 @@ class TrainingContext:
         return image if mask is None else image * mask
 
     def photometric_loss(self, image: Tensor, view: int, frame: int, lambda_dssim: float) -> Tensor:
-        """Return the loss between a rendering and the picture of its view; masked pixels are equal.
+        """Return the loss of a rendering compared with the picture of its view.
+
+        Masked pixels have no error.
 
         Args:
             image: `[H, W, 3]` rendering.

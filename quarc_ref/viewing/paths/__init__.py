@@ -1,1 +1,1 @@
-"""Paths of moving cameras: orbits, spirals, tours, and keyframes of a file."""
+"""Paths of moving cameras: orbits, spirals, tours, and keyframes from a file."""

@@ -1,4 +1,4 @@
-"""Paths computed from the cameras of a stream."""
+"""Plans camera paths from the cameras of a stream."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -51,7 +51,7 @@ def plan_orbit(cameras: Sequence[Camera], first: Camera, up_axis: int, count: in
 
 
 def plan_spiral(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) -> list[Pose]:
-    """Plan a spiral in front of a forward-facing scene; the camera looks at its center.
+    """Plan a spiral in front of a forward-facing scene, looking at the center of the scene.
 
     Args:
         cameras: Cameras of the stream.

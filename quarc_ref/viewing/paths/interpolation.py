@@ -1,4 +1,4 @@
-"""Interpolates poses by SciPy splines for positions, rotations and fields of view."""
+"""Interpolates poses with SciPy splines for positions, rotations and fields of view."""
 
 from collections.abc import Sequence
 
@@ -18,7 +18,7 @@ def interpolate_poses(
     Args:
         times: `[n]` times of the key poses, ascending.
         poses: `[n]` key poses, at least one.
-        sample_times: `[m]` times from the first to the last time of a key pose.
+        sample_times: `[m]` times between the first and the last of `times`.
     """
     if len(poses) == 1:
         return [poses[0]] * len(sample_times)

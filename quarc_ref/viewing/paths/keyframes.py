@@ -1,5 +1,7 @@
 """Reads camera paths from JSON files (docs/schemas/camera-path.json).
 
+Example of a file:
+
 {"schema": "quarc-ref/camera-path/1", "keyframes": [
 {"time": 0, "camera": "cam03"},
 {"time": 2.5, "position": [0, -1, 4], "target": [0, 0, 0], "fov": 40, "frame": 30}]}
@@ -33,7 +35,7 @@ class Keyframes:
     Attributes:
         times: `[n]` times in seconds, ascending from 0.
         poses: `[n]` poses.
-        frames: `[n]` ordinals of the frames at these times; None if a keyframe has no frame.
+        frames: `[n]` ordinals of the frames at these times; None for keyframes without a frame.
     """
 
     times: Vector
@@ -59,11 +61,11 @@ class Keyframes:
         return interpolate_poses(self.times, self.poses, times)
 
     def list_frames(self, frames_per_second: float, first: int, last: int) -> list[int]:
-        """Return the ordinal of the frame of each picture, clamped to a range.
+        """Return the frame ordinal of each picture, clamped to the range from `first` to `last`.
 
         If no keyframe has a frame, the stream plays at its frame rate from the frame `first`.
-        Otherwise, the stream plays at constant speed between keyframes with frames, and
-        pauses before the first and after the last of these keyframes.
+        Otherwise, the stream plays at constant speed from each keyframe with a frame to the
+        next, and pauses before the first and after the last of these keyframes.
         """
         picture_times = np.arange(self.count_pictures(frames_per_second)) / frames_per_second
         timed_frames = [
@@ -91,7 +93,7 @@ def read_keyframes(
     Args:
         path: Path of the file.
         cameras: Cameras of the stream; keyframes may refer to them by name.
-        reference_camera: Camera whose field of view is the default of keyframes.
+        reference_camera: Camera whose field of view is the default for keyframes.
         up_axis: Up axis from the stream's header.
 
     Raises:
@@ -132,7 +134,7 @@ def _parse_list(data: bytes) -> list[Mapping[str, Any]]:
         raise PathError(message) from error
     schema = f"quarc-ref/{_SCHEMA}"
     if not isinstance(document, dict) or document.get("schema") != schema:
-        message = f'the file has no "schema": "{schema}"'
+        message = f'the file must contain "schema": "{schema}"'
         raise PathError(message)
     entries = document.get("keyframes")
     if not isinstance(entries, list) or not entries or set(document) != {"schema", "keyframes"}:
@@ -140,7 +142,7 @@ def _parse_list(data: bytes) -> list[Mapping[str, Any]]:
         raise PathError(message)
     for number, entry in enumerate(entries):
         if not isinstance(entry, dict) or not set(entry) <= _KEYS:
-            message = f"keyframe {number} has keys other than {', '.join(sorted(_KEYS))}"
+            message = f"keyframe {number} may only have the keys {', '.join(sorted(_KEYS))}"
             raise PathError(message)
     return entries
 
@@ -148,7 +150,7 @@ def _parse_list(data: bytes) -> list[Mapping[str, Any]]:
 def _read_time(entry: Mapping[str, Any], earlier_times: Sequence[float]) -> float:
     time = _read_number(entry, "time")
     if earlier_times and time <= earlier_times[-1]:
-        message = f"the time, {time} s, is not after the time of the previous keyframe"
+        message = f"the time {time} s is not later than the time of the previous keyframe"
         raise PathError(message)
     return time
 
@@ -158,12 +160,12 @@ def _read_frame(entry: Mapping[str, Any], earlier_frames: Sequence[int | None]) 
     if frame is None:
         return None
     if not isinstance(frame, int) or isinstance(frame, bool) or not 0 <= frame < 1 << 32:
-        message = f"the frame is {frame!r}, not a frame number"
+        message = f"the frame must be a frame number, not {frame!r}"
         raise PathError(message)
     if any(earlier_frame is not None and earlier_frame > frame for earlier_frame in earlier_frames):
         message = (
-            f"frame {frame} follows a keyframe with a later frame, but frames must be in order: "
-            "streams play only forward"
+            f"frame {frame} follows a keyframe with a later frame; frames must be in order, "
+            "because streams play only forward"
         )
         raise PathError(message)
     return frame
@@ -181,7 +183,7 @@ def _read_pose(
             )
             raise PathError(message)
         if {"position", "target", "up"} & set(entry):
-            message = "a camera and a position cannot be combined: use one of them"
+            message = "a camera cannot be combined with a position, target or up direction"
             raise PathError(message)
         pose = camera_pose(camera_by_name[name])
         return Pose(pose.eye, pose.axes, _read_field_of_view(entry, pose.view_angle))
@@ -195,7 +197,7 @@ def _read_field_of_view(entry: Mapping[str, Any], default: float) -> float:
         return default
     degrees = _read_number(entry, "fov")
     if not 0 < degrees < _MAX_FIELD_OF_VIEW:
-        message = f"the fov, {degrees} degrees, is not between 0 and {_MAX_FIELD_OF_VIEW:.0f}"
+        message = f"the fov of {degrees} degrees is not between 0 and {_MAX_FIELD_OF_VIEW:.0f}"
         raise PathError(message)
     return math.radians(degrees)
 

@@ -39,7 +39,7 @@ class Pose:
 
     Attributes:
         eye: `[3]` position, world units.
-        axes: `[3, 3]` rotation from world to camera; its rows are right, down and forward.
+        axes: `[3, 3]` rotation from world to camera; its rows point right, down and forward.
         view_angle: Vertical field of view, radians.
     """
 
@@ -79,7 +79,7 @@ def look_at(eye: Vector, target: Vector, up: Vector, view_angle: float) -> Pose:
 
 
 def find_up(cameras: Sequence[Camera], up_axis: int) -> Vector:
-    """Return the `[3]` up direction.
+    """Return the `[3]` up direction of the scene.
 
     Args:
         cameras: Cameras of the stream.

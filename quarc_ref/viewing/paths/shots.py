@@ -21,13 +21,13 @@ def plan_shots(
     Args:
         outline: Outline of the stream.
         name: `orbit`, `spiral`, `interpolate`, or the path of a keyframe file.
-        reference_camera: Camera with the picture size, field of view and first pose of the path.
+        reference_camera: Camera that sets picture size, field of view and first pose of the path.
         span: First frame and end frame (exclusive); an end of None includes all later frames.
         picture_count: Number of pictures, over which the frames are distributed; None for one
-            picture per frame. Must be None for keyframe files, which define times.
+            picture per frame. It must be None for keyframe files, because these define times.
 
     Raises:
-        PathError: The path is invalid, or the stream has no frame of the span.
+        PathError: The path is invalid, or the stream has no frames in the span.
         OSError: The file cannot be read.
     """
     first, count = max(span[0], outline.first_frame), outline.count_frames(*span)
