@@ -71,7 +71,7 @@ def test_named_frames_freeze_or_play_at_their_own_rate():
         ([{"time": True, "camera": "cam0"}], "the time is not a number"),
         ([{"time": 1e300, "camera": "cam0"}], "the time is not a number"),
         ([{"time": 0, "camera": "cam9"}], "no camera 'cam9'; its cameras are cam0, cam1"),
-        ([{"time": 0, "camera": "cam0", "target": [0, 0, 0]}], "cannot be combined with a position"),
+        ([{"time": 0, "camera": "cam0", "target": [0, 0, 0]}], "cannot be combined with"),
         ([{"time": 0, "position": [0, 0]}], "the position is not a list of three"),
         ([{"time": 0, "position": [0, 0, "1"]}], "the position is not"),
         ([{"time": 0, "position": [0, 0, 1]}], "the target is not"),
