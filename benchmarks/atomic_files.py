@@ -1,4 +1,4 @@
-"""Writes files that several processes may write at the same time."""
+"""Writes a file safely, even if several processes write it at the same time."""
 
 from pathlib import Path
 
@@ -6,9 +6,9 @@ from quarc_ref.files import write_file
 
 
 def write_atomically(path: Path, data: bytes) -> None:
-    """Write a file and its parent folders; the file appears when it is complete.
+    """Write a file and its parent folders; the file becomes visible only when it is complete.
 
-    Several processes may write the same file; the last one remains.
+    If several processes write the same file, the last version remains.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     write_file(path, data)

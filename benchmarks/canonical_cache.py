@@ -1,7 +1,7 @@
-"""Trains frame 0 once for all trials that have the same canonical settings.
+"""Trains frame 0 once for all trials that train it with the same settings.
 
-The trials differ only in later frames. Training frame 0 for each trial would take most of the time,
-and result in the same scene.
+Such trials differ only in later frames. Training frame 0 again for each of them would give the same
+scene and take most of the time.
 """
 
 import hashlib
@@ -33,14 +33,15 @@ _ARRAY_NAMES = ("means", "rotations", "log_scales", "opacities", "sh_dc", "sh_re
 
 
 class CanonicalCache:
-    """Trains the canonical frame, or loads it if another trial has trained it.
+    """Trains the canonical frame, or loads it if another trial has already trained it.
 
     Args:
-        folder: Folder for canonical scenes.
+        folder: Folder for trained canonical scenes.
         inputs: All inputs of the training, except settings and quantization steps.
 
     Attributes:
-        seconds: Duration of the training; 0 before `train` is called.
+        seconds: Duration of the training in seconds, even if the scene was loaded; 0 before
+            `train` is called.
     """
 
     def __init__(self, folder: Path, inputs: Sequence[object]) -> None:
@@ -55,7 +56,7 @@ class CanonicalCache:
         objective: CanonicalObjective,
         checkpoint: Checkpoint | None = None,
     ) -> Attributes:
-        """Load or train the canonical frame; replaces `train_canonical`."""
+        """Load the canonical frame, or train it if it is missing; replaces `train_canonical`."""
         path = self._folder / f"{self._digest(objective)}.npz"
         if not path.is_file():
             start = time.perf_counter()
@@ -68,7 +69,7 @@ class CanonicalCache:
 
     @contextmanager
     def use_in_encode(self) -> Iterator[None]:
-        """Return a context in which `encode` calls `train` for the canonical frame."""
+        """Return a context manager within which `encode` calls `train` for the canonical frame."""
         with patch.object(encode_stream, "train_canonical", self.train):
             yield
 

@@ -1,9 +1,9 @@
-"""Encodes a capture, decodes the file, and measures it on the held-out cameras.
+"""Encodes captures, decodes the streams, and measures their quality on held-out cameras.
 
     python benchmarks/capture.py CAPTURE... [--preset P] [--frames N] [--json]
 
-Prints a row for each capture: the quality of the decoded file, its size in relation to the paper's
-estimate, and the seconds for frame 0 and for each later frame.
+Prints a row for each capture: the quality of the decoded stream, its size relative to the paper's
+estimate, and the encoding time of frame 0 and of each later frame.
 """
 
 import argparse
@@ -22,7 +22,7 @@ from quarc_ref.evaluation.evaluate import evaluate_stream
 
 
 class StageClock:
-    """Records the time of the last report of each stage."""
+    """Records when each stage of the encoder last reported its progress."""
 
     def __init__(self) -> None:
         self.start = time.monotonic()
@@ -62,11 +62,11 @@ def measure(folder: Path, preset: str, frames: int | None) -> dict[str, Any]:
 
 
 def print_markdown(rows: list[dict[str, Any]]) -> None:
-    """Print the rows as a table in Markdown."""
+    """Print the rows as a Markdown table."""
     print(
-        "| capture | preset | frames | Gaussians | PSNR first / mean / worst | SSIM | "
-        "KB per frame | canonical KB | canonical, motion, births / estimate | s canonical | "
-        "s per frame |"
+        "| capture | preset | frames | Gaussians | PSNR in dB: first / mean / worst frame | SSIM | "
+        "KB per later frame | canonical frame in KB | size relative to the paper's estimate: "
+        "canonical, motion, births | seconds for frame 0 | seconds per later frame |"
     )
     print("|---|---|---|---|---|---|---|---|---|---|---|")
     for row in rows:
@@ -85,7 +85,7 @@ def print_markdown(rows: list[dict[str, Any]]) -> None:
 
 
 def main() -> None:
-    """Measure all captures of the command line, and print their rows."""
+    """Measure all captures given on the command line, and print their rows."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("captures", nargs="+", type=Path, metavar="CAPTURE")
     parser.add_argument("--preset", choices=sorted(PRESETS), default="main")

@@ -1,12 +1,12 @@
-"""Measures the decoder on streams of many Gaussians.
+"""Measures the speed and memory of the decoder on generated streams with many Gaussians.
 
     python benchmarks/decode.py --gaussians N --anchors-per 4 --resample 2 --threads 2 --json
     python benchmarks/decode.py --table [--plot decode.png]
 
 The stream is generated once by `moving_stream` and kept in `--cache`. `quarc-ref bench` decodes it
-in a separate process, with the fast engine, or with `--reference` with the reference engine.
-`stolen` is the share of busy time in which the host gave the processors of this virtual machine to
-other machines. Runs with a large share are not reliable.
+in a separate process with the fast engine, or with the reference engine if `--reference` is given.
+`stolen` is the share of busy time during which the host ran other virtual machines on the
+processors of this one. Runs with a large share are not reliable.
 """
 
 import argparse
@@ -24,14 +24,14 @@ import moving_stream
 from moving_stream import Job, write_moving_stream
 
 SIZES = (20_000, 100_000, 244_000, 1_000_000)
-_FRAMES = {1_000_000: 21}
+_FRAMES_BY_SIZE = {1_000_000: 21}
 _COMMAND = "from quarc_ref.cli.app import main; main()"
 
 
 def make_stream(job: Job, cache: Path) -> Path:
-    """Return the path of the stream of a job; generate the stream if it is not in the cache."""
+    """Return the path of a job's stream, which is generated if it is not in the cache."""
     cache.mkdir(parents=True, exist_ok=True)
-    numbers = (*astuple(job)[:5], round(1000 * job.updated), *["sparse"] * job.sparse)
+    numbers = (*astuple(job)[:5], round(1000 * job.updated_share), *["sparse"] * job.sparse)
     source_digest = hashlib.sha256(Path(moving_stream.__file__).read_bytes()).hexdigest()[:8]
     path = cache / f"moving-{'-'.join(map(str, numbers))}-{source_digest}.quarc"
     if not path.exists():
@@ -53,11 +53,11 @@ def measure(path: Path, threads: int, engine: str) -> dict[str, Any]:
 
 
 def measure_all(cache: Path, births: int) -> list[dict[str, Any]]:
-    """Return a row for each size, stream (dense or sparse) and number of threads."""
+    """Return a row for each size, each kind of stream (dense, sparse) and 1 and 2 threads."""
     rows = []
     for size in SIZES:
         for sparse in (False, True):
-            job = Job(size, births=births, frames=_FRAMES.get(size, 101), sparse=sparse)
+            job = Job(size, births=births, frames=_FRAMES_BY_SIZE.get(size, 101), sparse=sparse)
             path = make_stream(job, cache)
             rows += [
                 {"stream": "sparse" if sparse else "dense", **measure(path, threads, "fast")}
@@ -67,7 +67,7 @@ def measure_all(cache: Path, births: int) -> list[dict[str, Any]]:
 
 
 def format_table(rows: list[dict[str, Any]]) -> str:
-    """Return rows as a table in Markdown."""
+    """Return the rows as a Markdown table."""
     stages = list(dict.fromkeys(stage for row in rows for stage in row["ms_by_stage"]))
     lines = [
         [
@@ -77,12 +77,12 @@ def format_table(rows: list[dict[str, Any]]) -> str:
             "threads",
             "fps",
             "ms per frame",
-            "CPU ms",
+            "CPU ms per frame",
             "stolen",
             *stages,
-            "first frame s",
-            "loaded s",
-            "MiB",
+            "first frame, s",
+            "first frame after warm-up, s",
+            "peak memory, MiB",
         ]
     ]
     for row in rows:
@@ -101,7 +101,7 @@ def format_table(rows: list[dict[str, Any]]) -> str:
 
 
 def plot(rows: list[dict[str, Any]], path: Path) -> None:
-    """Write a PNG of milliseconds per frame against the number of Gaussians."""
+    """Plot milliseconds per frame against the number of Gaussians into a PNG file."""
     from quarc_ref.evaluation.plots import plot_decode_speed
 
     lines = {
@@ -117,7 +117,7 @@ def plot(rows: list[dict[str, Any]], path: Path) -> None:
 
 
 def main() -> None:
-    """Measure one stream, or with `--table` all sizes, and print the rows."""
+    """Measure one stream, or streams of all sizes with `--table`, and print the rows."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--births", type=int, default=150)
     single_options = [
@@ -129,20 +129,20 @@ def main() -> None:
             "--updated",
             type=float,
             default=0.0,
-            help="share of the Gaussians that each frame updates",
+            help="share of the Gaussians that are updated in each frame",
         ),
         parser.add_argument("--threads", type=int, default=2),
         parser.add_argument(
-            "--sparse", action="store_true", help="as few moving Gaussians as in real streams"
+            "--sparse", action="store_true", help="move as few Gaussians as in real streams"
         ),
         parser.add_argument(
             "--reference", action="store_true", help="decode with the reference engine"
         ),
     ]
     parser.add_argument(
-        "--table", action="store_true", help="measure all sizes with 1 and 2 threads"
+        "--table", action="store_true", help="measure streams of all sizes, with 1 and 2 threads"
     )
-    parser.add_argument("--plot", type=Path, help="write a plot of the table to this PNG file")
+    parser.add_argument("--plot", type=Path, help="with --table: write a plot to this PNG file")
     parser.add_argument("--json", action="store_true")
     default_cache = Path(tempfile.gettempdir()) / "quarc-ref-streams"
     parser.add_argument("--cache", type=Path, default=default_cache)

@@ -1,9 +1,10 @@
-"""Measures the time of each stage of an encode.
+"""Measures how long each stage of an encode takes.
 
     python benchmarks/encode.py CAPTURE [--preset P] [--set KEY=VALUE] [--frames N] [--json]
 
-The seconds of the canonical scene include all iterations and the loading of kernels. The seconds of
-a frame are a mean from the third frame on, which excludes loading and compiling at first use.
+The time of the canonical scene includes all iterations and the loading of kernels. The time per
+frame is the mean from the third frame on, so it does not include the loading or compiling of
+kernels at their first use.
 """
 
 import argparse
@@ -20,14 +21,14 @@ from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.settings.presets import PRESETS
 from quarc_ref.inspection.inspect_stream import inspect_stream
-from steady_timer import FIRST_FRAME, STAGES, SteadyTimer
+from steady_timer import FIRST_TIMED_FRAME, STAGES, SteadyTimer
 
 
 def measure(folder: Path, config: EncoderConfig, frames: int) -> dict[str, Any]:
-    """Encode a capture, and return a row with the seconds of each stage."""
+    """Encode a capture, and return a row with the time of each stage in seconds."""
     timer, sink = SteadyTimer(), io.BytesIO()
     encode(open_capture(folder), sink, EncodeOptions(config, frames, "cpu", timer))
-    frame_count = frames - FIRST_FRAME
+    frame_count = frames - FIRST_TIMED_FRAME
     seconds_by_stage = {
         stage: timer.timer.seconds.get(stage, 0.0) / frame_count for stage in STAGES
     }
@@ -50,10 +51,10 @@ def measure(folder: Path, config: EncoderConfig, frames: int) -> dict[str, Any]:
 
 
 def format_table(row: dict[str, Any]) -> str:
-    """Return a row as a table in Markdown."""
+    """Return a row as a Markdown table."""
     stages: dict[str, float] = row["seconds_per_frame_by_stage"]
     seconds = [row["seconds_canonical"], row["seconds_per_frame"], *stages.values()]
-    headers = ["capture", "Gaussians", "canonical s", "frame s", *stages]
+    headers = ["capture", "Gaussians", "seconds for frame 0", "seconds per frame", *stages]
     cells = [row["capture"], f"{row['gaussians']:,}", *(f"{value:.2f}" for value in seconds)]
     lines = (headers, ["---"] * len(headers), cells)
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
@@ -69,8 +70,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
-    if arguments.frames <= FIRST_FRAME:
-        parser.error(f"--frames must be at least {FIRST_FRAME + 1}")
+    if arguments.frames <= FIRST_TIMED_FRAME:
+        parser.error(f"--frames must be at least {FIRST_TIMED_FRAME + 1}")
     config = make_config(arguments.preset, arguments.changes, arguments.seed)
     row = measure(arguments.capture, config, arguments.frames)
     print(json.dumps(row, indent=2) if arguments.json else format_table(row))

@@ -1,8 +1,9 @@
-"""Generates a stream of simulated Gaussians in motion, for timing decoders; needs no torch.
+"""Generates streams of simulated moving Gaussians for timing decoders; does not need torch.
 
-The scene is a room with furniture, dense clusters and sparse outskirts, coded with the steps of the
-preset `main`. A few objects move, each with its own steady motion. The symbols of each anchor level
-code a third of the motion, rounded to steps. In every frame, as many Gaussians die as are born.
+The scene is a room with furniture, dense clusters and sparse outskirts, coded with the quantization
+steps of preset `main`. A few objects move, each with its own steady motion. The symbols of each of
+the three anchor levels code a third of the motion, rounded to whole steps. In every frame, as many
+Gaussians die as are born.
 """
 
 from collections.abc import Callable, Iterator
@@ -37,11 +38,11 @@ from quarc_ref.streams.stream_writer import StreamWriter
 
 Float64 = NDArray[np.float64]
 
-_METER = 1 << 12
-_MOVERS = 8
+_UNITS_PER_METER = 1 << 12
+_MOVER_COUNT = 8
 _NONZERO_SHARE = 0.07
 _FOLLOWING_SHARES = (0.10, 0.25, 0.45)
-_FIELD_SHARE = 0.5
+_UPDATED_FIELD_SHARE = 0.5
 _EMPTY_SECTION = Section(np.zeros(0, dtype=np.uint32))
 
 
@@ -50,26 +51,26 @@ class Job:
     """Options of a generated stream.
 
     Attributes:
-        gaussians: Number of Gaussians N of every frame.
-        anchors_per: Gaussians per anchor of level 1.
-        resample: Frames between samplings of anchors.
-        births: Number of births and deaths of every frame.
+        gaussians: Number of Gaussians in every frame.
+        gaussians_per_anchor: Number of Gaussians per anchor of level 1.
+        resample_interval: Number of frames from one sampling of anchors to the next.
+        births: Number of births, and of deaths, in every frame after the first.
         frames: Number of frames, including the canonical one.
-        updated: Share of the Gaussians that every frame updates; 0 for a stream of version 1.0.
-        sparse: Whether as few Gaussians follow a moving anchor as in streams of the real capture:
-            10 % at level 1, 25 % at level 2, 45 % at level 3.
+        updated_share: Share of the Gaussians that are updated in every frame; 0 for format 1.0.
+        sparse: Whether only few Gaussians follow a moving anchor, as in streams of the real
+            capture: 10 % at level 1, 25 % at level 2 and 45 % at level 3.
     """
 
     gaussians: int
-    anchors_per: int = 4
-    resample: int = 2
+    gaussians_per_anchor: int = 4
+    resample_interval: int = 2
     births: int = 150
     frames: int = 101
-    updated: float = 0.0
+    updated_share: float = 0.0
     sparse: bool = False
 
     def header(self) -> StreamHeader:
-        """Return the header of a stream of the lowest sufficient level."""
+        """Return the stream header, with the lowest level that allows so many Gaussians."""
         level = min(
             number for number, limits in LEVELS.items() if limits.gaussians >= self.gaussians
         )
@@ -79,48 +80,49 @@ class Job:
             log_scale_step=1 / 8,
             sh_dc_step=1 / 16,
             sh_rest_step=1 / 16,
-            gaussians_per_anchor=self.anchors_per,
-            resample_interval=self.resample,
+            gaussians_per_anchor=self.gaussians_per_anchor,
+            resample_interval=self.resample_interval,
             seed=1,
-            updates=self.updated > 0,
+            updates=self.updated_share > 0,
         )
 
 
 @dataclass(slots=True)
 class _Movers:
-    """Moving objects: positions, velocities and extents.
+    """Moving objects: their centers, velocities and radii.
 
     Attributes:
-        centers: `[3, m]` lattice units.
-        velocities: `[c, m]` steps per frame.
-        radii: Radius of an object's influence in lattice units, for each level.
+        centers: `[3, m]` centers in lattice units.
+        velocities: `[c, m]` velocities in steps per frame.
+        radii: For each anchor level, the distance from a center in lattice units within which
+            anchors move with the object.
     """
 
     centers: np.ndarray
     velocities: np.ndarray
     radii: tuple[float, ...]
 
-    def advance(self, rng: np.random.Generator, step: int) -> None:
+    def advance(self, rng: np.random.Generator, translation_step: int) -> None:
         noise = rng.normal(size=self.velocities.shape)
         noise *= self.velocities.std(axis=1, keepdims=True)
         self.velocities = 0.95 * self.velocities + 0.3 * noise
-        self.centers = self.centers + step * self.velocities[:3]
+        self.centers = self.centers + translation_step * self.velocities[:3]
 
-    def draw_symbols(self, positions: Float64, number: int, seed: int) -> Int64:
-        """Return symbols `[c, a]` of anchors at positions `[3, a]`."""
+    def make_symbols(self, positions: Float64, level_index: int, seed: int) -> Int64:
+        """Return the symbols `[c, a]` of anchors of a level at positions `[3, a]`."""
         distances = np.stack(
             [_compute_lengths(positions - center[:, None]) for center in self.centers.T]
         )
         nearest = distances.argmin(axis=0)
-        is_moving = distances.min(axis=0) < self.radii[number]
+        is_moving = distances.min(axis=0) < self.radii[level_index]
         noise = np.random.default_rng(seed).normal(size=(self.velocities.shape[0], nearest.size))
-        thirds = self.velocities[:, nearest] / 3 + 0.4 * noise
-        symbols: Int64 = np.rint(thirds * is_moving).astype(np.int64)
+        level_motion = self.velocities[:, nearest] / 3 + 0.4 * noise
+        symbols: Int64 = np.rint(level_motion * is_moving).astype(np.int64)
         return symbols
 
 
 def write_moving_stream(path: Path, job: Job) -> None:
-    """Write the stream of a job; the file appears when it is complete."""
+    """Write a job's stream; the file becomes visible only when it is complete."""
     with atomic_file(path) as sink:
         header = job.header()
         writer = StreamWriter(sink, wire.build_stream_header(header))
@@ -130,25 +132,25 @@ def write_moving_stream(path: Path, job: Job) -> None:
 
 
 def make_gaussians(count: int, rng: np.random.Generator) -> Gaussians:
-    """Return the Gaussians of a scene; positions are in steps of 4 lattice units."""
-    points = _make_points(count, rng) * _METER / 4
-    coarse = np.floor(points / _METER).astype(np.int64)
-    colors = (coarse * [[31], [17], [7]] % 23).sum(axis=0) - 30
+    """Return the Gaussians of a scene; positions are in position steps of 4 lattice units."""
+    points = _make_points(count, rng) * _UNITS_PER_METER / 4
+    cells = np.floor(points / _UNITS_PER_METER).astype(np.int64)
+    colors = (cells * [[31], [17], [7]] % 23).sum(axis=0) - 30
     codes = np.zeros((16, count), dtype=np.int64)
     codes[LOG_SCALES] = -36 + rng.normal(0, 5, (1, count)) + rng.normal(0, 3, (3, count))
     codes[OPACITY] = rng.normal(12, 16, count).clip(-24, 60)
     codes[SH_DC] = colors + rng.normal(0, 5, (1, count)) + rng.normal(0, 1.5, (3, count))
     codes[SH_REST] = rng.laplace(0, 0.7, (9, count))
-    rotations = np.concatenate([rng.integers(0, 4, (1, count)), _draw_thirds(count, rng)])
+    rotations = np.concatenate([rng.integers(0, 4, (1, count)), _make_small_components(count, rng)])
     return Gaussians(points.astype(np.int64), rotations, codes)
 
 
 def _make_points(count: int, rng: np.random.Generator) -> np.ndarray:
-    """Return positions `[3, count]` in meters: in walls, furniture, clusters and outskirts."""
+    """Return positions `[3, count]` in meters on walls, furniture, clusters and outskirts."""
     walls = rng.uniform(-1, 1, (3, count)) * [[4], [2], [3]]
-    side = rng.integers(0, 3, count)
-    walls[side, np.arange(count)] = (
-        np.where(rng.random(count) < 0.5, -1, 1) * np.array([4, 2, 3])[side]
+    axes = rng.integers(0, 3, count)
+    walls[axes, np.arange(count)] = (
+        np.where(rng.random(count) < 0.5, -1, 1) * np.array([4, 2, 3])[axes]
     )
     walls += rng.normal(0, 0.01, walls.shape)
     directions = _normalize(rng.normal(size=(3, count)))
@@ -166,19 +168,20 @@ def _make_points(count: int, rng: np.random.Generator) -> np.ndarray:
     return kinds[kind_indices, :, np.arange(count)].T
 
 
-def _draw_thirds(count: int, rng: np.random.Generator) -> Int64:
-    """Return the three smallest components of unit quaternions, `[3, count]`, in steps of 1/64."""
-    quaternions = np.sort(np.abs(_normalize(rng.normal(size=(4, count)))), axis=0)[:3]
-    thirds: Int64 = np.trunc(quaternions * 64 * rng.choice([-1, 1], (3, count))).astype(np.int64)
-    return thirds
+def _make_small_components(count: int, rng: np.random.Generator) -> Int64:
+    """Return the small components of random unit quaternions as `[3, count]` units of 1/64."""
+    magnitudes = np.sort(np.abs(_normalize(rng.normal(size=(4, count)))), axis=0)[:3]
+    signs = rng.choice([-1, 1], (3, count))
+    components: Int64 = np.trunc(magnitudes * 64 * signs).astype(np.int64)
+    return components
 
 
 def _make_births(state: FrameState, count: int, rng: np.random.Generator) -> Births:
-    """Return births near random parents and similar to them."""
+    """Return births whose positions and attributes are close to those of random parents."""
     parents = np.sort(rng.integers(0, state.scene.count, count))
     noise = rng.normal(0, 2, (16, count)).astype(np.int64)
     codes: Int64 = state.scene.codes[:, parents].astype(np.int64) + noise
-    rotations = np.concatenate([rng.integers(0, 4, (1, count)), _draw_thirds(count, rng)])
+    rotations = np.concatenate([rng.integers(0, 4, (1, count)), _make_small_components(count, rng)])
     offsets = rng.laplace(0, 12, (3, count)).astype(np.int64)
     return Births(parents, Gaussians(offsets, rotations, codes))
 
@@ -186,7 +189,7 @@ def _make_births(state: FrameState, count: int, rng: np.random.Generator) -> Bir
 def _make_chunks(header: StreamHeader, job: Job) -> Iterator[tuple[bytes, bytes]]:
     rng = np.random.default_rng(0)
     engine = choose_engine()
-    state, payload = _make_canonical(engine, header, make_gaussians(job.gaussians, rng))
+    state, payload = _make_canonical_frame(engine, header, make_gaussians(job.gaussians, rng))
     yield container.CANO, payload
     movers = None
     for frame in range(1, job.frames):
@@ -194,15 +197,15 @@ def _make_chunks(header: StreamHeader, job: Job) -> Iterator[tuple[bytes, bytes]
         levels = [level.positions.astype(np.float64) for level in frame_start.known_anchors.levels]
         movers = movers or _make_movers(frame_start, levels, rng, sparse=job.sparse)
         symbols = [
-            movers.draw_symbols(positions, number, 3 * frame + number)
-            for number, positions in enumerate(levels)
+            movers.make_symbols(positions, index, 3 * frame + index)
+            for index, positions in enumerate(levels)
         ]
         movers.advance(rng, header.translation_step)
         state, payload = _make_frame(engine, frame_start, symbols, job, rng)
         yield container.FRAM, payload
 
 
-def _make_canonical(
+def _make_canonical_frame(
     engine: Engine[Any], header: StreamHeader, gaussians: Gaussians
 ) -> tuple[FrameState, bytes]:
     origin, axis_bits, sorted_gaussians = sort_canonical(gaussians)
@@ -216,17 +219,17 @@ def _make_canonical(
 def _make_movers(
     state: FrameState, levels: list[np.ndarray], rng: np.random.Generator, *, sparse: bool
 ) -> _Movers:
-    """Return movers whose radii move the requested share of Gaussians."""
+    """Return movers with radii that give the intended share of moving anchors or Gaussians."""
     channels = np.arange(state.scene.header.symbol_planes)
-    velocities = rng.normal(size=(channels.size, _MOVERS))
+    velocities = rng.normal(size=(channels.size, _MOVER_COUNT))
     velocities *= np.where(channels < 3, 5.0, 1.2)[:, None]
-    inner_indices = np.flatnonzero(np.abs(state.scene.positions).max(axis=0) < 2 * _METER)
-    centers = state.scene.positions[:, rng.choice(inner_indices, _MOVERS)].astype(np.float64)
+    inner_indices = np.flatnonzero(np.abs(state.scene.positions).max(axis=0) < 2 * _UNITS_PER_METER)
+    centers = state.scene.positions[:, rng.choice(inner_indices, _MOVER_COUNT)].astype(np.float64)
     if not sparse:
         anchors = np.concatenate(levels, axis=1)
         radius = _find_radius(
             lambda radius: (
-                _Movers(centers, velocities, (radius,)).draw_symbols(anchors, 0, 0) != 0
+                _Movers(centers, velocities, (radius,)).make_symbols(anchors, 0, 0) != 0
             ).mean(),
             _NONZERO_SHARE,
         )
@@ -237,7 +240,7 @@ def _make_movers(
         _find_radius(
             lambda radius: (
                 _Movers(centers, velocities, (radius,))
-                .draw_symbols(gaussians, 0, 0)
+                .make_symbols(gaussians, 0, 0)
                 .any(axis=0)
                 .mean()
             ),
@@ -249,7 +252,7 @@ def _make_movers(
 
 
 def _find_radius(measure_share: Callable[[float], float], target_share: float) -> float:
-    low, high = 0.0, 8.0 * _METER
+    low, high = 0.0, 8.0 * _UNITS_PER_METER
     for _ in range(10):
         radius = (low + high) / 2
         low, high = (low, radius) if measure_share(radius) > target_share else (radius, high)
@@ -257,11 +260,11 @@ def _find_radius(measure_share: Callable[[float], float], target_share: float) -
 
 
 def _make_updates(state: FrameState, share: float, rng: np.random.Generator) -> Updates:
-    """Return updates with small residuals in some fields of random Gaussians, without deletions."""
+    """Return updates of random Gaussians: small residuals in some fields, and no deletions."""
     indices = np.flatnonzero(rng.random(state.scene.count) < share)
     residuals = rng.laplace(0, 2, (RESIDUAL_ROWS, indices.size)).astype(np.int64)
     for rows in UPDATE_FIELDS.values():
-        residuals[rows] *= rng.random(indices.size) < _FIELD_SHARE
+        residuals[rows] *= rng.random(indices.size) < _UPDATED_FIELD_SHARE
     return Updates(indices, np.zeros(indices.size, dtype=np.bool_), residuals)
 
 
@@ -272,12 +275,12 @@ def _make_frame(
     job: Job,
     rng: np.random.Generator,
 ) -> tuple[FrameState, bytes]:
-    """Return the state of a frame and the payload of its chunk."""
+    """Return the state after a frame, and the payload of the frame's chunk."""
     births, updates = job.births, None
     motion = engine.write_motion(frame_start, symbols, previous=True)
     moved_frame = engine.decode_motion(frame_start, motion, previous=True)
-    if job.updated:
-        frame_updates = _make_updates(moved_frame, job.updated, rng)
+    if job.updated_share:
+        frame_updates = _make_updates(moved_frame, job.updated_share, rng)
         updates = engine.write_updates(moved_frame, frame_updates)
         moved_frame = engine.decode_updates(moved_frame, updates)
     section = _EMPTY_SECTION

@@ -1,10 +1,10 @@
-"""Options that several benchmarks share."""
+"""Command-line options that several benchmarks share."""
 
 import argparse
 
 
 def add_set_option(parser: argparse.ArgumentParser) -> None:
-    """Add `--set`, which changes settings of the preset; `args.set` is a list of KEY=VALUE."""
+    """Add `--set`, which changes settings of the preset; `args.set` becomes a list of KEY=VALUE."""
     parser.add_argument(
         "--set",
         action="append",
@@ -15,14 +15,14 @@ def add_set_option(parser: argparse.ArgumentParser) -> None:
 
 
 def add_capture_options(parser: argparse.ArgumentParser) -> None:
-    """Add `--frames`, `--downscale` and `--held-out`, which are options of reading a capture."""
+    """Add the options for reading a capture: `--frames`, `--downscale` and `--held-out`."""
     add = parser.add_argument
-    add("--frames", type=int, help="number of frames; all by default")
+    add("--frames", type=int, help="number of frames (default: all)")
     add("--downscale", type=int, default=1, help="downscale pictures by this factor")
     add(
         "--held-out",
         action="append",
         default=[],
         metavar="NAME",
-        help="held-out camera; the first by default",
+        help="name of a held-out camera; may be repeated (default: the first camera)",
     )

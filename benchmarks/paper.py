@@ -1,11 +1,11 @@
-"""Runs the experiments of the paper on any captures.
+"""Runs the experiments of the QuARC-GS paper on one or several captures.
 
     python benchmarks/paper.py CAPTURE... --out DIR [--preset P] [--frames N] [--only full,step]
                                [--workers N | --ray ADDRESS] [--lpips WEIGHTS] [--set KEY=VALUE]
 
-Writes DIR/index.html, CSV, Markdown and plots. Rows and streams are kept in DIR, so that an
-interrupted run resumes. Each of several captures has a folder in DIR; a table of all scenes and
-their mean is written to DIR/scenes.md and DIR/scenes.csv.
+Writes a page (DIR/index.html), tables as CSV and Markdown, and plots. Finished rows and streams are
+kept in DIR, so the same command resumes an interrupted run. If there are several captures, each
+gets a folder in DIR, and DIR/scenes.md and DIR/scenes.csv compare all scenes and give their mean.
 """
 
 import sys

@@ -1,10 +1,10 @@
-"""Compares the speed of the numba rasterizer with that of pure torch on the CPU.
+"""Compares the speed of the numba rasterizer with that of the pure torch rasterizer on the CPU.
 
     python benchmarks/raster.py [--gaussians N] [--width W] [--height H] [--json]
 
-Both backends render the same random scene from the same camera, forward and backward. Pure torch
-runs in float32, as in training. Random Gaussians overlap more than those of a trained scene, so the
-ratio is meaningful, and the milliseconds are not.
+Both backends run the forward and backward pass for the same random scene and camera. Pure torch
+runs in float32, as in training. Random Gaussians overlap more than those of a trained scene, so
+only the ratio of the times is meaningful.
 """
 
 import argparse
@@ -20,22 +20,22 @@ from quarc_ref.rendering.raster_numba import NumbaRasterizer
 from quarc_ref.rendering.raster_torch import TorchRasterizer
 from quarc_ref.rendering.rasterizer import Gaussians, Rasterizer, activate_opacities
 
-_PIXELS_PER_GAUSSIAN = 1.5  # standard deviation in the middle of the scene
+_GAUSSIAN_SIGMA_PIXELS = 1.5  # typical standard deviation in the middle of the scene
 
 
 def make_scene(count: int, width: int) -> list[torch.Tensor]:
-    """Return leaf tensors: means, quaternions, log-scales, opacity logits, SH."""
+    """Return random leaf tensors: means, quaternions, log-scales, opacity logits and SH."""
     generator = torch.Generator().manual_seed(0)
 
     def draw_normal(*shape: int) -> torch.Tensor:
         return torch.randn(*shape, generator=generator)
 
     means = draw_normal(count, 3) * torch.tensor([1.5, 0.9, 0.8]) + torch.tensor([0.0, 0.0, 4.0])
-    log_size = math.log(_PIXELS_PER_GAUSSIAN * 4.0 / width)
+    mean_log_scale = math.log(_GAUSSIAN_SIGMA_PIXELS * 4.0 / width)
     leaves = [
         means,
         draw_normal(count, 4),
-        draw_normal(count, 3) * 0.4 + log_size,
+        draw_normal(count, 3) * 0.4 + mean_log_scale,
         draw_normal(count),
         draw_normal(count, 4, 3) / 4,
     ]
@@ -45,14 +45,14 @@ def make_scene(count: int, width: int) -> list[torch.Tensor]:
 def time_rasterizer(
     rasterizer: Rasterizer, leaves: list[torch.Tensor], camera: Camera, repeats: int
 ) -> dict[str, float]:
-    """Return the median milliseconds of forward and backward."""
+    """Return the median times of the forward and the backward pass in milliseconds."""
     background = torch.zeros(3)
-    forward, backward = [], []
+    forward_times, backward_times = [], []
 
     def compute_loss() -> torch.Tensor:
-        means, quaternions, scales, logits, sh = leaves
-        opacities = activate_opacities(logits)
-        gaussians = Gaussians(means, quaternions, torch.exp(scales), opacities, sh)
+        means, quaternions, log_scales, opacity_logits, sh = leaves
+        opacities = activate_opacities(opacity_logits)
+        gaussians = Gaussians(means, quaternions, torch.exp(log_scales), opacities, sh)
         return rasterizer.render(gaussians, camera, background).image.square().sum()
 
     for _ in range(repeats + 1):
@@ -60,10 +60,13 @@ def time_rasterizer(
         loss = compute_loss()
         forward_end = time.perf_counter()
         torch.autograd.grad(loss, leaves)
-        forward.append(forward_end - start)
-        backward.append(time.perf_counter() - forward_end)
-    # The first repetition includes compiling, and is left out.
-    return {"forward_ms": 1e3 * median(forward[1:]), "backward_ms": 1e3 * median(backward[1:])}
+        forward_times.append(forward_end - start)
+        backward_times.append(time.perf_counter() - forward_end)
+    # The first repetition includes compiling, so it is left out.
+    return {
+        "forward_ms": 1e3 * median(forward_times[1:]),
+        "backward_ms": 1e3 * median(backward_times[1:]),
+    }
 
 
 def main() -> None:
@@ -92,7 +95,7 @@ def main() -> None:
         return
     for name, row in rows.items():
         print(f"{name}: {row['forward_ms']:.1f} ms forward, {row['backward_ms']:.1f} ms backward")
-    print(f"numba is {ratio:.1f} times as fast")
+    print(f"numba is {ratio:.1f} times as fast as torch")
 
 
 if __name__ == "__main__":

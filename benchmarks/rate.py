@@ -2,9 +2,9 @@
 
     python benchmarks/rate.py CAPTURE... [--streams DIR] [--preset P] [--sweep] [--json]
 
-A CAPTURE is a folder, or `synth` for the built-in capture of `make demo`. Streams are encoded into
-DIR unless they exist, so that an interrupted run resumes. Tables, CSV and plots are written into
-DIR as well.
+A CAPTURE is a folder, or `synth` for the built-in capture of `make demo`. Streams that do not exist
+in DIR are encoded into it, so the same command resumes an interrupted run. Tables (Markdown, CSV)
+and plots are also written to DIR.
 """
 
 from rate.command import main

@@ -2,16 +2,16 @@
 
 from quarc_ref.encoder.stage_timer import StageTimer
 
-FIRST_FRAME = 2
+FIRST_TIMED_FRAME = 2
 STAGES = ("anchors", "motion", "placement", "births", "commit")
 
 
 class SteadyTimer:
-    """Measures the time of the canonical scene, and of the frames from the third frame on.
+    """Measures the time of the canonical scene, and of the frames from the third on.
 
     Attributes:
-        canonical_seconds: Seconds of training the canonical scene.
-        timer: Timer of the stages; it contains only frames from the third frame on.
+        canonical_seconds: Time of training the canonical scene in seconds.
+        timer: Timer of the stages, reset so that it counts only frames from the third on.
     """
 
     def __init__(self) -> None:
@@ -21,6 +21,6 @@ class SteadyTimer:
     def advance(self, stage: str, done: int, total: int) -> None:
         """See `Progress.advance`."""
         self.timer.advance(stage, done, total)
-        if stage == "frames" and done == FIRST_FRAME:
+        if stage == "frames" and done == FIRST_TIMED_FRAME:
             self.canonical_seconds = self.timer.seconds["canonical"]
             self.timer.seconds.clear()

@@ -1,7 +1,7 @@
-"""Studies: many jobs, each of which saves a row of results; completed jobs do not run again.
+"""Runs studies: many jobs, each of which saves a row; completed jobs are not repeated.
 
-A row is a JSON file with a key that identifies its inputs. An interrupted study continues with the
-missing rows.
+A row is a JSON file with results, and with a key that identifies the inputs. If a study was
+interrupted, running it again makes only the missing rows.
 """
 
 import json
@@ -32,7 +32,7 @@ def save_row(path: Path, key: str, row: Row) -> None:
 
 
 def load_row(path: Path, key: str) -> Row | None:
-    """Return a row; None if its file is missing, or has another key."""
+    """Return a row; None if its file is missing or contains another key."""
     if not path.is_file():
         return None
     row: Row = json.loads(path.read_text())
@@ -45,13 +45,13 @@ def run_missing(
     pool: WorkerPool,
     write_tables: Callable[[], object],
 ) -> None:
-    """Run jobs in a worker pool, and rewrite the tables every 30 seconds.
+    """Run jobs in a worker pool, and rewrite the tables at most every 30 seconds.
 
     Args:
-        make_row: Computes and saves the row of a job.
+        make_row: Function that computes and saves the row of a job.
         jobs: Jobs whose rows are missing.
-        pool: Worker processes, or a Ray cluster.
-        write_tables: Writes the tables of the existing rows.
+        pool: Worker processes or Ray cluster that runs the jobs.
+        write_tables: Function that writes the tables of the existing rows.
 
     Raises:
         JobsError: Some jobs failed; all others are complete.
@@ -68,11 +68,11 @@ def run_missing(
     run_jobs(make_row, jobs, pool, report_job)
 
 
-def sum_seconds(seconds: dict[str, float], frames: int) -> dict[str, float]:
-    """Return the seconds of the canonical frame, and of a later frame by stage.
+def average_stage_seconds(seconds: dict[str, float], frames: int) -> dict[str, float]:
+    """Return the seconds for the canonical frame, and the mean per later frame by stage.
 
     Args:
-        seconds: Seconds by stage, from a `StageTimer`.
+        seconds: Total seconds by stage, from a `StageTimer`.
         frames: Number of frames, including the canonical one.
     """
     canonical_seconds = {name: seconds.get(name, 0.0) for name in ("canonical", "canonical commit")}
@@ -89,7 +89,7 @@ def write_status(text: str) -> None:
 
 
 class ProgressLines:
-    """Writes the progress of a job to standard error every 20 seconds.
+    """Writes the progress of a job to standard error, at most every 20 seconds.
 
     Args:
         name: Name of the job.

@@ -1,11 +1,11 @@
-"""Measures the time of decoding all symbols of a frame on one thread.
+"""Measures how long one thread takes to decode all symbols of a frame.
 
     python benchmarks/symbols.py [--gaussians N] [--births N] [--repeats N] [--json]
 
 The symbols are simulated: a few objects move, each with its own steady motion, and the symbols of
-each anchor level code a third of the motion. The symbols therefore correlate with those of parents
-and of the previous frame, as in a trained stream. The size of the moving objects results in the
-requested share of nonzero symbols.
+each anchor level code a third of the motion. The symbols therefore correlate with those of parent
+anchors and of the previous frame, as in a trained stream. The size of the moving objects is chosen
+to give the requested share of nonzero symbols.
 """
 
 import argparse
@@ -32,8 +32,8 @@ from quarc_ref.format.records import Births, Gaussians, StreamHeader
 
 CountsByField = dict[str, Any]  # context counts, indexed by the fields of a state
 
-REGIMES = {"paper": 0.07, "sparse": 0.01}
-_MOVERS = 8
+REGIMES = {"paper": 0.07, "sparse": 0.01}  # share of nonzero symbols
+_MOVER_COUNT = 8
 _HEADER = StreamHeader(
     level=20, level_count=3, gaussians_per_anchor=4, anchor_ratio=3, resample_interval=1
 )
@@ -41,7 +41,7 @@ _HEADER = StreamHeader(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneMotion:
-    """Moving objects, and the distance of each Gaussian to the nearest moving object.
+    """Moving objects ("movers"), and the distance of each Gaussian to the nearest mover.
 
     Attributes:
         distance: `[N]` distances of the Gaussians to their nearest movers, in lattice units.
@@ -54,7 +54,7 @@ class SceneMotion:
     velocity: np.ndarray
 
     def advance(self, rng: np.random.Generator) -> "SceneMotion":
-        """Return the motion in the next frame, with small changes."""
+        """Return the motion in the next frame, which has slightly different velocities."""
         noise = rng.normal(size=self.velocity.shape) * self.velocity.std(axis=1, keepdims=True)
         return SceneMotion(self.distance, self.nearest_mover, 0.95 * self.velocity + 0.3 * noise)
 
@@ -69,31 +69,31 @@ def make_canonical(count: int, rng: np.random.Generator) -> State:
 
 
 def make_scene_motion(state: State, rng: np.random.Generator) -> SceneMotion:
-    """Return movers at the positions of random Gaussians, with random velocities."""
+    """Return motion with movers at the positions of random Gaussians and random velocities."""
     positions = state.scene.positions.astype(np.float64)
-    centers = positions[:, rng.integers(0, state.scene.count, _MOVERS)]
+    centers = positions[:, rng.integers(0, state.scene.count, _MOVER_COUNT)]
     distances = np.stack(
         [np.linalg.norm(positions - center[:, None], axis=0) for center in centers.T]
     )
-    velocity = rng.normal(size=(_HEADER.symbol_planes, _MOVERS))
+    velocity = rng.normal(size=(_HEADER.symbol_planes, _MOVER_COUNT))
     velocity *= np.where(np.arange(_HEADER.symbol_planes) < 3, 5.0, 1.2)[:, None]
     return SceneMotion(distances.min(axis=0), distances.argmin(axis=0), velocity)
 
 
 def make_symbols(state: State, motion: SceneMotion, share: float) -> list[Int64]:
-    """Return symbols of each level, of which about the requested share is nonzero.
+    """Return the symbols of each level; about the requested share of them is nonzero.
 
     Args:
         state: State after `begin_frame`.
         motion: Motion of the scene.
-        share: Share of nonzero symbols; at most the share if all anchors move.
+        share: Requested share; the result is smaller if even moving all anchors gives less.
     """
     low, high = 0.0, float(motion.distance.max())
     for _ in range(12):
         radius = (low + high) / 2
-        too_many = compute_nonzero_share(_draw_symbols(state, motion, radius)) > share
+        too_many = compute_nonzero_share(_make_symbols_for_radius(state, motion, radius)) > share
         low, high = (low, radius) if too_many else (radius, high)
-    return _draw_symbols(state, motion, low)
+    return _make_symbols_for_radius(state, motion, low)
 
 
 def compute_nonzero_share(symbols: list[Int64]) -> float:
@@ -104,11 +104,13 @@ def compute_nonzero_share(symbols: list[Int64]) -> float:
 def make_births(state: State, count: int, rng: np.random.Generator) -> Births:
     """Return births near random parents."""
 
-    def draw(rows: int, width: float) -> Int64:
+    def draw_laplace(rows: int, width: float) -> Int64:
         return rng.laplace(0, width, (rows, count)).astype(np.int64)
 
-    rotations = np.concatenate([rng.integers(0, 4, (1, count)), draw(3, 30).clip(-128, 128)])
-    residuals = Gaussians(draw(3, 12), rotations, draw(_HEADER.code_planes, 4))
+    rotations = np.concatenate(
+        [rng.integers(0, 4, (1, count)), draw_laplace(3, 30).clip(-128, 128)]
+    )
+    residuals = Gaussians(draw_laplace(3, 12), rotations, draw_laplace(_HEADER.code_planes, 4))
     return Births(np.sort(rng.integers(0, state.scene.count, count)), residuals)
 
 
@@ -118,27 +120,28 @@ def encode_symbols(
     """Encode the symbols of a frame.
 
     Returns:
-        A function that decodes the symbols and returns the new context counts, and the coded bytes.
+        A function that decodes the symbols and returns the new context counts, and the number of
+        coded bytes.
     """
     levels = motion_contexts(state, previous=True)
     motion = write_motion(levels, symbols, state.motion_counts)
     decoded, _ = read_motion(motion, levels, state.motion_counts)
     births_section = write_births(births, state.birth_counts)
-    count, planes = births.newborn.count, _HEADER.code_planes
+    birth_count, plane_count = births.newborn.count, _HEADER.code_planes
     if not all(map(np.array_equal, decoded, symbols)):
-        message = "decoding does not reproduce the symbols"
+        message = "the decoded symbols differ from the encoded symbols"
         raise RuntimeError(message)
 
     def decode() -> CountsByField:
         _, motion_counts = read_motion(motion, levels, state.motion_counts)
-        _, birth_counts = read_births(births_section, planes, count, state.birth_counts)
+        _, birth_counts = read_births(births_section, plane_count, birth_count, state.birth_counts)
         return {"motion_counts": motion_counts, "birth_counts": birth_counts}
 
     return decode, motion.byte_count() + births_section.byte_count()
 
 
 def time_regime(state: State, share: float, births: int, repeats: int) -> list[dict[str, object]]:
-    """Return a row for each decoder, with the milliseconds for the second of two moved frames."""
+    """Return a row for each entropy decoder: its time for the second of two moving frames."""
     rng = np.random.default_rng(1)
     motion = make_scene_motion(state, rng)
     start = begin_frame(state, 0)
@@ -160,7 +163,7 @@ def time_regime(state: State, share: float, births: int, repeats: int) -> list[d
 
 
 def choose_readers() -> dict[str, AbstractContextManager[None]]:
-    """Return contexts that select an entropy decoder, by name; the fastest is first."""
+    """Return context managers that select an entropy decoder, by its name; fastest first."""
     readers: dict[str, AbstractContextManager[None]] = {}
     if HAS_CONSTRICTION:
         readers["constriction"] = use_bit_decoder(make_fastest_decoder)
@@ -169,7 +172,7 @@ def choose_readers() -> dict[str, AbstractContextManager[None]]:
 
 
 def time_calls(call: Callable[[], object], repeats: int) -> dict[str, float]:
-    """Return the median milliseconds of a call: elapsed time and processor time.
+    """Return the median times of a call in milliseconds: elapsed time and processor time.
 
     They are equal if no other process uses the processor.
     """
@@ -183,7 +186,7 @@ def time_calls(call: Callable[[], object], repeats: int) -> dict[str, float]:
 
 
 def main() -> None:
-    """Time both regimes with every decoder, and print the rows."""
+    """Time both regimes with every entropy decoder, and print the rows."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--gaussians", type=int, default=244_000)
     parser.add_argument("--births", type=int, default=150)
@@ -200,7 +203,7 @@ def main() -> None:
         machine = platform.processor() or platform.machine()
         print(json.dumps({"machine": machine, "births": arguments.births, "rows": rows}, indent=2))
         return
-    print("| symbols | anchors | not 0 | bytes | reader | ms | CPU ms |")
+    print("| regime | anchors | nonzero symbols | bytes | entropy decoder | ms | CPU ms |")
     print("|---|---|---|---|---|---|---|")
     for row in rows:
         print(
@@ -209,15 +212,15 @@ def main() -> None:
         )
 
 
-def _draw_symbols(state: State, motion: SceneMotion, radius: float) -> list[Int64]:
-    """Return the symbols if movers have this radius; each call adds the same noise."""
+def _make_symbols_for_radius(state: State, motion: SceneMotion, radius: float) -> list[Int64]:
+    """Return the symbols for movers of this radius; every call adds the same noise."""
     rng, symbols = np.random.default_rng(2), []
     for level in state.known_anchors.levels:
         gaussian_indices = np.searchsorted(state.scene.ids, level.owners)
-        thirds = motion.velocity[:, motion.nearest_mover[gaussian_indices]] / 3
+        level_motion = motion.velocity[:, motion.nearest_mover[gaussian_indices]] / 3
         is_moving = motion.distance[gaussian_indices] < radius
-        noise = rng.normal(size=thirds.shape) * 0.4
-        symbols.append(np.rint((thirds + noise) * is_moving).astype(np.int64))
+        noise = rng.normal(size=level_motion.shape) * 0.4
+        symbols.append(np.rint((level_motion + noise) * is_moving).astype(np.int64))
     return symbols
 
 

@@ -16,29 +16,29 @@ _HERE = Path(__file__).parent / "today"
 
 @dataclass(frozen=True)
 class Plot:
-    """A plot of a CSV file: the first column is x, and each other column is a line.
+    """A plot of a CSV file: the first column has the x values, and each other column is a line.
 
     Attributes:
-        name: Name of the CSV file and of the SVG file, without suffix.
-        x: Label of the x axis.
-        y: Label of the y axis.
-        log: Whether both axes are logarithmic.
+        name: Name of the CSV file and the SVG file, without suffix.
+        x_label: Label of the x axis.
+        y_label: Label of the y axis.
+        is_log: Whether both axes are logarithmic.
     """
 
     name: str
-    x: str
-    y: str
-    log: bool = False
+    x_label: str
+    y_label: str
+    is_log: bool = False
 
 
 PLOTS = (
     Plot("what_moves", "frame", "PSNR of the moving region, training views, dB"),
-    Plot("decoder", "Gaussians", "ms per frame", log=True),
+    Plot("decoder", "Gaussians", "ms per frame", is_log=True),
 )
 
 
 def draw_plot(plot: Plot, folder: Path = _HERE) -> bytes:
-    """Return the SVG of a plot."""
+    """Return a plot as SVG."""
     with (folder / f"{plot.name}.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     x_column, *line_columns = rows[0]
@@ -49,13 +49,13 @@ def draw_plot(plot: Plot, folder: Path = _HERE) -> bytes:
             (float(row[x_column]), float(row[line_column])) for row in rows if row[line_column]
         ]
         axes.plot(*zip(*points, strict=True), marker="o", markersize=4, label=line_column)
-    axes.set(xlabel=plot.x, ylabel=plot.y)
-    if plot.log:
+    axes.set(xlabel=plot.x_label, ylabel=plot.y_label)
+    if plot.is_log:
         axes.set(xscale="log", yscale="log")
     axes.grid(alpha=0.3)
     axes.legend(frameon=False)
     svg = BytesIO()
-    with rc_context({"svg.hashsalt": "quarc-ref"}):  # the same file from the same figures
+    with rc_context({"svg.hashsalt": "quarc-ref"}):  # so that equal data give equal files
         figure.savefig(svg, format="svg", metadata={"Date": None})
     return svg.getvalue()
 

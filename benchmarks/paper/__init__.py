@@ -1,4 +1,4 @@
-"""The paper's experiments on any capture: the code of `benchmarks/paper.py`.
+"""Implements `benchmarks/paper.py`, which runs the paper's experiments on any capture.
 
 experiments ──> trials ──> rows, each in a JSON file (make_row)
                               │

@@ -1,4 +1,4 @@
-"""Compares the paper's claims about its ablations with the measurements."""
+"""Checks the paper's claims about its ablations against the measurements."""
 
 from collections.abc import Iterator, Mapping
 from statistics import fmean
@@ -6,78 +6,85 @@ from statistics import fmean
 from rate.claims import Claim
 from studies import Row
 
-_UNQUANTIZED_DB = 0.05
-_UNQUANTIZED_SHARE = 0.25
-_GATE_SHARE = 0.5
-_GATE_DB = 0.1
-_KNEE_DB = 0.1
-_KNEE_BYTES = 1.5
-_FEWER_ANCHORS_DB = 0.2
+_MAX_QUANTIZATION_LOSS_DB = 0.05
+_MAX_SIZE_RATIO_TO_FLOATS = 0.25
+_MAX_GATE_BIRTH_RATIO = 0.5
+_MAX_GATE_LOSS_DB = 0.1
+_MAX_FINER_STEP_GAIN_DB = 0.1
+_MIN_FINEST_STEP_SIZE_RATIO = 1.5
+_MIN_LARGEST_STEP_LOSS_DB = 0.1
+_MIN_FEWER_ANCHORS_LOSS_DB = 0.2
 
 Rows = Mapping[str, Row]
 
 
 def list_claims(experiments: Mapping[str, Mapping[str, Row]]) -> list[Claim]:
-    """Return the claims that the rows can confirm or refute, without repetition.
+    """Return the claims that the rows can confirm or refute, each once.
 
     Args:
         experiments: `{experiment: {label: row}}` in the order of the experiments.
     """
     claims: list[Claim] = []
-    for name, judge in _JUDGES.items():
+    for name, list_experiment_claims in _CLAIMS_BY_EXPERIMENT.items():
         rows = list(experiments.get(name, {}).values())
         if len(rows) > 1:
-            claims += judge(rows)
+            claims += list_experiment_claims(rows)
     return list(dict.fromkeys(claims))
 
 
-def _judge_quantization(rows: list[Row]) -> Iterator[Claim]:
-    full, unquantized = rows[0], rows[-1]
-    db_lost = _psnr(unquantized) - _psnr(full)
-    yield Claim("dB that quantization costs", db_lost, _UNQUANTIZED_DB)
-    share = full["bytes"]["kb_per_frame"] / unquantized["bytes"]["kb_per_frame"]
-    yield Claim("KB per frame, full method / floats", share, _UNQUANTIZED_SHARE)
+def _list_quantization_claims(rows: list[Row]) -> Iterator[Claim]:
+    full_method, all_floats = rows[0], rows[-1]
+    psnr_loss = _get_psnr(all_floats) - _get_psnr(full_method)
+    yield Claim("PSNR loss by quantization, dB", psnr_loss, _MAX_QUANTIZATION_LOSS_DB)
+    size_ratio = full_method["bytes"]["kb_per_frame"] / all_floats["bytes"]["kb_per_frame"]
+    yield Claim("KB per frame, full method / floats", size_ratio, _MAX_SIZE_RATIO_TO_FLOATS)
     if len(rows) > 2:
-        db_lost_in_motion = _psnr(rows[1]) - _psnr(full)
-        yield Claim("dB of it in motion and births", db_lost_in_motion, _UNQUANTIZED_DB)
+        psnr_loss = _get_psnr(rows[1]) - _get_psnr(full_method)
+        name = "PSNR loss by quantization of motion and births, dB"
+        yield Claim(name, psnr_loss, _MAX_QUANTIZATION_LOSS_DB)
 
 
-def _judge_gate(rows: list[Row]) -> Iterator[Claim]:
+def _list_gate_claims(rows: list[Row]) -> Iterator[Claim]:
     for with_gate, without_gate in zip(rows[::2], rows[1::2], strict=True):
         births = [fmean(row["births"][1:]) for row in (with_gate, without_gate)]
-        share = births[0] / births[1] if births[1] else None
+        birth_ratio = births[0] / births[1] if births[1] else None
         label = with_gate["label"]
-        yield Claim(f"{label}: births / those without", share, _GATE_SHARE)
-        yield Claim(f"{label}: dB that it costs", _psnr(without_gate) - _psnr(with_gate), _GATE_DB)
+        name = f"{label}: births with the gate / births without"
+        yield Claim(name, birth_ratio, _MAX_GATE_BIRTH_RATIO)
+        psnr_loss = _get_psnr(without_gate) - _get_psnr(with_gate)
+        yield Claim(f"{label}: PSNR loss by the gate, dB", psnr_loss, _MAX_GATE_LOSS_DB)
 
 
-def _judge_step(rows: list[Row]) -> Iterator[Claim]:
+def _list_step_claims(rows: list[Row]) -> Iterator[Claim]:
     middle = len(rows) // 2
     default = rows[middle]
-    db_gained = max(_psnr(row) for row in rows[:middle]) - _psnr(default)
-    yield Claim("dB that a finer step gains", db_gained, _KNEE_DB)
+    psnr_gain = max(_get_psnr(row) for row in rows[:middle]) - _get_psnr(default)
+    yield Claim("PSNR gain of a finer step, dB", psnr_gain, _MAX_FINER_STEP_GAIN_DB)
     sizes = [row["bytes"]["motion_kb_per_frame"] for row in rows]
     size_ratio = sizes[0] / sizes[middle]
-    yield Claim("motion bytes of the finest step / default", size_ratio, _KNEE_BYTES, False)
-    db_lost = _psnr(default) - _psnr(rows[-1])
-    yield Claim("dB that the widest step loses", db_lost, _KNEE_DB, False)
+    name = "motion bytes, finest step / default step"
+    yield Claim(name, size_ratio, _MIN_FINEST_STEP_SIZE_RATIO, is_maximum=False)
+    psnr_loss = _get_psnr(default) - _get_psnr(rows[-1])
+    name = "PSNR loss of the largest step, dB"
+    yield Claim(name, psnr_loss, _MIN_LARGEST_STEP_LOSS_DB, is_maximum=False)
 
 
-def _judge_anchors(rows: list[Row]) -> Iterator[Claim]:
+def _list_anchors_claims(rows: list[Row]) -> Iterator[Claim]:
     for row in rows[1:]:
-        db_lost = _psnr(rows[0]) - _psnr(row)
-        yield Claim(f"dB lost with {row['label']}", db_lost, _FEWER_ANCHORS_DB, False)
+        psnr_loss = _get_psnr(rows[0]) - _get_psnr(row)
+        name = f"PSNR loss with {row['label']}, dB"
+        yield Claim(name, psnr_loss, _MIN_FEWER_ANCHORS_LOSS_DB, is_maximum=False)
 
 
-def _psnr(row: Row) -> float:
+def _get_psnr(row: Row) -> float:
     psnr: float = row["quality"]["psnr"]
     return psnr
 
 
-_JUDGES = {
-    "quantization": _judge_quantization,
-    "gate": _judge_gate,
-    "gradient": _judge_gate,
-    "step": _judge_step,
-    "anchors": _judge_anchors,
+_CLAIMS_BY_EXPERIMENT = {
+    "quantization": _list_quantization_claims,
+    "gate": _list_gate_claims,
+    "gradient": _list_gate_claims,
+    "step": _list_step_claims,
+    "anchors": _list_anchors_claims,
 }

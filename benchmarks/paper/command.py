@@ -1,4 +1,4 @@
-"""The command line of benchmarks/paper.py."""
+"""Implements the command line of `benchmarks/paper.py`."""
 
 import argparse
 import json
@@ -11,7 +11,7 @@ from options import add_capture_options, add_set_option
 from paper.experiments import EXPERIMENTS, Experiment, list_experiments, list_trials
 from paper.results import write_results
 from paper.rows import Task, make_row
-from paper.scenes import format_scenes, write_scenes_csv
+from paper.scenes import format_scenes, format_scenes_csv
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
@@ -26,14 +26,14 @@ from studies import Row, run_missing, write_status
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """All trials on one capture.
+    """The experiments on one capture.
 
     Attributes:
         capture: Name of the capture.
         fingerprint: Fingerprint of the capture's files.
         preset: Preset and changed settings of the full method, as text.
-        experiments: Experiments, which compare trials.
-        tasks: A task for each trial.
+        experiments: Experiments to run; each compares several trials.
+        tasks: One task for each trial of the experiments.
         folder: Folder for all files of the study.
     """
 
@@ -45,7 +45,7 @@ class Study:
     folder: Path
 
     def load_rows(self) -> dict[str, Row]:
-        """Return the completed rows by the name of the trial, with the changed settings."""
+        """Return the completed rows by trial name, each with the trial's changed settings."""
         base = self.tasks[0].trial.config
         completed = {}
         for task in self.tasks:
@@ -55,7 +55,7 @@ class Study:
         return completed
 
     def write_results(self) -> Path | None:
-        """Write tables and plots of the completed rows; return the path of the page, or None."""
+        """Write tables, plots and a page of the completed rows; return its path, or None."""
         rows = self.load_rows()
         if not rows:
             return None
@@ -63,14 +63,14 @@ class Study:
 
 
 def run_study(study: Study, pool: WorkerPool) -> None:
-    """Run the missing trials, and update tables and page in the meantime.
+    """Run the trials that have no row yet; the results are rewritten regularly meanwhile.
 
     Raises:
         JobsError: Some trials failed; all others are complete.
     """
     completed = study.load_rows()
     missing_tasks = [task for task in study.tasks if task.trial.name not in completed]
-    write_status(f"{len(completed)} of {len(study.tasks)} rows exist already")
+    write_status(f"{len(completed)} of {len(study.tasks)} rows already exist")
     jobs = [Job(task.trial.name, task) for task in missing_tasks]
     run_missing(make_row, jobs, pool, study.write_results)
 
@@ -78,10 +78,11 @@ def run_study(study: Study, pool: WorkerPool) -> None:
 def plan_studies(arguments: argparse.Namespace) -> list[Study]:
     """Return a study for each requested capture.
 
-    With several captures, each has a folder named after the capture and its parent folder.
+    If there are several captures, the results of each are written to OUT/PARENT/NAME, where NAME is
+    the name of the capture's folder and PARENT that of its parent folder.
 
     Raises:
-        ValueError: See `plan_study`; or two captures have the same name.
+        ValueError: As for `plan_study`, or two captures have the same NAME and PARENT.
         CaptureError: A capture cannot be read.
     """
     captures = [path.resolve() for path in arguments.capture]
@@ -89,7 +90,7 @@ def plan_studies(arguments: argparse.Namespace) -> list[Study]:
         return [plan_study(arguments, captures[0], arguments.out)]
     folders = [arguments.out / path.parent.name / path.name for path in captures]
     if len(set(folders)) < len(folders):
-        message = "two captures have the same name and the same name of their parent folder"
+        message = "two captures have the same name, and parent folders of the same name"
         raise ValueError(message)
     return [
         plan_study(arguments, capture, folder)
@@ -103,7 +104,7 @@ def write_scenes(studies: Sequence[Study], out: Path) -> str:
     experiments = studies[0].experiments
     text = format_scenes(experiments, scenes)
     write_atomically(out / "scenes.md", text.encode())
-    write_atomically(out / "scenes.csv", write_scenes_csv(experiments, scenes))
+    write_atomically(out / "scenes.csv", format_scenes_csv(experiments, scenes))
     return text
 
 
@@ -169,7 +170,7 @@ def main(command_line: Sequence[str] | None = None) -> int:
 
 
 def _print_results(studies: Sequence[Study], arguments: argparse.Namespace) -> None:
-    """Write the common table of several captures, and print all results."""
+    """Print all results; if there are several captures, also write their common tables."""
     tables = write_scenes(studies, arguments.out) if len(studies) > 1 else ""
     if arguments.json:
         print(
@@ -197,7 +198,7 @@ def _make_base_config(arguments: argparse.Namespace, capture: Capture) -> Encode
 def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="paper.py",
-        description="Run the experiments of the paper on captures; write tables, plots and pages.",
+        description="Run the QuARC-GS paper's experiments on captures; write tables and plots.",
     )
     add = parser.add_argument
     add(
@@ -205,15 +206,15 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
         type=Path,
         nargs="+",
         metavar="CAPTURE",
-        help="folder of a capture, such as quarc-ref synth writes; several captures, such as "
-        "data/N3DV/*, also get a common table with their mean",
+        help="folder of a capture, such as one written by quarc-ref synth; if there are several, "
+        "such as data/N3DV/*, a table of all captures and their mean is written as well",
     )
     add(
         "--out",
         type=Path,
         default=Path("out/paper"),
         metavar="DIR",
-        help="folder for results, from which an interrupted run resumes",
+        help="folder for results; a run continues with the results that it already contains",
     )
     add("--preset", choices=sorted(PRESETS), default="main", help="preset of the full method")
     add_set_option(parser)
@@ -224,15 +225,13 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
         type=_split_names,
         default=[],
         metavar="NAMES",
-        help=f"run only some of {','.join(EXPERIMENTS)}",
+        help=f"comma-separated experiments to run (default: all): {','.join(EXPERIMENTS)}",
     )
-    add(
-        "--lpips", type=Path, metavar="WEIGHTS", help="file with the state_dict of LPIPS with VGG16"
-    )
+    add("--lpips", type=Path, metavar="WEIGHTS", help="file with the state_dict of LPIPS (VGG16)")
     add("--device", choices=("auto", "cpu", "cuda"), default="cpu")
     add("--workers", type=int, default=1, help="number of parallel trials")
-    add("--threads", type=int, default=1, help="number of threads of each trial")
-    add("--ray", metavar="ADDRESS", help="run on a Ray cluster: HOST:PORT, auto or local")
+    add("--threads", type=int, default=1, help="number of threads per trial")
+    add("--ray", metavar="ADDRESS", help="run on the Ray cluster at HOST:PORT, auto or local")
     add("--json", action="store_true", help="print the rows as JSON")
     return parser.parse_args(command_line)
 

@@ -1,4 +1,4 @@
-"""The experiments of the paper: their trials, and the axis along which the trials differ."""
+"""Defines the paper's experiments: their trials, and the axis along which these are plotted."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -11,7 +11,7 @@ from quarc_ref.format.constants import LATTICE_EXPONENT_LIMIT
 
 STEP_FACTORS = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 GRADIENT_FACTORS = (1, 2, 4, 8)
-_STEP_DOUBLINGS = 3  # with so many, the finest step is a whole number of lattice units
+_LATTICE_DOUBLINGS = 3  # the finest step is then a whole number of lattice units
 _LEVELS = (1, 2, 3)
 _GAUSSIANS_PER_ANCHOR = (2, 4, 16, 24)
 _RESAMPLE_INTERVALS = (1, 2, 4)
@@ -22,11 +22,11 @@ _FULL_NAME = "full"
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """A trial of an experiment, with its position on the axis.
+    """A trial of an experiment, with its position in the plot.
 
     Attributes:
         label: Description of the changed setting.
-        x: Position on the axis; None if the experiment has no axis.
+        x: Position on the x axis; None if the experiment has no axis.
         trial: Trial to measure.
         series: Name of the curve to which the point belongs.
     """
@@ -44,9 +44,9 @@ class Experiment:
     Attributes:
         name: Name for the option `--only`.
         title: Title in tables and on the page.
-        axis: Label of the axis; empty if the experiment has no axis.
+        axis: Label of the x axis of the plot; empty to plot against the frames.
         points: Trials in the order of the tables.
-        remark: Remark below the title on the page.
+        remark: Text below the title on the page.
     """
 
     name: str
@@ -57,18 +57,18 @@ class Experiment:
 
 
 def list_experiments(base: EncoderConfig, only: Sequence[str] = ()) -> list[Experiment]:
-    """Return the experiments, whose trials change the settings of the full method.
+    """Return the experiments; their trials change settings of the full method.
 
     Args:
         base: Settings of the full method, with steps in world units.
-        only: Names of the requested experiments besides the full method; empty for all.
+        only: Names of the experiments to return besides the full method; empty for all.
 
     Raises:
         ValueError: An experiment does not exist.
     """
     unknown = sorted(set(only) - set(EXPERIMENTS))
     if unknown:
-        message = f"unknown experiments {', '.join(unknown)}; known are {', '.join(EXPERIMENTS)}"
+        message = f"unknown experiments: {', '.join(unknown)}; choose from {', '.join(EXPERIMENTS)}"
         raise ValueError(message)
     requested = {_FULL_NAME, *only} if only else set(EXPERIMENTS)
     return [
@@ -77,20 +77,20 @@ def list_experiments(base: EncoderConfig, only: Sequence[str] = ()) -> list[Expe
 
 
 def list_trials(experiments: Sequence[Experiment]) -> list[Trial]:
-    """Return all trials of the experiments, without repetition."""
+    """Return all trials of the experiments, each once."""
     trials = {
         point.trial.name: point.trial for experiment in experiments for point in experiment.points
     }
     return list(trials.values())
 
 
-def _make_full(base: EncoderConfig) -> Experiment:
+def _make_full_experiment(base: EncoderConfig) -> Experiment:
     return Experiment(
         _FULL_NAME, "Full method", "", (Point("full method", None, _make_full_trial(base)),)
     )
 
 
-def _make_quantization(base: EncoderConfig) -> Experiment:
+def _make_quantization_experiment(base: EncoderConfig) -> Experiment:
     points = (
         Point("full method", None, _make_full_trial(base)),
         Point(
@@ -99,36 +99,37 @@ def _make_quantization(base: EncoderConfig) -> Experiment:
         Point("all in floats", None, _make_trial(base, "float", base, "all")),
     )
     remark = (
-        "Sizes of floats are 4 bytes for each number, without coding. "
-        "All three scenes use the same seed and schedule."
+        "Floats take 4 bytes per number, without coding. All three trials use the same seed and "
+        "schedule."
     )
     return Experiment("quantization", "Quantization", "", points, remark)
 
 
-def _make_gate(base: EncoderConfig) -> Experiment:
+def _make_gate_experiment(base: EncoderConfig) -> Experiment:
     remark = (
-        "Both trials otherwise have the paper's births: clones of the Gaussians with the largest "
-        "screen gradient, 100 iterations, and as many deaths as births."
+        "Apart from the gate, both trials use the paper's births: the Gaussians with the largest "
+        "screen-space gradients are cloned and trained for 100 iterations, and as many Gaussians "
+        "die as are born."
     )
     return Experiment("gate", "Change gate", "", _make_gate_pair(base, 1), remark)
 
 
-def _make_gradient(base: EncoderConfig) -> Experiment:
+def _make_gradient_experiment(base: EncoderConfig) -> Experiment:
     points = [point for factor in GRADIENT_FACTORS for point in _make_gate_pair(base, factor)]
-    axis = "screen gradient threshold of parents, relative to the paper"
+    axis = "minimum screen-space gradient of parents, relative to the paper's"
     remark = (
-        "The paper's births with and without the change gate. The gradient threshold was chosen "
-        "for pictures of 1352 x 1014. In smaller pictures, a Gaussian has larger gradients, and "
-        "more Gaussians pass."
+        "The paper's births, with and without the change gate. The paper chose its minimum "
+        "gradient for pictures of 1352 x 1014. In smaller pictures, gradients are larger, and more "
+        "Gaussians exceed the minimum."
     )
-    return Experiment("gradient", "Change gate and least gradient", axis, tuple(points), remark)
+    return Experiment("gradient", "Change gate and minimum gradient", axis, tuple(points), remark)
 
 
 def _make_gate_pair(base: EncoderConfig, factor: int) -> tuple[Point, Point]:
-    """Return trials with and without the change gate, at a multiple of the paper's threshold."""
+    """Return trials with and without the gate, at a multiple of the paper's minimum gradient."""
     threshold = BirthSettings().grad_threshold * factor
     label_suffix, name_suffix = (
-        (f", gradient x {factor}", f"-{factor}") if factor != 1 else ("", "")
+        (f", minimum gradient x {factor}", f"-{factor}") if factor != 1 else ("", "")
     )
     with_gate = replace(base, births=BirthSettings(grad_threshold=threshold))
     without_gate = replace(base, births=BirthSettings(grad_threshold=threshold, gate_views=0))
@@ -148,7 +149,7 @@ def _make_gate_pair(base: EncoderConfig, factor: int) -> tuple[Point, Point]:
     )
 
 
-def _make_step(base: EncoderConfig) -> Experiment:
+def _make_step_experiment(base: EncoderConfig) -> Experiment:
     points = [
         Point(
             f"step x {factor:g}",
@@ -159,34 +160,40 @@ def _make_step(base: EncoderConfig) -> Experiment:
     ]
     axis = "translation step, relative to the full method"
     remark = (
-        "Learning rates in world units do not change. A residual is at most 65 steps, so with "
-        "finer steps the largest possible motion is smaller."
+        "Learning rates are the same in world units. A residual is at most 65 steps, so finer "
+        "steps reduce the largest possible motion."
     )
     return Experiment("step", "Quantization step", axis, tuple(points), remark)
 
 
-def _make_rebinding(base: EncoderConfig) -> Experiment:
-    slow_resampling = _change_stream(base, "resample_interval", _REBINDING_INTERVAL)
-    rebinding_trial = Trial("rebind", "rebind", slow_resampling, "all", rebinds=True)
+def _make_rebinding_experiment(base: EncoderConfig) -> Experiment:
+    slow_resampling_config = _change_stream(base, "resample_interval", _REBINDING_INTERVAL)
+    rebinding_trial = Trial("rebind", "rebind", slow_resampling_config, "all", rebinds=True)
     points = (
-        Point("sampled and bound in every frame", None, _make_resampling_trial(base)),
         Point(
-            "sampled every 4 frames, binding kept",
+            "anchors sampled and Gaussians bound in every frame",
             None,
-            _make_trial(base, "keep", slow_resampling, "all"),
+            _make_frequent_resampling_trial(base),
         ),
-        Point("sampled every 4 frames, bound in every frame", None, rebinding_trial),
+        Point(
+            "anchors sampled every 4 frames, binding kept",
+            None,
+            _make_trial(base, "keep", slow_resampling_config, "all"),
+        ),
+        Point(
+            "anchors sampled every 4 frames, Gaussians bound in every frame", None, rebinding_trial
+        ),
     )
     remark = (
-        "All trials are in floats. The format keeps the binding between two samplings. The "
-        "released code binds every Gaussian again in every frame, to anchors at their sampled "
-        "positions. Its sampler depends on a random permutation of a GPU, which cannot be "
-        "reproduced, so all trials use the sampler of the format."
+        "All trials are in floats. In the format, the binding does not change between two "
+        "samplings. The paper's released code binds every Gaussian again in every frame, to "
+        "anchors at their sampled positions. Its sampler uses a random permutation from the GPU, "
+        "which cannot be reproduced, so all trials use the sampler of the format."
     )
     return Experiment("rebinding", "Rebinding", "", points, remark)
 
 
-def _make_resampling_trial(base: EncoderConfig) -> Trial:
+def _make_frequent_resampling_trial(base: EncoderConfig) -> Trial:
     config = _change_stream(base, "resample_interval", 1)
     return _make_trial(base, "float" if config == base else "float-resample-1", config, "all")
 
@@ -194,7 +201,7 @@ def _make_resampling_trial(base: EncoderConfig) -> Trial:
 def _make_sweep(
     name: str, title: str, setting: str, values: Sequence[int], axis: str
 ) -> Callable[[EncoderConfig], Experiment]:
-    """Return a function that makes an experiment with several values of a stream setting."""
+    """Return a function that makes an experiment comparing several values of a setting."""
 
     def make_experiment(base: EncoderConfig) -> Experiment:
         points = [
@@ -217,7 +224,7 @@ def _make_full_trial(base: EncoderConfig) -> Trial:
 def _make_trial(
     base: EncoderConfig, name: str, config: EncoderConfig, floats: FloatParts = ""
 ) -> Trial:
-    """Return a trial; without changes, it is the trial of the full method."""
+    """Return a trial, or that of the full method if nothing differs from it."""
     if config == base and not floats:
         return _make_full_trial(base)
     return Trial(name, name.replace("-", " "), config, floats)
@@ -229,51 +236,52 @@ def _change_stream(base: EncoderConfig, setting: str, value: int) -> EncoderConf
 
 
 def _change_step(base: EncoderConfig, factor: float) -> EncoderConfig:
-    """Return settings with a multiple of the translation step, and unchanged learning rates.
+    """Return the settings with the translation step multiplied by a factor.
 
-    The lattice becomes finer to allow this; no other step changes.
+    The lattice becomes finer so that it can represent finer steps. All other steps, and the
+    learning rates in world units, do not change.
     """
     if factor == 1:
         return base
     motion = replace(base.motion, translation_lr=base.motion.translation_lr / factor)
-    doublings = min(_STEP_DOUBLINGS, LATTICE_EXPONENT_LIMIT - base.stream.lattice_exponent)
-    units = base.stream.translation_step * factor * 2**doublings
+    doublings = min(_LATTICE_DOUBLINGS, LATTICE_EXPONENT_LIMIT - base.stream.lattice_exponent)
+    step_in_units = base.stream.translation_step * factor * 2**doublings
     stream = replace(
         base.stream,
         lattice_exponent=base.stream.lattice_exponent + doublings,
         position_step=base.stream.position_step << doublings,
-        translation_step=max(1, round(units)),
+        translation_step=max(1, round(step_in_units)),
     )
     return replace(base, motion=motion, stream=stream)
 
 
 EXPERIMENTS: dict[str, Callable[[EncoderConfig], Experiment]] = {
-    _FULL_NAME: _make_full,
-    "quantization": _make_quantization,
-    "gate": _make_gate,
-    "gradient": _make_gradient,
-    "step": _make_step,
-    "levels": _make_sweep("levels", "Levels of anchors", "level_count", _LEVELS, "levels"),
+    _FULL_NAME: _make_full_experiment,
+    "quantization": _make_quantization_experiment,
+    "gate": _make_gate_experiment,
+    "gradient": _make_gradient_experiment,
+    "step": _make_step_experiment,
+    "levels": _make_sweep("levels", "Anchor levels", "level_count", _LEVELS, "anchor levels"),
     "anchors": _make_sweep(
         "anchors",
-        "Gaussians to an anchor",
+        "Gaussians per anchor",
         "gaussians_per_anchor",
         _GAUSSIANS_PER_ANCHOR,
-        "Gaussians to an anchor",
+        "Gaussians per anchor",
     ),
     "resample": _make_sweep(
         "resample",
         "Resampling",
         "resample_interval",
         _RESAMPLE_INTERVALS,
-        "frames from one sampling to the next",
+        "resampling interval in frames",
     ),
     "rotation": _make_sweep(
         "rotation",
-        "Symbols of a rotation",
+        "Symbols per rotation",
         "rotation_components",
         _ROTATION_COMPONENTS,
-        "symbols of a rotation",
+        "symbols per rotation",
     ),
-    "rebinding": _make_rebinding,
+    "rebinding": _make_rebinding_experiment,
 }

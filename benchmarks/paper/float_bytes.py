@@ -1,4 +1,4 @@
-"""The size of a frame in floats: as raw float32, and by the paper's estimate."""
+"""Computes the size of an unquantized frame, as raw float32 and by the paper's estimate."""
 
 import numpy as np
 
@@ -15,10 +15,10 @@ _POSE_FLOATS = 7  # position and quaternion
 
 
 def summarize_floats(float_frame: FloatFrame, trial: Trial) -> FrameSummary:
-    """Return the summary of a frame of a trial in floats.
+    """Return the summary of a frame of an unquantized trial.
 
-    The paper estimates the bits of floats like those of symbols: for each channel, as the sum of
-    -log2 of the share of each value.
+    The paper estimates the size of floats like that of symbols: a value takes -log2(p) bits, where
+    p is its relative frequency in its channel.
     """
     state = float_frame.state
     scene, births = state.scene, state.births
@@ -45,7 +45,7 @@ def summarize_floats(float_frame: FloatFrame, trial: Trial) -> FrameSummary:
 
 
 def estimate_floats(levels: tuple[np.ndarray, ...]) -> float:
-    """Return the paper's estimate of unrounded residuals in bytes, given `[c, a]` of each level."""
+    """Return the paper's size estimate in bytes for unrounded residuals `[c, a]` of each level."""
     return estimate_bits(np.concatenate(levels, axis=1).astype(np.float32)) / 8
 
 

@@ -1,4 +1,4 @@
-"""Composes a page of all experiments, with embedded plots."""
+"""Composes an HTML page of all experiments, with embedded plots."""
 
 import html
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from rate.claims import Claim
 from studies import Row
 
 _TEMPLATE = Path(__file__).with_name("page.html")
-_HOLDS_TEXT = {True: "yes", False: "<b>no</b>", None: "no number"}
+_HOLDS_TEXT = {True: "yes", False: "<b>no</b>", None: "not measured"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +22,7 @@ class Section:
     Attributes:
         experiment: The experiment.
         rows: Rows of the completed trials, in the order of the experiment.
-        plots: PNG files by name.
+        plots: Plots as PNG data, by file name.
     """
 
     experiment: Experiment
@@ -35,7 +35,7 @@ def compose_page(title: str, sections: Sequence[Section], claims: Sequence[Claim
 
     Args:
         title: Heading of the page.
-        sections: Sections of the experiments; at least one has a row.
+        sections: Sections of the experiments; at least one of them has a row.
         claims: Claims of the paper, with the measured values.
     """
     rows = list({row["name"]: row for section in sections for row in section.rows}.values())
@@ -54,12 +54,12 @@ def _describe(row: Row) -> str:
     protocol = row["protocol"]
     held_out = ", ".join(protocol["cameras"]["held_out"])
     return (
-        f"Measured on {held_out}, held out from training, and rendered from the decoded files. "
+        f"Quality is measured on decoded files, for cameras held out from training ({held_out}). "
         f"{row['frames']} frames of {protocol['resolution'][0]} x {protocol['resolution'][1]}, "
-        f"seed {row['seed']}, trained with {row['renderer']['training']}. KB are 1024 bytes; KB / "
-        "frame, motion, births and estimate (the paper's, of the same symbols) are those of the "
-        "frames after the canonical one; births, n are their number per frame; moving is the PSNR "
-        "where the picture moves; dB / 100 the drift over 100 frames."
+        f"seed {row['seed']}, trained with {row['renderer']['training']}. A KB is 1024 bytes. "
+        "Sizes per frame are means over the frames after the canonical frame; the estimate is the "
+        "paper's, for the same symbols. The moving PSNR is that of the pixels that change from the "
+        "previous frame. The slope is that of a line fitted to the PSNR."
     )
 
 
@@ -78,7 +78,7 @@ def _compose_section(section: Section) -> str:
 
 
 def _compose_claims(claims: Sequence[Claim]) -> str:
-    lines = ["<tr><th>claim</th><th>is</th><th>asked</th><th>holds</th></tr>"]
+    lines = ["<tr><th>claim</th><th>measured</th><th>limit</th><th>holds</th></tr>"]
     for claim in claims:
         claim_json = claim.as_json()
         number = "" if claim.value is None else f"{claim.value:.3f}"

@@ -16,8 +16,8 @@ from quarc_ref.format.cameras import Camera
 
 _MOVING_THRESHOLD = 16  # of 255: more than the noise of a video codec between two frames
 MOVING_VARIANT = (
-    "psnr_moving: as psnr, over the pixels of which a channel differs by more than 16 of 255 "
-    "from the frame before"
+    "psnr_moving: like psnr, but only over pixels with a channel that differs from the previous "
+    "frame by more than 16 of 255"
 )
 
 
@@ -28,8 +28,8 @@ class Quality:
     Attributes:
         psnr: PSNR in dB.
         ssim: SSIM in the variant `ssim_inria`.
-        psnr_moving: PSNR of moving pixels in dB; None for frame 0, and if no pixel moves.
-        lpips: LPIPS; empty without weights.
+        psnr_moving: PSNR of moving pixels in dB; None for frame 0 and if no pixel moves.
+        lpips: LPIPS; empty if no weights are given.
     """
 
     psnr: list[float] = field(default_factory=list)
@@ -47,7 +47,7 @@ def measure_quality(
     """Return the quality of frames.
 
     Args:
-        frames: (ordinal, splats) of each frame.
+        frames: Number and splats of each frame.
         cameras: Cameras for rendering, in the order of the capture.
         capture: Capture with the held-out pictures.
         lpips: Network for LPIPS; None to leave out LPIPS.
@@ -57,7 +57,7 @@ def measure_quality(
         views = measure_views(splats, frame, cameras, capture)
         quality.psnr.append(fmean(view.psnr for view in views))
         quality.ssim.append(fmean(view.ssim for view in views))
-        quality.psnr_moving.append(_measure_moving(views, frame, capture))
+        quality.psnr_moving.append(_measure_moving_psnr(views, frame, capture))
         if lpips is not None:
             quality.lpips.append(fmean(lpips.measure(view.decoded, view.truth) for view in views))
     return quality
@@ -70,20 +70,24 @@ def fit_slope(psnr: Sequence[float]) -> float | None:
     return 100 * float(np.polyfit(range(len(psnr)), psnr, 1)[0])
 
 
-def _measure_moving(views: Sequence[View], frame: int, capture: Capture) -> float | None:
+def _measure_moving_psnr(views: Sequence[View], frame: int, capture: Capture) -> float | None:
     if frame == 0:
         return None
-    psnrs = []
+    view_psnr = []
     for view, index in zip(views, capture.held_out, strict=True):
-        moving = _find_moving(capture.image(index, frame), capture.image(index, frame - 1))
-        if moving.any():
-            psnrs.append(measure_psnr(view.decoded[moving][:, None], view.truth[moving][:, None]))
-    return fmean(psnrs) if psnrs else None
+        is_moving = _find_moving_pixels(
+            capture.image(index, frame), capture.image(index, frame - 1)
+        )
+        if is_moving.any():
+            view_psnr.append(
+                measure_psnr(view.decoded[is_moving][:, None], view.truth[is_moving][:, None])
+            )
+    return fmean(view_psnr) if view_psnr else None
 
 
-def _find_moving(picture: Image, previous: Image) -> NDArray[np.bool_]:
-    """Return `[H, W]` whether each pixel differs from that of the previous picture."""
-    moving: NDArray[np.bool_] = (
+def _find_moving_pixels(picture: Image, previous: Image) -> NDArray[np.bool_]:
+    """Return a mask `[H, W]` of the pixels that differ from the previous picture."""
+    is_moving: NDArray[np.bool_] = (
         np.abs(picture.astype(np.int16) - previous).max(axis=2) > _MOVING_THRESHOLD
     )
-    return moving
+    return is_moving

@@ -1,4 +1,4 @@
-"""Writes the results of a study: tables, plots, claims and the page."""
+"""Writes the results of a study: tables, plots, claims and a page."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -9,7 +9,7 @@ from atomic_files import write_atomically
 from paper.claims import list_claims
 from paper.experiments import Experiment, Point
 from paper.page import Section, compose_page
-from paper.tables import format_markdown, write_csv
+from paper.tables import format_csv, format_markdown
 from quarc_ref.evaluation.plots import Curve, plot_curves
 from rate.tables import format_claims
 from studies import Row
@@ -29,12 +29,12 @@ def write_results(
 
     Args:
         experiments: Experiments of the study.
-        rows: Completed rows by the name of the trial; at least one.
+        rows: Completed rows by trial name; at least one.
         folder: Folder for the files.
         capture: Name of the capture.
         preset: Settings of the full method, as text.
     """
-    title = f"{capture}: the paper's experiments, preset {preset}"
+    title = f"{capture}: the paper's experiments with preset {preset}"
     sections = [_make_section(experiment, rows) for experiment in experiments]
     claims = list_claims(
         {
@@ -50,7 +50,7 @@ def write_results(
         if section.rows
     ]
     files = {
-        "paper.csv": write_csv(named_rows),
+        "paper.csv": format_csv(named_rows),
         "paper.md": "\n".join([format_claims({capture: claims}), *tables]).encode(),
         **{name: png for section in sections for name, png in section.plots.items()},
         "index.html": compose_page(title, sections, claims),
@@ -74,19 +74,23 @@ def _plot_experiment(experiment: Experiment, completed: Sequence[tuple[Point, Ro
     """Return the plot of an experiment against its axis, or against frames if it has no axis."""
     if experiment.axis and len(completed) > 1:
         panels = {
-            "PSNR, held out (dB)": _make_axis_curves(completed, lambda row: row["quality"]["psnr"]),
+            "PSNR on held-out cameras (dB)": _make_axis_curves(
+                completed, lambda row: row["quality"]["psnr"]
+            ),
             "KB per frame": _make_axis_curves(completed, lambda row: row["bytes"]["kb_per_frame"]),
         }
         if experiment.name == "gradient":
-            panels["newborn per frame"] = _make_axis_curves(
+            panels["births per frame"] = _make_axis_curves(
                 completed, lambda row: fmean(row["births"][1:])
             )
         return plot_curves(panels, experiment.axis, is_log2=experiment.name in _LOG2_EXPERIMENTS)
     panels = {
-        "PSNR, held out (dB)": _make_frame_curves(completed, lambda row: row["per_frame"]["psnr"])
+        "PSNR on held-out cameras (dB)": _make_frame_curves(
+            completed, lambda row: row["per_frame"]["psnr"]
+        )
     }
     if experiment.name in {"full", "gate"}:
-        panels["newborn so far"] = _make_frame_curves(completed, _accumulate_births)
+        panels["births up to the frame"] = _make_frame_curves(completed, _accumulate_births)
         panels["Gaussians"] = _make_frame_curves(completed, lambda row: row["gaussians"])
     return plot_curves(panels, "frame")
 
@@ -94,7 +98,7 @@ def _plot_experiment(experiment: Experiment, completed: Sequence[tuple[Point, Ro
 def _make_axis_curves(
     completed: Sequence[tuple[Point, Row]], get_value: Callable[[Row], Any]
 ) -> dict[str, Curve]:
-    """Return a curve against the axis for each series."""
+    """Return a curve for each series, plotted against the axis of the experiment."""
     curves = {}
     for series in dict.fromkeys(point.series for point, _ in completed):
         points = [(point.x, get_value(row)) for point, row in completed if point.series == series]

@@ -1,6 +1,6 @@
 """Makes the row of a trial: encodes, decodes and measures it, and saves the row as a file.
 
-A saved row is reused if its capture and settings are the same.
+A saved row is reused if the capture and all settings are unchanged.
 """
 
 import hashlib
@@ -31,21 +31,21 @@ from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.inspection.stream_summary import KILOBYTE, KINDS, FrameSummary
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 from quarc_ref.streams import decode
-from studies import ProgressLines, Row, load_row, save_row, sum_seconds
+from studies import ProgressLines, Row, average_stage_seconds, load_row, save_row
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A trial on a capture, with all inputs of its row.
+    """A trial on a capture, with everything on which its row depends.
 
     Attributes:
-        trial: Settings to measure.
+        trial: Trial to run.
         capture: Folder of the capture.
-        options: Options of reading the capture: resolution and held-out cameras.
-        frames: Number of frames, beginning with the first frame.
+        options: Options for reading the capture: resolution and held-out cameras.
+        frames: Number of frames to encode, starting with the first.
         folder: Folder for rows and streams.
         lpips: File with the weights of LPIPS; None to leave out LPIPS.
-        device: Device of the training.
+        device: Device for training.
     """
 
     trial: Trial
@@ -63,7 +63,7 @@ class Task:
 
     @property
     def stream_path(self) -> Path:
-        """Path of the stream; trials in floats have none."""
+        """Path of the stream; trials in floats do not write one."""
         return self.folder / "streams" / f"{self.trial.name}.quarc"
 
     def make_canonical_trainer(self, fingerprint: str) -> CanonicalCache:
@@ -88,12 +88,12 @@ class Task:
         return hashlib.sha256(json.dumps(inputs).encode()).hexdigest()
 
     def load_saved_row(self, fingerprint: str) -> Row | None:
-        """Return the saved row; None if it is missing, or has other inputs."""
+        """Return the saved row; None if it is missing or was made from other inputs."""
         return load_row(self.row_path, self.compute_key(fingerprint))
 
 
 def make_row(task: Task) -> None:
-    """Run a trial, and save its row; do nothing if the row exists."""
+    """Run a trial, and save its row; do nothing if the row already exists."""
     capture = open_capture(task.capture, task.options)
     if task.load_saved_row(capture.fingerprint) is not None:
         return
@@ -123,7 +123,7 @@ def _measure_floats(task: Task, capture: Capture, lpips: Lpips | None, timer: St
     canonical_trainer = task.make_canonical_trainer(capture.fingerprint)
     context = open_training_context(capture, task.device, task.trial.config.seed, timer)
 
-    def yield_frames() -> Iterator[tuple[int, Splats]]:
+    def encode_frames() -> Iterator[tuple[int, Splats]]:
         encoding = encode_unquantized(
             capture, task.trial, task.frames, context, canonical_trainer.train
         )
@@ -133,10 +133,10 @@ def _measure_floats(task: Task, capture: Capture, lpips: Lpips | None, timer: St
             timer.skip()
 
     with fixed_threads():
-        quality = measure_quality(yield_frames(), capture.cameras, capture, lpips)
-    total = sum(frame.chunk_bytes for frame in frames)
+        quality = measure_quality(encode_frames(), capture.cameras, capture, lpips)
+    total_bytes = sum(frame.chunk_bytes for frame in frames)
     seconds = timer.seconds | {"canonical": canonical_trainer.seconds}
-    return _compose_row(task, capture, lpips, tuple(frames), total, quality, seconds)
+    return _compose_row(task, capture, lpips, tuple(frames), total_bytes, quality, seconds)
 
 
 def _compose_row(
@@ -144,7 +144,7 @@ def _compose_row(
     capture: Capture,
     lpips: Lpips | None,
     frames: tuple[FrameSummary, ...],
-    total: int,
+    total_bytes: int,
     quality: Quality,
     seconds: dict[str, float],
 ) -> Row:
@@ -161,14 +161,14 @@ def _compose_row(
         "floats": task.trial.floats,
         "rebinds": task.trial.rebinds,
         "frames": len(frames),
-        "quality": _sum_quality(quality),
-        "bytes": _sum_bytes(frames, total),
+        "quality": _summarize_quality(quality),
+        "bytes": _summarize_sizes(frames, total_bytes),
         "births": [frame.births for frame in frames],
         "deaths": [frame.deaths for frame in frames],
         "gaussians": [frame.gaussians for frame in frames],
         "anchors": max(frame.anchors for frame in frames),
         "canonical_sha256": frames[0].sha256,
-        "seconds": sum_seconds(seconds, len(frames)),
+        "seconds": average_stage_seconds(seconds, len(frames)),
         "seed": seed,
         "renderer": {"training": trained_with, "measuring": protocol["renderer"]},
         "protocol": {**protocol, "metrics": metrics},
@@ -176,34 +176,34 @@ def _compose_row(
     }
 
 
-def _sum_quality(quality: Quality) -> Row:
-    moving = [psnr for psnr in quality.psnr_moving if psnr is not None]
+def _summarize_quality(quality: Quality) -> Row:
+    moving_psnr = [psnr for psnr in quality.psnr_moving if psnr is not None]
     return {
         "psnr": fmean(quality.psnr),
         "psnr_first": quality.psnr[0],
         "psnr_worst": min(quality.psnr),
         "psnr_slope": fit_slope(quality.psnr),
-        "psnr_moving": fmean(moving) if moving else None,
+        "psnr_moving": fmean(moving_psnr) if moving_psnr else None,
         "ssim": fmean(quality.ssim),
         "lpips": fmean(quality.lpips) if quality.lpips else None,
     }
 
 
-def _sum_bytes(frames: tuple[FrameSummary, ...], total: int) -> Row:
-    """Return KB by kind: for the canonical frame, and per later frame."""
+def _summarize_sizes(frames: tuple[FrameSummary, ...], total_bytes: int) -> Row:
+    """Return sizes in KB by kind, of the canonical frame and per later frame; also total bytes."""
     later_frames = [frame for frame in frames if not frame.canonical]
-    count = max(len(later_frames), 1)
+    frame_count = max(len(later_frames), 1)
     sums = {kind: sum(frame.coded_bytes[kind] for frame in frames) for kind in KINDS}
     estimates = {kind: sum(frame.estimate_bytes[kind] for frame in frames) for kind in KINDS}
-    chunks = sum(frame.chunk_bytes for frame in later_frames)
+    later_bytes = sum(frame.chunk_bytes for frame in later_frames)
     return {
-        "total": total,
+        "total": total_bytes,
         "canonical_kb": sums["canonical"] / KILOBYTE,
-        "motion_kb_per_frame": sums["motion"] / count / KILOBYTE,
-        "births_kb_per_frame": sums["births"] / count / KILOBYTE,
-        "overhead_kb": (total - sum(sums.values())) / KILOBYTE,
-        "kb_per_frame": chunks / count / KILOBYTE,
+        "motion_kb_per_frame": sums["motion"] / frame_count / KILOBYTE,
+        "births_kb_per_frame": sums["births"] / frame_count / KILOBYTE,
+        "overhead_kb": (total_bytes - sum(sums.values())) / KILOBYTE,
+        "kb_per_frame": later_bytes / frame_count / KILOBYTE,
         "canonical_estimate_kb": estimates["canonical"] / KILOBYTE,
-        "motion_estimate_kb_per_frame": estimates["motion"] / count / KILOBYTE,
-        "births_estimate_kb_per_frame": estimates["births"] / count / KILOBYTE,
+        "motion_estimate_kb_per_frame": estimates["motion"] / frame_count / KILOBYTE,
+        "births_estimate_kb_per_frame": estimates["births"] / frame_count / KILOBYTE,
     }

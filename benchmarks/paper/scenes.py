@@ -1,4 +1,4 @@
-"""Tables of several captures as in the paper: a line for each scene, and a line for their mean.
+"""Formats tables of several captures as in the paper: a row for each scene and for their mean.
 
 Scenes are grouped by the parent folders of their captures, such as `N3DV` and `MeetRoom`.
 """
@@ -8,7 +8,7 @@ from statistics import fmean
 from typing import Any
 
 from paper.experiments import Experiment
-from rate.tables import format_table, write_csv
+from rate.tables import format_csv, format_table
 from studies import Row
 
 AMORTIZED_FRAMES = 300  # number of frames over which the paper amortizes frame 0
@@ -20,8 +20,8 @@ _COLUMNS = (
     ("SSIM", lambda row: row["quality"]["ssim"], ".4f"),
     ("LPIPS", lambda row: row["quality"]["lpips"], ".4f"),
     ("KB / frame", lambda row: row["bytes"]["kb_per_frame"], ".2f"),
-    (f"with frame 0 over {AMORTIZED_FRAMES}", lambda row: _amortize(row), ".2f"),
-    ("newborn / frame", lambda row: fmean(row["births"][1:] or [0]), ".0f"),
+    (f"KB / frame with frame 0 spread over {AMORTIZED_FRAMES}", lambda row: _amortize(row), ".2f"),
+    ("births / frame", lambda row: fmean(row["births"][1:] or [0]), ".0f"),
     ("s / frame", lambda row: row["seconds"]["frame"], ".2f"),
     ("frames", lambda row: row["frames"], ".0f"),
 )
@@ -31,7 +31,7 @@ Scenes = Mapping[Scene, Mapping[str, Row]]  # rows of each scene, by the trial's
 
 
 def format_scenes(experiments: Sequence[Experiment], scenes: Scenes) -> str:
-    """Return the tables as Markdown: all scenes of the full method, and means of other trials.
+    """Return Markdown tables: all scenes for the full method, and means for other trials.
 
     Args:
         experiments: Experiments of the studies.
@@ -51,9 +51,9 @@ def format_scenes(experiments: Sequence[Experiment], scenes: Scenes) -> str:
     return "\n".join(blocks)
 
 
-def write_scenes_csv(experiments: Sequence[Experiment], scenes: Scenes) -> bytes:
-    """Return CSV with a line for each trial of each scene."""
-    return write_csv(
+def format_scenes_csv(experiments: Sequence[Experiment], scenes: Scenes) -> bytes:
+    """Return CSV with a line for each trial on each scene."""
+    return format_csv(
         [
             {"group": group, "scene": name, "experiment": experiment.name, "label": point.label}
             | {heading: get_value(rows[point.trial.name]) for heading, get_value, _ in _COLUMNS}
@@ -68,24 +68,24 @@ def write_scenes_csv(experiments: Sequence[Experiment], scenes: Scenes) -> bytes
 def _list_lines(
     experiment: Experiment, group_rows: Mapping[str, Mapping[str, Row]]
 ) -> Iterator[list[str]]:
-    """Yield a line with means for each trial; with a single trial, also a line for each scene."""
+    """Yield a row of means for each trial; if there is only one, also a row for each scene."""
     for point in experiment.points:
         trial_rows = {name: rows[point.trial.name] for name, rows in group_rows.items()
                  if point.trial.name in rows}  # fmt: skip
         if len(experiment.points) == 1:
             for name, row in trial_rows.items():
-                yield [name, *_format([row])]
+                yield [name, *_format_means([row])]
         if trial_rows:
             missing = len(group_rows) - len(trial_rows)
             label = _MEAN if len(experiment.points) == 1 else point.label
             yield [
                 label + (f" ({missing} missing)" if missing else ""),
-                *_format(trial_rows.values()),
+                *_format_means(trial_rows.values()),
             ]
 
 
-def _format(rows: Any) -> list[str]:  # noqa: ANN401
-    """Return a cell for each column with the mean of the rows; empty if no row has a value."""
+def _format_means(rows: Any) -> list[str]:  # noqa: ANN401
+    """Return the mean of the rows for each column, as text; empty if no row has a value."""
     cells = []
     for _, get_value, format_spec in _COLUMNS:
         values = [value for row in rows if (value := get_value(row)) is not None]

@@ -16,24 +16,24 @@ _STAGES = ("anchors", "motion", "placement", "births", "commit")
 # Heading, value and format of each column.
 COLUMNS: tuple[Column, ...] = (
     ("PSNR", lambda row: row["quality"]["psnr"], ".2f"),
-    ("first", lambda row: row["quality"]["psnr_first"], ".2f"),
-    ("worst", lambda row: row["quality"]["psnr_worst"], ".2f"),
-    ("moving", lambda row: row["quality"]["psnr_moving"], ".2f"),
-    ("dB / 100", lambda row: row["quality"]["psnr_slope"], ".1f"),
+    ("first PSNR", lambda row: row["quality"]["psnr_first"], ".2f"),
+    ("worst PSNR", lambda row: row["quality"]["psnr_worst"], ".2f"),
+    ("moving PSNR", lambda row: row["quality"]["psnr_moving"], ".2f"),
+    ("slope, dB / 100 frames", lambda row: row["quality"]["psnr_slope"], ".1f"),
     ("SSIM", lambda row: row["quality"]["ssim"], ".4f"),
     ("LPIPS", lambda row: row["quality"]["lpips"], ".4f"),
     ("KB / frame", lambda row: row["bytes"]["kb_per_frame"], ".2f"),
-    ("motion", lambda row: row["bytes"]["motion_kb_per_frame"], ".3f"),
-    ("births", lambda row: row["bytes"]["births_kb_per_frame"], ".3f"),
+    ("motion KB / frame", lambda row: row["bytes"]["motion_kb_per_frame"], ".3f"),
+    ("births KB / frame", lambda row: row["bytes"]["births_kb_per_frame"], ".3f"),
     ("canonical KB", lambda row: row["bytes"]["canonical_kb"], ".1f"),
     ("overhead KB", lambda row: row["bytes"]["overhead_kb"], ".1f"),
-    ("estimate", lambda row: _estimate(row), ".2f"),
-    ("births, n", lambda row: fmean(row["births"][1:] or [0]), ".0f"),
+    ("estimate, KB / frame", lambda row: _get_estimate(row), ".2f"),
+    ("births / frame", lambda row: fmean(row["births"][1:] or [0]), ".0f"),
     ("Gaussians", lambda row: row["gaussians"][-1], ",d"),
     ("s / frame", lambda row: row["seconds"]["frame"], ".2f"),
-    ("s canonical", lambda row: row["seconds"]["canonical"], ".1f"),
+    ("s for frame 0", lambda row: row["seconds"]["canonical"], ".1f"),
 )
-_OPTIONAL = ("LPIPS",)
+_OPTIONAL_HEADINGS = ("LPIPS",)
 
 
 def format_cells(row: Row, columns: Sequence[Column]) -> list[str]:
@@ -48,12 +48,13 @@ def choose_columns(rows: Iterable[Row]) -> list[Column]:
     return [
         column
         for column in COLUMNS
-        if column[0] not in _OPTIONAL or any(column[1](row) is not None for row in row_list)
+        if column[0] not in _OPTIONAL_HEADINGS
+        or any(column[1](row) is not None for row in row_list)
     ]
 
 
-def write_csv(rows: Sequence[tuple[str, Row]]) -> bytes:
-    """Return CSV with a line for each row: its experiment and all its values."""
+def format_csv(rows: Sequence[tuple[str, Row]]) -> bytes:
+    """Return CSV with a line for each row, which has its experiment and all its values."""
     lines = [{"experiment": experiment, **flatten(row)} for experiment, row in rows]
     names = list(dict.fromkeys(name for line in lines for name in line))
     text = io.StringIO()
@@ -64,7 +65,7 @@ def write_csv(rows: Sequence[tuple[str, Row]]) -> bytes:
 
 
 def flatten(row: Row) -> dict[str, Any]:
-    """Return the values of a row by name, with means of lists, and without values per frame."""
+    """Return the values of a row by name, without values per frame but with their means."""
     numbers = {
         name: row[name] for name in ("name", "title", "label", "floats", "rebinds", "frames")
     }
@@ -80,7 +81,7 @@ def flatten(row: Row) -> dict[str, Any]:
 
 
 def format_html(rows: Sequence[Row]) -> str:
-    """Return the rows as a table in HTML."""
+    """Return the rows as an HTML table."""
     columns = choose_columns(rows)
     header = "".join(f"<th>{html.escape(name)}</th>" for name in ("", *(c[0] for c in columns)))
     lines = []
@@ -91,8 +92,8 @@ def format_html(rows: Sequence[Row]) -> str:
 
 
 def format_stages(rows: Sequence[Row]) -> str:
-    """Return a table in HTML with the seconds per frame of each stage."""
-    header = "".join(f"<th>{name}</th>" for name in ("", *_STAGES, "frame", "canonical, once"))
+    """Return an HTML table with the seconds per frame that each stage takes."""
+    header = "".join(f"<th>{name}</th>" for name in ("", *_STAGES, "frame", "frame 0"))
     lines = []
     for row in rows:
         seconds: Mapping[str, float] = row["seconds"]
@@ -103,14 +104,14 @@ def format_stages(rows: Sequence[Row]) -> str:
 
 
 def format_markdown(rows: Sequence[Row]) -> str:
-    """Return the rows as a table in Markdown."""
+    """Return the rows as a Markdown table."""
     columns = choose_columns(rows)
     lines = [["", *(column[0] for column in columns)], ["---"] * (len(columns) + 1)]
     lines += [[row["label"], *format_cells(row, columns)] for row in rows]
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
-def _estimate(row: Row) -> float:
+def _get_estimate(row: Row) -> float:
     sizes = row["bytes"]
     total: float = sizes["motion_estimate_kb_per_frame"] + sizes["births_estimate_kb_per_frame"]
     return total

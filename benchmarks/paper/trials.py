@@ -1,4 +1,4 @@
-"""Trials: settings of an encode, and the parts that stay in floats."""
+"""Defines trials: settings of an encode, and the parts that are not quantized."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -11,17 +11,17 @@ FloatParts = Literal["", "motion", "all"]
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One encode of the capture.
+    """One encode of a capture.
 
     Attributes:
         name: Unique name, also used for its files.
         title: Title in tables.
         config: Settings of the encoder.
-        floats: The parts that are not rounded: empty for a normal stream, `motion` for motion and
-            births, or `all` for everything. A stream cannot contain floats, so such a trial is
-            measured without a stream (`unquantized`).
-        rebinds: Whether every Gaussian is bound again in every frame to anchors that stay at their
-            sampled positions, as in the released code of the paper. The format keeps the binding
+        floats: The parts that stay in floats: empty for none, `motion` for motion and births, or
+            `all`. A stream cannot contain floats, so a trial with floats is measured without a
+            stream (`unquantized`).
+        rebinds: Whether all Gaussians are bound again in every frame, to anchors at their sampled
+            positions, as in the released code of the paper. In the format, bindings do not change
             between two samplings, so this is possible only in floats.
     """
 

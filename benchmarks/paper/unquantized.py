@@ -1,9 +1,9 @@
-"""Runs the encoder in floats: the result of the method without rounding.
+"""Runs the encoder in floats, to measure the method without rounding.
 
-Schedule, random numbers and rules are those of `encoder.encode_stream`, but each frame continues
-from the trained values instead of the decoded values. Anchors are sampled with integers, so scenes
-are stored on a lattice that is as fine as floats. Residuals are applied without rounding. The
-result is not a stream.
+The schedule, random numbers and rules are those of `encoder.encode_stream`, but each frame
+continues from the trained values instead of the decoded values. Residuals are applied without
+rounding. Sampling anchors requires integer positions, so positions are stored on a lattice that is
+almost as fine as floats. The result is not a stream.
 """
 
 import math
@@ -56,10 +56,10 @@ _STEP_DIVISOR = 16
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FloatFrame:
-    """A frame of a trial without quantization.
+    """A frame of a trial that is not quantized.
 
     Attributes:
-        state: State after the frame; its `motion` and `symbols` are in steps, and not rounded.
+        state: State after the frame; its `motion` and `symbols` are in steps but not rounded.
         deaths: Number of deleted Gaussians.
     """
 
@@ -74,7 +74,7 @@ def encode_unquantized(
     context: TrainingContext,
     train: Train = train_canonical,
 ) -> Iterator[FloatFrame]:
-    """Yield the frames of a trial whose `floats` are not rounded.
+    """Yield the frames of a trial, without rounding the parts given by `trial.floats`.
 
     Args:
         capture: Capture; its held-out cameras are not used.
@@ -84,13 +84,13 @@ def encode_unquantized(
         train: Function that trains the canonical frame.
     """
     config = adapt_steps_to_capture(trial.config, capture)
-    state = _make_canonical(context, capture, trial, train)
-    count = state.scene.count
+    state = _make_canonical_state(context, capture, trial, train)
+    initial_count = state.scene.count
     reference_loss = measure_loss(context, state, config.motion.lambda_dssim)
     yield FloatFrame(state, 0)
     for frame in range(1, frames):
         context.observers.progress.advance("frames", frame, frames)
-        deaths = count_deaths(state, count, config.births)
+        deaths = count_deaths(state, initial_count, config.births)
         frame_start = begin_frame(state, deaths)
         if trial.rebinds:
             frame_start = _rebind(frame_start)
@@ -99,7 +99,7 @@ def encode_unquantized(
             motion = fit_motion(
                 context, FrameStart(state, frame_start, deaths), config.motion, rd=rd
             )
-        moved_frame = move_freely(frame_start, motion.residuals)
+        moved_frame = move_without_rounding(frame_start, motion.residuals)
         births = fit_births(
             context,
             moved_frame,
@@ -121,11 +121,11 @@ def _count_bytes(counts: ContextCounts, births: Births) -> int:
 
 
 def refine_header(header: StreamHeader, extent: float) -> StreamHeader:
-    """Return a header with unchanged steps of residuals, and with finer other steps.
+    """Return a header with the same steps for residuals, and finer steps for everything else.
 
     Args:
         header: Header of a stream with the trial's settings.
-        extent: Largest coordinate in world units; the lattice extends twice as far.
+        extent: Largest absolute coordinate in world units; the lattice extends twice as far.
     """
     spare_bits = math.log2(POSITION_LIMIT / (2 * extent)) - header.lattice_exponent
     doublings = max(0, min(_LATTICE_DOUBLINGS, math.floor(spare_bits)))
@@ -142,16 +142,16 @@ def refine_header(header: StreamHeader, extent: float) -> StreamHeader:
     )
 
 
-def move_freely(frame_start: State, residuals: torch.Tensor) -> State:
+def move_without_rounding(frame_start: State, residuals: torch.Tensor) -> State:
     """Return the state moved by unrounded residuals (SPEC 7.5, Eq. 2).
 
     Args:
         frame_start: State after `begin_frame`.
-        residuals: `[A, c]` in steps, one level after another.
+        residuals: `[A, c]` in steps, with the anchors of one level after those of another.
     """
     scene, anchors = frame_start.scene, frame_start.known_anchors
-    borders = np.cumsum([level.owners.size for level in anchors.levels])[:-1]
-    levels = np.split(residuals.double().cpu().numpy().T, borders, axis=1)
+    level_starts = np.cumsum([level.owners.size for level in anchors.levels])[:-1]
+    levels = np.split(residuals.double().cpu().numpy().T, level_starts, axis=1)
     motion = sum(
         (level[:, binding] for level, binding in zip(levels, anchors.binding, strict=True)),
         np.zeros_like(frame_start.motion, dtype=np.float64),
@@ -180,7 +180,7 @@ def _rotate(frame_start: State, residuals: NDArray[np.float64]) -> NDArray[np.in
 
 
 def _rebind(frame_start: State) -> State:
-    """Return the state with every Gaussian bound again, as in the paper's released code."""
+    """Return the state with Gaussians bound to their nearest anchors, as in the released code."""
     anchors, positions = frame_start.known_anchors, frame_start.scene.positions.T
     binding = [cKDTree(level.positions.T).query(positions)[1] for level in anchors.levels]
     return replace(frame_start, anchors=Anchors(anchors.levels, np.stack(binding)))
@@ -195,7 +195,7 @@ def open_training_context(
         capture: Capture; the context has no access to its held-out cameras.
         device_name: Device, as for `choose_device`.
         seed: Seed of all random numbers.
-        progress: Receives the progress after every iteration.
+        progress: Object to which progress is reported after every iteration.
     """
     device = choose_device(device_name)
     views = TrainingViews(capture, device)
@@ -204,7 +204,7 @@ def open_training_context(
     return TrainingContext(views, rasterizer, seed, exposures, Observers(progress))
 
 
-def _make_canonical(
+def _make_canonical_state(
     context: TrainingContext, capture: Capture, trial: Trial, train: Train
 ) -> State:
     config = adapt_steps_to_capture(trial.config, capture)

@@ -8,7 +8,7 @@ from atomic_files import write_atomically
 from quality.groups import COLUMN_NAMES, COLUMNS, Group
 from quality.spreads import Spread
 from quarc_ref.evaluation.plots import plot_spreads
-from rate.tables import format_table, write_csv
+from rate.tables import format_csv, format_table
 
 RESULTS_FILE = "quality.json"
 _FRAME_FIGURES = (
@@ -42,8 +42,8 @@ def write_results(groups: Sequence[Group], settings: str, folder: Path) -> None:
     }
     files = {
         "quality.md": f"{settings}\n\n{format_groups(groups)}".encode(),
-        "quality.csv": write_csv([_flatten(group) for group in groups]),
-        "frames.csv": write_csv([line for group in groups for line in _flatten_frames(group)]),
+        "quality.csv": format_csv([_flatten(group) for group in groups]),
+        "frames.csv": format_csv([line for group in groups for line in _flatten_frames(group)]),
         "quality.png": _plot_groups(groups),
         RESULTS_FILE: json.dumps(study_json, indent=1).encode(),
     }

@@ -15,7 +15,7 @@ from quarc_ref.encoder.settings.presets import list_settings
 from quarc_ref.encoder.stage_timer import StageTimer
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.evaluation.protocol import describe_protocol
-from studies import ProgressLines, Row, load_row, save_row, sum_seconds
+from studies import ProgressLines, Row, average_stage_seconds, load_row, save_row
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +89,7 @@ def make_row(task: Task) -> None:
     timer, sink = StageTimer(ProgressLines(task.name)), io.BytesIO()
     encode(capture, sink, EncodeOptions(task.config, task.frames, task.device, timer))
     write_atomically(task.stream_path, sink.getvalue())
-    seconds = sum_seconds(timer.seconds, task.frames)
+    seconds = average_stage_seconds(timer.seconds, task.frames)
     figures, per_frame = measure_stream(task.stream_path.read_bytes(), capture, lpips)
     figures |= {
         "seconds_first": seconds["canonical"] + seconds["canonical commit"],

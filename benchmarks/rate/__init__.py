@@ -1,4 +1,4 @@
-"""Comparison of size and quality with other formats: the code of `benchmarks/rate.py`.
+"""Implements `benchmarks/rate.py`, which compares size and quality with other formats.
 
 jobs ──> streams, each in a file (measure)
             │

@@ -1,11 +1,11 @@
-"""Claims about rates: each compares a measured number with a limit."""
+"""Defines claims about size and quality; each compares a measured number with a limit."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from quarc_ref.inspection.stream_summary import FrameSummary, StreamSummary
 
-AMORTIZED_FRAMES = 300
+AMORTIZED_FRAMES = 300  # number of frames over which the canonical frame is spread
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,25 +15,25 @@ class Claim:
     Attributes:
         name: Description of the number.
         value: Measured number; None if it could not be measured.
-        bound: Limit of the number.
-        is_ceiling: Whether the limit is a maximum; otherwise it is a minimum.
+        bound: Maximum or minimum of the number.
+        is_maximum: Whether `bound` is a maximum; otherwise it is a minimum.
     """
 
     name: str
     value: float | None
     bound: float
-    is_ceiling: bool = True
+    is_maximum: bool = True
 
     @property
     def holds(self) -> bool | None:
         """Whether the number is within the limit; None if it could not be measured."""
         if self.value is None:
             return None
-        return self.value <= self.bound if self.is_ceiling else self.value >= self.bound
+        return self.value <= self.bound if self.is_maximum else self.value >= self.bound
 
     def as_json(self) -> dict[str, object]:
-        """Return the claim as a JSON object, as `--json` prints it."""
-        relation = "at most" if self.is_ceiling else "at least"
+        """Return the claim as the JSON object that `--json` prints."""
+        relation = "at most" if self.is_maximum else "at least"
         return {
             "claim": self.name,
             "is": self.value,
@@ -43,11 +43,11 @@ class Claim:
 
 
 def amortize(once_bytes: float, frame_bytes: Sequence[float]) -> float:
-    """Return the bytes per frame of a stream with one canonical frame in `AMORTIZED_FRAMES`.
+    """Return the bytes per frame if every `AMORTIZED_FRAMES`-th frame is canonical.
 
     Args:
-        once_bytes: Bytes of the canonical frame, and of all other data that occurs once.
-        frame_bytes: Bytes of each later frame; their mean represents all later frames.
+        once_bytes: Bytes of the canonical frame, and of all other data that a stream contains once.
+        frame_bytes: Bytes of each measured later frame; other later frames take their mean.
     """
     return once_bytes / AMORTIZED_FRAMES + mean(frame_bytes)
 
@@ -59,7 +59,7 @@ def amortize_file(summary: StreamSummary) -> float:
 
 
 def amortize_estimate(summary: StreamSummary) -> float:
-    """Return the amortized bytes per frame by the paper's zero-order estimate, without overhead."""
+    """Return the paper's zero-order estimate of the amortized bytes per frame, without overhead."""
     frame_bytes = [
         frame.estimate_bytes["motion"] + frame.estimate_bytes["births"]
         for frame in list_inter_frames(summary)
@@ -67,63 +67,67 @@ def amortize_estimate(summary: StreamSummary) -> float:
     return amortize(summary.frames[0].estimate_bytes["canonical"], frame_bytes)
 
 
-def claim_motion(summary: StreamSummary) -> list[Claim]:
-    """Return the claims that compare motion and births with the estimate of the same symbols."""
+def list_motion_claims(summary: StreamSummary) -> list[Claim]:
+    """Return the claims about motion, compared with its estimate, and about the size of births."""
     later_frames = list_inter_frames(summary)
     worst_ratio = max(
-        map(_motion_ratio, later_frames), key=lambda ratio: ratio or 0.0, default=None
+        map(_compute_motion_ratio, later_frames), key=lambda ratio: ratio or 0.0, default=None
     )
     coded_bytes, birth_count = summary.coded_bytes(), sum(frame.births for frame in later_frames)
     estimate = sum(frame.estimate_bytes["motion"] for frame in later_frames)
     return [
-        Claim("motion / estimate, whole stream", divide(coded_bytes["motion"], estimate), 0.65),
-        Claim("motion / estimate, worst frame that moves", worst_ratio, 1.0),
-        Claim("bytes of a newborn", divide(coded_bytes["births"], birth_count), 16.0),
+        Claim(
+            "motion bytes / estimate, whole stream", divide(coded_bytes["motion"], estimate), 0.65
+        ),
+        Claim("motion bytes / estimate, worst frame with motion", worst_ratio, 1.0),
+        Claim("bytes per birth", divide(coded_bytes["births"], birth_count), 16.0),
     ]
 
 
-def claim_canonical(
+def list_canonical_claims(
     canonical_bytes: int, psnr: float, name: str, other: tuple[float, float] | None, bound: float
 ) -> list[Claim]:
-    """Return the claims that compare frame 0 with a file of it in another format.
+    """Return the claims that compare frame 0 with the same scene in another format.
 
     Args:
         canonical_bytes: Bytes of the canonical frame.
         psnr: PSNR of frame 0 in dB.
         name: Name of the other format.
-        other: Bytes and PSNR of the file in the other format; None if unavailable.
-        bound: Limit of the ratio of bytes.
+        other: Size in bytes and PSNR in dB of the file in the other format; None if unavailable.
+        bound: Maximum ratio of the two sizes (canonical frame / other file).
     """
     ratio, gain = (canonical_bytes / other[0], psnr - other[1]) if other else (None, None)
     return [
-        Claim(f"canonical / {name}", ratio, bound),
-        Claim(f"PSNR of frame 0 less that of {name}, dB", gain, 0.0, is_ceiling=False),
+        Claim(f"bytes of the canonical frame / {name} file", ratio, bound),
+        Claim(f"PSNR of frame 0 minus that of {name}, dB", gain, 0.0, is_maximum=False),
     ]
 
 
-def claim_against_paper(
+def list_paper_claims(
     summary: StreamSummary, psnr: Sequence[float], paper: StreamSummary, paper_psnr: Sequence[float]
 ) -> list[Claim]:
-    """Return the claims that compare the stream with the estimate of the preset `paper`."""
+    """Return the claims that compare a stream with the paper's estimate for preset `paper`."""
     motion = mean([frame.coded_bytes["motion"] for frame in list_inter_frames(summary)])
     paper_motion = mean([frame.estimate_bytes["motion"] for frame in list_inter_frames(paper)])
     total_ratio = divide(amortize_file(summary), amortize_estimate(paper))
     return [
-        Claim(f"whole stream over {AMORTIZED_FRAMES} frames / paper's estimate", total_ratio, 0.25),
-        Claim("motion / paper's estimate", divide(motion, paper_motion), 0.1),
-        Claim("PSNR less the paper's, dB", mean(psnr) - mean(paper_psnr), 0.0, is_ceiling=False),
+        Claim(
+            f"bytes per frame over {AMORTIZED_FRAMES} frames / paper's estimate", total_ratio, 0.25
+        ),
+        Claim("motion bytes / paper's estimate", divide(motion, paper_motion), 0.1),
+        Claim("PSNR minus the paper's, dB", mean(psnr) - mean(paper_psnr), 0.0, is_maximum=False),
     ]
 
 
-def claim_fourdgs(
+def list_fourdgs_claims(
     summary: StreamSummary, first_bytes: float | None, total_bytes: float | None
 ) -> list[Claim]:
-    """Return the claims that compare the stream with the decoded frames in a `4dgs` file.
+    """Return the claims that compare the stream with a `4dgs` file of its decoded frames.
 
     Args:
         summary: Summary of the stream.
-        first_bytes: Bytes of a `4dgs` file of the first frame; None if the package is missing.
-        total_bytes: Bytes of a `4dgs` file of all frames.
+        first_bytes: Size of a `4dgs` file of the first frame; None if the package is missing.
+        total_bytes: Size of a `4dgs` file of all frames; None if the package is missing.
     """
     total_ratio, amortized_ratio, later_count = None, None, len(list_inter_frames(summary))
     if later_count and first_bytes is not None and total_bytes is not None:
@@ -131,8 +135,12 @@ def claim_fourdgs(
         amortized_other = amortize(first_bytes, [(total_bytes - first_bytes) / later_count])
         amortized_ratio = divide(amortize_file(summary), amortized_other)
     return [
-        Claim("whole stream / fourdgs", total_ratio, 0.1),
-        Claim(f"whole stream / fourdgs, both over {AMORTIZED_FRAMES} frames", amortized_ratio, 0.1),
+        Claim("bytes of the stream / fourdgs file", total_ratio, 0.1),
+        Claim(
+            f"bytes of stream / fourdgs file, both over {AMORTIZED_FRAMES} frames",
+            amortized_ratio,
+            0.1,
+        ),
     ]
 
 
@@ -151,6 +159,6 @@ def divide(dividend: float, divisor: float) -> float | None:
     return dividend / divisor if divisor else None
 
 
-def _motion_ratio(frame: FrameSummary) -> float | None:
+def _compute_motion_ratio(frame: FrameSummary) -> float | None:
     """Return the ratio of a frame's motion bytes to their estimate; None if nothing moves."""
     return divide(frame.coded_bytes["motion"], frame.estimate_bytes["motion"])

@@ -1,4 +1,4 @@
-"""The command line of benchmarks/rate.py."""
+"""Implements the command line of `benchmarks/rate.py`."""
 
 import argparse
 import json
@@ -9,10 +9,10 @@ from options import add_capture_options
 from quarc_ref.encoder.settings.presets import PRESETS
 from rate.claims import (
     Claim,
-    claim_against_paper,
-    claim_canonical,
-    claim_fourdgs,
-    claim_motion,
+    list_canonical_claims,
+    list_fourdgs_claims,
+    list_motion_claims,
+    list_paper_claims,
 )
 from rate.jobs import BUILT_IN, Job, trace_capture_if_missing
 from rate.measure import MeasuredStream, measure
@@ -25,13 +25,13 @@ from rate.rows import (
     list_own_rows,
     make_still_row,
 )
-from rate.sweep import claim_hull, measure_sweep
+from rate.sweep import make_hull_claim, measure_sweep
 
 PAPER = "paper"
 _DESCRIPTION = (
     "Compare the size of streams with the paper's estimate, compressors and other splat formats."
 )
-_STILL_BOUNDS = {"spz": 0.8, "sog": 1.0}
+_MAX_STILL_SIZE_RATIOS = {"spz": 0.8, "sog": 1.0}
 
 
 def compare(job: Job, folder: Path, results: Results, *, with_paper: bool) -> None:
@@ -43,19 +43,19 @@ def compare(job: Job, folder: Path, results: Results, *, with_paper: bool) -> No
     }
     fourdgs = list_fourdgs_rows(measured)
     results.add(measured, [*own_rows, *list_generic_rows(measured), *still_rows.values(), *fourdgs])
-    claims = claim_motion(measured.summary)
+    claims = list_motion_claims(measured.summary)
     for format_name, row in still_rows.items():
-        claims += _claim_still(measured, row, _STILL_BOUNDS[format_name])
+        claims += _list_still_claims(measured, row, _MAX_STILL_SIZE_RATIOS[format_name])
     if with_paper:
         paper = measure(replace(job, preset=PAPER, changes=()), folder)
         results.add(paper, list_own_rows(paper))
-        claims += claim_against_paper(measured.summary, measured.psnr, paper.summary, paper.psnr)
-    claims += claim_fourdgs(measured.summary, fourdgs[0].canonical, fourdgs[0].total)
+        claims += list_paper_claims(measured.summary, measured.psnr, paper.summary, paper.psnr)
+    claims += list_fourdgs_claims(measured.summary, fourdgs[0].canonical, fourdgs[0].total)
     results.claims[own_rows[0].capture] = claims
 
 
 def main() -> None:
-    """Measure all captures of the command line; write and print the tables."""
+    """Measure all captures given on the command line; write and print the tables."""
     arguments = _parse_arguments()
     folder: Path = arguments.streams
     folder.mkdir(parents=True, exist_ok=True)
@@ -71,7 +71,7 @@ def main() -> None:
             )
             title = capture.resolve().name
             results.points[title] = points
-            results.claims[title].append(claim_hull(points))
+            results.claims[title].append(make_hull_claim(points))
         write_files(results, folder)
     if arguments.json:
         print(json.dumps(results.as_json(folder), indent=2))
@@ -82,26 +82,31 @@ def main() -> None:
 def _parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=_DESCRIPTION)
     add = parser.add_argument
-    add("captures", nargs="+", metavar="CAPTURE", help=f"a folder, or {BUILT_IN}")
+    add(
+        "captures",
+        nargs="+",
+        metavar="CAPTURE",
+        help=f"folder of a capture, or {BUILT_IN} for the built-in one",
+    )
     add(
         "--streams",
         type=Path,
         default=Path("out/rate"),
         metavar="DIR",
-        help="folder for streams and tables, from which a run resumes",
+        help="folder for streams and tables; a run reuses the streams that it already contains",
     )
     add("--preset", choices=sorted(PRESETS), default="main")
     add_capture_options(parser)
-    add("--no-paper", action="store_true", help="leave out the stream of the preset paper")
-    add("--sweep", action="store_true", help="also measure settings around the preset")
-    add("--sweep-frames", type=int, metavar="N", help="number of frames of the sweep's streams")
+    add("--no-paper", action="store_true", help="do not compare with a stream of preset paper")
+    add("--sweep", action="store_true", help="also measure variations of the preset's settings")
+    add("--sweep-frames", type=int, metavar="N", help="number of frames of the streams of --sweep")
     add("--json", action="store_true", help="print JSON instead of tables")
     return parser.parse_args()
 
 
-def _claim_still(measured: MeasuredStream, row: Row, bound: float) -> list[Claim]:
+def _list_still_claims(measured: MeasuredStream, row: Row, bound: float) -> list[Claim]:
     other = None
     if row.canonical is not None and row.psnr_first is not None:
         other = (row.canonical, row.psnr_first)
     canonical_bytes = measured.summary.frames[0].coded_bytes["canonical"]
-    return claim_canonical(canonical_bytes, measured.psnr[0], row.coder, other, bound)
+    return list_canonical_claims(canonical_bytes, measured.psnr[0], row.coder, other, bound)

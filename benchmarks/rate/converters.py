@@ -1,7 +1,7 @@
 """Converts the canonical scene to SPZ or SOG and back, with PLY as the intermediate format.
 
-The conversions use splat-transform by PlayCanvas, a program from npm. Its output is rendered like
-the decoded frames of a stream.
+The conversions use splat-transform by PlayCanvas, a program from npm. The
+converted scene is rendered like the decoded frames of a stream.
 """
 
 import os
@@ -20,7 +20,7 @@ _SPZ_MAGIC = b"NGSP"
 
 
 class UnavailableError(Exception):
-    """An external program is not installed, or fails."""
+    """An external program is not installed, or has failed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,8 +29,8 @@ class ConvertedScene:
 
     Attributes:
         byte_count: Size of the file in the other format.
-        label: Name of the format, with the version if the file states it.
-        splats: Splats after both conversions.
+        label: Name of the format, with its version if the file contains it.
+        splats: The scene after both conversions.
     """
 
     byte_count: int
@@ -63,7 +63,7 @@ def convert_scene(splats: Splats, format_name: str, folder: Path) -> ConvertedSc
 
 
 def install(folder: Path) -> Path:
-    """Return the path of splat-transform; install it into a folder with npm if it is missing.
+    """Return the path of splat-transform; if it is missing, install it with npm into `folder`.
 
     Raises:
         UnavailableError: Node or npm is missing, or npm fails.
@@ -80,14 +80,14 @@ def install(folder: Path) -> Path:
     return program
 
 
-def read_program_version(folder: Path) -> str | None:
+def read_splat_transform_version(folder: Path) -> str | None:
     """Return the version that splat-transform prints; None if it is not installed."""
     program = folder / "node" / "node_modules" / ".bin" / "splat-transform"
     return _run_program([program, "--version"]).strip() if program.exists() else None
 
 
 def describe_spz(data: bytes) -> str:
-    """Return the name of the SPZ format with the version that the file states."""
+    """Return the name of the SPZ format with its version, which is read from the file."""
     if data[:4] == _SPZ_MAGIC:
         return f"SPZ v{int.from_bytes(data[4:8], 'little')}"
     return "SPZ, gzipped, v3 or older"

@@ -1,4 +1,4 @@
-"""The upper convex hull of points with rate and quality."""
+"""Computes the upper convex hull of rate-quality points."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,10 +7,10 @@ from itertools import pairwise
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """The rate and the quality of a setting.
+    """Rate and quality of a stream with certain settings.
 
     Attributes:
-        label: Changed settings as text; empty for the default.
+        label: Description of the changed settings; empty for the default settings.
         kilobytes: KB per frame, with the canonical frame amortized over 300 frames.
         psnr: Mean PSNR of all frames on held-out cameras, in dB.
     """
@@ -21,7 +21,7 @@ class Point:
 
 
 def find_upper_hull(points: Sequence[Point]) -> list[Point]:
-    """Return the points on the upper convex hull, from the lowest rate to the best quality."""
+    """Return the points on the upper convex hull, from the lowest to the highest rate."""
     hull: list[Point] = []
     for point in sorted(points, key=lambda candidate: (candidate.kilobytes, -candidate.psnr)):
         if hull and point.psnr <= hull[-1].psnr:
@@ -33,10 +33,10 @@ def find_upper_hull(points: Sequence[Point]) -> list[Point]:
 
 
 def measure_gap_to_hull(point: Point, hull: Sequence[Point]) -> float:
-    """Return by how many dB a point is below a hull at the rate of the point; 0 on the hull.
+    """Return how far a point is below the hull at its rate, in dB; 0 if it is on the hull.
 
     Args:
-        point: A point, which need not be on the hull.
+        point: A point on or off the hull.
         hull: Result of `find_upper_hull`.
     """
     if point in hull:
@@ -50,5 +50,5 @@ def measure_gap_to_hull(point: Point, hull: Sequence[Point]) -> float:
 
 
 def _slope(start: Point, end: Point) -> float:
-    """Return the dB per KB from a point to another point with a higher rate."""
+    """Return the slope in dB per KB from a point to another point with a higher rate."""
     return (end.psnr - start.psnr) / (end.kilobytes - start.kilobytes)

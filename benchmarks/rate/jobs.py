@@ -1,4 +1,4 @@
-"""Encodes the streams for the rate tables into a folder, from which a run resumes."""
+"""Encodes the streams for the rate tables; streams that already exist are reused."""
 
 import hashlib
 import os
@@ -19,7 +19,7 @@ from studies import write_status
 BUILT_IN = "synth"
 _MAX_NAME_LENGTH = 180
 _DIGEST_LENGTH = 12
-_SETTING = re.compile(r"(\S+?)=(.*?)(?= \S+=|$)")
+_SETTING_PATTERN = re.compile(r"(\S+?)=(.*?)(?= \S+=|$)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,8 +29,8 @@ class Job:
     Attributes:
         capture: Folder of the capture.
         preset: Name of the preset.
-        changes: (name, value) of settings that differ from the preset.
-        frames: Number of frames, beginning with the first; None for all.
+        changes: Settings that differ from the preset, as (name, value).
+        frames: Number of frames to encode, starting with the first; None for all.
         downscale: Factor by which pictures are downscaled.
         held_out: Names of held-out cameras; empty for the first camera.
     """
@@ -62,7 +62,7 @@ class Job:
         return f"{name}.quarc"
 
     def config(self) -> EncoderConfig:
-        """Return the settings of the encode.
+        """Return the settings of the encoder.
 
         Raises:
             SettingError: The preset or a setting does not exist, or a value is invalid.
@@ -74,7 +74,7 @@ class Job:
 
 
 def trace_capture_if_missing(name: str, folder: Path) -> Path:
-    """Return the folder of a capture; trace the built-in capture into `folder` if it is missing."""
+    """Return the folder of a capture; ray-trace the built-in capture first if it is missing."""
     if name != BUILT_IN or Path(name).is_dir():
         return Path(name)
     target = folder / BUILT_IN
@@ -87,10 +87,10 @@ def trace_capture_if_missing(name: str, folder: Path) -> Path:
 
 
 def encode_if_missing(job: Job, folder: Path) -> bytes:
-    """Return the bytes of a stream; encode it into `folder` if it does not exist.
+    """Return the bytes of a stream, which is encoded into `folder` if it does not exist.
 
     Raises:
-        ResumeError: The partial stream of an earlier run has other inputs.
+        ResumeError: The partial stream of an earlier run was made from other inputs.
     """
     path = folder / job.file_name()
     if not path.is_file():
@@ -109,15 +109,15 @@ def encode_if_missing(job: Job, folder: Path) -> bytes:
 
 
 def list_differences(job: Job, metadata: dict[str, str]) -> list[str]:
-    """Return the names of settings that differ between an existing stream and a job.
+    """Return the names of the settings in which an existing stream differs from a job.
 
     Args:
         job: Requested stream.
-        metadata: Metadata of the existing stream, which lists the settings other than defaults.
+        metadata: Metadata of the existing stream, which lists settings that differ from defaults.
     """
     if "settings" not in metadata:
         return []
-    stored_settings = dict(_SETTING.findall(metadata["settings"]))
+    stored_settings = dict(_SETTING_PATTERN.findall(metadata["settings"]))
     defaults = dict(list_settings(EncoderConfig()))
     requested_settings = {name: str(value) for name, value in list_settings(job.config())}
     return sorted(

@@ -1,9 +1,9 @@
 """Writes the decoded frames of a stream to the `4dgs` container with the package `fourdgs`.
 
-The temporal model `keyframe-delta` of `4dgs` codes the first frame completely, and later frames by
-the changes of each Gaussian. Of all models, it is the most similar to this format without anchors.
-The model has no SH beyond the base color, which reduces the size. Error bounds are those of the
-profile `default`.
+The temporal model `keyframe-delta` of `4dgs` codes the first frame completely, and later frames as
+the changes of each Gaussian. Of all temporal models of `4dgs`, it is the most similar to the format
+of this project, but it has no anchors. It stores no SH beyond the base color, which makes the files
+smaller. The error bounds are those of the profile `default`.
 """
 
 from collections.abc import Iterable, Iterator
@@ -15,19 +15,24 @@ import numpy as np
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.scene import Scene
 
-FEWEST_BYTES = "one keyframe, deltas chained, zstd 19, no index; no SH beyond the base color"
-PLAIN_SETTINGS = "keyframe every 8, deltas chained, deflate 6, index; no SH beyond the base color"
-_SH_BASE = 0.28209479177387814
+SMALLEST_SETTINGS = (
+    "one keyframe, chained deltas, zstd level 19, no index; base color only, no higher SH"
+)
+DEFAULT_SETTINGS = (
+    "a keyframe every 8 frames, chained deltas, deflate level 6, with an index; base color only, "
+    "no higher SH"
+)
+_SH_C0 = 0.28209479177387814
 
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """Sizes of `4dgs` files in bytes.
+    """Sizes of the `4dgs` files of a stream's frames in bytes.
 
     Attributes:
         settings: Description of the writer's settings.
-        first: Size of a file of only the first frame.
-        total: Size of the file of all frames.
+        first: Size of a file with only the first frame.
+        total: Size of a file with all frames.
     """
 
     settings: str
@@ -36,7 +41,7 @@ class Sizes:
 
 
 def count_bytes(scenes: Iterable[Scene]) -> list[Sizes]:
-    """Return the sizes of `4dgs` files of the frames for several settings; the smallest is first.
+    """Return the sizes of `4dgs` files for several settings of the writer, smallest first.
 
     Args:
         scenes: All frames of a stream, in order.
@@ -63,7 +68,7 @@ def count_bytes(scenes: Iterable[Scene]) -> list[Sizes]:
 
     return [
         Sizes(settings, count_file_bytes(samples[:1], options), count_file_bytes(samples, options))
-        for settings, options in ((FEWEST_BYTES, fewest_options), (PLAIN_SETTINGS, {}))
+        for settings, options in ((SMALLEST_SETTINGS, fewest_options), (DEFAULT_SETTINGS, {}))
     ]
 
 
@@ -75,11 +80,11 @@ def _make_samples(scenes: Iterable[Scene]) -> Iterator[Any]:
         splats, time = dequantize(scene), scene.frame / scene.header.frames_per_second
         count = scene.count
         opacities = 1 / (1 + np.exp(-splats.opacities[:, None]))
-        colors = np.clip(0.5 + _SH_BASE * splats.sh[:, 0], 0, 1)
+        colors = np.clip(0.5 + _SH_C0 * splats.sh[:, 0], 0, 1)
         gaussians = GaussianSet(
             positions=splats.positions,
             scales=np.exp(splats.log_scales),
-            rotations=np.roll(splats.rotations, -1, axis=1),  # its order is xyzw
+            rotations=np.roll(splats.rotations, -1, axis=1),  # fourdgs stores them as xyzw
             colors=np.concatenate([colors, opacities], axis=1),
             motions=np.zeros((count, 3), dtype=np.float32),
             mu_t=np.full(count, time),

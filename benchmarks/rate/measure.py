@@ -30,7 +30,7 @@ class MeasuredStream:
         data: Bytes of the stream.
         summary: Frames and sizes of the stream.
         psnr: PSNR of each frame on the held-out cameras, in dB.
-        differences: Settings that differ from the job, if the stream is from an earlier run.
+        differences: Names of settings in which a stream from an earlier run differs from the job.
     """
 
     job: Job
@@ -41,7 +41,7 @@ class MeasuredStream:
 
 
 def measure(job: Job, folder: Path) -> MeasuredStream:
-    """Encode and measure a stream; existing files are reused.
+    """Encode and measure a stream, reusing the files that already exist.
 
     Raises:
         MismatchError: The existing stream is from another capture.
@@ -50,12 +50,12 @@ def measure(job: Job, folder: Path) -> MeasuredStream:
     summary = inspect_stream(data)
     differences = tuple(list_differences(job, summary.metadata))
     if differences:
-        write_status(f"{job.file_name()} was encoded with other settings: {', '.join(differences)}")
+        write_status(f"{job.file_name()} was encoded with other values of {', '.join(differences)}")
     psnr = _load_or_measure_psnr(job, data, folder / f"{job.file_name()}.psnr.json")
     return MeasuredStream(job, data, summary, psnr, differences)
 
 
-def measure_first_frame(splats: Splats, measured: MeasuredStream) -> float:
+def measure_first_frame_psnr(splats: Splats, measured: MeasuredStream) -> float:
     """Return the mean PSNR of a scene on the held-out pictures of frame 0, in dB."""
     capture = open_same_capture(measured.summary, measured.job.capture)
     first_ordinal = measured.summary.frames[0].frame
@@ -68,7 +68,7 @@ def measure_first_frame(splats: Splats, measured: MeasuredStream) -> float:
 
 
 def _load_or_measure_psnr(job: Job, data: bytes, path: Path) -> tuple[float, ...]:
-    """Return the PSNR of each frame of a stream, from a file if it was measured before."""
+    """Return the PSNR of each frame of a stream; load it if it was measured before."""
     digest = hashlib.sha256(data).hexdigest()
     if path.is_file() and (saved := json.loads(path.read_text()))["sha256"] == digest:
         return tuple(saved["psnr"])

@@ -1,8 +1,8 @@
 """Compresses the symbols of a stream with general-purpose compressors.
 
 Each frame is compressed separately, as in the stream: motion and births are separate blocks, and a
-canonical frame is one block. A block consists of rows of numbers, each in the narrowest signed
-integer type that can hold it.
+canonical frame is one block. A block consists of rows of numbers; each row uses the narrowest
+signed integer type that can hold its numbers.
 """
 
 import lzma
@@ -30,7 +30,7 @@ _POSE_FLOATS = 7  # position and quaternion of a Gaussian
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameSymbols:
-    """The integers that a frame codes.
+    """The integers that are coded in a frame.
 
     Attributes:
         canonical: Gaussians of a canonical frame; None in other frames.
@@ -56,14 +56,14 @@ def read_symbols(data: bytes) -> Iterator[FrameSymbols]:
             continue
         gaussians = None
         if chunk.kind == container.CANO:
-            planes = state.scene.header.code_planes
-            gaussians = read_canonical(wire.parse_canonical(chunk.payload), planes)
+            plane_count = state.scene.header.code_planes
+            gaussians = read_canonical(wire.parse_canonical(chunk.payload), plane_count)
         yield FrameSymbols(gaussians, state.symbols, state.births)
 
 
 def pack_planes(rows: Iterable[Int64]) -> bytes:
-    """Return rows as bytes, each in the narrowest signed integer type that can hold it."""
-    return b"".join(_narrow(row).tobytes() for row in rows)
+    """Return the bytes of rows, each in the narrowest signed integer type that can hold it."""
+    return b"".join(_convert_to_narrowest_type(row).tobytes() for row in rows)
 
 
 def pack_frame(frame: FrameSymbols) -> dict[Kind, bytes]:
@@ -79,7 +79,7 @@ def pack_frame(frame: FrameSymbols) -> dict[Kind, bytes]:
     return blocks
 
 
-def sum_compressed(frames: Iterable[FrameSymbols], compress: Compressor) -> dict[Kind, int]:
+def sum_compressed_bytes(frames: Iterable[FrameSymbols], compress: Compressor) -> dict[Kind, int]:
     """Return the total size of the compressed blocks of all frames in bytes, by kind."""
     sizes: Counter[Kind] = Counter()
     for frame in frames:
@@ -87,11 +87,11 @@ def sum_compressed(frames: Iterable[FrameSymbols], compress: Compressor) -> dict
     return dict(sizes)
 
 
-def sum_floats(frames: Iterable[FrameSymbols]) -> dict[Kind, int]:
+def sum_float_bytes(frames: Iterable[FrameSymbols]) -> dict[Kind, int]:
     """Return the size of all symbols as raw float32 in bytes, by kind.
 
-    A Gaussian with SH of degree 1 has 23 numbers and an anchor 7, even if the stream does not code
-    w.
+    A Gaussian with SH of degree 1 has 23 numbers. An anchor has 7, even if the stream does not code
+    the w component of its rotation.
     """
     sizes: Counter[Kind] = Counter()
     for frame in frames:
@@ -105,12 +105,12 @@ def sum_floats(frames: Iterable[FrameSymbols]) -> dict[Kind, int]:
 
 
 def compress_lzma(block: bytes) -> bytes:
-    """Return a block compressed as by `xz -9e`, in the smallest container."""
+    """Return a block compressed as with `xz -9e`, in the LZMA container with the least overhead."""
     return lzma.compress(block, format=lzma.FORMAT_ALONE, preset=9 | lzma.PRESET_EXTREME)
 
 
 def compress_zstd(block: bytes) -> bytes:
-    """Return a block compressed as by `zstd -19`, without checksum and content size.
+    """Return a block compressed as with `zstd -19`, without checksum and content size.
 
     Raises:
         ImportError: The package `zstandard` is not installed.
@@ -133,8 +133,8 @@ def _count_float_bytes(gaussians: Gaussians) -> int:
     return _FLOAT_BYTES * (_POSE_FLOATS + len(gaussians.codes)) * gaussians.count
 
 
-def _narrow(row: Int64) -> np.ndarray:
-    """Return a row as little-endian integers of 1, 2, 4 or 8 bytes."""
+def _convert_to_narrowest_type(row: Int64) -> np.ndarray:
+    """Return a row as little-endian integers in the fewest bytes each: 1, 2, 4 or 8."""
     low, high = int(row.min(initial=0)), int(row.max(initial=0))
     types = [np.dtype(name) for name in ("<i1", "<i2", "<i4", "<i8")]
     fitting_types = [

@@ -10,18 +10,18 @@ from atomic_files import write_atomically
 from quarc_ref.evaluation.plots import plot_coders, plot_rate_distortion
 from quarc_ref.inspection.stream_summary import KILOBYTE, KINDS
 from rate.claims import Claim, list_inter_frames
-from rate.converters import read_program_version
+from rate.converters import read_splat_transform_version
 from rate.hull import Point, find_upper_hull
 from rate.measure import MeasuredStream
 from rate.rows import FLOATS, FOURDGS, Row
 from rate.tables import (
     format_claims,
+    format_csv,
     format_points,
     format_rows,
     list_claim_records,
     list_point_records,
     list_row_records,
-    write_csv,
 )
 
 _PACKAGES = ("numpy", "constriction", "torch", "numba", "zstandard", "fourdgs")
@@ -29,7 +29,7 @@ _PACKAGES = ("numpy", "constriction", "torch", "numba", "zstandard", "fourdgs")
 
 @dataclass(frozen=True, slots=True)
 class Results:
-    """All results of a run; claims and points are by name of the capture."""
+    """All results of a run; claims and points are keyed by the name of the capture."""
 
     rows: list[Row] = field(default_factory=list)
     later_frame_counts: dict[tuple[str, str], int] = field(default_factory=dict)
@@ -44,12 +44,12 @@ class Results:
         )
 
     def format_markdown(self) -> str:
-        """Return all tables in Markdown."""
+        """Return all tables as Markdown."""
         tables = [format_rows(self.rows, self.later_frame_counts), format_claims(self.claims)]
         return "\n".join([*tables, *([format_points(self.points)] if self.points else [])])
 
     def as_json(self, folder: Path) -> dict[str, object]:
-        """Return the results as a JSON object, as `--json` prints them."""
+        """Return the results as the JSON object that `--json` prints."""
         return {
             "machine": describe_machine(folder),
             "rows": list_row_records(self.rows),
@@ -59,7 +59,7 @@ class Results:
 
 
 def write_files(results: Results, folder: Path) -> None:
-    """Write tables, CSV and plots."""
+    """Write the tables, as Markdown and CSV, and the plots."""
     tables = {
         "rate.csv": list_row_records(results.rows),
         "claims.csv": list_claim_records(results.claims),
@@ -67,7 +67,7 @@ def write_files(results: Results, folder: Path) -> None:
     }
     for name, records in tables.items():
         if records:
-            write_atomically(folder / name, write_csv(records))
+            write_atomically(folder / name, format_csv(records))
     write_atomically(folder / "rate.md", results.format_markdown().encode())
     for capture in results.claims:
         write_atomically(
@@ -78,33 +78,33 @@ def write_files(results: Results, folder: Path) -> None:
 
 
 def describe_machine(folder: Path) -> dict[str, object]:
-    """Return the type of the machine, and the versions of the software."""
+    """Return a description of the machine, and the versions of the software."""
     return {
         "processor": _read_processor(),
         "cores": os.cpu_count(),
         "system": platform.system(),
         "python": platform.python_version(),
         **{name: _read_version(name) for name in _PACKAGES},
-        "splat-transform": read_program_version(folder),
+        "splat-transform": read_splat_transform_version(folder),
     }
 
 
 def _list_panels(results: Results, capture: str) -> dict[str, dict[str, float]]:
-    """Return the panels of the plot of a capture: `{axis: {coder: KB}}`.
+    """Return the panels of a capture's plot as `{title: {format: KB}}`.
 
     Raw floats, which are far larger, and formats without SH are left out.
     """
     panels: dict[str, dict[str, float]] = {}
     for kind in KINDS:
-        is_once = kind == "canonical"
+        is_canonical = kind == "canonical"
         sizes = {}
         for row in results.rows:
             is_left_out = row.coder.startswith((FLOATS, FOURDGS))
             if row.capture == capture and getattr(row, kind) and not is_left_out:
-                frames = 1 if is_once else results.later_frame_counts[capture, row.preset]
+                frames = 1 if is_canonical else results.later_frame_counts[capture, row.preset]
                 sizes[f"{row.preset}: {row.coder}"] = getattr(row, kind) / KILOBYTE / frames
         if sizes:
-            panels[f"{kind}, KB" if is_once else f"{kind}, KB per frame"] = sizes
+            panels[f"{kind}, KB" if is_canonical else f"{kind}, KB per frame"] = sizes
     return panels
 
 
@@ -115,7 +115,7 @@ def _plot_points(points: list[Point]) -> bytes:
 
 
 def _read_processor() -> str:
-    """Return the model of the processor, as reported by Linux."""
+    """Return the model of the processor, if possible as reported by Linux."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:

@@ -1,4 +1,4 @@
-"""Makes the rows of the rate table: a stream in this format and in other formats."""
+"""Makes the rows of the rate table, which give a stream's size in this and other formats."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,8 +10,8 @@ from quarc_ref.inspection.stream_summary import KINDS
 from quarc_ref.streams import decode
 from rate import keyframe_deltas
 from rate.converters import UnavailableError, convert_scene
-from rate.measure import MeasuredStream, measure_first_frame
-from rate.planes import COMPRESSORS, read_symbols, sum_compressed, sum_floats
+from rate.measure import MeasuredStream, measure_first_frame_psnr
+from rate.planes import COMPRESSORS, read_symbols, sum_compressed_bytes, sum_float_bytes
 
 FILE, ESTIMATE, FLOATS, FOURDGS = "the file", "zero-order estimate", "float32", "fourdgs"
 STILL_FORMATS = {"spz": "SPZ", "sog": "SOG"}
@@ -19,19 +19,19 @@ STILL_FORMATS = {"spz": "SPZ", "sog": "SOG"}
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """The sizes and the quality of a stream in one format; a number is None if unknown.
+    """Sizes and quality of a stream in one format; unknown numbers are None.
 
     Attributes:
         capture: Name of the capture.
         preset: Preset of the stream.
         coder: Name of the format or compressor.
-        canonical: Bytes of canonical frames, or of a file of only the first frame.
+        canonical: Bytes of canonical frames, or of a file with only the first frame.
         motion: Bytes of the anchors' residuals.
         snapshots: Bytes of snapshots.
         updates: Bytes of updates.
         births: Bytes of births.
         rest: Bytes of headers, index, cameras and metadata.
-        total: Bytes in total.
+        total: Total bytes.
         psnr_first: PSNR of frame 0 on held-out cameras, in dB.
         psnr_mean: Mean PSNR of all frames on held-out cameras, in dB.
         remark: Reason for a missing number, or settings of the format.
@@ -53,13 +53,17 @@ class Row:
 
 
 def list_own_rows(measured: MeasuredStream) -> list[Row]:
-    """Return the row of the file, and the row of the estimate of its symbols."""
+    """Return the rows of the stream itself and of the estimate for its symbols."""
     blank_row = _make_blank_row(measured)
     coded_bytes, psnr = measured.summary.coded_bytes(), measured.psnr
     estimate: dict[str, Any] = {
         kind: sum(frame.estimate_bytes[kind] for frame in measured.summary.frames) for kind in KINDS
     }
-    remark = f"made with other {', '.join(measured.differences)}" if measured.differences else ""
+    remark = (
+        f"encoded with other values of {', '.join(measured.differences)}"
+        if measured.differences
+        else ""
+    )
     file_bytes: dict[str, Any] = {kind: coded_bytes[kind] for kind in KINDS}
     file_row = replace(blank_row, coder=FILE, **file_bytes, remark=remark)
     file_row = replace(file_row, rest=coded_bytes["overhead"], total=coded_bytes["total"])
@@ -73,31 +77,31 @@ def list_generic_rows(measured: MeasuredStream) -> list[Row]:
     rows = []
     for name, compress in COMPRESSORS.items():
         try:
-            kinds: dict[str, Any] = sum_compressed(frames, compress)
+            sizes: dict[str, Any] = sum_compressed_bytes(frames, compress)
         except ImportError as error:
             rows.append(replace(blank_row, coder=name, remark=_describe_error(error)))
         else:
-            rows.append(_add_total(replace(blank_row, coder=name, **kinds)))
-    floats: dict[str, Any] = sum_floats(frames)
+            rows.append(_add_total(replace(blank_row, coder=name, **sizes)))
+    floats: dict[str, Any] = sum_float_bytes(frames)
     return [*rows, _add_total(replace(blank_row, coder=FLOATS, **floats))]
 
 
 def make_still_row(measured: MeasuredStream, format_name: str, folder: Path) -> Row:
-    """Return the row of frame 0 as a file of another format."""
+    """Return the row of frame 0 converted to another format."""
     blank_row = replace(_make_blank_row(measured), coder=STILL_FORMATS[format_name])
     splats = dequantize(next(decode(measured.data)))
     try:
         converted = convert_scene(splats, format_name, folder)
     except UnavailableError as error:
         return replace(blank_row, remark=_describe_error(error))
-    psnr = measure_first_frame(converted.splats, measured)
+    psnr = measure_first_frame_psnr(converted.splats, measured)
     return replace(
         blank_row, coder=converted.label, canonical=converted.byte_count, psnr_first=psnr
     )
 
 
 def list_fourdgs_rows(measured: MeasuredStream) -> list[Row]:
-    """Return the rows of `4dgs` files of the decoded frames; the smallest file is first."""
+    """Return the rows of `4dgs` files of the decoded frames, smallest first."""
     blank_row = replace(_make_blank_row(measured), coder=FOURDGS)
     try:
         sizes = keyframe_deltas.count_bytes(decode(measured.data))
@@ -111,7 +115,9 @@ def list_fourdgs_rows(measured: MeasuredStream) -> list[Row]:
             total=file_sizes.total,
             remark=file_sizes.settings,
         )
-        for name, file_sizes in zip((FOURDGS, f"{FOURDGS}, its defaults"), sizes, strict=True)
+        for name, file_sizes in zip(
+            (FOURDGS, f"{FOURDGS} with default settings"), sizes, strict=True
+        )
     ]
 
 

@@ -1,7 +1,7 @@
-"""Encodes and measures settings around the default.
+"""Encodes and measures a capture with variations of the default settings.
 
-All points start with the same canonical frame, which is trained once. Repeated trainings would
-differ by tenths of a dB, which is more than the effect of most settings.
+All variations start from the same canonical frame, which is trained once. Training it again for
+each of them would change the PSNR by tenths of a dB, which is more than most settings do.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,35 +22,35 @@ from rate.measure import measure
 
 Changes = tuple[tuple[str, str], ...]
 
-_RATE_FACTORS = (0.25, 0.5, 2.0, 4.0)
+_LAMBDA_FACTORS = (0.25, 0.5, 2.0, 4.0)
 _STEP_FACTORS = (0.5, 2.0)
 _ANCHOR_FACTORS = (0.5, 2.0)
 
 
 def list_changes(config: EncoderConfig) -> Iterator[tuple[str, Changes]]:
-    """Yield changes of the default settings, each as text and by name; the first is empty.
+    """Yield variations of the settings as a label and changed settings; the first has no change.
 
     The training of frame 0 does not depend on the changed settings.
 
     Args:
-        config: Settings with steps in world units, as from `fix_steps`.
+        config: Default settings, with the steps given by `list_adapted_steps`.
     """
     yield "", ()
-    for factor in _RATE_FACTORS:
+    for factor in _LAMBDA_FACTORS:
         lambda_changes = (
             ("motion.rd_lambda", f"{config.motion.rd_lambda * factor:g}"),
             ("births.rd_lambda", f"{config.births.rd_lambda * factor:g}"),
         )
-        yield f"prices x {factor:g}", lambda_changes
+        yield f"rate-distortion weights x {factor:g}", lambda_changes
     for factor in _STEP_FACTORS:
         yield f"steps x {factor:g}", _change_step(config, factor)
     for factor in _ANCHOR_FACTORS:
         count = _scale(config.stream.gaussians_per_anchor, factor)
-        yield f"{count} to an anchor", (("stream.gaussians_per_anchor", f"{count}"),)
+        yield f"{count} Gaussians per anchor", (("stream.gaussians_per_anchor", f"{count}"),)
 
 
-def fix_steps(config: EncoderConfig, capture: Capture) -> Changes:
-    """Return changes that set the steps to those that are adapted to a capture."""
+def list_adapted_steps(config: EncoderConfig, capture: Capture) -> Changes:
+    """Return changes that set the quantization steps to the values adapted to a capture."""
     stream = adapt_steps_to_capture(config, capture).stream
     return (
         ("steps.position_pixels", "0"),
@@ -62,10 +62,10 @@ def fix_steps(config: EncoderConfig, capture: Capture) -> Changes:
 
 
 def measure_sweep(job: Job, folder: Path) -> list[Point]:
-    """Return the rate and quality of each setting; the default is first."""
+    """Return the rate and quality of each variation; the default settings come first."""
     options = CaptureOptions(job.downscale, job.held_out)
     capture = open_capture(job.capture, options)
-    job = replace(job, changes=(*job.changes, *fix_steps(job.config(), capture)))
+    job = replace(job, changes=(*job.changes, *list_adapted_steps(job.config(), capture)))
     canonical_inputs = [capture.fingerprint, asdict(options), job.config().seed]
     points = []
     with CanonicalCache(folder / "canonical", canonical_inputs).use_in_encode():
@@ -77,14 +77,14 @@ def measure_sweep(job: Job, folder: Path) -> list[Point]:
     return points
 
 
-def claim_hull(points: Sequence[Point]) -> Claim:
-    """Return the claim that the default, which is the first point, is on the upper hull."""
+def make_hull_claim(points: Sequence[Point]) -> Claim:
+    """Return the claim that the first point, the default, is on the upper convex hull."""
     gap = measure_gap_to_hull(points[0], find_upper_hull(points))
-    return Claim("dB of the default below the upper hull", gap, 0.0)
+    return Claim("distance of the default below the upper hull, dB", gap, 0.0)
 
 
 def _change_step(config: EncoderConfig, factor: float) -> Changes:
-    """Return the changes that multiply the translation step and the rotation step."""
+    """Return changes that multiply the translation step and the rotation step by a factor."""
     unity = min(_scale(config.stream.rotation_unity, 1 / factor), ROTATION_UNITY_LIMIT)
     step = _scale(config.stream.translation_step, factor)
     return (("stream.translation_step", f"{step}"), ("stream.rotation_unity", f"{unity}"))

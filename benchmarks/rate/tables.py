@@ -10,20 +10,20 @@ from rate.claims import Claim
 from rate.hull import Point, find_upper_hull
 from rate.rows import Row
 
-_HOLDS_TEXT = {True: "yes", False: "**no**", None: "no number"}
+_HOLDS_TEXT = {True: "yes", False: "**no**", None: "not measured"}
 
 
 def format_rows(rows: Iterable[Row], later_frame_counts: Mapping[tuple[str, str], int]) -> str:
-    """Return the table of sizes in Markdown.
+    """Return the table of sizes as Markdown.
 
     Args:
         rows: Rows of the table.
-        later_frame_counts: Number of frames that are not canonical, by capture and preset.
+        later_frame_counts: Numbers of frames that are not canonical, by capture and preset.
     """
     header = (
-        "capture", "preset", "coded as", "canonical KB", "snapshots KB", "motion KB per frame",
-        "updates KB per frame", "births KB per frame",
-        "rest KB", "whole KB", "PSNR frame 0 / mean", "remark",
+        "capture", "preset", "coded as", "canonical frame, KB", "snapshots, KB",
+        "motion, KB per frame", "updates, KB per frame", "births, KB per frame",
+        "rest, KB", "total, KB", "PSNR in dB: frame 0 / mean", "remark",
     )  # fmt: skip
     lines = []
     for row in rows:
@@ -40,23 +40,23 @@ def format_rows(rows: Iterable[Row], later_frame_counts: Mapping[tuple[str, str]
 
 
 def format_claims(claims: Mapping[str, Sequence[Claim]]) -> str:
-    """Return the table of claims in Markdown, given `{capture: claims}`."""
+    """Return the table of claims as Markdown, given `{capture: claims}`."""
     lines = [
         [
             capture,
             claim.name,
             _format_number(claim.value, 1, 3),
-            f"{'at most' if claim.is_ceiling else 'at least'} {claim.bound:g}",
+            f"{'at most' if claim.is_maximum else 'at least'} {claim.bound:g}",
             _HOLDS_TEXT[claim.holds],
         ]
         for capture, capture_claims in claims.items()
         for claim in capture_claims
     ]
-    return format_table(("capture", "claim", "is", "asked", "holds"), lines)
+    return format_table(("capture", "claim", "measured", "limit", "holds"), lines)
 
 
 def format_points(points: Mapping[str, Sequence[Point]]) -> str:
-    """Return the table of sweeps in Markdown, given `{capture: points}`."""
+    """Return the table of sweeps as Markdown, given `{capture: points}`."""
     lines = []
     for capture, capture_points in points.items():
         hull = find_upper_hull(capture_points)
@@ -64,17 +64,17 @@ def format_points(points: Mapping[str, Sequence[Point]]) -> str:
             on_hull = "yes" if point in hull else ""
             numbers = [f"{point.kilobytes:.3f}", f"{point.psnr:.3f}"]
             lines.append([capture, point.label or "the default", *numbers, on_hull])
-    return format_table(("capture", "settings", "KB per frame", "PSNR", "on the hull"), lines)
+    return format_table(("capture", "settings", "KB per frame", "PSNR in dB", "on the hull"), lines)
 
 
 def format_table(header: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
-    """Return a table in Markdown."""
+    """Return a Markdown table."""
     rows = [header, ["---"] * len(header), *lines]
     return "".join(f"| {' | '.join(row)} |\n" for row in rows)
 
 
-def write_csv(records: Sequence[Mapping[str, object]]) -> bytes:
-    """Return records with the same keys as CSV; None is an empty cell."""
+def format_csv(records: Sequence[Mapping[str, object]]) -> bytes:
+    """Return CSV of records that all have the same keys; None becomes an empty cell."""
     text = io.StringIO()
     writer = csv.DictWriter(text, list(records[0]) if records else [], lineterminator="\n")
     writer.writeheader()
@@ -83,12 +83,12 @@ def write_csv(records: Sequence[Mapping[str, object]]) -> bytes:
 
 
 def list_row_records(rows: Iterable[Row]) -> list[dict[str, object]]:
-    """Return each row as a dict by column."""
+    """Return each row as a dict of its columns."""
     return [asdict(row) for row in rows]
 
 
 def list_claim_records(claims: Mapping[str, Sequence[Claim]]) -> list[dict[str, object]]:
-    """Return each claim as a dict by column, given `{capture: claims}`."""
+    """Return each claim as a dict of its columns, given `{capture: claims}`."""
     return [
         {"capture": capture, **claim.as_json()}
         for capture, capture_claims in claims.items()
@@ -97,7 +97,7 @@ def list_claim_records(claims: Mapping[str, Sequence[Claim]]) -> list[dict[str, 
 
 
 def list_point_records(points: Mapping[str, Sequence[Point]]) -> list[dict[str, object]]:
-    """Return each point as a dict by column, given `{capture: points}`."""
+    """Return each point as a dict of its columns, given `{capture: points}`."""
     return [
         {"capture": capture, **asdict(point), "on_hull": point in find_upper_hull(capture_points)}
         for capture, capture_points in points.items()

@@ -98,7 +98,7 @@ def test_the_table_has_a_row_for_each_measurement(stream):
 def test_the_requested_share_of_gaussians_is_updated(tmp_path):
     path = tmp_path / "updated.quarc"
 
-    write_moving_stream(path, Job(600, births=5, frames=4, updated=0.1))
+    write_moving_stream(path, Job(600, births=5, frames=4, updated_share=0.1))
 
     states = list(decode_states(path.read_bytes()))[1:]
     assert all(30 < state.updates.count < 90 for state in states if state.updates)

@@ -26,6 +26,8 @@ def test_the_table_has_a_column_for_every_stage():
 
     header_line, separator, row_line = format_table(row).splitlines()
 
-    assert header_line == "| capture | Gaussians | canonical s | frame s | motion | births |"
+    assert header_line == (
+        "| capture | Gaussians | seconds for frame 0 | seconds per frame | motion | births |"
+    )
     assert separator.count("---") == 6
     assert row_line == "| plane | 12,345 | 1.50 | 2.25 | 2.00 | 0.25 |"

@@ -97,7 +97,7 @@ def test_tables_plots_and_page_are_written(output_folder):
     plot_names = {"full.png", "quantization.png", "gate.png", "levels.png"}
 
     assert file_names == {"index.html", "paper.csv", "paper.md", *plot_names}
-    assert "| plane | dB that quantization costs |" in (output_folder / "paper.md").read_text()
+    assert "| plane | PSNR loss by quantization, dB |" in (output_folder / "paper.md").read_text()
 
 
 def test_csv_has_a_line_for_each_trial_of_each_experiment(output_folder):
@@ -117,8 +117,8 @@ def test_the_page_contains_its_pictures_and_states_the_protocol(output_folder):
     protocol = json.loads((output_folder / "rows" / "full.json").read_text())["protocol"]
 
     assert text.count("data:image/png;base64,") == 4
-    assert "cam00, held out from training" in words
-    assert "change gate: births / those without" in words
+    assert "cameras held out from training (cam00)" in words
+    assert "change gate: births with the gate / births without" in words
     assert protocol["fingerprint"] in words
     assert protocol["versions"]["torch"] in words
 
@@ -143,7 +143,7 @@ def test_an_interrupted_run_resumes(folder, output_copy, completed_names):
     ("extra_options", "message"),
     [
         (("--lpips", "none.pth"), "none.pth is not a readable file of LPIPS weights"),
-        (("--only", "steps"), "unknown experiments steps; known are full"),
+        (("--only", "steps"), "unknown experiments: steps; choose from full"),
         (("--set", "motion.speed=1"), "no setting 'motion.speed'"),
         (("--held-out", "cam77"), "cannot hold out camera cam77"),
         (("--workers", "0"), "workers and threads must be at least 1"),

@@ -89,5 +89,7 @@ def test_rebinding_is_tried_in_floats_against_the_same_method_without_it():
 
 
 def test_an_unknown_experiment_is_rejected():
-    with pytest.raises(ValueError, match="unknown experiments stepp; known are full, quantization"):
+    with pytest.raises(
+        ValueError, match="unknown experiments: stepp; choose from full, quantization"
+    ):
         list_experiments(BASE_CONFIGS["main"], ["full", "stepp"])

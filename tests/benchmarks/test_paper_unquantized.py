@@ -9,7 +9,12 @@ from scipy.spatial import cKDTree
 
 from paper.float_bytes import estimate_floats, summarize_floats
 from paper.trials import Trial
-from paper.unquantized import encode_unquantized, move_freely, open_training_context, refine_header
+from paper.unquantized import (
+    encode_unquantized,
+    move_without_rounding,
+    open_training_context,
+    refine_header,
+)
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import begin_frame, move
@@ -51,7 +56,9 @@ def test_whole_residuals_move_a_scene_as_the_decoder_does(components):
     symbols = [rng.integers(-6, 7, (3 + components, size)) for size in anchor_counts]
 
     decoded_state = move(start_state, symbols)
-    float_state = move_freely(start_state, torch.from_numpy(np.concatenate(symbols, axis=1).T))
+    float_state = move_without_rounding(
+        start_state, torch.from_numpy(np.concatenate(symbols, axis=1).T)
+    )
 
     assert np.array_equal(float_state.scene.positions, decoded_state.scene.positions)
     assert np.abs(float_state.scene.rotations - decoded_state.scene.rotations).max() <= 3
@@ -66,7 +73,7 @@ def test_a_residual_of_a_third_of_a_step_is_not_lost():
     residuals = torch.zeros(count, 6)
     residuals[:, 0] = 1 / 3
 
-    moved_positions = dequantize(move_freely(start_state, residuals).scene).positions
+    moved_positions = dequantize(move_without_rounding(start_state, residuals).scene).positions
     shift = moved_positions - dequantize(start_state.scene).positions
 
     assert np.allclose(

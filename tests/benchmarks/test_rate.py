@@ -47,7 +47,7 @@ def test_everything_that_needs_no_npm_is_measured(capture, stream_folder, monkey
     size = (stream_folder / "plane.main.quarc").stat().st_size
     assert rows_by_coder["paper", "the file"]["total"] == size
     gain_claims = [
-        claim for claim in report["claims"] if claim["claim"].startswith("PSNR less the paper")
+        claim for claim in report["claims"] if claim["claim"].startswith("PSNR minus the paper")
     ]
     assert [(claim["is"], claim["holds"]) for claim in gain_claims] == [(0, True)]
     assert report["machine"]["cores"] > 0

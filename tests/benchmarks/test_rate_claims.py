@@ -9,10 +9,10 @@ from rate.claims import (
     amortize,
     amortize_estimate,
     amortize_file,
-    claim_against_paper,
-    claim_canonical,
-    claim_fourdgs,
-    claim_motion,
+    list_canonical_claims,
+    list_fourdgs_claims,
+    list_motion_claims,
+    list_paper_claims,
 )
 from tests.small_streams import make_stream
 
@@ -30,7 +30,7 @@ def _change_frame(summary, index, **fields):
 
 
 @pytest.mark.parametrize(
-    ("value", "is_ceiling", "holds"),
+    ("value", "is_maximum", "holds"),
     [
         (0.4, True, True),
         (0.5, True, True),
@@ -42,8 +42,8 @@ def _change_frame(summary, index, **fields):
         (None, False, None),
     ],
 )
-def test_a_claim_holds_up_to_its_limit(value, is_ceiling, holds):
-    assert Claim("some", value, 0.5, is_ceiling).holds is holds
+def test_a_claim_holds_up_to_its_limit(value, is_maximum, holds):
+    assert Claim("some", value, 0.5, is_maximum).holds is holds
 
 
 def test_a_canonical_frame_serves_300_frames():
@@ -70,7 +70,7 @@ def test_the_estimate_leaves_out_what_the_paper_leaves_out(data_and_summary):
 
 def test_motion_and_births_are_compared_over_all_frames(data_and_summary):
     _, summary = data_and_summary
-    motion_claim, _, births_claim = claim_motion(summary)
+    motion_claim, _, births_claim = list_motion_claims(summary)
 
     coded_bytes = summary.coded_bytes()
     estimate = sum(frame.estimate_bytes["motion"] for frame in summary.frames)
@@ -86,8 +86,8 @@ def test_one_bad_frame_is_the_worst(data_and_summary):
     estimate = dict.fromkeys(KINDS, 0.0) | {"motion": 300.0}
 
     changed_summary = _change_frame(summary, 2, coded_bytes=sizes, estimate_bytes=estimate)
-    assert claim_motion(changed_summary)[1].value == 30
-    assert claim_motion(changed_summary)[1].holds is False
+    assert list_motion_claims(changed_summary)[1].value == 30
+    assert list_motion_claims(changed_summary)[1].holds is False
 
 
 def test_static_frames_have_no_ratio(data_and_summary):
@@ -97,38 +97,41 @@ def test_static_frames_have_no_ratio(data_and_summary):
     for index in (1, 2, 3):
         static_summary = _change_frame(static_summary, index, estimate_bytes=estimate)
 
-    assert claim_motion(static_summary)[0].value is None
-    assert claim_motion(static_summary)[1].value is None
+    assert list_motion_claims(static_summary)[0].value is None
+    assert list_motion_claims(static_summary)[1].value is None
 
 
 def test_a_stream_of_one_frame_makes_no_claim_about_motion():
     summary = inspect_stream(make_stream(frame_count=1)[0])
 
-    assert [claim.value for claim in claim_motion(summary)] == [None, None, None]
+    assert [claim.value for claim in list_motion_claims(summary)] == [None, None, None]
 
 
 def test_a_canonical_frame_is_compared_in_bytes_and_in_quality():
-    size_claim, quality_claim = claim_canonical(70, 30.0, "SPZ v4", (100, 30.5), 0.8)
+    size_claim, quality_claim = list_canonical_claims(70, 30.0, "SPZ v4", (100, 30.5), 0.8)
 
     assert (size_claim.value, size_claim.holds) == (0.7, True)
     assert (quality_claim.value, quality_claim.holds) == (-0.5, False)
-    assert [claim.holds for claim in claim_canonical(70, 30.0, "SOG", None, 1.0)] == [None, None]
+    assert [claim.holds for claim in list_canonical_claims(70, 30.0, "SOG", None, 1.0)] == [
+        None,
+        None,
+    ]
 
 
 def test_a_stream_can_be_compared_with_its_own_estimate(data_and_summary):
     _, summary = data_and_summary
-    file_claim, motion_claim, quality_claim = claim_against_paper(
+    file_claim, motion_claim, quality_claim = list_paper_claims(
         summary, [30, 31], summary, [30.5, 30.5]
     )
 
     assert file_claim.value == pytest.approx(amortize_file(summary) / amortize_estimate(summary))
-    assert motion_claim.value == pytest.approx(claim_motion(summary)[0].value)
+    assert motion_claim.value == pytest.approx(list_motion_claims(summary)[0].value)
     assert (quality_claim.value, quality_claim.holds) == (0, True)
 
 
 def test_4dgs_is_compared_as_a_whole_and_over_300_frames(data_and_summary):
     _, summary = data_and_summary
-    file_claim, amortized_claim = claim_fourdgs(summary, 6000, 6000 + 3 * 500)
+    file_claim, amortized_claim = list_fourdgs_claims(summary, 6000, 6000 + 3 * 500)
 
     assert file_claim.value == summary.total_bytes / 7500
     assert amortized_claim.value == pytest.approx(amortize_file(summary) / (6000 / 300 + 500))
@@ -139,7 +142,7 @@ def test_4dgs_is_compared_only_if_installed_and_something_moves(data_and_summary
     single_frame_summary = inspect_stream(make_stream(frame_count=1)[0])
 
     for claims in (
-        claim_fourdgs(summary, None, None),
-        claim_fourdgs(single_frame_summary, 6000, 6000),
+        list_fourdgs_claims(summary, None, None),
+        list_fourdgs_claims(single_frame_summary, 6000, 6000),
     ):
         assert [claim.value for claim in claims] == [None, None]

@@ -6,7 +6,7 @@ from rate.converters import (
     convert_scene,
     describe_spz,
     install,
-    read_program_version,
+    read_splat_transform_version,
 )
 from tests.export.frames import make_frame
 
@@ -19,7 +19,7 @@ def test_the_version_of_spz_is_read_from_its_bytes():
 def test_without_npm_the_program_is_unavailable(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
 
-    assert read_program_version(tmp_path) is None
+    assert read_splat_transform_version(tmp_path) is None
     with pytest.raises(UnavailableError, match="npm is not installed"):
         install(tmp_path / "node")
 

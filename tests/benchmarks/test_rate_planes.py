@@ -12,8 +12,8 @@ from rate.planes import (
     pack_frame,
     pack_planes,
     read_symbols,
-    sum_compressed,
-    sum_floats,
+    sum_compressed_bytes,
+    sum_float_bytes,
 )
 from tests.small_streams import make_stream
 
@@ -85,7 +85,7 @@ def test_sizes_are_summed_over_frames_by_kind(states_and_symbols):
     _, frames = states_and_symbols
     blocks = [pack_frame(frame) for frame in frames]
 
-    sizes = sum_compressed(frames, lambda block: block[::2])
+    sizes = sum_compressed_bytes(frames, lambda block: block[::2])
     for kind in ("canonical", "motion", "births"):
         assert sizes[kind] == sum((len(block.get(kind, b"")) + 1) // 2 for block in blocks)
 
@@ -96,7 +96,7 @@ def test_floats_are_92_bytes_per_gaussian_and_28_per_anchor(states_and_symbols):
     newborn = sum(frame.births.newborn.count for frame in frames if frame.births)
     anchors = sum(level.shape[1] for frame in frames for level in frame.motion)
 
-    assert sum_floats(frames) == {
+    assert sum_float_bytes(frames) == {
         "canonical": 92 * gaussians,
         "motion": 28 * anchors,
         "births": 92 * newborn,

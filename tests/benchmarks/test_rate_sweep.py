@@ -6,7 +6,7 @@ from quarc_ref.encoder.encode_stream import adapt_steps_to_capture
 from quarc_ref.encoder.settings.config import EncoderConfig, StepSettings
 from quarc_ref.encoder.settings.presets import PRESETS, change_setting
 from rate.hull import Point
-from rate.sweep import claim_hull, fix_steps, list_changes
+from rate.sweep import list_adapted_steps, list_changes, make_hull_claim
 from tests.encoder.toys import make_capture
 
 _CAPTURE = make_capture()
@@ -19,7 +19,7 @@ def _apply_changes(config, changes):
 
 
 def _fix_steps(preset):
-    return _apply_changes(PRESETS[preset], fix_steps(PRESETS[preset], _CAPTURE))
+    return _apply_changes(PRESETS[preset], list_adapted_steps(PRESETS[preset], _CAPTURE))
 
 
 @pytest.mark.parametrize("preset", sorted(PRESETS))
@@ -95,6 +95,6 @@ def test_the_rotation_step_is_swept_with_that_of_translation():
 def test_the_default_is_the_first_of_the_points():
     other_points = [Point("less", 1.0, 20.0), Point("more", 3.0, 24.0)]
 
-    assert claim_hull([Point("", 2.0, 23.0), *other_points]).holds is True
-    claim = claim_hull([Point("", 2.0, 21.5), *other_points])
+    assert make_hull_claim([Point("", 2.0, 23.0), *other_points]).holds is True
+    claim = make_hull_claim([Point("", 2.0, 21.5), *other_points])
     assert (claim.value, claim.holds) == (0.5, False)

@@ -6,12 +6,12 @@ from rate.hull import Point
 from rate.rows import Row
 from rate.tables import (
     format_claims,
+    format_csv,
     format_points,
     format_rows,
     list_claim_records,
     list_point_records,
     list_row_records,
-    write_csv,
 )
 
 ROWS = [
@@ -58,7 +58,7 @@ def test_claims_say_whether_they_hold():
     assert lines == [
         ["plane", "less", "0.500", "at most 0.6", "yes"],
         ["plane", "more", "1.000", "at least 2", "**no**"],
-        ["plane", "?", "", "at most 1", "no number"],
+        ["plane", "?", "", "at most 1", "not measured"],
     ]
 
 
@@ -74,7 +74,7 @@ def test_points_say_whether_they_are_on_the_hull():
 
 def test_records_survive_a_round_trip_through_csv():
     for records in (list_row_records(ROWS), list_claim_records(CLAIMS), list_point_records(POINTS)):
-        read_records = list(csv.DictReader(io.StringIO(write_csv(records).decode())))
+        read_records = list(csv.DictReader(io.StringIO(format_csv(records).decode())))
 
         expected = [
             {key: "" if value is None else str(value) for key, value in record.items()}
@@ -84,4 +84,4 @@ def test_records_survive_a_round_trip_through_csv():
 
 
 def test_no_records_make_an_empty_csv():
-    assert write_csv([]) == b"\n"
+    assert format_csv([]) == b"\n"
