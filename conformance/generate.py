@@ -1,10 +1,10 @@
-"""Generates the vectors of conformance/ from records that are written as Python code.
+"""Generates the test vectors of conformance/, which the modules in making/ define as Python code.
 
     python conformance/generate.py            write the files that differ
     python conformance/generate.py --check    write nothing; fail if anything differs
 
-The output is deterministic: no training, no torch and no random numbers, only plain integers.
-A released stream never changes: a new fault gets a new file.
+The output is deterministic: it is computed without training, torch or random numbers.
+A released stream never changes; a test for another fault is a new stream.
 """
 
 import argparse
@@ -18,7 +18,7 @@ from making.writing_files import list_differing, write_files  # noqa: E402
 
 
 def main() -> int:
-    """Write the suite, or compare the suite with the existing files; return the exit status."""
+    """Write the suite or, with `--check`, compare it with the files; return the exit status."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

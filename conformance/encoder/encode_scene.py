@@ -1,6 +1,7 @@
-"""Provides the reference encoder with the interface of the runner: `encode_scene.py SCENE OUTPUT`.
+"""Wraps the reference encoder in the interface of the runner: `encode_scene.py SCENE OUTPUT`.
 
-The scene replaces the training. Quantization, coding and the closed loop are those of quarc_ref.
+The Gaussians come from the scene file instead of from training. Quantization, entropy coding and
+the closed loop are those of quarc_ref.
 """
 
 import json
@@ -19,12 +20,12 @@ from quarc_ref.encoder.training.trainable import Attributes
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.records import Births, StreamHeader
 
-# Limit of the error from one rounding in binary32 of a number of magnitude below 16.
+# Maximum error from rounding a number of magnitude below 16 to binary32 once.
 _ROUNDING_ERROR = 2.0**-20
 
 
 def main() -> int:
-    """Write the stream of a scene, and print the declarations that RUNNER.md requires."""
+    """Encode a scene to a stream, and print the declarations that RUNNER.md requires."""
     scene = json.loads(Path(sys.argv[1]).read_text("utf-8"))
     header = StreamHeader(**scene["header"])
     with Path(sys.argv[2]).open("wb") as sink:
@@ -63,7 +64,7 @@ def _make_attributes(gaussians: list[dict[str, Any]]) -> Attributes:
 
 
 def _make_shift_symbols(state: State, shift: tuple[float, float, float]) -> list[Int64]:
-    """Return symbols that move every Gaussian by a shift, with anchors of the coarsest level."""
+    """Return symbols that shift every Gaussian; only anchors of the coarsest level move."""
     header = state.scene.header
     step = header.translation_step * 2.0**-header.lattice_exponent
     levels = state.known_anchors.levels
@@ -80,7 +81,7 @@ def _make_births(state: State, gaussians: list[dict[str, Any]]) -> Births | None
 
 
 def _compute_bounds(header: StreamHeader) -> dict[str, float]:
-    """Return the maximum error of each field: half a step, and rounding errors."""
+    """Return the maximum error of each field, including errors from rounding to binary32."""
     lattice_unit = 2.0**-header.lattice_exponent
     return {
         "position": header.position_step * lattice_unit / 2 + _ROUNDING_ERROR,

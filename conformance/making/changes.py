@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from making.writing import StateCode
 
 Symbols = Callable[[int, int], Sequence[int] | None]
-"""Returns the symbols of an anchor, given its level and index; None if the anchor does not move."""
+"""Function of (level, anchor) that returns the anchor's symbols; None if it does not move."""
 
 
 def _give_no_symbols(_level: int, _anchor: int) -> None:
@@ -24,9 +24,10 @@ class CodedGaussian:
 
     Attributes:
         position: Position in position steps; for a birth, relative to the parent.
-        rotation: (j, a, b, c) of SPEC 7.2.
-        codes: 3 log-scales, opacity, 3 SH DC, and optionally 9 SH rest.
-        parent: Index of the parent, for a birth.
+        rotation: The rotation as (j, a, b, c) (SPEC 7.2).
+        codes: Codes of 3 log-scales, the opacity, 3 SH DC coefficients, and optionally 9 SH rest
+            coefficients.
+        parent: Index of the parent; used only for a birth.
     """
 
     position: tuple[int, int, int]
@@ -41,8 +42,8 @@ class Update:
 
     Attributes:
         gaussian: Index of the Gaussian in the scene after the motion.
-        residuals: The 13 residuals; None if the Gaussian leaves.
-        field_mask: Changed fields, a bit for each; None for the fields with a nonzero residual.
+        residuals: The 13 residuals; None if the update deletes the Gaussian.
+        field_mask: Bit mask of the changed fields; None selects the fields with a nonzero residual.
     """
 
     gaussian: int
@@ -56,8 +57,8 @@ class Survivor:
 
     Attributes:
         index: Index of the Gaussian in the CANO.
-        differences: The 14 differences.
-        field_mask: As in `Update`.
+        differences: The 14 differences from the Gaussian of the CANO.
+        field_mask: Bit mask of the changed fields, as in `Update`.
     """
 
     index: int
@@ -70,15 +71,15 @@ class Change:
     """The content of a FRAM chunk.
 
     Attributes:
-        symbols: Symbols of the anchors.
+        symbols: Function that returns the symbols of an anchor.
         births: The births, in ascending order of their parents.
         deaths: Number of Gaussians that die.
         previous_contexts: 1 if the motion of the previous frame provides contexts, otherwise 0.
-        state_code: Returns the probability code that a plane states for a context.
-        motion_words: Words that replace those of the section of motion.
-        birth_words: Words that replace those of the section of births.
+        state_code: Function that returns the probability code to state for a context.
+        motion_words: Words that replace the encoded words of the motion section.
+        birth_words: Words that replace the encoded words of the births section.
         updates: Updates in ascending order of their Gaussians' indices.
-        update_words: Words that replace those of the section of updates.
+        update_words: Words that replace the encoded words of the updates section.
     """
 
     symbols: Symbols = _give_no_symbols

@@ -23,7 +23,7 @@ from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector, make_bro
 
 
 def make_container_faults(parent: ValidStream) -> list[Vector]:
-    """Return all vectors, as patches of the journey."""
+    """Return all vectors, as patches of `streams/journey`."""
     rows = [*_make_framing_faults(parent), *_make_type_faults(parent)]
     return [
         *make_faults_at(parent, FRAM_CHUNK, rows),
@@ -37,26 +37,38 @@ def make_container_faults(parent: ValidStream) -> list[Vector]:
 def _make_framing_faults(parent: ValidStream) -> Iterable[Row]:
     stream = parent.stream
     bit_flips: list[tuple[str, str, str, int, str]] = [
-        ("sync", "5.2-1", "bad-sync", 0, "the first bit of a sync word"),
-        ("sync-end", "5.2-1", "bad-sync", 3, "a bit of the last byte of a sync word"),
-        ("header-crc-of-the-type", "5.2-2 5.2-5", "header-crc", 4, "a bit of a type"),
+        ("sync", "5.2-1", "bad-sync", 0, "one bit of the first byte of a sync word is flipped"),
+        ("sync-end", "5.2-1", "bad-sync", 3, "one bit of the last byte of a sync word is flipped"),
+        (
+            "header-crc-of-the-type",
+            "5.2-2 5.2-5",
+            "header-crc",
+            4,
+            "one bit of a chunk type is flipped",
+        ),
         (
             "header-crc-of-the-sequence",
             "5.2-2 5.2-5",
             "header-crc",
             8,
-            "a bit of a sequence number",
+            "one bit of a sequence number is flipped",
         ),
         (
             "header-crc-of-the-length",
             "5.2-2 5.2-5",
             "header-crc",
             15,
-            "a bit of a length, which becomes 16 MiB",
+            "one bit of a length is flipped, which adds 16 MiB",
         ),
-        ("header-crc", "5.2-2", "header-crc", 16, "a bit of a header's CRC"),
-        ("payload-crc-of-the-payload", "5.2-3 5.2-5", "payload-crc", 25, "a bit of a payload"),
-        ("payload-crc", "5.2-3", "payload-crc", -1, "a bit of a payload's CRC"),
+        ("header-crc", "5.2-2", "header-crc", 16, "one bit of a header's CRC is flipped"),
+        (
+            "payload-crc-of-the-payload",
+            "5.2-3 5.2-5",
+            "payload-crc",
+            25,
+            "one bit of a payload is flipped",
+        ),
+        ("payload-crc", "5.2-3", "payload-crc", -1, "one bit of a payload's CRC is flipped"),
     ]
     for name, clauses, reject_ids, byte_index, note in bit_flips:
         yield (
@@ -71,33 +83,33 @@ def _make_framing_faults(parent: ValidStream) -> Iterable[Row]:
         "5.2-3",
         "payload-crc",
         _replace_crc_with_zero(stream.chunks),
-        "a CRC of 0 does not mean that there is none",
+        "the payload CRC is 0, which does not mean that it is absent",
     )
     yield (
         "sequence-skipped",
         "5.2-4",
         "sequence",
         stream.replace_chunk(FRAM_CHUNK, sequence=FRAM_CHUNK + 1),
-        "a number is skipped",
+        "a sequence number is skipped",
     )
     yield (
         "sequence-repeated",
         "5.2-4",
         "sequence",
         stream.replace_chunk(FRAM_CHUNK, sequence=FRAM_CHUNK - 1),
-        "a number is repeated",
+        "a sequence number is repeated",
     )
     yield (
         "sequence-from-zero",
         "5.2-4 5.1-2",
         "sequence",
         stream.replace_chunk(FRAM_CHUNK, sequence=0),
-        "numbering starts again",
+        "the sequence numbers start again at 0",
     )
 
 
 def _replace_crc_with_zero(chunks: list[Chunk]) -> list[Chunk]:
-    """Return the chunks with 0 in place of the payload CRC of a FRAM chunk."""
+    """Return the chunks with the payload CRC of a FRAM chunk set to 0."""
     return [
         *chunks[:FRAM_CHUNK],
         _ZeroCrcChunk(chunks[FRAM_CHUNK].kind, chunks[FRAM_CHUNK].payload),
@@ -114,12 +126,12 @@ def _make_type_faults(parent: ValidStream) -> Iterable[Row]:
     types = {
         "digit": (b"FR4M", "bad-chunk-type", "a digit"),
         "space": (b"FRA ", "bad-chunk-type", "a space"),
-        "mixed-case": (b"FRaM", "bad-chunk-type", "the third letter in lower case"),
-        "mixed-case-ancillary": (b"caMe", "bad-chunk-type", "the third letter in upper case"),
-        "last-case": (b"FRAm", "bad-chunk-type", "the fourth letter in lower case"),
-        "latin-1": (b"FR\xc1M", "bad-chunk-type", "a letter that is not in ASCII"),
-        "bracket": (b"[RAM", "bad-chunk-type", "the byte after Z"),
-        "zeros": (bytes(4), "bad-chunk-type", "four zeros"),
+        "mixed-case": (b"FRaM", "bad-chunk-type", "a lowercase third letter"),
+        "mixed-case-ancillary": (b"caMe", "bad-chunk-type", "an uppercase third letter"),
+        "last-case": (b"FRAm", "bad-chunk-type", "a lowercase fourth letter"),
+        "latin-1": (b"FR\xc1M", "bad-chunk-type", "a letter outside ASCII"),
+        "bracket": (b"[RAM", "bad-chunk-type", "the byte after Z instead of a letter"),
+        "zeros": (bytes(4), "bad-chunk-type", "four zero bytes"),
     }
     for name, (kind, reject_ids, note) in types.items():
         yield (
@@ -127,7 +139,7 @@ def _make_type_faults(parent: ValidStream) -> Iterable[Row]:
             "5.2-8",
             reject_ids,
             parent.stream.replace_chunk(FRAM_CHUNK, kind=kind),
-            f"{note} in a chunk type",
+            f"a chunk type with {note}",
         )
 
 
@@ -139,11 +151,18 @@ def _make_order_faults(parent: ValidStream) -> list[Vector]:
     frame_first = [head, *stream.chunks[3:5], stream.chunks[2], *stream.chunks[5:]]
     chunk_after_index = [*stream.chunks[:INDX_CHUNK], index, Chunk(b"meta", pack_metadata()), tail]
     index_twice, frame_count = stream.insert_chunks(index, index=TAIL_CHUNK), len(parent.frames)
-    note = "another HEAD, with the expected number"
+    note = "a second HEAD, with the expected sequence number"
     rows = (
         ("head-not-first", "5.1-2", reject_ids, stream.chunks[1:], 0, "the first chunk is `came`"),
         ("head-missing", "5.1-2", reject_ids, stream.chunks[2:], 0, "the first chunk is CANO"),
-        ("frame-before-canonical", "5.1-3", reject_ids, frame_first, 0, "FRAM precedes any CANO"),
+        (
+            "frame-before-canonical",
+            "5.1-3",
+            reject_ids,
+            frame_first,
+            0,
+            "a FRAM precedes the first CANO",
+        ),
         (
             "chunk-after-index",
             "5.1-6",
@@ -192,7 +211,7 @@ def _make_critical_faults(
         "sequence chunk-order",
         with_head_number,
         0,
-        "HEAD has the number 1",
+        "HEAD has sequence number 1",
     )
 
 
@@ -205,13 +224,13 @@ def _make_fault_after_frames(
     frame_count: int,
     note: str,
 ) -> Vector:
-    """Return a vector that is rejected after a number of frames; recovery is not tested."""
+    """Return a vector to reject after `frame_count` frames; recovery is not tested."""
     outcome = Outcome(parent.frames[:frame_count], tuple(reject_ids.split()))
     return make_broken_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
 
 
 def _make_ancillary_faults(parent: ValidStream) -> list[Vector]:
-    """Return streams with a wrong payload CRC in a chunk that decoders skip."""
+    """Return streams in which an ancillary chunk has a wrong payload CRC."""
     stream = parent.stream
     vectors = []
     for name, chunk_index, flip_byte in (
@@ -229,7 +248,7 @@ def _make_ancillary_faults(parent: ValidStream) -> list[Vector]:
             0,
         )
         outcome = Outcome(parent.frames[:frame_count], ("payload-crc",))
-        note = f"a bit of the payload of `{name}`, which is still checked"
+        note = f"one bit of the payload of `{name}` is flipped; it is checked although ancillary"
         vector = make_broken_vector(
             parent, f"invalid/payload-crc-of-{name}", "5.2-3 5.2-10", chunks, outcome, note
         )

@@ -9,7 +9,7 @@ from plain.clauses import Clause, parse_clauses
 
 REASONS: dict[str, str] = {
     "1-4": "a requirement for encoders: `run.py --encoder` decodes their streams",
-    "7.6-5": "a stream that reaches id 2^32 has at least 2^32 births",
+    "7.6-5": "a stream needs about 2^32 births to reach id 2^32",
 }
 _MAX_NAMES = 6
 _PAGE_HEAD = """# Which vectors test which clause
@@ -26,7 +26,8 @@ def make_coverage_page(vectors: Iterable[Vector], units: Iterable[Unit]) -> byte
     """Return the content of COVERAGE.md.
 
     Raises:
-        ValueError: A clause has neither a vector nor a reason, or a clause does not exist.
+        ValueError: A clause has neither a vector nor a reason for having none, or a named clause
+            does not exist.
     """
     vectors_by_clause: dict[str, list[str]] = {}
     for vector in vectors:
@@ -58,7 +59,7 @@ def _check(
     unneeded_reasons = set(REASONS) - numbers
     if unknown or untested or unneeded_reasons:
         message = (
-            f"unknown clauses: {sorted(unknown)}; clauses without a vector and a reason: "
+            f"unknown clauses: {sorted(unknown)}; clauses without a vector or a reason: "
             f"{sorted(untested)}; reasons for unknown clauses: {sorted(unneeded_reasons)}"
         )
         raise ValueError(message)

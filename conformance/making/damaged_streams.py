@@ -24,7 +24,7 @@ _FIRST_CANONICAL = 2
 
 
 def make_damaged(parent: ValidStream) -> list[Vector]:
-    """Return all vectors as patches of the journey, except the cuts at every byte."""
+    """Return all vectors, as patches of `streams/journey`, except the cuts at every byte."""
     return [
         *_make_cuts(parent),
         *_make_flips(parent),
@@ -36,7 +36,7 @@ def make_damaged(parent: ValidStream) -> list[Vector]:
 
 
 def make_cut(parent: ValidStream, size: int, name: str, note: str) -> Vector:
-    """Return a stream that is cut after a number of bytes."""
+    """Return the parent cut after `size` bytes."""
     offsets, chunks = parent.layout.offsets, parent.stream.chunks
     data = parent.layout.data[:size]
     if size < offsets[1]:
@@ -55,9 +55,9 @@ def make_cut(parent: ValidStream, size: int, name: str, note: str) -> Vector:
 def _make_cuts(parent: ValidStream) -> list[Vector]:
     offsets = parent.layout.offsets
     sizes = {
-        "nothing": (0, "no byte is left"),
-        "magic": (8, "the magic alone"),
-        "in-the-magic": (5, "half of the magic"),
+        "nothing": (0, "before its first byte"),
+        "magic": (8, "after the magic"),
+        "in-the-magic": (5, "within the magic"),
         "in-head": (offsets[0] + 50, "within HEAD"),
         "after-head": (offsets[1], "after HEAD"),
         "after-cameras": (offsets[2], "after `came`"),
@@ -71,16 +71,16 @@ def _make_cuts(parent: ValidStream) -> list[Vector]:
         "in-an-ancillary": (offsets[11] + 30, "within an ancillary chunk"),
         "in-the-index": (offsets[13] + 40, "within INDX"),
         "before-tail": (offsets[14], "before TAIL"),
-        "last-byte": (offsets[15] - 1, "the last byte is missing"),
+        "last-byte": (offsets[15] - 1, "before its last byte"),
     }
     return [
-        make_cut(parent, size, f"damaged/cut-{name}", f"the stream is cut: {note}")
+        make_cut(parent, size, f"damaged/cut-{name}", f"the stream is cut {note}")
         for name, (size, note) in sizes.items()
     ]
 
 
 def _make_flips(parent: ValidStream) -> list[Vector]:
-    """Return streams with a flipped bit in the header or in the payload of each chunk."""
+    """Return two streams for each chunk: a bit of its header or of its payload is flipped."""
     numbered_chunks = enumerate(parent.stream.chunks)
     return [
         vector
@@ -92,7 +92,7 @@ def _make_flips(parent: ValidStream) -> list[Vector]:
 
 
 def make_flips_of_chunk(parent: ValidStream, chunk_index: int, name: str) -> list[Vector]:
-    """Return two streams: a chunk has a flipped bit in its header, or in its payload."""
+    """Return two streams: one with a flipped bit in the header of a chunk, one in its payload."""
     vectors, kind = [], parent.stream.chunks[chunk_index].kind.decode()
     length = parent.layout.offsets[chunk_index + 1] - parent.layout.offsets[chunk_index]
     header, payload = (
@@ -108,7 +108,7 @@ def make_flips_of_chunk(parent: ValidStream, chunk_index: int, name: str) -> lis
             else ("header-crc",)
         )
         chunks = parent.stream.replace_chunk(chunk_index, flip_byte=byte_index)
-        note = f"a bit of byte {byte_index} of chunk {chunk_index}, {kind}"
+        note = f"one bit of byte {byte_index} of chunk {chunk_index} ({kind}) is flipped"
         vectors.append(
             _make_flip(parent, chunk_index, chunks, reject_ids, f"damaged/{name}-{part}", note)
         )
@@ -144,7 +144,7 @@ def _make_flip(
 
 
 def _forget_lost_frames(gap: Gap) -> Gap:
-    """Return a gap whose number of lost frames is unknown, as before the first frame."""
+    """Return the gap with an unknown number of lost frames, as for a gap before the first frame."""
     return Gap(gap.offset, gap.byte_count, gap.reject_ids, None)
 
 
@@ -156,14 +156,14 @@ def _make_junk(parent: ValidStream) -> list[Vector]:
     low_ordinal_canonical = pack_chunk(b"CANO", 60, (3).to_bytes(4, "little") + bytes(40))
     early_tail = data[offsets[14] :]
     junk_cases = {
-        "bytes": (bytes(range(1, 60)), "bytes between two chunks"),
+        "bytes": (bytes(range(1, 60)), "additional bytes between two chunks"),
         "zeros": (bytes(512), "a block of zeros between two chunks"),
         "sync-words": (bytes.fromhex("9E5143F3") * 9, "sync words without chunks"),
         "header": (b"?" + lone_header, "a chunk header without its payload"),
-        "old-canonical": (b"?" + old_canonical, "a CANO with an earlier number"),
+        "old-canonical": (b"?" + old_canonical, "a CANO with an earlier sequence number"),
         "old-ordinal": (
             b"?" + low_ordinal_canonical,
-            "a CANO with a later number and an earlier ordinal",
+            "a CANO with a later sequence number and an earlier ordinal",
         ),
         "tail": (b"?" + early_tail, "a TAIL that is not at the end"),
     }
@@ -197,13 +197,13 @@ def _make_junk(parent: ValidStream) -> list[Vector]:
             data[: offset + 30] + bytes(64) + data[offset + 94 :],
             offset,
             offsets[9] - offset,
-            "64 bytes are 0",
+            "64 bytes are overwritten with 0",
         ),
         "block-lost": (
             data[: offset + 30] + data[offsets[8] + 50 :],
             offset,
             offsets[9] - offset - (offsets[8] + 50 - offset - 30),
-            "the bytes between two chunks are missing",
+            "all bytes from the middle of one chunk to the middle of the next are missing",
         ),
     }
     for name, (changed, start, size, note) in byte_changes.items():

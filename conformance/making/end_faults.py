@@ -33,12 +33,18 @@ def make_end_faults(parent: ValidStream) -> list[Vector]:
 
 def _make_payload_faults(parent: ValidStream) -> Iterable[EndFault]:
     index, tail = pack_index(_list_seek_points(parent)), pack_tail(*_compute_totals(parent))
-    endless, note = b"\xff" * 4 + index[4:], "INDX claims 2^32 - 1 seek points"
+    endless, note = b"\xff" * 4 + index[4:], "INDX states 2^32 - 1 seek points but contains three"
     cases = {
         "tail-shorter": (TAIL_CHUNK, bytes(15), "5-1", "field tail-mismatch", "TAIL of 15 bytes"),
         "tail-longer": (TAIL_CHUNK, tail + b"\0", "5-2", "trailing-data", "TAIL of 17 bytes"),
         "index-count": (INDX_CHUNK, endless, "5-1", "field index-mismatch", note),
-        "index-longer": (INDX_CHUNK, index + b"\0", "5-2", "trailing-data", "a byte after INDX"),
+        "index-longer": (
+            INDX_CHUNK,
+            index + b"\0",
+            "5-2",
+            "trailing-data",
+            "an additional byte at the end of INDX",
+        ),
     }
     for name, (chunk_index, payload, clauses, reject_ids, note) in cases.items():
         yield (
@@ -58,10 +64,15 @@ def _make_trailing_faults(parent: ValidStream) -> Iterable[EndFault]:
         Chunk(b"TAIL", pack_tail(*_compute_totals(parent))),
     ]
     clauses_and_ids = ("5.1-5", "trailing-data")
-    yield "after-tail", *clauses_and_ids, data + b"\0", "a byte after TAIL"
-    yield "after-tail-chunk", *clauses_and_ids, chunk_after_tail, "a chunk after TAIL"
-    yield "after-tail-stream", *clauses_and_ids, data * 2, "the stream is repeated"
-    note = "TAIL states an offset of INDX, which is missing"
+    yield "after-tail", *clauses_and_ids, data + b"\0", "an additional byte after TAIL"
+    yield "after-tail-chunk", *clauses_and_ids, chunk_after_tail, "an additional chunk after TAIL"
+    yield (
+        "after-tail-stream",
+        *clauses_and_ids,
+        data * 2,
+        "a second copy of the stream follows TAIL",
+    )
+    note = "TAIL states the offset of an INDX that is missing"
     yield "index-offset-of-none", "5.8-1", "tail-mismatch", without_index, note
     yield "no-tail", "5.1-4", "truncated", stream.chunks[:TAIL_CHUNK], "the stream ends after INDX"
 
@@ -73,12 +84,18 @@ def _make_index_faults(parent: ValidStream) -> Iterable[EndFault]:
             [first, (offset + 1, sequence, frame), last],
             "an offset is too large by one",
         ),
-        "index-sequence": ([first, (offset, sequence + 1, frame), last], "a sequence number"),
-        "index-frame": ([first, (offset, sequence, frame + 1), last], "an ordinal"),
+        "index-sequence": (
+            [first, (offset, sequence + 1, frame), last],
+            "a sequence number is too large by one",
+        ),
+        "index-frame": (
+            [first, (offset, sequence, frame + 1), last],
+            "an ordinal is too large by one",
+        ),
         "index-order": ([points[1], first, last], "two seek points are swapped"),
         "index-less": (points[:2], "a seek point is missing"),
         "index-more": ([*points, last], "a seek point is repeated"),
-        "index-empty": ([], "INDX without seek points in a stream with frames"),
+        "index-empty": ([], "INDX has no seek points although the stream has frames"),
     }
     for name, (listed_points, note) in indexes.items():
         chunks = parent.stream.replace_chunk(INDX_CHUNK, payload=pack_index(listed_points))
@@ -88,9 +105,18 @@ def _make_index_faults(parent: ValidStream) -> Iterable[EndFault]:
 def _make_tail_faults(parent: ValidStream) -> Iterable[EndFault]:
     frames, canonicals, offset = _compute_totals(parent)
     tails = {
-        "tail-frames": (pack_tail(frames + 1, canonicals, offset), "frame_count"),
-        "tail-canonicals": (pack_tail(frames, canonicals - 1, offset), "canonical_count"),
-        "tail-index": (pack_tail(frames, canonicals, offset + 1), "index_offset"),
+        "tail-frames": (
+            pack_tail(frames + 1, canonicals, offset),
+            "frame_count is too large by one",
+        ),
+        "tail-canonicals": (
+            pack_tail(frames, canonicals - 1, offset),
+            "canonical_count is too small by one",
+        ),
+        "tail-index": (
+            pack_tail(frames, canonicals, offset + 1),
+            "index_offset is too large by one",
+        ),
         "tail-no-index": (
             pack_tail(frames, canonicals, 0),
             "index_offset is 0 although INDX exists",

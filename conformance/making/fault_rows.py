@@ -1,4 +1,4 @@
-"""Turns rows that describe faults in `streams/journey` into vectors with the expected output."""
+"""Makes vectors with their expected output from rows that describe faults in `streams/journey`."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -26,7 +26,7 @@ Row = tuple[str, str, str, list[Chunk], str]
 def make_recovery(
     parent: ValidStream, chunks: list[Chunk], chunk_index: int, reject_ids: Sequence[str]
 ) -> Recovery:
-    """Return the expected output if recovery resumes at the first CANO after a fault."""
+    """Return the expected output if recovery resumes at the first CANO or TAIL after a fault."""
     layout = assemble(chunks)
     resume_index = next(
         n for n in range(chunk_index + 1, len(chunks)) if chunks[n].kind in (b"CANO", b"TAIL")
@@ -44,12 +44,12 @@ def make_recovery(
 
 
 def count_frames(chunks: Iterable[Chunk]) -> int:
-    """Return the number of frames in chunks."""
+    """Return the number of chunks that contain a frame."""
     return sum(chunk.kind in FRAME_TYPES for chunk in chunks)
 
 
 def make_faults_at(parent: ValidStream, chunk_index: int, rows: Iterable[Row]) -> list[Vector]:
-    """Return vectors with a fault in one chunk of `streams/journey`, one for each row."""
+    """Return one vector for each row, with a fault in the given chunk of `streams/journey`."""
     vectors = []
     for name, clauses, reject_ids, chunks, note in rows:
         reject_id_tuple = tuple(reject_ids.split())
@@ -84,5 +84,5 @@ MOVED_FRAME = 4
 
 
 def replace_frame_fields(parent: ValidStream, number: int, **fields: object) -> list[Chunk]:
-    """Return the chunks with changed fields in the payload of a frame."""
+    """Return the chunks of the parent, with some fields of a frame's payload replaced."""
     return parent.stream.replace_frame_fields(number, **fields)

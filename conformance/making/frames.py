@@ -1,4 +1,4 @@
-"""Makes the fields of a CANO, SNAP or FRAM chunk from hand-written records, and the state after it.
+"""Makes the fields of CANO, SNAP and FRAM chunks from hand-written records, and their states.
 
 The state is computed by `plain.decoder`, which follows SPEC.md in plain integers and shares no code
 with quarc_ref.
@@ -26,7 +26,7 @@ from plain.state import PlainState, Vector
 
 
 class _FrameMaker(FrameDecoder):
-    """Computes the state of a frame from its fields, and encodes the sections that it reads."""
+    """Computes the state of a frame from its fields, and encodes each section while reading it."""
 
     def __init__(self, head: Head, fields: dict[str, Any]) -> None:
         super().__init__({name: getattr(head, name) for name in head.__slots__}, fields)
@@ -67,10 +67,10 @@ def make_canonical(
     Args:
         head: HEAD of the stream.
         frame: Ordinal of the frame.
-        gaussians: Gaussians in any order; the payload has them in Morton order.
-        state_code: Function that selects the probability codes that the planes state.
-        overrides: Values of fields that replace the computed ones; if they violate a clause,
-            the state is None.
+        gaussians: Gaussians in any order; they are written in Morton order.
+        state_code: Function that returns the probability code to state for a context.
+        overrides: Field values that replace the computed ones; if they violate a clause, the
+            returned state is None.
     """
     origin = overrides.get(
         "origin", tuple(min(gaussian.position[a] for gaussian in gaussians) for a in range(3))
@@ -148,9 +148,10 @@ def make_snapshot(
         head: HEAD of the stream.
         previous: State of the previous frame.
         survivors: Survivors in ascending order of their indices.
-        newborn: New Gaussians in any order; the payload has them in Morton order.
-        state_code: Function that selects the probability codes that the planes state.
-        overrides: Values of fields that replace the computed ones; `survivors` replaces words.
+        newborn: New Gaussians in any order; they are written in Morton order.
+        state_code: Function that returns the probability code to state for a context.
+        overrides: Field values that replace the computed ones; `survivors` replaces the words of
+            its section.
     """
     frame, canonical_gaussians = previous.canonical or (0, [])
     positions = [g.position for g in newborn] or [(0, 0, 0)]

@@ -12,7 +12,7 @@ HeadCase = tuple[str, bytes, str, str, str]
 
 
 def make_magic_and_head_faults(parent: ValidStream) -> list[Vector]:
-    """Return patches of the journey with a fault in the magic or in HEAD."""
+    """Return patches of `streams/journey` with a fault in the magic or in HEAD."""
     return [*_make_magic_faults(parent), *_make_head_payload_faults(parent)]
 
 
@@ -20,12 +20,12 @@ def _make_magic_faults(parent: ValidStream) -> Iterable[Vector]:
     data, first = parent.layout.data, parent.layout.offsets[1]
     converted_magic, repeated_head = MAGIC.replace(b"\r\n", b"\n"), MAGIC + data[8:first]
     cases = {
-        "magic": (b"\x88" + data[1:], "a bit of the first byte"),
+        "magic": (b"\x88" + data[1:], "one bit of the first byte is flipped"),
         "magic-line-ends": (
             converted_magic + data[8:],
-            "line ends converted by a transfer as text",
+            "line endings are converted, as when a file is transferred as text",
         ),
-        "magic-seven-bits": (b"\x09" + data[1:], "the eighth bit is lost"),
+        "magic-seven-bits": (b"\x09" + data[1:], "the highest bit of the first byte is cleared"),
         "magic-missing": (data[8:], "the stream begins with HEAD"),
     }
     for name, (changed_data, note) in cases.items():
@@ -34,7 +34,7 @@ def _make_magic_faults(parent: ValidStream) -> Iterable[Vector]:
         )
     outcome, note = (
         Outcome((), ("sequence", "chunk-order")),
-        "HEAD is repeated with the same number",
+        "HEAD is repeated with the same sequence number",
     )
     yield make_broken_vector(
         parent, "invalid/head-again", "5.1-2 5.2-4", repeated_head + data[8:], outcome, note
@@ -86,30 +86,36 @@ def _list_feature_faults(head: bytes) -> Iterable[HeadCase]:
     with_bit_0, with_bit_31 = head[:2] + b"\1" + head[3:], head[:5] + b"\x80" + head[6:]
     reject_id, parse_clauses = "unsupported-feature", "12-2 5.3-1"
     with_other_level = with_bit_0[:10] + b"\x63" + with_bit_0[11:]
-    yield "feature", with_bit_0, reject_id, "12-2", "bit 0 of incompatible_features"
-    yield "feature-31", with_bit_31, reject_id, "12-2", "bit 31 of incompatible_features"
+    yield "feature", with_bit_0, reject_id, "12-2", "bit 0 of incompatible_features is set"
+    yield "feature-31", with_bit_31, reject_id, "12-2", "bit 31 of incompatible_features is set"
     yield (
         "feature-longer",
         with_bit_0 + b"\1",
         reject_id,
         parse_clauses,
-        "an unknown feature, and an additional field",
+        "an unknown feature and an additional field",
     )
     yield (
         "feature-other-level",
         with_other_level,
         reject_id,
         parse_clauses,
-        "an unknown feature, and level 99",
+        "an unknown feature and level 99",
     )
 
 
 def _list_size_faults(head: bytes) -> Iterable[HeadCase]:
     long_payload, reject_id = head + bytes(1025 - len(head)), "chunk-exceeds-level"
     yield "head-beyond-1024", long_payload, reject_id, "5.2-7", "HEAD of 1025 bytes"
-    yield "head-longer", head + b"\0", "trailing-data", "5-2", "a byte after the last field"
+    yield (
+        "head-longer",
+        head + b"\0",
+        "trailing-data",
+        "5-2",
+        "an additional byte after the last field",
+    )
     yield "head-shorter", head[:-1], "field", "5-1", "the last field of HEAD is missing"
-    yield "head-empty", b"", "field", "5-1", "HEAD without fields"
+    yield "head-empty", b"", "field", "5-1", "the payload of HEAD is empty"
 
 
 def make_head_faults(parent: ValidStream) -> list[Vector]:

@@ -1,4 +1,4 @@
-"""levels/: streams at the limits of their levels, or beyond a limit by 1 (SPEC 3.2)."""
+"""levels/: streams at the limits of their levels, or 1 beyond a limit (SPEC 3.2)."""
 
 import zlib
 from dataclasses import replace
@@ -41,7 +41,7 @@ def make_levels() -> list[ValidStream]:
     streams = [
         make_valid_stream(
             "levels/10-updates",
-            "the maximum number of Gaussians of level 1.0; one leaves by an update, one is born",
+            "the maximum number of Gaussians of level 1.0; an update deletes one, one is born",
             "3.2-1 3.2-2 7.8",
             updated_stream.finish(),
             **REQUIRED_CAPABILITY,
@@ -80,9 +80,9 @@ def make_levels() -> list[ValidStream]:
 
 
 def _append_death_and_birth(stream: Stream) -> Stream:
-    """Append a frame in which one of equal Gaussians dies, and an equal Gaussian is born.
+    """Append a frame in which one of many equal Gaussians dies and another is born.
 
-    The frame is written without decoding 65536 Gaussians: nothing moves, and no bit is 1.
+    Nothing moves and all coded bits are 0, so 65536 Gaussians need not be decoded to write it.
     """
     previous = stream.states[0]
     assert previous is not None
@@ -97,9 +97,9 @@ def _append_death_and_birth(stream: Stream) -> Stream:
 
 
 def _append_update_and_birth(stream: Stream) -> Stream:
-    """Append a frame in which one of equal Gaussians leaves by an update, and another is born.
+    """Append a frame in which an update deletes one of many equal Gaussians and another is born.
 
-    The words code the planes of 65536 Gaussians, and are written without decoding the Gaussians.
+    The updates section codes planes of 65536 Gaussians, but is written without decoding them.
     """
     previous = stream.states[0]
     assert previous is not None
@@ -119,7 +119,7 @@ def _append_update_and_birth(stream: Stream) -> Stream:
 
 
 def make_large_payloads(levels: list[ValidStream]) -> list[Vector]:
-    """Return streams that are generated on demand, with payloads at the limit of their level."""
+    """Return streams, made on demand, with payloads at the limit of a level or 1 byte longer."""
     vectors = []
     for level, (_, _, size) in LEVELS.items():
         parent = next(
@@ -129,7 +129,7 @@ def make_large_payloads(levels: list[ValidStream]) -> list[Vector]:
             chunks = parent.stream.insert_chunks(Chunk(b"note", bytes(size + extra_bytes)), index=1)
             frames = [] if reject_ids else parent.frames
             name = f"levels/{level}-payload" + ("-beyond" if extra_bytes else "")
-            amount = "one more than" if extra_bytes else "what"
+            amount = "one more than" if extra_bytes else "the most that"
             note = f"an ancillary payload of {size + extra_bytes} bytes, {amount} the level allows"
             clauses = "3.2-4 5.2-6 5.2-10"
             vector = make_broken_vector(

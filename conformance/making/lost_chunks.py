@@ -39,7 +39,7 @@ def make_loss(
         name: Name of the vector.
         lost_indices: Indices of the chunks to remove.
         frames_before: Number of frames before the loss.
-        description: The lost chunks in words.
+        description: Description of the lost chunks.
     """
     stream, chunks = parent.stream, parent.stream.drop_chunks(*lost_indices)
     layout = _assemble_without(parent, lost_indices)
@@ -80,7 +80,7 @@ def make_loss(
 
 
 def _drop_both_ends(parent: ValidStream) -> Vector:
-    """Return a stream without its first CANO and last FRAM; the lost frames are unknown."""
+    """Return a stream without its first CANO and last FRAM; the lost frame count is unknown."""
     layout = _assemble_without(parent, [2, 12])
     offsets = layout.offsets  # of chunks 0, 1, 3 to 11, 13, 14
     first_gap = Gap(offsets[2], offsets[4] - offsets[2], ("sequence",), None)
@@ -92,12 +92,12 @@ def _drop_both_ends(parent: ValidStream) -> Vector:
         layout.data,
         Outcome((), ("sequence",)),
         Recovery(parent.frames[3:8], (first_gap, last_gap)),
-        "lost: the first CANO, and the last FRAM",
+        "lost: the first CANO and the last FRAM",
     )
 
 
 def _reject_two_canonicals(parent: ValidStream) -> Vector:
-    """Return a stream with two rejected CANO; the second is where recovery resumes."""
+    """Return a stream with two invalid CANO; recovery resumes at the second and rejects it too."""
     chunks = list(parent.stream.chunks)
     for frame in (3, 6):
         payload = parent.stream.payloads[frame]
@@ -122,7 +122,7 @@ def _reject_two_canonicals(parent: ValidStream) -> Vector:
 
 
 def _assemble_without(parent: ValidStream, lost_indices: list[int]):  # noqa: ANN202
-    """Return a stream without some chunks; INDX and TAIL are unchanged."""
+    """Return the parent with some chunks removed; INDX and TAIL are unchanged."""
     data, offsets = parent.layout.data[:8], []
     for chunk_index in range(len(parent.stream.chunks)):
         if chunk_index not in lost_indices:
@@ -138,7 +138,7 @@ def _list_frames_after(parent: ValidStream, chunk_index: int) -> list:
 
 
 def _join_chunks(parent: ValidStream, *order: int) -> bytes:
-    """Return the chunks of a stream in another order, with unchanged sequence numbers."""
+    """Return the stream with its chunks in another order and unchanged sequence numbers."""
     data, offsets = parent.layout.data, parent.layout.offsets
     return data[:8] + b"".join(data[offsets[n] : offsets[n + 1]] for n in order)
 
@@ -168,7 +168,7 @@ def make_orders(parent: ValidStream) -> list[Vector]:
             4,
             [*frames[:4], *frames[6:]],
             Gap(offsets[6], sum(sizes[5:9]), ("sequence",), 2),
-            "a CANO is repeated: the second has an earlier number",
+            "a CANO is repeated, so the second has an earlier sequence number than expected",
         ),
         "segments": (
             (0, 1, 2, 3, 4, 9, 10, 11, 12, 5, 6, 7, 8, 13, 14),

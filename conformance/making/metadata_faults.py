@@ -24,7 +24,7 @@ Fault = tuple[str, bytes, str, str, str]
 
 
 def make_metadata_faults(parent: ValidStream) -> list[Vector]:
-    """Return faults for decoders that use `came` and `meta`."""
+    """Return vectors with faults in `came` or `meta`, for decoders that parse these chunks."""
     return [
         *_make_faults_at(parent, CAME_CHUNK, 0, _list_camera_faults()),
         *_make_faults_at(parent, META_CHUNK, 4, _list_entry_faults()),
@@ -49,7 +49,13 @@ def _list_camera_faults() -> Iterable[Fault]:
     with_bad_name, cameras = pack_cameras(pack_camera(b"\xc3\x28")), pack_cameras(valid_camera)
     with_wrong_count = b"\xff\xff" + cameras[2:]
     yield "camera-name", with_bad_name, "field", "5-4", "a name that is not UTF-8"
-    yield "camera-count", with_wrong_count, "field", "5-1", "65535 cameras are stated, one exists"
+    yield (
+        "camera-count",
+        with_wrong_count,
+        "field",
+        "5-1",
+        "`came` states 65535 cameras but contains one",
+    )
     yield "camera-longer", cameras + b"\0", "trailing-data", "5-2", "a byte after the last camera"
 
 
@@ -57,8 +63,8 @@ def _list_entry_faults() -> Iterable[Fault]:
     overlong, surrogate = _entry(b"title", b"\xc0\xaf"), _entry(b"title", b"\xed\xa0\x80")
     valid_entry, with_bad_key = _entry(b"title", b"abc"), _entry(b"\xff", b"")
     endless_entry, note = b"\1\0\1t" + _MAX_U32, "a value that extends beyond the payload"
-    yield "metadata-overlong", overlong, "field", "5-4", "an overlong form in UTF-8"
-    yield "metadata-surrogate", surrogate, "field", "5-4", "a surrogate in UTF-8"
+    yield "metadata-overlong", overlong, "field", "5-4", "an overlong UTF-8 sequence"
+    yield "metadata-surrogate", surrogate, "field", "5-4", "a surrogate encoded in UTF-8"
     yield "metadata-key", with_bad_key, "field", "5-4", "a key that is not UTF-8"
     yield "metadata-length", valid_entry[:-1], "field", "5-1", note
     yield (
@@ -66,7 +72,7 @@ def _list_entry_faults() -> Iterable[Fault]:
         endless_entry,
         "field",
         "5-1 13-1",
-        "a value of 2^32 - 1 bytes",
+        "the stated length of a value is 2^32 - 1 bytes",
     )
     yield (
         "metadata-longer",

@@ -1,4 +1,4 @@
-"""streams/: motion, births and deaths; each stream has one feature."""
+"""streams/: motion, births and deaths; each stream tests one feature."""
 
 from making.changes import Change
 from making.payloads import Head
@@ -13,7 +13,7 @@ def make_motion_streams() -> list[ValidStream]:
 
 
 def _append_motion_frames(stream: Stream, frames: int, seed: int = 0) -> Stream:
-    """Append a number of frames with motion, and end the stream."""
+    """Append `frames` frames with motion, and finish the stream."""
     channels = 3 + stream.head.rotation_components
     for frame in range(1, frames + 1):
         stream.add_frame(Change(make_moving_symbols(channels, seed + frame)))
@@ -24,7 +24,10 @@ def _make_header_streams() -> list[ValidStream]:
     streams = []
     for levels in (1, 2, 3):
         stream = Stream(Head(level_count=levels)).add_canonical(0, make_cloud(17, levels))
-        name, note = f"streams/levels-of-anchors-{levels}", f"{levels} of 3 levels of anchors"
+        name, note = (
+            f"streams/levels-of-anchors-{levels}",
+            f"{levels} of the 3 possible anchor levels",
+        )
         streams.append(
             make_valid_stream(
                 name, note, "6.1 6.3 7.5 8.7", _append_motion_frames(stream, 4, 10 * levels)
@@ -32,12 +35,12 @@ def _make_header_streams() -> list[ValidStream]:
         )
     for interval in (1, 3):
         stream = Stream(Head(resample_interval=interval)).add_canonical(0, make_cloud(15, 5))
-        name, note = f"streams/resample-{interval}", f"sampling every {interval} frames"
+        name, note = f"streams/resample-{interval}", f"resample_interval is {interval}"
         streams.append(
             make_valid_stream(name, note, "7.4 6.5 7.4-1", _append_motion_frames(stream, 7))
         )
     crc_stream = Stream(Head(full_crc_interval=3)).add_canonical(0, make_cloud(6))
-    note = "a CRC over all fields every 3 frames"
+    note = "the state CRC covers all fields every 3 frames"
     streams.append(
         make_valid_stream("streams/full-crc-3", note, "9.2-1", _append_motion_frames(crc_stream, 6))
     )
@@ -48,7 +51,7 @@ def _make_previous_contexts_stream(flag: int) -> ValidStream:
     stream = Stream(Head(rotation_components=4)).add_canonical(0, make_cloud(20, 6))
     for frame in range(1, 6):
         stream.add_frame(Change(make_moving_symbols(7, frame // 2), previous_contexts=flag))
-    note = f"previous_contexts {flag} throughout"
+    note = f"previous_contexts is {flag} in every frame"
     return make_valid_stream(f"streams/previous-contexts-{flag}", note, "8.7", stream.finish())
 
 
@@ -77,13 +80,18 @@ def _make_symbol_streams() -> list[ValidStream]:
     uneven_stream.add_canonical(0, make_cloud(41, 9, limit=400)).add_frame(
         Change(make_moving_symbols(6, 8))
     ).finish()
-    wide_note = "symbols of all sizes, which use all classes of magnitudes"
-    uneven_note = "rounded numbers of anchors: m = 4, r = 3"
+    wide_note = "symbols of many magnitudes, which use all context classes of magnitudes"
+    uneven_note = "numbers of anchors that must be rounded (gaussians_per_anchor 4, anchor_ratio 3)"
     limit_note = "symbols of magnitude 65 at all levels"
     return [
-        make_valid_stream("streams/translation", "translation alone", "7.5", translation_stream),
         make_valid_stream(
-            "streams/rotation", "only rotation, then a frame without motion", "7.5", rotation_stream
+            "streams/translation", "motion without rotation", "7.5", translation_stream
+        ),
+        make_valid_stream(
+            "streams/rotation",
+            "motion without translation, then a frame without motion",
+            "7.5",
+            rotation_stream,
         ),
         make_valid_stream(
             "streams/greatest-symbols", limit_note, "8.7 7.5-1", limit_stream.finish()
@@ -120,19 +128,22 @@ def make_births_and_deaths() -> list[ValidStream]:
     return [
         make_valid_stream(
             "streams/births",
-            "births, bound and moved in the next frame",
+            "births that are bound and moved in the next frame",
             "7.6-1 7.6-2 7.6-3 7.6-4",
             births_stream,
         ),
         make_valid_stream(
-            "streams/births-sh-degree-0", "births with 7 codes", "7.6-3", degree_0_stream
+            "streams/births-sh-degree-0",
+            "births of Gaussians without SH rest (7 codes)",
+            "7.6-3",
+            degree_0_stream,
         ),
         make_valid_stream(
-            "streams/deaths", "Gaussians leave, down to one", "7.4-3", deaths_stream.finish()
+            "streams/deaths", "Gaussians die until one is left", "7.4-3", deaths_stream.finish()
         ),
         make_valid_stream(
             "streams/births-and-deaths",
-            "births and deaths over several samplings",
+            "births and deaths across several samplings of anchors",
             "7.4-3 7.6-1",
             churn_stream.finish(),
         ),

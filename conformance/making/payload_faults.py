@@ -63,7 +63,7 @@ _CANONICAL_FIELDS: tuple[FieldFault, ...] = (
 
 
 def make_payload_faults(parent: ValidStream) -> list[Vector]:
-    """Return all vectors, as patches of the journey."""
+    """Return all vectors, as patches of `streams/journey`."""
     return [
         *make_faults_at(parent, FRAM_CHUNK, _list_frame_faults(parent)),
         *make_faults_at(parent, FRAM_CHUNK, list_word_faults(parent)),
@@ -84,7 +84,7 @@ def _list_frame_faults(parent: ValidStream) -> Iterable[Row]:
     yield "frame-words", "5-1 13-1", "field", with_wrong_count, "word_count is 2^32 - 1"
     with_wrong_count, note = (
         _replace_u32(parent, chunk_index, payload, 13, too_many_words),
-        "words that extend beyond the payload",
+        "the words of a section extend beyond the payload",
     )
     yield "frame-words-beyond", "5-1", "field", with_wrong_count, note
     yield from _list_field_faults(parent, MOVED_FRAME, _FRAME_FIELDS)
@@ -107,12 +107,12 @@ def _list_canonical_faults(parent: ValidStream) -> Iterable[Row]:
     opacity_sections[2], sh_rest_sections[5] = (*opacity_sections[2], 0), (1, *sh_rest_sections[5])
     chunks, note = (
         replace_frame_fields(parent, 3, sections=opacity_sections),
-        "a word of 0 ends the opacities",
+        "the opacity section ends with a zero word",
     )
     yield "canonical-words-end-in-zero", "8.3-1", "invalid-words", chunks, note
     chunks, note = (
         replace_frame_fields(parent, 3, sections=sh_rest_sections),
-        "a word before the first of SH rest",
+        "an extra word before the first word of the SH rest section",
     )
     yield "canonical-words-left", "8.3-3", "unconsumed-words", chunks, note
 
@@ -120,17 +120,22 @@ def _list_canonical_faults(parent: ValidStream) -> Iterable[Row]:
 def _list_size_faults(
     parent: ValidStream, chunk_index: int, name: str, empty_size: int, extra_bytes: int
 ) -> Iterable[Row]:
-    """Yield payloads without the last byte, with only a few bytes, and with additional bytes."""
+    """Yield a payload without its last byte, one of a few bytes, and one that is too long."""
     payload = parent.stream.chunks[chunk_index].payload or b""
     kind = parent.stream.chunks[chunk_index].kind.decode()
     sizes = {
         "shorter": (payload[:-1], "5-1", "field", f"the last byte of {kind} is missing"),
-        "empty": (payload[:empty_size], "5-1", "field", f"{kind} of {empty_size} bytes"),
+        "empty": (
+            payload[:empty_size],
+            "5-1",
+            "field",
+            f"the payload of {kind} has only {empty_size} bytes",
+        ),
         "longer": (
             payload + bytes(extra_bytes),
             "5-2",
             "trailing-data",
-            f"{extra_bytes} bytes after {kind}",
+            f"{kind} is too long by {extra_bytes} B",
         ),
     }
     for suffix, (changed_payload, clauses, reject_ids, note) in sizes.items():

@@ -45,12 +45,12 @@ class Head:
 
     @property
     def has_snapshots(self) -> bool:
-        """Whether the stream can have snapshots."""
+        """Whether the stream may contain snapshots."""
         return bool(self.incompatible_features & 4)
 
     @property
     def has_updates(self) -> bool:
-        """Whether the stream can have updates."""
+        """Whether the stream may contain updates."""
         return bool(self.incompatible_features & 2)
 
     def pack(self) -> bytes:
@@ -65,7 +65,7 @@ def pack_section(words: Sequence[int]) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class Canonical:
-    """The fields of CANO (SPEC 5.4); a section is the list of its words."""
+    """The fields of CANO (SPEC 5.4); each section is a list of words."""
 
     frame: int
     gaussian_count: int
@@ -85,7 +85,7 @@ class Canonical:
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """The fields of SNAP (SPEC 5.10); a section is the list of its words."""
+    """The fields of SNAP (SPEC 5.10); each section is a list of words."""
 
     frame: int
     canonical: int
@@ -106,7 +106,7 @@ class Snapshot:
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """The fields of FRAM (SPEC 5.5); a section is the list of its words, or None if absent."""
+    """The fields of FRAM (SPEC 5.5); each section is a list of words, or None if absent."""
 
     phase: int
     previous_contexts: int
@@ -133,7 +133,7 @@ def pack_cameras(*cameras: bytes) -> bytes:
 def pack_camera(
     name: bytes = b"left", size: tuple[int, int] = (64, 48), near: float = 0.5
 ) -> bytes:
-    """Return the bytes of a camera two units in front of the origin."""
+    """Return the bytes of a camera whose distance from the origin is two units."""
     numbers = (50.0, 50.0, 32.0, 24.0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 2, near)
     return bytes([len(name)]) + name + struct.pack("<BII17f", 1, *size, *numbers)
 
@@ -146,7 +146,7 @@ def pack_metadata(*entries: tuple[str, str]) -> bytes:
 
 
 def pack_index(points: Iterable[tuple[int, int, int]]) -> bytes:
-    """Return the payload of INDX (SPEC 5.9): offset, sequence and frame of each point."""
+    """Return the payload of INDX (SPEC 5.9); a point is (offset, sequence number, ordinal)."""
     packed = [struct.pack("<QII", *point) for point in points]
     return struct.pack("<I", len(packed)) + b"".join(packed)
 

@@ -138,7 +138,7 @@ _SURVIVOR_FIELDS = (range(3), range(3, 7), range(7, 10), range(10, 11), range(11
 def _make_field_mask(
     numbers: Sequence[int] | None, field_mask: int | None, field_rows: Sequence[range]
 ) -> int:
-    """Return `field_mask`, or if it is None, a mask of the fields with a nonzero number."""
+    """Return `field_mask`; if it is None, return a mask of the fields with a nonzero number."""
     if field_mask is not None or numbers is None:
         return field_mask or 0
     has_nonzero = (any(numbers[row] for row in field) for field in field_rows)
@@ -146,7 +146,7 @@ def _make_field_mask(
 
 
 def _list_code_rows(head: Head, gaussians: Sequence[CodedGaussian]) -> list[tuple[int, ...]]:
-    """Return the codes of Gaussians as rows; missing SH rest is 0."""
+    """Return the codes of the Gaussians as rows; missing SH rest codes are 0."""
     width = 16 if head.sh_degree else 7
     return (
         list(zip(*((g.codes + (0,) * 9)[:width] for g in gaussians), strict=True)) or [()] * width

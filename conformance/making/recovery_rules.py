@@ -13,7 +13,7 @@ _FRAME_4_CHUNK, _FRAME_8_CHUNK = 7, 12
 
 
 def make_recovery_rules(parent: ValidStream) -> list[Vector]:
-    """Return all vectors, as patches of the journey."""
+    """Return all vectors, as patches of `streams/journey`."""
     return [
         *_make_unknown_critical(parent),
         *_make_frame_before_canonical(parent),
@@ -30,13 +30,13 @@ def _make_unknown_critical(parent: ValidStream) -> Iterable[Vector]:
     damaged_chunk = pack_chunk(b"SNAP", _FRAME_4_CHUNK, bytes(8))[:-1] + b"\xff"
     long_chunk = pack_chunk_header(b"SNAP", _FRAME_4_CHUNK, 1 << 30)
     for name, chunk, other_ids, note in (
-        ("damaged", damaged_chunk, ("payload-crc",), "its payload is damaged"),
-        ("too-long", long_chunk, ("chunk-exceeds-level", "truncated"), "it is too long"),
+        ("damaged", damaged_chunk, ("payload-crc",), "whose payload is damaged"),
+        ("too-long", long_chunk, ("chunk-exceeds-level", "truncated"), "that is too long"),
     ):
         outcome = Outcome(frames[:4], (*reject_ids, *other_ids))
         recovery = Recovery(frames[:4], reject_ids=reject_ids)
         changed = data[:offset] + chunk + data[offset:]
-        note = f"a critical chunk of an unknown type, and {note}"
+        note = f"a critical chunk of an unknown type {note}"
         yield _make_rule(
             parent, f"unknown-critical-{name}", "5.2-9", changed, outcome, recovery, note
         )
@@ -80,18 +80,18 @@ def _make_frame_before_canonical(parent: ValidStream) -> Iterable[Vector]:
         offsets = assemble(chunks).offsets
         gap = Gap(offsets[2], offsets[3] - offsets[2], reject_ids[:1], None)
         recovery = Recovery(parent.frames, (gap,))
-        note = f"FRAM precedes the first CANO{note}"
+        note = f"a FRAM precedes the first CANO{note}"
         outcome = Outcome((), reject_ids)
         yield _make_rule(parent, f"frame-first-{name}", "5.1-3", chunks, outcome, recovery, note)
 
 
 def _make_index_rules(parent: ValidStream) -> Iterable[Vector]:
-    """Yield a stream with INDX before its end, and one with a wrong INDX after a gap."""
+    """Yield a stream with INDX in its middle, and one with a malformed INDX after a gap."""
     stream, frames = parent.stream, parent.frames
     index_within = [*stream.chunks[:5], Chunk(b"INDX", None), *stream.chunks[5:]]
     offset = assemble(index_within).offsets[6]
     recovery = Recovery(frames, (Gap(offset, 0, ("chunk-order",), 0),))
-    note = "a CANO after INDX: decoding resumes there"
+    note = "a CANO after INDX, at which decoding resumes"
     outcome = Outcome(frames[:3], ("chunk-order",))
     yield _make_rule(
         parent, "canonical-behind-index", "5.1-6", index_within, outcome, recovery, note
@@ -106,13 +106,13 @@ def _make_index_rules(parent: ValidStream) -> Iterable[Vector]:
         Gap(offsets[INDX_CHUNK], offsets[TAIL_CHUNK] - offsets[INDX_CHUNK], ("trailing-data",), 0),
     )
     recovery = Recovery([*frames[:2], *frames[3:]], gaps)
-    note = "after a gap INDX is not compared with the stream, but its fields are checked"
+    note = "after a gap, INDX is not compared with the stream, but its fields are checked"
     outcome = Outcome(frames[:2], ("payload-crc",))
     yield _make_rule(parent, "index-longer-behind-a-gap", "5-2", chunks, outcome, recovery, note)
 
 
 def _make_tail_rules(parent: ValidStream) -> Iterable[Vector]:
-    """Yield streams with a damaged last frame and a wrong TAIL."""
+    """Yield streams whose last frame is damaged and whose TAIL is wrong."""
     frames, outcome = parent.frames[:8], Outcome(parent.frames[:8], ("payload-crc",))
     chunks = parent.stream.replace_chunk(_FRAME_8_CHUNK, flip_byte=30)
     with_fewer_frames = [
@@ -122,7 +122,7 @@ def _make_tail_rules(parent: ValidStream) -> Iterable[Vector]:
     offsets = parent.layout.offsets
     offset, tail_offset, end_offset = offsets[_FRAME_8_CHUNK], offsets[TAIL_CHUNK], offsets[-1]
     recovery = Recovery(frames, (Gap(offset, tail_offset - offset, ("payload-crc",), None),))
-    note = "TAIL states fewer frames than were decoded: the number of missing frames is unknown"
+    note = "TAIL states fewer frames than were decoded, so the number of lost frames is unknown"
     yield _make_rule(
         parent, "tail-of-fewer-frames", "5.8-1", with_fewer_frames, outcome, recovery, note
     )
@@ -134,7 +134,7 @@ def _make_tail_rules(parent: ValidStream) -> Iterable[Vector]:
         Gap(offset, end_offset + 1 - offset, ("payload-crc",), None),
         Gap(end_offset + 1, 0, ("truncated",), None),
     )
-    note = "TAIL has an additional byte: decoding does not resume there"
+    note = "TAIL has an additional byte, so decoding does not resume there"
     yield _make_rule(
         parent,
         "tail-longer-behind-a-gap",
@@ -158,7 +158,7 @@ def _make_old_number(parent: ValidStream) -> Vector:
         data[:offset] + junk + data[offset:],
         Outcome(frames[:4], ("bad-sync",)),
         Recovery([*frames[:4], *frames[6:]], (gap,)),
-        "a CANO of a later frame, but with an earlier number",
+        "a CANO with a later ordinal but an earlier sequence number",
     )
 
 

@@ -35,7 +35,7 @@ def make_resources(journey: ValidStream, full: ValidStream, unlimited: ValidStre
 
 
 def _make_crowd(full_stream: ValidStream) -> Vector:
-    """Return a stream of 65536 still Gaussians at one position, all bound to anchor 0."""
+    """Return a stream of 65536 motionless Gaussians at one position, all bound to anchor 0."""
     stream = Stream(replace(full_stream.stream.head, gaussians_per_anchor=16))
     stream.chunks.append(full_stream.stream.chunks[1])
     state = full_stream.stream.states[0]
@@ -60,7 +60,7 @@ def _make_lengths(journey: ValidStream, unlimited: ValidStream) -> list[Vector]:
             data_before + pack_chunk_header(b"FRAM", 7, max_u32),
             journey.frames[:4],
             ("chunk-exceeds-level",),
-            "the start of a FRAM of 2^32 - 1 bytes",
+            "only the header of a FRAM of 2^32 - 1 bytes",
         ),
         (
             journey,
@@ -68,7 +68,7 @@ def _make_lengths(journey: ValidStream, unlimited: ValidStream) -> list[Vector]:
             head_data,
             [],
             ("chunk-exceeds-level",),
-            "the start of a HEAD of 2^32 - 1 bytes",
+            "only the header of a HEAD of 2^32 - 1 bytes",
         ),
         (
             unlimited,
@@ -76,7 +76,7 @@ def _make_lengths(journey: ValidStream, unlimited: ValidStream) -> list[Vector]:
             unlimited.layout.data[:data_end] + pack_chunk_header(b"FRAM", 2, max_u32) + bytes(99),
             unlimited.frames[:1],
             ("truncated",),
-            "the first 99 bytes of a FRAM of 2^32 - 1 bytes at the unlimited level",
+            "the first 99 payload bytes of a FRAM of 2^32 - 1 bytes, at the unlimited level",
         ),
     ]
     return [
@@ -107,21 +107,21 @@ def _make_counts(unlimited: ValidStream) -> list[Vector]:
             gaussians,
             0,
             ("state-crc",),
-            "2^32 - 1 Gaussians without words, at the unlimited level",
+            "2^32 - 1 Gaussians in sections without words, at the unlimited level",
         ),
         (
             "gaussians-fewer",
             fewer_gaussians,
             0,
             ("state-crc",),
-            "2^28 Gaussians without words, at the unlimited level",
+            "2^28 Gaussians in sections without words, at the unlimited level",
         ),
         (
             "births",
             births,
             1,
             ("state-crc", "count-exceeds-level"),
-            "2^32 - 1 births without words, at the unlimited level",
+            "2^32 - 1 births in a section without words, at the unlimited level",
         ),
     ]
     return [
@@ -138,16 +138,21 @@ def _make_counts(unlimited: ValidStream) -> list[Vector]:
 
 
 def _make_searches(journey: ValidStream) -> list[Vector]:
-    """Return streams with about 1 MiB of junk, in which the search for a chunk must be fast."""
+    """Return streams with about 1 MiB of junk; the search for the next valid chunk must be fast."""
     offset, resume_offset = journey.layout.offsets[7], journey.layout.offsets[9]
     header = pack_chunk_header(b"CANO", 40, 1000)
     junk = {
-        "search-sync-words": (bytes.fromhex("9E5143F3"), 1 << 18, "header-crc", "2^18 sync words"),
+        "search-sync-words": (
+            bytes.fromhex("9E5143F3"),
+            1 << 18,
+            "header-crc",
+            "2^18 sync words without chunks",
+        ),
         "search-headers": (
             header,
             20000,
             "payload-crc sequence",
-            "20000 headers without valid chunks",
+            "20000 chunk headers without valid payloads",
         ),
         "search-chunks": (
             pack_chunk(b"CANO", 40, bytes(40)),

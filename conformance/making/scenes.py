@@ -1,4 +1,4 @@
-"""Pseudorandom Gaussians and symbols, which fill streams with various values."""
+"""Pseudorandom Gaussians and symbols, for streams with varied content."""
 
 from collections.abc import Mapping, Sequence
 
@@ -8,7 +8,7 @@ _MIXER = 0x9E3779B1
 
 
 def hash_numbers(*numbers: int) -> int:
-    """Return a hash of the numbers, below 2^32."""
+    """Return a 32-bit hash of the numbers."""
     value = 0x12345
     for number in numbers:
         value = (value ^ (number + 0x7F4A7C15)) * _MIXER % (1 << 32)
@@ -17,12 +17,12 @@ def hash_numbers(*numbers: int) -> int:
 
 
 def draw_between(minimum: int, maximum: int, *numbers: int) -> int:
-    """Return a pseudorandom number from `minimum` to `maximum`, which depends only on `numbers`."""
+    """Return a pseudorandom number from `minimum` to `maximum`, derived only from `numbers`."""
     return minimum + hash_numbers(*numbers) % (maximum - minimum + 1)
 
 
 def make_cloud(count: int, seed: int = 0, degree: int = 1, limit: int = 60) -> list[CodedGaussian]:
-    """Return Gaussians with various rotations and codes; coordinates are at most `limit` steps."""
+    """Return pseudorandom Gaussians with coordinates from -`limit` to `limit` position steps."""
     return [_draw_gaussian(i, seed, degree, limit) for i in range(count)]
 
 
@@ -40,7 +40,7 @@ def _draw_gaussian(i: int, seed: int, degree: int, limit: int) -> CodedGaussian:
 
 
 def make_newborn(parents: Sequence[int], seed: int, degree: int = 1) -> tuple[CodedGaussian, ...]:
-    """Return births near parents, given the indices of the parents."""
+    """Return a pseudorandom birth near each parent, given the indices of the parents."""
     gaussians = make_cloud(len(parents), seed, degree, 6)
     pairs = zip(gaussians, sorted(parents), strict=True)
     return tuple(
@@ -52,7 +52,7 @@ def make_newborn(parents: Sequence[int], seed: int, degree: int = 1) -> tuple[Co
 def make_moving_symbols(
     channels: int, seed: int, *, anchors_per_moving: int = 2, limit: int = 3
 ) -> Symbols:
-    """Return symbols up to `limit`, which move about one in `anchors_per_moving` anchors."""
+    """Return symbols of magnitude up to `limit`; about 1 in `anchors_per_moving` anchors moves."""
 
     def symbols(level: int, anchor: int) -> Sequence[int] | None:
         if hash_numbers(seed, level, anchor) % anchors_per_moving:
@@ -65,13 +65,13 @@ def make_moving_symbols(
 
 
 def select_symbols(*entries: tuple[int, int, Sequence[int]]) -> Symbols:
-    """Return the symbols of the listed (level, anchor, symbols); all other anchors do not move."""
+    """Return symbols for the listed anchors, as (level, anchor, symbols); no other anchor moves."""
     symbols_by_anchor = {(level, anchor): symbols for level, anchor, symbols in entries}
     return lambda level, anchor: symbols_by_anchor.get((level, anchor))
 
 
 def state_varied_codes(_model: str, context: int, zeros: int, ones: int) -> int:
-    """Return a probability code that varies, and gives the more frequent bit more probability."""
+    """Return a code that varies with the context and makes the more frequent bit more probable."""
     base = 60 + 3 * context % 59
     return base + 120 if ones > zeros else base
 
@@ -79,11 +79,11 @@ def state_varied_codes(_model: str, context: int, zeros: int, ones: int) -> int:
 def fill_fields(
     fields: Mapping[str, range], values_by_field: Mapping[str, tuple[int, ...] | int]
 ) -> tuple[int, ...]:
-    """Return the numbers of all fields in order; missing fields are 0.
+    """Return the numbers of all fields in order; fields that are not given are 0.
 
     Args:
-        fields: Range of the numbers of each field.
-        values_by_field: Numbers by field; names have `_` in place of `-`.
+        fields: Range of the indices of each field, by name.
+        values_by_field: Numbers of each given field, by its name with `_` in place of `-`.
     """
     numbers = [0] * max(field.stop for field in fields.values())
     for name, values in values_by_field.items():

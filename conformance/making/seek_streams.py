@@ -1,4 +1,4 @@
-"""Random access: faults that seeking finds, and faults that seeking skips (SPEC 11.2)."""
+"""Random access: faults that seeking detects, and faults that it skips (SPEC 11.2)."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -13,7 +13,7 @@ _REQUESTED_FRAME = 7
 
 
 def make_seek_faults(parent: ValidStream) -> list[Vector]:
-    """Return all vectors, as patches of the journey."""
+    """Return all vectors, as patches of `streams/journey`."""
     return [
         *_make_offset_faults(parent),
         *_make_index_faults(parent),
@@ -25,12 +25,12 @@ def make_seek_faults(parent: ValidStream) -> list[Vector]:
 def _make_offset_faults(parent: ValidStream) -> Iterable[Vector]:
     count, offsets = len(parent.frames), parent.layout.offsets
     wrong_offsets = {
-        "frame": (offsets[3], "index_offset is that of a FRAM"),
-        "within": (offsets[INDX_CHUNK] + 4, "index_offset is within INDX"),
-        "itself": (offsets[TAIL_CHUNK], "index_offset is that of TAIL"),
-        "behind": (len(parent.layout.data) + 100, "index_offset is beyond the end"),
+        "frame": (offsets[3], "index_offset is the offset of a FRAM"),
+        "within": (offsets[INDX_CHUNK] + 4, "index_offset is an offset within INDX"),
+        "itself": (offsets[TAIL_CHUNK], "index_offset is the offset of TAIL"),
+        "behind": (len(parent.layout.data) + 100, "index_offset is beyond the end of the stream"),
         "greatest": ((1 << 64) - 1, "index_offset is 2^64 - 1"),
-        "head": (8, "index_offset is that of HEAD"),
+        "head": (8, "index_offset is the offset of HEAD"),
     }
     for name, (offset, note) in wrong_offsets.items():
         chunks = parent.stream.replace_chunk(TAIL_CHUNK, payload=pack_tail(count, 3, offset))
@@ -54,7 +54,7 @@ def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
         Chunk(b"note", pack_metadata()),
         replace(chunks[TAIL_CHUNK], sequence=TAIL_CHUNK),
     ]
-    note = "INDX has the number before TAIL's, but does not end at TAIL"
+    note = "INDX has the sequence number before TAIL's, but does not end where TAIL begins"
     yield _make_wrong_index(
         parent, "seek-index-early", "11.2-2", with_early_index, "chunk-order", note
     )
@@ -70,27 +70,27 @@ def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
 def _make_wrong_index(
     parent: ValidStream, name: str, clauses: str, chunks: list[Chunk], read_id: str, note: str
 ) -> Vector:
-    """Return a stream that seeking rejects at once, and decoding rejects only after all frames."""
+    """Return a stream rejected at once when seeking, but only after all frames when decoding."""
     outcome = Outcome(parent.frames, (read_id,))
     vector = make_broken_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
     return replace(vector, seek=((_REQUESTED_FRAME, Outcome((), ("index-mismatch",))),))
 
 
 def _make_skipped_faults(parent: ValidStream) -> Iterable[Vector]:
-    """Yield streams with a fault that decoding from the start finds, and seeking does not."""
+    """Yield streams with a fault before the seek point, which seeking skips, or in HEAD or INDX."""
     frames, stream = parent.frames, parent.stream
     faults = {
         "payload": (
             stream.replace_chunk(CANO_CHUNK, flip_byte=60),
             3,
             "payload-crc",
-            "a payload before the seek point",
+            "a payload before the seek point is damaged",
         ),
         "header": (
             stream.replace_chunk(4, flip_byte=9),
             2,
             "header-crc",
-            "a header before the seek point",
+            "a chunk header before the seek point is damaged",
         ),
     }
     for name, (chunks, frames_before, reject_id, note) in faults.items():
@@ -101,13 +101,18 @@ def _make_skipped_faults(parent: ValidStream) -> Iterable[Vector]:
         yield replace(vector, seek=((_REQUESTED_FRAME, Outcome(frames[_REQUESTED_FRAME:])),))
     head = stream.replace_chunk(0, flip_byte=30)
     vector = make_broken_vector(
-        parent, "damaged/passed-head", "11.2-1", head, Outcome((), ("payload-crc",)), "HEAD"
+        parent,
+        "damaged/passed-head",
+        "11.2-1",
+        head,
+        Outcome((), ("payload-crc",)),
+        "HEAD is damaged",
     )
     yield replace(vector, seek=((_REQUESTED_FRAME, Outcome((), ("payload-crc",))),))
     index = stream.replace_chunk(INDX_CHUNK, flip_byte=-20)
     outcome = Outcome(frames, ("payload-crc",))
     vector = make_broken_vector(
-        parent, "damaged/passed-index", "11.2-1", index, outcome, "a bit of INDX"
+        parent, "damaged/passed-index", "11.2-1", index, outcome, "one bit of INDX is flipped"
     )
     yield replace(vector, seek=((_REQUESTED_FRAME, Outcome((), ("payload-crc",))),))
 
@@ -115,7 +120,7 @@ def _make_skipped_faults(parent: ValidStream) -> Iterable[Vector]:
 def _make_unindexed(parent: ValidStream) -> Iterable[Vector]:
     frames, stream = parent.frames, parent.stream
     unindexed = [*stream.chunks[:INDX_CHUNK], stream.chunks[TAIL_CHUNK]]
-    note = "no INDX: seeking goes from chunk header to chunk header"
+    note = "the stream has no INDX, so seeking reads one chunk header after another"
     vector = make_broken_vector(
         parent,
         "streams/journey-without-index",
@@ -128,7 +133,12 @@ def _make_unindexed(parent: ValidStream) -> Iterable[Vector]:
     cut_data = assemble(stream.chunks).data[: parent.layout.offsets[12]]
     outcome = Outcome(frames[:8], ("truncated",))
     vector = make_broken_vector(
-        parent, "damaged/passed-end", "11.2-1 11.3", cut_data, outcome, "the end is missing"
+        parent,
+        "damaged/passed-end",
+        "11.2-1 11.3",
+        cut_data,
+        outcome,
+        "the last chunks are missing",
     )
     yield replace(vector, seek=((4, Outcome(frames[4:8], ("truncated",))),))
     with_short_canonical = [
@@ -136,7 +146,10 @@ def _make_unindexed(parent: ValidStream) -> Iterable[Vector]:
         replace(unindexed[CANO_CHUNK], payload=bytes(3)),
         *unindexed[CANO_CHUNK + 1 :],
     ]
-    outcome, note = Outcome(frames[:3], ("field",)), "a CANO of 3 bytes on the way has no ordinal"
+    outcome, note = (
+        Outcome(frames[:3], ("field",)),
+        "a CANO before the requested frame has only 3 bytes, and thus no ordinal",
+    )
     vector = make_broken_vector(
         parent, "invalid/seek-canonical-short", "11.2-1 5-1", with_short_canonical, outcome, note
     )

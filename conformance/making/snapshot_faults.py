@@ -79,21 +79,39 @@ def _list_field_faults(parent: ValidStream) -> Iterable[Row]:
         "7.9-2",
         "frame-order",
         replace_fields(canonical=1),
-        "the frame is not a CANO",
+        "the snapshot refers to a frame that is not a CANO",
     )
-    yield "of-a-later-one", "7.9-2", "frame-order", replace_fields(canonical=8), "a later CANO"
+    yield (
+        "of-a-later-one",
+        "7.9-2",
+        "frame-order",
+        replace_fields(canonical=8),
+        "the snapshot refers to a later CANO",
+    )
     too_many = replace_fields(newborn_count=65537)
-    note = "one newborn more than the Gaussians that level 1.0 allows"
+    note = "one new Gaussian more than level 1.0 allows"
     yield "newborn-beyond-level", "3.2-6 3.2-5", "count-exceeds-level", too_many, note
     max_count = replace_fields(newborn_count=(1 << 32) - 1)
-    yield "newborn-greatest", "3.2-6 3.2-5", "count-exceeds-level", max_count, "2^32 - 1 newborn"
+    yield (
+        "newborn-greatest",
+        "3.2-6 3.2-5",
+        "count-exceeds-level",
+        max_count,
+        "2^32 - 1 new Gaussians",
+    )
     yield "axis-bits", "5-2", "field", replace_fields(axis_bits=21), "axis_bits is 21"
     with_wrong_crc = replace_fields(state_crc=snapshot.state_crc ^ 1)
-    yield "state-crc", "9.2-1", "state-crc", with_wrong_crc, "a bit of a state's CRC"
+    yield "state-crc", "9.2-1", "state-crc", with_wrong_crc, "one bit of the state CRC is flipped"
     payload = snapshot.pack()
     for name, data, ids, clauses, note in (
         ("shorter", payload[:-1], "field", "5-1", "the last byte is missing"),
-        ("longer", payload + b"\0", "trailing-data", "5-3", "a byte after the last field"),
+        (
+            "longer",
+            payload + b"\0",
+            "trailing-data",
+            "5-3",
+            "an additional byte after the last field",
+        ),
     ):
         yield name, clauses, ids, parent.stream.replace_chunk(_SNAP_CHUNK, payload=data), note
 
@@ -112,7 +130,7 @@ def _list_scene_faults(parent: ValidStream) -> Iterable[Row]:
         )
         return parent.stream.replace_chunk(_SNAP_CHUNK, payload=snapshot.pack())
 
-    yield "empty", "7.9-3", "count", make_chunks(()), "no Gaussian at all"
+    yield "empty", "7.9-3", "count", make_chunks(()), "the snapshot has no Gaussians"
     distant_newborn = [replace(make_cloud(1, 5)[0], position=(1 << 20, 0, 0))]
     wide_scene = make_chunks(make_unchanged_survivors(range(12)), distant_newborn)
     yield (
@@ -120,7 +138,7 @@ def _list_scene_faults(parent: ValidStream) -> Iterable[Row]:
         "7.9-4",
         "symbol-range position-range",
         wide_scene,
-        "positions 2^20 steps or more apart",
+        "two positions are 2^20 steps or more apart",
     )
     newborn_at_edge = [replace(make_cloud(1, 5)[0], position=(1 << 21, 0, 0))]
     note = "a position just beyond the lattice"
@@ -132,17 +150,23 @@ def _list_scene_faults(parent: ValidStream) -> Iterable[Row]:
         values = [0] * 14
         values[row] = 32767 if codes[i] > 0 else -32767
         chunks = make_chunks([Survivor(i, tuple(values))])
-        yield name, "7.9-5 4.1-1", "code-range", chunks, f"{name} is beyond 32767"
+        yield name, "7.9-5 4.1-1", "code-range", chunks, f"the magnitude of {name} is above 32767"
     with_wrong_rotation = make_chunks([Survivor(0, make_differences(rotation=(1, 256, 1, 0)))])
-    note = "a rotation that is just too long"
+    note = "a rotation whose norm is just too large"
     yield "rotation", "7.9-5", "rotation-range", with_wrong_rotation, note
     with_wrong_rotation = make_chunks([Survivor(0, make_differences(rotation=(0, 600, 0, 0)))])
-    yield "component", "7.9-5", "rotation-range", with_wrong_rotation, "a component beyond 1"
+    yield (
+        "component",
+        "7.9-5",
+        "rotation-range",
+        with_wrong_rotation,
+        "a rotation component above 1",
+    )
     other_snapshot, _ = make_snapshot(parent.stream.head, previous, draw_survivors(range(9), 9))
     chunks = parent.stream.replace_chunk(
         _SNAP_CHUNK, payload=replace(other_snapshot, state_crc=1).pack()
     )
-    yield "of-another-frame", "9.2-1", "state-crc", chunks, "another scene"
+    yield "of-another-frame", "9.2-1", "state-crc", chunks, "the content and the CRC do not match"
 
 
 def _list_word_faults(parent: ValidStream) -> Iterable[Row]:
@@ -158,25 +182,31 @@ def _list_word_faults(parent: ValidStream) -> Iterable[Row]:
         "8.3-1",
         "invalid-words",
         replace_survivor_words((*words, 0)),
-        "a last word of 0",
+        "the survivors section ends with a zero word",
     )
     yield (
         "words-left",
         "8.3-2 8.3-3",
         unconsumed_id,
         replace_survivor_words((7, *words)),
-        "a word before the first",
+        "an extra word before the first word of the survivors section",
     )
     yield (
         "words-left-zero",
         "8.3-3",
         unconsumed_id,
         replace_survivor_words((0, *words)),
-        "a word of 0 before the first",
+        "an extra zero word before the first word of the survivors section",
     )
     for code in (240, 255):
         chunks = replace_survivor_words(tuple(encode_stated_code(code)))
-        yield f"probability-{code}", "8.2-1", "bad-probability", chunks, f"a stated code of {code}"
+        yield (
+            f"probability-{code}",
+            "8.2-1",
+            "bad-probability",
+            chunks,
+            f"a stated probability code of {code}",
+        )
 
 
 def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
@@ -189,12 +219,15 @@ def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
     canonical_points = [p for p in points if chunks[p[1]].kind == b"CANO"]
     chunks_with_index = parent.stream.replace_chunk(index, payload=pack_index(canonical_points))
     outcome = Outcome(parent.frames, ("index-mismatch",))
-    note = "INDX has no snapshot"
+    note = "INDX lists no snapshots"
     name = "invalid/index-without-snapshots"
     yield make_broken_vector(parent, name, "5.9-1 5.9-2", chunks_with_index, outcome, note)
     moved_points = [(o, n, 1 if frame == 0 else frame) for o, n, frame in points]
     chunks_with_index = parent.stream.replace_chunk(index, payload=pack_index(moved_points))
-    name, note = "another-canonical", "no seek point has the ordinal that a snapshot names"
+    name, note = (
+        "another-canonical",
+        "no seek point has the ordinal of the CANO to which a snapshot refers",
+    )
     vector = make_broken_vector(
         parent, f"invalid/index-of-{name}", "11.2-5", chunks_with_index, outcome, note
     )
@@ -202,7 +235,10 @@ def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
     yield replace(vector, seek=tuple((f, rejected) for f in (3, 4, 7)))
     swapped_points = [(offsets[chunk_indices[1]], chunk_indices[1], 0), *points[1:]]
     chunks_with_index = parent.stream.replace_chunk(index, payload=pack_index(swapped_points))
-    name, note = "a-snapshot", "the seek point that a snapshot names is not of a CANO"
+    name, note = (
+        "a-snapshot",
+        "the seek point of the CANO to which a snapshot refers is that of a snapshot",
+    )
     vector = make_broken_vector(
         parent, f"invalid/index-of-{name}", "11.2-5", chunks_with_index, outcome, note
     )
@@ -210,7 +246,7 @@ def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
 
 
 def _make_damage(parent: ValidStream) -> Iterable[Vector]:
-    """Yield streams with a damaged chunk; without a CANO, all its snapshots are lost, too."""
+    """Yield streams with a damaged chunk; a lost CANO also loses all snapshots that refer to it."""
     rows = (
         (2, 0, 8, None, "first-canonical", "the first CANO"),
         (4, 2, 3, 1, "before", "the frame before a snapshot"),
@@ -243,7 +279,7 @@ def _make_damage(parent: ValidStream) -> Iterable[Vector]:
             assemble(damaged_chunks).data,
             Outcome(parent.frames[:frames_before], ("payload-crc",)),
             Recovery(frames, (gap,)),
-            f"a bit of {note}",
+            f"one bit of {note} is flipped",
         )
 
 
@@ -251,7 +287,7 @@ def _make_snapshot_first(parent: ValidStream) -> Vector:
     """Return a stream whose first frame is a snapshot."""
     chunks = [p for n, p in enumerate(parent.stream.chunks) if n not in (2, 3, 4)]
     outcome = Outcome((), ("chunk-order",))
-    note = "a snapshot precedes any CANO"
+    note = "a snapshot precedes the first CANO"
     return make_broken_vector(parent, "invalid/snapshot-first", "5.1-3", chunks, outcome, note)
 
 

@@ -1,4 +1,4 @@
-"""Pseudorandom survivors, which fill snapshots with various differences (SPEC 7.9)."""
+"""Pseudorandom survivors with various differences, for snapshots (SPEC 7.9)."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -15,7 +15,7 @@ FIELDS = {
     "sh-dc": range(11, 14),
 }
 REQUIRED_CAPABILITY = {"needs": "snapshots"}
-"""Only decoders with this capability are tested with streams of format 1.1."""
+"""Only decoders with this capability are tested with streams that contain snapshots."""
 
 
 def make_snapshot_head(**fields: int) -> Head:
@@ -24,12 +24,12 @@ def make_snapshot_head(**fields: int) -> Head:
 
 
 def make_differences(**values_by_field: tuple[int, ...] | int) -> tuple[int, ...]:
-    """Return the 14 differences, given the differences of some fields; the others are 0."""
+    """Return all 14 differences; the differences of fields that are not given are 0."""
     return fill_fields(FIELDS, values_by_field)
 
 
 def draw_survivors(indices: Iterable[int], seed: int = 0) -> tuple[Survivor, ...]:
-    """Return survivors with differences in some fields; rotation indices do not change."""
+    """Return survivors with pseudorandom differences; rotation indices do not change."""
     return tuple(_draw_survivor(i, seed) for i in indices)
 
 

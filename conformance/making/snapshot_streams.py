@@ -39,7 +39,7 @@ def make_snapshot_streams() -> list[ValidStream]:
 
 
 def make_snapshots_journey() -> ValidStream:
-    """Return the parent of faults in snapshots: CANO 0 and 8, snapshots 3, 6 and 10, INDX."""
+    """Return the parent of snapshot faults; frames 0 and 8 are CANO, frames 3, 6 and 10 SNAP."""
     stream = Stream(make_snapshot_head(level_count=2)).add_chunk(
         b"came", pack_cameras(pack_camera())
     )
@@ -55,7 +55,7 @@ def make_snapshots_journey() -> ValidStream:
     stream.finish(index=True)
     without_seek = _make_valid("journey", "the parent of faults", "", stream)
     seek = tuple((f, Outcome(without_seek.frames[f:])) for f in range(1, 12))
-    note = "CANO 0 and 8, snapshots 3, 6 and 10, motion, births, deaths, index"
+    note = "CANO 0 and 8, snapshots 3, 6 and 10, motion, births, deaths, INDX"
     clauses = "11.2-1 11.2-4 11.2-5 5.9-1 5.8-1 8.9"
     return _make_valid("journey", note, clauses, stream, seek=seek, grow=True)
 
@@ -68,7 +68,7 @@ def _make_valid(name: str, note: str, clauses: str, stream: Stream, **options: A
 
 
 def _append_frames(stream: Stream, frames: int = 3) -> Stream:
-    """Append frames with motion, whose states depend on ids and contexts, and end the stream."""
+    """Append frames with motion, whose states depend on ids and contexts; finish the stream."""
     channels = 3 + stream.head.rotation_components
     for frame in range(frames):
         stream.add_frame(Change(make_moving_symbols(channels, frame)))
@@ -86,25 +86,39 @@ def _make_field_streams() -> list[ValidStream]:
             survivors.append(Survivor(i, tuple(values)))
         stream.add_snapshot(survivors)
         streams.append(
-            _make_valid(name, f"survivors that differ in {name} alone", "7.9 8.9", stream.finish())
+            _make_valid(
+                name, f"survivors whose differences are all in {name}", "7.9 8.9", stream.finish()
+            )
         )
     rotation_stream = Stream(make_snapshot_head()).add_canonical(0, make_cloud(8, 36))
     rotation_stream.add_snapshot(
         Survivor(i, make_differences(rotation=(i % 4, 3 * i - 9, 7, i))) for i in range(8)
     )
-    note = "rotations of another index, whose components are coded without prediction"
+    note = "rotations with another index j, whose components are coded without prediction"
     return [*streams, _make_valid("turned", note, "7.9 8.9", rotation_stream.finish())]
 
 
 def _make_header_streams() -> list[ValidStream]:
     rows: list[tuple[str, str, dict[str, int]]] = [
-        ("sh-degree-0", "Gaussians of 7 codes", {"sh_degree": 0}),
-        ("updates", "with updates: recency is reset", {"incompatible_features": 6}),
-        ("levels-1", "one level of anchors", {"level_count": 1}),
-        ("rotation-w", "rotation residuals have w", {"rotation_components": 4}),
-        ("resample-3", "sampling every 3 frames, from the snapshot on", {"resample_interval": 3}),
-        ("full-crc-3", "a CRC over all fields every 3 frames", {"full_crc_interval": 3}),
-        ("minor-0", "version_minor 0: only the feature bit counts", {"version_minor": 0}),
+        ("sh-degree-0", "Gaussians without SH rest (7 codes)", {"sh_degree": 0}),
+        (
+            "updates",
+            "a stream with updates, in which the snapshot resets recency",
+            {"incompatible_features": 6},
+        ),
+        ("levels-1", "one anchor level", {"level_count": 1}),
+        ("rotation-w", "rotation residuals with a w component", {"rotation_components": 4}),
+        (
+            "resample-3",
+            "anchors are sampled every 3 frames, counted from the snapshot",
+            {"resample_interval": 3},
+        ),
+        ("full-crc-3", "the state CRC covers all fields every 3 frames", {"full_crc_interval": 3}),
+        (
+            "minor-0",
+            "version_minor is 0; the feature bit alone enables snapshots",
+            {"version_minor": 0},
+        ),
     ]
     streams = []
     for number, (name, note, fields) in enumerate(rows):
@@ -167,19 +181,34 @@ def _make_scene_streams() -> list[ValidStream]:
         Survivor(2, (0,) * 7 + (-32767,) * 7),
     ])  # fmt: skip
     return [
-        _make_valid("same", "nothing has changed", "7.9 8.9", _append_frames(same_stream)),
-        _make_valid("newborn", "no Gaussian survives", "7.9-3", _append_frames(newborn_stream)),
-        _make_valid("last-one", "one Gaussian survives", "7.9-3", _append_frames(last_stream)),
+        _make_valid("same", "a snapshot without changes", "7.9 8.9", _append_frames(same_stream)),
+        _make_valid(
+            "newborn",
+            "a snapshot in which no Gaussian survives",
+            "7.9-3",
+            _append_frames(newborn_stream),
+        ),
+        _make_valid(
+            "last-one",
+            "a snapshot in which one Gaussian survives",
+            "7.9-3",
+            _append_frames(last_stream),
+        ),
         _make_valid(
             "in-a-row",
-            "a snapshot after the CANO, followed by another",
+            "two consecutive snapshots directly after the CANO",
             "7.9-2",
             _append_frames(consecutive_stream),
         ),
         _make_valid("far", "positions with large differences", "7.9-5", far_stream.finish()),
-        _make_valid("wide", "the largest range of a snapshot", "7.9-4", wide_stream.finish()),
         _make_valid(
-            "extreme-codes", "codes that differ by 32767", "7.9-5", extreme_stream.finish()
+            "wide",
+            "the widest range of positions that a snapshot allows",
+            "7.9-4",
+            wide_stream.finish(),
+        ),
+        _make_valid(
+            "extreme-codes", "codes that change by 32767", "7.9-5", extreme_stream.finish()
         ),
     ]
 
@@ -197,10 +226,15 @@ def _make_plane_streams() -> list[ValidStream]:
         _make_valid(
             "stated", "every context states a probability", "8.2-1 8.9", stated_stream.finish()
         ),
-        _make_valid("without-changes", "fields without a difference", "8.9", named_stream.finish()),
+        _make_valid(
+            "without-changes",
+            "fields that are coded as changed but have no difference",
+            "8.9",
+            named_stream.finish(),
+        ),
         _make_valid(
             "roomy-box",
-            "axis_bits and origin larger than needed",
+            "axis_bits and the distance of the origin are larger than needed",
             "8.5-1",
             _append_frames(roomy_stream),
         ),
@@ -237,7 +271,7 @@ def snapshots_of_the_canonical_frame() -> Stream:
 
 
 def snapshots_have_no_past() -> Stream:
-    """Counts, motion and recency are reset by a snapshot."""
+    """A snapshot resets counts, motion and recency."""
     stream = Stream(make_snapshot_head(sh_degree=0, incompatible_features=6)).add_canonical(
         0, _SCENE
     )
@@ -267,7 +301,7 @@ def snapshots_sort_anew() -> Stream:
 
 
 def equal_places_in_order() -> Stream:
-    """Of Gaussians at the same position survivors come first, in the order of the CANO."""
+    """Survivors precede new Gaussians at the same position, and keep the order of the CANO."""
     gaussians = [CodedGaussian((i, 0, 0), codes=(-40, -40, -40, 5 - i, i, 0, 0)) for i in range(4)]
     stream = Stream(make_snapshot_head(sh_degree=0, gaussians_per_anchor=1)).add_canonical(
         0, gaussians
@@ -278,7 +312,7 @@ def equal_places_in_order() -> Stream:
 
 
 def ids_begin_anew() -> Stream:
-    """The next newborn after a snapshot of N Gaussians gets id N."""
+    """The first Gaussian born after a snapshot of N Gaussians gets id N."""
     stream = Stream(make_snapshot_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(births=make_newborn([1, 2, 3], 1, 0)))
     stream.add_snapshot(draw_survivors(range(5), 4)).add_frame(
@@ -288,7 +322,7 @@ def ids_begin_anew() -> Stream:
 
 
 def snapshot_steps() -> Stream:
-    """Positions differ in position steps, which are not the translation steps."""
+    """Position differences are in position steps, not in translation steps."""
     head = make_snapshot_head(sh_degree=0, position_step=3, translation_step=11)
     stream = Stream(head).add_canonical(0, _SCENE)
     moved_survivors = [Survivor(i, make_differences(position=(i, -i, 1))) for i in range(10)]
@@ -296,7 +330,7 @@ def snapshot_steps() -> Stream:
 
 
 def differences_of_neighbors() -> Stream:
-    """Positions are coded relative to the last one whose position differs."""
+    """A position difference is coded relative to the one before it."""
     stream = Stream(make_snapshot_head(sh_degree=0)).add_canonical(0, _SCENE)
     moved_survivors = [
         Survivor(i, make_differences(position=(9 + i, 9 - i, 9)) if i % 3 else (0,) * 14)
@@ -306,7 +340,7 @@ def differences_of_neighbors() -> Stream:
 
 
 def sums_of_what_is_coded() -> Stream:
-    """Contexts depend on the magnitudes of the coded numbers, field by field."""
+    """Contexts depend on the sums of coded magnitudes, which start at 0 in every field."""
     stream = Stream(make_snapshot_head(sh_degree=0)).add_canonical(0, _SCENE)
     changed_survivors = [
         Survivor(i, (3 * i, -2 * i, i, 0, i % 5, 1 - i % 3, 2, i, -i, i % 2, -3, i, 4 - i, 1))
@@ -316,7 +350,7 @@ def sums_of_what_is_coded() -> Stream:
 
 
 def snapshots_sample_anew() -> Stream:
-    """The frame after a snapshot has phase 1, and samples."""
+    """The frame after a snapshot has phase 1 and samples anchors."""
     head = make_snapshot_head(sh_degree=0, resample_interval=4, full_crc_interval=2)
     stream = (
         Stream(head)

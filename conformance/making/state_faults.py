@@ -21,19 +21,25 @@ from making.vectors import Outcome, ValidStream, Vector, make_broken_vector
 from plain.state import PlainState
 
 _ROTATION_ONE = 1 << 8  # 2^rotation_bits of the journey
-_BEYOND_BY_DIFFERENCE = "32768 by its difference from green"
+_BEYOND_BY_DIFFERENCE = "32768, computed from its difference from green"
 WrongGaussian = tuple[str, str, str, dict[str, Any], str]
-"""Name, clause, reject id, coded values of a Gaussian, and description."""
+"""Name, clauses, reject id, changed fields of a coded Gaussian, and description."""
 
 _NEWBORN: tuple[WrongGaussian, ...] = (
-    ("parent-far-beyond", "7.6-1", "parent-range", {"parent": 1 << 40}, "a parent of index 2^40"),
+    (
+        "parent-far-beyond",
+        "7.6-1",
+        "parent-range",
+        {"parent": 1 << 40},
+        "the index of a parent is 2^40",
+    ),
     (
         *("parent-wraps", "7.6-1 4.1-1", "parent-range", {"parent": 1 << 32}),
-        "the index of a parent is 2^32: 0 in 32 bits",
+        "the index of a parent is 2^32, which is 0 in 32 bits",
     ),
     (
         *("newborn-rotation", "7.6-4", "rotation-range", {"rotation": (0, _ROTATION_ONE, 1, 0)}),
-        "a rotation that is just too long",
+        "a rotation whose norm is just too large",
     ),
     (
         *(
@@ -42,13 +48,13 @@ _NEWBORN: tuple[WrongGaussian, ...] = (
             "rotation-range",
             {"rotation": (0, _ROTATION_ONE + 1, 0, 0)},
         ),
-        "a component beyond 1",
+        "a rotation component of magnitude above 1",
     ),
 )
 _ROTATIONS: tuple[WrongGaussian, ...] = (
     (
         *("rotation", "7.2-6", "rotation-range", {"rotation": (2, _ROTATION_ONE, 0, 1)}),
-        "a rotation that is just too long",
+        "a rotation whose norm is just too large",
     ),
     (
         *(
@@ -57,7 +63,7 @@ _ROTATIONS: tuple[WrongGaussian, ...] = (
             "rotation-range",
             {"rotation": (1, 0, -_ROTATION_ONE - 1, 0)},
         ),
-        "a component beyond 1",
+        "a rotation component of magnitude above 1",
     ),
     (
         *(
@@ -66,13 +72,13 @@ _ROTATIONS: tuple[WrongGaussian, ...] = (
             "rotation-range",
             {"rotation": (3, _ROTATION_ONE, _ROTATION_ONE, -_ROTATION_ONE)},
         ),
-        "three components of 1",
+        "three rotation components of magnitude 1",
     ),
 )
 
 
 def make_state_faults(parent: ValidStream) -> list[Vector]:
-    """Return streams with an invalid state in frame 4 or 3, as patches of the journey."""
+    """Return patches of `streams/journey` with an invalid state in frame 3 or 4."""
     return [
         *make_faults_at(
             parent, FRAM_CHUNK, [*_list_newborn_faults(parent), *_list_crc_faults(parent)]
@@ -102,9 +108,9 @@ def _list_newborn_faults(parent: ValidStream) -> Iterable[Row]:
         return _replace_frame(parent, Change(births=(first, replace(second, **fields))))
 
     with_inverse_w = _replace_frame(parent, Change(lambda _level, _anchor: [0, 0, 0, -1, 0, 0, 0]))
-    note = "residuals of w that add up to minus the identity"
+    note = "w residuals that make all components of a rotation sum 0"
     yield "degenerate-rotation", "7.3-1", "degenerate-rotation", with_inverse_w, note
-    note = "the parent is the newborn before it"
+    note = "the parent is a Gaussian born in the same frame"
     yield "parent-beyond", "7.6-1", "parent-range", make_chunks(parent=count), note
     for name, clauses, reject_id, fields, note in _NEWBORN:
         yield name, clauses, reject_id, make_chunks(**fields), note
@@ -112,7 +118,7 @@ def _list_newborn_faults(parent: ValidStream) -> Iterable[Row]:
         yield name, "7.6-3", "code-range", make_chunks(codes=wrong_codes), note
     wrong_scales, note = (
         (-32767, -32766, -32768, *codes[3:]),
-        "a log-scale is -32768 by differences",
+        "a log-scale is -32768, computed from differences",
     )
     yield "newborn-scale", "7.6-3", "code-range", make_chunks(codes=wrong_scales), note
 
@@ -120,7 +126,7 @@ def _list_newborn_faults(parent: ValidStream) -> Iterable[Row]:
 def _list_wrong_codes(
     name: str, codes: tuple[int, ...]
 ) -> Iterable[tuple[str, tuple[int, ...], str]]:
-    """Yield codes with a color that is out of range; its difference from green is in range."""
+    """Yield codes with a color out of range whose difference from green is in range."""
     yield name, (*codes[:4], 32768, 1, 1, *codes[7:]), f"red is {_BEYOND_BY_DIFFERENCE}"
     yield (
         f"{name}-negative",
@@ -133,12 +139,12 @@ def _list_crc_faults(parent: ValidStream) -> Iterable[Row]:
     state, frame = parent.stream.states[MOVED_FRAME], parent.stream.payloads[MOVED_FRAME]
     assert state is not None
     crcs = {
-        "state-crc": (frame.state_crc ^ 1, "9.2-1 9.2-2", "a bit of a state's CRC"),
+        "state-crc": (frame.state_crc ^ 1, "9.2-1 9.2-2", "one bit of the state CRC is flipped"),
         "state-crc-of-the-codes": (
             *(zlib.crc32(state.serialize()), "9.2-1"),
-            "a CRC over all fields instead of one without codes",
+            "the state CRC covers all fields instead of all but the codes",
         ),
-        "state-crc-zero": (0, "9.2-1", "a CRC of 0 does not mean that there is none"),
+        "state-crc-zero": (0, "9.2-1", "the state CRC is 0, which does not mean that it is absent"),
     }
     for name, (crc, clauses, note) in crcs.items():
         yield (
@@ -152,7 +158,13 @@ def _list_crc_faults(parent: ValidStream) -> Iterable[Row]:
         parent.stream.head, _get_previous_state(parent), Change(make_moving_symbols(7, 99))
     )
     chunks = replace_frame_fields(parent, MOVED_FRAME, motion=other_frame.motion)
-    yield "state-of-another-frame", "9.2-1", "state-crc", chunks, "the motion of another frame"
+    yield (
+        "state-of-another-frame",
+        "9.2-1",
+        "state-crc",
+        chunks,
+        "the motion section is that of another frame",
+    )
 
 
 def _replace_canonical(parent: ValidStream, gaussians: Iterable[CodedGaussian]) -> list[Chunk]:
@@ -181,7 +193,10 @@ def _list_position_faults(parent: ValidStream) -> Iterable[Row]:
             shift_scene(-position_limit - min(values)),
             "a position of -2^23, which 24 bits could hold",
         ),
-        "position-wraps": (with_wrapped_origin, "an origin whose positions are small modulo 2^32"),
+        "position-wraps": (
+            with_wrapped_origin,
+            "an origin whose coordinate is 2^32 lattice units, which is 0 in 32 bits",
+        ),
     }
     for name, (chunks, note) in cases.items():
         yield name, "7.2-3 4.1-1", "position-range", chunks, note
@@ -204,13 +219,16 @@ def _list_gaussian_faults(parent: ValidStream) -> Iterable[Row]:
 
 _MOTION_FAULTS: dict[str, tuple[list[int], str]] = {
     "moved-beyond": ([1, 0, 0, 0, 0, 0], "a Gaussian moves just beyond the lattice"),
-    "moved-beyond-negative": ([0, -1, 0, 0, 0, 0], "a Gaussian moves below the least position"),
+    "moved-beyond-negative": (
+        [0, -1, 0, 0, 0, 0],
+        "a Gaussian moves just beyond the lattice in the negative direction",
+    ),
     "moved-far-beyond": ([0, 0, 65, 0, 0, 0], "a Gaussian moves far beyond the lattice"),
 }
 
 
 def make_motion_faults(parent: ValidStream) -> list[Vector]:
-    """Return streams whose last frame leaves the lattice; their parent ends at its edge."""
+    """Return streams whose last frame moves or adds a Gaussian outside the lattice."""
     previous = parent.stream.states[-1]
     assert previous is not None
     x_positions = [g.position[0] for g in previous.gaussians]
@@ -221,7 +239,7 @@ def make_motion_faults(parent: ValidStream) -> list[Vector]:
         _append_frame(parent, name, "7.5-1", Change(_repeat_symbols(symbols)), note)
         for name, (symbols, note) in _MOTION_FAULTS.items()
     ]
-    note = "a newborn beyond the lattice"
+    note = "a Gaussian is born just beyond the lattice"
     return [
         *vectors,
         _append_frame(parent, "newborn-beyond", "7.6-2", Change(births=(newborn_beyond,)), note),
@@ -233,7 +251,7 @@ def _repeat_symbols(symbols: list[int]) -> Callable[[int, int], list[int]]:
 
 
 def _append_frame(parent: ValidStream, name: str, clause: str, change: Change, note: str) -> Vector:
-    """Return the parent with an additional frame, which decoders must reject."""
+    """Return the parent with an additional last frame, which decoders must reject."""
     stream, previous = parent.stream, parent.stream.states[-1]
     assert previous is not None
     frame, _ = make_frame(stream.head, previous, change)

@@ -1,7 +1,7 @@
-"""Streams of chunks: adds sequence numbers, CRCs, INDX and TAIL.
+"""Builds streams from chunks: adds sequence numbers, CRCs, INDX and TAIL.
 
-A stream is a list of chunks. A fault is a replaced, added, removed or damaged chunk; the payloads
-of INDX and TAIL are computed afterwards from all chunks.
+A stream is a list of chunks. To make a fault, a chunk is replaced, added, removed or damaged; then
+INDX and TAIL are computed from all chunks.
 """
 
 import struct
@@ -43,11 +43,10 @@ class Chunk:
 
     Attributes:
         kind: Type of the chunk.
-        payload: None for INDX and TAIL, whose payloads are computed from the stream; bytes
-            override them.
+        payload: Bytes of the payload; None for an INDX or TAIL that is computed from the stream.
         sequence: Sequence number that replaces the correct one.
         flip_byte: Index of a byte whose lowest bit is flipped after the CRCs are computed.
-        skipped_numbers: Number of sequence numbers to skip before the chunk.
+        skipped_numbers: How many sequence numbers to skip before the chunk.
     """
 
     kind: bytes
@@ -180,12 +179,12 @@ class Stream:
         return [describe_state(state) for state in self.states if state is not None]
 
     def replace_frame_fields(self, number: int, **fields: Any) -> list[Chunk]:
-        """Return the chunks with changed fields in the payload of a frame."""
+        """Return the chunks, with some fields of a frame's payload replaced."""
         payload = replace(self.payloads[number], **fields).pack()
         return self.replace_chunk(self.chunk_indices[number], payload=payload)
 
     def replace_chunk(self, index: int, **fields: Any) -> list[Chunk]:
-        """Return the chunks with changed fields of the chunk at `index`."""
+        """Return the chunks, with some fields of the chunk at `index` replaced."""
         return [
             *self.chunks[:index],
             replace(self.chunks[index], **fields),
@@ -197,7 +196,7 @@ class Stream:
         return [*self.chunks[:index], *chunks, *self.chunks[index:]]
 
     def drop_chunks(self, *indices: int) -> list[Chunk]:
-        """Return the chunks except those at `indices`; sequence numbers do not change."""
+        """Return the chunks except those at `indices`; the others keep their sequence numbers."""
         return [replace(p, sequence=n) for n, p in enumerate(self.chunks) if n not in indices]
 
     def _append(

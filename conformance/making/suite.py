@@ -79,11 +79,13 @@ def _make_cuts(brief: ValidStream) -> Iterable[Vector]:
     """Yield `streams/brief` cut at every byte; these vectors are generated on demand."""
     for size in range(len(brief.layout.data)):
         name = f"damaged/cut-at-byte-{size:03}"
-        yield replace(make_cut(brief, size, name, f"the first {size} bytes"), is_stored=False)
+        yield replace(
+            make_cut(brief, size, name, f"the stream is cut after {size} bytes"), is_stored=False
+        )
 
 
 def _make_frames_beyond_limits(streams_by_name: dict[str, ValidStream]) -> list[Vector]:
-    """Return streams with a frame that exceeds a limit of a level or of ordinals."""
+    """Return streams with a frame that exceeds its level or the largest ordinal."""
     from making.streams import Chunk
 
     last_ordinals, full_level = (
@@ -101,7 +103,7 @@ def _make_frames_beyond_limits(streams_by_name: dict[str, ValidStream]) -> list[
             "7.4-2",
             last_ordinals.stream.insert_chunks(next_frame, index=next_index),
             Outcome(last_ordinals.frames, ("frame-order",)),
-            "a frame after that of ordinal 2^32 - 1",
+            "a frame after the frame with ordinal 2^32 - 1",
         ),
         make_broken_vector(
             full_level,
@@ -115,7 +117,7 @@ def _make_frames_beyond_limits(streams_by_name: dict[str, ValidStream]) -> list[
 
 
 def _add_numbers(valid_stream: ValidStream) -> Vector:
-    """Return the vector of a stream, with digests of dequantized frames if Gaussians are few."""
+    """Return the vector of a stream, with digests of dequantized frames if the stream is small."""
     states = [state for state in valid_stream.stream.states if state is not None]
     if sum(len(state.gaussians) for state in states) > 500:
         return valid_stream.vector
@@ -126,7 +128,7 @@ def _add_numbers(valid_stream: ValidStream) -> Vector:
 
 
 def _hash_numbers(head: Head, state: PlainState) -> str:
-    """Return the SHA-256 of the rows of dequantized numbers of a state, as binary32 (SPEC 10.1)."""
+    """Return the SHA-256 of the dequantized state as binary32 numbers (SPEC 10.1)."""
     steps = (
         [2.0**-head.lattice_exponent] * 3
         + [2.0**-22] * 4
@@ -141,7 +143,7 @@ def _hash_numbers(head: Head, state: PlainState) -> str:
 
 
 def _round_to_binary32(step: float) -> float:
-    """Return a step rounded to binary32, as HEAD stores it; products with codes are exact."""
+    """Return a step rounded to binary32, as HEAD stores it."""
     number: float = struct.unpack("<f", struct.pack("<f", step))[0]
     return number
 

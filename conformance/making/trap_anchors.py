@@ -29,13 +29,13 @@ def make_anchor_traps() -> list[ValidStream]:
 
 
 def one_place() -> Stream:
-    """All Gaussians at one position: every distance is a tie, and anchors follow others."""
+    """All Gaussians are at one position, so all distances tie and even anchors follow others."""
     stream = Stream(Head(sh_degree=0)).add_canonical(0, [CodedGaussian((7, 7, 7))] * 11)
     return stream.add_frame(make_distinct_motion()).add_frame(Change(make_moving_symbols(6, 1)))
 
 
 def equally_near() -> Stream:
-    """A grid around the origin: many anchors are equally near, and cells are on both sides of 0."""
+    """On a grid around the origin, many anchors are equally near, and positions have both signs."""
     grid = [CodedGaussian(place) for place in product((-1, 0, 1), repeat=3)]
     stream = Stream(Head(sh_degree=0, gaussians_per_anchor=3)).add_canonical(0, grid)
     stream.add_frame(make_distinct_motion()).add_frame(
@@ -45,7 +45,7 @@ def equally_near() -> Stream:
 
 
 def one_gaussian() -> Stream:
-    """One Gaussian: A_l is 1 at every level; then a newborn next to it."""
+    """With one Gaussian, every level has one anchor; then a Gaussian is born next to it."""
     stream = (
         Stream(Head(sh_degree=0))
         .add_canonical(0, [CodedGaussian((1, 2, 3))])
@@ -57,7 +57,7 @@ def one_gaussian() -> Stream:
 
 
 def one_anchor() -> Stream:
-    """More Gaussians per anchor than there are Gaussians."""
+    """gaussians_per_anchor exceeds the number of Gaussians, so every level has one anchor."""
     stream = Stream(Head(sh_degree=0, gaussians_per_anchor=65535))
     return (
         stream.add_canonical(0, make_cloud(5, 3, 0))
@@ -67,14 +67,14 @@ def one_anchor() -> Stream:
 
 
 def every_gaussian_an_anchor() -> Stream:
-    """M is 1 and some Gaussians share a position; A_2 is 1 because of the ratio."""
+    """Every Gaussian is an anchor of level 1, and some share a position; level 2 has one anchor."""
     stream = Stream(Head(sh_degree=0, gaussians_per_anchor=1, anchor_ratio=65535))
     stream.add_canonical(0, [*make_cloud(7, 4, 0), *make_cloud(3, 4, 0)])
     return stream.add_frame(make_distinct_motion()).add_frame(make_distinct_motion())
 
 
 def sampled_at_the_end() -> Stream:
-    """Anchors are sampled in the last frame, some of them births of the previous frame."""
+    """The last frame samples anchors from Gaussians that include births of the previous frame."""
     stream = Stream(Head(resample_interval=4, sh_degree=0)).add_canonical(0, make_cloud(9, 5, 0))
     for frame in range(1, 5):
         stream.add_frame(
@@ -84,7 +84,7 @@ def sampled_at_the_end() -> Stream:
 
 
 def phase_not_ordinal() -> Stream:
-    """Ranks are drawn by phase, which a canonical frame resets."""
+    """Random ranks depend on the phase, which a canonical frame resets, and not on the ordinal."""
     stream = (
         Stream(Head(sh_degree=0))
         .add_canonical(1000, make_cloud(13, 6, 0, limit=300))
@@ -96,7 +96,7 @@ def phase_not_ordinal() -> Stream:
 
 
 def equal_ranks() -> Stream:
-    """Two Gaussians draw the same word and one anchor is missing: it is the one of lower id."""
+    """Two Gaussians draw the same random word, and only the one with the lower id is an anchor."""
     stream = Stream(Head(sh_degree=0, seed=_TIED_SEED, gaussians_per_anchor=8))
     # Four positions: after the anchors of their cells, only one of the two ids is needed.
     stream.add_canonical(0, [CodedGaussian((40 * (i // 16), 0, 0)) for i in range(57)])

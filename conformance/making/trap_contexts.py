@@ -25,7 +25,7 @@ def make_context_traps() -> list[ValidStream]:
 
 
 def counts_are_halved() -> Stream:
-    """A context with more than 4096 bits."""
+    """A context counts more than 4096 bits, so its counts are halved."""
     stream = Stream(Head(level_count=1)).add_canonical(0, make_cloud(4, 11))
     for frame in range(2):
         stream.add_frame(
@@ -35,7 +35,7 @@ def counts_are_halved() -> Stream:
 
 
 def moving_without_symbols() -> Stream:
-    """Anchors that are coded as moving and have only symbols of 0."""
+    """Some anchors are coded as moving although all their symbols are 0."""
     stream = Stream(Head(level_count=2)).add_canonical(0, make_cloud(20, 12))
     stream.add_frame(Change(lambda _level, anchor: _ZEROS if anchor % 3 else None))
     return stream.add_frame(
@@ -44,7 +44,7 @@ def moving_without_symbols() -> Stream:
 
 
 def stillness_is_counted() -> Stream:
-    """Sections without words, whose planes are counted as well."""
+    """The planes of sections without words update the counts, too."""
     stream = Stream(Head(level_count=2)).add_canonical(0, make_cloud(30, 13, limit=300))
     for _ in range(5):
         stream.add_frame()
@@ -65,7 +65,7 @@ def canonical_forgets() -> Stream:
 
 
 def words_of_zero() -> Stream:
-    """A section whose first words are 0."""
+    """A valid section begins with zero words."""
     opacities = [16384] * 8 + [16385]
     scene = [
         CodedGaussian((i, 0, 0), codes=(-40, -40, -40, v, 0, 0, 0)) for i, v in enumerate(opacities)
@@ -74,7 +74,7 @@ def words_of_zero() -> Stream:
 
 
 def against_expectation() -> Stream:
-    """Motion that reverses in every frame and differs between the levels."""
+    """The motion reverses in every frame and differs between the anchor levels."""
     stream = Stream(Head(level_count=3, gaussians_per_anchor=1)).add_canonical(
         0, make_cloud(12, 16)
     )

@@ -32,7 +32,7 @@ def _make_corners() -> list[CodedGaussian]:
 
 
 def lattice_extremes() -> Stream:
-    """Gaussians at the corners of the lattice, with the greatest distances."""
+    """Gaussians at the corners of the lattice have the largest possible distances."""
     stream = Stream(Head(sh_degree=0, position_step=_STEP, gaussians_per_anchor=4))
     stream.add_canonical(
         0, [*_make_corners(), CodedGaussian((0, 0, 0)), CodedGaussian((_EDGE, 0, -_EDGE))]
@@ -43,7 +43,7 @@ def lattice_extremes() -> Stream:
 
 
 def lattice_edge_newborn() -> Stream:
-    """A newborn next to a Gaussian at the edge."""
+    """A Gaussian is born next to a Gaussian at the edge of the lattice."""
     head = Head(sh_degree=0, position_step=_STEP, translation_step=_STEP, level_count=1)
     return (
         Stream(head)
@@ -53,7 +53,7 @@ def lattice_edge_newborn() -> Stream:
 
 
 def nearly_equal_distances() -> Stream:
-    """Squared distances beyond 2^46 that differ by a few thousand: a tie in binary32."""
+    """Squared distances above 2^46 differ by a few thousand, and would be equal in binary32."""
     cluster_positions = [
         (-1, -y, -z) for y, z in ((9, 1), (7, 3), (8, 1), (5, 1), (4, 2), (6, 2), (9, 4))
     ]
@@ -73,7 +73,7 @@ def nearly_equal_distances() -> Stream:
 
 
 def _find_seed(positions: Sequence[Position]) -> int:
-    """Return the lowest seed for which position 0 follows the last anchor of the cluster."""
+    """Return the lowest seed with which `positions[0]` follows the last anchor of the cluster."""
     origin = [min(position[axis] for position in positions) for axis in range(3)]
     sorted_positions = sorted(positions, key=lambda position: compute_morton_key(position, origin))
     lattice_positions = [

@@ -31,7 +31,7 @@ def make_birth_and_death_traps() -> list[ValidStream]:
 
 
 def equal_opacities() -> Stream:
-    """Of Gaussians with equal opacity codes the lowest ids die, old ones before births."""
+    """Among Gaussians with equal opacity codes, those with the lowest ids die first."""
     stream = Stream(Head(sh_degree=0)).add_canonical(0, _EQUALLY_OPAQUE).add_frame(Change(deaths=3))
     births = tuple(
         CodedGaussian((0, 1, k), codes=_EQUALLY_OPAQUE[0].codes, parent=2) for k in (0, 1)
@@ -50,7 +50,7 @@ def signed_opacities() -> Stream:
 
 
 def deaths_of_newborn() -> Stream:
-    """Births die in the next frame before they are bound, with and without a sampling."""
+    """New Gaussians die in the next frame before they are bound, even if it samples anchors."""
     symbols = make_distinct_symbols()
     stream = Stream(Head(sh_degree=0, resample_interval=3)).add_canonical(0, _EQUALLY_OPAQUE)
     stream.add_frame(Change(symbols, (_FAINT_BIRTH, _BRIGHT_BIRTH))).add_frame(
@@ -65,7 +65,7 @@ def deaths_of_newborn() -> Stream:
 
 
 def newborn_bound_where_born() -> Stream:
-    """Births follow anchors at their sampled positions, by positions before the motion."""
+    """New Gaussians are bound at their positions before the motion, to anchors as sampled."""
     head = Head(sh_degree=0, resample_interval=9, gaussians_per_anchor=1)
     stream = Stream(head).add_canonical(0, _EQUALLY_OPAQUE)
 
@@ -77,7 +77,7 @@ def newborn_bound_where_born() -> Stream:
 
 
 def parents_after_deaths_and_motion() -> Stream:
-    """Parents are counted after the deaths, at their positions after the motion of this frame."""
+    """Parent indices are counted after the deaths; parent positions are those after the motion."""
     stream = Stream(Head(sh_degree=0, level_count=1, gaussians_per_anchor=1))
     stream.add_canonical(0, _EQUALLY_OPAQUE).add_frame(
         Change(make_distinct_symbols(), make_newborn([0, 3, 5], 3, 0), deaths=4)
@@ -88,7 +88,7 @@ def parents_after_deaths_and_motion() -> Stream:
 
 
 def twins() -> Stream:
-    """Equal births of one parent."""
+    """A parent has several equal births."""
     stream = Stream(Head(sh_degree=0)).add_canonical(0, _EQUALLY_OPAQUE)
     stream.add_frame(Change(births=(_FAINT_BIRTH, _FAINT_BIRTH, _FAINT_BIRTH))).add_frame(
         make_distinct_motion()
@@ -97,7 +97,7 @@ def twins() -> Stream:
 
 
 def anchors_without_gaussian() -> Stream:
-    """Anchors whose Gaussians have died still move others, and have no motion of their own."""
+    """An anchor whose Gaussian has died still moves its followers; its previous motion is 0."""
     stream = Stream(Head(sh_degree=0, resample_interval=9)).add_canonical(0, make_cloud(12, 8, 0))
     for deaths in (0, 6, 0, 3, 0):
         stream.add_frame(Change(make_distinct_symbols(), deaths=deaths))
@@ -105,7 +105,7 @@ def anchors_without_gaussian() -> Stream:
 
 
 def ids_are_not_given_again() -> Stream:
-    """The last births die, and the next newborn gets a later id."""
+    """The Gaussians with the highest ids die, but the next birth does not reuse their ids."""
     stream = (
         Stream(Head(sh_degree=0))
         .add_canonical(0, _EQUALLY_OPAQUE)

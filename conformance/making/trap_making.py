@@ -1,4 +1,4 @@
-"""Makes vectors from trap functions, and motion that traps share."""
+"""Makes vectors from trap functions, and makes motion that several traps use."""
 
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -9,7 +9,7 @@ from making.streams import Stream
 from making.vectors import ValidStream, make_valid_stream
 
 Trap = tuple[Callable[[], Stream], str]
-"""A function that returns the stream without TAIL, and the clauses.
+"""A function that returns the stream without TAIL, and the clauses that it tests.
 
 The name and the docstring of the function are the name and the description of the vector.
 """
@@ -35,7 +35,7 @@ def _make_trap(
 
 
 def make_distinct_motion(channels: int = 6) -> Change:
-    """Return a change with motion that is different for every anchor."""
+    """Return a change in which every anchor moves differently."""
     return Change(make_distinct_symbols(channels))
 
 

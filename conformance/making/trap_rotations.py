@@ -21,7 +21,7 @@ def make_rotation_traps() -> list[ValidStream]:
 
 
 def signs_of_quaternions() -> Stream:
-    """Sums with a negative w: the signs of rotations are not normalized."""
+    """Residual sums have a negative w; the sign of the resulting rotation is kept."""
     fields = {"rotation_components": 4, "rotation_unity": 1, "gaussians_per_anchor": 1}
     head = Head(sh_degree=0, level_count=1, **fields)
     stream = Stream(head).add_canonical(0, make_cloud(16, 9, 0))
@@ -31,10 +31,10 @@ def signs_of_quaternions() -> Stream:
 
 
 def sums_of_zero() -> Stream:
-    """Symbols of two levels that cancel: the rotation stays, although rounding would change it."""
+    """Symbols of two levels cancel, so the rotation stays the same, without being rounded again."""
     head = Head(sh_degree=0, level_count=2, gaussians_per_anchor=1, anchor_ratio=65535)
     symbols, opposite_symbols = [0, 0, 0, 5, -4, 3], [0, 0, 0, -5, 4, -3]
-    # Found by search: normalizing its rotated result again would change it, as for 1 in 10000.
+    # Found by search: for 1 in 10000 rotations, normalizing the rotated result again changes it.
     rounding_sensitive = CodedGaussian((0, 0, 0), (3, 131, 139, -118))
     stream = Stream(head).add_canonical(0, [*make_cloud(15, 9, 0), rounding_sensitive])
     stream.add_frame(Change(lambda level, _anchor: symbols if level == 2 else None))
@@ -43,7 +43,7 @@ def sums_of_zero() -> Stream:
 
 
 def w_alone() -> Stream:
-    """A residual of only w is also processed by the formula."""
+    """A rotation residual whose only nonzero component is w is applied like any other."""
     stream = Stream(Head(rotation_components=4, sh_degree=0, rotation_unity=3))
     stream.add_canonical(0, make_cloud(16, 9, 0))
     for w in (1, -2, 3, -4):
@@ -52,7 +52,7 @@ def w_alone() -> Stream:
 
 
 def halves() -> Stream:
-    """Components of q x d with a fraction of one half are rounded away from 0."""
+    """Halves in the components of the product q x d are rounded away from 0."""
     fields = {"rotation_bits": 14, "rotation_unity": 1, "gaussians_per_anchor": 1}
     head = Head(sh_degree=0, level_count=1, **fields)
     stream = Stream(head).add_canonical(0, _make_odd_rotations())

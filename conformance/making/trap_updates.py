@@ -48,7 +48,7 @@ def make_update_traps() -> list[ValidStream]:
 
 
 def updates_after_the_motion() -> Stream:
-    """The context of a change is the motion of this frame, not that of the previous one."""
+    """Whether a Gaussian changes is coded in the context of its motion in this frame."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     for frame in range(1, 5):
         stream.add_frame(
@@ -61,7 +61,7 @@ def updates_after_the_motion() -> Stream:
 
 
 def updates_are_no_motion() -> Stream:
-    """The expected motion of an anchor follows from motion, not from updates."""
+    """The expected motion of an anchor depends on previous motion, not on updates."""
     stream = Stream(make_update_head(sh_degree=0, gaussians_per_anchor=1)).add_canonical(0, _SCENE)
     stream.add_frame(
         Change(
@@ -73,7 +73,7 @@ def updates_are_no_motion() -> Stream:
 
 
 def updates_do_not_bind() -> Stream:
-    """A Gaussian that an update moves far away follows its anchors until the next sampling."""
+    """A Gaussian that an update moves far away keeps its anchors until the next sampling."""
     head = make_update_head(sh_degree=0, gaussians_per_anchor=2, resample_interval=3)
     stream = Stream(head).add_canonical(0, _SCENE)
     far_updates = (
@@ -89,7 +89,7 @@ def updates_do_not_bind() -> Stream:
 
 
 def updates_before_births() -> Stream:
-    """Parents are counted after Gaussians leave by updates, at their updated positions."""
+    """Parent indices are counted after updates, and parent positions are the updated ones."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     updates = (Update(0, None), Update(1, make_residuals(translation=(5, 5, 5))), Update(4, None))
     return stream.add_frame(
@@ -98,7 +98,7 @@ def updates_before_births() -> Stream:
 
 
 def updates_after_deaths() -> Stream:
-    """Updates apply to the scene without the Gaussians that died by rule."""
+    """The indices of updates are counted after the deaths."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     updates = (Update(0, make_residuals(opacity=3)), Update(6, make_residuals(sh_dc=(1, 2, 3))))
     return stream.add_frame(Change(make_distinct_symbols(), deaths=3, updates=updates)).add_frame(
@@ -107,7 +107,7 @@ def updates_after_deaths() -> Stream:
 
 
 def updates_and_the_next_deaths() -> Stream:
-    """The next deaths by rule depend on the updated opacities."""
+    """Which Gaussians die next depends on the updated opacities."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     updates = (Update(0, make_residuals(opacity=-50)), Update(9, make_residuals(opacity=50)))
     return (
@@ -118,7 +118,7 @@ def updates_and_the_next_deaths() -> Stream:
 
 
 def updates_of_newborn() -> Stream:
-    """Births have recency 0 in the next frame, in which they can be updated."""
+    """New Gaussians have recency 0 in the next frame, which can update them."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(births=make_newborn([0, 4, 9], 2, 0)))
     updates = (
@@ -141,7 +141,7 @@ def updates_without_fields_are_recent() -> Stream:
 
 
 def recency_ends_at_three() -> Stream:
-    """A change three frames ago counts like no change at all."""
+    """A change three or more frames ago counts like no change at all."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(updates=(Update(1, make_residuals(opacity=1)),)))
     for _ in range(4):
@@ -150,7 +150,7 @@ def recency_ends_at_three() -> Stream:
 
 
 def recency_of_the_frame_before() -> Stream:
-    """Whether a Gaussian leaves is coded in the context of its recency before this frame."""
+    """Whether a Gaussian is deleted is coded in the context of its recency before this frame."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(updates=tuple(Update(i, make_residuals(opacity=1)) for i in (0, 2, 4))))
     stream.add_frame(Change(updates=(Update(0, None), Update(1, None), Update(2), Update(3))))
@@ -170,7 +170,7 @@ def recency_begins_anew() -> Stream:
 
 
 def turned_by_one_unity() -> Stream:
-    """The residual is relative to rotation_unity, not to L times that."""
+    """Rotation residuals of updates are relative to rotation_unity, not to L x rotation_unity."""
     stream = Stream(make_update_head(sh_degree=0, level_count=3)).add_canonical(
         0, make_cloud(8, 90, 0)
     )
@@ -179,7 +179,7 @@ def turned_by_one_unity() -> Stream:
 
 
 def turned_on_the_right() -> Stream:
-    """A rotation is multiplied on the right, by the anchors' rotation and then the update's."""
+    """Rotations are multiplied on the right, first by that of the anchors, then by the update's."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, make_cloud(8, 91, 0))
     turns = tuple(Update(i, make_residuals(rotation=(50, -20 * i, 3 * i))) for i in range(8))
     return stream.add_frame(Change(make_distinct_symbols(), updates=turns)).add_frame(
@@ -188,7 +188,7 @@ def turned_on_the_right() -> Stream:
 
 
 def not_turned_by_nothing() -> Stream:
-    """If X, Y and Z are 0 the rotation stays, although rounding would change it."""
+    """If X, Y and Z are 0, the rotation stays the same, without being rounded again."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(
         0, [*make_cloud(5, 92, 0), _ROUNDING_SENSITIVE]
     )
@@ -204,14 +204,14 @@ def _find_rounding_sensitive(stream: Stream) -> int:
     return next(i for i, g in enumerate(state.gaussians) if g.codes[4:7] == [77, 0, 0])
 
 
-# Found by search: normalizing its rotated result again would change it, as for 1 in 10000.
+# Found by search: for 1 in 10000 rotations, normalizing the rotated result again changes it.
 _ROUNDING_SENSITIVE = CodedGaussian(
     (0, 0, 0), (3, 131, 139, -118), codes=(-40, -40, -40, 5, 77, 0, 0)
 )
 
 
 def anchors_that_leave() -> Stream:
-    """An anchor whose Gaussian left still moves its followers, with previous motion 0."""
+    """An anchor whose Gaussian was deleted still moves its followers; its previous motion is 0."""
     head = make_update_head(sh_degree=0, gaussians_per_anchor=2, resample_interval=4)
     stream = Stream(head).add_canonical(0, _SCENE).add_frame(make_distinct_motion())
     stream.add_frame(Change(make_distinct_symbols(), updates=make_leaving_updates((0, 2, 4, 6, 8))))
@@ -219,7 +219,7 @@ def anchors_that_leave() -> Stream:
 
 
 def leaving_at_a_sampling() -> Stream:
-    """Anchors are counted and sampled before Gaussians leave by updates."""
+    """Anchors are counted and sampled before updates delete Gaussians."""
     head = make_update_head(sh_degree=0, gaussians_per_anchor=2, resample_interval=1)
     stream = Stream(head).add_canonical(0, _SCENE)
     stream.add_frame(Change(make_distinct_symbols(), updates=make_leaving_updates((1, 2, 3, 4, 5))))
@@ -227,7 +227,7 @@ def leaving_at_a_sampling() -> Stream:
 
 
 def ids_after_leaving() -> Stream:
-    """Ids of Gaussians that left are not used again."""
+    """The ids of Gaussians that an update deleted are not reused."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(births=make_newborn([3, 3], 1, 0))).add_frame(
         Change(updates=make_leaving_updates((10, 11)))
@@ -238,7 +238,7 @@ def ids_after_leaving() -> Stream:
 
 
 def sums_within_a_field() -> Stream:
-    """The context of a residual is the sign of the sum within its field, not the last sign."""
+    """The context of a residual is the sign of the sum of earlier residuals in its field."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     rows = ((5, -2, 1), (-5, 2, 1), (3, -3, 2), (0, 4, -1), (1, 1, 1))
     updates = tuple(
@@ -249,7 +249,7 @@ def sums_within_a_field() -> Stream:
 
 
 def counts_of_updates_go_on() -> Stream:
-    """The counts of updates continue from frame to frame, including frames without changes."""
+    """Context counts of updates carry over to later frames, even past frames without updates."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(
         Change(updates=draw_updates(10, 11, gaussians_per_update=2, updates_per_leaving=99))

@@ -46,7 +46,7 @@ def _make_arithmetic_units() -> list[Unit]:
     return [
         Unit(
             "divide_round",
-            "nearest integer to n / d, halves away from 0",
+            "the integer nearest to n / d; halves are rounded away from 0",
             "4.2",
             [({"n": n, "d": d}, oracle.divide_round(n, d)) for n, d in quotients],
         ),
@@ -58,7 +58,7 @@ def _make_arithmetic_units() -> list[Unit]:
         ),
         Unit(
             "bit_length",
-            "the least b with v < 2^b",
+            "the smallest b with v < 2^b",
             "4.4",
             [({"v": v}, v.bit_length()) for v in lengths],
         ),
@@ -73,7 +73,7 @@ def _make_arithmetic_units() -> list[Unit]:
         ),
         Unit(
             "morton",
-            "the key of a position less the origin",
+            "the Morton key of a position relative to the origin",
             "8.5",
             [
                 ({"position": position}, compute_morton_key(position, (0, 0, 0)))
@@ -82,7 +82,7 @@ def _make_arithmetic_units() -> list[Unit]:
         ),
         Unit(
             "dequantize",
-            "code times step, as the bits of a binary32",
+            "code x step, rounded to binary32",
             "10.1-1",
             [
                 ({"code": code, "step": step}, _dequantize(code, step))
@@ -171,15 +171,15 @@ def _make_rotation_units() -> list[Unit]:
     return [
         Unit(
             "normalize",
-            "a vector of four integers, normalized with SUM_GUARD_BITS",
+            "the unit quaternion of a vector of four integers, with SUM_GUARD_BITS",
             "7.3-1",
             [({"vector": v}, oracle.normalize(v, 20)) for v in vectors]
             + [({"vector": [0] * 4}, Rejection("degenerate-rotation"))],
         ),
-        Unit("expand", "the rotation of j, a, b, c", "7.2-5 7.2-6", expand_cases),
+        Unit("expand", "the rotation expanded from j, a, b, c", "7.2-5 7.2-6", expand_cases),
         Unit(
             "turn",
-            "a rotation after residuals, given by their sums including L x W",
+            "a rotation multiplied by residuals, which are given as sums that include L x W",
             "7.5",
             turn_cases + zero_cases,
         ),
@@ -208,7 +208,7 @@ def _make_anchor_units() -> list[Unit]:
     return [
         Unit(
             "philox",
-            "four words of Philox4x32-10",
+            "the four output words of Philox4x32-10",
             "6.2",
             [
                 ({"counter": counter, "key": key}, oracle.philox(counter, key))
@@ -217,7 +217,7 @@ def _make_anchor_units() -> list[Unit]:
         ),
         Unit(
             "anchor_counts",
-            "A_1 to A_L",
+            "the numbers of anchors A_1 to A_L",
             "6.1",
             [
                 (
@@ -252,7 +252,7 @@ def _make_anchor_units() -> list[Unit]:
         ),
         Unit(
             "deaths",
-            "the indices of the Gaussians that die, ascending; ids are equal to indices",
+            "the indices of the Gaussians that die, in ascending order; ids equal indices",
             "7.4",
             [
                 (

@@ -22,7 +22,7 @@ _COUNT_UPDATES = (
     *(((1, 4095), (0, 1)), ((0, 1), (8191, 0)), ((0, 0), (8191, 8193)), ((7, 0), (0, 65536))),
 )
 _ALTERNATING_CONTEXTS = {width: [k % width for k in range(60)] for width in (2, 3)}
-"""Outer contexts that alternate, by their number."""
+"""Outer contexts of 60 values that cycle through 2 or 3 contexts."""
 _FIXED = (
     ([0, 3, 1, 2], [0, 0, 1, 0], 2),
     ([3] * 30 + [2], [0] * 31, 2),
@@ -41,7 +41,7 @@ _SIGNED = (
 
 
 def make_coding_units() -> list[Unit]:
-    """Return the known answers for entropy coding, and for integers as planes."""
+    """Return the known answers for entropy coding and for integers coded as planes."""
     return [*_make_weight_units(), *_make_bit_units()]
 
 
@@ -53,30 +53,35 @@ def _make_weight_units() -> list[Unit]:
         ({"before": list(b), "plane": [z, o]}, add_to_counts(list(b), [0] * z + [1] * o))
         for b, (z, o) in _COUNT_UPDATES
     ]
-    weight_note = "the weight of a 1, from the zeros and ones of a context"
+    weight_note = "the weight of a 1 in a context that has counted these zeros and ones"
     return [
-        Unit("weight_of_code", "the weight of a 1, from a stated code", "8.2-1", codes),
+        Unit("weight_of_code", "the weight of a 1 for a stated probability code", "8.2-1", codes),
         Unit("weight_by_counts", weight_note, "8.2", weights),
-        Unit("counts", "the zeros and ones of a context after a plane", "8.2", counts),
+        Unit(
+            "counts",
+            "the counts (zeros, ones) of a context after it has coded a plane",
+            "8.2",
+            counts,
+        ),
     ]
 
 
 def _make_bit_units() -> list[Unit]:
-    bits_note = "the bits of words, all of which must be used"
-    fixed_note = "numbers by Fixed(width) in outer contexts, from counts of 0"
-    ascending_note = "numbers by Ascending(6), from counts of 0"
+    bits_note = "the bits that words decode to; all words must be consumed"
+    fixed_note = "numbers coded by Fixed(width) in the given outer contexts; all counts start at 0"
+    ascending_note = "numbers coded by Ascending(6); all counts start at 0"
     return [
         Unit("decode_bits", bits_note, "8.3-1 8.3-2 8.3-3", _make_bit_cases()),
         Unit("fixed", fixed_note, "8.4", _make_integer_cases("fixed", _FIXED)),
         Unit(
             "unsigned",
-            "numbers by Unsigned(width), likewise",
+            "numbers coded by Unsigned(width) in the given outer contexts; all counts start at 0",
             "8.4",
             _make_integer_cases("unsigned", _UNSIGNED),
         ),
         Unit(
             "signed",
-            "numbers by Signed(width), likewise",
+            "numbers coded by Signed(width) in the given outer contexts; all counts start at 0",
             "8.4",
             _make_integer_cases("signed", _SIGNED),
         ),
@@ -178,7 +183,7 @@ def make_state_units() -> list[Unit]:
     return [
         Unit(
             "digest",
-            "CRCs and SHA-256 of a state; a row of each list is a Gaussian",
+            "the CRCs and the SHA-256 of a state; each list has one element per Gaussian",
             "9.2-1",
             cases,
         )

@@ -1,4 +1,4 @@
-"""The class of unit files, which hold known answers of a function."""
+"""Unit files, each of which holds known answers of one function."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,13 +11,13 @@ Input = dict[str, Any]
 
 @dataclass(frozen=True)
 class Unit:
-    """A function of SPEC.md with inputs and expected outputs.
+    """A function of SPEC.md, with inputs and expected outputs.
 
     Attributes:
-        function: Name of the function.
+        function: Name of the function in unit files.
         note: Description of inputs and outputs.
         clauses: Clauses of SPEC.md, or sections without clauses.
-        cases: Inputs and outputs; an output can be a rejection.
+        cases: Inputs, each with its output or with a `Rejection`.
     """
 
     function: str
@@ -26,7 +26,7 @@ class Unit:
     cases: list[tuple[Input, Any]]
 
     def as_json(self) -> dict[str, Any]:
-        """Return the content of the unit file."""
+        """Return the content of the unit file as JSON values."""
         cases = [
             {"input": _encode_numbers(unit_input), **_encode_answer(answer)}
             for unit_input, answer in self.cases
@@ -36,7 +36,7 @@ class Unit:
 
 
 class Rejection(str):
-    """A reject id, which takes the place of an output."""
+    """A reject id that is expected instead of an output."""
 
 
 def _encode_answer(answer: Any) -> dict[str, Any]:

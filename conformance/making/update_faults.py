@@ -73,7 +73,7 @@ def _list_state_faults(parent: ValidStream) -> Iterable[Row]:
     def make_chunks(*updates: Update, **changes: Any) -> list[Chunk]:
         return _replace_frame(parent, Change(updates=updates, **changes))
 
-    note = "all Gaussians leave"
+    note = "updates delete all Gaussians"
     yield (
         "updates-all-leave",
         "7.8-1",
@@ -89,13 +89,13 @@ def _list_state_faults(parent: ValidStream) -> Iterable[Row]:
         "7.8-1",
         "count",
         chunks,
-        "the Gaussians that survive the deaths leave",
+        "updates delete all Gaussians that survive the deaths",
     )
     for row, name in enumerate(_CODE_NAMES):
         i = next(i for i, g in enumerate(gaussians) if g.codes[row])
         code_change = 32767 if gaussians[i].codes[row] > 0 else -32767
         wrong_residuals = (0,) * (6 + row) + (code_change,) + (0,) * (6 - row)
-        note = f"{name} is beyond 32767 by its residual"
+        note = f"a residual makes the magnitude of {name} larger than 32767"
         chunks = make_chunks(Update(i, wrong_residuals))
         yield f"updates-{name}", "7.8-3 4.1-1", "code-range", chunks, note
     for name, rotation in {
@@ -113,13 +113,16 @@ def _list_state_faults(parent: ValidStream) -> Iterable[Row]:
             f"a rotation residual of {rotation}",
         )
     chunks = make_chunks(*make_leaving_updates((0, 5)), births=make_newborn([0, count - 2], 40))
-    note = "the index of the parent would be valid only before Gaussians left"
+    note = "the index of a parent is valid only before updates delete Gaussians"
     yield "updates-parent", "7.6-1 7.8", "parent-range", chunks, note
     frame = parent.stream.payloads[MOVED_FRAME]
     assert isinstance(frame, Frame)
     crcs = {
-        "state-crc": (frame.state_crc ^ 1, "a bit of a state's CRC"),
-        "state-crc-before": (_crc_without_updates(parent), "the CRC of the state without updates"),
+        "state-crc": (frame.state_crc ^ 1, "one bit of the state CRC is flipped"),
+        "state-crc-before": (
+            _crc_without_updates(parent),
+            "the state CRC is that of the state without updates",
+        ),
     }
     for name, (crc, note) in crcs.items():
         chunks = replace_frame_fields(parent, MOVED_FRAME, state_crc=crc)
@@ -128,7 +131,13 @@ def _list_state_faults(parent: ValidStream) -> Iterable[Row]:
         parent.stream.head, _get_previous_state(parent), Change(updates=draw_updates(12, 99))
     )
     chunks = replace_frame_fields(parent, MOVED_FRAME, updates=other_frame.updates)
-    yield "updates-of-another-frame", "9.2-1", "state-crc unconsumed-words", chunks, "other updates"
+    yield (
+        "updates-of-another-frame",
+        "9.2-1",
+        "state-crc unconsumed-words",
+        chunks,
+        "updates of another frame",
+    )
 
 
 def _crc_without_updates(parent: ValidStream) -> int:
@@ -146,20 +155,35 @@ def _list_word_faults(parent: ValidStream) -> Iterable[Row]:
         chunks = replace_frame_fields(
             parent, MOVED_FRAME, motion=(), updates=encode_stated_code(code)
         )
-        note = f"a stated code of {code}"
+        note = f"a stated probability code of {code}"
         yield f"updates-probability-{code}", "8.2-1", "bad-probability", chunks, note
     words = tuple(frame.updates or ())
     unconsumed_id = "unconsumed-words"
     word_cases = {
-        "words-end-in-zero": ((*words, 0), "invalid-words", "8.3-1", "a word of 0 after the last"),
-        "words-zero": ((0,), "invalid-words", "8.3-1", "a section of one word, which is 0"),
-        "words-left": ((7, *words), unconsumed_id, "8.3-2 8.3-3", "a word before the first"),
-        "words-left-zero": ((0, *words), unconsumed_id, "8.3-3", "a word of 0 before the first"),
+        "words-end-in-zero": (
+            (*words, 0),
+            "invalid-words",
+            "8.3-1",
+            "an extra zero word after the last word",
+        ),
+        "words-zero": ((0,), "invalid-words", "8.3-1", "the only word of the section is 0"),
+        "words-left": (
+            (7, *words),
+            unconsumed_id,
+            "8.3-2 8.3-3",
+            "an extra word before the first word",
+        ),
+        "words-left-zero": (
+            (0, *words),
+            unconsumed_id,
+            "8.3-3",
+            "an extra zero word before the first word",
+        ),
         "words-for-nothing": (
             (1,),
             unconsumed_id,
             "8.3-2",
-            "a word of zero bits, which leaves a state",
+            "a word that codes only zeros but leaves a nonzero coder state",
         ),
     }
     for name, (words_at_fault, reject_id, clauses, note) in word_cases.items():
@@ -181,7 +205,7 @@ def _list_layout_faults(parent: ValidStream) -> Iterable[Row]:
             payload_without_updates,
             "field",
             "5-1",
-            "a FRAM without the section of updates",
+            "a FRAM without the updates section",
         ),
         "shorter": (
             payload_with_updates[:-1],
@@ -193,7 +217,7 @@ def _list_layout_faults(parent: ValidStream) -> Iterable[Row]:
             payload_with_updates + b"\0",
             "trailing-data",
             "5-3",
-            "a byte after the last field",
+            "an additional byte after the last field",
         ),
         **{
             f"word-count-{name}": (
@@ -215,23 +239,23 @@ def _list_faults_without_feature(plain: ValidStream) -> Iterable[Row]:
     assert isinstance(frame, Frame)
     payload = replace(frame, updates=()).pack()
     chunks = plain.stream.replace_chunk(FRAM_CHUNK, payload=payload)
-    note = "a section of updates in a stream without FEATURE_UPDATES"
+    note = "an updates section in a stream without FEATURE_UPDATES"
     yield "updates-without-the-feature", "5-3 12-2", "trailing-data", chunks, note
 
 
 def _make_position_faults(far: ValidStream) -> Iterable[Vector]:
-    """Yield `streams/updates-far` with an additional frame whose positions leave the lattice."""
+    """Yield `streams/updates-far` with an additional frame that moves a Gaussian out of range."""
     previous = _get_previous_state(far, -1)
     positions = [g.position for g in previous.gaussians]
     step = far.stream.head.translation_step
     steps_to_edge = (8388607 - positions[0][1]) // step + 1
     cases = {
-        "beyond": ((0, steps_to_edge, 0), "a Gaussian is moved just beyond the lattice"),
+        "beyond": ((0, steps_to_edge, 0), "an update moves a Gaussian just beyond the lattice"),
         "below": (
             ((-8388607 - positions[0][0]) // step - 1, 0, 0),
-            "a Gaussian is moved below the lattice",
+            "an update moves a Gaussian beyond the lattice in the negative direction",
         ),
-        "wraps": ((0, 32767, 0), "a translation that does not fit into 32 bits"),
+        "wraps": ((0, 32767, 0), "an update moves a Gaussian far beyond the lattice"),
     }
     for name, (translation, note) in cases.items():
         change = Change(updates=(Update(0, make_residuals(translation=translation)),))
@@ -249,7 +273,7 @@ def _make_feature_faults(parent: ValidStream) -> Iterable[Vector]:
     for mask in (3, 10, 0x80000002):
         payload = replace(head, incompatible_features=mask).pack()
         chunks = parent.stream.replace_chunk(HEAD_CHUNK, payload=payload)
-        outcome, note = Outcome((), ("unsupported-feature",)), f"incompatible_features {mask:#x}"
+        outcome, note = Outcome((), ("unsupported-feature",)), f"incompatible_features is {mask:#x}"
         name = f"invalid/updates-features-{mask:x}"
         vector = make_broken_vector(parent, name, "12-2", chunks, outcome, note)
         yield replace(vector, recover=Recovery((), reject_ids=outcome.reject_ids))
@@ -264,5 +288,5 @@ def _make_damage(parent: ValidStream) -> Iterable[Vector]:
             parent, f"damaged/updates-lost-{chunk_index:02}", [chunk_index], frames_before, "a FRAM"
         )
         size = offsets[chunk_index + 1] - 12
-        note = f"cut in the payload of chunk {chunk_index}"
+        note = f"the stream is cut within the payload of chunk {chunk_index}"
         yield make_cut(parent, size, f"damaged/updates-cut-{chunk_index:02}", note)

@@ -1,4 +1,4 @@
-"""Pseudorandom updates, which fill frames with various residuals (SPEC 7.8)."""
+"""Pseudorandom updates with various residuals, for frames (SPEC 7.8)."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -15,7 +15,7 @@ FIELDS = {
     "sh-dc": range(10, 13),
 }
 REQUIRED_CAPABILITY = {"needs": "updates"}
-"""Only decoders with this capability are tested with streams of format 1.1."""
+"""Only decoders with this capability are tested with streams that contain updates."""
 
 
 def make_update_head(**fields: int) -> Head:
@@ -24,14 +24,14 @@ def make_update_head(**fields: int) -> Head:
 
 
 def make_residuals(**values_by_field: tuple[int, ...] | int) -> tuple[int, ...]:
-    """Return the 13 residuals, given the residuals of some fields; the others are 0."""
+    """Return all 13 residuals; the residuals of fields that are not given are 0."""
     return fill_fields(FIELDS, values_by_field)
 
 
 def draw_updates(
     count: int, seed: int, *, gaussians_per_update: int = 3, updates_per_leaving: int = 7
 ) -> tuple[Update, ...]:
-    """Return updates of some fields of some Gaussians; Gaussian 0 does not leave."""
+    """Return pseudorandom updates of some Gaussians; Gaussian 0 is never deleted."""
     indices = [i for i in range(count) if hash_numbers(seed, i) % gaussians_per_update == 0]
     return tuple(_draw_update(i, seed, updates_per_leaving) for i in indices)
 
@@ -52,5 +52,5 @@ def make_equal_updates(count: int, residuals: tuple[int, ...]) -> tuple[Update, 
 
 
 def make_leaving_updates(indices: Iterable[int]) -> tuple[Update, ...]:
-    """Return updates by which the Gaussians at `indices` leave."""
+    """Return updates that delete the Gaussians at `indices`."""
     return tuple(Update(i, None) for i in indices)

@@ -1,4 +1,4 @@
-"""streams/: updates; each stream has one feature (SPEC 7.8, 8.8)."""
+"""streams/: updates; each stream tests one feature (SPEC 7.8, 8.8)."""
 
 from typing import Any
 
@@ -37,7 +37,7 @@ def make_update_streams() -> list[ValidStream]:
 
 
 def make_updates_journey() -> ValidStream:
-    """Return the stream that faults in updates patch: frames 0 to 8, canonical 0, 3 and 6, INDX."""
+    """Return the parent of update faults; of its frames 0 to 8, frames 0, 3 and 6 are canonical."""
     head = make_update_head(rotation_components=4, sh_degree=1, level_count=2)
     stream = Stream(head).add_chunk(b"came", pack_cameras(pack_camera()))
     for frame in (0, 3, 6):
@@ -60,7 +60,7 @@ def make_updates_journey() -> ValidStream:
     stream.finish(index=True)
     without_seek = _make_valid("journey", "the parent of faults", "", stream)
     seek = tuple((f, Outcome(without_seek.frames[f:])) for f in range(1, 9))
-    note = "canonical frames 0, 3 and 6, motion, updates, births, deaths, index"
+    note = "canonical frames 0, 3 and 6, motion, updates, births, deaths, INDX"
     return _make_valid("journey", note, "11.2-1 8.8", stream, seek=seek, grow=True)
 
 
@@ -78,7 +78,7 @@ def _count_gaussians(stream: Stream) -> int:
 
 
 def _append_frames(stream: Stream, frames: int, seed: int) -> Stream:
-    """Append a number of frames with motion and updates, and end the stream."""
+    """Append `frames` frames with motion and updates, and finish the stream."""
     channels = 3 + stream.head.rotation_components
     for frame in range(1, frames + 1):
         updates = draw_updates(_count_gaussians(stream), seed + frame)
@@ -98,14 +98,16 @@ def _make_field_streams() -> list[ValidStream]:
             indices = range(0, 10, 1 + frame % 2)
             updates = tuple(Update(i, tuple(r)) for i, r in zip(indices, random_rows, strict=True))
             stream.add_frame(Change(make_moving_symbols(6, frame), updates=updates))
-        streams.append(_make_valid(name, f"updates of {name} alone", "7.8 8.8", stream.finish()))
+        streams.append(
+            _make_valid(name, f"updates that change only {name}", "7.8 8.8", stream.finish())
+        )
     all_stream = Stream(make_update_head()).add_canonical(0, make_cloud(10, 36))
     rows = tuple(range(-6, 7))
     all_stream.add_frame(
         Change(make_moving_symbols(6, 1), updates=make_equal_updates(10, rows))
     ).finish()
     streams.append(
-        _make_valid("of-all", "the same update of every Gaussian", "7.8 8.8", all_stream)
+        _make_valid("of-all", "the same update for every Gaussian", "7.8 8.8", all_stream)
     )
     return streams
 
@@ -137,16 +139,18 @@ def _make_extreme_streams() -> list[ValidStream]:
         Change(updates=(Update(0, (0,) * 6 + increase), Update(2, (0,) * 6 + decrease)))
     ).finish()
     streams = [
-        _make_valid("far", "translations across the lattice", "7.8-2", far_stream),
+        _make_valid(
+            "far", "updates that move a Gaussian across the whole lattice", "7.8-2", far_stream
+        ),
         _make_valid(
             "edge",
-            "updates up to the edge of the lattice",
+            "updates that move a Gaussian to the edge of the lattice",
             "7.8-2",
             append_frame_at_edge(edge_stream),
         ),
         _make_valid(
             "extreme-codes",
-            "codes from one end of their range to the other",
+            "updates that move codes from one end of their range to the other",
             "7.8-3",
             extreme_stream,
         ),
@@ -165,7 +169,7 @@ def _make_extreme_streams() -> list[ValidStream]:
 
 
 def append_frame_at_edge(stream: Stream) -> Stream:
-    """Append a frame that moves a Gaussian back from the edge, and end the stream."""
+    """Append a frame that moves a Gaussian back from the edge, and finish the stream."""
     return stream.add_frame(
         Change(updates=(Update(0, make_residuals(translation=(-3, 3, 0))),))
     ).finish()
@@ -173,13 +177,21 @@ def append_frame_at_edge(stream: Stream) -> Stream:
 
 def _make_header_streams() -> list[ValidStream]:
     rows: list[tuple[str, str, dict[str, int]]] = [
-        *((f"levels-{n}", f"{n} levels of anchors", {"level_count": n}) for n in (1, 2, 3)),
-        *((f"resample-{n}", f"sampling every {n}", {"resample_interval": n}) for n in (1, 3)),
-        *((f"full-crc-{n}", f"a CRC of all every {n}", {"full_crc_interval": n}) for n in (1, 3)),
-        ("rotation-w", "rotation residuals of anchors have w", {"rotation_components": 4}),
+        *((f"levels-{n}", f"level_count is {n}", {"level_count": n}) for n in (1, 2, 3)),
+        *((f"resample-{n}", f"resample_interval is {n}", {"resample_interval": n}) for n in (1, 3)),
+        *((f"full-crc-{n}", f"full_crc_interval is {n}", {"full_crc_interval": n}) for n in (1, 3)),
+        (
+            "rotation-w",
+            "rotation residuals of anchors with a w component",
+            {"rotation_components": 4},
+        ),
         ("all-anchors", "every Gaussian is an anchor", {"gaussians_per_anchor": 1}),
-        ("sh-degree-0", "Gaussians of 7 codes", {"sh_degree": 0}),
-        ("minor-0", "version_minor 0: only the feature bit counts", {"version_minor": 0}),
+        ("sh-degree-0", "Gaussians without SH rest (7 codes)", {"sh_degree": 0}),
+        (
+            "minor-0",
+            "version_minor is 0; the feature bit alone enables updates",
+            {"version_minor": 0},
+        ),
         ("minor-9", "a later minor version", {"version_minor": 9}),
     ]
     streams = []
@@ -234,8 +246,8 @@ def _make_leaving_streams() -> list[ValidStream]:
             )
             segment_stream.add_frame(change)
     return [
-        _make_valid("leaving", "Gaussians leave by updates", "7.8-1", leaving_stream.finish()),
-        _make_valid("last-one", "all Gaussians but one leave", "7.8-1", last_stream),
+        _make_valid("leaving", "updates delete Gaussians", "7.8-1", leaving_stream.finish()),
+        _make_valid("last-one", "updates delete all Gaussians but one", "7.8-1", last_stream),
         _make_valid(
             "births-and-deaths",
             "updates, births, deaths",
@@ -243,7 +255,10 @@ def _make_leaving_streams() -> list[ValidStream]:
             mixed_stream.finish(),
         ),
         _make_valid(
-            "segments", "counts and recency are reset", "7.8 8.2", segment_stream.finish(index=True)
+            "segments",
+            "a canonical frame resets counts and recency",
+            "7.8 8.2",
+            segment_stream.finish(index=True),
         ),
     ]
 
@@ -289,16 +304,20 @@ def _make_plane_streams() -> list[ValidStream]:
         updates = tuple(Update(i, make_residuals(opacity=frame - 4)) for i in indices)
         recency_stream.add_frame(Change(make_moving_symbols(6, frame // 2), updates=updates))
     return [
-        _make_valid("none", "a stream with updates whose frames have none", "8.8", empty_stream),
+        _make_valid(
+            "none", "FEATURE_UPDATES is set, but no frame has updates", "8.8", empty_stream
+        ),
         _make_valid(
             "without-fields",
-            "changes without a field, fields without a change",
+            "updates without changed fields, and changed fields with residuals of only 0",
             "8.8",
             unchanged_stream,
         ),
         _make_valid(
             "stated", "every context states a probability", "8.2-1 8.8", stated_stream.finish()
         ),
-        _make_valid("wide", "residuals of all sizes", "8.8 8.4", wide_stream.finish()),
-        _make_valid("recent", "recency of every value", "7.8 8.8", recency_stream.finish()),
+        _make_valid("wide", "residuals of many magnitudes", "8.8 8.4", wide_stream.finish()),
+        _make_valid(
+            "recent", "Gaussians with every value of recency", "7.8 8.8", recency_stream.finish()
+        ),
     ]

@@ -1,4 +1,4 @@
-"""streams/: valid streams, each of which has one feature."""
+"""streams/: valid streams, each of which tests one feature."""
 
 from making.changes import Change, CodedGaussian
 from making.motion_streams import make_births_and_deaths, make_motion_streams
@@ -20,7 +20,7 @@ _CAMERA = pack_camera()
 
 
 def make_journey() -> ValidStream:
-    """Return the parent of most faults: canonical frames 0, 3 and 6, ancillary chunks, INDX."""
+    """Return the parent of most faults; frames 0, 3 and 6 of its 9 frames are canonical."""
     head = Head(rotation_components=4, rotation_unity=1, sh_degree=1, level_count=2)
     stream = Stream(head).add_chunk(b"came", pack_cameras(_CAMERA))
     for frame in (0, 3, 6):
@@ -38,7 +38,7 @@ def make_journey() -> ValidStream:
         "streams/journey", "a little of everything; the parent of most faults", "", stream
     )
     seek = tuple((f, Outcome(without_seek.frames[f:])) for f in range(1, 9))
-    note = "canonical frames 0, 3 and 6, motion, births, deaths, ancillary chunks, index"
+    note = "canonical frames 0, 3 and 6, motion, births, deaths, ancillary chunks, INDX"
     return make_valid_stream(
         "streams/journey", note, "1-1 1-2 11.2-1", stream, seek=seek, grow=True
     )
@@ -50,7 +50,7 @@ def make_brief() -> ValidStream:
     stream.add_frame(Change(select_symbols((1, 0, [1, 0, 0, 0, 0, 2]))))
     stream.add_frame(Change(select_symbols((1, 0, [0, -1, 0, 0, 0, 0])))).finish()
     return make_valid_stream(
-        "streams/brief", "three frames of one Gaussian, no index", "7.1 6.1", stream
+        "streams/brief", "three frames of one Gaussian, without INDX", "7.1 6.1", stream
     )
 
 
@@ -104,7 +104,7 @@ def _make_metadata() -> ValidStream:
     stream.add_chunk(b"came", pack_cameras(_CAMERA, _CAMERA)).add_canonical(0, make_cloud(3))
     stream.add_chunk(b"meta", meta).add_chunk(b"came", pack_cameras()).add_frame()
     stream.add_chunk(b"came", pack_cameras(_CAMERA)).add_chunk(b"meta", meta).finish()
-    note = "`came` and `meta` anywhere and more than once, U+0000, an empty key"
+    note = "several `came` and `meta` in different places; U+0000 and an empty key in `meta`"
     return make_valid_stream("streams/cameras-and-metadata", note, "5-4", stream)
 
 
@@ -161,7 +161,7 @@ def _make_ordinals() -> list[ValidStream]:
     )
     name, note = (
         "streams/canonical-after-canonical",
-        "two canonical frames in a row, from ordinal 7 on",
+        "two consecutive canonical frames; the first ordinal is 7",
     )
     return [
         make_valid_stream(
@@ -193,7 +193,7 @@ def _make_field_extremes() -> list[ValidStream]:
         _make_still(**_MAXIMUM_FIELDS).add_frame().finish(),
         _make_minimum_fields(),
     )
-    note = "minimum values of fields of HEAD; a subnormal step; meters_per_unit -0"
+    note = "minimum values of fields of HEAD, including subnormal steps and meters_per_unit -0"
     return [
         make_valid_stream(
             "streams/largest-fields", "maximum values of fields of HEAD", "5-3", maximum_stream
@@ -224,35 +224,38 @@ def _make_scenes() -> list[ValidStream]:
     rotated = [CodedGaussian((i, i, 0), (i % 4, *c)) for i, c in enumerate(_ROTATIONS)]
     return [
         make_valid_stream(
-            "streams/sh-degree-0", "Gaussians of 7 codes", "7.1", _make_still(sh_degree=0).finish()
+            "streams/sh-degree-0",
+            "Gaussians without SH rest (7 codes)",
+            "7.1",
+            _make_still(sh_degree=0).finish(),
         ),
         make_valid_stream(
             "streams/sh-rest",
-            "SH rest of many magnitudes, which use all classes of contexts",
+            "SH rest codes of many magnitudes, which use all context classes",
             "8.5",
             Stream(Head()).add_canonical(0, _make_sh_rest_scene()).finish(),
         ),
         make_valid_stream(
             "streams/one-place",
-            "axis_bits 0: all Gaussians at one position",
+            "all Gaussians are at one position, so axis_bits is 0",
             "8.5-1",
             Stream(Head()).add_canonical(0, one_position).finish(),
         ),
         make_valid_stream(
             "streams/wide-box",
-            "axis_bits 20: the widest box, position_step 1",
+            "the widest box of positions (axis_bits 20, position_step 1)",
             "8.5-1 7.2-3",
             Stream(Head(position_step=1)).add_canonical(0, far_corners).finish(),
         ),
         make_valid_stream(
             "streams/extreme-codes",
-            "codes of the greatest magnitude",
+            "codes of the largest magnitude",
             "7.2-4",
             Stream(Head()).add_canonical(0, extreme_codes).finish(),
         ),
         make_valid_stream(
             "streams/rotations",
-            "indices j that are not the largest component's, components at their limit",
+            "rotations with a j that is not the largest component, and components at their limit",
             "7.2-5 7.2-6",
             Stream(Head()).add_canonical(0, rotated).finish(),
         ),
@@ -279,7 +282,7 @@ def _make_scenes() -> list[ValidStream]:
         ),
         make_valid_stream(
             "streams/roomy-box",
-            "axis_bits and origin larger than the positions need",
+            "axis_bits and the distance of the origin are larger than needed",
             "8.5-1",
             Stream(Head())
             .add_canonical(0, make_cloud(5), origin=(-90, -80, -70), axis_bits=19)

@@ -17,7 +17,7 @@ class Outcome:
     Attributes:
         frames: Frames that a decoder must print; it must not print others.
         reject_ids: Allowed reject ids; empty if the stream can be decoded to its end.
-        may_decline: Whether a decoder may decline the stream, which has the unlimited level.
+        may_decline: Whether a decoder may decline the stream; true only at the unlimited level.
     """
 
     frames: Frames
@@ -25,7 +25,7 @@ class Outcome:
     may_decline: bool = False
 
     def as_json(self) -> dict[str, Any]:
-        """Return the entry in the manifest."""
+        """Return the JSON value that represents this in the manifest."""
         frames = [[f.frame, f.gaussians, f.sha256] for f in self.frames]
         entry: dict[str, Any] = {"frames": frames}
         if self.reject_ids:
@@ -35,7 +35,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Gap:
-    """The expected report of a recovering decoder (SPEC 11.4)."""
+    """A gap that a recovering decoder must report (SPEC 11.4)."""
 
     offset: int
     byte_count: int
@@ -43,7 +43,7 @@ class Gap:
     frames_lost: int | None
 
     def as_json(self) -> dict[str, Any]:
-        """Return the entry in the manifest."""
+        """Return the JSON value that represents this in the manifest."""
         lost_entry = {"frames_lost": self.frames_lost}
         return {
             "offset": self.offset,
@@ -61,7 +61,7 @@ class Recovery:
     reject_ids: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
-        """Return the entry in the manifest."""
+        """Return the JSON value that represents this in the manifest."""
         return Outcome(self.frames, self.reject_ids).as_json() | {
             "gaps": [g.as_json() for g in self.gaps]
         }
@@ -69,7 +69,7 @@ class Recovery:
 
 @dataclass(frozen=True)
 class Splice:
-    """A change of a parent: `removed_bytes` bytes at `offset` become `count` times `inserted`."""
+    """A change to a parent: `count` copies of `inserted` replace `removed_bytes` at `offset`."""
 
     offset: int
     removed_bytes: int
@@ -77,7 +77,7 @@ class Splice:
     count: int = 1
 
     def as_json(self) -> dict[str, Any]:
-        """Return the entry in the manifest."""
+        """Return the JSON value that represents this in the manifest."""
         entry = {"at": self.offset, "remove": self.removed_bytes, "insert": self.inserted.hex()}
         return entry | ({"count": self.count} if self.count > 1 else {})
 
@@ -92,8 +92,8 @@ class Vector:
         clauses: Numbers of the tested clauses of SPEC.md.
         data: Bytes of the stream.
         decode: Expected output of decoding from the start; None if this is not tested.
-        recover: Expected output with recovery.
-        seek: Frames to seek to, with the expected output from there on.
+        recover: Expected output with recovery; None if this is not tested.
+        seek: Ordinals of frames to seek to, with the expected output from there on.
         grow: Whether the stream is also fed to the decoder chunk by chunk.
         parent: Vector of the valid stream that this one patches.
         is_stored: Whether the stream is a file; otherwise it is generated from its parent.
@@ -122,7 +122,7 @@ class Vector:
         return f"{self.name}.quarc"
 
     def as_json(self) -> dict[str, Any]:
-        """Return the entry of the manifest."""
+        """Return the vector's entry in the manifest."""
         entry: dict[str, Any] = {
             "name": self.name,
             "note": self.note,
@@ -148,7 +148,7 @@ class Vector:
 
 
 def find_splices(parent: bytes, child: bytes) -> tuple[Splice, ...]:
-    """Return splices that turn a parent into a child; a single one if their sizes differ."""
+    """Return splices that turn the parent into the child; only one if their sizes differ."""
     if len(parent) == len(child):
         return tuple(_find_runs(parent, child))
     min_size = min(len(parent), len(child))
@@ -179,7 +179,7 @@ class ValidStream:
 
     @property
     def frames(self) -> list[DecodedFrame]:
-        """The expected output for its frames."""
+        """The expected output for each frame."""
         return list(self.vector.decode.frames) if self.vector.decode else []
 
 
@@ -205,6 +205,6 @@ def make_broken_vector(
     outcome: Outcome,
     note: str,
 ) -> Vector:
-    """Return a patch of a valid stream, which must be rejected."""
+    """Return a vector that is stored as a patch of a valid stream."""
     data = stream if isinstance(stream, bytes) else assemble(stream).data
     return Vector(name, note, tuple(clauses.split()), data, outcome, parent=parent.vector)

@@ -14,10 +14,20 @@ from plain import planes
 
 _HALF_WEIGHT, _STATED_WEIGHT = 1 << 23, 1 << 18
 _DIFFERENCES: tuple[tuple[str, str, list[int], str], ...] = (
-    ("difference-beyond", "8.4-1", [(1 << 60) + 1], "a difference of keys beyond 2^60"),
-    ("difference-greatest", "8.4-1", [(1 << 63) - 1], "the largest number of Unsigned(6)"),
+    ("difference-beyond", "8.4-1", [(1 << 60) + 1], "a difference of keys above 2^60"),
+    (
+        "difference-greatest",
+        "8.4-1",
+        [(1 << 63) - 1],
+        "the largest difference that Unsigned(6) can code",
+    ),
     ("difference-wraps", "8.4-1 4.1-1", [1 << 62] * 4, "differences with a sum of 0 modulo 2^64"),
-    ("keys-add-up", "8.5-1", [1 << 59] * 3, "differences of which only the sum is outside the box"),
+    (
+        "keys-add-up",
+        "8.5-1",
+        [1 << 59] * 3,
+        "differences that are inside the box but whose sum is not",
+    ),
     ("keys-first-outside", "8.5-1", [1 << 60], "the first key is 2^60"),
 )
 
@@ -26,15 +36,33 @@ def list_word_faults(parent: ValidStream) -> Iterable[Row]:
     """Yield frames with wrong words in the section of motion or births."""
     frame = parent.stream.payloads[MOVED_FRAME]
     assert isinstance(frame, Frame)
-    for code, note in ((240, "the first undefined code"), (255, "a code of all ones")):
+    for code, note in (
+        (240, "a stated probability code of 240, the first undefined one"),
+        (255, "a stated probability code of 255"),
+    ):
         chunks = replace_frame_fields(parent, MOVED_FRAME, motion=encode_stated_code(code))
         yield f"probability-{code}", "8.2-1", "bad-probability", chunks, note
     words, unconsumed_id = tuple(frame.motion), "unconsumed-words"
     word_cases = {
-        "words-end-in-zero": ((*words, 0), "invalid-words", "8.3-1", "a word of 0 after the last"),
-        "words-zero": ((0,), "invalid-words", "8.3-1", "a section of one word, which is 0"),
-        "words-left": ((7, *words), unconsumed_id, "8.3-2 8.3-3", "a word before the first"),
-        "words-left-zero": ((0, *words), unconsumed_id, "8.3-3", "a word of 0 before the first"),
+        "words-end-in-zero": (
+            (*words, 0),
+            "invalid-words",
+            "8.3-1",
+            "an extra zero word after the last word",
+        ),
+        "words-zero": ((0,), "invalid-words", "8.3-1", "the only word of the section is 0"),
+        "words-left": (
+            (7, *words),
+            unconsumed_id,
+            "8.3-2 8.3-3",
+            "an extra word before the first word",
+        ),
+        "words-left-zero": (
+            (0, *words),
+            unconsumed_id,
+            "8.3-3",
+            "an extra zero word before the first word",
+        ),
     }
     for name, (motion_words, reject_id, clauses, note) in word_cases.items():
         yield (
@@ -46,20 +74,20 @@ def list_word_faults(parent: ValidStream) -> Iterable[Row]:
         )
     with_birth_words, note = (
         replace_frame_fields(parent, MOVED_FRAME, births=(1,)),
-        "a word in a section without planes",
+        "a births section with one word in a frame without births",
     )
     yield "words-of-no-births", "8.3-2", unconsumed_id, with_birth_words, note
-    note = "words without motion that leave a state"
+    note = "motion words that code only zeros but leave a nonzero coder state"
     yield "words-after-stillness", "8.3-2", unconsumed_id, _replace_motion_words(parent), note
 
 
 def list_key_faults(parent: ValidStream) -> Iterable[Row]:
-    """Yield canonical frames whose keys are outside their box."""
+    """Yield canonical frames with Morton keys outside their box."""
     canonical = parent.stream.payloads[3]
     assert isinstance(canonical, Canonical)
     boxes = {
         "keys-beyond-box": (canonical.axis_bits - 1, "a position outside its box"),
-        "keys-in-no-box": (0, "different positions in a box of one position"),
+        "keys-in-no-box": (0, "several positions although the box holds only one"),
     }
     for name, (bits, note) in boxes.items():
         yield name, "8.5-1", "symbol-range", replace_frame_fields(parent, 3, axis_bits=bits), note
@@ -71,7 +99,7 @@ def list_key_faults(parent: ValidStream) -> Iterable[Row]:
 
 
 def _replace_motion_words(parent: ValidStream) -> list[Chunk]:
-    """Return chunks whose motion codes only zeros, with a final coder state that is not 0."""
+    """Return chunks with motion words that code only zeros but leave a nonzero coder state."""
     previous = parent.stream.states[MOVED_FRAME - 1]
     assert previous is not None
     frame, _ = make_frame(parent.stream.head, previous, Change())
@@ -79,13 +107,13 @@ def _replace_motion_words(parent: ValidStream) -> list[Chunk]:
 
 
 def encode_stated_code(code: int) -> list[int]:
-    """Return the words of a first plane with one context and a stated probability."""
+    """Return words that state a probability code for the only context of the first plane."""
     bits = [1, *(code >> place & 1 for place in reversed(range(8)))]
     return encode(zip(bits, [_STATED_WEIGHT] + [_HALF_WEIGHT] * 8, strict=True))
 
 
 def _encode_keys(values: list[int]) -> list[int]:
-    """Return the words of values that are coded by Unsigned(6), with counts that begin at 0."""
+    """Return the words that code values by Unsigned(6), with counts that start at 0."""
     section = WritingSection("positions", Planes(unsigned(values, 6)), {})
     planes.unsigned(section, "keys", [0] * len(values), 6)
     section.close()

@@ -14,7 +14,7 @@ from plain.planes import PlainSection
 WEIGHT_TOTAL = 1 << 24
 Bits = list[int]
 StateCode = Callable[[str, int, int, int], int | None]
-"""Returns the code to state, or None, given the model, context, zeros and ones of a plane."""
+"""Function of (model, context, zeros, ones) that returns the probability code to state, or None."""
 
 
 def encode(bits: Iterable[tuple[int, int]]) -> list[int]:
@@ -34,11 +34,11 @@ def encode(bits: Iterable[tuple[int, int]]) -> list[int]:
 
 @dataclass
 class Planes:
-    """The bits of every plane of a section, and the stated codes.
+    """The bits of every plane of a section, and the probability codes to state.
 
     Attributes:
         bits: Bits of each plane, in the order of the planes.
-        state_code: Returns the code to state for a context, or None.
+        state_code: Function that returns the probability code to state for a context, or None.
     """
 
     bits: list[Bits]
@@ -46,7 +46,7 @@ class Planes:
 
 
 class WritingSection(PlainSection):
-    """A section that returns bits known in advance, and encodes them into words."""
+    """A section whose bits are known in advance; reading it encodes them into words."""
 
     def __init__(
         self, title: str, planes: Planes, counts: dict[tuple[str, int], list[int]]
@@ -95,30 +95,30 @@ class WritingSection(PlainSection):
 
 
 def fixed(values: Sequence[int], width: int) -> list[Bits]:
-    """Return the planes of Fixed (SPEC 8.4)."""
+    """Return the planes that code `values` by Fixed (SPEC 8.4)."""
     return [[v >> place & 1 for v in values] for place in reversed(range(width))]
 
 
 def unsigned(values: Sequence[int], width: int) -> list[Bits]:
-    """Return the planes of Unsigned (SPEC 8.4)."""
+    """Return the planes that code `values` by Unsigned (SPEC 8.4)."""
     return fixed([v.bit_length() for v in values], width) + _mantissas(values)
 
 
 def signed(values: Sequence[int], width: int = 4) -> list[Bits]:
-    """Return the planes of Signed (SPEC 8.4)."""
+    """Return the planes that code `values` by Signed (SPEC 8.4)."""
     sizes = [abs(v) for v in values]
     signs = [int(v < 0) for v in values if v]
     return [*fixed([v.bit_length() for v in sizes], width), signs, *_mantissas(sizes)]
 
 
 def ascending(values: Sequence[int], width: int = 6) -> list[Bits]:
-    """Return the planes of Ascending (SPEC 8.4)."""
+    """Return the planes that code `values` by Ascending (SPEC 8.4)."""
     steps = [v - previous for v, previous in zip(values, [0, *values], strict=False)]
     return unsigned(steps, width)
 
 
 def rows(*values: Sequence[int]) -> list[Bits]:
-    """Return the planes of rows of signed numbers (SPEC 8.5)."""
+    """Return the planes that code rows of signed numbers (SPEC 8.5)."""
     return signed([v for row in values for v in row])
 
 

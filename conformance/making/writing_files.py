@@ -18,7 +18,7 @@ def list_differing(files: dict[str, bytes], root: Path) -> list[str]:
 
 
 def write_files(files: dict[str, bytes], names: list[str], root: Path) -> None:
-    """Write the files of the suite, and delete all other files of its folder."""
+    """Write the named files, and delete those that do not belong to the suite."""
     for name in names:
         path = root / name
         if name not in files:
