@@ -1,10 +1,10 @@
-"""Measures the decoding of small streams that reach the limits of their level.
+"""Measures the time and memory of decoding small streams that reach the limits of their level.
 
     python benchmarks/hostile_bombs.py [--engine reference] [--json]
 
-A level limits the number of Gaussians and births, but the size of a stream does not, because a bit
-can cost almost nothing. Each stream is decoded in a separate process; times are processor time,
-after loading and compiling.
+The conformance level of a stream limits its numbers of Gaussians and births. Its size does not,
+because a coded bit can cost almost nothing. Each stream is decoded in a separate process; times are
+processor times, without those of loading and compiling code.
 """
 
 import argparse
@@ -48,7 +48,7 @@ def _place_on_a_sphere(count: int) -> Int64:
 
 
 def _place_half_in_a_corner(count: int) -> Int64:
-    """Return positions: half of them far apart, in many cells, and half in a single cell."""
+    """Return positions, half of them spread over many cells and half of them in a single cell."""
     rng = np.random.default_rng(0)
     points = rng.integers(0, _EXTENT, (3, count))
     points[:, count // 2 :] = rng.integers(0, 64, (3, count - count // 2))
@@ -67,7 +67,7 @@ def build_stream(level: int, arrangement: str, *, has_births: bool) -> bytes:
 
     Args:
         level: Conformance level of the stream.
-        arrangement: Arrangement of the Gaussians; one of `_ARRANGEMENTS`.
+        arrangement: Arrangement of the Gaussians; a key of `_ARRANGEMENTS`.
         has_births: Whether each frame has the maximum number of births.
     """
     births = LEVELS[level].births if has_births else 0
@@ -97,7 +97,7 @@ def _make_gaussians(header: StreamHeader, positions: Int64) -> Gaussians:
 
 
 def measure(path: Path, engine: str) -> dict[str, float | None]:
-    """Decode a stream in this process; return the seconds of its slowest frame and peak memory."""
+    """Decode a stream; return the time of its slowest frame in seconds, and the peak memory."""
     with use_engine(engine):
         list(decode(_WARM_UP_STREAM.read_bytes()))
         times = [time.process_time()]
@@ -117,7 +117,7 @@ def main() -> None:
     parser.add_argument("--engine", choices=(FAST, REFERENCE), default=FAST)
     parser.add_argument("--out", type=Path, default=Path("out/bombs"), metavar="DIR")
     parser.add_argument("--json", action="store_true", help="print JSON")
-    parser.add_argument("--measure", type=Path, metavar="FILE", help="measure one stream alone")
+    parser.add_argument("--measure", type=Path, metavar="FILE", help="measure only this stream")
     arguments = parser.parse_args()
     if arguments.measure:
         print(json.dumps(measure(arguments.measure, arguments.engine)))
@@ -133,7 +133,7 @@ def main() -> None:
 
 def _list_rows(folder: Path, engine: str) -> Iterator[dict[str, object]]:
     for level, arrangement, has_births in product(_LEVELS, _ARRANGEMENTS, (False, True)):
-        path = folder / f"{level} {arrangement}{' and newborn' * has_births}.quarc"
+        path = folder / f"{level} {arrangement}{' with births' * has_births}.quarc"
         if not path.exists():
             path.write_bytes(build_stream(level, arrangement, has_births=has_births))
         size = path.stat().st_size

@@ -1,12 +1,12 @@
-"""Measures picture quality over captures, held-out sets and seeds, to resolve 0.2 dB.
+"""Measures picture quality over captures, held-out sets and seeds; resolves 0.2 dB.
 
     python benchmarks/quality.py --out DIR [--real DIR] [--still DIR] [--variants A,B] [--frames N]
                                  [--seeds N] [--preset P] [--set KEY=VALUE] [--lpips WEIGHTS]
                                  [--workers N | --ray ADDRESS]
     python benchmarks/quality.py --out DIR --against OTHER
 
-Writes tables, CSV, JSON and a plot into DIR. Rows and streams are kept there, so that an
-interrupted run resumes. The second form compares two finished studies.
+The first form writes tables, CSV, JSON and a plot into DIR. It also keeps rows and streams there,
+so that an interrupted run can be resumed. The second form compares two finished studies.
 """
 
 import sys

@@ -1,8 +1,8 @@
 """Caches the machine code of this package's numba kernels on disk.
 
-The renderer and the synthetic scene have kernels; the decoder has none. The cache holds
-the code of each kernel that Python calls, including the kernels called from there. It is
-valid until any kernel of the package changes.
+The renderer and the synthetic scene use kernels; the decoder uses none. The cache contains the code
+of each kernel that Python calls, and of the kernels that this kernel calls. It is valid until any
+kernel of the package changes.
 """
 
 import hashlib
@@ -20,7 +20,7 @@ __all__ = ["cached_njit", "numba"]
 
 @contextmanager
 def _hide_module(module: str) -> Iterator[None]:
-    """Make a module appear missing to later imports, unless it has been imported already."""
+    """Within the block, make imports of a module fail, unless it has been imported already."""
     if module in sys.modules:
         yield
         return
@@ -31,17 +31,17 @@ def _hide_module(module: str) -> Iterator[None]:
         del sys.modules[module]
 
 
-with _hide_module("coverage"):  # numba's search for coverage is as slow as loading a kernel
+with _hide_module("coverage"):  # importing coverage takes as long as loading a kernel
     import numba
     from numba.core.caching import FunctionCache
     from numba.core.runtime.nrt import rtsys
 
 
 def _import_without_blas() -> None:
-    """Import the modules that most kernels use, but avoid the slow import of `scipy.linalg`.
+    """Import the modules that most kernels use, without the slow import of `scipy.linalg`.
 
-    numba imports SciPy's BLAS to check that it exists, and again when a kernel uses it. No kernel
-    of this package uses BLAS, so an empty module replaces it during the import.
+    numba imports SciPy's BLAS to check that BLAS exists, and again when a kernel uses it. No kernel
+    of this package uses BLAS, so an empty module replaces BLAS during the import.
     """
     blas = "scipy.linalg.cython_blas"
     if blas in sys.modules or find_spec("scipy") is None:
@@ -54,12 +54,12 @@ def _import_without_blas() -> None:
 
 
 class _KernelCache(FunctionCache):
-    """Machine code of a kernel, cached on disk.
+    """A cache on disk for the machine code of a kernel.
 
     In numba, a cache entry is valid until the kernel's own file changes. Here it is valid until any
-    kernel file changes, because it may contain inlined code of other kernels. numba also
-    initializes its compiler before it reads the cache, which takes a fifth of the time to the first
-    frame. This class initializes the compiler only to compile.
+    kernel file changes, because it may contain inlined code of other kernels. Moreover, numba
+    initializes its compiler before it reads the cache, and this takes a fifth of the time to the
+    first frame. This class initializes the compiler only if a kernel has to be compiled.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:

@@ -1,4 +1,4 @@
-"""Mutates streams, and decodes them within limits: the code of `benchmarks/hostile.py`.
+"""The code of `benchmarks/hostile.py`: mutates streams, and decodes them within limits.
 
 mutations (a mutant) ──> judge (its verdict) ──> blocks (tallies of mutants) ──> command
 """

@@ -1,7 +1,7 @@
 """Judges mutants in blocks of consecutive numbers, so that an interrupted run can resume.
 
-Each block is saved as a line of JSON. A failed mutant is saved as a file named after its number,
-from which it can be generated again.
+Each block is saved as a line of JSON. A mutant that fails is saved in a file named after its
+number, from which the mutant can be generated again.
 """
 
 import json
@@ -17,24 +17,24 @@ from quarc_ref.format.errors import BitstreamError
 from quarc_ref.inspection.peak_memory import measure_peak_mebibytes
 
 BLOCK_SIZE = 1000
-_OTHER_MODES = tuple(way for way in judge.MODES if way != "decode")
-_MAX_LISTED_FAILURES = 20  # failures, by number
-_MODE_PERIOD = 40  # of as many mutants, one is decoded in each mode except `decode`
+_OTHER_MODES = tuple(mode for mode in judge.MODES if mode != "decode")
+_MAX_LISTED_FAILURES = 20
+_MODE_PERIOD = 40  # each mode except `decode` decodes one mutant out of 40
 
 
 @dataclass(slots=True)
 class Tally:
-    """Results of a number of mutants.
+    """Totals over judged mutants.
 
     Attributes:
         outcomes: Number of mutants for each outcome.
         modes: Number of mutants for each mode.
         frames: Number of decoded frames.
-        seconds: Processor time of decoding, in total.
-        slowest: Processor time of the slowest mutant in seconds.
+        seconds: Total processor time of decoding, in seconds.
+        slowest: Processor time of the slowest mutant, in seconds.
         slowest_number: Number of the slowest mutant.
         peak_rss_mib: Peak memory of any process, in MiB.
-        failures: Numbers of failed mutants, with their outcomes.
+        failures: Outcomes of failed mutants, by number of the mutant.
     """
 
     outcomes: Counter[str] = field(default_factory=Counter)
@@ -99,7 +99,7 @@ class Tally:
 
 
 def choose_mode(number: int) -> str:
-    """Return the mode in which the mutant of a number is decoded; one of `judge.MODES`."""
+    """Return the mode, a key of `judge.MODES`, in which the mutant with a number is decoded."""
     remainder = number % _MODE_PERIOD
     return _OTHER_MODES[remainder] if remainder < len(_OTHER_MODES) else "decode"
 
@@ -108,7 +108,7 @@ class StreamMaker(Protocol):
     """Generates streams with arbitrary contents."""
 
     def make(self, number: int) -> Mutant:
-        """Return the stream of a number, which depends only on the number."""
+        """Return the stream with a number; a number always gives the same stream."""
         ...
 
 
@@ -118,7 +118,7 @@ class Series:
 
     Attributes:
         maker: Generates the streams.
-        choose_mode: Returns the mode in which the stream of a number is decoded.
+        choose_mode: Returns the mode in which the stream with a number is decoded.
     """
 
     maker: StreamMaker
@@ -128,7 +128,7 @@ class Series:
 def judge_block(
     series: Series, first: int, count: int, folder: Path, on_start: Callable[[int], object] = int
 ) -> Tally:
-    """Judge consecutive streams, and save those that fail in a folder.
+    """Judge consecutive streams, and save each stream that fails.
 
     Args:
         series: Series of the streams.

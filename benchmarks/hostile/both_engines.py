@@ -1,4 +1,4 @@
-"""Decodes streams with both engines, which must return the same frames and rejections."""
+"""Decodes streams with both engines, which must return the same frames and the same rejections."""
 
 import zlib
 from collections.abc import Iterator
@@ -27,7 +27,7 @@ def decode_by_both_engines(data: bytes) -> Iterator[str]:
     (frames, reference_end), (fast_frames, fast_end) = (
         _digest_frames(data, engine) for engine in (REFERENCE, FAST)
     )
-    if (frames, _find_rejection(reference_end)) != (fast_frames, _find_rejection(fast_end)):
+    if (frames, _get_comparable_end(reference_end)) != (fast_frames, _get_comparable_end(fast_end)):
         message = (
             f"the engines differ: the reference engine returns {frames}, {reference_end!r}, "
             f"and the fast engine {fast_frames}, {fast_end!r}"
@@ -38,8 +38,12 @@ def decode_by_both_engines(data: bytes) -> Iterator[str]:
         raise reference_end
 
 
-def _find_rejection(end: _End) -> int | str | None:
-    """Return the offset of a rejection, as two faults in a chunk can have different reject ids."""
+def _get_comparable_end(end: _End) -> int | str | None:
+    """Return what the ends of both engines must have in common.
+
+    For a rejection, this is the offset of the chunk. The reject ids can differ if a chunk has
+    several faults.
+    """
     return end.offset if isinstance(end, BitstreamError) else type(end).__name__
 
 

@@ -21,7 +21,7 @@ from hostile.structured.maker import StructuredMaker
 _SEEDS = Path(__file__).parents[2] / "tests" / "hostile" / "seeds" / "streams"
 _DESCRIPTION = "Decodes mutated streams: each must result in frames or a rejection, within limits."
 _Block = tuple[int, int]
-_NUMBER_FILE_PREFIX = "at_"  # of files that hold the number of a process's current mutant
+_NUMBER_FILE_PREFIX = "at_"  # of files with the number of a process's current mutant
 _series: list[Series] = []  # the series of this worker process, at most one
 
 
@@ -57,29 +57,29 @@ def _parse_arguments() -> argparse.Namespace:
     add(
         *("--structured",),
         action="store_true",
-        help="streams with hostile values and correct CRCs, decoded by both engines",
+        help="judge streams with hostile values and correct CRCs, decoded by both engines",
     )
-    add("--series", type=int, default=0, metavar="S", help="number of the series of mutants")
+    add("--series", type=int, default=0, metavar="S", help="number of a series of mutants")
     add("--seeds", type=Path, default=_SEEDS, metavar="DIR", help="valid streams to mutate")
     add(
         "--out",
         type=Path,
         default=Path("out/hostile"),
         metavar="DIR",
-        help="folder for results, from which an interrupted run resumes",
+        help="folder for results; a run resumes from the results in it",
     )
     add(
         "--only",
         type=int,
         metavar="N",
-        help="judge one mutant and print the result to standard error",
+        help="judge only mutant N and print the result",
     )
     add("--json", action="store_true", help="print JSON")
     return parser.parse_args()
 
 
 def _list_blocks(streams: int) -> list[_Block]:
-    """Return the first number and the count of every block."""
+    """Return the number of the first stream, and the number of streams, of each block."""
     return [(first, min(BLOCK_SIZE, streams - first)) for first in range(0, streams, BLOCK_SIZE)]
 
 
@@ -96,14 +96,14 @@ def _judge_blocks(blocks: list[_Block], folder: Path, arguments: argparse.Namesp
 
 
 def _take_tally(future: "Future[Tally]", failures: Path) -> Tally:
-    """Return the tally of a block; exit if a mutant has killed a process."""
+    """Return the tally of a block; exit with a message if a mutant has killed a process."""
     try:
         return future.result()
     except BrokenProcessPool:
         numbers = sorted(path.read_text() for path in failures.glob(_NUMBER_FILE_PREFIX + "*"))
         sys.exit(
-            f"a process died while it judged one of the mutants {', '.join(numbers)}; "
-            "judge each with --only to find it"
+            f"a process died while judging one of the mutants {', '.join(numbers)}; "
+            "judge each of them with --only to find out which"
         )
 
 
@@ -118,7 +118,7 @@ def _prepare_process(arguments: argparse.Namespace) -> None:
 
 
 def _judge_block(block: _Block, failures: Path) -> Tally:
-    """Judge a block; a file names the current mutant in case it kills the process."""
+    """Judge a block; a file holds the number of the current mutant, which may kill the process."""
     number_path = failures / f"{_NUMBER_FILE_PREFIX}{os.getpid()}"
     with number_path.open("wb", buffering=0) as file:
         tally = judge_block(

@@ -1,4 +1,4 @@
-"""Corrects state CRCs after mutations, so that mutants reach code behind the check of the CRC."""
+"""Corrects state CRCs after mutations, so that mutants reach the code after the CRC check."""
 
 import contextlib
 import zlib
@@ -16,9 +16,9 @@ _STATE_CRC_BYTES = 4  # the state CRC is at the end of the payload of a frame
 
 
 def forge_state_crcs(data: bytes) -> bytes:
-    """Return a stream in which the CRC of each frame matches its decoded state.
+    """Return a stream in which the state CRC of each frame matches the decoded state.
 
-    Frames after the first other fault are unchanged.
+    If the stream has another fault, the frames after that fault are unchanged.
 
     Args:
         data: A stream with arbitrary contents.

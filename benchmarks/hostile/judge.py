@@ -1,4 +1,4 @@
-"""Decodes an arbitrary stream and classifies the result: frames, a rejection, or a failure."""
+"""Decodes arbitrary streams, and classifies each result as frames, a rejection or a failure."""
 
 import contextlib
 import io
@@ -41,7 +41,7 @@ class Verdict:
             unexpected exception).
         seconds: Processor time of decoding.
         frames: Number of decoded frames.
-        detail: Traceback of a hang or an escape.
+        detail: Traceback of a hang or an escape; empty for other outcomes.
     """
 
     outcome: str
@@ -56,7 +56,7 @@ class Verdict:
 
 
 class _TooLongError(BaseException):
-    """The processor time is exceeded; a BaseException, so that no handler catches it."""
+    """The time limit was exceeded; this is a BaseException, so that decoders do not catch it."""
 
 
 def judge(mode: str, data: bytes, *, has_forged_crcs: bool) -> Verdict:
@@ -118,7 +118,7 @@ def _decode(data: bytes) -> Iterator[object]:
 
 
 def _decode_twice(data: bytes) -> Iterator[object]:
-    """Decode with both entropy decoders; a difference counts as an escape."""
+    """Decode with both entropy decoders; a difference between them counts as an escape."""
     with use_bit_decoder(CrossCheckingDecoder().open):
         yield from decode(data)
 

@@ -1,8 +1,8 @@
-"""Mutates streams: the seeds, a series and a number determine a mutant.
+"""Mutates streams; the seeds, a series and a number determine each mutant.
 
-Half of the mutants have damaged bytes, which the CRCs should detect. The others are those of an
-attacker who can compute CRCs: the stream is split into chunks, which are changed and assembled with
-correct numbers, lengths and CRCs, so that they reach the code behind the container.
+Half of the mutants have damaged bytes, which the CRCs should detect. The others imitate an attacker
+who can compute CRCs: chunks are changed and written with correct sequence numbers, lengths and
+CRCs, so that the changes reach the code that decodes payloads.
 """
 
 import random
@@ -15,9 +15,9 @@ from quarc_ref.format.constants import MAGIC, SYNC
 from quarc_ref.streams.chunk_reader import split_chunks
 
 Chunks = list[tuple[bytes, bytes]]
-"""(type, payload) of each chunk of a stream."""
+"""Type and payload of each chunk of a stream."""
 
-# Numbers at or next to the limits of fields and counts.
+# Numbers at or close to the limits of fields and counts.
 _EDGE_NUMBERS = (
     *(
         0,
@@ -90,7 +90,7 @@ class Mutator:
         self._series = series
 
     def make(self, number: int) -> Mutant:
-        """Return the mutant of a number in the series."""
+        """Return the mutant with a number in the series."""
         rng = random.Random((self._series << 48) + number)
         name = rng.choices(self._names, self._weights)[0]
         if rng.random() < 0.5:
@@ -109,12 +109,12 @@ class Mutator:
 
 
 def damage_bytes(rng: random.Random, data: bytes, donor: bytes) -> tuple[bytes, list[str]]:
-    """Return bytes after one to four mutations, and the names of the mutations.
+    """Apply one to four mutations to bytes; return the result, and the names of the mutations.
 
     Args:
         rng: Source of random numbers.
         data: Bytes to mutate.
-        donor: Another stream, parts of which mutations insert.
+        donor: Another stream, from which some mutations copy parts.
     """
     mutation_names = []
     for _ in range(rng.choice((1, 1, 1, 2, 4))):
@@ -134,7 +134,7 @@ def split_stream(stream: bytes) -> Chunks:
 
 
 def join_chunks(chunks: Chunks) -> bytes:
-    """Return a stream of the chunks, with correct sequence numbers, lengths and CRCs."""
+    """Return a stream with these chunks, and with correct sequence numbers, lengths and CRCs."""
     pieces = [MAGIC]
     for number, (kind, payload) in enumerate(chunks):
         header = SYNC + kind + struct.pack("<II", number, len(payload))
@@ -209,7 +209,7 @@ def _mutate_payload(damage: Callable[[random.Random, bytes, bytes], bytes]) -> "
 
 
 def _change_words(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
-    """Replace the words of a section of a chunk, possibly by another number of words."""
+    """Replace the words of a section of a chunk; the number of words may change."""
     indices = [index for index, (kind, _) in enumerate(chunks) if kind in _FIRST_SECTION]
     if not indices:
         return chunks
@@ -244,7 +244,7 @@ def _draw_words(rng: random.Random, words: bytes) -> bytes:
 
 
 def _edit_count(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
-    """Write another number into a field that holds a size, an ordinal or a count."""
+    """Write a random number into a field that holds a size, an ordinal or a count."""
     indices = [index for index, (kind, _) in enumerate(chunks) if kind in _COUNTS]
     if not indices:
         return chunks

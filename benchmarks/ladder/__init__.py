@@ -1,4 +1,4 @@
-"""The ladder of fields: the code of `benchmarks/ladder.py`.
+"""The code of `benchmarks/ladder.py`: fits a frame while more and more fields can change.
 
 stream ──> start (decoded frame T) ──> fit a rung (fitting) ──> floats ──────────┐
                                                                  │               ├──> judge
@@ -6,5 +6,5 @@ stream ──> start (decoded frame T) ──> fit a rung (fitting) ──> floa
                                                    │
                                                    └──> bytes
 
-Each rung is saved as a JSON file (rows); the table contains the rungs that exist (tables).
+The result of each rung is saved as a JSON file (rows); the table shows all saved results (tables).
 """

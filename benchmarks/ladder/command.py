@@ -40,7 +40,7 @@ class Start:
     Attributes:
         capture: The capture, opened at the stream's resolution.
         state: The decoded frame.
-        ladder: Rows of the rungs.
+        ladder: Computes the rows of the rungs.
     """
 
     capture: Capture
@@ -66,7 +66,7 @@ def main(command_line: Sequence[str] | None = None) -> int:
         write_status(f"ladder.py: {error}")
         return 2
     except KeyboardInterrupt:
-        write_status("interrupted: the same command continues with the missing rows")
+        write_status("interrupted: run the same command again to compute the missing rows")
         return 130
     return 0
 
@@ -83,10 +83,10 @@ def _fill_ladder(start: Start, tasks: list[Task], config: EncoderConfig, folder:
 
 
 def _open_start(arguments: argparse.Namespace, config: EncoderConfig) -> Start:
-    """Return the start of all rungs; encode the frames up to it if there is no stream.
+    """Return the start of all rungs; without `--stream`, encode the frames up to it.
 
     Raises:
-        MismatchError: The stream cannot be measured on the capture, or lacks the frame.
+        MismatchError: The stream does not match the capture, or lacks the start frame.
         CaptureError: The capture cannot be read, or is too short.
         QuarcError: The stream is malformed or cannot be encoded.
         OSError: A file cannot be read or written.
@@ -121,7 +121,7 @@ def _encode_if_missing(arguments: argparse.Namespace, config: EncoderConfig) -> 
         arguments.out / f"start.{hashlib.sha256(key_inputs.encode()).hexdigest()[:12]}.quarc"
     )
     if not path.is_file():
-        write_status(f"encoding up to frame {arguments.frame}: use --stream FILE to avoid this")
+        write_status(f"encoding up to frame {arguments.frame}; use --stream FILE to avoid this")
         sink, progress = io.BytesIO(), ProgressLines("start")
         arguments.out.mkdir(parents=True, exist_ok=True)
         options = EncodeOptions(
@@ -143,7 +143,7 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
     )
     add = parser.add_argument
     add("capture", type=Path, metavar="CAPTURE")
-    add("--stream", type=Path, metavar="FILE", help="stream of the capture; encoded if missing")
+    add("--stream", type=Path, metavar="FILE", help="stream of the capture; encoded if not given")
     add(
         "--frame",
         type=_parse_count,
@@ -156,11 +156,11 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
         type=_parse_positive,
         nargs="+",
         default=[1, 5],
-        help="distances in frames to the fitted frames",
+        help="numbers of frames from T to the frames to fit",
     )
     add("--iterations", type=_parse_positive, nargs="+", default=[300, 1000])
     add("--rungs", nargs="+", choices=list(RUNGS), default=list(RUNGS), metavar="NAME",
-        help=f"of {', '.join(RUNGS)}")  # fmt: skip
+        help=f"rungs to compute: {', '.join(RUNGS)}")  # fmt: skip
     add(
         "--out",
         type=Path,
@@ -176,8 +176,8 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
         metavar="KEY=VALUE",
         help="change a setting of the preset",
     )
-    add("--held-out", action="append", default=[], metavar="CAMERA", help="used if there "
-        "is no stream")  # fmt: skip
+    add("--held-out", action="append", default=[], metavar="CAMERA", help="camera to "
+        "hold out; used only without --stream")  # fmt: skip
     add("--seed", type=_parse_count, default=0)
     return parser.parse_args(command_line)
 

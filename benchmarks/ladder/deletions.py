@@ -1,8 +1,8 @@
-"""Selects Gaussians whose deletion reduces the loss in the pictures of a frame.
+"""Selects Gaussians whose deletion reduces the loss of a frame's pictures.
 
-A picture is linear in the opacity of one Gaussian while the others are constant, so the slope of
-the loss predicts the effect of deleting it. The prediction ignores that the loss is not linear and
-that Gaussians overlap. The number of deleted Gaussians is therefore found by trials.
+A picture is linear in the opacity of a single Gaussian, so the slope of the loss predicts the
+effect of deleting that Gaussian. The prediction ignores that the loss is not linear and that
+Gaussians overlap. The number of Gaussians to delete is therefore found by trials.
 """
 
 from dataclasses import replace
@@ -14,7 +14,7 @@ from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.losses import photometric_loss
 from quarc_ref.encoder.training.trainable import Attributes
 
-_COUNT_DIVISOR = 4  # each trial deletes a quarter of the Gaussians of the previous trial
+_COUNT_DIVISOR = 4  # each trial deletes a quarter as many Gaussians as the previous trial
 
 
 def choose_deletions(
@@ -46,7 +46,7 @@ def choose_deletions(
 def _predict_gains(
     context: TrainingContext, attributes: Attributes, frame: int, dssim: float
 ) -> Tensor:
-    """Return `[N]` the predicted decrease of the loss if only that Gaussian is deleted."""
+    """Return the predicted decrease `[N]` of the loss if only that one Gaussian is deleted."""
     logits = attributes.opacities.detach().clone().requires_grad_()
     attributes_with_grad = replace(attributes, opacities=logits)
     slopes = torch.zeros_like(attributes.opacities)

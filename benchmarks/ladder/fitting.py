@@ -26,8 +26,8 @@ Rates = list[float]  # learning rates in the order of `Attributes`
 
 _FIELD_ORDER = ("translation", "rotation", "log-scales", "opacity", "SH DC", "SH rest")
 _TRANSLATION, _ROTATION, *_, _SH_REST = range(len(_FIELD_ORDER))
-_DELETION_SHARE = (
-    0.5  # of the iterations; in the others, Gaussians can compensate for the deletions
+_DELETION_TIME = (
+    0.5  # share of the iterations; afterwards, Gaussians can compensate for the deletions
 )
 
 
@@ -38,7 +38,7 @@ class FitResult:
     Attributes:
         attributes: Attributes of the remaining `K` Gaussians, in floats.
         alive: `[K]` indices of the remaining Gaussians in the start frame.
-        symbols: `[c, a]` of each level, for the rung that moves anchors; None for other rungs.
+        symbols: Symbols `[c, a]` of each level if the rung moves anchors; None for other rungs.
     """
 
     attributes: Attributes
@@ -104,7 +104,7 @@ def _fit_single(
     trainer = Trainer(start_attributes, tuple(rates))
     views = context.views.shuffled(context.generator(frame, "ladder"))
     for step in range(iterations):
-        if "deaths" in rung.free and step == round(_DELETION_SHARE * iterations):
+        if "deaths" in rung.free and step == round(_DELETION_TIME * iterations):
             deletion_mask = choose_deletions(
                 context, trainer.attributes.detached(), frame, config.motion.lambda_dssim
             )
@@ -124,8 +124,8 @@ def _fit_single(
 def _choose_rates(rung: Rung, header: StreamHeader, config: EncoderConfig, extent: float) -> Rates:
     """Return the learning rate of each attribute; 0 if the attribute cannot change.
 
-    The rates of motion and rotation are the sums of those of all anchor levels. The other rates are
-    those of canonical training.
+    The learning rates of translation and rotation are summed over all anchor levels. The other
+    learning rates are those of canonical training.
     """
     rates = list(canonical_learning_rates(config.canonical, extent))
     if not rung.canonical_learning_rates:

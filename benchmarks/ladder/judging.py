@@ -1,4 +1,4 @@
-"""Measures scenes on the pictures of a frame, of training views and of held-out cameras."""
+"""Compares scenes with the pictures of a frame, on training views and on held-out cameras."""
 
 from collections.abc import Sequence
 
@@ -16,7 +16,7 @@ FIGURES = ("gain_psnr", "moving_gain_psnr", "static_gain_psnr", "psnr", "gain_ss
 
 
 class Judge:
-    """Measures scenes; the colors of each picture are corrected by a gain per channel.
+    """Measures scenes after correcting the colors of each picture by a gain per channel.
 
     Args:
         capture: Capture with the true pictures.
@@ -36,7 +36,7 @@ class Judge:
         }
 
     def measure(self, splats: Splats, frame: int) -> dict[str, Measures]:
-        """Return the figures of a scene, as means over the cameras of each group.
+        """Return the figures of a scene, averaged over the cameras of each group.
 
         Raises:
             CaptureError: A picture cannot be read.

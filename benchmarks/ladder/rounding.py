@@ -29,7 +29,7 @@ from quarc_ref.format.records import SH_REST, StreamHeader
 from quarc_ref.format.updates import CODES, ROTATION, UPDATE_FIELDS, Updates
 from quarc_ref.inspection.estimate import estimate_bits, estimate_updates
 
-ChangeCounts = dict[str, int]  # numbers of Gaussians of which a field changes, by its name
+ChangeCounts = dict[str, int]  # number of Gaussians that change, by field
 
 _MIN_W = 1e-6
 _REST_NAME = "SH rest"
@@ -41,12 +41,13 @@ class RoundedResult:
 
     Attributes:
         splats: Decoded splats.
-        coded_bytes: Coded bytes of the anchors' symbols, or of updates without SH rest, with empty
-            contexts.
-        estimated_bytes: Zero-order estimate of the same updates; None for anchors.
-        rest_bytes: Zero-order estimate of SH rest, which updates do not contain.
-        change_counts: Number of Gaussians of which any field (`any`) or one field changes, and of
-            deleted Gaussians (`deaths`).
+        coded_bytes: Bytes of the coded symbols of the anchors, or of the coded updates without SH
+            rest; the contexts are empty at the start.
+        estimated_bytes: Zero-order entropy of the same updates, in bytes; None for anchors.
+        rest_bytes: Zero-order entropy of the changes of SH rest, in bytes; updates cannot contain
+            SH rest.
+        change_counts: Number of Gaussians that change, by field; `any` counts those in which at
+            least one field changes, and `deaths` those that are deleted.
     """
 
     splats: Splats
@@ -57,7 +58,7 @@ class RoundedResult:
 
 
 def allow_updates(state: State) -> State:
-    """Return the state as it would be in a stream with updates."""
+    """Return the state that the same scene would have in a stream that allows updates."""
     if state.scene.header.updates:
         return state
     header = replace(state.scene.header, updates=True)
@@ -69,8 +70,8 @@ def round_rung(frame_start: State, fit: FitResult) -> RoundedResult:
     """Round the result of a rung to quantization steps.
 
     Args:
-        frame_start: Frame start from which the rung was fitted, from `allow_updates`.
-        fit: Result of the rung.
+        frame_start: Frame start from which the rung was fitted; a result of `allow_updates`.
+        fit: Result of fitting the rung.
 
     Raises:
         StateError: A Gaussian leaves the lattice.
@@ -128,7 +129,7 @@ def _round_updates(moved_state: State, fit: FitResult) -> RoundedResult:
 
 
 def find_updates(moved_state: State, fit: FitResult) -> tuple[Updates, Int64]:
-    """Return the rounded updates of a fitted rung, and `[9, N]` the rounded changes of SH rest."""
+    """Return the rounded updates of a fitted rung, and the rounded changes `[9, N]` of SH rest."""
     scene, alive = moved_state.scene, fit.alive.cpu().numpy()
     start = from_splats(dequantize(scene), torch.device("cpu")).rows(fit.alive.cpu())
     all_residuals = _find_residuals(start, fit.attributes, scene.header)
@@ -147,7 +148,7 @@ def find_updates(moved_state: State, fit: FitResult) -> tuple[Updates, Int64]:
 
 
 def _find_residuals(start: Attributes, end: Attributes, header: StreamHeader) -> Int64:
-    """Return the differences of attributes `[13 + 9, K]` in steps; SH rest is last."""
+    """Return the changes `[13 + 9, K]` of the attributes in quantization steps; SH rest is last."""
     rotations = _find_rotations(_to_floats(start.rotations), _to_floats(end.rotations))
     planes = [
         (_to_floats(end.means - start.means), translation_step(header)),

@@ -62,7 +62,7 @@ class Ladder:
         capture: Capture whose frames are fitted.
         cameras: Cameras of the stream.
         state: The decoded start frame.
-        origin: SHA-256 of the stream with the start frame.
+        origin: SHA-256 of the stream that contains the start frame.
         config: Learning rates and losses.
         folder: Folder for the rows.
     """
@@ -82,7 +82,7 @@ class Ladder:
         self._origin = [capture.fingerprint, origin, state.scene.frame, settings]
 
     def load_task_row(self, task: Task) -> Row | None:
-        """Return the saved row of a task; None if it is missing, or has other inputs."""
+        """Return the saved row of a task; None if there is none for the same inputs."""
         return load_row(self._row_path(task), self._compute_key(task))
 
     def compute_missing(self, tasks: Sequence[Task], context: TrainingContext) -> None:
@@ -100,11 +100,11 @@ class Ladder:
         refit_exposures(context, self._state)
         judge = Judge(self._capture, self._cameras)
         for number, task in enumerate(missing):
-            write_status(f"{task.name}: started; {number} of {len(missing)} are finished")
+            write_status(f"{task.name}: started; {number} of {len(missing)} rows are finished")
             row = self._make_row(task, context, judge)
             save_row(self._row_path(task), self._compute_key(task), row)
             moving = row["floats"]["training"]["moving_gain_psnr"]
-            moving_text = "nothing moves" if moving is None else f"{moving:.2f} dB where it moves"
+            moving_text = "nothing moves" if moving is None else f"{moving:.2f} dB of moving parts"
             write_status(
                 f"{task.name}: {moving_text}, {row['coded_bytes']} bytes, {row['seconds']:.0f} s"
             )
@@ -138,7 +138,7 @@ class Ladder:
         return self._folder / "rows" / f"{task.name}.json"
 
     def _compute_key(self, task: Task) -> str:
-        """Return a digest of all inputs of the row, except the code."""
+        """Return a digest of everything that determines the row, except the code."""
         rung = task.rung
         rung_inputs = [sorted(rung.free), rung.canonical_learning_rates, rung.rest_factor]
         inputs = [*self._origin, rung_inputs, task.ahead, task.iterations]

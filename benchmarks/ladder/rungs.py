@@ -9,13 +9,13 @@ class Rung:
 
     Attributes:
         name: Unique name, also used for its files.
-        title: Title in the table.
-        free: `anchors`, or the free fields of single Gaussians: names of `UPDATE_FIELDS`, `deaths`
-            and `SH rest`.
-        canonical_learning_rates: Whether free Gaussians also move and rotate at the learning rates
-            of canonical training instead of those of motion.
-        rest_factor: Factor for the learning rate of SH rest, which is 1/20 of that of SH DC in
-            canonical training.
+        title: Title of the rung in the table.
+        free: `anchors`, or the fields of individual Gaussians that can change: names of
+            `UPDATE_FIELDS`, `deaths` and `SH rest`.
+        canonical_learning_rates: Whether translation and rotation, too, have the learning rates of
+            canonical training instead of those of motion.
+        rest_factor: Factor for the learning rate of SH rest. In canonical training, that learning
+            rate is 1/20 of the learning rate of SH DC.
     """
 
     name: str
@@ -33,7 +33,7 @@ _CUMULATIVE_FIELDS = (
     ("dc", "+ SH DC", "SH DC"),
     ("rest", "+ SH rest", "SH rest"),
     ("scales", "+ scales", "log-scales"),
-    ("all", "+ rotations, which is all", "rotation"),
+    ("all", "+ rotations (all fields)", "rotation"),
 )
 _FIELDS = frozenset(field for _, _, field in _CUMULATIVE_FIELDS)
 
@@ -48,7 +48,11 @@ def _list_rungs() -> list[Rung]:
         Rung("anchors", "motion by anchors", frozenset({"anchors"})),
         *cumulative_rungs,
         Rung("carried", "all but SH rest", _FIELDS - {"SH rest"}),
-        Rung("turned", "free motion and rotation", frozenset({"translation", "rotation"})),
+        Rung(
+            "turned",
+            "translation and rotation of every Gaussian",
+            frozenset({"translation", "rotation"}),
+        ),
         Rung("fast-rest", "all, SH rest at the learning rate of SH DC", _FIELDS, rest_factor=20.0),
         Rung(
             "slow",

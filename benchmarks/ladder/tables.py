@@ -1,4 +1,4 @@
-"""Formats the rows of a ladder as a table in Markdown."""
+"""Formats the rows of a ladder as a Markdown table."""
 
 from collections.abc import Iterable
 
@@ -11,18 +11,18 @@ _HEADER = (
     "ahead",
     "iterations",
     "free",
-    "floats: training, all / moving",
-    "held out, all / moving",
-    "rounded: training, all / moving",
-    "held out, all / moving",
-    "Gaussians that change, die",
+    "PSNR in floats: training, all / moving pixels",
+    "held-out, all / moving pixels",
+    "PSNR after rounding: training, all / moving pixels",
+    "held-out, all / moving pixels",
+    "Gaussians changed, deleted",
     "KB",
     "KB of SH rest",
 )
 
 
 def format_rows(rows: Iterable[Row]) -> str:
-    """Return the rows as a table in Markdown."""
+    """Return the rows as a Markdown table."""
     return format_table(_HEADER, [_format_row(row) for row in rows])
 
 

@@ -1,4 +1,4 @@
-"""The study of picture quality: the code of `benchmarks/quality.py`.
+"""The code of `benchmarks/quality.py`: a study of picture quality.
 
 subjects ──> tasks ──> rows, each in a JSON file (make_row)
                           │

@@ -27,7 +27,7 @@ class Study:
 
     Attributes:
         settings: Preset and changed settings, as text.
-        tasks: Tasks in the order of captures, held-out sets and seeds.
+        tasks: Tasks, ordered by capture, held-out set and seed.
         fingerprints: Fingerprints of the captures, by name.
         folder: Folder for all files of the study.
     """
@@ -48,12 +48,12 @@ class Study:
         run_missing(make_row, [Job(task.name, task) for task in missing], pool, self.write_tables)
 
     def load_groups(self) -> list[Group]:
-        """Return the completed rows by capture and held-out set."""
+        """Return the completed rows, grouped by capture and held-out set."""
         rows = (self._load_row(task) for task in self.tasks)
         return group_rows(row for row in rows if row is not None)
 
     def write_tables(self) -> None:
-        """Write tables and plot of the completed rows."""
+        """Write all result files from the completed rows."""
         groups = self.load_groups()
         if groups:
             write_results(groups, self.settings, self.folder)
@@ -63,7 +63,7 @@ class Study:
 
 
 def plan_study(arguments: argparse.Namespace) -> Study:
-    """Return the study of the command line; trace captures that do not exist.
+    """Return the study that the options describe; ray-trace missing captures.
 
     Raises:
         ValueError: A variant, the preset or a setting does not exist, or no capture is given.
@@ -104,7 +104,7 @@ def main(command_line: Sequence[str] | None = None) -> int:
         write_status(str(error))
         exit_code = 3
     except KeyboardInterrupt:
-        write_status("interrupted: the same command continues with the missing encodes")
+        write_status("interrupted: run the same command again to compute the missing encodes")
         exit_code = 130
     study.write_tables()
     print(format_groups(study.load_groups()))
@@ -120,7 +120,7 @@ def _list_subjects(arguments: argparse.Namespace) -> list[Subject]:
         first_camera = open_capture(arguments.still).cameras[0].name
         subjects.append(Subject("still", arguments.still.resolve(), ((first_camera,),)))
     for name in arguments.variants:
-        parse_traced(name)  # reject before any capture is traced
+        parse_traced(name)  # rejects a malformed name before any capture is traced
     traced_folder = (arguments.captures or arguments.out / "captures").resolve()
     subjects += [trace_if_missing(name, traced_folder) for name in arguments.variants]
     if not subjects:
@@ -132,7 +132,7 @@ def _list_subjects(arguments: argparse.Namespace) -> list[Subject]:
 def _list_tasks(
     arguments: argparse.Namespace, subject: Subject, capture: Capture, config: EncoderConfig
 ) -> list[Task]:
-    """Return the tasks of a capture; a capture with fewer frames is encoded completely."""
+    """Return the tasks of a capture; if it has fewer frames than requested, encode all of them."""
     return [
         Task(
             subject.name,
@@ -169,47 +169,55 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
         type=Path,
         required=True,
         metavar="DIR",
-        help="folder for results, from which an interrupted run resumes",
+        help="folder for results; a run resumes from the results in it",
     )
-    add("--real", type=Path, metavar="DIR", help="capture with four sets of held-out cameras")
     add(
-        "--still", type=Path, metavar="DIR", help="capture of frame 0; its first camera is held out"
+        "--real",
+        type=Path,
+        metavar="DIR",
+        help="capture to encode with four sets of held-out cameras",
+    )
+    add(
+        "--still", type=Path, metavar="DIR", help="capture to encode with its first camera held out"
     )
     add(
         "--variants",
         type=_split_names,
         default=list(TRACED),
         metavar="NAMES",
-        help=f"traced captures, VARIANT[-CAMERAS][-WxH],...; all by default: {','.join(TRACED)}",
+        help=f"ray-traced captures VARIANT[-CAMERAS][-WxH],...; default: {','.join(TRACED)}",
     )
     add(
         "--captures",
         type=Path,
         metavar="DIR",
-        help="folder of traced captures; by default `captures` in --out",
+        help="folder of ray-traced captures; default: `captures` in --out",
     )
     add(
         "--frames",
         type=_parse_positive,
         default=1,
-        help="number of frames of every encode; 1 by default",
+        help="number of frames of every encode; default: 1",
     )
-    add("--seeds", type=_parse_positive, default=5, help="number of seeds, from 0; 5 by default")
+    add(
+        "--seeds",
+        type=_parse_positive,
+        default=5,
+        help="number of seeds, starting at 0; default: 5",
+    )
     add("--preset", choices=sorted(PRESETS), default="main")
     add_set_option(parser)
     add("--downscale", type=_parse_positive, default=1, help="downscale pictures by this factor")
-    add(
-        "--lpips", type=Path, metavar="WEIGHTS", help="file with the state_dict of LPIPS with VGG16"
-    )
+    add("--lpips", type=Path, metavar="WEIGHTS", help="file with the state_dict of LPIPS for VGG16")
     add("--device", choices=("auto", "cpu", "cuda"), default="cpu")
     add("--workers", type=int, default=1, help="number of parallel encodes")
-    add("--threads", type=int, default=1, help="number of threads of each encode")
+    add("--threads", type=int, default=1, help="number of threads per encode")
     add("--ray", metavar="ADDRESS", help="run on a Ray cluster: HOST:PORT, auto or local")
     add(
         "--against",
         type=Path,
         metavar="OTHER",
-        help="encode nothing; compare the study with that in OTHER",
+        help="do not encode; subtract the results in OTHER from those in --out",
     )
     return parser.parse_args(command_line)
 

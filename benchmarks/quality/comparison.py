@@ -1,4 +1,4 @@
-"""Compares two finished studies: prints differences of means with standard errors."""
+"""Compares two finished studies by the differences of their means, with standard errors."""
 
 import json
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Measures the size of a stream by kind, and its quality on held-out and training cameras."""
+"""Measures the bytes of a stream by kind, and its quality on held-out and training cameras."""
 
 from collections.abc import Callable, Sequence
 from statistics import fmean
@@ -30,13 +30,13 @@ def measure_stream(
     Args:
         data: Bytes of the stream.
         capture: Capture from which the stream was encoded.
-        lpips: Network for LPIPS; None to leave out LPIPS.
+        lpips: LPIPS network; None to skip LPIPS.
 
     Returns:
-        The figures of the stream, where those of cameras have the prefix `held_out_` or
-        `training_`; and the means over cameras of each frame, under `held_out` and `training`. The
-        colors of held-out cameras are corrected by an affine transform (`cc`), those of training
-        cameras by gains (`gain`).
+        The figures of the stream; and for each frame, under `held_out` and `training`, the means
+        over the cameras of that group. Names of figures that are measured on cameras start with
+        `held_out_` or `training_`. `cc` in a name means that rendered colors were corrected by an
+        affine transform, `gain` that they were corrected by gains.
     """
     summary = inspect_stream(data)
     held_out = CameraGroup(capture, summary.cameras, capture.held_out)
@@ -65,8 +65,9 @@ def measure_size(summary: StreamSummary) -> Figures:
         summary: Summary of the stream.
 
     Returns:
-        Chunks of canonical frames are counted completely. For other frames, the coded planes are
-        counted by kind; their framing is counted as `bytes_other`, with index and end.
+        The figures by name. `bytes_canonical` contains all bytes of the chunks of canonical frames.
+        For other frames, coded planes are counted by kind. `bytes_other` contains the remaining
+        bytes of these frames and the chunks INDX and TAIL.
     """
     coded_bytes = summary.coded_bytes()
     side_bytes = sum(chunk.byte_count for chunk in summary.chunks if chunk.kind in _SIDE_CHUNKS)

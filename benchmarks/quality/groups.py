@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from quality.spreads import Spread, summarize_figures
 from studies import Row
 
-# Heading, name of the figure, and format of each column.
+# For each column: heading, name of the figure, format specification.
 COLUMNS = (
     ("PSNR", "held_out_psnr", ".2f"),
     ("cc", "held_out_cc_psnr", ".2f"),
@@ -16,8 +16,8 @@ COLUMNS = (
     ("moving cc", "held_out_moving_cc_psnr", ".2f"),
     ("static cc", "held_out_static_cc_psnr", ".2f"),
     ("flicker", "held_out_flicker", ".2f"),
-    ("of truth", "held_out_truth_flicker", ".2f"),
-    ("training, gain", "training_gain_psnr", ".2f"),
+    ("truth flicker", "held_out_truth_flicker", ".2f"),
+    ("training gain", "training_gain_psnr", ".2f"),
     ("training moving", "training_moving_gain_psnr", ".2f"),
     ("training static", "training_static_gain_psnr", ".2f"),
     ("dB / 100", "held_out_slope", ".1f"),
@@ -40,7 +40,7 @@ class Group:
 
     Attributes:
         capture: Name of the capture.
-        held_out_set: Ordinal of the set.
+        held_out_set: Ordinal of the held-out set.
         rows: Rows in the order of the seeds.
     """
 
@@ -58,7 +58,7 @@ class Group:
         return summarize_figures(row["figures"] for row in self.rows)
 
     def compute_frame_spreads(self) -> list[dict[str, Spread]]:
-        """Return the spread of each figure of cameras over the seeds, for each frame."""
+        """Return, for each frame, the spread over the seeds of each figure measured on cameras."""
         return [
             summarize_figures(
                 {

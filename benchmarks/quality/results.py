@@ -20,9 +20,9 @@ _FRAME_FIGURES = (
     "training_moving_gain_psnr",
 )
 _PANELS = {
-    "PSNR, held out (dB)": "held_out_psnr",
-    "color-corrected (dB)": "held_out_cc_psnr",
-    "moving, training, gains (dB)": "training_moving_gain_psnr",
+    "PSNR, held-out cameras (dB)": "held_out_psnr",
+    "color-corrected PSNR, held-out (dB)": "held_out_cc_psnr",
+    "PSNR of moving pixels, training (dB)": "training_moving_gain_psnr",
     "bytes": "bytes",
 }
 
@@ -52,7 +52,7 @@ def write_results(groups: Sequence[Group], settings: str, folder: Path) -> None:
 
 
 def format_groups(groups: Sequence[Group]) -> str:
-    """Return the table of means and deviations, with a line for each capture and held-out set."""
+    """Return the table of means and deviations, with a row for each capture and held-out set."""
     groups_with_spreads = [(group, group.compute_spreads()) for group in groups]
     columns = [
         column
@@ -117,7 +117,7 @@ def _split_spread(spread: Spread | None) -> dict[str, float | None]:
 
 
 def _plot_groups(groups: Sequence[Group]) -> bytes:
-    """Plot a dot for each seed and a bar for each mean, for every capture and held-out set."""
+    """For every capture and held-out set, plot a dot per seed and a bar at the mean."""
     panels = {}
     for heading, name in _PANELS.items():
         values = {

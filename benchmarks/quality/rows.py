@@ -1,4 +1,4 @@
-"""Makes a row: encodes a capture with a seed, decodes and measures the file, and saves the row."""
+"""Makes a row: encodes a capture with a seed, measures the decoded stream, and saves the result."""
 
 import hashlib
 import io
@@ -26,12 +26,12 @@ class Task:
         capture: Name of the capture.
         held_out_set: Ordinal of the set of held-out cameras.
         source: Folder of the capture.
-        options: Options of reading the capture: resolution and held-out cameras.
+        options: Options for opening the capture: resolution and held-out cameras.
         config: Settings of the encoder, including the seed.
-        frames: Number of frames, beginning with the first frame.
+        frames: Number of frames to encode, from the first frame on.
         folder: Folder for rows and streams.
-        lpips: File with the weights of LPIPS; None to leave out LPIPS.
-        device: Device of the training.
+        lpips: File with LPIPS weights; None to skip LPIPS.
+        device: Device to train on.
     """
 
     capture: str
@@ -60,7 +60,7 @@ class Task:
         return self.folder / "streams" / f"{self.name}.quarc"
 
     def load_saved_row(self, fingerprint: str) -> Row | None:
-        """Return the saved row; None if it is missing, or has other inputs."""
+        """Return the saved row; None if there is none for the same inputs."""
         return load_row(self.row_path, self._compute_key(fingerprint))
 
     def save(self, fingerprint: str, row: Row) -> None:
@@ -68,7 +68,7 @@ class Task:
         save_row(self.row_path, self._compute_key(fingerprint), row)
 
     def _compute_key(self, fingerprint: str) -> str:
-        """Return a digest of all inputs of the row, except the code."""
+        """Return a digest of everything that determines the row, except the code."""
         inputs = {
             "capture": fingerprint,
             "size": asdict(self.options),
@@ -81,7 +81,7 @@ class Task:
 
 
 def make_row(task: Task) -> None:
-    """Encode a capture, decode and measure the file, and save the row, unless the row exists."""
+    """Encode the capture, decode and measure the stream, and save the row, unless it exists."""
     capture = open_capture(task.source, task.options)
     if task.load_saved_row(capture.fingerprint) is not None:
         return

@@ -14,7 +14,7 @@ class Spread:
 
     Attributes:
         mean: Mean over the seeds.
-        deviation: Standard deviation over the seeds, with divisor n - 1; None for a single seed.
+        deviation: Sample standard deviation (divisor n - 1) over the seeds; None for one seed.
         count: Number of seeds.
     """
 
@@ -49,7 +49,7 @@ def summarize(values: Sequence[float]) -> Spread:
     """Return the spread of a figure.
 
     Args:
-        values: A value for each seed; at least one.
+        values: One value per seed; at least one value.
     """
     return Spread(fmean(values), stdev(values) if len(values) > 1 else None, len(values))
 
@@ -77,7 +77,7 @@ def average_differences(differences: Sequence[Difference]) -> Difference:
     The error describes only the variation between seeds, not between captures.
 
     Args:
-        differences: Differences; at least one.
+        differences: At least one difference.
     """
     count = len(differences)
     variances = [
@@ -89,6 +89,6 @@ def average_differences(differences: Sequence[Difference]) -> Difference:
 
 
 def _join_errors(variances: Sequence[float | None]) -> float | None:
-    """Return the standard error of a sum; None if an error is unknown."""
+    """Return the standard error of a sum of values; None if a variance is unknown."""
     known_variances = [variance for variance in variances if variance is not None]
     return math.sqrt(sum(known_variances)) if len(known_variances) == len(variances) else None

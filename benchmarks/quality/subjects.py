@@ -10,7 +10,7 @@ from quarc_ref.synth.variants import VARIANTS
 from studies import write_status
 
 TRACED = (*VARIANTS, "playroom-4", "playroom-8", "playroom-30", "playroom-640x480")
-_FILM_FRAMES = 40  # even if only frame 0 is encoded: later frames show which pixels move
+_FILM_FRAMES = 40  # also if only frame 0 is encoded, as later frames show which pixels move
 _HELD_OUT_SETS = 4
 _MIN_CAMERAS = 4  # three held-out cameras and one for training
 _TRACED_NAME = re.compile(
@@ -36,7 +36,7 @@ class Subject:
 
 
 def rotate_held_out(cameras: Sequence[str]) -> tuple[HeldOut, ...]:
-    """Return four sets of three cameras; the cameras of a set are a third of the rig apart.
+    """Return four sets of three cameras, which are a third of the rig apart from each other.
 
     Args:
         cameras: Names of all cameras.
@@ -57,7 +57,7 @@ def rotate_held_out(cameras: Sequence[str]) -> tuple[HeldOut, ...]:
 
 
 def parse_traced(name: str) -> SynthOptions:
-    """Return the options of a traced capture.
+    """Return the options for ray-tracing a capture.
 
     Args:
         name: `VARIANT`, `VARIANT-CAMERAS`, `VARIANT-WIDTHxHEIGHT`, or both suffixes; the number of
@@ -69,7 +69,7 @@ def parse_traced(name: str) -> SynthOptions:
     match = _TRACED_NAME.fullmatch(name)
     if match is None:
         message = (
-            f"{name!r} is not a traced capture: it takes VARIANT[-CAMERAS][-WIDTHxHEIGHT], "
+            f"{name!r} is not a traced capture: use VARIANT[-CAMERAS][-WIDTHxHEIGHT], "
             f"where VARIANT is one of {', '.join(VARIANTS)}"
         )
         raise ValueError(message)
@@ -80,11 +80,11 @@ def parse_traced(name: str) -> SynthOptions:
 
 
 def trace_if_missing(name: str, folder: Path) -> Subject:
-    """Return a traced capture; trace it into a folder if it does not exist.
+    """Return a ray-traced capture; ray-trace it if it does not exist.
 
     Args:
-        name: As for `parse_traced`.
-        folder: Folder of all traced captures.
+        name: Name of the capture, in the form that `parse_traced` accepts.
+        folder: Folder that contains all ray-traced captures.
 
     Raises:
         ValueError: The name is malformed, the variant does not exist, or a size is invalid.

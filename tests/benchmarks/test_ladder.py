@@ -305,7 +305,7 @@ def test_the_command_encodes_the_initial_stream_and_continues(folder, tmp_path, 
     header_line, _, static_line, all_line = first_output.out.strip().splitlines()
     assert header_line.startswith("| ahead | iterations | free |")
     assert static_line.startswith("| 1 | 0 | nothing |")
-    assert all_line.startswith("| 1 | 2 | + rotations, which is all |")
+    assert all_line.startswith("| 1 | 2 | + rotations (all fields) |")
     assert (tmp_path / "ladder.md").read_text() == first_output.out
 
 

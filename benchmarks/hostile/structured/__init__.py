@@ -1,5 +1,5 @@
-"""Generates streams with hostile values: records that no encoder writes, correctly coded.
+"""Generates streams with hostile values: records that no encoder writes, but correctly coded.
 
-CRCs, sequence numbers, INDX and TAIL are correct unless they are the fault, so that decoders reach
-the fault.
+Everything except the fault is correct, including CRCs, sequence numbers, INDX and TAIL, so that
+decoders reach the fault.
 """

@@ -1,7 +1,7 @@
 """Codes the frames of a stream, each with the CRC of its decoded state.
 
-A rejected frame leaves the state unchanged and has a CRC of 0. The reference engine computes the
-states.
+A frame that is rejected leaves the state unchanged and has a CRC of 0. The reference engine
+computes the states.
 """
 
 from collections.abc import Callable, Iterator
@@ -49,7 +49,7 @@ Record = CanonicalChunk | SnapshotChunk | FrameChunk
 _Value = TypeVar("_Value")
 _MAX_TRIALS = 4
 _FIRST_FRAMES = (0, 0, 0, 0, 0, 0, 5, COUNTER_LIMIT - 3)
-_MAX_STEP = (1 << 63) - 1  # differences of parents, beyond the limit of encoders
+_MAX_STEP = (1 << 63) - 1  # allows larger differences of parents than encoders write
 EMPTY_SECTION = Section(np.zeros(0, dtype=np.uint32))
 _KEYFRAME_STAGES = (Stage.SCENE, Stage.CANONICAL, Stage.SNAPSHOT)
 _CHUNK_TYPES: dict[type, tuple[bytes, Callable[[Any], bytes]]] = {
@@ -68,10 +68,11 @@ class Builder:
 
     Attributes:
         header: Header of the stream.
-        pieces: Chunks that have been added.
-        records: Records of the frames that have been added.
-        state: State after the last valid frame.
-        reference: The last CANO, against which snapshots are coded; None before the first.
+        pieces: Chunks added so far.
+        records: Records of the frames added so far.
+        state: State after the last valid frame; None before the first valid frame.
+        reference: The last canonical frame, against which snapshots are coded; None before the
+            first canonical frame.
     """
 
     def __init__(self, draws: Draws, header: StreamHeader) -> None:
@@ -111,7 +112,7 @@ class Builder:
         self.pieces.append(Piece(kind, self._change(Stage.PAYLOAD, build(record_with_crc))))
 
     def finish(self, *, index: bool) -> None:
-        """Append TAIL, with `index` also INDX before it."""
+        """Append TAIL and, if `index` is set, INDX before it."""
         if index:
             self.pieces.append(Piece(container.INDX, None))
         self.pieces.append(Piece(container.TAIL, None))
@@ -120,12 +121,12 @@ class Builder:
         if not is_keyframe and self.state is not None:
             return self._draw_frame(self.state)
         if self._is_at_stage(Stage.SNAPSHOT) or self._draws.rng.random() < 0.5:
-            with suppress(BitstreamError):  # a frame with a larger range than a snapshot can code
+            with suppress(BitstreamError):  # the frame's range may be too large for a snapshot
                 return self._draw_snapshot() or self._draw_canonical()
         return self._draw_canonical()
 
     def _draw_snapshot(self) -> SnapshotChunk | None:
-        """Return a snapshot; None if the stream can have no snapshot here."""
+        """Draw a snapshot; return None if the stream cannot have a snapshot here."""
         reference, state = self.reference, self.state
         if reference is None or state is None or not self.header.snapshots:
             return None
@@ -175,7 +176,7 @@ class Builder:
         return self._change(Stage.FRAME, chunk)
 
     def _add_changes(self, frame_start: State, chunk: FrameChunk) -> FrameChunk:
-        """Return a frame with updates and births added, if its motion is valid."""
+        """Add updates and births to a frame if its motion is valid; return the frame."""
         with suppress(BitstreamError):
             moved_frame = decode_motion(frame_start, chunk.motion, previous=chunk.previous_contexts)
             if self.header.updates:
@@ -194,14 +195,14 @@ class Builder:
             return write_updates(update_context(moved_frame), updates, moved_frame.update_counts)
 
     def _try_record(self, record: Record) -> tuple[State | None, int]:
-        """Return the state after a record, and its CRC; None and 0 if the record is rejected."""
+        """Decode a record; return the state and its CRC, or None and 0 if it is rejected."""
         with suppress(BitstreamError, LimitError), patch.object(frames, "check_state"):
             if isinstance(record, CanonicalChunk):
                 state, _ = decode_canonical(self.header, record)
             elif isinstance(record, SnapshotChunk) and self.reference is not None:
                 state, _ = decode_snapshot(self.header, record, self.reference.gaussians)
             elif isinstance(record, FrameChunk) and self.state is not None:
-                # A frame of another stream can have updates where this stream allows none.
+                # A frame of another stream can have updates even if this stream allows none.
                 payload = wire.build_frame(record)
                 parsed = wire.parse_frame(payload, updates=self.header.updates)
                 state = decode_frame(self.state, parsed)
@@ -222,7 +223,7 @@ class Builder:
 
     @contextmanager
     def _with_stated_codes(self) -> Iterator[None]:
-        """Code a frame with the `PlaneWriter` of the current fault, if the fault has one."""
+        """Replace `PlaneWriter` with the writer of the current fault, if the fault has one."""
         if not self._is_at_stage(Stage.WRITER):
             yield
             return

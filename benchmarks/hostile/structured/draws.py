@@ -1,4 +1,4 @@
-"""Draws valid records: small scenes at any position, with any values that streams can have."""
+"""Draws valid records: small scenes at random positions, with random values."""
 
 import random
 from dataclasses import dataclass, replace
@@ -44,8 +44,8 @@ class Draws:
     """Draws the random values of one stream.
 
     Attributes:
-        rng: Source of single values.
-        array_rng: Source of arrays.
+        rng: Random generator for single values.
+        array_rng: Random generator for arrays.
     """
 
     rng: random.Random
@@ -53,7 +53,7 @@ class Draws:
 
     @classmethod
     def from_seed(cls, *seed: int) -> "Draws":
-        """Return draws that depend only on the seed, such as a series and a number."""
+        """Return draws that depend only on the numbers of the seed."""
         rng = random.Random(repr(seed))
         return cls(rng, np.random.default_rng(rng.getrandbits(64)))
 
@@ -72,7 +72,7 @@ class Draws:
         )
 
     def draw_symbols(self, frame_start: State) -> list[Int64]:
-        """Draw the symbols of the anchors of a frame start, one array per level."""
+        """Draw the anchors' symbols for a frame start, one array per level."""
         limit = self.rng.choice((0, 1, 3, 3, SYMBOL_LIMIT))
         share = self.rng.choice((0.1, 0.5, 1.0))
         levels = []
@@ -102,7 +102,7 @@ class Draws:
         """Draw a snapshot: some Gaussians of a canonical frame with changes, and new Gaussians.
 
         Returns:
-            The Gaussians, and `[N]` their indices in the canonical frame; -1 for new Gaussians.
+            The Gaussians, and their indices `[N]` in the canonical frame; -1 for new Gaussians.
         """
         share = self.rng.choice((0, 0.5, 1, 1))
         survivors = np.flatnonzero(self.array_rng.random(canonical.count) < share)
@@ -154,7 +154,7 @@ class Draws:
         return center + self.array_rng.integers(-extent, extent + 1, (3, count))
 
     def _draw_rotations(self, header: StreamHeader, count: int) -> Int64:
-        """Draw coded rotations: components up to magnitude 1/2, or one component of magnitude 1."""
+        """Draw rotations: components of magnitude up to 1/2, or one component of magnitude 1."""
         unit = 1 << header.rotation_bits
         components = self.array_rng.integers(-(unit // 2), unit // 2 + 1, (3, count))
         if self.rng.random() < 0.2:
@@ -178,12 +178,12 @@ class Draws:
 
 
 def replace_columns(gaussians: Gaussians, index: int, **columns: list[int]) -> Gaussians:
-    """Return Gaussians with changed attributes of one Gaussian.
+    """Return a copy of Gaussians in which attributes of one Gaussian have new values.
 
     Args:
         gaussians: The Gaussians.
-        index: Index of the changed Gaussian.
-        columns: New values of the first rows of each attribute.
+        index: Index of the Gaussian to change.
+        columns: For each attribute to change, new values of its first rows.
     """
     changed_columns = {}
     for name, numbers in columns.items():

@@ -1,4 +1,4 @@
-"""Possible faults of a stream, and the stages at which they are applied."""
+"""Defines a fault of a stream, and the stages at which faults are applied."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -18,13 +18,13 @@ class Stage(Enum):
     BIRTHS = auto()
     """Births of a frame before coding; the context is the moved frame."""
     WRITER = auto()
-    """The writer of the planes of a section; its argument is the previous counts of contexts."""
+    """The writer of a section's planes; the value is the initial counts of the contexts."""
     CANONICAL = auto()
     """The coded record of a canonical frame, before its CRC is computed."""
     SNAPSHOT = auto()
     """The coded record of a snapshot, before its CRC is computed."""
     FRAME = auto()
-    """The coded record of another frame, before its CRC is computed."""
+    """The coded record of any other frame, before its CRC is computed."""
     PAYLOAD = auto()
     """The payload of a frame, including its state CRC."""
     STREAM = auto()

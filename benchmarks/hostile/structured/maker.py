@@ -20,9 +20,10 @@ _DONOR_COUNT = 24
 
 
 class StructuredMaker:
-    """Generates streams by series and number.
+    """Generates the streams of a series.
 
-    The numbers cycle through all faults. A fifth of the streams have a second, random fault.
+    Consecutive numbers cycle through all faults. A fifth of the streams have a second fault, which
+    is random.
 
     Args:
         series: Number of the series of streams.
@@ -42,7 +43,7 @@ class StructuredMaker:
         )
 
     def make(self, number: int) -> Mutant:
-        """Return the stream of a number in the series."""
+        """Return the stream with a number in the series."""
         draws = Draws.from_seed(self._series, number)
         first = self.faults[number % len(self.faults)]
         second = draws.rng.choice(self.faults) if draws.rng.random() < 0.2 else None
@@ -56,12 +57,12 @@ class StructuredMaker:
 
 
 def _build_stream(draws: Draws, faults: Sequence[Fault], model: Builder | None = None) -> Builder:
-    """Return the builder of a stream of a few frames, with faults.
+    """Build a stream of a few frames with faults; return its builder.
 
     Args:
         draws: Source of random values.
         faults: Faults of the stream.
-        model: Builder whose header the stream gets; a random header if None.
+        model: Builder from which the header is copied; None for a random header.
     """
     header = draws.draw_header() if model is None else model.header
     for fault in faults:

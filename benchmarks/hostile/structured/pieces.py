@@ -1,4 +1,4 @@
-"""Assembles chunks, which can have faults, into a stream with INDX and TAIL."""
+"""Assembles chunks, some of which may have faults, into a stream with INDX and TAIL."""
 
 import struct
 import zlib

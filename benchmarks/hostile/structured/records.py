@@ -20,7 +20,7 @@ _ORIGINS = (0, POSITION_LIMIT, -POSITION_LIMIT - 1, 1 << 30, (1 << 31) - 1, -(1 
 
 
 def _set_field(name: str, *values: int) -> Callable[[Draws, Record], Record]:
-    """Return a function that sets a field to one of the values, or close to its old value."""
+    """Return a function that sets a field to one of the values, or changes it slightly."""
 
     def change(draws: Draws, record: Record) -> Record:
         current = getattr(record, name)
@@ -112,7 +112,7 @@ def _splice(donors: Sequence[Record]) -> Callable[[Draws, Record], Record]:
 
 
 def _replace(donors: Sequence[Record]) -> Callable[[Draws, Record], Record]:
-    """Return a function that replaces a frame by a frame of another stream."""
+    """Return a function that replaces a frame with a frame of another stream."""
 
     def replace_frame(draws: Draws, record: Record) -> Record:
         donor = draws.rng.choice([donor for donor in donors if type(donor) is type(record)])
@@ -133,7 +133,7 @@ def _resize(draws: Draws, payload: bytes) -> bytes:
 
 
 def _set_word_count(draws: Draws, payload: bytes) -> bytes:
-    """Write a wrong number of words of the first section, or a wrong flag."""
+    """Write a wrong word count of the first section, or a wrong flag."""
     rng = draws.rng
     offset, size = rng.choice(((21, 4), (13, 4), (20, 1), (4, 1)))
     number = rng.choice((2, 21, 255, 1 << 20, 1 << 30, _MAX_U32)) % (1 << 8 * size)
@@ -148,15 +148,15 @@ def list_hostile_records(donors: Sequence[Record]) -> list[Fault]:
     """Return the possible faults of records.
 
     Args:
-        donors: Records of other streams, with all types of records.
+        donors: Records of other streams; they include every type of record.
     """
     record_changes: dict[str, Callable[[Draws, Any], Any]] = {
-        "a word of 0 at the end": _change_section(_append_zero_word),
-        "words before the first": _change_section(_prepend_word),
-        "a word lost": _change_section(_drop_word),
-        "a flipped bit of a word": _change_section(_flip_word_bit),
-        "words drawn": _change_section(_draw_words),
-        "sections swapped": _swap_sections,
+        "an extra zero word at the end": _change_section(_append_zero_word),
+        "extra words before the first word": _change_section(_prepend_word),
+        "a missing word": _change_section(_drop_word),
+        "a flipped bit in a word": _change_section(_flip_word_bit),
+        "random words": _change_section(_draw_words),
+        "sections in random order": _swap_sections,
         "sections of another stream": _splice(donors),
         "a frame of another stream": _replace(donors),
     }
@@ -175,14 +175,14 @@ def list_hostile_records(donors: Sequence[Record]) -> list[Fault]:
     snapshot_changes: dict[str, Callable[[Draws, Any], Any]] = {
         "newborn_count": _set_field("newborn_count", 0, 65537, _MAX_U32),
         "ordinal": _set_field("frame", 0, _MAX_U32),
-        "the ordinal of its CANO": _set_field("canonical", 0, _MAX_U32),
+        "ordinal of its canonical frame": _set_field("canonical", 0, _MAX_U32),
         "origin": _move_origin,
         "axis_bits": _narrow_box,
     }
     payload_changes: dict[str, Callable[[Draws, Any], Any]] = {
-        "the CRC of a state": _change_state_crc,
-        "the size of a payload": _resize,
-        "a number of words or a flag": _set_word_count,
+        "a wrong state CRC": _change_state_crc,
+        "a wrong payload size": _resize,
+        "a wrong word count or flag": _set_word_count,
     }
     return [
         *(
@@ -204,8 +204,8 @@ def list_hostile_records(donors: Sequence[Record]) -> list[Fault]:
         ),
         *(Fault(f"moved: {name}", Stage.FRAME, frame_changes[name]) for name in frame_changes),
         *(Fault(name, Stage.PAYLOAD, payload_changes[name]) for name in payload_changes),
-        # At higher levels, a damaged count can request a million Gaussians, which takes long.
-        Fault("bytes of a payload", Stage.PAYLOAD, _damage, {"level": 10}),
+        # At higher levels, a damaged count can request a million Gaussians, which takes too long.
+        Fault("damaged bytes in a payload", Stage.PAYLOAD, _damage, {"level": 10}),
     ]
 
 

@@ -20,7 +20,7 @@ class StatingWriter:
     Args:
         counts: Initial counts of the contexts; not modified.
         rng: Source of random values.
-        codes: Range of the codes; codes from PROBABILITY_CODES on are undefined.
+        codes: Range of the codes to draw; codes of PROBABILITY_CODES or more are undefined.
     """
 
     def __init__(self, counts: ContextCounts, rng: random.Random, codes: range) -> None:
@@ -66,7 +66,7 @@ class StatingWriter:
 
 
 def _find_weight(code: int) -> int:
-    """Return the weight of a 1 for a code; one half for undefined codes, which decoders reject."""
+    """Return a code's weight of a 1; one half for undefined codes, which decoders reject."""
     return weight_of_code(code) if code < PROBABILITY_CODES else _EVEN
 
 

@@ -1,4 +1,4 @@
-"""Faults of the container: in HEAD, chunk headers, the order of chunks, INDX, TAIL, and bytes."""
+"""Faults of the container: HEAD, chunk headers, the order of chunks, INDX, TAIL, and bytes."""
 
 import math
 import struct
@@ -32,7 +32,7 @@ _ANCILLARY_PAYLOADS = (
 
 
 def _change_head(draws: Draws, pieces: Pieces) -> Pieces:
-    """Write another number into a field of HEAD."""
+    """Write an unusual number into a field of HEAD."""
     head, field_number = pieces[0].payload or b"", draws.rng.randrange(len(_HEAD_FORMATS))
     field_format = f"<{_HEAD_FORMATS[field_number]}"
     offset, size = (
@@ -47,7 +47,7 @@ def _change_head(draws: Draws, pieces: Pieces) -> Pieces:
 
 
 def _change_version(draws: Draws, pieces: Pieces) -> Pieces:
-    """Write another version, or require a feature that the stream does not need."""
+    """Write a different version, or require a feature that the stream does not need."""
     head = bytearray(pieces[0].payload or b"")
     head[draws.rng.choice((0, 0, 1, 2, 5, 6))] = draws.rng.choice((0, 2, 128, 255))
     return [replace(pieces[0], payload=bytes(head)), *pieces[1:]]
@@ -65,7 +65,7 @@ def _resize_head(draws: Draws, pieces: Pieces) -> Pieces:
 def _change_piece(
     **draw_by_field: Callable[[Draws, Piece], Any],
 ) -> Callable[[Draws, Pieces], Pieces]:
-    """Return a function that sets fields of a random piece."""
+    """Return a function that draws new values for fields of a random piece."""
 
     def change(draws: Draws, pieces: Pieces) -> Pieces:
         index = draws.rng.randrange(len(pieces))
@@ -169,40 +169,44 @@ def list_hostile_streams(donors: Sequence[Pieces]) -> list[Fault]:
         donors: Pieces of other streams.
     """
     stream_changes: dict[str, Callable[[Draws, Pieces], Pieces]] = {
-        "a field of HEAD": _change_head,
-        "another version": _change_version,
-        "the size of HEAD": _resize_head,
-        "sync": _change_piece(
+        "an unusual value in HEAD": _change_head,
+        "a different version": _change_version,
+        "a wrong size of HEAD": _resize_head,
+        "a wrong sync word": _change_piece(
             sync=lambda draws, piece: draws.rng.choice((bytes(4), piece.sync[::-1]))
         ),
-        "the CRC of a header": _change_piece(
+        "a flipped bit in a chunk header": _change_piece(
             flipped_byte=lambda draws, _piece: draws.rng.randrange(8, CHUNK_HEADER_BYTES)
         ),
-        "the CRC of a payload": _change_piece(
+        "a flipped bit in a payload CRC": _change_piece(
             flipped_byte=lambda draws, _piece: -1 - draws.rng.randrange(4)
         ),
-        "sequence": _change_piece(
+        "a wrong sequence number": _change_piece(
             sequence=lambda draws, _piece: draws.rng.choice((0, 1, 2, 3, _MAX_U32))
         ),
-        "type": _change_piece(kind=lambda draws, _piece: draws.rng.choice(_CHUNK_TYPES)),
-        "length": _change_piece(length=lambda draws, _piece: draws.rng.choice(_LENGTHS)),
-        "chunks swapped": _swap_chunks,
-        "a chunk lost": _drop_chunk,
-        "a chunk repeated": _repeat_chunk,
+        "a wrong chunk type": _change_piece(
+            kind=lambda draws, _piece: draws.rng.choice(_CHUNK_TYPES)
+        ),
+        "a wrong chunk length": _change_piece(
+            length=lambda draws, _piece: draws.rng.choice(_LENGTHS)
+        ),
+        "two swapped chunks": _swap_chunks,
+        "a missing chunk": _drop_chunk,
+        "a repeated chunk": _repeat_chunk,
         "an inserted chunk": _insert_chunk(*_CHUNK_TYPES),
-        "an unknown chunk": _insert_chunk(*_ANCILLARY),
+        "an unknown ancillary chunk": _insert_chunk(*_ANCILLARY),
         "an unknown critical chunk": _insert_chunk(*_CRITICAL),
-        "a chunk of a bad type": _insert_chunk(*_BAD_TYPES),
+        "a chunk with an invalid type": _insert_chunk(*_BAD_TYPES),
         "chunks of another stream": _splice(donors),
-        "cameras and metadata": _damage_ancillary,
-        "INDX": _change_index,
-        "TAIL": _change_tail,
+        "damaged cameras or metadata": _damage_ancillary,
+        "wrong seek points in INDX": _change_index,
+        "wrong totals in TAIL": _change_tail,
     }
     byte_changes: dict[str, Callable[[Draws, bytes], bytes]] = {
-        "cut": _cut,
-        "extended": _extend,
-        "magic": _change_magic,
-        "bytes": _damage,
+        "a truncated stream": _cut,
+        "extra bytes at the end": _extend,
+        "a flipped bit in the magic": _change_magic,
+        "damaged bytes": _damage,
     }
     return [
         *(Fault(name, Stage.STREAM, stream_changes[name]) for name in stream_changes),

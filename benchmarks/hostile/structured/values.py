@@ -31,12 +31,12 @@ from quarc_ref.format.records import (
 )
 from quarc_ref.format.updates import CODES, ROTATION, TRANSLATION, Updates
 
-# Differences of ascending numbers: some are out of range, and some have a sum that overflows.
+# Differences of ascending numbers: some are out of range, and the sums of others overflow.
 _STEPS = (1, 1 << 31, 1 << 32, 1 << 59, 1 << 60, (1 << 60) + 1, 1 << 62, (1 << 63) - 1)
 
 
 def overflow_codes(draws: Draws, gaussians: Gaussians, _header: StreamHeader) -> Gaussians:
-    """Give a Gaussian a color that is out of range, while its coded differences are in range."""
+    """Give a Gaussian a color out of range whose coded differences are in range."""
     sign = draws.rng.choice((-1, 1))
     limit, excess = sign * CODE_LIMIT, sign * draws.rng.choice((1, 2, CODE_LIMIT))
     codes = gaussians.codes.copy()
@@ -62,7 +62,7 @@ def overflow_rotations(draws: Draws, gaussians: Gaussians, header: StreamHeader)
 
 
 def degenerate_rotations(draws: Draws, symbols: list[Int64], frame_start: State) -> list[Int64]:
-    """Make the residuals of w of all Gaussians, or of one anchor, cancel the identity."""
+    """Make the w residuals cancel the identity rotation, for all Gaussians or for one anchor."""
     identity = frame_start.scene.header.rotation_unity * frame_start.scene.header.level_count
     new_symbols = [np.zeros_like(level) for level in symbols]
     if draws.rng.random() < 0.5:
@@ -73,7 +73,7 @@ def degenerate_rotations(draws: Draws, symbols: list[Int64], frame_start: State)
 
 
 def move_far(draws: Draws, symbols: list[Int64], _frame_start: State) -> list[Int64]:
-    """Move all Gaussians along an axis, by the largest symbols at every level."""
+    """Move all Gaussians along one axis by the largest symbol of every level."""
     axis, sign = draws.rng.randrange(3), draws.rng.choice((-1, 1))
     for level in symbols:
         level[axis] = sign * SYMBOL_LIMIT
@@ -81,21 +81,21 @@ def move_far(draws: Draws, symbols: list[Int64], _frame_start: State) -> list[In
 
 
 def rotate_far(draws: Draws, symbols: list[Int64], _frame_start: State) -> list[Int64]:
-    """Rotate all Gaussians by residuals of any size."""
+    """Rotate all Gaussians by random residuals from the full range."""
     for level in symbols:
         level[3:] = draws.array_rng.integers(-SYMBOL_LIMIT, SYMBOL_LIMIT + 1, level[3:].shape)
     return symbols
 
 
 def delete_all(_draws: Draws, _updates: Updates, moved_frame: State) -> Updates:
-    """Delete all Gaussians by updates."""
+    """Return updates that delete all Gaussians."""
     count = moved_frame.scene.count
     zero_residuals = np.zeros((RESIDUAL_ROWS, count), dtype=np.int64)
     return Updates(np.arange(count), np.ones(count, dtype=np.bool_), zero_residuals)
 
 
 def update_too_far(draws: Draws, _updates: Updates, moved_frame: State) -> Updates:
-    """Move a Gaussian, or change its codes, by the largest residuals."""
+    """Return an update that moves a Gaussian, or changes its codes, by the largest residuals."""
     updates = _make_zero_update(draws, moved_frame)
     rows = draws.rng.choice((TRANSLATION, CODES))
     updates.residuals[rows] = draws.rng.choice((-CODE_LIMIT, CODE_LIMIT))
@@ -103,7 +103,7 @@ def update_too_far(draws: Draws, _updates: Updates, moved_frame: State) -> Updat
 
 
 def rotate_too_far(draws: Draws, _updates: Updates, moved_frame: State) -> Updates:
-    """Rotate a Gaussian by the largest valid residual, or by a larger one."""
+    """Return an update that rotates a Gaussian by the largest valid residual, or a larger one."""
     updates = _make_zero_update(draws, moved_frame)
     limit = ROTATION_UNITY_LIMIT
     residual = draws.rng.choice((limit, limit + 1, -limit - 1, CODE_LIMIT))
@@ -117,7 +117,7 @@ def _make_zero_update(draws: Draws, moved_frame: State) -> Updates:
 
 
 def use_missing_parents(draws: Draws, births: Births, moved_frame: State) -> Births:
-    """Set parents to indices that exceed the scene by a little, by much, or exceed 64 bits."""
+    """Set parents to indices just above or far above the largest index, or above 64 bits."""
     count = moved_frame.scene.count
     steps = np.zeros_like(births.parents)
     steps[draws.rng.randrange(steps.size)] = draws.rng.choice((count, count + 1, *_STEPS[1:]))
@@ -133,7 +133,7 @@ def place_births_far(draws: Draws, births: Births, _moved_frame: State) -> Birth
 
 
 def overflow_birth_codes(draws: Draws, births: Births, moved_frame: State) -> Births:
-    """Give a birth codes that are out of range, while their coded differences are in range."""
+    """Give a new Gaussian codes out of range whose coded differences are in range."""
     if draws.rng.random() < 0.5:
         return replace(
             births, newborn=overflow_codes(draws, births.newborn, moved_frame.scene.header)
@@ -145,13 +145,13 @@ def overflow_birth_codes(draws: Draws, births: Births, moved_frame: State) -> Bi
 
 
 def overflow_birth_rotations(draws: Draws, births: Births, moved_frame: State) -> Births:
-    """Give a birth a rotation whose components have a norm above 1."""
+    """Give a new Gaussian a rotation whose components have a norm above 1."""
     newborn = overflow_rotations(draws, births.newborn, moved_frame.scene.header)
     return replace(births, newborn=newborn)
 
 
 def overflow_keys(draws: Draws, chunk: CanonicalChunk) -> CanonicalChunk:
-    """Code Morton keys outside the box, or whose sum exceeds 64 bits."""
+    """Code Morton keys that are outside the box, or that exceed 64 bits."""
     steps = draws.array_rng.choice([0, 0, 1], chunk.gaussian_count)
     for _ in range(draws.rng.choice((1, 1, 4))):
         steps[draws.rng.randrange(steps.size)] = draws.rng.choice(_STEPS)
@@ -162,12 +162,12 @@ def overflow_keys(draws: Draws, chunk: CanonicalChunk) -> CanonicalChunk:
 
 
 def state_random_codes(draws: Draws, counts: ContextCounts) -> StatingWriter:
-    """State probabilities at random."""
+    """Return a writer that states random probabilities."""
     return _open_stating_writer(draws, counts, range(PROBABILITY_CODES))
 
 
 def state_undefined_codes(draws: Draws, counts: ContextCounts) -> StatingWriter:
-    """State probabilities at random, some by undefined codes."""
+    """Return a writer that states random probabilities, some of them by undefined codes."""
     return _open_stating_writer(draws, counts, range(draws.rng.choice((0, 200)), 256))
 
 
@@ -177,27 +177,32 @@ def _open_stating_writer(draws: Draws, counts: ContextCounts, codes: range) -> S
 
 HOSTILE_VALUES: Sequence[Fault] = (
     Fault("codes out of range", Stage.SCENE, overflow_codes),
-    Fault("rotations too long", Stage.SCENE, overflow_rotations),
+    Fault("rotation norms above 1", Stage.SCENE, overflow_rotations),
     Fault(
-        *("identity taken back", Stage.MOTION, degenerate_rotations),
+        *("canceled identity rotation", Stage.MOTION, degenerate_rotations),
         {"rotation_components": 4, "rotation_unity": 3},
     ),
-    Fault("moved far", Stage.MOTION, move_far),
-    Fault("moved out", Stage.MOTION, move_far, {"translation_step": (1 << 16) - 1}),
-    Fault("turned much", Stage.MOTION, rotate_far, {"rotation_unity": 1}),
-    Fault("all Gaussians leave by updates", Stage.UPDATES, delete_all, {"updates": True}),
-    Fault("updated far", Stage.UPDATES, update_too_far, {"updates": True}),
+    Fault("largest motion symbols", Stage.MOTION, move_far),
+    Fault("motion out of the lattice", Stage.MOTION, move_far, {"translation_step": (1 << 16) - 1}),
+    Fault("large rotations", Stage.MOTION, rotate_far, {"rotation_unity": 1}),
+    Fault("updates delete all Gaussians", Stage.UPDATES, delete_all, {"updates": True}),
+    Fault("largest updates", Stage.UPDATES, update_too_far, {"updates": True}),
     Fault(
-        *("updated out", Stage.UPDATES, update_too_far),
+        *("updates out of the lattice", Stage.UPDATES, update_too_far),
         {"updates": True, "translation_step": (1 << 16) - 1},
     ),
-    Fault("too large rotations by updates", Stage.UPDATES, rotate_too_far, {"updates": True}),
-    Fault("parents elsewhere", Stage.BIRTHS, use_missing_parents),
-    Fault("newborn far away", Stage.BIRTHS, place_births_far),
-    Fault("newborn out", Stage.BIRTHS, place_births_far, {"position_step": (1 << 16) - 1}),
-    Fault("codes of births out of range", Stage.BIRTHS, overflow_birth_codes),
-    Fault("too long rotations of births", Stage.BIRTHS, overflow_birth_rotations),
-    Fault("keys outside their box", Stage.CANONICAL, overflow_keys),
+    Fault("update rotations out of range", Stage.UPDATES, rotate_too_far, {"updates": True}),
+    Fault("missing parents", Stage.BIRTHS, use_missing_parents),
+    Fault("births far from their parents", Stage.BIRTHS, place_births_far),
+    Fault(
+        "births out of the lattice",
+        Stage.BIRTHS,
+        place_births_far,
+        {"position_step": (1 << 16) - 1},
+    ),
+    Fault("birth codes out of range", Stage.BIRTHS, overflow_birth_codes),
+    Fault("birth rotation norms above 1", Stage.BIRTHS, overflow_birth_rotations),
+    Fault("Morton keys outside the box", Stage.CANONICAL, overflow_keys),
     Fault("random stated probabilities", Stage.WRITER, state_random_codes),
-    Fault("undefined probabilities", Stage.WRITER, state_undefined_codes),
+    Fault("undefined probability codes", Stage.WRITER, state_undefined_codes),
 )
