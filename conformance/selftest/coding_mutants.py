@@ -13,7 +13,7 @@ MUTANTS = (
     mutant(
         "final state of the coder not checked",
         "format/coding/planes.py",
-        "        self._words.finish()\n",
+        "        self._bit_decoder.finish()\n",
         "",
     ),
     mutant(

@@ -31,7 +31,7 @@ MUTANTS = (
     mutant(
         "memory allocated for any number of Gaussians at the unlimited level",
         _LIMITS,
-        '    _decline_above(_OWN_LIMITS.gaussians, count, "Gaussians")\n',
+        '    _decline_above(_DECODER_LIMITS.gaussians, count, "Gaussians")\n',
         "",
         only_category="resource",
     ),

@@ -1,8 +1,8 @@
-"""The reference decoder: from the chunks of a stream to states of frames (SPEC 6, 7, 9, 10).
+"""The decoder, which computes the state of every frame from the chunks of a stream.
 
-`StreamDecoder` takes chunks and returns the state of every frame, which an engine
-computes. `dequantize` converts the integers of a state to floats. `quarc_ref.streams`
-reads bytes, files and URLs.
+`StreamDecoder` takes the chunks in order; an engine computes the states (SPEC 6, 7, 9).
+`dequantize` converts the integers of a state to floats (SPEC 10). `quarc_ref.streams` reads
+the chunks from bytes, files and URLs.
 
 Neither this package nor `quarc_ref.format` imports torch, OpenCV or matplotlib.
 """

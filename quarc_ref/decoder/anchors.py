@@ -1,9 +1,9 @@
 """Samples the anchors of a scene in integer arithmetic: SPEC 6.
 
 An anchor is a Gaussian that is chosen to carry a residual. At each level, the Gaussian of
-lowest rank in every occupied cell of a grid is an anchor. If the level needs more anchors,
-the Gaussians of lowest rank among the others are added. Every Gaussian therefore has an
-anchor in its own cell, which bounds the search of `binding`.
+lowest rank in every occupied cell of a grid is an anchor. Every Gaussian therefore has an
+anchor in its own cell, which limits the search in `binding`. If the level needs more
+anchors, the remaining Gaussians of lowest rank are added.
 """
 
 from dataclasses import dataclass
@@ -38,10 +38,10 @@ class AnchorLevel:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Anchors:
-    """All anchors of a frame, and the Gaussians bound to them.
+    """All anchors of a frame, and the binding of its Gaussians to them.
 
     Attributes:
-        levels: Level 1, the finest, first.
+        levels: Anchors of each level, beginning with level 1, the finest.
         binding: `[L, N]` index of each Gaussian's anchor at each level.
     """
 
@@ -49,11 +49,11 @@ class Anchors:
     binding: Int32
 
     def without(self, deleted_indices: Int64) -> "Anchors":
-        """Return the anchors without bindings of deleted Gaussians `[g]` (SPEC 6.5)."""
+        """Return the anchors without the bindings of Gaussians at indices `[g]` (SPEC 6.5)."""
         return Anchors(self.levels, np.delete(self.binding, deleted_indices, axis=1))
 
     def with_births(self, positions: Int32) -> "Anchors":
-        """Return the anchors after binding new Gaussians at `[3, n]` (SPEC 6.5)."""
+        """Return the anchors with new Gaussians at positions `[3, n]` bound to them (SPEC 6.5)."""
         newborn_binding = [bind_exhaustively(positions, level.positions) for level in self.levels]
         return Anchors(
             self.levels, np.hstack([self.binding, np.array(newborn_binding, dtype=np.int32)])
@@ -92,10 +92,10 @@ def sample_anchors(scene: Scene) -> Anchors:
 
 
 def compute_ranks(scene: Scene) -> Int64:
-    """Return `[4, N]` ranks of the Gaussians at each level: (word, id) as one number (SPEC 6.2).
+    """Return the `[4, N]` ranks of the Gaussians; row k is for level k + 1 (SPEC 6.2).
 
-    A word has 32 bits and an id 32, so a rank needs 64 unsigned bits; an offset that
-    centers the words at 0 preserves the order in int64.
+    A rank consists of a 32-bit word and the 32-bit id. Subtracting 2^31 from the word makes
+    ranks fit in int64 and preserves their order.
     """
     counter = np.zeros((4, scene.count), dtype=np.uint64)
     counter[0] = scene.ids
@@ -106,14 +106,15 @@ def compute_ranks(scene: Scene) -> Int64:
 
 
 def _sort_cells(positions: Int32) -> tuple[Int64, Int64]:
-    """Sort Gaussians in Morton order, and find from which shift neighbors share a cell.
+    """Sort Gaussians in Morton order, and find the smallest shifts at which neighbors share a cell.
 
-    In this order the Gaussians of a cell are contiguous at every shift, so a single sort finds the
-    occupied cells for all shifts.
+    A shift is the binary logarithm of a cell size. In Morton order, the Gaussians of a cell are
+    contiguous at every shift, so a single sort finds the occupied cells for all shifts.
 
     Returns:
-        `[N]` indices in Morton order, and `[N]` the smallest shift at which each Gaussian
-        shares the cell of its predecessor (one more than the largest shift for the first).
+        The `[N]` indices of the Gaussians in Morton order, and the `[N]` smallest shifts at
+        which each of them is in the same cell as the one before it. The first has none before
+        it; its value is one more than the largest shift.
     """
     offset_positions = positions.astype(np.int64) + LATTICE_OFFSET
     high, low = (
@@ -130,7 +131,7 @@ def _sort_cells(positions: Int32) -> tuple[Int64, Int64]:
 def _choose_anchors(
     ranks: Int64, order: Int64, merge_shifts: Int64, count: int
 ) -> tuple[Int64, int]:
-    """Return the indices `[count]` of a level's anchors, ascending, and its shift (SPEC 6.3)."""
+    """Return the ascending indices `[count]` and the cell shift of a level's anchors (SPEC 6.3)."""
     # Rule 1: a cell begins at each Gaussian that does not share the cell of its predecessor.
     cell_counts = merge_shifts.size - np.cumsum(
         np.bincount(merge_shifts, minlength=LATTICE_BITS + 1)
@@ -146,5 +147,5 @@ def _choose_anchors(
     return np.flatnonzero(is_anchor), shift
 
 
-# Of the 24 bits of a coordinate; the keys of the low and of the high bits each fit 64 bits.
+# Number of low bits of a 24-bit coordinate; keys of the low and of the high bits fit in 64 bits.
 _LOW_BITS = 8

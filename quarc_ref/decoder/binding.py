@@ -1,9 +1,9 @@
 """Finds the exact nearest anchor of every Gaussian: SPEC 6.4.
 
 The result is the anchor with the smallest (squared distance, index). A grid limits the
-search: the anchors in a Gaussian's own cell bound the distance, and neighboring cells are
-searched only if they are within this bound. A Gaussian whose bound extends beyond the 26
-neighboring cells is compared with every anchor.
+search: the anchors in a Gaussian's own cell give an upper bound of the distance, and neighboring
+cells are searched only if they are within this bound. A Gaussian whose bound extends beyond
+the 26 neighboring cells is compared with every anchor.
 """
 
 from itertools import product
@@ -24,8 +24,8 @@ def bind(positions: Int32, anchors: Int32, shift: int) -> Int64:
     Args:
         positions: `[3, N]` Gaussians, lattice units.
         anchors: `[3, A]` anchors, lattice units, A at least 1.
-        shift: Binary logarithm of the cell size, which affects only the speed. The fastest
-            shift gives about one anchor per cell.
+        shift: Binary logarithm of the cell size. It affects only the speed, which is highest
+            with about one anchor per cell.
 
     Returns:
         `[N]` anchor indices; among equally near anchors, the lowest index.
@@ -35,28 +35,29 @@ def bind(positions: Int32, anchors: Int32, shift: int) -> Int64:
     search = _CellSearch(positions, anchors, max(shift, _MIN_SHIFT))
     for cell_offset in _NEIGHBORS:
         search.compare_cell(np.array(cell_offset, dtype=np.int64))
-    may_be_nearer = search.distance_outside() <= search.distances
+    may_be_nearer = search.squared_distances_outside() <= search.squared_distances
     uncertain = np.flatnonzero(may_be_nearer)
     search.nearest[uncertain] = bind_exhaustively(positions[:, uncertain], anchors)
     return unique_anchors[search.nearest]
 
 
 def bind_exhaustively(positions: Int32, anchors: Int32) -> Int64:
-    """Return the result of `bind`, by comparing every Gaussian with every anchor."""
+    """Return the same result as `bind` by comparing every Gaussian with every anchor."""
     nearest = np.zeros(positions.shape[1], dtype=np.int64)
-    rows = max(1, _MAX_PAIRS_PER_BATCH // anchors.shape[1])
-    for start in range(0, nearest.size, rows):
-        block = positions[:, start : start + rows, None].astype(np.int64)
+    batch_size = max(1, _MAX_PAIRS_PER_BATCH // anchors.shape[1])
+    for start in range(0, nearest.size, batch_size):
+        block = positions[:, start : start + batch_size, None].astype(np.int64)
         distances = _squared_lengths(block - anchors[:, None, :])
-        nearest[start : start + rows] = distances.argmin(axis=1)
+        nearest[start : start + batch_size] = distances.argmin(axis=1)
     return nearest
 
 
 def _first_anchor_at_each_position(anchors: Int32) -> Int64:
     """Return the indices, ascending, of the first anchor at each position.
 
-    Only the first of several anchors at the same position can be the nearest. A few bytes of a
-    stream can put all anchors at one position, where comparing them all would take minutes.
+    If several anchors are at the same position, only the first can be the result of `bind`. A
+    stream of a few bytes can have all its anchors at one position, and comparing Gaussians
+    with each of them would take minutes.
     """
     order = np.lexsort(anchors)  # stable: indices at the same position stay in order
     differs_from_previous = np.any(np.diff(anchors[:, order], axis=1), axis=0)
@@ -75,27 +76,27 @@ class _CellSearch:
         self._anchors = anchors.astype(np.int64)[:, self._order] + LATTICE_OFFSET
         self._keys = keys[self._order]
         self.nearest = np.zeros(positions.shape[1], dtype=np.int64)
-        self.distances = np.full(positions.shape[1], _INT64_MAX)
+        self.squared_distances = np.full(positions.shape[1], _INT64_MAX)
 
     def compare_cell(self, cell_offset: Int64) -> None:
-        """Compare every Gaussian with the anchors of one cell in its neighborhood."""
+        """Compare every Gaussian with the anchors in the cell at an offset from its own cell."""
         cells = self._cells + cell_offset[:, None]
-        gaussians = np.flatnonzero(self._distance_to(cells) <= self.distances)
+        gaussians = np.flatnonzero(self._squared_distances_to(cells) <= self.squared_distances)
         keys = _cell_keys(cells[:, gaussians])
         starts = np.searchsorted(self._keys, keys, side="left")
         counts = np.searchsorted(self._keys, keys, side="right") - starts
         occupied = np.flatnonzero(counts)
         self._compare_runs(gaussians[occupied], starts[occupied], counts[occupied])
 
-    def distance_outside(self) -> Int64:
-        """Return the `[N]` squared distances to the nearest point outside the 27 cells."""
-        low = self._positions - ((self._cells - 1) << self._shift) + 1
-        high = ((self._cells + 2) << self._shift) - self._positions
-        least: Int64 = np.minimum(low, high).min(axis=0)
+    def squared_distances_outside(self) -> Int64:
+        """Return the `[N]` squared distances to the nearest point outside the 27 searched cells."""
+        below = self._positions - ((self._cells - 1) << self._shift) + 1
+        above = ((self._cells + 2) << self._shift) - self._positions
+        least: Int64 = np.minimum(below, above).min(axis=0)
         return least * least
 
-    def _distance_to(self, cells: Int64) -> Int64:
-        """Return the `[N]` squared distances from Gaussians to cells; 0 inside the cell."""
+    def _squared_distances_to(self, cells: Int64) -> Int64:
+        """Return the `[N]` squared distances from Gaussians to their cells `[3, N]`; 0 inside."""
         below = (cells << self._shift) - self._positions
         above = self._positions - (((cells + 1) << self._shift) - 1)
         return _squared_lengths(np.maximum(np.maximum(below, above), 0))
@@ -121,17 +122,17 @@ class _CellSearch:
         is_least = distances == np.repeat(least_distances, counts)
         tied_anchors = np.where(is_least, self._order[pair_anchors], _INT64_MAX)
         nearest = np.minimum.reduceat(tied_anchors, run_starts)
-        best_distances, best_anchors = self.distances[gaussians], self.nearest[gaussians]
+        best_distances, best_anchors = self.squared_distances[gaussians], self.nearest[gaussians]
         is_better = least_distances < best_distances
         is_better |= (least_distances == best_distances) & (nearest < best_anchors)
-        self.distances[gaussians] = np.where(is_better, least_distances, best_distances)
+        self.squared_distances[gaussians] = np.where(is_better, least_distances, best_distances)
         self.nearest[gaussians] = np.where(is_better, nearest, best_anchors)
 
 
 def _cell_keys(cells: Int64) -> Int64:
-    """Return a unique number for each cell, whose coordinates are from -1 to 2^20."""
-    offset = cells + 1
-    keys: Int64 = (offset[0] << 42) | (offset[1] << 21) | offset[2]
+    """Return a unique number for each cell; cell coordinates are from -1 to 2^20."""
+    from_zero = cells + 1
+    keys: Int64 = (from_zero[0] << 42) | (from_zero[1] << 21) | from_zero[2]
     return keys
 
 

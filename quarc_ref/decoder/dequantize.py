@@ -1,7 +1,7 @@
 """Converts the integer state to floats for rendering: SPEC 10.
 
-The decoder has no other floats. Each float is rounded once from the state, and the next
-frame does not depend on it.
+The decoder uses floats only here. Each float is computed from the state with a single
+rounding, and decoding the next frame does not use it.
 """
 
 from dataclasses import dataclass
@@ -19,12 +19,12 @@ Float32 = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Splats:
-    """A scene in floats, one row per Gaussian, in the form that 3DGS stores (before activation).
+    """A scene in floats, one row per Gaussian; attributes are before activation, as in 3DGS.
 
     Attributes:
         positions: `[N, 3]` positions xyz, world units.
-        rotations: `[N, 4]` quaternions wxyz of length 1 within 2^-21.
-        log_scales: `[N, 3]` natural logarithm of the standard deviations, world units.
+        rotations: `[N, 4]` quaternions wxyz, whose length differs from 1 by at most 2^-21.
+        log_scales: `[N, 3]` natural logarithms of the standard deviations in world units.
         opacities: `[N]` opacity logits.
         sh: `[N, k, 3]` SH coefficients of red, green and blue; k is 1 at SH degree 0, else 4.
     """
@@ -51,6 +51,6 @@ def dequantize(scene: Scene) -> Splats:
 
 
 def _scale(planes: Int16 | Int32, step: float) -> Float32:
-    """Return the `[N, r]` products of planes `[r, N]` and a step, which are exact in float32."""
+    """Return the `[N, r]` products of planes `[r, N]` and a step; float32 holds both exactly."""
     scaled: Float32 = planes.T.astype(np.float32) * np.float32(step)
     return np.ascontiguousarray(scaled)

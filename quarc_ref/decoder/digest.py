@@ -1,7 +1,7 @@
 """Serializes a state, and computes its CRC and digest: SPEC 9.
 
-Planes are serialized in the order of ids. The chunk of every frame carries the CRC-32 of
-the state; the SHA-256 serves to compare decoders.
+In each plane, Gaussians are in the order of their ids. The chunk of every frame contains
+the CRC-32 of its state; the SHA-256 is for comparing decoders.
 """
 
 import hashlib
@@ -14,13 +14,13 @@ from quarc_ref.decoder.scene import Scene
 
 
 def state_crc(scene: Scene) -> int:
-    """Return the CRC-32 that the chunk of a frame carries (SPEC 9.2)."""
+    """Return the CRC-32 that the chunk of a frame must contain (SPEC 9.2)."""
     covers_all_fields = scene.phase % scene.header.full_crc_interval == 0
     return compute_state_crc(scene, all_fields=covers_all_fields)
 
 
 def compute_state_crc(scene: Scene, *, all_fields: bool) -> int:
-    """Return the CRC-32 of a scene.
+    """Return the CRC-32 over all planes of a scene, or over all planes except the codes.
 
     Args:
         scene: Scene after the births of the frame.
@@ -33,7 +33,7 @@ def compute_state_crc(scene: Scene, *, all_fields: bool) -> int:
 
 
 def compute_digest(scene: Scene) -> str:
-    """Return the SHA-256 of a frame's complete serialization in hex (SPEC 9.1)."""
+    """Return the SHA-256 of a frame's complete serialization as hex digits (SPEC 9.1)."""
     digest = hashlib.sha256()
     for plane in _serialize_planes(scene, all_fields=True):
         digest.update(plane)

@@ -1,9 +1,9 @@
 """The interface of decoder engines, which compute the state of each frame.
 
 SPEC defines the state. The reference engine computes it in plain NumPy, in `frames` and
-the modules that `frames` calls. A fast engine computes the same integers in another way;
-the conformance suite and tests compare it with the reference engine. `engines` chooses
-the engine, which affects only speed.
+the modules that `frames` calls. The fast engine computes the same integers in a different
+way; the conformance suite and tests compare it with the reference engine. `engines`
+chooses the engine; the choice affects only speed.
 """
 
 from collections.abc import Callable
@@ -29,7 +29,7 @@ FAST: Final = "fast"
 
 
 class FrameState(Protocol):
-    """State of a frame, for users of an engine; see `state.State`."""
+    """The state of a frame, as every engine provides it; see `state.State`."""
 
     @property
     def frame(self) -> int:
@@ -53,12 +53,12 @@ class FrameState(Protocol):
 
     @property
     def births(self) -> Births | None:
-        """The new Gaussians of the frame, as coded."""
+        """The new Gaussians of the frame, as coded; None in a canonical frame."""
         ...
 
     @property
     def updates(self) -> Updates | None:
-        """The updates of the frame, as coded."""
+        """The updates of the frame, as coded; None if the frame has no section for them."""
         ...
 
     @property
@@ -73,7 +73,7 @@ class FrameState(Protocol):
 
     @property
     def known_anchors(self) -> Anchors:
-        """The anchors of a state after `begin_frame`."""
+        """The anchors, which exist in every state after `begin_frame`."""
         ...
 
 
@@ -81,7 +81,7 @@ StateT = TypeVar("StateT", bound=FrameState)
 
 
 class Engine(Protocol[StateT]):
-    """Decodes sections to states, and codes the frames of an encoder.
+    """Decodes chunks and sections to states, and codes the sections of an encoder.
 
     A state can be used only with the engine that created it. Every method raises the same
     errors as the reference function of the same name.
@@ -136,11 +136,11 @@ class Engine(Protocol[StateT]):
         ...
 
     def write_updates(self, state: StateT, updates: Updates) -> Section:
-        """Code the updates of a frame that has moved; see `update_planes.write_updates`."""
+        """Code the updates of a frame after its motion; see `update_planes.write_updates`."""
         ...
 
     def write_births(self, state: StateT, births: Births) -> Section:
-        """Code the births of a frame that has moved; see `gaussian_planes.write_births`."""
+        """Code the births of a frame after its updates; see `gaussian_planes.write_births`."""
         ...
 
     def state_crc(self, state: StateT) -> int:
@@ -148,5 +148,5 @@ class Engine(Protocol[StateT]):
         ...
 
     def dequantizer(self) -> Callable[[StateT], Splats]:
-        """Return a function that dequantizes states of a stream like `dequantize.dequantize`."""
+        """Return a function that dequantizes states; see `dequantize.dequantize`."""
         ...

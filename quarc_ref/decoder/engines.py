@@ -14,9 +14,9 @@ from quarc_ref.format.errors import EnvironmentVariableError
 
 
 def choose_engine(threads: int = 1) -> Engine[Any]:
-    """Return the fast engine if it is installed, or else the reference engine.
+    """Return the fast engine if it is installed, otherwise the reference engine.
 
-    The environment variable `QUARC_REF_ENGINE`, `reference` or `fast`, overrides the choice.
+    The environment variable `QUARC_REF_ENGINE` (`reference` or `fast`) overrides this choice.
 
     Args:
         threads: Number of threads that the engine may use for one frame.
@@ -38,7 +38,7 @@ def choose_engine(threads: int = 1) -> Engine[Any]:
 
 @contextmanager
 def use_engine(engine_name: str) -> Iterator[None]:
-    """Use an engine, `reference` or `fast`, within this context."""
+    """Make `choose_engine` return the named engine, `reference` or `fast`, in a `with` block."""
     token = _engine.set(engine_name)
     try:
         yield
@@ -48,7 +48,7 @@ def use_engine(engine_name: str) -> Iterator[None]:
 
 @cache
 def find_fast_engine() -> "Callable[[int], Engine[Any]] | None":
-    """Return a function from a thread count to a fast engine; None if it is not installed."""
+    """Return a function that makes a fast engine for a thread count; None if not installed."""
     try:
         module = import_module("quarc_ref.decoder.fast_engine")
     except ImportError:
@@ -58,9 +58,12 @@ def find_fast_engine() -> "Callable[[int], Engine[Any]] | None":
 
 
 def misses_fast_engine() -> bool:
-    """Return whether this process decoded a large scene without the fast engine installed."""
-    return find_fast_engine() is None and ReferenceEngine.largest_scene >= _LARGE_SCENE
+    """Return whether this process decoded a large scene although no fast engine is installed."""
+    return (
+        find_fast_engine() is None
+        and ReferenceEngine.largest_gaussian_count >= _LARGE_GAUSSIAN_COUNT
+    )
 
 
-_LARGE_SCENE = 1 << 13
+_LARGE_GAUSSIAN_COUNT = 1 << 13
 _engine: ContextVar[str | None] = ContextVar("engine", default=None)

@@ -1,6 +1,6 @@
 """The fast engine: `quarc_core`, an extension written in Rust.
 
-Its results equal those of the reference engine; arrays are shared without copies.
+Its results equal those of the reference engine; Python and Rust share arrays without copies.
 """
 
 from collections.abc import Callable, Iterator
@@ -162,7 +162,7 @@ class FastEngine:
 
 @contextmanager
 def _convert_errors() -> Iterator[None]:
-    """Convert errors of the core to those of this package.
+    """Convert errors of the core to errors of this package.
 
     Raises:
         BitstreamError: The bytes are not a valid stream.
@@ -181,7 +181,7 @@ def _convert_errors() -> Iterator[None]:
 
 
 def _aligned_words(section: Section) -> UInt32:
-    """Return the words of a section in aligned memory; in a chunk they may be unaligned."""
+    """Return the words of a section in aligned memory; those of a chunk may be unaligned."""
     return np.require(section.words, np.uint32, "A")
 
 
@@ -189,12 +189,12 @@ def _arrays(gaussians: Gaussians) -> tuple[Int64, Int64, Int64]:
     return gaussians.positions, gaussians.rotations, gaussians.codes
 
 
-def _list_leaves(kind: type[BitstreamError]) -> Iterator[type[BitstreamError]]:
+def _leaf_errors(kind: type[BitstreamError]) -> Iterator[type[BitstreamError]]:
     subclasses = kind.__subclasses__()
     yield from (
-        (leaf for child in subclasses for leaf in _list_leaves(child)) if subclasses else (kind,)
+        (leaf for child in subclasses for leaf in _leaf_errors(child)) if subclasses else (kind,)
     )
 
 
-_ERRORS_BY_ID = {leaf.reject_id: leaf for leaf in _list_leaves(BitstreamError)}
+_ERRORS_BY_ID = {leaf.reject_id: leaf for leaf in _leaf_errors(BitstreamError)}
 _NO_GAUSSIANS = tuple(np.zeros((rows, 0), dtype=np.int64) for rows in (3, 4, 16))

@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
 
 class FastState:
-    """A state of the core; see `engine.FrameState`. Its arrays are created on first access.
+    """A state of the core; see `engine.FrameState`. Arrays are created when they are accessed.
 
     Args:
         header: Header of the stream.
-        core: The core's state.
+        core: The state object of the core.
     """
 
     def __init__(self, header: StreamHeader, core: "quarc_core.State") -> None:
@@ -56,13 +56,13 @@ class FastState:
 
     @property
     def births(self) -> Births | None:
-        """The new Gaussians of the frame, as coded."""
+        """The new Gaussians of the frame, as coded; None in a canonical frame."""
         coded = self.core.births()
         return None if coded is None else Births(coded[0], Gaussians(*coded[1]))
 
     @property
     def updates(self) -> Updates | None:
-        """The updates of the frame, as coded."""
+        """The updates of the frame, as coded; None if the frame has no section for them."""
         coded = self.core.updates()
         return None if coded is None else Updates(*coded)
 
@@ -81,7 +81,7 @@ class FastState:
 
     @property
     def known_anchors(self) -> Anchors:
-        """The anchors of a state after `begin_frame`.
+        """The anchors, which exist in every state after `begin_frame`.
 
         Raises:
             ValueError: `begin_frame` has not been called.

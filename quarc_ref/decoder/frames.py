@@ -53,7 +53,7 @@ def read_checked_canonical(header: StreamHeader, chunk: CanonicalChunk) -> Gauss
         BitstreamError: The chunk is invalid.
     """
     if chunk.gaussian_count == 0:  # [7.2-2]
-        message = "a canonical frame without Gaussians"
+        message = "a canonical frame has no Gaussians"
         raise CountError(message)
     require_gaussians(header, chunk.gaussian_count)
     return read_canonical(chunk, header.code_planes)
@@ -70,7 +70,8 @@ def decode_snapshot(
         canonical: Coded Gaussians of the canonical frame that the snapshot refers to.
 
     Returns:
-        The state, and the `[N]` index of each Gaussian in the canonical frame (-1: new).
+        The state, and the `[N]` index of each Gaussian in the canonical frame, -1 for new
+        Gaussians.
 
     Raises:
         BitstreamError: The chunk is invalid.
@@ -92,7 +93,7 @@ def read_checked_snapshot(
     require_gaussians(header, chunk.newborn_count)
     snapshot = read_snapshot(chunk, canonical)
     if snapshot.gaussians.count == 0:  # [7.9-3]
-        message = "a snapshot without Gaussians"
+        message = "a snapshot has no Gaussians"
         raise CountError(message)
     require_gaussians(header, snapshot.gaussians.count)
     return snapshot
@@ -109,7 +110,8 @@ def decode_frame(state: State, chunk: FrameChunk) -> State:
         BitstreamError: The chunk is invalid.
     """
     if chunk.phase != state.scene.phase + 1:  # [7.4-1]
-        message = f"phase {chunk.phase} follows phase {state.scene.phase}; it must be one more"
+        phase = state.scene.phase
+        message = f"phase {chunk.phase} follows phase {phase}; expected phase {phase + 1}"
         raise FrameOrderError(message)
     if state.scene.frame == COUNTER_LIMIT:  # [7.4-2]
         message = f"no frame can follow frame {COUNTER_LIMIT}"
@@ -129,7 +131,7 @@ def decode_motion(state: State, section: Section, *, previous: bool) -> State:
     Args:
         state: State after `begin_frame`.
         section: Coded motion of the frame.
-        previous: Whether contexts depend on the previous frame's motion.
+        previous: Whether the contexts depend on the motion of the previous frame.
 
     Raises:
         BitstreamError: The section is invalid.
@@ -171,7 +173,7 @@ def decode_births(state: State, section: Section, count: int) -> State:
 
 
 def check_state(scene: Scene, stored_crc: int) -> None:
-    """Compare the CRC of a scene with the CRC in its chunk (SPEC 9.2).
+    """Compare the CRC of a scene with the CRC that its chunk contains (SPEC 9.2).
 
     Raises:
         StateCrcError: The scene differs from the encoded scene.

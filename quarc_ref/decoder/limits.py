@@ -6,7 +6,7 @@ from quarc_ref.format.records import StreamHeader
 
 
 def require_gaussians(header: StreamHeader, count: int) -> None:
-    """Reject a canonical frame with too many Gaussians.
+    """Reject or decline a frame with too many Gaussians.
 
     Raises:
         CountLevelError: The count is above the limit of the stream's level.
@@ -15,11 +15,11 @@ def require_gaussians(header: StreamHeader, count: int) -> None:
     if count > header.limits.gaussians:  # [3.2-1] [3.2-5] [3.2-6]
         message = f"{count} Gaussians are too many for level {header.level}"
         raise CountLevelError(message)
-    _decline_above(_OWN_LIMITS.gaussians, count, "Gaussians")
+    _decline_above(_DECODER_LIMITS.gaussians, count, "Gaussians")
 
 
 def require_births(header: StreamHeader, count: int, gaussian_count: int) -> None:
-    """Reject a frame with too many births.
+    """Reject or decline a frame with too many births.
 
     Args:
         header: Header of the stream.
@@ -33,12 +33,12 @@ def require_births(header: StreamHeader, count: int, gaussian_count: int) -> Non
     if count > header.limits.births:  # [3.2-3] [3.2-5]
         message = f"{count} births are too many for level {header.level}"
         raise CountLevelError(message)
-    _decline_above(_OWN_LIMITS.births, count, "births")
-    _decline_above(_OWN_LIMITS.gaussians, gaussian_count + count, "Gaussians")
+    _decline_above(_DECODER_LIMITS.births, count, "births")
+    _decline_above(_DECODER_LIMITS.gaussians, gaussian_count + count, "Gaussians")
 
 
 def _decline_above(limit: int, count: int, noun: str) -> None:
-    """Decline counts above this decoder's own limits, which apply only at the unlimited level.
+    """Decline a count above this decoder's own limit, which matters only at the unlimited level.
 
     Raises:
         LimitError: The count is above the limit, although the stream is valid.
@@ -48,4 +48,4 @@ def _decline_above(limit: int, count: int, noun: str) -> None:
         raise LimitError(message)
 
 
-_OWN_LIMITS = LEVELS[30]  # this decoder's limits at the unlimited level
+_DECODER_LIMITS = LEVELS[30]  # of this decoder, at the unlimited level

@@ -1,4 +1,4 @@
-"""Applies a frame to the state: SPEC 7.4 to 7.6.
+"""Computes the state of a frame from the state of the previous frame: SPEC 7.4 to 7.6.
 
     deaths ──> begin_frame ──> move ──> update ──> append_births ──> state of the frame
                (SPEC 7.4)      (7.5)    (7.8)      (7.6)
@@ -23,18 +23,18 @@ from quarc_ref.format.records import OPACITY, Births
 
 
 def begin_frame(state: State, death_count: int) -> State:
-    """Remove the deaths of a frame, and bind the remaining Gaussians to anchors (SPEC 7.4).
+    """Delete the Gaussians that die in a frame, and bind the others to anchors (SPEC 7.4).
 
     Args:
         state: State of the previous frame.
-        death_count: Number of Gaussians to remove, in ascending order of (opacity code, id).
+        death_count: Number of Gaussians to delete; those of lowest (opacity code, id) die.
 
     Raises:
         CountError: No Gaussian would remain.
     """
     previous = state.scene
     if death_count >= previous.count:  # [7.4-3]
-        message = f"{death_count} deaths among {previous.count} Gaussians"
+        message = f"{death_count} deaths in a scene of {previous.count} Gaussians"
         raise CountError(message)
     deleted = choose_deaths(previous, death_count)
     scene = replace(previous.without(deleted), frame=previous.frame + 1, phase=previous.phase + 1)
@@ -64,11 +64,11 @@ def choose_deaths(scene: Scene, count: int) -> Int64:
 
 
 def motion_contexts(state: State, *, previous: bool) -> list[LevelContext]:
-    """Return the contexts of every level's anchors before their symbols (SPEC 8.7).
+    """Return the data of every level that its symbols are coded with (SPEC 8.7).
 
     Args:
         state: State after `begin_frame`.
-        previous: Whether contexts depend on the previous frame's motion.
+        previous: Whether the contexts depend on the motion of the previous frame.
     """
     contexts = []
     for level in state.known_anchors.levels:
@@ -80,7 +80,7 @@ def motion_contexts(state: State, *, previous: bool) -> list[LevelContext]:
 
 
 def look_up_motion(state: State, owners: Int64) -> Int16:
-    """Return the `[c, a]` last motion of Gaussians with ids `[a]`; 0 for deleted Gaussians."""
+    """Return the previous frame's `[c, a]` motion of Gaussians with ids `[a]`; 0 if deleted."""
     indices = np.minimum(np.searchsorted(state.scene.ids, owners), state.scene.count - 1)
     is_alive = state.scene.ids[indices] == owners
     motion: Int16 = state.motion[:, indices] * is_alive
@@ -88,15 +88,15 @@ def look_up_motion(state: State, owners: Int64) -> Int16:
 
 
 def move(state: State, symbols: list[Int64]) -> State:
-    """Return the state with every Gaussian moved by its anchors (SPEC 7.5, Eq. 2).
+    """Return the state with every Gaussian moved by its anchors (SPEC 7.5, Eq. 2 of the paper).
 
     Args:
         state: State after `begin_frame`.
         symbols: `[c, a]` symbols of each level, level 1 first.
 
     Raises:
-        PositionRangeError: A Gaussian leaves the lattice.
-        DegenerateRotationError: A sum of residuals is zero.
+        PositionRangeError: A Gaussian would be off the lattice.
+        DegenerateRotationError: The rotation residuals of a Gaussian sum to zero.
     """
     scene = state.scene
     symbols_and_binding = zip(symbols, state.known_anchors.binding, strict=True)
@@ -122,20 +122,21 @@ def append_births(state: State, births: Births) -> State:
         births: New Gaussians, in quantization steps.
 
     Raises:
-        CountLevelError: There are more Gaussians than the level allows, or no more ids.
+        CountLevelError: The scene would have more Gaussians than the level allows, or no ids
+            are left.
         StateError: A parent, a position, a code or a rotation is out of range.
     """
     scene, header, newborn = state.scene, state.scene.header, births.newborn
     if newborn.count == 0:
         return replace(state, births=births)
     if scene.count + newborn.count > header.limits.gaussians:  # [3.2-2]
-        message = f"{scene.count + newborn.count} Gaussians are too many for the level"
+        message = f"{scene.count + newborn.count} Gaussians are too many for level {header.level}"
         raise CountLevelError(message)
     if state.next_id + newborn.count > COUNTER_LIMIT + 1:  # [7.6-5]
         message = "no ids are left for new Gaussians"
         raise CountLevelError(message)
     if np.any(births.parents >= scene.count):  # [7.6-1]
-        message = "a newborn's parent is not in the scene"
+        message = "the parent of a new Gaussian is not in the scene"
         raise ParentRangeError(message)
     positions = scene.positions[:, births.parents] + newborn.positions * header.position_step
     rotations = expand_rotations(newborn.rotations, header.rotation_bits)  # [7.6-4]
@@ -161,7 +162,7 @@ def append_births(state: State, births: Births) -> State:
 
 
 def _rotate_all(scene: Scene, sums: Int64) -> Int32:
-    """Rotate every Gaussian by its sum of residuals, unless the sum is zero (SPEC 7.5)."""
+    """Rotate every Gaussian whose rotation symbols do not sum to zero (SPEC 7.5)."""
     header = scene.header
     rotated = np.flatnonzero(np.any(sums, axis=0))
     if header.rotation_components == _COMPONENTS_WITHOUT_W:

@@ -19,15 +19,15 @@ from quarc_ref.format.updates import Updates
 
 
 class ReferenceEngine:
-    """The engine that calls `frames` and its modules; see `engine.Engine`.
+    """The engine that calls `frames` and `reconstruct`; see `engine.Engine`.
 
     Attributes:
-        largest_scene: Number of Gaussians in the largest canonical frame that this process
+        largest_gaussian_count: Number of Gaussians in the largest canonical frame that this process
             has decoded.
     """
 
     name = REFERENCE
-    largest_scene: ClassVar[int] = 0
+    largest_gaussian_count: ClassVar[int] = 0
     decode_snapshot = staticmethod(frames.decode_snapshot)
     decode_frame = staticmethod(frames.decode_frame)
     begin_canonical = staticmethod(begin_canonical)
@@ -41,7 +41,9 @@ class ReferenceEngine:
         self, header: StreamHeader, chunk: CanonicalChunk
     ) -> tuple[State, Gaussians]:
         """See `Engine.decode_canonical`."""
-        ReferenceEngine.largest_scene = max(ReferenceEngine.largest_scene, chunk.gaussian_count)
+        ReferenceEngine.largest_gaussian_count = max(
+            ReferenceEngine.largest_gaussian_count, chunk.gaussian_count
+        )
         return frames.decode_canonical(header, chunk)
 
     def write_motion(self, state: State, symbols: list[Int64], *, previous: bool) -> Section:

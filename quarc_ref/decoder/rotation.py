@@ -1,7 +1,7 @@
 """Unit quaternions in Q22, in integer arithmetic: SPEC 7.3.
 
 Components of a unit quaternion are at most 2^22 in magnitude, so all products and sums of
-squares, with the guard bits used here, fit int64.
+squares fit in int64 together with the guard bits used here.
 """
 
 import numpy as np
@@ -33,17 +33,17 @@ def normalize_sums(sums: Int64) -> Int64:
 
 
 def rotate(rotations: Int32, residuals: Int64) -> Int32:
-    """Multiply rotations by residuals on the right, and normalize (Eq. 2).
+    """Multiply rotations by residuals on the right, and normalize (Eq. 2 of the paper).
 
     Args:
         rotations: `[4, n]` rotations wxyz, Q22.
         residuals: `[4, n]` residuals wxyz, Q22.
 
     Returns:
-        `[4, n]` wxyz, Q22.
+        `[4, n]` unit quaternions wxyz, Q22.
 
     Raises:
-        DegenerateRotationError: A product is zero.
+        DegenerateRotationError: A product rounds to zero.
     """
     aw, ax, ay, az = rotations.astype(np.int64)
     bw, bx, by, bz = residuals
@@ -63,14 +63,14 @@ def expand_rotations(coded: Int64, fraction_bits: int) -> Int32:
     """Decode rotation codes to unit quaternions (SPEC 7.2).
 
     Args:
-        coded: `[4, n]` index of the largest component, then the other three in order.
+        coded: `[4, n]` index of the largest component, then the other three components in order.
         fraction_bits: Fraction bits of these three components.
 
     Returns:
-        `[4, n]` wxyz, Q22.
+        `[4, n]` unit quaternions wxyz, Q22.
 
     Raises:
-        RotationRangeError: The norm of three components exceeds 1.
+        RotationRangeError: The norm of the three coded components of a rotation exceeds 1.
     """
     count = coded.shape[1]
     expanded = np.empty((4, count), dtype=np.int32)
@@ -85,7 +85,7 @@ def _expand(coded: Int64, fraction_bits: int) -> Int64:
     components = coded[1:] * (ROTATION_ONE // unity)
     squared_largest = ROTATION_ONE * ROTATION_ONE - (components * components).sum(axis=0)
     if np.any(np.abs(coded[1:]) > unity) or np.any(squared_largest < 0):  # [7.2-5] [7.2-6]
-        message = "three components of a rotation are longer than a unit quaternion"
+        message = "the norm of three components of a rotation exceeds 1"
         raise RotationRangeError(message)
     # The other components keep their order; after the largest, they move down by one row.
     largest, row = coded[0], np.arange(4)[:, None]

@@ -1,4 +1,4 @@
-"""The Gaussians of a frame as integers, the serialized part of the state (SPEC 7.1, 9.1).
+"""The Gaussians of a frame as integers: the part of the state that is serialized (SPEC 9.1).
 
 Arrays are stored by plane, for example `[3, N]` instead of `[N, 3]`, because the state is
 serialized, hashed and coded in this order.
@@ -14,17 +14,17 @@ from quarc_ref.format.records import StreamHeader
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """One decoded frame. Gaussians are ordered by id.
+    """The decoded Gaussians of a frame, ordered by id.
 
     Attributes:
         header: Header of the stream.
         frame: Ordinal of the frame in the stream.
-        phase: Number of frames since the canonical frame, where it is 0.
-        ids: `[N]` ascending ids: 0 to N - 1 in the canonical frame; births get the next numbers.
+        phase: Number of frames since the last canonical frame, whose phase is 0.
+        ids: `[N]` ascending ids: 0 to N - 1 in a canonical frame; new Gaussians get the next ids.
         positions: `[3, N]` positions xyz in lattice units, magnitudes below 2^23.
         rotations: `[4, N]` unit quaternions wxyz, Q22.
-        codes: `[code_planes, N]` codes of log-scale (3), opacity logit (1), SH DC (3), SH
-            rest (9).
+        codes: `[code_planes, N]` codes of log-scale (3), opacity logit (1), SH DC (3) and, at
+            SH degree 1, SH rest (9).
     """
 
     header: StreamHeader

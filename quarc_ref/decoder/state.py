@@ -51,7 +51,7 @@ class State:
 
     @property
     def known_anchors(self) -> Anchors:
-        """The anchors of a state after `begin_frame`.
+        """The anchors, which exist in every state after `begin_frame`.
 
         Raises:
             ValueError: `begin_frame` has not been called.
@@ -63,7 +63,7 @@ class State:
 
     @property
     def known_recency(self) -> Int16:
-        """The recency of a state of a stream with updates.
+        """The recency, which exists in every state of a stream with updates.
 
         Raises:
             ValueError: The stream has no updates.

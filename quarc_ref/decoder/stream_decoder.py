@@ -1,4 +1,4 @@
-"""Decodes the chunks of a stream in order to the states of frames: SPEC 5, 7.
+"""Decodes the chunks of a stream, one after another, to the states of its frames: SPEC 5, 7.
 
 `ChunkReader` checks the chunks and their order; an engine computes the state of each frame.
 """
@@ -33,12 +33,12 @@ class StreamDecoder:
     Attributes:
         cameras: Cameras from the `came` chunk.
         metadata: Metadata from the `meta` chunk.
-        index: Index from the INDX chunk; None before it.
+        index: Seek points from the INDX chunk; None before it.
         tail: Content of the TAIL chunk; None before it.
         reference: The canonical frame (CANO) that snapshots are coded against; None before
             the first CANO, and in streams without snapshots.
-        roots: `[N]` index in the CANO of each Gaussian of the last canonical frame, -1
-            for new Gaussians; empty in streams without snapshots.
+        roots: `[N]` index in the CANO of each Gaussian of the last canonical frame or
+            snapshot, -1 for new Gaussians; empty in streams without snapshots.
     """
 
     def __init__(self, engine: Engine[Any] | None = None) -> None:
@@ -75,7 +75,7 @@ class StreamDecoder:
 
         Args:
             points: All seek points up to the target; empty to continue at the next chunk.
-            canonical: The CANO that the target frame is coded against, if it is a snapshot.
+            canonical: The CANO that the target is coded against; None unless it is a snapshot.
 
         Raises:
             BitstreamError: The CANO is invalid.
@@ -102,7 +102,7 @@ class StreamDecoder:
             The state of the frame in the chunk; None if it contains no frame.
 
         Raises:
-            BitstreamError: The chunk is invalid; the decoder is not changed.
+            BitstreamError: The chunk is invalid; the state of the decoder is unchanged.
         """
         try:
             return self._push(chunk)
@@ -154,16 +154,16 @@ class StreamDecoder:
         self._check_position(chunk, snapshot.frame, seek_target)
         if snapshot.canonical != self.reference.frame:  # [7.9-2]
             message = f"frame {snapshot.frame} is coded against frame {snapshot.canonical}, "
-            message += f"and the last CANO is frame {self.reference.frame}"
+            message += f"but the last CANO is frame {self.reference.frame}"
             raise FrameOrderError(message)
         gaussians = self.reference.gaussians
         state, self.roots = self._engine.decode_snapshot(self.header, snapshot, gaussians)
         return state
 
     def _check_position(self, chunk: Chunk, frame: int, seek_target: SeekPoint | None) -> None:
-        """Reject a canonical frame with an unexpected ordinal, offset or sequence number."""
+        """Reject a canonical frame whose ordinal, offset or sequence number is unexpected."""
         if self._state is not None and frame != self._state.frame + 1:  # [7.2-1] [7.9-1]
-            message = f"frame {frame} follows frame {self._state.frame}; it must be one more"
+            message = f"frame {frame} follows frame {self._state.frame}, not frame {frame - 1}"
             raise FrameOrderError(message)
         point = SeekPoint(chunk.offset, chunk.sequence, frame)
         if seek_target not in (None, point):  # [11.2-1] [11.2-4]

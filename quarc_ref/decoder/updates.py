@@ -1,7 +1,7 @@
 """Applies the updates of individual Gaussians in a frame: SPEC 7.8.
 
-Between motion and births, individual Gaussians are removed, or changed in position,
-rotation, scale, opacity and color.
+After the motion and before the births of a frame, updates delete individual Gaussians or
+change their position, rotation, scale, opacity or color.
 """
 
 from dataclasses import replace
@@ -20,7 +20,7 @@ from quarc_ref.format.updates import CODES, ROTATION, TRANSLATION, Updates
 
 
 def update_context(state: State) -> UpdateContext:
-    """Return the context of a frame's Gaussians before its updates (SPEC 8.8).
+    """Return the data of the Gaussians that a frame's updates are coded with (SPEC 8.8).
 
     Args:
         state: State after `move`, of a stream with updates.
@@ -29,14 +29,14 @@ def update_context(state: State) -> UpdateContext:
 
 
 def update(state: State, updates: Updates) -> State:
-    """Return the state with individual Gaussians changed (SPEC 7.8).
+    """Return the state with individual Gaussians changed or deleted (SPEC 7.8).
 
     Args:
         state: State after `move`, of a stream with updates.
         updates: Updates in quantization steps.
 
     Raises:
-        CountError: No Gaussian would be left.
+        CountError: No Gaussian would remain.
         StateError: A position or a code is out of range.
         SymbolRangeError: A rotation residual is out of range.
     """

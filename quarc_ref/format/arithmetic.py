@@ -1,4 +1,4 @@
-"""The operators of SPEC 4: every rounding and every square root of the format.
+"""The integer operators of SPEC 4: all roundings and square roots of the format.
 
 All functions take and return int64. No other code in `format` and `decoder` rounds,
 divides possibly negative values, or computes roots.
@@ -10,14 +10,14 @@ from quarc_ref.format.arrays import Int64
 
 
 def divide_round(numerator: Int64, denominator: Int64 | int) -> Int64:
-    """Divide to the nearest integer, halves away from zero (SPEC 4.2).
+    """Divide and round to the nearest integer, with halves away from zero (SPEC 4.2).
 
     Args:
         numerator: Numerators below 2^61 in magnitude.
         denominator: Denominators above 0 and below 2^61; broadcast against `numerator`.
 
     Returns:
-        The rounded quotients, in the broadcast shape.
+        Rounded quotients in the broadcast shape of the arguments.
     """
     divisor = np.asarray(denominator, dtype=np.int64)
     magnitude: Int64 = (2 * np.abs(numerator) + divisor) // (2 * divisor)
@@ -27,7 +27,7 @@ def divide_round(numerator: Int64, denominator: Int64 | int) -> Int64:
 def isqrt(values: Int64) -> Int64:
     """Return the largest integer whose square is at most each value (SPEC 4.3).
 
-    The floating-point root is only an estimate, which two integer comparisons correct.
+    The floating-point root is an estimate; two integer comparisons correct it.
 
     Args:
         values: Integers from 0 to 2^62.

@@ -1,4 +1,4 @@
-"""A camera of a stream and of a capture: SPEC 5.6."""
+"""The cameras of streams and captures: SPEC 5.6."""
 
 import math
 from dataclasses import dataclass
@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """A pinhole camera, of the `came` chunk or of a capture (SPEC 5.6).
+    """A pinhole camera of a capture or of a stream's `came` chunk (SPEC 5.6).
 
-    Pixel (0, 0) has its center at (0.5, 0.5). The camera looks along its +z,
-    with x to the right and y down.
+    Pixel (0, 0) has its center at (0.5, 0.5). The camera looks along its +z axis;
+    its x axis points right and its y axis points down.
 
     Attributes:
         name: Name of the camera in the capture.
@@ -17,8 +17,8 @@ class Camera:
         height: Picture height, pixels.
         fx: Horizontal focal length, pixels.
         fy: Vertical focal length, pixels.
-        cx: The x of the principal point, pixels.
-        cy: The y of the principal point, pixels.
+        cx: x coordinate of the principal point, pixels.
+        cy: y coordinate of the principal point, pixels.
         rotation: Rotation from world to camera, nine numbers in row-major order.
         translation: Translation from world to camera, world units.
         near: Minimum depth of the scene, world units (SPEC 10.3).
@@ -48,5 +48,5 @@ class Camera:
             )
             raise ValueError(message)
         if min(self.width, self.height, self.fx, self.fy, self.near) <= 0:
-            message = f"camera {self.name} needs positive sizes, focal lengths and near plane"
+            message = f"camera {self.name} needs a positive size, focal lengths and `near`"
             raise ValueError(message)

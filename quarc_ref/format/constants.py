@@ -1,6 +1,6 @@
 """Constants of the format, which are the same for all streams: SPEC 3.
 
-Parameters of a stream are in `records.StreamHeader`; settings of the encoder are in
+The parameters of a stream are in `records.StreamHeader`; the settings of the encoder are in
 `quarc_ref.encoder.settings.config`.
 """
 
@@ -63,7 +63,7 @@ ROTATION_INDEX_BITS: Final = 2
 RESIDUAL_ROWS: Final = 13
 SURVIVOR_ROWS: Final = 14
 
-# SPEC 10.3: Gaussians at a depth below this fraction of a camera's `near` are not drawn
+# SPEC 10.3: a Gaussian is not drawn if its depth is below this fraction of a camera's `near`
 NEAR_FRACTION: Final = 0.8
 
 # SPEC 5.3: number of codes of a Gaussian, by attribute

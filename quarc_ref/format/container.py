@@ -1,6 +1,6 @@
-"""Parses and builds chunks: SPEC 5.1 and 5.2.
+"""Parses and builds chunks, and checks their framing: SPEC 5.1 and 5.2.
 
-Every chunk states its length and has two CRCs, of its header and of its payload. A
+Every chunk contains its length and two CRCs, one of its header and one of its payload. A
 payload is parsed only if its CRC matches.
 """
 
@@ -44,7 +44,7 @@ _ANCILLARY_BIT = 0x20
 
 @dataclass(frozen=True, slots=True)
 class ChunkHeader:
-    """Header of a chunk, which is read before the payload.
+    """The header of a chunk.
 
     Attributes:
         kind: Type of the chunk, four letters.
@@ -91,7 +91,7 @@ class Chunk:
     sequence: int
 
     def byte_count(self) -> int:
-        """Return the size of the chunk in the stream."""
+        """Return the size of the chunk in the stream, bytes."""
         return CHUNK_HEADER_BYTES + len(self.payload) + CHUNK_CRC_BYTES
 
 
@@ -140,7 +140,7 @@ def is_header_crc_valid(data: bytes) -> bool:
 
 
 def verify_payload(header: ChunkHeader, crc: int, stored_crc: bytes) -> None:
-    """Compare the CRC of a payload with the stored one.
+    """Compare the CRC of a payload with the stored CRC.
 
     Raises:
         TruncatedError: The stream ends before the CRC.
@@ -155,7 +155,7 @@ def verify_payload(header: ChunkHeader, crc: int, stored_crc: bytes) -> None:
 
 
 def make_chunk(header: ChunkHeader, data: bytes) -> Chunk:
-    """Return a chunk after comparing its payload with its CRC.
+    """Make a chunk, after checking its payload against its CRC.
 
     Args:
         header: Header of the chunk.
@@ -171,7 +171,7 @@ def make_chunk(header: ChunkHeader, data: bytes) -> Chunk:
 
 
 def check_type(header: ChunkHeader, stream_header: StreamHeader | None) -> None:
-    """Reject invalid chunk types (SPEC 5.2).
+    """Reject a chunk with an invalid or unknown type (SPEC 5.2).
 
     Args:
         header: Header of the chunk.
@@ -179,7 +179,7 @@ def check_type(header: ChunkHeader, stream_header: StreamHeader | None) -> None:
 
     Raises:
         BadChunkTypeError: The type does not match the patterns of SPEC 5.2.
-        UnknownCriticalError: The type is critical, but unknown to this version.
+        UnknownCriticalError: The type is critical and unknown to this version.
     """
     if not _matches_type_pattern(header.kind):  # [5.2-8]
         message = f"{header.kind!r} is not a chunk type"
@@ -231,6 +231,6 @@ def _matches_type_pattern(kind: bytes) -> bool:
     """Return whether a chunk type matches the patterns of SPEC 5.2.
 
     The first, third and fourth letters have the same case: upper case in a critical type,
-    lower case in an ancillary type. The second letter has the other case in a private type.
+    lower case in an ancillary type. In a private type, the second letter has the opposite case.
     """
     return kind.isalpha() and len({letter & _ANCILLARY_BIT for letter in (kind[0], *kind[2:])}) == 1

@@ -1,4 +1,4 @@
-"""Dataclass fields with a description in their metadata."""
+"""Dataclass fields that have a description in their metadata."""
 
 from dataclasses import Field, field
 from typing import Any

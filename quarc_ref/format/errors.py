@@ -1,22 +1,23 @@
-"""Errors of this package and reject ids of streams: SPEC 3.3.
+"""The errors of this package, and the reject ids of invalid streams: SPEC 3.3.
 
     QuarcError
-    ├── BitstreamError          the bytes are invalid
-    │   ├── ContainerError      framing, order, versions, fields
-    │   ├── EntropyError        coded planes
-    │   └── StateError          a frame would make the scene invalid
-    ├── LimitError              the stream needs more than this decoder allows
-    ├── SourceError             the file, pipe or server cannot be read
-    ├── EnvironmentVariableError an environment variable has an unknown value
-    ├── EncodeError             a scene or setting cannot be written
-    │   └── BoundError          a decoded frame exceeds its error bounds (a bug)
-    ├── ResumeError             the stream cannot be resumed with these inputs
-    ├── EditError               streams cannot be cut or joined as requested
-    ├── ClosedLoopError         encoder and decoder disagree (a bug)
-    └── VerificationError       two methods for the same result disagree (a bug)
+    ├── BitstreamError            the bytes are not a valid stream
+    │   ├── ContainerError        the framing, chunk order, version or a field is invalid
+    │   ├── EntropyError          coded planes are malformed
+    │   └── StateError            a frame would make the scene invalid
+    ├── LimitError                the stream exceeds the limits of this decoder
+    ├── SourceError               the file, pipe or server cannot be read
+    ├── EnvironmentVariableError  an environment variable has an invalid value
+    ├── EncodeError               a scene or setting cannot be represented in a stream
+    │   ├── UnusableCaptureError  the cameras of a capture see too little of the scene
+    │   └── BoundError            a decoded frame exceeds its error bounds (a bug)
+    ├── ResumeError               the stream cannot be resumed with these inputs
+    ├── EditError                 streams cannot be cut or joined as requested
+    ├── ClosedLoopError           the states of encoder and decoder differ (a bug)
+    └── VerificationError         two methods for the same result disagree (a bug)
 
-Each leaf of `BitstreamError` carries the stable `reject_id` of its SPEC row.
-Malformed bytes raise a leaf of `BitstreamError` and nothing else.
+Malformed bytes raise only leaf classes of `BitstreamError`. Each leaf class has the stable
+`reject_id` of its row in SPEC 3.3.
 """
 
 from typing import ClassVar
@@ -31,7 +32,7 @@ class BitstreamError(QuarcError):
 
     Attributes:
         reject_id: Stable reject id (SPEC 3.3).
-        offset: Offset of the error in the stream in bytes, if known.
+        offset: Offset of the invalid chunk in the stream in bytes; None if unknown.
     """
 
     reject_id: ClassVar[str] = ""
@@ -50,7 +51,7 @@ class ContainerError(BitstreamError):
 
 
 class BadMagicError(ContainerError):
-    """The file does not begin with the magic."""
+    """The file does not begin with the magic bytes."""
 
     reject_id = "bad-magic"
 
@@ -98,7 +99,7 @@ class BadChunkTypeError(ContainerError):
 
 
 class UnknownCriticalError(ContainerError):
-    """A critical chunk has a type that is unknown to this version."""
+    """The type of a critical chunk is unknown to this version."""
 
     reject_id = "unknown-critical"
 
@@ -116,7 +117,7 @@ class TailMismatchError(ContainerError):
 
 
 class IndexMismatchError(ContainerError):
-    """INDX, or its offset in TAIL, does not match the stream."""
+    """INDX does not match the stream, or an entry does not lead to the expected chunk."""
 
     reject_id = "index-mismatch"
 
@@ -162,7 +163,7 @@ class InvalidWordsError(EntropyError):
 
 
 class UnconsumedWordsError(EntropyError):
-    """The coder is not empty after the last symbol."""
+    """The coder is not empty after the last plane of a section."""
 
     reject_id = "unconsumed-words"
 
@@ -184,31 +185,31 @@ class CountLevelError(StateError):
 
 
 class CountError(StateError):
-    """A count does not fit the scene: no Gaussians, or more deaths than Gaussians."""
+    """A frame has no Gaussians, or would delete all Gaussians of the scene."""
 
     reject_id = "count"
 
 
 class FrameOrderError(StateError):
-    """The ordinal of a frame does not follow the previous frame's."""
+    """The ordinal or phase of a frame is not one more than that of the previous frame."""
 
     reject_id = "frame-order"
 
 
 class PositionRangeError(StateError):
-    """A Gaussian leaves the lattice."""
+    """A Gaussian is off the lattice."""
 
     reject_id = "position-range"
 
 
 class CodeRangeError(StateError):
-    """An attribute code leaves its range."""
+    """An attribute code is out of range."""
 
     reject_id = "code-range"
 
 
 class RotationRangeError(StateError):
-    """A sum of rotation residuals, or a rotation code, leaves its range."""
+    """The norm of three coded components of a rotation exceeds 1."""
 
     reject_id = "rotation-range"
 
@@ -226,7 +227,7 @@ class ParentRangeError(StateError):
 
 
 class StateCrcError(StateError):
-    """The decoded state differs from the encoder's."""
+    """The decoded state differs from the encoder's state."""
 
     reject_id = "state-crc"
 
@@ -252,7 +253,7 @@ class UnusableCaptureError(EncodeError):
 
 
 class BoundError(EncodeError):
-    """A decoded frame exceeds the error bounds, which is a bug of this package."""
+    """A decoded frame exceeds its error bounds, which is a bug in this package."""
 
 
 class ResumeError(QuarcError):
@@ -264,8 +265,8 @@ class EditError(QuarcError):
 
 
 class ClosedLoopError(QuarcError):
-    """The states of encoder and decoder differ, which is a bug of this package."""
+    """The states of encoder and decoder differ, which is a bug in this package."""
 
 
 class VerificationError(QuarcError):
-    """Two methods that must agree give different results, which is a bug of this package."""
+    """Two methods that must agree give different results, which is a bug in this package."""

@@ -1,4 +1,4 @@
-"""The byte layout of every chunk: one construct Struct per table of SPEC 5."""
+"""The byte layout of every chunk: one `construct.Struct` per table of SPEC 5."""
 
 import numpy as np
 from construct import (
@@ -29,7 +29,7 @@ CHUNK_HEADER = Struct(
     "length" / Int32ul,
     "header_crc" / Int32ul,
 )
-# compiled for speed: a damaged stream may contain millions of possible headers
+# Compiled for speed: a damaged stream may contain millions of possible headers.
 COMPILED_CHUNK_HEADER = CHUNK_HEADER.compile()
 
 # SPEC 5.3

@@ -1,7 +1,7 @@
-"""Morton keys, for the order of canonical Gaussians (SPEC 8.5) and the cells of the sampler (6.3).
+"""Morton keys, which order canonical Gaussians (SPEC 8.5) and group Gaussians by cell (6.3).
 
-Bit b of x, y and z becomes bit 3b + 2, 3b + 1 and 3b of the key, so the points of a cell
-of size 2^s have consecutive keys.
+The bits b of x, y and z become the bits 3b + 2, 3b + 1 and 3b of the key, so the points of
+a cell of size 2^s have consecutive keys.
 """
 
 import numpy as np

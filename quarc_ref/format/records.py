@@ -1,8 +1,8 @@
-"""Records with the checked contents of chunks: SPEC 5.
+"""Records that hold the checked contents of chunks: SPEC 5.
 
 Each frozen record checks its fields when it is created, so that other code can rely on
-them. Fields out of range raise ValueError; `wire` converts it to `FieldError` for
-streams.
+them. A field out of range raises ValueError, which `wire` converts to `FieldError` when
+it parses a stream.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from quarc_ref.format.described import described
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """Coded planes of one subject (SPEC 8.1).
+    """The coded words of a group of planes, such as the positions of a frame (SPEC 8.1).
 
     Attributes:
         words: `[n]` words of the entropy coder, uint32.
@@ -42,31 +42,43 @@ class StreamHeader:
         4, "Step of positions of canonical and new Gaussians, lattice units."
     )
     translation_step: int = described(7, "Step of translation residuals, lattice units.")
-    rotation_unity: int = described(100, "The w of an identity residual, in rotation steps.")
+    rotation_unity: int = described(100, "w component of the identity residual, in rotation steps.")
     rotation_components: int = described(
-        3, "Components of rotation residuals: 3 (xyz) or 4 (wxyz)."
+        3, "Number of components of a rotation residual: 3 (xyz) or 4 (wxyz)."
     )
-    rotation_bits: int = described(8, "Fraction bits of rotations of canonical and new Gaussians.")
-    log_scale_step: float = described(1 / 16, "Step of log-scale codes, natural logarithm.")
+    rotation_bits: int = described(
+        8, "Fraction bits of the coded rotations of canonical and new Gaussians."
+    )
+    log_scale_step: float = described(
+        1 / 16, "Step of log-scale codes, in units of the natural logarithm."
+    )
     opacity_step: float = described(1 / 8, "Step of opacity logit codes.")
     sh_dc_step: float = described(1 / 32, "Step of SH degree 0 codes.")
     sh_rest_step: float = described(1 / 32, "Step of SH degree 1 codes.")
     sh_degree: int = described(1, "Degree of spherical harmonics: 0 or 1.")
-    level_count: int = described(3, "Anchor levels, 1 to 3.")
-    gaussians_per_anchor: int = described(4, "Gaussians per anchor of level 1, the finest.")
-    anchor_ratio: int = described(3, "Anchors of a level per anchor of the next coarser one.")
-    resample_interval: int = described(2, "Frames between anchor resamplings.")
-    full_crc_interval: int = described(32, "Frames between state CRCs over all fields.")
+    level_count: int = described(3, "Number of anchor levels, 1 to 3.")
+    gaussians_per_anchor: int = described(
+        4, "Number of Gaussians per anchor of level 1, the finest level."
+    )
+    anchor_ratio: int = described(
+        3, "Number of anchors of a level per anchor of the next coarser level."
+    )
+    resample_interval: int = described(
+        2, "Number of frames from one sampling of anchors to the next."
+    )
+    full_crc_interval: int = described(
+        32, "Number of frames from one state CRC over all fields to the next."
+    )
     seed: int = described(0, "Seed of the anchor sampler, 64 bits.")
-    right_handed: bool = described(True, "Whether the world frame is right-handed.")
+    right_handed: bool = described(True, "Whether the world coordinate system is right-handed.")
     up_axis: int = described(0, "Up direction: 1 to 6 for +x, -x, +y, -y, +z, -z; 0: unknown.")
     meters_per_unit: float = described(0.0, "Size of a world unit in meters; 0: unknown.")
     color_space: int = described(1, "Color space; 1: sRGB, blended without linearization.")
     updates: bool = described(
-        False, "Whether frames may update individual Gaussians: a feature of version 1.1 (SPEC 12)."
+        False, "Whether frames may update individual Gaussians, a feature of version 1.1 (SPEC 12)."
     )
     snapshots: bool = described(
-        False, "Whether canonical frames may be snapshots: a feature of version 1.1 (SPEC 12)."
+        False, "Whether the stream may contain snapshots, a feature of version 1.1 (SPEC 12)."
     )
 
     def __post_init__(self) -> None:
@@ -76,7 +88,7 @@ class StreamHeader:
         for name, (minimum, maximum) in _HEADER_RANGES.items():
             value = getattr(self, name)
             if not minimum <= value <= maximum:
-                message = f"{name} is {value}, not within {minimum} to {maximum}"
+                message = f"{name} is {value}, but must be from {minimum} to {maximum}"
                 raise ValueError(message)
         for name in _HEADER_STEPS:
             value = getattr(self, name)
@@ -84,7 +96,9 @@ class StreamHeader:
                 not 0 < value <= constants.STEP_LIMIT
                 or float(np.array(value, dtype="<f4")) != value
             ):
-                message = f"{name} is {value}, not a binary32 within 0 to {constants.STEP_LIMIT}"
+                message = (
+                    f"{name} is {value}, not a float32 above 0 and up to {constants.STEP_LIMIT}"
+                )
                 raise ValueError(message)
 
     @property
@@ -100,7 +114,7 @@ class StreamHeader:
 
     @property
     def symbol_planes(self) -> int:
-        """Number of symbols of an anchor: three for translation, three or four for rotation."""
+        """Number of symbols of an anchor: three for translation and three or four for rotation."""
         return 3 + self.rotation_components
 
     @property
@@ -142,12 +156,12 @@ SH_REST = slice(SH_DC.stop, SH_DC.stop + constants.SH_REST_PLANES)
 
 @dataclass(frozen=True, slots=True)
 class Gaussians:
-    """Gaussians in coded form, in quantization steps (SPEC 5.4).
+    """Gaussians as coded integers, in quantization steps (SPEC 5.4).
 
     Attributes:
         positions: `[3, n]` positions xyz, in position steps.
         rotations: `[4, n]` index of the largest component, which is positive, then the
-            other three in order, in units of 2^-rotation_bits.
+            other three components in order, in units of 2^-rotation_bits.
         codes: `[code_planes, n]` codes of log-scale (3), opacity (1), SH DC (3), SH rest (9).
     """
 
@@ -167,7 +181,7 @@ class Births:
 
     Attributes:
         parents: `[n]` index in the scene of each new Gaussian's parent, ascending.
-        newborn: New Gaussians, with positions relative to the parent; rotations and codes
+        newborn: New Gaussians. Positions are relative to the parent; rotations and codes
             are absolute.
     """
 
@@ -184,7 +198,7 @@ class CanonicalChunk:
         gaussian_count: Number of Gaussians in the frame.
         origin: Minimum xyz of the positions, in position steps.
         axis_bits: Bits per axis of a position relative to the origin.
-        sections: Positions, SH DC, opacity, log-scales, rotations, SH rest.
+        sections: Sections of positions, SH DC, opacity, log-scales, rotations and SH rest.
         state_crc: CRC-32 of the decoded state.
     """
 
@@ -205,7 +219,7 @@ class SnapshotChunk:
 
     Attributes:
         frame: Ordinal of the frame in the stream.
-        canonical: Ordinal of the CANO's frame.
+        canonical: Ordinal of the frame in the CANO.
         newborn_count: Number of Gaussians that are not in the CANO.
         origin: Minimum xyz of the new Gaussians' positions, in position steps.
         axis_bits: Bits per axis of a position relative to the origin.
@@ -260,7 +274,7 @@ class FrameChunk:
 
 @dataclass(frozen=True, slots=True)
 class Tail:
-    """The totals of a complete stream, and the offset of INDX: the TAIL chunk (SPEC 5.8)."""
+    """The numbers of frames in a stream, and the offset of INDX: the TAIL chunk (SPEC 5.8)."""
 
     frame_count: int
     canonical_count: int
@@ -269,7 +283,7 @@ class Tail:
 
 @dataclass(frozen=True, slots=True)
 class SeekPoint:
-    """An entry of the INDX chunk: the chunk of a canonical frame (SPEC 5.9).
+    """An entry of the INDX chunk: where a canonical frame or snapshot begins (SPEC 5.9).
 
     Attributes:
         offset: Offset of the chunk in the stream.

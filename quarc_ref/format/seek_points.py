@@ -16,8 +16,8 @@ ROW_DTYPE = np.dtype([("offset", np.uint64), ("sequence", np.uint32), ("frame", 
 class SeekPoints(Sequence[SeekPoint]):
     """Seek points in the order of the stream.
 
-    They are stored as rows of an array and converted to records on access, because there
-    may be millions.
+    Because there may be millions of them, they are stored as rows of an array and converted to
+    records on access.
 
     Args:
         rows: `[n]` structured array with the fields of `SeekPoint`.
@@ -28,7 +28,7 @@ class SeekPoints(Sequence[SeekPoint]):
 
     @classmethod
     def from_records(cls, points: Iterable[SeekPoint]) -> "SeekPoints":
-        """Make seek points from records."""
+        """Convert records to seek points."""
         return cls(np.array([astuple(point) for point in points], dtype=ROW_DTYPE))
 
     def with_appended(self, points: Iterable[SeekPoint]) -> "SeekPoints":

@@ -1,4 +1,4 @@
-"""Record of the updates of individual Gaussians in a frame: SPEC 7.8."""
+"""A record of the updates of individual Gaussians in a frame: SPEC 7.8."""
 
 from dataclasses import dataclass
 
@@ -11,10 +11,10 @@ class Updates:
     """The updates of individual Gaussians in a frame (SPEC 7.8).
 
     Attributes:
-        gaussians: `[u]` indices in the scene of the Gaussians that change, ascending.
+        gaussians: `[u]` ascending indices in the scene of the Gaussians that change or are deleted.
         dies: `[u]` whether each of these Gaussians is deleted.
-        residuals: `[RESIDUAL_ROWS, u]` residuals in steps: rows `TRANSLATION`, `ROTATION`
-            and `CODES`; 0 for deleted Gaussians.
+        residuals: `[RESIDUAL_ROWS, u]` residuals in quantization steps, in the rows
+            `TRANSLATION`, `ROTATION` and `CODES`; 0 for deleted Gaussians.
     """
 
     gaussians: Int64
@@ -23,7 +23,7 @@ class Updates:
 
     @property
     def count(self) -> int:
-        """Number of Gaussians that change."""
+        """Number of Gaussians that change or are deleted."""
         return int(self.gaussians.size)
 
 

@@ -1,7 +1,7 @@
-"""Converts payloads of chunks to records and back with the layouts of `layouts`: SPEC 5.
+"""Converts payloads of chunks to records and back, with the layouts of `layouts`: SPEC 5.
 
-Each layout serves both directions (`parse_x` and `build_x`). Values that construct or a record
-rejects raise `FieldError`; bytes after the last field raise `TrailingDataError`.
+Each layout is used for parsing and for building. Parsing raises `FieldError` if construct or a
+record rejects a value, and `TrailingDataError` if bytes follow the last field.
 """
 
 import struct
@@ -66,7 +66,7 @@ def parse_stream_header(payload: bytes) -> StreamHeader:
     """Parse HEAD (SPEC 5.3).
 
     Raises:
-        UnsupportedVersionError: The stream has another major version.
+        UnsupportedVersionError: The stream has a different major version.
         UnsupportedFeatureError: The stream uses a feature that this version does not support.
         FieldError: A field is out of range, or missing.
         TrailingDataError: Bytes follow the last field.
@@ -79,7 +79,7 @@ def parse_stream_header(payload: bytes) -> StreamHeader:
         )
         raise UnsupportedVersionError(message)
     if version.incompatible_features & ~constants.KNOWN_INCOMPATIBLE_FEATURES:  # [12-2] [12-3]
-        message = f"incompatible features {version.incompatible_features:#x}"
+        message = f"incompatible features {version.incompatible_features:#x} are not supported"
         raise UnsupportedFeatureError(message)
     parsed = _parse(STREAM_HEADER, payload)
     for name, bit in _FEATURE_BITS.items():
@@ -130,7 +130,7 @@ def build_snapshot(chunk: SnapshotChunk) -> bytes:
 
 
 def parse_frame(payload: bytes, *, updates: bool = False) -> FrameChunk:
-    """Parse FRAM (SPEC 5.5) of a stream with or without updates."""
+    """Parse FRAM (SPEC 5.5); `updates` states whether the stream has updates."""
     parsed = _parse(FRAME_WITH_UPDATES if updates else FRAME, payload)
     parsed.previous_contexts = bool(parsed.previous_contexts)
     for name in _FRAME_SECTIONS:
@@ -147,11 +147,11 @@ def build_frame(chunk: FrameChunk) -> bytes:
 
 def parse_cameras(payload: bytes) -> tuple[Camera, ...]:
     """Parse `came` (SPEC 5.6)."""
-    count, room_bytes = int.from_bytes(payload[:2], "little"), len(payload[2:])
-    if count * MIN_CAMERA_BYTES > room_bytes:
+    count, available_bytes = int.from_bytes(payload[:2], "little"), len(payload[2:])
+    if count * MIN_CAMERA_BYTES > available_bytes:
         message = (
             f"{count} cameras of at least {MIN_CAMERA_BYTES} bytes each do not fit into "
-            f"{room_bytes} bytes"
+            f"{available_bytes} bytes"
         )
         raise FieldError(message)
     return tuple(
@@ -186,7 +186,7 @@ def build_tail(tail: Tail) -> bytes:
 
 
 def parse_index(payload: bytes) -> SeekPoints:
-    """Parse INDX (SPEC 5.9) and check its count; the entries remain an array."""
+    """Parse INDX (SPEC 5.9) and check its count; the entries stay in an array."""
     return SeekPoints(np.frombuffer(_parse(INDEX, payload).points, SEEK_POINT_DTYPE))
 
 

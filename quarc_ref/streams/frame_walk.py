@@ -99,7 +99,7 @@ class FrameWalk:
         if header.kind in container.CANONICAL_TYPES:
             ordinal = self._read_ordinal(header)
             if frame is not None and ordinal != frame + 1:
-                message = f"frame {ordinal} follows frame {frame}; it must be one more"
+                message = f"frame {ordinal} follows frame {frame}, not frame {ordinal - 1}"
                 raise FrameOrderError(message, header.offset)
             return ordinal
         if header.kind != container.FRAM:

@@ -1,7 +1,7 @@
 """The ANS coder of SPEC 8.3 in plain Python integers.
 
-This implementation follows the text of SPEC and is used where constriction is not
-installed. Both coders produce the same words.
+This implementation follows the text of SPEC and is used if constriction is not installed.
+It produces the same words as constriction.
 """
 
 from collections.abc import Iterable
@@ -20,7 +20,7 @@ def encode_bits(runs: Iterable[tuple[Bits, int]]) -> list[int]:
     """Encode runs of bits, beginning with the last run.
 
     Args:
-        runs: Bits of each run and the weight of a 1 bit (of 2^24), in decoding order.
+        runs: The bits of each run and the weight of a 1 bit (out of 2^24), in decoding order.
 
     Returns:
         32-bit words in the order in which a section stores them.
@@ -59,7 +59,7 @@ class PythonBitDecoder:
         self._state = self._words.pop() if self._words else 0
 
     def take(self, count: int, weight: int) -> Bits:
-        """Decode the next `count` bits, in which a 1 bit has the given weight (of 2^24)."""
+        """Decode the next `count` bits, in which a 1 bit has the given weight (out of 2^24)."""
         zero_weight = WEIGHT_TOTAL - weight
         state, words = self._state, self._words
         bits = bytearray(count)
@@ -76,7 +76,7 @@ class PythonBitDecoder:
         return np.frombuffer(bits, dtype=np.bool_)
 
     def finish(self) -> None:
-        """Check that all words are consumed.
+        """Check that all words have been consumed.
 
         Raises:
             UnconsumedWordsError: Words remain, or the state is not 0.

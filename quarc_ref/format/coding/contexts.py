@@ -1,4 +1,4 @@
-"""Adaptive probabilities, from the number of 0 and 1 bits of each context: SPEC 8.2.
+"""Adaptive probabilities, computed from the bits counted in each context: SPEC 8.2.
 
 Encoder and decoder count the zeros and ones of every context across frames, so
 probabilities need not be transmitted. Large counts are halved, so recent bits have more
@@ -14,7 +14,7 @@ from quarc_ref.format.constants import COUNT_LIMIT, WEIGHT_BITS
 
 
 class ContextCounts:
-    """The counts of all contexts of all models, initially 0.
+    """The numbers of 0 and 1 bits in all contexts of all models, initially 0.
 
     A change to a copy does not affect the original.
     """
@@ -33,7 +33,7 @@ class ContextCounts:
         return self._extended_counts(model, int(contexts[-1]))[:, contexts]
 
     def weights(self, model: str, contexts: Int64) -> Int64:
-        """Return the `[n]` weights of a 1 bit (of 2^24) in ascending contexts `[n]` of a model."""
+        """Return the `[n]` weights of a 1 bit (out of 2^24) in ascending contexts of a model."""
         zeros, ones = self.lookup(model, contexts)
         weights: Int64 = ((2 * ones + 1) << WEIGHT_BITS) // (2 * (zeros + ones) + 2)
         return weights
@@ -55,7 +55,7 @@ class ContextCounts:
         self._models[model] = counts
 
     def _extended_counts(self, model: str, max_context: int) -> Int64:
-        """Return the `[2, c]` counts of a model, extended to `max_context`."""
+        """Return the `[2, c]` counts of a model for all contexts up to at least `max_context`."""
         counts = self._models.get(model, _NO_COUNTS)
         if max_context < counts.shape[1]:
             return counts

@@ -1,7 +1,7 @@
 """Entropy coding of bits, with constriction if it is installed: SPEC 8.3.
 
-This is the only module that imports constriction. A constriction model gets the integer
-weights minus 1, because its arithmetic is then exact and gives the same words as `ans`.
+This is the only module that imports constriction. A constriction model is made from the
+integer weights minus 1: its arithmetic is then exact, and it produces the same words as `ans`.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -31,11 +31,11 @@ class BitDecoder(Protocol):
     """Decodes runs of bits from the words of a section."""
 
     def take(self, count: int, weight: int) -> Bits:
-        """Decode the next `count` bits, in which a 1 bit has the given weight (of 2^24)."""
+        """Decode the next `count` bits, in which a 1 bit has the given weight (out of 2^24)."""
         ...
 
     def finish(self) -> None:
-        """Raise UnconsumedWordsError unless all words are consumed."""
+        """Raise UnconsumedWordsError unless all words have been consumed."""
         ...
 
 
@@ -43,7 +43,7 @@ def encode_bits(runs: Iterable[tuple[Bits, int]]) -> UInt32:
     """Encode runs of bits to words.
 
     Args:
-        runs: Bits of each run and the weight of a 1 bit (1 to 2^24 - 1), in decoding order.
+        runs: The bits of each run and the weight of a 1 bit (1 to 2^24 - 1), in decoding order.
 
     Returns:
         Words in the order in which a section stores them.
@@ -58,7 +58,7 @@ def encode_bits(runs: Iterable[tuple[Bits, int]]) -> UInt32:
 
 
 def make_bit_decoder(words: UInt32) -> BitDecoder:
-    """Return a decoder of words: the one of `use_bit_decoder`, or else the fastest.
+    """Return the decoder of words that `use_bit_decoder` set, or the fastest if none is set.
 
     Raises:
         InvalidWordsError: No encoder can produce these words.
@@ -68,11 +68,11 @@ def make_bit_decoder(words: UInt32) -> BitDecoder:
 
 @contextmanager
 def use_bit_decoder(make_decoder: Callable[[UInt32], BitDecoder] | None) -> Iterator[None]:
-    """Make `make_bit_decoder` use another decoder within this context.
+    """Make `make_bit_decoder` return a different decoder in a `with` block.
 
     Args:
-        make_decoder: Function from the words of a section to their decoder; None for the
-            fastest decoder.
+        make_decoder: Function that makes the decoder of a section's words; None for the fastest
+            decoder.
     """
     token = _decoder_override.set(make_decoder)
     try:
@@ -82,7 +82,7 @@ def use_bit_decoder(make_decoder: Callable[[UInt32], BitDecoder] | None) -> Iter
 
 
 def make_fastest_decoder(words: UInt32) -> BitDecoder:
-    """Return constriction's decoder if it is installed, or else the one in plain Python.
+    """Return constriction's decoder if constriction is installed, otherwise `PythonBitDecoder`.
 
     Raises:
         InvalidWordsError: No encoder can produce these words.

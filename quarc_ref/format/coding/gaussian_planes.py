@@ -1,9 +1,9 @@
 """Codes Gaussians as planes: canonical frames (SPEC 8.5) and births (SPEC 8.6).
 
-One walk codes canonical frames and one codes births; each serves both encoding and
-decoding (see `planes`). A canonical frame is coded in Morton order, with one section per
-subject and new contexts in each section. The births of a frame are few, so they share one
-section, whose contexts continue from previous frames.
+Canonical frames and births each have one walk, which both encodes and decodes (see
+`planes`). A canonical frame is coded in Morton order, with one section per attribute and new
+contexts in each section. A frame has few births, so they share one section, whose contexts
+continue from previous frames.
 """
 
 from collections.abc import Sequence
@@ -39,7 +39,7 @@ from quarc_ref.format.records import (
 
 
 def order_canonical(positions: Int64) -> Int64:
-    """Return the `[n]` indices of Gaussians in the order of a canonical frame.
+    """Return the `[n]` indices of Gaussians in the Morton order of a canonical frame.
 
     Args:
         positions: `[3, n]` positions in steps, with a range below 2^20 per axis.
@@ -49,7 +49,7 @@ def order_canonical(positions: Int64) -> Int64:
 
 
 def sort_canonical(gaussians: Gaussians) -> tuple[tuple[int, int, int], int, Gaussians]:
-    """Return the origin, the axis bits and the Gaussians in Morton order of a canonical frame.
+    """Return the origin and axis bits of a canonical frame, and its Gaussians in Morton order.
 
     Args:
         gaussians: Gaussians in any order, with a range of positions below 2^20 steps per axis.
@@ -60,15 +60,16 @@ def sort_canonical(gaussians: Gaussians) -> tuple[tuple[int, int, int], int, Gau
         gaussians.positions[:, order], gaussians.rotations[:, order], gaussians.codes[:, order]
     )
     x, y, z = minimum.tolist()
-    extent = int(np.ptp(gaussians.positions, axis=1).max())
-    return (x, y, z), extent.bit_length(), ordered
+    widest_range = int(np.ptp(gaussians.positions, axis=1).max())
+    return (x, y, z), widest_range.bit_length(), ordered
 
 
 def write_canonical(gaussians: Gaussians, origin: tuple[int, int, int]) -> tuple[Section, ...]:
     """Code a canonical frame.
 
     Args:
-        gaussians: Gaussians in Morton order of position minus origin, each axis below 2^20.
+        gaussians: Gaussians in the Morton order of position minus origin, which is below 2^20
+            on each axis.
         origin: Minimum xyz, in position steps.
 
     Returns:
@@ -142,7 +143,7 @@ def read_births(
     Args:
         section: Section of the FRAM chunk.
         code_planes: Number of codes of a Gaussian.
-        count: Number of births, within the stream's level.
+        count: Number of births, within the limit of the stream's level.
         counts: Current counts of the contexts.
 
     Returns:
@@ -160,7 +161,7 @@ def read_births(
 def _code_canonical(
     planes: Sequence[Planes], keys: Int64, gaussians: Gaussians
 ) -> tuple[Int64, Gaussians]:
-    """Code the planes of each section; the sections are independent (SPEC 8.5)."""
+    """Code the planes of all sections, which are independent of each other (SPEC 8.5)."""
     position_planes, color_planes, opacity_planes, scale_planes, rotation_planes, sh_rest_planes = (
         planes
     )
@@ -218,7 +219,8 @@ def _code_rows_in_one_context(planes: Planes, name: str, rows: Int64) -> Int64:
 
 def _code_sequence(planes: Planes, name: str, contexts: Int64, rows: Int64) -> Int64:
     if np.any(np.abs(rows) > CODE_LIMIT):
-        message = f"two codes of a Gaussian are more than {CODE_LIMIT} apart: increase the step"
+        message = f"two codes of a Gaussian are more than {CODE_LIMIT} apart: "
+        message += "increase the quantization step"
         raise EncodeError(message)
     return code_signed(planes, name, contexts, CLASS_BITS, rows.reshape(-1)).reshape(rows.shape)
 
@@ -238,7 +240,7 @@ def _code_rotations(planes: Planes, name: str, rotations: Int64) -> Int64:
 
 
 def _code_sh_rest(planes: Planes, name: str, rows: Int64) -> Int64:
-    """Code rows one by one; contexts depend on the magnitudes in the previous rows."""
+    """Code rows one by one; contexts depend on the magnitudes in earlier rows."""
     magnitude_sums = np.zeros(rows.shape[1], dtype=np.int64)
     coded = np.zeros_like(rows)
     for row_index, row in enumerate(rows):
@@ -257,12 +259,12 @@ def _row_differences(rows: Int64) -> Int64:
 
 
 def _make_placeholder(code_planes: int, count: int) -> Gaussians:
-    """Return Gaussians of zeros, the arguments of a walk that decodes."""
+    """Return Gaussians of zeros, which a walk gets as arguments when it decodes."""
     rows = np.zeros((7 + code_planes, count), dtype=np.int64)
     return Gaussians(rows[:3], rows[3:7], rows[7:])
 
 
 # Class of each sum of magnitudes; larger sums are in the last class.
 _MAGNITUDE_CLASSES = bit_length(np.arange(1 << (REST_CLASSES - 1)))
-# At most this difference, a sum that exceeds int64 becomes negative and is rejected.
+# Up to this difference, a sum that overflows int64 becomes negative and is rejected.
 _DIFFERENCE_LIMIT = 1 << 60

@@ -1,10 +1,10 @@
 """Codes the residuals of a frame's anchors as planes: SPEC 8.7.
 
-Levels are coded from coarse to fine. The first plane codes whether each anchor moves. For
-anchors that move, the next planes code for each channel whether the symbol is nonzero.
-The last planes code the signs of nonzero symbols and, in unary, their magnitudes. The
-contexts depend on the expected residual of an anchor: the motion of its Gaussian in the
-last frame, minus the motion of the coarser levels.
+Levels are coded from coarse to fine. The first plane of a level codes whether each anchor
+moves. For anchors that move, the next planes code for each channel whether the symbol is
+nonzero. The last planes code the signs of nonzero symbols and, in unary, their magnitudes.
+The contexts depend on the expected residual of an anchor: the motion of its Gaussian in the
+previous frame, minus the motion that coarser levels have already coded.
 """
 
 from collections.abc import Sequence
@@ -26,8 +26,8 @@ class LevelContext:
 
     Attributes:
         parents: `[a]` index of each anchor's parent in the next coarser level.
-        previous: `[c, a]` motion of each anchor's Gaussian in the last frame, which is
-            the sum of the symbols of all levels; 0 if the Gaussian was deleted.
+        previous: `[c, a]` motion of each anchor's Gaussian in the previous frame: the
+            sum of the symbols of all levels; 0 if the Gaussian was deleted.
     """
 
     parents: Int64
@@ -40,15 +40,15 @@ def write_motion(
     """Code the symbols of a frame.
 
     Args:
-        levels: Contexts, level 1 (the finest) first.
-        symbols: `[c, a]` symbols of each level, level 1 first.
+        levels: Context data of each level, beginning with level 1, the finest.
+        symbols: `[c, a]` symbols of each level, beginning with level 1.
         counts: Counts of the contexts before the frame.
 
     Raises:
         EncodeError: A symbol exceeds 65 in magnitude.
     """
     if any(np.any(np.abs(level_symbols) > SYMBOL_LIMIT) for level_symbols in symbols):
-        message = f"a symbol exceeds {SYMBOL_LIMIT}: increase the step"
+        message = f"a symbol exceeds {SYMBOL_LIMIT} in magnitude: increase the quantization step"
         raise EncodeError(message)
     writer = PlaneWriter(counts)
     _code_motion(writer, levels, symbols)
@@ -62,11 +62,11 @@ def read_motion(
 
     Args:
         section: Section of the FRAM chunk.
-        levels: Contexts, level 1 (the finest) first.
+        levels: Context data of each level, beginning with level 1, the finest.
         counts: Counts of the contexts before the frame.
 
     Returns:
-        `[c, a]` symbols of each level, level 1 first, and the updated counts.
+        `[c, a]` symbols of each level, beginning with level 1, and the updated counts.
 
     Raises:
         EntropyError: The section is malformed.
@@ -92,11 +92,11 @@ def _code_motion(
 
 @dataclass(frozen=True, slots=True)
 class _CoarserLevels:
-    """Sums over a level and all coarser levels, for the contexts of the next finer level.
+    """Sums over a level and all coarser levels, which select contexts of the next finer level.
 
     Attributes:
-        sums: `[c, a]` sums of the symbols of anchors and all their ancestors.
-        magnitudes: `[a]` sums of the magnitudes of an anchor's symbols over the channels.
+        sums: `[c, a]` sums of the symbols of each anchor and all its ancestors.
+        magnitudes: `[a]` sums, over the channels, of the magnitudes of each anchor's symbols.
     """
 
     sums: Int64
@@ -116,7 +116,7 @@ class _CoarserLevels:
 
 
 class _Level:
-    """The planes of one level."""
+    """Codes the planes of one level."""
 
     def __init__(
         self, planes: Planes, level_number: int, context: LevelContext, coarser: _CoarserLevels
@@ -140,7 +140,7 @@ class _Level:
         return coded
 
     def _expected_residuals(self, anchors: Int64) -> Int64:
-        """Return the `[c, n]` last motion of anchors `[n]` minus the motion of coarser levels."""
+        """Return the `[c, n]` previous motion of anchors `[n]` minus that of the coarser levels."""
         parents = self._context.parents[anchors]
         return self._context.previous[:, anchors] - self._coarser.sums[:, parents]
 
@@ -163,7 +163,7 @@ class _Level:
         return self._planes.code(f"{self._name}, moves", contexts, moving)
 
     def _code_nonzero(self, expected: Int64, values: Int64) -> Bits:
-        """Code whether symbols are nonzero; contexts count the nonzero channels so far."""
+        """Code which symbols are nonzero, given the number of nonzero channels coded before."""
         is_nonzero = np.zeros(values.shape, dtype=np.bool_)
         nonzero_counts = np.zeros(values.shape[1], dtype=np.int64)
         for channel, component in enumerate(_channel_components(values.shape[0])):
@@ -195,12 +195,12 @@ class _Level:
 
 
 def _channel_components(channels: int) -> list[str]:
-    """Return the name of each channel in the models; 7 channels include the w of the rotation."""
+    """Return the names of channels in model names; only 7 channels include a rotation's w."""
     return ["translation"] * 3 + ["w"] * (channels - 6) + ["rotation"] * 3
 
 
 class _Classes:
-    """Lookup table of integer classes: class k starts at border k, class 0 is below border 1."""
+    """Lookup table of the classes of integers; class k begins at the k-th border, class 0 below."""
 
     def __init__(self, *borders: int) -> None:
         self.count = len(borders) + 1

@@ -1,12 +1,12 @@
 """Codes planes of bits with contexts, and the sections that contain them: SPEC 8.1.
 
-A plane has one bit for each of many elements, and each element has a context of the
-plane's model. All bits of a plane with the same context form one run of the coder with
-one probability, which follows from the context's counts or is written explicitly.
+A plane has one bit per element, for example per anchor, and each element has a context of
+the plane's model. All bits of a plane that have the same context form one run and are coded
+with one probability, which is computed from the context's counts or written explicitly.
 
-Each walk over the planes of a section serves both encoding and decoding. A `PlaneWriter`
-returns the bits that it is given; a `PlaneReader` ignores them and returns the bits of
-the section. A walk must continue with the returned bits.
+A walk is a function that codes the planes of a section in order; the same walk encodes and
+decodes. A `PlaneWriter` returns the bits that it is given; a `PlaneReader` ignores them and
+returns the bits of the section. A walk must continue with the returned bits.
 """
 
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ _EVEN_WEIGHT = WEIGHT_TOTAL // 2
 
 
 class Planes(Protocol):
-    """Interface with which a walk encodes or decodes planes."""
+    """Interface through which a walk encodes or decodes planes."""
 
     def code(self, model: str, contexts: Int64, bits: Bits) -> Bits:
         """Code one plane.
@@ -67,7 +67,7 @@ class PlaneWriter:
             return bits
         runs = _Runs.group(contexts)
         runs_of_bits = np.split(bits[runs.order], runs.starts[1:])
-        zeros, ones = runs.count(runs_of_bits)
+        zeros, ones = runs.count_zeros_and_ones(runs_of_bits)
         weights = self._counts.weights(model, runs.contexts)
         codes = choose_codes(ones, runs.lengths)
         fitted_weights = np.array([weight_of_code(code) for code in codes.tolist()])
@@ -102,35 +102,35 @@ class PlaneReader:
 
     def __init__(self, section: Section, counts: ContextCounts) -> None:
         self._counts = counts.copy()
-        self._words = make_bit_decoder(section.words)
+        self._bit_decoder = make_bit_decoder(section.words)
 
     def code(self, model: str, contexts: Int64, bits: Bits) -> Bits:
         """See `Planes.code`."""
         if contexts.size == 0:
             return bits
         runs = _Runs.group(contexts)
-        is_stated = self._words.take(runs.contexts.size, STATED_WEIGHT)
-        codes = np.packbits(self._words.take(CODE_BITS * int(is_stated.sum()), _EVEN_WEIGHT))
+        is_stated = self._bit_decoder.take(runs.contexts.size, STATED_WEIGHT)
+        codes = np.packbits(self._bit_decoder.take(CODE_BITS * int(is_stated.sum()), _EVEN_WEIGHT))
         weights = self._counts.weights(model, runs.contexts)
         weights[is_stated] = [weight_of_code(code) for code in codes.tolist()]
         run_sizes = zip(runs.lengths.tolist(), weights.tolist(), strict=True)
-        runs_of_bits = [self._words.take(count, weight) for count, weight in run_sizes]
-        self._counts.add_bits(model, runs.contexts, *runs.count(runs_of_bits))
+        runs_of_bits = [self._bit_decoder.take(count, weight) for count, weight in run_sizes]
+        self._counts.add_bits(model, runs.contexts, *runs.count_zeros_and_ones(runs_of_bits))
         decoded = np.empty_like(bits)
         decoded[runs.order] = np.concatenate(runs_of_bits)
         return decoded
 
     def code_raw(self, bits: Bits) -> Bits:
         """See `Planes.code_raw`."""
-        return self._words.take(bits.size, _EVEN_WEIGHT)
+        return self._bit_decoder.take(bits.size, _EVEN_WEIGHT)
 
     def finish(self) -> ContextCounts:
-        """Check that all words are consumed, and return the updated counts.
+        """Check that all words have been consumed, and return the updated counts.
 
         Raises:
             UnconsumedWordsError: Words remain.
         """
-        self._words.finish()
+        self._bit_decoder.finish()
         return self._counts
 
 
@@ -141,8 +141,8 @@ class _Runs:
     Attributes:
         order: `[n]` indices of the elements, sorted by context and index.
         contexts: `[u]` contexts that occur, ascending.
-        lengths: `[u]` number of elements of each context.
-        starts: `[u]` start of each context in `order`.
+        lengths: `[u]` number of elements in each context.
+        starts: `[u]` index in `order` of the first element of each context.
     """
 
     order: Int64
@@ -164,8 +164,8 @@ class _Runs:
             np.cumsum(lengths) - lengths,
         )
 
-    def count(self, runs_of_bits: Sequence[Bits]) -> tuple[Int64, Int64]:
-        """Return the `[u]` numbers of zeros and ones of each context."""
+    def count_zeros_and_ones(self, runs_of_bits: Sequence[Bits]) -> tuple[Int64, Int64]:
+        """Return the `[u]` numbers of zeros and the `[u]` numbers of ones in each context."""
         ones = np.array([np.count_nonzero(part) for part in runs_of_bits])
         return self.lengths - ones, ones
 

@@ -1,7 +1,7 @@
-"""Estimates code lengths, so that a writer can decide when to write a probability explicitly.
+"""Estimates code lengths, from which a writer decides whether to write a probability.
 
 Unlike elsewhere in `format`, floats are allowed here: a reader accepts any explicit
-probability, so this choice is not normative.
+probability, so the writer's choice is not normative.
 """
 
 import numpy as np

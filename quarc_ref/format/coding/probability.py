@@ -1,8 +1,8 @@
-"""One-byte codes of the explicit probabilities of a plane: SPEC 8.2.
+"""One-byte codes for the explicit probabilities of a plane: SPEC 8.2.
 
-A code represents the weight of a 1 bit in a context, out of 2^24. Codes are spaced at
-eight per octave towards 0 and towards 2^24, so they cost less than one part in a thousand
-more bits than exact probabilities.
+A code represents the weight of a 1 bit in a context, out of 2^24. There are eight
+codes per octave towards 0 and towards 2^24, so coding takes less than 0.1% more bits than
+with exact probabilities.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ _MIN_SHIFT = 5
 
 
 def weight_of_code(code: int) -> int:
-    """Return the weight of a 1 bit (of 2^24) for a probability code.
+    """Return the weight of a 1 bit (out of 2^24) that a probability code represents.
 
     Raises:
         BadProbabilityError: The code is 240 or more.
@@ -32,8 +32,8 @@ def choose_codes(ones: Int64, counts: Int64) -> Int64:
     """Return the probability codes nearest to `ones` / `counts`.
 
     Args:
-        ones: `[n]` numbers of 1 bits.
-        counts: `[n]` numbers of bits, at least 1.
+        ones: `[n]` number of 1 bits in each context.
+        counts: `[n]` number of bits in each context, at least 1.
     """
     weights = ones * WEIGHT_TOTAL // counts
     codes: Int64 = _CODES_BY_WEIGHT[np.searchsorted(_CODE_BORDERS, weights, side="right")]

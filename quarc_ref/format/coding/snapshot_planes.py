@@ -1,6 +1,6 @@
 """Codes snapshots as planes: canonical frames relative to the last CANO (SPEC 8.9).
 
-One walk serves both encoding and decoding (see `planes`). Surviving Gaussians keep the
+One walk both encodes and decodes (see `planes`). Surviving Gaussians keep the
 Morton order of the CANO, so the previous survivor is a spatial neighbor and has often
 moved in the same way. New Gaussians are coded as in a canonical frame.
 """
@@ -38,7 +38,7 @@ SURVIVOR_FIELDS = {
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """A canonical frame, and its relation to the last CANO.
+    """A decoded snapshot, and the relation of its Gaussians to the last CANO.
 
     Attributes:
         gaussians: Gaussians of the frame, in Morton order.
@@ -51,13 +51,13 @@ class Snapshot:
 
 @dataclass(frozen=True, slots=True)
 class CodedSnapshot:
-    """Contents of a SNAP chunk.
+    """The contents of a SNAP chunk, and the Gaussians that it represents.
 
     Attributes:
         newborn_count: Number of Gaussians that are not in the CANO.
         origin: Minimum xyz of the new Gaussians' positions, in position steps.
         axis_bits: Bits per axis of a position relative to the origin.
-        survivors: Section of the surviving Gaussians of the CANO.
+        survivors: Section of the CANO's surviving Gaussians and their differences.
         sections: Sections of the new Gaussians.
         gaussians: Gaussians of the frame, in Morton order.
     """
@@ -138,17 +138,17 @@ def read_snapshot(chunk: SnapshotChunk, canonical: Gaussians) -> Snapshot:
 
 
 def compare(snapshot: Snapshot, canonical: Gaussians) -> Int64:
-    """Return the `[SURVIVOR_ROWS, n]` differences of a snapshot's survivors from their CANO."""
+    """Return the `[SURVIVOR_ROWS, n]` differences of a snapshot's survivors from the CANO."""
     (survivors,) = np.nonzero(snapshot.roots >= 0)
     roots = snapshot.roots[survivors]
     return _subtract(_coded_rows(snapshot.gaussians, survivors), _coded_rows(canonical, roots))
 
 
 def _code_survivors(planes: Planes, lives: Bits, rows: Int64) -> tuple[Int64, Int64]:
-    """Code which Gaussians survive (`lives`, `[N]`), then their `[SURVIVOR_ROWS, N]` rows.
+    """Code which Gaussians survive (`lives`, `[N]`), then their differences (`rows`).
 
     Returns:
-        The indices `[n]` of the survivors in the CANO, and their rows.
+        The indices `[n]` of the survivors in the CANO, and their `[SURVIVOR_ROWS, n]` rows.
     """
     lives = planes.code("survivors, lives", np.zeros(lives.size, dtype=np.int64), lives)
     survivor_roots = np.flatnonzero(lives)
@@ -177,7 +177,7 @@ def _code_survivors(planes: Planes, lives: Bits, rows: Int64) -> tuple[Int64, In
 
 
 def _code_rows(planes: Planes, rows: slice, values: Int64) -> Int64:
-    """Code rows one by one; contexts depend on the magnitudes in the field's previous rows."""
+    """Code rows one by one; contexts depend on the magnitudes in earlier rows of the field."""
     magnitude_sums = np.zeros(values.shape[1], dtype=np.int64)
     coded = np.zeros_like(values)
     for row_index, row in enumerate(range(rows.start, rows.stop)):
@@ -190,7 +190,7 @@ def _code_rows(planes: Planes, rows: slice, values: Int64) -> Int64:
 
 
 def _coded_rows(gaussians: Gaussians, indices: Int64) -> Int64:
-    """Return the `[SURVIVOR_ROWS, n]` values of Gaussians that a snapshot may change."""
+    """Return the `[SURVIVOR_ROWS, n]` attributes that a snapshot may change."""
     return np.concatenate(
         [
             gaussians.positions[:, indices],
@@ -201,7 +201,7 @@ def _coded_rows(gaussians: Gaussians, indices: Int64) -> Int64:
 
 
 def _subtract(rows: Int64, canonical_rows: Int64) -> Int64:
-    """Return differences; a rotation whose index changes has absolute components instead."""
+    """Return differences; if a rotation's index changes, its components stay absolute."""
     residuals = rows - canonical_rows
     index, components = _ROTATION.start, slice(_ROTATION.start + 1, _ROTATION.stop)
     index_changed = residuals[index] != 0
@@ -223,14 +223,14 @@ def _add(canonical: Gaussians, survivor_roots: Int64, rows: Int64) -> Gaussians:
 
 
 def _sort_morton(gaussians: Gaussians) -> Int64:
-    """Return the Morton order of the Gaussians of a frame, as in a CANO.
+    """Return the `[n]` indices of Gaussians in Morton order, which is their order in a CANO.
 
     Raises:
         SymbolRangeError: The frame is wider than a CANO can represent.
     """
     offsets = gaussians.positions - gaussians.positions.min(axis=1, initial=_NO_MINIMUM)[:, None]
     if offsets.max(initial=0) >> AXIS_BITS_LIMIT:  # [7.9-4]
-        message = f"a snapshot is wider than 2^{AXIS_BITS_LIMIT} steps"
+        message = f"a snapshot is wider than 2^{AXIS_BITS_LIMIT} position steps"
         raise SymbolRangeError(message)
     return np.argsort(interleave(offsets), kind="stable")
 

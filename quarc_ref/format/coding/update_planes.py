@@ -1,7 +1,7 @@
 """Codes updates of individual Gaussians as planes: SPEC 8.8.
 
-One walk serves both encoding and decoding (see `planes`). Most Gaussians of a frame do
-not change. The first plane covers all Gaussians; the others cover the few that change.
+One walk both encodes and decodes (see `planes`). Most Gaussians of a frame do not change, so
+only the first plane has a bit for every Gaussian; the others cover those that change.
 """
 
 from dataclasses import dataclass
@@ -50,10 +50,10 @@ def write_updates(context: UpdateContext, updates: Updates, counts: ContextCount
         EncodeError: A residual is out of the format's range.
     """
     if np.abs(updates.residuals[ROTATION]).max(initial=0) > ROTATION_UNITY_LIMIT:
-        message = f"a rotation residual exceeds {ROTATION_UNITY_LIMIT}"
+        message = f"a rotation residual of an update exceeds {ROTATION_UNITY_LIMIT}"
         raise EncodeError(message)
     if np.abs(updates.residuals).max(initial=0) > CODE_LIMIT:
-        message = f"a residual of an update exceeds {CODE_LIMIT}: increase the step"
+        message = f"a residual of an update exceeds {CODE_LIMIT}: increase the quantization step"
         raise EncodeError(message)
     count = context.recency.size
     changes, dies = np.zeros((2, count), dtype=np.bool_)
@@ -77,7 +77,7 @@ def read_updates(
         counts: Counts of the contexts before the frame.
 
     Returns:
-        The updates, and the updated counts.
+        The updates, and the counts after the frame.
 
     Raises:
         EntropyError: The section is malformed.
@@ -104,7 +104,7 @@ def _code_updates(
 
 
 def _change_contexts(context: UpdateContext) -> Int64:
-    """Return `[N]` contexts 4 M + R from the motion class M and recency R of each Gaussian."""
+    """Return the `[N]` contexts 4 M + R, with motion class M and recency R of each Gaussian."""
     contexts = context.recency.astype(np.int64)
     moved = np.flatnonzero(np.bitwise_or.reduce(context.motion, axis=0))
     motion_sums = np.abs(context.motion[:, moved]).sum(axis=0, dtype=np.int64)

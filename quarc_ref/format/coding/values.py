@@ -1,8 +1,9 @@
 """Codes integers as planes of bits: SPEC 8.4.
 
-There are three forms: numbers of fixed width, unsigned numbers, and signed numbers. One
-function per form serves both encoding and decoding, and ignores `values` when decoding
-(see `planes`). The names of the models begin with the name of the sequence of numbers.
+There are three kinds of sequences: numbers of fixed width, unsigned numbers, and signed
+numbers. One function per kind both encodes and decodes (see `planes`). The class of a number
+is its bit length; its mantissa is the bits below the leading 1. The names of a sequence's
+models begin with its name.
 """
 
 import numpy as np
@@ -19,7 +20,7 @@ def code_fixed(planes: Planes, name: str, contexts: Int64, width: int, values: I
     Args:
         planes: A `PlaneWriter` to encode, or a `PlaneReader` to decode.
         name: Name of the sequence.
-        contexts: `[n]` outer context of each number.
+        contexts: `[n]` context of each number, which is part of the context of each of its bits.
         width: Number of bits of a number.
         values: `[n]` numbers to encode; ignored when decoding.
 
@@ -38,12 +39,12 @@ def code_fixed(planes: Planes, name: str, contexts: Int64, width: int, values: I
 def code_unsigned(
     planes: Planes, name: str, contexts: Int64, class_bits: int, values: Int64
 ) -> Int64:
-    """Code unsigned numbers: class, then mantissa.
+    """Code unsigned numbers, each as a class and a mantissa.
 
     Args:
         planes: A `PlaneWriter` to encode, or a `PlaneReader` to decode.
         name: Name of the sequence.
-        contexts: `[n]` outer context of each number.
+        contexts: `[n]` context of each number, which is part of the context of each of its bits.
         class_bits: Number of bits of a class; the numbers are below 2^(2^class_bits - 1).
         values: `[n]` numbers to encode; ignored when decoding.
 
@@ -57,12 +58,12 @@ def code_unsigned(
 def code_signed(
     planes: Planes, name: str, contexts: Int64, class_bits: int, values: Int64
 ) -> Int64:
-    """Code signed numbers: class, sign, mantissa of the magnitude.
+    """Code signed numbers, each as the class of its magnitude, its sign and the mantissa.
 
     Args:
         planes: A `PlaneWriter` to encode, or a `PlaneReader` to decode.
         name: Name of the sequence.
-        contexts: `[n]` outer context of each number.
+        contexts: `[n]` context of each number, which is part of the context of each of its bits.
         class_bits: Number of bits of a class; magnitudes are below 2^(2^class_bits - 1).
         values: `[n]` numbers to encode; ignored when decoding.
 
@@ -82,7 +83,7 @@ def code_signed(
 def _code_mantissas(
     planes: Planes, name: str, contexts: Int64, classes: Int64, values: Int64
 ) -> Int64:
-    """Code the bits below each number's leading 1: the first two with contexts, others raw."""
+    """Code the bits below each number's leading 1; only the first two have contexts."""
     mantissas = np.minimum(classes, 1)
     for depth in range(int(classes.max(initial=1)) - 1):
         with_bit = np.flatnonzero(classes > depth + 1)

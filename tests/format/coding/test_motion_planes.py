@@ -34,7 +34,7 @@ def test_the_largest_symbols_survive_a_round_trip(symbol):
 
 
 def test_a_larger_symbol_cannot_be_written():
-    with pytest.raises(EncodeError, match="increase the step"):
+    with pytest.raises(EncodeError, match="increase the quantization step"):
         write_motion(*_one_level(np.full((6, 1), 66)), _NEW_COUNTS)
 
 

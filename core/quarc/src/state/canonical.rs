@@ -86,7 +86,7 @@ impl State {
 
 fn require_some(count: usize) -> Result<()> {
     if count == 0 {
-        return Err(Error::new(Reject::Count, "a canonical frame without Gaussians"));
+        return Err(Error::new(Reject::Count, "a canonical frame has no Gaussians"));
     }
     Ok(())
 }

@@ -66,7 +66,7 @@ impl State {
         })?;
         // [7.4-3]
         if death_count as usize >= self.count() {
-            let message = format!("{death_count} deaths among {} Gaussians", self.count());
+            let message = format!("{death_count} deaths in a scene of {} Gaussians", self.count());
             return Err(Error::new(Reject::Count, message));
         }
         // A new sampling replaces all bindings.

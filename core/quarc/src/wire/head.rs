@@ -95,7 +95,7 @@ fn read_features(fields: &mut Fields) -> Result<u32> {
     }
     let features = fields.u32()?;
     if features & !KNOWN_INCOMPATIBLE_FEATURES != 0 {
-        let message = format!("incompatible features {features:#x}");
+        let message = format!("incompatible features {features:#x} are not supported");
         return Err(Error::new(Reject::UnsupportedFeature, message)); // [12-2]
     }
     fields.u32()?; // any compatible features are accepted [12-3]
