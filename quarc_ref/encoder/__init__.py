@@ -3,12 +3,13 @@
     with open("out.quarc", "wb") as sink:
         encode(open_capture("flame_steak"), sink, EncodeOptions(choose_preset("main")))
 
-Gaussians that another method has trained are encoded without pictures and without torch:
+`encode_scenes` encodes Gaussians that another method has trained. It needs neither pictures
+nor torch:
 
     report = encode_scenes(frames, sink, SceneOptions(frames_per_second=30))
 
-Names are imported on first use, so that torch is loaded only by `encode` and its options.
-Writing a stream from existing records (`closed_loop`) does not need torch.
+Names are imported on first use, so that importing this package does not load torch.
+`closed_loop`, which writes a stream from quantized Gaussians, does not need torch either.
 """
 
 import os

@@ -35,17 +35,17 @@ from quarc_ref.streams.stream_writer import StreamWriter
 class ClosedLoop:
     """Writes the frames of a stream and decodes each one before it is written.
 
-    Each step of a frame returns a new value, which the next step takes: `start_frame`,
-    `move_frame` and a `commit` method. Only `commit` methods write to the stream and
-    change the loop.
+    A frame is written in three steps: `start_frame`, `move_frame` and a `commit` method. Each
+    step takes the result of the previous step. Only the last step writes to the stream and
+    changes the loop.
 
     Args:
         sink: Binary file to which the stream is appended.
         header: Header of the stream.
         cameras: Content of the `came` chunk.
         metadata: Content of the `meta` chunk.
-        existing_bytes: Number of bytes of the stream that the sink already has. `replay` must be
-            called with the frames in these bytes before further frames are committed.
+        existing_bytes: Number of bytes of the stream that the sink already contains. `replay`
+            must be called for each frame in these bytes before further frames are committed.
 
     Attributes:
         state: The decoder's state of the last frame.
@@ -87,7 +87,7 @@ class ClosedLoop:
 
         Raises:
             ResumeError: The decoder rejects the frame.
-            ValueError: The chunk is not a frame.
+            ValueError: The chunk does not contain a frame.
         """
         try:
             self._write(chunk.kind, chunk.payload)
@@ -95,7 +95,7 @@ class ClosedLoop:
             message = f"the stream cannot be resumed: {error.__cause__}"
             raise ResumeError(message) from error
         if self._decoded is None:
-            message = f"a {chunk.kind.decode()} chunk is not a frame"
+            message = f"a {chunk.kind.decode()} chunk does not contain a frame"
             raise ValueError(message)
         self.state = self._decoded
         return self.state
@@ -110,9 +110,9 @@ class ClosedLoop:
         """Code the motion and updates of a frame; see `FrameCoder.move_frame`."""
         return self._coder.move_frame(start, symbols, updates)
 
-    def birth_bytes(self, moved_frame: MovedFrame, births: Births) -> int:
-        """Return the size of the births section in bytes; see `FrameCoder.birth_bytes`."""
-        return self._coder.birth_bytes(moved_frame, births)
+    def count_birth_bytes(self, moved_frame: MovedFrame, births: Births) -> int:
+        """Return the size of the births section in bytes; see `FrameCoder.count_birth_bytes`."""
+        return self._coder.count_birth_bytes(moved_frame, births)
 
     def commit_canonical(self, gaussians: Gaussians, frame: int) -> FrameState:
         """Write a canonical frame; see `FrameCoder.code_canonical`.
@@ -157,7 +157,7 @@ class ClosedLoop:
         """
         reference = self._decoder.reference
         if reference is None:
-            message = "the stream has no snapshots"
+            message = "the header does not allow snapshots"
             raise ValueError(message)
         self._require_next(moved_frame)
         roots = self._decoder.roots
@@ -185,7 +185,7 @@ class ClosedLoop:
         ):
             message = (
                 f"frame {frame.state.scene.frame} decodes to a state that differs from the "
-                "encoder's"
+                "encoder's state"
             )
             raise ClosedLoopError(message)
         self.state = decoded_state
@@ -201,13 +201,13 @@ class ClosedLoop:
         try:
             self._decoded = self._decoder.push(chunk)
         except BitstreamError as error:
-            message = f"the decoder rejects a chunk of the encoder: {error}"
+            message = f"the decoder rejects a chunk that the encoder created: {error}"
             raise ClosedLoopError(message) from error
 
 
 def _is_same_scene(first: Scene, second: Scene) -> bool:
     """Return whether all integers of two scenes are equal."""
     return (first.frame, first.phase) == (second.frame, second.phase) and all(
-        np.array_equal(getattr(first, plane), getattr(second, plane))
-        for plane in ("ids", "positions", "rotations", "codes")
+        np.array_equal(getattr(first, name), getattr(second, name))
+        for name in ("ids", "positions", "rotations", "codes")
     )

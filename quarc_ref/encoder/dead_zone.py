@@ -1,9 +1,9 @@
 """The dead zone of snapshots: snapshots undo small moves since the canonical frame.
 
-Decoding continues from the state in a snapshot, so the encoder may change this state. Many
-Gaussians have drifted by a step or two since the canonical frame. Coding the drift costs
-bytes but does not change the picture (docs/experiments/what-moves.md). Codes of scale,
-opacity and color have no dead zone, because undoing even the smallest change is visible.
+Later frames are decoded from the state in the snapshot, so the encoder may change this state.
+Many Gaussians have drifted by a step or two since the canonical frame. Coding the drift costs
+bytes without a visible effect (docs/experiments/what-moves.md). Codes of scale, opacity and
+color have no dead zone, because undoing even their smallest changes would be visible.
 """
 
 import numpy as np
@@ -18,12 +18,12 @@ def undo_small_moves(
 ) -> Gaussians:
     """Return the Gaussians of a snapshot after undoing moves within the dead zone.
 
-    A position is set to the position in the canonical frame if both differ by at most `steps`
-    translation steps on every axis. A rotation is set to the canonical one if each coded
-    component differs by at most `steps` units of 2^-`rotation_bits`.
+    A position is reset to its value in the canonical frame if the two differ by at most `steps`
+    translation steps on every axis. A rotation is reset if each coded component differs by at
+    most `steps` units of 2^-`rotation_bits`.
 
     Args:
-        gaussians: Gaussians on the grid of canonical frames.
+        gaussians: Gaussians of the snapshot, on the grid of canonical frames.
         canonical: Gaussians of the last canonical frame (CANO), in the order of the chunk.
         roots: `[N]` index of each Gaussian in `canonical`; -1 for Gaussians added later.
         header: Header of the stream.
@@ -48,6 +48,6 @@ def undo_small_moves(
 
 
 def _find_small_changes(rows: Int64, canonical_rows: Int64, limits: tuple[int, ...]) -> Bits:
-    """Return a mask of the columns in which every row differs by at most the row's limit."""
+    """Return a mask of the columns in which no row differs by more than the limit of the row."""
     is_small: Bits = np.all(np.abs(rows - canonical_rows) <= np.array(limits)[:, None], axis=0)
     return is_small

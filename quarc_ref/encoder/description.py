@@ -1,4 +1,7 @@
-"""Metadata that describes how a stream was made; `--resume` compares it with the new encode."""
+"""Metadata that describes how a stream was made.
+
+`--resume` compares the metadata of a partial stream with that of the new encode.
+"""
 
 from importlib.metadata import version
 from typing import Any

@@ -27,18 +27,18 @@ from quarc_ref.format.errors import UnusableCaptureError
 
 
 @dataclass(frozen=True, slots=True)
-class Examination:
+class ExamineOptions:
     """Options for examining a capture.
 
     Attributes:
-        opening: Options of `open_capture`.
-        quick: Whether to check only files and frame 0, as `encode` does.
+        capture_options: Options of `open_capture`.
+        quick: Whether to check only the files and frame 0, as `encode` does.
         config: Settings of the encode to forecast.
         device: Device, as in `EncodeOptions`.
         progress: Called after every step.
     """
 
-    opening: CaptureOptions = field(default_factory=CaptureOptions)
+    capture_options: CaptureOptions = field(default_factory=CaptureOptions)
     quick: bool = False
     config: EncoderConfig = field(default_factory=lambda: choose_preset("main"))
     device: str = "auto"
@@ -64,23 +64,23 @@ class Diagnosis:
     findings: tuple[Finding, ...]
 
 
-def examine(folder: Path, examination: Examination | None = None) -> Diagnosis:
-    """Find the faults of a capture, and forecast its encode.
+def examine(folder: Path, options: ExamineOptions | None = None) -> Diagnosis:
+    """Find the faults of a capture, and forecast the resources that its encode needs.
 
     Args:
         folder: Folder of the capture.
-        examination: Options; None for the defaults.
+        options: Options of the examination; None for the defaults.
 
     Raises:
         HeldOutError: A camera to hold out does not exist.
-        StartError: The requested first frame is after the last one.
+        StartError: The requested first frame is after the last frame of the capture.
         DownscaleError: The pictures cannot be downscaled by the requested factor.
     """
-    options, machine = examination or Examination(), measure_machine()
+    options, machine = options or ExamineOptions(), measure_machine()
     layout = None
     try:
         layout = choose_layout(folder).name
-        capture = open_capture(folder, options.opening)
+        capture = open_capture(folder, options.capture_options)
     except (HeldOutError, StartError):
         raise
     except CaptureError as error:
@@ -110,7 +110,7 @@ def _examine_frames(capture: Capture, progress: Progress) -> list[Finding]:
 
 
 def _to_finding(error: Exception) -> Finding:
-    """Convert an error to a finding whose kind is the name of the error's class."""
+    """Convert an error to a finding whose kind is derived from the name of its class."""
     words = re.findall("[A-Z][a-z]+", type(error).__name__.removesuffix("Error"))
     return Finding("-".join(words).lower(), str(error))
 

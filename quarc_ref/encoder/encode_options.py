@@ -17,15 +17,15 @@ class EncodeOptions:
     """Options of an encode.
 
     Attributes:
-        config: All settings of training and stream.
+        config: All settings of the training and the stream.
         frames: Number of frames; None for all.
         device: `cpu`, `cuda`, or `auto`: CUDA if a device and gsplat are available.
         progress: Called after every training step.
-        checkpoint: File in which the training of frame 0 is saved every minute, and from
-            which training resumes if the file belongs to this encode; None: training is not
-            saved.
+        checkpoint: File to which the training state of frame 0 is saved every minute. If the
+            file already exists and belongs to this encode, training resumes from it. None: the
+            state is not saved.
         checks: Whether to check the capture before frame 0 is trained.
-        report: Called with every finding, that is, every reason to expect poor quality.
+        report: Called with every finding (a reason to expect poor quality).
         monitor: Called for every training step and every frame.
     """
 
@@ -42,7 +42,7 @@ class EncodeOptions:
         """Check a capture and report the findings, if `checks` is set.
 
         Raises:
-            UnusableCaptureError: The capture cannot be encoded with useful quality.
+            UnusableCaptureError: The capture cannot be encoded with acceptable quality.
             CaptureError: A picture cannot be read.
         """
         if self.checks:

@@ -1,11 +1,11 @@
-"""Encodes multi-view video: frame 0, then each frame from the previous decoded frame.
+"""Encodes multi-view video: frame 0, then each later frame from the decoded previous frame.
 
 points ──> train_canonical ──> commit_canonical ──> state of frame 0
 state ──> start_frame ──> fit_motion ──> move_frame ──> fit_births ──> commit_frame ──> state
 
-`fit_motion` also fits updates of individual Gaussians if the stream has them. Every
-`canonical.keyframe_interval` frames, `commit_as_canonical` replaces `commit_frame`. Every
-`canonical.snapshot_interval` frames, `commit_as_snapshot` replaces it.
+`fit_motion` also fits updates of individual Gaussians if the stream allows them.
+`commit_frame` is replaced by `commit_as_canonical` every `canonical.keyframe_interval` frames,
+and by `commit_as_snapshot` every `canonical.snapshot_interval` frames.
 """
 
 from dataclasses import asdict, replace
@@ -61,12 +61,12 @@ def encode(
         capture: Multi-view video; held-out cameras are not read.
         sink: Binary file to which the stream is appended, one complete frame at a time.
         options: Options of the encode; None for the defaults.
-        partial_stream: The part of the stream that the sink already has. Bytes after this
-            part are removed, and the encode continues. The result equals that of an
-            uninterrupted encode. A finished stream is not changed.
+        partial_stream: The part of the stream that the sink already contains. Bytes after this
+            part are removed, and the encode continues. The stream becomes the same as that of
+            an uninterrupted encode. A finished stream is not changed.
 
     Raises:
-        CaptureError: A picture cannot be read, or the capture has fewer frames
+        CaptureError: A picture cannot be read, or the capture has fewer frames than requested
             (`TooFewFramesError`).
         UnusableCaptureError: A check of the capture failed.
         EncodeError: The format cannot represent the scene with these settings.
@@ -93,7 +93,7 @@ def encode(
 class _Encoding:
     """An encode in progress.
 
-    Only the decoder's state and the list of frame sizes pass from one frame to the next.
+    Only the decoder's state and the list of frame sizes are passed from frame to frame.
 
     Args:
         capture: Multi-view video; held-out cameras are not read.
@@ -169,7 +169,7 @@ class _Encoding:
         moved_frame = self._loop.move_frame(start, motion.symbols, motion.updates)
         cost = ByteCost(
             rd.scale_relative(config.births.rd_lambda) / moved_frame.state.scene.count,
-            partial(self._loop.birth_bytes, moved_frame),
+            partial(self._loop.count_birth_bytes, moved_frame),
         )
         births = fit_births(context, moved_frame.state, motion.statistics, config, cost)
         kind = self._commit(moved_frame, births)
@@ -198,7 +198,7 @@ class _Encoding:
         )
 
     def _commit(self, moved_frame: MovedFrame, births: Births | None) -> bytes:
-        """Write a frame as CANO, SNAP or FRAM, depending on its ordinal; return the chunk type."""
+        """Write a frame as CANO, SNAP or FRAM, depending on its index; return the chunk type."""
         kind = self._config.canonical.frame_kind(moved_frame.state.scene.frame)
         if kind == container.CANO:
             self._loop.commit_as_canonical(moved_frame, births)
@@ -227,7 +227,7 @@ class _Encoding:
         self._loop = ClosedLoop(sink, header, capture.cameras, metadata, existing_bytes)
 
     def _start_inter_frames(self, state: FrameState) -> None:
-        """Compute exposures and reference loss from decoded frame 0, for use in later frames."""
+        """Compute the exposures and the reference loss of later frames from decoded frame 0."""
         if self._config.canonical.exposure_lr:
             refit_exposures(self._context, state)
         self._reference_loss = measure_loss(self._context, state, self._config.motion.lambda_dssim)
@@ -236,7 +236,7 @@ class _Encoding:
             self._checkpoint.remove()
 
     def _open_checkpoint(self, path: Path | None) -> Checkpoint | None:
-        """Open the checkpoint, which identifies the inputs of this encode; None without a path."""
+        """Return the checkpoint for the inputs of this encode, or None if there is no path."""
         cameras = [asdict(camera) for camera in self._capture.cameras]
         return None if path is None else Checkpoint(path, [self._metadata, cameras])
 
@@ -248,7 +248,7 @@ def adapt_steps_to_capture(config: EncoderConfig, capture: Capture) -> EncoderCo
 
     Raises:
         CaptureError: A picture cannot be read.
-        EncodeError: No training view sees an initial point.
+        EncodeError: No initial point is visible in a training view.
     """
     full_capture = capture.full_capture
     views = [full_capture.cameras[index] for index in full_capture.training]
@@ -257,12 +257,16 @@ def adapt_steps_to_capture(config: EncoderConfig, capture: Capture) -> EncoderCo
     return replace(config, stream=set_world_frame(stream, full_capture.notes))
 
 
-def count_deaths(state: FrameState, target: int, settings: BirthSettings) -> int:
-    """Return how many faint Gaussians to delete to reduce the number of Gaussians to a target."""
+def count_deaths(state: FrameState, target_count: int, settings: BirthSettings) -> int:
+    """Return how many faint Gaussians to delete so that at most `target_count` remain.
+
+    If there are too few faint Gaussians, all of them are deleted, and more than `target_count`
+    Gaussians remain.
+    """
     header = state.scene.header
     logits = state.scene.codes[OPACITY.start] * header.opacity_step
     faint_count = int(np.count_nonzero(1 / (1 + np.exp(-logits)) < settings.death_opacity))
-    return min(max(0, state.scene.count - target), faint_count)
+    return min(max(0, state.scene.count - target_count), faint_count)
 
 
 def _make_context(capture: Capture, options: EncodeOptions) -> TrainingContext:

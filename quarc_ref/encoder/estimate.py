@@ -20,18 +20,20 @@ from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.trainable import Trainer
 
 _WARM_UP_STEPS, _TIMED_STEPS = 2, 4
-_HALF_RESOLUTION_COST = 0.4  # time of a step at half resolution, relative to full resolution
+_HALF_RESOLUTION_COST = (
+    0.4  # time of a step at half resolution, relative to a step at full resolution
+)
 _CANONICAL_BYTES_PER_GAUSSIAN = 7.0
 _FRAME_BYTES_WITH_RD, _FRAME_BYTES_WITHOUT_RD = 0.25, 1.0  # bytes per Gaussian and frame
 # maximum number of Gaussians relative to the initial number, if `prune_rd_lambda` is 0
-_MAX_GROWTH = 10
+_MAX_GROWTH_FACTOR = 10
 _LAMBDA_EXPONENT = -0.2  # exponent: half the weight gives 15 % more bytes
 
 
 def estimate_encode(
     context: TrainingContext, points: Points, plan: EncodePlan, config: EncoderConfig
 ) -> Estimate:
-    """Estimate the time and size of an encode; does not affect its random numbers or training.
+    """Estimate the time and size of an encode, without affecting its random numbers.
 
     Args:
         context: Training views and renderer.
@@ -39,7 +41,7 @@ def estimate_encode(
         plan: The remaining work of the encode.
         config: All settings.
     """
-    step_seconds = time_step(context, points, config)
+    step_seconds = estimate_step_seconds(context, points, config)
     canonical = config.canonical
     half_resolution_steps = min(canonical.half_resolution_until_iter, canonical.iterations)
     first_frame_seconds = step_seconds * (
@@ -53,10 +55,11 @@ def estimate_encode(
     return Estimate(seconds, _estimate_bytes(expected_count, plan, config))
 
 
-def time_step(context: TrainingContext, points: Points, config: EncoderConfig) -> float:
-    """Return the mean duration of a training step of frame 0, seconds.
+def estimate_step_seconds(context: TrainingContext, points: Points, config: EncoderConfig) -> float:
+    """Estimate the mean duration of a training step of frame 0, in seconds.
 
-    Steps on the initial Gaussians are timed, and scaled to the expected number of Gaussians.
+    A few steps with the initial Gaussians are timed, and their median duration is scaled to the
+    expected number of Gaussians.
 
     Args:
         context: Training views and renderer.
@@ -95,7 +98,7 @@ def _estimate_gaussians(point_count: int, settings: CanonicalSettings) -> tuple[
 
 
 def _limit_growth(initial_count: int, settings: CanonicalSettings) -> int:
-    return min(settings.max_gaussians, initial_count * _MAX_GROWTH)
+    return min(settings.max_gaussians, initial_count * _MAX_GROWTH_FACTOR)
 
 
 def _estimate_bytes(gaussian_count: float, plan: EncodePlan, config: EncoderConfig) -> float:

@@ -1,14 +1,14 @@
-"""Forecasts time, memory and size of an encode on this machine.
+"""Forecasts the time, memory and size of an encode on this machine.
 
-The time is extrapolated from some training steps on the capture's pictures and points. The
+The time is extrapolated from a few training steps on the capture's pictures and points. The
 forecast of the size is a range, because the number of Gaussians is not known in advance.
-docs/experiments/forecast.md compares forecasts with encodes.
+docs/experiments/forecast.md compares forecasts with completed encodes.
 """
 
 from dataclasses import dataclass
 
 from quarc_ref.datasets.capture import Capture
-from quarc_ref.encoder.estimate import time_step
+from quarc_ref.encoder.estimate import estimate_step_seconds
 from quarc_ref.encoder.monitoring.forecast import frame_seconds
 from quarc_ref.encoder.monitoring.monitor import EncodePlan
 from quarc_ref.encoder.settings.config import EncoderConfig
@@ -20,7 +20,9 @@ from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 _FLOAT_BYTES = 4
 # arrays per training picture: original, corrected exposure, and two moments of SSIM
 _PICTURE_COPIES = 4
-_HALF_SIZE_FACTOR = 1.25  # memory of a picture and its copy at half size, relative to the picture
+_HALF_SIZE_COPY_FACTOR = (
+    1.25  # memory of a picture and its copy at half size, relative to the picture
+)
 _BASE_BYTES = 700 << 20  # memory of torch and other libraries
 _DECODER_BYTES = 8 << 20  # memory of a camera's video decoder, without pictures
 _DECODER_PICTURES = 20  # number of pictures that a video decoder holds
@@ -28,7 +30,7 @@ _PIXEL_BYTES = 1.5  # bytes per pixel of yuv420p
 _CACHE_BYTES = 1 << 28  # size of the capture's picture cache
 # floats per Gaussian: four copies (values, gradients, two moments of Adam) of 59 numbers
 _NUMBERS_PER_GAUSSIAN = 59 * 4
-_BYTES_PER_GAUSSIAN = (7, 11)
+_CANONICAL_BYTES_PER_GAUSSIAN = (7, 11)
 _FRAME_BYTES_PER_GAUSSIAN = (0.05, 0.4)
 _GAUSSIAN_SHARES = (0.25, 1.0)  # final number of Gaussians, relative to the maximum number
 
@@ -38,12 +40,12 @@ class Forecast:
     """Forecast of the time, memory and size of an encode.
 
     Attributes:
-        seconds_of_first: Time for frame 0, extrapolated from steps on this machine.
-        seconds_per_frame: Time per later frame, extrapolated from steps on this machine.
+        seconds_of_first: Time for frame 0, extrapolated from training steps on this machine.
+        seconds_per_frame: Time for each later frame, extrapolated from the same training steps.
         seconds: Time for all frames.
-        memory_bytes: Upper bound of main memory, and on CUDA also of device memory.
-        disk_bytes: Disk space for the stream and its checkpoint.
-        stream_bytes: Lower and upper bound of the size of the stream.
+        memory_bytes: Upper bound on main memory; with CUDA, also on device memory.
+        disk_bytes: Upper bound on the disk space for the stream and its checkpoint.
+        stream_bytes: Lower and upper bound on the size of the stream.
     """
 
     seconds_of_first: float
@@ -57,7 +59,7 @@ class Forecast:
 def forecast(
     capture: Capture, config: EncoderConfig, frames: int | None = None, device: str = "auto"
 ) -> Forecast:
-    """Forecast time, memory and size of an encode.
+    """Forecast the time, memory and size of an encode.
 
     Args:
         capture: Capture to encode.
@@ -86,11 +88,11 @@ def forecast(
 def _forecast_seconds(
     capture: Capture, config: EncoderConfig, count: int, device: str
 ) -> tuple[float, float]:
-    """Time training steps; return the seconds for frame 0 and for each later frame."""
+    """Time a few training steps; return the seconds for frame 0 and for each later frame."""
     canonical = config.canonical
     contexts = [_make_context(capture, config, device, downscale) for downscale in (1, 2)]
     full_step_seconds, half_step_seconds = (
-        time_step(context, capture.points, config) for context in contexts
+        estimate_step_seconds(context, capture.points, config) for context in contexts
     )
     half_steps = min(canonical.half_resolution_until_iter, canonical.iterations)
     full_steps = canonical.iterations - half_steps
@@ -109,21 +111,21 @@ def _forecast_seconds(
 
 
 def _forecast_stream_bytes(max_gaussians: int, count: int) -> tuple[int, int]:
-    """Return the lower and upper bound of the size of a stream of `count` frames."""
+    """Return the lower and upper bound on the size of a stream of `count` frames."""
     min_bytes, max_bytes = (
         int(share * max_gaussians * (canonical_bytes + frame_bytes * (count - 1)))
         for share, canonical_bytes, frame_bytes in zip(
-            _GAUSSIAN_SHARES, _BYTES_PER_GAUSSIAN, _FRAME_BYTES_PER_GAUSSIAN, strict=True
+            _GAUSSIAN_SHARES, _CANONICAL_BYTES_PER_GAUSSIAN, _FRAME_BYTES_PER_GAUSSIAN, strict=True
         )
     )
     return min_bytes, max_bytes
 
 
 def _count_picture_bytes(capture: Capture) -> int:
-    """Return the bytes of memory for a frame's pictures in training and in video decoders."""
+    """Return the memory for the pictures of a frame in training and in video decoders, bytes."""
     cameras = [capture.cameras[index] for index in capture.training]
     pixels = sum(camera.width * camera.height for camera in cameras)
-    training_bytes = pixels * 3 * _FLOAT_BYTES * _PICTURE_COPIES * _HALF_SIZE_FACTOR
+    training_bytes = pixels * 3 * _FLOAT_BYTES * _PICTURE_COPIES * _HALF_SIZE_COPY_FACTOR
     return int(
         training_bytes + len(cameras) * _DECODER_BYTES + pixels * _DECODER_PICTURES * _PIXEL_BYTES
     )

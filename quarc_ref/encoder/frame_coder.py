@@ -2,7 +2,7 @@
 
 FrameState ──start_frame──> FrameStart ──move_frame──> MovedFrame ──complete_frame──> CodedFrame
 
-Every step encodes a section and decodes it with the decoder's engine, so the encoder's
+Each section is decoded with the decoder's engine right after it is encoded, so the encoder's
 state equals that of every decoder. `closed_loop.ClosedLoop` writes the `CodedFrame`.
 """
 
@@ -38,7 +38,7 @@ EMPTY_SECTION = Section(np.zeros(0, dtype=np.uint32))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameStart:
-    """A frame before its motion: deaths applied, every Gaussian bound to anchors (SPEC 7.4).
+    """A frame after its deaths, with all Gaussians bound to anchors, before its motion (SPEC 7.4).
 
     Attributes:
         previous: State of the previous frame.
@@ -120,7 +120,7 @@ class FrameCoder:
         return CodedFrame(container.CANO, wire.build_canonical(chunk), state)
 
     def start_frame(self, previous: FrameState, death_count: int) -> FrameStart:
-        """Start the next frame: delete faint Gaussians, bind the others to anchors (SPEC 7.4)."""
+        """Start a frame: delete faint Gaussians, and bind the others to anchors (SPEC 7.4)."""
         return FrameStart(previous, self._engine.begin_frame(previous, death_count), death_count)
 
     def move_frame(
@@ -169,8 +169,8 @@ class FrameCoder:
             raise EncodeError(str(error)) from error
         return MovedFrame(start.previous, state, chunk)
 
-    def birth_bytes(self, moved_frame: MovedFrame, births: Births) -> int:
-        """Return the bytes of the births section that would code these births in this frame."""
+    def count_birth_bytes(self, moved_frame: MovedFrame, births: Births) -> int:
+        """Return the size in bytes that a births section with these births would have."""
         return self._engine.write_births(moved_frame.state, births).byte_count()
 
     def complete_frame(self, moved_frame: MovedFrame, births: Births | None) -> CodedFrame:
@@ -194,7 +194,7 @@ class FrameCoder:
         """Code a moved frame and its births as a canonical frame.
 
         The scene is requantized to the grid of canonical frames (SPEC 7.2). The Gaussians get
-        new ids from 0, so earlier ids and indices become invalid.
+        new ids that start at 0, so earlier ids and indices become invalid.
 
         Raises:
             EncodeError: A Gaussian is out of the format's range.
@@ -219,9 +219,9 @@ class FrameCoder:
             moved_frame: The frame after its motion.
             births: Births of the frame; None if the frame has no births.
             reference: The last canonical frame (CANO).
-            roots: `[n]` index in the CANO of each Gaussian of the last keyframe, by id;
-                -1 for Gaussians that are not in the CANO.
-            dead_zone: Largest move since the CANO that is undone, in steps; see
+            roots: `[n]` index in the CANO of each Gaussian of the last keyframe, in the order
+                of ids; -1 for Gaussians that are not in the CANO.
+            dead_zone: Largest move since the CANO that the snapshot undoes, in steps; see
                 `undo_small_moves`.
 
         Raises:

@@ -1,7 +1,7 @@
 """Rounds a decoded scene to the grid of canonical frames: the inverse of SPEC 7.2.
 
-Rounding uses only integers. Its error is at most half a `position_step` per axis, and half
-a step of 2^-`rotation_bits` in each of the three coded components of a rotation.
+Rounding uses only integers. The error is at most half a `position_step` per axis, and at most
+half of 2^-`rotation_bits` in each of the three coded components of a rotation.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from quarc_ref.format.records import Gaussians
 
 
 def requantize(scene: Scene) -> Gaussians:
-    """Return the Gaussians of a scene in the quantization steps of canonical frames, in order.
+    """Return the Gaussians of a scene on the grid of canonical frames, in the same order.
 
     Raises:
         EncodeError: The scene is wider than a canonical frame can represent (SPEC 5.4).
@@ -33,9 +33,9 @@ def requantize(scene: Scene) -> Gaussians:
 
 
 def code_rotations(rotations: Int64, fraction_bits: int) -> Int64:
-    """Code quaternions `[4, n]` (Q22) as index of the largest component, and three others.
+    """Code quaternions `[4, n]` (Q22) as the index of the largest component and three others.
 
-    The result is `[4, n]`. Signs are chosen so that the largest component is positive.
+    The result is `[4, n]`. A quaternion is negated if its largest component is negative.
     """
     count = rotations.shape[1]
     largest = np.argmax(np.abs(rotations), axis=0)

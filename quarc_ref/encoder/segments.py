@@ -35,15 +35,16 @@ class Segment:
 
     Attributes:
         folder: Folder of the capture.
-        opening: Options of `open_capture`.
-        options: Options of the encode, of which `frames` is ignored.
+        capture_options: Options of `open_capture`.
+        options: Options of the encode; `frames` is ignored.
         first: First frame of the segment.
         count: Number of frames in the segment.
-        file: File for the stream of the segment. If it has a partial stream, that is resumed.
+        file: File for the stream of the segment. If it contains a partial stream, the encode
+            continues this stream.
     """
 
     folder: Path
-    opening: CaptureOptions
+    capture_options: CaptureOptions
     options: EncodeOptions
     first: int
     count: int
@@ -56,7 +57,7 @@ class Segment:
 
 
 def split_frames(frame_count: int, segment_count: int) -> list[tuple[int, int]]:
-    """Return first frame and number of frames of each segment; lengths differ by at most 1.
+    """Return `(first frame, number of frames)` of each segment; lengths differ by at most 1.
 
     Raises:
         ValueError: There are more segments than frames.
@@ -78,9 +79,9 @@ def encode_segments(
 
     Args:
         segments: Segments with distinct files on storage that all machines share.
-        pool: Processes or Ray cluster that encode the segments.
+        pool: Worker processes or Ray cluster that encode the segments.
         progress: Called after every finished segment.
-        report: Called with the findings of all segments at the end.
+        report: Called with every finding about a segment, after all segments are encoded.
 
     Raises:
         JobsError: Some segments could not be encoded; the others are complete.
@@ -98,7 +99,7 @@ def encode_segments(
 
 
 def _without_callbacks(options: EncodeOptions) -> EncodeOptions:
-    """Return options without callbacks, which can be sent to another process."""
+    """Return options without checks and callbacks, which can be sent to another process."""
     return replace(
         options, progress=NullProgress(), checks=False, report=ignore_finding, monitor=NullMonitor()
     )
@@ -108,7 +109,7 @@ def encode_segment(segment: Segment) -> list[Finding]:
     """Encode a segment to its file; return the findings about its first frame."""
     findings: list[Finding] = []
     capture = slice_capture(
-        open_capture(segment.folder, segment.opening), segment.first, segment.count
+        open_capture(segment.folder, segment.capture_options), segment.first, segment.count
     )
     options = replace(segment.options, frames=None, report=findings.append)
     encode_file(capture, segment.file, options)
@@ -139,7 +140,7 @@ def require_finished(path: Path, capture: Capture, options: EncodeOptions) -> No
 
 
 def slice_capture(capture: Capture, first: int, count: int) -> Capture:
-    """Return a capture with `count` frames of another capture, from frame `first`."""
+    """Return a capture with `count` frames of another capture, starting at frame `first`."""
     return Capture(
         name=capture.name,
         cameras=capture.cameras,

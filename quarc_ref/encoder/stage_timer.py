@@ -16,18 +16,18 @@ _TRANSITION_STAGES = {
 
 
 class StageTimer:
-    """Accumulates the seconds of every stage, and forwards progress calls.
+    """Accumulates the seconds spent in each stage, and forwards progress calls.
 
     Args:
-        next_progress: Progress to which every call is forwarded; None: calls are not forwarded.
+        next_progress: Receiver of forwarded calls; None: calls are not forwarded.
         clock: Function that returns seconds since an arbitrary time.
 
     Attributes:
-        seconds: Seconds by stage. `canonical` and `canonical commit` are for frame 0; the
-            others are sums over later frames: `anchors` (sampling, binding, warm start),
-            `motion`, `placement` (coding the motion, placing new Gaussians), `births`, and
-            `commit` (coding the births, writing and decoding the frame). The first step of a
-            stage is counted in the stage before it.
+        seconds: Seconds by stage. `canonical` and `canonical commit` are the times of frame 0.
+            The other stages are sums over later frames: `anchors` (sampling, binding, warm
+            start), `motion`, `placement` (coding the motion, placing new Gaussians), `births`,
+            and `commit` (coding the births, writing and decoding the frame). The first step of
+            a stage counts toward the preceding stage.
     """
 
     def __init__(

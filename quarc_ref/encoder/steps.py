@@ -1,11 +1,11 @@
-"""Chooses lattice and quantization steps from a capture's scale and resolution.
+"""Chooses the lattice and quantization steps from a capture's scale and resolution.
 
-World units have no fixed meaning: a capture may be in meters or in arbitrary units of its
+World units have no fixed size: a capture may use meters or the arbitrary units of its
 calibration. The visibility of a quantization error depends on its size in pixels and on the
 sharpness of the pictures: a small shift is visible in sharp pictures, but not in blurred or
-oversampled pictures. The position step is therefore set in pixels. The translation step is
-set by the mean change of the pictures that a shift by one step causes. Both are rounded to
-multiples of the lattice unit.
+oversampled pictures. The position step is therefore specified in pixels. The translation step
+is specified as the mean change of the pictures that a shift by one step causes. Both steps are
+rounded to multiples of the lattice unit.
 """
 
 import math
@@ -24,7 +24,7 @@ from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 
 _MIN_UNITS_PER_STEP = 8
-_RANGE_MARGIN = 4
+_RANGE_FACTOR = 4  # range of the lattice, relative to the largest coordinate
 _MAX_TRANSLATION_PIXELS = 1.0
 _WHITE = 255
 
@@ -43,18 +43,19 @@ def propose_steps(
     points, a coarser lattice is used.
 
     Args:
-        stream: Header from the settings; if a step is 0 in `settings`, its value is used.
-        settings: Position step in pixels, and translation step as a change of the pictures.
+        stream: Header from the settings; if a step is 0 in `settings`, the step of the header is
+            kept.
+        settings: Position step in pixels, and translation step as a mean change of the pictures.
         cameras: The training cameras.
         points: Initial points.
         pictures: Picture `[H, W, 3]` of each training camera at frame 0.
 
     Raises:
-        EncodeError: No training camera sees an initial point.
+        EncodeError: No initial point is visible in a training view.
     """
     if not (settings.position_pixels or settings.translation_change):
         return stream
-    pixel_size = measure_pixel(cameras, points)
+    pixel_size = measure_pixel_size(cameras, points)
     position_size = settings.position_pixels * pixel_size or position_step(stream)
     translation_size = translation_step(stream)
     if settings.translation_change:
@@ -68,19 +69,19 @@ def propose_steps(
     return replace(
         stream,
         lattice_exponent=exponent,
-        position_step=_count_units(position_size, exponent),
-        translation_step=_count_units(translation_size, exponent),
+        position_step=_to_lattice_units(position_size, exponent),
+        translation_step=_to_lattice_units(translation_size, exponent),
     )
 
 
-def measure_pixel(cameras: Sequence[Camera], points: Points) -> float:
+def measure_pixel_size(cameras: Sequence[Camera], points: Points) -> float:
     """Measure the width of a pixel at the scene's distance, in world units.
 
-    The pixel width of a camera is the median over the points that the camera sees. The result
-    is the median over the cameras.
+    The pixel width of a camera is measured at the median depth of the points that it sees. The
+    result is the median over the cameras.
 
     Raises:
-        EncodeError: No camera sees a point.
+        EncodeError: No point is visible in a camera.
     """
     widths = []
     for camera in cameras:
@@ -90,8 +91,9 @@ def measure_pixel(cameras: Sequence[Camera], points: Points) -> float:
             widths.append(np.median(depths) / math.sqrt(camera.fx * camera.fy))
     if not widths:
         message = (
-            "no training view sees an initial point, so a pixel has no size in world units: check "
-            "poses and points, or set steps.position_pixels and steps.translation_change to 0"
+            "no initial point is visible in a training view, so the size of a pixel in world units "
+            "is unknown: check poses and points, or set steps.position_pixels and "
+            "steps.translation_change to 0"
         )
         raise EncodeError(message)
     return float(np.median(widths))
@@ -101,7 +103,7 @@ def measure_sharpness(pictures: Iterable[Image]) -> float:
     """Measure the mean difference between neighboring pixels, as a fraction of white.
 
     The mean is over pixels, colors and both directions, after a 3x3 box filter that
-    suppresses noise. All sums are in integers, so the result is the same on every machine.
+    suppresses noise. All sums are integers, so the result is the same on every machine.
 
     Args:
         pictures: Pictures `[H, W, 3]`; pictures with a side below 4 pixels are ignored.
@@ -125,12 +127,12 @@ def _measure_max_coordinate(cameras: Sequence[Camera], points: Points) -> float:
 
 
 def _choose_exponent(step: float, max_coordinate: float) -> int:
-    """Choose a lattice exponent for a step and a largest coordinate, both in world units."""
+    """Choose the lattice exponent for a step and a largest coordinate, both in world units."""
     precision_exponent = math.ceil(math.log2(_MIN_UNITS_PER_STEP / step))
-    range_exponent = math.floor(math.log2(POSITION_LIMIT / (_RANGE_MARGIN * max_coordinate)))
+    range_exponent = math.floor(math.log2(POSITION_LIMIT / (_RANGE_FACTOR * max_coordinate)))
     return min(max(min(precision_exponent, range_exponent), 0), LATTICE_EXPONENT_LIMIT)
 
 
-def _count_units(step: float, exponent: int) -> int:
+def _to_lattice_units(step: float, exponent: int) -> int:
     """Convert a step in world units to lattice units, at least 1."""
     return max(1, round(step * 2.0**exponent))

@@ -1,4 +1,4 @@
-"""Encodes to a file, which is locked so that no other encode writes to it."""
+"""Encodes to a file that is locked, so that no other encode writes to it."""
 
 import os
 from collections.abc import Iterator
@@ -26,35 +26,35 @@ def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
 
     Args:
         capture: Multi-view video.
-        path: Path of the file, which is created if missing.
-        options: Options of the encode, whose `checkpoint` is replaced.
+        path: Path of the file, which is created if it does not exist.
+        options: Options of the encode; `checkpoint` is ignored.
 
     Raises:
         CaptureError: A picture cannot be read.
         EncodeError: The format cannot represent the scene with these settings.
         BitstreamError: The file is not a stream.
-        ResumeError: The file has a stream of another encode, or another process is writing
-            the file.
-        OutputPathError: The path is a symbolic link, or not a regular file.
+        ResumeError: The file contains a stream of another encode, or another process is
+            writing the file.
+        OutputPathError: The path is a symbolic link or is not a regular file.
     """
     with open_exclusively(path) as file:
         encode_into(capture, file, path, options)
 
 
 def encode_into(capture: Capture, file: BinaryIO, path: Path, options: EncodeOptions) -> None:
-    """Encode a capture as `encode_file` does, to a file that `open_exclusively` has opened.
+    """Encode a capture like `encode_file`, to a file that `open_exclusively` has opened.
 
     Args:
         capture: Multi-view video.
         file: The file, open for reading and writing.
         path: Path of the file, which determines the path of the checkpoint.
-        options: Options of the encode, whose `checkpoint` is replaced.
+        options: Options of the encode; `checkpoint` is ignored.
 
     Raises:
         CaptureError: See `encode_file`.
         EncodeError: See `encode_file`.
         BitstreamError: See `encode_file`.
-        ResumeError: The file has a stream of another encode.
+        ResumeError: The file contains a stream of another encode.
     """
     partial_stream = read_partial_stream(FileSource(file))
     if partial_stream is None:
@@ -66,11 +66,11 @@ def encode_into(capture: Capture, file: BinaryIO, path: Path, options: EncodeOpt
 def open_exclusively(path: Path) -> Iterator[BinaryIO]:
     """Open a file for reading and writing, and lock it so that no other encode writes to it.
 
-    A missing file is created. Files that are rejected are not changed.
+    The file is created if it does not exist. If the file is rejected, it is not changed.
 
     Raises:
-        ResumeError: Another process has the file open.
-        OutputPathError: The path is a symbolic link, or not a regular file.
+        ResumeError: Another process has locked the file.
+        OutputPathError: The path is a symbolic link or is not a regular file.
         OSError: The file cannot be opened.
     """
     while True:

@@ -78,7 +78,7 @@ def test_a_frame_that_the_decoder_rejects_cannot_be_replayed():
     frames = [chunk for chunk in split_chunks(make_stream(_HEADER)[0]) if chunk.kind == FRAM]
     with pytest.raises(ResumeError, match="canonical frame"):
         loop.replay(frames[0])
-    with pytest.raises(ValueError, match="came chunk is not a frame"):
+    with pytest.raises(ValueError, match="came chunk does not contain a frame"):
         loop.replay(Chunk(b"came", wire.build_cameras(()), 0, 0))
 
 

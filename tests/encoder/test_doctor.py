@@ -9,7 +9,7 @@ import pytest
 from quarc_ref.datasets.open_capture import CaptureOptions
 from quarc_ref.encoder import choose_preset, doctor
 from quarc_ref.encoder.checks.machine import Machine
-from quarc_ref.encoder.doctor import Examination, examine
+from quarc_ref.encoder.doctor import ExamineOptions, examine
 from quarc_ref.synth import SynthOptions, write_synthetic_capture
 from tests.encoder.planted_files import CAMERA, FAULTS, damage_frame, delay_video
 from tests.marks import thorough
@@ -33,11 +33,11 @@ def folder(correct_capture, tmp_path):
 
 
 def find_faults(folder, **options):
-    return examine(folder, Examination(config=_DEMO, device="cpu", **options)).findings
+    return examine(folder, ExamineOptions(config=_DEMO, device="cpu", **options)).findings
 
 
 def test_a_correct_capture_has_no_findings(correct_capture):
-    diagnosis = examine(correct_capture, Examination(config=_DEMO, device="cpu"))
+    diagnosis = examine(correct_capture, ExamineOptions(config=_DEMO, device="cpu"))
 
     assert diagnosis.findings == ()
     assert diagnosis.layout.startswith("N3DV")
@@ -55,12 +55,12 @@ def test_an_honest_variant_has_no_findings(tmp_path, variant):
 
 
 def test_a_correct_capture_of_one_moment_has_no_findings(correct_capture):
-    assert find_faults(correct_capture, opening=CaptureOptions(max_frames=1)) == ()
+    assert find_faults(correct_capture, capture_options=CaptureOptions(max_frames=1)) == ()
 
 
 @pytest.mark.capture
 def test_a_real_capture_has_no_findings(real_capture):
-    assert find_faults(real_capture, opening=CaptureOptions(max_frames=20)) == ()
+    assert find_faults(real_capture, capture_options=CaptureOptions(max_frames=20)) == ()
 
 
 @pytest.mark.capture

@@ -9,7 +9,7 @@ from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder.encode_stream import adapt_steps_to_capture
 from quarc_ref.encoder.segments import slice_capture
 from quarc_ref.encoder.settings.config import EncoderConfig, StepSettings
-from quarc_ref.encoder.steps import measure_pixel, measure_sharpness, propose_steps
+from quarc_ref.encoder.steps import measure_pixel_size, measure_sharpness, propose_steps
 from quarc_ref.encoder.training.straight_through import position_step, translation_step
 from quarc_ref.format.constants import POSITION_LIMIT
 from quarc_ref.format.errors import EncodeError
@@ -49,7 +49,7 @@ def test_a_pixel_is_as_wide_as_the_median_depth_over_the_focal_length():
     positions = np.stack([[0, 0, 0, 0, 9], np.zeros(5), depths - 3], axis=1)
     points = Points(positions.astype(np.float32), np.zeros((5, 3), dtype=np.uint8))
 
-    assert measure_pixel([camera], points) == pytest.approx(2 / 50)
+    assert measure_pixel_size([camera], points) == pytest.approx(2 / 50)
 
 
 def test_sharpness_is_the_change_from_pixel_to_pixel():
@@ -76,7 +76,7 @@ def test_noise_hardly_increases_sharpness():
 
 
 def test_steps_match_the_requested_pixels_and_change_of_pictures():
-    pixel = measure_pixel(*_CAMERAS_AND_POINTS)
+    pixel = measure_pixel_size(*_CAMERAS_AND_POINTS)
     shift = 0.002 / measure_sharpness(_PICTURES)
 
     header = _propose(settings=replace(_SETTINGS, translation_change=0.002))
@@ -97,7 +97,7 @@ def test_a_step_is_at_most_a_pixel_even_without_texture():
         )
 
         assert translation_step(header) == pytest.approx(
-            measure_pixel(*_CAMERAS_AND_POINTS), rel=1 / 16
+            measure_pixel_size(*_CAMERAS_AND_POINTS), rel=1 / 16
         )
 
 
@@ -144,7 +144,7 @@ def test_points_outside_all_views_give_no_steps():
     cameras, points = _CAMERAS_AND_POINTS
     hidden_points = Points(points.positions + np.float32(1e3), points.colors)
 
-    with pytest.raises(EncodeError, match="no training view"):
+    with pytest.raises(EncodeError, match="no initial point is visible"):
         propose_steps(StreamHeader(), _SETTINGS, cameras, hidden_points, _PICTURES)
 
 

@@ -1,7 +1,7 @@
 import pytest
 
 from quarc_ref.datasets.capture_notes import CaptureNotes
-from quarc_ref.encoder.world_frame import describe_up, name_up_axis, set_world_frame
+from quarc_ref.encoder.world_frame import describe_up, find_up_axis, set_world_frame
 from quarc_ref.format.records import StreamHeader
 
 
@@ -10,7 +10,7 @@ from quarc_ref.format.records import StreamHeader
     [((1, 0, 0), 1), ((0, -1, 0), 4), ((0, 0, 2), 5), ((0.001, -1, 0), 4), ((0, 0.5, 1), 0)],
 )
 def test_an_up_axis_is_named_in_the_header(up, axis):
-    assert name_up_axis(CaptureNotes(up=up)) == axis
+    assert find_up_axis(CaptureNotes(up=up)) == axis
 
 
 def test_an_up_direction_between_axes_is_metadata():

@@ -15,7 +15,7 @@ from quarc_ref.cli.output import TerminalProgress, print_json, print_message, pr
 if TYPE_CHECKING:
     from quarc_ref.datasets.capture import Capture
     from quarc_ref.datasets.open_capture import CaptureOptions
-    from quarc_ref.encoder.doctor import Diagnosis, Examination
+    from quarc_ref.encoder.doctor import Diagnosis, ExamineOptions
 
 _EXIT_FINDINGS = 1
 _UNITS = ("B", "KB", "MB", "GB", "TB")
@@ -64,14 +64,14 @@ def doctor(
     """Find problems of a capture, and forecast the time, memory and disk space of its encode."""
     with report_errors():
         from quarc_ref.datasets.open_capture import CaptureOptions
-        from quarc_ref.encoder.doctor import Examination
+        from quarc_ref.encoder.doctor import ExamineOptions
 
         restore_sigterm_handler()
         capture_options = CaptureOptions(downscale, tuple(held_out or ()), frames, start)
         config = make_config(preset, [], 0)
         with TerminalProgress(quiet=quiet) as progress:
             diagnosis = _examine(
-                capture, Examination(capture_options, quick, config, device, progress)
+                capture, ExamineOptions(capture_options, quick, config, device, progress)
             )
         if as_json:
             document = _as_json(capture, diagnosis, capture_options, quick=quick, preset=preset)
@@ -84,21 +84,21 @@ def doctor(
             raise typer.Exit(_EXIT_FINDINGS)
 
 
-def _examine(folder: Path, examination: "Examination") -> "Diagnosis":
+def _examine(folder: Path, options: "ExamineOptions") -> "Diagnosis":
     from quarc_ref.datasets.calibration import DownscaleError
     from quarc_ref.datasets.errors import HeldOutError, StartError
     from quarc_ref.encoder.doctor import examine
 
     try:
-        return examine(folder, examination)
+        return examine(folder, options)
     except HeldOutError as error:
         message = f"--held-out: {error}"
         raise UsageError(message) from error
     except StartError as error:
-        message = f"--start {examination.opening.start}: {error}"
+        message = f"--start {options.capture_options.start}: {error}"
         raise UsageError(message) from error
     except DownscaleError as error:
-        message = f"--downscale {examination.opening.downscale}: {error}"
+        message = f"--downscale {options.capture_options.downscale}: {error}"
         raise UsageError(message) from error
 
 

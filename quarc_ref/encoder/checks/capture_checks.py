@@ -1,9 +1,9 @@
-"""Checks on frame 0 whether a capture can be encoded, and with good quality.
+"""Checks whether a capture can be encoded with good quality, using only frame 0.
 
-The initial points show where the scene is. Training overfits the individual views if they
-hardly see the points, see the points from very different directions, or show other colors
-at the projected points. Thresholds were chosen on synthetic and real captures with 3 to 30
-cameras (docs/experiments/capture-checks.md).
+The checks rely on the initial points, which show where the scene is. Training overfits
+individual views if the views see few of the points, see the points from very different
+directions, or show different colors at the projected points. The thresholds were chosen on
+synthetic and real captures with 3 to 30 cameras (docs/experiments/capture-checks.md).
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,15 +20,16 @@ from quarc_ref.encoder.checks.picture_checks import find_odd_pictures
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.errors import UnusableCaptureError
 
-_MAX_POINTS = 20000
-_MIN_VIEWS = 2
+_MAX_SAMPLED_POINTS = 20000
+_MIN_TRAINING_CAMERAS = 2
 # Number of views that should see a point: two views leave depth along the baseline ambiguous.
 _RECOMMENDED_VIEWS = 3
 _MAX_RARELY_SEEN_FRACTION = 0.5
 _MAX_PARALLAX_DEGREES = 25.0
 _MAX_OUTSIDE_FRACTION = 0.2
-_MIN_MEDIAN_FRACTION = 0.02
-# Radius of the camera centers relative to the median distance of the points: half a degree.
+_MIN_FRACTION_OF_MEDIAN_COUNT = 0.02
+# Largest distance of a camera from the center of all cameras, relative to the median depth of
+# the points: half a degree.
 _MIN_RELATIVE_RADIUS = 0.01
 
 
@@ -41,7 +42,7 @@ class _ProjectedPoints:
         positions: `[P, 3]` positions, world units.
         colors: `[P, 3]` sRGB colors, 0 to 255.
         views: Projection of the points into each camera.
-        is_visible: `[V, P]` whether a point is inside the picture of a camera.
+        is_visible: `[V, P]` whether each camera has each point inside its picture.
     """
 
     cameras: tuple[Camera, ...]
@@ -55,17 +56,17 @@ def check_capture(capture: Capture) -> list[Finding]:
     """Find reasons to expect poor quality, using only frame 0.
 
     Args:
-        capture: Capture, whose held-out cameras are not read.
+        capture: The capture; its held-out cameras are not read.
 
     Raises:
-        UnusableCaptureError: The capture cannot be encoded with useful quality.
+        UnusableCaptureError: The capture cannot be encoded with acceptable quality.
         CaptureError: A picture cannot be read.
     """
     cameras = tuple(capture.cameras[index] for index in capture.training)
-    if len(cameras) < _MIN_VIEWS:
+    if len(cameras) < _MIN_TRAINING_CAMERAS:
         message = (
             f"capture {capture.name} has {len(cameras)} training camera, but estimating depth "
-            f"needs at least {_MIN_VIEWS}: hold out fewer cameras, or add cameras"
+            f"needs at least {_MIN_TRAINING_CAMERAS}: hold out fewer cameras, or add cameras"
         )
         raise UnusableCaptureError(message)
     projected = _measure_visibility(capture, cameras)
@@ -88,7 +89,7 @@ def check_capture(capture: Capture) -> list[Finding]:
 
 def _measure_visibility(capture: Capture, cameras: tuple[Camera, ...]) -> _ProjectedPoints:
     points = capture.points
-    sample = np.random.default_rng(0).permutation(len(points.positions))[:_MAX_POINTS]
+    sample = np.random.default_rng(0).permutation(len(points.positions))[:_MAX_SAMPLED_POINTS]
     positions = points.positions[sample]
     views = tuple(project_points(camera, positions) for camera in cameras)
     is_visible = np.stack([view.is_visible for view in views])
@@ -109,9 +110,10 @@ def _find_points_outside_views(projected: _ProjectedPoints) -> Iterator[Finding]
 
 
 def _find_blind_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
-    counts = projected.is_visible.sum(axis=1)
+    point_counts = projected.is_visible.sum(axis=1)
     blind_cameras = _camera_names(
-        projected.cameras, np.flatnonzero(counts < _MIN_MEDIAN_FRACTION * np.median(counts))
+        projected.cameras,
+        np.flatnonzero(point_counts < _MIN_FRACTION_OF_MEDIAN_COUNT * np.median(point_counts)),
     )
     if blind_cameras:
         message = (
@@ -123,9 +125,9 @@ def _find_blind_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
 
 def _find_coinciding_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
     centers = np.stack([camera_center(camera) for camera in projected.cameras])
-    radius = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
-    distances = np.concatenate([view.depths[view.is_visible] for view in projected.views])
-    if radius < _MIN_RELATIVE_RADIUS * np.median(distances):
+    max_radius = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
+    depths = np.concatenate([view.depths[view.is_visible] for view in projected.views])
+    if max_radius < _MIN_RELATIVE_RADIUS * np.median(depths):
         message = (
             "all training cameras are at the same position, so depth cannot be estimated: "
             "move them apart, or check their poses"
@@ -140,19 +142,19 @@ def _find_too_few_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
         message = (
             f"{len(projected.cameras)} training cameras are too few for this scene: "
             f"{rarely_seen_fraction:.0%} of the initial points are seen by fewer than "
-            f"{_RECOMMENDED_VIEWS} of them, and the two nearest cameras of a point see it at an "
-            f"angle of {degrees:.0f} degrees (it should be at most {_MAX_PARALLAX_DEGREES:.0f}). "
+            f"{_RECOMMENDED_VIEWS} of them, and neighboring cameras see a point from directions "
+            f"{degrees:.0f} degrees apart (at most {_MAX_PARALLAX_DEGREES:.0f} are recommended). "
             "Quality between the cameras will be poor: add cameras"
         )
         yield Finding("too-few-cameras", message)
 
 
 def _measure_parallax(projected: _ProjectedPoints) -> float:
-    """Measure the angle between neighboring cameras as seen from a point, in degrees.
+    """Return the median angle between neighboring cameras as seen from a point, in degrees.
 
-    For each camera and each point that it sees, the angle to the nearest other camera that
-    sees the point is computed. The result is the median of these angles, or 0 if no point is
-    visible in two cameras.
+    There is one angle for each camera and each point that it sees: the angle at the point
+    between this camera and the nearest other camera that sees the point. The result is 0 if
+    no point is visible in two cameras.
     """
     centers = np.stack([camera_center(camera) for camera in projected.cameras])
     directions = projected.positions - centers[:, None]
@@ -171,9 +173,9 @@ def _measure_parallax(projected: _ProjectedPoints) -> float:
 def _nearest_cosines(
     directions: NDArray[np.float64], is_visible: NDArray[np.bool_], view: int
 ) -> NDArray[np.float64]:
-    """Return the `[P]` cosine of the angle at each point between a view and its nearest view.
+    """Return the `[P]` cosines of the angles at points between a view and the nearest other view.
 
-    The result is -2 for points that the view or all other views do not see.
+    The value is -2 unless both the view and another view see the point.
     """
     cosines = np.einsum("vpk,pk->vp", directions, directions[view])
     is_shared = is_visible & is_visible[view]
@@ -183,7 +185,10 @@ def _nearest_cosines(
 
 
 def _read_first_frame(capture: Capture) -> Iterator[Image]:
-    """Yield the training pictures of frame 0 of the full capture, for which the points are."""
+    """Yield the training pictures of frame 0 of the full capture.
+
+    The initial points show the scene at this frame.
+    """
     full_capture = capture.full_capture
     return (full_capture.image(index, 0) for index in full_capture.training)
 
@@ -194,12 +199,12 @@ def _find_wrong_poses(capture: Capture, projected: _ProjectedPoints) -> Iterator
     )
     if disagreement.mixed_up_pairs:
         pairs = [
-            f"{projected.cameras[picture].name}: pose of {projected.cameras[pose].name}"
+            f"{projected.cameras[picture].name} fits the pose of {projected.cameras[pose].name}"
             for picture, pose in disagreement.mixed_up_pairs
         ]
         message = (
-            "pictures and poses are mixed up: the pictures of some cameras fit the pose of "
-            f"another camera better ({format_names(pairs)}): check the order of the poses"
+            "pictures and poses are mixed up, because some pictures fit the pose of another "
+            f"camera better than their own ({format_names(pairs)}): check the order of the poses"
         )
         yield Finding(
             "poses-mixed-up",
@@ -212,9 +217,9 @@ def _find_wrong_poses(capture: Capture, projected: _ProjectedPoints) -> Iterator
             f"the pictures of {format_names(names)} do not show the initial points at the "
             "pixels that their poses predict. If other cameras are fine, these poses are wrong: "
             "calibrate again with more matches (calibrate --moments 16), or check that pose, lens "
-            "and picture belong to the same camera. If many cameras are named, the points are of "
-            f"another scene or time. Until then, {_hold_out_options(capture, names)} leaves them "
-            "out of training"
+            "and picture belong to the same camera. If many cameras are listed, the points "
+            "probably belong to another scene or time. To exclude these cameras from training, "
+            f"use {_hold_out_options(capture, names)}"
         )
         yield Finding("pose-disagrees", message, names)
 

@@ -1,9 +1,10 @@
-"""Checks poses by color: a picture should show the initial points in their colors.
+"""Checks poses by color: pixels should have the colors of the initial points they show.
 
 The agreement of a picture and a pose is the correlation between the colors of visible
-points and the pixels at their projections, which does not depend on exposure. Pictures that
-agree better with each other's poses are mixed up. A pose is wrong if the picture agrees
-better after a shift, or agrees much less than the pictures of other cameras.
+points and the pixels at their projections; it does not depend on exposure. Pictures are
+mixed up if they agree better with each other's poses than with their own. A pose is wrong if
+its picture agrees better after a shift, or agrees much less than the pictures of other
+cameras.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,16 +22,16 @@ from quarc_ref.format.cameras import Camera
 
 _MAX_POINTS = 1500
 _MIN_POINTS = 50
-# Relative to the width of a picture: hides pose errors of a pixel.
-_BLUR_WIDTH = 1 / 80
+# Relative to the width of a picture; the blur hides pose errors of a pixel.
+_RELATIVE_BLUR_WIDTH = 1 / 80
 _MIN_BLUR_PIXELS = 5
-_MIN_COLOR_DEVIATION = 2.0  # of 255: points of nearly the same color are not informative
+_MIN_COLOR_DEVIATION = 2.0  # levels of 255; points of nearly the same color are not informative
 # Step relative to the width of a picture, and number of steps in each direction.
 _SHIFT_STEP, _SHIFT_COUNT = 0.02, 6
 _MIN_INSIDE_FRACTION = 0.5  # fraction of the points that must be inside the shifted picture
 _MIN_SHIFT_GAIN = 0.05
 _MIN_SWAP_GAIN = 0.02
-_MIN_MEDIAN_FRACTION = 0.6
+_MIN_FRACTION_OF_MEDIAN_AGREEMENT = 0.6
 _MIN_AGREEMENT = 0.15
 
 
@@ -39,8 +40,8 @@ class Disagreement:
     """Indices of cameras whose pictures do not fit their poses.
 
     Attributes:
-        mixed_up_pairs: Pairs of a camera, and the camera whose pose fits its picture.
-        wrong_cameras: Cameras whose picture fits no pose.
+        mixed_up_pairs: Pairs `(camera, other)`: the picture of `camera` fits the pose of `other`.
+        wrong_cameras: Cameras whose picture fits neither their own pose nor another camera's.
     """
 
     mixed_up_pairs: tuple[tuple[int, int], ...]
@@ -48,8 +49,8 @@ class Disagreement:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Sample:
-    """Visible points in a picture: `[n]` columns and rows from 0 to 1, and `[n, 3]` colors."""
+class _PointSample:
+    """Points visible in a picture: `[n]` columns and rows from 0 to 1, and `[n, 3]` colors."""
 
     columns: NDArray[np.float64]
     rows: NDArray[np.float64]
@@ -71,11 +72,11 @@ def compare_colors(
         pictures: `[H, W, 3]` sRGB picture of each camera.
 
     Returns:
-        The faulty cameras. Cameras that see too few points, or points of nearly the same
-        color, are not reported.
+        The faulty cameras. A camera is not reported if it sees too few points, or if all
+        points that it sees have nearly the same color.
     """
     samples = [
-        _sample(*camera_and_projection, colors)
+        _sample_points(*camera_and_projection, colors)
         for camera_and_projection in zip(cameras, projections, strict=True)
     ]
     blurred_pictures = [_blur(picture) for picture in pictures]
@@ -89,7 +90,7 @@ def compare_colors(
     poses = _assign_poses(agreements)
     best_agreements = agreements[np.arange(len(views)), poses]
     min_agreement = (
-        max(_MIN_AGREEMENT, _MIN_MEDIAN_FRACTION * float(np.median(best_agreements)))
+        max(_MIN_AGREEMENT, _MIN_FRACTION_OF_MEDIAN_AGREEMENT * float(np.median(best_agreements)))
         if views
         else 0.0
     )
@@ -107,13 +108,13 @@ def compare_colors(
 def _assign_poses(agreements: NDArray[np.float64]) -> NDArray[np.intp]:
     """Assign a pose to each picture.
 
-    Poses are permuted only if the agreement of every permuted picture improves.
+    Pictures exchange poses only if the agreement of each of these pictures improves.
 
     Args:
         agreements: `[n, n]` agreement of every picture with every pose.
 
     Returns:
-        `[n]` index of the pose of each picture.
+        `[n]` index of the pose assigned to each picture.
     """
     own_poses = np.arange(len(agreements))
     poses = linear_sum_assignment(agreements, maximize=True)[1]
@@ -126,34 +127,36 @@ def _assign_poses(agreements: NDArray[np.float64]) -> NDArray[np.intp]:
     return np.where(is_better, poses, own_poses)
 
 
-def _sample(camera: Camera, projection: PointProjection, colors: NDArray[np.uint8]) -> _Sample:
+def _sample_points(
+    camera: Camera, projection: PointProjection, colors: NDArray[np.uint8]
+) -> _PointSample:
     visible = find_visible_points(camera, projection)[:_MAX_POINTS]
-    return _Sample(
+    return _PointSample(
         projection.columns[visible] / camera.width,
         projection.rows[visible] / camera.height,
         colors[visible].astype(np.float64),
     )
 
 
-def _is_informative(sample: _Sample) -> bool:
+def _is_informative(sample: _PointSample) -> bool:
     return (
         len(sample.colors) >= _MIN_POINTS and sample.colors.std(axis=0).max() > _MIN_COLOR_DEVIATION
     )
 
 
 def _blur(picture: Image) -> Image:
-    side = max(_MIN_BLUR_PIXELS, round(_BLUR_WIDTH * picture.shape[1]))
+    side = max(_MIN_BLUR_PIXELS, round(_RELATIVE_BLUR_WIDTH * picture.shape[1]))
     blurred: Image = uniform_filter(picture, size=(side, side, 1))
     return blurred
 
 
 def _measure_agreement(
-    picture: Image, sample: _Sample, shift_x: float = 0.0, shift_y: float = 0.0
+    picture: Image, sample: _PointSample, shift_x: float = 0.0, shift_y: float = 0.0
 ) -> float:
     """Return the correlation of point colors with the pixels of a shifted picture, -1 to 1.
 
-    The result is 0 if more than half of the points are outside the picture, or if points or
-    pixels have a single color.
+    The result is 0 if more than half of the points are outside the picture, or if all points
+    or all pixels have the same color.
     """
     height, width = picture.shape[:2]
     columns = np.floor((sample.columns + shift_x) * width).astype(np.int64)
@@ -168,7 +171,7 @@ def _measure_agreement(
     return float((pixels * colors).sum()) / norm if norm else 0.0
 
 
-def _fits_better_shifted(picture: Image, sample: _Sample, agreement: float) -> bool:
+def _fits_better_shifted(picture: Image, sample: _PointSample, agreement: float) -> bool:
     aspect = picture.shape[1] / picture.shape[0]
     shifts = [_SHIFT_STEP * step for step in range(-_SHIFT_COUNT, _SHIFT_COUNT + 1)]
     return any(

@@ -1,10 +1,10 @@
-"""Checks whether matches between pictures lie on the epipolar lines of the poses.
+"""Checks whether feature matches between pictures lie on the epipolar lines of the poses.
 
-Matches are found without the poses, so they measure pose errors in pixels, even errors too
-small for the color check. Repeated patterns cause wrong matches between cameras with very
-different directions, so only neighbors are compared, and a camera is reported if most of
-its pairs contradict its pose. After a camera is reported, the other cameras are judged
-without it.
+The matches do not depend on the poses, so they reveal even pose errors that are too small
+for the color check. Errors are measured in pixels. Repeated patterns cause wrong matches
+between cameras with very different viewing directions. Therefore, only neighboring cameras
+are compared, and a camera is reported only if most of its pairs contradict its pose. After a
+camera is reported, the remaining cameras are checked without it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,17 +21,24 @@ from quarc_ref.format.cameras import Camera
 
 _NEIGHBOR_COUNT = 4
 _MAX_RELIABLE_DEGREES = 20.0  # largest angle between optical axes for reliable matches
-_FALLBACK_DEGREES = 50.0  # largest angle if a camera has no neighbor within the limit above
-_MIN_ERROR_PIXELS = 1.5
-_MIN_ERROR_FRACTION = 0.003  # relative to the width of a picture
+_MAX_FALLBACK_DEGREES = 50.0  # largest angle if a camera has no neighbor within the limit above
+_MAX_ERROR_PIXELS = 1.5
+_MAX_ERROR_FRACTION = 0.003  # relative to the width of a picture
 _MAX_FEATURE_WIDTH = 1000  # maximum width of the pictures in which features are detected
 
 Numbers = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class _Pair:
-    """Indices of two cameras, the angle between their axes, and the error of their matches."""
+class _CameraPair:
+    """A pair of cameras whose pictures have matches.
+
+    Attributes:
+        first: Index of the first camera.
+        second: Index of the second camera.
+        degrees: Angle between the optical axes.
+        error: Median distance of the matches from their epipolar lines, pixels.
+    """
 
     first: int
     second: int
@@ -43,7 +50,7 @@ def find_wrong_poses(capture: Capture) -> Iterator[Finding]:
     """Yield a finding for each camera whose pose contradicts the matches of frame 0.
 
     Args:
-        capture: Capture, all of whose cameras are checked.
+        capture: The capture; all of its cameras are checked, including held-out cameras.
 
     Raises:
         CaptureError: A picture cannot be read.
@@ -53,7 +60,7 @@ def find_wrong_poses(capture: Capture) -> Iterator[Finding]:
         errors = _measure_camera_errors(pairs, len(capture.cameras))
         limits = np.array(
             [
-                max(_MIN_ERROR_PIXELS, _MIN_ERROR_FRACTION * camera.width)
+                max(_MAX_ERROR_PIXELS, _MAX_ERROR_FRACTION * camera.width)
                 for camera in capture.cameras
             ]
         )
@@ -62,22 +69,23 @@ def find_wrong_poses(capture: Capture) -> Iterator[Finding]:
             return
         name = capture.cameras[worst_camera].name
         message = (
-            f"the pose of {name} is off by {errors[worst_camera]:.1f} pixels, measured by matches "
-            f"with its neighbors (it should be at most {limits[worst_camera]:.1f}): calibrate the "
-            "camera again, or check that lens and picture match"
+            f"the pose of {name} is off by {errors[worst_camera]:.1f} pixels according to feature "
+            f"matches with its neighbors (at most {limits[worst_camera]:.1f} pixels are expected): "
+            "calibrate the camera again, or check that its lens and picture belong together"
         )
         yield Finding("epipolar-error", message, (name,))
         pairs = [pair for pair in pairs if worst_camera not in (pair.first, pair.second)]
 
 
-def _measure_camera_errors(pairs: Sequence[_Pair], count: int) -> Numbers:
-    """Return the error of each camera's pose in pixels, `[camera]`.
+def _measure_camera_errors(pairs: Sequence[_CameraPair], camera_count: int) -> Numbers:
+    """Return the `[camera]` pose error of each camera, in pixels.
 
-    The error is the lower median over the camera's pairs with similar viewing directions. A
-    camera without such pairs gets the smallest error of its other pairs, or 0 without pairs.
+    The error is the lower median over the camera's pairs with similar viewing directions. If
+    there are no such pairs, it is the smallest error of the camera's other pairs, or 0 if there
+    are no pairs at all.
     """
-    errors = np.zeros(count)
-    for camera in range(count):
+    errors = np.zeros(camera_count)
+    for camera in range(camera_count):
         camera_pairs = [pair for pair in pairs if camera in (pair.first, pair.second)]
         near_errors = sorted(
             pair.error for pair in camera_pairs if pair.degrees <= _MAX_RELIABLE_DEGREES
@@ -89,7 +97,7 @@ def _measure_camera_errors(pairs: Sequence[_Pair], count: int) -> Numbers:
     return errors
 
 
-def _measure_pairs(capture: Capture) -> list[_Pair]:
+def _measure_pairs(capture: Capture) -> list[_CameraPair]:
     cameras = capture.cameras
     factors = [-(-camera.width // _MAX_FEATURE_WIDTH) for camera in cameras]
     features = [
@@ -106,7 +114,7 @@ def _measure_pairs(capture: Capture) -> list[_Pair]:
                 cameras[first],
                 cameras[second],
             )
-            pairs.append(_Pair(first, second, degrees, float(np.median(distances))))
+            pairs.append(_CameraPair(first, second, degrees, float(np.median(distances))))
     return pairs
 
 
@@ -121,14 +129,14 @@ def _downscale(picture: Image, factor: int) -> Image:
 
 
 def _choose_pairs(cameras: Sequence[Camera]) -> list[tuple[int, int, float]]:
-    """Return pairs of neighboring cameras with similar directions, and their angles in degrees."""
+    """Return `(first, second, degrees)` of neighboring cameras with similar viewing directions."""
     centers = np.stack([camera_center(camera) for camera in cameras])
     axes = np.stack([np.array(camera.rotation).reshape(3, 3)[2] for camera in cameras])
     degrees = np.degrees(np.arccos(np.clip(axes @ axes.T, -1, 1)))
     pairs = set()
     for index in range(len(cameras)):
         distances = np.linalg.norm(centers - centers[index], axis=1)
-        distances[degrees[index] > _FALLBACK_DEGREES] = np.inf
+        distances[degrees[index] > _MAX_FALLBACK_DEGREES] = np.inf
         distances[index] = np.inf
         for neighbor in np.argsort(distances)[:_NEIGHBOR_COUNT]:
             if np.isfinite(distances[neighbor]):
@@ -139,7 +147,7 @@ def _choose_pairs(cameras: Sequence[Camera]) -> list[tuple[int, int, float]]:
 def _measure_distances(
     first_points: Numbers, second_points: Numbers, first: Camera, second: Camera
 ) -> Numbers:
-    """Return the `[m]` distance of each match from its epipolar lines, mean of both pictures."""
+    """Return the `[m]` distances from matches to epipolar lines, averaged over both pictures."""
     fundamental = _estimate_fundamental(first, second)
     first_points, second_points = (
         np.column_stack([points, np.ones(len(points))]) for points in (first_points, second_points)
@@ -157,7 +165,7 @@ def _measure_distances(
 
 
 def _estimate_fundamental(first: Camera, second: Camera) -> Numbers:
-    """Return the `[3, 3]` fundamental matrix from pixels of `first` to lines in `second`."""
+    """Return the `[3, 3]` fundamental matrix that maps pixels of `first` to lines in `second`."""
     rotations, translations = (
         [np.array(values).reshape(shape) for values in pair]
         for pair, shape in (
@@ -175,7 +183,7 @@ def _estimate_fundamental(first: Camera, second: Camera) -> Numbers:
 
 
 def _inverse_intrinsics(camera: Camera) -> Numbers:
-    """Return the `[3, 3]` matrix from homogeneous pixels to directions in camera space."""
+    """Return the `[3, 3]` matrix that maps homogeneous pixels to directions in camera space."""
     return np.array(
         [
             [1 / camera.fx, 0, -camera.cx / camera.fx],

@@ -1,8 +1,8 @@
 """Checks whether decoded frame 0 reproduces the training views well enough.
 
-Training uses these views, so a scene that is bad in these views is bad in all views. The
-PSNR of a view is compared with the PSNR of its picture after averaging over squares of a
-twentieth of the width: a scene with a lower PSNR has no detail.
+Training optimizes these views, so a scene that looks bad in them looks bad in all views. The
+PSNR of each view is compared with the PSNR of its coarse picture, in which squares of 1/20 of
+the width are replaced by their mean colors. A scene with a lower PSNR has no detail.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -20,8 +20,8 @@ from quarc_ref.encoder.training.exposure import estimate_gain
 from quarc_ref.encoder.training.first_frame import render_views
 
 _SQUARES_ACROSS = 20
-_MIN_SIDE = 4
-_MIN_ERROR = 1e-10
+_MIN_SQUARE_SIDE = 4
+_MIN_SQUARED_ERROR = 1e-10
 _MAX_DETAIL_DEFICIT = 8.0  # dB
 
 
@@ -31,8 +31,8 @@ class ViewQuality:
 
     Attributes:
         name: Name of the camera.
-        psnr: PSNR of the rendering after correction of its exposure, dB.
-        coarse_psnr: PSNR of the picture after averaging over squares, dB.
+        psnr: PSNR of the rendering after exposure correction, dB.
+        coarse_psnr: PSNR of the coarse picture, dB.
     """
 
     name: str
@@ -40,7 +40,7 @@ class ViewQuality:
     coarse_psnr: float
 
     @property
-    def detail(self) -> float:
+    def detail_db(self) -> float:
         """`psnr` minus `coarse_psnr`, dB."""
         return self.psnr - self.coarse_psnr
 
@@ -72,17 +72,17 @@ def measure_views(
 
 def judge_views(views: Sequence[ViewQuality]) -> Iterator[Finding]:
     """Yield findings about views with low quality."""
-    median_detail = median(view.detail for view in views)
+    median_detail = median(view.detail_db for view in views)
     if median_detail < 0:
         message = (
             f"the first frame reaches only {median(v.psnr for v in views):.1f} dB on its "
-            "training views, less than the pictures after averaging over squares of "
-            f"1/{_SQUARES_ACROSS} of their width ({median(v.coarse_psnr for v in views):.1f} dB): "
+            f"training views, less than the {median(v.coarse_psnr for v in views):.1f} dB of the "
+            f"pictures reduced to squares of 1/{_SQUARES_ACROSS} of their width: "
             "check poses and initial points, or train longer (--preset, or "
             "--set canonical.iterations=N)"
         )
         yield Finding("first-frame-coarse", message)
-    low_views = [view for view in views if view.detail < median_detail - _MAX_DETAIL_DEFICIT]
+    low_views = [view for view in views if view.detail_db < median_detail - _MAX_DETAIL_DEFICIT]
     if low_views:
         names = tuple(view.name for view in low_views)
         descriptions = [f"{view.name} ({view.psnr:.1f} dB)" for view in low_views]
@@ -95,8 +95,8 @@ def judge_views(views: Sequence[ViewQuality]) -> Iterator[Finding]:
 
 
 def _average_squares(picture: Tensor) -> Tensor:
-    """Replace each pixel of a picture `[H, W, 3]` by the mean of its square."""
-    side = max(_MIN_SIDE, round(picture.shape[1] / _SQUARES_ACROSS))
+    """Return the coarse picture `[H, W, 3]`, in which each square has its mean color."""
+    side = max(_MIN_SQUARE_SIDE, round(picture.shape[1] / _SQUARES_ACROSS))
     planes = picture.permute(2, 0, 1)[None]
     means = functional.avg_pool2d(planes, side, ceil_mode=True, count_include_pad=False)
     squares = means.repeat_interleave(side, 2).repeat_interleave(side, 3)
@@ -104,5 +104,5 @@ def _average_squares(picture: Tensor) -> Tensor:
 
 
 def _measure_psnr(image: Tensor, picture: Tensor) -> float:
-    error = (image - picture).square().mean().clamp(min=_MIN_ERROR)
+    error = (image - picture).square().mean().clamp(min=_MIN_SQUARED_ERROR)
     return float(-10 * torch.log10(error))

@@ -30,24 +30,26 @@ def measure_machine() -> Machine:
     return Machine(_read_free_memory(), shutil.disk_usage(Path.cwd()).free)
 
 
-def find_shortages(machine: Machine, memory_bytes: int, disk_bytes: int) -> Iterator[Finding]:
-    """Yield a finding if the machine lacks memory, and a finding if it lacks disk space.
+def find_shortages(
+    machine: Machine, needed_memory_bytes: int, needed_disk_bytes: int
+) -> Iterator[Finding]:
+    """Yield one finding if memory is insufficient, and one if disk space is insufficient.
 
     Args:
         machine: Free resources of the machine.
-        memory_bytes: Main memory that the encode needs, bytes.
-        disk_bytes: Disk space that the encode needs, bytes.
+        needed_memory_bytes: Main memory that the encode needs.
+        needed_disk_bytes: Disk space that the encode needs.
     """
-    if machine.memory_bytes is not None and machine.memory_bytes < memory_bytes:
+    if machine.memory_bytes is not None and machine.memory_bytes < needed_memory_bytes:
         message = (
-            f"encoding needs about {memory_bytes / _GIB:.1f} GiB of memory, but "
-            f"{machine.memory_bytes / _GIB:.1f} GiB are free: use --downscale 2, which needs "
-            "about a quarter of the memory for pictures, or fewer cameras"
+            f"encoding needs about {needed_memory_bytes / _GIB:.1f} GiB of memory, but "
+            f"{machine.memory_bytes / _GIB:.1f} GiB are free: use --downscale 2, which reduces "
+            "the memory for pictures to about a quarter, or use fewer cameras"
         )
         yield Finding("memory-short", message)
-    if machine.disk_bytes < disk_bytes:
+    if machine.disk_bytes < needed_disk_bytes:
         message = (
-            f"encoding needs up to {disk_bytes / _GIB:.2f} GiB of disk space, but "
+            f"encoding needs up to {needed_disk_bytes / _GIB:.2f} GiB of disk space, but "
             f"{machine.disk_bytes / _GIB:.2f} GiB are free in {Path.cwd()}: free some space, "
             "or write the stream elsewhere"
         )

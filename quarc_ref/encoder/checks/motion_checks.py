@@ -2,9 +2,9 @@
 
 Synchronized cameras see motion at the same time in the same epipolar planes. A plane through
 the centers of two cameras intersects each picture in a line, and motion in the plane is
-visible on both lines. The poses determine the plane of each pixel. The motion in each plane
-over time is compared at every shift in time (after Ben-Artzi et al., "Camera Calibration
-from Dynamic Silhouettes Using Motion Barcodes", 2016).
+visible on both lines. The poses determine which plane a pixel belongs to. The motion in each plane
+over time is correlated between the cameras at every time shift (after Ben-Artzi et al.,
+"Camera Calibration from Dynamic Silhouettes Using Motion Barcodes", 2016).
 """
 
 from collections.abc import Iterator, Sequence
@@ -19,7 +19,7 @@ from quarc_ref.datasets.findings import Finding, format_names
 from quarc_ref.encoder.checks.recording import Recording
 from quarc_ref.format.cameras import Camera
 
-# Relative to the median change of all cameras: video coding changes even frozen pictures.
+# Relative to the median change of all cameras; video coding changes even frozen pictures.
 _MAX_FROZEN_CHANGE = 0.02
 _MIN_MOTION = 0.1  # minimum average change of pictures with motion, levels of 255
 _MAX_REPEATED_CHANGE = 0.02  # relative to the camera's median change
@@ -40,7 +40,7 @@ Changes = NDArray[np.float32]
 def find_motion_faults(
     cameras: Sequence[Camera], recordings: Sequence[Recording]
 ) -> Iterator[Finding]:
-    """Yield findings about cameras whose motion differs from the motion of other cameras.
+    """Yield findings about cameras whose motion differs from that of other cameras.
 
     Args:
         cameras: Cameras, at least two.
@@ -72,8 +72,8 @@ def _find_frozen(names: Sequence[str], is_frozen: NDArray[np.bool_]) -> Iterator
     frozen_names = tuple(names[i] for i in np.flatnonzero(is_frozen).tolist())
     if frozen_names:
         message = (
-            f"{format_names(frozen_names)} shows the same picture in all frames, while other "
-            "cameras show motion: use the right file, or remove the camera"
+            f"the picture of {format_names(frozen_names)} never changes, while other cameras "
+            "show motion: use the right file, or remove the camera"
         )
         yield Finding("frozen-camera", message, frozen_names)
 
@@ -96,8 +96,8 @@ def _find_repeats(names: Sequence[str], recordings: Sequence[Recording]) -> Iter
         if repeated_frames.size >= _MIN_REPEATS:
             frames = format_names([str(frame) for frame in repeated_frames])
             message = (
-                f"{name} repeats the previous picture in frame {frames}: frames were lost in "
-                "recording or conversion; convert the original recording again"
+                f"{name} repeats the previous picture in frames {frames}, because frames were lost "
+                "in recording or conversion: convert the original recording again"
             )
             yield Finding("repeated-frames", message, (name,))
 
@@ -109,9 +109,9 @@ def _find_shifts(
         if shift:
             direction = "late" if shift > 0 else "early"
             message = (
-                f"{camera.name} is {abs(shift)} frames {direction}, judging by its motion: write "
-                f'{{"offsets": {{"{camera.name}": {shift}}}}} into {NOTES_NAME} in the capture, '
-                "or cut the video"
+                f"the motion in {camera.name} is {abs(shift)} frames {direction}: write "
+                f'{{"offsets": {{"{camera.name}": {shift}}}}} to {NOTES_NAME} in the capture, '
+                "or trim the video"
             )
             yield Finding("out-of-sync", message, (camera.name,))
 
@@ -124,12 +124,12 @@ def measure_shifts(
     Args:
         cameras: Cameras, at least three, most of which are synchronized.
         changes: `[T - 1, rows, columns]` changes of each camera (`Recording.changes`).
-        block_sizes: Width of a block of `changes` in pixels, for each camera.
+        block_sizes: Block size of each camera (`Recording.block_size`).
     """
-    motion = [_remove_constant_change(geometry) for geometry in changes]
+    motion = [_remove_constant_change(camera_changes) for camera_changes in changes]
     rays = [
-        _find_rays(*geometry)
-        for geometry in zip(cameras, block_sizes, (m.shape[1:] for m in motion), strict=True)
+        _find_rays(camera, block_size, camera_motion.shape[1:])
+        for camera, block_size, camera_motion in zip(cameras, block_sizes, motion, strict=True)
     ]
     max_shift = min(_MAX_SHIFT, len(motion[0]) // 3)
     centers = np.stack([camera_center(camera) for camera in cameras])
@@ -152,12 +152,12 @@ def measure_shifts(
 
 
 def _remove_constant_change(changes: Changes) -> Changes:
-    """Subtract the median over time from each pixel, which removes noise."""
+    """Subtract the median over time from the changes of each pixel, which removes noise."""
     return np.maximum(changes - np.median(changes, axis=0), 0).astype(np.float32)
 
 
 def _find_rays(camera: Camera, block_size: int, shape: tuple[int, ...]) -> Numbers:
-    """Return the `[rows, columns, 3]` directions of downscaled pixels in world space."""
+    """Return the `[rows, columns, 3]` world-space directions of downscaled pixels."""
     rows, columns = ((np.arange(count) + 0.5) * block_size for count in shape)
     x, y = np.meshgrid((columns - camera.cx) / camera.fx, (rows - camera.cy) / camera.fy)
     rays = np.stack([x, y, np.ones_like(x)], axis=-1)
@@ -171,38 +171,40 @@ def _correlate(
     baseline: Numbers,
     max_shift: int,
 ) -> Numbers | None:
-    """Return `[2 most + 1]` correlations of two cameras' motion in their common planes.
+    """Return `[2 * max_shift + 1]` correlations of two cameras' motion in their common planes.
 
-    Item n is the correlation of the first camera, `n - max_shift` frames later, with the
-    second camera. The result is None if the cameras have too few planes in common.
+    Item n compares the first camera at frame t + n - max_shift with the second camera at
+    frame t. The result is None if the cameras have too few planes in common.
     """
     reference_direction = rays[0].mean(axis=(0, 1))
-    angles = [_find_planes(item, baseline, reference_direction) for item in rays]
-    low, high = (
-        pick(float(bound(item)) for item in angles)
-        for pick, bound in ((max, np.min), (min, np.max))
-    )
+    angles = [
+        _measure_plane_angles(camera_rays, baseline, reference_direction) for camera_rays in rays
+    ]
+    low = max(float(camera_angles.min()) for camera_angles in angles)
+    high = min(float(camera_angles.max()) for camera_angles in angles)
     if high - low <= 0:
         return None
     edges = np.linspace(low, high, _PLANE_COUNT + 1)
     first, second = (
-        _sum_by_plane(item, np.searchsorted(edges, angle.ravel()) - 1)
-        for item, angle in zip(motion, angles, strict=True)
+        _sum_by_plane(camera_motion, np.searchsorted(edges, camera_angles.ravel()) - 1)
+        for camera_motion, camera_angles in zip(motion, angles, strict=True)
     )
     has_motion = (first.max(axis=0) > 0) & (second.max(axis=0) > 0)
     if has_motion.sum() < _MIN_COMMON_PLANES:
         return None
     first, second = first[:, has_motion], second[:, has_motion]
-    count = len(first)
+    frame_count = len(first)
     curve = []
     for shift in range(-max_shift, max_shift + 1):
-        first_part = first[max(0, shift) : count + min(0, shift)]
-        second_part = second[max(0, -shift) : count + min(0, -shift)]
+        first_part = first[max(0, shift) : frame_count + min(0, shift)]
+        second_part = second[max(0, -shift) : frame_count + min(0, -shift)]
         curve.append(_correlate_planes(first_part, second_part))
     return np.array(curve)
 
 
-def _find_planes(rays: Numbers, baseline: Numbers, reference_direction: Numbers) -> Numbers:
+def _measure_plane_angles(
+    rays: Numbers, baseline: Numbers, reference_direction: Numbers
+) -> Numbers:
     """Return the `[rows, columns]` angles of the rays around the baseline, radians.
 
     Rays with the same angle are in the same epipolar half-plane.
@@ -223,7 +225,7 @@ def _find_planes(rays: Numbers, baseline: Numbers, reference_direction: Numbers)
 
 
 def _sum_by_plane(motion: Changes, planes: NDArray[np.intp]) -> Numbers:
-    """Return the `[T, plane]` square root of the summed motion in each plane."""
+    """Return the `[T, plane]` square roots of the motion summed over each plane."""
     is_valid = (planes >= 0) & (planes < _PLANE_COUNT)
     sums = np.zeros((len(motion), _PLANE_COUNT))
     valid_motion = motion.reshape(len(motion), -1)[:, is_valid]
@@ -242,7 +244,7 @@ def _correlate_planes(first: Numbers, second: Numbers) -> float:
 
 
 def _choose_shift(curves: Sequence[Numbers], max_shift: int) -> int:
-    """Return the shift with the highest correlation if it is clearly above that of 0, else 0."""
+    """Return the shift with the highest correlation, or 0 if no shift is clearly better than 0."""
     if not curves:
         return 0
     median_curve = np.median(np.stack(curves), axis=0)

@@ -63,8 +63,8 @@ def find_odd_pictures(
         for camera_data in zip(cameras, projections, pictures, strict=True)
     ]
     stops = _compare_light(np.stack([measurement.light for measurement in measurements]))
-    yield from _find_exposures(names, stops)
-    yield from _find_colors(names, stops)
+    yield from _find_odd_exposures(names, stops)
+    yield from _find_odd_tints(names, stops)
     yield from _find_blurred(names, np.array([measurement.blur for measurement in measurements]))
     yield from _find_equal_pictures(names, [measurement.thumbnail for measurement in measurements])
 
@@ -86,10 +86,10 @@ def _measure_picture(
 
 
 def _compare_light(light: Numbers) -> Numbers:
-    """Return `[camera, 4]` differences from the median camera in stops: exposure, then tints.
+    """Return `[camera, 4]` differences from the median camera: exposure, then three tints.
 
-    The quartile nearer to 0 over the points is used, because points with undetected
-    occlusions would exaggerate the differences.
+    The unit is one stop. Each value is the quartile over the points that is nearer to 0, because
+    points with undetected occlusions would exaggerate the differences.
 
     Args:
         light: `[camera, P, 3]` light of each camera, from `_PictureMeasurements`.
@@ -110,7 +110,7 @@ def _compare_light(light: Numbers) -> Numbers:
     return stops
 
 
-def _find_exposures(names: Sequence[str], stops: Numbers) -> Iterator[Finding]:
+def _find_odd_exposures(names: Sequence[str], stops: Numbers) -> Iterator[Finding]:
     exposures = stops[:, 0]
     camera_indices = np.flatnonzero(np.abs(exposures) > _MAX_EXPOSURE_STOPS).tolist()
     if camera_indices:
@@ -123,7 +123,7 @@ def _find_exposures(names: Sequence[str], stops: Numbers) -> Iterator[Finding]:
         yield Finding("exposure-differs", message, tuple(names[i] for i in camera_indices))
 
 
-def _find_colors(names: Sequence[str], stops: Numbers) -> Iterator[Finding]:
+def _find_odd_tints(names: Sequence[str], stops: Numbers) -> Iterator[Finding]:
     tints = stops[:, 1:]
     camera_indices = np.flatnonzero(np.abs(tints).max(axis=1) > _MAX_TINT_STOPS).tolist()
     if camera_indices:
@@ -170,9 +170,9 @@ def _find_equal_pictures(names: Sequence[str], pictures: Sequence[Numbers]) -> I
 def _measure_blur(gray: NDArray[np.float32]) -> float:
     """Measure the blur of a picture, from 0 to 1.
 
-    The measure is that of Crete et al., "The Blur Effect" (2007): the fraction of the
-    differences between neighboring pixels that remains after blurring. The result is the
-    larger of the fractions for the two axes.
+    The method is from Crete et al., "The Blur Effect" (2007): the picture is blurred, and the
+    blur is the fraction of the differences between neighboring pixels that remains. The result
+    is the larger of the fractions along the two axes.
     """
     size = 2 * max(2, gray.shape[1] // 100) + 1
     top, left = (max(0, (length - _BLUR_WINDOW_PIXELS) // 2) for length in gray.shape)

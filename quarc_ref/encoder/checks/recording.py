@@ -10,7 +10,7 @@ from quarc_ref.datasets.capture import Capture, Image
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.findings import Finding, format_names
 
-_COLUMNS = 96
+_TARGET_COLUMNS = 96
 _MAX_STORED_FRAMES = 240  # pictures of later frames are read but not stored
 
 ReportProgress = Callable[[int, int], object]
@@ -22,10 +22,10 @@ class Recording:
 
     Attributes:
         block_size: Integer factor by which width and height are reduced.
-        gray_pictures: `[T, rows, columns]` gray levels from 0 to 255, multiplied by 128, of
-            the first T frames.
+        gray_pictures: `[T, rows, columns]` gray levels of the first T frames, 0 to 255,
+            multiplied by 128.
         is_readable: `[T]` whether a frame could be read.
-        faults: Error message of each frame that could not be read, by index of the frame.
+        faults: Error message of each frame that could not be read, by frame index.
     """
 
     block_size: int
@@ -37,26 +37,26 @@ class Recording:
     def changes(self) -> NDArray[np.float32]:
         """The `[T - 1, rows, columns]` absolute differences of consecutive frames, 0 to 255."""
         differences = np.abs(np.diff(self.gray_pictures.astype(np.float32), axis=0)) / np.float32(
-            _SCALE
+            _GRAY_SCALE
         )
         differences[~(self.is_readable[1:] & self.is_readable[:-1])] = 0
         return differences.astype(np.float32, copy=False)
 
 
-_SCALE = 128
+_GRAY_SCALE = 128
 
 
 def record(capture: Capture, advance: ReportProgress) -> list[Recording]:
     """Read every frame of all cameras, and return a recording of each camera.
 
     Args:
-        capture: Capture, whose held-out cameras are included.
-        advance: Called with the number of pictures read so far, and the total number.
+        capture: The capture; held-out cameras are read as well.
+        advance: Called with the number of pictures read so far and the total number.
     """
     total = len(capture.cameras) * capture.frame_count
     recordings = []
     for index, camera in enumerate(capture.cameras):
-        block_size = max(1, camera.width // _COLUMNS)
+        block_size = max(1, camera.width // _TARGET_COLUMNS)
         stored_count = min(_MAX_STORED_FRAMES, capture.frame_count)
         gray_pictures = np.zeros(
             (stored_count, camera.height // block_size, camera.width // block_size), dtype=np.uint16
@@ -83,7 +83,7 @@ def find_unreadable(names: list[str], recordings: list[Recording]) -> Iterator[F
             first_fault_frame = min(recording.faults)
             frames = format_names([str(frame) for frame in sorted(recording.faults)])
             message = (
-                f"frame {frames} of {name} cannot be read: {recording.faults[first_fault_frame]}"
+                f"{name} has unreadable frames ({frames}): {recording.faults[first_fault_frame]}"
             )
             yield Finding("unreadable-frame", message, (name,))
 
@@ -94,7 +94,7 @@ def _downscale(picture: Image, block_size: int) -> NDArray[np.uint16]:
         rows, block_size, columns, 3 * block_size
     )
     sums = squares.sum(axis=(1, 3), dtype=np.uint32)
-    means: NDArray[np.uint16] = (sums * (_SCALE / (3 * block_size * block_size)) + 0.5).astype(
+    means: NDArray[np.uint16] = (sums * (_GRAY_SCALE / (3 * block_size * block_size)) + 0.5).astype(
         np.uint16
     )
     return means

@@ -1,1 +1,1 @@
-"""Encodes Gaussians that another method has trained, without pictures and without torch."""
+"""Encodes Gaussians that another method has trained; needs neither pictures nor torch."""

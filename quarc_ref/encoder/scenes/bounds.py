@@ -1,4 +1,4 @@
-"""Bounds for the errors of decoded Gaussians relative to the input, per attribute."""
+"""Bounds on the error of each attribute of decoded Gaussians, relative to the input."""
 
 from dataclasses import asdict, dataclass, fields, replace
 
@@ -15,12 +15,12 @@ class Bounds:
     Attributes:
         position: Error per axis, world units; 0: use `position_share`.
         rotation: Angle between input and decoded rotation, radians.
-        log_scale: Error of the natural logarithm of each standard deviation.
+        log_scale: Error of each log-scale (natural logarithm).
         opacity: Error of the opacity logit.
         sh_dc: Error of each coefficient of degree 0.
         sh_rest: Error of each coefficient of degree 1.
-        position_share: Bound of positions relative to the median scale of the first frame; used
-            if `position` is 0.
+        position_share: Bound of positions as a fraction of the median scale of the first frame;
+            used if `position` is 0.
         most_slack: Largest factor by which the bounds of position and rotation are multiplied
             for Gaussians in which errors are less visible (`slack.measure_slack`); 1: all
             Gaussians have the same bounds.
@@ -41,7 +41,7 @@ class Bounds:
         for field in fields(self):
             value = getattr(self, field.name)
             if not (0 <= value < np.inf and (value or field.name in ("position", "median_scale"))):
-                message = f"the bound of {field.name} is {value}, not a positive number"
+                message = f"{field.name} is {value}, but it must be a positive number"
                 raise ValueError(message)
         if self.most_slack < 1:
             message = f"most_slack is {self.most_slack}, but it must be at least 1"
@@ -61,7 +61,7 @@ class Bounds:
         median = float(np.exp(np.median(splats.log_scales.astype(np.float64).mean(axis=1))))
         if not 0 < median < np.inf:
             message = (
-                "the median scale of the first frame is 0 or not finite: set the bound of positions"
+                "the median scale of the first frame is 0 or not finite: set the position bound"
             )
             raise EncodeError(message)
         return replace(

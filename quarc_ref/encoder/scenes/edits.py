@@ -1,7 +1,7 @@
 """Applies the same edit to all decoded frames: crop, erase, transform, recolor.
 
-The anchors of a stream depend on the set of Gaussians and on their positions. After an edit
-that changes either, all frames are fitted again; Gaussians keep their identities.
+The anchors of a stream depend on the number of Gaussians and on their positions. If an edit
+changes these, all frames are fitted again. Each Gaussian keeps its identity across frames.
 """
 
 from collections.abc import Iterable, Iterator
@@ -20,7 +20,7 @@ from quarc_ref.format.cameras import Camera
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 
-_RIGID_TOLERANCE = 1e-4
+_ROTATION_TOLERANCE = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ class Similarity:
         """Return the similarity that a matrix `[3, 4]` or `[4, 4]` describes.
 
         Raises:
-            ValueError: The matrix is not a similarity: it mirrors, shears or scales unevenly.
+            ValueError: The matrix is not a similarity: it mirrors, shears or scales non-uniformly.
         """
         linear_part = matrix[:3, :3]
         determinant = float(np.linalg.det(linear_part)) if np.isfinite(matrix).all() else 0.0
@@ -50,7 +50,7 @@ class Similarity:
             determinant = 0.0
         scale = max(determinant, 0.0) ** (1 / 3)
         rotation = linear_part / (scale or 1.0)
-        if not scale or np.abs(rotation @ rotation.T - np.eye(3)).max() > _RIGID_TOLERANCE:
+        if not scale or np.abs(rotation @ rotation.T - np.eye(3)).max() > _ROTATION_TOLERANCE:
             message = "the matrix is not a rotation combined with a uniform scaling and a shift"
             raise ValueError(message)
         x, y, z = matrix[:3, 3].tolist()
@@ -62,7 +62,7 @@ class Similarity:
         return np.array(self.rotation).reshape(3, 3)
 
     def apply(self, splats: Splats) -> Splats:
-        """Return a scene after rotation, scaling and shift; SH coefficients are rotated as well."""
+        """Return the transformed Gaussians, whose SH coefficients are rotated as well."""
         positions = self.scale * (splats.positions.astype(np.float64) @ self.matrix.T) + self.shift
         return replace(
             splats,
@@ -84,13 +84,13 @@ class Similarity:
         )
 
     def apply_to_header(self, header: StreamHeader) -> StreamHeader:
-        """Return a header with the transformed scale and up axis; 0 if up is no longer an axis."""
+        """Return a header with the transformed scale and up axis (0 if up is no longer an axis)."""
         up_axis = 0
         if header.up_axis:
             axis_index, sign = (header.up_axis - 1) // 2, 1 - 2 * ((header.up_axis - 1) % 2)
             up_direction = sign * self.matrix[:, axis_index]
             axis = int(np.abs(up_direction).argmax())
-            if abs(abs(up_direction[axis]) - 1) < _RIGID_TOLERANCE:
+            if abs(abs(up_direction[axis]) - 1) < _ROTATION_TOLERANCE:
                 up_axis = 1 + 2 * axis + int(up_direction[axis] < 0)
         meters_per_unit = float(np.float32(header.meters_per_unit / self.scale))
         return replace(header, up_axis=up_axis, meters_per_unit=meters_per_unit)
@@ -98,15 +98,15 @@ class Similarity:
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """Changes of every frame, applied in the order of the attributes.
+    """Changes to apply to every frame, in the order of the attributes.
 
     Attributes:
-        boxes: Boxes `(min x, min y, min z, max x, max y, max z)` in world units. Gaussians
-            outside any of the boxes are removed.
+        boxes: Boxes `(min x, min y, min z, max x, max y, max z)` in world units. Only Gaussians
+            inside all boxes are kept.
         spheres: Spheres `(center x, center y, center z, radius)` in world units. Gaussians
             inside a sphere are removed.
         similarity: Transformation of the scene; None: no transformation.
-        recoloring: Change of colors; None: no change.
+        recoloring: Change of the colors; None: no change.
     """
 
     boxes: tuple[tuple[float, ...], ...] = field(default=())
@@ -125,7 +125,7 @@ class Edit:
         Raises:
             EncodeError: The edit removes all Gaussians.
         """
-        rows = np.flatnonzero(self._mask_kept(splats.positions))
+        rows = np.flatnonzero(self._find_kept(splats.positions))
         if not rows.size:
             message = "the edit removes all Gaussians"
             raise EncodeError(message)
@@ -137,15 +137,15 @@ class Edit:
             splats = self.recoloring.apply(splats)
         return GivenFrame(splats, ids[rows])
 
-    def _mask_kept(self, positions: NDArray[np.float32]) -> Bits:
-        mask = np.ones(len(positions), dtype=np.bool_)
+    def _find_kept(self, positions: NDArray[np.float32]) -> Bits:
+        is_kept = np.ones(len(positions), dtype=np.bool_)
         for box in self.boxes:
             is_inside = (positions >= box[:3]) & (positions <= box[3:])
-            mask &= is_inside.all(axis=1)
+            is_kept &= is_inside.all(axis=1)
         for sphere in self.spheres:
             offsets = positions.astype(np.float64) - sphere[:3]
-            mask &= (offsets * offsets).sum(axis=1) > sphere[3] ** 2
-        return mask
+            is_kept &= (offsets * offsets).sum(axis=1) > sphere[3] ** 2
+        return is_kept
 
 
 def edit_frames(scenes: Iterable[Scene], edit: Edit) -> Iterator[GivenFrame]:
@@ -153,7 +153,7 @@ def edit_frames(scenes: Iterable[Scene], edit: Edit) -> Iterator[GivenFrame]:
 
     Args:
         scenes: Decoded frames of a stream, in order.
-        edit: The edit of every frame.
+        edit: The edit to apply to every frame.
 
     Raises:
         EncodeError: The edit removes all Gaussians of a frame.

@@ -1,9 +1,10 @@
-"""Encodes Gaussians that another method has trained, with bounded errors.
+"""Encodes Gaussians that another method has trained; all errors are bounded.
 
 frame 0 ──> canonical frame
 frame t ──> match with t - 1 ──> deaths ──> fit_motion ──> fit_updates ──> fit_births ──> verify
 
-A frame in which more than half of the Gaussians are new becomes a canonical frame.
+A frame becomes a canonical frame if more than half of its Gaussians are new, or if it has more
+new Gaussians than the conformance level allows.
 """
 
 from collections.abc import Iterable
@@ -24,7 +25,7 @@ from quarc_ref.encoder.scenes.fit_births import fit_births
 from quarc_ref.encoder.scenes.fit_motion import Tolerances, fit_motion
 from quarc_ref.encoder.scenes.fit_updates import (
     CodeErrorBounds,
-    bound_codes,
+    convert_code_bounds,
     find_recolored,
     fit_updates,
 )
@@ -46,9 +47,9 @@ class GivenFrame:
     """A frame of Gaussians to encode.
 
     Attributes:
-        splats: Gaussians in the form of 3DGS, with SH degree 0 to 3. A stream stores SH only
+        splats: Gaussians as 3DGS stores them, with SH degree 0 to 3. The stream stores SH only
             up to degree 1.
-        ids: `[N]` identities of the Gaussians across frames; None: match Gaussians by order.
+        ids: `[N]` ids that identify the Gaussians across frames; None: match Gaussians by order.
     """
 
     splats: Splats
@@ -62,11 +63,12 @@ class SceneOptions:
     Attributes:
         bounds: Allowed errors.
         frames_per_second: Frame rate of the stream.
-        keyframe_interval: Number of frames between canonical frames; 0: as few canonical
+        keyframe_interval: Interval between canonical frames, in frames; 0: as few canonical
             frames as possible.
         cameras: Cameras to store in the stream; encoding does not use them.
         metadata: Metadata of the stream, to which `encoder` and `bounds` are added.
-        header: Header fields that do not depend on the Gaussians: axes, scale, seed, anchors.
+        header: Header with the axes, scale, seed and anchor fields; the encoder sets the other
+            fields.
         progress: Called after every frame.
         frame_count: Total number of frames, for progress reports; 0 if unknown.
     """
@@ -93,8 +95,8 @@ class SceneReport:
         frames: Number of frames in the stream.
         bounds: Allowed errors.
         errors: Largest errors over all decoded frames.
-        dropped_sh_degree: Highest SH degree of the input that the stream lacks; 0 if it lacks
-            none.
+        dropped_sh_degree: Highest SH degree of the input that was dropped; 0 if none was
+            dropped.
     """
 
     frames: int
@@ -112,9 +114,9 @@ def encode_scenes(
     the decoder's output.
 
     Args:
-        scenes: Frames in order, which are read one by one, up to three in advance.
+        scenes: Frames in order. The first three are read together, the others one by one.
         sink: Binary file to which the stream is appended.
-        options: Bounds, and properties of the stream.
+        options: Error bounds and properties of the stream; None for the defaults.
 
     Raises:
         EncodeError: The Gaussians cannot be represented within the bounds.
@@ -136,7 +138,7 @@ def _to_frame(scene: Splats | GivenFrame) -> GivenFrame:
 
 
 class _Encoding:
-    """State of an encode, frame by frame.
+    """An encode in progress, which receives the frames one by one.
 
     Args:
         sink: Binary file to which the stream is appended.
@@ -166,11 +168,11 @@ class _Encoding:
         )
 
     def add(self, frame: GivenFrame) -> None:
-        """Encode a frame, write it, and check its errors."""
+        """Encode and write a frame, and check its errors."""
         frame_index, self._frame_count = self._frame_count, self._frame_count + 1
         try:
             target = make_target(frame.splats, self._header, self._bounds)
-            self._write_as_required(frame_index, frame, target)
+            self._write_with_chosen_type(frame_index, frame, target)
         except EncodeError as error:
             message = f"frame {frame_index}: {error}"
             raise EncodeError(message) from error
@@ -187,7 +189,7 @@ class _Encoding:
         self._loop.finish()
         return SceneReport(self._frame_count, self._bounds, self._errors, self._dropped_sh_degree)
 
-    def _write_as_required(self, frame_index: int, frame: GivenFrame, target: Target) -> None:
+    def _write_with_chosen_type(self, frame_index: int, frame: GivenFrame, target: Target) -> None:
         interval = self._options.keyframe_interval
         if frame_index == 0 or (interval and frame_index % interval == 0):
             self._write_canonical(frame_index, target)
@@ -205,7 +207,7 @@ class _Encoding:
 
     @property
     def _code_bounds(self) -> CodeErrorBounds:
-        return bound_codes(self._bounds, self._header)
+        return convert_code_bounds(self._bounds, self._header)
 
     def _write_canonical(self, frame: int, target: Target) -> None:
         coded = target.quantized(np.arange(target.count))
@@ -222,22 +224,22 @@ class _Encoding:
         symbols = fit_motion(start.state, target, rows, self._tolerances)
         is_deleted = np.zeros(0, dtype=np.bool_)
 
-        def update(state: FrameState) -> Updates:
+        def fit_after_motion(state: FrameState) -> Updates:
             nonlocal is_deleted
             updates, is_deleted = fit_updates(state, target, rows, self._bounds)
             return updates
 
-        moved_frame = self._loop.move_frame(start, symbols, update)
+        moved_frame = self._loop.move_frame(start, symbols, fit_after_motion)
         rows = rows[~is_deleted]
         is_new = np.ones(target.count, dtype=np.bool_)
         is_new[rows] = False
-        births, newborn = fit_births(moved_frame.state, target, np.flatnonzero(is_new))
+        births, birth_rows = fit_births(moved_frame.state, target, np.flatnonzero(is_new))
         self._loop.commit_frame(moved_frame, births)
-        self._target_rows = np.concatenate([rows, newborn])
+        self._target_rows = np.concatenate([rows, birth_rows])
 
 
 def match_frames(previous_frame: GivenFrame, frame: GivenFrame) -> Match:
-    """Match the Gaussians of two frames, by ids if both frames have ids, else by order."""
+    """Match the Gaussians of two frames: by ids if both frames have ids, otherwise by order."""
     if previous_frame.ids is not None and frame.ids is not None:
         return match_ids(previous_frame.ids, frame.ids)
     return match_order(previous_frame.splats, frame.splats)
@@ -246,8 +248,8 @@ def match_frames(previous_frame: GivenFrame, frame: GivenFrame) -> Match:
 def _make_header(
     options: SceneOptions, bounds: Bounds, first_frames: list[GivenFrame]
 ) -> StreamHeader:
-    clock = Fraction(options.frames_per_second).limit_denominator(_CLOCK_LIMIT)
-    max_gaussians = _MAX_GROWTH * max(len(frame.splats.positions) for frame in first_frames)
+    clock = Fraction(options.frames_per_second).limit_denominator(_CLOCK_DENOMINATOR_LIMIT)
+    max_gaussians = _MAX_GROWTH_FACTOR * max(len(frame.splats.positions) for frame in first_frames)
     sufficient_levels = [
         level for level, limits in LEVELS.items() if max_gaussians <= limits.gaussians
     ]
@@ -263,12 +265,15 @@ def _make_header(
 
 
 def _find_faint_deaths(state: FrameState, should_delete: Bits) -> Int64:
-    """Return the Gaussians to delete that are fainter than all others; they need no update."""
+    """Return the Gaussians to delete that are fainter than all Gaussians to keep.
+
+    A frame deletes its faintest Gaussians, so the returned Gaussians need no update.
+    """
     order = np.argsort(state.scene.codes[OPACITY.start], kind="stable")
     surviving = np.flatnonzero(~should_delete[order])
     return order[: surviving[0] if surviving.size else 0]
 
 
 _LOOKAHEAD = 3
-_MAX_GROWTH = 2  # maximum growth of the number of Gaussians
-_CLOCK_LIMIT = 1001
+_MAX_GROWTH_FACTOR = 2  # largest final number of Gaussians, relative to the first frames
+_CLOCK_DENOMINATOR_LIMIT = 1001

@@ -1,4 +1,4 @@
-"""Codes the new Gaussians of a frame relative to nearby parents: SPEC 7.6."""
+"""Codes the new Gaussians of a frame relative to nearby parents (SPEC 7.6)."""
 
 import numpy as np
 
@@ -15,20 +15,22 @@ _NEIGHBORS_PER_SIDE = 4  # number of neighbors on each side
 _KEY_SHIFT = 3  # a lattice coordinate has 24 bits, a coordinate of a Morton key 21
 
 
-def fit_births(updated: FrameState, target: Target, rows: Int64) -> tuple[Births | None, Int64]:
+def fit_births(
+    updated_state: FrameState, target: Target, rows: Int64
+) -> tuple[Births | None, Int64]:
     """Return the births of a frame, and the target row of each birth in the same order.
 
     Args:
-        updated: State after motion and updates.
+        updated_state: State after motion and updates.
         target: Gaussians that the frame approximates.
-        rows: `[n]` rows of the target that are new.
+        rows: `[n]` rows of the target that the frame adds.
 
     Raises:
         EncodeError: A new Gaussian is farther from its parent than the format allows.
     """
     if not rows.size:
         return None, rows
-    positions = updated.scene.positions.astype(np.int64)
+    positions = updated_state.scene.positions.astype(np.int64)
     parents = _find_parents(positions, target.positions[:, rows])
     order = np.argsort(parents, kind="stable")
     parents, rows = parents[order], rows[order]
@@ -43,11 +45,13 @@ def fit_births(updated: FrameState, target: Target, rows: Int64) -> tuple[Births
     return Births(parents, Gaussians(offset_steps, gaussians.rotations, gaussians.codes)), rows
 
 
-def _find_parents(positions: Int64, newborn: Float64) -> Int64:
-    """Return the `[n]` index of a nearby Gaussian: the nearest of 8 neighbors in Morton order."""
+def _find_parents(positions: Int64, new_positions: Float64) -> Int64:
+    """Return the `[n]` indices of parents: the nearest of 8 neighbors in Morton order."""
     keys = _morton_keys(positions)
     order = np.argsort(keys, kind="stable")
-    insertion_points = np.searchsorted(keys[order], _morton_keys(np.rint(newborn).astype(np.int64)))
+    insertion_points = np.searchsorted(
+        keys[order], _morton_keys(np.rint(new_positions).astype(np.int64))
+    )
     candidates = order[
         np.clip(
             insertion_points + np.arange(-_NEIGHBORS_PER_SIDE, _NEIGHBORS_PER_SIDE)[:, None],
@@ -55,8 +59,8 @@ def _find_parents(positions: Int64, newborn: Float64) -> Int64:
             order.size - 1,
         )
     ]
-    distances = np.abs(positions[:, candidates] - newborn[:, None, :]).max(axis=0)
-    parents: Int64 = candidates[distances.argmin(axis=0), np.arange(newborn.shape[1])]
+    distances = np.abs(positions[:, candidates] - new_positions[:, None, :]).max(axis=0)
+    parents: Int64 = candidates[distances.argmin(axis=0), np.arange(new_positions.shape[1])]
     return parents
 
 

@@ -15,7 +15,7 @@ from quarc_ref.streams.source import Source
 
 
 def encode_edited(source: Source, sink: BinaryIO, edit: Edit, options: SceneOptions) -> SceneReport:
-    """Write an edited stream. If only colors change, `recolor` is exact and faster.
+    """Write an edited stream. If only colors change, `recolor` is faster and exact.
 
     Frame rate, axes, scale, anchors, cameras and metadata are taken from the input stream;
     axes, scale and cameras are transformed with the scene.
@@ -23,8 +23,8 @@ def encode_edited(source: Source, sink: BinaryIO, edit: Edit, options: SceneOpti
     Args:
         source: The input stream.
         sink: Binary file to which the edited stream is appended.
-        edit: The edit of every frame.
-        options: Options, of which bounds and progress are used.
+        edit: The edit to apply to every frame.
+        options: Options; the fields that the input stream provides are ignored.
 
     Raises:
         BitstreamError: The input stream is invalid.
@@ -35,7 +35,7 @@ def encode_edited(source: Source, sink: BinaryIO, edit: Edit, options: SceneOpti
     scenes: Iterator[Scene] = decode(source, decoder=decoder)
     first_scene = next(scenes, None)
     if first_scene is None:
-        message = "the stream has no frame"
+        message = "the stream has no frames"
         raise EncodeError(message)
     header, cameras = decoder.header, decoder.cameras
     header = replace(header, rotation_components=3, snapshots=False)

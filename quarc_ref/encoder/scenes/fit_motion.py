@@ -1,10 +1,10 @@
 """Fits the symbols of anchors so that Gaussians move to their target positions.
 
-From the coarsest level to the finest, each anchor gets the median, in steps, of the
-remaining motion of its Gaussians. The median ignores outliers, which finer levels and
-updates can code. A second sweep fits each level to the motion minus that of other levels.
-Finally, symbols of an anchor are set to 0 if its Gaussians stay within the tolerances
-without them.
+The levels are fitted from the coarsest to the finest. Each anchor is set to the median of its
+Gaussians' remaining motion, in quantization steps. The median ignores outliers, which finer
+levels and updates can code. A second sweep fits each level to the motion that the other
+levels leave. Finally, symbols of an anchor are set to 0 if its Gaussians stay within the
+tolerances without them.
 """
 
 from collections.abc import Sequence
@@ -21,12 +21,12 @@ from quarc_ref.format.arrays import Int32, Int64
 from quarc_ref.format.constants import ROTATION_ONE, SYMBOL_LIMIT
 
 _SWEEP_COUNT = 2
-_MAX_ROTATION = 190.0  # largest sum of symbols of three levels
+_MAX_ROTATION_STEPS = 190.0  # largest sum of symbols of three levels
 
 
 @dataclass(frozen=True, slots=True)
 class Tolerances:
-    """Largest allowed errors of the motion, in steps of motion symbols.
+    """Largest allowed errors of the motion, in quantization steps.
 
     Attributes:
         translation: Error per axis, in translation steps.
@@ -36,8 +36,8 @@ class Tolerances:
     translation: float
     rotation: float
 
-    def groups(self, slack: Slack) -> tuple[tuple[slice, Float64], ...]:
-        """Return slices of translation and rotation channels, each with `[N]` tolerances."""
+    def by_channels(self, slack: Slack) -> tuple[tuple[slice, Float64], ...]:
+        """Return the slices of translation and rotation channels, each with `[N]` tolerances."""
         return (
             (slice(0, 3), self.translation * slack.position),
             (slice(3, 6), self.rotation * slack.rotation),
@@ -58,14 +58,14 @@ def fit_motion(
     survivors = np.flatnonzero(rows >= 0)
     target_motion = _measure_motion(start, target, rows, survivors)
     symbols = _fit_levels(start.known_anchors, target_motion, survivors)
-    channel_tolerances = tolerances.groups(target.slack.rows(rows[survivors]))
+    channel_tolerances = tolerances.by_channels(target.slack.select(rows[survivors]))
     return _drop_unneeded_symbols(
         start.known_anchors, symbols, target_motion, survivors, channel_tolerances
     )
 
 
 def _measure_motion(start: FrameState, target: Target, rows: Int64, survivors: Int64) -> Float64:
-    """Return the `[6, n]` motion of each Gaussian to its target, in steps, not rounded."""
+    """Return the `[6, n]` motions of Gaussians to their targets, in unrounded steps."""
     scene, header = start.scene, start.scene.header
     target_rows = rows[survivors]
     translations = target.positions[:, target_rows] - scene.positions[:, survivors]
@@ -77,13 +77,13 @@ def _measure_motion(start: FrameState, target: Target, rows: Int64, survivors: I
     return np.concatenate(
         [
             translations / header.translation_step,
-            np.clip(rotation_steps, -_MAX_ROTATION, _MAX_ROTATION),
+            np.clip(rotation_steps, -_MAX_ROTATION_STEPS, _MAX_ROTATION_STEPS),
         ]
     )
 
 
 def _fit_levels(anchors: Anchors, target_motion: Float64, survivors: Int64) -> list[Int64]:
-    """Fit the symbols of each level, from the coarsest to the finest level, in several sweeps."""
+    """Fit the symbols of all levels, from the coarsest to the finest, in several sweeps."""
     symbols = [np.zeros((6, level.owners.size), dtype=np.int64) for level in anchors.levels]
     remaining = target_motion.copy()
     for _ in range(_SWEEP_COUNT):
@@ -101,8 +101,8 @@ def _fit_levels(anchors: Anchors, target_motion: Float64, survivors: Int64) -> l
 def find_medians(values: Float64, anchor_indices: Int32, count: int) -> Float64:
     """Return the `[c, count]` medians of values over the Gaussians of each anchor.
 
-    Of two middle values, the median is the value nearer to 0, or 0 if their signs differ. The
-    median of an anchor without Gaussians is 0.
+    If there are two middle values, the median is the one nearer to 0, or 0 if their signs
+    differ. The median of an anchor without Gaussians is 0.
 
     Args:
         values: `[c, n]` values of each Gaussian.
@@ -129,7 +129,10 @@ def _drop_unneeded_symbols(
     survivors: Int64,
     channel_tolerances: Sequence[tuple[slice, Float64]],
 ) -> list[Int64]:
-    """Set symbols to 0 that no Gaussian needs to stay within tolerance, finest level first."""
+    """Set unneeded symbols to 0, from the finest to the coarsest level.
+
+    A symbol is needed if, without it, a Gaussian would no longer be within its tolerance.
+    """
     bindings = anchors.binding[:, survivors]
     remaining = target_motion - sum(
         level[:, level_binding] for level, level_binding in zip(symbols, bindings, strict=True)

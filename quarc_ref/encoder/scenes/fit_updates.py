@@ -1,7 +1,7 @@
 """Fits updates of individual Gaussians after the motion (SPEC 7.8).
 
-If no update can bring a Gaussian within the bounds, the update deletes the Gaussian, and a
-birth codes it again.
+If no update can bring a Gaussian within the bounds, an update deletes the Gaussian, and it is
+coded again as a birth.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from quarc_ref.format.constants import (
 from quarc_ref.format.records import LOG_SCALES, OPACITY, SH_DC, SH_REST, StreamHeader
 from quarc_ref.format.updates import ROTATION, TRANSLATION, UPDATE_FIELDS, Updates
 
-_ROUNDING_TOLERANCE = 1 + 1e-6  # factor of bounds, for rounding errors of floats
+_ROUNDING_FACTOR = 1 + 1e-6  # loosens bounds for rounding errors of floats
 _FIELDS = {"log-scales": LOG_SCALES, "opacity": OPACITY, "SH DC": SH_DC}
 
 
@@ -39,15 +39,15 @@ class CodeErrorBounds:
     sh_rest: float
 
 
-def bound_codes(bounds: Bounds, header: StreamHeader) -> CodeErrorBounds:
+def convert_code_bounds(bounds: Bounds, header: StreamHeader) -> CodeErrorBounds:
     """Convert the bounds of scales, opacity and SH to quantization steps."""
     return CodeErrorBounds(
         {
-            "log-scales": bounds.log_scale / header.log_scale_step * _ROUNDING_TOLERANCE,
-            "opacity": bounds.opacity / header.opacity_step * _ROUNDING_TOLERANCE,
-            "SH DC": bounds.sh_dc / header.sh_dc_step * _ROUNDING_TOLERANCE,
+            "log-scales": bounds.log_scale / header.log_scale_step * _ROUNDING_FACTOR,
+            "opacity": bounds.opacity / header.opacity_step * _ROUNDING_FACTOR,
+            "SH DC": bounds.sh_dc / header.sh_dc_step * _ROUNDING_FACTOR,
         },
-        bounds.sh_rest / header.sh_rest_step * _ROUNDING_TOLERANCE,
+        bounds.sh_rest / header.sh_rest_step * _ROUNDING_FACTOR,
     )
 
 
@@ -57,9 +57,9 @@ def find_recolored(state: FrameState, target: Target, rows: Int64, bounds: CodeE
     Updates cannot change SH rest, so these Gaussians must be coded again as births.
 
     Args:
-        state: Any state of the frame.
+        state: State whose Gaussians `rows` maps to the target.
         target: Gaussians that the frame approximates.
-        rows: `[N]` row of the target for each Gaussian; -1 for Gaussians without a row.
+        rows: `[N]` row of the target for each Gaussian; -1 for Gaussians to delete.
         bounds: Error bounds, in quantization steps.
     """
     is_recolored = np.zeros(rows.size, dtype=np.bool_)
@@ -75,8 +75,8 @@ def fit_updates(
 ) -> tuple[Updates, Bits]:
     """Return the updates of a frame, and a mask `[N]` of the Gaussians that they delete.
 
-    Gaussians without a row in the target are deleted, and also Gaussians that no update can
-    bring within the bounds.
+    The updates delete Gaussians that have no row in the target, and Gaussians that no update
+    can bring within the bounds.
 
     Args:
         moved_state: State after the motion.
@@ -89,15 +89,15 @@ def fit_updates(
     target_rows = rows[matched]
     residuals = np.zeros((RESIDUAL_ROWS, rows.size), dtype=np.int64)
     offsets = target.positions[:, target_rows] - scene.positions[:, matched]
-    slack = target.slack.rows(target_rows)
-    limits = bounds.position * slack.position * _ROUNDING_TOLERANCE
+    slack = target.slack.select(target_rows)
+    limits = bounds.position * slack.position * _ROUNDING_FACTOR
     is_out_of_bounds = np.abs(offsets).max(axis=0) * 2.0**-header.lattice_exponent > limits
     residuals[TRANSLATION, matched] = np.rint(offsets / header.translation_step) * is_out_of_bounds
     rotations = scene.rotations[:, matched] / ROTATION_ONE
     residuals[ROTATION, matched], is_unreachable = _fit_rotations(
         rotations, target.rotations[:, target_rows], bounds.rotation * slack.rotation, header
     )
-    code_bounds = bound_codes(bounds, header)
+    code_bounds = convert_code_bounds(bounds, header)
     for name, planes in _FIELDS.items():
         errors = target.codes[planes, target_rows] - scene.codes[planes, matched]
         is_out_of_bounds = np.abs(errors).max(axis=0) > code_bounds.fields[name]
@@ -112,8 +112,8 @@ def fit_updates(
 def _fit_rotations(
     rotations: Float64, targets: Float64, bounds: Float64, header: StreamHeader
 ) -> tuple[Int64, Bits]:
-    """Return `[3, n]` rotation residuals, and a mask of Gaussians that stay out of bounds."""
-    is_out_of_bounds = angles_between(rotations, targets) > bounds * _ROUNDING_TOLERANCE
+    """Return `[3, n]` rotation residuals, and a mask of Gaussians that remain out of bounds."""
+    is_out_of_bounds = angles_between(rotations, targets) > bounds * _ROUNDING_FACTOR
     differences = rotations_between(rotations, targets)
     residuals = header.rotation_unity * differences[1:] / np.maximum(differences[0], 1e-9)
     residuals = (

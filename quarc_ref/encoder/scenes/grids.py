@@ -1,4 +1,4 @@
-"""Detects the quantization steps of quantized values, so that coding them again is exact."""
+"""Detects the quantization steps of quantized values, so that they are coded without loss."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,16 +32,16 @@ def find_step(values: NDArray[np.floating], min_step: float) -> float | None:
         return None
     # the largest value gives the most accurate estimate of the step
     step = float(distinct[-1] / multiples[-1])
-    is_grid = np.abs(distinct / step - np.rint(distinct / step)).max() < _GRID_TOLERANCE
-    return step if is_grid else None
+    is_on_grid = np.abs(distinct / step - np.rint(distinct / step)).max() < _GRID_TOLERANCE
+    return step if is_on_grid else None
 
 
 def find_lattice(positions: list[NDArray[np.floating]], max_multiple: float) -> int | None:
-    """Return the smallest k such that all coordinates are multiples of 2^-k; None if none fits.
+    """Return the smallest k such that all coordinates are multiples of 2^-k, else None.
 
     Args:
         positions: Arrays of coordinates, world units.
-        max_multiple: Largest allowed coordinate in units of 2^-k.
+        max_multiple: Largest allowed magnitude of a coordinate, in units of 2^-k.
     """
     max_coordinate = max(float(np.abs(array).max()) for array in positions)
     for exponent in range(LATTICE_EXPONENT_LIMIT + 1):
@@ -54,15 +54,15 @@ def find_lattice(positions: list[NDArray[np.floating]], max_multiple: float) -> 
 
 
 def greatest_common_divisor(numbers: NDArray[np.floating]) -> int:
-    """Return the greatest common divisor of integers in floats; 0 if all numbers are 0."""
+    """Return the greatest common divisor of integers stored as floats; 0 if all are 0."""
     return int(np.gcd.reduce(np.rint(numbers).astype(np.int64), axis=None, initial=0))
 
 
 def find_common_divisor(numbers: NDArray[np.floating], max_divisor: int) -> int:
-    """Return the largest divisor of at least 98 % of the numbers.
+    """Return the largest number that divides more than 98 % of the numbers.
 
     Args:
-        numbers: Integers in floats; zeros are ignored.
+        numbers: Integers stored as floats; zeros are ignored.
         max_divisor: Largest divisor to consider.
 
     Returns:

@@ -1,9 +1,10 @@
 """Matches the Gaussians of consecutive frames by ids or by order.
 
 Without ids, row i of a frame matches row i of the next frame if both frames have the same
-number of rows. Otherwise, pairs of rows are landmarks if their attributes except position
-and rotation are equal, and unique in each frame. Rows between two landmarks are matched in
-order. Unmatched rows are deaths or births.
+number of rows and most of these pairs are plausible. Otherwise, landmarks are matched first:
+rows whose attributes, except position and rotation, are equal in both frames and unique in
+each frame. Rows between two landmarks are matched in order. Unmatched rows are deaths or
+births.
 """
 
 from bisect import bisect_left
@@ -15,7 +16,9 @@ from numpy.typing import NDArray
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.format.arrays import Bits, Int64
 
-_MAX_MOTION = 10.0  # largest plausible motion in a frame, relative to the scale of a Gaussian
+_MAX_RELATIVE_MOTION = (
+    10.0  # largest plausible motion in a frame, relative to the scale of a Gaussian
+)
 _MAX_COLOR_CHANGE = 1.0  # difference of SH DC: 0.28 of a color from 0 to 1
 
 
@@ -40,7 +43,7 @@ def match_ids(previous_ids: Int64, ids: Int64) -> Match:
 
 
 def match_order(previous: Splats, current: Splats) -> Match:
-    """Match the rows of two frames by order, as the module docstring describes."""
+    """Match the rows of two frames without ids, as the module docstring describes."""
     count = len(previous.positions)
     if count == len(current.positions):
         first_rows = np.arange(count)
@@ -66,7 +69,7 @@ def match_order(previous: Splats, current: Splats) -> Match:
 
 
 def _match_landmarks(previous: Splats, current: Splats) -> tuple[Int64, Int64]:
-    """Match rows with equal attributes that are unique in each frame; matches keep the order."""
+    """Match rows whose attributes are equal and unique in each frame, keeping the row order."""
     keys = np.concatenate([_pack_attributes(previous), _pack_attributes(current)])
     _, labels, counts = np.unique(keys, return_inverse=True, return_counts=True)
     labels = labels.reshape(-1)
@@ -122,8 +125,8 @@ def _match_gap(
 ) -> tuple[Int64, Int64]:
     """Match the rows between two landmarks in order.
 
-    If both ranges have the same length, only implausible pairs are dropped. Otherwise, all
-    pairs after the first implausible pair are dropped.
+    If both ranges have the same length, only implausible pairs are dropped. Otherwise, the first
+    implausible pair and all pairs after it are dropped.
     """
     first, second = np.arange(*first_range), np.arange(*second_range)
     count = min(first.size, second.size)
@@ -138,7 +141,7 @@ def _match_gap(
 def _is_plausible(previous: Splats, first_rows: Int64, current: Splats, second_rows: Int64) -> Bits:
     """Return a mask `[n]` of row pairs whose positions and colors are close enough to match."""
     distances = np.abs(current.positions[second_rows] - previous.positions[first_rows]).max(axis=1)
-    max_distances = _MAX_MOTION * np.exp(
+    max_distances = _MAX_RELATIVE_MOTION * np.exp(
         np.minimum(previous.log_scales[first_rows].max(axis=1), 30.0)
     )
     color_changes = np.abs(current.sh[second_rows, 0] - previous.sh[first_rows, 0]).max(axis=1)

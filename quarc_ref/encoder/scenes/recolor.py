@@ -30,10 +30,10 @@ from quarc_ref.streams.source import Source
 
 @dataclass(frozen=True, slots=True)
 class Recoloring:
-    """A change of all colors of a scene: gain * color + offset.
+    """A change of all colors of a scene: `color` becomes `gain * color + offset`.
 
     Attributes:
-        gain: Factor of all colors, above 0.
+        gain: Factor by which all colors are multiplied, above 0.
         offset: Offsets of red, green and blue; 1 is white.
     """
 
@@ -41,7 +41,7 @@ class Recoloring:
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def apply(self, splats: Splats) -> Splats:
-        """Return a scene after changing its colors."""
+        """Return the Gaussians with changed colors."""
         sh = splats.sh * np.float32(self.gain)
         sh[:, 0] += ((self.gain - 1) / 2 + np.array(self.offset, np.float32)) / np.float32(SH_BASE)
         return replace(splats, sh=sh)
@@ -59,7 +59,7 @@ class Recoloring:
                 sh_rest_step=float(np.float32(header.sh_rest_step * self.gain)),
             )
         except ValueError as error:
-            message = f"the gain {self.gain} cannot be applied to the steps of the stream: {error}"
+            message = f"the gain {self.gain} cannot be applied to the SH steps: {error}"
             raise EncodeError(message) from error
 
     def compute_code_offsets(self, header: StreamHeader) -> Int64:
@@ -71,11 +71,11 @@ class Recoloring:
         Raises:
             EncodeError: An offset exceeds the range of the codes.
         """
-        shift = (self.gain - 1) / 2 + np.array(self.offset)
-        codes = np.rint(shift / (SH_BASE * header.sh_dc_step))
+        color_offset = (self.gain - 1) / 2 + np.array(self.offset)
+        codes = np.rint(color_offset / (SH_BASE * header.sh_dc_step))
         if np.abs(codes).max() > 2 * CODE_LIMIT:
             message = (
-                f"the gain {self.gain} with the offsets {self.offset} exceeds the range of color "
+                f"the gain {self.gain} with the offsets {self.offset} exceeds the range of SH DC "
                 "codes: use smaller changes"
             )
             raise EncodeError(message)
@@ -93,7 +93,7 @@ def recolor(source: Source, sink: BinaryIO, recoloring: Recoloring) -> int:
     Args:
         source: The input stream.
         sink: Binary file to which the recolored stream is appended.
-        recoloring: The change of colors.
+        recoloring: The change of the colors.
 
     Raises:
         BitstreamError: The input stream is invalid.
@@ -108,7 +108,7 @@ def recolor(source: Source, sink: BinaryIO, recoloring: Recoloring) -> int:
         else:
             writer.add_frame(chunk, state.symbols, state.updates, state.births)
     if writer is None:
-        message = "the stream has no frame"
+        message = "the stream has no frames"
         raise EncodeError(message)
     return writer.finish()
 
@@ -119,7 +119,7 @@ class _RecoloringWriter:
     Args:
         decoder: Decoder of the input stream, which has decoded the first frame.
         sink: Binary file to which the recolored stream is appended.
-        recoloring: The change of colors.
+        recoloring: The change of the colors.
     """
 
     def __init__(self, decoder: StreamDecoder, sink: BinaryIO, recoloring: Recoloring) -> None:
@@ -155,7 +155,7 @@ class _RecoloringWriter:
         updates: Updates | None,
         births: Births | None,
     ) -> None:
-        """Write a FRAM with unchanged motion, updates and deaths, and recolored births."""
+        """Write a FRAM chunk with unchanged motion, updates and deaths, and recolored births."""
         frame = wire.parse_frame(chunk.payload, updates=self._input_header.updates)
         start = self._loop.start_frame(frame.death_count)
         moved_frame = self._loop.move_frame(start, list(symbols), updates)

@@ -1,4 +1,4 @@
-"""Operations on float quaternions `[4, n]` wxyz: normalization, relative rotations, angles."""
+"""Operations on float quaternions `[4, n]` (wxyz): normalization, relative rotations, angles."""
 
 import numpy as np
 from numpy.typing import NDArray

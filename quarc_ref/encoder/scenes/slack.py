@@ -1,4 +1,4 @@
-"""Slack: factors of the error bounds for Gaussians in which errors are less visible.
+"""Slack: factors that loosen the error bounds of Gaussians in which errors are less visible.
 
 A shift is less visible in a larger Gaussian, and a rotation in a rounder Gaussian. Both are
 less visible in a fainter Gaussian.
@@ -19,7 +19,7 @@ _MIN_OPACITY = 1e-3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Slack:
-    """Factors of the error bounds of each Gaussian, at least 1.
+    """Factors by which the error bounds of each Gaussian are multiplied, at least 1.
 
     Attributes:
         position: `[N]` factors for positions.
@@ -29,15 +29,15 @@ class Slack:
     position: Float64
     rotation: Float64
 
-    def rows(self, indices: Int64) -> "Slack":
-        """Return the factors of the Gaussians at some indices."""
+    def select(self, indices: Int64) -> "Slack":
+        """Return the factors of the Gaussians at the given indices."""
         return Slack(self.position[indices], self.rotation[indices])
 
 
 def measure_slack(splats: Splats, bounds: Bounds) -> Slack:
     """Return the slack of each Gaussian of a frame.
 
-    The slack of the position is the middle of the three scales, divided by the median scale
+    The slack of the position is the middle one of the three scales, divided by the median scale
     of the first frame. The slack of the rotation is 1 / ln(largest scale / smallest scale).
     Both are divided by the opacity and clamped to the range from 1 to `most_slack`.
 

@@ -1,7 +1,7 @@
 """Chooses the lattice and the quantization steps of a stream from error bounds.
 
-Position steps equal the bound: rounding causes errors of up to half a step, which leaves
-half of the bound for changes between frames that are not coded. If values are already
+The position step equals the bound. Rounding causes errors of up to half a step, so half of the
+bound remains for changes between frames that are too small to be coded. If values are already
 multiples of a suitable step, this step is used, and coding the values is exact.
 """
 
@@ -35,12 +35,13 @@ from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 
 _MIN_UNITS_PER_STEP = 8
-_RANGE_MARGIN = 2  # lattice range relative to the first frames, for Gaussians that move farther
+# range of the lattice, relative to the first frames, for Gaussians that move farther
+_RANGE_FACTOR = 2
 _MIN_ROTATION_BITS = 5
-# Step relative to the bound: rounding takes 0.8 of the bound and leaves 0.2 for changes
-# between frames that are not coded.
+# Step relative to the bound: rounding uses 0.8 of the bound and leaves 0.2 for changes between
+# frames that are too small to be coded.
 _STEP_PER_BOUND = 1.6
-_EXACT_ANGLE = 1e-5  # radians
+_MAX_EXACT_ANGLE = 1e-5  # radians
 
 
 def choose_steps(
@@ -49,13 +50,13 @@ def choose_steps(
     """Return a header with a lattice and steps that allow coding within the bounds.
 
     Args:
-        header: Header from which all other fields are taken.
+        header: Header that provides all other fields.
         bounds: Bounds that `Bounds.resolved` returned.
-        frames: The first frames, at least one.
+        frames: The first frames of the input, at least one.
         matches: Match of each frame with the next frame.
 
     Raises:
-        EncodeError: The bounds are too narrow for the extent of the scene.
+        EncodeError: The position bound is too small for the extent of the scene.
     """
     first_frame = frames[0]
     header = _choose_lattice(header, bounds, frames, matches)
@@ -75,7 +76,7 @@ def choose_steps(
 def _choose_lattice(
     header: StreamHeader, bounds: Bounds, frames: Sequence[Splats], matches: Sequence[Match]
 ) -> StreamHeader:
-    exponent = find_lattice([frame.positions for frame in frames], POSITION_LIMIT / _RANGE_MARGIN)
+    exponent = find_lattice([frame.positions for frame in frames], POSITION_LIMIT / _RANGE_FACTOR)
     if exponent is not None and 2.0**-exponent <= bounds.position:
         scale = 2.0**exponent
         max_step = int(2 * bounds.position * scale)
@@ -97,7 +98,7 @@ def _choose_lattice(
             position_step=_choose_divisor(position_divisor, max_step, default_step),
             translation_step=_choose_divisor(translation_divisor, max_step, default_step),
         )
-    max_coordinate = max(float(np.abs(frame.positions).max()) for frame in frames) * _RANGE_MARGIN
+    max_coordinate = max(float(np.abs(frame.positions).max()) for frame in frames) * _RANGE_FACTOR
     range_exponent = (
         math.floor(math.log2(POSITION_LIMIT / max_coordinate))
         if max_coordinate
@@ -108,8 +109,8 @@ def _choose_lattice(
     units = math.floor(bounds.position * 2.0**exponent)
     if units < 1:
         message = (
-            f"positions of up to {max_coordinate / _RANGE_MARGIN:.6g} units with errors of at most "
-            f"{bounds.position:.6g} are finer than a stream can represent: allow larger errors"
+            f"a stream cannot represent positions of up to {max_coordinate / _RANGE_FACTOR:.6g} "
+            f"units with errors of at most {bounds.position:.6g}: allow larger errors"
         )
         raise EncodeError(message)
     step = min(units, (1 << 16) - 1)
@@ -117,7 +118,7 @@ def _choose_lattice(
 
 
 def _choose_divisor(divisor: int, max_step: int, default_step: int) -> int:
-    """Return a detected divisor as step, or `default_step` if it is too coarse or too fine."""
+    """Return a detected divisor as the step, or `default_step` if it is too coarse or too fine."""
     return divisor if default_step / 16 <= divisor <= max_step else default_step
 
 
@@ -133,7 +134,7 @@ def _choose_rotation_bits(rotations: NDArray[np.floating], bound: float) -> int:
     """Return the number of fraction bits for rotations.
 
     The result is the smallest number of bits for which coding is exact, or one bit more than
-    the bound needs, whichever is smaller.
+    the bound requires, whichever is smaller.
     """
     unit_quaternions = normalize(rotations.T.astype(np.float64))
     q22_quaternions = np.rint(unit_quaternions * ROTATION_ONE).astype(np.int64)
@@ -141,6 +142,6 @@ def _choose_rotation_bits(rotations: NDArray[np.floating], bound: float) -> int:
     for bits in range(_MIN_ROTATION_BITS, ROTATION_BITS_LIMIT + 1):
         coded = expand_rotations(code_rotations(q22_quaternions, bits), bits)
         errors[bits] = float(angles_between(coded / ROTATION_ONE, unit_quaternions).max())
-    exact_bits = [bits for bits, error in errors.items() if error < _EXACT_ANGLE]
+    exact_bits = [bits for bits, error in errors.items() if error < _MAX_EXACT_ANGLE]
     sufficient_bits = [bits for bits, error in errors.items() if error <= 0.9 * bound]
     return min([*exact_bits, *sufficient_bits[1:2]] or sufficient_bits or [ROTATION_BITS_LIMIT])

@@ -24,7 +24,7 @@ class Target:
         positions: `[3, N]` positions, lattice units.
         rotations: `[4, N]` unit quaternions wxyz.
         codes: `[code_planes, N]` attributes in quantization steps, in the order of `Scene.codes`.
-        slack: Factors of the error bounds of each Gaussian.
+        slack: Factors by which the error bounds of each Gaussian are multiplied.
     """
 
     header: StreamHeader
@@ -39,7 +39,7 @@ class Target:
         return int(self.positions.shape[1])
 
     def quantized(self, rows: Int64) -> Gaussians:
-        """Return the Gaussians of some rows, rounded to the grid of canonical frames."""
+        """Return the Gaussians of the given rows, rounded to the grid of canonical frames."""
         header = self.header
         q22_quaternions = np.rint(self.rotations[:, rows] * ROTATION_ONE).astype(np.int64)
         return Gaussians(
@@ -50,10 +50,10 @@ class Target:
 
 
 def make_target(splats: Splats, header: StreamHeader, bounds: Bounds) -> Target:
-    """Quantize the Gaussians of a frame with the quantization steps of a stream.
+    """Convert the Gaussians of a frame to the quantization steps of a stream, without rounding.
 
     Args:
-        splats: Gaussians of the frame; SH above the degree of the stream is ignored.
+        splats: Gaussians of the frame; SH degrees above that of the stream are ignored.
         header: Header of the stream.
         bounds: Bounds that `Bounds.resolved` returned.
 

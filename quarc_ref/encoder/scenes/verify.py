@@ -13,7 +13,7 @@ from quarc_ref.format.constants import ROTATION_ONE
 from quarc_ref.format.errors import BoundError
 from quarc_ref.format.records import LOG_SCALES, OPACITY, SH_DC, SH_REST
 
-_ROUNDING_TOLERANCE = 1 + 1e-5  # factor of bounds, for rounding errors of floats and Q22
+_ROUNDING_FACTOR = 1 + 1e-5  # loosens bounds for rounding errors of floats and Q22
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,14 +45,14 @@ def measure_errors(scene: Scene, target: Target, rows: Int64) -> Errors:
         rows: `[N]` row of the target for each Gaussian of the scene.
     """
     header = scene.header
-    slack = target.slack.rows(rows)
-    position_error = (np.abs(target.positions[:, rows] - scene.positions) / slack.position).max()
+    slack = target.slack.select(rows)
+    position_errors = np.abs(target.positions[:, rows] - scene.positions) / slack.position
     rotation_errors = angles_between(scene.rotations / ROTATION_ONE, target.rotations[:, rows])
-    rotation_errors = (rotation_errors / slack.rotation).max()
+    rotation_errors = rotation_errors / slack.rotation
     code_errors = np.abs(target.codes[:, rows] - scene.codes).max(axis=1)
     return Errors(
-        float(position_error * 2.0**-header.lattice_exponent),
-        float(rotation_errors),
+        float(position_errors.max() * 2.0**-header.lattice_exponent),
+        float(rotation_errors.max()),
         float(code_errors[LOG_SCALES].max() * header.log_scale_step),
         float(code_errors[OPACITY].max() * header.opacity_step),
         float(code_errors[SH_DC].max() * header.sh_dc_step),
@@ -68,7 +68,7 @@ def require_bounds(errors: Errors, bounds: Bounds, frame: int) -> None:
     """
     for field in fields(errors):
         error, bound = getattr(errors, field.name), getattr(bounds, field.name)
-        if error > bound * _ROUNDING_TOLERANCE:
+        if error > bound * _ROUNDING_FACTOR:
             message = (
                 f"frame {frame}: the largest error of {field.name} is {error:.6g}, above the "
                 f"bound {bound:.6g}"

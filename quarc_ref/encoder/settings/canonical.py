@@ -19,18 +19,20 @@ class CanonicalSettings(Validated):
     """Settings of frame 0 (3DGS training; paper section 3) and of later keyframes."""
 
     keyframe_interval: NonNegativeInt = described(
-        0, "Frames between keyframes (canonical frames); 0: only frame 0 is a keyframe (paper)."
+        0,
+        "Interval between keyframes (canonical frames), in frames; 0: only frame 0 is a keyframe "
+        "(paper).",
     )
     snapshot_interval: NonNegativeInt = described(
         0,
-        "Frames between snapshots, which are keyframes coded relative to the last canonical frame "
-        "(SPEC 7.9); 0: no snapshots (paper).",
+        "Interval between snapshots, in frames; a snapshot is a keyframe that is coded relative to "
+        "the last canonical frame (SPEC 7.9). 0: no snapshots (paper).",
     )
     snapshot_dead_zone: NonNegativeInt = described(
         2,
-        "Largest change since the last canonical frame that a snapshot undoes to save bytes: "
-        "of positions in translation steps, of rotations in units of 2^-stream.rotation_bits; "
-        "0: undo no change.",
+        "Largest change since the last canonical frame that a snapshot undoes to save bytes. The "
+        "unit is a translation step for positions and 2^-stream.rotation_bits for rotations. 0: "
+        "nothing is undone.",
     )
     iterations: PositiveInt = described(
         15_000, "Training iterations of a canonical frame (paper: 15 000)."
@@ -49,20 +51,19 @@ class CanonicalSettings(Validated):
     )
     position_noise: NonNegativeFloat = described(
         0.01,
-        "Standard deviation of noise added to positions while training, world units (paper: "
-        "0.01); 0: no noise.",
+        "Standard deviation of the noise added to positions during training, in world units "
+        "(paper: 0.01); 0: no noise.",
     )
     axis_noise: NonNegativeFloat = described(
         0.0,
-        "Standard deviation of noise added to positions along each Gaussian's axes, as a multiple "
-        "of its scales; decays linearly to 0 at the start of fine-tuning; 0: no noise (paper).",
+        "Standard deviation of the noise added to positions along each Gaussian's axes, as a "
+        "multiple of its scales. The noise decreases linearly to 0 at the start of fine-tuning. "
+        "0: no noise (paper).",
     )
     densify_from_iter: NonNegativeInt = described(
-        500, "Iteration from which Gaussians are densified."
+        500, "First iteration in which Gaussians can be densified."
     )
-    densify_until_iter: NonNegativeInt = described(
-        5000, "Iteration before which densification ends."
-    )
+    densify_until_iter: NonNegativeInt = described(5000, "Iteration at which densification ends.")
     densification_interval: PositiveInt = described(100, "Iterations between densifications.")
     densify_grad_threshold: NonNegativeFloat = described(
         2e-4, "Mean screen-space gradient, in NDC, above which a Gaussian is densified."
@@ -80,7 +81,7 @@ class CanonicalSettings(Validated):
     )
     half_resolution_until_iter: NonNegativeInt = described(
         0,
-        "Iteration before which training uses pictures of half the width and height, for speed; "
+        "Number of initial iterations that use pictures of half the width and height, for speed; "
         "0: all iterations use the full resolution.",
     )
     exposure_lr: UnitInterval = described(
@@ -96,7 +97,8 @@ class CanonicalSettings(Validated):
     opacity_decay: UnitInterval = described(
         0.0,
         "Fraction of its opacity that a Gaussian loses in each iteration that renders it, from "
-        "the first densification to fine-tuning; 0: no decay (paper). 4C4D uses 0.001.",
+        "the first densification to the start of fine-tuning; 0: no decay (paper). 4C4D uses "
+        "0.001.",
     )
     opacity_reg: NonNegativeFloat = described(
         0.0,
@@ -110,21 +112,22 @@ class CanonicalSettings(Validated):
     )
     quantize_from: UnitInterval = described(
         0.8,
-        "Fraction of the iterations after which fine-tuning starts, which trains quantized "
-        "attributes; 1: no fine-tuning (paper).",
+        "Fraction of the iterations after which fine-tuning of the quantized attributes starts; "
+        "1: no fine-tuning (paper).",
     )
     prune_rd_lambda: NonNegativeFloat = described(
         0.0,
-        "Rate-distortion weight of a Gaussian. At the end of densification, Gaussians are pruned "
-        "whose removal would change the pictures by less than this multiple of the median squared "
-        "error around a Gaussian. At half that iteration, Gaussians are pruned with half the "
+        "Rate-distortion weight of a Gaussian. At the end of densification, a Gaussian is pruned "
+        "if its removal would change the pictures by less than this multiple of the median squared "
+        "error around a Gaussian. A first pruning, after half as many iterations, uses half this "
         "multiple. Each pruning removes at most half of the visible Gaussians. 0: no pruning by "
         "contribution (paper).",
     )
     code_rd_lambda: NonNegativeFloat = described(
         0.0,
-        "Rate-distortion weight, relative to the loss, of the estimated nats per Gaussian of all "
-        "codes except position and opacity; 0: the loss has no rate term (paper).",
+        "Rate-distortion weight, relative to the loss, of the estimated rate in nats per Gaussian. "
+        "The rate includes all codes except position and opacity. 0: the loss has no rate term "
+        "(paper).",
     )
     lr_end_factor: UnitInterval = described(
         1.0,

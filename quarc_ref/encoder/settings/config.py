@@ -1,7 +1,7 @@
 """All encoder settings, with their defaults and descriptions.
 
-Where the paper states a value, the default is this value. `presets` defines named sets of
-settings; `--set motion.lr=5e-4` changes a single setting. The metadata of a field contains
+Where the QuARC-GS paper states a value, the default is that value. `presets` defines named sets
+of settings; `--set motion.lr=5e-4` changes a single setting. The metadata of a field contains
 its description, which `quarc-ref encode --list-settings` prints. Iteration counts are
 optimizer steps; lengths are in world units unless stated otherwise.
 """
@@ -34,9 +34,9 @@ class StepSettings(Validated):
     )
     translation_change: NonNegativeFloat = described(
         0.0,
-        "Mean change of the frame-0 pictures, as a fraction of white, that a shift by one "
-        "translation step causes. The translation step is chosen to cause this change, but is at "
-        "most one pixel. 0: use stream.translation_step, which is in lattice units.",
+        "Mean change of the pictures of frame 0, as a fraction of white, that a shift by one "
+        "translation step should cause. The translation step is chosen accordingly, but is at most "
+        "one pixel. 0: use stream.translation_step, which is in lattice units.",
     )
 
 
@@ -45,8 +45,8 @@ class EncoderConfig(Validated):
     """All settings of an encode.
 
     Attributes:
-        stream: Header fields. The encoder replaces clock, conformance level, seed and
-            snapshots.
+        stream: Header fields. The encoder overwrites the fields of the clock, conformance level,
+            seed and snapshots.
         steps: Quantization steps relative to the capture's resolution.
         canonical: Settings of canonical frames.
         motion: Settings of stage 1 (motion) of frames between keyframes.
@@ -66,8 +66,8 @@ class EncoderConfig(Validated):
     )
     rd_lambda: PositiveFloat = described(
         1.0,
-        "Factor of all rate-distortion weights (--lambda); larger means fewer bytes and lower "
-        "quality.",
+        "Factor by which all rate-distortion weights are multiplied (--lambda); larger values "
+        "mean fewer bytes and lower quality.",
     )
     target_kb_per_frame: NonNegativeFloat = described(
         0.0,
@@ -87,10 +87,10 @@ def make_header(
     """Make the header of a stream.
 
     Args:
-        config: All settings; fields of the header that are not set here come from `stream`.
+        config: All settings; `config.stream` provides the fields that are not set here.
         frames_per_second: Frame rate of the capture.
         gaussian_count: Number of Gaussians in the canonical frame. The conformance level is
-            the lowest one that allows this number plus the maximum births of a frame.
+            the lowest one that allows this number plus `births.max_births`.
     """
     clock = Fraction(frames_per_second).limit_denominator(_CLOCK_DENOMINATOR_LIMIT)
     max_gaussians = gaussian_count + config.births.max_births

@@ -23,7 +23,8 @@ class MotionSettings(Validated):
 
     iterations: NonNegativeInt = described(
         100,
-        "Iterations that train the motion of a frame (paper: 100); 0: keep the initial residuals.",
+        "Training iterations of the motion of a frame (paper: 100); 0: the initial residuals are "
+        "coded without training.",
     )
     lr: NonNegativeFloat = described(
         5e-4,
@@ -33,7 +34,7 @@ class MotionSettings(Validated):
     translation_lr: NonNegativeFloat = described(
         0.0,
         "Learning rate of translation residuals at anchor level 1, the finest, in translation "
-        "steps, so that it scales with the capture; 0: use motion.lr (paper).",
+        "steps, which depend on the scale of the capture; 0: use motion.lr (paper).",
     )
     level_lr_factor: NonNegativeFloat = described(
         1.0,
@@ -50,26 +51,27 @@ class MotionSettings(Validated):
     )
     rate_model: RateModel = described(
         "l1",
-        "Estimate of the rate of motion residuals: l1, their mean magnitude in world units "
-        "(paper); or group_log, the mean over anchors of ln(1 + norm of the anchor's residuals in "
-        "steps).",
+        "Model that estimates the rate of motion residuals. l1: their mean magnitude in world "
+        "units (paper). group_log: the mean over anchors of ln(1 + norm of the anchor's residuals "
+        "in steps).",
     )
     rd_lambda: NonNegativeFloat = described(
         1.0,
-        "Rate-distortion weight of the motion residuals, whose rate motion.rate_model estimates. "
-        "With group_log, relative to the loss of decoded frame 0; with l1, absolute (paper: 1). "
+        "Rate-distortion weight of the motion residuals. With motion.rate_model=group_log, the "
+        "weight is relative to the loss of decoded frame 0; with l1, it is absolute (paper: 1). "
         "0: the loss has no rate term.",
     )
     warm_start: WarmStart = described(
         "anchors",
-        "Initial motion residuals: anchors, the residuals of the anchor in the previous frame or, "
-        "after resampling, the mean of the three nearest anchors (paper); or projection, a fit to "
-        "the Gaussians' previous motion from the coarsest anchor level to the finest.",
+        "Source of the initial motion residuals. anchors: the residuals of the same anchor in the "
+        "previous frame or, after resampling, the mean of the three nearest anchors (paper). "
+        "projection: a fit to the previous motion of the Gaussians, from the coarsest anchor level "
+        "to the finest.",
     )
     momentum: NonNegativeFloat = described(
         0.6,
-        "Factor by which the initial motion residuals of a frame are multiplied; 0: start without "
-        "motion.",
+        "Factor by which the initial motion residuals of a frame are multiplied; 0: training "
+        "starts without motion.",
     )
 
 
@@ -78,12 +80,12 @@ class BirthSettings(Validated):
     """Stage 2 of a frame: new Gaussians where the scene changes (paper section 5)."""
 
     iterations: NonNegativeInt = described(
-        100, "Iterations that train the new Gaussians of a frame (paper: 100); 0: no births."
+        100, "Training iterations of the new Gaussians of a frame (paper: 100); 0: no births."
     )
     placement: Placement = described(
         "gate",
-        "Where new Gaussians are placed: gate, clones of Gaussians that pass the change gate "
-        "(paper); or errors, at the pixels with the largest error.",
+        "Where new Gaussians are placed. gate: near the Gaussians that pass the change gate, which "
+        "are cloned (paper). errors: at the pixels with the largest errors.",
     )
     gate_views: NonNegativeInt = described(
         4,
@@ -92,22 +94,23 @@ class BirthSettings(Validated):
     )
     grad_threshold: NonNegativeFloat = described(
         1.5e-4,
-        "Screen-space gradient, in NDC, above which a Gaussian is cloned (placement gate, after "
-        "weighting by the change gate) or a large new Gaussian is split.",
+        "Screen-space gradient, in NDC, above which a large new Gaussian is split. With "
+        "births.placement=gate, a Gaussian is cloned if its gradient, weighted by the change gate, "
+        "is above this threshold.",
     )
     error_threshold: NonNegativeFloat = described(
         0.08,
         "Mean absolute error over the color channels, 0 to 1, above which a pixel can get a new "
-        "Gaussian (placement errors).",
+        "Gaussian, with births.placement=errors.",
     )
     error_radius: NonNegativeInt = described(
         1,
-        "Radius in pixels of the square in which a pixel must have the largest error to get a new "
-        "Gaussian (placement errors); 0: compare no neighbors.",
+        "With births.placement=errors, a pixel gets a new Gaussian only if no other pixel within "
+        "this distance, in pixels, has a larger error; 0: pixels are not compared.",
     )
     death_opacity: UnitInterval = described(
         1.0,
-        "Opacity, 0 to 1, below which a Gaussian may be deleted to make room for a new one. 1: "
+        "Opacity, 0 to 1, below which a Gaussian may be deleted to make room for a new one; 1: "
         "any Gaussian may be deleted, which keeps the number of Gaussians constant (paper).",
     )
     max_births: NonNegativeInt = described(
@@ -115,13 +118,13 @@ class BirthSettings(Validated):
     )
     max_parent_scale: NonNegativeFloat = described(
         0.01,
-        "Largest scale, relative to the camera extent, of Gaussians that are cloned (placement "
-        "gate); new Gaussians with a larger scale are split.",
+        "Scale, relative to the camera extent, above which a new Gaussian is split and, with "
+        "births.placement=gate, above which a Gaussian is not cloned.",
     )
     spread: NonNegativeFloat = described(
         2.0,
         "Standard deviation of the offset of a clone from its parent, as a multiple of the "
-        "parent's scales (placement gate).",
+        "parent's scales, with births.placement=gate.",
     )
     opacity_logit: Logit = described(
         0.1, "Initial opacity of a new Gaussian, as a logit (0: opacity 0.5)."
@@ -135,7 +138,7 @@ class BirthSettings(Validated):
         "decay); 1: no decay (paper).",
     )
     split_iters: tuple[int, ...] = described(
-        (40, 80), "Iterations of births that split large new Gaussians; empty: no splits."
+        (40, 80), "Iterations at which large new Gaussians are split; empty: no splits."
     )
     prune_opacity: UnitInterval = described(
         0.01, "Opacity, 0 to 1, below which a new Gaussian is pruned."
@@ -148,15 +151,15 @@ class BirthSettings(Validated):
     )
     rd_selection: bool = described(
         False,
-        "Code only new Gaussians that lower the loss of the training views by more than the cost "
-        "of their bytes, which births.rd_lambda sets (not in the paper).",
+        "Code a new Gaussian only if it lowers the loss of the training views by more than the "
+        "cost of its bytes, which births.rd_lambda sets (not in the paper).",
     )
     rd_lambda: NonNegativeFloat = described(
         0.0,
-        "Rate-distortion weight of births with births.rd_selection: the decrease of the mean loss "
-        "of the training views required per byte, multiplied by the number of Gaussians and "
-        "divided by the loss of decoded frame 0. 0: the new Gaussians of a frame must only lower "
-        "the loss together.",
+        "Rate-distortion weight of births with births.rd_selection: the required decrease of the "
+        "mean loss of the training views per byte, multiplied by the number of Gaussians and "
+        "divided by the loss of decoded frame 0. 0: it is sufficient that all new Gaussians of a "
+        "frame together lower the loss.",
     )
 
 
@@ -180,7 +183,7 @@ class UpdateSettings(Validated):
         0.5,
         "Decrease of the mean loss of the training views above which an update is selected, "
         "multiplied by the number of Gaussians and divided by the loss of decoded frame 0; 0: any "
-        "decrease.",
+        "decrease is sufficient.",
     )
     death_opacity: UnitInterval = described(
         0.02,

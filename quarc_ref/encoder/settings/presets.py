@@ -1,9 +1,9 @@
-"""Named sets of settings, and changes of single settings by name.
+"""Presets (named sets of settings), and functions that list and change single settings.
 
 `main` has the best measured trade-off between bytes and PSNR (benchmarks/README.md).
-`demo` encodes the built-in capture in a few minutes on two cores, with the same quality
-but several times the bytes. `paper` has the schedule and the quantization steps of the
-paper; all steps except the position step are 0.01.
+`demo` encodes the built-in capture in a few minutes on two cores, with the same quality as
+`main` but several times the bytes. `paper` has the training schedule and the quantization
+steps of the QuARC-GS paper; all these steps except the position step are 0.01.
 """
 
 import difflib
@@ -126,18 +126,18 @@ def choose_preset(name: str) -> EncoderConfig:
         SettingError: The preset does not exist.
     """
     if name not in PRESETS:
-        message = f"no preset {name!r}; the presets are {', '.join(PRESETS)}"
+        message = f"there is no preset {name!r}; the presets are {', '.join(PRESETS)}"
         raise SettingError(message)
     return PRESETS[name]
 
 
 def change_setting(config: EncoderConfig, path: str, text: str) -> EncoderConfig:
-    """Return the settings after changing one of them.
+    """Return a copy of the settings with one of them changed.
 
     Args:
         config: All settings.
         path: Name of the setting to change, such as `motion.lr`.
-        text: New value as text; items of tuples are separated by commas.
+        text: New value as text; the items of a tuple are separated by commas.
 
     Raises:
         SettingError: The setting does not exist, or the value is invalid.
@@ -147,8 +147,8 @@ def change_setting(config: EncoderConfig, path: str, text: str) -> EncoderConfig
         raise SettingError(message)
     names = dict(list_settings(config))
     if path not in names:
-        same_name = [name for name in names if name.endswith(f".{path}")]
-        similar = same_name or difflib.get_close_matches(path, names, n=3)
+        same_names = [name for name in names if name.endswith(f".{path}")]
+        similar = same_names or difflib.get_close_matches(path, names, n=3)
         suggestion = f"; similar names: {', '.join(similar)}" if similar else ""
         message = f"no setting {path!r}{suggestion}; encode --list-settings lists all settings"
         raise SettingError(message)
@@ -187,7 +187,7 @@ def _replace_setting(node: Any, names: list[str], path: str, text: str) -> Any: 
 
 
 def _parse_value(type_hint: Any, text: str) -> Any:  # noqa: ANN401
-    """Parse a value of a type; raise KeyError or ValueError if the text is invalid."""
+    """Convert a text to a type; raise KeyError or ValueError if the text is invalid."""
     value_type = get_args(type_hint)[0] if get_origin(type_hint) is Annotated else type_hint
     if value_type is bool:
         return _BOOLEANS[text.lower()]

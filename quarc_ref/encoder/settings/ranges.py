@@ -40,7 +40,7 @@ class Validated:
     """Base class of dataclasses that check their numbers against the bounds of the field types.
 
     Raises:
-        ValueError: A value is out of bounds when an instance is created.
+        ValueError: An instance is created with a value that is out of bounds.
     """
 
     def __post_init__(self) -> None:

@@ -1,4 +1,4 @@
-"""Old names of settings, and the current name of each.
+"""Maps the old names of settings to the current names.
 
 `--set` rejects an old name with a message that states the current name. `--resume`
 translates old names in the metadata of a stream.
@@ -58,6 +58,6 @@ RENAMED = {
 
 
 def update_names(settings: str) -> str:
-    """Replace old names in the settings of a stream's metadata (`NAME=VALUE ...`)."""
+    """Replace old names in settings from the metadata of a stream (`NAME=VALUE ...`)."""
     items = (item.partition("=") for item in settings.split(" "))
     return " ".join(RENAMED.get(name, name) + equals + value for name, equals, value in items)

@@ -1,4 +1,4 @@
-"""Lists every setting with value, valid values and description, for `--list-settings`."""
+"""Lists every setting with its value, valid values and description (`--list-settings`)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields

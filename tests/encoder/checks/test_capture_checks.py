@@ -144,7 +144,7 @@ def test_swapped_pictures_are_named(trace_capture, variant):
     (finding,) = check_capture(swap_pictures(trace_capture(variant=variant), 5, 6))
 
     assert (finding.kind, finding.cameras) == ("poses-mixed-up", ("cam05", "cam06"))
-    assert "cam05: pose of cam06, cam06: pose of cam05" in finding.message
+    assert "cam05 fits the pose of cam06, cam06 fits the pose of cam05" in finding.message
 
 
 def test_a_shuffled_order_of_poses_is_found(correct_capture):

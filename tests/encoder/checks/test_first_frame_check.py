@@ -28,7 +28,7 @@ def test_views_below_their_coarse_pictures_are_reported():
 
     assert finding.kind == "first-frame-coarse"
     assert "only 22.0 dB" in finding.message
-    assert "(24.0 dB)" in finding.message
+    assert "less than the 24.0 dB" in finding.message
 
 
 def test_a_view_far_below_the_others_is_named():

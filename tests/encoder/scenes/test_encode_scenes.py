@@ -219,7 +219,7 @@ def test_bounds_that_are_too_narrow_for_the_extent_are_rejected():
     splats = make_splats()
     wide_splats = replace(splats, positions=splats.positions * 1e6)
 
-    with pytest.raises(EncodeError, match="finer than a stream can represent"):
+    with pytest.raises(EncodeError, match="a stream cannot represent positions"):
         encode([wide_splats], SceneOptions(bounds=Bounds(position=1e-3)))
 
 
