@@ -1,4 +1,4 @@
-"""Checks that the videos of a capture agree in frame rate, length and rotation flags."""
+"""Checks that the videos of a capture have the same frame rate, length and rotation flags."""
 
 import math
 from collections import Counter
@@ -38,13 +38,13 @@ def require_common_frame_rate(videos: Sequence[VideoReader]) -> None:
     if outliers:
         message = (
             f"{_join_descriptions([_describe_rate(video) for video in outliers])}, the others have "
-            f"{common_rate:g}: convert all to one frame rate"
+            f"{common_rate:g}: convert all videos to the same frame rate"
         )
         raise FrameRateError(message)
 
 
 def compare_lengths(names: Sequence[str], lengths: Sequence[int]) -> Finding | None:
-    """Return a finding if the cameras differ in their number of frames, otherwise None.
+    """Return a finding if the cameras have different numbers of frames, and None otherwise.
 
     Args:
         names: Names of the cameras, at least one.
@@ -56,25 +56,25 @@ def compare_lengths(names: Sequence[str], lengths: Sequence[int]) -> Finding | N
         return None
     descriptions = [f"{names[i]} has {lengths[i]} frames" for i in outliers]
     message = (
-        f"{_join_descriptions(descriptions)}, the others have {common_length}: every camera is cut "
-        f"to its first {min(lengths)} frames"
+        f"{_join_descriptions(descriptions)}, the others have {common_length}: only the first "
+        f"{min(lengths)} frames of every camera are used"
     )
     return Finding(UNEVEN_LENGTHS, message, tuple(names[i] for i in outliers))
 
 
 def compare_rotations(names: Sequence[str], rotations: Sequence[int]) -> Finding | None:
-    """Return a finding if the cameras differ in their rotation flags, otherwise None.
+    """Return a finding if the cameras have different rotation flags, and None otherwise.
 
     Args:
         names: Names of the cameras, at least one.
-        rotations: `[camera]` degrees counterclockwise.
+        rotations: `[camera]` rotation by the flag, in degrees counterclockwise.
     """
     (common_rotation, _), *_ = Counter(rotations).most_common(1)
     outliers = [index for index, degrees in enumerate(rotations) if degrees != common_rotation]
     if not outliers:
         return None
     descriptions = [
-        f"{names[i]} by {rotations[i] % 360} degrees counterclockwise" for i in outliers
+        f"{names[i]} is rotated by {rotations[i] % 360} degrees counterclockwise" for i in outliers
     ]
     message = (
         f"rotation flags differ: {_join_descriptions(descriptions)}, the others by "
@@ -94,8 +94,9 @@ def _require_constant_frame_rate(video: VideoReader) -> None:
         shortest, *_, longest = sorted(np.diff(times) * 1000)
         message = (
             f"{video.path} has a variable frame rate: its frames last from {shortest:.1f} to "
-            f"{longest:.1f} ms, {1 / mean_duration:.2f} per second on average; convert it (ffmpeg "
-            f"-i {video.path.name} -vf fps={max(1, round(1 / mean_duration))} NEW.mp4)"
+            f"{longest:.1f} ms, and the average rate is {1 / mean_duration:.2f} frames per second; "
+            f"convert it (ffmpeg -i {video.path.name} -vf fps={max(1, round(1 / mean_duration))} "
+            "NEW.mp4)"
         )
         raise FrameRateError(message)
 

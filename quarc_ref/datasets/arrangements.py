@@ -21,17 +21,17 @@ Files = Mapping[str, Sequence[Path]]  # camera name -> path of its video, or pat
 
 
 def is_video(path: Path) -> bool:
-    """Return whether a file name has the suffix of a video and is not hidden."""
+    """Return whether a file has the suffix of a video and is not hidden."""
     return path.suffix.lower() in VIDEO_SUFFIXES and not path.name.startswith(".")
 
 
 def is_still(path: Path) -> bool:
-    """Return whether a file name has the suffix of a picture and is not hidden."""
+    """Return whether a file has the suffix of a picture and is not hidden."""
     return path.suffix.lower() in STILL_SUFFIXES and not path.name.startswith(".")
 
 
 def list_videos(folder: Path) -> Files:
-    """Return the videos in a folder by camera; a video's name without suffix is the camera's."""
+    """Return the videos in a folder by camera name, which is the file name without suffix."""
     return {
         path.stem: (path,) for path in _list_contents(folder) if is_video(path) and path.is_file()
     }
@@ -42,8 +42,8 @@ def list_picture_folders(folder: Path, subfolder: str = "") -> Files:
 
     Args:
         folder: Folder that contains the cameras' folders.
-        subfolder: Name of the folder of pictures in a camera's folder, such as `images`; empty if
-            the pictures are directly in the camera's folder.
+        subfolder: Name of the folder inside each camera's folder that contains the pictures, such
+            as `images`; empty if the pictures are directly in the camera's folder.
     """
     pictures = {
         camera_folder.name: _list_stills(camera_folder / subfolder)
@@ -54,15 +54,17 @@ def list_picture_folders(folder: Path, subfolder: str = "") -> Files:
 
 
 def list_single_pictures(folder: Path) -> Files:
-    """Return the pictures in a folder with one picture per camera, by name without suffix."""
+    """Return the pictures in a folder by camera name, which is the file name without suffix."""
     return {path.stem: (path,) for path in _list_stills(folder)}
 
 
 def list_frame_folders(folder: Path) -> Files:
-    """Return pictures by camera from one folder per frame, such as `0000/cam00.png`.
+    """Return the pictures by camera name from a folder with one subfolder per frame.
+
+    An example of a picture is `0000/cam00.png`.
 
     Raises:
-        CountMismatchError: The numbers of the frames have a gap.
+        CountMismatchError: The numbers of the subfolders have a gap.
         MissingCameraError: A frame lacks the picture of a camera that other frames have.
     """
     frames = sorted(
@@ -92,7 +94,7 @@ ARRANGEMENTS: tuple[tuple[str, FileLister], ...] = (
 
 
 def find_pictures(folder: Path, names: Sequence[str]) -> Pictures:
-    """Find the pictures of all cameras of a capture, in any known arrangement.
+    """Find the pictures of all cameras of a capture in any known arrangement of files.
 
     Args:
         folder: Folder of the capture.
@@ -114,13 +116,13 @@ def find_pictures(folder: Path, names: Sequence[str]) -> Pictures:
     if len(missing_names) == len(names):
         patterns = ", ".join(pattern for pattern, _ in ARRANGEMENTS)
         message = (
-            f"{folder} has poses for cameras {_join_names(names)}, but no pictures of them; "
-            f"looked for {patterns} (or another suffix of a video or picture)"
+            f"{folder} has poses for cameras {_join_names(names)}, but no pictures of these "
+            f"cameras; looked for {patterns} (or other suffixes of videos and pictures)"
         )
         raise MissingFileError(message)
     message = (
-        f"camera {_join_names(missing_names)} has a pose, but {folder} has no {best_match[0]} for "
-        "it: add the files, or remove the cameras from the poses"
+        f"{folder} has poses, but no {best_match[0]}, for {_join_names(missing_names)}: add the "
+        "missing files, or remove the extra poses"
     )
     raise MissingCameraError(message)
 
@@ -130,7 +132,7 @@ def open_pictures(paths: Sequence[Sequence[Path]], *, reject_gaps: bool = True) 
 
     Args:
         paths: `[camera]` video files, or `[camera][frame]` picture files.
-        reject_gaps: Whether to reject a camera whose picture numbers have a gap.
+        reject_gaps: Whether to raise an error if numbers of picture files are missing.
 
     Raises:
         CaptureError: A file cannot be read, or the files are inconsistent.
@@ -146,13 +148,13 @@ def _join_names(names: Sequence[str]) -> str:
     return ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
 
 
-def _raise_missing_picture(frame: Path, name: str) -> None:
-    message = f"frame {frame} has no picture of camera {name}, such as {name}.png"
+def _raise_missing_picture(frame_folder: Path, name: str) -> None:
+    message = f"{frame_folder} has no picture of camera {name}, such as {name}.png"
     raise MissingCameraError(message)
 
 
 def _list_contents(folder: Path) -> list[Path]:
-    """Return the contents of a folder, in natural order; empty if it is not a folder."""
+    """Return the contents of a folder in natural order; return nothing if it does not exist."""
     if not folder.is_dir():
         return []
     return sorted(folder.iterdir(), key=lambda path: natural_order(path.name))
@@ -163,10 +165,10 @@ def _list_stills(folder: Path) -> list[Path]:
 
 
 def _require_regular_numbers(folder: Path, names: Sequence[str]) -> None:
-    """Check that the last number in each file name increases by a constant step, such as 1.
+    """Check that the last numbers in the file names increase in equal steps.
 
     Raises:
-        CountMismatchError: The steps differ, which means that pictures are missing.
+        CountMismatchError: The steps differ, so pictures are missing.
     """
     matches = [re.search(r"([0-9]{1,18})[^0-9]*$", name) for name in names]
     numbers = [int(match[1]) for match in matches if match]

@@ -1,9 +1,9 @@
 """Pose and lens of a camera, as the loaders of all capture layouts return them.
 
-Loaders convert files to `CalibratedCamera`s. `open_capture` replaces every lens by a pinhole, and
-converts the results to `Camera`s. Axes are OpenCV's (x right, y down, z forward). Pixel centers
-are at +0.5, also in lenses. Code that calls OpenCV or reads OpenGL poses converts between the
-conventions.
+Loaders convert files to `CalibratedCamera`s. `open_capture` replaces every lens with a pinhole
+lens, and converts the results to `Camera`s. Camera axes are those of OpenCV (x right, y down, z
+forward). Pixel centers are at +0.5, and principal points use the same convention. Code that calls
+OpenCV or reads OpenGL poses converts between the conventions.
 """
 
 import math
@@ -47,7 +47,7 @@ def _require_size(width: int, height: int, max_side: int, problem: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Lens:
-    """Size, focal lengths, principal point and distortion of a camera.
+    """Picture size, focal lengths, principal point and distortion of a camera.
 
     Attributes:
         width: Picture width, pixels.
@@ -78,7 +78,7 @@ class Lens:
     def __post_init__(self) -> None:
         numbers = (self.fx, self.fy, self.cx, self.cy, *self.coefficients)
         if not all(math.isfinite(number) for number in numbers):
-            message = "a camera intrinsic is not finite"
+            message = "an intrinsic parameter of the camera is not finite"
             raise ValueError(message)
         if min(self.width, self.height, self.fx, self.fy) <= 0:
             message = "picture sizes and focal lengths must be positive"
@@ -93,7 +93,7 @@ class Lens:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pose:
-    """The transformation from world to camera.
+    """The transformation from world to camera coordinates.
 
     Attributes:
         rotation: `[3, 3]` rotation from world to camera.
@@ -106,11 +106,11 @@ class Pose:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CalibratedCamera:
-    """A camera of a capture, before its pictures are undistorted or afterwards.
+    """A camera of a capture, before or after undistortion.
 
     Attributes:
         name: Name of the camera in the capture.
-        lens: Lens of the pictures on disk, or of the pinhole pictures made from them.
+        lens: Lens of the pictures on disk, or the pinhole lens of the undistorted pictures.
         pose: Pose of the camera.
         near: Minimum depth of the scene in world units; None to derive it from the points.
     """
@@ -122,7 +122,7 @@ class CalibratedCamera:
 
 
 def make_pose(axes: ArrayLike, center: ArrayLike) -> Pose:
-    """Return the pose of a camera from its axes in the world.
+    """Return the pose of a camera with the given axes and position in the world.
 
     Args:
         axes: `[3, 3]` rotation from camera to world; its columns point right, down and forward.
@@ -132,12 +132,12 @@ def make_pose(axes: ArrayLike, center: ArrayLike) -> Pose:
         The pose, with the rotation matrix that is nearest to `axes`.
 
     Raises:
-        ValueError: A number is not finite, or the axes are not a rotation.
+        ValueError: A number is not finite, or the axes do not form a rotation.
     """
     columns = np.asarray(axes, dtype=np.float64)
     position = np.asarray(center, dtype=np.float64)
     if not (np.isfinite(columns).all() and np.isfinite(position).all()):
-        message = "the pose has a non-finite number"
+        message = "the pose contains a non-finite number"
         raise ValueError(message)
     with np.errstate(over="ignore", invalid="ignore"):
         max_deviation = np.abs(columns.T @ columns - np.eye(3)).max()
@@ -152,13 +152,13 @@ def make_pose(axes: ArrayLike, center: ArrayLike) -> Pose:
     with np.errstate(over="ignore", invalid="ignore"):
         translation = -rotation @ position
     if not np.isfinite(translation).all():
-        message = "the camera position is too large"
+        message = "the coordinates of the camera position are too large"
         raise ValueError(message)
     return Pose(rotation, translation)
 
 
 def measure_depths(camera: CalibratedCamera, positions: NDArray[np.floating]) -> Float64Array:
-    """Return the depths of the points that a pinhole camera can see.
+    """Return the depths of the points that project into the picture of a pinhole camera.
 
     Args:
         camera: Camera with a pinhole lens.
@@ -183,7 +183,7 @@ def measure_depths(camera: CalibratedCamera, positions: NDArray[np.floating]) ->
 
 
 def choose_near(depths: Float64Array) -> float:
-    """Return the near plane of a camera: the first percentile of at least one point depth."""
+    """Return the near plane of a camera, which is the first percentile of its point depths."""
     return float(np.quantile(depths, _NEAR_QUANTILE))
 
 
@@ -222,7 +222,8 @@ def make_camera(
 
     Args:
         camera: Camera with a pinhole lens.
-        positions: `[P, 3]` points of the scene, which set the near plane if the camera has none.
+        positions: `[P, 3]` points of the scene, which determine the near plane if the camera has
+            none.
         held_out: Whether the camera is held out for evaluation.
 
     Raises:

@@ -1,8 +1,8 @@
-"""A capture: calibrated cameras and their pictures, frame by frame.
+"""A capture: calibrated cameras and their pictures in every frame.
 
-`open_capture` converts the output of a loader in `layouts` to a `Capture`, so that
-encoder and evaluation do not depend on the layout. Pictures are decoded on demand and
-kept in a cache of bounded size.
+`open_capture` converts the output of a loader in `layouts` to a `Capture`, so that the encoder
+and the evaluation do not depend on the layout. Pictures are decoded on demand and kept in a
+cache of limited size.
 """
 
 from collections import OrderedDict
@@ -38,7 +38,7 @@ class Points:
 
 
 def join_points(parts: Sequence[Points]) -> Points:
-    """Concatenate at least one set of points."""
+    """Concatenate one or more sets of points."""
     positions: NDArray[np.float32] = np.concatenate([part.positions for part in parts])
     return Points(positions, np.concatenate([part.colors for part in parts]))
 
@@ -59,7 +59,7 @@ class MaskSource(Protocol):
     """Interface for reading the masks of a capture."""
 
     def read(self, camera: int, frame: int) -> Mask | None:
-        """Return the `[H, W]` mask, true for pixels to use; None to use all pixels.
+        """Return the `[H, W]` mask, true for pixels to use; return None if all are used.
 
         Raises:
             CaptureError: The mask cannot be read.
@@ -75,11 +75,11 @@ class Capture:
         cameras: Undistorted cameras in the order of their names.
         frame_count: Number of frames that every camera has.
         frames_per_second: Frame rate of all cameras.
-        points: Initial points in frame 0.
+        points: Initial points of the scene at frame 0.
         source: Source of the pictures.
         fingerprint: Hex digest that identifies the capture's files.
         cache_bytes: Maximum size of the picture cache, bytes.
-        full_capture: The whole capture, if the new object is only a part of it; otherwise None.
+        full_capture: The whole capture, if this capture is only a part of it; otherwise None.
         findings: Problems that the loader found, and assumptions that it made.
         start: Frame of the synchronized recording that becomes frame 0 of the capture.
         notes: Up direction and scale of the scene.
@@ -167,7 +167,7 @@ class Capture:
         return self._cache[key]
 
     def mask(self, camera: int, frame: int) -> Mask | None:
-        """Return the `[H, W]` mask of a picture, true for pixels to use; None to use all pixels.
+        """Return the `[H, W]` mask of a picture, true for pixels to use; None if all are used.
 
         Raises:
             CaptureError: The mask cannot be read.

@@ -1,4 +1,4 @@
-"""Reads and writes `quarc-capture.json`: properties of a capture that layouts cannot store.
+"""Reads and writes `quarc-capture.json`, which has properties that capture layouts cannot store.
 
 The file is in the folder of a capture, next to the files of the capture's layout:
 
@@ -33,8 +33,8 @@ class CaptureNotes:
     Attributes:
         offsets: Offsets in frames by camera name: frame `t` of the capture is frame
             `t + offset` of the camera's recording. Cameras that are not listed have an
-            offset of 0. Only differences between cameras matter.
-        up: Unit vector that points up in the world; None if it is unknown.
+            offset of 0. Only differences between offsets matter.
+        up: Unit vector that points up in the world; None if the up direction is unknown.
         meters_per_unit: Size of a world unit; None if it is unknown.
 
     Raises:
@@ -49,8 +49,8 @@ class CaptureNotes:
         for name, offset in self.offsets.items():
             if not abs(offset) <= _MAX_OFFSET:
                 message = (
-                    f"the offset of camera {name} is {offset}; it must be a number of frames, at "
-                    f"most {_MAX_OFFSET:,.0f}"
+                    f"the offset of camera {name} is {offset}; it must be between "
+                    f"{-_MAX_OFFSET:,.0f} and {_MAX_OFFSET:,.0f} frames"
                 )
                 raise ValueError(message)
         if self.up is not None:
@@ -65,7 +65,7 @@ class CaptureNotes:
             raise ValueError(message)
 
     def first_frames(self, cameras: Iterable[str]) -> dict[str, int]:
-        """Return the frame of each camera's recording that is frame 0 of the capture.
+        """Return, by camera name, the frame of the camera's recording that becomes frame 0.
 
         Offsets are rounded to whole frames, and shifted so that the smallest offset is 0.
 
@@ -73,14 +73,14 @@ class CaptureNotes:
             cameras: Names of all cameras of the capture, at least one.
 
         Raises:
-            MissingCameraError: An offset names an unknown camera.
+            MissingCameraError: There is an offset for an unknown camera.
         """
         names = list(cameras)
         unknown_names = sorted(set(self.offsets) - set(names))
         if unknown_names:
             message = (
-                f"{NOTES_NAME} has an offset for camera {', '.join(unknown_names)}, which the "
-                f"capture does not have; the cameras are {', '.join(names)}"
+                f"{NOTES_NAME} has offsets for cameras that are not in the capture: "
+                f"{', '.join(unknown_names)}; the cameras are {', '.join(names)}"
             )
             raise MissingCameraError(message)
         rounded_offsets = {name: round(self.offsets.get(name, 0)) for name in names}
@@ -89,7 +89,7 @@ class CaptureNotes:
 
 
 def read_capture_notes(folder: Path) -> CaptureNotes:
-    """Read `quarc-capture.json` from the folder of a capture; return empty notes without the file.
+    """Read `quarc-capture.json` in the folder of a capture; return empty notes if it is missing.
 
     Args:
         folder: Folder of the capture.
@@ -117,7 +117,7 @@ def write_capture_notes(path: Path, notes: CaptureNotes) -> None:
     """Write notes to a file, replacing an existing file.
 
     Args:
-        path: Path of the file, named `NOTES_NAME`.
+        path: Path of the file; the file name must be `NOTES_NAME`.
         notes: Notes to write; unknown values are omitted.
 
     Raises:
@@ -177,7 +177,7 @@ def _parse_number(value: object, label: str) -> float:
 def _normalize(up: Direction) -> Direction:
     largest = max(map(abs, up))
     if not (math.isfinite(sum(up)) and 0 < largest < math.inf):
-        message = f"'up' is {list(up)}: a direction needs finite numbers, not all of them 0"
+        message = f"'up' is {list(up)}; it must consist of finite numbers that are not all 0"
         raise ValueError(message)
     x, y, z = (number / largest for number in up)  # scaled so that no square overflows
     length = math.hypot(x, y, z)

@@ -1,7 +1,8 @@
 """Converts lenses from and to COLMAP cameras, and turns off COLMAP's log.
 
 COLMAP's camera models are documented at colmap.github.io/cameras.html. In each supported model,
-the parameters after the principal point are OpenCV's first coefficients in the same order.
+the parameters after the principal point are the first distortion coefficients of OpenCV, in the
+same order.
 """
 
 from collections.abc import Iterator
@@ -33,13 +34,14 @@ def make_lens(name: str, camera: pycolmap.Camera) -> Lens:
         camera: The COLMAP camera.
 
     Raises:
-        UnsupportedCameraError: The camera model cannot be undistorted to a pinhole.
+        UnsupportedCameraError: The camera model is not supported.
         ValueError: A camera parameter is out of range.
     """
     if camera.model.name not in CAMERA_MODELS:
         message = (
             f"camera {name} has the unsupported camera model {camera.model.name}: undistort its "
-            f"pictures with COLMAP first, or use one of {', '.join(sorted(CAMERA_MODELS))}"
+            "pictures with COLMAP first, or use one of the models "
+            f"{', '.join(sorted(CAMERA_MODELS))}"
         )
         raise UnsupportedCameraError(message)
     return Lens(

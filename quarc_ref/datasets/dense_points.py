@@ -1,8 +1,9 @@
-"""Computes dense initial points by plane sweep, where the depth maps of three cameras agree.
+"""Computes dense initial points where the depth maps of at least three cameras agree.
 
-Sparse points lie only at picture corners, and training from few initial points gives lower quality.
-A pixel's depth becomes a point if the depth maps of at least three cameras, including the pixel's
-camera, agree, and if they outnumber the cameras that see a surface behind the point.
+Sparse points exist only at distinctive image features, and training from few initial points gives
+lower quality. A pixel becomes a point if the depth maps of at least three cameras, including its
+own, agree with its depth, and if these cameras outnumber the cameras that see a surface behind the
+point.
 """
 
 from collections.abc import Sequence
@@ -19,7 +20,7 @@ _AGREEMENT_TOLERANCE = 0.01  # Maximum difference of depths that agree, relative
 _BEHIND_MARGIN = (
     0.05  # A surface is behind a point if it is farther by this part of the point's depth.
 )
-_MIN_AGREEING_CAMERAS = 3  # cameras
+_MIN_AGREEING_CAMERAS = 3
 _MAX_POINTS = 40_000
 _SEED = 0
 
@@ -27,7 +28,7 @@ _SEED = 0
 def add_dense_points(
     cameras: Sequence[CalibratedCamera], pictures: Sequence[Image], sparse_points: Points
 ) -> Points:
-    """Add dense points, on surfaces that at least three cameras see, to sparse points.
+    """Add dense points to sparse points, on surfaces that at least three cameras see.
 
     The result is deterministic. The computation takes about half a second of CPU time per camera.
 
@@ -53,7 +54,7 @@ def add_dense_points(
         join_points([_make_confirmed_points(surface, surfaces) for surface in surfaces])
     )
     agreement = _measure_agreement(sparse_points.positions, surfaces)
-    is_kept = agreement.behind_count <= agreement.agreeing_count
+    is_kept = agreement.contradicting_count <= agreement.agreeing_count
     return join_points(
         [dense_points, Points(sparse_points.positions[is_kept], sparse_points.colors[is_kept])]
     )
@@ -73,26 +74,27 @@ class _DepthAgreement:
 
     Attributes:
         agreeing_count: `[P]` number of cameras that see a surface at the point.
-        behind_count: `[P]` number of cameras that see a surface behind the point.
-        ratios: `[P]` mean depth of the agreeing cameras, relative to the point's depth.
+        contradicting_count: `[P]` number of cameras that see a surface behind the point.
+        depth_ratios: `[P]` mean depth in the depth maps of the agreeing cameras, divided by the
+            point's depth.
     """
 
     agreeing_count: NDArray[np.int64]
-    behind_count: NDArray[np.int64]
-    ratios: Float64Array
+    contradicting_count: NDArray[np.int64]
+    depth_ratios: Float64Array
 
 
 def _make_confirmed_points(surface: _ViewDepths, surfaces: Sequence[_ViewDepths]) -> Points:
-    """Return one point per pixel of a view whose depth other views confirm."""
+    """Return a point for each pixel of a view whose depth is confirmed by other views."""
     view, depths = surface.view, surface.depths
     rows, columns = np.nonzero(depths)
     rays = np.stack([columns, rows, np.ones_like(rows)], axis=1) @ np.linalg.inv(view.matrix).T
     rays *= depths[rows, columns, None]
     agreement = _measure_agreement(view.to_world(rays), surfaces)
     is_confirmed = (agreement.agreeing_count >= _MIN_AGREEING_CAMERAS) & (
-        agreement.behind_count < agreement.agreeing_count
+        agreement.contradicting_count < agreement.agreeing_count
     )
-    positions = view.to_world(rays[is_confirmed] * agreement.ratios[is_confirmed, None])
+    positions = view.to_world(rays[is_confirmed] * agreement.depth_ratios[is_confirmed, None])
     return Points(
         positions.astype(np.float32), view.picture[rows[is_confirmed], columns[is_confirmed]]
     )
@@ -101,20 +103,22 @@ def _make_confirmed_points(surface: _ViewDepths, surfaces: Sequence[_ViewDepths]
 def _measure_agreement(
     positions: NDArray[np.floating], surfaces: Sequence[_ViewDepths]
 ) -> _DepthAgreement:
-    """Count the cameras that see a surface at each point, and behind each point."""
-    agreeing_count, behind_count = np.zeros((2, len(positions)), np.int64)
+    """Count the cameras that see a surface at each point, and those that see one behind it."""
+    agreeing_count, contradicting_count = np.zeros((2, len(positions)), np.int64)
     ratio_sum = np.zeros(len(positions))
     for surface in surfaces:
         ratios = _compare_depths(positions, surface)
         agrees = np.abs(ratios - 1) < _AGREEMENT_TOLERANCE
         agreeing_count += agrees
         ratio_sum += np.where(agrees, ratios, 0)
-        behind_count += ratios > 1 + _BEHIND_MARGIN
-    return _DepthAgreement(agreeing_count, behind_count, ratio_sum / np.maximum(agreeing_count, 1))
+        contradicting_count += ratios > 1 + _BEHIND_MARGIN
+    return _DepthAgreement(
+        agreeing_count, contradicting_count, ratio_sum / np.maximum(agreeing_count, 1)
+    )
 
 
 def _compare_depths(positions: NDArray[np.floating], surface: _ViewDepths) -> Float64Array:
-    """Return `[P]` depth map values divided by the depths of the points; 0 outside the picture."""
+    """Return, for each point, the depth map's value divided by its depth; 0 if not visible."""
     view, depths = surface.view, surface.depths
     camera_positions = view.rotation @ positions.T + view.translation[:, None]
     front_indices = np.flatnonzero(camera_positions[2] > 0)

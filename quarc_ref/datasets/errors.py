@@ -3,25 +3,25 @@
     CaptureError
     ├── UnknownLayoutError      the folder has no capture in a known layout
     ├── MissingFileError        a file that the layout needs is missing
-    ├── OutsideFileError        a description names a file outside its folder
-    ├── MissingCameraError      poses and pictures do not name the same cameras
-    │   └── HeldOutError        cameras to hold out do not exist, or are all cameras
-    ├── CountMismatchError      cameras differ in frame count, or poses in camera count
+    ├── OutsideFileError        a description file names a file outside its folder
+    ├── MissingCameraError      poses and pictures do not have the same camera names
+    │   └── HeldOutError        cameras to hold out do not exist, or none are left to train
+    ├── CountMismatchError      numbers of frames differ, or numbers of poses and cameras
     │   └── FrameRateError      videos differ in frame rate, or a frame rate is variable
     ├── TooFewFramesError       more frames are requested than the capture has
     │   └── StartError          the first requested frame is after the last frame
     ├── TruncatedVideoError     a video ends too early
     ├── UnreadableVideoError    a video or picture cannot be decoded
     ├── MaskError               masks do not fit the pictures
-    │   ├── MaskNameError       no mask is named after a camera
+    │   ├── MaskNameError       masks are not named after cameras
     │   ├── MaskSizeError       a mask and the pictures of its camera differ in size
     │   └── MaskCountError      a camera has several masks, but not one for each frame
-    ├── UnreadablePoseError     a pose file is malformed, or holds no valid pose
+    ├── UnreadablePoseError     a pose file is malformed, or has an invalid pose
     ├── UnreadableNotesError    quarc-capture.json is malformed
-    ├── UnsupportedCameraError  a camera model cannot be undistorted
+    ├── UnsupportedCameraError  pictures of a camera cannot be undistorted
     └── UnreadablePointsError   initial points are malformed, or cannot be triangulated
 
-All of these errors report problems of the input: catch `CaptureError` and show its message.
+All of these errors report problems with the input: catch `CaptureError` and show its message.
 """
 
 
@@ -38,11 +38,11 @@ class MissingFileError(CaptureError):
 
 
 class OutsideFileError(CaptureError):
-    """A description names a file outside its own folder."""
+    """A description file, such as `transforms.json`, names a file outside its folder."""
 
 
 class MissingCameraError(CaptureError):
-    """Poses and pictures do not name the same cameras."""
+    """Poses and pictures do not have the same camera names."""
 
 
 class HeldOutError(MissingCameraError):
@@ -50,7 +50,7 @@ class HeldOutError(MissingCameraError):
 
 
 class CountMismatchError(CaptureError):
-    """Cameras have different numbers of frames, or poses do not match the number of cameras."""
+    """The cameras' numbers of frames differ, or the numbers of poses and cameras differ."""
 
 
 class FrameRateError(CountMismatchError):
@@ -66,7 +66,7 @@ class StartError(TooFewFramesError):
 
 
 class TruncatedVideoError(CaptureError):
-    """A video ends before the end that its header states, or before a requested frame."""
+    """A video has fewer frames than its header states, or ends before a requested frame."""
 
 
 class UnreadableVideoError(CaptureError):
@@ -78,7 +78,7 @@ class MaskError(CaptureError):
 
 
 class MaskNameError(MaskError):
-    """No mask is named after a camera."""
+    """Masks are not named after cameras."""
 
 
 class MaskSizeError(MaskError):
@@ -98,8 +98,8 @@ class UnreadableNotesError(CaptureError):
 
 
 class UnsupportedCameraError(CaptureError):
-    """A camera model cannot be undistorted to a pinhole."""
+    """The pictures of a camera cannot be undistorted, because of its model or field of view."""
 
 
 class UnreadablePointsError(CaptureError):
-    """Initial points are malformed, or none could be triangulated."""
+    """Initial points are malformed, or too few could be triangulated."""

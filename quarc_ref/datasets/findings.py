@@ -1,4 +1,4 @@
-"""Findings: possible problems of a capture, reported by loading, checks and encoding."""
+"""Findings: possible problems of a capture, which loading, checks and encoding report."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ class Finding:
     """A problem that does not prevent encoding, but makes poor quality likely.
 
     Attributes:
-        kind: Stable name of the kind of finding.
+        kind: Name of the kind of finding, which is stable between versions.
         message: A sentence that describes the problem and its remedy.
         cameras: Names of the affected cameras; empty if all are affected.
     """

@@ -1,7 +1,7 @@
 """The result of loading a capture: calibrated cameras, and pictures as stored on disk.
 
-`open_capture` converts `Footage` to a `Capture`. The fingerprint identifies a capture without
-reading all of its pictures.
+`open_capture` converts `Footage` to a `Capture`. The fingerprint identifies a capture, and is
+computed without reading all pictures.
 """
 
 import hashlib
@@ -26,11 +26,11 @@ class CaptureFiles:
     """The files of a capture.
 
     Attributes:
-        descriptions: Files of poses and points; they are hashed completely.
-        pictures: Masks, and videos or picture files of all frames; file names and sizes are
+        descriptions: Files of poses and points, which are hashed completely.
+        pictures: Masks, and videos or picture files of all frames, whose names and sizes are
             hashed.
-        sampled_files: Masks, and videos or picture files of frame 0; the first and the last MiB
-            of each file are hashed in addition.
+        sampled_files: Masks, and videos or picture files of frame 0, whose first and last MiB
+            are also hashed.
     """
 
     descriptions: tuple[Path, ...]
@@ -47,7 +47,8 @@ class Footage:
         source: Pictures as stored on disk.
         points: Initial points; None to triangulate them.
         descriptions: Files of poses and points.
-        stated_frame_rate: Frame rate in a description file; None to use the frame rate of `source`.
+        stated_frame_rate: Frame rate that a description file states; None to use the frame rate of
+            `source`.
         findings: Problems that the loader found, and assumptions that it made.
         masks: Masks of the pictures on disk; None if the capture has no masks.
     """
@@ -82,15 +83,15 @@ class Footage:
 
 
 def compute_fingerprint(folder: Path, files: CaptureFiles) -> str:
-    """Compute the SHA-256 of a capture's files as hex digits.
+    """Return a SHA-256 digest, in hex digits, that identifies the files of a capture.
 
     Args:
-        folder: Folder of the capture. Hashed names are relative to `folder`, so that the capture
-            can be moved.
+        folder: Folder of the capture. Hashed file names are relative to the folder, so moving it
+            does not change the digest.
         files: Files of the capture.
 
     Raises:
-        MissingFileError: A file does not exist anymore, or cannot be read.
+        MissingFileError: A file no longer exists, or cannot be read.
     """
     digest = hashlib.sha256()
     try:

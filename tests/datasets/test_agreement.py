@@ -45,7 +45,7 @@ def test_a_dropped_frame_makes_the_rate_variable(tmp_path, dropped_frame):
         require_common_frame_rate(videos)
     assert re.search(
         r"cam01.mkv has a variable frame rate: its frames last from 33.0 to 6[67].0 ms, "
-        rf"{mean_rate:.2f} per second on average.*fps={mean_rate:.0f} ",
+        rf"and the average rate is {mean_rate:.2f} .*fps={mean_rate:.0f} ",
         str(error_info.value),
     )
     assert "cam00" not in str(error_info.value)
@@ -90,8 +90,8 @@ def test_shorter_and_longer_videos_are_named_and_all_are_cut(folder, pictures):
     (finding,) = capture.findings
     assert finding.kind == "uneven-lengths"
     assert finding.message == (
-        "cam01 has 4 frames, cam04 has 7 frames, the others have 6: every camera is cut to its "
-        "first 4 frames"
+        "cam01 has 4 frames, cam04 has 7 frames, the others have 6: only the first 4 frames of "
+        "every camera are used"
     )
 
 

@@ -46,7 +46,7 @@ def test_first_frames_are_rounded_offsets_with_a_minimum_of_0():
 
 def test_an_offset_of_an_unknown_camera_is_rejected_by_name():
     with pytest.raises(
-        MissingCameraError, match="which the capture does not have; the cameras are cam0, cam1"
+        MissingCameraError, match=r"not in the capture: .*; the cameras are cam0, cam1"
     ):
         CaptureNotes({"cam9": 1}).first_frames(["cam0", "cam1"])
 
@@ -59,11 +59,11 @@ def test_an_offset_of_an_unknown_camera_is_rejected_by_name():
         ('{"shifts": {}}', "unknown key 'shifts'; the known keys are offsets, up, meters_per_unit"),
         ('{"offsets": [1]}', "'offsets' is not an object"),
         ('{"offsets": {"cam00": true}}', "the offset of cam00 is not a number"),
-        ('{"offsets": {"cam00": 1e9}}', "it must be a number of frames"),
-        ('{"offsets": {"cam00": NaN}}', "it must be a number of frames"),
+        ('{"offsets": {"cam00": 1e9}}', "it must be between -10,000,000 and 10,000,000 frames"),
+        ('{"offsets": {"cam00": NaN}}', "it must be between"),
         ('{"up": [0, 1]}', "'up' is not a list of three numbers"),
-        ('{"up": [0, 0, 0]}', "a direction needs finite numbers"),
-        ('{"up": [0, Infinity, 0]}', "a direction needs finite numbers"),
+        ('{"up": [0, 0, 0]}', "it must consist of finite numbers"),
+        ('{"up": [0, Infinity, 0]}', "it must consist of finite numbers"),
         ('{"meters_per_unit": 0}', "meters_per_unit is 0"),
         ('{"meters_per_unit": "1"}', "meters_per_unit is not a number"),
         ("[" * 10**5, "recursion"),

@@ -144,7 +144,7 @@ def test_an_offset_of_an_unknown_camera_is_rejected(n3dv_folder, tmp_path):
     folder = shutil.copytree(n3dv_folder, tmp_path / "copy")
     write_capture_notes(folder / NOTES_NAME, CaptureNotes({"cam02": 1}))
 
-    with pytest.raises(MissingCameraError, match="offset for camera cam02"):
+    with pytest.raises(MissingCameraError, match="not in the capture: cam02"):
         open_capture(folder)
 
 

@@ -1,1 +1,1 @@
-"""Loaders for the layouts of captures: one module per layout, listed in `table`."""
+"""Loaders for capture layouts: one module per layout; the module `table` lists the layouts."""

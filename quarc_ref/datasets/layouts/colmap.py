@@ -1,4 +1,4 @@
-"""Loads captures calibrated by COLMAP: a model, and pictures or videos of its cameras.
+"""Loads captures calibrated by COLMAP: a COLMAP model, and pictures or videos of its cameras.
 
 The model (colmap.github.io/format.html) consists of binary or text files in `sparse/0`, in
 `sparse`, or directly in the capture's folder. It has one image per camera, because cameras are
@@ -67,7 +67,7 @@ _Cameras = tuple[CalibratedCamera, ...]
 def _find_matching_pictures(
     folder: Path, camera_sets: Sequence[_Cameras]
 ) -> tuple[_Cameras, Pictures]:
-    """Return the cameras and their pictures, for the first set of names that matches pictures."""
+    """Return the first set of cameras whose names match picture files, and their pictures."""
     first_cameras, *other_sets = camera_sets
     try:
         return first_cameras, find_pictures(folder, [camera.name for camera in first_cameras])
@@ -79,7 +79,7 @@ def _find_matching_pictures(
 
 
 def _read_model(folder: Path) -> tuple[list[_Cameras], Points | None]:
-    """Return a model's points, after a list with the cameras under each possible set of names."""
+    """Return a model's cameras, once under each possible set of names, and its points."""
     try:
         require_complete_files(folder)
         model = pycolmap.Reconstruction(folder)
@@ -91,10 +91,10 @@ def _read_model(folder: Path) -> tuple[list[_Cameras], Points | None]:
 
 
 def _name_images(model: pycolmap.Reconstruction) -> list[dict[str, pycolmap.Image]]:
-    """Return the images with a pose by camera name, once for each possible set of names.
+    """Return the images that have a pose by camera name, once for each possible set of names.
 
-    A camera is named after the file of its image without suffix (`cam00.png`), or after the first
-    folder in the image's path (`cam00/0000.png`). The names in a set must be distinct.
+    Cameras are named either after their image files without suffix (`cam00.png`), or after the
+    first folders in the images' paths (`cam00/0000.png`). The names in a set must be distinct.
     """
     images = [image for image in model.images.values() if image.has_pose]
     stems = [Path(image.name).stem for image in images]
@@ -142,6 +142,6 @@ def _make_points(model: pycolmap.Reconstruction) -> Points | None:
     with np.errstate(over="ignore"):
         positions = np.array([point.xyz for point in points]).astype(np.float32)
     if not np.isfinite(positions).all():
-        message = "a point is not finite"
+        message = "a coordinate of a point is not finite"
         raise ValueError(message)
     return Points(positions, np.array([point.color for point in points], dtype=np.uint8))

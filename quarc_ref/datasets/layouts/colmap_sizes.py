@@ -1,8 +1,8 @@
 """Checks that the binary files of a COLMAP model are complete.
 
-pycolmap does not check file sizes. From a truncated file, it can read garbage counts, allocate
-memory for these counts, and loop for minutes. Files with records of variable length are therefore
-checked before pycolmap opens them.
+pycolmap does not check file sizes. If a file is truncated, pycolmap may read wrong counts, allocate
+memory for them, and loop for minutes. Files with records of variable length are therefore checked
+before pycolmap opens them.
 """
 
 import struct
@@ -62,7 +62,7 @@ def _skip_point(data: bytes, position: int) -> int:
 
 
 def _skip_rig(data: bytes, position: int) -> int:
-    """Return the offset after a rig record: the rig's id, its sensors, and poses of all but one."""
+    """Return the offset after a rig record: id, and sensors, of which all but one have a pose."""
     (count,) = _SHORT_COUNT.unpack_from(data, position + 4)
     position += 4 + _SHORT_COUNT.size + _SENSOR_BYTES * min(int(count), 1)
     for _ in range(int(count) - 1):

@@ -1,11 +1,12 @@
 """Loads captures calibrated by EasyMocap: `intri.yml`, `extri.yml` and pictures or videos.
 
 EasyMocap's documentation describes the layout ("Camera calibration" and "Data preparation",
-github.com/zju3dv/EasyMocap). ENeRF-Outdoor and other captures of ZJU use the layout, too. Pictures
-are `images/00/000000.jpg` or `videos/00.mp4`. OpenCV's FileStorage writes the YAML files, which
-have a list `names` and the following matrices for each camera NAME: `K_NAME` (3x3), `dist_NAME`
-(k1, k2, p1, p2, k3), `T_NAME` (3), and `Rot_NAME` (3x3, world to camera) or the same rotation as a
-vector `R_NAME` (3). Pixel centers are at whole numbers, as in OpenCV.
+github.com/zju3dv/EasyMocap). ENeRF-Outdoor and other captures from ZJU also use it. Pictures are
+stored as `images/00/000000.jpg` or in videos such as `videos/00.mp4`. The YAML files have the
+format of OpenCV's FileStorage. They have a list `names`, and the following matrices for each camera
+NAME: `K_NAME` (3x3), `dist_NAME` (k1, k2, p1, p2, k3), `T_NAME` (3), and the rotation from world to
+camera as a matrix `Rot_NAME` (3x3) or a vector `R_NAME` (3). Pixel centers are at whole numbers, as
+in OpenCV.
 """
 
 from collections.abc import Mapping
@@ -100,7 +101,7 @@ def _make_camera(
 
 
 def _read_rotation(name: str, extrinsics: Matrices) -> Float64Array:
-    """Return the `[3, 3]` rotation from world to camera."""
+    """Return a camera's `[3, 3]` rotation from world to camera."""
     if f"Rot_{name}" in extrinsics:
         return _get_matrix(extrinsics, f"Rot_{name}", 9).reshape(3, 3)
     return rotate_by_vector(_get_matrix(extrinsics, f"R_{name}", 3))

@@ -3,10 +3,10 @@
 N3DV, also called DyNeRF (github.com/facebookresearch/Neural_3D_Video), has videos `cam00.mp4`,
 `cam01.mp4` and so on, and poses in LLFF's format. Videos named `cam_0.mp4` as in MeetRoom, and
 camera folders with pictures (`cam00/0000.png`, `cam00/images/0000.png`) are supported as well.
-Row i of the poses belongs to the i-th camera in the natural order of the names; numbers in names
-may have gaps. A row is a 3x5 matrix [R | t | (H, W, f)] and two depths, near and far. R maps
-camera to world, and its columns point down, right and backwards. `points3D*.ply` is optional and
-contains initial points.
+Row i of the poses file belongs to the i-th camera in the natural order of the names, whose numbers
+may have gaps. A row has a 3x5 matrix [R | t | (H, W, f)] and two depths, near and far. R rotates
+from camera to world, and its columns point down, right and backwards. `points3D*.ply` is optional
+and contains initial points.
 """
 
 from collections.abc import Sequence
@@ -126,7 +126,7 @@ def _read_rows(path: Path) -> Float64Array:
     rows = np.array(array, dtype=np.float64)
     if not np.isfinite(rows).all():
         row = int(np.argwhere(~np.isfinite(rows))[0, 0])
-        message = f"row {row} of {path} has a number that is not finite"
+        message = f"row {row} of {path} contains a number that is not finite"
         raise UnreadablePoseError(message)
     return rows
 
@@ -172,7 +172,7 @@ def _measure_scale(pose_size: tuple[float, float], video_size: tuple[int, int]) 
     ):
         message = (
             f"the pose is for pictures of {pose_width:g}x{pose_height:g}, but the video is "
-            f"{width}x{height}, which is not a whole multiple or fraction of that size"
+            f"{width}x{height}; the sizes must be equal, or one a whole multiple of the other"
         )
         raise ValueError(message)
     return float(width / pose_width)

@@ -1,6 +1,6 @@
 """Lists the known layouts of captures, and chooses the layout of a folder by its files.
 
-A new layout is a module with a `read_...` function and a row in `LAYOUTS`.
+To add a layout, write a module with a `read_...` function, and add an entry to `LAYOUTS`.
 """
 
 from collections.abc import Callable
@@ -33,7 +33,7 @@ class Layout:
     read: Callable[[Path], Footage]
 
     def find_missing(self, folder: Path) -> list[str]:
-        """Return the names of the required files that are missing in a folder."""
+        """Return the names of the required files that are missing from a folder."""
         return [
             name
             for name, *patterns in self.required_files
@@ -69,7 +69,7 @@ LAYOUTS = (
 
 
 def choose_layout(folder: Path) -> Layout:
-    """Return the first layout of the table whose required files are in a folder.
+    """Return the first entry of `LAYOUTS` whose required files are in a folder.
 
     Raises:
         UnknownLayoutError: No layout matches. The message lists the missing files of every layout
@@ -82,13 +82,14 @@ def choose_layout(folder: Path) -> Layout:
         f"{layout.name} ({', '.join(layout.find_missing(folder))})" for layout in LAYOUTS
     ]
     message = (
-        f"{folder} is not a capture in a known layout. Known layouts, with their missing files: "
+        f"{folder} is not a capture in a known layout. The known layouts, with the files that are "
+        "missing: "
     )
     raise UnknownLayoutError(message + "; ".join(missing_files) + _suggest_remedy(folder))
 
 
 def describe_capture(folder: Path) -> str | None:
-    """Return a noun phrase for a capture or a folder of videos, such as "a folder of 3 videos"."""
+    """Describe a capture or a folder of videos, such as "a folder of 3 videos"; None for others."""
     if not folder.is_dir():
         return None
     for layout in LAYOUTS:
@@ -100,7 +101,7 @@ def describe_capture(folder: Path) -> str | None:
 
 
 def _suggest_remedy(folder: Path) -> str:
-    """Return advice about a folder that is not a capture, as a suffix of the error message."""
+    """Return advice about a folder that is not a capture, to append to the error message."""
     if not folder.is_dir():
         return ""
     for subfolder in sorted(path for path in folder.iterdir() if path.is_dir()):

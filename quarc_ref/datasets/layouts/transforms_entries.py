@@ -1,8 +1,8 @@
 """Parses and checks nerfstudio's `transforms.json`.
 
 The file has default intrinsics, which an entry can override. Every entry has a path and a pose, and
-may have a time. Matrices map camera to world with OpenGL's axes: right, up, backwards. The module
-reads no pictures.
+may have a time. Matrices map camera to world with OpenGL's axes: right, up, backwards. This module
+does not open the pictures.
 """
 
 import json
@@ -50,7 +50,7 @@ class Entry:
         """Return the pose with OpenCV's axes: right, down, forward.
 
         Raises:
-            ValueError: The matrix is not a pose.
+            ValueError: The matrix is not a valid pose.
         """
         right, up, backwards, center = np.array(self.matrix).reshape(3, 4).T
         return make_pose(np.stack([right, -up, -backwards], axis=1), center)
@@ -61,9 +61,9 @@ class Transforms:
     """Parsed contents of a `transforms.json`.
 
     Attributes:
-        entries: Entries in file order, at least one.
+        entries: Entries in the order of the file, at least one.
         frames_per_second: Frame rate; None if the file has no frame rate.
-        points: Path of the file of initial points, as stored; None if the file names no points.
+        points: Path of the initial points as stored in the file; None if the file has no such path.
     """
 
     entries: tuple[Entry, ...]
@@ -76,7 +76,7 @@ def read_transforms(path: Path) -> Transforms:
 
     Raises:
         MissingFileError: The file cannot be read.
-        UnreadablePoseError: The file is malformed, or lacks a number.
+        UnreadablePoseError: The file is malformed, or a required number is missing.
         UnsupportedCameraError: The camera model cannot be undistorted.
     """
     try:
@@ -85,7 +85,7 @@ def read_transforms(path: Path) -> Transforms:
         message = f"{path} cannot be read: {error}"
         raise MissingFileError(message) from error
     except (OverflowError, RecursionError, TypeError, ValueError) as error:
-        message = f"{path} is not a transforms.json of nerfstudio: {error}"
+        message = f"{path} is not a valid transforms.json of nerfstudio: {error}"
         raise UnreadablePoseError(message) from error
 
 

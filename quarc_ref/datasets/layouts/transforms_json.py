@@ -1,4 +1,4 @@
-"""Loads captures of static cameras in nerfstudio's `transforms.json`.
+"""Loads captures of static cameras that are described by nerfstudio's `transforms.json`.
 
 nerfstudio's documentation describes the format (docs.nerf.studio, "Data conventions"). Either every
 entry is the video of a camera, or every entry is a picture. Pictures with the same pose and lens
@@ -61,7 +61,8 @@ def read_nerfstudio(folder: Path) -> Footage:
     if all(entry.time is not None for entry in entries):
         return _load_pictures(path, transforms, _build_rig(entries, path))
     message = (
-        f"{path} is not a multi-view video: every entry must be a video, or a picture with a 'time'"
+        f"{path} is not a multi-view video: if one entry has a 'time', all entries must have a "
+        "'time'"
     )
     raise UnknownLayoutError(message)
 
@@ -70,7 +71,10 @@ def _load_videos(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
     """Load a capture with one video per camera."""
     for camera, entries in zip(rig.cameras, rig.entries, strict=True):
         if len(entries) > 1:
-            message = f"{path} names {len(entries)} videos for camera {camera.name}"
+            message = (
+                f"{path} names {len(entries)} videos for camera {camera.name}; a camera can have "
+                "only one video"
+            )
             raise CountMismatchError(message)
     return _make_footage(path, transforms, rig)
 
@@ -101,7 +105,7 @@ def _open_masks(resolver: NamedFiles, rig: _Rig, source: Pictures) -> FileMasks 
 def _read_descriptions(
     path: Path, transforms: Transforms, resolver: NamedFiles
 ) -> tuple[Points | None, tuple[Path, ...]]:
-    """Return the initial points, and the description files: `transforms.json` and points."""
+    """Return the initial points, and the paths of `transforms.json` and of the points file."""
     if transforms.points is None:
         return None, (path,)
     points_path = resolver.find(transforms.points)
@@ -115,15 +119,15 @@ def _require_equal_times(rig: _Rig) -> None:
         times = [entry.time for entry in entries]
         if times != first_times or len(set(times)) < len(times):
             message = (
-                f"the {len(times)} pictures of camera {camera.name} do not have the "
+                f"the times of the {len(times)} pictures of camera {camera.name} are not the "
                 f"{len(first_times)} times of camera {rig.cameras[0].name}: every camera must be "
-                "static, and have one picture per time"
+                "static, and must have one picture per time"
             )
             raise CountMismatchError(message)
 
 
 def _set_times_by_name(entries: Sequence[Entry]) -> tuple[Entry, ...]:
-    """Set each entry's time to its index, by name, among the entries of the same camera."""
+    """Order the entries of each camera by name, and set their times to 0, 1, 2 and so on."""
     counts: dict[object, int] = {}
     timed_entries = []
     for entry in sorted(entries, key=lambda entry: natural_order(entry.path)):
@@ -139,11 +143,11 @@ def _build_rig(entries: Sequence[Entry], path: Path) -> _Rig:
     for entry in sorted(entries, key=lambda entry: entry.time or 0.0):
         groups.setdefault((entry.lens, entry.matrix), []).append(entry)
     names = _name_cameras([[entry.path for entry in group] for group in groups.values()])
-    resolver = dict(zip(names, groups.values(), strict=True))
+    entries_by_name = dict(zip(names, groups.values(), strict=True))
     sorted_names = sorted(names, key=natural_order)
     return _Rig(
-        cameras=tuple(_make_camera(name, resolver[name][0], path) for name in sorted_names),
-        entries=tuple(tuple(resolver[name]) for name in sorted_names),
+        cameras=tuple(_make_camera(name, entries_by_name[name][0], path) for name in sorted_names),
+        entries=tuple(tuple(entries_by_name[name]) for name in sorted_names),
     )
 
 
@@ -158,8 +162,9 @@ def _make_camera(name: str, entry: Entry, path: Path) -> CalibratedCamera:
 def _name_cameras(groups: Sequence[Sequence[str]]) -> list[str]:
     """Return a name for each group of paths.
 
-    A group is named after the common file name of its paths (`0000/cam00.png`), after their common
-    folder (`cam00/0000.png`), or after the index of the group.
+    A group is named after the common file name of its paths (`0000/cam00.png`), or after their
+    common folder (`cam00/0000.png`). If neither gives a distinct name to every group, the groups
+    are numbered.
     """
     name_functions: tuple[Callable[[PurePosixPath], str], ...] = (
         lambda path: path.stem,

@@ -110,7 +110,7 @@ def test_a_camera_without_a_picture_for_some_time_is_named(frames_folder, shots)
     del document["frames"][1]
     scenes.write_transforms(frames_folder, document)
 
-    with pytest.raises(CountMismatchError, match=r"5 pictures of camera cam01 .* 6 times"):
+    with pytest.raises(CountMismatchError, match=r"5 pictures of camera cam01 are .* 6 times"):
         read_nerfstudio(frames_folder)
 
 
@@ -148,7 +148,7 @@ def test_pictures_without_times_are_rejected(frames_folder, shots):
     del document["frames"][7]["time"]
     scenes.write_transforms(frames_folder, document)
 
-    with pytest.raises(UnknownLayoutError, match="a video, or a picture with a 'time'"):
+    with pytest.raises(UnknownLayoutError, match="all entries must have a 'time'"):
         read_nerfstudio(frames_folder)
 
 
