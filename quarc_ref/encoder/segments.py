@@ -19,7 +19,7 @@ from quarc_ref.encoder.monitoring.monitor import NullMonitor
 from quarc_ref.encoder.progress import NullProgress, Progress
 from quarc_ref.encoder.resume.partial_stream import (
     read_partial_stream,
-    require_count,
+    require_frame_count,
     require_match,
 )
 from quarc_ref.encoder.stream_file import encode_file
@@ -136,7 +136,7 @@ def require_finished(path: Path, capture: Capture, options: EncodeOptions) -> No
         raise ResumeError(message)
     metadata = describe_encode(capture, options.config, options.device)
     require_match(partial_stream, partial_stream.header, capture.cameras, metadata)
-    require_count(partial_stream, capture.require_frames(options.frames))
+    require_frame_count(partial_stream, capture.require_frames(options.frames))
 
 
 def slice_capture(capture: Capture, first: int, count: int) -> Capture:

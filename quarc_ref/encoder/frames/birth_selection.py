@@ -90,7 +90,7 @@ def select_births(
     if cost.weight:
         quantized_births = _quantize(objective, births, parents)
         bytes_per_gaussian = cost.count_bytes(quantized_births) / parents.numel()
-        is_selected = measure_gains(objective, births) > cost.weight * bytes_per_gaussian
+        is_selected = estimate_gains(objective, births) > cost.weight * bytes_per_gaussian
         births, parents = births.rows(is_selected), parents[is_selected]
     if not parents.numel():
         return None
@@ -99,7 +99,7 @@ def select_births(
     return quantized_births if gain > cost.weight * cost.count_bytes(quantized_births) else None
 
 
-def measure_gains(objective: BirthObjective, births: Attributes) -> Tensor:
+def estimate_gains(objective: BirthObjective, births: Attributes) -> Tensor:
     """Estimate how much each new Gaussian reduces the mean loss of the training views, `[n]`.
 
     The opacity of each Gaussian is multiplied by a factor, and the loss is differentiated with
@@ -109,12 +109,14 @@ def measure_gains(objective: BirthObjective, births: Attributes) -> Tensor:
     """
     gaussians = objective.activate(births)
     factors = torch.full_like(births.opacities, 0.5).requires_grad_()
-    half_opaque = replace(gaussians, opacities=gaussians.opacities * factors)
+    half_opacity_gaussians = replace(gaussians, opacities=gaussians.opacities * factors)
     views = range(objective.context.view_count)
     gains = torch.zeros_like(births.opacities)
     for view in views:
         (derivative,) = torch.autograd.grad(
-            objective.render(half_opaque, view)[1], factors, retain_graph=view < views[-1]
+            objective.render(half_opacity_gaussians, view)[1],
+            factors,
+            retain_graph=view < views[-1],
         )
         gains -= derivative
     return gains / len(views)

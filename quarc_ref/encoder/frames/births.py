@@ -79,7 +79,7 @@ def _train(
     statistics = ScreenStatistics(trainer.count, context.device)
     for step in range(settings.iterations):
         if step in settings.split_iters:
-            keep_mask, split_mask = _choose_split(
+            keep_mask, split_mask = _make_keep_and_split_masks(
                 trainer, statistics, settings, context.views.extent
             )
             split_gaussians = trainer.attributes.detached().rows(split_mask)
@@ -94,14 +94,14 @@ def _train(
         rendering, loss = objective.render(objective.activate(trainer.attributes), view)
         gradient = trainer.step(loss, rendering.means2d)
         statistics.add_last(gradient, rendering, context.camera(view))
-        counters = (objective.decoded_scene.frame, step + 1, settings.iterations)
+        frame_and_step = (objective.decoded_scene.frame, step + 1, settings.iterations)
         gaussian_count = objective.decoded_scene.count + trainer.count
-        context.report_step("births", counters, view, gaussian_count, rendering.image, loss)
+        context.report_step("births", frame_and_step, view, gaussian_count, rendering.image, loss)
         context.observers.progress.advance("births", step + 1, settings.iterations)
     return trainer.attributes.detached(), parents
 
 
-def _choose_split(
+def _make_keep_and_split_masks(
     trainer: Trainer, statistics: ScreenStatistics, settings: BirthSettings, extent: float
 ) -> tuple[Tensor, Tensor]:
     """Return masks of the new Gaussians to keep and to split; the others are pruned."""

@@ -14,7 +14,7 @@ from quarc_ref.rendering.rasterizer import to_ndc
 _MIN_MEDIAN = 1e-12
 
 
-def measure_change(
+def compute_gate_weights(
     context: TrainingContext, attributes: Attributes, frame: int, view_count: int
 ) -> Tensor:
     """Return the `[N]` weights of the change gate, from 0 (unchanged) to 1 (Eq. 5).
@@ -32,21 +32,30 @@ def measure_change(
     """
     if view_count == 0:
         return torch.ones_like(attributes.opacities)
-    total = torch.zeros_like(attributes.opacities)
+    total_gradients = torch.zeros_like(attributes.opacities)
     is_visible = torch.zeros_like(attributes.opacities, dtype=torch.bool)
-    training_view_count = len(context.views.cameras)
-    for index in range(min(view_count, training_view_count)):
-        view = index * training_view_count // min(view_count, training_view_count)
+    all_view_count = len(context.views.cameras)
+    for index in range(min(view_count, all_view_count)):
+        view = index * all_view_count // min(view_count, all_view_count)
         gaussians = attributes.detached()
         gaussians.means.requires_grad_()
         rendering = context.render(gaussians.activated(), view)
         loss, previous_loss = (
-            (context.mask(rendering.image, view, time) - context.truth(view, time)).abs().mean()
-            for time in (frame, frame - 1)
+            (
+                context.apply_mask(rendering.image, view, compared_frame)
+                - context.truth(view, compared_frame)
+            )
+            .abs()
+            .mean()
+            for compared_frame in (frame, frame - 1)
         )
         loss_difference = loss - previous_loss
         (gradient,) = torch.autograd.grad(loss_difference, rendering.means2d)
-        total += to_ndc(gradient, context.camera(view)).norm(dim=1)
+        total_gradients += to_ndc(gradient, context.camera(view)).norm(dim=1)
         is_visible |= rendering.radii > 0
-    median = total[is_visible].median() if bool(is_visible.any()) else total.new_tensor(0.0)
-    return total / (total + median.clamp(min=_MIN_MEDIAN))
+    median_gradient = (
+        total_gradients[is_visible].median()
+        if bool(is_visible.any())
+        else total_gradients.new_tensor(0.0)
+    )
+    return total_gradients / (total_gradients + median_gradient.clamp(min=_MIN_MEDIAN))

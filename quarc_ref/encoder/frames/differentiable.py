@@ -17,7 +17,7 @@ from quarc_ref.encoder.training.straight_through import is_rounding, round_to_st
 from quarc_ref.rendering.pipeline import KERNEL_LOCK
 from quarc_ref.rendering.pipeline_data import Float32
 
-_NORM_FLOOR = 1e-12
+_SQUARED_NORM_FLOOR = 1e-12
 
 
 def multiply_quaternions(left: Tensor, right: Tensor) -> Tensor:
@@ -57,7 +57,7 @@ def mean_log_norm(values: Tensor) -> Tensor:
     if _has_kernels(values):
         mean: Tensor = _MeanLogNorm.apply(values)
         return mean
-    return torch.log1p(values.square().sum(dim=1).add(_NORM_FLOOR).sqrt()).mean()
+    return torch.log1p(values.square().sum(dim=1).add(_SQUARED_NORM_FLOOR).sqrt()).mean()
 
 
 def sum_levels(residuals: Tensor, anchors: Tensor, followers: Tensor, starts: Tensor) -> Tensor:
@@ -121,7 +121,7 @@ class _MeanLogNorm(Function):
         rows = _to_array(values)
         logs, derivatives = (np.empty(rows.shape[0], dtype=np.float32) for _ in range(2))
         with KERNEL_LOCK:
-            surrogate_kernels.log_norms(rows, np.float32(_NORM_FLOOR), logs, derivatives)
+            surrogate_kernels.log_norms(rows, np.float32(_SQUARED_NORM_FLOOR), logs, derivatives)
         ctx.save_for_backward(values, torch.from_numpy(derivatives))
         return torch.from_numpy(logs).mean()
 

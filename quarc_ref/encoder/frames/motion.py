@@ -118,10 +118,10 @@ class _MotionFit:
         if updates is not None and step == self._selection_step:
             updates.select(self._move().detached(), self._render, self._context.view_count)
         decay = cosine_decay(step, settings.iterations, settings.lr_end_factor)
-        rates = self._residuals.learning_rates(settings, decay)
-        rates += [updates.learning_rate(decay)] if updates else []
-        for group, rate in zip(self._adam.param_groups, rates, strict=True):
-            group["lr"] = rate
+        learning_rates = self._residuals.learning_rates(settings, decay)
+        learning_rates += [updates.learning_rate(decay)] if updates else []
+        for group, learning_rate in zip(self._adam.param_groups, learning_rates, strict=True):
+            group["lr"] = learning_rate
         view, moved_attributes = next(self._views), self._move()
         rendering, loss = self._render(
             updates.apply_to(moved_attributes) if updates else moved_attributes, view
@@ -133,9 +133,9 @@ class _MotionFit:
         )
         gradient = _optimizer_step(self._adam, self._leaves, loss, rendering.means2d)
         self._statistics.add(gradient, rendering, self._context.camera(view))
-        counters = (self._scene.frame, step + 1, settings.iterations)
+        frame_and_step = (self._scene.frame, step + 1, settings.iterations)
         image, gaussian_count = rendering.image, self._scene.count
-        self._context.report_step("motion", counters, view, gaussian_count, image, loss)
+        self._context.report_step("motion", frame_and_step, view, gaussian_count, image, loss)
 
     def result(self) -> FittedMotion:
         """Return the trained motion and updates, quantized."""
@@ -144,9 +144,9 @@ class _MotionFit:
         if self._updates is None:
             return motion
         updates = self._updates.updates(self._move())
-        deleted = torch.zeros(self._scene.count, dtype=torch.bool, device=self._context.device)
-        deleted[torch.from_numpy(updates.gaussians[updates.dies]).to(deleted.device)] = True
-        return replace(motion, statistics=self._statistics.without(deleted), updates=updates)
+        is_deleted = torch.zeros(self._scene.count, dtype=torch.bool, device=self._context.device)
+        is_deleted[torch.from_numpy(updates.gaussians[updates.dies]).to(is_deleted.device)] = True
+        return replace(motion, statistics=self._statistics.without(is_deleted), updates=updates)
 
     def _move(self) -> Attributes:
         sums = self._binding_sums.sum_levels(self._residuals.quantized())
@@ -154,8 +154,8 @@ class _MotionFit:
 
     def _render(self, attributes: Attributes, view: int) -> tuple[Rendering, Tensor]:
         rendering = self._context.render(attributes.activated(), view)
-        frame, dssim = self._scene.frame, self._settings.lambda_dssim
-        return rendering, self._context.photometric_loss(rendering.image, view, frame, dssim)
+        frame, lambda_dssim = self._scene.frame, self._settings.lambda_dssim
+        return rendering, self._context.photometric_loss(rendering.image, view, frame, lambda_dssim)
 
 
 def _optimizer_step(
@@ -181,58 +181,60 @@ class _Residuals:
     def __init__(self, initial_values: Tensor, level_offsets: Tensor, header: StreamHeader) -> None:
         self._step_sizes = (translation_step(header), 1 / header.rotation_unity)
         self._anchor_counts = level_offsets.diff().tolist()
-        starts, ends = level_offsets[:-1].tolist(), level_offsets[1:].tolist()
+        level_starts, level_ends = level_offsets[:-1].tolist(), level_offsets[1:].tolist()
         self._leaves_by_component = [
             [
-                (kind[i:j] * step).contiguous().requires_grad_()
-                for i, j in zip(starts, ends, strict=True)
+                (component[i:j] * step).contiguous().requires_grad_()
+                for i, j in zip(level_starts, level_ends, strict=True)
             ]
-            for kind, step in zip(_split_components(initial_values), self._step_sizes, strict=True)
+            for component, step in zip(
+                _split_components(initial_values), self._step_sizes, strict=True
+            )
         ]
 
     def leaves(self) -> list[Tensor]:
         """Return the trained tensors: the translations of each level, then the rotations."""
-        return [leaf for kind in self._leaves_by_component for leaf in kind]
+        return [leaf for component in self._leaves_by_component for leaf in component]
 
     def learning_rates(self, settings: MotionSettings, decay: float) -> list[float]:
         """Return the learning rate of each tensor in `leaves`, multiplied by a decay factor."""
-        translation = settings.translation_lr * self._step_sizes[0] or settings.lr
+        translation_lr = settings.translation_lr * self._step_sizes[0] or settings.lr
         return [
-            rate * decay * settings.level_lr_factor**level
-            for rate in (translation, settings.lr)
+            lr * decay * settings.level_lr_factor**level
+            for lr in (translation_lr, settings.lr)
             for level in range(len(self._anchor_counts))
         ]
 
     def quantized(self) -> Tensor:
         """Return the `[A, c]` quantized residuals, with straight-through gradients."""
         columns = []
-        for kind, step in zip(self._leaves_by_component, self._step_sizes, strict=True):
+        for component, step in zip(self._leaves_by_component, self._step_sizes, strict=True):
             limit = SYMBOL_LIMIT * step
-            columns.append(round_to_step(torch.cat(kind).clamp(-limit, limit), step))
+            columns.append(round_to_step(torch.cat(component).clamp(-limit, limit), step))
         return torch.cat(columns, dim=1)
 
     def rate(self, settings: MotionSettings) -> Tensor:
         """Estimate the rate of the residuals before rounding; see `MotionSettings.rate_model`."""
-        components = [torch.cat(kind) for kind in self._leaves_by_component]
+        components = [torch.cat(component) for component in self._leaves_by_component]
         if settings.rate_model == "l1":
             return torch.cat(components, dim=1).abs().mean()
         component_steps = [
-            kind / step for kind, step in zip(components, self._step_sizes, strict=True)
+            component / step for component, step in zip(components, self._step_sizes, strict=True)
         ]
         return mean_log_norm(torch.cat(component_steps, dim=1))
 
     def decoded_residuals(self) -> Tensor:
         """Return the `[A, c]` quantized residuals in units of the quantization steps."""
         with torch.no_grad():
-            kinds = zip(_split_components(self.quantized()), self._step_sizes, strict=True)
-            return torch.cat([kind / step for kind, step in kinds], dim=1)
+            components = zip(_split_components(self.quantized()), self._step_sizes, strict=True)
+            return torch.cat([component / step for component, step in components], dim=1)
 
     def symbols(self) -> list[Int64]:
         """Return the `[c, a]` symbols of each level, level 1 first."""
         with torch.no_grad():
             residuals = self.quantized()
-        kinds = zip(_split_components(residuals), self._step_sizes, strict=True)
-        rows = [quantize_residuals(kind, step) for kind, step in kinds]
+        components = zip(_split_components(residuals), self._step_sizes, strict=True)
+        rows = [quantize_residuals(component, step) for component, step in components]
         level_starts = np.cumsum(self._anchor_counts)[:-1]
         return np.split(np.concatenate(rows), level_starts, axis=1)
 

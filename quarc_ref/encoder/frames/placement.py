@@ -13,7 +13,7 @@ import torch
 from scipy.spatial import cKDTree
 from torch import Tensor
 
-from quarc_ref.encoder.frames.change_gate import measure_change
+from quarc_ref.encoder.frames.change_gate import compute_gate_weights
 from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.density import ScreenStatistics, sample_offsets
@@ -22,7 +22,7 @@ from quarc_ref.encoder.training.trainable import Attributes, to_sh_dc
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.rasterizer import Gaussians
 
-_MIN_COVERAGE = 0.5
+_MIN_ALPHA = 0.5
 
 
 def place_clones(
@@ -46,16 +46,16 @@ def place_clones(
     Returns:
         The clones, and the `[n]` indices of their parents.
     """
-    weights = measure_change(context, scene, frame, settings.gate_views)
+    weights = compute_gate_weights(context, scene, frame, settings.gate_views)
     gated_gradients = statistics.mean_gradients() * weights
     is_small = (
         torch.exp(scene.log_scales.amax(dim=1)) <= settings.max_parent_scale * context.views.extent
     )
     candidates = torch.nonzero(is_small & (gated_gradients >= settings.grad_threshold))[:, 0]
-    order = torch.argsort(gated_gradients[candidates], descending=True, stable=True)[
+    strongest = torch.argsort(gated_gradients[candidates], descending=True, stable=True)[
         : settings.max_births
     ]
-    parents = candidates[order]
+    parents = candidates[strongest]
     clones = scene.rows(parents)
     generator = context.generator(frame, "births")
     births = Attributes(
@@ -84,22 +84,22 @@ def place_on_errors(
         The new Gaussians, and the `[n]` indices of their parents: the nearest Gaussians in the
         scene.
     """
-    found_by_view = [
-        _find_errors(context, scene, view, frame, settings)
+    candidates_by_view = [
+        _place_in_view(context, scene, view, frame, settings)
         for view in range(len(context.views.cameras))
     ]
     errors, positions, colors, scales = (
-        torch.cat(parts) for parts in zip(*found_by_view, strict=True)
+        torch.cat(parts) for parts in zip(*candidates_by_view, strict=True)
     )
-    order = torch.argsort(errors, descending=True, stable=True)[: settings.max_births]
-    positions, colors, scales = positions[order], colors[order], scales[order]
+    strongest = torch.argsort(errors, descending=True, stable=True)[: settings.max_births]
+    positions, colors, scales = positions[strongest], colors[strongest], scales[strongest]
     births = Attributes(
         positions,
-        _make_identity_rotations(order.numel(), positions),
+        _make_identity_rotations(strongest.numel(), positions),
         torch.log(scales)[:, None].repeat(1, 3),
         torch.full_like(scales, settings.opacity_logit),
         to_sh_dc(colors)[:, None],
-        positions.new_zeros(order.numel(), 3, 3),
+        positions.new_zeros(strongest.numel(), 3, 3),
     )
     return births, find_nearest(scene.attributes.means, positions)
 
@@ -129,7 +129,7 @@ def filter_maximum(image: Tensor, radius: int) -> Tensor:
     return image
 
 
-def _find_errors(
+def _place_in_view(
     context: TrainingContext, scene: FixedScene, view: int, frame: int, settings: BirthSettings
 ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
     """Return errors, positions, colors and scales of new Gaussians at the selected pixels.
@@ -139,11 +139,11 @@ def _find_errors(
     """
     camera, truth = context.camera(view), context.truth(view, frame)
     backdrop = scene.backdrop(view)
-    image = context.mask(backdrop.image.clamp(0, 1), view, frame)
+    image = context.apply_mask(backdrop.image.clamp(0, 1), view, frame)
     error = (image - truth).abs().mean(dim=2)
-    peaks = filter_maximum(error, settings.error_radius)
+    local_maxima = filter_maximum(error, settings.error_radius)
     is_selected = (
-        (error == peaks) & (error > settings.error_threshold) & (backdrop.alpha > _MIN_COVERAGE)
+        (error == local_maxima) & (error > settings.error_threshold) & (backdrop.alpha > _MIN_ALPHA)
     )
     rows, columns = torch.nonzero(is_selected, as_tuple=True)
     depths = _measure_depths(context, scene, view)[rows, columns] if rows.numel() else error[:0, 0]

@@ -16,7 +16,7 @@ _COMPENSATION_FRAMES = 8
 _MODEL_UPDATE_WEIGHT = 0.5
 # Fraction of the change that the model requires, applied per frame. It is below 1, because
 # frame sizes react with a delay and would oscillate after full changes.
-_DAMPING = 0.5
+_DAMPING_FACTOR = 0.5
 _NEUTRAL_QUALITY = 50.0  # the quality at which weights are used without scaling
 _QUALITY_PER_DOUBLING = 20.0
 _MAX_TARGET_RATIO = 2.0
@@ -92,6 +92,6 @@ def control_rate(sizes: Sequence[int], target: float) -> float:
             max(log_constant - math.log(frame_target), -_MAX_LOG_FACTOR), _MAX_LOG_FACTOR
         )
         log_factor += min(
-            max(_DAMPING * (goal_log_factor - log_factor), -_MAX_LOG_CHANGE), _MAX_LOG_CHANGE
+            max(_DAMPING_FACTOR * (goal_log_factor - log_factor), -_MAX_LOG_CHANGE), _MAX_LOG_CHANGE
         )
     return math.exp(log_factor)

@@ -26,14 +26,14 @@ class BindingSums:
     """
 
     def __init__(self, anchors: Anchors, device: torch.device) -> None:
-        sizes = [level.owners.size for level in anchors.levels]
-        self.level_offsets = torch.tensor([0, *sizes]).cumsum(0)
+        anchor_counts = [level.owners.size for level in anchors.levels]
+        self.level_offsets = torch.tensor([0, *anchor_counts]).cumsum(0)
         binding = torch.from_numpy(anchors.binding) + self.level_offsets[:-1, None]
         self._anchors = binding.to(device)
         flat_binding = binding.reshape(-1)
         self._followers = (torch.argsort(flat_binding, stable=True) % binding.shape[1]).to(device)
-        counts = torch.bincount(flat_binding, minlength=sum(sizes))
-        self._starts = torch.nn.functional.pad(counts.cumsum(0), (1, 0)).to(device)
+        follower_counts = torch.bincount(flat_binding, minlength=sum(anchor_counts))
+        self._starts = torch.nn.functional.pad(follower_counts.cumsum(0), (1, 0)).to(device)
 
     def sum_levels(self, residuals: Tensor) -> Tensor:
         """Return the `[N, c]` sums of residuals `[A, c]` over each Gaussian's anchors."""
@@ -52,8 +52,8 @@ def deform(
             the difference of a quaternion from the identity.
         header: Header of the stream, which contains the number of levels.
     """
-    identity = float(header.level_count)
-    w = rotations[:, :-3].sum(dim=1, keepdim=True) + identity
+    identity_w = float(header.level_count)
+    w = rotations[:, :-3].sum(dim=1, keepdim=True) + identity_w
     return Attributes(
         attributes.means + translations,
         multiply_quaternions(attributes.rotations, torch.cat([w, rotations[:, -3:]], dim=1)),

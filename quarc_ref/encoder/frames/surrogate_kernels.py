@@ -89,19 +89,19 @@ def round_masked_backward(values, limits, mask, gradients, value_gradients):
 
 
 @parallel_kernel
-def log_norms(values, floor, logs, derivatives):
+def log_norms(values, squared_norm_floor, logs, derivatives):
     """Compute ln(1 + norm) of each row, and its derivative divided by the norm.
 
     Args:
         values: `[N, k]` rows.
-        floor: Value added to squared norms, so that the derivative is finite.
+        squared_norm_floor: Value added to squared norms, so that the derivative is finite.
         logs: `[N]` output: ln(1 + norm).
         derivatives: `[N]` output: 1 / (norm (1 + norm)). A row times its value is the gradient.
     """
     for i in numba.prange(values.shape[0]):
-        total = floor
+        squared_norm = squared_norm_floor
         for k in range(values.shape[1]):
-            total += values[i, k] * values[i, k]
-        norm = math.sqrt(total)
+            squared_norm += values[i, k] * values[i, k]
+        norm = math.sqrt(squared_norm)
         logs[i] = math.log1p(norm)
         derivatives[i] = _ONE / (norm * (_ONE + norm))

@@ -15,7 +15,7 @@ from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.settings.frames import MotionSettings
 from quarc_ref.format.arrays import Int64
 
-_NEIGHBORS = 3
+_NEIGHBOR_COUNT = 3
 
 
 def initial_residuals(previous: FrameState, start: FrameState, settings: MotionSettings) -> Tensor:
@@ -37,14 +37,14 @@ def _project_motion(start: FrameState) -> NDArray[np.float64]:
     The residual of an anchor is the mean, over its Gaussians, of the motion that remains after
     the residuals of the coarser levels are subtracted.
     """
-    remaining = start.motion.astype(np.float64)
+    remaining_motion = start.motion.astype(np.float64)
     level_means = []
     levels = zip(start.known_anchors.levels, start.known_anchors.binding, strict=True)
     for level, binding in reversed(list(levels)):
-        followers = np.maximum(np.bincount(binding, minlength=level.owners.size), 1)
-        sums = [np.bincount(binding, row, minlength=level.owners.size) for row in remaining]
-        level_mean = np.stack(sums) / followers
-        remaining = remaining - level_mean[:, binding]
+        follower_counts = np.maximum(np.bincount(binding, minlength=level.owners.size), 1)
+        sums = [np.bincount(binding, row, minlength=level.owners.size) for row in remaining_motion]
+        level_mean = np.stack(sums) / follower_counts
+        remaining_motion = remaining_motion - level_mean[:, binding]
         level_means.append(level_mean.T)
     return np.concatenate(level_means[::-1])
 
@@ -69,9 +69,9 @@ def _carry_level_symbols(
 ) -> NDArray[np.float64]:
     if new_level is old_level:
         return symbols.T.astype(np.float64)
-    neighbors = min(_NEIGHBORS, old_level.owners.size)
+    neighbor_count = min(_NEIGHBOR_COUNT, old_level.owners.size)
     _, nearest_indices = cKDTree(old_level.positions.T).query(
-        new_level.positions.T, k=[*range(1, neighbors + 1)]
+        new_level.positions.T, k=[*range(1, neighbor_count + 1)]
     )
-    mean: NDArray[np.float64] = symbols.T[nearest_indices].mean(axis=1)
-    return mean
+    mean_symbols: NDArray[np.float64] = symbols.T[nearest_indices].mean(axis=1)
+    return mean_symbols

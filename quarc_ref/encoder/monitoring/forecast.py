@@ -58,13 +58,13 @@ class Forecast:
         """Return the remaining time of the encode in seconds; None before the first measurement."""
         remaining_frames = self._plan.frames - max(1, self._next_frame)
         if self._frame_durations:
-            elapsed = self._clock() - self._frame_start_time
-            return max(0.0, fmean(self._frame_durations) * remaining_frames - elapsed)
+            elapsed_seconds = self._clock() - self._frame_start_time
+            return max(0.0, fmean(self._frame_durations) * remaining_frames - elapsed_seconds)
         if len(self._step_times) < 2:
             return None
         step_seconds = (self._step_times[-1] - self._step_times[0]) / (len(self._step_times) - 1)
-        elapsed = self._clock() - self._frame_start_time if self._next_frame else 0.0
-        remaining = self._steps_left * step_seconds + remaining_frames * frame_seconds(
+        elapsed_seconds = self._clock() - self._frame_start_time if self._next_frame else 0.0
+        remaining_seconds = self._steps_left * step_seconds + remaining_frames * frame_seconds(
             self._plan, step_seconds
         )
-        return max(0.0, remaining - elapsed)
+        return max(0.0, remaining_seconds - elapsed_seconds)

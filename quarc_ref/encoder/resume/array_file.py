@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 Arrays = dict[str, NDArray[Any]]
 ArrayType = tuple[str, tuple[int | str, ...]]
-_Shapes = dict[str, tuple[str, tuple[int, ...]]]
-_HEADER_LIMIT = 1 << 16
+_ArrayTypes = dict[str, tuple[str, tuple[int, ...]]]
+_MAX_HEADER_BYTES = 1 << 16
 
 
 class ArrayFileError(Exception):
@@ -40,13 +40,13 @@ class Layout:
     array_types: dict[str, ArrayType]
     lengths: dict[str, range]
 
-    def matches(self, shapes: _Shapes) -> bool:
+    def matches(self, array_types: _ArrayTypes) -> bool:
         """Return whether arrays have the expected names, types and shapes."""
         lengths: dict[str, int] = {}
-        return shapes.keys() == self.array_types.keys() and all(
+        return array_types.keys() == self.array_types.keys() and all(
             dtype == self.array_types[name][0]
             and self._matches_shape(shape, self.array_types[name][1], lengths)
-            for name, (dtype, shape) in shapes.items()
+            for name, (dtype, shape) in array_types.items()
         )
 
     def _matches_shape(
@@ -69,8 +69,8 @@ def write_arrays(sink: BinaryIO, key: str, arrays: Arrays) -> None:
         key: Text that identifies the content; `read_arrays` rejects files with another key.
         arrays: Arrays by name.
     """
-    shapes = {name: (array.dtype.str, array.shape) for name, array in arrays.items()}
-    header = {"key": key, "crc32": _compute_crc(arrays), "arrays": shapes}
+    array_types = {name: (array.dtype.str, array.shape) for name, array in arrays.items()}
+    header = {"key": key, "crc32": _compute_crc(arrays), "arrays": array_types}
     sink.write(json.dumps(header).encode() + b"\n")
     for array in arrays.values():
         sink.write(_as_bytes(array))
@@ -88,20 +88,21 @@ def read_arrays(file: BinaryIO, key: str, layout: Layout) -> Arrays:
         ArrayFileError: The file is damaged, or a key, type or shape is not as expected.
         OSError: The file cannot be read.
     """
-    line = file.readline(_HEADER_LIMIT)
-    found_key, crc, shapes = _parse_header(line)
-    if found_key != key or not layout.matches(shapes):
+    header_line = file.readline(_MAX_HEADER_BYTES)
+    found_key, crc, array_types = _parse_header(header_line)
+    if found_key != key or not layout.matches(array_types):
         message = "the file does not have the expected arrays"
         raise ArrayFileError(message)
-    sizes = {
-        name: math.prod(shape) * np.dtype(dtype).itemsize for name, (dtype, shape) in shapes.items()
+    byte_counts = {
+        name: math.prod(shape) * np.dtype(dtype).itemsize
+        for name, (dtype, shape) in array_types.items()
     }
-    if len(line) + sum(sizes.values()) != os.fstat(file.fileno()).st_size:
+    if len(header_line) + sum(byte_counts.values()) != os.fstat(file.fileno()).st_size:
         message = "the length of the file does not match its header"
         raise ArrayFileError(message)
     arrays: Arrays = {
-        name: np.frombuffer(file.read(sizes[name]), dtype).reshape(shape).copy()
-        for name, (dtype, shape) in shapes.items()
+        name: np.frombuffer(file.read(byte_counts[name]), dtype).reshape(shape).copy()
+        for name, (dtype, shape) in array_types.items()
     }
     if _compute_crc(arrays) != crc:
         message = "the file is damaged: its CRC is wrong"
@@ -109,15 +110,15 @@ def read_arrays(file: BinaryIO, key: str, layout: Layout) -> Arrays:
     return arrays
 
 
-def _parse_header(line: bytes) -> tuple[object, object, _Shapes]:
+def _parse_header(line: bytes) -> tuple[object, object, _ArrayTypes]:
     """Parse the header line into the key, the CRC, and types and shapes by name."""
     try:
         header = json.loads(line)
-        shapes = {
+        array_types = {
             name: (str(dtype), tuple(map(index, shape)))
             for name, (dtype, shape) in header["arrays"].items()
         }
-        return header["key"], header["crc32"], shapes
+        return header["key"], header["crc32"], array_types
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         message = "the first line of the file is not a valid header"
         raise ArrayFileError(message) from error

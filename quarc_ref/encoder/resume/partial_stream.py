@@ -71,8 +71,8 @@ def read_partial_stream(source: Source) -> PartialStream | None:
 
 
 def _build_partial_stream(chunks: Sequence[Chunk]) -> PartialStream | None:
-    count = len(_PROLOGUE)
-    prologue, other_chunks = chunks[:count], chunks[count:]
+    prologue_length = len(_PROLOGUE)
+    prologue, other_chunks = chunks[:prologue_length], chunks[prologue_length:]
     frames = tuple(chunk for chunk in other_chunks if chunk.kind in container.FRAME_TYPES)
     unexpected_kinds = {chunk.kind for chunk in other_chunks} - {
         *container.FRAME_TYPES,
@@ -115,26 +115,26 @@ def require_match(
     if differences:
         message = (
             "the partial stream was encoded with different inputs; these differ: "
-            f"{', '.join(_DESCRIPTIONS.get(name, name) for name in differences)}"
+            f"{', '.join(_DIFFERENCE_DESCRIPTIONS.get(name, name) for name in differences)}"
         )
         raise ResumeError(message)
 
 
-_DESCRIPTIONS = {"fingerprint": "fingerprint (of the capture's files, masks included)"}
+_DIFFERENCE_DESCRIPTIONS = {"fingerprint": "fingerprint (of the capture's files, masks included)"}
 
 
 def require_frames(
-    partial_stream: PartialStream, frame_count: int, canonical: CanonicalSettings
+    partial_stream: PartialStream, frame_count: int, canonical_settings: CanonicalSettings
 ) -> None:
     """Raise ResumeError unless the frames have the chunk types and ordinals that are expected.
 
     Args:
         partial_stream: The partial stream.
         frame_count: Requested number of frames.
-        canonical: Settings that determine the chunk type of each frame.
+        canonical_settings: Settings that determine the chunk type of each frame.
     """
     for frame, chunk in enumerate(partial_stream.frames):
-        expected_kind = canonical.frame_kind(frame)
+        expected_kind = canonical_settings.frame_kind(frame)
         expected_ordinal = None if expected_kind == container.FRAM else frame
         if chunk.kind != expected_kind or _canonical_ordinal(chunk) != expected_ordinal:
             message = (
@@ -142,15 +142,15 @@ def require_frames(
                 "cut or joined: resume the original stream, or encode to another file"
             )
             raise ResumeError(message)
-    require_count(partial_stream, frame_count)
+    require_frame_count(partial_stream, frame_count)
 
 
-def require_count(partial_stream: PartialStream, frame_count: int) -> None:
+def require_frame_count(partial_stream: PartialStream, frame_count: int) -> None:
     """Raise ResumeError if the stream has too many frames, or is complete but has too few."""
     found_count = len(partial_stream.frames)
     if found_count > frame_count or (partial_stream.is_finished and found_count < frame_count):
-        description = "is complete with" if partial_stream.is_finished else "has"
-        message = f"the stream {description} {found_count} frames, not {frame_count}"
+        verb_phrase = "is complete with" if partial_stream.is_finished else "has"
+        message = f"the stream {verb_phrase} {found_count} frames, not {frame_count}"
         raise ResumeError(message)
 
 

@@ -36,7 +36,7 @@ from quarc_ref.encoder.training.regularizers import code_rate_nats, opacity_scal
 from quarc_ref.encoder.training.trainable import Attributes, Trainer, cosine_decay, to_sh_dc
 
 _INITIAL_OPACITY = 0.1
-_NEIGHBORS = 3
+_NEIGHBOR_COUNT = 3
 _MIN_SPACING = 1e-7
 # Evaluating the code rate is slow, so every second iteration does, with twice the weight.
 _RATE_INTERVAL = 2
@@ -96,8 +96,12 @@ class _Training:
         self._half_context = context.halved() if settings.half_resolution_until_iter else context
         self._generator = context.generator(0, "canonical")
         self._views = context.views.shuffled(self._generator)
-        start = initialize_from_points(points, settings, self._generator, context.device)
-        self._trainer = Trainer(start, canonical_learning_rates(settings, context.views.extent))
+        initial_attributes = initialize_from_points(
+            points, settings, self._generator, context.device
+        )
+        self._trainer = Trainer(
+            initial_attributes, canonical_learning_rates(settings, context.views.extent)
+        )
         self._statistics = ScreenStatistics(self._trainer.count, context.device)
 
     @property
@@ -163,20 +167,23 @@ class _Training:
         view = next(self._views)
         rendering = context.render(attributes.activated(), view)
         if settings.exposure_lr and step >= settings.exposure_from_iter:
-            image, picture = context.mask(rendering.image, view, 0), context.views.picture(view, 0)
+            image, picture = (
+                context.apply_mask(rendering.image, view, 0),
+                context.views.picture(view, 0),
+            )
             context.exposures.update_gain(view, image, picture, settings.exposure_lr)
         loss = context.photometric_loss(rendering.image, view, 0, settings.lambda_dssim)
         loss = loss + opacity_scale_penalty(trainer.attributes, settings)
-        weight = settings.code_rd_lambda * objective.rd_lambda
-        if weight and step % _RATE_INTERVAL == 0:
+        rate_weight = settings.code_rd_lambda * objective.rd_lambda
+        if rate_weight and step % _RATE_INTERVAL == 0:
             rate_nats = code_rate_nats(trainer.attributes, objective.header)
-            loss = loss + _RATE_INTERVAL * loss.detach() * (weight * rate_nats)
+            loss = loss + _RATE_INTERVAL * loss.detach() * (rate_weight * rate_nats)
         gradient = trainer.step(loss, rendering.means2d)
         if objective.should_decay_opacity(step):
             trainer.decay_opacity(rendering.radii > 0, settings.opacity_decay)
         self._statistics.add(gradient, rendering, context.camera(view))
-        counters = (0, step + 1, settings.iterations)
-        context.report_step("canonical", counters, view, trainer.count, rendering.image, loss)
+        frame_and_step = (0, step + 1, settings.iterations)
+        context.report_step("canonical", frame_and_step, view, trainer.count, rendering.image, loss)
 
 
 @contextmanager
@@ -207,7 +214,7 @@ def initialize_from_points(
     colors = points.colors[indices] / 255
     quaternion = torch.tensor([1.0, 0.0, 0.0, 0.0])
     opacity = math.log(_INITIAL_OPACITY / (1 - _INITIAL_OPACITY))
-    attributes = (
+    tensors = (
         torch.tensor(positions, dtype=torch.float32),
         quaternion.repeat(count, 1),
         torch.tensor(log_scales, dtype=torch.float32)[:, None].repeat(1, 3),
@@ -215,15 +222,15 @@ def initialize_from_points(
         to_sh_dc(torch.tensor(colors)).to(torch.float32)[:, None],
         torch.zeros(count, 3, 3),
     )
-    return Attributes(*(tensor.to(device) for tensor in attributes))
+    return Attributes(*(tensor.to(device) for tensor in tensors))
 
 
 def _measure_spacing(positions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the `[n]` root mean square distances of points to their three nearest neighbors."""
-    neighbors = list(range(2, 2 + min(_NEIGHBORS, positions.shape[0] - 1)))
-    if not neighbors:
+    neighbor_ranks = list(range(2, 2 + min(_NEIGHBOR_COUNT, positions.shape[0] - 1)))
+    if not neighbor_ranks:
         return np.ones(positions.shape[0])
-    distances, _ = cKDTree(positions).query(positions, k=neighbors)
+    distances, _ = cKDTree(positions).query(positions, k=neighbor_ranks)
     spacing: NDArray[np.float64] = np.sqrt(np.mean(np.square(distances), axis=1))
     return np.maximum(spacing, _MIN_SPACING)
 
@@ -256,8 +263,8 @@ def learning_rates_at(objective: CanonicalObjective, extent: float, step: int) -
         decay = cosine_decay(
             fine_tuning_step, settings.iterations - step + fine_tuning_step, settings.lr_end_factor
         )
-    other_rates = canonical_learning_rates(settings, extent)[1:]
-    return [decay * lr for lr in (position_lr, *other_rates)]
+    other_lrs = canonical_learning_rates(settings, extent)[1:]
+    return [decay * lr for lr in (position_lr, *other_lrs)]
 
 
 def _attributes_to_render(

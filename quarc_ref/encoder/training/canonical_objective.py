@@ -47,7 +47,7 @@ class CanonicalObjective:
         The first threshold is half of the second, because new Gaussians have not converged yet.
         """
         threshold = self.settings.prune_rd_lambda * self.rd_lambda
-        last_step = min(self.settings.densify_until_iter, self.fine_tuning_start)
-        if step == last_step // 2:
+        last_prune_step = min(self.settings.densify_until_iter, self.fine_tuning_start)
+        if step == last_prune_step // 2:
             return threshold / 2
-        return threshold if step == last_step else 0.0
+        return threshold if step == last_prune_step else 0.0

@@ -81,9 +81,9 @@ class TrainingContext:
     def report_step(  # noqa: PLR0913, a training step has six properties
         self,
         stage: str,
-        counters: tuple[int, int, int],
+        frame_and_step: tuple[int, int, int],
         view: int,
-        gaussians: int,
+        gaussian_count: int,
         image: Tensor,
         loss: Tensor,
     ) -> None:
@@ -91,28 +91,30 @@ class TrainingContext:
 
         Args:
             stage: Name of the stage, as in `TrainingStep`.
-            counters: Index of the frame, index of the step (from 1), and number of steps of
+            frame_and_step: Index of the frame, index of the step (from 1), and number of steps of
                 the stage.
             view: Index of the rendered view.
-            gaussians: Number of rendered Gaussians.
+            gaussian_count: Number of rendered Gaussians.
             image: `[H, W, 3]` rendering.
             loss: Scalar tensor with the loss.
         """
-        frame, step, step_count = counters
+        frame, step, step_count = frame_and_step
 
         def get_truth() -> Tensor:
             return self.truth(view, frame)
 
         mask = self.views.mask(view, frame)
         self.observers.monitor.step(
-            TrainingStep(stage, frame, step, step_count, gaussians, loss, image, get_truth, mask)
+            TrainingStep(
+                stage, frame, step, step_count, gaussian_count, loss, image, get_truth, mask
+            )
         )
 
     def truth(self, view: int, frame: int) -> Tensor:
         """Return the exposure-corrected picture `[H, W, 3]` of a view; masked pixels are black."""
         return self.exposures.correct(self.views.picture(view, frame), view)
 
-    def mask(self, image: Tensor, view: int, frame: int) -> Tensor:
+    def apply_mask(self, image: Tensor, view: int, frame: int) -> Tensor:
         """Set the masked pixels of a rendered view `[H, W, 3]` to black.
 
         Renderings must be masked before a comparison with `truth`, so that masked pixels have
@@ -133,7 +135,7 @@ class TrainingContext:
             lambda_dssim: Weight of D-SSIM in the loss.
         """
         return photometric_loss(
-            self.mask(image, view, frame), self.truth(view, frame), lambda_dssim
+            self.apply_mask(image, view, frame), self.truth(view, frame), lambda_dssim
         )
 
     def generator(self, frame: int, purpose: str) -> torch.Generator:

@@ -70,11 +70,13 @@ class ScreenStatistics:
         """Return the `[N]` maxima of the Gaussians' screen-space radii, in pixels."""
         return self._radii
 
-    def without(self, deleted: Tensor) -> "ScreenStatistics":
-        """Return the statistics without the Gaussians in the mask `deleted` `[N]`."""
-        remaining = ScreenStatistics(0, self._sums.device)
-        remaining.restore({name: values[~deleted] for name, values in self.state().items()})
-        return remaining
+    def without(self, is_deleted: Tensor) -> "ScreenStatistics":
+        """Return the statistics without the Gaussians in the mask `is_deleted` `[N]`."""
+        remaining_statistics = ScreenStatistics(0, self._sums.device)
+        remaining_statistics.restore(
+            {name: values[~is_deleted] for name, values in self.state().items()}
+        )
+        return remaining_statistics
 
 
 def densify(
@@ -95,8 +97,10 @@ def densify(
     """
     attributes = trainer.attributes.detached()
     gradients = statistics.mean_gradients()
-    max_new = max(settings.max_gaussians - trainer.count, 0)
-    is_selected = _mask_largest(gradients, max_new) & (gradients >= settings.densify_grad_threshold)
+    max_new_count = max(settings.max_gaussians - trainer.count, 0)
+    is_selected = _mask_largest(gradients, max_new_count) & (
+        gradients >= settings.densify_grad_threshold
+    )
     is_large = attributes.log_scales.amax(dim=1) > math.log(
         settings.densify_scale_threshold * extent
     )
@@ -109,7 +113,7 @@ def densify(
 
 def split(attributes: Attributes, generator: torch.Generator) -> Attributes:
     """Return two smaller Gaussians for each Gaussian, at positions sampled within it."""
-    repeated = Attributes(*(torch.cat([rows] * _SPLIT_COUNT) for rows in attributes.tensors()))
+    repeated = Attributes(*(torch.cat([tensor] * _SPLIT_COUNT) for tensor in attributes.tensors()))
     offsets = sample_offsets(repeated, 1.0, generator)
     return Attributes(
         repeated.means + offsets,

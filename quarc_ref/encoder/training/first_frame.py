@@ -24,7 +24,7 @@ def render_views(context: TrainingContext, state: FrameState) -> Iterator[tuple[
     for view in range(len(context.views.cameras)):
         with torch.no_grad():
             image = context.render(gaussians, view).image
-        image = context.mask(image, view, state.scene.frame)
+        image = context.apply_mask(image, view, state.scene.frame)
         yield image, context.views.picture(view, state.scene.frame)
 
 

@@ -74,7 +74,7 @@ def measure_contributions(
         rendering = context.render(
             _add_color_offsets(_scale_opacities(gaussians, opacity_factors), color_offsets), view
         )
-        image = context.mask(rendering.image, view, 0)
+        image = context.apply_mask(rendering.image, view, 0)
         view_counts += rendering.radii > 0
         for _ in range(_PROBE_COUNT):
             signs = torch.randint(0, 2, image.shape, generator=generator) * 2 - 1

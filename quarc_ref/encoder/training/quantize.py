@@ -31,7 +31,7 @@ def quantize_gaussians(attributes: Attributes, header: StreamHeader) -> Gaussian
             message = "training diverged: an attribute is not finite"
             raise EncodeError(message)
     unit_quaternions = torch.nn.functional.normalize(attributes.rotations, dim=1)
-    index, components = split_rotations(unit_quaternions, header.rotation_bits)
+    largest_indices, components = split_rotations(unit_quaternions, header.rotation_bits)
     codes = [
         _round_to_steps(attributes.log_scales, header.log_scale_step),
         _round_to_steps(attributes.opacities[:, None], header.opacity_step),
@@ -41,7 +41,7 @@ def quantize_gaussians(attributes: Attributes, header: StreamHeader) -> Gaussian
         codes.append(_round_to_steps(attributes.sh_rest.flatten(1), header.sh_rest_step))
     return Gaussians(
         _round_to_steps(attributes.means, position_step(header)),
-        np.concatenate([_to_integer_rows(index[:, None]), _to_integer_rows(components)]),
+        np.concatenate([_to_integer_rows(largest_indices[:, None]), _to_integer_rows(components)]),
         _require_within(np.concatenate(codes), CODE_LIMIT, "an attribute"),
     )
 
@@ -94,8 +94,8 @@ def quantize_residuals(residuals: Tensor, step: float) -> Int64:
 def _world_positions(scene: Scene, indices: Int64) -> NDArray[np.float64]:
     """Return the `[n, 3]` positions of the Gaussians at `indices` in world units."""
     lattice_unit = 2.0**-scene.header.lattice_exponent
-    world: NDArray[np.float64] = scene.positions[:, indices].T * np.float64(lattice_unit)
-    return world
+    world_positions: NDArray[np.float64] = scene.positions[:, indices].T * np.float64(lattice_unit)
+    return world_positions
 
 
 def _round_to_steps(values: Tensor, step: float) -> Int64:

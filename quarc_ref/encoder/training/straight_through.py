@@ -53,14 +53,16 @@ def round_rotations(quaternions: Tensor, fraction_bits: int) -> Tensor:
     if not is_rounding():
         return unit_quaternions
     with torch.no_grad():
-        index, components = split_rotations(unit_quaternions, fraction_bits)
+        largest_indices, components = split_rotations(unit_quaternions, fraction_bits)
         smaller_components = components / (1 << fraction_bits)
         largest = torch.sqrt(
             (1 - (smaller_components * smaller_components).sum(dim=1)).clamp(min=0)
         )
         rounded = torch.empty_like(unit_quaternions)
         rounded.scatter_(
-            1, _component_order(index), torch.cat([largest[:, None], smaller_components], dim=1)
+            1,
+            _component_order(largest_indices),
+            torch.cat([largest[:, None], smaller_components], dim=1),
         )
         rounded = rounded * torch.sign((rounded * unit_quaternions).sum(dim=1, keepdim=True))
     return unit_quaternions + (rounded - unit_quaternions).detach()
@@ -71,12 +73,12 @@ def split_rotations(unit_quaternions: Tensor, fraction_bits: int) -> tuple[Tenso
 
     The sign of each quaternion is chosen so that the largest component is positive.
     """
-    index = unit_quaternions.abs().argmax(dim=1)
-    largest = unit_quaternions.gather(1, index[:, None])
-    smaller_components = unit_quaternions.gather(1, _component_order(index)[:, 1:]) * torch.sign(
-        largest
-    )
-    return index, torch.round(smaller_components * (1 << fraction_bits))
+    largest_indices = unit_quaternions.abs().argmax(dim=1)
+    largest = unit_quaternions.gather(1, largest_indices[:, None])
+    smaller_components = unit_quaternions.gather(
+        1, _component_order(largest_indices)[:, 1:]
+    ) * torch.sign(largest)
+    return largest_indices, torch.round(smaller_components * (1 << fraction_bits))
 
 
 def position_step(header: StreamHeader) -> float:
@@ -89,7 +91,9 @@ def translation_step(header: StreamHeader) -> float:
     return float(header.translation_step * 2.0**-header.lattice_exponent)
 
 
-def _component_order(index: Tensor) -> Tensor:
+def _component_order(largest_indices: Tensor) -> Tensor:
     """Return `[N, 4]` component indices: the largest component, then the others in order."""
-    table = index.new_tensor([[0, 1, 2, 3], [1, 0, 2, 3], [2, 0, 1, 3], [3, 0, 1, 2]])
-    return table[index]
+    order_table = largest_indices.new_tensor(
+        [[0, 1, 2, 3], [1, 0, 2, 3], [2, 0, 1, 3], [3, 0, 1, 2]]
+    )
+    return order_table[largest_indices]

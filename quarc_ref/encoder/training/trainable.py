@@ -119,8 +119,8 @@ class Trainer:
     def __init__(self, attributes: Attributes, learning_rates: tuple[float, ...]) -> None:
         self._leaves = [_make_leaf(tensor) for tensor in attributes.tensors()]
         groups = [
-            {"params": [leaf], "lr": rate}
-            for leaf, rate in zip(self._leaves, learning_rates, strict=True)
+            {"params": [leaf], "lr": lr}
+            for leaf, lr in zip(self._leaves, learning_rates, strict=True)
         ]
         self._adam = torch.optim.Adam(groups, eps=ADAM_EPSILON, fused=True)
 
@@ -136,8 +136,8 @@ class Trainer:
 
     def set_learning_rates(self, learning_rates: Iterable[float]) -> None:
         """Set the learning rate of each attribute, in the order of `Attributes`."""
-        for group, rate in zip(self._adam.param_groups, learning_rates, strict=True):
-            group["lr"] = rate
+        for group, lr in zip(self._adam.param_groups, learning_rates, strict=True):
+            group["lr"] = lr
 
     def step(self, loss: Tensor, extra_tensor: Tensor) -> Tensor:
         """Take an optimizer step on a loss; return the gradient with respect to `extra_tensor`."""

@@ -7,7 +7,7 @@ from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.encoder.frames.birth_selection import (
     BirthObjective,
     ByteCost,
-    measure_gains,
+    estimate_gains,
     select_births,
 )
 from quarc_ref.encoder.training.fixed_scene import FixedScene
@@ -69,7 +69,7 @@ def _cost(objective: BirthObjective, weight: float) -> ByteCost:
 
 
 def test_missing_gaussians_gain_most_and_wrong_ones_less_than_nothing(objective):
-    large, wrong, small = measure_gains(objective, _make_blobs()).tolist()
+    large, wrong, small = estimate_gains(objective, _make_blobs()).tolist()
 
     assert large > small > 0 > wrong
 
@@ -78,7 +78,7 @@ def test_the_gain_of_a_newborn_is_close_to_the_decrease_of_the_loss(objective):
     red = _make_blobs().rows(torch.tensor([0]))
 
     decrease = objective.mean_loss_without() - objective.mean_loss(red)
-    assert float(measure_gains(objective, red)) == pytest.approx(decrease, rel=0.5)
+    assert float(estimate_gains(objective, red)) == pytest.approx(decrease, rel=0.5)
 
 
 def test_births_that_gain_too_little_are_left_out_and_the_others_stay(objective):

@@ -1,7 +1,7 @@
 import numpy as np
 import torch
 
-from quarc_ref.encoder.frames.change_gate import measure_change
+from quarc_ref.encoder.frames.change_gate import compute_gate_weights
 from quarc_ref.encoder.training.trainable import from_splats
 from tests.encoder.toys import make_context, make_splats
 
@@ -11,7 +11,7 @@ def test_the_gate_opens_only_where_the_picture_changes():
     splats = make_splats(1)
     attributes = from_splats(splats, torch.device("cpu"))
 
-    weights = measure_change(context, attributes, frame=1, view_count=3).numpy()
+    weights = compute_gate_weights(context, attributes, frame=1, view_count=3).numpy()
 
     wall, blobs = weights[:63], weights[63:]
     assert weights.min() >= 0
@@ -26,12 +26,12 @@ def test_between_equal_pictures_the_gate_stays_closed(monkeypatch):
     monkeypatch.setattr(type(context), "truth", lambda *_: picture)
     attributes = from_splats(make_splats(0), torch.device("cpu"))
 
-    assert not measure_change(context, attributes, frame=1, view_count=3).any()
+    assert not compute_gate_weights(context, attributes, frame=1, view_count=3).any()
 
 
 def test_without_views_the_gate_is_open_everywhere():
     attributes = from_splats(make_splats(0), torch.device("cpu"))
 
-    assert measure_change(make_context(), attributes, frame=1, view_count=0).unique().tolist() == [
-        1
-    ]
+    assert compute_gate_weights(
+        make_context(), attributes, frame=1, view_count=0
+    ).unique().tolist() == [1]
