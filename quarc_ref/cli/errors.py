@@ -22,7 +22,7 @@ import typer
 from quarc_ref.cli.output import print_message
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.export.errors import NoFramesError
-from quarc_ref.export.table import EXPORTS
+from quarc_ref.export.table import EXPORT_FORMATS
 from quarc_ref.files import OutputPathError
 from quarc_ref.format.errors import (
     BitstreamError,
@@ -42,7 +42,7 @@ _EXTRAS = {
     "gsplat": "gpu",
     "ray": "ray",
     "tensorboard": "tensorboard",
-    **{row.package: row.extra for row in EXPORTS.values() if row.package and row.extra},
+    **{row.package: row.extra for row in EXPORT_FORMATS.values() if row.package and row.extra},
 }
 _INTERRUPTED_MESSAGE = "interrupted; nothing was written"
 

@@ -11,12 +11,12 @@ from quarc_ref import files
 from quarc_ref.cli.errors import UsageError
 from quarc_ref.cli.options import STANDARD_STREAM
 from quarc_ref.cli.output import print_message
-from quarc_ref.export.table import EXPORTS
+from quarc_ref.export.table import EXPORT_FORMATS
 from quarc_ref.files import OutputFolder
 
 # Suffixes that folder names must not have, because the folder would look like a file.
 _FILE_SUFFIXES = {
-    *(f".{suffix}" for suffix in EXPORTS),
+    *(f".{suffix}" for suffix in EXPORT_FORMATS),
     *(".quarc", ".splat", ".ksplat", ".gltf", ".usd", ".usda", ".usdz", ".html", ".json"),
     *(".mp4", ".mov", ".mkv", ".avi", ".webm", ".png", ".jpg", ".jpeg", ".gif"),
 }

@@ -35,6 +35,8 @@ def build_npz(scene: Scene, splats: Splats) -> bytes:
     }
     buffer = io.BytesIO()
     # The file must not depend on the memory layout of arrays, which differs between engines.
-    packed: dict[str, Any] = {name: np.ascontiguousarray(arrays[name]) for name in arrays}
-    np.savez(buffer, **packed)
+    contiguous_arrays: dict[str, Any] = {
+        name: np.ascontiguousarray(arrays[name]) for name in arrays
+    }
+    np.savez(buffer, **contiguous_arrays)
     return buffer.getvalue()

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from quarc_ref.decoder.dequantize import Float32, Splats
 from quarc_ref.export.activate import (
-    SH_BASE,
+    SH_C0,
     compute_base_colors,
     compute_opacities,
     compute_scales,
@@ -27,7 +27,7 @@ from quarc_ref.format.arrays import Int64
 _CONSTANT_SIGMA = 1e9  # seconds; constant opacity (the temporal model does not accept infinity)
 
 
-class Sequence:
+class SequenceExporter:
     """Collects all frames in one file; the first frame is at time 0.
 
     Args:
@@ -67,12 +67,12 @@ class Sequence:
         return data
 
 
-def make_sample(frame: Frame, seconds: float) -> Any:  # noqa: ANN401
+def make_sample(frame: Frame, start_time: float) -> Any:  # noqa: ANN401
     """Convert a frame to the library's `Sample`.
 
     Args:
         frame: A frame.
-        seconds: Start time of the frame.
+        start_time: Start time of the frame.
     """
     from fourdgs import GaussianSet
     from fourdgs.keyframe_delta_writer import Sample
@@ -90,7 +90,7 @@ def make_sample(frame: Frame, seconds: float) -> Any:  # noqa: ANN401
         win_lo=np.zeros(count),
         win_hi=np.full(count, np.inf),
     )
-    return Sample(seconds, frame.scene.ids, gaussians)
+    return Sample(start_time, frame.scene.ids, gaussians)
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,18 +196,18 @@ def _sample_scene(scene: Any, time: float) -> tuple[Splats, Int64]:  # noqa: ANN
     return splats, indices.astype(np.int64)
 
 
-def _join_sh(base: Float32, levels: NDArray[np.uint8]) -> Float32:
+def _join_sh(sh_dc: Float32, levels: NDArray[np.uint8]) -> Float32:
     """Join SH DC and SH rest to `[N, K, 3]`.
 
     Args:
-        base: `[N, 1, 3]` SH DC.
+        sh_dc: `[N, 1, 3]` SH DC.
         levels: `[N, 3 (K - 1)]` SH rest as 8-bit levels, channel by channel.
     """
     from fourdgs.quantization import SH_QUANT_HI, SH_QUANT_LO
 
     sh_rest = SH_QUANT_LO + levels.astype(np.float32) / 255 * (SH_QUANT_HI - SH_QUANT_LO)
     channel_rest = sh_rest.reshape(len(levels), 3, -1)
-    sh: Float32 = np.concatenate([base, channel_rest.transpose(0, 2, 1)], axis=1)
+    sh: Float32 = np.concatenate([sh_dc, channel_rest.transpose(0, 2, 1)], axis=1)
     return sh.astype(np.float32)
 
 
@@ -229,15 +229,15 @@ def _as_splats(
         np.roll(np.asarray(rotations, np.float32), 1, axis=1),
         np.log(np.maximum(scales, _MIN_SCALE)).astype(np.float32),
         np.log(opacities / (1 - opacities)).astype(np.float32),
-        ((np.asarray(colors, np.float32) - 0.5) / SH_BASE)[:, None].astype(np.float32),
+        ((np.asarray(colors, np.float32) - 0.5) / SH_C0)[:, None].astype(np.float32),
     )
-    if not all(np.isfinite(getattr(splats, name)).all() for name in _ATTRIBUTES):
+    if not all(np.isfinite(getattr(splats, name)).all() for name in _ATTRIBUTE_NAMES):
         message = "a number in the file is not finite"
         raise ValueError(message)
     return splats
 
 
-_ATTRIBUTES = ("positions", "rotations", "log_scales", "opacities", "sh")
+_ATTRIBUTE_NAMES = ("positions", "rotations", "log_scales", "opacities", "sh")
 _MAX_FRAMES = 1 << 20
 _DEFAULT_FRAME_RATE = 30.0
 _MIN_OPACITY = 1e-4

@@ -22,7 +22,7 @@ from quarc_ref.format.arrays import Int64
 
 _PARSERS: dict[str, Callable[[bytes], Splats]] = {".ply": parse_ply, ".spz": parse_spz}
 _FOURDGS_SUFFIX = ".4dgs"
-_NUMBER = re.compile(r"(\d+)")
+_NUMBER_PATTERN = re.compile(r"(\d+)")
 SUFFIXES = ", ".join([*_PARSERS, _FOURDGS_SUFFIX])
 
 
@@ -63,11 +63,11 @@ def open_frames(path: Path, frames_per_second: float | None = None) -> ImportedF
         with _name_file_in_errors(path):
             fourdgs_frames = read_4dgs(path.read_bytes(), frames_per_second)
 
-        def read_single() -> Iterator[tuple[Splats, Int64 | None]]:
+        def read_fourdgs() -> Iterator[tuple[Splats, Int64 | None]]:
             with _name_file_in_errors(path):
                 yield from fourdgs_frames.read()
 
-        return ImportedFrames(fourdgs_frames.count, read_single, fourdgs_frames.frames_per_second)
+        return ImportedFrames(fourdgs_frames.count, read_fourdgs, fourdgs_frames.frames_per_second)
     paths = [path] if path.is_file() else _list_frames(path)
     suffix = paths[0].suffix.lower()
     if suffix not in _PARSERS:
@@ -113,7 +113,7 @@ def _list_frames(folder: Path) -> list[Path]:
 
 
 def _make_sort_key(path: Path) -> list[tuple[int, str]]:
-    parts = _NUMBER.split(path.stem)
+    parts = _NUMBER_PATTERN.split(path.stem)
     return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts]
 
 

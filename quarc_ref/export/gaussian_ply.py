@@ -18,8 +18,8 @@ def build(frame: Frame, _clip: Clip) -> bytes:
     return build_ply(frame.splats)
 
 
-_REST_COUNTS = (0, 9, 24, 45)
-_REQUIRED = (
+_SH_REST_COUNTS = (0, 9, 24, 45)
+_REQUIRED_PROPERTIES = (
     *("x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2"),
     *("rot_0", "rot_1", "rot_2", "rot_3"),
 )
@@ -67,13 +67,13 @@ def parse_ply(data: bytes) -> Splats:
     """
     header = parse_ply_header(data)
     rest_count = sum(name.startswith("f_rest_") for name in header.types)
-    if rest_count not in _REST_COUNTS:
-        counts = ", ".join(map(str, _REST_COUNTS))
+    if rest_count not in _SH_REST_COUNTS:
+        counts = ", ".join(map(str, _SH_REST_COUNTS))
         message = (
             f"the file has {rest_count} properties f_rest_*, but SH of degree 0 to 3 need {counts}"
         )
         raise ValueError(message)
-    names = [*_REQUIRED, *_name_rest_properties(rest_count)]
+    names = [*_REQUIRED_PROPERTIES, *_name_rest_properties(rest_count)]
     invalid_names = [name for name in names if header.types.get(name) not in ("f4", "f8")]
     if invalid_names:
         message = (
@@ -85,9 +85,9 @@ def parse_ply(data: bytes) -> Splats:
     return _build_splats({name: _to_float32(columns[name]) for name in names}, rest_count)
 
 
-def _build_splats(numbers: dict[str, NDArray[np.float32]], rest_count: int) -> Splats:
+def _build_splats(columns: dict[str, NDArray[np.float32]], rest_count: int) -> Splats:
     def stack(*names: str) -> NDArray[np.float32]:
-        return np.stack([numbers[name] for name in names], axis=1)
+        return np.stack([columns[name] for name in names], axis=1)
 
     rotations = stack(*(f"rot_{i}" for i in range(4)))
     lengths = np.linalg.norm(rotations.astype(np.float64), axis=1, keepdims=True)
@@ -103,7 +103,7 @@ def _build_splats(numbers: dict[str, NDArray[np.float32]], rest_count: int) -> S
         stack("x", "y", "z"),
         (rotations / lengths).astype(np.float32),
         stack(*(f"scale_{i}" for i in range(3))),
-        numbers["opacity"],
+        columns["opacity"],
         np.ascontiguousarray(sh),
     )
 

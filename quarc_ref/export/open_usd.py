@@ -19,7 +19,7 @@ from quarc_ref.format.cameras import Camera
 _APERTURE = 36.0  # tenths of a unit, as in USD; arbitrary, because only ratios matter
 
 
-class Sequence:
+class SequenceExporter:
     """Collects all frames in one stage.
 
     Args:

@@ -21,7 +21,7 @@ from quarc_ref.format.cameras import Camera
 _REST_COEFFICIENTS = 15  # rerun requires the coefficients of all degrees from 1 to 3
 
 
-class Sequence:
+class SequenceExporter:
     """Collects all frames in one recording.
 
     Args:
@@ -37,8 +37,10 @@ class Sequence:
         self._recording = recording = rerun.RecordingStream("quarc-ref")
         recording.save(self._path)
         handedness = "RIGHT" if clip.header.right_handed else "LEFT"
-        up = f"{handedness}_HAND_{clip.up[1].upper()}_{'UP' if clip.up[0] == '+' else 'DOWN'}"
-        recording.log("world", getattr(rerun.ViewCoordinates, up), static=True)
+        view_coordinates = (
+            f"{handedness}_HAND_{clip.up[1].upper()}_{'UP' if clip.up[0] == '+' else 'DOWN'}"
+        )
+        recording.log("world", getattr(rerun.ViewCoordinates, view_coordinates), static=True)
         for camera in clip.cameras:
             self._add_camera(camera)
 
@@ -78,11 +80,11 @@ class Sequence:
         pose = rerun.Transform3D(
             mat3x3=rotation_matrix(camera).T, translation=camera_center(camera)
         )
-        lens = rerun.Pinhole(
+        pinhole = rerun.Pinhole(
             resolution=[camera.width, camera.height],
             focal_length=[camera.fx, camera.fy],
             principal_point=[camera.cx, camera.cy],
             camera_xyz=rerun.ViewCoordinates.RDF,
         )
         path = f"world/cameras/{camera.name}"
-        self._recording.log(path, pose, lens, static=True)
+        self._recording.log(path, pose, pinhole, static=True)

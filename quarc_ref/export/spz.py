@@ -20,7 +20,7 @@ _MAX_LOGIT = 10.0  # logit of an opacity slightly below 1
 UP_AXIS = 3  # +y, as in a stream's header
 _MAX_COORDINATE = 2048 - 2**-12
 _MAGIC = b"NGSP"
-_GZIP = b"\x1f\x8b"
+_GZIP_MAGIC = b"\x1f\x8b"
 _HEADER_BYTES = 16
 _MAX_GAUSSIANS = 1 << 24
 # bytes of a Gaussian without SH rest before compression: 9 for the position, 7 for the others
@@ -34,14 +34,14 @@ def build(frame: Frame, clip: Clip) -> bytes:
     Raises:
         ExportError: A Gaussian is outside the position range of SPZ.
     """
-    upright = rotate_upright(frame.splats, clip)
-    if abs(upright.positions).max() > _MAX_COORDINATE:
+    upright_splats = rotate_upright(frame.splats, clip)
+    if abs(upright_splats.positions).max() > _MAX_COORDINATE:
         message = (
             f"frame {frame.scene.frame} has positions beyond {_MAX_COORDINATE:.0f} units, the "
             "limit of SPZ"
         )
         raise ExportError(message)
-    return convert(build_ply(upright), "ply", "spz", spz_version=3)
+    return convert(build_ply(upright_splats), "ply", "spz", spz_version=3)
 
 
 def parse_spz(data: bytes) -> Splats:
@@ -58,13 +58,15 @@ def parse_spz(data: bytes) -> Splats:
     """
     check_header(data)
     try:
-        table = convert_in_subprocess(data, "spz", "ply")
+        ply_data = convert_in_subprocess(data, "spz", "ply")
     except ExportError as error:
         raise ValueError(str(error)) from error
-    header = parse_ply_header(table)
-    rows = np.frombuffer(table, header.vertex_type, header.vertex_count, header.data_offset).copy()
+    header = parse_ply_header(ply_data)
+    rows = np.frombuffer(
+        ply_data, header.vertex_type, header.vertex_count, header.data_offset
+    ).copy()
     rows["opacity"] = np.clip(rows["opacity"], -_MAX_LOGIT, _MAX_LOGIT)
-    return parse_ply(table[: header.data_offset] + rows.tobytes())
+    return parse_ply(ply_data[: header.data_offset] + rows.tobytes())
 
 
 def check_header(data: bytes) -> None:
@@ -74,7 +76,7 @@ def check_header(data: bytes) -> None:
         ValueError: The file is not an SPZ file, or is too small for the Gaussians in its header.
     """
     header = data[:_HEADER_BYTES]
-    if header[:2] == _GZIP:
+    if header[:2] == _GZIP_MAGIC:
         try:
             header = zlib.decompressobj(wbits=31).decompress(data, _HEADER_BYTES)
         except zlib.error as error:

@@ -1,7 +1,7 @@
 """Table of the export formats, each of which one module writes.
 
 A module has either `build(frame, clip)`, which returns the file of a frame, or a class
-`Sequence`, which collects all frames in one file. Modules and libraries are imported on
+`SequenceExporter`, which collects all frames in one file. Modules and libraries are imported on
 first use, so the command line can list the formats quickly.
 """
 
@@ -27,7 +27,7 @@ class FrameSequence(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Export:
+class ExportFormat:
     """A file format for decoded frames.
 
     Attributes:
@@ -75,7 +75,7 @@ class Export:
             ImportError: The library is not installed.
         """
         self.require()
-        sequence: FrameSequence = self._load().Sequence(clip)
+        sequence: FrameSequence = self._load().SequenceExporter(clip)
         return sequence
 
     def _load(self) -> "_Module":
@@ -85,19 +85,19 @@ class Export:
 
 class _Module(Protocol):
     build: "Callable[[Frame, Clip], bytes]"
-    Sequence: "Callable[[Clip], FrameSequence]"
+    SequenceExporter: "Callable[[Clip], FrameSequence]"
 
 
 _ROWS = (
-    Export("ply", "3DGS PLY", "gaussian_ply"),
-    Export("npz", "NumPy arrays, including the integer state", "arrays_npz"),
-    Export("spz", "SPZ 3 of Niantic", "spz", package="gaussforge", extra="export"),
-    Export("sog", "SOG 2 of PlayCanvas", "sog", package="gaussforge", extra="export"),
-    Export(
+    ExportFormat("ply", "3DGS PLY", "gaussian_ply"),
+    ExportFormat("npz", "NumPy arrays, including the integer state", "arrays_npz"),
+    ExportFormat("spz", "SPZ 3 of Niantic", "spz", package="gaussforge", extra="export"),
+    ExportFormat("sog", "SOG 2 of PlayCanvas", "sog", package="gaussforge", extra="export"),
+    ExportFormat(
         "glb", "glTF, KHR_gaussian_splatting", "gltf_binary", package="pygltflib", extra="export"
     ),
-    Export("usdc", "OpenUSD, time samples", "open_usd", True, package="pxr", extra="export"),
-    Export("4dgs", "4dgs keyframes and deltas", "fourdgs_file", True, "fourdgs", "export"),
-    Export("rrd", "rerun recording", "rerun_recording", True, "rerun", "rerun"),
+    ExportFormat("usdc", "OpenUSD, time samples", "open_usd", True, package="pxr", extra="export"),
+    ExportFormat("4dgs", "4dgs keyframes and deltas", "fourdgs_file", True, "fourdgs", "export"),
+    ExportFormat("rrd", "rerun recording", "rerun_recording", True, "rerun", "rerun"),
 )
-EXPORTS = {row.suffix: row for row in _ROWS}
+EXPORT_FORMATS = {row.suffix: row for row in _ROWS}

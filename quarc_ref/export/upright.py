@@ -22,7 +22,7 @@ _UPRIGHT_ROTATIONS = {
     "+z": (_SQRT_HALF, -_SQRT_HALF, 0.0, 0.0),
     "-z": (_SQRT_HALF, _SQRT_HALF, 0.0, 0.0),
 }
-_OPPOSITE = {"+z": "-z", "-z": "+z"}
+_MIRRORED_UP_AXES = {"+z": "-z", "-z": "+z"}
 
 
 def rotate_upright(splats: Splats, clip: Clip) -> Splats:
@@ -48,7 +48,7 @@ def rotate_upright(splats: Splats, clip: Clip) -> Splats:
 
 def find_upright_rotation(clip: Clip) -> tuple[float, float, float, float]:
     """Return the quaternion wxyz that rotates the right-handed axes of a stream to +y up."""
-    up = clip.up if clip.header.right_handed else _OPPOSITE.get(clip.up, clip.up)
+    up = clip.up if clip.header.right_handed else _MIRRORED_UP_AXES.get(clip.up, clip.up)
     return _UPRIGHT_ROTATIONS[up]
 
 

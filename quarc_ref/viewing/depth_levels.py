@@ -24,7 +24,7 @@ def quantize_depth(
         (opacity >= _MIN_OPACITY) & np.isfinite(depth), depth.astype(np.float64), 0
     )
     max_depth = float(valid_depth.max())
-    scale = float(2.0 ** np.ceil(np.log2(max_depth / _MAX_LEVEL))) if max_depth > 0 else 1.0
-    levels = np.clip(np.round(valid_depth / scale), 0, _MAX_LEVEL).astype(np.uint16)
+    level_size = float(2.0 ** np.ceil(np.log2(max_depth / _MAX_LEVEL))) if max_depth > 0 else 1.0
+    levels = np.clip(np.round(valid_depth / level_size), 0, _MAX_LEVEL).astype(np.uint16)
     levels[(valid_depth > 0) & (levels == 0)] = 1
-    return levels, scale
+    return levels, level_size

@@ -11,9 +11,9 @@ from importlib import resources
 from string import Template
 from urllib.parse import urljoin
 
-PLAYER = "quarc-player.js"
-STREAM = "stream.quarc"
-POSTER = "poster.jpg"
+PLAYER_FILE = "quarc-player.js"
+STREAM_FILE = "stream.quarc"
+POSTER_FILE = "poster.jpg"
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,22 +47,22 @@ def build_page(options: PageOptions, *, has_poster: bool = False, url: str | Non
     """
     template = resources.files(__package__).joinpath("page.html").read_text("utf-8")
     player_attributes = {
-        "src": STREAM,
-        "poster": POSTER if has_poster else None,
+        "src": STREAM_FILE,
+        "poster": POSTER_FILE if has_poster else None,
         "camera": options.camera,
         "up": options.up,
         "autoplay": options.autoplay,
         "loop": options.loop,
         "live": options.live,
     }
-    preview = {"og:type": "website", "og:title": options.title}
+    preview_metadata = {"og:type": "website", "og:title": options.title}
     if has_poster and url is not None:  # link previews need absolute URLs
-        preview["og:image"] = urljoin(url, POSTER)
+        preview_metadata["og:image"] = urljoin(url, POSTER_FILE)
     page = Template(template).substitute(
         title=html.escape(options.title),
-        preview="".join(_build_meta(name, value) for name, value in preview.items()),
+        preview="".join(_build_meta(name, value) for name, value in preview_metadata.items()),
         attributes=_build_attributes(player_attributes),
-        poster=f'<img src="{POSTER}" alt="">' if has_poster else "",
+        poster=f'<img src="{POSTER_FILE}" alt="">' if has_poster else "",
     )
     return page.encode()
 
@@ -89,17 +89,17 @@ def build_iframe(title: str, url: str, width: int, height: int) -> str:
 
 def read_player() -> bytes:
     """Return the JavaScript module of the player."""
-    return resources.files(__package__).joinpath("player", PLAYER).read_bytes()
+    return resources.files(__package__).joinpath("player", PLAYER_FILE).read_bytes()
 
 
 def _build_meta(name: str, value: str) -> str:
     return f"<meta {_build_attributes({'property': name, 'content': value})}>\n"
 
 
-def _build_attributes(values: Mapping[str, str | bool | None]) -> str:
+def _build_attributes(attributes: Mapping[str, str | bool | None]) -> str:
     """Format HTML attributes; True adds a name without a value, False and None add nothing."""
     return " ".join(
         name if value is True else f'{name}="{html.escape(str(value))}"'
-        for name, value in values.items()
+        for name, value in attributes.items()
         if value is not None and value is not False
     )

@@ -2,11 +2,11 @@
 
 import re
 
-_ONE_RANGE = re.compile(r"\s*bytes\s*=\s*(?P<first>\d{0,20})\s*-\s*(?P<last>\d{0,20})\s*")
+_RANGE_PATTERN = re.compile(r"\s*bytes\s*=\s*(?P<first>\d{0,20})\s*-\s*(?P<last>\d{0,20})\s*")
 
 
-def find_range(header: str | None, size: int) -> range | None:
-    """Return the requested range of a file.
+def parse_range(header: str | None, size: int) -> range | None:
+    """Return the range of a file that a Range header requests.
 
     Args:
         header: Value of the Range header; None for a request without this header.
@@ -17,7 +17,7 @@ def find_range(header: str | None, size: int) -> range | None:
         None, for the whole file, if the header is missing or malformed, or requests several
         ranges; servers may ignore such requests.
     """
-    match = _ONE_RANGE.fullmatch(header or "")
+    match = _RANGE_PATTERN.fullmatch(header or "")
     if match is None or not (match["first"] or match["last"]):
         return None
     if not match["first"]:

@@ -12,9 +12,9 @@ import re
 import secrets
 from collections.abc import Collection, Sequence
 
-_LOOPBACK = ("localhost", "127.0.0.1", "::1")
-_AUTHORITY = re.compile(r"(\[(?P<ipv6>[\da-f:.]+)\]|(?P<name>[^\[\]:/@?#\s]+))(:\d+)?")
-_ORIGIN = re.compile(r"https?://(?P<authority>.+)")
+_LOOPBACK_HOSTS = ("localhost", "127.0.0.1", "::1")
+_AUTHORITY_PATTERN = re.compile(r"(\[(?P<ipv6>[\da-f:.]+)\]|(?P<name>[^\[\]:/@?#\s]+))(:\d+)?")
+_ORIGIN_PATTERN = re.compile(r"https?://(?P<authority>.+)")
 
 
 class RequestFilter:
@@ -31,7 +31,7 @@ class RequestFilter:
     def __init__(self, host: str, extra_names: Collection[str] = ()) -> None:
         self.token = secrets.token_urlsafe(16)
         self._extra_names = frozenset(name.lower() for name in extra_names)
-        self._names = {host.lower(), *_LOOPBACK, *self._extra_names}
+        self._names = {host.lower(), *_LOOPBACK_HOSTS, *self._extra_names}
 
     def find_rejection_reason(
         self, path: str, hosts: Sequence[str], origins: Sequence[str], address: str
@@ -44,7 +44,7 @@ class RequestFilter:
             origins: Values of the Origin headers.
             address: Address of this machine at which the request arrived.
         """
-        if len(hosts) != 1 or _find_name(hosts[0]) not in {*self._names, address}:
+        if len(hosts) != 1 or _parse_host(hosts[0]) not in {*self._names, address}:
             return (
                 "the Host header is unknown; use quarc-ref view --allow-host NAME to allow a name"
             )
@@ -57,19 +57,19 @@ class RequestFilter:
 
     def _is_same_site(self, origin: str, host: str) -> bool:
         """Return whether an Origin header matches the Host header or an additional name."""
-        match = _ORIGIN.fullmatch(origin.lower())
+        match = _ORIGIN_PATTERN.fullmatch(origin.lower())
         if match is None:
             return False
         authority = match["authority"]
-        return authority == host.lower() or _find_name(authority) in self._extra_names
+        return authority == host.lower() or _parse_host(authority) in self._extra_names
 
 
 def is_host_name(text: str) -> bool:
     """Return whether a text is a host name or address without a port."""
-    return _find_name(f"[{text}]" if ":" in text else text) == text.lower()
+    return _parse_host(f"[{text}]" if ":" in text else text) == text.lower()
 
 
-def _find_name(authority: str) -> str | None:
+def _parse_host(authority: str) -> str | None:
     """Return the host in `host:port`; None if the text is malformed."""
-    match = _AUTHORITY.fullmatch(authority.lower())
+    match = _AUTHORITY_PATTERN.fullmatch(authority.lower())
     return match and (match["ipv6"] or match["name"])

@@ -14,15 +14,15 @@ from urllib.parse import unquote, urlsplit
 
 from quarc_ref.format.errors import SourceError
 from quarc_ref.streams.source import Source
-from quarc_ref.viewing.ranges import find_range
+from quarc_ref.viewing.ranges import parse_range
 from quarc_ref.viewing.request_filter import RequestFilter
 from quarc_ref.viewing.shared_source import GrowingSource
 
-_PORTS_TRIED = 100
+_PORT_COUNT = 100
 _LAST_PORT = 65535
 _PORT_ERRORS = (errno.EADDRINUSE, errno.EACCES)
 # hosts that mean all addresses, and the address for browsers on this machine
-_ANY_ADDRESS = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
+_BROWSER_ADDRESSES = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
 _BLOCK_BYTES = 1 << 20
 _HEADERS = {
     "Cache-Control": "no-store",
@@ -72,8 +72,8 @@ class Server(ThreadingHTTPServer):
         host, port = address
         self.resources, self.report = resources, report
         self.request_filter = RequestFilter(host, names)
-        self._host = _ANY_ADDRESS.get(host, host)
-        ports = range(port, min(port + _PORTS_TRIED, _LAST_PORT + 1))
+        self._host = _BROWSER_ADDRESSES.get(host, host)
+        ports = range(port, min(port + _PORT_COUNT, _LAST_PORT + 1))
         try:
             self._bind_first(host, ports)
         except (OSError, UnicodeError) as error:  # UnicodeError: invalid host name
@@ -160,7 +160,7 @@ class _Handler(BaseHTTPRequestHandler):
         if isinstance(source, GrowingSource):
             _wait_for_range(source, range_header)
         size = source.size() or 0
-        requested_range = find_range(range_header, size)
+        requested_range = parse_range(range_header, size)
         if requested_range is not None and not requested_range:
             self._send_headers(HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE, resource, 0)
             self.send_header("Content-Range", f"bytes */{size}")
@@ -211,6 +211,6 @@ class _Handler(BaseHTTPRequestHandler):
 def _wait_for_range(source: GrowingSource, range_header: str | None) -> None:
     """Wait for the first requested byte if a growing stream does not contain it yet."""
     size = source.size() or 0
-    requested_range = find_range(range_header, size)
+    requested_range = parse_range(range_header, size)
     if requested_range is not None and not requested_range:
         source.wait_for_data(size)

@@ -6,9 +6,16 @@ from dataclasses import dataclass
 from quarc_ref.files import OutputFolder
 from quarc_ref.streams import FileSource, Source
 from quarc_ref.streams.copy_stream import copy_stream
-from quarc_ref.viewing.page import PLAYER, POSTER, STREAM, PageOptions, build_page, read_player
+from quarc_ref.viewing.page import (
+    PLAYER_FILE,
+    POSTER_FILE,
+    STREAM_FILE,
+    PageOptions,
+    build_page,
+    read_player,
+)
 
-_PAGE = "index.html"
+_PAGE_FILE = "index.html"
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,16 +55,21 @@ def write_site(
         BitstreamError: The stream is invalid; every chunk is checked.
         SourceError: The file, pipe or server cannot be read.
     """
-    with folder.open(STREAM) as sink:
+    with folder.open(STREAM_FILE) as sink:
         frames = copy_stream(source, sink)
-    path = folder.path / STREAM
+    path = folder.path / STREAM_FILE
     with path.open("rb", buffering=0) as file:
         poster = draw_poster(FileSource(file))
-    parts = {
-        _PAGE: build_page(options, has_poster=poster is not None, url=url),
-        PLAYER: read_player(),
-        **({POSTER: poster} if poster else {}),
+    contents = {
+        _PAGE_FILE: build_page(options, has_poster=poster is not None, url=url),
+        PLAYER_FILE: read_player(),
+        **({POSTER_FILE: poster} if poster else {}),
     }
-    for name, data in parts.items():
+    for name, data in contents.items():
         folder.write(name, data)
-    return Site(sorted([*parts, STREAM]), frames, path.stat().st_size, POSTER if poster else None)
+    return Site(
+        sorted([*contents, STREAM_FILE]),
+        frames,
+        path.stat().st_size,
+        POSTER_FILE if poster else None,
+    )

@@ -6,7 +6,7 @@ import subprocess
 import pytest
 
 from quarc_ref.encoder.settings.presets import PRESETS, choose_preset, list_settings
-from quarc_ref.export.table import EXPORTS
+from quarc_ref.export.table import EXPORT_FORMATS
 from tests.cli.processes import COMMAND
 
 
@@ -31,7 +31,7 @@ def _complete(line):
     [
         ("quarc-ref enc", ["encode"]),
         ("quarc-ref decode --rec", ["--recover"]),
-        ("quarc-ref decode a.quarc --to ", list(EXPORTS)),
+        ("quarc-ref decode a.quarc --to ", list(EXPORT_FORMATS)),
         ("quarc-ref encode cap --preset ", list(PRESETS)),
         ("quarc-ref encode cap --set motion.lr", ["motion.lr=", "motion.lr_end_factor="]),
         ("quarc-ref demo --set canonical.ke", ["canonical.keyframe_interval="]),

@@ -7,7 +7,7 @@ from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.errors import UnreadableFramesError
 from quarc_ref.export.frames_in import open_frames
 from quarc_ref.export.sidecar import SIDECAR_NAME, build_sidecar, parse_sidecar
-from quarc_ref.export.table import EXPORTS
+from quarc_ref.export.table import EXPORT_FORMATS
 from quarc_ref.format.records import StreamHeader
 from tests.small_streams import CAMERA, make_stream
 
@@ -30,7 +30,7 @@ def clip_and_frames():
 
 
 def write_folder(folder, clip, frames, suffix):
-    export = EXPORTS[suffix]
+    export = EXPORT_FORMATS[suffix]
     if export.package:
         pytest.importorskip(export.package)
     folder.mkdir()
@@ -84,7 +84,7 @@ def test_spz_opacities_of_one_have_a_finite_logit(clip_and_frames, tmp_path):
 
     frame = Frame(frames[0].scene, replace(frames[0].splats, opacities=opacities))
     path = tmp_path / "one.spz"
-    path.write_bytes(EXPORTS["spz"].load_builder()(frame, clip))
+    path.write_bytes(EXPORT_FORMATS["spz"].load_builder()(frame, clip))
     splats, _ = next(iter(open_frames(path).read()))
 
     assert np.isfinite(splats.opacities).all()
@@ -94,7 +94,7 @@ def test_spz_opacities_of_one_have_a_finite_logit(clip_and_frames, tmp_path):
 def test_4dgs_has_ids_and_its_own_frame_rate(clip_and_frames, tmp_path):
     pytest.importorskip("fourdgs")
     clip, frames = clip_and_frames
-    sequence = EXPORTS["4dgs"].begin(clip)
+    sequence = EXPORT_FORMATS["4dgs"].begin(clip)
     for frame in frames:
         sequence.add(frame)
     path = tmp_path / "all.4dgs"

@@ -11,7 +11,7 @@ import pytest
 from quarc_ref.decoder import dequantize
 from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.errors import ExportError
-from quarc_ref.export.table import EXPORTS
+from quarc_ref.export.table import EXPORT_FORMATS
 from quarc_ref.format.records import StreamHeader
 from tests.small_streams import CAMERA, make_stream
 
@@ -29,7 +29,7 @@ def make_clip(**header):
 
 def export(name, clip, frames):
     """Export the last frame, or all frames if the format is a sequence; return the bytes."""
-    entry = EXPORTS[name]
+    entry = EXPORT_FORMATS[name]
     if entry.package:
         pytest.importorskip(
             entry.package, reason=f"install it with pip install 'quarc-ref[{entry.extra}]'"

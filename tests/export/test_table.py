@@ -4,14 +4,14 @@ import sys
 
 import pytest
 
-from quarc_ref.export.table import EXPORTS
+from quarc_ref.export.table import EXPORT_FORMATS
 
 
-@pytest.mark.parametrize("export_entry", EXPORTS.values(), ids=EXPORTS)
+@pytest.mark.parametrize("export_entry", EXPORT_FORMATS.values(), ids=EXPORT_FORMATS)
 def test_every_row_of_the_table_has_a_module_with_its_properties(export_entry):
     module = importlib.import_module(f"quarc_ref.export.{export_entry.module}")
 
-    assert hasattr(module, "Sequence") == export_entry.is_sequence
+    assert hasattr(module, "SequenceExporter") == export_entry.is_sequence
     assert hasattr(module, "build") != export_entry.is_sequence
     assert (export_entry.package is None) == (export_entry.extra is None)
 
@@ -22,7 +22,7 @@ def test_importing_the_table_loads_no_numpy_and_no_library():
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
 
-    heavy_modules = {export_entry.package for export_entry in EXPORTS.values()} | {"numpy"}
+    heavy_modules = {export_entry.package for export_entry in EXPORT_FORMATS.values()} | {"numpy"}
     assert not heavy_modules & set(result.stdout.split())
 
 
@@ -30,4 +30,4 @@ def test_a_missing_library_is_an_import_error_before_anything_is_written(monkeyp
     monkeypatch.setitem(sys.modules, "gaussforge", None)
 
     with pytest.raises(ImportError):
-        EXPORTS["spz"].require()
+        EXPORT_FORMATS["spz"].require()

@@ -1,6 +1,6 @@
 import pytest
 
-from quarc_ref.viewing.ranges import find_range
+from quarc_ref.viewing.ranges import parse_range
 
 
 @pytest.mark.parametrize(
@@ -17,12 +17,12 @@ from quarc_ref.viewing.ranges import find_range
     ],
 )
 def test_a_range_is_within_the_file(header, expected):
-    assert find_range(header, 10) == expected
+    assert parse_range(header, 10) == expected
 
 
 @pytest.mark.parametrize(("header", "size"), [("bytes=10-", 10), ("bytes=-0", 10), ("bytes=0-", 0)])
 def test_a_range_beyond_the_end_has_no_bytes(header, size):
-    found_range = find_range(header, size)
+    found_range = parse_range(header, size)
 
     assert found_range is not None
     assert not found_range
@@ -32,4 +32,4 @@ def test_a_range_beyond_the_end_has_no_bytes(header, size):
     "header", [None, "", "bytes=-", "bytes=5-4", "bytes=0-1,4-5", "items=0-1", "bytes=a-b", "0-1"]
 )
 def test_an_invalid_range_is_treated_as_the_whole_file(header):
-    assert find_range(header, 10) is None
+    assert parse_range(header, 10) is None

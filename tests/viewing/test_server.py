@@ -231,11 +231,11 @@ def test_if_a_port_is_in_use_one_of_the_next_is_chosen():
         assert port + 2 <= server.server_address[1] < port + 100
 
 
-@pytest.mark.parametrize("limit", ["_PORTS_TRIED", "_LAST_PORT"])
+@pytest.mark.parametrize("limit", ["_PORT_COUNT", "_LAST_PORT"])
 def test_only_a_few_ports_are_tried(limit, monkeypatch):
     with ExitStack() as stack:
         port = _occupy_two_ports(stack)
-        monkeypatch.setattr(server_module, limit, 2 if limit == "_PORTS_TRIED" else port + 1)
+        monkeypatch.setattr(server_module, limit, 2 if limit == "_PORT_COUNT" else port + 1)
         expected_message = rf"^cannot listen on 127.0.0.1: .* \(ports {port} to {port + 1}\)$"
 
         with pytest.raises(OSError, match=expected_message):

@@ -19,20 +19,20 @@ from quarc_ref.cli.following import (
 from quarc_ref.cli.options import AsJson, Force, Frames, Quiet, parse_frames
 from quarc_ref.cli.output import TerminalProgress
 from quarc_ref.cli.targets import growing_folder, open_output_frame, written_folder
-from quarc_ref.export.table import EXPORTS
+from quarc_ref.export.table import EXPORT_FORMATS
 from quarc_ref.format.errors import BitstreamError, UnknownCriticalError
 from quarc_ref.inspection.wording import count_noun
 
 if TYPE_CHECKING:
     pass
 
-_FORMATS = "; ".join(f"{row.suffix}: {row.title}" for row in EXPORTS.values()) + "."
+_FORMATS = "; ".join(f"{row.suffix}: {row.title}" for row in EXPORT_FORMATS.values()) + "."
 
 
 def _check_format(name: str | None) -> str | None:
     """Return the name of a format; raise BadParameter if it is unknown."""
-    if name is not None and name not in EXPORTS:
-        message = f"{name!r} is not one of {', '.join(EXPORTS)}."
+    if name is not None and name not in EXPORT_FORMATS:
+        message = f"{name!r} is not one of {', '.join(EXPORT_FORMATS)}."
         raise typer.BadParameter(message)
     return name
 
@@ -56,7 +56,7 @@ def decode_frames(
             metavar="FORMAT",
             help=_FORMATS,
             callback=_check_format,
-            autocompletion=lambda: list(EXPORTS),
+            autocompletion=lambda: list(EXPORT_FORMATS),
             show_default="from PATH's suffix, else ply",
         ),
     ] = None,
@@ -86,7 +86,9 @@ def decode_frames(
 
         frame_range = parse_frames(frames)
         is_single_file = _is_file_output(output, to)
-        export = EXPORTS[output.suffix.lower().removeprefix(".") if is_single_file else to or "ply"]
+        export = EXPORT_FORMATS[
+            output.suffix.lower().removeprefix(".") if is_single_file else to or "ply"
+        ]
         export.require()
         writer = FrameWriter(export, with_sidecar=not is_single_file)
         open_target = (
@@ -139,7 +141,7 @@ def _is_file_output(output: Path, to: str | None) -> bool:
         UsageError: The suffix of the path and `--to` name different formats.
     """
     suffix = output.suffix.lower().removeprefix(".")
-    if suffix in EXPORTS and to not in (suffix, None):
+    if suffix in EXPORT_FORMATS and to not in (suffix, None):
         message = f"the suffix of {output} conflicts with --to {to}: change one of them"
         raise UsageError(message)
-    return suffix in EXPORTS
+    return suffix in EXPORT_FORMATS

@@ -130,15 +130,15 @@ def _warn_about_missing_end(name: str, source: "Source") -> None:
 
 def _open_server(stream: _ViewedStream, address: tuple[str, int], names: list[str]) -> "Server":
     from quarc_ref.streams import BytesSource
-    from quarc_ref.viewing.page import PLAYER, STREAM, build_page, read_player
+    from quarc_ref.viewing.page import PLAYER_FILE, STREAM_FILE, build_page, read_player
     from quarc_ref.viewing.server import Resource, Server
     from quarc_ref.viewing.shared_source import GrowingSource, SharedSource
 
     source_class = GrowingSource if stream.options.live else SharedSource
     resources = {
         "": Resource("text/html; charset=utf-8", BytesSource(build_page(stream.options))),
-        PLAYER: Resource("text/javascript; charset=utf-8", BytesSource(read_player())),
-        STREAM: Resource("application/octet-stream", source_class(stream.source)),
+        PLAYER_FILE: Resource("text/javascript; charset=utf-8", BytesSource(read_player())),
+        STREAM_FILE: Resource("application/octet-stream", source_class(stream.source)),
     }
     if address[0] in _WILDCARD_ADDRESSES:
         names = [*names, socket.gethostname()]

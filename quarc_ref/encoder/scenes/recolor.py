@@ -16,7 +16,7 @@ from quarc_ref.decoder.frames import read_checked_canonical, read_checked_snapsh
 from quarc_ref.decoder.state import Reference
 from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.encoder.closed_loop import ClosedLoop
-from quarc_ref.export.activate import SH_BASE
+from quarc_ref.export.activate import SH_C0
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import CODE_LIMIT
@@ -43,7 +43,7 @@ class Recoloring:
     def apply(self, splats: Splats) -> Splats:
         """Return the Gaussians with changed colors."""
         sh = splats.sh * np.float32(self.gain)
-        sh[:, 0] += ((self.gain - 1) / 2 + np.array(self.offset, np.float32)) / np.float32(SH_BASE)
+        sh[:, 0] += ((self.gain - 1) / 2 + np.array(self.offset, np.float32)) / np.float32(SH_C0)
         return replace(splats, sh=sh)
 
     def change_header(self, header: StreamHeader) -> StreamHeader:
@@ -72,7 +72,7 @@ class Recoloring:
             EncodeError: An offset exceeds the range of the codes.
         """
         color_offset = (self.gain - 1) / 2 + np.array(self.offset)
-        codes = np.rint(color_offset / (SH_BASE * header.sh_dc_step))
+        codes = np.rint(color_offset / (SH_C0 * header.sh_dc_step))
         if np.abs(codes).max() > 2 * CODE_LIMIT:
             message = (
                 f"the gain {self.gain} with the offsets {self.offset} exceeds the range of SH DC "

@@ -36,12 +36,15 @@ def plan_orbit(cameras: Sequence[Camera], first: Camera, up_axis: int, count: in
     """
     up, center, first_pose = find_up(cameras, up_axis), find_center(cameras), camera_pose(first)
     offset = first_pose.eye - center
-    height = (offset @ up) * up
-    radius = offset - height
-    tangent = np.cross(up, radius)
+    vertical_offset = (offset @ up) * up
+    horizontal_offset = offset - vertical_offset
+    tangent = np.cross(up, horizontal_offset)
     return [
         look_at(
-            center + height + math.cos(angle) * radius + math.sin(angle) * tangent,
+            center
+            + vertical_offset
+            + math.cos(angle) * horizontal_offset
+            + math.sin(angle) * tangent,
             center,
             up,
             first_pose.view_angle,
@@ -99,7 +102,7 @@ def plan_tour(cameras: Sequence[Camera], first: Camera, _up_axis: int, count: in
     return interpolate_poses(times, stops, np.linspace(0, times[-1], count))
 
 
-PATHS: dict[str, Callable[[Sequence[Camera], Camera, int, int], list[Pose]]] = {
+PATH_PLANNERS: dict[str, Callable[[Sequence[Camera], Camera, int, int], list[Pose]]] = {
     "orbit": plan_orbit,
     "spiral": plan_spiral,
     "interpolate": plan_tour,

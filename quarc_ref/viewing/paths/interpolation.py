@@ -23,12 +23,12 @@ def interpolate_poses(
     if len(poses) == 1:
         return [poses[0]] * len(sample_times)
     positions = np.array([pose.eye for pose in poses])
-    angles = np.array([pose.view_angle for pose in poses])
+    key_view_angles = np.array([pose.view_angle for pose in poses])
     rotations = RotationSpline(times, Rotation.from_matrix(np.stack([pose.axes for pose in poses])))
     eyes = CubicSpline(times, positions, bc_type="natural")(sample_times)
     axes = rotations(sample_times).as_matrix()
-    view_angles = PchipInterpolator(times, angles)(sample_times)
+    view_angles = PchipInterpolator(times, key_view_angles)(sample_times)
     return [
-        Pose(eye, matrix, float(angle))
-        for eye, matrix, angle in zip(eyes, axes, view_angles, strict=True)
+        Pose(eye, pose_axes, float(angle))
+        for eye, pose_axes, angle in zip(eyes, axes, view_angles, strict=True)
     ]

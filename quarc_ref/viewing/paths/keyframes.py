@@ -74,14 +74,16 @@ class Keyframes:
             if frame is not None
         ]
         if timed_frames:
-            positions = np.interp(
+            frame_positions = np.interp(
                 picture_times,
                 [entry[0] for entry in timed_frames],
                 [float(entry[1]) for entry in timed_frames],
             )
         else:
-            positions = first + picture_times * frames_per_second
-        frames: list[int] = np.clip(np.floor(positions + 1e-6), first, last).astype(int).tolist()
+            frame_positions = first + picture_times * frames_per_second
+        frames: list[int] = (
+            np.clip(np.floor(frame_positions + 1e-6), first, last).astype(int).tolist()
+        )
         return frames
 
 
@@ -111,7 +113,7 @@ def parse_keyframes(
     data: bytes, cameras: Sequence[Camera], reference_camera: Camera, up_axis: int
 ) -> Keyframes:
     """Parse the bytes of a camera path; see `read_keyframes`."""
-    entries = _parse_list(data)
+    entries = _parse_entries(data)
     times: list[float] = []
     poses: list[Pose] = []
     frames: list[int | None] = []
@@ -126,7 +128,7 @@ def parse_keyframes(
     return Keyframes(np.array(times) - times[0], poses, frames)
 
 
-def _parse_list(data: bytes) -> list[Mapping[str, Any]]:
+def _parse_entries(data: bytes) -> list[Mapping[str, Any]]:
     try:
         document = json.loads(data[:_MAX_BYTES])
     except (ValueError, RecursionError) as error:
@@ -188,8 +190,8 @@ def _read_pose(
         pose = camera_pose(camera_by_name[name])
         return Pose(pose.eye, pose.axes, _read_field_of_view(entry, pose.view_angle))
     up = _read_vector(entry, "up") if "up" in entry else find_up(cameras, up_axis)
-    angle = _read_field_of_view(entry, camera_pose(reference_camera).view_angle)
-    return look_at(_read_vector(entry, "position"), _read_vector(entry, "target"), up, angle)
+    view_angle = _read_field_of_view(entry, camera_pose(reference_camera).view_angle)
+    return look_at(_read_vector(entry, "position"), _read_vector(entry, "target"), up, view_angle)
 
 
 def _read_field_of_view(entry: Mapping[str, Any], default: float) -> float:

@@ -44,17 +44,17 @@ class Pose:
     """
 
     eye: Vector
-    axes: Vector
+    axes: NDArray[np.float64]
     view_angle: float
 
     def as_camera(self, reference_camera: Camera) -> Camera:
         """Return a camera with this pose and the picture size of another camera."""
-        focal = reference_camera.height / 2 / math.tan(self.view_angle / 2)
+        focal_length = reference_camera.height / 2 / math.tan(self.view_angle / 2)
         return replace(
             reference_camera,
             name="path",
-            fx=focal * reference_camera.fx / reference_camera.fy,
-            fy=focal,
+            fx=focal_length * reference_camera.fx / reference_camera.fy,
+            fy=focal_length,
             rotation=tuple(self.axes.ravel().tolist()),
             translation=tuple((-self.axes @ self.eye).tolist()),
         )

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from quarc_ref.format.cameras import Camera
 from quarc_ref.viewing.outline import Outline
-from quarc_ref.viewing.paths.automatic import PATHS
+from quarc_ref.viewing.paths.automatic import PATH_PLANNERS
 from quarc_ref.viewing.paths.keyframes import read_keyframes
 from quarc_ref.viewing.paths.pose import PathError, Shot
 
@@ -34,9 +34,11 @@ def plan_shots(
     if not count:
         message = "the stream has none of the requested frames"
         raise PathError(message)
-    if name in PATHS:
+    if name in PATH_PLANNERS:
         shot_count = picture_count or count
-        poses = PATHS[name](outline.cameras, reference_camera, outline.header.up_axis, shot_count)
+        poses = PATH_PLANNERS[name](
+            outline.cameras, reference_camera, outline.header.up_axis, shot_count
+        )
         frames = [first + index * count // shot_count for index in range(shot_count)]
     else:
         if picture_count is not None:
