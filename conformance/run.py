@@ -3,8 +3,8 @@
     python conformance/run.py --decoder "python -m quarc_ref.conformance"
     python conformance/run.py --decoder "./mydecoder" --only invalid/ --json report.json
 
-Needs only Python 3.11. README.md is the introduction; RUNNER.md describes how the runner calls
-decoders and encoders.
+The runner needs only Python 3.11. README.md is the introduction; RUNNER.md describes how the runner
+calls decoders and encoders.
 """
 
 import argparse
@@ -49,14 +49,21 @@ def parse_arguments() -> argparse.Namespace:
     )
     mode_group = parser.add_mutually_exclusive_group(required=True)
     mode_group.add_argument("--decoder", help="command of the decoder, in shell syntax")
-    parser.add_argument("--encoder", help="command of an encoder; --decoder decodes its streams")
-    mode_group.add_argument("--write", type=Path, metavar="DIR", help="write all streams as files")
+    parser.add_argument(
+        "--encoder", help="command of an encoder to test; --decoder decodes its streams"
+    )
+    mode_group.add_argument(
+        "--write",
+        type=Path,
+        metavar="DIR",
+        help="write all streams of the suite as files to this folder",
+    )
     parser.add_argument("--suite", type=Path, default=Path(__file__).resolve().parent)
     parser.add_argument(
         "--only",
         action="append",
         default=[],
-        help="run only the cases whose names begin with this; may be repeated",
+        help="run only the cases whose names begin with this prefix; may be repeated",
     )
     parser.add_argument(
         "--timeout", type=float, default=10.0, help="time limit of a case in seconds"
@@ -68,7 +75,7 @@ def parse_arguments() -> argparse.Namespace:
         help="start a new process for each stream, even if the decoder supports jobs",
     )
     parser.add_argument(
-        "--clauses", action="store_true", help="also list the results of each clause"
+        "--clauses", action="store_true", help="add the results of each clause to the text report"
     )
     parser.add_argument("--json", type=Path, help="write a JSON report to this file")
     parser.add_argument("--junit", type=Path, help="write a JUnit report to this file")
@@ -82,7 +89,7 @@ def run_suite(options: argparse.Namespace, limits: Limits) -> Report:
     has_jobs = "jobs" in capabilities.get("capabilities", [])
     cases = select_cases(list_cases(suite, capabilities), options.only)
     if not cases:
-        message = f"--only {' '.join(options.only)}: no case has a name with such a prefix"
+        message = f"--only {' '.join(options.only)}: no case name begins with any of these prefixes"
         raise SuiteError(message)
     case_runner = CaseRunner(options.decoder, suite, limits, jobs=has_jobs)
     results = []
@@ -100,7 +107,7 @@ def run_scenes(options: argparse.Namespace, limits: Limits) -> Report:
     """Test an encoder with every scene of the suite."""
     scenes = sorted((options.suite / "encoder").glob("*.json"))
     if not scenes:
-        message = f"no scene in {options.suite / 'encoder'}"
+        message = f"{options.suite / 'encoder'} contains no scenes"
         raise SuiteError(message)
     results = []
     for scene in scenes:
@@ -116,7 +123,7 @@ def write_streams(suite: Suite, folder: Path) -> int:
         path = folder / f"{name}.quarc"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(suite.stream(name))
-    print(f"{len(suite.vectors)} streams in {folder}")
+    print(f"{len(suite.vectors)} streams written to {folder}")
     return 0
 
 

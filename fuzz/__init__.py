@@ -1,1 +1,1 @@
-"""Fuzzes all functions that read bytes of files; see `fuzz.__main__`."""
+"""Fuzzes the functions that parse files; see `fuzz.__main__`."""

@@ -25,7 +25,7 @@ _CORPUS_ROOT = Path("out/fuzz")
 
 
 def main() -> None:
-    """Fuzz a target until an input fails or the time limit is reached."""
+    """Fuzz a target until an input fails or a limit of libFuzzer is reached."""
     name = sys.argv[1] if len(sys.argv) > 1 else ""
     if name not in TARGETS:
         sys.exit(f"{__doc__}\nTargets: {', '.join(TARGETS)}")
@@ -47,7 +47,7 @@ def _prepare_corpus(name: str) -> Path:
 
 
 def _mutate_stream(data: bytes, max_size: int, seed: int) -> bytes:
-    """Mutate a payload and correct all CRCs; in damaged streams, and sometimes, mutate any byte."""
+    """Mutate a payload and correct the CRCs; if that fails or for 1 seed in 4, mutate any byte."""
     try:
         chunks = split_stream(data) if seed % 4 else []
     except BitstreamError:

@@ -1,7 +1,7 @@
-"""Fuzz targets: each passes bytes to a reader, and suppresses the errors that the reader documents.
+"""Fuzz targets: each passes bytes to a reader and suppresses the errors that the reader documents.
 
-Any other exception is a fault. Targets are called by atheris from `fuzz.__main__`, and by the tests
-in `tests/hostile`, which also contains the seeds.
+Any other exception is a bug. Targets are called by atheris from `fuzz.__main__`, and by the tests
+in `tests/hostile`; that folder also contains the seeds.
 """
 
 import io
@@ -91,7 +91,7 @@ def poses(data: bytes) -> None:
 
 @contextmanager
 def _write_temporary_file(name: str, data: bytes) -> Iterator[Path]:
-    """Write a file into a temporary folder, and yield its path."""
+    """Write a file to a temporary folder, and yield its path."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / name
         path.write_bytes(data)

@@ -18,7 +18,7 @@ class Clause:
     Attributes:
         section: Number of the section that contains the clause.
         number: Id of the clause, which is in brackets at its end.
-        text: Text from the end of the previous clause in its block to the id.
+        text: Text from the end of the previous clause of the same paragraph or list item to the id.
     """
 
     section: str
@@ -47,13 +47,13 @@ def split_blocks(spec: str) -> Iterator[tuple[str, str]]:
 
 
 def parse_clauses(spec: str) -> list[Clause]:
-    """Return all clauses; each MUST must have an id, and each id a MUST."""
+    """Return all clauses, after checking that each MUST has an id and each id a MUST."""
     parsed = []
     for section, block in split_blocks(re.sub(r'"MUST(?: NOT)?"', "", spec)):
         begin, must_token = 0, None
         for token in _TOKEN.finditer(block):
             if token["word"]:
-                assert must_token is None, f"{section}: two MUST precede one id: {block}"
+                assert must_token is None, f"{section}: two MUSTs precede one id: {block}"
                 must_token = token
                 continue
             assert must_token is not None, f"{section}: no MUST precedes {token[0]}"
@@ -79,7 +79,7 @@ def check_clause_ids(spec: str) -> None:
 
 
 def check_reject_ids_of_clauses(spec: str) -> None:
-    """Check that clauses and the table of reject ids contain the same ids."""
+    """Check that each reject id is in a clause of a section that the table of reject ids lists."""
     table_sections = {row[0]: row[2] for row in spec_text.read_table(spec, "rejects")}
     clause_sections: dict[str, set[str]] = {name: set() for name in table_sections}
     for clause in parse_clauses(spec):
@@ -88,7 +88,7 @@ def check_reject_ids_of_clauses(spec: str) -> None:
     for name, sections in clause_sections.items():
         stated_sections = set(re.findall(r"\d+(?:\.\d+)?", table_sections[name]))
         assert sections & stated_sections, (
-            f"{name}: no clause in {table_sections[name]}, but in {sections}"
+            f"{name}: the table lists {table_sections[name]}, but the clauses are in {sections}"
         )
 
 

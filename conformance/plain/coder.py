@@ -1,4 +1,4 @@
-"""Decodes bits with their probabilities (SPEC 8.2, 8.3), written from SPEC.md alone."""
+"""Decodes bits by their probabilities (SPEC 8.2, 8.3); written from SPEC.md alone."""
 
 from dataclasses import dataclass
 
@@ -6,11 +6,11 @@ _TOTAL = 1 << 24
 _COUNT_LIMIT = 4096
 
 Counts = dict[tuple[str, int], list[int]]
-"""Numbers of zeros and ones, by model and context; a missing entry means (0, 0)."""
+"""Counts [zeros, ones] by (model, context); a missing entry means [0, 0]."""
 
 
 def weight_from_code(code: int) -> int:
-    """Return the weight of a 1, from a stated code."""
+    """Return the weight of a 1 for a stated probability code."""
     assert code < 240, "bad-probability"
     if code >= 120:
         return _TOTAL - weight_from_code(code - 120)
@@ -18,12 +18,12 @@ def weight_from_code(code: int) -> int:
 
 
 def weight_from_counts(zeros: int, ones: int) -> int:
-    """Return the weight of a 1, from the zeros and ones that a context has counted."""
+    """Return the weight of a 1 for a context that has counted these zeros and ones."""
     return (2 * ones + 1) * _TOTAL // (2 * (zeros + ones) + 2)
 
 
 def add_to_counts(counts: list[int], bits: list[int]) -> list[int]:
-    """Return the counts (zeros, ones) of a context after the bits of a plane."""
+    """Return the counts (zeros, ones) of a context after it has coded the bits of a plane."""
     ones = counts[1] + sum(bits)
     zeros = counts[0] + len(bits) - sum(bits)
     while zeros + ones > _COUNT_LIMIT:

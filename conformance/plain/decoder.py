@@ -1,7 +1,7 @@
-"""A second decoder in plain Python integers (SPEC 6 to 9), for the streams of the annexes.
+"""A second decoder in plain Python integers (SPEC 6 to 9), for the vectors and the annexes.
 
-It follows the wording of SPEC, shares only the slow functions of `plain.oracle`, and records
-everything on the way: planes, symbols, anchors, states.
+It follows the wording of SPEC.md, and records all intermediate results: planes, symbols, anchors
+and states.
 """
 
 import copy
@@ -30,7 +30,7 @@ _CANONICAL_SECTIONS = ("positions", "SH DC", "opacity", "log-scales", "rotations
 
 @dataclass
 class PlainFrame:
-    """The content of the chunk of a frame, and the state after the frame."""
+    """The content of a frame's chunk, and the state after the frame."""
 
     kind: str
     state: PlainState
@@ -47,7 +47,7 @@ class PlainStream:
 
 
 def decode_plain(spec: str, data: bytes) -> PlainStream:
-    """Decode a stream with the syntax tables of SPEC.md; raise AssertionError for any fault."""
+    """Decode a stream with the syntax tables of SPEC.md; raise an AssertionError for any fault."""
     reader = FieldReader(spec, data)
     chunks = reader.read_chunks()
     header = chunks[0].fields
@@ -78,7 +78,7 @@ class FrameDecoder:
         return PlainFrame(kind, state, self.runs, self.notes, crc)
 
     def reconstruct_state(self, previous: PlainState | None) -> PlainState:
-        """Return the state after the frame, without comparing its CRC."""
+        """Return the state after the frame, without checking its CRC."""
         if previous is not None and "survivors" in self.fields:
             return self._decode_snapshot(previous)
         if previous is None or "gaussian_count" in self.fields:
@@ -113,7 +113,7 @@ class FrameDecoder:
         survivors = read_survivors(section, len(gaussians))
         self._close_section(section)
         for number, differences in survivors.items():
-            self._record_note(f"differences of {number} of the CANO", differences)
+            self._record_note(f"differences of Gaussian {number} of the CANO", differences)
         newborn_gaussians = self._read_gaussians(self.fields["newborn_count"])
         assert survivors or newborn_gaussians, "count"
         state = self._make_state(
@@ -176,7 +176,7 @@ class FrameDecoder:
         ordered = sorted(previous.gaussians, key=lambda g: (g.codes[3], g.id))
         dead_ids = {g.id for g in ordered[: self.fields["death_count"]]}
         remaining = [g for g in previous.gaussians if g.id not in dead_ids]
-        self._record_note("ids of the dead", sorted(dead_ids))
+        self._record_note("ids of the Gaussians that die", sorted(dead_ids))
         state = replace(
             previous, frame=previous.frame + 1, phase=previous.phase + 1, gaussians=remaining
         )
@@ -228,7 +228,7 @@ class FrameDecoder:
         return state.levels
 
     def _apply_motion(self, state: PlainState) -> None:
-        """Read the motion, and apply it to the Gaussians (SPEC 8.7, 7.5)."""
+        """Read the motion and apply it to the Gaussians (SPEC 8.7, 7.5)."""
         previous = {g.id: g.motion for g in state.gaussians}
         if not self.fields["previous_contexts"]:
             previous = {}
@@ -237,7 +237,7 @@ class FrameDecoder:
         read_motion(section, channels, previous, state.levels)
         self._close_section(section)
         for number, level in enumerate(state.levels, 1):
-            self._record_note(f"level {number}: what is expected of the anchors", level.expected)
+            self._record_note(f"level {number}: expected symbols of the anchors", level.expected)
             self._record_note(f"level {number}: symbols of the anchors", level.symbols)
         step, unity = self.header["translation_step"], self.header["rotation_unity"]
         for g in state.gaussians:
@@ -258,7 +258,9 @@ class FrameDecoder:
         changes = read_updates(section, state.gaussians)
         self._close_section(section)
         for number, residuals in changes.items():
-            self._record_note(f"update of {number}", "leaves" if residuals is None else residuals)
+            self._record_note(
+                f"update of Gaussian {number}", "leaves" if residuals is None else residuals
+            )
         step, unity = self.header["translation_step"], self.header["rotation_unity"]
         state.gaussians = apply_updates(state.gaussians, changes, step, unity)
 

@@ -1,6 +1,6 @@
 """Parses a stream with the syntax tables of SPEC 5, which are read from the text of SPEC.md.
 
-The code contains no layout, so a wrong row of a table results in wrong fields.
+No layout is written in this code, so a mistake in a table leads to wrong fields.
 """
 
 import re

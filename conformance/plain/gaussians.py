@@ -1,4 +1,4 @@
-"""Reads coded Gaussians (SPEC 8.5, 8.6) in plain Python integers, written from SPEC.md alone."""
+"""Reads coded Gaussians (SPEC 8.5, 8.6) in plain integers; written from SPEC.md alone."""
 
 from plain.planes import (
     PlainSection,
@@ -12,7 +12,7 @@ from plain.planes import (
 
 
 def read_keys(section: PlainSection, name: str, count: int) -> Row:
-    """Return Morton keys or indices of parents, in ascending order."""
+    """Return Morton keys or parent indices, in ascending order."""
     return ascending(section, name, count, 6)
 
 

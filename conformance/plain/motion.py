@@ -1,4 +1,4 @@
-"""Reads the motion section (SPEC 8.7) in plain Python integers, written from SPEC.md alone."""
+"""Reads the motion section (SPEC 8.7) in plain integers; written from SPEC.md alone."""
 
 from plain.planes import PlainSection
 from plain.state import PlainLevel, Vector
@@ -10,7 +10,7 @@ _MAGNITUDE_BORDERS = (-8, -3, -1, 0, 1, 2, 3, 4, 6, 10)
 def read_motion(
     section: PlainSection, channels: int, motion: dict[int, Vector], levels: list[PlainLevel]
 ) -> None:
-    """Read the expected and the coded symbols of every anchor into its level.
+    """Set the expected and the coded symbols of the anchors of every level.
 
     Args:
         section: Motion section of the frame.
@@ -49,7 +49,7 @@ def _subtract(first: Vector, second: Vector) -> Vector:
 
 
 def _classify(value: int, borders: tuple[int, ...]) -> int:
-    """Return how many borders a value has reached."""
+    """Return how many of the borders are at most `value`."""
     return sum(value >= border for border in borders)
 
 

@@ -1,7 +1,6 @@
 """Slow and simple versions of the normative functions, in plain Python integers.
 
-They are written from SPEC.md and share no code with quarc_ref, which must return exactly the same
-results.
+They were written from SPEC.md and share no code with quarc_ref, whose results must be equal.
 """
 
 from fractions import Fraction
@@ -82,7 +81,7 @@ def sample(
 
 
 def bind(positions: list[tuple[int, ...]], anchors: list[tuple[int, ...]]) -> list[int]:
-    """Return the index of the nearest anchor of each Gaussian; the lowest wins a tie (SPEC 6.4)."""
+    """Return the index of the anchor nearest to each position, the lowest in a tie (SPEC 6.4)."""
     return [
         min(
             range(len(anchors)),

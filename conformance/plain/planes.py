@@ -1,4 +1,4 @@
-"""Reads planes and integers (SPEC 8.1, 8.4, 8.5) in plain integers, written from SPEC.md alone.
+"""Reads planes and integers (SPEC 8.1, 8.4, 8.5) in plain integers; written from SPEC.md alone.
 
 A section records a run for each context of each plane. The annexes of SPEC.md print these runs.
 """
@@ -13,7 +13,7 @@ Row = list[int]
 
 @dataclass
 class Run:
-    """The bits that a plane codes in one context; all bits of a raw plane, which has no model."""
+    """The bits that a plane codes in one context, or all bits of a raw plane without a model."""
 
     section: str
     model: str | None
@@ -31,7 +31,7 @@ class PlainSection:
     Attributes:
         title: Name of the section, such as `motion`.
         words: The 32-bit words of the section.
-        counts: Numbers of zeros and ones, which reading a plane updates.
+        counts: Numbers of zeros and ones of each context; reading a plane updates them.
     """
 
     title: str
@@ -93,7 +93,7 @@ class PlainSection:
 
 
 def open_section(title: str, stored: dict[str, Any], counts: Counts) -> PlainSection:
-    """Return a section for reading, from its parsed fields."""
+    """Return a section to read, given its parsed fields."""
     return PlainSection(title, list(stored["words"]), counts)
 
 
@@ -107,7 +107,7 @@ def fixed(section: PlainSection, name: str, contexts: Row, width: int) -> Row:
 
 
 def _read_mantissas(section: PlainSection, name: str, inner_contexts: Row, classes: Row) -> Row:
-    """The numbers; `inner_contexts` is the part of the context before `values`."""
+    """Return the magnitudes; a context combines `inner_contexts` with the bits read so far."""
     values = [min(k, 1) for k in classes]
     for depth in range(max(classes, default=0)):
         indices = [index for index, k in enumerate(classes) if k > depth + 1]

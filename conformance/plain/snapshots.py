@@ -1,4 +1,4 @@
-"""Reads survivors of snapshots (SPEC 7.9, 8.9) in plain integers, written from SPEC.md alone."""
+"""Reads survivors of snapshots (SPEC 7.9, 8.9) in plain integers; written from SPEC.md alone."""
 
 from plain.planes import PlainSection, fixed, signed
 from plain.state import PlainCodedGaussian, Vector
@@ -16,7 +16,7 @@ _FIELDS = {
 
 
 def read_survivors(section: PlainSection, count: int) -> Survivors:
-    """Read which Gaussians of the CANO survive, and their differences."""
+    """Return the differences of the surviving Gaussians of a CANO with `count` Gaussians."""
     survival_bits = section.read_plane("survivors, lives", "", [0] * count)
     survivor_indices = [i for i, bit in enumerate(survival_bits) if bit]
     differences: list[Vector] = [[0] * 14 for _ in survivor_indices]

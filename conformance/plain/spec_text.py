@@ -1,6 +1,6 @@
 """Reads SPEC.md: tables below markers, sections, and generated regions.
 
-Most functions take the text as an argument, so that tests can pass a text with a mistake.
+Most functions take the text as an argument, so that tests can pass a text with a mistake in it.
 """
 
 import re
@@ -90,7 +90,7 @@ def list_section_numbers(spec: str) -> set[str]:
 
 
 def find_section_references(source: str) -> list[str]:
-    """Return the section numbers after `SPEC ` in a source file; of a range, the first and last."""
+    """Return the section numbers cited after `SPEC ` in source text; for a range, its two ends."""
     references = []
     for numbers in re.findall(r"SPEC (\d[\d., to and]*)", source):
         references += re.findall(r"\d+(?:\.\d+)?", numbers)

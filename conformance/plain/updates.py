@@ -1,4 +1,4 @@
-"""Updates (SPEC 7.8, 8.8) in plain Python integers, written from SPEC.md alone."""
+"""Reads and applies updates (SPEC 7.8, 8.8) in plain integers; written from SPEC.md alone."""
 
 from plain import oracle
 from plain.planes import PlainSection, signed
@@ -12,12 +12,12 @@ _FIELDS = {
     "SH DC": range(10, 13),
 }
 
-# The 13 residuals of each changed Gaussian, by its id; None if the Gaussian leaves.
+# The 13 residuals of each changed Gaussian, by its id; None if the Gaussian is deleted.
 Changes = dict[int, Vector | None]
 
 
 def read_updates(section: PlainSection, gaussians: list[PlainGaussian]) -> Changes:
-    """Read the updates of the Gaussians of a frame, from the section of updates."""
+    """Read the updates of a frame from its updates section."""
     contexts = [4 * _classify_motion(sum(map(abs, g.motion))) + g.recency for g in gaussians]
     bits = section.read_plane("updates, changes", "", contexts)
     changed = [g for g, bit in zip(gaussians, bits, strict=True) if bit]
@@ -46,7 +46,7 @@ def read_updates(section: PlainSection, gaussians: list[PlainGaussian]) -> Chang
 def apply_updates(
     gaussians: list[PlainGaussian], changes: Changes, step: int, unity: int
 ) -> list[PlainGaussian]:
-    """Return the Gaussians that do not leave, with the changes applied."""
+    """Return the Gaussians that are not deleted, with their changes applied."""
     remaining = [g for g in gaussians if changes.get(g.id, []) is not None]
     assert remaining, "count"
     for g in remaining:

@@ -1,4 +1,4 @@
-"""Runs a decoder: a process for each stream, one process for many jobs, or a growing stream."""
+"""Runs a decoder: one process for each stream, or one for many jobs; also feeds growing streams."""
 
 import json
 from collections.abc import Iterator
@@ -110,7 +110,8 @@ class CaseRunner:
             if fault.verdict != "timeout" or not printed_lines:
                 raise
             return Verdict(
-                "missing", f"frame {len(printed_lines)} is not printed while the stream grows"
+                "missing",
+                f"frame {len(printed_lines)} was not printed before the next chunk was sent",
             )
         finally:
             decoder.kill()
@@ -125,7 +126,7 @@ def _next_line(lines: Iterator[Line], number: int) -> Line:
 
 
 def _check_status(decoder: Decoder, lines: list[Line]) -> None:
-    """Raise a fault if the exit status does not match the printed lines."""
+    """Raise `FaultError` if the exit status does not match the printed lines."""
     status = decoder.finish()
     last_line = lines[-1] if lines else {}
     expected = next((code for key, code in _EXIT_STATUS.items() if key in last_line), 0)

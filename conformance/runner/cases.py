@@ -16,11 +16,12 @@ class Case:
 
     Attributes:
         name: Name of the vector or unit, with a suffix for the mode.
-        category: streams, traps, levels, invalid, damaged, resource or unit.
+        category: One of streams, traps, levels, invalid, damaged, resource and unit.
         mode: One of MODES.
         clauses: Numbers of the tested clauses or sections of SPEC.md.
         vector: Name of the stream; in mode `unit`, name of the function.
-        expected: Keys `frames`, `refused`, `gaps`, `may_decline`; or `output`, `refused` of a unit.
+        expected: Expected result, with the keys `frames`, `refused`, `gaps` and `may_decline`; for
+            a unit, with `output` or `refused`.
         job: The case as a job, for decoders that support jobs.
     """
 

@@ -1,4 +1,4 @@
-"""Tests an encoder: compares its declarations with its decoded stream.
+"""Tests an encoder by comparing its declarations with its decoded stream.
 
 A trusted decoder decodes the stream; see RUNNER.md, Encoders.
 """
@@ -48,7 +48,7 @@ def try_encoder(encoder: str, decoder: str, scene: Path, limits: Limits) -> Verd
 
 
 def judge_encoder(scene: Line, declared: list[Line], stream: bytes, decoded: list[Line]) -> Verdict:
-    """Return the verdict on a stream, given its scene, the declared and the decoded lines."""
+    """Return the verdict on a stream, given the lines printed by the encoder and by a decoder."""
     if not declared or "bounds" not in declared[-1] or "level" not in declared[-1]:
         return Verdict("silent", "the last line does not declare `level` and `bounds`")
     if decoded and "refused" in decoded[-1]:
@@ -97,7 +97,7 @@ def _decode(decoder: str, stream: bytes, limits: Limits) -> list[Line]:
 
 
 def _judge_level(level: int, stream: bytes, decoded: list[Line]) -> Verdict | None:
-    """Compare the declared level and that of HEAD with the lowest level that suffices."""
+    """Check that the declared level and the level in HEAD are the lowest level that suffices."""
     chunks = [piece for piece, _ in split_chunks(stream)]
     head = chunks[0][8 + 20 + _LEVEL_OFFSET]
     payloads = [chunk[20:-4] for chunk in chunks[1:]]
@@ -115,7 +115,10 @@ def _judge_level(level: int, stream: bytes, decoded: list[Line]) -> Verdict | No
         (n for n, limits in LEVELS.items() if all(map(int.__le__, usage, limits))), _UNLIMITED_LEVEL
     )
     if not level == head == lowest_level:
-        return Verdict("level", f"{level} is declared, HEAD says {head}, {lowest_level} would do")
+        return Verdict(
+            "level",
+            f"level {level} declared, level {head} in HEAD, but level {lowest_level} suffices",
+        )
     return None
 
 
@@ -128,7 +131,7 @@ def _judge_bounds(scene: Line, bounds: dict[str, float], decoded: list[Line]) ->
         if len(gaussians) != len(previous) + len(added):
             return Verdict(
                 "missing",
-                f"{len(gaussians)} Gaussians in frame {number}, not {len(previous) + len(added)}",
+                f"frame {number} has {len(gaussians)} Gaussians, not {len(previous) + len(added)}",
             )
         fault = _find_unmatched(added, gaussians[len(previous) :], bounds)
         if number and not fault:
@@ -155,7 +158,7 @@ def _split_gaussians(line: Line, degree: int) -> Iterator[dict[str, tuple[float,
 def _find_unmatched(
     expected: list[Line], decoded: list[dict[str, tuple[float, ...]]], bounds: dict[str, float]
 ) -> str:
-    """Return a message on the first expected Gaussian without a match; empty if all match."""
+    """Return a message about the first expected Gaussian without a match; empty if all match."""
     candidates = list(decoded)
     for gaussian in expected:
         match = next(
@@ -167,7 +170,9 @@ def _find_unmatched(
             None,
         )
         if match is None:
-            return f"no decoded Gaussian is within the bounds of the one at {gaussian['position']}"
+            return (
+                f"no decoded Gaussian matches the one at {gaussian['position']} within the bounds"
+            )
         candidates.remove(match)
     return ""
 
@@ -179,7 +184,7 @@ def _is_within_bounds(
 
 
 def _distance(name: str, expected: list[float], decoded: tuple[float, ...]) -> float:
-    """Return the largest difference of a component; q and -q are the same rotation."""
+    """Return the largest difference between components; q and -q are the same rotation."""
     difference = max(abs(a - b) for a, b in zip(expected, decoded, strict=True))
     negated_difference = max(abs(a + b) for a, b in zip(expected, decoded, strict=True))
     return min(difference, negated_difference) if name == "rotation" else difference

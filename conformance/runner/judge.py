@@ -28,10 +28,10 @@ class Verdict:
 
 
 def judge(case: Case, lines: list[Line]) -> Verdict:
-    """Return the verdict on the lines that a decoder printed before it ended without a crash."""
+    """Return the verdict on the lines that a decoder printed, given that it did not crash."""
     for line in lines:
         if not line.keys() & {"frame", "gap", "refused", "declined", "output"}:
-            return Verdict("garbage", f"a line has no known key: {str(line)[:80]}")
+            return Verdict("garbage", f"a line has none of the keys of RUNNER.md: {str(line)[:80]}")
     if case.mode == "unit":
         return _judge_unit(case, lines)
     if case.mode == "numbers":
@@ -59,10 +59,10 @@ def _judge_frames(case: Case, lines: list[Line]) -> Verdict | None:
                 "wrong", f"frame {printed[0]} was printed instead of frame {expected_row[0]}"
             )
         if printed != expected_row:
-            return Verdict("wrong", f"frame {expected_row[0]} differs from the encoded one")
+            return Verdict("wrong", f"frame {expected_row[0]} differs from the expected one")
     if len(printed_rows) > len(expected):
         return Verdict(
-            "extra", f"frame {printed_rows[len(expected)][0]} was printed but must not be"
+            "extra", f"frame {printed_rows[len(expected)][0]} was printed but is not expected"
         )
     if len(printed_rows) < len(expected) and not case.expected.get("refused"):
         return _find_rejection(lines) or Verdict(
@@ -70,7 +70,8 @@ def _judge_frames(case: Case, lines: list[Line]) -> Verdict | None:
         )
     if len(printed_rows) < len(expected):
         return Verdict(
-            "missing", f"frame {expected[len(printed_rows)][0]} is missing before the fault"
+            "missing",
+            f"frame {expected[len(printed_rows)][0]}, which precedes the fault, is missing",
         )
     return None
 
@@ -88,7 +89,9 @@ def _judge_end(case: Case, end_lines: list[Line]) -> Verdict | None:
     if not allowed:
         return _find_rejection(end_lines)
     if not end_lines:
-        return Verdict("not-refused", f"{' or '.join(allowed)} was expected")
+        return Verdict(
+            "not-refused", f"the stream was not rejected, expected {' or '.join(allowed)}"
+        )
     if end_lines[0].get("refused") not in allowed:
         reject_id = end_lines[0].get("refused", "declined")
         return Verdict("wrong-id", f"{reject_id}, expected {' or '.join(allowed)}")
@@ -99,7 +102,7 @@ def _judge_gaps(case: Case, lines: list[Line]) -> Verdict:
     printed_gaps = [line["gap"] for line in lines if "gap" in line]
     expected_gaps = case.expected.get("gaps", [])
     if len(printed_gaps) != len(expected_gaps):
-        return Verdict("gaps", f"{len(printed_gaps)} gaps, not {len(expected_gaps)}")
+        return Verdict("gaps", f"{len(printed_gaps)} gaps, expected {len(expected_gaps)}")
     for printed, gap in zip(printed_gaps, expected_gaps, strict=True):
         matches = all(printed.get(key) == gap[key] for key in ("offset", "bytes", "frames_lost"))
         if not matches or printed.get("refused") not in gap["refused"]:
@@ -122,7 +125,7 @@ def _judge_unit(case: Case, lines: list[Line]) -> Verdict:
     if not lines:
         return Verdict("silent", "the decoder printed nothing")
     if len(lines) > 1:
-        return Verdict("extra", "more than one line")
+        return Verdict("extra", "the decoder printed more than one line")
     key = "output" if "output" in case.expected else "refused"
     answer, expected = lines[0].get(key), case.expected[key]
     if answers_match(answer, expected):
@@ -131,7 +134,7 @@ def _judge_unit(case: Case, lines: list[Line]) -> Verdict:
 
 
 def answers_match(answer: Any, expected: Any) -> bool:
-    """Return whether an answer is as expected; an integer may be written as a decimal string."""
+    """Return whether an answer is the expected one; integers may be decimal strings."""
     if isinstance(answer, list) and isinstance(expected, list):
         return len(answer) == len(expected) and all(map(answers_match, answer, expected))
     if isinstance(answer, dict) and isinstance(expected, dict):

@@ -1,4 +1,4 @@
-"""Limits and measures the memory and the time of a process."""
+"""Limits the memory and the time that a process may use."""
 
 import os
 import resource
@@ -16,8 +16,8 @@ class Limits:
     """Limits of one case.
 
     Attributes:
-        seconds: Limit of the elapsed time.
-        memory_mib: Limit of the resident memory of the decoder and its child processes, in MiB.
+        seconds: Maximum elapsed time.
+        memory_mib: Maximum resident memory of the decoder and its child processes, in MiB.
     """
 
     seconds: float = 10.0

@@ -39,10 +39,10 @@ class Suite:
             manifest = json.loads((root / "manifest.json").read_text("utf-8"))
             units = [json.loads((root / name).read_text("utf-8")) for name in manifest["units"]]
         except (OSError, ValueError, KeyError) as error:
-            message = f"no suite in {root}: {error}"
+            message = f"the suite in {root} cannot be read: {error}"
             raise SuiteError(message) from error
         if not manifest["vectors"]:
-            message = f"the manifest in {root} lists no vector"
+            message = f"the manifest in {root} lists no vectors"
             raise SuiteError(message)
         return cls(root, {entry["name"]: entry for entry in manifest["vectors"]}, units)
 
@@ -73,7 +73,7 @@ class Suite:
 
 
 def apply_patch(parent: bytes, patch: list[Entry]) -> bytes:
-    """Return a stream with replaced bytes; the offsets of a patch are offsets in the parent."""
+    """Return the patched stream; the offsets in a patch refer to the parent."""
     data, offset = b"", 0
     for splice in patch:
         data += parent[offset : splice["at"]]

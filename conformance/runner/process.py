@@ -19,7 +19,7 @@ _MAX_LINE_BYTES = 1 << 20
 
 
 class FaultError(Exception):
-    """A decoder ended, or was stopped, without a result.
+    """A decoder failed without giving a valid result, or was stopped.
 
     Attributes:
         verdict: Name of the verdict; one of `judge.VERDICTS`.
@@ -31,7 +31,7 @@ class FaultError(Exception):
 
 
 class StartError(Exception):
-    """A command cannot be started, which is an error of the user and not of the decoder."""
+    """A command cannot be started; this is a mistake of the user, not of the decoder."""
 
 
 class Decoder:
@@ -80,7 +80,7 @@ class Decoder:
         """Return the exit status of a decoder that has closed its output.
 
         Raises:
-            FaultError: A signal ended the decoder, or it exceeds a limit.
+            FaultError: A signal ended the decoder, or the decoder exceeds a limit.
         """
         while self._process.poll() is None:
             self._check_limits()
@@ -98,7 +98,7 @@ class Decoder:
         return self._errors[-300:].decode(errors="replace").strip().replace("\n", " | ")
 
     def make_crash_fault(self, status: int) -> FaultError:
-        """Return the fault of a decoder that ended with a status but without a result."""
+        """Return the fault of a decoder that ended with this exit status and without a result."""
         return FaultError(self._crash_verdict(), f"exit status {status}: {self.stderr_tail()}")
 
     def kill(self) -> None:

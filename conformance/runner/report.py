@@ -48,7 +48,7 @@ class Report:
         return bool(self.results) and all(result.passed for result in self.results)
 
     def count_by(self, key: str) -> dict[str, tuple[int, int]]:
-        """Return (passed cases, all cases) for each value of `category`, `mode` or `clauses`."""
+        """Return (passed cases, all cases) for each value of a key: category, mode or clauses."""
         counts: dict[str, list[int]] = defaultdict(lambda: [0, 0])
         for result in self.results:
             value = getattr(result.case, key)
@@ -107,7 +107,7 @@ class Report:
         }
 
     def junit(self) -> bytes:
-        """Return the content of a JUnit file, with one test case for each case."""
+        """Return the content of a JUnit file, with one `testcase` element for each case."""
         failed = sum(not result.passed for result in self.results)
         totals = {"tests": str(len(self.results)), "failures": str(failed)}
         suite = ElementTree.Element("testsuite", {"name": "quarc conformance", **totals})

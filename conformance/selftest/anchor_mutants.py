@@ -13,19 +13,19 @@ MUTANTS = (
         "PHILOX_ROUNDS: Final = 7",
     ),
     mutant(
-        "ranks drawn by frame ordinal instead of phase",
+        "random ranks depend on the frame ordinal instead of the phase",
         _ANCHORS,
         "counter[1] = scene.phase",
         "counter[1] = scene.frame",
     ),
     mutant(
-        "random words of the anchor levels in reversed order",
+        "random words assigned to the anchor levels in reverse order",
         _ANCHORS,
         "words = philox(counter, scene.header.seed)",
         "words = philox(counter, scene.header.seed)[[2, 1, 0, 3]]",
     ),
     mutant(
-        "of Gaussians with equal random words, the latest id is first",
+        "ties of random words won by the highest id",
         _ANCHORS,
         "<< 32) + scene.ids",
         "<< 32) - scene.ids",
@@ -37,7 +37,7 @@ MUTANTS = (
         "return (words << 32) + scene.ids",
     ),
     mutant(
-        "of equally distant anchors, the last is chosen",
+        "the last of equally distant anchors chosen",
         _BINDING,
         ".argmin(axis=1)",
         "[:, ::-1].argmin(axis=1)",

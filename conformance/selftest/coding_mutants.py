@@ -17,7 +17,7 @@ MUTANTS = (
         "",
     ),
     mutant(
-        "a last word of 0 accepted",
+        "a final zero word accepted",
         "format/coding/entropy.py",
         "    return (_decoder_override.get() or make_fastest_decoder)(words)",
         "    return (_decoder_override.get() or make_fastest_decoder)(np.trim_zeros(words, 'b'))",
@@ -41,9 +41,9 @@ MUTANTS = (
         _HALVED,
         "updated[0] + updated[1] >= COUNT_LIMIT)",
     ),
-    mutant("weights larger by 1", _CONTEXTS, _WEIGHT, f"{_WEIGHT} + 1"),
+    mutant("weights of probabilities larger by 1", _CONTEXTS, _WEIGHT, f"{_WEIGHT} + 1"),
     mutant(
-        "sections without words are not counted",
+        "planes of sections without words not counted",
         _MOTION,
         _OPENED,
         "    if not section.words.size:\n"
@@ -51,19 +51,19 @@ MUTANTS = (
         f"{_OPENED}",
     ),
     mutant(
-        "parent context off by one",
+        "last context class of parents begins at 3 instead of 4",
         _MOTION,
         "_PARENT_CLASSES = _Classes(1, 2, 4)",
         "_PARENT_CLASSES = _Classes(1, 2, 3)",
     ),
     mutant(
-        "last context class of signs begins at 9",
+        "last context class of signs begins at 9 instead of 8",
         _MOTION,
         "_SIGN_CONTEXTS = _Classes(-7, -3, -1, 0, 1, 2, 4, 8)",
         "_SIGN_CONTEXTS = _Classes(-8, -3, -1, 0, 1, 2, 4, 9)",
     ),
     mutant(
-        "magnitudes of symbols limited to 64",
+        "magnitudes of symbols limited to 64 instead of 65",
         "format/constants.py",
         "MAGNITUDE_PLANES: Final = 64",
         "MAGNITUDE_PLANES: Final = 63",
@@ -99,14 +99,14 @@ MUTANTS = (
         "    code %= PROBABILITY_CODES\n    if code >= PROBABILITY_CODES:",
     ),
     mutant(
-        "integer square root larger by 1 above 2^52",
+        "integer square root too large by 1 if a double rounds up",
         "format/arithmetic.py",
         "root: Int64 = estimate - (estimate * estimate > values)",
         "root: Int64 = estimate",
         only_category="unit",
     ),
     mutant(
-        "halves rounded to even",
+        "halves rounded to even instead of away from 0",
         "format/arithmetic.py",
         "    return np.sign(numerator) * magnitude",
         "    tie = (2 * np.abs(numerator) + divisor) % (2 * divisor) == 0\n"

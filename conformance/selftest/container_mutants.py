@@ -39,7 +39,7 @@ MUTANTS = (
         "bytes after TAIL ignored", _READER, "if self.source.read(self.offset, 1):", "if False:"
     ),
     mutant(
-        "bytes after the last field ignored",
+        "bytes after the last field of a payload ignored",
         _WIRE,
         "if parsed.end != len(payload):",
         "if False:",
@@ -76,7 +76,7 @@ MUTANTS = (
         "if False:",
     ),
     mutant(
-        "a TAIL followed by bytes ends a gap",
+        "a TAIL that more bytes follow ends a gap",
         "streams/resync.py",
         "return not source.read(header.end, 1)",
         "return True",

@@ -1,4 +1,4 @@
-"""The class of mutants: changes of the source that introduce a mistake."""
+"""Mutants: changes to the source of the decoder that introduce a mistake."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ Edit = tuple[str, str, str]
 
 @dataclass(frozen=True)
 class Mutant:
-    """A mistake that a decoder might have, as changes of the source of the reference decoder.
+    """A mistake that a decoder might have, made by changing the source of the reference decoder.
 
     Attributes:
         name: Description of the wrong behavior.

@@ -1,12 +1,12 @@
-"""Checks that the suite detects mutants, which are copies of the reference decoder with a mistake.
+"""Checks that the suite detects mutants: copies of the reference decoder with one mistake each.
 
     python conformance/selftest/run_mutants.py             test each mutant until it is detected
     python conformance/selftest/run_mutants.py --only CRC  test mutants with CRC in their name
     python conformance/selftest/run_mutants.py --all       test each mutant with every category
 
 The script fails if a mutant survives, or if its text to replace is no longer in the source. It also
-fails if a mutant with an `only_category` is not detected by exactly this category. There is such a
-mutant for each category, so each category is needed.
+fails if a mutant with an `only_category` is not detected by exactly this category. Every category
+has such a mutant, which shows that the category is needed.
 """
 
 import argparse
@@ -119,7 +119,7 @@ def _find_first_failures(
 
 
 def describe(outcome: Outcome) -> str:
-    """Return text that lists the categories that detected a mutant, with the failed cases."""
+    """Return text that lists the categories that detected a mutant, each with a failed case."""
     lines = [outcome.mutant.name + ("" if outcome.first_failures else ": SURVIVES")]
     lines += [
         f"    {category:<9} {failure}"

@@ -11,19 +11,19 @@ _CONTAINER = "format/container.py"
 
 MUTANTS: tuple[Mutant, ...] = (
     mutant(
-        "survivors in the order of the CANO",
+        "survivors kept in the order of the CANO",
         _PLANES,
         '    return np.argsort(interleave(offsets), kind="stable")\n',
         "    return np.arange(gaussians.count)\n",
     ),
     mutant(
-        "newborn before survivors",
+        "new Gaussians sorted before survivors at the same position",
         _PLANES,
         '    return np.argsort(interleave(offsets), kind="stable")\n',
         '    return np.argsort(interleave(offsets)[::-1], kind="stable")[::-1]\n',
     ),
     mutant(
-        "positions not relative to the previous survivor",
+        "position differences not relative to the previous survivor",
         _PLANES,
         "            coded[field, changed] = np.cumsum(steps, axis=1)\n",
         "            coded[field, changed] = steps\n",
@@ -35,7 +35,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "",
     ),
     mutant(
-        "rotation index not modulo 4",
+        "sum of rotation indices not taken modulo 4",
         _PLANES,
         "    sums[index] %= 1 << ROTATION_INDEX_BITS\n",
         "    sums[index] = np.minimum(sums[index], 3)\n",
@@ -53,25 +53,25 @@ MUTANTS: tuple[Mutant, ...] = (
         "",
     ),
     mutant(
-        "extent of snapshots not limited",
+        "extent of positions in snapshots not limited",
         _PLANES,
         "    if offsets.max(initial=0) >> AXIS_BITS_LIMIT:",
         "    if False:",
     ),
     mutant(
-        "a snapshot without Gaussians accepted",
+        "snapshots without Gaussians accepted",
         _FRAMES,
         "    if snapshot.gaussians.count == 0:",
         "    if False:",
     ),
     mutant(
-        "snapshots of another CANO accepted",
+        "snapshots that refer to another CANO accepted",
         _STREAM,
         "        if snapshot.canonical != self.reference.frame:",
         "        if False:",
     ),
     mutant(
-        "snapshots relative to the previous snapshot",
+        "snapshots coded relative to the previous snapshot",
         _STREAM,
         "        gaussians = self.reference.gaussians\n",
         "        from quarc_ref.encoder.requantize import requantize\n"
@@ -84,7 +84,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "    point = points[0]",
     ),
     mutant(
-        "recovery resumes at a snapshot of another CANO",
+        "recovery resumes at a snapshot that refers to another CANO",
         _RESYNC,
         "        if header.kind == container.SNAP and canonical_frame(",
         "        if header.kind == b'none' and canonical_frame(",

@@ -16,20 +16,20 @@ _NORMALIZED = "_normalize(unit, PRODUCT_GUARD_BITS).astype(np.int32)\n"
 
 MUTANTS = (
     mutant(
-        "limit of Gaussians lower by 1",
+        "one Gaussian fewer allowed than the level allows",
         _LIMITS,
         "if count > header.limits.gaussians:",
         "if count >= header.limits.gaussians:",
     ),
     mutant(
-        "limit of births lower by 1",
+        "one birth fewer allowed than the level allows",
         _LIMITS,
         "if count > header.limits.births:",
         "if count >= header.limits.births:",
         only_category="levels",
     ),
     mutant(
-        "memory allocated for any number of Gaussians at the unlimited level",
+        "memory allocated for the declared number of Gaussians at the unlimited level",
         _LIMITS,
         '    _decline_above(_DECODER_LIMITS.gaussians, count, "Gaussians")\n',
         "",
@@ -54,7 +54,7 @@ MUTANTS = (
         "    if stored_crc is None:",
     ),
     mutant(
-        "state CRC of all fields in every frame",
+        "state CRC covers all fields in every frame",
         _DIGEST,
         "covers_all_fields = scene.phase % scene.header.full_crc_interval == 0",
         "covers_all_fields = True",
@@ -72,7 +72,7 @@ MUTANTS = (
         "or scene.phase % scene.header.resample_interval == 0:",
     ),
     Mutant(
-        "deaths after the motion",
+        "deaths chosen after the motion instead of before",
         (
             (
                 _FRAMES,
@@ -98,7 +98,7 @@ MUTANTS = (
         ),
     ),
     mutant(
-        "of Gaussians with equal opacities, the last dies",
+        "the last of Gaussians with equal opacities dies first",
         _RECONSTRUCT,
         _DEATHS,
         "order = np.argsort(scene.codes[OPACITY.start][::-1], kind='stable')\n"
@@ -125,7 +125,7 @@ MUTANTS = (
         "np.append(scene.ids, int(scene.ids[-1]) + 1 + np.arange(newborn.count))",
     ),
     mutant(
-        "positions of parents before the motion",
+        "positions of parents taken before the motion",
         _RECONSTRUCT,
         "scene.positions[:, births.parents] + newborn",
         "scene.positions[:, births.parents]"
@@ -156,14 +156,14 @@ MUTANTS = (
         "from dataclasses import replace\nfrom typing import Any\n",
     ),
     mutant(
-        "rotations normalized again if the residuals sum to 0",
+        "rotations normalized again even if the residuals sum to 0",
         _RECONSTRUCT,
         _TURNING,
         "rotated = np.arange(scene.count)",
         only_category="traps",
     ),
     mutant(
-        "rotation residuals of only w ignored",
+        "rotation residuals with only w ignored",
         _RECONSTRUCT,
         _TURNING,
         "rotated = np.flatnonzero(np.any(sums[-3:], axis=0))",

@@ -16,13 +16,16 @@ MUTANTS: tuple[Mutant, ...] = (
         "pass",
     ),
     mutant(
-        "updates expected if the minor version is 1",
+        "updates expected by the minor version instead of the feature bit",
         _WIRE,
         "        parsed[name] = bool(version.incompatible_features & bit)\n",
         "        parsed[name] = version.version_minor == 1 and bit != 4\n",
     ),
     mutant(
-        "all Gaussians may leave", _UPDATES, "if deleted.size == state.scene.count:", "if False:"
+        "updates may delete all Gaussians",
+        _UPDATES,
+        "if deleted.size == state.scene.count:",
+        "if False:",
     ),
     mutant(
         "updated positions outside the lattice accepted",
@@ -55,19 +58,19 @@ MUTANTS: tuple[Mutant, ...] = (
         "np.full_like(residuals[:1], scene.header.rotation_unity * scene.header.level_count)",
     ),
     mutant(
-        "unchanged rotations normalized again",
+        "rotations normalized again even if their residual is 0",
         _UPDATES,
         "with_rotation = np.flatnonzero(np.any(residuals[ROTATION], axis=0))",
         "with_rotation = np.arange(indices.size)",
     ),
     mutant(
-        "translation in position steps",
+        "translations of updates in position steps",
         _UPDATES,
         "residuals[TRANSLATION] * scene.header.translation_step",
         "residuals[TRANSLATION] * scene.header.position_step",
     ),
     mutant(
-        "recency not limited to its maximum",
+        "recency grows beyond its maximum",
         _UPDATES,
         "np.minimum(state.known_recency + 1, RECENCY_LIMIT)",
         "np.minimum(state.known_recency + 1, 9)",
@@ -92,32 +95,32 @@ MUTANTS: tuple[Mutant, ...] = (
         "np.minimum(state.known_recency + bool(updates.count), RECENCY_LIMIT)",
     ),
     mutant(
-        "new Gaussians with the maximum recency",
+        "new Gaussians start with the maximum recency",
         _RECONSTRUCT,
         "recency = np.append(recency, np.zeros(newborn.count, dtype=np.int16))",
         "recency = np.append(recency, np.full(newborn.count, 3, dtype=np.int16))",
     ),
     mutant(
-        "canonical Gaussians with recency 0",
+        "Gaussians of canonical frames start with recency 0",
         "decoder/canonical.py",
         "recency = np.full(count, RECENCY_LIMIT, dtype=np.int16)",
         "recency = np.zeros(count, dtype=np.int16)",
     ),
     mutant(
-        "bindings shifted when Gaussians are deleted",
+        "bindings assigned to the wrong Gaussians after a deletion",
         _UPDATES,
         "anchors=state.known_anchors.without(deleted)",
         "anchors=replace(state.known_anchors,"
         " binding=state.known_anchors.binding[:, : scene.count])",
     ),
     mutant(
-        "motion shifted when Gaussians are deleted",
+        "motion assigned to the wrong Gaussians after a deletion",
         _UPDATES,
         "        motion=np.delete(state.motion, deleted, axis=1),\n",
         "        motion=state.motion[:, : scene.count].copy(),\n",
     ),
     mutant(
-        "indices of updates after deletions instead of before",
+        "indices of updates counted after deletions instead of before",
         _UPDATES,
         "    surviving -= np.searchsorted(deleted, surviving)\n",
         "    surviving = np.minimum(surviving, state.scene.count - deleted.size - 1)\n",
@@ -135,7 +138,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "0",
     ),
     mutant(
-        "motion of 3 steps in the context of far motion",
+        "motion of 3 steps coded in the context of far motion",
         _PLANES,
         "_FAR_MOTION = 3\n",
         "_FAR_MOTION = 2\n",
@@ -153,7 +156,7 @@ MUTANTS: tuple[Mutant, ...] = (
         'planes.code(f"updates, {name}", np.zeros_like(changed_fields), is_changed)',
     ),
     mutant(
-        "contexts of residuals depend only on the last row",
+        "contexts of residuals depend only on the last residual",
         _PLANES,
         "            residual_sums += coded[row, changed]\n",
         "            residual_sums = coded[row, changed]\n",

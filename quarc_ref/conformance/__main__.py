@@ -22,7 +22,7 @@ _DECLINED = 3
 
 
 def main() -> int:
-    """Run the command; return 1 if the stream is rejected, 3 if it is declined, else 0."""
+    """Run the command; return 1 if the stream is rejected, 3 if it is declined, otherwise 0."""
     options = _parse_arguments()
     with ExitStack() as stack:
         if options.coder == "python":

@@ -1,6 +1,6 @@
 """Decodes many streams in one process: the jobs of conformance/RUNNER.md.
 
-A job is a JSON line on standard input, followed by as many bytes as the line states. The
+A job is a line of JSON on standard input, followed by as many bytes of a stream as it states. The
 answer consists of JSON lines; the last line has the key `done`.
 """
 
@@ -101,7 +101,7 @@ def _describe_recovery(stream: bytes) -> Iterator[Line]:
 
 
 def _serialize_numbers(scene: Scene) -> bytes:
-    """Return the dequantized values of a scene, in the order of its serialization."""
+    """Return the dequantized values of a scene as bytes, in the order of SPEC 9.1."""
     splats = dequantize(scene)
     rows = [splats.positions, splats.rotations, splats.log_scales, splats.opacities[:, None]]
     rows.append(splats.sh.reshape(scene.count, -1))

@@ -1,4 +1,4 @@
-"""Runs single building blocks for the unit vectors in conformance/unit.
+"""Runs single functions of the decoder on the unit vectors of conformance/unit.
 
 Each function takes the input fields of a test case as keyword arguments and calls the code
 that decodes streams. Integers may be decimal strings.
@@ -81,7 +81,7 @@ def _bind(positions: list[list[int]], anchors: list[list[int]]) -> list[int]:
     anchor_positions = np.array(anchors, dtype=np.int32).T
     nearest = bind(gaussian_positions, anchor_positions, 0)
     if not np.array_equal(nearest, bind_exhaustively(gaussian_positions, anchor_positions)):
-        message = "two searches for the nearest anchor disagree"
+        message = "`bind` and `bind_exhaustively` found different nearest anchors"
         raise AssertionError(message)
     return _list(nearest)
 
