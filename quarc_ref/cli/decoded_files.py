@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from quarc_ref.cli.output import print_json, print_message, print_table
-from quarc_ref.export.table import Export
+from quarc_ref.export.table import ExportFormat
 
 if TYPE_CHECKING:
     from quarc_ref.cli.targets import SingleFrameFile
@@ -72,7 +72,7 @@ class FrameWriter:
         with_sidecar: Whether `sequence.json` is written to the folder of the frames.
     """
 
-    def __init__(self, export: Export, *, with_sidecar: bool) -> None:
+    def __init__(self, export: ExportFormat, *, with_sidecar: bool) -> None:
         self.names: list[str] = []
         self.gaps: list[Gap] = []
         self._export = export

@@ -22,7 +22,7 @@ from quarc_ref.decoder.reconstruct import begin_frame
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.resume.array_file import write_arrays
 from quarc_ref.export.clip import Clip, Frame
-from quarc_ref.export.fourdgs_file import Sequence
+from quarc_ref.export.fourdgs_file import SequenceExporter
 from quarc_ref.export.gaussian_ply import build_ply
 from quarc_ref.export.sidecar import build_sidecar
 from quarc_ref.files.marker import append_line, begin_marker
@@ -77,7 +77,7 @@ def _make_stream(
 
 
 def _make_fourdgs(clip: Clip) -> bytes:
-    sequence = Sequence(clip)
+    sequence = SequenceExporter(clip)
     for state in decode_states(_make_stream(_TINY_HEADER, 4, 3, births=1)):
         sequence.add(Frame.from_scene(state.scene))
     return sequence.finish()
