@@ -16,7 +16,7 @@ from quarc_ref.datasets.capture_notes import NOTES_NAME, read_capture_notes
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.layouts import colmap, easymocap, n3dv, panoptic, transforms_json
 from quarc_ref.datasets.layouts.transforms_entries import read_transforms
-from quarc_ref.datasets.named_files import NamedFiles
+from quarc_ref.datasets.named_files import NamedFileResolver
 from quarc_ref.datasets.opencv_yaml import parse_yaml
 from quarc_ref.datasets.points_ply import read_points_ply
 from quarc_ref.datasets.still_header import read_still_header
@@ -150,7 +150,7 @@ def transforms(data: bytes) -> None:
         transforms_json._build_rig(entries, path)
         for entry in entries:
             with suppress(CaptureError):
-                NamedFiles(path).find(entry.path)
+                NamedFileResolver(path).find(entry.path)
 
 
 def notes(data: bytes) -> None:

@@ -34,13 +34,13 @@ class FileMasks:
     Args:
         files: `[camera]` mask files: one file for all frames, one file per frame, or no file.
         sizes: `[camera]` width and height of the pictures, pixels.
-        lengths: `[camera]` number of frames of the pictures.
+        lengths: `[camera]` number of frames.
 
     Attributes:
         paths: Mask files of all cameras.
 
     Raises:
-        MaskSizeError: The first mask of a camera differs from its pictures in size.
+        MaskSizeError: The first mask of a camera and the camera's pictures differ in size.
         MaskCountError: A camera has several masks, but not one mask per frame.
         CaptureError: A mask cannot be read.
     """
@@ -104,15 +104,16 @@ def find_masks(
 ) -> tuple[list[Sequence[Path]] | None, tuple[Finding, ...]]:
     """Find the masks of each camera in the folder `masks` of a capture.
 
-    A mask is `NAME.png` for all frames of a camera, `NAME/0000.png` and so on for each frame, or a
-    video `NAME.mp4`. COLMAP's masks `NAME.png.png`, named after the picture, are found as well.
+    The masks of a camera are one file `NAME.png` for all frames, one file per frame, such as
+    `NAME/0000.png`, or a video `NAME.mp4`. Masks named as in COLMAP (`NAME.png.png`) are found as
+    well.
 
     Args:
         folder: Folder of the capture.
         names: `[camera]` names of the cameras.
 
     Returns:
-        `[camera]` mask files, or None if no camera has a mask; and a finding if some masks are not
+        `[camera]` mask files, or None if no camera has a mask. Then a finding if some masks are not
         named after a camera.
 
     Raises:

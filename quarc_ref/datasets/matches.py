@@ -1,6 +1,6 @@
 """Detects SIFT features with pycolmap, and matches the features of two pictures.
 
-Matching does not use the poses of the cameras, so that matches can be used to check the poses.
+Matching does not use the camera poses, so the matches can be used to check the poses.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ _DESCRIPTOR_SIZE = 128  # Dimension of a descriptor.
 _MAX_RATIO = 0.8  # Largest ratio of distances that passes Lowe's test.
 _MIN_MATCHES = 16
 _MAX_EPIPOLAR_DISTANCE = 1.5  # pixels: maximum distance of an inlier from its epipolar line
-_LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)
+_LUMA_WEIGHTS = np.array([0.299, 0.587, 0.114], dtype=np.float32)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,8 +26,8 @@ class Features:
     """SIFT features of a picture.
 
     Attributes:
-        positions: `[n, 2]` positions in pixels, pixel centers at +0.5.
-        descriptors: `[n, 128]` SIFT descriptors, unit vectors.
+        positions: `[n, 2]` positions in pixels, with pixel centers at +0.5.
+        descriptors: `[n, 128]` SIFT descriptors, normalized to unit length.
     """
 
     positions: Float64Array
@@ -40,7 +40,7 @@ def find_features(picture: Image) -> Features:
     Args:
         picture: `[H, W, 3]` sRGB.
     """
-    gray = np.ascontiguousarray(picture.astype(np.float32) @ _LUMA / 255, dtype=np.float32)
+    gray = np.ascontiguousarray(picture.astype(np.float32) @ _LUMA_WEIGHTS / 255, dtype=np.float32)
     options = pycolmap.FeatureExtractionOptions()
     options.sift.max_num_features = _MAX_FEATURES
     with silence_colmap():
@@ -55,8 +55,8 @@ def find_features(picture: Image) -> Features:
 def match_features(first: Features, second: Features) -> tuple[Float64Array, Float64Array]:
     """Return the `[m, 2]` positions of matching features in both pictures, without outliers.
 
-    Matches are mutual nearest neighbors, pass Lowe's ratio test and fit one fundamental matrix. If
-    too few matches fit the matrix, the result is empty.
+    Matches are mutual nearest neighbors that pass Lowe's ratio test and fit the estimated
+    fundamental matrix. If too few matches fit the matrix, the result is empty.
     """
     no_positions = np.empty((0, 2))
     if min(len(first.positions), len(second.positions)) < _MIN_MATCHES:

@@ -1,9 +1,9 @@
 """Opens pictures and videos for FFmpeg; no other module passes file names to FFmpeg.
 
-FFmpeg also opens URLs, and playlists that refer to other files and hosts. The functions below
-restrict FFmpeg to regular local files in the formats that captures use. They also make the decoders
-reject oversized pictures before allocating memory, even if the size changes in the middle of a
-video.
+FFmpeg can also open URLs, and playlists that refer to other files and hosts. The functions in this
+module restrict FFmpeg to regular local files in the formats that captures use. They also make the
+decoders reject oversized pictures before allocating memory, even if the picture size changes in
+the middle of a video.
 """
 
 import stat
@@ -26,7 +26,7 @@ _STRICT_OPTIONS = {"err_detect": "crccheck+explode"}
 
 
 def open_video(path: Path) -> tuple[InputContainer, VideoStream]:
-    """Open a video to demux and decode its first video stream.
+    """Open a video whose first video stream can then be demuxed and decoded.
 
     Args:
         path: Path of an mp4, mov, mkv or webm file.
@@ -37,7 +37,7 @@ def open_video(path: Path) -> tuple[InputContainer, VideoStream]:
     Raises:
         MissingFileError: The file does not exist, or cannot be read.
         TruncatedVideoError: The file ends before its frame table.
-        UnreadableVideoError: The path is not a regular file, not a supported video, or its
+        UnreadableVideoError: The path is not a regular file or not a supported video, or the
             pictures are too large.
     """
     _require_regular_file(path)
@@ -65,8 +65,8 @@ def decode_still(path: Path, size: tuple[int, int] | None = None) -> av.VideoFra
 
     Raises:
         MissingFileError: The file does not exist, or cannot be read.
-        UnreadableVideoError: The path is not a regular file or supported picture, has a
-            different size, is damaged, or has an EXIF orientation.
+        UnreadableVideoError: The path is not a regular file or not a supported picture, or the
+            picture is damaged, has a different size, or has an EXIF orientation.
     """
     data = _read_still(path)
     header = _require_usable_still(path, data, size)
@@ -85,7 +85,7 @@ def decode_still(path: Path, size: tuple[int, int] | None = None) -> av.VideoFra
 
 
 def read_still_size(path: Path) -> tuple[int, int]:
-    """Read width and height in pixels from the header of a PNG or JPEG file.
+    """Read the width and height, in pixels, from the header of a PNG or JPEG file.
 
     Raises:
         MissingFileError: The file does not exist, or cannot be read.
@@ -96,7 +96,7 @@ def read_still_size(path: Path) -> tuple[int, int]:
 
 
 def _require_regular_file(path: Path) -> int:
-    """Return the size of a regular file in bytes; raise if opening the path could block."""
+    """Return the size of a file in bytes; raise an error if the path is not a regular file."""
     try:
         status = path.stat()
     except (OSError, ValueError) as error:
@@ -163,7 +163,7 @@ def _require_usable_still(path: Path, data: bytes, size: tuple[int, int] | None)
         # No file states whether its poses are for stored or displayed pixels, and a rotation by
         # 180 degrees does not change the picture size.
         message = (
-            f"{path} has EXIF orientation {header.orientation}, which some tools apply and some "
+            f"{path} has EXIF orientation {header.orientation}, which some tools apply and others "
             "ignore: remove the tag if the poses are for the pixels as stored (exiftool "
             "-Orientation= FILE), otherwise rotate the pixels (mogrify -auto-orient FILE)"
         )

@@ -1,7 +1,7 @@
-"""Resolves file names in the description of a capture, and rejects files outside its folder.
+"""Resolves file names in a description file of a capture, and rejects files outside its folder.
 
-A capture from someone else must not make the loader read other files of the machine through `..`,
-an absolute path or a link.
+A capture from an untrusted source must not make the loader read files elsewhere on the machine
+through `..`, an absolute path or a link.
 """
 
 import os
@@ -10,12 +10,12 @@ from pathlib import Path
 from quarc_ref.datasets.errors import MissingFileError, OutsideFileError
 
 
-class NamedFiles:
-    """Resolver of the file names in a description.
+class NamedFileResolver:
+    """Finds the files that a description file names.
 
     Args:
-        description: Description file, such as `transforms.json`. File names in the description are
-            relative to its folder.
+        description: Path of the description file, such as `transforms.json`. The file names in it
+            are relative to its folder.
     """
 
     def __init__(self, description: Path) -> None:
@@ -24,11 +24,11 @@ class NamedFiles:
         self._real_folder = self._folder.resolve()
 
     def find(self, name: str) -> Path:
-        """Return the path of the regular file that the description names.
+        """Return the path of a regular file that the description file names.
 
         Raises:
             MissingFileError: The file does not exist, or is not a regular file.
-            OutsideFileError: The file is outside the description's folder.
+            OutsideFileError: The file is outside the description file's folder.
         """
         path = self._folder / name
         try:

@@ -1,4 +1,4 @@
-"""Natural sort order, which compares groups of digits as numbers."""
+"""Natural sort order of names, in which groups of digits are compared as numbers."""
 
 import re
 

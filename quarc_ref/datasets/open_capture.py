@@ -1,8 +1,8 @@
-"""Opens a folder as a `Capture`, for the encoder and evaluation.
+"""Opens the capture in a folder, for encoding and evaluation.
 
-The files in the folder determine the layout, whose loader returns cameras and pictures as stored on
-disk. `open_capture` undistorts and downscales the pictures, applies time offsets, and computes
-missing initial points and near planes.
+The files in the folder determine the layout. The loader of the layout returns cameras and pictures
+as stored on disk. `open_capture` undistorts and downscales the pictures, applies time offsets, and
+computes missing initial points and near planes.
 """
 
 from collections.abc import Sequence
@@ -35,11 +35,11 @@ class CaptureOptions:
     Attributes:
         downscale: Factor by which pictures are downscaled.
         held_out: Names of the cameras to hold out for evaluation; if empty, the first camera.
-        max_frames: Maximum number of frames, from `start` on; None for all.
+        max_frames: Maximum number of frames, counted from `start`; None for all frames.
         start: Frame of the synchronized recording that becomes frame 0 of the capture.
 
     Raises:
-        ValueError: A number is not positive, or `start` is negative.
+        ValueError: `downscale` or `max_frames` is less than 1, or `start` is negative.
     """
 
     downscale: int = 1
@@ -108,7 +108,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capt
 
 
 def _add_masks(path: Path, footage: Footage) -> Footage:
-    """Add the masks in the capture's folder, unless the loader has found masks."""
+    """Add the masks in the capture's folder, unless the loader has already found masks."""
     if footage.masks is not None:
         return footage
     mask_files, findings = find_masks(path, [camera.name for camera in footage.cameras])
@@ -139,10 +139,11 @@ def _synchronize(
     Args:
         path: Path of the capture.
         footage: Contents of the capture.
-        options: Options, whose range of frames is used.
+        options: Options, of which only the range of frames is used.
 
     Returns:
-        The footage with findings about rotations and lengths, and the synchronized pictures.
+        The footage, with added findings about rotations and lengths, and the synchronized
+        pictures.
 
     Raises:
         CaptureError: The notes are malformed, or `options.start` is after the last frame.
@@ -151,8 +152,11 @@ def _synchronize(
     offsets = read_capture_notes(path).first_frames(names)
     synchronized = SynchronizedPictures(footage.source, [start + offsets[name] for name in names])
     if synchronized.frame_count < 1:
-        has = f"{synchronized.frame_count + start} frames common to all cameras"
-        message = f"cannot start at frame {start}: the capture has {has}"
+        common_frame_count = synchronized.frame_count + start
+        message = (
+            f"cannot start at frame {start}: the capture has {common_frame_count} frames common to "
+            "all cameras"
+        )
         raise StartError(message)
     findings = [
         *footage.findings,
@@ -194,7 +198,7 @@ def _make_rectifier(camera: CalibratedCamera, downscale: int) -> Rectifier:
 def _triangulate_points(
     cameras: Sequence[CalibratedCamera], source: PictureSource, held_out: frozenset[str]
 ) -> Points:
-    """Triangulate points from the training cameras."""
+    """Triangulate points from the pictures of the training cameras at frame 0."""
     training = [index for index, camera in enumerate(cameras) if camera.name not in held_out]
     pictures = [source.read(index, 0) for index in training]
     return triangulate([cameras[index] for index in training], pictures)

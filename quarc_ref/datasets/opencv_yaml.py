@@ -14,7 +14,7 @@ _STORAGE_FLAGS = cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY | cv2.FILE_STOR
 
 
 def parse_yaml(data: bytes) -> dict[str, Node]:
-    """Parse an OpenCV file into values by name; matrices become flat float64 arrays.
+    """Parse a YAML file of OpenCV into values by name; matrices become flat float64 arrays.
 
     Args:
         data: The whole file.

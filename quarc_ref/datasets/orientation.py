@@ -1,7 +1,7 @@
 """Rotates the frames of a video upright, according to the video's display matrix.
 
-Players, `ffmpeg` and OpenCV rotate a video that was recorded with the camera on its side. Poses and
-intrinsics therefore refer to upright pictures.
+Players, `ffmpeg` and OpenCV rotate videos that were recorded with the camera on its side. Poses and
+intrinsics are therefore expected to refer to upright pictures.
 """
 
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from quarc_ref.datasets.capture import Image
 
 
 def rotate_upright(frame: av.VideoFrame) -> Image:
-    """Return a frame as `[H, W, 3]` sRGB, rotated by its display matrix.
+    """Return a frame as `[H, W, 3]` sRGB, rotated according to its display matrix.
 
     Raises:
         ValueError: The matrix is not a rotation by a multiple of 90 degrees, or the

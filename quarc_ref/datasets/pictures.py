@@ -26,8 +26,8 @@ class Pictures(PictureSource, Protocol):
         paths: `[camera]` video files, or `[camera][frame]` picture files.
         sizes: `[camera]` width and height, pixels.
         lengths: `[camera]` number of frames.
-        rotations: `[camera]` degrees counterclockwise by which the file's rotation flag rotates the
-            pictures.
+        rotations: `[camera]` rotation of the pictures by the file's rotation flag, in degrees
+            counterclockwise.
         frames_per_second: Frame rate of all cameras.
     """
 
@@ -39,7 +39,7 @@ class Pictures(PictureSource, Protocol):
 
 
 class VideoPictures:
-    """Pictures in one video per camera; see `Pictures`.
+    """Pictures that are stored in one video per camera; see `Pictures`.
 
     Args:
         readers: `[camera]` video readers, at least one.
@@ -63,7 +63,7 @@ class VideoPictures:
 
 
 class FilePictures:
-    """Pictures in one file per camera and frame; see `Pictures`.
+    """Pictures that are stored in one file per camera and frame; see `Pictures`.
 
     Args:
         paths: `[camera][frame]` picture files, at least one frame per camera.
@@ -91,7 +91,7 @@ class FilePictures:
 
 
 class SynchronizedPictures:
-    """Pictures of another source, synchronized by skipping the first frames of each camera.
+    """Pictures of another source, synchronized by skipping frames at the start of recordings.
 
     Args:
         source: Source of the pictures on disk.
@@ -99,8 +99,8 @@ class SynchronizedPictures:
 
     Attributes:
         first_frames: `[camera]` frame of the source that becomes frame 0.
-        frame_count: Number of frames that all cameras have in common; 0 or negative if the cameras
-            have no common frame.
+        frame_count: Number of frames that all cameras have; 0 or negative if there is no such
+            frame.
     """
 
     def __init__(self, source: Pictures, first_frames: Sequence[int]) -> None:

@@ -1,8 +1,8 @@
 """Computes depth maps of posed pictures by plane sweep (Collins 1996; Yang and Pollefeys 2003).
 
 The neighbors of a view are warped through planes at many depths, and compared with the view by
-normalized cross-correlation of small windows. Each pixel gets the depth at which its two best
-neighbors have the largest mean correlation.
+normalized cross-correlation of small windows. Each pixel gets the depth at which the mean
+correlation of its two best neighbors is largest.
 """
 
 import math
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from quarc_ref.datasets.calibration import CalibratedCamera, Float64Array
 from quarc_ref.datasets.capture import Image
 
-_LONGER_SIDE = 320  # Maximum width or height of the compared pictures, pixels.
+_MAX_SIDE = 320  # Maximum width or height of the compared pictures, pixels.
 _PLANE_COUNT = 96  # Number of planes, at equal steps of inverse depth.
 _WINDOW_SIZE = 7  # pixels
 _MAX_NEIGHBORS = 4
@@ -63,7 +63,7 @@ class View:
 
 
 def make_view(camera: CalibratedCamera, picture: Image, depths: Float64Array) -> View:
-    """Downscale the picture of a camera, and choose the planes of its view.
+    """Downscale the picture of a camera, and choose the depths of the planes.
 
     Args:
         camera: A pinhole camera.
@@ -71,7 +71,7 @@ def make_view(camera: CalibratedCamera, picture: Image, depths: Float64Array) ->
         depths: `[V]` depths of points in the picture, at least one; the planes cover these depths.
     """
     lens = camera.lens
-    scale = min(1.0, _LONGER_SIDE / max(lens.width, lens.height))
+    scale = min(1.0, _MAX_SIDE / max(lens.width, lens.height))
     size = (max(1, round(lens.width * scale)), max(1, round(lens.height * scale)))
     x_scale, y_scale = size[0] / lens.width, size[1] / lens.height
     small_picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
@@ -109,11 +109,11 @@ def find_neighbors(views: Sequence[View], scene_center: Float64Array) -> list[li
 
 
 def find_depths(view: View, neighbors: Sequence[View]) -> Depths:
-    """Return the `[H, W]` depth map of a view in world units; 0 where no depth fits.
+    """Return the `[H, W]` depth map of a view in world units; it is 0 where no depth fits.
 
     Args:
         view: View whose depths are computed.
-        neighbors: Views to compare with `view`; for fewer than two neighbors, all depths are 0.
+        neighbors: Views to compare with `view`; with fewer than two neighbors, all depths are 0.
     """
     if len(neighbors) < _FITTING_NEIGHBORS:
         return np.zeros(view.gray.shape, np.float32)
@@ -139,7 +139,7 @@ def find_depths(view: View, neighbors: Sequence[View]) -> Depths:
 
 
 def _warp(neighbor: View, view: View, inverse_depth: float) -> Gray:
-    """Warp a neighbor's gray levels to a view through the plane at `1 / inverse_depth`."""
+    """Warp a neighbor's gray levels into a view, through the plane at this inverse depth."""
     rotation = neighbor.rotation @ view.rotation.T
     translation = neighbor.translation - rotation @ view.translation
     homography = rotation + np.outer(translation, (0, 0, inverse_depth))
@@ -155,7 +155,7 @@ def _warp(neighbor: View, view: View, inverse_depth: float) -> Gray:
 
 
 def _measure_windows(gray: Gray) -> tuple[Gray, Gray]:
-    """Return `[H, W]` mean and standard deviation of the window around each pixel."""
+    """Return the `[H, W]` mean and standard deviation of the window around each pixel."""
     mean = _average_window(gray)
     return mean, np.sqrt(
         np.maximum(_average_window(gray * gray) - mean * mean, 0) + _NOISE_VARIANCE
@@ -163,7 +163,7 @@ def _measure_windows(gray: Gray) -> tuple[Gray, Gray]:
 
 
 def _correlate(gray: Gray, mean: Gray, deviation: Gray, warped: Gray) -> Gray:
-    """Return `[H, W]` normalized cross-correlation of the windows around each pixel."""
+    """Return the `[H, W]` normalized cross-correlation of the windows around each pixel."""
     warped_mean, warped_deviation = _measure_windows(warped)
     covariance = _average_window(gray * warped) - mean * warped_mean
     correlation: Gray = covariance / (deviation * warped_deviation)

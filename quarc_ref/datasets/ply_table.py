@@ -42,9 +42,9 @@ class PlyHeader:
     """The header of a PLY file.
 
     Attributes:
-        is_ascii: Whether vertices are text.
+        is_ascii: Whether the vertices are stored as text.
         vertex_count: Number of vertices.
-        vertex_type: Names and types of the properties of a vertex, as a structured type.
+        vertex_type: Names and types of the vertex properties, as a structured NumPy type.
         data_offset: Offset of the first vertex in the file, bytes.
     """
 
@@ -107,8 +107,8 @@ def read_ply_columns(data: bytes, header: PlyHeader) -> Columns:
         header: Header of the file.
 
     Returns:
-        `[n]` values of each property by name. The type is that in the header for a binary file, and
-        float64 for an ascii file.
+        `[n]` values of each property by name. The values have the types in the header if the file
+        is binary, and are float64 if it is ascii.
 
     Raises:
         ValueError: The file ends before its last vertex, or a number cannot be read.
@@ -136,11 +136,11 @@ def _read_ascii(body: bytes, header: PlyHeader) -> Columns:
 
 
 def _parse_vertex_type(lines: list[list[str]]) -> np.dtype[np.void]:
-    """Parse the property lines after the element `vertex`."""
+    """Parse the property lines that follow the line `element vertex`."""
     fields: list[tuple[str, str]] = []
     for words in takewhile(lambda words: words[0] != "element", lines):
         if len(words) != 3 or words[0] != "property" or words[1] not in _NUMPY_TYPES:
-            message = f"a property of the points is not supported: '{' '.join(words[1:])}'"
+            message = f"the points have an unsupported property: '{' '.join(words[1:])}'"
             raise ValueError(message)
         fields.append((words[2], _NUMPY_TYPES[words[1]]))
     return np.dtype(fields)

@@ -1,8 +1,8 @@
 """Caches triangulated points, so that opening a capture again is fast.
 
 Triangulation takes ten seconds or more. The user's cache directory (`~/.cache/quarc-ref/points` on
-Linux) has a PLY file for each capture, choice of training cameras and version of the triangulation
-code. Deleting the files is safe.
+Linux) has one PLY file per combination of capture, training cameras and version of the
+triangulation code. The files can be deleted safely.
 """
 
 import hashlib
@@ -24,7 +24,7 @@ _CODE_FILES = ("triangulation.py", "dense_points.py", "plane_sweep.py", "undisto
 
 
 def load_or_compute_points(key: str, compute_points: Callable[[], Points]) -> Points:
-    """Return the cached points of a key, or triangulate and cache the points.
+    """Return the cached points for a key; if there are none, triangulate and cache them.
 
     Args:
         key: Cache key from `make_key`.
@@ -40,16 +40,16 @@ def load_or_compute_points(key: str, compute_points: Callable[[], Points]) -> Po
         points = compute_points()
         _save_points(path, points)
     else:
-        _LOG.info("using the initial points triangulated earlier: %s", path)
+        _LOG.info("using initial points that were triangulated earlier: %s", path)
     return points
 
 
 def make_key(fingerprint: str, start: int, downscale: int, cameras: Sequence[str]) -> str:
-    """Return a cache key that depends on all inputs and on the code of the triangulation.
+    """Return a cache key that depends on all inputs of the triangulation and on its code.
 
     Args:
         fingerprint: Fingerprint of the capture.
-        start: Frame of the capture in which points are triangulated.
+        start: Frame of the synchronized recording whose pictures are used.
         downscale: Factor by which pictures are downscaled.
         cameras: Names of the cameras whose pictures are used.
     """

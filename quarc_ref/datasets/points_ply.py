@@ -1,6 +1,6 @@
 """Reads and writes colored points in PLY files: `x y z` and `red green blue`.
 
-Files to read are ascii or little-endian binary; properties other than position and color are
+Ascii and little-endian binary files can be read; properties other than position and color are
 ignored. Written files are little-endian binary.
 """
 
@@ -38,7 +38,7 @@ def read_points_ply(path: Path) -> Points:
     try:
         return _parse_points(data)
     except ValueError as error:
-        message = f"{path}: {error}; export it as a binary PLY of x, y, z, red, green, blue"
+        message = f"{path}: {error}; export it as a binary PLY with x, y, z, red, green and blue"
         raise UnreadablePointsError(message) from error
 
 
@@ -59,12 +59,12 @@ def write_points_ply(path: Path, points: Points) -> None:
 
 def _parse_points(data: bytes) -> Points:
     header = parse_ply_header(data)
-    _require_points(header.types)
+    _require_properties(header.types)
     columns = read_ply_columns(data, header)
     with np.errstate(over="ignore"):
         positions = np.stack([columns[name] for name in _AXES], axis=1).astype(np.float32)
     if not np.isfinite(positions).all():
-        message = "a position is not finite"
+        message = "a coordinate of a point is not finite"
         raise ValueError(message)
     colors = np.stack([columns[name] for name in _COLORS], axis=1).astype(np.float64)
     if not ((colors >= 0) & (colors <= _MAX_COLOR)).all():
@@ -73,11 +73,11 @@ def _parse_points(data: bytes) -> Points:
     return Points(positions, colors.astype(np.uint8))
 
 
-def _require_points(types: dict[str, str]) -> None:
-    """Raise ValueError unless vertices have positions and colors."""
+def _require_properties(types: dict[str, str]) -> None:
+    """Raise ValueError unless the vertices have positions and colors of supported types."""
     if any(types.get(name) not in ("f4", "f8") for name in _AXES):
-        message = "the points have no float or double x, y and z"
+        message = "the points have no properties x, y and z of type float or double"
         raise ValueError(message)
     if any(types.get(name) != "u1" for name in _COLORS):
-        message = "the points have no uchar red, green and blue"
+        message = "the points have no properties red, green and blue of type uchar"
         raise ValueError(message)

@@ -1,4 +1,4 @@
-"""Reads the sound of a video, with its start time on the clock of the pictures."""
+"""Reads the sound of a video, and its start time on the same clock as the pictures."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Reads size and orientation of a PNG or JPEG picture from its header, without decoding."""
+"""Reads the size and orientation of a PNG or JPEG picture without decoding the picture."""
 
 import re
 import struct
@@ -25,7 +25,7 @@ class StillHeader:
     """The header of a picture file.
 
     Attributes:
-        codec: Name of the decoder in FFmpeg.
+        codec: Name of FFmpeg's decoder for the file.
         width: Width of the stored picture, pixels.
         height: Height of the stored picture, pixels.
         orientation: EXIF orientation, 1 to 8; `UPRIGHT` if the file has none.
@@ -114,7 +114,7 @@ def _read_jpeg(segments: list[_Part]) -> StillHeader:
 
 
 def _find_orientation(exif: list[bytes]) -> int:
-    """Return the orientation in the first EXIF block, or `UPRIGHT` without a valid block."""
+    """Return the orientation in the first EXIF block; `UPRIGHT` if there is no valid block."""
     try:
         orientation = _read_orientation(exif[0])
     except (IndexError, KeyError, struct.error):
@@ -123,7 +123,7 @@ def _find_orientation(exif: list[bytes]) -> int:
 
 
 def _read_orientation(exif: bytes) -> int:
-    """Read the orientation from the first directory of an EXIF block, which has TIFF's format."""
+    """Read the orientation from the first directory of an EXIF block, which is in TIFF format."""
     byte_order = {b"II*\0": "<", b"MM\0*": ">"}[exif[:4]]
     (directory,) = struct.unpack_from(f"{byte_order}I", exif, 4)
     (count,) = struct.unpack_from(f"{byte_order}H", exif, directory)

@@ -1,9 +1,9 @@
 """Triangulates initial points for captures that have none.
 
 pycolmap detects SIFT features in frame 0 of every camera, matches all pairs of cameras, and
-verifies the matches with the known poses. Then pycolmap triangulates points without changing poses
+verifies the matches with the known poses. It then triangulates points without changing the poses
 and lenses. The points determine the range of depths that `dense_points` searches. All seeds are
-fixed, so that the result is deterministic.
+fixed, so the result is deterministic.
 """
 
 import tempfile
@@ -25,12 +25,12 @@ _MAX_EPIPOLAR_DISTANCE = 2.0  # Pixels; maximum distance of a match from its epi
 _MAX_MATCH_RATIO = 0.9
 _SEED = 0
 _REMEDY = (
-    "provide points3D_init.ply (N3DV), ply_file_path (nerfstudio), or a model's points (COLMAP)"
+    "provide points3D_init.ply (N3DV), ply_file_path (nerfstudio), or points in the model (COLMAP)"
 )
 
 
 def triangulate(cameras: Sequence[CalibratedCamera], pictures: Sequence[Image]) -> Points:
-    """Triangulate points of a scene from one picture per camera, and add dense points.
+    """Triangulate scene points from one picture per camera, and add dense points.
 
     Args:
         cameras: Pinhole cameras.
@@ -48,8 +48,8 @@ def triangulate(cameras: Sequence[CalibratedCamera], pictures: Sequence[Image]) 
             raise UnreadablePointsError(message) from error
     if len(points) < _MIN_POINTS:
         message = (
-            f"only {len(points)} initial points could be triangulated from frame 0: check that "
-            f"poses and pictures match, or {_REMEDY}"
+            f"only {len(points)} initial points could be triangulated from frame 0: check that the "
+            f"poses and the pictures match, or {_REMEDY}"
         )
         raise UnreadablePointsError(message)
     positions = np.array([point.xyz for point in points], dtype=np.float32)
@@ -60,9 +60,9 @@ def triangulate(cameras: Sequence[CalibratedCamera], pictures: Sequence[Image]) 
 def _reconstruct(
     cameras: Sequence[CalibratedCamera], pictures: Sequence[Image], folder: Path
 ) -> list[pycolmap.Point3D]:
-    """Triangulate the points, using an empty folder for temporary files."""
+    """Triangulate points; `folder` is an empty folder for temporary files."""
     database = folder / "database.db"
-    model = _pose_images(cameras, database)
+    model = _make_posed_model(cameras, database)
     for index, picture in enumerate(pictures, start=1):
         pycolmap.Bitmap.from_array(picture).write(folder / _file_name(index))
     pycolmap.extract_features(database, folder, device=pycolmap.Device.cpu)
@@ -78,7 +78,7 @@ def _reconstruct(
 
 
 def _match_features(model: pycolmap.Reconstruction, database: Path) -> None:
-    """Match features of all pairs of images, and keep the matches that fit the poses."""
+    """Match the features of all pairs of images, and keep the matches that fit the poses."""
     matching = pycolmap.FeatureMatchingOptions()
     matching.skip_geometric_verification = True
     # The ratio test is lenient, because the epipolar check removes most wrong matches.
@@ -91,8 +91,10 @@ def _match_features(model: pycolmap.Reconstruction, database: Path) -> None:
     pycolmap.guided_geometric_verification(model, database, two_view_geometry_options=verification)
 
 
-def _pose_images(cameras: Sequence[CalibratedCamera], database: Path) -> pycolmap.Reconstruction:
-    """Return a model of posed images without points, and add the images to a database."""
+def _make_posed_model(
+    cameras: Sequence[CalibratedCamera], database: Path
+) -> pycolmap.Reconstruction:
+    """Make a model with the known poses and no points, and add its images to a database."""
     model = pycolmap.Reconstruction()
     with pycolmap.Database.open(database) as open_database:
         for index, camera in enumerate(cameras, start=1):

@@ -1,8 +1,8 @@
 """Undistorts and downscales pictures.
 
-The pinhole picture shows the largest upright rectangle inside the distorted picture, so that every
-pinhole pixel has a color. OpenCV has pixel centers at whole numbers. Half a pixel is therefore
-subtracted from principal points before calls of OpenCV, and added afterwards.
+The pinhole picture shows the largest upright rectangle inside the distorted picture, so every
+pinhole pixel has a color. In OpenCV, pixel centers are at whole numbers. Half a pixel is therefore
+subtracted from principal points before OpenCV is called, and added afterwards.
 """
 
 import cv2
@@ -26,8 +26,8 @@ class Rectifier:
 
     Args:
         lens: Lens of the pictures on disk.
-        downscale: Factor by which pictures are downscaled by averaging. Pixels at the right and
-            bottom that do not fill a complete block are dropped.
+        downscale: Factor by which pictures are downscaled, by averaging blocks of pixels.
+            Incomplete blocks at the right and bottom borders are dropped.
 
     Attributes:
         source_lens: Lens of the pictures on disk.
@@ -46,7 +46,7 @@ class Rectifier:
         self._maps: tuple[cv2.typing.MatLike, cv2.typing.MatLike] | None = None
 
     def rectify(self, picture: Image) -> Image:
-        """Convert a picture to `[H, W, 3]` sRGB with the lens `lens`.
+        """Undistort and downscale a picture; return `[H, W, 3]` sRGB with the lens `lens`.
 
         Args:
             picture: `[H, W, 3]` sRGB with the lens `source_lens`.
@@ -62,7 +62,7 @@ class Rectifier:
         return _as_image(cv2.resize(cropped, size, interpolation=cv2.INTER_AREA))
 
     def rectify_mask(self, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Convert a mask to `[H, W]`; a pixel is true if all of its source pixels are true.
+        """Undistort and downscale a mask; a pixel is true if all its source pixels are true.
 
         Args:
             mask: `[H, W]` mask of a picture with the lens `source_lens`.
@@ -82,13 +82,13 @@ class Rectifier:
         return self._maps
 
 
-def rotate_by_vector(vector: Float64Array) -> Float64Array:
-    """Return the `[3, 3]` rotation about a `[3]` vector, by the vector's length in radians."""
+def make_rotation_matrix(vector: Float64Array) -> Float64Array:
+    """Return the `[3, 3]` rotation about a `[3]` vector by the vector's length in radians."""
     return np.asarray(cv2.Rodrigues(vector)[0], dtype=np.float64)
 
 
 def _fit_pinhole(lens: Lens) -> Lens:
-    """Return the pinhole of the same size whose pixels all lie inside the distorted picture."""
+    """Return the widest pinhole of the same size that stays inside the distorted picture."""
     left, right = _undistort_borders(lens, axis=0)
     top, bottom = _undistort_borders(lens, axis=1)
     max_tangent = max(map(abs, (left, right, top, bottom)))
@@ -106,7 +106,7 @@ def _fit_pinhole(lens: Lens) -> Lens:
 
 
 def _undistort_borders(lens: Lens, axis: int) -> tuple[float, float]:
-    """Return the interval along an axis, at depth 1, between the two undistorted borders.
+    """Return the interval between two opposite undistorted borders, at depth 1.
 
     Args:
         lens: A lens with distortion.
@@ -137,7 +137,7 @@ def _undistort_pixels(lens: Lens, pixels: Float64Array) -> Float64Array:
 
 
 def _require_inside_picture(lens: Lens, pinhole: Lens) -> None:
-    """Check that undistortion has converged: the pinhole's border is inside the picture."""
+    """Check that undistortion has converged, with the pinhole's border inside the picture."""
     columns, rows = _map_pixels(lens, pinhole, cv2.CV_32FC1)
     is_border = np.ones(columns.shape, dtype=bool)
     is_border[1:-1, 1:-1] = False
@@ -147,8 +147,8 @@ def _require_inside_picture(lens: Lens, pinhole: Lens) -> None:
     ]
     if not max(overshoots) <= _MAX_OVERSHOOT:
         message = (
-            "the distortion cannot be inverted: its coefficients are not those of a lens with "
-            "this picture size"
+            "the distortion cannot be inverted: the coefficients do not fit a lens with this "
+            "picture size"
         )
         raise UnsupportedCameraError(message)
 
@@ -156,7 +156,7 @@ def _require_inside_picture(lens: Lens, pinhole: Lens) -> None:
 def _map_pixels(
     lens: Lens, pinhole: Lens, map_type: int = cv2.CV_16SC2
 ) -> tuple[cv2.typing.MatLike, cv2.typing.MatLike]:
-    """Return the position of each pinhole pixel in the distorted picture, for cv2.remap."""
+    """Return the maps of pinhole pixels to the distorted picture that cv2.remap needs."""
     make_maps = cv2.fisheye.initUndistortRectifyMap if lens.fisheye else cv2.initUndistortRectifyMap
     size = (pinhole.width, pinhole.height)
     return make_maps(

@@ -1,9 +1,9 @@
-"""Decodes pictures of videos and picture files that `media` opens.
+"""Decodes videos and picture files, which the module `media` opens.
 
-Ground truth is defined as `frame.to_ndarray(format="rgb24")` of PyAV: FFmpeg's scaler upsamples
-chroma and converts to RGB with its default settings. Frames are numbered in the order of their time
-stamps. The number of frames is the number of packets, because headers can be wrong. Only one thread
-may use a `VideoReader` at a time.
+Ground-truth pictures are the output of PyAV's `frame.to_ndarray(format="rgb24")`, in which FFmpeg's
+scaler upsamples chroma and converts to RGB with its default settings. Frames are numbered in the
+order of their time stamps. Packets are counted to determine the number of frames, because headers
+can be wrong. Only one thread may use a `VideoReader` at a time.
 """
 
 import math
@@ -25,10 +25,10 @@ from quarc_ref.datasets.orientation import rotate_upright
 
 
 class VideoReader:
-    """Reader of a video, which decodes frames on demand.
+    """Reads a video, and decodes its frames on demand.
 
     Sequential reading is fastest. To read any other frame, the reader decodes all frames from the
-    preceding key frame on.
+    preceding key frame to the requested frame.
 
     Args:
         path: Path of a file in a format with time stamps: mp4, mov, mkv or webm.
@@ -41,7 +41,7 @@ class VideoReader:
         rotation: Degrees counterclockwise by which pictures are rotated upright.
         frame_count: Number of frames in the file.
         frame_times: `[frame_count]` times in seconds, ascending.
-        tick: Time base in seconds; every frame time is a multiple of the time base.
+        tick: Time base of the video in seconds; every frame time is a multiple of it.
 
     Raises:
         MissingFileError: The file does not exist.
@@ -77,7 +77,7 @@ class VideoReader:
             UnreadableVideoError: The frame is damaged, or cannot be rotated upright.
         """
         if not 0 <= frame < self.frame_count:
-            message = f"{self.path} has {self.frame_count} frames, but no frame {frame}"
+            message = f"{self.path} has no frame {frame}: it has {self.frame_count} frames"
             raise TruncatedVideoError(message)
         try:
             decoded = self._decode(frame)
@@ -93,11 +93,14 @@ class VideoReader:
         try:
             return rotate_upright(decoded)
         except (av.FFmpegError, ValueError) as error:
-            message = f"frame {frame} of {self.path} cannot be used: {error}; export it upright"
+            message = (
+                f"frame {frame} of {self.path} cannot be used: {error}; export the video with "
+                "upright pictures"
+            )
             raise UnreadableVideoError(message) from error
 
     def _release_decoder(self) -> None:
-        """Replace the decoder by a new one without frame buffers, to save memory until `read`."""
+        """Save memory until the next `read`: replace the decoder and its frame buffers."""
         self._container, self._stream = open_video(self.path)
         self._frames, self._next_frame = iter(()), self.frame_count
 
@@ -110,7 +113,7 @@ class VideoReader:
         if not bisect_left(self._times, key_packet.time) <= self._next_frame <= frame:
             self._container.seek(key_packet.decode_time, stream=self._stream)
             self._frames = self._container.decode(self._stream)
-        # If decoding fails, `_next` keeps this value, which makes the next read seek.
+        # If decoding fails, `_next_frame` keeps this value, which makes the next read seek.
         self._next_frame = self.frame_count
         for decoded in self._frames:
             if decoded.pts is not None and decoded.pts >= target_time:
@@ -139,7 +142,7 @@ def read_still(path: Path, size: tuple[int, int] | None = None) -> Image:
 
 
 class _Packet(NamedTuple):
-    """A coded frame; packets sort by presentation time. Trimmed frames are decoded, not shown."""
+    """A coded frame. Packets sort by presentation time; trimmed frames are not shown."""
 
     time: int
     decode_time: int
@@ -149,7 +152,7 @@ class _Packet(NamedTuple):
 
 
 def _list_packets(container: InputContainer, stream: VideoStream, path: Path) -> list[_Packet]:
-    """Return the packets of a video in decoding order, and check their number by the header."""
+    """Return the packets of a video in decoding order; compare their number with the header."""
     try:
         packets = [
             _make_packet(packet, path)
@@ -166,14 +169,17 @@ def _list_packets(container: InputContainer, stream: VideoStream, path: Path) ->
         )
         raise TruncatedVideoError(message)
     if len({packet.time for packet in packets}) < len(packets) or not packets[0].is_key:
-        message = f"{path} has two frames with the same time, or no key frame: export it again"
+        message = (
+            f"{path} has two frames with the same time, or does not start with a key frame: export "
+            "it again"
+        )
         raise UnreadableVideoError(message)
     return packets
 
 
 def _make_packet(packet: "av.Packet[VideoStream]", path: Path) -> _Packet:
     if packet.pts is None:
-        message = f"{path} has frames without time stamps: put it into an mp4 container"
+        message = f"{path} has frames without time stamps: convert it to an mp4 file"
         raise UnreadableVideoError(message)
     duration = packet.duration or 0
     decode_time = packet.pts if packet.dts is None else packet.dts
@@ -183,8 +189,8 @@ def _make_packet(packet: "av.Packet[VideoStream]", path: Path) -> _Packet:
 def _is_truncated(packets: list[_Packet], stream: VideoStream) -> bool:
     """Return whether the header states more frames and a longer duration than the packets have.
 
-    If a video was trimmed without re-encoding, its header states too many frames, but the correct
-    duration.
+    The duration is checked as well, because the header of a video that was trimmed without
+    re-encoding states too many frames, but the correct duration.
     """
     shown_durations = [packet.duration for packet in packets if packet.is_shown]
     max_duration = sum(shown_durations) + max(shown_durations, default=0) / 2

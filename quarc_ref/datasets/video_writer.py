@@ -1,7 +1,7 @@
 """Writes pictures as H.264 or VP9 videos with exact color metadata, and as PNG and JPEG files.
 
-Videos are BT.601 with limited range, as FFmpeg's scaler assumes for videos without color metadata.
-The color metadata is written nevertheless.
+Videos use BT.601 with limited range, which FFmpeg's scaler also assumes for videos without color
+metadata.
 """
 
 from collections.abc import Iterable, Mapping
@@ -33,8 +33,8 @@ class VideoFormat:
         height: Picture height, pixels.
         frames_per_second: Frame rate.
         options: Options of FFmpeg's encoder.
-        pixel_format: `yuv444p`, or `yuv420p`, which needs even sizes and
-            halves the resolution of colors.
+        pixel_format: `yuv444p`, or `yuv420p`, which requires an even width and height and halves
+            the resolution of chroma.
         container: `mp4` for H.264, `webm` for VP9.
     """
 
@@ -84,19 +84,19 @@ def write_video_file(sink: BinaryIO, pictures: Iterable[Image], video_format: Vi
 
 
 def build_png(picture: Image) -> bytes:
-    """Encode a picture `[H, W, 3]` sRGB as PNG."""
+    """Encode an `[H, W, 3]` sRGB picture as PNG."""
     frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
     return _encode_still(av.CodecContext.create("png", "w"), frame)
 
 
 def build_depth_png(levels: NDArray[np.uint16]) -> bytes:
-    """Encode `[H, W]` 16-bit levels as PNG."""
+    """Encode `[H, W]` 16-bit gray levels as PNG."""
     frame = av.VideoFrame.from_ndarray(levels, format="gray16le").reformat(format="gray16be")
     return _encode_still(av.CodecContext.create("png", "w"), frame)
 
 
 def build_jpeg(picture: Image) -> bytes:
-    """Encode a picture `[H, W, 3]` sRGB as JPEG with high quality."""
+    """Encode an `[H, W, 3]` sRGB picture as JPEG with high quality."""
     frame = av.VideoFrame.from_ndarray(picture, format="rgb24").reformat(
         format="yuvj444p", dst_colorspace=Colorspace.ITU601, dst_color_range=ColorRange.JPEG
     )

@@ -8,7 +8,7 @@ import pytest
 
 from quarc_ref.datasets.errors import CaptureError, MissingFileError, OutsideFileError
 from quarc_ref.datasets.layouts.transforms_json import read_nerfstudio
-from quarc_ref.datasets.named_files import NamedFiles
+from quarc_ref.datasets.named_files import NamedFileResolver
 from tests.datasets import scenes
 
 
@@ -115,7 +115,7 @@ def test_a_folder_reached_by_a_link_or_from_within_is_read(capture_folders, shot
 
 def test_a_missing_folder_or_file_is_reported_as_missing(tmp_path):
     (tmp_path / "folder").mkdir()
-    named_files = NamedFiles(tmp_path / "transforms.json")
+    named_files = NamedFileResolver(tmp_path / "transforms.json")
 
     for name in ("folder", "nothing", ".", "", "x" * 5000):
         with pytest.raises(MissingFileError, match="missing or not a regular file"):

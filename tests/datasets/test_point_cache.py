@@ -53,7 +53,7 @@ def test_a_second_opening_has_the_same_points_without_triangulation(
     assert np.array_equal(first.points.positions, second.points.positions)
     assert np.array_equal(first.points.colors, second.points.colors)
     assert "triangulating them, and saving them to" in caplog.messages[0]
-    assert "using the initial points triangulated earlier" in caplog.messages[1]
+    assert "initial points that were triangulated earlier" in caplog.messages[1]
 
 
 def test_other_pictures_cameras_or_frames_have_their_own_points(

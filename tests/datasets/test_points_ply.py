@@ -116,12 +116,12 @@ def test_other_properties_and_elements_are_skipped(path):
         (make_ply(POINT_BYTES, [*PROPERTIES, "list uchar int other"]), "is not supported"),
         (make_ply(POINT_BYTES, [*PROPERTIES, "half w"]), "is not supported"),
         (make_ply(POINT_BYTES * 2, [*PROPERTIES, "float x"]), "x"),
-        (make_ply(POINT_BYTES, PROPERTIES[1:]), "no float or double x, y and z"),
-        (make_ply(POINT_BYTES, ["int x", *PROPERTIES[1:]]), "no float or double x, y and z"),
-        (make_ply(POINT_BYTES, PROPERTIES[:3]), "no uchar red, green and blue"),
+        (make_ply(POINT_BYTES, PROPERTIES[1:]), "no properties x, y and z"),
+        (make_ply(POINT_BYTES, ["int x", *PROPERTIES[1:]]), "no properties x, y and z"),
+        (make_ply(POINT_BYTES, PROPERTIES[:3]), "no properties red, green and blue"),
         (
             make_ply(POINT_BYTES * 2, [*PROPERTIES[:5], "float blue"]),
-            "no uchar red, green and blue",
+            "no properties red, green and blue",
         ),
     ],
 )

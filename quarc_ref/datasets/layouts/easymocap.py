@@ -21,7 +21,7 @@ from quarc_ref.datasets.footage import Footage
 from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.opencv_yaml import Node, parse_yaml
 from quarc_ref.datasets.pictures import Size
-from quarc_ref.datasets.undistortion import rotate_by_vector
+from quarc_ref.datasets.undistortion import make_rotation_matrix
 
 _MAX_COEFFICIENTS = 8
 _OPENCV_CENTER_SHIFT = 0.5  # Added to principal points, because `Lens` has pixel centers at +0.5.
@@ -104,7 +104,7 @@ def _read_rotation(name: str, extrinsics: Matrices) -> Float64Array:
     """Return a camera's `[3, 3]` rotation from world to camera."""
     if f"Rot_{name}" in extrinsics:
         return _get_matrix(extrinsics, f"Rot_{name}", 9).reshape(3, 3)
-    return rotate_by_vector(_get_matrix(extrinsics, f"R_{name}", 3))
+    return make_rotation_matrix(_get_matrix(extrinsics, f"R_{name}", 3))
 
 
 def _get_matrix(matrices: Matrices, key: str, count: int) -> Float64Array:

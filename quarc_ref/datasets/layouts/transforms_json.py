@@ -21,7 +21,7 @@ from quarc_ref.datasets.errors import (
 from quarc_ref.datasets.footage import Footage
 from quarc_ref.datasets.layouts.transforms_entries import Entry, Transforms, read_transforms
 from quarc_ref.datasets.masks import FileMasks
-from quarc_ref.datasets.named_files import NamedFiles
+from quarc_ref.datasets.named_files import NamedFileResolver
 from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.pictures import Pictures
 from quarc_ref.datasets.points_ply import read_points_ply
@@ -86,7 +86,7 @@ def _load_pictures(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
 
 
 def _make_footage(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
-    resolver = NamedFiles(path)
+    resolver = NamedFileResolver(path)
     paths = [[resolver.find(entry.path) for entry in entries] for entries in rig.entries]
     points, descriptions = _read_descriptions(path, transforms, resolver)
     source, frame_rate = open_pictures(paths, reject_gaps=False), transforms.frames_per_second
@@ -94,7 +94,7 @@ def _make_footage(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
     return Footage(rig.cameras, source, points, descriptions, frame_rate, masks=masks)
 
 
-def _open_masks(resolver: NamedFiles, rig: _Rig, source: Pictures) -> FileMasks | None:
+def _open_masks(resolver: NamedFileResolver, rig: _Rig, source: Pictures) -> FileMasks | None:
     """Return the masks that the entries name; None if no entry names a mask."""
     mask_paths = [
         [resolver.find(entry.mask) for entry in entries if entry.mask] for entries in rig.entries
@@ -103,7 +103,7 @@ def _open_masks(resolver: NamedFiles, rig: _Rig, source: Pictures) -> FileMasks 
 
 
 def _read_descriptions(
-    path: Path, transforms: Transforms, resolver: NamedFiles
+    path: Path, transforms: Transforms, resolver: NamedFileResolver
 ) -> tuple[Points | None, tuple[Path, ...]]:
     """Return the initial points, and the paths of `transforms.json` and of the points file."""
     if transforms.points is None:
