@@ -140,7 +140,7 @@ def _parse_vertex_type(lines: list[list[str]]) -> np.dtype[np.void]:
     fields: list[tuple[str, str]] = []
     for words in takewhile(lambda words: words[0] != "element", lines):
         if len(words) != 3 or words[0] != "property" or words[1] not in _NUMPY_TYPES:
-            message = f"the points have an unsupported property: '{' '.join(words[1:])}'"
+            message = f"a property of the points is not supported: '{' '.join(words[1:])}'"
             raise ValueError(message)
         fields.append((words[2], _NUMPY_TYPES[words[1]]))
     return np.dtype(fields)

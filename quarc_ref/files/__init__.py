@@ -2,13 +2,13 @@
 
     with atomic_file(Path("a.bin")) as sink:            # visible only after the block ends
         sink.write(data)
-    with written_folder(Path("frames")) as made:        # also visible only after the block ends
-        made.write("frame_0000.ply", data)
+    with written_folder(Path("frames")) as folder:      # also visible only after the block ends
+        folder.write("frame_0000.ply", data)
 
 Output is written next to its target under a hidden random name, is locked while the writing process
 runs, and is removed after an error. If a process is killed, the next process that writes the same
-target removes the leftovers. Every folder lists its files in a marker, and only files that the
-marker lists are deleted.
+target removes the temporary files. Every output folder contains a marker, a file that lists the
+other files of the folder, and only listed files are ever deleted.
 """
 
 from quarc_ref.files.atomic import atomic_file, sync_file, sync_folder, write_file

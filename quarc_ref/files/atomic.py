@@ -1,8 +1,8 @@
 """Writes files that become visible only when they are complete.
 
 A file is written next to its target under a new random name, so that no existing link is followed,
-and is renamed when it is complete. The file has the permissions of a new file, even if it replaces
-a file with different permissions.
+and is renamed to its target when it is complete. It gets the permissions of a new file, even if it
+replaces a file with different permissions.
 """
 
 import os
@@ -20,8 +20,8 @@ def atomic_file(target: Path, *, durable: bool = False) -> Iterator[BinaryIO]:
     """Open a file that replaces a target when the block ends without an error.
 
     Args:
-        target: Path of the file. An existing file or link is replaced; the file to which a link
-            points does not change.
+        target: Path of the file. An existing file or link is replaced; the file that a link points
+            to does not change.
         durable: Whether the file must survive a power failure once it is visible.
 
     Yields:
@@ -66,7 +66,7 @@ def sync_file(file: BinaryIO) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Flush the file names in a folder to disk, if the system supports it."""
+    """Flush the list of files in a folder to disk, if the system supports it."""
     with suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY)
         try:

@@ -1,11 +1,11 @@
-"""Hidden names next to a target: `.NAME.0123456789abcdef.part`, or `.old` for a replaced target."""
+"""Hidden paths next to a target NAME: `.NAME.0123456789abcdef.part`, and `.old` if replaced."""
 
 import re
 import secrets
 from pathlib import Path
 
 PART_SUFFIX, OLD_SUFFIX = "part", "old"
-_RANDOM_BYTES = 8  # bytes
+_RANDOM_BYTES = 8
 
 
 def make_temporary_path(target: Path, suffix: str) -> Path:
@@ -14,12 +14,12 @@ def make_temporary_path(target: Path, suffix: str) -> Path:
     return target.with_name(f".{target.name}.{secrets.token_hex(_RANDOM_BYTES)}.{suffix}")
 
 
-def make_replaced_path(part: Path) -> Path:
-    """Return the path to which the existing target is renamed when `part` replaces it."""
-    return part.with_suffix(f".{OLD_SUFFIX}")
+def make_replaced_path(part_path: Path) -> Path:
+    """Return the path to which the old target is moved when the file at `part_path` replaces it."""
+    return part_path.with_suffix(f".{OLD_SUFFIX}")
 
 
 def is_temporary_name(name: str, target_name: str, suffix: str) -> bool:
-    """Return whether a file name may come from `make_temporary_path`."""
+    """Return whether `make_temporary_path` can create this file name."""
     pattern = rf"\.{re.escape(target_name)}\.[0-9a-f]{{{2 * _RANDOM_BYTES}}}\.{suffix}"
     return re.fullmatch(pattern, name) is not None

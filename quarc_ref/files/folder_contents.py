@@ -1,4 +1,4 @@
-"""Lists and removes the files in a folder's marker, and detects all other files."""
+"""Lists and removes the files that a folder's marker lists, and detects all other files."""
 
 import stat
 from contextlib import suppress
@@ -23,7 +23,7 @@ def require_no_foreign_files(folder: Path, depth: int = _MAX_DEPTH) -> None:
     if contents.foreign_paths:
         message = (
             f"{folder} contains {contents.foreign_paths[0].name}, which quarc-ref did not create "
-            f"(it is not listed in {MARKER_NAME}): remove this file, or choose another folder"
+            f"(it is not listed in {MARKER_NAME}): remove it, or choose another folder"
         )
         raise OutputPathError(message)
     for path in contents.folders:
@@ -31,7 +31,7 @@ def require_no_foreign_files(folder: Path, depth: int = _MAX_DEPTH) -> None:
 
 
 def remove_output_folder(folder: Path, depth: int = _MAX_DEPTH) -> None:
-    """Remove the files that a folder's marker lists, and the folder if it is empty afterwards.
+    """Remove the files that a folder's marker lists; also remove the folder if it is then empty.
 
     Raises:
         OutputPathError: The marker is damaged.
@@ -84,7 +84,7 @@ def _list_contents(folder: Path, depth: int) -> _Contents:
 
 
 def _is_leftover(name: str, listed_names: set[str]) -> bool:
-    """Return whether a file is the temporary file of a listed file, from a killed process."""
+    """Return whether a killed process left this file as the temporary file of a listed file."""
     return name.startswith(".") and any(
         is_temporary_name(name, listed_name, PART_SUFFIX) for listed_name in listed_names
     )

@@ -1,4 +1,4 @@
-"""Creates output folders: under a hidden name until they are complete, or in place."""
+"""Creates output folders, under hidden names until they are complete or at their final paths."""
 
 import os
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ from quarc_ref.files.output_folder import (
 
 @contextmanager
 def written_folder(target: Path, *, replace: bool = False) -> Iterator[OutputFolder]:
-    """Yield a temporary folder, which replaces a target if the block ends without an error.
+    """Yield a temporary folder, which replaces the target if the block ends without an error.
 
     Args:
         target: Path of the folder; an empty folder may exist.
@@ -32,8 +32,8 @@ def written_folder(target: Path, *, replace: bool = False) -> Iterator[OutputFol
         The folder to fill.
 
     Raises:
-        OutputPathError: Another file or folder exists at the path, or another process is
-            writing the folder.
+        OutputPathError: The path exists and cannot be replaced, or another process is writing the
+            folder.
         OSError: The folder cannot be written.
     """
     _require_available(target, replace=replace)
@@ -61,14 +61,14 @@ def growing_folder(
     Args:
         target: Path of the folder; an empty folder may exist.
         replace: Whether to reuse a folder that quarc-ref created.
-        keep: Whether to keep the existing files of the folder.
+        keep: Whether to keep the existing files of a reused folder.
 
     Yields:
         The folder to fill.
 
     Raises:
-        OutputPathError: Another file or folder exists at the path, or another process is
-            writing the folder.
+        OutputPathError: The path exists and cannot be reused, or another process is writing the
+            folder.
         OSError: The folder cannot be written.
     """
     _require_available(target, replace=replace)
@@ -141,8 +141,8 @@ def _move_to_target(folder: OutputFolder, target: Path, *, replace: bool) -> Non
 def _replace_folder(folder: OutputFolder, target: Path) -> None:
     """Replace an existing folder, and delete the files that its marker lists.
 
-    The old folder is renamed before the new folder takes its place. If the process is killed in
-    between, the next process restores the old folder (`remove_leftovers`).
+    The old folder is renamed before the new folder is moved to its path. If the process is killed
+    between these two steps, the next process restores the old folder (`remove_leftovers`).
     """
     old_path = make_replaced_path(folder.path)
     with open_marker(target) as marker:

@@ -14,9 +14,9 @@ from quarc_ref.files.marker import MARKER_NAME
 def remove_leftovers(target: Path) -> None:
     """Remove temporary files that killed processes left next to a target.
 
-    Files of running processes and of other users are kept. If the system does not support locks,
-    all files are kept. If a process was killed while it replaced the target folder, the old folder
-    is restored.
+    Files that belong to running processes or other users are kept. If the system does not support
+    locks, all files are kept. If a process was killed while it replaced the target folder, the old
+    folder is restored.
 
     Raises:
         OSError: A file cannot be removed.

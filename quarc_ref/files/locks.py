@@ -1,7 +1,7 @@
 """Opens files without following links, and locks them while they are open.
 
-A lock shows other processes that the writer of a file is running. The system releases the lock when
-the process ends.
+A lock shows other processes that the process that writes a file is still running. The system
+releases the lock when that process ends.
 """
 
 import os
@@ -32,7 +32,7 @@ def open_regular_file(path: Path, flags: int = os.O_RDWR) -> BinaryIO:
         OSError: The file cannot be opened.
     """
     if path.is_symlink() and not flags & os.O_EXCL:
-        message = f"{path} is a symbolic link: name the file itself, or remove the link"
+        message = f"{path} is a symbolic link: use the path of the file itself, or remove the link"
         raise OutputPathError(message)
     descriptor = os.open(path, flags | _SAFE_FLAGS | _BINARY_FLAG, _FILE_MODE)
     if not stat.S_ISREG(os.fstat(descriptor).st_mode):
@@ -47,7 +47,7 @@ def lock_file(file: BinaryIO) -> bool | None:
 
     Returns:
         True if the file is locked now, False if another process has locked the file, None if the
-        system or the disk does not support locks.
+        operating system or the file system does not support locks.
     """
     if sys.platform != "win32":
         import fcntl
@@ -62,7 +62,7 @@ def lock_file(file: BinaryIO) -> bool | None:
 
 
 def is_still_at(file: BinaryIO, path: Path) -> bool:
-    """Return whether a path still refers to an open file, which other processes may move."""
+    """Return whether an open file is still at a path; another process may have moved it."""
     with suppress(FileNotFoundError):
         return os.path.samestat(os.fstat(file.fileno()), path.lstat())
     return False

@@ -12,7 +12,7 @@ from quarc_ref.files.locks import open_regular_file
 
 @contextmanager
 def open_log(path: Path, *, keep: bool) -> Iterator[TextIO]:
-    """Open a file to append lines; if the file is empty at the end, it is removed.
+    """Open a file for appending lines; if the file is empty at the end, it is removed.
 
     Args:
         path: Path of the file; a missing file is created.

@@ -1,9 +1,9 @@
-"""Reads and writes markers: files `.quarc-ref-made`, which list the contents of output folders.
+"""Reads and writes markers: files named `.quarc-ref-made` that list what an output folder contains.
 
-A marker is a text file with a fixed first line and a name in each further line. Names of subfolders
-end with a slash; every subfolder has another marker. A name is listed before its file is created.
-Because other users may be able to write markers, only plain file names are accepted, which cannot
-lead out of the folder.
+A marker is a text file with a fixed first line, and a name in each further line. Names of
+subfolders end with a slash; every subfolder has its own marker. A name is listed before its file is
+created. Other users may be able to write markers, so only plain file names are accepted, which
+cannot refer to files outside the folder.
 """
 
 import os
@@ -73,7 +73,7 @@ def _write_line(marker: BinaryIO, line: str) -> None:
 def _read_lines(marker: BinaryIO, folder: Path) -> tuple[set[str], int]:
     """Return the names in a marker, and the offset at which the last complete line ends.
 
-    Bytes after that offset are an incomplete line of a killed process.
+    Any bytes after that offset are an incomplete line that a killed process left.
     """
     data = marker.read(_MAX_BYTES)
     end = data.rfind(b"\n") + 1

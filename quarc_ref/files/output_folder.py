@@ -1,4 +1,4 @@
-"""Output folders, whose marker lists every file before the file is created."""
+"""Output folders, which list each file in a marker before they create the file."""
 
 import os
 import shutil
@@ -20,12 +20,12 @@ class OutputFolder:
     Args:
         path: Path of the folder.
         marker: Marker of the folder, open for reading and writing.
-        listed_names: Lines of the marker.
+        listed_names: Names that the marker already lists.
 
     Attributes:
         path: Path of the folder.
-        moved_to: Path of the replaced folder, if files that quarc-ref did not create are left in
-            that folder; otherwise None.
+        moved_to: Path to which the replaced folder was moved, if files that quarc-ref did not
+            create are left in it; otherwise None.
     """
 
     def __init__(self, path: Path, marker: BinaryIO, listed_names: Iterable[str] = ()) -> None:
@@ -35,7 +35,7 @@ class OutputFolder:
         self._listed_names = set(listed_names)
 
     def add(self, name: str) -> Path:
-        """Add the name of a file to the marker before the file is created, and return its path.
+        """Add the name of a new file to the marker, and return the path at which to create it.
 
         Raises:
             ValueError: The name is not a plain file name.
@@ -46,7 +46,7 @@ class OutputFolder:
 
     @contextmanager
     def open(self, name: str) -> Iterator[BinaryIO]:
-        """Open a new file in the folder, which is visible if the block ends without an error."""
+        """Open a new file in the folder, which appears if the block ends without an error."""
         with atomic_file(self.add(name)) as file:
             yield file
 
@@ -78,7 +78,7 @@ class OutputFolder:
 
     @contextmanager
     def folder(self, name: str) -> Iterator["OutputFolder"]:
-        """Create a subfolder, which is open until the block ends."""
+        """Create a subfolder, to which files can be added until the block ends."""
         self._append_to_marker(f"{name}/")
         (self.path / name).mkdir()
         with mark_folder(self.path / name) as subfolder:
@@ -109,7 +109,7 @@ class OutputFolder:
 
 
 def mark_folder(path: Path) -> OutputFolder:
-    """Write a marker into an empty folder.
+    """Write a marker into an empty folder, and open the folder.
 
     Raises:
         FileExistsError: A marker exists, or another process has removed the new marker.

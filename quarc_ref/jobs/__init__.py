@@ -1,8 +1,8 @@
-"""Calls a function for many arguments, in local processes or on a Ray cluster.
+"""Calls a function with each of many arguments, in local processes or on a Ray cluster.
 
     run_jobs(encode_segment, [Job("frames 0 to 29", segment), ...], WorkerPool(workers=2))
 
-The package does not depend on what the function does.
+The package does not depend on any other part of quarc-ref.
 """
 
 from quarc_ref.jobs.job import Job, JobsError, WorkerPool

@@ -1,4 +1,4 @@
-"""Data types of jobs, worker pools and outcomes, and functions to run a pickled call."""
+"""Data types for jobs, worker pools and outcomes, and functions that run a pickled call."""
 
 import os
 import pickle
@@ -13,7 +13,7 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, slots=True)
 class Job(Generic[Argument]):
-    """A function call that depends on no other call.
+    """One call of a function; it does not depend on any other call.
 
     Attributes:
         name: Name of the job in messages.
@@ -26,15 +26,16 @@ class Job(Generic[Argument]):
 
 @dataclass(frozen=True, slots=True)
 class WorkerPool:
-    """Processes or a cluster that run jobs.
+    """The local processes or the Ray cluster that run jobs.
 
     Attributes:
-        workers: Number of processes at a time on this machine or on a `local` cluster.
+        workers: Maximum number of jobs that run at the same time in local processes or on a `local`
+            cluster.
         threads: Number of threads of each job.
         ray: Address of a Ray cluster for `ray.init`: `host:port`, `ray://host:port`, `auto` for a
             running cluster on this machine, or `local` for a temporary cluster. None to run jobs
             in local processes.
-        gpus: Number of GPUs of the cluster for each job; may be a fraction.
+        gpus: Number of GPUs that each job occupies on the cluster; may be a fraction.
 
     Raises:
         ValueError: A number is out of range.
@@ -47,12 +48,12 @@ class WorkerPool:
 
     def __post_init__(self) -> None:
         if self.workers < 1 or self.threads < 1 or self.gpus < 0:
-            message = "workers and threads must be at least 1, gpus at least 0"
+            message = "workers and threads must be at least 1, and gpus must be at least 0"
             raise ValueError(message)
 
     @property
     def environment(self) -> dict[str, str]:
-        """Environment variables that limit the number of threads of a job's libraries."""
+        """Environment variables that limit the number of threads that a job's libraries use."""
         names = ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS", "MKL_NUM_THREADS")
         return dict.fromkeys(names, str(self.threads))
 
@@ -62,7 +63,7 @@ class Outcome:
     """Outcome of a job.
 
     Attributes:
-        result: Pickled result of the function; empty if the function raised an error.
+        result: Pickled return value of the function; empty if there was an error.
         message: Error message in one line; empty if there was no error.
         details: Traceback of the error; empty if there was no error.
     """
@@ -76,16 +77,16 @@ class JobsError(RuntimeError):
     """Some jobs have failed; all other jobs are complete.
 
     Args:
-        outcomes: Outcomes of the failed jobs, by name.
-        job_count: Number of jobs.
+        outcomes: Outcomes of the failed jobs, by job name.
+        job_count: Number of all jobs.
 
     Attributes:
-        messages: Error message of each failed job, by name.
+        messages: Error message of each failed job, by job name.
     """
 
     def __init__(self, outcomes: Mapping[str, Outcome], job_count: int) -> None:
         self.messages = {name: outcome.message for name, outcome in outcomes.items()}
-        lines = [f"{name}: {fault}" for name, fault in self.messages.items()]
+        lines = [f"{name}: {message}" for name, message in self.messages.items()]
         super().__init__("; ".join([f"{len(lines)} of {job_count} jobs failed", *lines]))
         for name, outcome in outcomes.items():
             self.add_note(f"{name}:\n{outcome.details}")
@@ -112,7 +113,7 @@ def run_call(call: bytes, environment: Mapping[str, str]) -> Outcome:
 
 
 def load_results(jobs: Sequence[Job[Any]], outcomes: Mapping[int, Outcome]) -> list[Any]:
-    """Return the results in the order of the jobs.
+    """Unpickle the results, and return them in the order of the jobs.
 
     Args:
         jobs: All jobs.

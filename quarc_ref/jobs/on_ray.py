@@ -1,4 +1,4 @@
-"""Runs jobs as tasks of a Ray cluster, which restarts tasks of lost machines."""
+"""Runs jobs as tasks on a Ray cluster, which reruns the tasks of machines that fail."""
 
 import logging
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,6 @@
 """Runs each job in a new process on this machine.
 
-If a process is killed, only the job of that process fails. All processes end when their parent
-process ends.
+If a process is killed, only its job fails. All processes end when their parent process ends.
 """
 
 import multiprocessing
@@ -37,11 +36,11 @@ def run_in_processes(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple
     try:
         for index, call in enumerate(calls):
             if len(running_processes) == pool.workers:
-                yield from _wait_for_ended(running_processes)
+                yield from _collect_ended_processes(running_processes)
             pipe, process = _start_process(call, pool)
             running_processes[pipe] = (index, process)
         while running_processes:
-            yield from _wait_for_ended(running_processes)
+            yield from _collect_ended_processes(running_processes)
     finally:
         for _, process in running_processes.values():
             process.terminate()
@@ -58,10 +57,10 @@ def _start_process(call: bytes, pool: WorkerPool) -> "tuple[Pipe, BaseProcess]":
     return receiver, process
 
 
-def _wait_for_ended(
+def _collect_ended_processes(
     running_processes: "dict[Pipe, tuple[int, BaseProcess]]",
 ) -> Iterator[tuple[int, Outcome]]:
-    """Wait until a process ends, remove all ended processes, and yield their outcomes."""
+    """Wait until one or more processes end, remove these processes, and yield their outcomes."""
     for pipe in [pipe for pipe in running_processes if pipe in wait(list(running_processes))]:
         index, process = running_processes.pop(pipe)
         try:
@@ -83,7 +82,7 @@ def _join_or_kill(process: BaseProcess) -> None:
 
 @contextmanager
 def _change_environment(changes: Mapping[str, str]) -> Iterator[None]:
-    """Change the environment of a new process, which may load libraries before `_run_worker`."""
+    """Set variables that a new process inherits, as it may load libraries before `_run_worker`."""
     previous_values = {name: os.environ.get(name) for name in changes}
     os.environ.update(changes)
     try:

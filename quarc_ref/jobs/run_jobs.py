@@ -17,14 +17,14 @@ def run_jobs(
     """Call a function once per job, and run each call in a separate process.
 
     A job that fails does not stop other jobs. If the caller is interrupted or killed, its jobs end
-    as well, so that long jobs should save their progress in files.
+    as well, so long jobs should save their progress in files.
 
     Args:
         function: Function that workers can import by name, and that returns a picklable result.
         jobs: Jobs in the order in which they start.
         pool: Local processes, or a Ray cluster that can access the files of the jobs.
         on_done: Function to call after each job, with the name of the job, the number of completed
-            jobs and the number of all jobs.
+            jobs and the total number of jobs.
 
     Returns:
         The results in the order of the jobs.
