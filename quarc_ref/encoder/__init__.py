@@ -3,7 +3,7 @@
     with open("out.quarc", "wb") as sink:
         encode(open_capture("flame_steak"), sink, EncodeOptions(choose_preset("main")))
 
-`encode_scenes` encodes Gaussians that another method has trained. It needs neither pictures
+`encode_scenes` encodes Gaussians that another method has trained, and needs neither pictures
 nor torch:
 
     report = encode_scenes(frames, sink, SceneOptions(frames_per_second=30))

@@ -29,7 +29,7 @@ def undo_small_moves(
         header: Header of the stream.
         steps: Size of the dead zone in steps; 0: no dead zone.
     """
-    (in_canonical,) = np.nonzero(roots >= 0)
+    (survivors,) = np.nonzero(roots >= 0)
     position_limit = divide_round(
         np.array(steps * header.translation_step), header.position_step
     ).item()
@@ -38,12 +38,10 @@ def undo_small_moves(
         (positions, canonical.positions, (position_limit,) * 3),
         (rotations, canonical.rotations, (0, steps, steps, steps)),
     ):
-        undone = in_canonical[
-            _find_small_changes(
-                rows[:, in_canonical], canonical_rows[:, roots[in_canonical]], limits
-            )
+        undone_indices = survivors[
+            _find_small_changes(rows[:, survivors], canonical_rows[:, roots[survivors]], limits)
         ]
-        rows[:, undone] = canonical_rows[:, roots[undone]]
+        rows[:, undone_indices] = canonical_rows[:, roots[undone_indices]]
     return Gaussians(positions, rotations, gaussians.codes)
 
 

@@ -1,4 +1,4 @@
-"""Finds problems of a capture before hours are spent on encoding it.
+"""Finds faults in a capture before hours are spent on encoding it.
 
 `encode` runs only the quick checks (`checks.capture_checks`). This module also reads all
 frames of all cameras, including held-out cameras. If the capture cannot be opened, the
@@ -16,7 +16,11 @@ from quarc_ref.datasets.layouts.table import choose_layout
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.checks.capture_checks import check_capture
 from quarc_ref.encoder.checks.epipolar import find_wrong_poses
-from quarc_ref.encoder.checks.machine import Machine, find_shortages, measure_machine
+from quarc_ref.encoder.checks.machine import (
+    FreeResources,
+    find_shortages,
+    measure_free_resources,
+)
 from quarc_ref.encoder.checks.motion_checks import find_motion_faults
 from quarc_ref.encoder.checks.recording import find_unreadable, record
 from quarc_ref.encoder.forecast import Forecast, forecast
@@ -53,19 +57,19 @@ class Diagnosis:
         layout: Name of the layout; None if it is unknown.
         capture: The opened capture; None if it cannot be opened.
         forecast: Forecast of an encode; None if the capture cannot be encoded.
-        machine: Free resources of this machine.
+        machine: Free memory and disk space of this machine.
         findings: All faults that were found.
     """
 
     layout: str | None
     capture: Capture | None
     forecast: Forecast | None
-    machine: Machine
+    machine: FreeResources
     findings: tuple[Finding, ...]
 
 
 def examine(folder: Path, options: ExamineOptions | None = None) -> Diagnosis:
-    """Find the faults of a capture, and forecast the resources that its encode needs.
+    """Find the faults in a capture, and forecast the resources that its encode needs.
 
     Args:
         folder: Folder of the capture.
@@ -76,7 +80,7 @@ def examine(folder: Path, options: ExamineOptions | None = None) -> Diagnosis:
         StartError: The requested first frame is after the last frame of the capture.
         DownscaleError: The pictures cannot be downscaled by the requested factor.
     """
-    options, machine = options or ExamineOptions(), measure_machine()
+    options, machine = options or ExamineOptions(), measure_free_resources()
     layout = None
     try:
         layout = choose_layout(folder).name
@@ -110,7 +114,7 @@ def _examine_frames(capture: Capture, progress: Progress) -> list[Finding]:
 
 
 def _to_finding(error: Exception) -> Finding:
-    """Convert an error to a finding whose kind is derived from the name of its class."""
+    """Convert an error to a finding whose kind is derived from the name of the error class."""
     words = re.findall("[A-Z][a-z]+", type(error).__name__.removesuffix("Error"))
     return Finding("-".join(words).lower(), str(error))
 

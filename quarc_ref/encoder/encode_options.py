@@ -19,7 +19,7 @@ class EncodeOptions:
     Attributes:
         config: All settings of the training and the stream.
         frames: Number of frames; None for all.
-        device: `cpu`, `cuda`, or `auto`: CUDA if a device and gsplat are available.
+        device: `cpu`, `cuda`, or `auto` (CUDA if a CUDA device and gsplat are available).
         progress: Called after every training step.
         checkpoint: File to which the training state of frame 0 is saved every minute. If the
             file already exists and belongs to this encode, training resumes from it. None: the
@@ -39,7 +39,7 @@ class EncodeOptions:
     monitor: Monitor = field(default_factory=NullMonitor)
 
     def check(self, capture: Capture) -> None:
-        """Check a capture and report the findings, if `checks` is set.
+        """If `checks` is set, check a capture and report the findings.
 
         Raises:
             UnusableCaptureError: The capture cannot be encoded with acceptable quality.

@@ -70,7 +70,7 @@ def encode(
             (`TooFewFramesError`).
         UnusableCaptureError: A check of the capture failed.
         EncodeError: The format cannot represent the scene with these settings.
-        ResumeError: The partial stream was encoded from other inputs or settings.
+        ResumeError: The partial stream was encoded from different inputs or settings.
     """
     options = options or EncodeOptions()
     with fixed_threads():
@@ -163,8 +163,8 @@ class _Encoding:
         config, context, frame = self._config, self._context, self.next_frame
         context.observers.progress.advance("frames", frame, self.frame_count)
         rd = RateDistortion(choose_lambda(config, self._sizes), self._reference_loss)
-        deaths = count_deaths(self._loop.state, self._first_count, config.births)
-        start = self._loop.start_frame(deaths)
+        death_count = count_deaths(self._loop.state, self._first_count, config.births)
+        start = self._loop.start_frame(death_count)
         motion = fit_motion(context, start, config.motion, config.updates, rd)
         moved_frame = self._loop.move_frame(start, motion.symbols, motion.updates)
         cost = ByteCost(
@@ -173,7 +173,7 @@ class _Encoding:
         )
         births = fit_births(context, moved_frame.state, motion.statistics, config, cost)
         kind = self._commit(moved_frame, births)
-        self._report_frame(kind, births.newborn.count if births else 0, deaths)
+        self._report_frame(kind, births.newborn.count if births else 0, death_count)
         context.views.drop_frames_before(frame)
         self.next_frame = frame + 1
 
@@ -183,7 +183,7 @@ class _Encoding:
         self._context.observers.monitor.end()
         self._context.observers.progress.advance("frames", self.frame_count, self.frame_count)
 
-    def _report_frame(self, kind: bytes, births: int, deaths: int) -> None:
+    def _report_frame(self, kind: bytes, birth_count: int, death_count: int) -> None:
         scene, loop = self._loop.state.scene, self._loop
         self._context.observers.monitor.frame(
             FrameWritten(
@@ -192,8 +192,8 @@ class _Encoding:
                 loop.frame_bytes,
                 loop.byte_count,
                 scene.count,
-                births,
-                deaths,
+                birth_count,
+                death_count,
             )
         )
 

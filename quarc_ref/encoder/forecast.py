@@ -122,12 +122,14 @@ def _forecast_stream_bytes(max_gaussians: int, count: int) -> tuple[int, int]:
 
 
 def _count_picture_bytes(capture: Capture) -> int:
-    """Return the memory for the pictures of a frame in training and in video decoders, bytes."""
+    """Return the bytes of memory for the pictures of a frame in training and video decoders."""
     cameras = [capture.cameras[index] for index in capture.training]
-    pixels = sum(camera.width * camera.height for camera in cameras)
-    training_bytes = pixels * 3 * _FLOAT_BYTES * _PICTURE_COPIES * _HALF_SIZE_COPY_FACTOR
+    pixel_count = sum(camera.width * camera.height for camera in cameras)
+    training_bytes = pixel_count * 3 * _FLOAT_BYTES * _PICTURE_COPIES * _HALF_SIZE_COPY_FACTOR
     return int(
-        training_bytes + len(cameras) * _DECODER_BYTES + pixels * _DECODER_PICTURES * _PIXEL_BYTES
+        training_bytes
+        + len(cameras) * _DECODER_BYTES
+        + pixel_count * _DECODER_PICTURES * _PIXEL_BYTES
     )
 
 

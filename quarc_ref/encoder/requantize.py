@@ -33,7 +33,7 @@ def requantize(scene: Scene) -> Gaussians:
 
 
 def code_rotations(rotations: Int64, fraction_bits: int) -> Int64:
-    """Code quaternions `[4, n]` (Q22) as the index of the largest component and three others.
+    """Code quaternions `[4, n]` (Q22) as the index of the largest component and the other three.
 
     The result is `[4, n]`. A quaternion is negated if its largest component is negative.
     """

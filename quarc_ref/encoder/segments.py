@@ -99,7 +99,7 @@ def encode_segments(
 
 
 def _without_callbacks(options: EncodeOptions) -> EncodeOptions:
-    """Return options without checks and callbacks, which can be sent to another process."""
+    """Return options that can be sent to another process: without checks and callbacks."""
     return replace(
         options, progress=NullProgress(), checks=False, report=ignore_finding, monitor=NullMonitor()
     )

@@ -56,21 +56,21 @@ def propose_steps(
     if not (settings.position_pixels or settings.translation_change):
         return stream
     pixel_size = measure_pixel_size(cameras, points)
-    position_size = settings.position_pixels * pixel_size or position_step(stream)
-    translation_size = translation_step(stream)
+    position_step_size = settings.position_pixels * pixel_size or position_step(stream)
+    translation_step_size = translation_step(stream)
     if settings.translation_change:
         sharpness = max(
             measure_sharpness(pictures), settings.translation_change / _MAX_TRANSLATION_PIXELS
         )
-        translation_size = settings.translation_change / sharpness * pixel_size
+        translation_step_size = settings.translation_change / sharpness * pixel_size
     exponent = _choose_exponent(
-        min(position_size, translation_size), _measure_max_coordinate(cameras, points)
+        min(position_step_size, translation_step_size), _measure_max_coordinate(cameras, points)
     )
     return replace(
         stream,
         lattice_exponent=exponent,
-        position_step=_to_lattice_units(position_size, exponent),
-        translation_step=_to_lattice_units(translation_size, exponent),
+        position_step=_to_lattice_units(position_step_size, exponent),
+        translation_step=_to_lattice_units(translation_step_size, exponent),
     )
 
 
@@ -106,7 +106,8 @@ def measure_sharpness(pictures: Iterable[Image]) -> float:
     suppresses noise. All sums are integers, so the result is the same on every machine.
 
     Args:
-        pictures: Pictures `[H, W, 3]`; pictures with a side below 4 pixels are ignored.
+        pictures: Pictures `[H, W, 3]`; pictures with a side shorter than 4 pixels are
+            ignored.
     """
     total = count = 0
     for picture in pictures:

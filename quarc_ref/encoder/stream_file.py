@@ -32,7 +32,7 @@ def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
     Raises:
         CaptureError: A picture cannot be read.
         EncodeError: The format cannot represent the scene with these settings.
-        BitstreamError: The file is not a stream.
+        BitstreamError: The file does not contain a stream.
         ResumeError: The file contains a stream of another encode, or another process is
             writing the file.
         OutputPathError: The path is a symbolic link or is not a regular file.

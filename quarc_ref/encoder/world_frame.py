@@ -15,7 +15,7 @@ _MIN_AXIS_COSINE = 0.9998  # cosine of one degree
 
 
 def find_up_axis(notes: CaptureNotes) -> int:
-    """Return `up_axis` for the header: 1 to 6 for +x, -x, +y, -y, +z, -z; 0 for others."""
+    """Return `up_axis` for the header: 1 to 6 for +x, -x, +y, -y, +z, -z, else 0."""
     for axis, component in enumerate(notes.up or ()):
         if abs(component) >= _MIN_AXIS_COSINE:
             return 2 * axis + (1 if component > 0 else 2)

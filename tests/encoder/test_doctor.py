@@ -8,7 +8,7 @@ import pytest
 
 from quarc_ref.datasets.open_capture import CaptureOptions
 from quarc_ref.encoder import choose_preset, doctor
-from quarc_ref.encoder.checks.machine import Machine
+from quarc_ref.encoder.checks.machine import FreeResources
 from quarc_ref.encoder.doctor import ExamineOptions, examine
 from quarc_ref.synth import SynthOptions, write_synthetic_capture
 from tests.encoder.planted_files import CAMERA, FAULTS, damage_frame, delay_video
@@ -83,7 +83,7 @@ def test_a_planted_fault_is_named(folder, plant):
 
 
 def test_insufficient_memory_and_disk_are_reported(correct_capture, monkeypatch):
-    monkeypatch.setattr(doctor, "measure_machine", lambda: Machine(1 << 20, 1 << 20))
+    monkeypatch.setattr(doctor, "measure_free_resources", lambda: FreeResources(1 << 20, 1 << 20))
     memory, disk = find_faults(correct_capture, quick=True)
 
     assert (memory.kind, disk.kind) == ("memory-short", "disk-short")

@@ -1,1 +1,1 @@
-"""Checks that find faults of a capture before hours of training are spent on it."""
+"""Checks that find faults in a capture before hours are spent on training."""

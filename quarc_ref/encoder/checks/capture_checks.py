@@ -41,19 +41,19 @@ class _ProjectedPoints:
         cameras: The training cameras.
         positions: `[P, 3]` positions, world units.
         colors: `[P, 3]` sRGB colors, 0 to 255.
-        views: Projection of the points into each camera.
-        is_visible: `[V, P]` whether each camera has each point inside its picture.
+        projections: Projection of the points into each camera.
+        is_visible: `[V, P]` whether a point projects into the picture of a camera.
     """
 
     cameras: tuple[Camera, ...]
     positions: NDArray[np.float32]
     colors: NDArray[np.uint8]
-    views: tuple[PointProjection, ...]
+    projections: tuple[PointProjection, ...]
     is_visible: NDArray[np.bool_]
 
 
 def check_capture(capture: Capture) -> list[Finding]:
-    """Find reasons to expect poor quality, using only frame 0.
+    """Return findings that predict poor quality, based only on frame 0.
 
     Args:
         capture: The capture; its held-out cameras are not read.
@@ -83,24 +83,24 @@ def check_capture(capture: Capture) -> list[Finding]:
         *_find_coinciding_cameras(projected),
         *_find_too_few_cameras(projected),
         *_find_wrong_poses(capture, projected),
-        *find_odd_pictures(projected.cameras, projected.views, _read_first_frame(capture)),
+        *find_odd_pictures(projected.cameras, projected.projections, _read_first_frame(capture)),
     ]
 
 
 def _measure_visibility(capture: Capture, cameras: tuple[Camera, ...]) -> _ProjectedPoints:
     points = capture.points
-    sample = np.random.default_rng(0).permutation(len(points.positions))[:_MAX_SAMPLED_POINTS]
-    positions = points.positions[sample]
-    views = tuple(project_points(camera, positions) for camera in cameras)
-    is_visible = np.stack([view.is_visible for view in views])
-    return _ProjectedPoints(cameras, positions, points.colors[sample], views, is_visible)
+    indices = np.random.default_rng(0).permutation(len(points.positions))[:_MAX_SAMPLED_POINTS]
+    positions = points.positions[indices]
+    projections = tuple(project_points(camera, positions) for camera in cameras)
+    is_visible = np.stack([projection.is_visible for projection in projections])
+    return _ProjectedPoints(cameras, positions, points.colors[indices], projections, is_visible)
 
 
 def _find_points_outside_views(projected: _ProjectedPoints) -> Iterator[Finding]:
     outside_fraction = float(np.mean(~projected.is_visible.any(axis=0)))
     if outside_fraction > _MAX_OUTSIDE_FRACTION:
         behind_fraction = float(
-            np.mean(np.all([view.depths <= 0 for view in projected.views], axis=0))
+            np.mean(np.all([view.depths <= 0 for view in projected.projections], axis=0))
         )
         message = (
             f"{outside_fraction:.0%} of the initial points are not visible in any training view "
@@ -126,7 +126,7 @@ def _find_blind_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
 def _find_coinciding_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
     centers = np.stack([camera_center(camera) for camera in projected.cameras])
     max_radius = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
-    depths = np.concatenate([view.depths[view.is_visible] for view in projected.views])
+    depths = np.concatenate([view.depths[view.is_visible] for view in projected.projections])
     if max_radius < _MIN_RELATIVE_RADIUS * np.median(depths):
         message = (
             "all training cameras are at the same position, so depth cannot be estimated: "
@@ -137,14 +137,14 @@ def _find_coinciding_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
 
 def _find_too_few_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
     rarely_seen_fraction = float(np.mean(projected.is_visible.sum(axis=0) < _RECOMMENDED_VIEWS))
-    degrees = _measure_parallax(projected)
-    if rarely_seen_fraction > _MAX_RARELY_SEEN_FRACTION or degrees > _MAX_PARALLAX_DEGREES:
+    parallax_degrees = _measure_parallax(projected)
+    if rarely_seen_fraction > _MAX_RARELY_SEEN_FRACTION or parallax_degrees > _MAX_PARALLAX_DEGREES:
         message = (
             f"{len(projected.cameras)} training cameras are too few for this scene: "
             f"{rarely_seen_fraction:.0%} of the initial points are seen by fewer than "
             f"{_RECOMMENDED_VIEWS} of them, and neighboring cameras see a point from directions "
-            f"{degrees:.0f} degrees apart (at most {_MAX_PARALLAX_DEGREES:.0f} are recommended). "
-            "Quality between the cameras will be poor: add cameras"
+            f"{parallax_degrees:.0f} degrees apart (at most {_MAX_PARALLAX_DEGREES:.0f} are "
+            "recommended). Quality between the cameras will be poor: add cameras"
         )
         yield Finding("too-few-cameras", message)
 
@@ -152,9 +152,9 @@ def _find_too_few_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
 def _measure_parallax(projected: _ProjectedPoints) -> float:
     """Return the median angle between neighboring cameras as seen from a point, in degrees.
 
-    There is one angle for each camera and each point that it sees: the angle at the point
-    between this camera and the nearest other camera that sees the point. The result is 0 if
-    no point is visible in two cameras.
+    For each camera and each point that it sees, the angle is measured at the point, between
+    this camera and the nearest other camera that sees the point. The result is 0 if no point is
+    visible in two cameras.
     """
     centers = np.stack([camera_center(camera) for camera in projected.cameras])
     directions = projected.positions - centers[:, None]
@@ -173,7 +173,7 @@ def _measure_parallax(projected: _ProjectedPoints) -> float:
 def _nearest_cosines(
     directions: NDArray[np.float64], is_visible: NDArray[np.bool_], view: int
 ) -> NDArray[np.float64]:
-    """Return the `[P]` cosines of the angles at points between a view and the nearest other view.
+    """Return `[P]` cosines of the angle at each point between a view and the nearest other view.
 
     The value is -2 unless both the view and another view see the point.
     """
@@ -195,16 +195,17 @@ def _read_first_frame(capture: Capture) -> Iterator[Image]:
 
 def _find_wrong_poses(capture: Capture, projected: _ProjectedPoints) -> Iterator[Finding]:
     disagreement = compare_colors(
-        projected.cameras, projected.views, projected.colors, _read_first_frame(capture)
+        projected.cameras, projected.projections, projected.colors, _read_first_frame(capture)
     )
     if disagreement.mixed_up_pairs:
-        pairs = [
+        descriptions = [
             f"{projected.cameras[picture].name} fits the pose of {projected.cameras[pose].name}"
             for picture, pose in disagreement.mixed_up_pairs
         ]
         message = (
-            "pictures and poses are mixed up, because some pictures fit the pose of another "
-            f"camera better than their own ({format_names(pairs)}): check the order of the poses"
+            "some pictures fit the pose of another camera better than their own "
+            f"({format_names(descriptions)}), so pictures and poses are probably mixed up: check "
+            "the order of the poses"
         )
         yield Finding(
             "poses-mixed-up",

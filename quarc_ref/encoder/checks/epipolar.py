@@ -31,7 +31,7 @@ Numbers = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class _CameraPair:
-    """A pair of cameras whose pictures have matches.
+    """A pair of cameras whose pictures share feature matches.
 
     Attributes:
         first: Index of the first camera.
@@ -87,11 +87,11 @@ def _measure_camera_errors(pairs: Sequence[_CameraPair], camera_count: int) -> N
     errors = np.zeros(camera_count)
     for camera in range(camera_count):
         camera_pairs = [pair for pair in pairs if camera in (pair.first, pair.second)]
-        near_errors = sorted(
+        reliable_errors = sorted(
             pair.error for pair in camera_pairs if pair.degrees <= _MAX_RELIABLE_DEGREES
         )
-        if near_errors:
-            errors[camera] = near_errors[(len(near_errors) - 1) // 2]
+        if reliable_errors:
+            errors[camera] = reliable_errors[(len(reliable_errors) - 1) // 2]
         elif camera_pairs:
             errors[camera] = min(pair.error for pair in camera_pairs)
     return errors
@@ -175,9 +175,9 @@ def _estimate_fundamental(first: Camera, second: Camera) -> Numbers:
     )
     rotation = rotations[1] @ rotations[0].T
     x, y, z = translations[1] - rotation @ translations[0]
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    cross_matrix = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     fundamental: Numbers = (
-        _inverse_intrinsics(second).T @ cross @ rotation @ _inverse_intrinsics(first)
+        _inverse_intrinsics(second).T @ cross_matrix @ rotation @ _inverse_intrinsics(first)
     )
     return fundamental
 

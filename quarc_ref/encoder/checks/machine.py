@@ -13,8 +13,8 @@ _GIB = 1 << 30
 
 
 @dataclass(frozen=True, slots=True)
-class Machine:
-    """Free resources of a machine.
+class FreeResources:
+    """Free memory and disk space of a machine.
 
     Attributes:
         memory_bytes: Free main memory, bytes; None if unknown.
@@ -25,32 +25,32 @@ class Machine:
     disk_bytes: int
 
 
-def measure_machine() -> Machine:
-    """Return the current free resources of this machine."""
-    return Machine(_read_free_memory(), shutil.disk_usage(Path.cwd()).free)
+def measure_free_resources() -> FreeResources:
+    """Return the free memory and disk space of this machine."""
+    return FreeResources(_read_free_memory(), shutil.disk_usage(Path.cwd()).free)
 
 
 def find_shortages(
-    machine: Machine, needed_memory_bytes: int, needed_disk_bytes: int
+    free: FreeResources, needed_memory_bytes: int, needed_disk_bytes: int
 ) -> Iterator[Finding]:
     """Yield one finding if memory is insufficient, and one if disk space is insufficient.
 
     Args:
-        machine: Free resources of the machine.
+        free: Free memory and disk space of the machine.
         needed_memory_bytes: Main memory that the encode needs.
         needed_disk_bytes: Disk space that the encode needs.
     """
-    if machine.memory_bytes is not None and machine.memory_bytes < needed_memory_bytes:
+    if free.memory_bytes is not None and free.memory_bytes < needed_memory_bytes:
         message = (
             f"encoding needs about {needed_memory_bytes / _GIB:.1f} GiB of memory, but "
-            f"{machine.memory_bytes / _GIB:.1f} GiB are free: use --downscale 2, which reduces "
+            f"{free.memory_bytes / _GIB:.1f} GiB are free: use --downscale 2, which reduces "
             "the memory for pictures to about a quarter, or use fewer cameras"
         )
         yield Finding("memory-short", message)
-    if machine.disk_bytes < needed_disk_bytes:
+    if free.disk_bytes < needed_disk_bytes:
         message = (
             f"encoding needs up to {needed_disk_bytes / _GIB:.2f} GiB of disk space, but "
-            f"{machine.disk_bytes / _GIB:.2f} GiB are free in {Path.cwd()}: free some space, "
+            f"{free.disk_bytes / _GIB:.2f} GiB are free in {Path.cwd()}: free some space, "
             "or write the stream elsewhere"
         )
         yield Finding("disk-short", message)

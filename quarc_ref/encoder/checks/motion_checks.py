@@ -96,8 +96,8 @@ def _find_repeats(names: Sequence[str], recordings: Sequence[Recording]) -> Iter
         if repeated_frames.size >= _MIN_REPEATS:
             frames = format_names([str(frame) for frame in repeated_frames])
             message = (
-                f"{name} repeats the previous picture in frames {frames}, because frames were lost "
-                "in recording or conversion: convert the original recording again"
+                f"{name} repeats the previous picture in frames {frames}, probably because frames "
+                "were lost in recording or conversion: convert the original recording again"
             )
             yield Finding("repeated-frames", message, (name,))
 

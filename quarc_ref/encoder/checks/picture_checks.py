@@ -86,9 +86,9 @@ def _measure_picture(
 
 
 def _compare_light(light: Numbers) -> Numbers:
-    """Return `[camera, 4]` differences from the median camera: exposure, then three tints.
+    """Return `[camera, 4]` differences from the median camera in stops: exposure, three tints.
 
-    The unit is one stop. Each value is the quartile over the points that is nearer to 0, because
+    Each value is the lower or upper quartile over the points, whichever is nearer to 0, because
     points with undetected occlusions would exaggerate the differences.
 
     Args:

@@ -168,8 +168,8 @@ def _matrix_to_quaternion(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """Convert a rotation matrix `[3, 3]` to a quaternion wxyz `[4]`."""
     m = matrix
     trace = np.trace(m)
-    squares = np.array([trace, m[0, 0], m[1, 1], m[2, 2]])
-    largest = int(squares.argmax())
+    diagonal_terms = np.array([trace, m[0, 0], m[1, 1], m[2, 2]])
+    largest = int(diagonal_terms.argmax())
     if largest == 0:
         q = [1 + trace, m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]]
     else:

@@ -123,7 +123,7 @@ def encode_scenes(
     """
     options = options or SceneOptions()
     frames = map(_to_frame, scenes)
-    first_frames = list(islice(frames, _LOOKAHEAD))
+    first_frames = list(islice(frames, _LOOKAHEAD_FRAMES))
     if not first_frames:
         message = "there are no frames to encode"
         raise EncodeError(message)
@@ -152,8 +152,8 @@ class _Encoding:
         self._options = options
         self._bounds = bounds = options.bounds.resolved(first_frames[0].splats)
         self._header = _make_header(options, bounds, first_frames)
-        own_metadata = {"encoder": f"quarc-ref {__version__}", "bounds": str(bounds)}
-        metadata = {**options.metadata, **own_metadata}
+        encoder_metadata = {"encoder": f"quarc-ref {__version__}", "bounds": str(bounds)}
+        metadata = {**options.metadata, **encoder_metadata}
         self._loop = ClosedLoop(sink, self._header, options.cameras, metadata)
         self._errors = Errors()
         self._frame_count = 0
@@ -218,9 +218,9 @@ class _Encoding:
             raise EncodeError(str(error)) from error
 
     def _write_frame(self, target: Target, rows: Int64) -> None:
-        deleted = _find_faint_deaths(self._loop.state, rows < 0)
-        start = self._loop.start_frame(deleted.size)
-        rows = np.delete(rows, deleted)
+        faint_deaths = _find_faint_deaths(self._loop.state, rows < 0)
+        start = self._loop.start_frame(faint_deaths.size)
+        rows = np.delete(rows, faint_deaths)
         symbols = fit_motion(start.state, target, rows, self._tolerances)
         is_deleted = np.zeros(0, dtype=np.bool_)
 
@@ -274,6 +274,6 @@ def _find_faint_deaths(state: FrameState, should_delete: Bits) -> Int64:
     return order[: surviving[0] if surviving.size else 0]
 
 
-_LOOKAHEAD = 3
+_LOOKAHEAD_FRAMES = 3
 _MAX_GROWTH_FACTOR = 2  # largest final number of Gaussians, relative to the first frames
 _CLOCK_DENOMINATOR_LIMIT = 1001

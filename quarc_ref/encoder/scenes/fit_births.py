@@ -46,7 +46,7 @@ def fit_births(
 
 
 def _find_parents(positions: Int64, new_positions: Float64) -> Int64:
-    """Return the `[n]` indices of parents: the nearest of 8 neighbors in Morton order."""
+    """Return the `[n]` indices of parents, each the nearest of 8 neighbors in Morton order."""
     keys = _morton_keys(positions)
     order = np.argsort(keys, kind="stable")
     insertion_points = np.searchsorted(

@@ -1,9 +1,9 @@
-"""Fits the symbols of anchors so that Gaussians move to their target positions.
+"""Fits the symbols of anchors so that the anchors move Gaussians to their targets.
 
 The levels are fitted from the coarsest to the finest. Each anchor is set to the median of its
 Gaussians' remaining motion, in quantization steps. The median ignores outliers, which finer
-levels and updates can code. A second sweep fits each level to the motion that the other
-levels leave. Finally, symbols of an anchor are set to 0 if its Gaussians stay within the
+levels and updates can code. A second sweep fits each level to the motion that remains
+after the other levels. Finally, symbols of an anchor are set to 0 if its Gaussians stay within the
 tolerances without them.
 """
 
@@ -72,8 +72,8 @@ def _measure_motion(start: FrameState, target: Target, rows: Int64, survivors: I
     rotations = rotations_between(
         scene.rotations[:, survivors] / ROTATION_ONE, target.rotations[:, target_rows]
     )
-    identity = header.rotation_unity * header.level_count
-    rotation_steps = identity * rotations[1:] / np.maximum(rotations[0], 1e-6)
+    unity_sum = header.rotation_unity * header.level_count
+    rotation_steps = unity_sum * rotations[1:] / np.maximum(rotations[0], 1e-6)
     return np.concatenate(
         [
             translations / header.translation_step,

@@ -57,7 +57,7 @@ def find_recolored(state: FrameState, target: Target, rows: Int64, bounds: CodeE
     Updates cannot change SH rest, so these Gaussians must be coded again as births.
 
     Args:
-        state: State whose Gaussians `rows` maps to the target.
+        state: State with the Gaussians that `rows` maps to the target.
         target: Gaussians that the frame approximates.
         rows: `[N]` row of the target for each Gaussian; -1 for Gaussians to delete.
         bounds: Error bounds, in quantization steps.

@@ -1,4 +1,4 @@
-"""Detects the quantization steps of quantized values, so that they are coded without loss."""
+"""Detects the steps of quantized values, so that these values can be coded without loss."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,25 +19,26 @@ def find_step(values: NDArray[np.floating], min_step: float) -> float | None:
         values: Values in an array of any shape.
         min_step: Smallest step that is detected.
     """
-    distinct = np.unique(np.abs(values.astype(np.float64)))
-    if distinct.size > _MAX_VALUES:
+    distinct_values = np.unique(np.abs(values.astype(np.float64)))
+    if distinct_values.size > _MAX_VALUES:
         return None
-    gaps = np.diff(np.concatenate([[0.0], distinct]))
+    gaps = np.diff(np.concatenate([[0.0], distinct_values]))
     gaps = gaps[gaps > min_step / 2]
     if not gaps.size:
         return None
     rough_step = float(gaps.min())
-    multiples = np.rint(distinct / rough_step)
+    multiples = np.rint(distinct_values / rough_step)
     if not multiples[-1] or rough_step < min_step:
         return None
     # the largest value gives the most accurate estimate of the step
-    step = float(distinct[-1] / multiples[-1])
-    is_on_grid = np.abs(distinct / step - np.rint(distinct / step)).max() < _GRID_TOLERANCE
+    step = float(distinct_values[-1] / multiples[-1])
+    multiples = distinct_values / step
+    is_on_grid = np.abs(multiples - np.rint(multiples)).max() < _GRID_TOLERANCE
     return step if is_on_grid else None
 
 
 def find_lattice(positions: list[NDArray[np.floating]], max_multiple: float) -> int | None:
-    """Return the smallest k such that all coordinates are multiples of 2^-k, else None.
+    """Return the smallest k such that all coordinates are multiples of 2^-k, or None.
 
     Args:
         positions: Arrays of coordinates, world units.

@@ -58,10 +58,12 @@ def match_order(previous: Splats, current: Splats) -> Match:
         strict=True,
     )
     pairs = [(first, second)]
-    for low, high, other_low, other_high in gap_bounds:
-        if high - low > 1 and other_high - other_low > 1:
+    for first_low, first_high, second_low, second_high in gap_bounds:
+        if first_high - first_low > 1 and second_high - second_low > 1:
             pairs.append(
-                _match_gap(previous, (low + 1, high), current, (other_low + 1, other_high))
+                _match_gap(
+                    previous, (first_low + 1, first_high), current, (second_low + 1, second_high)
+                )
             )
     first_rows, second_rows = (np.concatenate(columns) for columns in zip(*pairs, strict=True))
     order = np.argsort(first_rows)

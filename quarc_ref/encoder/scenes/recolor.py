@@ -34,7 +34,7 @@ class Recoloring:
 
     Attributes:
         gain: Factor by which all colors are multiplied, above 0.
-        offset: Offsets of red, green and blue; 1 is white.
+        offset: Offset of each color channel; 1 is the difference between black and white.
     """
 
     gain: float = 1.0

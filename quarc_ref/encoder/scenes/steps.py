@@ -78,9 +78,11 @@ def _choose_lattice(
 ) -> StreamHeader:
     exponent = find_lattice([frame.positions for frame in frames], POSITION_LIMIT / _RANGE_FACTOR)
     if exponent is not None and 2.0**-exponent <= bounds.position:
-        scale = 2.0**exponent
-        max_step = int(2 * bounds.position * scale)
-        position_divisor = greatest_common_divisor(frames[0].positions.astype(np.float64) * scale)
+        units_per_world_unit = 2.0**exponent
+        max_step = int(2 * bounds.position * units_per_world_unit)
+        position_divisor = greatest_common_divisor(
+            frames[0].positions.astype(np.float64) * units_per_world_unit
+        )
         motions = [
             (
                 current.positions[match.second_rows]
@@ -89,7 +91,7 @@ def _choose_lattice(
             for previous, current, match in zip(frames, frames[1:], matches, strict=False)
         ]
         translation_divisor = find_common_divisor(
-            np.concatenate([*motions, np.zeros((1, 3))]) * scale, max_step
+            np.concatenate([*motions, np.zeros((1, 3))]) * units_per_world_unit, max_step
         )
         default_step = max(1, max_step // 2)
         return replace(
@@ -106,14 +108,14 @@ def _choose_lattice(
     )
     precision_exponent = math.ceil(math.log2(_MIN_UNITS_PER_STEP / bounds.position))
     exponent = max(0, min(precision_exponent, range_exponent, LATTICE_EXPONENT_LIMIT))
-    units = math.floor(bounds.position * 2.0**exponent)
-    if units < 1:
+    step_units = math.floor(bounds.position * 2.0**exponent)
+    if step_units < 1:
         message = (
             f"a stream cannot represent positions of up to {max_coordinate / _RANGE_FACTOR:.6g} "
             f"units with errors of at most {bounds.position:.6g}: allow larger errors"
         )
         raise EncodeError(message)
-    step = min(units, (1 << 16) - 1)
+    step = min(step_units, (1 << 16) - 1)
     return replace(header, lattice_exponent=exponent, position_step=step, translation_step=step)
 
 
@@ -123,9 +125,11 @@ def _choose_divisor(divisor: int, max_step: int, default_step: int) -> int:
 
 
 def _choose_step(values: NDArray[np.floating], bound: float) -> float:
-    grid_step = find_step(values, 0.8 * bound)
+    detected_step = find_step(values, 0.8 * bound)
     step = (
-        grid_step if grid_step is not None and grid_step <= 2 * bound else _STEP_PER_BOUND * bound
+        detected_step
+        if detected_step is not None and detected_step <= 2 * bound
+        else _STEP_PER_BOUND * bound
     )
     return float(np.float32(step))
 

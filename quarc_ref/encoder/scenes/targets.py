@@ -65,8 +65,8 @@ def make_target(splats: Splats, header: StreamHeader, bounds: Bounds) -> Target:
         if not np.isfinite(getattr(splats, field.name)).all():
             message = f"the field {field.name} contains a non-finite number"
             raise EncodeError(message)
-    count, coefficients = len(splats.positions), (header.sh_degree and 4) or 1
-    if not count or splats.sh.shape[1] < coefficients:
+    count, coefficient_count = len(splats.positions), (header.sh_degree and 4) or 1
+    if not count or splats.sh.shape[1] < coefficient_count:
         message = (
             "the frame has no Gaussians"
             if not count
@@ -77,7 +77,7 @@ def make_target(splats: Splats, header: StreamHeader, bounds: Bounds) -> Target:
         splats.log_scales / np.float64(header.log_scale_step),
         splats.opacities[:, None] / np.float64(header.opacity_step),
         splats.sh[:, 0] / np.float64(header.sh_dc_step),
-        splats.sh[:, 1:coefficients].reshape(count, -1) / np.float64(header.sh_rest_step),
+        splats.sh[:, 1:coefficient_count].reshape(count, -1) / np.float64(header.sh_rest_step),
     ]
     target = Target(
         header,

@@ -71,8 +71,7 @@ class EncoderConfig(Validated):
     )
     target_kb_per_frame: NonNegativeFloat = described(
         0.0,
-        "Target size of frames that are not keyframes, in KB of 1024 bytes per frame; 0: no "
-        "target.",
+        "Target size of each frame that is not a keyframe, in units of 1024 bytes; 0: no target.",
     )
     seed: Seed = described(
         0,

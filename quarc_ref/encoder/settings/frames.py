@@ -94,9 +94,9 @@ class BirthSettings(Validated):
     )
     grad_threshold: NonNegativeFloat = described(
         1.5e-4,
-        "Screen-space gradient, in NDC, above which a large new Gaussian is split. With "
-        "births.placement=gate, a Gaussian is cloned if its gradient, weighted by the change gate, "
-        "is above this threshold.",
+        "Screen-space gradient, in NDC, above which a new Gaussian is split if it is larger than "
+        "births.max_parent_scale. With births.placement=gate, a smaller Gaussian is cloned if its "
+        "gradient, weighted by the change gate, is above this threshold.",
     )
     error_threshold: NonNegativeFloat = described(
         0.08,
@@ -118,8 +118,8 @@ class BirthSettings(Validated):
     )
     max_parent_scale: NonNegativeFloat = described(
         0.01,
-        "Scale, relative to the camera extent, above which a new Gaussian is split and, with "
-        "births.placement=gate, above which a Gaussian is not cloned.",
+        "Scale, relative to the camera extent, above which a new Gaussian can be split. With "
+        "births.placement=gate, only Gaussians up to this scale are cloned.",
     )
     spread: NonNegativeFloat = described(
         2.0,

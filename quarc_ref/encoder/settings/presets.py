@@ -150,7 +150,9 @@ def change_setting(config: EncoderConfig, path: str, text: str) -> EncoderConfig
         same_names = [name for name in names if name.endswith(f".{path}")]
         similar = same_names or difflib.get_close_matches(path, names, n=3)
         suggestion = f"; similar names: {', '.join(similar)}" if similar else ""
-        message = f"no setting {path!r}{suggestion}; encode --list-settings lists all settings"
+        message = (
+            f"there is no setting {path!r}{suggestion}; encode --list-settings lists all settings"
+        )
         raise SettingError(message)
     new_config: EncoderConfig = _replace_setting(config, path.split("."), path, text)
     return new_config
@@ -187,7 +189,7 @@ def _replace_setting(node: Any, names: list[str], path: str, text: str) -> Any: 
 
 
 def _parse_value(type_hint: Any, text: str) -> Any:  # noqa: ANN401
-    """Convert a text to a type; raise KeyError or ValueError if the text is invalid."""
+    """Parse text as a value of a type; raise KeyError or ValueError if the text is invalid."""
     value_type = get_args(type_hint)[0] if get_origin(type_hint) is Annotated else type_hint
     if value_type is bool:
         return _BOOLEANS[text.lower()]

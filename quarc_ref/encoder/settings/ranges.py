@@ -1,4 +1,4 @@
-"""Number types with bounds, checked when a settings dataclass is created.
+"""Number types with bounds that are checked when a settings dataclass is created.
 
 @dataclass(frozen=True, slots=True)
 class Settings(Validated):
