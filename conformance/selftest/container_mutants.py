@@ -85,7 +85,7 @@ MUTANTS = (
     mutant(
         "recovery resumes at an earlier frame",
         "streams/resync.py",
-        "return canonical_frame(payload) >= self.frame",
+        "return parse_frame_number(payload) >= self.frame",
         "return True",
     ),
     mutant(
@@ -99,8 +99,8 @@ MUTANTS = (
     mutant(
         "recovery resumes at a past sequence number",
         "streams/resync.py",
-        "if header.sequence < self.sequence or header.length > self.limit:",
-        "if header.length > self.limit:",
+        "if header.sequence < self.sequence or header.length > self.max_payload_bytes:",
+        "if header.length > self.max_payload_bytes:",
         only_category="damaged",
     ),
     mutant(

@@ -86,7 +86,7 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "recovery resumes at a snapshot that refers to another CANO",
         _RESYNC,
-        "        if header.kind == container.SNAP and canonical_frame(",
+        "        if header.kind == container.SNAP and parse_frame_number(",
         "        if header.kind == b'none' and canonical_frame(",
     ),
     mutant(

@@ -1,1 +1,1 @@
-"""Inspects streams: summaries, chunks, symbols, verification, decoding speed."""
+"""Inspects streams: summarizes and verifies them, and measures decoding speed."""

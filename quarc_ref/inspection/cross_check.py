@@ -1,7 +1,7 @@
-"""Decodes every section with both entropy decoders and compares them.
+"""Decodes every section with both entropy decoders and compares their results.
 
-The fast decoder and the one in plain Python must return the same bits, or reject the
-words for the same reason.
+The fast decoder and the decoder in plain Python must return the same bits, or reject the words
+with the same reject id.
 """
 
 from collections.abc import Callable
@@ -18,10 +18,10 @@ _Result = TypeVar("_Result")
 
 
 class CrossCheckingDecoder:
-    """Decodes sections with both decoders, and counts sections and bits.
+    """Makes decoders that compare both entropy decoders, and counts sections and bits.
 
     Attributes:
-        section_count: Number of opened sections.
+        section_count: Number of sections for which `open` was called.
         bit_count: Number of bits on which both decoders agreed.
     """
 
@@ -30,11 +30,11 @@ class CrossCheckingDecoder:
         self.bit_count = 0
 
     def open(self, words: UInt32) -> BitDecoder:
-        """Return a decoder of words that compares the results of both decoders.
+        """Return a decoder of words that runs both decoders and compares their results.
 
         Raises:
             InvalidWordsError: Both decoders reject the words.
-            VerificationError: Only one decoder rejects the words.
+            VerificationError: Only one decoder rejects the words, or their reject ids differ.
         """
         fast, plain = _run_both(
             lambda: make_fastest_decoder(words), lambda: PythonBitDecoder(words)
@@ -61,7 +61,7 @@ class _CrossCheckingBitDecoder:
 
 
 def _run_both(fast: Callable[[], _Result], plain: Callable[[], _Result]) -> tuple[_Result, _Result]:
-    """Return both results; raise a common error, or VerificationError if only one raises."""
+    """Return both results; raise their common error, or VerificationError if they disagree."""
     results: list[_Result] = []
     errors: list[BitstreamError] = []
     for action in (fast, plain):

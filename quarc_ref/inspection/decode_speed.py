@@ -1,4 +1,4 @@
-"""Measures decoding speed: frames per second, time by stage, memory, startup time."""
+"""Measures decoding speed: frames per second, time by stage, memory and startup time."""
 
 import time
 from collections import Counter
@@ -14,20 +14,20 @@ from quarc_ref.streams import open_source
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """Decoding speed of a stream without pauses between frames.
+    """Decoding speed of a stream whose frames are decoded without pauses.
 
     Attributes:
-        frames: Number of frames, including the first, which is canonical.
+        frames: Number of frames, including the first, which is a canonical frame.
         gaussians: Number of Gaussians in the last frame.
         threads: Requested number of threads.
         engine: `fast` or `reference`.
-        fps: Frames per second, without the first frame.
-        cpu_ms: CPU milliseconds per frame after the first, of all threads; more reliable
-            than `fps` on a busy machine.
-        stolen_share: Fraction of the required CPU time that the host gave to other virtual
-            machines; None if the system does not report steal time.
-        ms_by_stage: Milliseconds per frame after the first, by stage; the sum exceeds the
-            time of a frame if threads run in parallel.
+        fps: Frames per second after the first frame.
+        cpu_ms: Milliseconds of CPU time per frame after the first frame, summed over all
+            threads; more reliable than `fps` on a busy machine.
+        stolen_share: Fraction of the CPU time needed by this machine that the host gave to other
+            virtual machines; None if the system does not report steal time.
+        ms_by_stage: Milliseconds per frame after the first frame, by stage; if threads run in
+            parallel, the sum over the stages exceeds the time per frame.
         first_frame_s: Seconds from opening the stream to its first frame, including the
             time to load libraries.
         warm_first_frame_s: Seconds to the first frame when the stream is opened again;
@@ -58,9 +58,10 @@ def measure_speed(
     """Measure the decoding of a whole stream.
 
     Args:
-        name: Name of the stream for `open_source`.
-        threads: Number of threads for `Player`.
-        on_progress: Function called after every frame with stage, number of frames, and 0.
+        name: Path or URL of the stream, or `-`; see `open_source`.
+        threads: Number of threads; see `Player`.
+        on_progress: Function called after every frame with the stage, the number of frames so
+            far, and 0, because the total is unknown.
 
     Returns:
         The measurements; None if the stream has no frames.

@@ -1,20 +1,21 @@
-"""The paper's estimate of coded size: the zero-order entropy of the symbols.
+"""The paper's estimate of the coded size: the zero-order entropy of the symbols.
 
 For each channel of a frame, the estimate is the sum of -log2 of every symbol's relative
-frequency: the cost of an ideal coder that knows the frequencies. No decodable file has
-this size; the estimate serves to compare with the literature (paper section 6).
+frequency: the cost of an ideal coder that knows the frequencies. A decodable
+file cannot be this small; the estimate is only for comparison with the literature (section 6
+of the paper).
 """
 
 import numpy as np
 
 from quarc_ref.format.arrays import Int64
-from quarc_ref.format.coding.snapshot_planes import Snapshot, compare
+from quarc_ref.format.coding.snapshot_planes import Snapshot, compute_differences
 from quarc_ref.format.records import Births, Gaussians
 from quarc_ref.format.updates import UPDATE_FIELDS, Updates
 
 
 def estimate_bits(channels: Int64) -> float:
-    """Return the zero-order entropy of channels `[c, n]` in bits; each has its own frequencies."""
+    """Return the sum of the zero-order entropies of channels `[c, n]`, in bits."""
     bits = 0.0
     for channel in channels:
         _, counts = np.unique(channel, return_counts=True)
@@ -23,11 +24,11 @@ def estimate_bits(channels: Int64) -> float:
 
 
 def estimate_motion(symbols: tuple[Int64, ...]) -> float:
-    """Return the estimated bytes of a frame's motion: 6 or 7 channels over all anchors."""
+    """Return the estimated bytes of a frame's motion, with 6 or 7 channels over all anchors."""
     return estimate_bits(np.concatenate(symbols, axis=1)) / 8
 
 
-def estimate_updates(updates: Updates, count: int) -> float:
+def estimate_updates(updates: Updates, gaussian_count: int) -> float:
     """Return the estimated bytes of a frame's updates.
 
     The channels are: for each Gaussian, whether it changes; for each changed Gaussian,
@@ -36,9 +37,9 @@ def estimate_updates(updates: Updates, count: int) -> float:
 
     Args:
         updates: Updates of the frame.
-        count: Number of Gaussians.
+        gaussian_count: Number of Gaussians before the updates.
     """
-    changes = np.zeros(count, dtype=np.int64)
+    changes = np.zeros(gaussian_count, dtype=np.int64)
     changes[updates.gaussians] = 1
     bits = estimate_bits(changes[None])
     if updates.count:
@@ -71,7 +72,7 @@ def estimate_snapshot(snapshot: Snapshot, canonical: Gaussians) -> float:
     """
     survives = np.zeros((1, canonical.count), dtype=np.int64)
     survives[0, snapshot.roots[snapshot.roots >= 0]] = 1
-    bits = estimate_bits(survives) + estimate_bits(compare(snapshot, canonical))
+    bits = estimate_bits(survives) + estimate_bits(compute_differences(snapshot, canonical))
     is_new, gaussians = snapshot.roots < 0, snapshot.gaussians
     if is_new.any():
         rows = (gaussians.positions, gaussians.rotations, gaussians.codes)

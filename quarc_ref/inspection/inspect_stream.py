@@ -1,6 +1,6 @@
 """Summarizes the contents of a stream: counts, bytes by kind, and estimated bytes.
 
-The whole stream is decoded, so all reported values are verified.
+The whole stream is decoded, so every reported value is verified.
 """
 
 from collections.abc import Callable
@@ -29,7 +29,7 @@ from quarc_ref.streams.source import Source, as_source
 
 
 def count_frames(stream: bytes | Source) -> int:
-    """Count frames without decoding, from TAIL or else from chunk headers.
+    """Count frames without decoding: read TAIL, or the chunk headers if there is no TAIL.
 
     Returns:
         The number of frames; in an incomplete stream, the number of complete frames before
@@ -58,9 +58,9 @@ def inspect_stream(
     """Decode a stream and summarize its contents.
 
     Args:
-        stream: A stream; every byte is read once.
-        on_progress: Function called after every frame with stage, number of frames, and total
-            (0 if unknown).
+        stream: A stream, which may be a pipe.
+        on_progress: Function called after every frame with the stage, the number of frames so
+            far, and the total (0 if unknown).
 
     Raises:
         BitstreamError: The stream is invalid.
@@ -90,7 +90,7 @@ def inspect_stream(
 
 
 def count_coded_bytes(chunk: Chunk, *, updates: bool) -> dict[str, int]:
-    """Return the sizes of the coded planes in a frame's chunk, by kind.
+    """Return the bytes of the coded planes in a frame's chunk, by kind.
 
     Args:
         chunk: Chunk of a frame.

@@ -10,8 +10,8 @@ _MEBIBYTE = 1 << 20
 def measure_peak_mebibytes() -> float | None:
     """Return the peak memory of this process so far, MiB; None if the system does not report it.
 
-    On Linux, the function does not use `getrusage`, whose result includes the memory that
-    the parent process had at the start of this process.
+    `getrusage` is not used on Linux, because its result includes the memory that the parent
+    process used when it started this process.
     """
     if _STATUS.exists():
         for line in _STATUS.read_text("ascii").splitlines():

@@ -1,6 +1,6 @@
-"""Measures steal time: CPU time in which the host ran other virtual machines.
+"""Measures steal time: CPU time that the host gave to other virtual machines.
 
-A speed measured during much steal time is unreliable.
+If much time is stolen while a speed is measured, the result is unreliable.
 """
 
 from dataclasses import dataclass
@@ -13,18 +13,18 @@ _STEAL_COLUMN = 7
 
 @dataclass(frozen=True, slots=True)
 class ProcessorTime:
-    """Clock ticks of all CPUs of this machine since it was started.
+    """Clock ticks, summed over all CPUs of this machine since it was started.
 
     Attributes:
         busy: Ticks in which the CPUs were busy.
-        stolen: Ticks in which the CPUs were ready to run, but the host ran other machines.
+        stolen: Ticks in which CPUs were ready to run, but the host ran other virtual machines.
     """
 
     busy: int
     stolen: int
 
     def stolen_share(self, earlier: "ProcessorTime") -> float:
-        """Return the stolen fraction of the required CPU time since `earlier`."""
+        """Return the fraction of the needed CPU time since `earlier` that was stolen."""
         busy, stolen = self.busy - earlier.busy, self.stolen - earlier.stolen
         return stolen / max(1, busy + stolen)
 

@@ -17,17 +17,17 @@ class FrameSummary:
 
     Attributes:
         frame: Ordinal of the frame.
-        canonical: Whether the frame is canonical; snapshots are canonical, too.
+        canonical: Whether the frame is a canonical frame or a snapshot.
         gaussians: Number of Gaussians.
-        anchors: Number of anchors of all levels.
-        births: Number of births.
-        deaths: Number of deaths.
-        updates: Number of updated Gaussians, without deaths.
+        anchors: Number of anchors, summed over all levels.
+        births: Number of new Gaussians.
+        deaths: Number of deleted Gaussians.
+        updates: Number of Gaussians that updates change without deleting them.
         chunk_bytes: Size of the frame's chunk including framing.
-        coded_bytes: Bytes of coded planes by kind, which are part of `chunk_bytes`.
-        estimate_bytes: Zero-order estimate of the bytes of the coded planes by kind.
-        magnitudes: Histogram of the magnitudes of the motion symbols.
-        sha256: Digest of the state.
+        coded_bytes: Bytes of the coded planes by kind; `chunk_bytes` includes them.
+        estimate_bytes: Zero-order entropy of the coded planes by kind, bytes.
+        magnitudes: Histograms of the magnitudes of the motion symbols.
+        sha256: Digest of the frame's state.
     """
 
     frame: int
@@ -120,31 +120,31 @@ class StreamSummary:
 
     @property
     def anchor_count(self) -> int:
-        """Largest number of anchors of a frame, for all levels together."""
+        """Largest number of anchors of a frame, summed over all levels."""
         return max((frame.anchors for frame in self.frames), default=0)
 
     def coded_bytes(self) -> dict[str, int]:
-        """Return the bytes of coded planes by kind, the overhead, and the total."""
+        """Return the total bytes of the stream, those of coded planes by kind, and the overhead."""
         coded = {kind: sum(frame.coded_bytes[kind] for frame in self.frames) for kind in KINDS}
         overhead = self.total_bytes - sum(coded.values())
         return {"total": self.total_bytes, **coded, "overhead": overhead}
 
     def estimate_bytes(self) -> dict[str, int]:
-        """Return the zero-order estimate of the bytes of coded planes by kind."""
+        """Return the zero-order entropy of the coded planes by kind, in bytes."""
         return {
             kind: round(sum(frame.estimate_bytes[kind] for frame in self.frames)) for kind in KINDS
         }
 
     def magnitudes(self) -> Magnitudes:
-        """Return the histogram of the magnitudes of all frames' symbols."""
+        """Return the histograms of the magnitudes of all frames' motion symbols."""
         return sum((frame.magnitudes for frame in self.frames), Magnitudes((), ()))
 
     def kilobytes_per_frame(self) -> dict[str, float]:
-        """Return KB per frame (1024 bytes).
+        """Return the kilobytes (1024 bytes) per frame, computed in two ways.
 
-        `without_canonical` is the mean size of the chunks of frames that are not
-        canonical, including framing; `with_canonical` is the size of the whole stream
-        divided by the number of frames.
+        `without_canonical` is the mean chunk size, including framing, of the frames that are
+        neither canonical frames nor snapshots; `with_canonical` is the size of the whole
+        stream divided by the number of frames.
         """
         moved_bytes = [frame.chunk_bytes for frame in self.frames if not frame.canonical]
         return {

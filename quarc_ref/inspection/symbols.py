@@ -12,11 +12,12 @@ _TRANSLATION_ROWS = 3
 
 @dataclass(frozen=True, slots=True)
 class Magnitudes:
-    """Histograms: number of symbols of each magnitude, from 0 to the largest magnitude.
+    """Numbers of symbols of each magnitude, from 0 to the largest magnitude.
 
     Attributes:
-        translation: Histogram of x, y and z of translation residuals.
-        rotation: Histogram of x, y, z and, if residuals have it, w of rotation residuals.
+        translation: Histogram of the x, y and z components of translation residuals.
+        rotation: Histogram of the components of rotation residuals: x, y, z and, in streams that
+            code it, w.
     """
 
     translation: tuple[int, ...]

@@ -1,4 +1,4 @@
-"""Verifies a stream completely, with both entropy decoders and from all seek points."""
+"""Verifies a whole stream, with both entropy decoders and from every seek point."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -29,11 +29,12 @@ class Verification:
         entropy_decoders: Number of entropy decoders that agree: 2, or 1 without constriction.
         sections: Number of decoded sections.
         bits: Number of bits in these sections.
-        seek_points: Number of canonical frames from which decoding was started.
-        frames_compared: Number of frames decoded from seek points, all with equal digests.
+        seek_points: Number of seek points from which decoding was started.
+        frames_compared: Number of frames that were decoded again from seek points, all with the
+            same digests as before.
         level: Conformance level in the stream header.
-        maxima: Largest number of Gaussians of a frame, births of a frame and bytes of a
-            payload in the stream.
+        maxima: Largest values in the stream: Gaussians of a frame, births of a frame, and bytes
+            of a payload.
         limits: Limit of the level for each value of `maxima`.
         sha256: Digest of the last state; None in a stream without frames.
     """
@@ -65,8 +66,9 @@ def verify_stream(
     """Verify a stream.
 
     Args:
-        source: A stream that can be read repeatedly; a pipe cannot.
-        on_progress: Function called after every frame with stage, number of frames, and total.
+        source: A stream that can be read repeatedly, so not a pipe.
+        on_progress: Function called after every frame with the stage, the number of frames so
+            far, and the total.
         follow: Polling of a growing stream; None to stop at the stream's current end.
 
     Raises:
@@ -128,10 +130,10 @@ class _FirstPass:
         self._on_progress("decode", len(self.digests), self._total)
 
     def decode_from_seek_points(self, source: Source) -> int:
-        """Decode every frame again from the last canonical frame; return the number of frames.
+        """Decode every frame again, from the seek point before it; return the number of frames.
 
         Raises:
-            VerificationError: The state of a frame differs from the first decoding.
+            VerificationError: The state of a frame differs from its state in the first pass.
         """
         compared = 0
         for start, stop in zip(

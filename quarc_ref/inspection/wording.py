@@ -2,7 +2,7 @@
 
 
 def count_noun(count: int, noun: str) -> str:
-    """Format a number and a noun, in the plural unless the number is 1.
+    """Format a number and a noun, which is in the plural unless the number is 1.
 
     Args:
         count: The number.

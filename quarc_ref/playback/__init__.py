@@ -1,4 +1,4 @@
-"""Playback of streams from any frame, with frames decoded in advance."""
+"""Plays streams from any frame, and decodes frames in advance."""
 
 from quarc_ref.playback.frame_pipeline import Frame
 from quarc_ref.playback.player import Player

@@ -34,9 +34,10 @@ class Frame:
 
     Attributes:
         state: Decoded state.
-        splats: Dequantized scene, read-only.
+        splats: Dequantized scene, which must not be modified.
         chunk_bytes: Size of the chunk's payload.
-        nanoseconds: Time to decode the chunk and to dequantize the state; frames may overlap.
+        nanoseconds: Time to decode the chunk and dequantize the state; the times of successive
+            frames may overlap.
     """
 
     state: FrameState
@@ -46,7 +47,7 @@ class Frame:
 
     @property
     def scene(self) -> Scene:
-        """Integer scene, which is immutable."""
+        """The scene in integers, which must not be modified."""
         return self.state.scene
 
 
@@ -56,7 +57,7 @@ Frames = Prefetcher[Frame] | Generator[Frame]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _DecodedFrame:
-    """A state that is passed from the first thread to the second."""
+    """A decoded frame, which the first thread passes to the second."""
 
     state: FrameState
     chunk_bytes: int
@@ -65,14 +66,16 @@ class _DecodedFrame:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FramePipeline:
-    """Decodes the frames of a stream in worker threads, without a reference to the player.
+    """Decodes the frames of a stream, in worker threads if there is more than one thread.
+
+    It has no reference to the player, so a player that is no longer used can be collected.
 
     Attributes:
         source: The stream.
         threads: See `Player`.
         prefetch: See `Player`.
         follow: See `Player`.
-        times: Counter to which nanoseconds by stage are added.
+        times: Counter of nanoseconds by stage; the time of every frame is added to it.
     """
 
     source: Source
@@ -102,7 +105,7 @@ class FramePipeline:
     def _decode(
         self, engine: Engine[Any], start: int, stop: int | None, follow: Follow | None
     ) -> Generator[_DecodedFrame]:
-        """Decode frames, possibly starting before `start`."""
+        """Decode frames, beginning at the last seek point at or before `start`."""
         decoder = _TimedDecoder(engine)
         for chunk, state in walk_frames(self.source, decoder, start, stop, follow):
             self.times["decode"] += decoder.nanoseconds
@@ -129,7 +132,7 @@ class FramePipeline:
 
 
 class _TimedDecoder(StreamDecoder):
-    """Measures the time to decode the last chunk, without waiting times for the source."""
+    """A decoder that measures the time to decode a chunk, without waits for the source."""
 
     nanoseconds = 0
 

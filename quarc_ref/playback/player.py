@@ -1,10 +1,10 @@
-"""Plays a stream, with frames decoded in advance by background threads.
+"""Plays a stream; background threads decode frames in advance.
 
     with Player(source) as player:
         for frame in player:
             draw(frame.splats)
 
-`frame_pipeline` does the decoding.
+The frames are decoded in `frame_pipeline`.
 """
 
 from collections.abc import Callable, Iterator
@@ -16,10 +16,12 @@ from quarc_ref.streams.source import Source, as_source
 
 
 class Player:
-    """Plays the frames of a stream. A new run ends the previous run.
+    """Plays the frames of a stream.
+
+    A run plays frames in order from a start frame. Starting a run ends the previous run.
 
     Args:
-        stream: A stream, which the caller must close after the player.
+        stream: A stream. If it must be closed, the caller must close the player first.
         threads: 1 to decode frames on demand; 2 or more to decode in advance, with an
             engine that may use this number of threads.
         prefetch: Maximum number of buffered frames, at least 1. A buffered frame takes
@@ -27,7 +29,7 @@ class Player:
         follow: Polling of a growing stream; None to stop at the stream's current end.
 
     Attributes:
-        times: Nanoseconds by stage, of all frames so far.
+        times: Nanoseconds by stage, summed over all frames so far.
 
     Raises:
         ValueError: `threads` or `prefetch` is below 1.
@@ -48,7 +50,9 @@ class Player:
         self._prefetch = prefetch
         self._pipeline = FramePipeline(as_source(stream), threads, prefetch, follow, self.times)
         self._run: Frames | None = None
-        self._next_ordinal = -1  # next ordinal of the run of `frame`
+        self._next_ordinal = (
+            -1
+        )  # ordinal of the next frame in the run of `frame`; -1 if there is no such run
 
     def __enter__(self) -> "Player":
         return self
@@ -65,9 +69,9 @@ class Player:
         return self.frames()
 
     def close(self) -> None:
-        """End the current run; the player can be used again.
+        """End the current run; the player can still start new runs.
 
-        If a read of the source is in progress, the call waits until the read ends.
+        If a read of the source is in progress, `close` waits until it ends.
         """
         if self._run is not None:
             self._run.close()
@@ -78,7 +82,7 @@ class Player:
 
         Args:
             start: Ordinal of the first frame.
-            stop: Ordinal after the last frame; None for all.
+            stop: Ordinal after that of the last frame; None for all later frames.
 
         Yields:
             The frames in order.
@@ -128,7 +132,7 @@ class Player:
             show(frame)
 
     def _advance_to(self, ordinal: int) -> Frame | None:
-        """Return a later frame of the current run; None if the run ends before the frame."""
+        """Return a frame from the rest of the current run; None if the run ends before it."""
         for frame in self._run or ():
             self._next_ordinal = frame.state.frame + 1
             if frame.state.frame >= ordinal:

@@ -1,4 +1,4 @@
-"""Runs an iterator in a background thread, up to a number of items in advance."""
+"""Runs an iterator in a background thread, with a limited number of items in advance."""
 
 import weakref
 from collections.abc import Callable, Generator
@@ -13,7 +13,7 @@ _POLL_SECONDS = 0.1
 
 
 class Prefetcher(Generic[_Item]):
-    """Yields the items of an iterator, and raises its exceptions in order.
+    """Yields the items of an iterator, then raises the exception that ended it, if any.
 
     The thread starts when the first item is requested, in a copy of the caller's context, and ends
     when the prefetcher is closed or garbage-collected.
@@ -21,8 +21,8 @@ class Prefetcher(Generic[_Item]):
     Args:
         make_iterator: Function that makes the iterator; both run in the thread.
         max_items: Maximum number of buffered items.
-        closed: Event that `close` sets so that the iterator stops waiting; None if the
-            iterator does not wait.
+        closed: Event that `close` sets to make the iterator stop waiting; None if the iterator
+            does not wait.
     """
 
     def __init__(
@@ -35,7 +35,7 @@ class Prefetcher(Generic[_Item]):
         self._work = _Work(make_iterator, max_items, closed or Event())
         self._thread = Thread(target=copy_context().run, args=(self._work.run,), daemon=True)
         self._is_finished = False
-        # the thread must not refer to this object, which could then not be collected
+        # The thread must not refer to this object, because it could then not be collected.
         weakref.finalize(self, self._work.end)
 
     def __iter__(self) -> "Prefetcher[_Item]":
@@ -65,7 +65,7 @@ class Prefetcher(Generic[_Item]):
 
 
 class _Work(Generic[_Item]):
-    """The thread of a `Prefetcher` and its shared data."""
+    """What the thread of a `Prefetcher` runs, and the data that both share."""
 
     def __init__(
         self, make_iterator: Callable[[], Generator[_Item]], max_items: int, closed: Event
@@ -75,7 +75,7 @@ class _Work(Generic[_Item]):
         self.closed = closed
 
     def run(self) -> None:
-        """Produce all items."""
+        """Produce all items, then the end or the error of the iterator."""
         error = None
         try:
             self._produce_all()
@@ -89,12 +89,12 @@ class _Work(Generic[_Item]):
         self.closed.set()
 
     def wake(self) -> None:
-        """Wake a blocked consumer."""
+        """Wake a consumer that waits for an item."""
         with suppress(Full):  # the consumer is not blocked
             self.queue.put_nowait((None, None))
 
     def drain(self) -> None:
-        """Drop the buffered items."""
+        """Discard the buffered items."""
         with suppress(Empty):
             while True:
                 self.queue.get_nowait()

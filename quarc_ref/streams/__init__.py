@@ -1,9 +1,9 @@
-"""Reads streams: sources, chunks, seeking, recovery, cutting and joining.
+"""Reads, recovers, cuts and joins streams.
 
     for scene in decode(data):
         splats = dequantize(scene)
 
-Functions take a stream as bytes or as a `Source`, which reads bytes at an offset.
+Functions take a stream as bytes or as a `Source`, which returns the bytes at an offset.
 `open_source` opens a file, an HTTP URL or standard input. `recover` decodes damaged streams.
 """
 

@@ -1,8 +1,8 @@
 """Reads the chunks of a stream in order: SPEC 5.1.
 
 Decoding and recovery use this module, from the beginning of a stream or from a seek
-point. A chunk is rejected by its header if possible, before its payload is read or memory
-is allocated for it.
+point. If the header of a chunk is invalid, the chunk is rejected before its payload is read
+or memory is allocated for it.
 """
 
 import zlib
@@ -27,8 +27,8 @@ _PIECE_BYTES = 1 << 16
 class ChunkReader:
     """Reads a stream chunk by chunk.
 
-    A failed read does not move the reader. In a growing stream a `TruncatedError` means
-    that the chunk can be read again later.
+    A failed read does not move the reader. After a `TruncatedError` in a growing stream, the
+    read can be tried again later.
 
     Args:
         source: The stream.
@@ -37,7 +37,7 @@ class ChunkReader:
         source: The stream.
         offset: Offset of the next chunk.
         sequence: Expected sequence number of the next chunk.
-        current: Last accepted chunk header; None if the header of the current chunk was rejected.
+        current: Header that was read last; None if it was rejected.
     """
 
     def __init__(self, source: Source) -> None:
@@ -131,7 +131,7 @@ class ChunkReader:
         )
 
     def seek(self, offset: int, sequence: int) -> None:
-        """Move to a chunk at a known offset; HEAD must have been read."""
+        """Move to a chunk whose offset is known; HEAD must have been read."""
         self.offset, self.sequence, self._previous_kind = offset, sequence, b""
 
     def _check_magic(self) -> None:
@@ -142,7 +142,7 @@ class ChunkReader:
             message = "not a .quarc stream"
             raise BadMagicError(message, 0)
         if len(start) < len(MAGIC):
-            message = "the stream ends inside its magic"
+            message = "the stream ends inside its magic bytes"
             raise TruncatedError(message, 0)
         self.offset = len(MAGIC)
 

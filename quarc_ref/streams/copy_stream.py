@@ -1,4 +1,4 @@
-"""Copies a stream unchanged, and verifies every chunk."""
+"""Copies a stream unchanged, and checks the CRCs of every chunk."""
 
 from typing import BinaryIO
 
@@ -8,14 +8,14 @@ from quarc_ref.streams.source import Source
 
 
 def copy_stream(source: Source, sink: BinaryIO) -> int:
-    """Copy a whole stream, checking the CRCs of each chunk before it is written.
+    """Copy a whole stream; the CRCs of each chunk are checked before it is written.
 
     Args:
         source: A stream, which may be a pipe.
         sink: Binary file for the copy.
 
     Returns:
-        Number of frames.
+        Number of frames in the stream.
 
     Raises:
         BitstreamError: The stream is invalid; all chunks before the error have been copied.

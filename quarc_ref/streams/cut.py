@@ -1,4 +1,4 @@
-"""Extracts frames of a stream as a new stream.
+"""Copies consecutive frames of a stream to a new stream.
 
 The first frame must be a keyframe. Chunks are copied unchanged, except snapshots whose
 CANO is not included. Frame numbers do not change (SPEC 11.1), so times and digests stay
@@ -19,18 +19,18 @@ from quarc_ref.streams.stream_writer import StreamWriter
 
 
 def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> int:
-    """Write the frames from `start` to `stop` of a stream as a new stream.
+    """Write the frames from `start` to `stop` - 1 of a stream as a new stream.
 
-    Other chunks are copied if they precede the stream's first frame or follow a copied
+    Other chunks are copied if they are before the stream's first frame or after a copied
     frame. The last `came` and `meta` chunks before `start` are also copied, because they
-    apply to all later frames. Bytes after the requested frames are not read, because the
-    stream may be damaged there or still grow.
+    apply to all later frames. Bytes after the requested frames are not read, because they
+    may be damaged or not yet written.
 
     Args:
         source: A stream.
         start: Ordinal of the first frame; None for the first frame of the stream.
-        stop: Ordinal after the last frame; None for all.
-        sink: Binary file to which the result is appended, after `start` has been found.
+        stop: Ordinal after that of the last frame; None for all later frames.
+        sink: Binary file to which the result is appended once `start` has been found.
 
     Returns:
         Number of frames written.
@@ -44,7 +44,7 @@ def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> 
     steps = iter(walk)
     first = _find_first(steps, start, walk, skipped)
     if first.frame is not None and stop is not None and stop <= first.frame:
-        message = f"there is no frame between frame {first.frame} and frame {stop}"
+        message = f"there are no frames from frame {first.frame} to before frame {stop}"
         raise EditError(message)
     writer = StreamWriter(sink, walk.head)
     for chunk in skipped.chunks():
@@ -60,7 +60,7 @@ def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> 
 
 
 class _SkippedFrames:
-    """Chunks and ordinals of the skipped frames that a cut needs.
+    """What a cut needs to know about the frames that it skips.
 
     Attributes:
         canonical: Ordinal of the last skipped canonical frame.
@@ -74,7 +74,7 @@ class _SkippedFrames:
         self._latest_by_kind: dict[bytes, Chunk] = {}
 
     def add(self, step: Step, walk: FrameWalk) -> None:
-        """Record a step of the walk."""
+        """Record a chunk that the cut skips."""
         if step.is_canonical:
             self.canonical = step.frame
             if walk.header.snapshots and step.header.kind == container.CANO:
@@ -109,7 +109,7 @@ def _find_first(
 def _raise_no_keyframe(
     start: int, previous_keyframe: int | None, step: Step, steps: Iterator[Step]
 ) -> NoReturn:
-    """Raise EditError that names the keyframes before and after a frame."""
+    """Raise an EditError that names the keyframes before and after a frame."""
     next_keyframe = step.frame if step.is_canonical else None
     with suppress(TruncatedError):
         next_keyframe = next_keyframe or next(
@@ -127,7 +127,7 @@ class _ChunkCopier:
     Args:
         writer: Writer of the new stream.
         walk: Walk of the stream.
-        reference: The CANO that is not included, if snapshots refer to that CANO.
+        reference: The last CANO before the cut, if snapshots may refer to it.
     """
 
     def __init__(self, writer: StreamWriter, walk: FrameWalk, reference: Chunk | None) -> None:
@@ -141,7 +141,7 @@ class _ChunkCopier:
             self._reference = None
         elif chunk.kind == container.SNAP and self._reference is not None:
             self._rebaser = self._rebaser or SnapshotRebaser(self._walk.header, self._reference)
-            chunk = self._rebaser.take(chunk)
+            chunk = self._rebaser.recode(chunk)
         self._writer.write(chunk.kind, chunk.payload)
 
 

@@ -1,7 +1,7 @@
 """Decodes streams to scenes: SPEC 7.
 
-`ChunkReader` checks the chunks and their order, `StreamDecoder` holds the state of the
-stream, and an engine decodes the state of each frame.
+`ChunkReader` checks the chunks and their order, `StreamDecoder` stores the state of the
+stream, and an engine computes the state of each frame.
 """
 
 from collections.abc import Iterator
@@ -29,9 +29,9 @@ def decode(
     Args:
         stream: A stream; if it is truncated, its complete frames are yielded before the error.
         start: Ordinal of the first frame; only the bytes needed to reach it are read (SPEC 11.2).
-        stop: Ordinal after the last frame; None for all.
+        stop: Ordinal after that of the last frame; None for all later frames.
         follow: Polling of a growing stream; None to stop at the stream's current end.
-        decoder: A new decoder, which gives the caller access to cameras and metadata;
+        decoder: A new decoder, from which the caller can read the cameras and metadata;
             None to create one.
 
     Yields:
@@ -39,7 +39,7 @@ def decode(
 
     Raises:
         BitstreamError: The stream is invalid; all frames before the error have been yielded.
-        LimitError: A stream of the unlimited level needs more than this decoder supports.
+        LimitError: A stream at the unlimited level exceeds the limits of this decoder.
         SourceError: The file, pipe or server cannot be read.
     """
     for state in decode_states(stream, start, stop, follow, decoder):
@@ -67,7 +67,7 @@ def walk_frames(
     stop: int | None = None,
     follow: Follow | None = None,
 ) -> Iterator[tuple[Chunk, FrameState]]:
-    """Decode frames including those between the seek point and the first requested frame.
+    """Decode frames, including those between the seek point and the first requested frame.
 
     Args:
         stream: See `decode`.
@@ -77,7 +77,7 @@ def walk_frames(
         follow: See `decode`.
 
     Yields:
-        Chunk and state of every decoded frame.
+        The chunk and the state of every decoded frame.
     """
     reader = ChunkReader(as_source(stream))
     while (chunk := poll(reader.read_chunk, follow)) is not None:

@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class Change(Enum):
-    """The kind of change of a file."""
+    """How a file has changed."""
 
     NONE = "none"
     GROWN = "grown, or replaced by a longer file"
@@ -15,7 +15,7 @@ class Change(Enum):
 
 @dataclass(frozen=True, slots=True)
 class FileVersion:
-    """Version of a file according to a server's headers; None for missing headers.
+    """The version of a file that a server's headers describe; None for missing headers.
 
     Attributes:
         size: Size of the file, bytes.
@@ -37,8 +37,8 @@ class FileVersion:
     def compare(self, later: "FileVersion") -> Change:
         """Return how the file has changed according to a later response.
 
-        Most servers derive the ETag from size and time, so the ETag of a growing file
-        changes and does not show whether its beginning is unchanged.
+        Most servers derive the ETag from the size and modification time. The ETag of a growing
+        file therefore changes, and does not show whether its beginning is unchanged.
         """
         validators = ((self.etag, later.etag), (self.modified, later.modified))
         validator = next((pair for pair in validators if None not in pair), (None, None))
@@ -51,7 +51,7 @@ class FileVersion:
         return Change.GROWN if validator_changed else Change.NONE
 
     def merged_with(self, later: "FileVersion") -> "FileVersion":
-        """Return this version, completed with the headers of a later response."""
+        """Return this version, updated with the headers of a later response."""
         return FileVersion(
             self.size if later.size is None else later.size,
             later.etag or self.etag,

@@ -13,13 +13,14 @@ _Result = TypeVar("_Result")
 
 @dataclass(frozen=True, slots=True)
 class Follow:
-    """How long to wait for a growing stream.
+    """How to wait for a growing stream.
 
     Attributes:
         interval: Seconds between polls.
-        patience: Seconds without a new complete chunk after which the stream counts as truncated.
-        stop_event: Event that another thread can set to stop waiting; the stream then counts
-            as truncated.
+        patience: Seconds without a new complete chunk after which the stream is considered
+            truncated.
+        stop_event: Event that another thread can set to stop waiting; the stream is then
+            considered truncated.
     """
 
     interval: float = 0.1
@@ -31,8 +32,8 @@ def poll(action: Callable[[], _Result], follow: Follow | None) -> _Result:
     """Retry a read until a growing stream has enough bytes for it.
 
     Args:
-        action: Function to call, which must have no effect if the stream ends too early.
-        follow: Interval and duration of the retries; None to try once.
+        action: Function that reads; it must have no effect if the stream ends too early.
+        follow: How often and how long to retry; None to try once.
 
     Returns:
         The result of the action.

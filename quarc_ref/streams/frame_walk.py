@@ -1,7 +1,7 @@
-"""Walks a stream by its chunk headers and counts frames.
+"""Visits the chunks of a stream by reading their headers, and numbers the frames.
 
-Payloads are read and checked only on request. For skipped chunks only the header is read,
-but the payload must be complete.
+Payloads are read and checked only on request. If a chunk is skipped, only its header is
+read, but its payload must be complete.
 """
 
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ from quarc_ref.format import container, wire
 from quarc_ref.format.container import Chunk, ChunkHeader
 from quarc_ref.format.errors import ChunkOrderError, FrameOrderError, TruncatedError
 from quarc_ref.streams.chunk_reader import ChunkReader
-from quarc_ref.streams.resync import canonical_frame
+from quarc_ref.streams.resync import parse_frame_number
 from quarc_ref.streams.source import Source
 
 _FRAME_BYTES = 4
@@ -20,12 +20,12 @@ _FRAME_BYTES = 4
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A chunk of a walk.
+    """A chunk that a walk visits.
 
     Attributes:
         header: Header of the chunk.
-        frame: Ordinal of the chunk's frame, or of the previous frame if the chunk is no frame;
-            None before the first frame.
+        frame: Ordinal of the chunk's frame, or of the previous frame if the chunk is not a
+            frame; None before the first frame.
     """
 
     header: ChunkHeader
@@ -43,14 +43,14 @@ class Step:
 
 
 class FrameWalk:
-    """Walks a stream; HEAD is read on construction.
+    """Visits the chunks of a stream in order. The constructor reads HEAD.
 
     Args:
         source: The stream.
 
     Attributes:
         head: Payload of HEAD.
-        header: Parsed HEAD.
+        header: The parsed payload of HEAD.
 
     Raises:
         BitstreamError: HEAD is invalid.
@@ -68,7 +68,7 @@ class FrameWalk:
         """Yield every chunk after HEAD, except INDX and TAIL.
 
         Raises:
-            BitstreamError: The bytes read are invalid.
+            BitstreamError: A chunk that is visited is invalid.
         """
         frame: int | None = None
         for header in self._reader.headers():
@@ -88,7 +88,7 @@ class FrameWalk:
         return self._reader.take(step.header)
 
     def _skip_chunk(self, header: ChunkHeader) -> None:
-        """Skip a chunk after checking by the stream's size that it is complete."""
+        """Skip a chunk, after checking that the stream is large enough to contain it."""
         if self._available_bytes is not None and header.end > self._available_bytes:
             self._available_bytes = self._reader.source.size()
             if self._available_bytes is not None and header.end > self._available_bytes:
@@ -113,7 +113,7 @@ class FrameWalk:
         data = self._reader.source.read(header.payload_offset, _FRAME_BYTES)
         if len(data) < _FRAME_BYTES:
             _raise_truncated(header)
-        return canonical_frame(data)
+        return parse_frame_number(data)
 
 
 def _raise_truncated(header: ChunkHeader) -> NoReturn:

@@ -1,4 +1,4 @@
-"""HTTP requests with redirects and a common deadline."""
+"""Sends HTTP requests and follows redirects, with one deadline for all of them."""
 
 import ssl
 import string
@@ -33,19 +33,20 @@ class HttpClient:
             self._opener.add_handler(handler)
 
     def get(self, url: str, headers: Mapping[str, str], timeout: float) -> HTTPResponse:
-        """Send a GET request. Bodies of redirects are not read.
+        """Send a GET request and follow redirects, whose bodies are not read.
 
         Args:
             url: URL, `http` or `https`.
             headers: Headers of the request.
-            timeout: Seconds until the last byte of the response's body.
+            timeout: Maximum seconds until the last byte of the response's body, including
+                redirects.
 
         Returns:
-            The response with any status. Reading its body raises a TimeoutError after the
-            deadline.
+            The response, whatever its status. Reading its body after the deadline raises a
+            TimeoutError.
 
         Raises:
-            OSError: The server cannot be reached; a TimeoutError if it does not answer in time.
+            OSError: The server cannot be reached, or (TimeoutError) does not answer in time.
             HTTPException: The response is not HTTP.
             RedirectError: The response redirects to a rejected target.
             ValueError: The URL is not an http or https URL.
@@ -57,9 +58,9 @@ class HttpClient:
             if response.status not in _REDIRECTS:
                 return response
             response.close()
-            target = follow_redirect(visited_urls[-1], response.headers.get("Location"))
+            target = resolve_redirect(visited_urls[-1], response.headers.get("Location"))
             if target in visited_urls:
-                message = f"redirects in a loop, back to {target}"
+                message = f"redirects in a loop that leads back to {target}"
                 raise RedirectError(message)
             if len(visited_urls) > _MAX_REDIRECTS:
                 message = f"redirects more than {_MAX_REDIRECTS} times"
@@ -67,7 +68,7 @@ class HttpClient:
             visited_urls.append(target)
 
 
-def follow_redirect(url: str, location: str | None) -> str:
+def resolve_redirect(url: str, location: str | None) -> str:
     """Return the target URL of a redirect.
 
     Args:
@@ -75,7 +76,8 @@ def follow_redirect(url: str, location: str | None) -> str:
         location: Location header, which may be relative to the URL.
 
     Raises:
-        RedirectError: The target is missing, not HTTP, or downgrades from HTTPS.
+        RedirectError: The target is missing or is not an HTTP URL, or the redirect leads from
+            HTTPS to HTTP.
     """
     if not location:
         message = "redirects without a target URL"
@@ -87,8 +89,7 @@ def follow_redirect(url: str, location: str | None) -> str:
         raise RedirectError(message)
     if (source_scheme, target_scheme) == ("https", "http"):
         message = (
-            f"redirects from https to {location!r}: redirects from https may only lead to https "
-            "URLs"
+            f"redirects from https to {location!r}: a redirect from https must lead to an https URL"
         )
         raise RedirectError(message)
     return urldefrag(target).url

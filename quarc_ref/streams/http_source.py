@@ -1,4 +1,4 @@
-"""Reads streams from HTTP servers that support ranges: SPEC 11.2."""
+"""Reads streams from HTTP servers that support range requests: SPEC 11.2."""
 
 import re
 from http.client import HTTPException, HTTPResponse, IncompleteRead
@@ -18,9 +18,9 @@ _SAMPLE_BYTES = 64
 
 
 class HttpSource:
-    """A stream at an HTTP URL, of which only requested ranges are read.
+    """A stream at an HTTP URL; only the requested ranges are downloaded.
 
-    The file on the server may grow while it is read, but must not change otherwise. Each
+    The file on the server may grow while it is read, but must not change in other ways. Each
     response is compared with the known size, ETag and modification time. If these do not
     show whether the file has only grown, some bytes are read again and compared. Requests
     have no `If-Range` or `If-Match`, because both would reject a file that has only grown.
@@ -39,7 +39,7 @@ class HttpSource:
         self._sample = (0, b"")  # an offset, and the bytes read there
 
     def read(self, offset: int, length: int) -> bytes:
-        """Read `length` bytes at `offset`, fewer at the end of the stream.
+        """Read `length` bytes at `offset`, or fewer at the end of the stream.
 
         Raises:
             SourceError: The server does not respond, its response is invalid, or the file has
@@ -56,7 +56,7 @@ class HttpSource:
         return self._fetch(0, 1)[1]
 
     def _fetch(self, offset: int, length: int) -> tuple[bytes, int | None]:
-        """Fetch a range, and check that the file has not changed."""
+        """Fetch a range, and check that the file has only grown since the last request."""
         body, version = self._request(offset, length)
         change = self._version.compare(version)
         if change is Change.REPLACED or (change is Change.GROWN and not self._sample_matches()):
@@ -66,7 +66,7 @@ class HttpSource:
         return body, version.size
 
     def _store_sample(self, offset: int, body: bytes) -> None:
-        """Store the end of a body as the sample of the file, unless the stored one is longer."""
+        """Store the end of a body as the file's sample, unless the stored sample is longer."""
         sample = body[-_SAMPLE_BYTES:]
         if len(sample) >= len(self._sample[1]):
             self._sample = (offset + len(body) - len(sample), sample)
@@ -77,7 +77,7 @@ class HttpSource:
         return not sample or self._request(offset, len(sample))[0] == sample
 
     def _request(self, offset: int, length: int) -> tuple[bytes, FileVersion]:
-        """Request a range; return its bytes and the file's version."""
+        """Request a range, and return its bytes and the file's version."""
         request_headers = {
             "Range": f"bytes={offset}-{offset + length - 1}",
             "Accept-Encoding": "identity",
@@ -120,10 +120,10 @@ class HttpSource:
         return self._read_body(response, last + 1 - first), version
 
     def _parse_total_size(self, content_range: str, offset: int) -> FileVersion:
-        """Return the version of a file that ends before the requested range, from status 416."""
+        """Return the file's version if status 416 says that the file ends before the range."""
         match = _UNSATISFIED_RANGE.fullmatch(content_range)
         if match and int(match[1]) > offset:
-            self._raise_error(f"does not send byte {offset} of {match[1]}")
+            self._raise_error(f"does not send byte {offset} of a file of {match[1]} bytes")
         return FileVersion(int(match[1]) if match else None)
 
     def _read_body(self, response: HTTPResponse, length: int) -> bytes:
@@ -136,7 +136,7 @@ class HttpSource:
                 piece = b""
             body += piece
         if len(body) < length:
-            self._raise_error(f"stops after {len(body)} bytes of {length}")
+            self._raise_error(f"stops after {len(body)} of {length} bytes")
         if len(body) > length:
             self._raise_error(f"sends more than the {length} bytes that were requested")
         return bytes(body)

@@ -1,4 +1,4 @@
-"""Joins streams with the same header.
+"""Joins streams whose headers are the same except for the level.
 
 Canonical frames do not depend on earlier frames (SPEC 7.2), so no frame is decoded or
 re-encoded. Only the frame numbers of keyframes change; states and digests stay the same.
@@ -27,11 +27,11 @@ _FRAME_BYTES = 4
 def join(sources: Sequence[Source], sink: BinaryIO) -> int:
     """Write the frames of several streams as one stream.
 
-    The first stream keeps its ordinals; the ordinals of the other streams are shifted. HEAD
-    is copied from the first stream, with the highest level of all streams. Cameras must be
-    the same in all streams. The result has the metadata entries that are the same in all
-    streams. Ancillary chunks of unknown types are copied in place; identical chunks at the
-    start of several streams are copied once.
+    The first stream keeps its frame numbers; those of the other streams are shifted. HEAD is
+    copied from the first stream, except that its level is the highest of all streams. Cameras
+    must be the same in all streams. The result has the metadata entries that are the same in
+    all streams. Ancillary chunks of unknown types are copied in place; identical chunks at
+    the start of several streams are copied only once.
 
     Args:
         sources: Streams, which are read twice, so pipes are not allowed.
@@ -42,12 +42,12 @@ def join(sources: Sequence[Source], sink: BinaryIO) -> int:
 
     Raises:
         EditError: The streams are not compatible.
-        BitstreamError: A stream is invalid; the message states its number.
+        BitstreamError: A stream is invalid; the message contains the stream's number.
         SourceError: A file or server cannot be read.
     """
     parts = []
     for number, source in enumerate(sources, 1):
-        with _number_errors(number):
+        with _prefix_errors(number):
             parts.append(_inspect_part(source))
     if not parts:
         message = "no streams to join"
@@ -56,14 +56,14 @@ def join(sources: Sequence[Source], sink: BinaryIO) -> int:
         _require_joinable(parts[0], part, number)
     joiner = _StreamJoiner(sink, parts)
     for number, source in enumerate(sources, 1):
-        with _number_errors(number):
+        with _prefix_errors(number):
             joiner.append(FrameWalk(source))
     return joiner.finish()
 
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """Properties in which joined streams must agree.
+    """The contents of a stream that joining compares.
 
     Attributes:
         head: Payload of HEAD.
@@ -77,7 +77,7 @@ class _Part:
 
 
 @contextmanager
-def _number_errors(number: int) -> Iterator[None]:
+def _prefix_errors(number: int) -> Iterator[None]:
     """Prefix the message of an error with the number of the stream."""
     try:
         yield
@@ -121,11 +121,11 @@ def _require_joinable(first: _Part, part: _Part, number: int) -> None:
 
 
 class _StreamJoiner:
-    """A joined stream that is being written.
+    """Writes the joined stream.
 
     Args:
         sink: Binary file to which the stream is appended.
-        parts: Properties of all streams.
+        parts: The compared contents of all streams.
     """
 
     def __init__(self, sink: BinaryIO, parts: Sequence[_Part]) -> None:
@@ -177,7 +177,7 @@ class _StreamJoiner:
         return payload[:offset] + ordinal.to_bytes(_FRAME_BYTES, "little") + payload[end:]
 
     def _joined_frame(self, frame: int) -> int:
-        """Return the frame number in the joined stream."""
+        """Return the number that a frame has in the joined stream."""
         joined_frame = frame + self._frame_shift
         if joined_frame > COUNTER_LIMIT:
             message = f"frame numbers are limited to {COUNTER_LIMIT}"
@@ -186,7 +186,7 @@ class _StreamJoiner:
 
 
 def _common_metadata(parts: Sequence[_Part]) -> dict[str, str]:
-    """Return the metadata that is the same in all streams, in the order of the first stream."""
+    """Return the entries that are the same in all streams, in the order of the first stream."""
     entries = [part.metadata or {} for part in parts]
     return {
         key: text

@@ -1,4 +1,4 @@
-"""Reads the chunks before the first frame, for readers that start at a later frame."""
+"""Reads the chunks before a stream's first frame, for readers that start at a later frame."""
 
 from quarc_ref.format import container, wire
 from quarc_ref.format.cameras import Camera
@@ -13,7 +13,7 @@ def read_prologue(source: Source) -> tuple[tuple[Camera, ...], dict[str, str]]:
         source: A stream, which is read up to its first frame.
 
     Raises:
-        BitstreamError: The bytes read are invalid.
+        BitstreamError: A chunk up to the first frame is invalid.
         SourceError: The file, pipe or server cannot be read.
     """
     walk = FrameWalk(source)

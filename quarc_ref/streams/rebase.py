@@ -1,6 +1,6 @@
-"""Recodes snapshots whose CANO was removed: relative to another CANO, or as a CANO.
+"""Recodes snapshots whose CANO was removed, either relative to another CANO or as a CANO.
 
-States remain bit-identical (SPEC 7.9), because snapshots and CANOs have the same order of
+States stay bit-identical (SPEC 7.9), because snapshots and CANOs have the same order of
 Gaussians.
 """
 
@@ -34,13 +34,15 @@ class SnapshotRebaser:
         self._removed_gaussians = read_checked_canonical(header, parsed)
         self._new_canonical: tuple[int, Snapshot] | None = None
 
-    def take(self, chunk: Chunk) -> Chunk:
+    def recode(self, chunk: Chunk) -> Chunk:
         """Recode a snapshot.
 
         Args:
-            chunk: A SNAP chunk that refers to the removed CANO.        Returns:
-            The chunk that replaces the snapshot: a CANO for the first snapshot, or if a SNAP
-            would change the order of Gaussians; otherwise a SNAP.
+            chunk: A SNAP chunk that refers to the removed CANO.
+
+        Returns:
+            The chunk that replaces the snapshot. It is a CANO for the first snapshot and when a
+            SNAP would change the order of the Gaussians; otherwise it is a SNAP.
 
         Raises:
             BitstreamError: The snapshot is invalid.

@@ -22,8 +22,8 @@ from quarc_ref.streams.follow import Follow, poll
 from quarc_ref.streams.resync import (
     ResumeConditions,
     SearchBudget,
-    canonical_frame,
     find_resumption,
+    parse_frame_number,
 )
 from quarc_ref.streams.source import Source, as_source
 
@@ -35,9 +35,9 @@ class Gap:
     Attributes:
         offset: Offset of the first byte.
         byte_count: Length in bytes; None if the stream has not been read to its end.
-        reject_id: Reject id of the error at the gap's beginning (SPEC 3.3).
+        reject_id: Reject id of the error at the beginning of the gap (SPEC 3.3).
         message: Message of the error.
-        frames_lost: Number of frames lost; None if unknown.
+        frames_lost: Number of frames that the gap contained; None if unknown.
     """
 
     offset: int
@@ -65,9 +65,9 @@ def recover(
         Scenes of intact frames, and the gaps between them.
 
     Raises:
-        BitstreamError: The stream cannot be decoded, because its HEAD is damaged, or it
+        BitstreamError: The stream cannot be decoded because its HEAD is damaged or because it
             has a critical chunk of an unknown type.
-        LimitError: A stream of the unlimited level needs more than this decoder supports.
+        LimitError: A stream at the unlimited level exceeds the limits of this decoder.
         SourceError: The file, pipe or server cannot be read.
     """
     recovery = _Recovery(as_source(stream), follow, decoder or StreamDecoder())
@@ -93,7 +93,7 @@ class _Recovery:
         self._search_budget = SearchBudget(self._decoder.header.limits.chunk_bytes)
 
     def step(self) -> Iterator[Scene | Gap]:
-        """Decode a chunk, or search for one at which decoding can resume."""
+        """Decode a chunk; if it is invalid, go to a chunk at which decoding can resume."""
         try:
             chunk = self._read()
             self.is_finished = chunk is None
@@ -101,7 +101,7 @@ class _Recovery:
         except UnknownCriticalError:
             raise
         except BitstreamError as error:
-            yield from self._skip_ancillary(error)
+            yield from self._skip_damage(error)
         else:
             if scene is not None:
                 yield scene
@@ -118,7 +118,7 @@ class _Recovery:
         self._next_frame = state.frame + 1
         return state.scene
 
-    def _skip_ancillary(self, error: BitstreamError) -> Iterator[Gap]:
+    def _skip_damage(self, error: BitstreamError) -> Iterator[Gap]:
         offset, header = error.offset or 0, self._reader.current
         if self._reader.is_past_tail and header is None:  # bytes follow TAIL
             self.is_finished = True
@@ -139,7 +139,7 @@ class _Recovery:
             offset=self._reader.offset,
             sequence=self._reader.sequence,
             frame=self._next_frame or 0,
-            limit=self._decoder.header.limits.chunk_bytes,
+            max_payload_bytes=self._decoder.header.limits.chunk_bytes,
             budget=self._search_budget,
             canonical=None if reference is None else reference.frame,
         )
@@ -159,16 +159,16 @@ class _Recovery:
 
     def _count_lost_frames(self, resumption: ChunkHeader) -> int | None:
         """Count the missing frames before the chunk at which decoding resumes."""
-        expected_frame, self._next_frame = self._next_frame, self._expected_ordinal(resumption)
+        expected_frame, self._next_frame = self._next_frame, self._read_ordinal(resumption)
         if expected_frame is None or self._next_frame is None or self._next_frame < expected_frame:
             return None
         return self._next_frame - expected_frame
 
-    def _expected_ordinal(self, resumption: ChunkHeader) -> int | None:
-        """Return the ordinal of a CANO or SNAP, or the end ordinal at TAIL; None if unknown."""
+    def _read_ordinal(self, resumption: ChunkHeader) -> int | None:
+        """Return the ordinal of a CANO or SNAP, or one after the last at TAIL; None if unknown."""
         payload = self._source.read(resumption.payload_offset, TAIL_BYTES)
         if resumption.kind in container.CANONICAL_TYPES:
-            return canonical_frame(payload)
+            return parse_frame_number(payload)
         if self._first_frame is None:
             return None
         return self._first_frame + wire.parse_tail(payload).frame_count

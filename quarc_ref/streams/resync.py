@@ -1,4 +1,4 @@
-"""Finds the next chunk after damage at which decoding can resume (SPEC 11.4).
+"""Finds the first chunk after damage at which decoding can resume (SPEC 11.4).
 
 A search checks every sync word once. Each payload whose CRC fails is charged to a
 `SearchBudget`, which all searches of a stream share. The total time of all searches is
@@ -19,23 +19,23 @@ from quarc_ref.streams.source import Source
 WINDOW_BYTES = 1 << 20
 _FIRST_WINDOW_BYTES = 1 << 12  # the chunk is often near
 _BUDGET_FACTOR = 16
-_MAX_PAYLOAD_BYTES = LEVELS[30].chunk_bytes
+_PAYLOAD_BYTES_AT_LEVEL_30 = LEVELS[30].chunk_bytes
 _FRAME_BYTES = 4
 
 
 class SearchBudget:
-    """Limit on the payload bytes that recovery checks without success (SPEC 11.4, 13-2).
+    """Limits the bytes of payloads whose CRC fails in searches (SPEC 11.4, 13-2).
 
     Args:
-        limit: Largest payload that the stream's level allows, bytes.
+        max_payload_bytes: Largest payload that the stream's level allows.
     """
 
-    def __init__(self, limit: int) -> None:
-        self._base_budget = _BUDGET_FACTOR * min(limit, _MAX_PAYLOAD_BYTES)
+    def __init__(self, max_payload_bytes: int) -> None:
+        self._base_budget = _BUDGET_FACTOR * min(max_payload_bytes, _PAYLOAD_BYTES_AT_LEVEL_30)
         self._spent_bytes = 0
 
     def spend(self, byte_count: int) -> None:
-        """Charge a payload whose CRC failed."""
+        """Charge the bytes of a payload whose CRC failed to the budget."""
         self._spent_bytes += byte_count
 
     def allows(self, offset: int) -> bool:
@@ -45,27 +45,27 @@ class SearchBudget:
 
 @dataclass(frozen=True, slots=True)
 class ResumeConditions:
-    """Conditions on a chunk at which decoding can resume.
+    """Conditions that a chunk must meet for decoding to resume at it.
 
     Attributes:
         offset: Offset of the first byte to check.
         sequence: Minimum sequence number of the chunk.
         frame: Minimum ordinal of the frame.
-        limit: Largest payload that the stream's level allows, bytes.
-        budget: Search budget of the whole recovery.
-        canonical: Ordinal of the CANO to which a snapshot may refer; None to accept no snapshot.
+        max_payload_bytes: Largest payload that the stream's level allows.
+        budget: Search budget that all searches in the stream share.
+        canonical: Ordinal of the CANO to which a snapshot must refer; None to accept no snapshots.
     """
 
     offset: int
     sequence: int
     frame: int
-    limit: int
+    max_payload_bytes: int
     budget: SearchBudget
     canonical: int | None = None
 
     def matches_header(self, header: ChunkHeader) -> bool:
-        """Return whether the header of a chunk allows decoding to resume at it."""
-        if header.sequence < self.sequence or header.length > self.limit:
+        """Return whether a chunk meets the conditions on its header."""
+        if header.sequence < self.sequence or header.length > self.max_payload_bytes:
             return False
         if header.kind == container.TAIL:
             return header.length == TAIL_BYTES
@@ -74,24 +74,24 @@ class ResumeConditions:
         return header.kind == container.CANO and header.length >= _FRAME_BYTES
 
     def matches_payload(self, header: ChunkHeader, source: Source) -> bool:
-        """Return whether an admitted chunk is a later frame or the end of the stream."""
+        """Return whether a chunk with a matching header also has a matching payload."""
         if header.kind == container.TAIL:
             return not source.read(header.end, 1)
         payload = source.read(header.payload_offset, 2 * _FRAME_BYTES)
-        if header.kind == container.SNAP and canonical_frame(payload[_FRAME_BYTES:]) != (
+        if header.kind == container.SNAP and parse_frame_number(payload[_FRAME_BYTES:]) != (
             self.canonical
         ):
             return False
-        return canonical_frame(payload) >= self.frame  # [11.4-1]
+        return parse_frame_number(payload) >= self.frame  # [11.4-1]
 
 
-def canonical_frame(payload: bytes) -> int:
+def parse_frame_number(payload: bytes) -> int:
     """Return the frame number at the start of a CANO or SNAP payload (SPEC 5.4)."""
     return int.from_bytes(payload[:_FRAME_BYTES], "little")
 
 
 def find_resumption(source: Source, conditions: ResumeConditions) -> ChunkHeader:
-    """Find the first valid CANO or SNAP, or TAIL at the end of the stream.
+    """Find the first chunk at which decoding can resume: a CANO, a SNAP, or TAIL at the end.
 
     Args:
         source: The stream.

@@ -1,8 +1,8 @@
 """Seeks to a frame without decoding the frames before it: SPEC 11.2.
 
-Uses INDX if the stream has one, or else the chunk headers. The decoder checks that the
-chunk at a seek point is the expected one. A snapshot also needs the CANO to which it
-refers.
+The seek points are read from INDX, or from the chunk headers if the stream has no INDX. The
+decoder checks that the chunk at a seek point is the expected chunk. To decode a snapshot, the
+CANO to which it refers is read, too.
 """
 
 from contextlib import suppress
@@ -27,12 +27,12 @@ def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
         frame: Ordinal of the requested frame.
 
     Returns:
-        All seek points up to the reader's new position; empty if the reader has not moved,
-        because the source is forward-only or does not have the frame yet. If the frame at
-        this position is a snapshot, also the CANO to which it refers.
+        All seek points up to the reader's new position, and the CANO to which the frame at this
+        position refers if it is a snapshot, otherwise None. There are no seek points if the
+        reader has not moved, because the source is forward-only or does not have the frame yet.
 
     Raises:
-        BitstreamError: The bytes read are invalid.
+        BitstreamError: The index or a chunk that is read is invalid.
     """
     size, initial_position = reader.source.size(), (reader.offset, reader.sequence)
     if size is None:
@@ -80,13 +80,13 @@ def _read_index(reader: ChunkReader, size: int) -> SeekPoints | None:
         raise IndexMismatchError(message, tail.index_offset)
     points = wire.parse_index(index.payload)
     if len(points) != tail.canonical_count:  # [11.2-3]
-        message = f"INDX has {len(points)} seek points, but TAIL has {tail.canonical_count}"
+        message = f"INDX has {len(points)} seek points, but TAIL states {tail.canonical_count}"
         raise IndexMismatchError(message, tail.index_offset)
     return points
 
 
 def read_tail_chunk(source: Source, size: int) -> Chunk | None:
-    """Read the TAIL chunk at the end of a stream; return None if there is no valid one."""
+    """Read the TAIL chunk at the end of a stream; return None if it is missing or invalid."""
     offset = size - TAIL_CHUNK_BYTES
     with suppress(BitstreamError):
         data = source.read(max(0, offset), TAIL_CHUNK_BYTES)
@@ -113,7 +113,7 @@ def _walk_headers(reader: ChunkReader, frame: int) -> SeekPoints:
 def _read_frame_number(reader: ChunkReader, header: ChunkHeader, offset: int) -> int:
     """Read a frame number at a byte offset of a payload."""
     if header.length < offset + _FRAME_BYTES:
-        message = f"a payload of {header.length} bytes has no ordinal"
+        message = f"a payload of {header.length} bytes is too short for a frame number"
         raise FieldError(message, header.offset)
     data = reader.source.read(header.payload_offset + offset, _FRAME_BYTES)
     if len(data) < _FRAME_BYTES:
@@ -123,7 +123,7 @@ def _read_frame_number(reader: ChunkReader, header: ChunkHeader, offset: int) ->
 
 
 def _move_to_chunk(reader: ChunkReader, offset: int, sequence: int, *kinds: bytes) -> ChunkHeader:
-    """Move a reader to a chunk, and check that the chunk exists and its type is in `kinds`."""
+    """Move a reader to a chunk, and check that it exists and has one of the types `kinds`."""
     reader.seek(offset, sequence)
     try:
         header = reader.read_header()

@@ -1,6 +1,6 @@
-"""Interface of sources of streams, which read bytes at an offset.
+"""The interface of sources, which return the bytes of a stream at an offset.
 
-Sources for files, pipes and servers are in `sources` and `http_source`.
+The sources for files, pipes and servers are in `sources` and `http_source`.
 """
 
 from typing import Protocol
@@ -10,7 +10,7 @@ class Source(Protocol):
     """Random access to the bytes of a stream."""
 
     def read(self, offset: int, length: int) -> bytes:
-        """Read `length` bytes at `offset`; fewer only at the current end.
+        """Read `length` bytes at `offset`, or fewer at the current end of the stream.
 
         Raises:
             SourceError: The file, pipe or server cannot be read.
@@ -29,7 +29,7 @@ class BytesSource:
         self._data = data
 
     def read(self, offset: int, length: int) -> bytes:
-        """Read `length` bytes at `offset`, fewer at the end."""
+        """Read `length` bytes at `offset`, or fewer at the end."""
         return self._data[offset : offset + length]
 
     def size(self) -> int:

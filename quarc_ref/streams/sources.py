@@ -1,4 +1,4 @@
-"""Sources of streams in files and pipes, and on servers by URL (SPEC 11.2)."""
+"""Sources of streams in files, in pipes and on servers (SPEC 11.2)."""
 
 import os
 import stat
@@ -27,7 +27,7 @@ class FileSource:
         self._file = file
 
     def read(self, offset: int, length: int) -> bytes:
-        """Read `length` bytes at `offset`, fewer at the end of the file."""
+        """Read `length` bytes at `offset`, or fewer at the end of the file."""
         missing_bytes = max(0, min(length, self.size() - offset))
         self._file.seek(offset if missing_bytes else 0)
         pieces = []
@@ -44,12 +44,12 @@ class FileSource:
 
 
 class PipeSource:
-    """A stream that can be read once, in order.
+    """A stream that can be read only once, from beginning to end.
 
     Args:
-        pipe: Binary file, which is read only as far as requested.
-        buffer_bytes: Number of past bytes to store. To resume after damage, `recover` needs as
-            many as the longest chunk of the stream.
+        pipe: Binary file; it is read no further than requested.
+        buffer_bytes: Number of past bytes to keep. To resume after damage, `recover` needs at
+            least the size of the stream's longest chunk.
     """
 
     def __init__(self, pipe: BinaryIO, buffer_bytes: int = _BUFFER_BYTES) -> None:
@@ -59,7 +59,7 @@ class PipeSource:
         self._buffer_offset = 0  # offset of the first kept byte
 
     def read(self, offset: int, length: int) -> bytes:
-        """Read `length` bytes at `offset`, fewer at the end of the pipe.
+        """Read `length` bytes at `offset`, or fewer at the end of the pipe.
 
         Raises:
             SourceError: The bytes are no longer in the buffer.
@@ -81,7 +81,7 @@ class PipeSource:
         return
 
     def _trim_buffer(self, offset: int) -> None:
-        """Drop the oldest bytes beyond the size of the buffer."""
+        """Drop the oldest bytes if the buffer contains more than `buffer_bytes`."""
         excess = min(offset - self._buffer_offset, len(self._buffer) - self._buffer_bytes)
         if excess > 0:
             del self._buffer[:excess]
@@ -93,7 +93,7 @@ def open_source(name: str) -> Iterator[Source]:
     """Open a stream by path, URL or `-`.
 
     Args:
-        name: Path of a file or a named pipe, HTTP URL, or `-` for standard input.
+        name: Path of a file or named pipe, HTTP URL, or `-` for standard input.
 
     Raises:
         OSError: The file cannot be opened.

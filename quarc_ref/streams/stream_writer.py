@@ -1,7 +1,7 @@
 """Writes streams chunk by chunk: SPEC 5.1, 5.8, 5.9.
 
-This counterpart of `chunk_reader` manages sequence numbers, seek points and totals; the
-caller provides the payloads.
+`StreamWriter`, the counterpart of `ChunkReader`, manages sequence numbers, seek points and
+totals; the caller provides the payloads.
 """
 
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from quarc_ref.format import container, wire
 from quarc_ref.format.constants import MAGIC
 from quarc_ref.format.container import Chunk, build_chunk
 from quarc_ref.format.records import SeekPoint, Tail
-from quarc_ref.streams.resync import canonical_frame
+from quarc_ref.streams.resync import parse_frame_number
 
 
 class StreamWriter:
@@ -54,7 +54,7 @@ class StreamWriter:
 
         Args:
             kind: Type of the chunk: any except HEAD, INDX and TAIL.
-            payload: Content of the chunk, within the limit of the stream's level.
+            payload: Content of the chunk, at most as long as the stream's level allows.
         """
         self._append(kind, payload)
 
@@ -75,7 +75,7 @@ class StreamWriter:
             self._sink.write(data)
             self._sink.flush()
         if kind in container.CANONICAL_TYPES:
-            self._points.append(SeekPoint(self.offset, self.sequence, canonical_frame(payload)))
+            self._points.append(SeekPoint(self.offset, self.sequence, parse_frame_number(payload)))
         self.frame_count += kind in container.FRAME_TYPES
         self.offset += len(data) - len(prefix)
         self.sequence += 1

@@ -1,8 +1,8 @@
 """HTTP connections with one deadline for the whole exchange.
 
 In the standard library, the timeout applies to each read, so a slow server can delay an
-exchange indefinitely. Here name lookup, connection, tunnel, handshake and all reads share
-one timeout.
+exchange indefinitely. Here, one timeout covers name lookup, connection, tunnel, handshake
+and all reads together.
 """
 
 import socket
@@ -15,10 +15,10 @@ from typing import Any
 
 
 class Deadline:
-    """The point in time at which an operation times out.
+    """The time at which an operation times out.
 
     Args:
-        seconds: Seconds from now.
+        seconds: Seconds from now to the deadline.
     """
 
     def __init__(self, seconds: float) -> None:
@@ -82,7 +82,7 @@ class TimedConnection(HTTPConnection):
 
 
 class TimedTlsConnection(HTTPSConnection, TimedConnection):
-    """A connection with TLS, with a context from `make_tls_context`."""
+    """A TLS connection, whose context must come from `make_tls_context`."""
 
     sock: _TimedTlsSocket
 
@@ -93,7 +93,7 @@ class TimedTlsConnection(HTTPSConnection, TimedConnection):
 
 
 def make_tls_context() -> ssl.SSLContext:
-    """Make a TLS context that verifies servers by the system's certificates."""
+    """Make a TLS context that verifies servers with the system's certificates."""
     context = ssl.create_default_context()
     context.set_alpn_protocols(["http/1.1"])
     context.sslsocket_class = _TimedTlsSocket
@@ -101,7 +101,7 @@ def make_tls_context() -> ssl.SSLContext:
 
 
 def _look_up(address: tuple[str, int], deadline: Deadline) -> list[Any]:
-    """Call `getaddrinfo` with a deadline, after which its thread is abandoned."""
+    """Call `getaddrinfo` in a thread, which is abandoned at the deadline."""
     future: Future[list[Any]] = Future()
 
     def look_up() -> None:

@@ -14,7 +14,11 @@ from quarc_ref.encoder.settings.config import make_header
 from quarc_ref.encoder.stream_file import encode_file
 from quarc_ref.format import container, wire
 from quarc_ref.format.coding.gaussian_planes import read_canonical
-from quarc_ref.format.coding.snapshot_planes import SURVIVOR_FIELDS, compare, read_snapshot
+from quarc_ref.format.coding.snapshot_planes import (
+    SURVIVOR_FIELDS,
+    compute_differences,
+    read_snapshot,
+)
 from quarc_ref.format.errors import CountLevelError
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.streams import Gap, decode, recover
@@ -195,5 +199,5 @@ def test_an_encode_undoes_moves_within_the_dead_zone_of_its_settings(dead_zone):
     canonical_gaussians = read_canonical(wire.parse_canonical(chunks[container.CANO]), code_planes)
     snapshot = read_snapshot(wire.parse_snapshot(chunks[container.SNAP]), canonical_gaussians)
 
-    moves = compare(snapshot, canonical_gaussians)[SURVIVOR_FIELDS["position"]]
+    moves = compute_differences(snapshot, canonical_gaussians)[SURVIVOR_FIELDS["position"]]
     assert moves.any() == (dead_zone == 0)

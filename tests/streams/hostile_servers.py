@@ -155,7 +155,7 @@ HOSTILE_RESPONDERS: dict[str, tuple[Responder, str]] = {
     "endless chunk": (send_an_endless_chunk, "sends more than the 8 bytes"),
     "gzip": (send_gzip, "gzip"),
     "redirect to file:": (redirect_to_a_file, "redirects to 'file:///etc/passwd'"),
-    "early close": (close_early, "stops after 3 bytes of 8"),
+    "early close": (close_early, "stops after 3 of 8 bytes"),
     "send_slowly": (send_slowly, "takes more than"),
     "no ranges": (send_the_whole_file_without_an_end, "does not support range requests"),
 }

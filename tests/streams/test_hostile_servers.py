@@ -14,7 +14,7 @@ import pytest
 from quarc_ref.decoder import compute_digest
 from quarc_ref.format.errors import SourceError
 from quarc_ref.streams import decode
-from quarc_ref.streams.http_client import RedirectError, follow_redirect
+from quarc_ref.streams.http_client import RedirectError, resolve_redirect
 from quarc_ref.streams.http_source import HttpSource
 from tests.streams import hostile_servers
 from tests.streams.hostile_servers import DATA, HOSTILE_RESPONDERS, STATES, redirect, serve
@@ -166,8 +166,8 @@ def test_all_redirects_share_one_deadline():
     ],
 )
 def test_a_redirect_is_resolved_against_its_url(location, target):
-    assert follow_redirect("https://a.org/streams/here?x=y", location) == target
-    assert follow_redirect("http://a.org/", "https://b.org/") == "https://b.org/"
+    assert resolve_redirect("https://a.org/streams/here?x=y", location) == target
+    assert resolve_redirect("http://a.org/", "https://b.org/") == "https://b.org/"
 
 
 @pytest.mark.parametrize(
@@ -176,7 +176,7 @@ def test_a_redirect_is_resolved_against_its_url(location, target):
 )
 def test_a_redirect_to_no_server_or_out_of_tls_is_rejected(location):
     with pytest.raises(RedirectError):
-        follow_redirect("https://a.org/", location)
+        resolve_redirect("https://a.org/", location)
 
 
 def test_a_chunked_response_with_the_requested_range_is_read():
@@ -201,7 +201,7 @@ def test_a_truncated_chunked_response_is_rejected(end):
         request.send(f"3\nabc\n{end}")
 
     with serve(answer) as server:
-        assert f"stops after {6 if 'abc' in end else 3} bytes of 8" in _read_rejected_stream(
+        assert f"stops after {6 if 'abc' in end else 3} of 8 bytes" in _read_rejected_stream(
             server.url
         )
 
@@ -223,7 +223,9 @@ def test_a_server_that_denies_existing_bytes_is_rejected():
         request.send(f"HTTP/1.1 416 No\nContent-Range: bytes */{len(DATA)}\n\n")
 
     with serve(answer) as server:
-        assert f"does not send byte 0 of {len(DATA)}" in _read_rejected_stream(server.url)
+        assert f"does not send byte 0 of a file of {len(DATA)} bytes" in _read_rejected_stream(
+            server.url
+        )
 
 
 def test_the_first_address_that_responds_is_used(monkeypatch):

@@ -176,7 +176,7 @@ def _send_garbage(handler, _first, _last):
         (_answer_fewer_bytes, "sends bytes 0 to 6 where 0 to 7 were requested"),
         (_answer_more_bytes, "sends bytes 0 to 8 where 0 to 7 were requested"),
         (_omit_range, "does not state which bytes"),
-        (_hang_up, "stops after 1 bytes of 8"),
+        (_hang_up, "stops after 1 of 8 bytes"),
         (_answer_not_found, "answers 404"),
         (_send_garbage, "cannot be read"),
     ],

@@ -20,8 +20,8 @@ _MEGABYTE = 1 << 20
 
 
 def _find_resumption(data: bytes, **changes):
-    conditions = {"offset": 0, "sequence": 5, "frame": 10, "limit": 1000} | changes
-    conditions["budget"] = SearchBudget(conditions["limit"])
+    conditions = {"offset": 0, "sequence": 5, "frame": 10, "max_payload_bytes": 1000} | changes
+    conditions["budget"] = SearchBudget(conditions["max_payload_bytes"])
     return find_resumption(CountedSource(data), ResumeConditions(**conditions))
 
 
@@ -40,7 +40,9 @@ def test_a_chunk_on_the_edge_of_a_window_is_found(shift):
     assert _find_resumption(bytes(offset) + _CANO).offset == offset
 
 
-@pytest.mark.parametrize("changes", [{"sequence": 10}, {"frame": 31}, {"limit": 20}, {"offset": 1}])
+@pytest.mark.parametrize(
+    "changes", [{"sequence": 10}, {"frame": 31}, {"max_payload_bytes": 20}, {"offset": 1}]
+)
 def test_a_chunk_type_that_cannot_follow_is_skipped(changes):
     assert _find_resumption(_CANO).offset == 0
     with pytest.raises(TruncatedError) as caught:
@@ -102,4 +104,4 @@ def test_a_megabyte_of_junk_is_skipped_quickly(junk, seconds):
 
 
 def test_the_ordinal_of_a_frame_is_its_first_field():
-    assert resync.canonical_frame((1 << 31).to_bytes(4, "little") + b"more") == 1 << 31
+    assert resync.parse_frame_number((1 << 31).to_bytes(4, "little") + b"more") == 1 << 31

@@ -99,7 +99,7 @@ pub(crate) fn check_magic(bytes: &[u8]) -> Result<()> {
         return Err(Error::new(Reject::BadMagic, "this is not a .quarc stream").at(0));
     }
     if shown < MAGIC.len() {
-        return Err(Error::new(Reject::Truncated, "the stream ends inside its magic").at(0));
+        return Err(Error::new(Reject::Truncated, "the stream ends inside its magic bytes").at(0));
     }
     Ok(())
 }

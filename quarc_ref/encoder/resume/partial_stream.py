@@ -18,7 +18,7 @@ from quarc_ref.format.container import Chunk
 from quarc_ref.format.errors import BitstreamError, ResumeError, TruncatedError
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.streams.chunk_reader import ChunkReader
-from quarc_ref.streams.resync import canonical_frame
+from quarc_ref.streams.resync import parse_frame_number
 from quarc_ref.streams.source import Source
 
 _PROLOGUE = (container.HEAD, container.CAME, container.META)
@@ -156,7 +156,7 @@ def require_frame_count(partial_stream: PartialStream, frame_count: int) -> None
 
 def _canonical_ordinal(chunk: Chunk) -> int | None:
     """Return the ordinal that a CANO or SNAP chunk contains; None for other chunks."""
-    return canonical_frame(chunk.payload) if chunk.kind in container.CANONICAL_TYPES else None
+    return parse_frame_number(chunk.payload) if chunk.kind in container.CANONICAL_TYPES else None
 
 
 def _round_trip_cameras(cameras: Sequence[Camera]) -> tuple[Camera, ...]:

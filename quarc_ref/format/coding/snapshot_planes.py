@@ -137,7 +137,7 @@ def read_snapshot(chunk: SnapshotChunk, canonical: Gaussians) -> Snapshot:
     return Snapshot(_select(gaussians, order), roots[order])
 
 
-def compare(snapshot: Snapshot, canonical: Gaussians) -> Int64:
+def compute_differences(snapshot: Snapshot, canonical: Gaussians) -> Int64:
     """Return the `[SURVIVOR_ROWS, n]` differences of a snapshot's survivors from the CANO."""
     (survivors,) = np.nonzero(snapshot.roots >= 0)
     roots = snapshot.roots[survivors]
