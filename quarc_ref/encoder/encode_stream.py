@@ -148,8 +148,10 @@ class _Encoding:
 
     def resume_from(self, sink: BinaryIO, partial_stream: PartialStream) -> None:
         """Restore the state of the encode by decoding the frames of a partial stream."""
-        first_count = wire.parse_canonical(partial_stream.frames[0].payload).gaussian_count
-        self._open(sink, first_count, partial_stream)
+        initial_gaussian_count = wire.parse_canonical(
+            partial_stream.frames[0].payload
+        ).gaussian_count
+        self._open(sink, initial_gaussian_count, partial_stream)
         for chunk in partial_stream.frames:
             state = self._loop.replay(chunk)
             if self.next_frame == 0:
@@ -163,7 +165,7 @@ class _Encoding:
         config, context, frame = self._config, self._context, self.next_frame
         context.observers.progress.advance("frames", frame, self.frame_count)
         rd = RateDistortion(choose_lambda(config, self._sizes), self._reference_loss)
-        death_count = count_deaths(self._loop.state, self._first_count, config.births)
+        death_count = count_deaths(self._loop.state, self._initial_gaussian_count, config.births)
         start = self._loop.start_frame(death_count)
         motion = fit_motion(context, start, config.motion, config.updates, rd)
         moved_frame = self._loop.move_frame(start, motion.symbols, motion.updates)
@@ -212,11 +214,14 @@ class _Encoding:
         return kind
 
     def _open(
-        self, sink: BinaryIO, first_count: int, partial_stream: PartialStream | None = None
+        self,
+        sink: BinaryIO,
+        initial_gaussian_count: int,
+        partial_stream: PartialStream | None = None,
     ) -> None:
         """Create the closed loop, whose header depends on the number of Gaussians in frame 0."""
-        capture, self._first_count = self._capture, first_count
-        header = make_header(self._config, capture.frames_per_second, first_count)
+        capture, self._initial_gaussian_count = self._capture, initial_gaussian_count
+        header = make_header(self._config, capture.frames_per_second, initial_gaussian_count)
         existing_bytes, metadata = 0, self._metadata
         if partial_stream is not None:
             require_match(partial_stream, header, capture.cameras, metadata)

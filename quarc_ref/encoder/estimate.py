@@ -68,8 +68,8 @@ def estimate_step_seconds(context: TrainingContext, points: Points, config: Enco
     """
     initial_count, expected_count = _estimate_gaussians(len(points.positions), config.canonical)
     generator = torch.Generator().manual_seed(0)
-    start = initialize_from_points(points, config.canonical, generator, context.device)
-    trainer = Trainer(start, canonical_learning_rates(config.canonical, context.views.extent))
+    attributes = initialize_from_points(points, config.canonical, generator, context.device)
+    trainer = Trainer(attributes, canonical_learning_rates(config.canonical, context.views.extent))
     durations = []
     for step in range(_WARM_UP_STEPS + _TIMED_STEPS):
         start_time = time.perf_counter()
@@ -92,12 +92,12 @@ def _estimate_gaussians(point_count: int, settings: CanonicalSettings) -> tuple[
     limit = (
         settings.max_gaussians
         if settings.prune_rd_lambda
-        else _limit_growth(initial_count, settings)
+        else _limit_final_count(initial_count, settings)
     )
     return initial_count, math.sqrt(initial_count * limit)
 
 
-def _limit_growth(initial_count: int, settings: CanonicalSettings) -> int:
+def _limit_final_count(initial_count: int, settings: CanonicalSettings) -> int:
     return min(settings.max_gaussians, initial_count * _MAX_GROWTH_FACTOR)
 
 

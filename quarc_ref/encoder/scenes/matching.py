@@ -75,14 +75,14 @@ def _match_landmarks(previous: Splats, current: Splats) -> tuple[Int64, Int64]:
     keys = np.concatenate([_pack_attributes(previous), _pack_attributes(current)])
     _, labels, counts = np.unique(keys, return_inverse=True, return_counts=True)
     labels = labels.reshape(-1)
-    first_count = len(previous.positions)
+    previous_count = len(previous.positions)
     unique_rows = [
         np.flatnonzero(np.bincount(part, minlength=counts.size)[part] == 1)
-        for part in (labels[:first_count], labels[first_count:])
+        for part in (labels[:previous_count], labels[previous_count:])
     ]
     _, first, second = np.intersect1d(
-        labels[:first_count][unique_rows[0]],
-        labels[first_count:][unique_rows[1]],
+        labels[:previous_count][unique_rows[0]],
+        labels[previous_count:][unique_rows[1]],
         return_indices=True,
     )
     first_rows, second_rows = unique_rows[0][first], unique_rows[1][second]
