@@ -1,7 +1,7 @@
 """The `quarc-ref` application: registers all commands, and handles `--version`.
 
-Commands import heavy modules inside their functions, so that `--help` is fast, and that `info`,
-`verify` and `decode` need neither torch nor OpenCV.
+Commands import heavy modules inside their functions, so that `--help` is fast and `info`, `verify`
+and `decode` need neither torch nor OpenCV.
 """
 
 import logging

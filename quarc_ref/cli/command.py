@@ -1,4 +1,4 @@
-"""The base class of all subcommands, which names the new option if an old name is given."""
+"""The class of all subcommands, which tells users the new names of renamed options."""
 
 import typer
 from typer.core import TyperCommand
@@ -14,7 +14,7 @@ _VALIDATOR_PREFIX = "Value error, "
 
 
 class Verb(TyperCommand):
-    """A subcommand that reports the new name of a renamed option."""
+    """A subcommand that rejects old names of options and reports the new names."""
 
     def parse_args(  # type: ignore[override]  # typer does not export the class of its contexts
         self, context: typer.Context, arguments: list[str]
@@ -22,7 +22,7 @@ class Verb(TyperCommand):
         """Parse the arguments; reject old names of renamed options.
 
         Raises:
-            BadParameter: An option has been renamed, or does not take a value.
+            BadParameter: An option has an old name or an invalid value.
         """
         for argument in arguments:
             name = argument.partition("=")[0]

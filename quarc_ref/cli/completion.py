@@ -9,7 +9,7 @@ def complete_preset() -> list[str]:
 
 
 def complete_setting() -> list[tuple[str, str]]:
-    """Return a pair of `KEY=` and description for every setting."""
+    """Return the text `KEY=` and the description of every setting."""
     from quarc_ref.encoder.settings.presets import choose_preset
     from quarc_ref.encoder.settings.setting_list import describe_settings
 

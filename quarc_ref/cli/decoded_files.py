@@ -23,8 +23,9 @@ class FrameDecoder:
 
     Args:
         source: The stream.
-        follow: Wait options for a growing stream; None to end at the current end of the stream.
-        gaps: List to which gaps are appended; if given, decoding continues after damage.
+        follow: Options for waiting while the stream grows; None to stop at its current end.
+        gaps: List to which gaps are appended while decoding continues after damage; None to stop at
+            damage.
     """
 
     def __init__(self, source: "Source", follow: "Follow | None", gaps: "list[Gap] | None") -> None:
@@ -45,7 +46,7 @@ class FrameDecoder:
         return Clip(decoder.header, decoder.cameras, decoder.metadata)
 
     def decode_scenes(self, start: int, stop: int | None) -> "Iterator[Scene]":
-        """Yield the scenes of frames `start` to `stop - 1`; to the last frame if `stop` is None."""
+        """Yield the scenes of frames `start` to `stop` - 1; None means no upper limit."""
         from quarc_ref.streams import Gap, decode, recover
         from quarc_ref.streams.prologue import read_prologue
 
@@ -96,7 +97,7 @@ class FrameWriter:
             self.names.append(target.write(name, data).name)
 
     def finish(self, target: "OutputFolder | SingleFrameFile") -> None:
-        """Write the file of all frames, if the format has a single file."""
+        """If the format stores all frames in a single file, write that file."""
         if self._sequence is not None:
             name = f"frames.{self._export.suffix}"
             self.names.append(target.write(name, self._sequence.finish()).name)
@@ -107,7 +108,7 @@ class FrameWriter:
         Args:
             output: Path of the output folder or file; None if nothing was written.
             as_json: Whether to print JSON.
-            past_damage: Whether to print the gaps, because decoding continues after damage.
+            past_damage: Whether decoding continued after damage, so that the gaps are printed.
         """
         if as_json:
             gaps = {"gaps": [asdict(gap) for gap in self.gaps]} if past_damage else {}

@@ -36,7 +36,7 @@ def run_demo(
 
     Args:
         folder: Output folder.
-        options: Options of the capture.
+        options: Options for ray-tracing the capture.
         config: Settings of the encoder.
         progress: Callback for the progress of every step.
     """

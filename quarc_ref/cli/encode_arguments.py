@@ -11,7 +11,7 @@ from quarc_ref.cli.errors import UsageError, report_errors
 
 _PRESET_HELP = (
     "main: best quality for its size; demo: several times faster, for a first look; "
-    "paper: the paper's schedule and steps."
+    "paper: training schedule and quantization steps of the QuARC-GS paper."
 )
 
 
@@ -39,7 +39,7 @@ ListSettings = Annotated[
     bool,
     typer.Option(
         "--list-settings",
-        help="Print all settings, with their value in each preset, their range and their meaning.",
+        help="Print all settings, with their values in each preset, ranges and descriptions.",
         is_eager=True,
         callback=_list_settings,
     ),
@@ -49,7 +49,7 @@ FormatVersion = Annotated[
     typer.Option(
         "--format",
         help="Format version: 1.1 allows updates of individual Gaussians; 1.0 is for decoders "
-        "without support for 1.1.",
+        "that do not support 1.1.",
     ),
 ]
 KeyframeInterval = Annotated[
@@ -69,8 +69,8 @@ SnapshotInterval = Annotated[
         "--snapshot-interval",
         min=1,
         metavar="N",
-        help="Make every N-th frame a snapshot, which is like a keyframe of about a third of the "
-        "size; not available in format 1.0.",
+        help="Make every N-th frame a snapshot, which serves as a keyframe but has about a third "
+        "of the size; not available in format 1.0.",
         show_default="none",
     ),
 ]
@@ -81,7 +81,7 @@ QualityLevel = Annotated[
         metavar="Q",
         min=0,
         max=100,
-        help="Quality, 0 to 100: an increase of 20 halves the weight of bytes (--lambda).",
+        help="Quality from 0 to 100; an increase of 20 halves the weight of bytes (--lambda).",
         show_default="50",
     ),
 ]
@@ -100,7 +100,7 @@ TargetSize = Annotated[
     typer.Option(
         "--target-kb-per-frame",
         metavar="K",
-        help="Target size in KB of a frame that is not a keyframe; lambda is adapted from "
+        help="Target size in KB of each frame that is not a keyframe; lambda is adapted from "
         "frame to frame.",
         show_default="no target",
     ),
@@ -110,7 +110,7 @@ HeldOut = Annotated[
     typer.Option(
         "--held-out",
         metavar="NAME",
-        help="Camera held out of training, for eval; may be repeated.",
+        help="Camera to hold out from training and use in eval; may be repeated.",
         show_default="the first",
     ),
 ]
@@ -137,7 +137,7 @@ Segments = Annotated[
         "--segments",
         min=1,
         metavar="K",
-        help="Encode the frames in K segments, several at a time, and join the segments.",
+        help="Split the frames into K segments, encode them in parallel, and join them.",
         show_default="one stream",
     ),
 ]
@@ -146,7 +146,7 @@ Workers = Annotated[
     typer.Option(
         "--workers",
         min=1,
-        help="Number of segments encoded at the same time on this machine.",
+        help="Number of segments to encode at the same time on this machine.",
         show_default="one per CPU core",
     ),
 ]

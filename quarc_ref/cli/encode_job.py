@@ -121,13 +121,13 @@ def encode_to_file(job: EncodeJob, target: Path, write_mode: WriteMode) -> None:
 def encode_to_joined_file(
     job: EncodeJob, target: Path, write_mode: WriteMode, segment_count: int, pool: "WorkerPool"
 ) -> None:
-    """Encode segments of a capture independently, and join the segments to a single file.
+    """Encode segments of a capture independently, and join them into a single file.
 
     Raises:
         UsageError: The file exists and `write_mode` does not allow replacing it, or there are fewer
             frames than segments.
         UnusableCaptureError: The capture cannot be encoded with useful quality.
-        ResumeError: The file to resume is from a different capture, or has different settings.
+        ResumeError: The encode to resume is of a different capture, or has different settings.
         JobsError: Some segments could not be encoded; all finished segments are kept.
     """
     is_finished = write_mode.resume and target.is_file() and not write_mode.force
@@ -158,8 +158,8 @@ def choose_pool(
 ) -> "WorkerPool":
     """Return the worker pool that encodes segments.
 
-    Processes on this machine share the CPU cores evenly. A task on a cluster has one core, and a
-    GPU if the device is CUDA.
+    On this machine, the worker processes share the CPU cores evenly. On a cluster, each task gets
+    one core, and a GPU if the device is CUDA.
     """
     from quarc_ref.jobs import WorkerPool
 
@@ -172,7 +172,7 @@ def choose_pool(
 def _split_capture(
     job: EncodeJob, capture: "Capture", options: "EncodeOptions", folder_and_count: tuple[Path, int]
 ) -> "list[Segment]":
-    """Split a capture into segments, whose files are in the given folder."""
+    """Split a capture into segments, whose streams are written to the given folder."""
     from quarc_ref.encoder.segments import Segment, split_frames
 
     folder, segment_count = folder_and_count

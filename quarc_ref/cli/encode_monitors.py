@@ -1,4 +1,4 @@
-"""Monitors of an encode: status on the terminal, `--log-json` and `--tensorboard`."""
+"""Opens the monitors of an encode: terminal status, `--log-json` and `--tensorboard`."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -14,7 +14,7 @@ from quarc_ref.inspection.wording import count_noun
 if TYPE_CHECKING:
     from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate, Monitor
 
-_MIN_ANNOUNCED_SECONDS = 10.0  # seconds
+_MIN_ANNOUNCED_SECONDS = 10.0
 _MEGABYTE = 1e6
 
 

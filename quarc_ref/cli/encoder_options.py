@@ -85,7 +85,7 @@ def open_requested_capture(folder: Path, options: "CaptureOptions") -> "Capture"
 
     Raises:
         UsageError: The pictures cannot be downscaled by the factor, a camera to hold out does not
-            exist, or the start is after the last frame.
+            exist, or the start frame is after the last frame.
         CaptureError: The capture cannot be read.
         UnicodeEncodeError: The name of a file, the capture or a camera is not valid UTF-8.
     """

@@ -1,10 +1,10 @@
 """Converts exceptions to messages and exit codes.
 
-Exit code 0 means success. 1: the stream is invalid. 2: the command line is invalid: options
-conflict, or a path does not exist or has the wrong type. 3: another error occurred, such as an
-unreadable file or capture, a full disk, or a bug. After a signal, the exit code is 128 plus the
-signal's number, as in a shell: 130 after Ctrl-C (SIGINT), 143 after SIGTERM, 141 if the reader of
-a pipe has closed the pipe (SIGPIPE).
+The exit code is 0 after success, and 1 if the stream is invalid. It is 2 if the command line is
+invalid, for example because options conflict or a path does not exist. It is 3 after any other
+error, such as an unreadable file or capture, a full disk, or a bug. After a signal, the exit code
+is 128 plus the signal's number, as in a shell: 130 after Ctrl-C (SIGINT), 143 after SIGTERM, 141 if
+the reader of a pipe has closed the pipe (SIGPIPE).
 """
 
 import os
@@ -52,7 +52,7 @@ class UsageError(Exception):
 
 
 class Termination(KeyboardInterrupt):
-    """The process received SIGTERM: work ends as after Ctrl-C, but with another exit code."""
+    """Raised on SIGTERM: work ends as after Ctrl-C, but with a different exit code."""
 
 
 @contextmanager
@@ -69,7 +69,7 @@ def report_errors() -> Iterator[None]:
 
 
 def install_sigterm_handler() -> None:
-    """Handle SIGTERM like Ctrl-C, with cleanup."""
+    """Handle SIGTERM like Ctrl-C, so that cleanup code runs."""
     signal.signal(signal.SIGTERM, _raise_termination)
 
 
@@ -83,7 +83,7 @@ def restore_sigterm_handler() -> None:
 
 
 def ensure_standard_streams() -> None:
-    """Open the null device as standard output or standard error if the stream is closed."""
+    """Replace standard output and standard error with the null device if they are closed."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115, kept open
@@ -112,7 +112,7 @@ def _describe_bad_name(error: UnicodeEncodeError) -> str:
 
 
 def _suggest_no_checks(error: UnusableCaptureError) -> str:
-    return f"{error}: use --no-checks to encode the capture nevertheless"
+    return f"{error}: use --no-checks to encode the capture anyway"
 
 
 def _suggest_force(error: OutputPathError) -> str:

@@ -43,16 +43,16 @@ Patience = Annotated[
 def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None":
     """Return the options for waiting at the end of a growing stream; None if `follow` is not set.
 
-    The result is also None for standard input, whose reads block. If `follow` is set, the function
-    waits until the file exists.
+    The result is also None for standard input, because reading it blocks until data arrives. If
+    `follow` is set and the file does not exist, wait for it, for at most `patience` seconds.
 
     Args:
         name: Path or URL of the stream, or `-`.
-        patience: Timeout in seconds.
+        patience: Seconds without new data after which waiting ends.
         follow: Whether to wait for a growing stream.
 
     Raises:
-        BadParameter: The stream is a path that does not exist.
+        BadParameter: The path of the stream does not exist, or is not a file.
     """
     with report_errors():
         if follow and is_path_name(name):

@@ -12,7 +12,7 @@ from quarc_ref.cli.errors import UsageError
 
 STANDARD_STREAM = "-"
 AXES = ("x", "-x", "y", "-y", "z", "-z")  # in the order of a stream's header
-_MAX_DIGITS = 20  # Frame numbers have fewer digits.
+_MAX_DIGITS = 20  # frame numbers have fewer digits
 
 
 def is_path_name(name: str) -> bool:
@@ -40,7 +40,7 @@ def check_stream_file(name: str) -> str:
     """Check that the name of a stream is the path of an existing file.
 
     Raises:
-        BadParameter: The name is not a path, or the path is missing or a folder.
+        BadParameter: The name is a URL or `-`, or the path does not exist or is a folder.
     """
     if not is_path_name(name):
         _reject(name, "is not a file; this command accepts only files, not URLs or standard input")
@@ -69,7 +69,7 @@ def check_path_exists(path: str) -> None:
 
 
 def check_axis(name: str | None) -> str | None:
-    """Return the name of an axis without plus sign, such as `x` or `-x`.
+    """Return the name of an axis, such as `x` or `-x`, without a plus sign.
 
     Raises:
         BadParameter: The name is not one of `AXES`.
@@ -89,7 +89,7 @@ def _get_file_mode(path: str) -> int:
 
 
 def _get_mode(path: str) -> int:
-    """Return the mode of a path from `stat`; raise BadParameter if the path does not exist."""
+    """Return the file mode of a path; raise BadParameter if the path does not exist."""
     try:
         return os.stat(path).st_mode
     except (FileNotFoundError, NotADirectoryError):
@@ -134,7 +134,7 @@ CaptureFolder = Annotated[
     typer.Argument(
         metavar="CAPTURE",
         help="Folder of a capture, in the layout of N3DV, COLMAP, nerfstudio, EasyMocap or "
-        "Panoptic Studio; quarc-ref doctor prints what a folder lacks.",
+        "Panoptic Studio; quarc-ref doctor reports what is missing.",
         show_default=False,
         readable=False,  # an unreadable folder is not a usage error; `open_capture` reports it
         callback=check_folder,
@@ -165,7 +165,7 @@ LpipsWeights = Annotated[
     typer.Option(
         "--lpips",
         metavar="WEIGHTS",
-        help="Also measure LPIPS, with weights from a file: lpips.LPIPS(net='vgg').state_dict().",
+        help="Also measure LPIPS; the file has the weights lpips.LPIPS(net='vgg').state_dict().",
         show_default="no LPIPS",
     ),
 ]
@@ -178,14 +178,14 @@ Force = Annotated[
     typer.Option(
         "--force",
         "-f",
-        help="Replace an existing file, or a folder that has only files written by quarc-ref.",
+        help="Replace an existing file, or a folder with only files written by quarc-ref.",
     ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Do not show progress.")]
 
 
 def parse_frames(text: str | None) -> tuple[int, int | None]:
-    """Return the first frame of a range and the end, which is excluded; None for an open end.
+    """Return the first frame and the exclusive end of a range; the end is None if it is open.
 
     Args:
         text: `A:B`, where A or B may be omitted, or `A` for a single frame; None for all frames.

@@ -44,7 +44,7 @@ def print_json(schema: str, values: dict[str, object]) -> None:
     """Print values as JSON on standard output.
 
     Args:
-        schema: Name and version of the schema; `info/2` is described by docs/schemas/info.json.
+        schema: Name and version of the schema; docs/schemas/info.json describes `info/2`.
         values: Values by their names in the schema.
     """
     document = {"schema": f"quarc-ref/{schema}", **values}
@@ -131,7 +131,7 @@ def warn_about_reference_engine() -> bool:
 class TerminalProgress:
     """Shows progress on standard error: bars on a terminal, otherwise a line every few seconds.
 
-    The object is a context manager. Without a terminal, short stages and stages that repeat in
+    Use it as a context manager. Without a terminal, short stages and stages that repeat in
     every frame are not shown.
 
     Args:
@@ -199,7 +199,7 @@ class TerminalProgress:
         self._status = status
 
     def announce(self, message: str) -> None:
-        """Print a line above the progress."""
+        """Print a line above the progress bars."""
         if self._bars.disable:
             sys.stderr.write(f"{message}\n")
         else:
@@ -222,5 +222,5 @@ class _RemainingTimeColumn(TimeRemainingColumn):
     """Column with the remaining time of a stage; empty if the stage has a status text."""
 
     def render(self, task: Task) -> Text:
-        """Return the text of the column for a stage."""
+        """Return the remaining time of a stage, or an empty text."""
         return Text() if task.fields.get("status") else super().render(task)

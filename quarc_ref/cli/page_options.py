@@ -34,16 +34,16 @@ def choose_first_camera(cameras: "tuple[Camera, ...] | None", name: str | None) 
     """Return the camera of the initial view; None if the stream has no cameras.
 
     Args:
-        cameras: Cameras of the stream; None if the stream has no frame.
+        cameras: Cameras of the stream; None if the stream has no frames.
         name: Name of a camera of the stream; None for the first camera.
 
     Raises:
-        UsageError: The stream has no frame, or no camera of this name.
+        UsageError: The stream has no frames, or no camera with this name.
     """
     from quarc_ref.viewing.outline import CameraChoiceError, find_camera
 
     if cameras is None:
-        message = "the stream has no frame"
+        message = "the stream has no frames"
         raise UsageError(message)
     if name is None and not cameras:
         return None

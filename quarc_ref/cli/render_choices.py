@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 _MAX_RATIONAL_TERM = (1 << 31) - 1  # FFmpeg's rationals have 32-bit terms
 # The quality is nearly lossless, so that smaller files can be encoded from the video.
 _X264_OPTIONS = {"crf": "6", "preset": "medium"}
-# For lookahead, x264 buffers dozens of pictures with ten bytes per pixel. For large pictures, this
+# For lookahead, x264 buffers dozens of pictures at ten bytes per pixel. For large pictures, this
 # needs too much memory.
 _LARGE_PICTURE_PIXELS = 1 << 21
 _X264_LARGE_OPTIONS = _X264_OPTIONS | {
@@ -36,7 +36,7 @@ def choose_camera(
     """Return the requested camera, resized to pictures of the requested width.
 
     Raises:
-        UsageError: The stream has no camera of the name, or its pictures are too large.
+        UsageError: The stream has no camera with this name, or the picture size is not supported.
     """
     from quarc_ref.datasets.calibration import require_picture_size, require_video_size
     from quarc_ref.viewing.outline import find_camera, fit_height, resize_camera
@@ -52,7 +52,7 @@ def choose_camera(
 
 
 def require_pixel_limit(camera: "Camera", max_pixels: int) -> None:
-    """Raise UsageError if pictures have too many pixels; the message names options to change."""
+    """Raise UsageError with a hint at suitable options if pictures have too many pixels."""
     pixels = camera.width * camera.height
     if pixels > max_pixels:
         message = (
@@ -75,8 +75,8 @@ def choose_video_format(
 
     if pixel_format == "yuv420p" and (camera.width % 2 or camera.height % 2):
         message = (
-            f"pictures of {camera.width} x {camera.height} cannot be yuv420p, which needs even "
-            "sizes: choose another --width, or yuv444p"
+            f"pictures of {camera.width} x {camera.height} cannot be yuv420p, which needs an even "
+            "width and height: choose another --width, or --pixels yuv444p"
         )
         raise UsageError(message)
     frame_rate = Fraction(outline.header.timescale, outline.header.frame_ticks)

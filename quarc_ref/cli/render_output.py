@@ -24,7 +24,7 @@ _SIDECAR_SCHEMA = "depth/1"
 
 
 def choose_kind(output: Path, *, depth: bool) -> OutputKind:
-    """Choose the type of output by the suffix of the output path.
+    """Choose the type of output from the suffix of the output path.
 
     Raises:
         UsageError: The suffix does not determine a type.
@@ -84,8 +84,8 @@ def write_depths(
     """Write depth as 16-bit PNG files or NumPy archives, and `depth.json`, which describes them.
 
     Args:
-        rendered_shots: Shots in order, each with `[H, W]` depth in world units and `[H, W]`
-            opacity.
+        rendered_shots: Shots in order, each with its depth `[H, W]` in world units and its opacity
+            `[H, W]`.
         output: Path of the folder.
         kind: `png` or `npz`.
         force: Whether to replace a folder that quarc-ref created.

@@ -19,7 +19,7 @@ class _Sink(Protocol):
     """An unbuffered binary file, whose `write` may accept only some of the bytes."""
 
     def write(self, piece: bytes, /) -> int:
-        """Write bytes, and return the number of written bytes."""
+        """Write bytes, and return how many were written."""
         ...
 
 
@@ -88,7 +88,7 @@ class _GrowingCopy:
         self._is_closed = False
 
     def write(self, piece: bytes) -> int:
-        """Append bytes, and return the number of written bytes; after `close`, discard bytes."""
+        """Append bytes, and return how many were written; after `close`, discard the bytes."""
         with self._lock:
             if self._is_closed:
                 return len(piece)
@@ -98,7 +98,7 @@ class _GrowingCopy:
             return written_bytes
 
     def read(self, offset: int, length: int) -> bytes:
-        """Read up to `length` bytes at `offset` that have been received."""
+        """Read up to `length` bytes at `offset`, as far as they have been received."""
         with self._lock:
             available = max(0, min(length, self._size - offset))
             self._file.seek(offset if available else 0)
@@ -128,7 +128,7 @@ class _CopyingSource:
         self._copied_bytes = 0
 
     def read(self, offset: int, length: int) -> bytes:
-        """Read up to `length` bytes at `offset`, and copy all bytes before the end of the read."""
+        """Read up to `length` bytes at `offset`, after copying all bytes up to their end."""
         self.copy_until(offset + length)
         return self._source.read(offset, length)
 
@@ -137,7 +137,7 @@ class _CopyingSource:
         return
 
     def copy_until(self, offset: int) -> None:
-        """Copy all bytes before an offset that have not been copied yet."""
+        """Copy all bytes before an offset, except those that have been copied already."""
         while self._copied_bytes < offset:
             size = min(_PIECE_BYTES, offset - self._copied_bytes)
             piece = self._source.read(self._copied_bytes, size)

@@ -20,14 +20,15 @@ def open_stream_file(
 ) -> Iterator[tuple[Path, BinaryIO]]:
     """Open the output file of a stream exclusively; the file may contain a partial stream.
 
-    The file is `<target>.part`, and replaces the target when the stream is complete. After an
-    interruption, the file and the checkpoint of frame 0 are kept, unless the file is empty.
+    Unless `live` is set, the file is `<target>.part`, and replaces the target when the stream is
+    complete. After an interruption, the checkpoint of frame 0 is kept, and so is the file unless it
+    is empty.
 
     Args:
         target: Path of the stream.
         force: Whether to replace an existing target or partial stream.
         live: Whether to write the target directly, so that other programs can follow the stream.
-        resume: Whether to continue the partial stream, or the target if the stream is complete.
+        resume: Whether to continue a partial stream or, if there is none, an existing target.
 
     Yields:
         Path of the file that is written, and the file object, open for reading and writing.
@@ -92,11 +93,11 @@ def _reporting_kept_files(path: Path) -> Iterator[None]:
         checkpoint = _get_checkpoint_path(path)
         if _is_nonempty(path):
             explanation = (
-                f"{path} has the finished frames: use --resume to encode the missing frames"
+                f"{path} contains the finished frames: use --resume to encode the missing frames"
             )
         elif _is_nonempty(checkpoint):
             explanation = (
-                f"{checkpoint} has the training state of frame 0: use --resume to continue"
+                f"{checkpoint} contains the training state of frame 0: use --resume to continue"
             )
         else:
             raise

@@ -14,7 +14,7 @@ from quarc_ref.cli.output import print_message
 from quarc_ref.export.table import EXPORT_FORMATS
 from quarc_ref.files import OutputFolder
 
-# Suffixes that folder names must not have, because the folder would look like a file.
+# Suffixes that names of output folders must not have, because the folders would look like files.
 _FILE_SUFFIXES = {
     *(f".{suffix}" for suffix in EXPORT_FORMATS),
     *(".quarc", ".splat", ".ksplat", ".gltf", ".usd", ".usda", ".usdz", ".html", ".json"),
@@ -78,8 +78,8 @@ def written_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
         yield folder
     if folder.moved_to:
         message = (
-            f"another program added files to {target} while it was written; these files are now in "
-            f"{folder.moved_to}"
+            f"another program added files to {target} while quarc-ref was writing it; these files "
+            f"are now in {folder.moved_to}"
         )
         print_message(message)
 
@@ -143,7 +143,7 @@ def open_output_frame(target: Path, *, force: bool) -> Iterator[SingleFrameFile]
 
 
 def require_writable_file(target: Path, *, force: bool) -> None:
-    """Raise UsageError if no file can be written at a path, or an existing file must remain."""
+    """Raise UsageError if a file cannot be written, or if it exists and must not be replaced."""
     _reject_standard_output(target, "this file")
     _reject_missing_parent(target)
     if os.path.lexists(target) and not force:
@@ -171,7 +171,7 @@ def _reject_folder(target: Path) -> None:
 
 def _reject_standard_output(target: Path, output_name: str) -> None:
     if str(target) == STANDARD_STREAM:
-        message = f"-: {output_name} cannot be written to standard output: give a path"
+        message = f"{output_name} cannot be written to standard output (-): give a path"
         raise UsageError(message)
 
 
@@ -189,5 +189,5 @@ def _reporting_kept_files(folder: OutputFolder) -> Iterator[None]:
     except KeyboardInterrupt as error:
         if not folder.contains_files():
             raise
-        message = f"interrupted; {folder.path} has the finished frames"
+        message = f"interrupted; {folder.path} contains the finished frames"
         raise KeyboardInterrupt(message) from error

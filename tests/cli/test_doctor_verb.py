@@ -50,7 +50,7 @@ def test_a_valid_capture_is_described_and_forecast(capture):
 def test_the_preset_of_the_forecast_is_named(capture, preset):
     options = ["--preset", preset] if preset != "main" else []
 
-    assert f"encoding takes ({preset})" in run("doctor", capture, "--quick", *options).stdout
+    assert f"encoding time ({preset})" in run("doctor", capture, "--quick", *options).stdout
     json_output = read_json(run("doctor", capture, "--quick", *options, "--json").stdout)
     assert json_output["forecast"]["preset"] == preset
 

@@ -301,7 +301,7 @@ def test_a_live_encode_can_be_read_while_it_is_written_and_keeps_its_frames(
 
     assert result.exit_code == 130
     assert result.stderr.splitlines()[-1] == (
-        f"quarc-ref: interrupted; {file} has the finished frames: "
+        f"quarc-ref: interrupted; {file} contains the finished frames: "
         "use --resume to encode the missing frames"
     )
     files = [read_json(decode_run.stdout)["files"] for decode_run in decode_runs]

@@ -140,7 +140,7 @@ def test_a_training_interrupted_in_its_first_minute_is_kept_to_the_step(
     assert first_line.startswith("canonical 1/400: ")
     assert process.returncode == 128 + signal_number
     assert message.splitlines()[-1] == (
-        f"quarc-ref: interrupted; {checkpoint_file} has the training state of frame 0: "
+        f"quarc-ref: interrupted; {checkpoint_file} contains the training state of frame 0: "
         "use --resume to continue"
     )
     assert list_names(tmp_path) == [checkpoint_file.name]
@@ -169,7 +169,7 @@ def test_an_encode_interrupted_in_frame_0_resumes_its_training(
 
     assert (result.exit_code, list_names(tmp_path)) == (130, [checkpoint_file.name])
     assert result.stderr.splitlines()[-1] == (
-        f"quarc-ref: interrupted; {checkpoint_file} has the training state of frame 0: "
+        f"quarc-ref: interrupted; {checkpoint_file} contains the training state of frame 0: "
         "use --resume to continue"
     )
     rejected_run = run(*command)

@@ -74,7 +74,7 @@ def test_completed_segments_are_kept_and_partial_ones_resumed(
     resumed_run = run(*_make_command(capture, file, "--segments", 2, "--workers", 1, "--resume"))
 
     assert (interrupted_run.exit_code, remaining_names) == (130, [])
-    assert "a.quarc.segments has the finished frames" in failed_resume.stderr
+    assert "a.quarc.segments contains the finished frames" in failed_resume.stderr
     assert (rejected_run.exit_code, "use --resume to continue" in rejected_run.stderr) == (2, True)
     assert resumed_run.exit_code == 0
     assert file.read_bytes() == join_bytes(*parts)

@@ -138,7 +138,7 @@ def test_a_stream_is_not_written_to_a_terminal(monkeypatch):
 
 
 def test_an_interrupted_growing_folder_says_what_stays(old_folder):
-    with pytest.raises(KeyboardInterrupt, match="out has the finished frames"):
+    with pytest.raises(KeyboardInterrupt, match="out contains the finished frames"):
         _write_frame(growing_folder, old_folder, force=True, error=KeyboardInterrupt())
 
     assert (old_folder / "frame_1.ply").read_bytes() == b"new"
@@ -155,6 +155,6 @@ def test_files_added_to_a_folder_during_replacement_are_kept_and_named(old_folde
     assert list_names(moved_folder) == ["notes.txt"]
     assert (moved_folder / "notes.txt").read_text() == "mine"
     assert messages == (
-        f"quarc-ref: another program added files to {old_folder} while it was written; "
+        f"quarc-ref: another program added files to {old_folder} while quarc-ref was writing it; "
         f"these files are now in {moved_folder}\n"
     )

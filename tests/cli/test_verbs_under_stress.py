@@ -124,7 +124,7 @@ def test_a_folder_cannot_go_to_standard_output(name, workspace, monkeypatch):
     monkeypatch.chdir(workspace.output_folder)
     result = _run(name, workspace, output_path="-")
 
-    message = "quarc-ref: -: a folder cannot be written to standard output: give a path"
+    message = "quarc-ref: a folder cannot be written to standard output (-): give a path"
     assert _get_messages(result, 2) == message
     assert list_names(workspace.output_folder) == []
 

@@ -149,7 +149,7 @@ def test_a_stream_without_frames_opens_no_page():
     result = run("view", stream_without_frames, "--no-open")
 
     assert result.exit_code == 2
-    assert "the stream has no frame" in result.stderr
+    assert "the stream has no frames" in result.stderr
 
 
 def test_an_address_of_another_machine_is_a_failure_of_the_tool(stream_file):
@@ -190,4 +190,4 @@ def test_a_page_on_all_interfaces_is_printed_with_its_public_address(stream_file
     )
 
     assert "page http://127.0.0.1:" in json_output
-    assert "elsewhere http://box.example:" in json_output
+    assert "from other machines http://box.example:" in json_output

@@ -27,7 +27,7 @@ def bench(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Measure decoding speed: frames per second, time by stage, memory."""
+    """Measure decoding speed: frames per second, time by stage, and memory."""
     with report_errors():
         from quarc_ref.inspection.decode_speed import measure_speed
 

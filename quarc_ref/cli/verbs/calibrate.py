@@ -53,7 +53,7 @@ def calibrate(
         typer.Option(
             "--camera-model",
             metavar="NAME",
-            help="COLMAP camera model; auto: a pinhole, with one distortion coefficient if needed.",
+            help="COLMAP camera model; auto: pinhole, with one distortion coefficient if needed.",
         ),
     ] = "auto",
     lenses: Annotated[
@@ -116,7 +116,7 @@ def calibrate(
         typer.Option(
             "--meters",
             metavar="CAM_A CAM_B D",
-            help="Distance in meters between two cameras; sets the scale of the scene.",
+            help="Distance D in meters between two cameras; sets the scale of the scene.",
         ),
     ] = None,
     as_json: AsJson = False,
@@ -239,7 +239,7 @@ _OFFSET_SOURCES = {
 
 
 def _as_json(rig: "Calibration") -> dict[str, object]:
-    """Return a calibration as values of `docs/schemas/calibrate.json`."""
+    """Return a calibration in the form that `docs/schemas/calibrate.json` describes."""
     confidence = rig.offsets.confidence
     return {
         "cameras": {

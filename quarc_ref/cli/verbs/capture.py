@@ -18,15 +18,15 @@ VariantName = Literal["playroom", "bright-stage", "dark-stage", "mixed-cameras",
 _VARIANT_HELP = (
     "playroom: a bright, detailed room; bright-stage: one small subject in an empty hall; "
     "dark-stage: the same subject and light in a black hall; mixed-cameras: cameras with "
-    "different exposures and colors; fast: everything three times as fast; visitor: an "
+    "different exposures and colors; fast: all motion is three times as fast; visitor: an "
     "object that appears and disappears."
 )
 
 
 def synth(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder to create.")],
-    width: Annotated[int, typer.Option("--width", min=16, help="Pixels.")] = 160,
-    height: Annotated[int, typer.Option("--height", min=16, help="Pixels.")] = 120,
+    width: Annotated[int, typer.Option("--width", min=16, help="Width in pixels.")] = 160,
+    height: Annotated[int, typer.Option("--height", min=16, help="Height in pixels.")] = 120,
     frames: Annotated[
         int, typer.Option("--frames", min=1, help="Number of frames, at 30 per second.")
     ] = 24,
@@ -41,7 +41,7 @@ def synth(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Ray-trace a synthetic capture in N3DV's layout; cam00 is intended as held-out camera."""
+    """Ray-trace a synthetic capture in N3DV's layout; cam00 is meant to be held out."""
     with report_errors():
         from quarc_ref.datasets.calibration import require_video_size
         from quarc_ref.synth import SynthOptions, fill_synthetic_capture
@@ -63,7 +63,7 @@ def synth(
             print_json("synth/2", {"folder": str(folder), "variant": variant, **sizes})
         else:
             description = f"{count_noun(frames, 'frame')} each, {width} x {height}"
-            videos = f"{cameras} with {description}; hold out cam00"
+            videos = f"{cameras} with {description}; cam00 should be held out"
             print_table(str(folder), {"scene": variant, "videos": videos})
 
 
@@ -80,7 +80,7 @@ def demo(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Run the whole pipeline: ray-trace a capture, encode, decode, measure, write a report."""
+    """Run the whole pipeline: ray-trace a capture, encode it, measure it, and write a report."""
     with report_errors():
         config = make_config("demo", settings or [], seed)
         from quarc_ref.cli.demo_work import run_demo

@@ -47,9 +47,9 @@ def compare(
         list[str],
         typer.Argument(
             metavar="[METHOD[@POINT]=]PATH...",
-            help="A stream, a folder with a PLY per frame, a folder of renders (CAMERA/FRAME.png "
-            "or FRAME/CAMERA.png), or a .4dgs file. Entries of the same METHOD form one "
-            "curve; entries of the same METHOD@POINT are runs with the same settings.",
+            help="A stream, a folder with one PLY file per frame, a folder of renders "
+            "(CAMERA/FRAME.png or FRAME/CAMERA.png), or a .4dgs file. Entries of the same METHOD "
+            "form one curve; entries of the same METHOD@POINT are runs with the same settings.",
             show_default=False,
             callback=_check_entries,
         ),
@@ -67,7 +67,7 @@ def compare(
     report: Annotated[
         Path | None,
         typer.Option(
-            "--report", metavar="DIR", help="Write a page with pictures, plots and CSV files."
+            "--report", metavar="DIR", help="Write a report with pictures, plots and CSV files."
         ),
     ] = None,
     cameras: Annotated[
@@ -142,8 +142,8 @@ def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[EntrySour
     """Parse the entries on the command line.
 
     Raises:
-        UsageError: There are fewer than two entries, or a size is malformed, or the path of a size
-            is not an entry.
+        UsageError: There are fewer than two entries, a size is malformed, or a size is given for a
+            path that is not an entry.
     """
     from quarc_ref.evaluation.comparison.entries import Label
     from quarc_ref.evaluation.comparison.open_entries import EntrySource

@@ -45,8 +45,8 @@ def decode_frames(
             "--output",
             "-o",
             metavar="PATH",
-            help="Folder to create; or a file, if a single frame is decoded or the format stores "
-            "all frames in a file.",
+            help="Folder to create, or a file if a single frame is decoded or the format stores "
+            "all frames in one file.",
         ),
     ],
     to: Annotated[
@@ -75,9 +75,9 @@ def decode_frames(
 ) -> None:
     """Decode frames into files for other programs, such as PATH/frame_0000.ply.
 
-    PATH/sequence.json has frame rate, axes and cameras. A format with all frames in one file writes
-    PATH/frames.usdc or similar. With --follow, each file appears as soon as its frame is decoded;
-    otherwise, all files appear at the end.
+    PATH/sequence.json contains the frame rate, axes and cameras. If the format stores all frames in
+    one file, that file is PATH/frames.usdc or similar. With --follow, each file appears as soon as
+    its frame is decoded; otherwise, all files appear at the end.
     """
     follow_options = follow_stream(file, patience, follow=follow)
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
@@ -119,7 +119,7 @@ def decode_frames(
 
 @contextmanager
 def _suggest_recovery(writer: "FrameWriter", frames: str | None) -> Iterator[None]:
-    """Add the number of frames that `--recover` would keep to the message of a stream error."""
+    """Add to the message of a stream error how many frames `--recover` would keep."""
     try:
         yield
     except UnknownCriticalError:  # an unknown critical chunk stops --recover as well

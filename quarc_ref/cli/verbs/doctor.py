@@ -1,4 +1,4 @@
-"""The `doctor` command: finds problems of a capture before an encode of several hours."""
+"""The `doctor` command: finds problems in a capture before a long encode."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -25,7 +25,7 @@ def doctor(
     capture: CaptureFolder,
     quick: Annotated[
         bool,
-        typer.Option("--quick", help="Check the files and the first frame only, as encode does."),
+        typer.Option("--quick", help="Check only the files and the first frame, as encode does."),
     ] = False,
     start: Annotated[
         int, typer.Option("--start", min=0, help="First frame of the capture to check.")
@@ -42,7 +42,7 @@ def doctor(
         typer.Option(
             "--held-out",
             metavar="NAME",
-            help="Camera held out of training, for eval; may be repeated.",
+            help="Camera to hold out from training and use in eval; may be repeated.",
             show_default="the first",
         ),
     ] = None,
@@ -50,18 +50,18 @@ def doctor(
         str,
         typer.Option(
             "--preset",
-            help="Preset of the encode whose time and size are forecast; demo is the fastest.",
+            help="Preset for which time and size are forecast; demo is the fastest.",
             autocompletion=complete_preset,
         ),
     ] = "main",
     device: Annotated[
         Literal["auto", "cpu", "cuda"],
-        typer.Option("--device", help="Device of the encode whose time is forecast."),
+        typer.Option("--device", help="Device for which the time is forecast."),
     ] = "auto",
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Find problems of a capture, and forecast the time, memory and disk space of its encode."""
+    """Find problems in a capture, and forecast the time, memory and disk space of its encode."""
     with report_errors():
         from quarc_ref.datasets.open_capture import CaptureOptions
         from quarc_ref.encoder.doctor import ExamineOptions
@@ -103,7 +103,7 @@ def _examine(folder: Path, options: "ExamineOptions") -> "Diagnosis":
 
 
 def _describe(diagnosis: "Diagnosis", preset: str) -> dict[str, str]:
-    """Format the properties of a capture and the forecast of its encode as rows of a table."""
+    """Format the properties of a capture and the forecast for its encode as rows of a table."""
     rows = {"layout": diagnosis.layout or "unknown"}
     if diagnosis.capture is not None:
         rows |= _describe_capture(diagnosis.capture)
@@ -111,8 +111,8 @@ def _describe(diagnosis: "Diagnosis", preset: str) -> dict[str, str]:
         forecast = diagnosis.forecast
         low, high = forecast.stream_bytes
         rows |= {
-            f"encoding takes ({preset})": f"{_format_duration(forecast.seconds)}: "
-            f"frame 0 {_format_duration(forecast.seconds_of_first)}, "
+            f"encoding time ({preset})": f"{_format_duration(forecast.seconds)}: "
+            f"{_format_duration(forecast.seconds_of_first)} for frame 0, "
             f"{_format_duration(forecast.seconds_per_frame)} for each later frame",
             "memory": f"{_format_bytes(forecast.memory_bytes)}"
             + (
@@ -132,7 +132,7 @@ def _describe(diagnosis: "Diagnosis", preset: str) -> dict[str, str]:
 def _describe_capture(capture: "Capture") -> dict[str, str]:
     sizes = sorted({(camera.width, camera.height) for camera in capture.cameras})
     held_out = [capture.cameras[index].name for index in capture.held_out]
-    masks = {"masks": "yes: only unmasked pixels are trained"} if capture.masks else {}
+    masks = {"masks": "yes: only unmasked pixels are used for training"} if capture.masks else {}
     return {
         "cameras": f"{len(capture.cameras)}; held out: {', '.join(held_out)}",
         "pictures": ", ".join(f"{width} x {height}" for width, height in sizes),
@@ -150,7 +150,7 @@ def _as_json(
     quick: bool,
     preset: str,
 ) -> dict[str, object]:
-    """Return a diagnosis as values of `docs/schemas/doctor.json`."""
+    """Return a diagnosis in the form that `docs/schemas/doctor.json` describes."""
     capture, forecast = diagnosis.capture, diagnosis.forecast
     return {
         "folder": str(folder),
@@ -181,7 +181,7 @@ def _as_json(
 
 
 def _format_duration(seconds: float) -> str:
-    """Format a duration, given in seconds, with the unit s, min or h."""
+    """Format a duration, given in seconds, in s, min or h."""
     if seconds < 90:
         return f"{seconds:.1f} s" if seconds < 10 else f"{seconds:.0f} s"
     minutes = seconds / 60

@@ -61,7 +61,7 @@ def join(
         list[str],
         typer.Argument(
             metavar="FILE",
-            help="Streams, in order: files or http(s) URLs.",
+            help="Streams in the order in which to join them: files or http(s) URLs.",
             show_default=False,
             callback=_check_files,
         ),
@@ -96,7 +96,7 @@ def _reject_shared_output(output: Path, *, as_json: bool) -> None:
 
 
 def _show(schema: str, output: Path, count: int, *, as_json: bool) -> None:
-    """Print frames and bytes of a stream, unless it was written to standard output."""
+    """Print the frame count and the size of a stream, unless it was written to standard output."""
     if str(output) == STANDARD_STREAM:
         return
     size = output.stat().st_size

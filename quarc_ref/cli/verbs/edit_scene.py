@@ -62,13 +62,13 @@ def edit(
         typer.Option(
             "--recolor",
             metavar="NAME=VALUE",
-            help="Change colors: gain multiplies all channels; red, green and blue are added to "
-            "one channel (1 is white). May be repeated.",
+            help="Change colors: gain multiplies all channels; red, green and blue are offsets "
+            "that are added to their channel (1 is white). May be repeated.",
         ),
     ] = None,
     profile: Annotated[
         Literal["fine", "coarse"],
-        typer.Option("--profile", help="Error bounds for edits that fit frames again."),
+        typer.Option("--profile", help="Set of error bounds for edits that fit frames again."),
     ] = "fine",
     as_json: AsJson = False,
     force: Force = False,
@@ -76,8 +76,8 @@ def edit(
 ) -> None:
     """Crop, erase, rotate or recolor all frames of a stream in the same way.
 
-    Color changes alone are exact, in integers. All other edits change the anchors: frames are
-    fitted again, as in `import`, and no error exceeds its bound. No pictures are needed.
+    An edit that only changes colors is exact, in integers. Any other edit changes the anchors, so
+    frames are fitted again, as in `import`, and no error exceeds its bound. No pictures are needed.
     """
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.streams import open_source

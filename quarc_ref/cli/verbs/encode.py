@@ -131,7 +131,7 @@ def encode(
 
 
 def _encode_whole(job: EncodeJob, output: Path, write_mode: WriteMode) -> None:
-    """Encode all frames as one segment, to standard output or a file."""
+    """Encode all frames without splitting them into segments, to standard output or a file."""
     if str(output) == STANDARD_STREAM:
         encode_to_pipe(job, output)
     else:

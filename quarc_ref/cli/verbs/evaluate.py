@@ -40,7 +40,7 @@ def evaluate(
     file: StreamFile,
     capture: CaptureFolder,
     report: Annotated[
-        Path | None, typer.Option("--report", metavar="DIR", help="Write a page with pictures.")
+        Path | None, typer.Option("--report", metavar="DIR", help="Write a report with pictures.")
     ] = None,
     frames: Frames = None,
     lpips: LpipsWeights = None,
@@ -86,7 +86,7 @@ def _convert_mismatch_errors(file: str, *, as_json: bool) -> Iterator[None]:
         if as_json:
             captures = {"fingerprint": error.fingerprint, "encoded_from": error.encoded_from}
             print_json("eval-refused/1", {"file": file, "same_capture": False, **captures})
-        message = f"{error}: use --other-capture to measure the stream nevertheless"
+        message = f"{error}: use --other-capture to measure the stream anyway"
         raise UsageError(message) from error
     except MismatchError as error:
         raise UsageError(str(error)) from error
@@ -118,7 +118,7 @@ def _report_equal_views(quality: "Quality") -> None:
 def print_evaluation(
     schema: str, file: Path, evaluation: "Evaluation", page: Path | None, *, as_json: bool
 ) -> None:
-    """Print an evaluation, as JSON or as text.
+    """Print an evaluation as JSON or as text.
 
     Args:
         schema: Name and version of the JSON schema, such as `eval/3`.

@@ -50,7 +50,7 @@ def publish(
 ) -> None:
     """Create a folder for any web server, with a page that plays a stream.
 
-    Prints an iframe that embeds the page into other pages. If the extra "media" is installed, the
+    Prints an iframe for embedding the page in other pages. If the extra "media" is installed, the
     page has a poster, which is a picture of the first frame.
     """
     with report_errors():
@@ -103,7 +103,7 @@ def _draw_poster(source: "Source", camera: "Camera | None") -> bytes | None:
 
 
 def _size_iframe(camera: "Camera | None") -> tuple[int, int]:
-    """Return width and height of the iframe in pixels, for a camera's picture and the controls."""
+    """Return the size of the iframe in pixels: it contains a camera's picture and the controls."""
     from quarc_ref.viewing.outline import fit_height
 
     height = _FRAME_HEIGHT if camera is None else fit_height(camera, _FRAME_WIDTH)

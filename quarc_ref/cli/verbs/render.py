@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from quarc_ref.viewing.outline import Outline
     from quarc_ref.viewing.paths.pose import Shot
 
-_MAX_PIXELS = 6 << 20  # A 2.7K picture has 5.5 million; a malicious stream may declare any size.
+_MAX_PIXELS = 6 << 20  # a 2.7K picture has 5.5 million; a malicious stream may declare any size
 
 
 def render(
@@ -43,7 +43,7 @@ def render(
     camera: Annotated[
         str | None,
         typer.Option(
-            "--camera", metavar="NAME", help="Camera of the stream; the first camera by default."
+            "--camera", metavar="NAME", help="Camera of the stream; default: the first camera."
         ),
     ] = None,
     to: Annotated[
@@ -72,7 +72,7 @@ def render(
             min=1,
             max=1 << 20,
             metavar="N",
-            help="Number of pictures along a path, over which the frames are distributed evenly.",
+            help="Number of pictures along the path; the frames are distributed evenly over them.",
             show_default="one per frame",
         ),
     ] = None,
@@ -81,7 +81,7 @@ def render(
         typer.Option(
             "--depth",
             help="Render depth into a folder of 16-bit PNG files or, with --to npz, float32 "
-            "arrays; depth.json has scales and cameras.",
+            "arrays; depth.json contains the scales and cameras.",
         ),
     ] = False,
     frames: Frames = None,
@@ -113,8 +113,8 @@ def render(
 ) -> None:
     """Render a stream from one of its cameras, as a video or a folder of PNG files.
 
-    Pictures equal those that `eval` measures, rounded to 8 bits. Videos are H.264 with CRF 6, or
-    VP9. With --path, the camera moves while the stream plays.
+    The pictures are those that `eval` measures, rounded to 8 bits. Videos are encoded as H.264 with
+    CRF 6, or as VP9 with CRF 12. With --path, the camera moves while the stream plays.
     """
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.rendering.pictures import render_depth
@@ -195,7 +195,7 @@ def _choose_shots(
 def _report_progress(
     rendered: Iterator[Any], progress: TerminalProgress, total: int
 ) -> Iterator[Any]:
-    """Yield drawn pictures, and show progress."""
+    """Yield rendered pictures, and show progress."""
     for done_count, picture in enumerate(rendered, start=1):
         progress.advance("render", done_count, total)
         yield picture

@@ -1,4 +1,4 @@
-"""The `import` command: encodes Gaussians of other methods to a stream."""
+"""The `import` command: encodes Gaussians from other methods into a stream."""
 
 from collections.abc import Iterator
 from dataclasses import fields, replace
@@ -38,8 +38,8 @@ def import_frames(
         Literal["fine", "coarse"],
         typer.Option(
             "--profile",
-            help="Set of error bounds. coarse gives fewer bytes than fine: its bounds are two to "
-            "three times as large, and even larger where errors are less visible.",
+            help="Set of error bounds. coarse gives smaller streams than fine: its bounds are two "
+            "to three times as large, and even larger where errors are less visible.",
         ),
     ] = "fine",
     bound: Annotated[
@@ -49,8 +49,8 @@ def import_frames(
             metavar="NAME=VALUE",
             help="Largest allowed error of an attribute: position (world units), rotation "
             "(radians), log_scale, opacity (logit), sh_dc, sh_rest; or most_slack, the largest "
-            "factor of the bounds of position and rotation where errors are less visible. "
-            "May be repeated.",
+            "factor by which the bounds of position and rotation may grow where errors are less "
+            "visible. May be repeated.",
         ),
     ] = None,
     fps: Annotated[
@@ -76,10 +76,10 @@ def import_frames(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Encode Gaussians that another method trained, without pictures.
+    """Encode Gaussians that another method has trained; no pictures are needed.
 
-    Gaussians are identified across frames by ids or by the order of rows. Every frame is decoded
-    and compared with the input, so that no error exceeds its bound.
+    Gaussians are identified across frames by their ids or by the order of rows. Every frame is
+    decoded and compared with the input, so that no error exceeds its bound.
     """
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.encoder.scenes.bounds import PROFILES
@@ -147,7 +147,7 @@ def _make_options(frames: "ImportedFrames", fps: float | None, up: str | None) -
 
 
 def _change_bounds(bounds: "Bounds", changes: list[str]) -> "Bounds":
-    """Return the bounds with the changes of `--bound` applied.
+    """Return the bounds, changed by the values of `--bound`.
 
     Raises:
         UsageError: A change is malformed, or its value is not allowed for the bound.

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def info(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> None:
-    """Summarize a stream: counts, bytes by kind, and the paper's estimate of the bytes."""
+    """Summarize a stream: counts, bytes by kind, and the paper's estimate of these bytes."""
     with report_errors():
         from quarc_ref.inspection.inspect_stream import inspect_stream
         from quarc_ref.streams import open_source
@@ -164,8 +164,8 @@ def describe_stream(summary: "StreamSummary") -> dict[str, str]:
         lines[kind] = f"{coded[kind]:,} bytes (zero-order estimate {estimate[kind]:,})"
     lines["overhead"] = f"{coded['overhead']:,} bytes"
     lines["KB per frame"] = (
-        f"{kilobytes['without_canonical']:.2f} without canonical, "
-        f"{kilobytes['with_canonical']:.2f} with; a KB is 1024 bytes"
+        f"{kilobytes['without_canonical']:.2f} without canonical frames, "
+        f"{kilobytes['with_canonical']:.2f} with them; a KB is 1024 bytes"
     )
     lines["world"] = (
         f"{'right' if header.right_handed else 'left'}-handed, up {_AXES[header.up_axis]}, "

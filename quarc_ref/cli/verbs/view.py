@@ -66,10 +66,10 @@ def view(
     patience: Patience = DEFAULT_PATIENCE,
     as_json: AsJson = False,
 ) -> None:
-    """Play a stream in a browser, which decodes and renders the stream. Ctrl-C stops the server.
+    """Play a stream in a browser, which decodes and renders it. Ctrl-C stops the server.
 
-    The URL contains a random token, so that only people who know the URL can open the page. A
-    stream from standard input or with --follow plays while it is received.
+    The URL contains a random token, so that only people who know the URL can open the page. With
+    --follow or from standard input, the stream plays while it is received.
     """
     follow_options = follow_stream(file, patience, follow=follow)
     with report_errors():
@@ -161,6 +161,6 @@ def _print_url(title: str, server: "Server", host: str, *, as_json: bool) -> Non
     else:
         rows = {"page": server.url}
         if host in _WILDCARD_ADDRESSES:
-            rows["elsewhere"] = server.build_url(socket.gethostname())
-        print_table(title, rows | {"end": "Ctrl-C"})
+            rows["from other machines"] = server.build_url(socket.gethostname())
+        print_table(title, rows | {"stop with": "Ctrl-C"})
     sys.stdout.flush()
