@@ -34,6 +34,6 @@ VARIANTS = {
         "the same subject and light in a black hall", is_stage=True, is_dark=True
     ),
     "mixed-cameras": Variant("cameras with different exposures and colors", camera_spread=0.25),
-    "fast": Variant("everything three times as fast", tempo=3.0),
+    "fast": Variant("all motion is three times as fast", tempo=3.0),
     "visitor": Variant("an object that appears and disappears", has_visitor=True),
 }
