@@ -36,29 +36,29 @@ class Shift:
 
 
 def align(
-    count: int, correlate: Callable[[int, int], Numbers | None], peak_width: int
+    signal_count: int, correlate: Callable[[int, int], Numbers | None], peak_width: int
 ) -> list[Shift]:
     """Estimate the shift of each signal; the median shift is 0.
 
     Args:
-        count: Number of signals.
+        signal_count: Number of signals.
         correlate: Function that takes the indices of two signals and returns their correlation
             curve, as `correlate_signals` does, or None if the signals cannot be compared. All
             curves have the same length.
         peak_width: Maximum distance, in samples, of shifts that belong to the same peak.
     """
-    curves = _correlate_pairs(count, correlate)
+    curves = _correlate_pairs(signal_count, correlate)
     shifts = max(
         (
-            _optimize_shifts(curves, start)
-            for start in (np.zeros(count, np.int64), _find_shifts_greedily(curves))
+            _optimize_shifts(curves, initial_shifts)
+            for initial_shifts in (np.zeros(signal_count, np.int64), _find_shifts_greedily(curves))
         ),
-        key=lambda aligned: _sum_pairs(curves, aligned),
+        key=lambda aligned: _sum_pair_correlations(curves, aligned),
     )
     median_shift, max_shift = int(np.median(shifts)), curves.shape[2] // 2
     aligned = []
-    for index in range(count):
-        curve = _sum_curves(curves, shifts, index, range(count))
+    for index in range(signal_count):
+        curve = _sum_curves(curves, shifts, index, range(signal_count))
         peak = int(shifts[index]) + max_shift
         refined_shift = float(shifts[index] - median_shift) + _find_parabola_peak(curve, peak)
         aligned.append(Shift(refined_shift, _measure_confidence(curve, peak, peak_width)))
@@ -84,21 +84,21 @@ def correlate_signals(first: Numbers, second: Numbers, max_shift: int) -> Number
         _cross_correlate(constant_signals[0], (second**2).sum(axis=1, keepdims=True)),
     ]
     overlap = np.rint(_cross_correlate(*constant_signals))
-    positions = np.arange(-max_shift, max_shift + 1) + len(first) - 1
-    is_inside = (positions >= 0) & (positions < len(products))
-    valid_positions = positions[is_inside]
+    product_indices = np.arange(-max_shift, max_shift + 1) + len(first) - 1
+    is_inside = (product_indices >= 0) & (product_indices < len(products))
+    valid_indices = product_indices[is_inside]
     scale = np.sqrt(
-        np.maximum(powers[0][valid_positions], 0) * np.maximum(powers[1][valid_positions], 0)
+        np.maximum(powers[0][valid_indices], 0) * np.maximum(powers[1][valid_indices], 0)
     )
     correlation = np.divide(
-        products[valid_positions],
+        products[valid_indices],
         scale,
-        out=np.zeros(len(valid_positions)),
+        out=np.zeros(len(valid_indices)),
         where=scale > _MIN_POWER,
     )
     correlation = np.clip(correlation, -_MAX_CORRELATION, _MAX_CORRELATION)
-    weight = np.sqrt(np.maximum(overlap[valid_positions] - 3, 0)) * (
-        overlap[valid_positions] >= _MIN_OVERLAP
+    weight = np.sqrt(np.maximum(overlap[valid_indices] - 3, 0)) * (
+        overlap[valid_indices] >= _MIN_OVERLAP
     )
     curve = np.zeros(2 * max_shift + 1)
     curve[is_inside] = np.arctanh(correlation) * weight
@@ -123,17 +123,17 @@ def _cross_correlate(first: Numbers, second: Numbers) -> Numbers:
 
 
 def _correlate_pairs(
-    count: int, correlate: Callable[[int, int], Numbers | None]
+    signal_count: int, correlate: Callable[[int, int], Numbers | None]
 ) -> NDArray[np.float32]:
     """Return the correlation curves of all pairs as an array `[first, second, shift]`."""
     curve_by_pair = {
         (first, second): curve
-        for first in range(count)
-        for second in range(first + 1, count)
+        for first in range(signal_count)
+        for second in range(first + 1, signal_count)
         if (curve := correlate(first, second)) is not None
     }
     length = max(map(len, curve_by_pair.values()), default=1)
-    curves = np.zeros((count, count, length), np.float32)
+    curves = np.zeros((signal_count, signal_count, length), np.float32)
     for (first, second), curve in curve_by_pair.items():
         curves[first, second], curves[second, first] = curve, curve[::-1]
     return curves
@@ -148,34 +148,36 @@ def _sum_curves(
     for other_index in other_indices:
         if other_index != index:
             shift = int(shifts[other_index])
-            source = curves[other_index, index]
+            pair_curve = curves[other_index, index]
             if shift >= 0:
-                total[shift:] += source[: width - shift]
+                total[shift:] += pair_curve[: width - shift]
             else:
-                total[:shift] += source[-shift:]
+                total[:shift] += pair_curve[-shift:]
     return total
 
 
 def _find_shifts_greedily(curves: NDArray[np.float32]) -> NDArray[np.int64]:
     """Align the signals one by one, always the one that best matches those aligned before it."""
-    count, max_shift = len(curves), curves.shape[2] // 2
-    shifts = np.zeros(count, np.int64)
+    signal_count, max_shift = len(curves), curves.shape[2] // 2
+    shifts = np.zeros(signal_count, np.int64)
     aligned_indices = [int(curves.max(axis=2).sum(axis=1).argmax())]
-    while len(aligned_indices) < count:
+    while len(aligned_indices) < signal_count:
         sums = {
             index: _sum_curves(curves, shifts, index, aligned_indices)
-            for index in range(count)
+            for index in range(signal_count)
             if index not in aligned_indices
         }
-        clearest_index = max(sums, key=lambda index: float(sums[index].max()))
-        shifts[clearest_index] = int(sums[clearest_index].argmax()) - max_shift
-        aligned_indices.append(clearest_index)
+        best_index = max(sums, key=lambda index: float(sums[index].max()))
+        shifts[best_index] = int(sums[best_index].argmax()) - max_shift
+        aligned_indices.append(best_index)
     return shifts
 
 
-def _optimize_shifts(curves: NDArray[np.float32], start: NDArray[np.int64]) -> NDArray[np.int64]:
+def _optimize_shifts(
+    curves: NDArray[np.float32], initial_shifts: NDArray[np.int64]
+) -> NDArray[np.int64]:
     """Change one shift at a time until no single change increases the sum of all curves."""
-    shifts, max_shift = start.copy(), curves.shape[2] // 2
+    shifts, max_shift = initial_shifts.copy(), curves.shape[2] // 2
     for _ in range(_MAX_SWEEPS):
         previous = shifts.copy()
         for index in range(len(shifts)):
@@ -186,7 +188,7 @@ def _optimize_shifts(curves: NDArray[np.float32], start: NDArray[np.int64]) -> N
     return shifts
 
 
-def _sum_pairs(curves: NDArray[np.float32], shifts: NDArray[np.int64]) -> float:
+def _sum_pair_correlations(curves: NDArray[np.float32], shifts: NDArray[np.int64]) -> float:
     max_shift = curves.shape[2] // 2
     shift_indices = np.clip(shifts[None, :] - shifts[:, None], -max_shift, max_shift) + max_shift
     first, second = np.indices(shift_indices.shape)
@@ -209,5 +211,5 @@ def _find_parabola_peak(curve: Numbers, peak: int) -> float:
 def _measure_confidence(curve: Numbers, peak: int, peak_width: int) -> float:
     is_outside_peak = np.abs(np.arange(len(curve)) - peak) > peak_width
     other_values = curve[is_outside_peak]
-    spread = float(other_values.std()) if other_values.size else 0.0
-    return float((curve[peak] - other_values.max()) / spread) if spread > 0 else 0.0
+    deviation = float(other_values.std()) if other_values.size else 0.0
+    return float((curve[peak] - other_values.max()) / deviation) if deviation > 0 else 0.0

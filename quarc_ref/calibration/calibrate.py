@@ -16,7 +16,7 @@ from quarc_ref.calibration.match_graph import build_match_graph
 from quarc_ref.calibration.offsets import Offsets, SyncMethod, find_offsets, refine_offsets
 from quarc_ref.calibration.recordings import MIN_CAMERAS, Recordings
 from quarc_ref.calibration.signals import Motion
-from quarc_ref.calibration.solving import Solution, solve
+from quarc_ref.calibration.solving import Solution, estimate_poses
 from quarc_ref.calibration.world import UP_FROM_LEVEL_CAMERAS, Distance, World, define_world
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.capture_notes import CaptureNotes
@@ -113,10 +113,10 @@ def calibrate(recordings: Recordings, options: CalibrateOptions) -> Calibration:
     )
     solution, moments = _estimate_poses(recordings, offsets, options)
     if motions:
-        refined = _refine_offsets(offsets, solution, motions)
-        is_same = _max_difference(offsets, refined) < _MIN_OFFSET_CHANGE
-        offsets = refined
-        if not is_same:
+        refined_offsets = _refine_offsets(offsets, solution, motions)
+        max_change = _find_max_offset_difference(offsets, refined_offsets)
+        offsets = refined_offsets
+        if max_change >= _MIN_OFFSET_CHANGE:
             solution, moments = _estimate_poses(recordings, offsets, options)
     solution, world, points = _build_scene(recordings, offsets, solution, options)
     return Calibration(recordings, offsets, solution, world, points, moments)
@@ -124,15 +124,15 @@ def calibrate(recordings: Recordings, options: CalibrateOptions) -> Calibration:
 
 def _refine_offsets(offsets: Offsets, solution: Solution, motions: Mapping[str, Motion]) -> Offsets:
     """Refine the offsets of cameras that have poses."""
-    refined = refine_offsets(solution.cameras, motions)
+    refined_offsets = refine_offsets(solution.cameras, motions)
     return replace(
-        refined,
-        frames=dict.fromkeys(offsets.frames, 0.0) | refined.frames,
-        confidence=offsets.confidence | refined.confidence,
+        refined_offsets,
+        frames=dict.fromkeys(offsets.frames, 0.0) | refined_offsets.frames,
+        confidence=offsets.confidence | refined_offsets.confidence,
     )
 
 
-def _max_difference(first: Offsets, second: Offsets) -> float:
+def _find_max_offset_difference(first: Offsets, second: Offsets) -> float:
     return max(abs(first.frames[name] - second.frames[name]) for name in first.frames)
 
 
@@ -158,7 +158,7 @@ def _estimate_poses(
             options.report("poses", 0, 1)
             graph = build_match_graph(features, names, pictures.sizes, options.lenses)
             with suppress(*(() if is_last and best_solution is None else (CalibrationError,))):
-                solution = solve(graph, options.lenses)
+                solution = estimate_poses(graph, options.lenses)
                 if best_solution is None or len(solution.cameras) >= len(best_solution.cameras):
                     best_solution = solution
             options.report("poses", 1, 1)
@@ -196,10 +196,12 @@ def _build_scene(
     points is therefore left out if its picture does not match the projected scene points.
     """
     world = define_world(solution.cameras, solution.points, options.up, options.distance)
-    frame = read_first_frame(world.cameras, recordings, offsets.frames)
-    points = frame.find_points()
+    first_frame = read_first_frame(world.cameras, recordings, offsets.frames)
+    points = first_frame.triangulate_points()
     weak_cameras = {name for name, fit in solution.fits.items() if fit.support < _TRUSTED_SUPPORT}
-    mismatched = weak_cameras.intersection(frame.find_mismatches(points)) if weak_cameras else set()
+    mismatched = set[str]()
+    if weak_cameras:
+        mismatched = weak_cameras.intersection(first_frame.find_mismatched_cameras(points))
     if not mismatched or len(world.cameras) - len(mismatched) < MIN_CAMERAS:
         return solution, world, points
     reasons = {name: _describe_mismatch(solution.fits[name].support) for name in mismatched}

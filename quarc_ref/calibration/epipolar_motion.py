@@ -18,7 +18,7 @@ from quarc_ref.calibration.alignment import (
     correlate_signals,
     subtract_running_mean,
 )
-from quarc_ref.calibration.signals import WINDOW, Motion, find_downscale
+from quarc_ref.calibration.signals import MOTION_WINDOW, Motion, find_downscale_factor
 from quarc_ref.datasets.calibration import CalibratedCamera
 
 _ANGLE_BINS = 96
@@ -51,7 +51,7 @@ def align_by_epipolar_motion(
             return None
         profiles = [
             subtract_running_mean(
-                _average_by_angle(motions[camera], pixel_bins)[:, is_shared], WINDOW
+                _average_by_angle(motions[camera], pixel_bins)[:, is_shared], MOTION_WINDOW
             )
             for camera, pixel_bins in zip((first, second), bins, strict=True)
         ]
@@ -63,7 +63,7 @@ def align_by_epipolar_motion(
 def _cast_rays(camera: CalibratedCamera, motion: Motion) -> Numbers:
     """Return `[P, 3]` world directions of the rays through the pixels of downscaled pictures."""
     height, width = motion.shape[1:]
-    lens, downscale = camera.lens, find_downscale(camera.lens.width)
+    lens, downscale = camera.lens, find_downscale_factor(camera.lens.width)
     y, x = np.indices((height, width)).reshape(2, -1)
     directions = np.stack(
         [

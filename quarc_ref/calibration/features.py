@@ -49,14 +49,14 @@ class Features:
             pictures: `[H, W, 3]` sRGB picture of each camera.
             report: Function to call with the number of finished steps and the total number.
         """
-        names = [_name_file(camera, moment) for camera in range(len(pictures))]
+        names = [_make_file_name(camera, moment) for camera in range(len(pictures))]
         pairs = list(combinations(names, 2))
         total = len(names) + len(pairs)
         for index, (name, picture) in enumerate(zip(names, pictures, strict=True)):
-            self._extract(name, picture, self._masks[index])
+            self._extract_features(name, picture, self._masks[index])
             report(index + 1, total)
         for first in range(0, len(pairs), _PAIRS_PER_STEP):
-            self._match(pairs[first : first + _PAIRS_PER_STEP])
+            self._match_pairs(pairs[first : first + _PAIRS_PER_STEP])
             report(min(len(names) + first + _PAIRS_PER_STEP, total), total)
         self.moments.append(moment)
 
@@ -85,15 +85,15 @@ class Features:
                 for moment in self.moments
             ]
 
-    def _extract(self, name: str, picture: Image, mask: Mask | None) -> None:
+    def _extract_features(self, name: str, picture: Image, mask: Mask | None) -> None:
         pycolmap.Bitmap.from_array(picture).write(self.folder / name)
-        reader = pycolmap.ImageReaderOptions()
+        reader_options = pycolmap.ImageReaderOptions()
         if mask is not None:
             masks = self.folder / "masks"
             masks.mkdir(exist_ok=True)
             levels = np.where(mask, np.uint8(255), np.uint8(0))
             pycolmap.Bitmap.from_array(levels).write(masks / f"{name}.png")
-            reader.mask_path = str(masks)
+            reader_options.mask_path = str(masks)
         options = pycolmap.FeatureExtractionOptions()
         options.max_image_size = _MAX_PICTURE_SIZE
         options.sift.max_num_features = _MAX_FEATURES
@@ -101,28 +101,30 @@ class Features:
             self._database,
             self.folder,
             image_names=[name],
-            reader_options=reader,
+            reader_options=reader_options,
             extraction_options=options,
             device=pycolmap.Device.cpu,
         )
 
-    def _match(self, pairs: Sequence[tuple[str, str]]) -> None:
+    def _match_pairs(self, pairs: Sequence[tuple[str, str]]) -> None:
         pair_list = self.folder / "pairs.txt"
         write_file(pair_list, "".join(f"{first} {second}\n" for first, second in pairs).encode())
-        matching = pycolmap.FeatureMatchingOptions()
+        matching_options = pycolmap.FeatureMatchingOptions()
         # `match_graph` verifies the matches of all moments together
-        matching.skip_geometric_verification = True
-        pairing = pycolmap.ImportedPairingOptions()
-        pairing.match_list_path = str(pair_list)
-        pycolmap.match_image_pairs(self._database, matching, pairing, device=pycolmap.Device.cpu)
+        matching_options.skip_geometric_verification = True
+        pairing_options = pycolmap.ImportedPairingOptions()
+        pairing_options.match_list_path = str(pair_list)
+        pycolmap.match_image_pairs(
+            self._database, matching_options, pairing_options, device=pycolmap.Device.cpu
+        )
 
     def _find_image_id(self, database: pycolmap.Database, camera: int, moment: int) -> int:
-        image = database.read_image_with_name(_name_file(camera, moment))
+        image = database.read_image_with_name(_make_file_name(camera, moment))
         if image is None:
             message = f"moment {moment} has not been added"
             raise ValueError(message)
         return int(image.image_id)
 
 
-def _name_file(camera: int, moment: int) -> str:
+def _make_file_name(camera: int, moment: int) -> str:
     return f"{camera:04d}_{moment:06d}.png"

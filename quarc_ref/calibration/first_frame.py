@@ -12,7 +12,8 @@ from quarc_ref.datasets.triangulation import triangulate
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.encoder.checks.color_agreement import compare_colors
 
-_MIN_CAMERAS = 3  # with more cameras, points are triangulated without the first camera
+# With more cameras, points are triangulated without the first camera.
+_MIN_TRIANGULATION_CAMERAS = 3
 _NEAR_PLANE = 1e-6  # arbitrary value above 0, because nothing is rendered
 
 
@@ -28,12 +29,12 @@ class FirstFrame:
     cameras: tuple[CalibratedCamera, ...]
     pictures: tuple[Image, ...]
 
-    def find_points(self) -> Points:
+    def triangulate_points(self) -> Points:
         """Triangulate scene points without the first camera, which encoding holds out."""
-        first_index = 1 if len(self.cameras) > _MIN_CAMERAS else 0
+        first_index = 1 if len(self.cameras) > _MIN_TRIANGULATION_CAMERAS else 0
         return triangulate(self.cameras[first_index:], list(self.pictures[first_index:]))
 
-    def find_mismatches(self, points: Points) -> list[str]:
+    def find_mismatched_cameras(self, points: Points) -> list[str]:
         """Return the names of cameras whose pictures do not match the projected points.
 
         Args:

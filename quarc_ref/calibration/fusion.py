@@ -30,20 +30,20 @@ def fuse_keypoints(keypoints_by_moment: Sequence[Keypoints]) -> tuple[Keypoints,
         moment, a `[K]` array that maps each keypoint to the index of its merged keypoint.
     """
     fused = np.zeros((0, 6), np.float64)
-    counts = np.zeros(0)
+    detection_counts = np.zeros(0)
     indices_by_moment: list[Indices] = []
     for keypoints in keypoints_by_moment:
         indices = _group_keypoints(fused, keypoints)
         matched = np.flatnonzero(indices >= 0)
         targets = indices[matched]
         fused[targets, :2] += (keypoints[matched, :2] - fused[targets, :2]) / (
-            counts[targets, None] + 1
+            detection_counts[targets, None] + 1
         )
-        counts[targets] += 1
+        detection_counts[targets] += 1
         unmatched = np.flatnonzero(indices < 0)
         indices[unmatched] = len(fused) + np.arange(len(unmatched))
         fused = np.concatenate([fused, keypoints[unmatched]])
-        counts = np.concatenate([counts, np.ones(len(unmatched))])
+        detection_counts = np.concatenate([detection_counts, np.ones(len(unmatched))])
         indices_by_moment.append(indices)
     return fused.astype(np.float32), indices_by_moment
 

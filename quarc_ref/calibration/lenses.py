@@ -11,7 +11,7 @@ from quarc_ref.datasets.layouts.table import choose_layout
 from quarc_ref.datasets.pictures import Size
 
 AUTO_MODEL = "auto"
-FIRST_MODEL = "SIMPLE_RADIAL"  # first model of `auto`
+INITIAL_AUTO_MODEL = "SIMPLE_RADIAL"  # first model of `auto`
 PINHOLE_MODEL = "SIMPLE_PINHOLE"  # final model of `auto` if it fits the pictures equally well
 
 

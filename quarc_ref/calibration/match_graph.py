@@ -13,13 +13,13 @@ import pycolmap
 
 from quarc_ref.calibration.features import Features
 from quarc_ref.calibration.fusion import Indices, fuse_keypoints, keep_one_to_one
-from quarc_ref.calibration.lenses import AUTO_MODEL, FIRST_MODEL, LensOptions
+from quarc_ref.calibration.lenses import AUTO_MODEL, INITIAL_AUTO_MODEL, LensOptions
 from quarc_ref.datasets.colmap_cameras import make_colmap_camera
 from quarc_ref.datasets.pictures import Size
 
 MIN_MATCHES = 15  # minimum number of verified matches between two cameras
 SEED = 0
-_FOCAL_GUESS = 1.2  # in units of the longer side of a picture, as in COLMAP
+_INITIAL_FOCAL_RATIO = 1.2  # in units of the longer side of a picture, as in COLMAP
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,14 +91,15 @@ def _fuse_matches(
 
 def _verify_matches(database: Path) -> dict[tuple[int, int], int]:
     """Verify the matches in a database; return the number of verified matches of each pair."""
-    verifier = pycolmap.GeometricVerifierOptions()
-    verifier.num_threads = 1  # otherwise random draws would depend on the scheduling of threads
+    verifier_options = pycolmap.GeometricVerifierOptions()
+    # With several threads, random draws would depend on the scheduling of the threads.
+    verifier_options.num_threads = 1
     options = pycolmap.TwoViewGeometryOptions()
     options.min_num_inliers = MIN_MATCHES
     options.ransac.random_seed = SEED
     pycolmap.set_random_seed(SEED)
     pycolmap.geometric_verification(
-        database, verifier_options=verifier, two_view_geometry_options=options
+        database, verifier_options=verifier_options, two_view_geometry_options=options
     )
     with pycolmap.Database.open(database) as open_database:
         pair_ids, geometries = open_database.read_two_view_geometries()
@@ -144,7 +145,7 @@ def _make_camera(index: int, name: str, size: Size, lenses: LensOptions) -> pyco
         camera = make_colmap_camera(lenses.known_lenses[name], index)
         camera.has_prior_focal_length = True
         return camera
-    model = FIRST_MODEL if lenses.model == AUTO_MODEL else lenses.model
+    model = INITIAL_AUTO_MODEL if lenses.model == AUTO_MODEL else lenses.model
     return pycolmap.Camera.create_from_model_name(
-        index, model, _FOCAL_GUESS * max(size), size[0], size[1]
+        index, model, _INITIAL_FOCAL_RATIO * max(size), size[0], size[1]
     )

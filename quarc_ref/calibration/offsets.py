@@ -24,13 +24,13 @@ from quarc_ref.datasets.sound import Sound, read_sound
 from quarc_ref.datasets.video import VideoReader
 
 MIN_CONFIDENCE = 2.0
-_MIN_FRAMES = 24  # minimum number of frames for synchronization by motion
-_MAX_FRAMES = 300  # maximum number of frames compared by motion
+_MIN_MOTION_FRAMES = 24  # minimum number of frames for synchronization by motion
+_MAX_MOTION_FRAMES = 300  # maximum number of frames compared by motion
 _MAX_RELATIVE_OFFSET = 0.4  # largest offset relative to the shortest recording
 _MAX_OFFSET = 300  # frames
 _PEAK_WIDTH = 2  # frames: closer shifts count as the same shift
-_MAX_SECONDS = 60.0  # duration of the compared sound
-_SAMPLES_PER_SECOND = 16000
+_MAX_SOUND_SECONDS = 60.0  # duration of the compared sound
+_SOUND_SAMPLES_PER_SECOND = 16000
 _LOUDNESS_SAMPLES_PER_FRAME = 8
 
 Report = Callable[[int, int], None]
@@ -100,7 +100,7 @@ def find_offsets(
                 f"{', '.join(silent_cameras)}; use --sync motion"
             )
             raise CalibrationError(message)
-    if method is SyncMethod.NONE or min(recordings.pictures.lengths) < _MIN_FRAMES:
+    if method is SyncMethod.NONE or min(recordings.pictures.lengths) < _MIN_MOTION_FRAMES:
         return Offsets(SyncMethod.NONE, dict.fromkeys(recordings.names, 0.0), {}), {}
     motions = _measure_motions(recordings, report)
     max_offset = _find_max_offset(motions.values())
@@ -145,7 +145,7 @@ def _read_sounds(recordings: Recordings, report: Report) -> list[Sound | None]:
     for path, *_ in recordings.pictures.paths:
         if not is_video(path):
             return [None] * len(recordings.names)
-        sounds.append(read_sound(path, _SAMPLES_PER_SECOND, _MAX_SECONDS))
+        sounds.append(read_sound(path, _SOUND_SAMPLES_PER_SECOND, _MAX_SOUND_SECONDS))
         report(len(sounds), len(recordings.names))
     return sounds
 
@@ -157,8 +157,10 @@ def _align_sounds(recordings: Recordings, sounds: Sequence[Sound | None]) -> lis
         for sound, (path, *_) in zip(sounds, recordings.pictures.paths, strict=True)
         if sound is not None
     ]
-    shortest = min(map(len, signals)) / _LOUDNESS_SAMPLES_PER_FRAME
-    max_shift = int(min(_MAX_OFFSET, _MAX_RELATIVE_OFFSET * shortest) * _LOUDNESS_SAMPLES_PER_FRAME)
+    min_frame_count = min(map(len, signals)) / _LOUDNESS_SAMPLES_PER_FRAME
+    max_shift = int(
+        min(_MAX_OFFSET, _MAX_RELATIVE_OFFSET * min_frame_count) * _LOUDNESS_SAMPLES_PER_FRAME
+    )
     shifts = align(
         len(signals),
         lambda first, second: correlate_signals(signals[first], signals[second], max(1, max_shift)),
@@ -174,7 +176,7 @@ def _measure_motions(recordings: Recordings, report: Report) -> dict[str, Motion
     for camera, (name, length) in enumerate(
         zip(recordings.names, recordings.pictures.lengths, strict=True)
     ):
-        motions[name] = measure_motion(recordings.pictures, camera, min(length, _MAX_FRAMES))
+        motions[name] = measure_motion(recordings.pictures, camera, min(length, _MAX_MOTION_FRAMES))
         report(camera + 1, len(recordings.names))
     return motions
 

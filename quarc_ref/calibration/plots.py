@@ -29,8 +29,11 @@ def plot_rig(cameras: Sequence[CalibratedCamera], points: Points, unit: str) -> 
     figure = Figure(figsize=(10, 5.2), layout="constrained")
     centers = np.array([-camera.pose.rotation.T @ camera.pose.translation for camera in cameras])
     directions = np.array([camera.pose.rotation[2] for camera in cameras])
-    step = -(-len(points.positions) // _MAX_POINTS)
-    shown_points = points.positions[::step].astype(np.float64), points.colors[::step] / 255
+    point_step = -(-len(points.positions) // _MAX_POINTS)
+    shown_points = (
+        points.positions[::point_step].astype(np.float64),
+        points.colors[::point_step] / 255,
+    )
     names = [camera.name for camera in cameras]
     views = (("from above", (0, 2), "depth"), ("from the front", (0, 1), "height"))
     for column, (title, axis_indices, label) in enumerate(views, start=1):

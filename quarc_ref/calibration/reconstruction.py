@@ -5,7 +5,7 @@ import copy
 import numpy as np
 import pycolmap
 
-from quarc_ref.calibration.lenses import AUTO_MODEL, FIRST_MODEL, PINHOLE_MODEL, LensOptions
+from quarc_ref.calibration.lenses import AUTO_MODEL, INITIAL_AUTO_MODEL, PINHOLE_MODEL, LensOptions
 
 MIN_SUPPORTED_POINTS = 15  # minimum per camera; two other cameras see a supported point
 _ADJUSTMENT_ROUNDS = 2
@@ -16,7 +16,9 @@ _MIN_ANGLE = 1.5  # degrees: minimum angle between the rays to a point
 _MAX_ERROR_RATIO = 1.02  # the pinhole is preferred up to this ratio of errors
 
 
-def adjust(model: pycolmap.Reconstruction, lenses: LensOptions) -> pycolmap.Reconstruction:
+def refine_reconstruction(
+    model: pycolmap.Reconstruction, lenses: LensOptions
+) -> pycolmap.Reconstruction:
     """Optimize the poses, lenses and points of a reconstruction, and remove outliers.
 
     With the model `auto`, lenses become pinholes if pinholes fit equally well, because
@@ -59,14 +61,14 @@ def remove_weak_images(model: pycolmap.Reconstruction) -> dict[int, int]:
     Images are removed one at a time, because each removal leaves other images with fewer supported
     points.
     """
-    removed: dict[int, int] = {}
+    removed_counts: dict[int, int] = {}
     while True:
         support = count_supported_points(model)
         weak_images = [index for index, count in support.items() if count < MIN_SUPPORTED_POINTS]
         if not weak_images or len(support) <= 2:
-            return removed
+            return removed_counts
         weakest = min(weak_images, key=lambda index: (support[index], index))
-        removed[weakest] = support[weakest]
+        removed_counts[weakest] = support[weakest]
         model.deregister_frame(model.images[weakest].frame_id)
 
 
@@ -109,7 +111,7 @@ def _bundle_adjust(model: pycolmap.Reconstruction, lenses: LensOptions) -> None:
 
 
 def _remove_distortion(camera: pycolmap.Camera) -> None:
-    if camera.model.name != FIRST_MODEL:
+    if camera.model.name != INITIAL_AUTO_MODEL:
         return
     focal, cx, cy = camera.params[:3]
     camera.model = getattr(pycolmap.CameraModelId, PINHOLE_MODEL)

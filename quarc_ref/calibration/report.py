@@ -11,7 +11,7 @@ from quarc_ref.datasets.calibration import Lens
 from quarc_ref.evaluation.pages import embed_png, fill_page, format_table
 from quarc_ref.files import OutputFolder
 
-PAGE = "calibration.html"
+PAGE_NAME = "calibration.html"
 _SYNC_SENTENCES = {
     SyncMethod.SOUND: "Time offsets were estimated from the sound of the recordings.",
     SyncMethod.MOTION: "Time offsets were estimated from motion in the recordings.",
@@ -48,13 +48,13 @@ def write_report(calibration: Calibration, name: str, folder: OutputFolder) -> P
             )
             + _SYNC_SENTENCES[calibration.offsets.method]
         ),
-        "figures": _format_figures(calibration),
+        "figures": _format_key_figures(calibration),
         "plot": embed_png(plot),
         "left_out": _format_left_out(calibration),
         "cameras": format_table(HEADINGS, list_cameras(calibration)),
         "lenses": format_table(*_list_lenses(calibration)),
     }
-    return folder.write(PAGE, fill_page(template, parts))
+    return folder.write(PAGE_NAME, fill_page(template, parts))
 
 
 HEADINGS = (
@@ -90,7 +90,7 @@ def list_cameras(calibration: Calibration) -> list[list[str]]:
     return rows
 
 
-def _format_figures(calibration: Calibration) -> str:
+def _format_key_figures(calibration: Calibration) -> str:
     offsets = [abs(frames) for frames in calibration.offsets.frames.values()]
     calibrated_count, camera_count = (
         len(calibration.world.cameras),

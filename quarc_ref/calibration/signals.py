@@ -9,10 +9,10 @@ from quarc_ref.datasets.sound import Sound
 
 Motion = NDArray[np.float32]
 
-WINDOW = 9  # frames: length of the running mean that is subtracted from a signal
+MOTION_WINDOW = 9  # frames: length of the running mean that is subtracted from a signal
 _LOUDNESS_WINDOW = 0.3  # seconds
 _POWER_FLOOR = 1e-3  # relative to the mean power; added before the logarithm
-_MIN_WIDTH = 64  # pictures are downscaled, by an integer, to at least this width in pixels
+_MIN_DOWNSCALED_WIDTH = 64  # pixels; the downscaling factor is an integer
 _NOISE_THRESHOLD = 2.0  # 8-bit levels; smaller changes are noise
 _MAX_CHANGE = 20.0  # 8-bit levels; larger changes are clipped
 _CHANGE_FLOOR = 1e-3  # 8-bit levels; added to mean changes before the logarithm
@@ -67,18 +67,18 @@ def measure_motion(source: PictureSource, camera: int, frame_count: int) -> Moti
 def make_motion_signal(motion: Motion) -> Numbers:
     """Return the `[T, 1]` logarithm of each frame's mean change, minus its running mean."""
     mean_changes = motion.mean(axis=(1, 2), dtype=np.float64)
-    return subtract_running_mean(np.log(mean_changes + _CHANGE_FLOOR)[:, None], WINDOW)
+    return subtract_running_mean(np.log(mean_changes + _CHANGE_FLOOR)[:, None], MOTION_WINDOW)
 
 
 def _downscale(picture: Image) -> NDArray[np.float32]:
     """Return `[h, w]` gray levels of a picture, downscaled by averaging."""
     gray = picture.mean(axis=2, dtype=np.float32)
-    factor = find_downscale(gray.shape[1])
+    factor = find_downscale_factor(gray.shape[1])
     height, width = (side // factor * factor for side in gray.shape)
     blocks = gray[:height, :width].reshape(height // factor, factor, width // factor, factor)
     return np.asarray(blocks.mean(axis=(1, 3)), np.float32)
 
 
-def find_downscale(width: int) -> int:
+def find_downscale_factor(width: int) -> int:
     """Return the factor by which pictures of this width are downscaled to measure motion."""
-    return max(1, width // _MIN_WIDTH)
+    return max(1, width // _MIN_DOWNSCALED_WIDTH)

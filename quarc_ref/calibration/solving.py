@@ -18,16 +18,16 @@ from quarc_ref.calibration.lenses import LensOptions
 from quarc_ref.calibration.match_graph import MIN_MATCHES, SEED, MatchGraph
 from quarc_ref.calibration.reconstruction import (
     MIN_SUPPORTED_POINTS,
-    adjust,
     count_supported_points,
     measure_errors,
+    refine_reconstruction,
     remove_weak_images,
 )
 from quarc_ref.calibration.recordings import MIN_CAMERAS
 from quarc_ref.datasets.calibration import CalibratedCamera, make_pose
 from quarc_ref.datasets.colmap_cameras import make_lens, silence_colmap
 
-_FEW_FEATURES = 100
+_MIN_FEATURES = 100
 # Minimum number and minimum share of inliers for the mapper, first strict, then lenient. A
 # camera that passes only with a wrong pose is removed later, because its points lack support.
 _INLIER_LIMITS = ((30, 0.25), (15, 0.15))
@@ -87,7 +87,7 @@ class Solution:
         return float(np.average(errors, weights=weights))
 
 
-def solve(graph: MatchGraph, lenses: LensOptions) -> Solution:
+def estimate_poses(graph: MatchGraph, lenses: LensOptions) -> Solution:
     """Estimate the poses and lenses of as many cameras as possible.
 
     Args:
@@ -103,7 +103,7 @@ def solve(graph: MatchGraph, lenses: LensOptions) -> Solution:
             model = _run_mapper(graph, lenses, *inlier_limits)
             if model is None:
                 continue
-            model = adjust(model, lenses)
+            model = refine_reconstruction(model, lenses)
             removed = remove_weak_images(model)
             if best_model is None or model.num_reg_images() > best_model[0].num_reg_images():
                 best_model = model, removed
@@ -138,10 +138,12 @@ def _run_mapper(
         options.ba_refine_focal_length = options.ba_refine_extra_params = False
         options.mapper.abs_pose_refine_focal_length = False
         options.mapper.abs_pose_refine_extra_params = False
-    output = Path(graph.database.parent) / f"{graph.database.stem}_{min_inliers}"
-    output.mkdir(exist_ok=True)
+    output_folder = Path(graph.database.parent) / f"{graph.database.stem}_{min_inliers}"
+    output_folder.mkdir(exist_ok=True)
     pycolmap.set_random_seed(SEED)
-    models = pycolmap.incremental_mapping(graph.database, graph.database.parent, output, options)
+    models = pycolmap.incremental_mapping(
+        graph.database, graph.database.parent, output_folder, options
+    )
     return max(models.values(), key=lambda model: model.num_reg_images(), default=None)
 
 
@@ -184,7 +186,7 @@ def _explain_failure(graph: MatchGraph, camera: int, support: int | None) -> str
             f"only {support} of its points are seen by at least two other cameras, but a reliable "
             f"pose needs {MIN_SUPPORTED_POINTS} such points"
         )
-    if count < _FEW_FEATURES:
+    if count < _MIN_FEATURES:
         return (
             f"its pictures have only {count} features: check whether they are dark, blurred or "
             "empty"

@@ -20,7 +20,7 @@ UP = (0.0, -1.0, 0.0)
 _MIN_DIRECTION_SPREAD = 0.02  # mean squared sine below which all cameras look in one direction
 _MIN_PLANE_CAMERAS = 4
 _MAX_THICKNESS_RATIO = 0.3  # of a planar rig: thickness relative to width
-_PARALLEL_LIMIT = 1e-3  # optical axes are parallel below this smallest eigenvalue per camera
+_PARALLEL_THRESHOLD = 1e-3  # optical axes are parallel below this smallest eigenvalue per camera
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ def define_world(
     direction, up_from = _find_up(cameras, up)
     forward = cameras[0].pose.rotation[2]
     forward = forward - (forward @ direction) * direction
-    if np.linalg.norm(forward) < _PARALLEL_LIMIT:  # the camera looks straight up or down
+    if np.linalg.norm(forward) < _PARALLEL_THRESHOLD:  # the camera looks straight up or down
         forward = np.cross(cameras[0].pose.rotation[0], direction)
     forward /= np.linalg.norm(forward)
     rotation = np.stack([np.cross(-direction, forward), -direction, forward])
@@ -116,8 +116,11 @@ def _find_up_of_level_cameras(
 
 def _find_plane_normal(cameras: Sequence[CalibratedCamera], mean_up: Float64Array) -> Float64Array:
     centers = np.array([_camera_center(camera) for camera in cameras])
-    _, spreads, axes = np.linalg.svd(centers - centers.mean(axis=0))
-    if len(cameras) < _MIN_PLANE_CAMERAS or spreads[2] > _MAX_THICKNESS_RATIO * spreads[1]:
+    _, singular_values, axes = np.linalg.svd(centers - centers.mean(axis=0))
+    if (
+        len(cameras) < _MIN_PLANE_CAMERAS
+        or singular_values[2] > _MAX_THICKNESS_RATIO * singular_values[1]
+    ):
         message = (
             "the cameras do not lie in one plane, which --up plane requires: omit --up if the "
             "cameras are level, or use --up with the name of a level camera"
@@ -135,7 +138,7 @@ def _find_focus(cameras: Sequence[CalibratedCamera], points: Float64Array) -> Fl
         projection_sum += projection
         weighted_sum += projection @ _camera_center(camera)
     median_point = np.median(points, axis=0)
-    if np.linalg.eigvalsh(projection_sum)[0] < _PARALLEL_LIMIT * len(cameras):
+    if np.linalg.eigvalsh(projection_sum)[0] < _PARALLEL_THRESHOLD * len(cameras):
         return np.asarray(median_point)
     focus = np.linalg.solve(projection_sum, weighted_sum)
     is_seen = all(

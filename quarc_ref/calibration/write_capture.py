@@ -21,8 +21,8 @@ from quarc_ref.datasets.points_ply import write_points_ply
 from quarc_ref.files import OutputFolder
 
 _POINTS_NAME = "points3D.ply"
-_COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
-_FISHEYE_COEFFICIENTS = ("k1", "k2", "k3", "k4")
+_COEFFICIENT_NAMES = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
+_FISHEYE_COEFFICIENT_NAMES = ("k1", "k2", "k3", "k4")
 
 Values = dict[str, object]
 
@@ -42,8 +42,8 @@ def write_capture(calibration: Calibration, folder: OutputFolder) -> None:
         for camera in calibration.world.cameras
         for entry in _add_recording(camera, calibration, folder)
     ]
-    rate = calibration.recordings.pictures.frames_per_second
-    document = {"fps": rate, "ply_file_path": _POINTS_NAME, "frames": entries}
+    frame_rate = calibration.recordings.pictures.frames_per_second
+    document = {"fps": frame_rate, "ply_file_path": _POINTS_NAME, "frames": entries}
     folder.write("transforms.json", json.dumps(document, indent=1, allow_nan=False).encode())
     write_points_ply(folder.add(_POINTS_NAME), calibration.points)
     write_capture_notes(folder.add(NOTES_NAME), calibration.notes)
@@ -78,7 +78,7 @@ def _make_entry(camera: CalibratedCamera) -> Values:
 
 
 def _make_lens_entry(lens: Lens) -> Values:
-    names = _FISHEYE_COEFFICIENTS if lens.fisheye else _COEFFICIENTS
+    names = _FISHEYE_COEFFICIENT_NAMES if lens.fisheye else _COEFFICIENT_NAMES
     return {
         "camera_model": "OPENCV_FISHEYE" if lens.fisheye else "OPENCV",
         "w": lens.width,

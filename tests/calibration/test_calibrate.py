@@ -10,7 +10,7 @@ from quarc_ref.calibration.calibrate import CalibrateOptions, calibrate
 from quarc_ref.calibration.errors import CalibrationError
 from quarc_ref.calibration.offsets import SyncMethod
 from quarc_ref.calibration.recordings import find_recordings
-from quarc_ref.calibration.report import PAGE, write_report
+from quarc_ref.calibration.report import PAGE_NAME, write_report
 from quarc_ref.calibration.write_capture import write_capture
 from quarc_ref.datasets.calibration import make_pose
 from quarc_ref.datasets.capture_notes import read_capture_notes
@@ -73,7 +73,7 @@ def test_recordings_are_not_copied_into_the_capture(rig, traced_rig, tmp_path):
 def test_the_page_lists_every_camera_with_its_error(rig, tmp_path):
     with written_folder(tmp_path / "report") as folder:
         write_report(rig, "my <rig>", folder)
-    page = (tmp_path / "report" / PAGE).read_text()
+    page = (tmp_path / "report" / PAGE_NAME).read_text()
 
     assert "my &lt;rig&gt;: 13 of 13 cameras calibrated" in page
     for name, fit in rig.solution.fits.items():

@@ -82,7 +82,9 @@ def draw_motion(camera, positions):
 
 
 def test_planted_offsets_are_found_by_motion(monkeypatch):
-    monkeypatch.setattr("quarc_ref.calibration.epipolar_motion.find_downscale", lambda _width: 2)
+    monkeypatch.setattr(
+        "quarc_ref.calibration.epipolar_motion.find_downscale_factor", lambda _width: 2
+    )
     random = np.random.default_rng(1)
     steps = 0.12 * random.standard_normal((75, 3)) * [1, 0.6, 1]
     walk = np.clip(np.cumsum(steps, axis=0), -0.8, 0.8)

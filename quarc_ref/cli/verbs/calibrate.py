@@ -132,7 +132,7 @@ def calibrate(
         from quarc_ref.calibration.masks import read_masks
         from quarc_ref.calibration.offsets import SyncMethod
         from quarc_ref.calibration.recordings import find_recordings
-        from quarc_ref.calibration.report import PAGE, write_report
+        from quarc_ref.calibration.report import PAGE_NAME, write_report
         from quarc_ref.calibration.write_capture import write_capture
         from quarc_ref.datasets.errors import MaskNameError
 
@@ -163,7 +163,7 @@ def calibrate(
             write_capture(rig, folder)
             write_report(rig, recordings.resolve().name, folder)
         seconds = round(time.monotonic() - started, 1)
-        _show(output, rig, output / PAGE, seconds, as_json=as_json)
+        _show(output, rig, output / PAGE_NAME, seconds, as_json=as_json)
 
 
 def _require_distance(meters: tuple[str, str, float] | None) -> "Distance | None":
