@@ -152,7 +152,7 @@ def _change_bounds(bounds: "Bounds", changes: list[str]) -> "Bounds":
     Raises:
         UsageError: A change is malformed, or its value is not allowed for the bound.
     """
-    names = [field.name for field in fields(bounds) if field.name != "size"]
+    names = [field.name for field in fields(bounds) if field.name != "median_scale"]
     for change in changes:
         name, _, text = change.partition("=")
         if name not in names:
