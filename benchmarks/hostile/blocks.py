@@ -99,7 +99,7 @@ class Tally:
 
 
 def choose_mode(number: int) -> str:
-    """Return the mode, a key of `judge.MODES`, in which the mutant with a number is decoded."""
+    """Return the mode, a key of `judge.MODES`, for decoding the mutant with the given number."""
     remainder = number % _MODE_PERIOD
     return _OTHER_MODES[remainder] if remainder < len(_OTHER_MODES) else "decode"
 
@@ -108,7 +108,7 @@ class StreamMaker(Protocol):
     """Generates streams with arbitrary contents."""
 
     def make(self, number: int) -> Mutant:
-        """Return the stream with a number; a number always gives the same stream."""
+        """Return the stream with the given number; a number always gives the same stream."""
         ...
 
 
@@ -118,7 +118,7 @@ class Series:
 
     Attributes:
         maker: Generates the streams.
-        choose_mode: Returns the mode in which the stream with a number is decoded.
+        choose_mode: Returns the mode for decoding the stream with the given number.
     """
 
     maker: StreamMaker

@@ -90,7 +90,7 @@ class Mutator:
         self._series = series
 
     def make(self, number: int) -> Mutant:
-        """Return the mutant with a number in the series."""
+        """Return the mutant with the given number in the series."""
         rng = random.Random((self._series << 48) + number)
         name = rng.choices(self._names, self._weights)[0]
         if rng.random() < 0.5:

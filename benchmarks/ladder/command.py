@@ -39,7 +39,7 @@ class Start:
 
     Attributes:
         capture: The capture, opened at the stream's resolution.
-        state: The decoded frame.
+        state: Decoder state of the frame.
         ladder: Computes the rows of the rungs.
     """
 

@@ -60,7 +60,7 @@ class Task:
         return self.folder / "streams" / f"{self.name}.quarc"
 
     def load_saved_row(self, fingerprint: str) -> Row | None:
-        """Return the saved row; None if there is none for the same inputs."""
+        """Return the saved row if its inputs were the same, and None otherwise."""
         return load_row(self.row_path, self._compute_key(fingerprint))
 
     def save(self, fingerprint: str, row: Row) -> None:

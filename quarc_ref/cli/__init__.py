@@ -1,1 +1,1 @@
-"""The `quarc-ref` command: options, paths, output and exit codes, but no processing."""
+"""The command line of `quarc-ref`: options, paths, output and exit codes, without processing."""

@@ -41,7 +41,7 @@ class Fault:
         name: Name of the fault.
         stage: The part of the stream that the fault changes.
         change: Returns the changed value, given `Draws`, the value and the context of the stage.
-        header: Fields of the stream's header that the fault requires.
+        header: Names and values of header fields that the fault requires.
     """
 
     name: str

@@ -43,7 +43,7 @@ class StructuredMaker:
         )
 
     def make(self, number: int) -> Mutant:
-        """Return the stream with a number in the series."""
+        """Return the stream with the given number in the series."""
         draws = Draws.from_seed(self._series, number)
         first = self.faults[number % len(self.faults)]
         second = draws.rng.choice(self.faults) if draws.rng.random() < 0.2 else None

@@ -1,1 +1,1 @@
-"""The subcommands of `quarc-ref`; a module contains one command, or a few similar commands."""
+"""The subcommands of `quarc-ref`; each module contains one command or a few similar ones."""

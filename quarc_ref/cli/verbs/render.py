@@ -171,7 +171,7 @@ def _choose_shots(
     path: str | None,
     pictures: int | None,
 ) -> "list[Shot]":
-    """Return at least one shot to draw; raise UsageError if the requested frames do not exist."""
+    """Return the shots to render; raise UsageError if none of the requested frames exists."""
     from quarc_ref.viewing.paths.pose import PathError, Shot
     from quarc_ref.viewing.paths.shots import plan_shots
 
