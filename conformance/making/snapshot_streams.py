@@ -245,21 +245,21 @@ def make_snapshot_traps() -> list[ValidStream]:
     """Return the traps."""
     return make_trap_streams(
         (
-            (snapshots_of_the_canonical_frame, "7.9-2"),
-            (snapshots_have_no_past, "7.9 8.2"),
-            (snapshots_sort_anew, "7.9"),
-            (equal_places_in_order, "7.9"),
-            (ids_begin_anew, "7.9 7.6-5"),
-            (snapshot_steps, "7.9"),
-            (differences_of_neighbors, "8.9"),
-            (sums_of_what_is_coded, "8.9"),
-            (snapshots_sample_anew, "7.9 7.4"),
+            ("snapshots-of-the-canonical-frame", make_snapshots_of_canonical, "7.9-2"),
+            ("snapshots-have-no-past", make_snapshots_that_reset_contexts, "7.9 8.2"),
+            ("snapshots-sort-anew", make_sorted_snapshots, "7.9"),
+            ("equal-places-in-order", make_equal_positions_in_order, "7.9"),
+            ("ids-begin-anew", make_ids_after_snapshot, "7.9 7.6-5"),
+            ("snapshot-steps", make_snapshot_position_steps, "7.9"),
+            ("differences-of-neighbors", make_relative_position_differences, "8.9"),
+            ("sums-of-what-is-coded", make_difference_contexts_by_field, "8.9"),
+            ("snapshots-sample-anew", make_sampling_after_snapshot, "7.9 7.4"),
         ),
         **REQUIRED_CAPABILITY,
     )
 
 
-def snapshots_of_the_canonical_frame() -> Stream:
+def make_snapshots_of_canonical() -> Stream:
     """A snapshot is coded against the CANO, not against the frame or the snapshot before it."""
     stream = (
         Stream(make_snapshot_head(sh_degree=0))
@@ -270,7 +270,7 @@ def snapshots_of_the_canonical_frame() -> Stream:
     return stream.add_snapshot(draw_survivors(range(10), 2)).add_frame(make_distinct_motion())
 
 
-def snapshots_have_no_past() -> Stream:
+def make_snapshots_that_reset_contexts() -> Stream:
     """A snapshot resets counts, motion and recency."""
     stream = Stream(make_snapshot_head(sh_degree=0, incompatible_features=6)).add_canonical(
         0, _SCENE
@@ -289,7 +289,7 @@ def snapshots_have_no_past() -> Stream:
     ).add_frame(make_distinct_motion())
 
 
-def snapshots_sort_anew() -> Stream:
+def make_sorted_snapshots() -> Stream:
     """Survivors and new Gaussians are sorted together, in Morton order of their positions."""
     stream = Stream(make_snapshot_head(sh_degree=0)).add_canonical(0, _SCENE)
     moved_survivors = [
@@ -300,7 +300,7 @@ def snapshots_sort_anew() -> Stream:
     )
 
 
-def equal_places_in_order() -> Stream:
+def make_equal_positions_in_order() -> Stream:
     """Survivors precede new Gaussians at the same position, and keep the order of the CANO."""
     gaussians = [CodedGaussian((i, 0, 0), codes=(-40, -40, -40, 5 - i, i, 0, 0)) for i in range(4)]
     stream = Stream(make_snapshot_head(sh_degree=0, gaussians_per_anchor=1)).add_canonical(
@@ -311,7 +311,7 @@ def equal_places_in_order() -> Stream:
     return stream.add_snapshot(moved_survivors, births).add_frame(make_distinct_motion())
 
 
-def ids_begin_anew() -> Stream:
+def make_ids_after_snapshot() -> Stream:
     """The first Gaussian born after a snapshot of N Gaussians gets id N."""
     stream = Stream(make_snapshot_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(births=make_newborn([1, 2, 3], 1, 0)))
@@ -321,7 +321,7 @@ def ids_begin_anew() -> Stream:
     return stream.add_frame(make_distinct_motion())
 
 
-def snapshot_steps() -> Stream:
+def make_snapshot_position_steps() -> Stream:
     """Position differences are in position steps, not in translation steps."""
     head = make_snapshot_head(sh_degree=0, position_step=3, translation_step=11)
     stream = Stream(head).add_canonical(0, _SCENE)
@@ -329,7 +329,7 @@ def snapshot_steps() -> Stream:
     return stream.add_snapshot(moved_survivors).add_frame(make_distinct_motion())
 
 
-def differences_of_neighbors() -> Stream:
+def make_relative_position_differences() -> Stream:
     """A position difference is coded relative to the one before it."""
     stream = Stream(make_snapshot_head(sh_degree=0)).add_canonical(0, _SCENE)
     moved_survivors = [
@@ -339,7 +339,7 @@ def differences_of_neighbors() -> Stream:
     return stream.add_snapshot(moved_survivors).add_frame(make_distinct_motion())
 
 
-def sums_of_what_is_coded() -> Stream:
+def make_difference_contexts_by_field() -> Stream:
     """Contexts depend on the sums of coded magnitudes, which start at 0 in every field."""
     stream = Stream(make_snapshot_head(sh_degree=0)).add_canonical(0, _SCENE)
     changed_survivors = [
@@ -349,7 +349,7 @@ def sums_of_what_is_coded() -> Stream:
     return stream.add_snapshot(changed_survivors).add_frame(make_distinct_motion())
 
 
-def snapshots_sample_anew() -> Stream:
+def make_sampling_after_snapshot() -> Stream:
     """The frame after a snapshot has phase 1 and samples anchors."""
     head = make_snapshot_head(sh_degree=0, resample_interval=4, full_crc_interval=2)
     stream = (

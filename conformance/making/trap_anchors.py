@@ -16,25 +16,25 @@ def make_anchor_traps() -> list[ValidStream]:
     """Return all vectors."""
     return make_trap_streams(
         (
-            (one_place, "6.3 6.4"),
-            (equally_near, "6.4"),
-            (one_gaussian, "6.1"),
-            (one_anchor, "6.1"),
-            (every_gaussian_an_anchor, "6.1 6.3"),
-            (sampled_at_the_end, "6.5 7.4"),
-            (phase_not_ordinal, "6.2"),
-            (equal_ranks, "6.2 6.3"),
+            ("one-place", make_one_position, "6.3 6.4"),
+            ("equally-near", make_equally_near_anchors, "6.4"),
+            ("one-gaussian", make_one_gaussian, "6.1"),
+            ("one-anchor", make_one_anchor, "6.1"),
+            ("every-gaussian-an-anchor", make_every_gaussian_an_anchor, "6.1 6.3"),
+            ("sampled-at-the-end", make_sampling_in_last_frame, "6.5 7.4"),
+            ("phase-not-ordinal", make_ranks_by_phase, "6.2"),
+            ("equal-ranks", make_equal_ranks, "6.2 6.3"),
         )
     )
 
 
-def one_place() -> Stream:
+def make_one_position() -> Stream:
     """All Gaussians are at one position, so all distances tie and even anchors follow others."""
     stream = Stream(Head(sh_degree=0)).add_canonical(0, [CodedGaussian((7, 7, 7))] * 11)
     return stream.add_frame(make_distinct_motion()).add_frame(Change(make_moving_symbols(6, 1)))
 
 
-def equally_near() -> Stream:
+def make_equally_near_anchors() -> Stream:
     """On a grid around the origin, many anchors are equally near, and positions have both signs."""
     grid = [CodedGaussian(place) for place in product((-1, 0, 1), repeat=3)]
     stream = Stream(Head(sh_degree=0, gaussians_per_anchor=3)).add_canonical(0, grid)
@@ -44,7 +44,7 @@ def equally_near() -> Stream:
     return stream.add_frame(make_distinct_motion()).add_frame(make_distinct_motion())
 
 
-def one_gaussian() -> Stream:
+def make_one_gaussian() -> Stream:
     """With one Gaussian, every level has one anchor; then a Gaussian is born next to it."""
     stream = (
         Stream(Head(sh_degree=0))
@@ -56,7 +56,7 @@ def one_gaussian() -> Stream:
     )
 
 
-def one_anchor() -> Stream:
+def make_one_anchor() -> Stream:
     """gaussians_per_anchor exceeds the number of Gaussians, so every level has one anchor."""
     stream = Stream(Head(sh_degree=0, gaussians_per_anchor=65535))
     return (
@@ -66,14 +66,14 @@ def one_anchor() -> Stream:
     )
 
 
-def every_gaussian_an_anchor() -> Stream:
+def make_every_gaussian_an_anchor() -> Stream:
     """Every Gaussian is an anchor of level 1, and some share a position; level 2 has one anchor."""
     stream = Stream(Head(sh_degree=0, gaussians_per_anchor=1, anchor_ratio=65535))
     stream.add_canonical(0, [*make_cloud(7, 4, 0), *make_cloud(3, 4, 0)])
     return stream.add_frame(make_distinct_motion()).add_frame(make_distinct_motion())
 
 
-def sampled_at_the_end() -> Stream:
+def make_sampling_in_last_frame() -> Stream:
     """The last frame samples anchors from Gaussians that include births of the previous frame."""
     stream = Stream(Head(resample_interval=4, sh_degree=0)).add_canonical(0, make_cloud(9, 5, 0))
     for frame in range(1, 5):
@@ -83,7 +83,7 @@ def sampled_at_the_end() -> Stream:
     return stream.add_frame(make_distinct_motion())
 
 
-def phase_not_ordinal() -> Stream:
+def make_ranks_by_phase() -> Stream:
     """Random ranks depend on the phase, which a canonical frame resets, and not on the ordinal."""
     stream = (
         Stream(Head(sh_degree=0))
@@ -95,7 +95,7 @@ def phase_not_ordinal() -> Stream:
     )
 
 
-def equal_ranks() -> Stream:
+def make_equal_ranks() -> Stream:
     """Two Gaussians draw the same random word, and only the one with the lower id is an anchor."""
     stream = Stream(Head(sh_degree=0, seed=_TIED_SEED, gaussians_per_anchor=8))
     # Four positions: after the anchors of their cells, only one of the two ids is needed.

@@ -14,17 +14,17 @@ def make_context_traps() -> list[ValidStream]:
     """Return all vectors."""
     return make_trap_streams(
         (
-            (counts_are_halved, "8.2"),
-            (moving_without_symbols, "8.7"),
-            (stillness_is_counted, "8.2 8.7"),
-            (canonical_forgets, "7.2 8.2"),
-            (words_of_zero, "8.3-1"),
-            (against_expectation, "8.7"),
+            ("counts-are-halved", make_halved_counts, "8.2"),
+            ("moving-without-symbols", make_moving_anchors_without_symbols, "8.7"),
+            ("stillness-is-counted", make_counted_planes_without_words, "8.2 8.7"),
+            ("canonical-forgets", make_counts_reset_by_canonical, "7.2 8.2"),
+            ("words-of-zero", make_zero_words, "8.3-1"),
+            ("against-expectation", make_reversing_motion, "8.7"),
         )
     )
 
 
-def counts_are_halved() -> Stream:
+def make_halved_counts() -> Stream:
     """A context counts more than 4096 bits, so its counts are halved."""
     stream = Stream(Head(level_count=1)).add_canonical(0, make_cloud(4, 11))
     for frame in range(2):
@@ -34,7 +34,7 @@ def counts_are_halved() -> Stream:
     return stream
 
 
-def moving_without_symbols() -> Stream:
+def make_moving_anchors_without_symbols() -> Stream:
     """Some anchors are coded as moving although all their symbols are 0."""
     stream = Stream(Head(level_count=2)).add_canonical(0, make_cloud(20, 12))
     stream.add_frame(Change(lambda _level, anchor: _ZEROS if anchor % 3 else None))
@@ -43,7 +43,7 @@ def moving_without_symbols() -> Stream:
     )
 
 
-def stillness_is_counted() -> Stream:
+def make_counted_planes_without_words() -> Stream:
     """The planes of sections without words update the counts, too."""
     stream = Stream(Head(level_count=2)).add_canonical(0, make_cloud(30, 13, limit=300))
     for _ in range(5):
@@ -55,7 +55,7 @@ def stillness_is_counted() -> Stream:
     )
 
 
-def canonical_forgets() -> Stream:
+def make_counts_reset_by_canonical() -> Stream:
     """A canonical frame resets counts, motion and anchors."""
     moved = make_moving_symbols(6, 3)
     stream = Stream(Head(level_count=2)).add_canonical(0, make_cloud(14, 14))
@@ -64,7 +64,7 @@ def canonical_forgets() -> Stream:
     return stream.add_frame(Change(moved))
 
 
-def words_of_zero() -> Stream:
+def make_zero_words() -> Stream:
     """A valid section begins with zero words."""
     opacities = [16384] * 8 + [16385]
     scene = [
@@ -73,7 +73,7 @@ def words_of_zero() -> Stream:
     return Stream(Head(sh_degree=0)).add_canonical(0, scene)
 
 
-def against_expectation() -> Stream:
+def make_reversing_motion() -> Stream:
     """The motion reverses in every frame and differs between the anchor levels."""
     stream = Stream(Head(level_count=3, gaussians_per_anchor=1)).add_canonical(
         0, make_cloud(12, 16)

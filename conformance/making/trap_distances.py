@@ -20,9 +20,9 @@ def make_distance_traps() -> list[ValidStream]:
     """Return all vectors."""
     return make_trap_streams(
         (
-            (lattice_extremes, "6.3 6.4 7.2-3"),
-            (lattice_edge_newborn, "7.6-2"),
-            (nearly_equal_distances, "4.1-1 6.4"),
+            ("lattice-extremes", make_lattice_corners, "6.3 6.4 7.2-3"),
+            ("lattice-edge-newborn", make_birth_at_lattice_edge, "7.6-2"),
+            ("nearly-equal-distances", make_nearly_equal_distances, "4.1-1 6.4"),
         )
     )
 
@@ -31,7 +31,7 @@ def _make_corners() -> list[CodedGaussian]:
     return [CodedGaussian(position) for position in product((-_EDGE, _EDGE), repeat=3)]
 
 
-def lattice_extremes() -> Stream:
+def make_lattice_corners() -> Stream:
     """Gaussians at the corners of the lattice have the largest possible distances."""
     stream = Stream(Head(sh_degree=0, position_step=_STEP, gaussians_per_anchor=4))
     stream.add_canonical(
@@ -42,7 +42,7 @@ def lattice_extremes() -> Stream:
     )
 
 
-def lattice_edge_newborn() -> Stream:
+def make_birth_at_lattice_edge() -> Stream:
     """A Gaussian is born next to a Gaussian at the edge of the lattice."""
     head = Head(sh_degree=0, position_step=_STEP, translation_step=_STEP, level_count=1)
     return (
@@ -52,7 +52,7 @@ def lattice_edge_newborn() -> Stream:
     )
 
 
-def nearly_equal_distances() -> Stream:
+def make_nearly_equal_distances() -> Stream:
     """Squared distances above 2^46 differ by a few thousand, and would be equal in binary32."""
     cluster_positions = [
         (-1, -y, -z) for y, z in ((9, 1), (7, 3), (8, 1), (5, 1), (4, 2), (6, 2), (9, 4))

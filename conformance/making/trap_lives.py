@@ -18,19 +18,19 @@ def make_birth_and_death_traps() -> list[ValidStream]:
     """Return all vectors."""
     return make_trap_streams(
         (
-            (equal_opacities, "7.4-3"),
-            (signed_opacities, "7.4-3"),
-            (deaths_of_newborn, "7.4 6.5 7.4-3"),
-            (newborn_bound_where_born, "6.5"),
-            (parents_after_deaths_and_motion, "7.6-1"),
-            (twins, "7.6-1"),
-            (anchors_without_gaussian, "6.5 8.7"),
-            (ids_are_not_given_again, "7.6-5"),
+            ("equal-opacities", make_equal_opacities, "7.4-3"),
+            ("signed-opacities", make_signed_opacities, "7.4-3"),
+            ("deaths-of-newborn", make_deaths_of_newborn, "7.4 6.5 7.4-3"),
+            ("newborn-bound-where-born", make_newborn_bound_before_motion, "6.5"),
+            ("parents-after-deaths-and-motion", make_parents_after_deaths_and_motion, "7.6-1"),
+            ("twins", make_equal_births, "7.6-1"),
+            ("anchors-without-gaussian", make_anchors_of_dead_gaussians, "6.5 8.7"),
+            ("ids-are-not-given-again", make_ids_that_are_not_reused, "7.6-5"),
         )
     )
 
 
-def equal_opacities() -> Stream:
+def make_equal_opacities() -> Stream:
     """Among Gaussians with equal opacity codes, those with the lowest ids die first."""
     stream = Stream(Head(sh_degree=0)).add_canonical(0, _EQUALLY_OPAQUE).add_frame(Change(deaths=3))
     births = tuple(
@@ -39,7 +39,7 @@ def equal_opacities() -> Stream:
     return stream.add_frame(Change(births=births)).add_frame(Change(deaths=7))
 
 
-def signed_opacities() -> Stream:
+def make_signed_opacities() -> Stream:
     """Opacity codes are compared as signed integers."""
     opacities = enumerate((-1, 1, -300, 32767, -32767, 0, 255, -256))
     gaussians = [CodedGaussian((i, 0, 0), codes=(-40, -40, -40, v, i, 0, 0)) for i, v in opacities]
@@ -49,7 +49,7 @@ def signed_opacities() -> Stream:
     return stream
 
 
-def deaths_of_newborn() -> Stream:
+def make_deaths_of_newborn() -> Stream:
     """New Gaussians die in the next frame before they are bound, even if it samples anchors."""
     symbols = make_distinct_symbols()
     stream = Stream(Head(sh_degree=0, resample_interval=3)).add_canonical(0, _EQUALLY_OPAQUE)
@@ -64,7 +64,7 @@ def deaths_of_newborn() -> Stream:
     )
 
 
-def newborn_bound_where_born() -> Stream:
+def make_newborn_bound_before_motion() -> Stream:
     """New Gaussians are bound at their positions before the motion, to anchors as sampled."""
     head = Head(sh_degree=0, resample_interval=9, gaussians_per_anchor=1)
     stream = Stream(head).add_canonical(0, _EQUALLY_OPAQUE)
@@ -76,7 +76,7 @@ def newborn_bound_where_born() -> Stream:
     return stream.add_frame(Change(far_motion)).add_frame(make_distinct_motion())
 
 
-def parents_after_deaths_and_motion() -> Stream:
+def make_parents_after_deaths_and_motion() -> Stream:
     """Parent indices are counted after the deaths; parent positions are those after the motion."""
     stream = Stream(Head(sh_degree=0, level_count=1, gaussians_per_anchor=1))
     stream.add_canonical(0, _EQUALLY_OPAQUE).add_frame(
@@ -87,7 +87,7 @@ def parents_after_deaths_and_motion() -> Stream:
     )
 
 
-def twins() -> Stream:
+def make_equal_births() -> Stream:
     """A parent has several equal births."""
     stream = Stream(Head(sh_degree=0)).add_canonical(0, _EQUALLY_OPAQUE)
     stream.add_frame(Change(births=(_FAINT_BIRTH, _FAINT_BIRTH, _FAINT_BIRTH))).add_frame(
@@ -96,7 +96,7 @@ def twins() -> Stream:
     return stream.add_frame(Change(make_distinct_symbols(), deaths=2))
 
 
-def anchors_without_gaussian() -> Stream:
+def make_anchors_of_dead_gaussians() -> Stream:
     """An anchor whose Gaussian has died still moves its followers; its previous motion is 0."""
     stream = Stream(Head(sh_degree=0, resample_interval=9)).add_canonical(0, make_cloud(12, 8, 0))
     for deaths in (0, 6, 0, 3, 0):
@@ -104,7 +104,7 @@ def anchors_without_gaussian() -> Stream:
     return stream
 
 
-def ids_are_not_given_again() -> Stream:
+def make_ids_that_are_not_reused() -> Stream:
     """The Gaussians with the highest ids die, but the next birth does not reuse their ids."""
     stream = (
         Stream(Head(sh_degree=0))

@@ -1,4 +1,4 @@
-"""Makes vectors from trap functions, and makes motion that several traps use."""
+"""Makes vectors from the functions of traps, and makes motion that several traps use."""
 
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -8,23 +8,22 @@ from making.scenes import draw_between
 from making.streams import Stream
 from making.vectors import ValidStream, make_valid_stream
 
-Trap = tuple[Callable[[], Stream], str]
-"""A function that returns the stream without TAIL, and the clauses that it tests.
+Trap = tuple[str, Callable[[], Stream], str]
+"""Name of the vector, function that returns the stream without TAIL, and tested clauses.
 
-The name and the docstring of the function are the name and the description of the vector.
+The docstring of the function is the description of the vector.
 """
 
 
 def make_trap_streams(traps: Iterable[Trap], **options: Any) -> list[ValidStream]:
     """Return a valid stream for each trap."""
-    return [_make_trap(make_stream, clauses, options) for make_stream, clauses in traps]
+    return [_make_trap(*trap, options) for trap in traps]
 
 
 def _make_trap(
-    make_stream: Callable[[], Stream], clauses: str, options: dict[str, Any]
+    name: str, make_stream: Callable[[], Stream], clauses: str, options: dict[str, Any]
 ) -> ValidStream:
     note = (make_stream.__doc__ or "").removesuffix(".")
-    name = make_stream.__name__.replace("_", "-")
     return make_valid_stream(
         f"traps/{name}",
         note[:1].lower() + note[1:],

@@ -12,15 +12,15 @@ def make_rotation_traps() -> list[ValidStream]:
     """Return all vectors."""
     return make_trap_streams(
         (
-            (signs_of_quaternions, "7.5 7.3-1"),
-            (sums_of_zero, "7.5"),
-            (w_alone, "7.5"),
-            (halves, "4.2 7.5"),
+            ("signs-of-quaternions", make_negative_w_sums, "7.5 7.3-1"),
+            ("sums-of-zero", make_canceling_residuals, "7.5"),
+            ("w-alone", make_residuals_with_only_w, "7.5"),
+            ("halves", make_rounded_halves, "4.2 7.5"),
         )
     )
 
 
-def signs_of_quaternions() -> Stream:
+def make_negative_w_sums() -> Stream:
     """Residual sums have a negative w; the sign of the resulting rotation is kept."""
     fields = {"rotation_components": 4, "rotation_unity": 1, "gaussians_per_anchor": 1}
     head = Head(sh_degree=0, level_count=1, **fields)
@@ -30,7 +30,7 @@ def signs_of_quaternions() -> Stream:
     return stream
 
 
-def sums_of_zero() -> Stream:
+def make_canceling_residuals() -> Stream:
     """Symbols of two levels cancel, so the rotation stays the same, without being rounded again."""
     head = Head(sh_degree=0, level_count=2, gaussians_per_anchor=1, anchor_ratio=65535)
     symbols, opposite_symbols = [0, 0, 0, 5, -4, 3], [0, 0, 0, -5, 4, -3]
@@ -42,7 +42,7 @@ def sums_of_zero() -> Stream:
     return stream.add_frame(canceling_change).add_frame(canceling_change)
 
 
-def w_alone() -> Stream:
+def make_residuals_with_only_w() -> Stream:
     """A rotation residual whose only nonzero component is w is applied like any other."""
     stream = Stream(Head(rotation_components=4, sh_degree=0, rotation_unity=3))
     stream.add_canonical(0, make_cloud(16, 9, 0))
@@ -51,7 +51,7 @@ def w_alone() -> Stream:
     return stream
 
 
-def halves() -> Stream:
+def make_rounded_halves() -> Stream:
     """Halves in the components of the product q x d are rounded away from 0."""
     fields = {"rotation_bits": 14, "rotation_unity": 1, "gaussians_per_anchor": 1}
     head = Head(sh_degree=0, level_count=1, **fields)

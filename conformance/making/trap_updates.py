@@ -23,31 +23,31 @@ def make_update_traps() -> list[ValidStream]:
     """Return all vectors."""
     return make_trap_streams(
         (
-            (updates_after_the_motion, "7.8 8.8"),
-            (updates_are_no_motion, "7.8 8.7"),
-            (updates_do_not_bind, "7.8 6.5"),
-            (updates_before_births, "7.8 7.6-1"),
-            (updates_after_deaths, "7.4 7.8"),
-            (updates_and_the_next_deaths, "7.4-3 7.8-3"),
-            (updates_of_newborn, "7.8"),
-            (updates_without_fields_are_recent, "7.8 8.8"),
-            (recency_ends_at_three, "7.8 8.8"),
-            (recency_of_the_frame_before, "7.8 8.8"),
-            (recency_begins_anew, "7.8 8.8"),
-            (turned_by_one_unity, "7.8 7.3"),
-            (turned_on_the_right, "7.8 7.5"),
-            (not_turned_by_nothing, "7.8"),
-            (anchors_that_leave, "7.8 6.5 8.7"),
-            (leaving_at_a_sampling, "7.8 6.1"),
-            (ids_after_leaving, "7.8 7.6-5"),
-            (sums_within_a_field, "8.8"),
-            (counts_of_updates_go_on, "8.2 8.8"),
+            ("updates-after-the-motion", make_change_contexts_from_motion, "7.8 8.8"),
+            ("updates-are-no-motion", make_expected_motion_without_updates, "7.8 8.7"),
+            ("updates-do-not-bind", make_updates_that_keep_anchors, "7.8 6.5"),
+            ("updates-before-births", make_updates_before_births, "7.8 7.6-1"),
+            ("updates-after-deaths", make_updates_after_deaths, "7.4 7.8"),
+            ("updates-and-the-next-deaths", make_deaths_by_updated_opacity, "7.4-3 7.8-3"),
+            ("updates-of-newborn", make_updates_of_newborn, "7.8"),
+            ("updates-without-fields-are-recent", make_recent_updates_without_fields, "7.8 8.8"),
+            ("recency-ends-at-three", make_maximum_recency, "7.8 8.8"),
+            ("recency-of-the-frame-before", make_deletion_contexts_from_recency, "7.8 8.8"),
+            ("recency-begins-anew", make_recency_reset_by_canonical, "7.8 8.8"),
+            ("turned-by-one-unity", make_rotations_by_one_unity, "7.8 7.3"),
+            ("turned-on-the-right", make_rotations_on_the_right, "7.8 7.5"),
+            ("not-turned-by-nothing", make_unchanged_rotations, "7.8"),
+            ("anchors-that-leave", make_anchors_of_deleted_gaussians, "7.8 6.5 8.7"),
+            ("leaving-at-a-sampling", make_deletions_at_sampling, "7.8 6.1"),
+            ("ids-after-leaving", make_ids_after_deletions, "7.8 7.6-5"),
+            ("sums-within-a-field", make_residual_contexts_by_field, "8.8"),
+            ("counts-of-updates-go-on", make_update_counts_across_frames, "8.2 8.8"),
         ),
         **REQUIRED_CAPABILITY,
     )
 
 
-def updates_after_the_motion() -> Stream:
+def make_change_contexts_from_motion() -> Stream:
     """Whether a Gaussian changes is coded in the context of its motion in this frame."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     for frame in range(1, 5):
@@ -60,7 +60,7 @@ def updates_after_the_motion() -> Stream:
     return stream
 
 
-def updates_are_no_motion() -> Stream:
+def make_expected_motion_without_updates() -> Stream:
     """The expected motion of an anchor depends on previous motion, not on updates."""
     stream = Stream(make_update_head(sh_degree=0, gaussians_per_anchor=1)).add_canonical(0, _SCENE)
     stream.add_frame(
@@ -72,7 +72,7 @@ def updates_are_no_motion() -> Stream:
     return stream.add_frame(make_distinct_motion()).add_frame(make_distinct_motion())
 
 
-def updates_do_not_bind() -> Stream:
+def make_updates_that_keep_anchors() -> Stream:
     """A Gaussian that an update moves far away keeps its anchors until the next sampling."""
     head = make_update_head(sh_degree=0, gaussians_per_anchor=2, resample_interval=3)
     stream = Stream(head).add_canonical(0, _SCENE)
@@ -88,7 +88,7 @@ def updates_do_not_bind() -> Stream:
     )
 
 
-def updates_before_births() -> Stream:
+def make_updates_before_births() -> Stream:
     """Parent indices are counted after updates, and parent positions are the updated ones."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     updates = (Update(0, None), Update(1, make_residuals(translation=(5, 5, 5))), Update(4, None))
@@ -97,7 +97,7 @@ def updates_before_births() -> Stream:
     ).add_frame(make_distinct_motion())
 
 
-def updates_after_deaths() -> Stream:
+def make_updates_after_deaths() -> Stream:
     """The indices of updates are counted after the deaths."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     updates = (Update(0, make_residuals(opacity=3)), Update(6, make_residuals(sh_dc=(1, 2, 3))))
@@ -106,7 +106,7 @@ def updates_after_deaths() -> Stream:
     )
 
 
-def updates_and_the_next_deaths() -> Stream:
+def make_deaths_by_updated_opacity() -> Stream:
     """Which Gaussians die next depends on the updated opacities."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     updates = (Update(0, make_residuals(opacity=-50)), Update(9, make_residuals(opacity=50)))
@@ -117,7 +117,7 @@ def updates_and_the_next_deaths() -> Stream:
     )
 
 
-def updates_of_newborn() -> Stream:
+def make_updates_of_newborn() -> Stream:
     """New Gaussians have recency 0 in the next frame, which can update them."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(births=make_newborn([0, 4, 9], 2, 0)))
@@ -131,7 +131,7 @@ def updates_of_newborn() -> Stream:
     )
 
 
-def updates_without_fields_are_recent() -> Stream:
+def make_recent_updates_without_fields() -> Stream:
     """A Gaussian coded as changing has recency 0 afterwards, even if all residuals are 0."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(updates=(Update(2), Update(5, field_mask=8), Update(7))))
@@ -140,7 +140,7 @@ def updates_without_fields_are_recent() -> Stream:
     ).add_frame(make_distinct_motion())
 
 
-def recency_ends_at_three() -> Stream:
+def make_maximum_recency() -> Stream:
     """A change three or more frames ago counts like no change at all."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(updates=(Update(1, make_residuals(opacity=1)),)))
@@ -149,7 +149,7 @@ def recency_ends_at_three() -> Stream:
     return stream.add_frame(Change(updates=draw_updates(10, 7, updates_per_leaving=99)))
 
 
-def recency_of_the_frame_before() -> Stream:
+def make_deletion_contexts_from_recency() -> Stream:
     """Whether a Gaussian is deleted is coded in the context of its recency before this frame."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(updates=tuple(Update(i, make_residuals(opacity=1)) for i in (0, 2, 4))))
@@ -157,7 +157,7 @@ def recency_of_the_frame_before() -> Stream:
     return stream.add_frame(Change(updates=draw_updates(8, 8, gaussians_per_update=2)))
 
 
-def recency_begins_anew() -> Stream:
+def make_recency_reset_by_canonical() -> Stream:
     """A canonical frame resets recency and the counts of updates."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(
@@ -169,7 +169,7 @@ def recency_begins_anew() -> Stream:
     )
 
 
-def turned_by_one_unity() -> Stream:
+def make_rotations_by_one_unity() -> Stream:
     """Rotation residuals of updates are relative to rotation_unity, not to L x rotation_unity."""
     stream = Stream(make_update_head(sh_degree=0, level_count=3)).add_canonical(
         0, make_cloud(8, 90, 0)
@@ -178,7 +178,7 @@ def turned_by_one_unity() -> Stream:
     return stream.add_frame(Change(updates=turns))
 
 
-def turned_on_the_right() -> Stream:
+def make_rotations_on_the_right() -> Stream:
     """Rotations are multiplied on the right, first by that of the anchors, then by the update's."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, make_cloud(8, 91, 0))
     turns = tuple(Update(i, make_residuals(rotation=(50, -20 * i, 3 * i))) for i in range(8))
@@ -187,7 +187,7 @@ def turned_on_the_right() -> Stream:
     )
 
 
-def not_turned_by_nothing() -> Stream:
+def make_unchanged_rotations() -> Stream:
     """If X, Y and Z are 0, the rotation stays the same, without being rounded again."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(
         0, [*make_cloud(5, 92, 0), _ROUNDING_SENSITIVE]
@@ -210,7 +210,7 @@ _ROUNDING_SENSITIVE = CodedGaussian(
 )
 
 
-def anchors_that_leave() -> Stream:
+def make_anchors_of_deleted_gaussians() -> Stream:
     """An anchor whose Gaussian was deleted still moves its followers; its previous motion is 0."""
     head = make_update_head(sh_degree=0, gaussians_per_anchor=2, resample_interval=4)
     stream = Stream(head).add_canonical(0, _SCENE).add_frame(make_distinct_motion())
@@ -218,7 +218,7 @@ def anchors_that_leave() -> Stream:
     return stream.add_frame(make_distinct_motion()).add_frame(make_distinct_motion())
 
 
-def leaving_at_a_sampling() -> Stream:
+def make_deletions_at_sampling() -> Stream:
     """Anchors are counted and sampled before updates delete Gaussians."""
     head = make_update_head(sh_degree=0, gaussians_per_anchor=2, resample_interval=1)
     stream = Stream(head).add_canonical(0, _SCENE)
@@ -226,7 +226,7 @@ def leaving_at_a_sampling() -> Stream:
     return stream.add_frame(make_distinct_motion())
 
 
-def ids_after_leaving() -> Stream:
+def make_ids_after_deletions() -> Stream:
     """The ids of Gaussians that an update deleted are not reused."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(births=make_newborn([3, 3], 1, 0))).add_frame(
@@ -237,7 +237,7 @@ def ids_after_leaving() -> Stream:
     )
 
 
-def sums_within_a_field() -> Stream:
+def make_residual_contexts_by_field() -> Stream:
     """The context of a residual is the sign of the sum of earlier residuals in its field."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     rows = ((5, -2, 1), (-5, 2, 1), (3, -3, 2), (0, 4, -1), (1, 1, 1))
@@ -248,7 +248,7 @@ def sums_within_a_field() -> Stream:
     return stream.add_frame(Change(updates=updates)).add_frame(Change(updates=updates))
 
 
-def counts_of_updates_go_on() -> Stream:
+def make_update_counts_across_frames() -> Stream:
     """Context counts of updates carry over to later frames, even past frames without updates."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(
