@@ -14,7 +14,7 @@ from pathlib import Path
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1])]
 
 from making.suite import make_suite  # noqa: E402, the path is set above
-from making.writing_files import list_differing, write_files  # noqa: E402
+from making.writing_files import list_differing_files, write_files  # noqa: E402
 
 
 def main() -> int:
@@ -28,13 +28,14 @@ def main() -> int:
     parser.add_argument("--output", type=Path, default=Path(__file__).resolve().parent)
     options = parser.parse_args()
     files = make_suite()
-    changed = list_differing(files, options.output)
+    differing_names = list_differing_files(files, options.output)
     if not options.check:
-        write_files(files, changed, options.output)
-    for name in changed:
+        write_files(files, differing_names, options.output)
+    for name in differing_names:
         print(("differs: " if options.check else "written: ") + name)
-    print(f"{len(files)} files, {sum(map(len, files.values())):,} bytes, {len(changed)} differ")
-    return int(options.check and bool(changed))
+    byte_count = sum(map(len, files.values()))
+    print(f"{len(files)} files, {byte_count:,} bytes, {len(differing_names)} differ")
+    return int(options.check and bool(differing_names))
 
 
 if __name__ == "__main__":

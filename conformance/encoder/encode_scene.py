@@ -36,12 +36,14 @@ def main() -> int:
             )
         )
         for frame in scene["frames"]:
-            start = loop.start_frame(0)
-            moved = loop.move_frame(
-                start, _make_shift_symbols(start.state, frame.get("shift", (0, 0, 0)))
+            frame_start = loop.start_frame(0)
+            moved_frame = loop.move_frame(
+                frame_start, _make_shift_symbols(frame_start.state, frame.get("shift", (0, 0, 0)))
             )
             _print_digest(
-                loop.commit_frame(moved, _make_births(moved.state, frame.get("births", [])))
+                loop.commit_frame(
+                    moved_frame, _make_births(moved_frame.state, frame.get("births", []))
+                )
             )
         loop.finish()
     print(json.dumps({"level": header.level, "bounds": _compute_bounds(header)}))

@@ -3,17 +3,17 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from making.writing import StateCode
+from making.writing import CodeChoice
 
 Symbols = Callable[[int, int], Sequence[int] | None]
 """Function of (level, anchor) that returns the anchor's symbols; None if it does not move."""
 
 
-def _give_no_symbols(_level: int, _anchor: int) -> None:
+def _return_no_symbols(_level: int, _anchor: int) -> None:
     return None
 
 
-def state_no_code(_model: str, _context: int, _zeros: int, _ones: int) -> None:
+def choose_no_code(_model: str, _context: int, _zeros: int, _ones: int) -> None:
     """Return None: the plane states no probability code."""
     return
 
@@ -75,18 +75,18 @@ class Change:
         births: The births, in ascending order of their parents.
         deaths: Number of Gaussians that die.
         previous_contexts: 1 if the motion of the previous frame provides contexts, otherwise 0.
-        state_code: Function that returns the probability code to state for a context.
+        choose_code: Function that returns the probability code to state for a context.
         motion_words: Words that replace the encoded words of the motion section.
         birth_words: Words that replace the encoded words of the births section.
         updates: Updates in ascending order of their Gaussians' indices.
         update_words: Words that replace the encoded words of the updates section.
     """
 
-    symbols: Symbols = _give_no_symbols
+    symbols: Symbols = _return_no_symbols
     births: tuple[CodedGaussian, ...] = ()
     deaths: int = 0
     previous_contexts: int = 1
-    state_code: StateCode = state_no_code
+    choose_code: CodeChoice = choose_no_code
     motion_words: tuple[int, ...] | None = None
     birth_words: tuple[int, ...] | None = None
     updates: tuple[Update, ...] = ()

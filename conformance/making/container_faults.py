@@ -19,7 +19,7 @@ from making.fault_rows import (
 from making.head_faults import make_magic_and_head_faults
 from making.payloads import pack_metadata
 from making.streams import Chunk, assemble
-from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector, make_broken_vector
+from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector, make_patched_vector
 
 
 def make_container_faults(parent: ValidStream) -> list[Vector]:
@@ -123,7 +123,7 @@ class _ZeroCrcChunk(Chunk):
 
 
 def _make_type_faults(parent: ValidStream) -> Iterable[Row]:
-    types = {
+    type_faults = {
         "digit": (b"FR4M", "bad-chunk-type", "a digit"),
         "space": (b"FRA ", "bad-chunk-type", "a space"),
         "mixed-case": (b"FRaM", "bad-chunk-type", "a lowercase third letter"),
@@ -133,7 +133,7 @@ def _make_type_faults(parent: ValidStream) -> Iterable[Row]:
         "bracket": (b"[RAM", "bad-chunk-type", "the byte after Z instead of a letter"),
         "zeros": (bytes(4), "bad-chunk-type", "four zero bytes"),
     }
-    for name, (kind, reject_ids, note) in types.items():
+    for name, (kind, reject_ids, note) in type_faults.items():
         yield (
             f"type-{name}",
             "5.2-8",
@@ -147,10 +147,18 @@ def _make_order_faults(parent: ValidStream) -> list[Vector]:
     """Return streams with chunks in positions where their types are not allowed."""
     stream, reject_ids = parent.stream, "chunk-order"
     head, index, tail = stream.chunks[HEAD_CHUNK], Chunk(b"INDX", None), Chunk(b"TAIL", None)
-    later_head = stream.insert_chunks(head, index=FRAM_CHUNK)
-    frame_first = [head, *stream.chunks[3:5], stream.chunks[2], *stream.chunks[5:]]
-    chunk_after_index = [*stream.chunks[:INDX_CHUNK], index, Chunk(b"meta", pack_metadata()), tail]
-    index_twice, frame_count = stream.insert_chunks(index, index=TAIL_CHUNK), len(parent.frames)
+    with_later_head = stream.insert_chunks(head, index=FRAM_CHUNK)
+    with_frame_first = [head, *stream.chunks[3:5], stream.chunks[2], *stream.chunks[5:]]
+    with_chunk_after_index = [
+        *stream.chunks[:INDX_CHUNK],
+        index,
+        Chunk(b"meta", pack_metadata()),
+        tail,
+    ]
+    with_second_index, frame_count = (
+        stream.insert_chunks(index, index=TAIL_CHUNK),
+        len(parent.frames),
+    )
     note = "a second HEAD, with the expected sequence number"
     rows = (
         ("head-not-first", "5.1-2", reject_ids, stream.chunks[1:], 0, "the first chunk is `came`"),
@@ -159,7 +167,7 @@ def _make_order_faults(parent: ValidStream) -> list[Vector]:
             "frame-before-canonical",
             "5.1-3",
             reject_ids,
-            frame_first,
+            with_frame_first,
             0,
             "a FRAM precedes the first CANO",
         ),
@@ -167,28 +175,28 @@ def _make_order_faults(parent: ValidStream) -> list[Vector]:
             "chunk-after-index",
             "5.1-6",
             reject_ids,
-            chunk_after_index,
+            with_chunk_after_index,
             frame_count,
             "`meta` is between INDX and TAIL",
         ),
-        ("index-twice", "5.1-6", reject_ids, index_twice, frame_count, "INDX comes twice"),
-        *_make_critical_faults(parent),
+        ("index-twice", "5.1-6", reject_ids, with_second_index, frame_count, "INDX comes twice"),
+        *_make_critical_chunk_faults(parent),
     )
     return [
         *make_faults_at(
-            parent, FRAM_CHUNK, [("head-later", "5.1-2", reject_ids, later_head, note)]
+            parent, FRAM_CHUNK, [("head-later", "5.1-2", reject_ids, with_later_head, note)]
         ),
         *(_make_fault_after_frames(parent, *row) for row in rows),
     ]
 
 
-def _make_critical_faults(
+def _make_critical_chunk_faults(
     parent: ValidStream,
 ) -> Iterable[tuple[str, str, str, list[Chunk], int, str]]:
     stream, reject_ids = parent.stream, "unknown-critical"
     with_reserved_type = stream.insert_chunks(Chunk(b"SNAP", bytes(8)), index=FRAM_CHUNK)
     with_private_type = stream.insert_chunks(Chunk(b"FrAM", bytes(8)), index=FRAM_CHUNK)
-    with_head_number = stream.replace_chunk(HEAD_CHUNK, sequence=1)
+    with_head_numbered_1 = stream.replace_chunk(HEAD_CHUNK, sequence=1)
     yield (
         "critical",
         "5.2-9",
@@ -209,7 +217,7 @@ def _make_critical_faults(
         "head-number",
         "5.2-4",
         "sequence chunk-order",
-        with_head_number,
+        with_head_numbered_1,
         0,
         "HEAD has sequence number 1",
     )
@@ -226,7 +234,7 @@ def _make_fault_after_frames(
 ) -> Vector:
     """Return a vector to reject after `frame_count` frames; recovery is not tested."""
     outcome = Outcome(parent.frames[:frame_count], tuple(reject_ids.split()))
-    return make_broken_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
+    return make_patched_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
 
 
 def _make_ancillary_faults(parent: ValidStream) -> list[Vector]:
@@ -249,7 +257,7 @@ def _make_ancillary_faults(parent: ValidStream) -> list[Vector]:
         )
         outcome = Outcome(parent.frames[:frame_count], ("payload-crc",))
         note = f"one bit of the payload of `{name}` is flipped; it is checked although ancillary"
-        vector = make_broken_vector(
+        vector = make_patched_vector(
             parent, f"invalid/payload-crc-of-{name}", "5.2-3 5.2-10", chunks, outcome, note
         )
         vectors.append(replace(vector, recover=Recovery(parent.frames, (gap,))))

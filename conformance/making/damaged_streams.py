@@ -12,30 +12,30 @@ from making.fault_rows import (
     make_damaged_vector,
     make_recovery,
 )
-from making.lost_chunks import make_losses, make_orders
+from making.lost_chunks import make_loss_vectors, make_order_vectors
 from making.payloads import MAGIC, pack_chunk, pack_chunk_header
 from making.recovery_rules import make_recovery_rules
 from making.scenes import hash_numbers
 from making.streams import Chunk, assemble
 from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector
 
-_ANCILLARY = (1, 6, 11)
-_FIRST_CANONICAL = 2
+_ANCILLARY_CHUNKS = (1, 6, 11)
+_FIRST_CANONICAL_CHUNK = 2
 
 
-def make_damaged(parent: ValidStream) -> list[Vector]:
+def make_damaged_vectors(parent: ValidStream) -> list[Vector]:
     """Return all vectors, as patches of `streams/journey`, except the cuts at every byte."""
     return [
-        *_make_cuts(parent),
-        *_make_flips(parent),
-        *make_losses(parent),
-        *make_orders(parent),
-        *_make_junk(parent),
+        *_make_cut_vectors(parent),
+        *_make_all_flip_vectors(parent),
+        *make_loss_vectors(parent),
+        *make_order_vectors(parent),
+        *_make_junk_vectors(parent),
         *make_recovery_rules(parent),
     ]
 
 
-def make_cut(parent: ValidStream, size: int, name: str, note: str) -> Vector:
+def make_cut_vector(parent: ValidStream, size: int, name: str, note: str) -> Vector:
     """Return the parent cut after `size` bytes."""
     offsets, chunks = parent.layout.offsets, parent.stream.chunks
     data = parent.layout.data[:size]
@@ -52,7 +52,7 @@ def make_cut(parent: ValidStream, size: int, name: str, note: str) -> Vector:
     )
 
 
-def _make_cuts(parent: ValidStream) -> list[Vector]:
+def _make_cut_vectors(parent: ValidStream) -> list[Vector]:
     offsets = parent.layout.offsets
     sizes = {
         "nothing": (0, "before its first byte"),
@@ -74,24 +74,24 @@ def _make_cuts(parent: ValidStream) -> list[Vector]:
         "last-byte": (offsets[15] - 1, "before its last byte"),
     }
     return [
-        make_cut(parent, size, f"damaged/cut-{name}", f"the stream is cut {note}")
+        make_cut_vector(parent, size, f"damaged/cut-{name}", f"the stream is cut {note}")
         for name, (size, note) in sizes.items()
     ]
 
 
-def _make_flips(parent: ValidStream) -> list[Vector]:
+def _make_all_flip_vectors(parent: ValidStream) -> list[Vector]:
     """Return two streams for each chunk: a bit of its header or of its payload is flipped."""
     numbered_chunks = enumerate(parent.stream.chunks)
     return [
         vector
         for chunk_index, chunk in numbered_chunks
-        for vector in make_flips_of_chunk(
+        for vector in make_flip_vectors(
             parent, chunk_index, f"flip-{chunk_index:02}-{chunk.kind.decode()}"
         )
     ]
 
 
-def make_flips_of_chunk(parent: ValidStream, chunk_index: int, name: str) -> list[Vector]:
+def make_flip_vectors(parent: ValidStream, chunk_index: int, name: str) -> list[Vector]:
     """Return two streams: one with a flipped bit in the header of a chunk, one in its payload."""
     vectors, kind = [], parent.stream.chunks[chunk_index].kind.decode()
     length = parent.layout.offsets[chunk_index + 1] - parent.layout.offsets[chunk_index]
@@ -110,12 +110,14 @@ def make_flips_of_chunk(parent: ValidStream, chunk_index: int, name: str) -> lis
         chunks = parent.stream.replace_chunk(chunk_index, flip_byte=byte_index)
         note = f"one bit of byte {byte_index} of chunk {chunk_index} ({kind}) is flipped"
         vectors.append(
-            _make_flip(parent, chunk_index, chunks, reject_ids, f"damaged/{name}-{part}", note)
+            _make_flip_vector(
+                parent, chunk_index, chunks, reject_ids, f"damaged/{name}-{part}", note
+            )
         )
     return vectors
 
 
-def _make_flip(
+def _make_flip_vector(
     parent: ValidStream,
     chunk_index: int,
     chunks: list[Chunk],
@@ -130,7 +132,7 @@ def _make_flip(
     start, end = offsets[chunk_index], offsets[chunk_index + 1]
     if chunk_index == 0:
         recovery = Recovery((), reject_ids=tuple(reject_ids))
-    elif chunk_index in _ANCILLARY and "payload-crc" in reject_ids:
+    elif chunk_index in _ANCILLARY_CHUNKS and "payload-crc" in reject_ids:
         recovery = Recovery(parent.frames, (Gap(start, end - start, tuple(reject_ids), 0),))
     elif chunk_index == len(chunks) - 1:
         end = offsets[-1]
@@ -138,17 +140,17 @@ def _make_flip(
         recovery = Recovery(frames_before, gaps)
     else:
         recovery = make_recovery(parent, chunks, chunk_index, reject_ids)
-        if chunk_index <= _FIRST_CANONICAL:
-            recovery = Recovery(recovery.frames, (_forget_lost_frames(recovery.gaps[0]),))
+        if chunk_index <= _FIRST_CANONICAL_CHUNK:
+            recovery = Recovery(recovery.frames, (_clear_lost_frames(recovery.gaps[0]),))
     return make_damaged_vector(parent, name, RECOVERY_CLAUSES, data, outcome, recovery, note)
 
 
-def _forget_lost_frames(gap: Gap) -> Gap:
+def _clear_lost_frames(gap: Gap) -> Gap:
     """Return the gap with an unknown number of lost frames, as for a gap before the first frame."""
     return Gap(gap.offset, gap.byte_count, gap.reject_ids, None)
 
 
-def _make_junk(parent: ValidStream) -> list[Vector]:
+def _make_junk_vectors(parent: ValidStream) -> list[Vector]:
     data, offsets, frames = parent.layout.data, parent.layout.offsets, parent.frames
     offset = offsets[7]  # FRAM of frame 4
     lone_header = pack_chunk_header(b"CANO", 40, 4096)
@@ -169,7 +171,7 @@ def _make_junk(parent: ValidStream) -> list[Vector]:
     }
     vectors = []
     for name, (junk, note) in junk_cases.items():
-        changed = data[:offset] + junk + data[offset:]
+        changed_data = data[:offset] + junk + data[offset:]
         gap = Gap(offset, len(junk) + offsets[9] - offset, ("bad-sync",), 2)
         if name == "sync-words":
             gap = Gap(gap.offset, gap.byte_count, ("header-crc",), 2)
@@ -177,7 +179,13 @@ def _make_junk(parent: ValidStream) -> list[Vector]:
         recovery = Recovery([*frames[:4], *frames[6:]], (gap,))
         vectors.append(
             make_damaged_vector(
-                parent, f"damaged/junk-{name}", RECOVERY_CLAUSES, changed, outcome, recovery, note
+                parent,
+                f"damaged/junk-{name}",
+                RECOVERY_CLAUSES,
+                changed_data,
+                outcome,
+                recovery,
+                note,
             )
         )
     byte_changes = {
@@ -206,12 +214,12 @@ def _make_junk(parent: ValidStream) -> list[Vector]:
             "all bytes from the middle of one chunk to the middle of the next are missing",
         ),
     }
-    for name, (changed, start, size, note) in byte_changes.items():
+    for name, (changed_data, start, size, note) in byte_changes.items():
         outcome = Outcome(frames[:4], ("payload-crc",))
         recovery = Recovery([*frames[:4], *frames[6:]], (Gap(start, size, ("payload-crc",), 2),))
         vectors.append(
             make_damaged_vector(
-                parent, f"damaged/{name}", RECOVERY_CLAUSES, changed, outcome, recovery, note
+                parent, f"damaged/{name}", RECOVERY_CLAUSES, changed_data, outcome, recovery, note
             )
         )
     return vectors

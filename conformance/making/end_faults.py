@@ -6,7 +6,7 @@ from dataclasses import replace
 from making.fault_rows import INDX_CHUNK, TAIL_CHUNK
 from making.payloads import pack_index, pack_tail
 from making.streams import Chunk
-from making.vectors import Outcome, ValidStream, Vector, make_broken_vector
+from making.vectors import Outcome, ValidStream, Vector, make_patched_vector
 
 _MISLEADING_SUFFIXES = ("-offset", "-sequence", "-frame", "-less", "-more", "-empty")
 EndFault = tuple[str, str, str, list[Chunk] | bytes, str]
@@ -24,7 +24,7 @@ def make_end_faults(parent: ValidStream) -> list[Vector]:
         *_make_tail_faults(parent),
     ]:
         outcome = Outcome(parent.frames, tuple(reject_ids.split()))
-        vector = make_broken_vector(
+        vector = make_patched_vector(
             parent, f"invalid/{name}", clauses, changed_stream, outcome, note
         )
         vectors.append(replace(vector, seek=_list_seek_outcomes(name)))
@@ -32,12 +32,15 @@ def make_end_faults(parent: ValidStream) -> list[Vector]:
 
 
 def _make_payload_faults(parent: ValidStream) -> Iterable[EndFault]:
-    index, tail = pack_index(_list_seek_points(parent)), pack_tail(*_compute_totals(parent))
-    endless, note = b"\xff" * 4 + index[4:], "INDX states 2^32 - 1 seek points but contains three"
+    index, tail = pack_index(_list_seek_points(parent)), pack_tail(*_list_tail_fields(parent))
+    index_with_huge_count, note = (
+        b"\xff" * 4 + index[4:],
+        "INDX states 2^32 - 1 seek points but contains three",
+    )
     cases = {
         "tail-shorter": (TAIL_CHUNK, bytes(15), "5-1", "field tail-mismatch", "TAIL of 15 bytes"),
         "tail-longer": (TAIL_CHUNK, tail + b"\0", "5-2", "trailing-data", "TAIL of 17 bytes"),
-        "index-count": (INDX_CHUNK, endless, "5-1", "field index-mismatch", note),
+        "index-count": (INDX_CHUNK, index_with_huge_count, "5-1", "field index-mismatch", note),
         "index-longer": (
             INDX_CHUNK,
             index + b"\0",
@@ -61,7 +64,7 @@ def _make_trailing_faults(parent: ValidStream) -> Iterable[EndFault]:
     chunk_after_tail = stream.insert_chunks(Chunk(b"note", b""), index=TAIL_CHUNK + 1)
     without_index = [
         *stream.chunks[:INDX_CHUNK],
-        Chunk(b"TAIL", pack_tail(*_compute_totals(parent))),
+        Chunk(b"TAIL", pack_tail(*_list_tail_fields(parent))),
     ]
     clauses_and_ids = ("5.1-5", "trailing-data")
     yield "after-tail", *clauses_and_ids, data + b"\0", "an additional byte after TAIL"
@@ -79,7 +82,7 @@ def _make_trailing_faults(parent: ValidStream) -> Iterable[EndFault]:
 
 def _make_index_faults(parent: ValidStream) -> Iterable[EndFault]:
     first, (offset, sequence, frame), last = points = _list_seek_points(parent)
-    indexes = {
+    index_faults = {
         "index-offset": (
             [first, (offset + 1, sequence, frame), last],
             "an offset is too large by one",
@@ -97,14 +100,14 @@ def _make_index_faults(parent: ValidStream) -> Iterable[EndFault]:
         "index-more": ([*points, last], "a seek point is repeated"),
         "index-empty": ([], "INDX has no seek points although the stream has frames"),
     }
-    for name, (listed_points, note) in indexes.items():
+    for name, (listed_points, note) in index_faults.items():
         chunks = parent.stream.replace_chunk(INDX_CHUNK, payload=pack_index(listed_points))
         yield name, "5.9-1 5.9-2", "index-mismatch", chunks, note
 
 
 def _make_tail_faults(parent: ValidStream) -> Iterable[EndFault]:
-    frames, canonicals, offset = _compute_totals(parent)
-    tails = {
+    frames, canonicals, offset = _list_tail_fields(parent)
+    tail_faults = {
         "tail-frames": (
             pack_tail(frames + 1, canonicals, offset),
             "frame_count is too large by one",
@@ -122,7 +125,7 @@ def _make_tail_faults(parent: ValidStream) -> Iterable[EndFault]:
             "index_offset is 0 although INDX exists",
         ),
     }
-    for name, (payload, note) in tails.items():
+    for name, (payload, note) in tail_faults.items():
         chunks = parent.stream.replace_chunk(TAIL_CHUNK, payload=payload)
         yield name, "5.8-1 5.8-2", "tail-mismatch", chunks, note
 
@@ -133,7 +136,7 @@ def _list_seek_outcomes(name: str) -> tuple[tuple[int, Outcome], ...]:
     return ((4, Outcome((), ("index-mismatch",))),) if is_misleading else ()
 
 
-def _compute_totals(parent: ValidStream) -> tuple[int, int, int]:
+def _list_tail_fields(parent: ValidStream) -> tuple[int, int, int]:
     """Return the correct frame count, canonical count and index offset for TAIL."""
     return len(parent.frames), len(_list_seek_points(parent)), parent.layout.offsets[INDX_CHUNK]
 

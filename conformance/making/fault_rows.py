@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from making.streams import FRAME_TYPES, Chunk, assemble
-from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector, make_broken_vector
+from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector, make_patched_vector
 
 HEAD_CHUNK, CAME_CHUNK, CANO_CHUNK, META_CHUNK, FRAM_CHUNK, NOTE_CHUNK, INDX_CHUNK, TAIL_CHUNK = (
     0,
@@ -55,7 +55,7 @@ def make_faults_at(parent: ValidStream, chunk_index: int, rows: Iterable[Row]) -
         reject_id_tuple = tuple(reject_ids.split())
         frames_before = count_frames(parent.stream.chunks[:chunk_index])
         outcome = Outcome(parent.frames[:frames_before], reject_id_tuple)
-        vector = make_broken_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
+        vector = make_patched_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
         if chunk_index >= CANO_CHUNK:
             vector = replace(
                 vector, recover=make_recovery(parent, chunks, chunk_index, reject_id_tuple)
@@ -77,10 +77,13 @@ def make_damaged_vector(
     note: str,
 ) -> Vector:
     """Return a patch of a valid stream, with the expected output without and with recovery."""
-    return replace(make_broken_vector(parent, name, clauses, data, outcome, note), recover=recovery)
+    return replace(
+        make_patched_vector(parent, name, clauses, data, outcome, note), recover=recovery
+    )
 
 
-MOVED_FRAME = 4
+FRAM_ORDINAL = 4
+"""Ordinal of the frame in `FRAM_CHUNK`."""
 
 
 def replace_frame_fields(parent: ValidStream, number: int, **fields: object) -> list[Chunk]:

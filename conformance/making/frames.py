@@ -8,7 +8,7 @@ import zlib
 from collections.abc import Sequence
 from typing import Any
 
-from making.changes import Change, CodedGaussian, Survivor, state_no_code
+from making.changes import Change, CodedGaussian, Survivor, choose_no_code
 from making.payloads import Canonical, Frame, Head, Snapshot
 from making.planes import (
     compute_morton_key,
@@ -18,21 +18,21 @@ from making.planes import (
     make_survivor_planes,
     make_update_planes,
 )
-from making.writing import Planes, StateCode, WritingSection
+from making.writing import CodeChoice, Planes, WritingSection
 from plain.coder import Counts
 from plain.decoder import FrameDecoder
 from plain.planes import PlainSection
 from plain.state import PlainState, Vector
 
 
-class _FrameMaker(FrameDecoder):
+class _FrameEncoder(FrameDecoder):
     """Computes the state of a frame from its fields, and encodes each section while reading it."""
 
     def __init__(self, head: Head, fields: dict[str, Any]) -> None:
         super().__init__({name: getattr(head, name) for name in head.__slots__}, fields)
         self.sections: list[WritingSection] = []
         self.anchor_counts: list[int] = []
-        self.has_state = True
+        self.is_valid = True
 
     def _open_section(self, title: str, stored: Any, counts: Counts) -> PlainSection:
         if isinstance(stored, dict):
@@ -47,7 +47,7 @@ class _FrameMaker(FrameDecoder):
         try:
             return super()._expand_rotation(coded, bits)
         except ValueError:  # not a valid rotation; the other sections must be written anyway
-            self.has_state = False
+            self.is_valid = False
             return [1 << 22, 0, 0, 0]
 
     def _apply_motion(self, state: PlainState) -> None:
@@ -59,7 +59,7 @@ def make_canonical(
     head: Head,
     frame: int,
     gaussians: Sequence[CodedGaussian],
-    state_code: StateCode = state_no_code,
+    choose_code: CodeChoice = choose_no_code,
     **overrides: Any,
 ) -> tuple[Canonical, PlainState | None]:
     """Return the payload of a canonical frame, and the state after it.
@@ -68,7 +68,7 @@ def make_canonical(
         head: HEAD of the stream.
         frame: Ordinal of the frame.
         gaussians: Gaussians in any order; they are written in Morton order.
-        state_code: Function that returns the probability code to state for a context.
+        choose_code: Function that returns the probability code to state for a context.
         overrides: Field values that replace the computed ones; if they violate a clause, the
             returned state is None.
     """
@@ -89,10 +89,10 @@ def make_canonical(
     planes = make_canonical_planes(head, keys, sorted_gaussians)
     fields = {"frame": frame, "gaussian_count": len(keys), "origin": origin}
     fields |= {"axis_bits": max(0, extent).bit_length()} | overrides
-    fields["sections"] = [Planes(bits, state_code) for bits in planes]
-    maker = _FrameMaker(head, fields)
-    state = _try_to_reconstruct(maker, None)
-    fields["sections"] = tuple(section.written_words for section in maker.sections)
+    fields["sections"] = [Planes(bits, choose_code) for bits in planes]
+    frame_encoder = _FrameEncoder(head, fields)
+    state = _try_to_reconstruct(frame_encoder, None)
+    fields["sections"] = tuple(section.written_words for section in frame_encoder.sections)
     return Canonical(state_crc=_compute_crc(head, state), **fields), state
 
 
@@ -108,17 +108,19 @@ def make_frame(
     } | overrides
     motion: Any = {"words": change.motion_words}
     if change.motion_words is None:
-        motion = lambda counts: Planes(make_motion_planes(head, counts, change), change.state_code)  # noqa: E731
+        motion = lambda counts: Planes(make_motion_planes(head, counts, change), change.choose_code)  # noqa: E731
     births: Any = {"words": change.birth_words}
     if change.birth_words is None:
-        births = Planes(make_birth_planes(head, change.births), change.state_code)
+        births = Planes(make_birth_planes(head, change.births), change.choose_code)
     updates: Any = {"words": change.update_words}
     if change.update_words is None:
         count = len(previous.gaussians) - change.deaths
-        updates = Planes(make_update_planes(count, change.updates), change.state_code)
-    maker = _FrameMaker(head, {**fields, "motion": motion, "updates": updates, "births": births})
-    state = _try_to_reconstruct(maker, previous)
-    words_by_section = {section.title: section.written_words for section in maker.sections}
+        updates = Planes(make_update_planes(count, change.updates), change.choose_code)
+    frame_encoder = _FrameEncoder(
+        head, {**fields, "motion": motion, "updates": updates, "births": births}
+    )
+    state = _try_to_reconstruct(frame_encoder, previous)
+    words_by_section = {section.title: section.written_words for section in frame_encoder.sections}
     motion_words = words_by_section.get("motion", change.motion_words or ())
     birth_words = words_by_section.get("births", change.birth_words or ())
     update_words = (
@@ -139,7 +141,7 @@ def make_snapshot(
     previous: PlainState,
     survivors: Sequence[Survivor],
     newborn: Sequence[CodedGaussian] = (),
-    state_code: StateCode = state_no_code,
+    choose_code: CodeChoice = choose_no_code,
     **overrides: Any,
 ) -> tuple[Snapshot, PlainState | None]:
     """Return the payload of a snapshot, and the state after it; see `make_canonical`.
@@ -149,7 +151,7 @@ def make_snapshot(
         previous: State of the previous frame.
         survivors: Survivors in ascending order of their indices.
         newborn: New Gaussians in any order; they are written in Morton order.
-        state_code: Function that returns the probability code to state for a context.
+        choose_code: Function that returns the probability code to state for a context.
         overrides: Field values that replace the computed ones; `survivors` replaces the words of
             its section.
     """
@@ -162,14 +164,14 @@ def make_snapshot(
     words = overrides.pop("survivors", None)
     fields = {"frame": previous.frame + 1, "canonical": frame, "newborn_count": len(keys)}
     fields |= {"origin": origin, "axis_bits": max(0, extent).bit_length()} | overrides
-    planes = Planes(make_survivor_planes(len(canonical_gaussians), survivors), state_code)
+    planes = Planes(make_survivor_planes(len(canonical_gaussians), survivors), choose_code)
     stored_survivors: dict[str, Any] = {"survivors": planes if words is None else {"words": words}}
     sections = [
-        Planes(bits, state_code) for bits in make_canonical_planes(head, keys, sorted_newborn)
+        Planes(bits, choose_code) for bits in make_canonical_planes(head, keys, sorted_newborn)
     ]
-    maker = _FrameMaker(head, fields | stored_survivors | {"sections": sections})
-    state = _try_to_reconstruct(maker, previous)
-    written_words = [section.written_words for section in maker.sections]
+    frame_encoder = _FrameEncoder(head, fields | stored_survivors | {"sections": sections})
+    state = _try_to_reconstruct(frame_encoder, previous)
+    written_words = [section.written_words for section in frame_encoder.sections]
     if words is not None:
         written_words.insert(0, words)
     written_words += [()] * (7 - len(written_words))
@@ -181,13 +183,15 @@ def make_snapshot(
     ), state
 
 
-def _try_to_reconstruct(maker: _FrameMaker, previous: PlainState | None) -> PlainState | None:
+def _try_to_reconstruct(
+    frame_encoder: _FrameEncoder, previous: PlainState | None
+) -> PlainState | None:
     """Return the state after a frame; None if the fields of the frame violate a clause."""
     try:
-        state = maker.reconstruct_state(previous)
+        state = frame_encoder.reconstruct_state(previous)
     except (AssertionError, ValueError, IndexError, ZeroDivisionError):
         return None
-    return state if maker.has_state else None
+    return state if frame_encoder.is_valid else None
 
 
 def _compute_crc(head: Head, state: PlainState | None) -> int:

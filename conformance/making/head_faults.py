@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from making.fault_rows import HEAD_CHUNK
 from making.payloads import MAGIC
-from making.vectors import Outcome, Recovery, ValidStream, Vector, make_broken_vector
+from making.vectors import Outcome, Recovery, ValidStream, Vector, make_patched_vector
 
 HeadCase = tuple[str, bytes, str, str, str]
 """Name, payload, reject id, clauses and description."""
@@ -17,8 +17,8 @@ def make_magic_and_head_faults(parent: ValidStream) -> list[Vector]:
 
 
 def _make_magic_faults(parent: ValidStream) -> Iterable[Vector]:
-    data, first = parent.layout.data, parent.layout.offsets[1]
-    converted_magic, repeated_head = MAGIC.replace(b"\r\n", b"\n"), MAGIC + data[8:first]
+    data, head_end = parent.layout.data, parent.layout.offsets[1]
+    converted_magic, repeated_head = MAGIC.replace(b"\r\n", b"\n"), MAGIC + data[8:head_end]
     cases = {
         "magic": (b"\x88" + data[1:], "one bit of the first byte is flipped"),
         "magic-line-ends": (
@@ -29,14 +29,14 @@ def _make_magic_faults(parent: ValidStream) -> Iterable[Vector]:
         "magic-missing": (data[8:], "the stream begins with HEAD"),
     }
     for name, (changed_data, note) in cases.items():
-        yield make_broken_vector(
+        yield make_patched_vector(
             parent, f"invalid/{name}", "5.1-1", changed_data, Outcome((), ("bad-magic",)), note
         )
     outcome, note = (
         Outcome((), ("sequence", "chunk-order")),
         "HEAD is repeated with the same sequence number",
     )
-    yield make_broken_vector(
+    yield make_patched_vector(
         parent, "invalid/head-again", "5.1-2 5.2-4", repeated_head + data[8:], outcome, note
     )
 
@@ -52,23 +52,23 @@ def _make_head_payload_faults(parent: ValidStream) -> Iterable[Vector]:
             parent.stream.replace_chunk(HEAD_CHUNK, payload=payload),
             Outcome((), (reject_id,)),
         )
-        vector = make_broken_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
+        vector = make_patched_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
         yield replace(vector, recover=Recovery((), reject_ids=(reject_id,)))
 
 
 def _list_version_faults(head: bytes) -> Iterable[HeadCase]:
-    other_version, reject_id, parse_clauses = (
+    with_version_2, reject_id, parse_clauses = (
         b"\2\0" + head[2:],
         "unsupported-version",
         "12-1 5.3-1",
     )
-    other_fields = other_version[:10] + b"\xee" * 30
+    other_fields = with_version_2[:10] + b"\xee" * 30
     yield "version-0", b"\0" + head[1:], reject_id, "12-1", "version 0.0"
-    yield "version-2", other_version, reject_id, "12-1", "version 2.0"
+    yield "version-2", with_version_2, reject_id, "12-1", "version 2.0"
     yield "version-255", b"\xff" + head[1:], reject_id, "12-1", "version 255.0"
     yield (
         "version-2-longer",
-        other_version + bytes(20),
+        with_version_2 + bytes(20),
         reject_id,
         parse_clauses,
         "version 2.0, with a longer HEAD",
@@ -127,12 +127,12 @@ def make_head_faults(parent: ValidStream) -> list[Vector]:
         label = f"{name}-{value}".replace("_", "-").replace(".", "-")
         outcome, note = Outcome((), ("field",)), f"{name} is {value}"
         vectors.append(
-            make_broken_vector(parent, f"invalid/head-{label}", "5-3", chunks, outcome, note)
+            make_patched_vector(parent, f"invalid/head-{label}", "5-3", chunks, outcome, note)
         )
     return vectors
 
 
-_STEPS = ("log_scale_step", "opacity_step", "sh_dc_step", "sh_rest_step")
+_STEP_FIELDS = ("log_scale_step", "opacity_step", "sh_dc_step", "sh_rest_step")
 
 
 HEAD_FAULTS: tuple[tuple[str, float], ...] = (
@@ -140,8 +140,8 @@ HEAD_FAULTS: tuple[tuple[str, float], ...] = (
     *(("lattice_exponent", 25), ("position_step", 0), ("translation_step", 0)),
     *(("rotation_unity", 0), ("rotation_unity", 257), ("rotation_components", 2)),
     *(("rotation_components", 5), ("rotation_bits", 0), ("rotation_bits", 15)),
-    *((step, 0.0) for step in _STEPS),
-    *((step, 1024.5) for step in _STEPS),
+    *((step, 0.0) for step in _STEP_FIELDS),
+    *((step, 1024.5) for step in _STEP_FIELDS),
     *(("log_scale_step", float("nan")), ("opacity_step", float("inf")), ("sh_dc_step", -0.125)),
     *(("sh_rest_step", float("nan")), ("sh_degree", 2), ("level_count", 0), ("level_count", 4)),
     *(("gaussians_per_anchor", 0), ("anchor_ratio", 0), ("anchor_ratio", 1)),

@@ -14,29 +14,35 @@ from making.vectors import (
     Splice,
     ValidStream,
     Vector,
-    make_broken_vector,
+    make_patched_vector,
     make_valid_stream,
 )
 from making.writing import Planes, WritingSection
 from plain.updates import read_updates
 
-LEVELS = {10: (65536, 4096, 1 << 22), 20: (262144, 16384, 1 << 24)}
-_POINT = CodedGaussian((0, 0, 0), codes=(0,) * 7)
+LEVEL_LIMITS = {10: (65536, 4096, 1 << 22), 20: (262144, 16384, 1 << 24)}
+_GAUSSIAN_AT_ORIGIN = CodedGaussian((0, 0, 0), codes=(0,) * 7)
 _HEAD_FIELDS = {"level": 10, "sh_degree": 0, "level_count": 1, "gaussians_per_anchor": 65535}
 
 
 def make_levels() -> list[ValidStream]:
     """Return the streams within the limits of their level."""
-    max_gaussians, max_births, _ = LEVELS[10]
+    max_gaussians, max_births, _ = LEVEL_LIMITS[10]
     full_stream = _append_death_and_birth(
-        Stream(Head(**_HEAD_FIELDS)).add_canonical(0, [_POINT] * max_gaussians)
+        Stream(Head(**_HEAD_FIELDS)).add_canonical(0, [_GAUSSIAN_AT_ORIGIN] * max_gaussians)
     )
-    max_births_stream = Stream(Head(level=10, sh_degree=0)).add_canonical(0, [_POINT] * 5)
-    max_births_stream.add_frame(Change(births=(_POINT,) * max_births))
-    more_births_stream = Stream(Head(level=20, sh_degree=0)).add_canonical(0, [_POINT] * 5)
-    more_births_stream.add_frame(Change(births=(_POINT,) * (max_births + 1)))
+    max_births_stream = Stream(Head(level=10, sh_degree=0)).add_canonical(
+        0, [_GAUSSIAN_AT_ORIGIN] * 5
+    )
+    max_births_stream.add_frame(Change(births=(_GAUSSIAN_AT_ORIGIN,) * max_births))
+    more_births_stream = Stream(Head(level=20, sh_degree=0)).add_canonical(
+        0, [_GAUSSIAN_AT_ORIGIN] * 5
+    )
+    more_births_stream.add_frame(Change(births=(_GAUSSIAN_AT_ORIGIN,) * (max_births + 1)))
     updated_stream = _append_update_and_birth(
-        Stream(make_update_head(**_HEAD_FIELDS)).add_canonical(0, [_POINT] * max_gaussians)
+        Stream(make_update_head(**_HEAD_FIELDS)).add_canonical(
+            0, [_GAUSSIAN_AT_ORIGIN] * max_gaussians
+        )
     )
     streams = [
         make_valid_stream(
@@ -121,7 +127,7 @@ def _append_update_and_birth(stream: Stream) -> Stream:
 def make_large_payloads(levels: list[ValidStream]) -> list[Vector]:
     """Return streams, made on demand, with payloads at the limit of a level or 1 byte longer."""
     vectors = []
-    for level, (_, _, size) in LEVELS.items():
+    for level, (_, _, size) in LEVEL_LIMITS.items():
         parent = next(
             level_stream for level_stream in levels if level_stream.vector.name == f"levels/{level}"
         )
@@ -132,7 +138,7 @@ def make_large_payloads(levels: list[ValidStream]) -> list[Vector]:
             amount = "one more than" if extra_bytes else "the most that"
             note = f"an ancillary payload of {size + extra_bytes} bytes, {amount} the level allows"
             clauses = "3.2-4 5.2-6 5.2-10"
-            vector = make_broken_vector(
+            vector = make_patched_vector(
                 parent, name, clauses, chunks, Outcome(frames, reject_ids), note
             )
             vectors.append(

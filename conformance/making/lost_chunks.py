@@ -11,7 +11,7 @@ from making.streams import Layout, assemble
 from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector
 
 
-def make_losses(parent: ValidStream) -> list[Vector]:
+def make_loss_vectors(parent: ValidStream) -> list[Vector]:
     """Return streams with missing chunks."""
     cases = {
         "cameras": ([1], 0, "`came`"),
@@ -25,11 +25,11 @@ def make_losses(parent: ValidStream) -> list[Vector]:
         "last-frame": ([12], 8, "the last FRAM"),
         "index": ([13], 9, "INDX"),
     }
-    losses = [make_loss(parent, f"damaged/lost-{n}", *case) for n, case in cases.items()]
+    losses = [make_loss_vector(parent, f"damaged/lost-{n}", *case) for n, case in cases.items()]
     return [*losses, _drop_both_ends(parent), _reject_two_canonicals(parent)]
 
 
-def make_loss(
+def make_loss_vector(
     parent: ValidStream, name: str, lost_indices: list[int], frames_before: int, description: str
 ) -> Vector:
     """Return a stream without some consecutive chunks, and its expected output.
@@ -143,7 +143,7 @@ def _join_chunks(parent: ValidStream, *order: int) -> bytes:
     return data[:8] + b"".join(data[offsets[n] : offsets[n + 1]] for n in order)
 
 
-def make_orders(parent: ValidStream) -> list[Vector]:
+def make_order_vectors(parent: ValidStream) -> list[Vector]:
     """Return streams with reordered or repeated chunks."""
     offsets, frames = parent.layout.offsets, parent.frames
     sizes = [offsets[n + 1] - offsets[n] for n in range(15)]

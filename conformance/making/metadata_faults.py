@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from making.fault_rows import CAME_CHUNK, META_CHUNK
 from making.payloads import pack_camera, pack_cameras
-from making.vectors import Outcome, ValidStream, Vector, make_broken_vector
+from making.vectors import Outcome, ValidStream, Vector, make_patched_vector
 
 _NAN, _INFINITY = (struct.pack("<f", float(word)) for word in ("nan", "inf"))
 _ZERO_U32, _MAX_U32 = bytes(4), b"\xff\xff\xff\xff"
@@ -37,7 +37,7 @@ def _make_faults_at(
     for name, payload, reject_id, clauses, note in faults:
         chunks = parent.stream.replace_chunk(chunk_index, payload=payload)
         outcome = Outcome(parent.frames[:frame_count], (reject_id,))
-        vector = make_broken_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
+        vector = make_patched_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
         yield replace(vector, needs="metadata")
 
 

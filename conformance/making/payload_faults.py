@@ -7,7 +7,7 @@ from typing import Any
 from making.fault_rows import (
     CANO_CHUNK,
     FRAM_CHUNK,
-    MOVED_FRAME,
+    FRAM_ORDINAL,
     Row,
     make_faults_at,
     replace_frame_fields,
@@ -74,10 +74,10 @@ def make_payload_faults(parent: ValidStream) -> list[Vector]:
 
 
 def _list_frame_faults(parent: ValidStream) -> Iterable[Row]:
-    frame, chunk_index = parent.stream.payloads[MOVED_FRAME], FRAM_CHUNK
+    frame, chunk_index = parent.stream.payloads[FRAM_ORDINAL], FRAM_CHUNK
     assert isinstance(frame, Frame)
     payload, too_many_words = frame.pack(), len(frame.motion) + len(frame.births) + 3
-    with_wrong_flag = replace_frame_fields(parent, MOVED_FRAME, previous_contexts=2)
+    with_wrong_flag = replace_frame_fields(parent, FRAM_ORDINAL, previous_contexts=2)
     yield "frame-flag", "5-3", "field", with_wrong_flag, "previous_contexts is 2"
     yield from _list_size_faults(parent, chunk_index, "frame", 0, 1)
     with_wrong_count = _replace_u32(parent, chunk_index, payload, 13, _MAX_U32)
@@ -87,11 +87,11 @@ def _list_frame_faults(parent: ValidStream) -> Iterable[Row]:
         "the words of a section extend beyond the payload",
     )
     yield "frame-words-beyond", "5-1", "field", with_wrong_count, note
-    yield from _list_field_faults(parent, MOVED_FRAME, _FRAME_FIELDS)
-    gaussian_count = parent.frames[MOVED_FRAME - 1].gaussians
-    with_all_deaths = replace_frame_fields(parent, MOVED_FRAME, death_count=gaussian_count)
+    yield from _list_field_faults(parent, FRAM_ORDINAL, _FRAME_FIELDS)
+    gaussian_count = parent.frames[FRAM_ORDINAL - 1].gaussians
+    with_all_deaths = replace_frame_fields(parent, FRAM_ORDINAL, death_count=gaussian_count)
     yield "deaths-of-all", "7.4-3", "count", with_all_deaths, "all Gaussians die"
-    yield from _list_field_faults(parent, MOVED_FRAME, _FRAME_COUNTS)
+    yield from _list_field_faults(parent, FRAM_ORDINAL, _FRAME_COUNTS)
 
 
 def _list_canonical_faults(parent: ValidStream) -> Iterable[Row]:

@@ -19,7 +19,7 @@ def make_recovery_rules(parent: ValidStream) -> list[Vector]:
         *_make_frame_before_canonical(parent),
         *_make_index_rules(parent),
         *_make_tail_rules(parent),
-        _make_old_number(parent),
+        _make_earlier_sequence_number(parent),
     ]
 
 
@@ -29,16 +29,16 @@ def _make_unknown_critical(parent: ValidStream) -> Iterable[Vector]:
     offset, reject_ids = offsets[_FRAME_4_CHUNK], ("unknown-critical",)
     damaged_chunk = pack_chunk(b"SNAP", _FRAME_4_CHUNK, bytes(8))[:-1] + b"\xff"
     long_chunk = pack_chunk_header(b"SNAP", _FRAME_4_CHUNK, 1 << 30)
-    for name, chunk, other_ids, note in (
+    for name, chunk, other_reject_ids, note in (
         ("damaged", damaged_chunk, ("payload-crc",), "whose payload is damaged"),
         ("too-long", long_chunk, ("chunk-exceeds-level", "truncated"), "that is too long"),
     ):
-        outcome = Outcome(frames[:4], (*reject_ids, *other_ids))
+        outcome = Outcome(frames[:4], (*reject_ids, *other_reject_ids))
         recovery = Recovery(frames[:4], reject_ids=reject_ids)
-        changed = data[:offset] + chunk + data[offset:]
+        changed_data = data[:offset] + chunk + data[offset:]
         note = f"a critical chunk of an unknown type {note}"
-        yield _make_rule(
-            parent, f"unknown-critical-{name}", "5.2-9", changed, outcome, recovery, note
+        yield _make_rule_vector(
+            parent, f"unknown-critical-{name}", "5.2-9", changed_data, outcome, recovery, note
         )
     chunks = [
         *parent.stream.chunks[:TAIL_CHUNK],
@@ -48,7 +48,7 @@ def _make_unknown_critical(parent: ValidStream) -> Iterable[Vector]:
     outcome = Outcome(frames, (*reject_ids, "chunk-order"))
     note = "a critical chunk of an unknown type after INDX"
     recovery = Recovery(frames, reject_ids=reject_ids)
-    yield _make_rule(
+    yield _make_rule_vector(
         parent, "unknown-critical-behind-index", "5.2-9 5.1-6", chunks, outcome, recovery, note
     )
     out_of_sequence = parent.stream.replace_chunk(
@@ -58,7 +58,7 @@ def _make_unknown_critical(parent: ValidStream) -> Iterable[Vector]:
     gap = Gap(offset, offsets[9] - offset, ("sequence",), 2)
     recovery = Recovery([*frames[:4], *frames[6:]], (gap,))
     note = "a critical chunk of an unknown type after a lost chunk"
-    yield _make_rule(
+    yield _make_rule_vector(
         parent,
         "unknown-critical-out-of-sequence",
         "5.2-4 5.2-9",
@@ -82,19 +82,21 @@ def _make_frame_before_canonical(parent: ValidStream) -> Iterable[Vector]:
         recovery = Recovery(parent.frames, (gap,))
         note = f"a FRAM precedes the first CANO{note}"
         outcome = Outcome((), reject_ids)
-        yield _make_rule(parent, f"frame-first-{name}", "5.1-3", chunks, outcome, recovery, note)
+        yield _make_rule_vector(
+            parent, f"frame-first-{name}", "5.1-3", chunks, outcome, recovery, note
+        )
 
 
 def _make_index_rules(parent: ValidStream) -> Iterable[Vector]:
     """Yield a stream with INDX in its middle, and one with a malformed INDX after a gap."""
     stream, frames = parent.stream, parent.frames
-    index_within = [*stream.chunks[:5], Chunk(b"INDX", None), *stream.chunks[5:]]
-    offset = assemble(index_within).offsets[6]
+    with_index_inside = [*stream.chunks[:5], Chunk(b"INDX", None), *stream.chunks[5:]]
+    offset = assemble(with_index_inside).offsets[6]
     recovery = Recovery(frames, (Gap(offset, 0, ("chunk-order",), 0),))
     note = "a CANO after INDX, at which decoding resumes"
     outcome = Outcome(frames[:3], ("chunk-order",))
-    yield _make_rule(
-        parent, "canonical-behind-index", "5.1-6", index_within, outcome, recovery, note
+    yield _make_rule_vector(
+        parent, "canonical-behind-index", "5.1-6", with_index_inside, outcome, recovery, note
     )
     offsets, data = parent.layout.offsets, parent.layout.data
     index = data[offsets[INDX_CHUNK] + 20 : offsets[TAIL_CHUNK] - 4]
@@ -108,7 +110,9 @@ def _make_index_rules(parent: ValidStream) -> Iterable[Vector]:
     recovery = Recovery([*frames[:2], *frames[3:]], gaps)
     note = "after a gap, INDX is not compared with the stream, but its fields are checked"
     outcome = Outcome(frames[:2], ("payload-crc",))
-    yield _make_rule(parent, "index-longer-behind-a-gap", "5-2", chunks, outcome, recovery, note)
+    yield _make_rule_vector(
+        parent, "index-longer-behind-a-gap", "5-2", chunks, outcome, recovery, note
+    )
 
 
 def _make_tail_rules(parent: ValidStream) -> Iterable[Vector]:
@@ -123,7 +127,7 @@ def _make_tail_rules(parent: ValidStream) -> Iterable[Vector]:
     offset, tail_offset, end_offset = offsets[_FRAME_8_CHUNK], offsets[TAIL_CHUNK], offsets[-1]
     recovery = Recovery(frames, (Gap(offset, tail_offset - offset, ("payload-crc",), None),))
     note = "TAIL states fewer frames than were decoded, so the number of lost frames is unknown"
-    yield _make_rule(
+    yield _make_rule_vector(
         parent, "tail-of-fewer-frames", "5.8-1", with_fewer_frames, outcome, recovery, note
     )
     with_longer_tail = [
@@ -135,7 +139,7 @@ def _make_tail_rules(parent: ValidStream) -> Iterable[Vector]:
         Gap(end_offset + 1, 0, ("truncated",), None),
     )
     note = "TAIL has an additional byte, so decoding does not resume there"
-    yield _make_rule(
+    yield _make_rule_vector(
         parent,
         "tail-longer-behind-a-gap",
         "5-2",
@@ -146,12 +150,12 @@ def _make_tail_rules(parent: ValidStream) -> Iterable[Vector]:
     )
 
 
-def _make_old_number(parent: ValidStream) -> Vector:
+def _make_earlier_sequence_number(parent: ValidStream) -> Vector:
     data, offsets, frames = parent.layout.data, parent.layout.offsets, parent.frames
     offset, payload = offsets[_FRAME_4_CHUNK], data[offsets[9] + 20 : offsets[10] - 4]
     junk = b"?" + pack_chunk(b"CANO", _FRAME_4_CHUNK - 1, payload)
     gap = Gap(offset, len(junk) + offsets[9] - offset, ("bad-sync",), 2)
-    return _make_rule(
+    return _make_rule_vector(
         parent,
         "junk-old-number",
         "5.2-4",
@@ -162,7 +166,7 @@ def _make_old_number(parent: ValidStream) -> Vector:
     )
 
 
-def _make_rule(
+def _make_rule_vector(
     parent: ValidStream,
     name: str,
     clauses: str,

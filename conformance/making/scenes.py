@@ -4,14 +4,14 @@ from collections.abc import Mapping, Sequence
 
 from making.changes import CodedGaussian, Symbols
 
-_MIXER = 0x9E3779B1
+_HASH_MULTIPLIER = 0x9E3779B1
 
 
 def hash_numbers(*numbers: int) -> int:
     """Return a 32-bit hash of the numbers."""
     value = 0x12345
     for number in numbers:
-        value = (value ^ (number + 0x7F4A7C15)) * _MIXER % (1 << 32)
+        value = (value ^ (number + 0x7F4A7C15)) * _HASH_MULTIPLIER % (1 << 32)
         value ^= value >> 15
     return value
 
@@ -70,7 +70,7 @@ def select_symbols(*entries: tuple[int, int, Sequence[int]]) -> Symbols:
     return lambda level, anchor: symbols_by_anchor.get((level, anchor))
 
 
-def state_varied_codes(_model: str, context: int, zeros: int, ones: int) -> int:
+def choose_varied_codes(_model: str, context: int, zeros: int, ones: int) -> int:
     """Return a code that varies with the context and makes the more frequent bit more probable."""
     base = 60 + 3 * context % 59
     return base + 120 if ones > zeros else base

@@ -6,7 +6,7 @@ from dataclasses import replace
 from making.fault_rows import CANO_CHUNK, INDX_CHUNK, TAIL_CHUNK
 from making.payloads import pack_metadata, pack_tail
 from making.streams import Chunk, assemble
-from making.vectors import Outcome, ValidStream, Vector, make_broken_vector
+from making.vectors import Outcome, ValidStream, Vector, make_patched_vector
 
 _REQUESTED_FRAME = 7
 """The frame to seek to; decoding starts at the seek point of frame 6."""
@@ -18,7 +18,7 @@ def make_seek_faults(parent: ValidStream) -> list[Vector]:
         *_make_offset_faults(parent),
         *_make_index_faults(parent),
         *_make_skipped_faults(parent),
-        *_make_unindexed(parent),
+        *_make_streams_without_index(parent),
     ]
 
 
@@ -68,11 +68,16 @@ def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
 
 
 def _make_wrong_index(
-    parent: ValidStream, name: str, clauses: str, chunks: list[Chunk], read_id: str, note: str
+    parent: ValidStream,
+    name: str,
+    clauses: str,
+    chunks: list[Chunk],
+    decode_reject_id: str,
+    note: str,
 ) -> Vector:
     """Return a stream rejected at once when seeking, but only after all frames when decoding."""
-    outcome = Outcome(parent.frames, (read_id,))
-    vector = make_broken_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
+    outcome = Outcome(parent.frames, (decode_reject_id,))
+    vector = make_patched_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
     return replace(vector, seek=((_REQUESTED_FRAME, Outcome((), ("index-mismatch",))),))
 
 
@@ -95,12 +100,12 @@ def _make_skipped_faults(parent: ValidStream) -> Iterable[Vector]:
     }
     for name, (chunks, frames_before, reject_id, note) in faults.items():
         outcome = Outcome(frames[:frames_before], (reject_id,))
-        vector = make_broken_vector(
+        vector = make_patched_vector(
             parent, f"damaged/passed-{name}", "11.2-1", chunks, outcome, note
         )
         yield replace(vector, seek=((_REQUESTED_FRAME, Outcome(frames[_REQUESTED_FRAME:])),))
     head = stream.replace_chunk(0, flip_byte=30)
-    vector = make_broken_vector(
+    vector = make_patched_vector(
         parent,
         "damaged/passed-head",
         "11.2-1",
@@ -111,28 +116,28 @@ def _make_skipped_faults(parent: ValidStream) -> Iterable[Vector]:
     yield replace(vector, seek=((_REQUESTED_FRAME, Outcome((), ("payload-crc",))),))
     index = stream.replace_chunk(INDX_CHUNK, flip_byte=-20)
     outcome = Outcome(frames, ("payload-crc",))
-    vector = make_broken_vector(
+    vector = make_patched_vector(
         parent, "damaged/passed-index", "11.2-1", index, outcome, "one bit of INDX is flipped"
     )
     yield replace(vector, seek=((_REQUESTED_FRAME, Outcome((), ("payload-crc",))),))
 
 
-def _make_unindexed(parent: ValidStream) -> Iterable[Vector]:
+def _make_streams_without_index(parent: ValidStream) -> Iterable[Vector]:
     frames, stream = parent.frames, parent.stream
-    unindexed = [*stream.chunks[:INDX_CHUNK], stream.chunks[TAIL_CHUNK]]
+    without_index = [*stream.chunks[:INDX_CHUNK], stream.chunks[TAIL_CHUNK]]
     note = "the stream has no INDX, so seeking reads one chunk header after another"
-    vector = make_broken_vector(
+    vector = make_patched_vector(
         parent,
         "streams/journey-without-index",
         "11.2-1",
-        unindexed,
+        without_index,
         Outcome(frames),
         note,
     )
     yield replace(vector, seek=tuple((f, Outcome(frames[f:])) for f in (1, 3, 5, 8)))
     cut_data = assemble(stream.chunks).data[: parent.layout.offsets[12]]
     outcome = Outcome(frames[:8], ("truncated",))
-    vector = make_broken_vector(
+    vector = make_patched_vector(
         parent,
         "damaged/passed-end",
         "11.2-1 11.3",
@@ -142,15 +147,15 @@ def _make_unindexed(parent: ValidStream) -> Iterable[Vector]:
     )
     yield replace(vector, seek=((4, Outcome(frames[4:8], ("truncated",))),))
     with_short_canonical = [
-        *unindexed[:CANO_CHUNK],
-        replace(unindexed[CANO_CHUNK], payload=bytes(3)),
-        *unindexed[CANO_CHUNK + 1 :],
+        *without_index[:CANO_CHUNK],
+        replace(without_index[CANO_CHUNK], payload=bytes(3)),
+        *without_index[CANO_CHUNK + 1 :],
     ]
     outcome, note = (
         Outcome(frames[:3], ("field",)),
         "a CANO before the requested frame has only 3 bytes, and thus no ordinal",
     )
-    vector = make_broken_vector(
+    vector = make_patched_vector(
         parent, "invalid/seek-canonical-short", "11.2-1 5-1", with_short_canonical, outcome, note
     )
     yield replace(vector, seek=((_REQUESTED_FRAME, Outcome((), ("field",))),))

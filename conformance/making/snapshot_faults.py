@@ -16,7 +16,7 @@ from making.snapshot_scenes import (
     make_unchanged_survivors,
 )
 from making.streams import Chunk, assemble
-from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector, make_broken_vector
+from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector, make_patched_vector
 from making.word_faults import encode_stated_code
 
 _SNAP_CHUNK = 5
@@ -25,23 +25,23 @@ _SNAP_FRAME = 3
 Row = tuple[str, str, str, list[Chunk], str]
 
 
-def make_snapshot_faults(parent: ValidStream, plain: ValidStream) -> list[Vector]:
+def make_snapshot_faults(parent: ValidStream, journey: ValidStream) -> list[Vector]:
     """Return all vectors.
 
     Args:
         parent: `streams/snapshots-journey`.
-        plain: `streams/journey`, which has no snapshots.
+        journey: `streams/journey`, which has no snapshots.
     """
     rows = [*_list_field_faults(parent), *_list_scene_faults(parent), *_list_word_faults(parent)]
     vectors = [
         *(_make_fault(parent, *row) for row in rows),
         *_make_index_faults(parent),
-        *_make_damage(parent),
+        *_make_damaged_vectors(parent),
         _make_snapshot_first(parent),
     ]
     return [
         *(replace(vector, **REQUIRED_CAPABILITY) for vector in vectors),
-        _make_snapshot_without_feature(plain),
+        _make_snapshot_without_feature(journey),
     ]
 
 
@@ -56,7 +56,7 @@ def _make_fault(
 ) -> Vector:
     """Return a vector with a fault in the snapshot; recovery resumes at the next snapshot."""
     outcome = Outcome(parent.frames[:_SNAP_FRAME], tuple(reject_ids.split()))
-    vector = make_broken_vector(parent, f"invalid/snapshot-{name}", clauses, chunks, outcome, note)
+    vector = make_patched_vector(parent, f"invalid/snapshot-{name}", clauses, chunks, outcome, note)
     offsets = assemble(chunks).offsets
     gap = Gap(
         offsets[_SNAP_CHUNK], offsets[_SNAP_CHUNK + 3] - offsets[_SNAP_CHUNK], outcome.reject_ids, 3
@@ -88,22 +88,28 @@ def _list_field_faults(parent: ValidStream) -> Iterable[Row]:
         replace_fields(canonical=8),
         "the snapshot refers to a later CANO",
     )
-    too_many = replace_fields(newborn_count=65537)
+    with_count_beyond_level = replace_fields(newborn_count=65537)
     note = "one new Gaussian more than level 1.0 allows"
-    yield "newborn-beyond-level", "3.2-6 3.2-5", "count-exceeds-level", too_many, note
-    max_count = replace_fields(newborn_count=(1 << 32) - 1)
+    yield (
+        "newborn-beyond-level",
+        "3.2-6 3.2-5",
+        "count-exceeds-level",
+        with_count_beyond_level,
+        note,
+    )
+    with_max_count = replace_fields(newborn_count=(1 << 32) - 1)
     yield (
         "newborn-greatest",
         "3.2-6 3.2-5",
         "count-exceeds-level",
-        max_count,
+        with_max_count,
         "2^32 - 1 new Gaussians",
     )
     yield "axis-bits", "5-2", "field", replace_fields(axis_bits=21), "axis_bits is 21"
     with_wrong_crc = replace_fields(state_crc=snapshot.state_crc ^ 1)
     yield "state-crc", "9.2-1", "state-crc", with_wrong_crc, "one bit of the state CRC is flipped"
     payload = snapshot.pack()
-    for name, data, ids, clauses, note in (
+    for name, data, reject_ids, clauses, note in (
         ("shorter", payload[:-1], "field", "5-1", "the last byte is missing"),
         (
             "longer",
@@ -113,7 +119,13 @@ def _list_field_faults(parent: ValidStream) -> Iterable[Row]:
             "an additional byte after the last field",
         ),
     ):
-        yield name, clauses, ids, parent.stream.replace_chunk(_SNAP_CHUNK, payload=data), note
+        yield (
+            name,
+            clauses,
+            reject_ids,
+            parent.stream.replace_chunk(_SNAP_CHUNK, payload=data),
+            note,
+        )
 
 
 def _list_scene_faults(parent: ValidStream) -> Iterable[Row]:
@@ -221,14 +233,14 @@ def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
     outcome = Outcome(parent.frames, ("index-mismatch",))
     note = "INDX lists no snapshots"
     name = "invalid/index-without-snapshots"
-    yield make_broken_vector(parent, name, "5.9-1 5.9-2", chunks_with_index, outcome, note)
+    yield make_patched_vector(parent, name, "5.9-1 5.9-2", chunks_with_index, outcome, note)
     moved_points = [(o, n, 1 if frame == 0 else frame) for o, n, frame in points]
     chunks_with_index = parent.stream.replace_chunk(index, payload=pack_index(moved_points))
     name, note = (
         "another-canonical",
         "no seek point has the ordinal of the CANO to which a snapshot refers",
     )
-    vector = make_broken_vector(
+    vector = make_patched_vector(
         parent, f"invalid/index-of-{name}", "11.2-5", chunks_with_index, outcome, note
     )
     rejected = Outcome((), ("index-mismatch",))
@@ -239,13 +251,13 @@ def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
         "a-snapshot",
         "the seek point of the CANO to which a snapshot refers is that of a snapshot",
     )
-    vector = make_broken_vector(
+    vector = make_patched_vector(
         parent, f"invalid/index-of-{name}", "11.2-5", chunks_with_index, outcome, note
     )
     yield replace(vector, seek=tuple((f, rejected) for f in (3, 5, 6)))
 
 
-def _make_damage(parent: ValidStream) -> Iterable[Vector]:
+def _make_damaged_vectors(parent: ValidStream) -> Iterable[Vector]:
     """Yield streams with a damaged chunk; a lost CANO also loses all snapshots that refer to it."""
     rows = (
         (2, 0, 8, None, "first-canonical", "the first CANO"),
@@ -288,16 +300,16 @@ def _make_snapshot_first(parent: ValidStream) -> Vector:
     chunks = [p for n, p in enumerate(parent.stream.chunks) if n not in (2, 3, 4)]
     outcome = Outcome((), ("chunk-order",))
     note = "a snapshot precedes the first CANO"
-    return make_broken_vector(parent, "invalid/snapshot-first", "5.1-3", chunks, outcome, note)
+    return make_patched_vector(parent, "invalid/snapshot-first", "5.1-3", chunks, outcome, note)
 
 
-def _make_snapshot_without_feature(plain: ValidStream) -> Vector:
-    chunk_index = next(n for n, chunk in enumerate(plain.stream.chunks) if chunk.kind == b"FRAM")
+def _make_snapshot_without_feature(journey: ValidStream) -> Vector:
+    chunk_index = next(n for n, chunk in enumerate(journey.stream.chunks) if chunk.kind == b"FRAM")
     snapshot = Snapshot(1, 0, 0, (0, 0, 0), 0, (), ((),) * 6, 0).pack()
-    chunks = plain.stream.insert_chunks(Chunk(b"SNAP", snapshot), index=chunk_index)
-    outcome = Outcome(plain.frames[:1], ("unknown-critical",))
+    chunks = journey.stream.insert_chunks(Chunk(b"SNAP", snapshot), index=chunk_index)
+    outcome = Outcome(journey.frames[:1], ("unknown-critical",))
     note = "a SNAP in a stream without FEATURE_SNAPSHOTS"
-    vector = make_broken_vector(
-        plain, "invalid/snapshot-without-the-feature", "5.2-9", chunks, outcome, note
+    vector = make_patched_vector(
+        journey, "invalid/snapshot-without-the-feature", "5.2-9", chunks, outcome, note
     )
     return replace(vector, recover=Recovery(outcome.frames, reject_ids=outcome.reject_ids))

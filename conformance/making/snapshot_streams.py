@@ -5,11 +5,11 @@ from typing import Any
 from making.changes import Change, CodedGaussian, Survivor
 from making.payloads import pack_camera, pack_cameras
 from making.scenes import (
+    choose_varied_codes,
     draw_between,
     make_cloud,
     make_moving_symbols,
     make_newborn,
-    state_varied_codes,
 )
 from making.snapshot_scenes import (
     FIELDS,
@@ -53,14 +53,16 @@ def make_snapshots_journey() -> ValidStream:
             births = make_newborn([1, 4], frame) if frame % 2 else ()
             stream.add_frame(Change(make_moving_symbols(6, frame), births, deaths=frame % 2))
     stream.finish(index=True)
-    without_seek = _make_valid("journey", "the parent of faults", "", stream)
+    without_seek = _make_snapshot_stream("journey", "the parent of faults", "", stream)
     seek = tuple((f, Outcome(without_seek.frames[f:])) for f in range(1, 12))
     note = "CANO 0 and 8, snapshots 3, 6 and 10, motion, births, deaths, INDX"
     clauses = "11.2-1 11.2-4 11.2-5 5.9-1 5.8-1 8.9"
-    return _make_valid("journey", note, clauses, stream, seek=seek, grow=True)
+    return _make_snapshot_stream("journey", note, clauses, stream, seek=seek, grow=True)
 
 
-def _make_valid(name: str, note: str, clauses: str, stream: Stream, **options: Any) -> ValidStream:
+def _make_snapshot_stream(
+    name: str, note: str, clauses: str, stream: Stream, **options: Any
+) -> ValidStream:
     all_clauses = f"1-1 1-2 {clauses}"
     return make_valid_stream(
         f"streams/snapshots-{name}", note, all_clauses, stream, **REQUIRED_CAPABILITY, **options
@@ -86,7 +88,7 @@ def _make_field_streams() -> list[ValidStream]:
             survivors.append(Survivor(i, tuple(values)))
         stream.add_snapshot(survivors)
         streams.append(
-            _make_valid(
+            _make_snapshot_stream(
                 name, f"survivors whose differences are all in {name}", "7.9 8.9", stream.finish()
             )
         )
@@ -95,7 +97,7 @@ def _make_field_streams() -> list[ValidStream]:
         Survivor(i, make_differences(rotation=(i % 4, 3 * i - 9, 7, i))) for i in range(8)
     )
     note = "rotations with another index j, whose components are coded without prediction"
-    return [*streams, _make_valid("turned", note, "7.9 8.9", rotation_stream.finish())]
+    return [*streams, _make_snapshot_stream("turned", note, "7.9 8.9", rotation_stream.finish())]
 
 
 def _make_header_streams() -> list[ValidStream]:
@@ -130,18 +132,20 @@ def _make_header_streams() -> list[ValidStream]:
             Change(make_moving_symbols(3 + stream.head.rotation_components, 1), updates=updates)
         )
         stream.add_snapshot(draw_survivors(range(1, 12), number), make_cloud(2, number, degree))
-        streams.append(_make_valid(name, note, "7.9 8.9", _append_frames(stream, 4)))
+        streams.append(_make_snapshot_stream(name, note, "7.9 8.9", _append_frames(stream, 4)))
     for level in (20, 30, 31):
         stream = Stream(make_snapshot_head(level=level)).add_canonical(0, make_cloud(5, level))
         stream.add_snapshot(draw_survivors(range(5), level))
         streams.append(
-            _make_valid(f"level-{level}", f"level {level} in HEAD", "3.2-6", _append_frames(stream))
+            _make_snapshot_stream(
+                f"level-{level}", f"level {level} in HEAD", "3.2-6", _append_frames(stream)
+            )
         )
     return streams
 
 
 def _make_scene_streams() -> list[ValidStream]:
-    same_stream = (
+    unchanged_stream = (
         Stream(make_snapshot_head())
         .add_canonical(0, make_cloud(9, 80))
         .add_snapshot(make_unchanged_survivors(range(9)))
@@ -151,7 +155,7 @@ def _make_scene_streams() -> list[ValidStream]:
         .add_canonical(0, make_cloud(9, 81))
         .add_snapshot((), make_cloud(7, 82))
     )
-    last_stream = (
+    last_survivor_stream = (
         Stream(make_snapshot_head())
         .add_canonical(0, make_cloud(9, 83))
         .add_snapshot(make_unchanged_survivors([6]))
@@ -181,33 +185,37 @@ def _make_scene_streams() -> list[ValidStream]:
         Survivor(2, (0,) * 7 + (-32767,) * 7),
     ])  # fmt: skip
     return [
-        _make_valid("same", "a snapshot without changes", "7.9 8.9", _append_frames(same_stream)),
-        _make_valid(
+        _make_snapshot_stream(
+            "same", "a snapshot without changes", "7.9 8.9", _append_frames(unchanged_stream)
+        ),
+        _make_snapshot_stream(
             "newborn",
             "a snapshot in which no Gaussian survives",
             "7.9-3",
             _append_frames(newborn_stream),
         ),
-        _make_valid(
+        _make_snapshot_stream(
             "last-one",
             "a snapshot in which one Gaussian survives",
             "7.9-3",
-            _append_frames(last_stream),
+            _append_frames(last_survivor_stream),
         ),
-        _make_valid(
+        _make_snapshot_stream(
             "in-a-row",
             "two consecutive snapshots directly after the CANO",
             "7.9-2",
             _append_frames(consecutive_stream),
         ),
-        _make_valid("far", "positions with large differences", "7.9-5", far_stream.finish()),
-        _make_valid(
+        _make_snapshot_stream(
+            "far", "positions with large differences", "7.9-5", far_stream.finish()
+        ),
+        _make_snapshot_stream(
             "wide",
             "the widest range of positions that a snapshot allows",
             "7.9-4",
             wide_stream.finish(),
         ),
-        _make_valid(
+        _make_snapshot_stream(
             "extreme-codes", "codes that change by 32767", "7.9-5", extreme_stream.finish()
         ),
     ]
@@ -215,24 +223,24 @@ def _make_scene_streams() -> list[ValidStream]:
 
 def _make_plane_streams() -> list[ValidStream]:
     stated_stream = Stream(make_snapshot_head()).add_canonical(0, make_cloud(9, 90))
-    stated_stream.add_snapshot(draw_survivors(range(8), 5), make_cloud(2, 91), state_varied_codes)
-    named_stream = Stream(make_snapshot_head()).add_canonical(0, make_cloud(9, 92))
-    named_stream.add_snapshot(Survivor(i, field_mask=31 - i) for i in range(9))
+    stated_stream.add_snapshot(draw_survivors(range(8), 5), make_cloud(2, 91), choose_varied_codes)
+    masked_stream = Stream(make_snapshot_head()).add_canonical(0, make_cloud(9, 92))
+    masked_stream.add_snapshot(Survivor(i, field_mask=31 - i) for i in range(9))
     roomy_stream = Stream(make_snapshot_head()).add_canonical(0, make_cloud(4, 93))
     roomy_stream.add_snapshot(
         make_unchanged_survivors([1]), make_cloud(3, 94), origin=(-90, -80, -70), axis_bits=19
     )
     return [
-        _make_valid(
+        _make_snapshot_stream(
             "stated", "every context states a probability", "8.2-1 8.9", stated_stream.finish()
         ),
-        _make_valid(
+        _make_snapshot_stream(
             "without-changes",
             "fields that are coded as changed but have no difference",
             "8.9",
-            named_stream.finish(),
+            masked_stream.finish(),
         ),
-        _make_valid(
+        _make_snapshot_stream(
             "roomy-box",
             "axis_bits and the distance of the origin are larger than needed",
             "8.5-1",

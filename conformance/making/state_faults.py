@@ -9,7 +9,7 @@ from making.changes import Change, CodedGaussian
 from making.fault_rows import (
     CANO_CHUNK,
     FRAM_CHUNK,
-    MOVED_FRAME,
+    FRAM_ORDINAL,
     Row,
     make_faults_at,
     replace_frame_fields,
@@ -17,15 +17,15 @@ from making.fault_rows import (
 from making.frames import make_canonical, make_frame
 from making.scenes import make_cloud, make_moving_symbols, make_newborn
 from making.streams import Chunk
-from making.vectors import Outcome, ValidStream, Vector, make_broken_vector
+from making.vectors import Outcome, ValidStream, Vector, make_patched_vector
 from plain.state import PlainState
 
 _ROTATION_ONE = 1 << 8  # 2^rotation_bits of the journey
-_BEYOND_BY_DIFFERENCE = "32768, computed from its difference from green"
+_WRONG_COLOR_NOTE = "32768, computed from its difference from green"
 WrongGaussian = tuple[str, str, str, dict[str, Any], str]
 """Name, clauses, reject id, changed fields of a coded Gaussian, and description."""
 
-_NEWBORN: tuple[WrongGaussian, ...] = (
+_WRONG_BIRTHS: tuple[WrongGaussian, ...] = (
     (
         "parent-far-beyond",
         "7.6-1",
@@ -51,7 +51,7 @@ _NEWBORN: tuple[WrongGaussian, ...] = (
         "a rotation component of magnitude above 1",
     ),
 )
-_ROTATIONS: tuple[WrongGaussian, ...] = (
+_WRONG_ROTATIONS: tuple[WrongGaussian, ...] = (
     (
         *("rotation", "7.2-6", "rotation-range", {"rotation": (2, _ROTATION_ONE, 0, 1)}),
         "a rotation whose norm is just too large",
@@ -90,7 +90,7 @@ def make_state_faults(parent: ValidStream) -> list[Vector]:
 
 
 def _get_previous_state(parent: ValidStream) -> PlainState:
-    state = parent.stream.states[MOVED_FRAME - 1]
+    state = parent.stream.states[FRAM_ORDINAL - 1]
     assert state is not None
     return state
 
@@ -107,12 +107,14 @@ def _list_newborn_faults(parent: ValidStream) -> Iterable[Row]:
     def make_chunks(**fields: Any) -> list[Chunk]:
         return _replace_frame(parent, Change(births=(first, replace(second, **fields))))
 
-    with_inverse_w = _replace_frame(parent, Change(lambda _level, _anchor: [0, 0, 0, -1, 0, 0, 0]))
+    with_zero_rotation_sum = _replace_frame(
+        parent, Change(lambda _level, _anchor: [0, 0, 0, -1, 0, 0, 0])
+    )
     note = "w residuals that make all components of a rotation sum 0"
-    yield "degenerate-rotation", "7.3-1", "degenerate-rotation", with_inverse_w, note
+    yield "degenerate-rotation", "7.3-1", "degenerate-rotation", with_zero_rotation_sum, note
     note = "the parent is a Gaussian born in the same frame"
     yield "parent-beyond", "7.6-1", "parent-range", make_chunks(parent=count), note
-    for name, clauses, reject_id, fields, note in _NEWBORN:
+    for name, clauses, reject_id, fields, note in _WRONG_BIRTHS:
         yield name, clauses, reject_id, make_chunks(**fields), note
     for name, wrong_codes, note in _list_wrong_codes("newborn-code", codes):
         yield name, "7.6-3", "code-range", make_chunks(codes=wrong_codes), note
@@ -127,16 +129,16 @@ def _list_wrong_codes(
     name: str, codes: tuple[int, ...]
 ) -> Iterable[tuple[str, tuple[int, ...], str]]:
     """Yield codes with a color out of range whose difference from green is in range."""
-    yield name, (*codes[:4], 32768, 1, 1, *codes[7:]), f"red is {_BEYOND_BY_DIFFERENCE}"
+    yield name, (*codes[:4], 32768, 1, 1, *codes[7:]), f"red is {_WRONG_COLOR_NOTE}"
     yield (
         f"{name}-negative",
         (*codes[:4], 1, -1, -32768, *codes[7:]),
-        f"blue is -{_BEYOND_BY_DIFFERENCE}",
+        f"blue is -{_WRONG_COLOR_NOTE}",
     )
 
 
 def _list_crc_faults(parent: ValidStream) -> Iterable[Row]:
-    state, frame = parent.stream.states[MOVED_FRAME], parent.stream.payloads[MOVED_FRAME]
+    state, frame = parent.stream.states[FRAM_ORDINAL], parent.stream.payloads[FRAM_ORDINAL]
     assert state is not None
     crcs = {
         "state-crc": (frame.state_crc ^ 1, "9.2-1 9.2-2", "one bit of the state CRC is flipped"),
@@ -151,13 +153,13 @@ def _list_crc_faults(parent: ValidStream) -> Iterable[Row]:
             name,
             clauses,
             "state-crc",
-            replace_frame_fields(parent, MOVED_FRAME, state_crc=crc),
+            replace_frame_fields(parent, FRAM_ORDINAL, state_crc=crc),
             note,
         )
     other_frame, _ = make_frame(
         parent.stream.head, _get_previous_state(parent), Change(make_moving_symbols(7, 99))
     )
-    chunks = replace_frame_fields(parent, MOVED_FRAME, motion=other_frame.motion)
+    chunks = replace_frame_fields(parent, FRAM_ORDINAL, motion=other_frame.motion)
     yield (
         "state-of-another-frame",
         "9.2-1",
@@ -207,7 +209,7 @@ def _list_gaussian_faults(parent: ValidStream) -> Iterable[Row]:
     for name, codes, note in _list_wrong_codes("code", last.codes):
         chunks = _replace_canonical(parent, [*other_gaussians, replace(last, codes=codes)])
         yield name, "7.2-4", "code-range", chunks, note
-    for name, clauses, reject_id, fields, note in _ROTATIONS:
+    for name, clauses, reject_id, fields, note in _WRONG_ROTATIONS:
         yield (
             name,
             clauses,
@@ -236,13 +238,15 @@ def make_motion_faults(parent: ValidStream) -> list[Vector]:
         make_newborn([x_positions.index(max(x_positions))], 1, 0)[0], position=(1, 0, 0)
     )
     vectors = [
-        _append_frame(parent, name, "7.5-1", Change(_repeat_symbols(symbols)), note)
+        _make_last_frame_fault(parent, name, "7.5-1", Change(_repeat_symbols(symbols)), note)
         for name, (symbols, note) in _MOTION_FAULTS.items()
     ]
     note = "a Gaussian is born just beyond the lattice"
     return [
         *vectors,
-        _append_frame(parent, "newborn-beyond", "7.6-2", Change(births=(newborn_beyond,)), note),
+        _make_last_frame_fault(
+            parent, "newborn-beyond", "7.6-2", Change(births=(newborn_beyond,)), note
+        ),
     ]
 
 
@@ -250,11 +254,13 @@ def _repeat_symbols(symbols: list[int]) -> Callable[[int, int], list[int]]:
     return lambda _level, _anchor: symbols
 
 
-def _append_frame(parent: ValidStream, name: str, clause: str, change: Change, note: str) -> Vector:
+def _make_last_frame_fault(
+    parent: ValidStream, name: str, clause: str, change: Change, note: str
+) -> Vector:
     """Return the parent with an additional last frame, which decoders must reject."""
     stream, previous = parent.stream, parent.stream.states[-1]
     assert previous is not None
     frame, _ = make_frame(stream.head, previous, change)
     chunks = stream.insert_chunks(Chunk(b"FRAM", frame.pack()), index=len(stream.chunks) - 1)
     outcome = Outcome(parent.frames, ("position-range",))
-    return make_broken_vector(parent, f"invalid/{name}", f"{clause} 4.1-1", chunks, outcome, note)
+    return make_patched_vector(parent, f"invalid/{name}", f"{clause} 4.1-1", chunks, outcome, note)

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from making.changes import Change, CodedGaussian, Survivor, state_no_code
+from making.changes import Change, CodedGaussian, Survivor, choose_no_code
 from making.frames import make_canonical, make_frame, make_snapshot
 from making.payloads import (
     MAGIC,
@@ -22,7 +22,7 @@ from making.payloads import (
     pack_index,
     pack_tail,
 )
-from making.writing import StateCode
+from making.writing import CodeChoice
 from plain.state import PlainState
 
 FRAME_TYPES = (b"CANO", b"SNAP", b"FRAM")
@@ -132,11 +132,11 @@ class Stream:
         self,
         frame: int,
         gaussians: Iterable[CodedGaussian],
-        state_code: StateCode = state_no_code,
+        choose_code: CodeChoice = choose_no_code,
         **overrides: Any,
     ) -> "Stream":
         """Append a CANO chunk; no frame can follow if an override violates a clause."""
-        payload, state = make_canonical(self.head, frame, list(gaussians), state_code, **overrides)
+        payload, state = make_canonical(self.head, frame, list(gaussians), choose_code, **overrides)
         return self._append(b"CANO", payload, state)
 
     def add_frame(self, change: Change = Change(), **overrides: Any) -> "Stream":  # noqa: B008, frozen
@@ -150,7 +150,7 @@ class Stream:
         self,
         survivors: Iterable[Survivor],
         newborn: Iterable[CodedGaussian] = (),
-        state_code: StateCode = state_no_code,
+        choose_code: CodeChoice = choose_no_code,
         **overrides: Any,
     ) -> "Stream":
         """Append a SNAP chunk; see `add_canonical`."""
@@ -158,7 +158,7 @@ class Stream:
         assert previous is not None, "the previous frame violates a clause"
         survivor_list, newborn_list = list(survivors), list(newborn)
         payload, state = make_snapshot(
-            self.head, previous, survivor_list, newborn_list, state_code, **overrides
+            self.head, previous, survivor_list, newborn_list, choose_code, **overrides
         )
         return self._append(b"SNAP", payload, state)
 
@@ -173,7 +173,7 @@ class Stream:
         """Return the bytes of the stream, and the offsets of its chunks."""
         return assemble(self.chunks)
 
-    def list_decoded(self) -> list[DecodedFrame]:
+    def list_decoded_frames(self) -> list[DecodedFrame]:
         """Return the expected output for the frames of the stream."""
         assert None not in self.states, "a frame violates a clause"
         return [describe_state(state) for state in self.states if state is not None]

@@ -8,13 +8,13 @@ from hashlib import sha256
 
 from making.container_faults import make_container_faults
 from making.coverage import make_coverage_page
-from making.damaged_streams import make_cut, make_damaged
+from making.damaged_streams import make_cut_vector, make_damaged_vectors
 from making.encoder_scenes import make_scenes
 from making.head_faults import make_head_faults
 from making.level_streams import make_large_payloads, make_levels
 from making.payload_faults import make_payload_faults
 from making.payloads import Head
-from making.resource_streams import make_resources
+from making.resource_streams import make_resource_vectors
 from making.seek_streams import make_seek_faults
 from making.snapshot_faults import make_snapshot_faults
 from making.state_faults import make_motion_faults, make_state_faults
@@ -22,7 +22,7 @@ from making.trap_streams import make_traps
 from making.unit_answers import make_units
 from making.update_faults import make_update_faults
 from making.valid_streams import make_streams
-from making.vectors import Outcome, ValidStream, Vector, make_broken_vector
+from making.vectors import Outcome, ValidStream, Vector, make_patched_vector
 from plain.state import PlainState
 
 FORMAT_VERSION = "1.1"
@@ -52,7 +52,7 @@ def make_vectors() -> list[Vector]:
     }
     journey, brief = streams_by_name["streams/journey"], streams_by_name["streams/brief"]
     return [
-        *(_add_numbers(valid_stream) for valid_stream in streams_by_name.values()),
+        *(_add_number_digests(valid_stream) for valid_stream in streams_by_name.values()),
         *make_large_payloads(levels),
         *make_container_faults(journey),
         *make_head_faults(brief),
@@ -60,10 +60,10 @@ def make_vectors() -> list[Vector]:
         *make_state_faults(journey),
         *make_motion_faults(streams_by_name["traps/lattice-extremes"]),
         *_make_frames_beyond_limits(streams_by_name),
-        *make_damaged(journey),
-        *_make_cuts(brief),
+        *make_damaged_vectors(journey),
+        *_make_cut_vectors(brief),
         *make_seek_faults(journey),
-        *make_resources(
+        *make_resource_vectors(
             journey, streams_by_name["levels/10-gaussians"], streams_by_name["levels/31"]
         ),
         *make_update_faults(
@@ -75,12 +75,13 @@ def make_vectors() -> list[Vector]:
     ]
 
 
-def _make_cuts(brief: ValidStream) -> Iterable[Vector]:
+def _make_cut_vectors(brief: ValidStream) -> Iterable[Vector]:
     """Yield `streams/brief` cut at every byte; these vectors are generated on demand."""
     for size in range(len(brief.layout.data)):
         name = f"damaged/cut-at-byte-{size:03}"
         yield replace(
-            make_cut(brief, size, name, f"the stream is cut after {size} bytes"), is_stored=False
+            make_cut_vector(brief, size, name, f"the stream is cut after {size} bytes"),
+            is_stored=False,
         )
 
 
@@ -97,7 +98,7 @@ def _make_frames_beyond_limits(streams_by_name: dict[str, ValidStream]) -> list[
     next_index = last_ordinals.stream.chunk_indices[-1] + 1
     birth_index = full_level.stream.chunk_indices[-1] + 1
     return [
-        make_broken_vector(
+        make_patched_vector(
             last_ordinals,
             "invalid/ordinal-beyond",
             "7.4-2",
@@ -105,7 +106,7 @@ def _make_frames_beyond_limits(streams_by_name: dict[str, ValidStream]) -> list[
             Outcome(last_ordinals.frames, ("frame-order",)),
             "a frame after the frame with ordinal 2^32 - 1",
         ),
-        make_broken_vector(
+        make_patched_vector(
             full_level,
             "invalid/birth-beyond-level",
             "3.2-2",
@@ -116,18 +117,18 @@ def _make_frames_beyond_limits(streams_by_name: dict[str, ValidStream]) -> list[
     ]
 
 
-def _add_numbers(valid_stream: ValidStream) -> Vector:
+def _add_number_digests(valid_stream: ValidStream) -> Vector:
     """Return the vector of a stream, with digests of dequantized frames if the stream is small."""
     states = [state for state in valid_stream.stream.states if state is not None]
     if sum(len(state.gaussians) for state in states) > 500:
         return valid_stream.vector
     numbers = tuple(
-        (state.frame, _hash_numbers(valid_stream.stream.head, state)) for state in states
+        (state.frame, _hash_dequantized_state(valid_stream.stream.head, state)) for state in states
     )
     return replace(valid_stream.vector, numbers=numbers)
 
 
-def _hash_numbers(head: Head, state: PlainState) -> str:
+def _hash_dequantized_state(head: Head, state: PlainState) -> str:
     """Return the SHA-256 of the dequantized state as binary32 numbers (SPEC 10.1)."""
     steps = (
         [2.0**-head.lattice_exponent] * 3

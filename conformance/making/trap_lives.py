@@ -7,7 +7,7 @@ from making.streams import Stream
 from making.trap_making import make_distinct_motion, make_distinct_symbols, make_trap_streams
 from making.vectors import ValidStream
 
-_EQUALLY_OPAQUE = [
+_EQUALLY_OPAQUE_SCENE = [
     CodedGaussian((i, 3 * i % 7, 0), codes=(-40, -40, -40, 5, i, 0, 0)) for i in range(10)
 ]
 _FAINT_BIRTH = CodedGaussian((2, 0, 0), codes=(-40, -40, -40, -99, 1, 2, 3), parent=1)
@@ -32,9 +32,13 @@ def make_birth_and_death_traps() -> list[ValidStream]:
 
 def make_equal_opacities() -> Stream:
     """Among Gaussians with equal opacity codes, those with the lowest ids die first."""
-    stream = Stream(Head(sh_degree=0)).add_canonical(0, _EQUALLY_OPAQUE).add_frame(Change(deaths=3))
+    stream = (
+        Stream(Head(sh_degree=0))
+        .add_canonical(0, _EQUALLY_OPAQUE_SCENE)
+        .add_frame(Change(deaths=3))
+    )
     births = tuple(
-        CodedGaussian((0, 1, k), codes=_EQUALLY_OPAQUE[0].codes, parent=2) for k in (0, 1)
+        CodedGaussian((0, 1, k), codes=_EQUALLY_OPAQUE_SCENE[0].codes, parent=2) for k in (0, 1)
     )
     return stream.add_frame(Change(births=births)).add_frame(Change(deaths=7))
 
@@ -52,7 +56,7 @@ def make_signed_opacities() -> Stream:
 def make_deaths_of_newborn() -> Stream:
     """New Gaussians die in the next frame before they are bound, even if it samples anchors."""
     symbols = make_distinct_symbols()
-    stream = Stream(Head(sh_degree=0, resample_interval=3)).add_canonical(0, _EQUALLY_OPAQUE)
+    stream = Stream(Head(sh_degree=0, resample_interval=3)).add_canonical(0, _EQUALLY_OPAQUE_SCENE)
     stream.add_frame(Change(symbols, (_FAINT_BIRTH, _BRIGHT_BIRTH))).add_frame(
         Change(symbols, (_FAINT_BIRTH, _FAINT_BIRTH), deaths=1)
     )
@@ -67,7 +71,7 @@ def make_deaths_of_newborn() -> Stream:
 def make_newborn_bound_before_motion() -> Stream:
     """New Gaussians are bound at their positions before the motion, to anchors as sampled."""
     head = Head(sh_degree=0, resample_interval=9, gaussians_per_anchor=1)
-    stream = Stream(head).add_canonical(0, _EQUALLY_OPAQUE)
+    stream = Stream(head).add_canonical(0, _EQUALLY_OPAQUE_SCENE)
 
     def far_motion(level: int, _anchor: int) -> list[int] | None:
         return [40, 0, 0, 0, 0, 0] if level == head.level_count else None
@@ -79,7 +83,7 @@ def make_newborn_bound_before_motion() -> Stream:
 def make_parents_after_deaths_and_motion() -> Stream:
     """Parent indices are counted after the deaths; parent positions are those after the motion."""
     stream = Stream(Head(sh_degree=0, level_count=1, gaussians_per_anchor=1))
-    stream.add_canonical(0, _EQUALLY_OPAQUE).add_frame(
+    stream.add_canonical(0, _EQUALLY_OPAQUE_SCENE).add_frame(
         Change(make_distinct_symbols(), make_newborn([0, 3, 5], 3, 0), deaths=4)
     )
     return stream.add_frame(
@@ -89,7 +93,7 @@ def make_parents_after_deaths_and_motion() -> Stream:
 
 def make_equal_births() -> Stream:
     """A parent has several equal births."""
-    stream = Stream(Head(sh_degree=0)).add_canonical(0, _EQUALLY_OPAQUE)
+    stream = Stream(Head(sh_degree=0)).add_canonical(0, _EQUALLY_OPAQUE_SCENE)
     stream.add_frame(Change(births=(_FAINT_BIRTH, _FAINT_BIRTH, _FAINT_BIRTH))).add_frame(
         make_distinct_motion()
     )
@@ -108,7 +112,7 @@ def make_ids_that_are_not_reused() -> Stream:
     """The Gaussians with the highest ids die, but the next birth does not reuse their ids."""
     stream = (
         Stream(Head(sh_degree=0))
-        .add_canonical(0, _EQUALLY_OPAQUE)
+        .add_canonical(0, _EQUALLY_OPAQUE_SCENE)
         .add_frame(Change(births=(_FAINT_BIRTH, _FAINT_BIRTH)))
     )
     return (

@@ -7,8 +7,8 @@ from making.trap_making import make_distinct_motion, make_distinct_symbols, make
 from making.update_scenes import (
     REQUIRED_CAPABILITY,
     draw_updates,
+    make_deleting_updates,
     make_equal_updates,
-    make_leaving_updates,
     make_residuals,
     make_update_head,
 )
@@ -54,7 +54,7 @@ def make_change_contexts_from_motion() -> Stream:
         stream.add_frame(
             Change(
                 make_moving_symbols(6, frame, anchors_per_moving=3, limit=1),
-                updates=draw_updates(10, frame, updates_per_leaving=99),
+                updates=draw_updates(10, frame, updates_per_deletion=99),
             )
         )
     return stream
@@ -136,7 +136,7 @@ def make_recent_updates_without_fields() -> Stream:
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(updates=(Update(2), Update(5, field_mask=8), Update(7))))
     return stream.add_frame(
-        Change(updates=draw_updates(10, 6, gaussians_per_update=2, updates_per_leaving=99))
+        Change(updates=draw_updates(10, 6, gaussians_per_update=2, updates_per_deletion=99))
     ).add_frame(make_distinct_motion())
 
 
@@ -146,7 +146,7 @@ def make_maximum_recency() -> Stream:
     stream.add_frame(Change(updates=(Update(1, make_residuals(opacity=1)),)))
     for _ in range(4):
         stream.add_frame(Change(updates=(Update(8, make_residuals(opacity=1)),)))
-    return stream.add_frame(Change(updates=draw_updates(10, 7, updates_per_leaving=99)))
+    return stream.add_frame(Change(updates=draw_updates(10, 7, updates_per_deletion=99)))
 
 
 def make_deletion_contexts_from_recency() -> Stream:
@@ -161,11 +161,11 @@ def make_recency_reset_by_canonical() -> Stream:
     """A canonical frame resets recency and the counts of updates."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(
-        Change(updates=draw_updates(10, 9, gaussians_per_update=2, updates_per_leaving=99))
+        Change(updates=draw_updates(10, 9, gaussians_per_update=2, updates_per_deletion=99))
     )
     stream.add_canonical(2, _SCENE)
     return stream.add_frame(
-        Change(updates=draw_updates(10, 9, gaussians_per_update=2, updates_per_leaving=99))
+        Change(updates=draw_updates(10, 9, gaussians_per_update=2, updates_per_deletion=99))
     )
 
 
@@ -174,16 +174,20 @@ def make_rotations_by_one_unity() -> Stream:
     stream = Stream(make_update_head(sh_degree=0, level_count=3)).add_canonical(
         0, make_cloud(8, 90, 0)
     )
-    turns = tuple(Update(i, make_residuals(rotation=(40 - 9 * i, 5 * i, -60))) for i in range(8))
-    return stream.add_frame(Change(updates=turns))
+    rotation_updates = tuple(
+        Update(i, make_residuals(rotation=(40 - 9 * i, 5 * i, -60))) for i in range(8)
+    )
+    return stream.add_frame(Change(updates=rotation_updates))
 
 
 def make_rotations_on_the_right() -> Stream:
     """Rotations are multiplied on the right, first by that of the anchors, then by the update's."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, make_cloud(8, 91, 0))
-    turns = tuple(Update(i, make_residuals(rotation=(50, -20 * i, 3 * i))) for i in range(8))
-    return stream.add_frame(Change(make_distinct_symbols(), updates=turns)).add_frame(
-        Change(make_distinct_symbols(), updates=turns)
+    rotation_updates = tuple(
+        Update(i, make_residuals(rotation=(50, -20 * i, 3 * i))) for i in range(8)
+    )
+    return stream.add_frame(Change(make_distinct_symbols(), updates=rotation_updates)).add_frame(
+        Change(make_distinct_symbols(), updates=rotation_updates)
     )
 
 
@@ -214,7 +218,9 @@ def make_anchors_of_deleted_gaussians() -> Stream:
     """An anchor whose Gaussian was deleted still moves its followers; its previous motion is 0."""
     head = make_update_head(sh_degree=0, gaussians_per_anchor=2, resample_interval=4)
     stream = Stream(head).add_canonical(0, _SCENE).add_frame(make_distinct_motion())
-    stream.add_frame(Change(make_distinct_symbols(), updates=make_leaving_updates((0, 2, 4, 6, 8))))
+    stream.add_frame(
+        Change(make_distinct_symbols(), updates=make_deleting_updates((0, 2, 4, 6, 8)))
+    )
     return stream.add_frame(make_distinct_motion()).add_frame(make_distinct_motion())
 
 
@@ -222,7 +228,9 @@ def make_deletions_at_sampling() -> Stream:
     """Anchors are counted and sampled before updates delete Gaussians."""
     head = make_update_head(sh_degree=0, gaussians_per_anchor=2, resample_interval=1)
     stream = Stream(head).add_canonical(0, _SCENE)
-    stream.add_frame(Change(make_distinct_symbols(), updates=make_leaving_updates((1, 2, 3, 4, 5))))
+    stream.add_frame(
+        Change(make_distinct_symbols(), updates=make_deleting_updates((1, 2, 3, 4, 5)))
+    )
     return stream.add_frame(make_distinct_motion())
 
 
@@ -230,7 +238,7 @@ def make_ids_after_deletions() -> Stream:
     """The ids of Gaussians that an update deleted are not reused."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(births=make_newborn([3, 3], 1, 0))).add_frame(
-        Change(updates=make_leaving_updates((10, 11)))
+        Change(updates=make_deleting_updates((10, 11)))
     )
     return stream.add_frame(Change(births=make_newborn([3, 3], 1, 0))).add_frame(
         make_distinct_motion()
@@ -252,12 +260,12 @@ def make_update_counts_across_frames() -> Stream:
     """Context counts of updates carry over to later frames, even past frames without updates."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(
-        Change(updates=draw_updates(10, 11, gaussians_per_update=2, updates_per_leaving=99))
+        Change(updates=draw_updates(10, 11, gaussians_per_update=2, updates_per_deletion=99))
     ).add_frame()
     single_symbol = select_symbols((1, 0, [1, 0, 0, 0, 0, 0]))
     return stream.add_frame(
         Change(
             single_symbol,
-            updates=draw_updates(10, 12, gaussians_per_update=2, updates_per_leaving=99),
+            updates=draw_updates(10, 12, gaussians_per_update=2, updates_per_deletion=99),
         )
     )

@@ -35,13 +35,13 @@ def _make_arithmetic_units() -> list[Unit]:
         (-6291456, 4194304),
         (6291457, 4194304),
     ]
-    roots = [
+    square_root_inputs = [
         *range(20),
         *(r * r + d for r in (1 << 22, (1 << 26) + 1, 2147483647) for d in (-1, 0, 1)),
         1 << 62,
         (1 << 60) - 1,
     ]
-    lengths = [*range(10), 255, 256, (1 << 32) - 1, 1 << 32, (1 << 61) - 1, (1 << 62) - 1]
+    bit_length_inputs = [*range(10), 255, 256, (1 << 32) - 1, 1 << 32, (1 << 61) - 1, (1 << 62) - 1]
     crc_inputs = ["", "00", "ffffffff", "313233343536373839", "5155415243", bytes(range(256)).hex()]
     return [
         Unit(
@@ -54,13 +54,13 @@ def _make_arithmetic_units() -> list[Unit]:
             "isqrt",
             "the largest integer whose square is at most v",
             "4.3",
-            [({"v": v}, isqrt(v)) for v in roots],
+            [({"v": v}, isqrt(v)) for v in square_root_inputs],
         ),
         Unit(
             "bit_length",
             "the smallest b with v < 2^b",
             "4.4",
-            [({"v": v}, v.bit_length()) for v in lengths],
+            [({"v": v}, v.bit_length()) for v in bit_length_inputs],
         ),
         Unit(
             "crc",

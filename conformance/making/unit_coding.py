@@ -13,7 +13,7 @@ from making.writing import Planes, WritingSection, ascending, encode, fixed, sig
 from plain import planes
 from plain.coder import add_to_counts, weight_from_code, weight_from_counts
 
-_COUNTS = (
+_ZEROS_AND_ONES = (
     *((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (6, 1), (3, 4), (100, 3)),
     *((4095, 0), (4096, 0), (0, 4096), (2048, 2048)),
 )
@@ -23,17 +23,17 @@ _COUNT_UPDATES = (
 )
 _ALTERNATING_CONTEXTS = {width: [k % width for k in range(60)] for width in (2, 3)}
 """Outer contexts of 60 values that cycle through 2 or 3 contexts."""
-_FIXED = (
+_FIXED_INPUTS = (
     ([0, 3, 1, 2], [0, 0, 1, 0], 2),
     ([3] * 30 + [2], [0] * 31, 2),
     (list(range(16)), _ALTERNATING_CONTEXTS[3][:16], 4),
 )
-_UNSIGNED = (
+_UNSIGNED_INPUTS = (
     ([0, 1, 5, 6, 200], [0, 0, 0, 0, 2], 4),
     ([(1 << 63) - 1, 1 << 62, 0], [0] * 3, 6),
     ([hash_numbers(k) >> (k % 30) for k in range(40)], _ALTERNATING_CONTEXTS[2][:40], 6),
 )
-_SIGNED = (
+_SIGNED_INPUTS = (
     ([0, -1, -6, 3], [0, 0, 0, 1], 4),
     ([32767, -32767, 0, -1], [0] * 4, 4),
     ([draw_between(-900, 900, k) >> (k % 9) for k in range(60)], _ALTERNATING_CONTEXTS[3], 4),
@@ -48,7 +48,7 @@ def make_coding_units() -> list[Unit]:
 def _make_weight_units() -> list[Unit]:
     codes: list[tuple[Input, Any]] = [({"code": c}, weight_from_code(c)) for c in range(240)]
     codes += [({"code": c}, Rejection("bad-probability")) for c in (240, 255)]
-    weights = [({"zeros": z, "ones": o}, weight_from_counts(z, o)) for z, o in _COUNTS]
+    weights = [({"zeros": z, "ones": o}, weight_from_counts(z, o)) for z, o in _ZEROS_AND_ONES]
     counts = [
         ({"before": list(b), "plane": [z, o]}, add_to_counts(list(b), [0] * z + [1] * o))
         for b, (z, o) in _COUNT_UPDATES
@@ -72,18 +72,18 @@ def _make_bit_units() -> list[Unit]:
     ascending_note = "numbers coded by Ascending(6); all counts start at 0"
     return [
         Unit("decode_bits", bits_note, "8.3-1 8.3-2 8.3-3", _make_bit_cases()),
-        Unit("fixed", fixed_note, "8.4", _make_integer_cases("fixed", _FIXED)),
+        Unit("fixed", fixed_note, "8.4", _make_integer_cases("fixed", _FIXED_INPUTS)),
         Unit(
             "unsigned",
             "numbers coded by Unsigned(width) in the given outer contexts; all counts start at 0",
             "8.4",
-            _make_integer_cases("unsigned", _UNSIGNED),
+            _make_integer_cases("unsigned", _UNSIGNED_INPUTS),
         ),
         Unit(
             "signed",
             "numbers coded by Signed(width) in the given outer contexts; all counts start at 0",
             "8.4",
-            _make_integer_cases("signed", _SIGNED),
+            _make_integer_cases("signed", _SIGNED_INPUTS),
         ),
         Unit("ascending", ascending_note, "8.4-1", _make_ascending_cases()),
     ]
@@ -120,12 +120,12 @@ _PLANE_WRITERS = {"fixed": fixed, "unsigned": unsigned, "signed": signed}
 
 
 def _make_integer_cases(
-    form: str, inputs: Iterable[tuple[list[int], list[int], int]]
+    coding_name: str, inputs: Iterable[tuple[list[int], list[int], int]]
 ) -> list[tuple[Input, Any]]:
     cases: list[tuple[Input, Any]] = []
     for values, contexts, width in inputs:
-        section = WritingSection("n", Planes(_PLANE_WRITERS[form](values, width)), {})
-        getattr(planes, form)(section, "n", contexts, width)
+        section = WritingSection("n", Planes(_PLANE_WRITERS[coding_name](values, width)), {})
+        getattr(planes, coding_name)(section, "n", contexts, width)
         section.close()
         cases.append(
             ({"words": section.written_words, "contexts": contexts, "width": width}, values)

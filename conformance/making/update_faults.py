@@ -5,23 +5,23 @@ from dataclasses import replace
 from typing import Any
 
 from making.changes import Change, Update
-from making.damaged_streams import make_cut, make_flips_of_chunk
+from making.damaged_streams import make_cut_vector, make_flip_vectors
 from making.fault_rows import (
     FRAM_CHUNK,
+    FRAM_ORDINAL,
     HEAD_CHUNK,
-    MOVED_FRAME,
     Row,
     count_frames,
     make_faults_at,
     replace_frame_fields,
 )
 from making.frames import make_frame
-from making.lost_chunks import make_loss
+from making.lost_chunks import make_loss_vector
 from making.payloads import Frame
 from making.scenes import make_moving_symbols, make_newborn
 from making.streams import Chunk
-from making.update_scenes import draw_updates, make_leaving_updates, make_residuals
-from making.vectors import Outcome, Recovery, ValidStream, Vector, make_broken_vector
+from making.update_scenes import draw_updates, make_deleting_updates, make_residuals
+from making.vectors import Outcome, Recovery, ValidStream, Vector, make_patched_vector
 from making.word_faults import encode_stated_code
 from plain.state import PlainState
 
@@ -31,13 +31,15 @@ _FRAME_CHUNKS = (3, 4, 7, 8, 10)
 _CODE_NAMES = ("log-scale-x", "log-scale-y", "log-scale-z", "opacity", "red", "green", "blue")
 
 
-def make_update_faults(parent: ValidStream, far: ValidStream, plain: ValidStream) -> list[Vector]:
+def make_update_faults(
+    parent: ValidStream, updates_far: ValidStream, journey: ValidStream
+) -> list[Vector]:
     """Return all vectors.
 
     Args:
         parent: `streams/updates-journey`.
-        far: `streams/updates-far`.
-        plain: `streams/journey`, which has no updates.
+        updates_far: `streams/updates-far`.
+        journey: `streams/journey`, which has no updates.
     """
     vectors = [
         *make_faults_at(
@@ -45,17 +47,17 @@ def make_update_faults(parent: ValidStream, far: ValidStream, plain: ValidStream
             FRAM_CHUNK,
             [*_list_state_faults(parent), *_list_word_faults(parent), *_list_layout_faults(parent)],
         ),
-        *_make_position_faults(far),
+        *_make_position_faults(updates_far),
         *_make_feature_faults(parent),
-        *_make_damage(parent),
+        *_make_damaged_vectors(parent),
     ]
     return [
         *(replace(vector, needs="updates") for vector in vectors),
-        *make_faults_at(plain, FRAM_CHUNK, _list_faults_without_feature(plain)),
+        *make_faults_at(journey, FRAM_CHUNK, _list_faults_without_feature(journey)),
     ]
 
 
-def _get_previous_state(parent: ValidStream, number: int = MOVED_FRAME - 1) -> PlainState:
+def _get_previous_state(parent: ValidStream, number: int = FRAM_ORDINAL - 1) -> PlainState:
     state = parent.stream.states[number]
     assert state is not None
     return state
@@ -78,11 +80,11 @@ def _list_state_faults(parent: ValidStream) -> Iterable[Row]:
         "updates-all-leave",
         "7.8-1",
         "count",
-        make_chunks(*make_leaving_updates(range(count))),
+        make_chunks(*make_deleting_updates(range(count))),
         note,
     )
     chunks = _replace_frame(
-        parent, Change(deaths=3, updates=make_leaving_updates(range(count - 3)))
+        parent, Change(deaths=3, updates=make_deleting_updates(range(count - 3)))
     )
     yield (
         "updates-rest-leaves",
@@ -112,25 +114,25 @@ def _list_state_faults(parent: ValidStream) -> Iterable[Row]:
             chunks,
             f"a rotation residual of {rotation}",
         )
-    chunks = make_chunks(*make_leaving_updates((0, 5)), births=make_newborn([0, count - 2], 40))
+    chunks = make_chunks(*make_deleting_updates((0, 5)), births=make_newborn([0, count - 2], 40))
     note = "the index of a parent is valid only before updates delete Gaussians"
     yield "updates-parent", "7.6-1 7.8", "parent-range", chunks, note
-    frame = parent.stream.payloads[MOVED_FRAME]
+    frame = parent.stream.payloads[FRAM_ORDINAL]
     assert isinstance(frame, Frame)
     crcs = {
         "state-crc": (frame.state_crc ^ 1, "one bit of the state CRC is flipped"),
         "state-crc-before": (
-            _crc_without_updates(parent),
+            _compute_crc_without_updates(parent),
             "the state CRC is that of the state without updates",
         ),
     }
     for name, (crc, note) in crcs.items():
-        chunks = replace_frame_fields(parent, MOVED_FRAME, state_crc=crc)
+        chunks = replace_frame_fields(parent, FRAM_ORDINAL, state_crc=crc)
         yield f"updates-{name}", "9.2-1 7.8", "state-crc", chunks, note
     other_frame, _ = make_frame(
         parent.stream.head, _get_previous_state(parent), Change(updates=draw_updates(12, 99))
     )
-    chunks = replace_frame_fields(parent, MOVED_FRAME, updates=other_frame.updates)
+    chunks = replace_frame_fields(parent, FRAM_ORDINAL, updates=other_frame.updates)
     yield (
         "updates-of-another-frame",
         "9.2-1",
@@ -140,7 +142,7 @@ def _list_state_faults(parent: ValidStream) -> Iterable[Row]:
     )
 
 
-def _crc_without_updates(parent: ValidStream) -> int:
+def _compute_crc_without_updates(parent: ValidStream) -> int:
     frame, _ = make_frame(
         parent.stream.head, _get_previous_state(parent), Change(make_moving_symbols(7, 4))
     )
@@ -148,12 +150,12 @@ def _crc_without_updates(parent: ValidStream) -> int:
 
 
 def _list_word_faults(parent: ValidStream) -> Iterable[Row]:
-    frame = parent.stream.payloads[MOVED_FRAME]
+    frame = parent.stream.payloads[FRAM_ORDINAL]
     assert isinstance(frame, Frame)
     for code in (240, 255):
         # Without motion the first plane has one context, as after every canonical frame.
         chunks = replace_frame_fields(
-            parent, MOVED_FRAME, motion=(), updates=encode_stated_code(code)
+            parent, FRAM_ORDINAL, motion=(), updates=encode_stated_code(code)
         )
         note = f"a stated probability code of {code}"
         yield f"updates-probability-{code}", "8.2-1", "bad-probability", chunks, note
@@ -186,13 +188,13 @@ def _list_word_faults(parent: ValidStream) -> Iterable[Row]:
             "a word that codes only zeros but leaves a nonzero coder state",
         ),
     }
-    for name, (words_at_fault, reject_id, clauses, note) in word_cases.items():
-        chunks = replace_frame_fields(parent, MOVED_FRAME, updates=words_at_fault)
+    for name, (wrong_words, reject_id, clauses, note) in word_cases.items():
+        chunks = replace_frame_fields(parent, FRAM_ORDINAL, updates=wrong_words)
         yield f"updates-{name}", clauses, reject_id, chunks, note
 
 
 def _list_layout_faults(parent: ValidStream) -> Iterable[Row]:
-    frame = parent.stream.payloads[MOVED_FRAME]
+    frame = parent.stream.payloads[FRAM_ORDINAL]
     assert isinstance(frame, Frame)
     payload_with_updates, payload_without_updates = (
         frame.pack(),
@@ -234,20 +236,20 @@ def _list_layout_faults(parent: ValidStream) -> Iterable[Row]:
         yield f"updates-{name}", clauses, reject_id, chunks, note
 
 
-def _list_faults_without_feature(plain: ValidStream) -> Iterable[Row]:
-    frame = plain.stream.payloads[MOVED_FRAME]
+def _list_faults_without_feature(journey: ValidStream) -> Iterable[Row]:
+    frame = journey.stream.payloads[FRAM_ORDINAL]
     assert isinstance(frame, Frame)
     payload = replace(frame, updates=()).pack()
-    chunks = plain.stream.replace_chunk(FRAM_CHUNK, payload=payload)
+    chunks = journey.stream.replace_chunk(FRAM_CHUNK, payload=payload)
     note = "an updates section in a stream without FEATURE_UPDATES"
     yield "updates-without-the-feature", "5-3 12-2", "trailing-data", chunks, note
 
 
-def _make_position_faults(far: ValidStream) -> Iterable[Vector]:
+def _make_position_faults(updates_far: ValidStream) -> Iterable[Vector]:
     """Yield `streams/updates-far` with an additional frame that moves a Gaussian out of range."""
-    previous = _get_previous_state(far, -1)
+    previous = _get_previous_state(updates_far, -1)
     positions = [g.position for g in previous.gaussians]
-    step = far.stream.head.translation_step
+    step = updates_far.stream.head.translation_step
     steps_to_edge = (8388607 - positions[0][1]) // step + 1
     cases = {
         "beyond": ((0, steps_to_edge, 0), "an update moves a Gaussian just beyond the lattice"),
@@ -259,12 +261,12 @@ def _make_position_faults(far: ValidStream) -> Iterable[Vector]:
     }
     for name, (translation, note) in cases.items():
         change = Change(updates=(Update(0, make_residuals(translation=translation)),))
-        frame, _ = make_frame(far.stream.head, previous, change)
+        frame, _ = make_frame(updates_far.stream.head, previous, change)
         chunk = Chunk(b"FRAM", frame.pack())
-        chunks = far.stream.insert_chunks(chunk, index=len(far.stream.chunks) - 1)
-        outcome = Outcome(far.frames, ("position-range",))
-        yield make_broken_vector(
-            far, f"invalid/updates-{name}", "7.8-2 4.1-1", chunks, outcome, note
+        chunks = updates_far.stream.insert_chunks(chunk, index=len(updates_far.stream.chunks) - 1)
+        outcome = Outcome(updates_far.frames, ("position-range",))
+        yield make_patched_vector(
+            updates_far, f"invalid/updates-{name}", "7.8-2 4.1-1", chunks, outcome, note
         )
 
 
@@ -275,18 +277,18 @@ def _make_feature_faults(parent: ValidStream) -> Iterable[Vector]:
         chunks = parent.stream.replace_chunk(HEAD_CHUNK, payload=payload)
         outcome, note = Outcome((), ("unsupported-feature",)), f"incompatible_features is {mask:#x}"
         name = f"invalid/updates-features-{mask:x}"
-        vector = make_broken_vector(parent, name, "12-2", chunks, outcome, note)
+        vector = make_patched_vector(parent, name, "12-2", chunks, outcome, note)
         yield replace(vector, recover=Recovery((), reject_ids=outcome.reject_ids))
 
 
-def _make_damage(parent: ValidStream) -> Iterable[Vector]:
+def _make_damaged_vectors(parent: ValidStream) -> Iterable[Vector]:
     offsets = parent.layout.offsets
     for chunk_index in _FRAME_CHUNKS:
-        yield from make_flips_of_chunk(parent, chunk_index, f"updates-flip-{chunk_index:02}")
+        yield from make_flip_vectors(parent, chunk_index, f"updates-flip-{chunk_index:02}")
         frames_before = count_frames(parent.stream.chunks[:chunk_index])
-        yield make_loss(
+        yield make_loss_vector(
             parent, f"damaged/updates-lost-{chunk_index:02}", [chunk_index], frames_before, "a FRAM"
         )
         size = offsets[chunk_index + 1] - 12
         note = f"the stream is cut within the payload of chunk {chunk_index}"
-        yield make_cut(parent, size, f"damaged/updates-cut-{chunk_index:02}", note)
+        yield make_cut_vector(parent, size, f"damaged/updates-cut-{chunk_index:02}", note)

@@ -29,15 +29,15 @@ def make_residuals(**values_by_field: tuple[int, ...] | int) -> tuple[int, ...]:
 
 
 def draw_updates(
-    count: int, seed: int, *, gaussians_per_update: int = 3, updates_per_leaving: int = 7
+    count: int, seed: int, *, gaussians_per_update: int = 3, updates_per_deletion: int = 7
 ) -> tuple[Update, ...]:
     """Return pseudorandom updates of some Gaussians; Gaussian 0 is never deleted."""
     indices = [i for i in range(count) if hash_numbers(seed, i) % gaussians_per_update == 0]
-    return tuple(_draw_update(i, seed, updates_per_leaving) for i in indices)
+    return tuple(_draw_update(i, seed, updates_per_deletion) for i in indices)
 
 
-def _draw_update(i: int, seed: int, updates_per_leaving: int) -> Update:
-    if i and hash_numbers(seed, i, 1) % updates_per_leaving == 0:
+def _draw_update(i: int, seed: int, updates_per_deletion: int) -> Update:
+    if i and hash_numbers(seed, i, 1) % updates_per_deletion == 0:
         return Update(i, None)
     rows = [draw_between(-5, 5, seed, i, 2, row) for row in range(13)]
     for number, field in enumerate(FIELDS.values()):
@@ -51,6 +51,6 @@ def make_equal_updates(count: int, residuals: tuple[int, ...]) -> tuple[Update, 
     return tuple(Update(i, residuals) for i in range(count))
 
 
-def make_leaving_updates(indices: Iterable[int]) -> tuple[Update, ...]:
+def make_deleting_updates(indices: Iterable[int]) -> tuple[Update, ...]:
     """Return updates that delete the Gaussians at `indices`."""
     return tuple(Update(i, None) for i in indices)

@@ -5,19 +5,19 @@ from typing import Any
 from making.changes import Change, CodedGaussian, Update
 from making.payloads import pack_camera, pack_cameras, pack_metadata
 from making.scenes import (
+    choose_varied_codes,
     draw_between,
     make_cloud,
     make_moving_symbols,
     make_newborn,
-    state_varied_codes,
 )
 from making.streams import Stream
 from making.update_scenes import (
     FIELDS,
     REQUIRED_CAPABILITY,
     draw_updates,
+    make_deleting_updates,
     make_equal_updates,
-    make_leaving_updates,
     make_residuals,
     make_update_head,
 )
@@ -31,7 +31,7 @@ def make_update_streams() -> list[ValidStream]:
         *_make_field_streams(),
         *_make_extreme_streams(),
         *_make_header_streams(),
-        *_make_leaving_streams(),
+        *_make_deletion_streams(),
         *_make_plane_streams(),
     ]
 
@@ -46,10 +46,10 @@ def make_updates_journey() -> ValidStream:
             stream.add_chunk(b"meta", pack_metadata(("title", "before frame 4")))
         stream.add_frame(Change(make_moving_symbols(7, frame + 1), updates=draw_updates(12, frame)))
         gaussian_count = _count_gaussians(stream) - 1
-        leaving_count = sum(
+        deleted_count = sum(
             update.residuals is None for update in draw_updates(gaussian_count, frame + 1)
         )
-        births = make_newborn([2, gaussian_count - leaving_count - 1], frame)
+        births = make_newborn([2, gaussian_count - deleted_count - 1], frame)
         change = Change(
             make_moving_symbols(7, frame + 2),
             births,
@@ -58,13 +58,15 @@ def make_updates_journey() -> ValidStream:
         )
         stream.add_frame(change)
     stream.finish(index=True)
-    without_seek = _make_valid("journey", "the parent of faults", "", stream)
+    without_seek = _make_update_stream("journey", "the parent of faults", "", stream)
     seek = tuple((f, Outcome(without_seek.frames[f:])) for f in range(1, 9))
     note = "canonical frames 0, 3 and 6, motion, updates, births, deaths, INDX"
-    return _make_valid("journey", note, "11.2-1 8.8", stream, seek=seek, grow=True)
+    return _make_update_stream("journey", note, "11.2-1 8.8", stream, seek=seek, grow=True)
 
 
-def _make_valid(name: str, note: str, clauses: str, stream: Stream, **options: Any) -> ValidStream:
+def _make_update_stream(
+    name: str, note: str, clauses: str, stream: Stream, **options: Any
+) -> ValidStream:
     all_clauses = f"1-1 1-2 {clauses}"
     return make_valid_stream(
         f"streams/updates-{name}", note, all_clauses, stream, **REQUIRED_CAPABILITY, **options
@@ -99,7 +101,9 @@ def _make_field_streams() -> list[ValidStream]:
             updates = tuple(Update(i, tuple(r)) for i, r in zip(indices, random_rows, strict=True))
             stream.add_frame(Change(make_moving_symbols(6, frame), updates=updates))
         streams.append(
-            _make_valid(name, f"updates that change only {name}", "7.8 8.8", stream.finish())
+            _make_update_stream(
+                name, f"updates that change only {name}", "7.8 8.8", stream.finish()
+            )
         )
     all_stream = Stream(make_update_head()).add_canonical(0, make_cloud(10, 36))
     rows = tuple(range(-6, 7))
@@ -107,7 +111,7 @@ def _make_field_streams() -> list[ValidStream]:
         Change(make_moving_symbols(6, 1), updates=make_equal_updates(10, rows))
     ).finish()
     streams.append(
-        _make_valid("of-all", "the same update for every Gaussian", "7.8 8.8", all_stream)
+        _make_update_stream("of-all", "the same update for every Gaussian", "7.8 8.8", all_stream)
     )
     return streams
 
@@ -139,16 +143,16 @@ def _make_extreme_streams() -> list[ValidStream]:
         Change(updates=(Update(0, (0,) * 6 + increase), Update(2, (0,) * 6 + decrease)))
     ).finish()
     streams = [
-        _make_valid(
+        _make_update_stream(
             "far", "updates that move a Gaussian across the whole lattice", "7.8-2", far_stream
         ),
-        _make_valid(
+        _make_update_stream(
             "edge",
             "updates that move a Gaussian to the edge of the lattice",
             "7.8-2",
             append_frame_at_edge(edge_stream),
         ),
-        _make_valid(
+        _make_update_stream(
             "extreme-codes",
             "updates that move codes from one end of their range to the other",
             "7.8-3",
@@ -164,7 +168,7 @@ def _make_extreme_streams() -> list[ValidStream]:
             Change(make_moving_symbols(7, 3), updates=updates)
         ).finish()
         note = f"rotation residuals up to 256, with rotation_unity {unity}"
-        streams.append(_make_valid(f"turns-{unity}", note, "7.8-4 7.3", stream))
+        streams.append(_make_update_stream(f"turns-{unity}", note, "7.8-4 7.3", stream))
     return streams
 
 
@@ -199,12 +203,12 @@ def _make_header_streams() -> list[ValidStream]:
         head = make_update_head(**fields)
         stream = Stream(head).add_canonical(0, make_cloud(14, 50 + number, head.sh_degree))
         streams.append(
-            _make_valid(name, note, "7.8 8.8 12-2", _append_frames(stream, 5, 10 * number))
+            _make_update_stream(name, note, "7.8 8.8 12-2", _append_frames(stream, 5, 10 * number))
         )
     for level in (20, 30, 31):
         stream = Stream(make_update_head(level=level)).add_canonical(0, make_cloud(5, level))
         streams.append(
-            _make_valid(
+            _make_update_stream(
                 f"level-{level}",
                 f"level {level} in HEAD",
                 "3.2-2",
@@ -214,24 +218,26 @@ def _make_header_streams() -> list[ValidStream]:
     return streams
 
 
-def _make_leaving_streams() -> list[ValidStream]:
-    leaving_stream = Stream(make_update_head()).add_canonical(0, make_cloud(14, 70))
-    for frame, leaving_indices in enumerate(((0, 5, 13), (2,), (), (0, 1, 2, 3))):
-        leaving_stream.add_frame(
-            Change(make_moving_symbols(6, frame), updates=make_leaving_updates(leaving_indices))
+def _make_deletion_streams() -> list[ValidStream]:
+    deletion_stream = Stream(make_update_head()).add_canonical(0, make_cloud(14, 70))
+    for frame, deleted_indices in enumerate(((0, 5, 13), (2,), (), (0, 1, 2, 3))):
+        deletion_stream.add_frame(
+            Change(make_moving_symbols(6, frame), updates=make_deleting_updates(deleted_indices))
         )
-    last_stream = Stream(make_update_head(level_count=2)).add_canonical(0, make_cloud(6, 71))
-    last_stream.add_frame(Change(updates=make_leaving_updates((0, 1, 3, 4, 5)))).add_frame(
-        Change(make_moving_symbols(6, 1))
-    ).finish()
+    last_gaussian_stream = Stream(make_update_head(level_count=2)).add_canonical(
+        0, make_cloud(6, 71)
+    )
+    last_gaussian_stream.add_frame(
+        Change(updates=make_deleting_updates((0, 1, 3, 4, 5)))
+    ).add_frame(Change(make_moving_symbols(6, 1))).finish()
     mixed_stream = Stream(make_update_head(resample_interval=3)).add_canonical(
         0, make_cloud(12, 72)
     )
     for frame in range(1, 8):
         count = _count_gaussians(mixed_stream) - frame % 2
-        updates = draw_updates(count, 72 + frame, updates_per_leaving=3)
-        leaving_indices = sum(update.residuals is None for update in updates)
-        parents = [draw_between(0, count - leaving_indices - 1, frame, k) for k in range(frame % 4)]
+        updates = draw_updates(count, 72 + frame, updates_per_deletion=3)
+        deleted_count = sum(update.residuals is None for update in updates)
+        parents = [draw_between(0, count - deleted_count - 1, frame, k) for k in range(frame % 4)]
         change = Change(
             make_moving_symbols(6, frame), make_newborn(parents, frame), frame % 2, updates=updates
         )
@@ -246,15 +252,19 @@ def _make_leaving_streams() -> list[ValidStream]:
             )
             segment_stream.add_frame(change)
     return [
-        _make_valid("leaving", "updates delete Gaussians", "7.8-1", leaving_stream.finish()),
-        _make_valid("last-one", "updates delete all Gaussians but one", "7.8-1", last_stream),
-        _make_valid(
+        _make_update_stream(
+            "leaving", "updates delete Gaussians", "7.8-1", deletion_stream.finish()
+        ),
+        _make_update_stream(
+            "last-one", "updates delete all Gaussians but one", "7.8-1", last_gaussian_stream
+        ),
+        _make_update_stream(
             "births-and-deaths",
             "updates, births, deaths",
             "7.8-1 7.6-1 7.4-3",
             mixed_stream.finish(),
         ),
-        _make_valid(
+        _make_update_stream(
             "segments",
             "a canonical frame resets counts and recency",
             "7.8 8.2",
@@ -280,14 +290,14 @@ def _make_plane_streams() -> list[ValidStream]:
     stated_stream = Stream(make_update_head()).add_canonical(0, make_cloud(9, 82))
     stated_stream.add_frame(
         Change(
-            make_moving_symbols(6, 1), updates=draw_updates(9, 82), state_code=state_varied_codes
+            make_moving_symbols(6, 1), updates=draw_updates(9, 82), choose_code=choose_varied_codes
         )
     )
     stated_stream.add_frame(
         Change(
             make_moving_symbols(6, 2),
             updates=draw_updates(_count_gaussians(stated_stream), 3),
-            state_code=state_varied_codes,
+            choose_code=choose_varied_codes,
         )
     )
     wide_stream = Stream(make_update_head(translation_step=1)).add_canonical(0, make_cloud(24, 83))
@@ -304,20 +314,22 @@ def _make_plane_streams() -> list[ValidStream]:
         updates = tuple(Update(i, make_residuals(opacity=frame - 4)) for i in indices)
         recency_stream.add_frame(Change(make_moving_symbols(6, frame // 2), updates=updates))
     return [
-        _make_valid(
+        _make_update_stream(
             "none", "FEATURE_UPDATES is set, but no frame has updates", "8.8", empty_stream
         ),
-        _make_valid(
+        _make_update_stream(
             "without-fields",
             "updates without changed fields, and changed fields with residuals of only 0",
             "8.8",
             unchanged_stream,
         ),
-        _make_valid(
+        _make_update_stream(
             "stated", "every context states a probability", "8.2-1 8.8", stated_stream.finish()
         ),
-        _make_valid("wide", "residuals of many magnitudes", "8.8 8.4", wide_stream.finish()),
-        _make_valid(
+        _make_update_stream(
+            "wide", "residuals of many magnitudes", "8.8 8.4", wide_stream.finish()
+        ),
+        _make_update_stream(
             "recent", "Gaussians with every value of recency", "7.8 8.8", recency_stream.finish()
         ),
     ]

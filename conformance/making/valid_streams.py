@@ -4,12 +4,12 @@ from making.changes import Change, CodedGaussian
 from making.motion_streams import make_births_and_deaths, make_motion_streams
 from making.payloads import Head, pack_camera, pack_cameras, pack_metadata
 from making.scenes import (
+    choose_varied_codes,
     draw_between,
     make_cloud,
     make_moving_symbols,
     make_newborn,
     select_symbols,
-    state_varied_codes,
 )
 from making.snapshot_streams import make_snapshot_streams
 from making.streams import Stream
@@ -57,7 +57,7 @@ def make_brief() -> ValidStream:
 def make_streams() -> list[ValidStream]:
     """Return all streams."""
     return [
-        *(make_journey(), make_brief(), *_make_containers(), *_make_scenes()),
+        *(make_journey(), make_brief(), *_make_container_streams(), *_make_scene_streams()),
         *(
             *make_motion_streams(),
             *make_births_and_deaths(),
@@ -67,19 +67,19 @@ def make_streams() -> list[ValidStream]:
     ]
 
 
-def _make_still(**fields: object) -> Stream:
+def _make_still_stream(**fields: object) -> Stream:
     degree = fields.get("sh_degree", 1)
     return Stream(Head(**fields)).add_canonical(0, make_cloud(6, degree=degree))  # type: ignore[arg-type]
 
 
-def _make_containers() -> list[ValidStream]:
+def _make_container_streams() -> list[ValidStream]:
     return [
         *_make_streams_without_motion(),
-        _make_metadata(),
-        _make_ancillaries(),
-        *_make_headers(),
-        *_make_ordinals(),
-        *_make_field_extremes(),
+        _make_metadata_stream(),
+        _make_ancillary_stream(),
+        *_make_header_streams(),
+        *_make_ordinal_streams(),
+        *_make_field_extreme_streams(),
     ]
 
 
@@ -93,12 +93,15 @@ def _make_streams_without_motion() -> list[ValidStream]:
             "streams/no-frames-index", "INDX without seek points", "5.9-1", indexed_stream
         ),
         make_valid_stream(
-            "streams/still", "one canonical frame", "7.2-1 7.2-2 9.2-1", _make_still().finish()
+            "streams/still",
+            "one canonical frame",
+            "7.2-1 7.2-2 9.2-1",
+            _make_still_stream().finish(),
         ),
     ]
 
 
-def _make_metadata() -> ValidStream:
+def _make_metadata_stream() -> ValidStream:
     meta = pack_metadata(("title", "Große Straße \u0000 \ufeff 日本"), ("title", "again"), ("", ""))
     stream = Stream(Head()).add_chunk(b"meta", pack_metadata())
     stream.add_chunk(b"came", pack_cameras(_CAMERA, _CAMERA)).add_canonical(0, make_cloud(3))
@@ -108,7 +111,7 @@ def _make_metadata() -> ValidStream:
     return make_valid_stream("streams/cameras-and-metadata", note, "5-4", stream)
 
 
-def _make_ancillaries() -> ValidStream:
+def _make_ancillary_stream() -> ValidStream:
     stream = (
         Stream(Head())
         .add_chunk(b"nOte", b"")
@@ -120,10 +123,10 @@ def _make_ancillaries() -> ValidStream:
     return make_valid_stream("streams/unknown-ancillary", note, "5.2-8 5.2-10", stream, grow=True)
 
 
-def _make_headers() -> list[ValidStream]:
+def _make_header_streams() -> list[ValidStream]:
     feature_stream, minor_stream = (
-        _make_still(compatible_features=0x80000001),
-        _make_still(version_minor=7),
+        _make_still_stream(compatible_features=0x80000001),
+        _make_still_stream(version_minor=7),
     )
     note = "unknown bits of compatible_features"
     return [
@@ -134,13 +137,13 @@ def _make_headers() -> list[ValidStream]:
     ]
 
 
-def _make_ordinals() -> list[ValidStream]:
+def _make_ordinal_streams() -> list[ValidStream]:
     late_stream = (
         Stream(Head()).add_canonical(4294967294, make_cloud(2)).add_frame().finish(index=True)
     )
     late_seek = (
-        (4294967295, Outcome([late_stream.list_decoded()[1]])),
-        (1, Outcome(late_stream.list_decoded())),
+        (4294967295, Outcome([late_stream.list_decoded_frames()[1]])),
+        (1, Outcome(late_stream.list_decoded_frames())),
     )
     two_canonicals = (
         Stream(Head())
@@ -150,7 +153,7 @@ def _make_ordinals() -> list[ValidStream]:
         .finish(index=True)
     )
     second_seek, sync_word = (
-        ((8, Outcome(two_canonicals.list_decoded()[1:])),),
+        ((8, Outcome(two_canonicals.list_decoded_frames()[1:])),),
         bytes.fromhex("9E5143F3"),
     )
     sync_stream = (
@@ -174,7 +177,7 @@ def _make_ordinals() -> list[ValidStream]:
     ]
 
 
-_MAXIMUM_FIELDS = {
+_MAXIMUM_HEAD_FIELDS = {
     **dict.fromkeys(("timescale", "frame_ticks"), 4294967295),
     **dict.fromkeys(("position_step", "translation_step", "gaussians_per_anchor"), 65535),
     **dict.fromkeys(("anchor_ratio", "resample_interval", "full_crc_interval"), 65535),
@@ -188,10 +191,10 @@ _MAXIMUM_FIELDS = {
 }
 
 
-def _make_field_extremes() -> list[ValidStream]:
+def _make_field_extreme_streams() -> list[ValidStream]:
     maximum_stream, minimum_stream = (
-        _make_still(**_MAXIMUM_FIELDS).add_frame().finish(),
-        _make_minimum_fields(),
+        _make_still_stream(**_MAXIMUM_HEAD_FIELDS).add_frame().finish(),
+        _make_minimum_field_stream(),
     )
     note = "minimum values of fields of HEAD, including subnormal steps and meters_per_unit -0"
     return [
@@ -202,7 +205,7 @@ def _make_field_extremes() -> list[ValidStream]:
     ]
 
 
-def _make_minimum_fields() -> Stream:
+def _make_minimum_field_stream() -> Stream:
     fields = {"timescale": 1, "lattice_exponent": 0, "position_step": 1, "translation_step": 1}
     fields |= {"rotation_unity": 1, "rotation_bits": 1, "sh_degree": 0, "level_count": 1}
     fields |= {"gaussians_per_anchor": 1, "resample_interval": 1, "full_crc_interval": 1, "seed": 0}
@@ -212,7 +215,7 @@ def _make_minimum_fields() -> Stream:
     return stream.add_frame(Change(select_symbols((1, 1, [1, 0, 0, 0, 0, -1])))).finish()
 
 
-def _make_scenes() -> list[ValidStream]:
+def _make_scene_streams() -> list[ValidStream]:
     far_corners = [
         CodedGaussian((-524288,) * 3),
         CodedGaussian((524287,) * 3),
@@ -221,13 +224,13 @@ def _make_scenes() -> list[ValidStream]:
     one_position = [CodedGaussian((-5, 9, 2), codes=make_cloud(4)[i].codes) for i in range(4)]
     code_rows = [(32767, -32767, 0, 32767, 16384, 0, -16383, *[32767, -32767] * 4, 0), (-1,) * 16]
     extreme_codes = [CodedGaussian((i, 0, 0), codes=c) for i, c in enumerate(code_rows)]
-    rotated = [CodedGaussian((i, i, 0), (i % 4, *c)) for i, c in enumerate(_ROTATIONS)]
+    rotated = [CodedGaussian((i, i, 0), (i % 4, *c)) for i, c in enumerate(_ROTATION_COMPONENTS)]
     return [
         make_valid_stream(
             "streams/sh-degree-0",
             "Gaussians without SH rest (7 codes)",
             "7.1",
-            _make_still(sh_degree=0).finish(),
+            _make_still_stream(sh_degree=0).finish(),
         ),
         make_valid_stream(
             "streams/sh-rest",
@@ -264,12 +267,12 @@ def _make_scenes() -> list[ValidStream]:
             "every context states a probability",
             "8.2-1",
             Stream(Head())
-            .add_canonical(0, make_cloud(9), state_varied_codes)
+            .add_canonical(0, make_cloud(9), choose_varied_codes)
             .add_frame(
                 Change(
                     make_moving_symbols(6, 3),
                     make_newborn([1, 2], 4),
-                    state_code=state_varied_codes,
+                    choose_code=choose_varied_codes,
                 )
             )
             .finish(),
@@ -278,7 +281,7 @@ def _make_scenes() -> list[ValidStream]:
             "streams/stated-codes",
             "stated codes 0, 119, 120 and 239",
             "8.2-1",
-            Stream(Head()).add_canonical(0, make_cloud(9), _state_extreme_codes).finish(),
+            Stream(Head()).add_canonical(0, make_cloud(9), _choose_extreme_codes).finish(),
         ),
         make_valid_stream(
             "streams/roomy-box",
@@ -291,7 +294,7 @@ def _make_scenes() -> list[ValidStream]:
     ]
 
 
-_ROTATIONS = (
+_ROTATION_COMPONENTS = (
     *((0, 0, 0), (256, 0, 0), (0, -256, 0), (0, 0, 256), (181, 181, 0), (-181, 0, 181), (1, 2, 3)),
     *((147, 147, -147), (-147, 147, 148), (255, 22, 0), (128, 128, 128), (90, -90, 200)),
 )
@@ -309,6 +312,6 @@ def _make_sh_rest_scene() -> list[CodedGaussian]:
     ]
 
 
-def _state_extreme_codes(_model: str, context: int, zeros: int, ones: int) -> int | None:
+def _choose_extreme_codes(_model: str, context: int, zeros: int, ones: int) -> int | None:
     choices = [239, 119, None] + ([0] if not ones else []) + ([120] if not zeros else [])
     return choices[(context + zeros) % len(choices)]

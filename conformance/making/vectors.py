@@ -150,15 +150,17 @@ class Vector:
 def find_splices(parent: bytes, child: bytes) -> tuple[Splice, ...]:
     """Return splices that turn the parent into the child; only one if their sizes differ."""
     if len(parent) == len(child):
-        return tuple(_find_runs(parent, child))
+        return tuple(_find_equal_size_splices(parent, child))
     min_size = min(len(parent), len(child))
     start = next((i for i in range(min_size) if parent[i] != child[i]), min_size)
-    max_end = min_size - start
-    end = next((i for i in range(max_end) if parent[-1 - i] != child[-1 - i]), max_end)
+    max_suffix_size = min_size - start
+    end = next(
+        (i for i in range(max_suffix_size) if parent[-1 - i] != child[-1 - i]), max_suffix_size
+    )
     return (Splice(start, len(parent) - end - start, child[start : len(child) - end]),)
 
 
-def _find_runs(parent: bytes, child: bytes) -> Iterable[Splice]:
+def _find_equal_size_splices(parent: bytes, child: bytes) -> Iterable[Splice]:
     start: int | None = None
     for index in range(len(parent) + 1):
         differs = index < len(parent) and parent[index] != child[index]
@@ -192,12 +194,12 @@ def make_valid_stream(
 ) -> ValidStream:
     """Return a stream that can be decoded to its end."""
     layout = stream.make_layout()
-    outcome = Outcome(stream.list_decoded())
+    outcome = Outcome(stream.list_decoded_frames())
     vector = Vector(name, note, tuple(clauses.split()), layout.data, outcome, **options)
     return ValidStream(vector, stream, layout)
 
 
-def make_broken_vector(
+def make_patched_vector(
     parent: ValidStream,
     name: str,
     clauses: str,

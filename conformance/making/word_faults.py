@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from making.changes import Change
-from making.fault_rows import FRAM_CHUNK, MOVED_FRAME, Row, replace_frame_fields
+from making.fault_rows import FRAM_CHUNK, FRAM_ORDINAL, Row, replace_frame_fields
 from making.frames import make_frame
 from making.payloads import Canonical, Frame
 from making.streams import Chunk
@@ -13,7 +13,7 @@ from making.writing import Planes, WritingSection, encode, unsigned
 from plain import planes
 
 _HALF_WEIGHT, _STATED_WEIGHT = 1 << 23, 1 << 18
-_DIFFERENCES: tuple[tuple[str, str, list[int], str], ...] = (
+_WRONG_KEY_DIFFERENCES: tuple[tuple[str, str, list[int], str], ...] = (
     ("difference-beyond", "8.4-1", [(1 << 60) + 1], "a difference of keys above 2^60"),
     (
         "difference-greatest",
@@ -34,13 +34,13 @@ _DIFFERENCES: tuple[tuple[str, str, list[int], str], ...] = (
 
 def list_word_faults(parent: ValidStream) -> Iterable[Row]:
     """Yield frames with wrong words in the section of motion or births."""
-    frame = parent.stream.payloads[MOVED_FRAME]
+    frame = parent.stream.payloads[FRAM_ORDINAL]
     assert isinstance(frame, Frame)
     for code, note in (
         (240, "a stated probability code of 240, the first undefined one"),
         (255, "a stated probability code of 255"),
     ):
-        chunks = replace_frame_fields(parent, MOVED_FRAME, motion=encode_stated_code(code))
+        chunks = replace_frame_fields(parent, FRAM_ORDINAL, motion=encode_stated_code(code))
         yield f"probability-{code}", "8.2-1", "bad-probability", chunks, note
     words, unconsumed_id = tuple(frame.motion), "unconsumed-words"
     word_cases = {
@@ -69,11 +69,11 @@ def list_word_faults(parent: ValidStream) -> Iterable[Row]:
             name,
             clauses,
             reject_id,
-            replace_frame_fields(parent, MOVED_FRAME, motion=motion_words),
+            replace_frame_fields(parent, FRAM_ORDINAL, motion=motion_words),
             note,
         )
     with_birth_words, note = (
-        replace_frame_fields(parent, MOVED_FRAME, births=(1,)),
+        replace_frame_fields(parent, FRAM_ORDINAL, births=(1,)),
         "a births section with one word in a frame without births",
     )
     yield "words-of-no-births", "8.3-2", unconsumed_id, with_birth_words, note
@@ -91,7 +91,7 @@ def list_key_faults(parent: ValidStream) -> Iterable[Row]:
     }
     for name, (bits, note) in boxes.items():
         yield name, "8.5-1", "symbol-range", replace_frame_fields(parent, 3, axis_bits=bits), note
-    for name, clauses, differences, note in _DIFFERENCES:
+    for name, clauses, differences, note in _WRONG_KEY_DIFFERENCES:
         section = _encode_keys(differences + [0] * (canonical.gaussian_count - len(differences)))
         sections = [section, *canonical.sections[1:]]
         chunks = replace_frame_fields(parent, 3, sections=sections, axis_bits=20)
@@ -100,7 +100,7 @@ def list_key_faults(parent: ValidStream) -> Iterable[Row]:
 
 def _replace_motion_words(parent: ValidStream) -> list[Chunk]:
     """Return chunks with motion words that code only zeros but leave a nonzero coder state."""
-    previous = parent.stream.states[MOVED_FRAME - 1]
+    previous = parent.stream.states[FRAM_ORDINAL - 1]
     assert previous is not None
     frame, _ = make_frame(parent.stream.head, previous, Change())
     return parent.stream.replace_chunk(FRAM_CHUNK, payload=replace(frame, motion=(1,)).pack())

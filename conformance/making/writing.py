@@ -13,7 +13,7 @@ from plain.planes import PlainSection
 
 WEIGHT_TOTAL = 1 << 24
 Bits = list[int]
-StateCode = Callable[[str, int, int, int], int | None]
+CodeChoice = Callable[[str, int, int, int], int | None]
 """Function of (model, context, zeros, ones) that returns the probability code to state, or None."""
 
 
@@ -38,11 +38,11 @@ class Planes:
 
     Attributes:
         bits: Bits of each plane, in the order of the planes.
-        state_code: Function that returns the probability code to state for a context, or None.
+        choose_code: Function that returns the probability code to state for a context, or None.
     """
 
     bits: list[Bits]
-    state_code: StateCode = field(default=lambda *_: None)
+    choose_code: CodeChoice = field(default=lambda *_: None)
 
 
 class WritingSection(PlainSection):
@@ -53,7 +53,7 @@ class WritingSection(PlainSection):
     ) -> None:
         super().__init__(title, [], counts)
         self._planes = iter(planes.bits)
-        self._state_code = planes.state_code
+        self._choose_code = planes.choose_code
         self._coded: list[tuple[int, int]] = []
         self.written_words: list[int] = []
 
@@ -65,7 +65,7 @@ class WritingSection(PlainSection):
         for context, bit in zip(contexts, bits, strict=True):
             bits_by_context[context].append(bit)
         codes = {
-            c: self._state_code(model, c, len(b) - sum(b), sum(b))
+            c: self._choose_code(model, c, len(b) - sum(b), sum(b))
             for c, b in bits_by_context.items()
         }
         self._coded += [(int(code is not None), 1 << 18) for code in codes.values()]
@@ -101,14 +101,14 @@ def fixed(values: Sequence[int], width: int) -> list[Bits]:
 
 def unsigned(values: Sequence[int], width: int) -> list[Bits]:
     """Return the planes that code `values` by Unsigned (SPEC 8.4)."""
-    return fixed([v.bit_length() for v in values], width) + _mantissas(values)
+    return fixed([v.bit_length() for v in values], width) + _make_mantissa_planes(values)
 
 
 def signed(values: Sequence[int], width: int = 4) -> list[Bits]:
     """Return the planes that code `values` by Signed (SPEC 8.4)."""
     sizes = [abs(v) for v in values]
     signs = [int(v < 0) for v in values if v]
-    return [*fixed([v.bit_length() for v in sizes], width), signs, *_mantissas(sizes)]
+    return [*fixed([v.bit_length() for v in sizes], width), signs, *_make_mantissa_planes(sizes)]
 
 
 def ascending(values: Sequence[int], width: int = 6) -> list[Bits]:
@@ -122,7 +122,7 @@ def rows(*values: Sequence[int]) -> list[Bits]:
     return signed([v for row in values for v in row])
 
 
-def _mantissas(values: Sequence[int]) -> list[Bits]:
+def _make_mantissa_planes(values: Sequence[int]) -> list[Bits]:
     max_bits = max((v.bit_length() for v in values), default=0)
     return [
         [v >> (v.bit_length() - 2 - depth) & 1 for v in values if v.bit_length() > depth + 1]

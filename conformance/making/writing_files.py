@@ -5,7 +5,7 @@ from pathlib import Path
 FOLDERS = ("streams", "traps", "levels", "invalid", "damaged", "resource", "unit")
 
 
-def list_differing(files: dict[str, bytes], root: Path) -> list[str]:
+def list_differing_files(files: dict[str, bytes], root: Path) -> list[str]:
     """Return the names of files that are missing, differ, or do not belong to the suite."""
     differing = [name for name, data in files.items() if not _has_content(root / name, data)]
     existing = [

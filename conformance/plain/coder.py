@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-_TOTAL = 1 << 24
+_WEIGHT_TOTAL = 1 << 24
 _COUNT_LIMIT = 4096
 
 Counts = dict[tuple[str, int], list[int]]
@@ -13,13 +13,13 @@ def weight_from_code(code: int) -> int:
     """Return the weight of a 1 for a stated probability code."""
     assert code < 240, "bad-probability"
     if code >= 120:
-        return _TOTAL - weight_from_code(code - 120)
+        return _WEIGHT_TOTAL - weight_from_code(code - 120)
     return (8 + code % 8) << (code // 8 + 5)
 
 
 def weight_from_counts(zeros: int, ones: int) -> int:
     """Return the weight of a 1 for a context that has counted these zeros and ones."""
-    return (2 * ones + 1) * _TOTAL // (2 * (zeros + ones) + 2)
+    return (2 * ones + 1) * _WEIGHT_TOTAL // (2 * (zeros + ones) + 2)
 
 
 def add_to_counts(counts: list[int], bits: list[int]) -> list[int]:
@@ -46,9 +46,9 @@ class PlainCoder:
     def decode_bit(self, weight: int) -> int:
         if self.state < 1 << 32 and self.words:
             self.state = (self.state << 32) + self.words.pop()
-        remainder = self.state % _TOTAL
-        bit = int(remainder >= _TOTAL - weight)
-        offset, share = (_TOTAL - weight, weight) if bit else (0, _TOTAL - weight)
-        self.state = self.state // _TOTAL * share + remainder - offset
+        remainder = self.state % _WEIGHT_TOTAL
+        bit = int(remainder >= _WEIGHT_TOTAL - weight)
+        offset, share = (_WEIGHT_TOTAL - weight, weight) if bit else (0, _WEIGHT_TOTAL - weight)
+        self.state = self.state // _WEIGHT_TOTAL * share + remainder - offset
         assert self.state < 1 << 64
         return bit

@@ -21,7 +21,7 @@ from plain.planes import (
     read_rows_by_context,
     read_rows_in_one_context,
 )
-from plain.snapshots import add_differences, read_survivors, sort_by_key
+from plain.snapshots import add_differences, read_survivors, sort_by_morton_key
 from plain.state import PlainCodedGaussian, PlainGaussian, PlainLevel, PlainState, Vector
 from plain.updates import apply_updates, read_updates
 
@@ -117,7 +117,7 @@ class FrameDecoder:
         newborn_gaussians = self._read_gaussians(self.fields["newborn_count"])
         assert survivors or newborn_gaussians, "count"
         state = self._make_state(
-            sort_by_key(add_differences(gaussians, survivors) + newborn_gaussians)
+            sort_by_morton_key(add_differences(gaussians, survivors) + newborn_gaussians)
         )
         state.canonical = previous.canonical
         return state
@@ -173,8 +173,8 @@ class FrameDecoder:
         """Return the state after a FRAM chunk (SPEC 7.4 to 7.8)."""
         assert self.fields["phase"] == previous.phase + 1, "frame-order"
         previous = copy.deepcopy(previous)
-        ordered = sorted(previous.gaussians, key=lambda g: (g.codes[3], g.id))
-        dead_ids = {g.id for g in ordered[: self.fields["death_count"]]}
+        gaussians_by_opacity = sorted(previous.gaussians, key=lambda g: (g.codes[3], g.id))
+        dead_ids = {g.id for g in gaussians_by_opacity[: self.fields["death_count"]]}
         remaining = [g for g in previous.gaussians if g.id not in dead_ids]
         self._record_note("ids of the Gaussians that die", sorted(dead_ids))
         state = replace(

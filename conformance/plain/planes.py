@@ -151,15 +151,15 @@ def ascending(section: PlainSection, name: str, count: int, width: int) -> Row:
     return numbers
 
 
-def read_rows_by_context(section: PlainSection, name: str, count: int, height: int) -> list[Row]:
+def read_rows_by_context(section: PlainSection, name: str, count: int, row_count: int) -> list[Row]:
     """Return rows of signed numbers; each row has its own context (SPEC 8.5)."""
-    return _read_rows(section, name, count, [row for row in range(height) for _ in range(count)])
+    return _read_rows(section, name, count, [row for row in range(row_count) for _ in range(count)])
 
 
 def read_rows_in_one_context(
-    section: PlainSection, name: str, count: int, height: int
+    section: PlainSection, name: str, count: int, row_count: int
 ) -> list[Row]:
-    return _read_rows(section, name, count, [0] * (height * count))
+    return _read_rows(section, name, count, [0] * (row_count * count))
 
 
 def _read_rows(section: PlainSection, name: str, count: int, contexts: Row) -> list[Row]:

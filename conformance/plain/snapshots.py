@@ -50,12 +50,12 @@ def add_differences(
     return [_add_difference(canonical[i], difference) for i, difference in survivors.items()]
 
 
-def sort_by_key(gaussians: list[PlainCodedGaussian]) -> list[PlainCodedGaussian]:
+def sort_by_morton_key(gaussians: list[PlainCodedGaussian]) -> list[PlainCodedGaussian]:
     """Return Gaussians in the order of their Morton keys."""
     minimum = [min(g.position[axis] for g in gaussians) for axis in range(3)]
     extent = max(g.position[axis] - minimum[axis] for g in gaussians for axis in range(3))
     assert extent < 1 << 20, "symbol-range"
-    return sorted(gaussians, key=lambda g: _morton(g.position, minimum))
+    return sorted(gaussians, key=lambda g: _compute_morton_key(g.position, minimum))
 
 
 def _add_difference(g: PlainCodedGaussian, difference: Vector) -> PlainCodedGaussian:
@@ -67,6 +67,6 @@ def _add_difference(g: PlainCodedGaussian, difference: Vector) -> PlainCodedGaus
     return PlainCodedGaussian(position, [(g.rotation[0] + j) % 4, *components], codes + g.codes[7:])
 
 
-def _morton(position: Vector, minimum: Vector) -> int:
+def _compute_morton_key(position: Vector, minimum: Vector) -> int:
     offsets = [p - o for p, o in zip(position, minimum, strict=True)]
     return sum((v >> b & 1) << (3 * b + 2 - a) for a, v in enumerate(offsets) for b in range(20))

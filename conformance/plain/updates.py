@@ -21,9 +21,9 @@ def read_updates(section: PlainSection, gaussians: list[PlainGaussian]) -> Chang
     contexts = [4 * _classify_motion(sum(map(abs, g.motion))) + g.recency for g in gaussians]
     bits = section.read_plane("updates, changes", "", contexts)
     changed = [g for g, bit in zip(gaussians, bits, strict=True) if bit]
-    death_bits = section.read_plane("updates, dies", "", [g.recency for g in changed])
+    deletion_bits = section.read_plane("updates, dies", "", [g.recency for g in changed])
     changes: Changes = {
-        g.id: None if bit else [0] * 13 for g, bit in zip(changed, death_bits, strict=True)
+        g.id: None if bit else [0] * 13 for g, bit in zip(changed, deletion_bits, strict=True)
     }
     remaining = [residuals for residuals in changes.values() if residuals is not None]
     field_masks = [0] * len(remaining)

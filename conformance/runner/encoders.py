@@ -19,7 +19,11 @@ from runner.process import Decoder, FaultError
 
 Line = dict[str, Any]
 Rows = list[tuple[float, ...]]
-LEVELS = {10: (65536, 4096, 1 << 22), 20: (262144, 16384, 1 << 24), 30: (1 << 20, 65536, 1 << 26)}
+LEVEL_LIMITS = {
+    10: (65536, 4096, 1 << 22),
+    20: (262144, 16384, 1 << 24),
+    30: (1 << 20, 65536, 1 << 26),
+}
 _UNLIMITED_LEVEL = 31
 _LEVEL_OFFSET = 10
 _FIELD_SIZES = {
@@ -106,13 +110,14 @@ def _judge_level(level: int, stream: bytes, decoded: list[Line]) -> Verdict | No
         for p, c in zip(payloads, chunks[1:], strict=True)
         if c[4:8] == b"FRAM"
     ]
-    usage = (
+    used_resources = (
         max(line["gaussians"] for line in decoded),
         max(births, default=0),
         max(map(len, payloads)),
     )
     lowest_level = next(
-        (n for n, limits in LEVELS.items() if all(map(int.__le__, usage, limits))), _UNLIMITED_LEVEL
+        (n for n, limits in LEVEL_LIMITS.items() if all(map(int.__le__, used_resources, limits))),
+        _UNLIMITED_LEVEL,
     )
     if not level == head == lowest_level:
         return Verdict(
@@ -180,10 +185,12 @@ def _find_unmatched(
 def _is_within_bounds(
     expected: Line, decoded: dict[str, tuple[float, ...]], bounds: dict[str, float]
 ) -> bool:
-    return all(_distance(name, expected[name], decoded[name]) <= bounds[name] for name in decoded)
+    return all(
+        _compute_distance(name, expected[name], decoded[name]) <= bounds[name] for name in decoded
+    )
 
 
-def _distance(name: str, expected: list[float], decoded: tuple[float, ...]) -> float:
+def _compute_distance(name: str, expected: list[float], decoded: tuple[float, ...]) -> float:
     """Return the largest difference between components; q and -q are the same rotation."""
     difference = max(abs(a - b) for a, b in zip(expected, decoded, strict=True))
     negated_difference = max(abs(a + b) for a, b in zip(expected, decoded, strict=True))

@@ -23,7 +23,7 @@ class Limits:
     seconds: float = 10.0
     memory_mib: int = 512
 
-    def limit_data(self) -> None:
+    def limit_data_segment(self) -> None:
         """Limit the size of the data segment, in the child process before it starts the decoder.
 
         This limit is far above the limit of resident memory, because some runtimes reserve much
@@ -47,21 +47,21 @@ class ResourceMonitor:
         self._limits = limits
         self._deadline = time.monotonic() + limits.seconds
 
-    def exceeded_limit(self) -> str | None:
+    def find_exceeded_limit(self) -> str | None:
         """Return `timeout` or `memory` if that limit is exceeded, otherwise None."""
-        if resident_mib(self._pid) > self._limits.memory_mib:
+        if measure_resident_mib(self._pid) > self._limits.memory_mib:
             return "memory"
         return "timeout" if time.monotonic() > self._deadline else None
 
 
-def resident_mib(pid: int) -> float:
+def measure_resident_mib(pid: int) -> float:
     """Return the resident memory of a process and its child processes in MiB; 0 if unknown."""
     try:
         pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
         children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
     except (OSError, IndexError):
         return 0.0
-    return pages * _PAGE_BYTES / _MIB + sum(resident_mib(int(child)) for child in children)
+    return pages * _PAGE_BYTES / _MIB + sum(measure_resident_mib(int(child)) for child in children)
 
 
 def kill_process_group(pid: int) -> None:

@@ -118,7 +118,7 @@ class Decoder:
                 self._check_limits()
 
     def _check_limits(self) -> None:
-        verdict = self.monitor.exceeded_limit()
+        verdict = self.monitor.find_exceeded_limit()
         if verdict is not None:
             raise FaultError(
                 verdict,
@@ -188,7 +188,7 @@ def _start_process(arguments: list[str], limits: Limits) -> subprocess.Popen[byt
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             start_new_session=True,
-            preexec_fn=limits.limit_data,
+            preexec_fn=limits.limit_data_segment,
         )
     except (OSError, ValueError, subprocess.SubprocessError) as error:
         message = f"{arguments[0]!r} cannot be started: {getattr(error, 'strerror', None) or error}"

@@ -32,7 +32,7 @@ from runner.manifest import Suite  # noqa: E402
 
 PACKAGE = _HERE.parents[1] / "quarc_ref"
 CATEGORIES = ("traps", "invalid", "streams", "unit", "damaged", "levels", "resource")
-_CUT_SERIES = "damaged/cut-at-byte"
+_CUTS_AT_EVERY_BYTE = "damaged/cut-at-byte"
 _LAUNCHER = """import sys
 sys.path[0] = {folder!r}
 from quarc_ref.conformance.__main__ import main
@@ -110,7 +110,7 @@ def _find_first_failures(
         if len(first_failures) == needed_categories:
             break
         # The many cuts at every byte detect no more than the other cuts.
-        if case.category in first_failures or case.name.startswith(_CUT_SERIES):
+        if case.category in first_failures or case.name.startswith(_CUTS_AT_EVERY_BYTE):
             continue
         verdict = case_runner.run_case(case)
         if verdict.name != PASS:
@@ -118,7 +118,7 @@ def _find_first_failures(
     return first_failures
 
 
-def describe(outcome: Outcome) -> str:
+def describe_outcome(outcome: Outcome) -> str:
     """Return text that lists the categories that detected a mutant, each with a failed case."""
     lines = [outcome.mutant.name + ("" if outcome.first_failures else ": SURVIVES")]
     lines += [
@@ -139,9 +139,9 @@ def summarize_categories(outcomes: list[Outcome]) -> tuple[str, bool]:
             )
             lines.append(f"    {outcome.mutant.only_category:<9} {outcome.mutant.name}{suffix}")
             is_as_expected = is_as_expected and is_needed
-    caught_count = sum(bool(outcome.first_failures) for outcome in outcomes)
-    lines.append(f"{caught_count} of {len(outcomes)} mutants detected")
-    return "\n".join(lines), is_as_expected and caught_count == len(outcomes)
+    detected_count = sum(bool(outcome.first_failures) for outcome in outcomes)
+    lines.append(f"{detected_count} of {len(outcomes)} mutants detected")
+    return "\n".join(lines), is_as_expected and detected_count == len(outcomes)
 
 
 def main() -> int:
@@ -162,7 +162,7 @@ def main() -> int:
     mutants = [mutant for mutant in MUTANTS if options.only in mutant.name]
     limits = Limits(options.timeout, 512)
     needed_categories = len(CATEGORIES) if options.all else 1
-    attempt = partial(
+    try_next_mutant = partial(
         try_mutant,
         package=options.package,
         suite=suite,
@@ -171,8 +171,8 @@ def main() -> int:
     )
     outcomes = []
     with ThreadPoolExecutor(options.processes) as pool:
-        for outcome in pool.map(attempt, mutants):
-            print(describe(outcome), flush=True)
+        for outcome in pool.map(try_next_mutant, mutants):
+            print(describe_outcome(outcome), flush=True)
             outcomes.append(outcome)
     text, is_as_expected = summarize_categories(outcomes)
     print(text)

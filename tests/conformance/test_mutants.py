@@ -6,7 +6,13 @@ import pytest
 
 from mutant import Mutant
 from mutants import MUTANTS
-from run_mutants import CATEGORIES, Outcome, copy_with_mutant, describe, summarize_categories
+from run_mutants import (
+    CATEGORIES,
+    Outcome,
+    copy_with_mutant,
+    describe_outcome,
+    summarize_categories,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 MIN_MUTANTS = 20
@@ -36,7 +42,7 @@ def test_a_mutant_that_does_not_apply_is_an_error(tmp_path):
 def test_a_surviving_mutant_is_reported_and_fails():
     outcome = Outcome(Mutant("quiet", ()), {})
 
-    assert "SURVIVES" in describe(outcome)
+    assert "SURVIVES" in describe_outcome(outcome)
     assert summarize_categories([outcome])[1] is False
 
 
