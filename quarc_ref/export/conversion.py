@@ -57,7 +57,8 @@ def convert_in_subprocess(data: bytes, source: str, target: str) -> bytes:
         raise ExportError(message) from error
     if completed.returncode:
         lines = completed.stderr.decode(errors="replace").strip().splitlines()
-        message = f"gaussforge cannot read the file: {lines[-1] if lines else completed.returncode}"
+        cause = lines[-1] if lines else f"exit code {completed.returncode}"
+        message = f"gaussforge cannot read the file: {cause}"
         raise ExportError(message)
     return completed.stdout
 

@@ -72,7 +72,7 @@ def make_sample(frame: Frame, start_time: float) -> Any:  # noqa: ANN401
 
     Args:
         frame: A frame.
-        start_time: Start time of the frame.
+        start_time: Start time of the frame, seconds.
     """
     from fourdgs import GaussianSet
     from fourdgs.keyframe_delta_writer import Sample
@@ -113,8 +113,8 @@ def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFra
 
     Args:
         data: Bytes of the file.
-        frames_per_second: Sampling rate. If None, a keyframe-delta file gives one frame per stored
-            state, and other files give 30 frames per second.
+        frames_per_second: Sampling rate. If None, a keyframe-delta file is sampled once per stored
+            state, and other files are sampled 30 times per second.
 
     Raises:
         ValueError: The file is not a `.4dgs` file, or has too many frames.
@@ -154,7 +154,7 @@ _Sampler = Callable[[float], tuple[Splats, Int64]]
 
 
 def _open_file(data: bytes) -> tuple[float, float, _Sampler]:
-    """Return the duration in seconds, the frame rate, and a function that samples a time."""
+    """Return the duration in seconds, the frame rate, and a function that samples the file."""
     import fourdgs
     from fourdgs.keyframe_delta_file import decode_streamed, render_at
 
@@ -180,7 +180,7 @@ def _open_file(data: bytes) -> tuple[float, float, _Sampler]:
 
 
 def _sample_scene(scene: Any, time: float) -> tuple[Splats, Int64]:  # noqa: ANN401
-    """Sample a scene with linear motion at a time; return the Gaussians and their ids."""
+    """Sample a scene with linear motion at a given time; return the Gaussians and their ids."""
     gaussians = scene.gaussians
     state = gaussians.state_at(time)
     indices = state["indices"]

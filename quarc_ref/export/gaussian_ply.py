@@ -70,7 +70,7 @@ def parse_ply(data: bytes) -> Splats:
     if rest_count not in _SH_REST_COUNTS:
         counts = ", ".join(map(str, _SH_REST_COUNTS))
         message = (
-            f"the file has {rest_count} properties f_rest_*, but SH of degree 0 to 3 need {counts}"
+            f"the file has {rest_count} properties f_rest_*, but SH of degree 0 to 3 have {counts}"
         )
         raise ValueError(message)
     names = [*_REQUIRED_PROPERTIES, *_name_rest_properties(rest_count)]

@@ -1,7 +1,7 @@
 """Exports a frame as binary glTF (KHR_gaussian_splatting, SPEC Annex C.2) with pygltflib.
 
 The extension does not support animation, so each frame is a separate file. The attributes are
-rotated to +y up, and scaled to meters if the stream declares a scale. The file has no node
+rotated so that +y is up, and scaled to meters if the stream declares a scale. The file has no node
 rotation, because not all readers apply node rotations to SH.
 """
 

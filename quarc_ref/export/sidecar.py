@@ -94,7 +94,7 @@ def parse_sidecar(data: bytes) -> Sidecar:
         OverflowError,
         RecursionError,
     ) as error:
-        message = f"the file was not written by quarc-ref: {error}"
+        message = f"the file is not a valid {SIDECAR_NAME} of quarc-ref: {error}"
         raise ValueError(message) from error
 
 

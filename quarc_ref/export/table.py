@@ -1,4 +1,4 @@
-"""Table of the export formats, each of which one module writes.
+"""Table of the export formats; each format is written by one module.
 
 A module has either `build(frame, clip)`, which returns the file of a frame, or a class
 `SequenceExporter`, which collects all frames in one file. Modules and libraries are imported on
@@ -34,7 +34,7 @@ class ExportFormat:
         suffix: File suffix without the dot, which is also the name of the format.
         title: Human-readable name.
         module: Name of the module that writes the format.
-        is_sequence: Whether one file contains all frames, instead of one file per frame.
+        is_sequence: Whether one file contains all frames; otherwise, each frame has its own file.
         package: Import name of the library that the module needs; None if it needs none.
         extra: Extra of quarc-ref that installs the library; None if no library is needed.
     """

@@ -1,7 +1,7 @@
-"""Rotates frames to +y up, for formats that define axes (SPEC Annex C.2).
+"""Rotates frames so that +y is up, for formats that define axes (SPEC Annex C.2).
 
-The rotation maps axes to axes, so positions and SH are permuted and negated, and thus not
-rounded. Only quaternions are rounded.
+The rotation maps coordinate axes to coordinate axes, so it only permutes and negates
+positions and SH, without rounding. Quaternions are rounded.
 """
 
 from dataclasses import replace
@@ -47,13 +47,13 @@ def rotate_upright(splats: Splats, clip: Clip) -> Splats:
 
 
 def find_upright_rotation(clip: Clip) -> tuple[float, float, float, float]:
-    """Return the quaternion wxyz that rotates the right-handed axes of a stream to +y up."""
+    """Return the quaternion wxyz that rotates right-handed axes of a stream so that +y is up."""
     up = clip.up if clip.header.right_handed else _MIRRORED_UP_AXES.get(clip.up, clip.up)
     return _UPRIGHT_ROTATIONS[up]
 
 
 def convert_to_matrix(quaternion: tuple[float, float, float, float]) -> NDArray[np.float64]:
-    """Return the `[3, 3]` matrix of a quaternion wxyz that maps axes to axes."""
+    """Return the `[3, 3]` matrix of a quaternion wxyz; the rotation must map axes to axes."""
     w, x, y, z = quaternion
     matrix = np.array(
         [

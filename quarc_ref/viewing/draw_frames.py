@@ -1,4 +1,4 @@
-"""Renders the frames of a stream for cameras, as pictures or depth.
+"""Renders the frames of a stream for given cameras, as pictures or depth.
 
 `eval` uses the same renderer, so pictures have the quality that `eval` reports, except for
 rounding to 8 bits.
@@ -73,7 +73,7 @@ def draw_shots(
 
 
 def draw_picture(splats: Splats, camera: Camera) -> Image:
-    """Render an sRGB picture `[H, W, 3]` in bands, to limit the memory for floats."""
+    """Render an sRGB picture `[H, W, 3]` in bands, to save memory."""
     picture = np.empty((camera.height, camera.width, 3), dtype=np.uint8)
     for top, rows in render_bands(splats, camera):
         np.clip(rows, 0, 1, out=rows)

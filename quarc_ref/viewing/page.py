@@ -38,7 +38,7 @@ class PageOptions:
 
 
 def build_page(options: PageOptions, *, has_poster: bool = False, url: str | None = None) -> bytes:
-    """Build the HTML of a page that loads stream, player and poster from its folder.
+    """Build the HTML of a page that loads stream, player and poster from the same folder.
 
     Args:
         options: Options of the page.

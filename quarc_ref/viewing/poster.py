@@ -1,4 +1,4 @@
-"""Renders the poster of a page: the first frame of a stream from the view of a camera."""
+"""Renders the poster of a page: the first frame of a stream, seen from a camera."""
 
 from quarc_ref.datasets.video_writer import build_jpeg
 from quarc_ref.format.cameras import Camera

@@ -14,8 +14,8 @@ def parse_range(header: str | None, size: int) -> range | None:
 
     Returns:
         The range of bytes within the file; empty if the requested range is after the end.
-        None, for the whole file, if the header is missing or malformed, or requests several
-        ranges; servers may ignore such requests.
+        None means the whole file: the header is missing or malformed, or requests several
+        ranges. Servers may ignore such headers.
     """
     match = _RANGE_PATTERN.fullmatch(header or "")
     if match is None or not (match["first"] or match["last"]):

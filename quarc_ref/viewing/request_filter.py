@@ -2,9 +2,9 @@
 
 Any website can make a browser send requests to this machine. In a DNS rebinding attack, the
 Host header of such requests contains a host name of the attacker. In most other attacks, the
-Origin header contains the attacking website. Both kinds of requests are rejected. So are
-requests without the token in the URL of the page, which is random for each run and unknown
-to other users and machines.
+Origin header contains the address of the attacking website. Both kinds of requests are
+rejected, and also requests whose URL does not contain the token. The token is part of the
+URL of the page, random for each run, and unknown to other users and machines.
 """
 
 import hmac
@@ -46,10 +46,10 @@ class RequestFilter:
         """
         if len(hosts) != 1 or _parse_host(hosts[0]) not in {*self._names, address}:
             return (
-                "the Host header is unknown; use quarc-ref view --allow-host NAME to allow a name"
+                "the name in the Host header is unknown; quarc-ref view --allow-host NAME allows it"
             )
         if origins and not (len(origins) == 1 and self._is_same_site(origins[0], hosts[0])):
-            return "the Origin header contains another site"
+            return "the Origin header names another site"
         token = path.removeprefix("/").partition("/")[0]
         if not hmac.compare_digest(token.encode(), self.token.encode()):
             return "the token is wrong; open the URL that quarc-ref view printed"

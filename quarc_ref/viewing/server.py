@@ -50,7 +50,7 @@ class Server(ThreadingHTTPServer):
     """Serves resources at `http://HOST:PORT/TOKEN/NAME`.
 
     Args:
-        address: Host and port; if the port is in use, the next free one of 99 ports is used.
+        address: Host and port. If the port is in use, the next 99 ports are tried.
         resources: Resources by name; the page has the name `""`.
         names: Additional host names of the server.
         report: Function that is called with a message when a resource cannot be read.

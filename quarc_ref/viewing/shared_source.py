@@ -1,4 +1,4 @@
-"""Sources that several threads can read."""
+"""Sources that several threads can read at the same time."""
 
 import threading
 import time
@@ -31,7 +31,7 @@ class SharedSource:
 
 
 class GrowingSource(SharedSource):
-    """A source of a growing stream that can wait for new bytes.
+    """A source for a growing stream; it can wait for new bytes.
 
     Args:
         source: The stream.

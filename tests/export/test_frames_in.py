@@ -152,7 +152,7 @@ def test_a_modified_sidecar_is_rejected(original, changed, clip_and_frames):
     text = build_sidecar(clip_and_frames[0], "", 0).decode()
     assert original in text
 
-    with pytest.raises(ValueError, match="was not written by quarc-ref"):
+    with pytest.raises(ValueError, match="not a valid sequence"):
         parse_sidecar(text.replace(original, changed).encode())
 
 

@@ -1,4 +1,4 @@
-"""Rate-distortion selection of births: weighs their loss reduction against their bytes.
+"""Selects births by rate and distortion: weighs their loss reduction against their bytes.
 
 A new Gaussian is selected if it lowers the loss of the training views by more than the cost
 of an average Gaussian in the births section. The selected Gaussians are coded only if
@@ -25,7 +25,7 @@ class ByteCost:
     """Cost of coding births, in units of the loss.
 
     Attributes:
-        weight: Cost of one byte: the decrease of the loss that justifies it.
+        weight: Decrease of the loss that is worth one byte.
         count_bytes: Function that returns the size of the births section for given births, bytes.
     """
 
@@ -40,7 +40,7 @@ class BirthObjective:
     Attributes:
         context: Training views and renderer.
         background: The decoded scene after the frame's motion; training does not change it.
-        decoded_scene: The same scene as `background`, as the decoder's integers.
+        decoded_scene: The same scene as `background`, in the integers of the decoder.
         lambda_dssim: Weight of D-SSIM in the loss.
     """
 
@@ -104,8 +104,8 @@ def estimate_gains(objective: BirthObjective, births: Attributes) -> Tensor:
 
     The opacity of each Gaussian is multiplied by a factor, and the loss is differentiated with
     respect to the factor. To second order, the reduction equals minus the derivative at
-    a factor of 0.5. The derivative at a factor of 1 is of no use: training has brought it
-    close to 0.
+    a factor of 0.5. The derivative at a factor of 1 cannot be used, because training has
+    brought it close to 0.
     """
     gaussians = objective.activate(births)
     factors = torch.full_like(births.opacities, 0.5).requires_grad_()

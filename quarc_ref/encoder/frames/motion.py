@@ -1,7 +1,7 @@
 """Stage 1 of training a frame: fits the motion residuals of the anchors (paper section 4).
 
 Every iteration renders the scene after moving it by quantized residuals. The loss includes
-the estimated rate of the residuals, so that residuals of static parts become 0.
+the estimated rate of the residuals, so that the residuals of static parts become 0.
 """
 
 from collections.abc import Sequence
@@ -42,8 +42,8 @@ class FittedMotion:
 
     Attributes:
         symbols: `[c, a]` motion symbols of each level, level 1 first.
-        residuals: `[A, c]` residuals in quantization steps, levels concatenated. They equal
-            the symbols, except within `without_rounding`.
+        residuals: `[A, c]` residuals in quantization steps, levels concatenated. The
+            residuals equal the symbols, except within `without_rounding`.
         statistics: Accumulated screen-space gradients of the Gaussians that updates do not
             delete, for stage 2.
         updates: Updates of individual Gaussians; None if the stream has no updates.
@@ -69,7 +69,7 @@ def fit_motion(
         start: The frame before its motion.
         settings: Schedule, learning rates and rate-distortion weight.
         update_settings: Settings of updates; None for no updates.
-        rd: Factors of the rate-distortion weights.
+        rd: Factors by which the rate-distortion weights are multiplied.
     """
     fit = _MotionFit(context, start, settings, update_settings, rd)
     for step in range(settings.iterations):
@@ -79,7 +79,7 @@ def fit_motion(
 
 
 class _MotionFit:
-    """State of the training of a frame's motion and updates; see `fit_motion`."""
+    """Trains the motion and updates of a frame step by step; see `fit_motion`."""
 
     def __init__(
         self,
@@ -113,7 +113,7 @@ class _MotionFit:
         self._adam = torch.optim.Adam(groups, eps=ADAM_EPSILON, fused=True)
 
     def take_step(self, step: int) -> None:
-        """Take an optimizer step; select updates before the step at `UpdateSettings.select_at`."""
+        """Take an optimizer step; first select updates if `UpdateSettings.select_at` is reached."""
         settings, updates = self._settings, self._updates
         if updates is not None and step == self._selection_step:
             updates.select(self._move().detached(), self._render, self._context.view_count)
@@ -138,7 +138,7 @@ class _MotionFit:
         self._context.report_step("motion", frame_and_step, view, gaussian_count, image, loss)
 
     def result(self) -> FittedMotion:
-        """Return the trained motion and updates, quantized."""
+        """Return the trained and quantized motion and updates."""
         residuals = self._residuals
         motion = FittedMotion(residuals.symbols(), residuals.decoded_residuals(), self._statistics)
         if self._updates is None:
@@ -224,7 +224,7 @@ class _Residuals:
         return mean_log_norm(torch.cat(component_steps, dim=1))
 
     def decoded_residuals(self) -> Tensor:
-        """Return the `[A, c]` quantized residuals in units of the quantization steps."""
+        """Return the `[A, c]` quantized residuals in quantization steps."""
         with torch.no_grad():
             components = zip(_split_components(self.quantized()), self._step_sizes, strict=True)
             return torch.cat([component / step for component, step in components], dim=1)

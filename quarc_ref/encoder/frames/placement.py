@@ -119,7 +119,7 @@ def filter_maximum(image: Tensor, radius: int) -> Tensor:
 
     Args:
         image: `[H, W]` nonnegative numbers.
-        radius: Distance from the center pixel to the edge pixels of the square.
+        radius: Distance from the center pixel to the edge pixels of the square, pixels.
     """
     for axis in (0, 1):
         padding = (0, 0, radius, radius) if axis == 0 else (radius, radius, 0, 0)
@@ -153,7 +153,7 @@ def _place_in_view(
 
 
 def _measure_depths(context: TrainingContext, scene: FixedScene, view: int) -> Tensor:
-    """Return the `[H, W]` alpha-weighted mean depths of the pixels of a view in world units."""
+    """Return the `[H, W]` alpha-weighted mean depth of each pixel of a view, in world units."""
     with torch.no_grad():
         rendering = context.render(_color_by_depth(scene.attributes, context.camera(view)), view)
     return rendering.image[..., 0] / rendering.alpha

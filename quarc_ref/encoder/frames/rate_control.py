@@ -26,7 +26,7 @@ _MAX_LOG_FACTOR = math.log(256)
 
 @dataclass(frozen=True, slots=True)
 class RateDistortion:
-    """Factors of the rate-distortion weights of a frame.
+    """Factors by which the rate-distortion weights of a frame are multiplied.
 
     Attributes:
         factor: Product of the factors from quality, `--lambda` and rate control.
@@ -51,7 +51,7 @@ def choose_lambda(config: EncoderConfig, sizes: Sequence[int]) -> float:
 
     Args:
         config: All settings, including quality, lambda and target size.
-        sizes: Size of each previous frame that is not a keyframe, bytes.
+        sizes: Sizes of the previous frames that are not keyframes, bytes.
     """
     factor = config.rd_lambda * quality_factor(config.quality)
     target = config.target_kb_per_frame * 1024
@@ -59,7 +59,7 @@ def choose_lambda(config: EncoderConfig, sizes: Sequence[int]) -> float:
 
 
 def quality_factor(quality: float) -> float:
-    """Return the factor of all rate-distortion weights that a quality from 0 to 100 implies."""
+    """Return the factor of all rate-distortion weights for a quality from 0 to 100."""
     return math.exp2((_NEUTRAL_QUALITY - quality) / _QUALITY_PER_DOUBLING)
 
 
@@ -70,12 +70,12 @@ def control_rate(sizes: Sequence[int], target: float) -> float:
     estimates the constant from the previous frames.
 
     Args:
-        sizes: Size of every previous frame, bytes. Each frame must have been coded with the
+        sizes: Sizes of all previous frames, bytes. Each frame must have been coded with the
             factor that this function returned for the sizes before it.
-        target: Target of the mean frame size, bytes.
+        target: Desired mean frame size, bytes.
 
     Returns:
-        A factor from 1/256 to 256, and from 1/3 to 3 times the factor of the previous frame.
+        A factor from 1/256 to 256 that is from 1/3 to 3 times the factor of the previous frame.
     """
     log_factor, log_constant, total_bytes = 0.0, math.log(target), 0.0
     for frame_count, size in enumerate(sizes, start=1):

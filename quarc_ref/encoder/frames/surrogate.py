@@ -1,8 +1,8 @@
 """Motion surrogate: differentiable motion in floats (SPEC 7.5 and 7.8, paper Eq. 2).
 
 The surrogate only serves to compute gradients; the state of a frame comes from the decoder.
-The two differ only in rounding: the decoder rounds positions to the lattice and rotations to
-multiples of 2^-22.
+Surrogate and decoder differ only in rounding: the decoder rounds positions to the lattice
+and rotations to multiples of 2^-22.
 """
 
 import torch
@@ -43,14 +43,14 @@ class BindingSums:
 def deform(
     attributes: Attributes, translations: Tensor, rotations: Tensor, header: StreamHeader
 ) -> Attributes:
-    """Return the attributes of Gaussians that are moved by sums of residuals.
+    """Move Gaussians by sums of residuals; return their new attributes.
 
     Args:
         attributes: Attributes of the scene before the motion.
         translations: `[N, 3]` sums of translation residuals, world units.
         rotations: `[N, 3]` (xyz) or `[N, 4]` (wxyz) sums of rotation residuals; each residual is
             the difference of a quaternion from the identity.
-        header: Header of the stream, which contains the number of levels.
+        header: Header of the stream, which contains the number of anchor levels.
     """
     identity_w = float(header.level_count)
     w = rotations[:, :-3].sum(dim=1, keepdim=True) + identity_w

@@ -46,7 +46,7 @@ def sum_followers(gradients, followers, starts, sums):
 
 @kernel
 def _multiply(a, b, sign_a, sign_b, out):
-    """Write the Hamilton product of two quaternions wxyz; a sign of -1 conjugates that factor."""
+    """Write the Hamilton product of quaternions `a` and `b`, each conjugated if its sign is -1."""
     aw, ax, ay, az = a[0], sign_a * a[1], sign_a * a[2], sign_a * a[3]
     bw, bx, by, bz = b[0], sign_b * b[1], sign_b * b[2], sign_b * b[3]
     out[0] = aw * bw - ax * bx - ay * by - az * bz
@@ -96,7 +96,8 @@ def log_norms(values, squared_norm_floor, logs, derivatives):
         values: `[N, k]` rows.
         squared_norm_floor: Value added to squared norms, so that the derivative is finite.
         logs: `[N]` output: ln(1 + norm).
-        derivatives: `[N]` output: 1 / (norm (1 + norm)). A row times its value is the gradient.
+        derivatives: `[N]` output: 1 / (norm (1 + norm)). The gradient of a row is
+            the row times this value.
     """
     for i in numba.prange(values.shape[0]):
         squared_norm = squared_norm_floor

@@ -2,7 +2,7 @@
 
 At first, the residuals of all Gaussians are trained. Partway through training, the updates
 that lower the loss enough are selected and trained further; the others are set to zero.
-An update that reduces an opacity to almost 0 deletes the Gaussian.
+If an update reduces the opacity of a Gaussian to almost 0, the Gaussian is deleted.
 """
 
 from collections.abc import Callable
@@ -52,7 +52,7 @@ class TrainedUpdates:
         header: Header of the stream, which contains the quantization steps.
         settings: Learning rate, rate-distortion weight and thresholds.
         device: Device of the residuals.
-        rd: Factors of the rate-distortion weights.
+        rd: Factors by which the rate-distortion weights are multiplied.
     """
 
     def __init__(
@@ -95,8 +95,8 @@ class TrainedUpdates:
 
         Args:
             attributes: Attributes after the motion.
-            render: Function that renders a view of the attributes; it returns the rendering and
-                its loss.
+            render: Function that renders Gaussians with given attributes in a view, and returns
+                the rendering and its loss.
             view_count: Number of views.
         """
         zero_residuals = torch.zeros_like(self.leaf, requires_grad=True)

@@ -1,4 +1,4 @@
-"""Initial motion residuals of a frame, computed from the decoded motion of the previous frame.
+"""Computes initial motion residuals of a frame from the decoded motion of the previous frame.
 
 The residuals depend only on the decoder's state, so a resumed encode gives the same bytes.
 Gaussians without previous motion start without motion.
@@ -19,12 +19,12 @@ _NEIGHBOR_COUNT = 3
 
 
 def initial_residuals(previous: FrameState, start: FrameState, settings: MotionSettings) -> Tensor:
-    """Return the `[A, c]` initial residuals of a frame in quantization steps, unrounded.
+    """Return the `[A, c]` unrounded initial residuals of a frame, in quantization steps.
 
     Args:
         previous: State of the previous frame.
         start: State of this frame after `begin_frame`.
-        settings: Settings of motion; only `warm_start` and `momentum` are used.
+        settings: Motion settings; only `warm_start` and `momentum` are used.
     """
     is_projected = settings.warm_start == "projection"
     residuals = _project_motion(start) if is_projected else _carry_symbols(previous, start)

@@ -14,7 +14,7 @@ _RECENT_STEPS, _RECENT_FRAMES = 50, 8
 
 
 def frame_seconds(plan: EncodePlan, step_seconds: float) -> float:
-    """Estimate the seconds that each frame after frame 0 takes.
+    """Estimate how many seconds each frame after frame 0 takes.
 
     Args:
         plan: Plan of the encode.

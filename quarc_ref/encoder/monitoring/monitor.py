@@ -19,11 +19,11 @@ class EncodePlan:
         capture: Name of the capture.
         frames: Number of frames in the complete stream.
         first_frame: Index of the first frame to encode; above 0 if a partial stream is resumed.
-        byte_count: Size of the partial stream that is resumed, bytes; else 0.
+        byte_count: Size of the partial stream that is resumed, bytes; 0 for a new stream.
         views: Number of training views.
         canonical_steps: Number of training steps of frame 0.
-        motion_steps: Number of motion training steps of each frame after frame 0.
-        birth_steps: Number of birth training steps of each frame after frame 0.
+        motion_steps: Number of training steps for the motion of each frame after frame 0.
+        birth_steps: Number of training steps for the births of each frame after frame 0.
     """
 
     capture: str

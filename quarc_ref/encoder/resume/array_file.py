@@ -1,4 +1,4 @@
-"""Stores named arrays in a file, and rejects files without the expected layout.
+"""Stores named arrays in a file, and rejects files with another layout.
 
 The file starts with a JSON line that contains a key, a CRC, and the type and shape of every
 array. The uncompressed bytes of the arrays follow. Types and shapes are compared with the
@@ -85,13 +85,13 @@ def read_arrays(file: BinaryIO, key: str, layout: Layout) -> Arrays:
         layout: Expected types and shapes.
 
     Raises:
-        ArrayFileError: The file is damaged, or a key, type or shape is not as expected.
+        ArrayFileError: The file is damaged, or its key, types or shapes are not as expected.
         OSError: The file cannot be read.
     """
     header_line = file.readline(_MAX_HEADER_BYTES)
     found_key, crc, array_types = _parse_header(header_line)
     if found_key != key or not layout.matches(array_types):
-        message = "the file does not have the expected arrays"
+        message = "the file does not contain the expected arrays"
         raise ArrayFileError(message)
     byte_counts = {
         name: math.prod(shape) * np.dtype(dtype).itemsize
@@ -111,7 +111,7 @@ def read_arrays(file: BinaryIO, key: str, layout: Layout) -> Arrays:
 
 
 def _parse_header(line: bytes) -> tuple[object, object, _ArrayTypes]:
-    """Parse the header line into the key, the CRC, and types and shapes by name."""
+    """Parse the header line; return the key, the CRC, and types and shapes by array name."""
     try:
         header = json.loads(line)
         array_types = {

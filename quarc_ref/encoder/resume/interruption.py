@@ -10,7 +10,7 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 @contextmanager
 def defer_signals() -> Iterator[None]:
-    """Defer signals SIGINT and SIGTERM that arrive within this context to its end.
+    """Defer SIGINT and SIGTERM signals that arrive within this context until it ends.
 
     A signal without a Python handler is not deferred. In threads other than the main thread,
     the context has no effect, because only the main thread runs signal handlers.

@@ -1,10 +1,10 @@
 """Reads partial streams, from which interrupted encodes are resumed.
 
 The complete frames of a stream are sufficient to resume. The state of the last frame is
-decoded, exposures are computed from decoded frame 0, rate-distortion weights are computed
-from the frame sizes, and random numbers depend only on (seed, frame, purpose). The result is
-byte-identical to an uninterrupted encode if capture, settings and software are the same.
-This is checked with the metadata of the stream.
+decoded, and exposures are computed from decoded frame 0. Rate-distortion weights are
+computed from the frame sizes, and random numbers depend only on (seed, frame, purpose). The
+result is byte-identical to an uninterrupted encode if capture, settings and software are the
+same. The metadata of the stream shows whether they are the same.
 """
 
 from collections.abc import Sequence
@@ -120,13 +120,13 @@ def require_match(
         raise ResumeError(message)
 
 
-_DIFFERENCE_DESCRIPTIONS = {"fingerprint": "fingerprint (of the capture's files, masks included)"}
+_DIFFERENCE_DESCRIPTIONS = {"fingerprint": "fingerprint (of the capture's files, including masks)"}
 
 
 def require_frames(
     partial_stream: PartialStream, frame_count: int, canonical_settings: CanonicalSettings
 ) -> None:
-    """Raise ResumeError unless the frames have the chunk types and ordinals that are expected.
+    """Raise ResumeError unless the frames have the expected chunk types and ordinals.
 
     Args:
         partial_stream: The partial stream.
@@ -150,7 +150,7 @@ def require_frame_count(partial_stream: PartialStream, frame_count: int) -> None
     found_count = len(partial_stream.frames)
     if found_count > frame_count or (partial_stream.is_finished and found_count < frame_count):
         verb_phrase = "is complete with" if partial_stream.is_finished else "has"
-        message = f"the stream {verb_phrase} {found_count} frames, not {frame_count}"
+        message = f"the stream {verb_phrase} {found_count} frames, but {frame_count} are requested"
         raise ResumeError(message)
 
 

@@ -35,7 +35,8 @@ class CheckpointBounds:
 
         Args:
             initial_arrays: Training state before the first step.
-            gaussian_arrays: Names of the arrays with one row per Gaussian; may include scalars.
+            gaussian_arrays: Names of the arrays with one row per Gaussian; names of scalars are
+                ignored.
         """
         array_types: dict[str, ArrayType] = {}
         for name, array in initial_arrays.items():

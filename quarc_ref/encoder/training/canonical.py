@@ -1,6 +1,6 @@
-"""Trains the canonical frame: 3DGS on frame 0, with quantized attributes at the end.
+"""Trains the canonical frame with 3DGS on frame 0; the last iterations quantize attributes.
 
-Training differs from 3DGS in the following points, all controlled by `CanonicalSettings`:
+Training differs from 3DGS in the following ways, all controlled by `CanonicalSettings`:
 
 - Noise on positions (paper section 3) prevents overfitting to the training views. Noise
   along a Gaussian's axes makes the loss insensitive to small shifts of the Gaussian.
@@ -81,7 +81,7 @@ def train_canonical(
 
 
 class _Training:
-    """The state of the training of frame 0.
+    """Trains the Gaussians of frame 0 step by step.
 
     Attributes:
         step: Index of the next iteration, from 0.

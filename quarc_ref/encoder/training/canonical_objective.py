@@ -43,7 +43,7 @@ class CanonicalObjective:
     def prune_threshold_at(self, step: int) -> float:
         """Return the contribution below which an iteration prunes Gaussians; 0 to prune none.
 
-        Gaussians are pruned twice: at the end of densification, and at half its iterations.
+        Gaussians are pruned twice: halfway to the end of densification, and at its end.
         The first threshold is half of the second, because new Gaussians have not converged yet.
         """
         threshold = self.settings.prune_rd_lambda * self.rd_lambda

@@ -96,7 +96,7 @@ class TrainingContext:
             view: Index of the rendered view.
             gaussian_count: Number of rendered Gaussians.
             image: `[H, W, 3]` rendering.
-            loss: Scalar tensor with the loss.
+            loss: Loss, a scalar tensor.
         """
         frame, step, step_count = frame_and_step
 

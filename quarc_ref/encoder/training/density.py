@@ -67,7 +67,7 @@ class ScreenStatistics:
         )
 
     def largest_radii(self) -> Tensor:
-        """Return the `[N]` maxima of the Gaussians' screen-space radii, in pixels."""
+        """Return the `[N]` largest screen-space radius of each Gaussian, in pixels."""
         return self._radii
 
     def without(self, is_deleted: Tensor) -> "ScreenStatistics":
@@ -89,7 +89,7 @@ def densify(
     """Clone, split and prune the Gaussians of a trainer as in 3DGS.
 
     Args:
-        trainer: Trainer, whose Gaussians are modified in place.
+        trainer: Trainer; its Gaussians are modified in place.
         statistics: Screen-space gradients since the last densification.
         settings: Thresholds and maximum number of Gaussians.
         extent: Extent of the capture, world units.
@@ -112,7 +112,7 @@ def densify(
 
 
 def split(attributes: Attributes, generator: torch.Generator) -> Attributes:
-    """Return two smaller Gaussians for each Gaussian, at positions sampled within it."""
+    """Return two smaller Gaussians for each Gaussian, at positions sampled from it."""
     repeated = Attributes(*(torch.cat([tensor] * _SPLIT_COUNT) for tensor in attributes.tensors()))
     offsets = sample_offsets(repeated, 1.0, generator)
     return Attributes(

@@ -57,7 +57,7 @@ class Exposures:
         self._normalize_gains()
 
     def estimate_all(self, pairs: Iterable[tuple[Tensor, Tensor]]) -> None:
-        """Replace all gains with estimates from one pair of rendering and picture per view."""
+        """Replace all gains with estimates from one pair of a rendering and a picture per view."""
         self.gains = torch.stack([estimate_gain(image, picture) for image, picture in pairs])
         self._normalize_gains()
 
@@ -73,7 +73,7 @@ class Exposures:
 
 
 def estimate_gain(image: Tensor, picture: Tensor) -> Tensor:
-    """Estimate the `[3]` gains that best scale a rendering to a picture, by least squares.
+    """Estimate the `[3]` gains that scale a rendering to a picture with the least squared error.
 
     Only every fourth pixel in both directions is used, and saturated pixels are ignored.
     """

@@ -16,7 +16,7 @@ from quarc_ref.encoder.training.trainable import from_splats
 
 
 def render_views(context: TrainingContext, state: FrameState) -> Iterator[tuple[Tensor, Tensor]]:
-    """Yield the rendering of the decoded scene and the picture for each view, both `[H, W, 3]`.
+    """Yield, for each view, the rendering of the decoded scene and the picture, both `[H, W, 3]`.
 
     Masked pixels are black in both images.
     """

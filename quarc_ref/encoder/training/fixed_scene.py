@@ -23,7 +23,7 @@ class FixedScene:
         self._backdrops: dict[int, Backdrop] = {}
 
     def backdrop(self, view: int) -> Backdrop:
-        """Return the rendering of a view, which the first call computes."""
+        """Return the rendering of a view, which is computed only once."""
         if view not in self._backdrops:
             self._backdrops[view] = self._context.render_backdrop(self._gaussians, view)
         return self._backdrops[view]

@@ -4,13 +4,13 @@ With the other Gaussians fixed, a picture is linear in the opacity of one Gaussi
 a Gaussian of opacity o therefore changes a pixel by o times the derivative of the pixel with
 respect to o. The contribution of the Gaussian is the sum of these squared changes over a
 picture. Hutchinson's estimator gives all contributions at once: the pixels are summed with
-random signs, and the expected values of the squared derivatives are the contributions.
+random signs, and each contribution is the expected value of a squared derivative of the sum.
 
 The criterion is the squared change, not the increase of the error, because fine-tuning of
 the other Gaussians removes much of the increase. The error around a Gaussian is the
 sum of the squared errors of the pixels in which it is visible, weighted by its share of each
-pixel. The threshold is relative to the median of this error over all Gaussians, which
-saturated lamps and black backgrounds barely affect.
+pixel. The threshold is a multiple of the median of this error over all Gaussians.
+Saturated lamps and black backgrounds barely affect the median.
 """
 
 from dataclasses import replace
@@ -32,7 +32,7 @@ def prune_by_contribution(
     """Prune the Gaussians that contribute least to frame 0, up to half of the visible ones.
 
     Args:
-        trainer: Trainer, whose Gaussians are modified in place.
+        trainer: Trainer; its Gaussians are modified in place.
         context: Training context, whose training views are rendered.
         threshold: Contribution below which Gaussians are pruned, as a multiple of the median
             squared error around a Gaussian.

@@ -87,7 +87,7 @@ def quantize_births(attributes: Attributes, parents: Int64, scene: Scene) -> Bir
 
 
 def quantize_residuals(residuals: Tensor, step: float) -> Int64:
-    """Return the symbols `[c, a]` of residuals `[a, c]`: rounded multiples of `step`."""
+    """Return the symbols `[c, a]` of residuals `[a, c]`: residuals divided by `step`, rounded."""
     return _round_to_steps(residuals, step)
 
 
@@ -110,6 +110,6 @@ def _to_integer_rows(values: Tensor) -> Int64:
 
 def _require_within(values: Int64, limit: int, description: str) -> Int64:
     if np.any((values < -limit) | (values > limit)):
-        message = f"{description} exceeds {limit} steps: increase the step"
+        message = f"{description} exceeds {limit} steps: use a larger quantization step"
         raise EncodeError(message)
     return values

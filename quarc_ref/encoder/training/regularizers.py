@@ -41,7 +41,7 @@ def code_rate_nats(attributes: Attributes, header: StreamHeader) -> Tensor:
 def _rotation_nats(rotations: Tensor, steps_per_unit: int) -> Tensor:
     """Return the `[N]` sums of ln(1 + magnitude in steps) over the three coded components.
 
-    Using `normalize`, and a maximum of the logarithms, would take twice as long.
+    Calling `normalize` and taking the maximum of the logarithms would take twice as long.
     """
     norms = rotations.square().sum(dim=1, keepdim=True).clamp(min=_MIN_SQUARED_NORM)
     codes = rotations.abs() * torch.rsqrt(norms) * steps_per_unit

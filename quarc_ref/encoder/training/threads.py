@@ -3,8 +3,8 @@
 torch splits long arrays into one piece per thread, sums each piece separately and uses
 different instructions at the end of a piece. The last bits of results therefore depend on
 the number of threads, so training uses one torch thread on every machine. Most of the
-time is spent in the renderer's kernels, which use all CPU cores and give the same results for
-any number of threads.
+training time is spent in the renderer's kernels, which use all CPU cores and give the same
+results for any number of threads.
 """
 
 from collections.abc import Iterator

@@ -20,7 +20,8 @@ class TrainingViews:
         capture: Capture; its held-out cameras are not used.
         device: Device that holds the pictures.
         downscale: Integer factor by which width and height are reduced. Source pixels at
-            the right and bottom edges that do not fill a square of this size are dropped.
+            the right and bottom edges are dropped if they do not fill a square of `downscale`
+            x `downscale` pixels.
 
     Raises:
         ValueError: The downscaled pictures would have no pixels.

@@ -54,7 +54,7 @@ def plan_orbit(cameras: Sequence[Camera], first: Camera, up_axis: int, count: in
 
 
 def plan_spiral(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) -> list[Pose]:
-    """Plan a spiral in front of a forward-facing scene, looking at the center of the scene.
+    """Plan a spiral in front of a forward-facing scene; all poses look at the scene's center.
 
     Args:
         cameras: Cameras of the stream.

@@ -43,7 +43,7 @@ class Keyframes:
     frames: list[int | None]
 
     def count_pictures(self, frames_per_second: float) -> int:
-        """Return the number of pictures of the path.
+        """Return the number of pictures in the path.
 
         Raises:
             PathError: The path has too many pictures.
@@ -63,7 +63,7 @@ class Keyframes:
     def list_frames(self, frames_per_second: float, first: int, last: int) -> list[int]:
         """Return the frame ordinal of each picture, clamped to the range from `first` to `last`.
 
-        If no keyframe has a frame, the stream plays at its frame rate from the frame `first`.
+        If no keyframe has a frame, the stream plays at its frame rate, starting at frame `first`.
         Otherwise, the stream plays at constant speed from each keyframe with a frame to the
         next, and pauses before the first and after the last of these keyframes.
         """
@@ -140,7 +140,7 @@ def _parse_entries(data: bytes) -> list[Mapping[str, Any]]:
         raise PathError(message)
     entries = document.get("keyframes")
     if not isinstance(entries, list) or not entries or set(document) != {"schema", "keyframes"}:
-        message = 'the file must have only the keys "schema" and "keyframes" (a list)'
+        message = 'the file must have only the keys "schema" and "keyframes" (a nonempty list)'
         raise PathError(message)
     for number, entry in enumerate(entries):
         if not isinstance(entry, dict) or not set(entry) <= _KEYS:

@@ -68,7 +68,7 @@ def camera_pose(camera: Camera) -> Pose:
 
 
 def look_at(eye: Vector, target: Vector, up: Vector, view_angle: float) -> Pose:
-    """Return the pose that looks from `eye` to `target` without roll.
+    """Return the pose of a camera at `eye` that looks at `target` without roll.
 
     Raises:
         PathError: The two positions are equal, or the camera would look straight up or down.

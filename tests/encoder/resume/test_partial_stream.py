@@ -174,7 +174,7 @@ def test_a_stream_that_quotes_old_names_of_settings_is_resumed(complete_stream, 
     ("name", "message"),
     [
         ("capture", "capture"),
-        ("fingerprint", r"fingerprint \(of the capture's files, masks included\)"),
+        ("fingerprint", r"fingerprint \(of the capture's files, including masks\)"),
         ("encoder", "encoder"),
     ],
 )
@@ -196,11 +196,11 @@ def test_other_cameras_or_another_time_base_are_rejected(complete_stream, tmp_pa
 
 
 def test_frames_that_do_not_match_are_rejected(complete_stream, tmp_path):
-    with pytest.raises(ResumeError, match="complete with 5 frames, not 4"):
+    with pytest.raises(ResumeError, match="complete with 5 frames, but 4 are requested"):
         _resume(tmp_path / "a.quarc", complete_stream, replace(_OPTIONS, frames=4))
-    with pytest.raises(ResumeError, match="complete with 5 frames, not 6"):
+    with pytest.raises(ResumeError, match="complete with 5 frames, but 6 are requested"):
         _resume(tmp_path / "b.quarc", complete_stream, replace(_OPTIONS, frames=6), frames=6)
-    with pytest.raises(ResumeError, match="has 4 frames, not 3"):
+    with pytest.raises(ResumeError, match="has 4 frames, but 3 are requested"):
         _resume(
             tmp_path / "c.quarc",
             complete_stream[: _chunk_ends(complete_stream)[6]],

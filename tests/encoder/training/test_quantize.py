@@ -77,7 +77,7 @@ def test_codes_beyond_their_range_cannot_be_written():
     attributes = _make_attributes(header)
     attributes.log_scales[0, 0] = 1e6
 
-    with pytest.raises(EncodeError, match="increase the step"):
+    with pytest.raises(EncodeError, match="use a larger quantization step"):
         quantize_gaussians(attributes, header)
 
 
