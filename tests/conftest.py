@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from quarc_ref.format.coding.entropy import use_bit_decoder
-from quarc_ref.inspection.cross_check import CrossCheckingDecoder
+from quarc_ref.inspection.cross_check import CrossChecker
 from tests.clusters import run_cluster
 
 settings.register_profile("quick", max_examples=20, deadline=None)
@@ -68,7 +68,7 @@ def pytest_collection_modifyitems(config, items):
 @pytest.fixture
 def both_entropy_decoders():
     """Decode every section with both entropy decoders, which must return the same bits."""
-    coders = CrossCheckingDecoder()
+    coders = CrossChecker()
     with use_bit_decoder(coders.open):
         yield coders
 

@@ -21,7 +21,7 @@ from quarc_ref.format.errors import (
     LimitError,
     SourceError,
 )
-from quarc_ref.inspection.cross_check import CrossCheckingDecoder
+from quarc_ref.inspection.cross_check import CrossChecker
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.streams import BytesSource, PipeSource, decode, recover
 from quarc_ref.streams.cut import cut
@@ -119,7 +119,7 @@ def _decode(data: bytes) -> Iterator[object]:
 
 def _decode_twice(data: bytes) -> Iterator[object]:
     """Decode with both entropy decoders; a difference between them counts as an escape."""
-    with use_bit_decoder(CrossCheckingDecoder().open):
+    with use_bit_decoder(CrossChecker().open):
         yield from decode(data)
 
 

@@ -80,7 +80,7 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "seeking to a snapshot decodes the first CANO of the stream",
         _SEEK,
-        "    point = points.find_frame(_read_frame_number(reader, header, _FRAME_BYTES))",
+        "    point = points.find_by_frame(_read_frame_number(reader, header, _FRAME_BYTES))",
         "    point = points[0]",
     ),
     mutant(

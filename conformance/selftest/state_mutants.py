@@ -12,7 +12,7 @@ _STREAM = "decoder/stream_decoder.py"
 _TURNING = "rotated = np.flatnonzero(np.any(sums, axis=0))"
 _DEATHS = 'order = np.argsort(scene.codes[OPACITY.start], kind="stable")'
 _CANONICAL = "        self._state = decode(chunk, self._seek_target)\n"
-_NORMALIZED = "_normalize(unit, PRODUCT_GUARD_BITS).astype(np.int32)\n"
+_NORMALIZED = "_normalize(rounded, PRODUCT_GUARD_BITS).astype(np.int32)\n"
 
 MUTANTS = (
     mutant(
@@ -62,13 +62,14 @@ MUTANTS = (
     mutant(
         "anchors sampled only after a canonical frame",
         _RECONSTRUCT,
-        "if anchors is None or previous.phase % previous.header.resample_interval == 0:",
+        "if anchors is None or "
+        "previous_scene.phase % previous_scene.header.resample_interval == 0:",
         "if anchors is None:",
     ),
     mutant(
         "anchors sampled one frame early",
         _RECONSTRUCT,
-        "or previous.phase % previous.header.resample_interval == 0:",
+        "or previous_scene.phase % previous_scene.header.resample_interval == 0:",
         "or scene.phase % scene.header.resample_interval == 0:",
     ),
     Mutant(
@@ -177,8 +178,8 @@ MUTANTS = (
     mutant(
         "w of rotations made positive",
         _ROTATION,
-        f"    unit = divide_round(product, ROTATION_ONE)\n    return {_NORMALIZED}",
-        f"    unit = divide_round(product, ROTATION_ONE)\n    turned = {_NORMALIZED}"
+        f"    rounded = divide_round(product, ROTATION_ONE)\n    return {_NORMALIZED}",
+        f"    rounded = divide_round(product, ROTATION_ONE)\n    turned = {_NORMALIZED}"
         "    return np.where(turned[0] < 0, -turned, turned)\n",
     ),
     mutant(

@@ -60,8 +60,8 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "rotations normalized again even if their residual is 0",
         _UPDATES,
-        "with_rotation = np.flatnonzero(np.any(residuals[ROTATION], axis=0))",
-        "with_rotation = np.arange(indices.size)",
+        "rotated_columns = np.flatnonzero(np.any(residuals[ROTATION], axis=0))",
+        "rotated_columns = np.arange(indices.size)",
     ),
     mutant(
         "translations of updates in position steps",
@@ -134,14 +134,14 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "contexts of updates do not depend on motion",
         _PLANES,
-        "(1 + (motion_sums > 1) + (motion_sums > _FAR_MOTION))",
+        "(1 + (motion_sums > 1) + (motion_sums > _LARGE_MOTION))",
         "0",
     ),
     mutant(
         "motion of 3 steps coded in the context of far motion",
         _PLANES,
-        "_FAR_MOTION = 3\n",
-        "_FAR_MOTION = 2\n",
+        "_LARGE_MOTION = 3\n",
+        "_LARGE_MOTION = 2\n",
     ),
     mutant(
         "contexts of deletions do not depend on recency",

@@ -120,9 +120,9 @@ def warn_about_reference_engine() -> bool:
     Returns:
         Whether the suggestion was printed.
     """
-    from quarc_ref.decoder.engines import misses_fast_engine
+    from quarc_ref.decoder.engines import would_benefit_from_fast_engine
 
-    is_slow = misses_fast_engine()
+    is_slow = would_benefit_from_fast_engine()
     if is_slow:
         print_message(_REFERENCE_ENGINE_MESSAGE)
     return is_slow

@@ -117,7 +117,7 @@ def _weight_by_counts(zeros: int, ones: int) -> int:
 def _add_counts(before: list[int], plane: list[int]) -> list[int]:
     counts = _counts(tuple(before))
     counts.add_bits(_MODEL, np.array([0]), np.array([plane[0]]), np.array([plane[1]]))
-    return _list(counts.lookup(_MODEL, np.array([0])))
+    return _list(counts.look_up_counts(_MODEL, np.array([0])))
 
 
 def _counts(counted_bits: tuple[int, ...]) -> ContextCounts:

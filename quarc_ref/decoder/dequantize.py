@@ -39,18 +39,18 @@ class Splats:
 def dequantize(scene: Scene) -> Splats:
     """Return the dequantized values of a scene (SPEC 10.1)."""
     header, codes = scene.header, scene.codes
-    sh_dc = _scale(codes[SH_DC], header.sh_dc_step)
-    sh = np.hstack([sh_dc, _scale(codes[SH_REST], header.sh_rest_step)])
+    sh_dc = _scale_planes(codes[SH_DC], header.sh_dc_step)
+    sh = np.hstack([sh_dc, _scale_planes(codes[SH_REST], header.sh_rest_step)])
     return Splats(  # [10.1-1]
-        positions=_scale(scene.positions, 2.0**-header.lattice_exponent),
-        rotations=_scale(scene.rotations, 2.0**-ROTATION_FRACTION_BITS),
-        log_scales=_scale(codes[LOG_SCALES], header.log_scale_step),
-        opacities=_scale(codes[OPACITY], header.opacity_step)[:, 0],
+        positions=_scale_planes(scene.positions, 2.0**-header.lattice_exponent),
+        rotations=_scale_planes(scene.rotations, 2.0**-ROTATION_FRACTION_BITS),
+        log_scales=_scale_planes(codes[LOG_SCALES], header.log_scale_step),
+        opacities=_scale_planes(codes[OPACITY], header.opacity_step)[:, 0],
         sh=sh.reshape(scene.count, -1, SH_DC_PLANES),
     )
 
 
-def _scale(planes: Int16 | Int32, step: float) -> Float32:
+def _scale_planes(planes: Int16 | Int32, step: float) -> Float32:
     """Return the `[N, r]` products of planes `[r, N]` and a step; float32 holds both exactly."""
     scaled: Float32 = planes.T.astype(np.float32) * np.float32(step)
     return np.ascontiguousarray(scaled)

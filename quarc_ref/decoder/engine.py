@@ -147,6 +147,6 @@ class Engine(Protocol[StateT]):
         """Return the CRC of a state's scene; see `digest.state_crc`."""
         ...
 
-    def dequantizer(self) -> Callable[[StateT], Splats]:
+    def make_dequantizer(self) -> Callable[[StateT], Splats]:
         """Return a function that dequantizes states; see `dequantize.dequantize`."""
         ...

@@ -57,7 +57,7 @@ def find_fast_engine() -> "Callable[[int], Engine[Any]] | None":
     return make_engine
 
 
-def misses_fast_engine() -> bool:
+def would_benefit_from_fast_engine() -> bool:
     """Return whether this process decoded a large scene although no fast engine is installed."""
     return (
         find_fast_engine() is None

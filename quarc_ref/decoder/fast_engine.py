@@ -77,7 +77,7 @@ class FastEngine:
                 _aligned_words(chunk.survivors),
                 [_aligned_words(section) for section in chunk.sections],
                 chunk.state_crc,
-                _arrays(canonical),
+                _arrays_of(canonical),
             )
         return FastState(header, core), roots
 
@@ -100,7 +100,7 @@ class FastEngine:
         """See `Engine.begin_canonical`."""
         with _convert_errors():
             core = quarc_core.State.begin_canonical(
-                self._make_head(header), frame, _arrays(gaussians)
+                self._make_head(header), frame, _arrays_of(gaussians)
             )
         return FastState(header, core)
 
@@ -131,7 +131,7 @@ class FastEngine:
     ) -> tuple[Section, ...]:
         """See `Engine.write_canonical`."""
         with _convert_errors():
-            sections = quarc_core.write_canonical(_arrays(gaussians), origin)
+            sections = quarc_core.write_canonical(_arrays_of(gaussians), origin)
         return tuple(Section(words) for words in sections)
 
     def write_motion(self, state: FastState, symbols: list[Int64], *, previous: bool) -> Section:
@@ -148,14 +148,14 @@ class FastEngine:
     def write_births(self, state: FastState, births: Births) -> Section:
         """See `Engine.write_births`."""
         with _convert_errors():
-            return Section(state.core.write_births(births.parents, _arrays(births.newborn)))
+            return Section(state.core.write_births(births.parents, _arrays_of(births.newborn)))
 
     def state_crc(self, state: FastState) -> int:
         """See `Engine.state_crc`."""
         return state.core.state_crc()
 
-    def dequantizer(self) -> Callable[[FastState], Splats]:
-        """See `Engine.dequantizer`; the arrays are read-only."""
+    def make_dequantizer(self) -> Callable[[FastState], Splats]:
+        """See `Engine.make_dequantizer`; the arrays are read-only."""
         core = quarc_core.Dequantizer()
         return lambda state: Splats(*core.dequantize(state.core))
 
@@ -185,7 +185,7 @@ def _aligned_words(section: Section) -> UInt32:
     return np.require(section.words, np.uint32, "A")
 
 
-def _arrays(gaussians: Gaussians) -> tuple[Int64, Int64, Int64]:
+def _arrays_of(gaussians: Gaussians) -> tuple[Int64, Int64, Int64]:
     return gaussians.positions, gaussians.rotations, gaussians.codes
 
 

@@ -32,14 +32,18 @@ def begin_frame(state: State, death_count: int) -> State:
     Raises:
         CountError: No Gaussian would remain.
     """
-    previous = state.scene
-    if death_count >= previous.count:  # [7.4-3]
-        message = f"{death_count} deaths in a scene of {previous.count} Gaussians"
+    previous_scene = state.scene
+    if death_count >= previous_scene.count:  # [7.4-3]
+        message = f"{death_count} deaths in a scene of {previous_scene.count} Gaussians"
         raise CountError(message)
-    deleted = choose_deaths(previous, death_count)
-    scene = replace(previous.without(deleted), frame=previous.frame + 1, phase=previous.phase + 1)
+    deleted = choose_deaths(previous_scene, death_count)
+    scene = replace(
+        previous_scene.without(deleted),
+        frame=previous_scene.frame + 1,
+        phase=previous_scene.phase + 1,
+    )
     anchors = state.anchors
-    if anchors is None or previous.phase % previous.header.resample_interval == 0:
+    if anchors is None or previous_scene.phase % previous_scene.header.resample_interval == 0:
         anchors = sample_anchors(scene)
     else:
         bound_count = anchors.binding.shape[1]

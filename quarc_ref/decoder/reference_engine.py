@@ -63,6 +63,6 @@ class ReferenceEngine:
         """See `Engine.state_crc`."""
         return state_crc(state.scene)
 
-    def dequantizer(self) -> Callable[[State], Splats]:
-        """See `Engine.dequantizer`."""
+    def make_dequantizer(self) -> Callable[[State], Splats]:
+        """See `Engine.make_dequantizer`."""
         return lambda state: dequantize(state.scene)

@@ -55,8 +55,8 @@ def rotate(rotations: Int32, residuals: Int64) -> Int32:
             aw * bz + ax * by - ay * bx + az * bw,
         ]
     )
-    unit = divide_round(product, ROTATION_ONE)
-    return _normalize(unit, PRODUCT_GUARD_BITS).astype(np.int32)
+    rounded = divide_round(product, ROTATION_ONE)
+    return _normalize(rounded, PRODUCT_GUARD_BITS).astype(np.int32)
 
 
 def expand_rotations(coded: Int64, fraction_bits: int) -> Int32:
@@ -76,11 +76,11 @@ def expand_rotations(coded: Int64, fraction_bits: int) -> Int32:
     expanded = np.empty((4, count), dtype=np.int32)
     for first in range(0, count, _BLOCK_SIZE):
         block = slice(first, first + _BLOCK_SIZE)
-        expanded[:, block] = _expand(coded[:, block], fraction_bits)
+        expanded[:, block] = _expand_block(coded[:, block], fraction_bits)
     return expanded
 
 
-def _expand(coded: Int64, fraction_bits: int) -> Int64:
+def _expand_block(coded: Int64, fraction_bits: int) -> Int64:
     unity = 1 << fraction_bits
     components = coded[1:] * (ROTATION_ONE // unity)
     squared_largest = ROTATION_ONE * ROTATION_ONE - (components * components).sum(axis=0)

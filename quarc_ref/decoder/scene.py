@@ -41,10 +41,10 @@ class Scene:
             ("rotations", 4, np.int32),
             ("codes", self.header.code_planes, np.int16),
         )
-        for name, rows, kind in planes:
+        for name, rows, dtype in planes:
             array, shape = getattr(self, name), (rows, self.count)
-            if array.shape != shape or array.dtype != kind:
-                message = f"{name} is {array.dtype}{array.shape}, not {kind.__name__}{shape}"
+            if array.shape != shape or array.dtype != dtype:
+                message = f"{name} is {array.dtype}{array.shape}, not {dtype.__name__}{shape}"
                 raise ValueError(message)
 
     @property

@@ -81,7 +81,7 @@ class StreamDecoder:
             BitstreamError: The CANO is invalid.
         """
         if canonical is not None:
-            self._decode_canonical(canonical, points.find_offset(canonical.offset))
+            self._decode_canonical(canonical, points.find_by_offset(canonical.offset))
         if points:
             self._skipped_points = points[:-1]
             self._frame_count = points[-1].frame - points[0].frame

@@ -69,10 +69,10 @@ def _add_residuals(scene: Scene, indices: Int64, residuals: Int64) -> Scene:
     )
     new_positions = positions[:, indices] + residuals[TRANSLATION] * scene.header.translation_step
     positions[:, indices] = narrow_positions(new_positions)  # [7.8-2]
-    with_rotation = np.flatnonzero(np.any(residuals[ROTATION], axis=0))
-    rotated = indices[with_rotation]
+    rotated_columns = np.flatnonzero(np.any(residuals[ROTATION], axis=0))
+    rotated = indices[rotated_columns]
     rotations[:, rotated] = _rotate_by_residuals(
-        rotations[:, rotated], residuals[ROTATION, with_rotation], scene
+        rotations[:, rotated], residuals[ROTATION, rotated_columns], scene
     )
     changed_codes = codes[: CODES.stop - CODES.start]  # all codes except SH rest
     new_codes = changed_codes[:, indices] + residuals[CODES]

@@ -39,12 +39,12 @@ class SeekPoints(Sequence[SeekPoint]):
         """Return the seek points up to and including a frame."""
         return SeekPoints(self.rows[self.rows["frame"] <= frame])
 
-    def find_offset(self, offset: int) -> SeekPoint | None:
+    def find_by_offset(self, offset: int) -> SeekPoint | None:
         """Return the seek point whose chunk starts at an offset, or None."""
         (indices,) = np.nonzero(self.rows["offset"] == offset)
         return self[int(indices[0])] if indices.size else None
 
-    def find_frame(self, frame: int) -> SeekPoint | None:
+    def find_by_frame(self, frame: int) -> SeekPoint | None:
         """Return the seek point of a frame, or None."""
         (indices,) = np.nonzero(self.rows["frame"] == frame)
         return self[int(indices[0])] if indices.size else None

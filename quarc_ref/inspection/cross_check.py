@@ -17,7 +17,7 @@ from quarc_ref.format.errors import BitstreamError, VerificationError
 _Result = TypeVar("_Result")
 
 
-class CrossCheckingDecoder:
+class CrossChecker:
     """Makes decoders that compare both entropy decoders, and counts sections and bits.
 
     Attributes:
@@ -44,7 +44,7 @@ class CrossCheckingDecoder:
 
 
 class _CrossCheckingBitDecoder:
-    def __init__(self, fast: BitDecoder, plain: BitDecoder, totals: CrossCheckingDecoder) -> None:
+    def __init__(self, fast: BitDecoder, plain: BitDecoder, totals: CrossChecker) -> None:
         self._fast = fast
         self._plain = plain
         self._totals = totals

@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-_STATUS = Path("/proc/self/status")  # Linux: see proc(5)
+_STATUS_FILE = Path("/proc/self/status")  # Linux: see proc(5)
 _MEBIBYTE = 1 << 20
 
 
@@ -13,8 +13,8 @@ def measure_peak_mebibytes() -> float | None:
     `getrusage` is not used on Linux, because its result includes the memory that the parent
     process used when it started this process.
     """
-    if _STATUS.exists():
-        for line in _STATUS.read_text("ascii").splitlines():
+    if _STATUS_FILE.exists():
+        for line in _STATUS_FILE.read_text("ascii").splitlines():
             if line.startswith("VmHWM"):
                 return int(line.split()[1]) / 1024
     try:

@@ -6,7 +6,7 @@ If much time is stolen while a speed is measured, the result is unreliable.
 from dataclasses import dataclass
 from pathlib import Path
 
-_STATISTICS = Path("/proc/stat")  # Linux: see proc(5)
+_STATISTICS_FILE = Path("/proc/stat")  # Linux: see proc(5)
 _BUSY_COLUMNS = (0, 1, 2, 5, 6)  # user, nice, system, interrupts
 _STEAL_COLUMN = 7
 
@@ -29,11 +29,11 @@ class ProcessorTime:
         return stolen / max(1, busy + stolen)
 
 
-def read_processor_time(statistics: Path = _STATISTICS) -> ProcessorTime | None:
+def read_processor_time(statistics_file: Path = _STATISTICS_FILE) -> ProcessorTime | None:
     """Read the current CPU times; return None if the system does not report them."""
     try:
-        with statistics.open() as lines:
-            ticks = [int(number) for number in lines.readline().split()[1:]]
+        with statistics_file.open() as file:
+            ticks = [int(number) for number in file.readline().split()[1:]]
     except (OSError, ValueError):
         return None
     if len(ticks) <= _STEAL_COLUMN:

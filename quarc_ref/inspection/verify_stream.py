@@ -11,7 +11,7 @@ from quarc_ref.format import container, wire
 from quarc_ref.format.coding.entropy import HAS_CONSTRICTION, use_bit_decoder
 from quarc_ref.format.container import Chunk
 from quarc_ref.format.errors import VerificationError
-from quarc_ref.inspection.cross_check import CrossCheckingDecoder
+from quarc_ref.inspection.cross_check import CrossChecker
 from quarc_ref.inspection.inspect_stream import count_frames
 from quarc_ref.streams.chunk_reader import ChunkReader
 from quarc_ref.streams.decode_stream import decode
@@ -76,7 +76,7 @@ def verify_stream(
         VerificationError: Two methods of decoding the stream disagree.
         SourceError: The file, pipe or server cannot be read.
     """
-    cross_check = CrossCheckingDecoder()
+    cross_check = CrossChecker()
     first_pass = _FirstPass(source, on_progress)
     with use_bit_decoder(cross_check.open):
         while (chunk := poll(first_pass.reader.read_chunk, follow)) is not None:

@@ -89,10 +89,10 @@ class FramePipeline:
         engine = choose_engine(self.threads)
         if self.threads == 1:
             states = self._decode(engine, start, stop, self.follow)
-            return self._dequantize(states, start, stop, engine.dequantizer())
+            return self._dequantize(states, start, stop, engine.make_dequantizer())
         closed = Event()
         follow = self.follow and replace(self.follow, stop_event=closed)
-        dequantize = engine.dequantizer()
+        dequantize = engine.make_dequantizer()
         decoded_frames = Prefetcher(
             lambda: self._decode(engine, start, stop, follow), self.prefetch
         )
@@ -120,15 +120,17 @@ class FramePipeline:
     ) -> Generator[Frame]:
         """Dequantize the requested frames."""
         with closing(decoded_frames):
-            for item in decoded_frames:
-                frame = item.state.frame
+            for decoded in decoded_frames:
+                frame = decoded.state.frame
                 if frame < start or (stop is not None and frame >= stop):
                     continue
                 start_ns = time.perf_counter_ns()
-                splats = dequantize(item.state)
+                splats = dequantize(decoded.state)
                 elapsed_ns = time.perf_counter_ns() - start_ns
                 self.times["floats"] += elapsed_ns
-                yield Frame(item.state, splats, item.chunk_bytes, item.nanoseconds + elapsed_ns)
+                yield Frame(
+                    decoded.state, splats, decoded.chunk_bytes, decoded.nanoseconds + elapsed_ns
+                )
 
 
 class _TimedDecoder(StreamDecoder):

@@ -32,21 +32,21 @@ class Prefetcher(Generic[_Item]):
         *,
         closed: Event | None = None,
     ) -> None:
-        self._work = _Work(make_iterator, max_items, closed or Event())
-        self._thread = Thread(target=copy_context().run, args=(self._work.run,), daemon=True)
+        self._worker = _Worker(make_iterator, max_items, closed or Event())
+        self._thread = Thread(target=copy_context().run, args=(self._worker.run,), daemon=True)
         self._is_finished = False
         # The thread must not refer to this object, because it could then not be collected.
-        weakref.finalize(self, self._work.end)
+        weakref.finalize(self, self._worker.end)
 
     def __iter__(self) -> "Prefetcher[_Item]":
         return self
 
     def __next__(self) -> _Item:
-        if self._is_finished or self._work.closed.is_set():
+        if self._is_finished or self._worker.closed.is_set():
             raise StopIteration
         if self._thread.ident is None:
             self._thread.start()
-        item, error = self._work.queue.get()
+        item, error = self._worker.queue.get()
         if item is not None:
             return item
         self._is_finished = True
@@ -56,15 +56,15 @@ class Prefetcher(Generic[_Item]):
 
     def close(self) -> None:
         """End the thread and wait for it."""
-        self._work.end()
+        self._worker.end()
         while self._thread.is_alive():
-            self._work.drain()
+            self._worker.drain()
             self._thread.join(_POLL_SECONDS)
-        self._work.drain()
-        self._work.wake()
+        self._worker.drain()
+        self._worker.wake()
 
 
-class _Work(Generic[_Item]):
+class _Worker(Generic[_Item]):
     """What the thread of a `Prefetcher` runs, and the data that both share."""
 
     def __init__(

@@ -44,7 +44,7 @@ def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> 
     steps = iter(walk)
     first = _find_first(steps, start, walk, skipped)
     if first.frame is not None and stop is not None and stop <= first.frame:
-        message = f"there are no frames from frame {first.frame} to before frame {stop}"
+        message = f"the cut is empty: it begins at frame {first.frame} and ends before frame {stop}"
         raise EditError(message)
     writer = StreamWriter(sink, walk.head)
     for chunk in skipped.chunks():

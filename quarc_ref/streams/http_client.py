@@ -15,7 +15,7 @@ from quarc_ref.streams.timed_connection import (
     make_tls_context,
 )
 
-_REDIRECTS = (301, 302, 303, 307, 308)
+_REDIRECT_STATUSES = (301, 302, 303, 307, 308)
 _SCHEMES = ("http", "https")
 _MAX_REDIRECTS = 5
 
@@ -29,7 +29,7 @@ class HttpClient:
 
     def __init__(self) -> None:
         self._opener = OpenerDirector()
-        for handler in (ProxyHandler(), _Handler()):
+        for handler in (ProxyHandler(), _TimedHandler()):
             self._opener.add_handler(handler)
 
     def get(self, url: str, headers: Mapping[str, str], timeout: float) -> HTTPResponse:
@@ -55,7 +55,7 @@ class HttpClient:
         while True:
             request = Request(visited_urls[-1], headers=dict(headers))
             response: HTTPResponse = self._opener.open(request, timeout=deadline.remaining())
-            if response.status not in _REDIRECTS:
+            if response.status not in _REDIRECT_STATUSES:
                 return response
             response.close()
             target = resolve_redirect(visited_urls[-1], response.headers.get("Location"))
@@ -102,7 +102,7 @@ def _check_url(url: str) -> str:
     return urldefrag(url).url
 
 
-class _Handler(HTTPHandler):
+class _TimedHandler(HTTPHandler):
     https_request = HTTPHandler.http_request
 
     def http_open(self, req: Request) -> HTTPResponse:

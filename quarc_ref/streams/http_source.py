@@ -11,8 +11,8 @@ from quarc_ref.streams.http_client import HttpClient, RedirectError
 
 _PARTIAL_CONTENT = 206
 _RANGE_NOT_SATISFIABLE = 416
-_CONTENT_RANGE = re.compile(r"bytes (\d{1,20})-(\d{1,20})/(\d{1,20}|\*)")
-_UNSATISFIED_RANGE = re.compile(r"bytes \*/(\d{1,20})")
+_CONTENT_RANGE_PATTERN = re.compile(r"bytes (\d{1,20})-(\d{1,20})/(\d{1,20}|\*)")
+_UNSATISFIED_RANGE_PATTERN = re.compile(r"bytes \*/(\d{1,20})")
 _PIECE_BYTES = 1 << 16
 _SAMPLE_BYTES = 64
 
@@ -91,14 +91,14 @@ class HttpSource:
             reason = error.reason if isinstance(error, URLError) else error
             if isinstance(reason, TimeoutError):
                 self._raise_error(f"takes more than {self._timeout} seconds to answer")
-            self._raise_error(f"cannot be read: {_describe(reason)}")
+            self._raise_error(f"cannot be read: {_describe_error(reason)}")
 
     def _read_response(
         self, response: HTTPResponse, offset: int, length: int
     ) -> tuple[bytes, FileVersion]:
         content_range = response.headers.get("Content-Range", "")
         if response.status == _RANGE_NOT_SATISFIABLE:
-            return b"", self._parse_total_size(content_range, offset)
+            return b"", self._parse_unsatisfied_range(content_range, offset)
         if response.status != _PARTIAL_CONTENT:
             self._raise_status_error(response)
         encoding = response.headers.get("Content-Encoding", "identity")
@@ -106,7 +106,7 @@ class HttpSource:
             self._raise_error(
                 f"answers with content encoding {encoding!r}: it must send the file unencoded"
             )
-        match = _CONTENT_RANGE.fullmatch(content_range)
+        match = _CONTENT_RANGE_PATTERN.fullmatch(content_range)
         if match is None:
             self._raise_error("does not state which bytes it sends")
         first, last = int(match[1]), int(match[2])
@@ -119,9 +119,9 @@ class HttpSource:
         version = FileVersion.from_headers(response.headers, size)
         return self._read_body(response, last + 1 - first), version
 
-    def _parse_total_size(self, content_range: str, offset: int) -> FileVersion:
+    def _parse_unsatisfied_range(self, content_range: str, offset: int) -> FileVersion:
         """Return the file's version if status 416 says that the file ends before the range."""
-        match = _UNSATISFIED_RANGE.fullmatch(content_range)
+        match = _UNSATISFIED_RANGE_PATTERN.fullmatch(content_range)
         if match and int(match[1]) > offset:
             self._raise_error(f"does not send byte {offset} of a file of {match[1]} bytes")
         return FileVersion(int(match[1]) if match else None)
@@ -151,6 +151,6 @@ class HttpSource:
         raise SourceError(message)
 
 
-def _describe(reason: object) -> str:
+def _describe_error(reason: object) -> str:
     """Return the message of an error without errno."""
     return getattr(reason, "strerror", None) or str(reason) or repr(reason)

@@ -88,12 +88,12 @@ def _prefix_errors(number: int) -> Iterator[None]:
 
 def _inspect_part(source: Source) -> _Part:
     walk = FrameWalk(source)
-    latest = {
+    latest_payloads = {
         step.header.kind: walk.take(step).payload
         for step in walk
         if step.header.kind in (container.CAME, container.META)
     }
-    came, meta = latest.get(container.CAME), latest.get(container.META)
+    came, meta = latest_payloads.get(container.CAME), latest_payloads.get(container.META)
     return _Part(
         walk.head,
         None if came is None else wire.parse_cameras(came),

@@ -71,7 +71,7 @@ def recover(
         SourceError: The file, pipe or server cannot be read.
     """
     recovery = _Recovery(as_source(stream), follow, decoder or StreamDecoder())
-    recovery.begin()
+    recovery.read_head()
     while not recovery.is_finished:
         yield from recovery.step()
 
@@ -87,8 +87,8 @@ class _Recovery:
         self._first_frame: int | None = None  # ordinal of the stream's first frame, if decoded
         self._next_frame: int | None = None  # ordinal of the next frame
 
-    def begin(self) -> None:
-        """Read HEAD."""
+    def read_head(self) -> None:
+        """Read HEAD, which must be intact."""
         self._push(self._read())
         self._search_budget = SearchBudget(self._decoder.header.limits.chunk_bytes)
 

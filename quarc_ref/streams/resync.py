@@ -16,7 +16,7 @@ from quarc_ref.format.errors import PayloadCrcError, TruncatedError
 from quarc_ref.streams.chunk_reader import check_payload_crc
 from quarc_ref.streams.source import Source
 
-WINDOW_BYTES = 1 << 20
+MAX_WINDOW_BYTES = 1 << 20
 _FIRST_WINDOW_BYTES = 1 << 12  # the chunk is often near
 _BUDGET_FACTOR = 16
 _PAYLOAD_BYTES_AT_LEVEL_30 = LEVELS[30].chunk_bytes
@@ -115,7 +115,7 @@ def find_resumption(source: Source, conditions: ResumeConditions) -> ChunkHeader
             message = "the stream ends without a chunk at which decoding can resume"
             raise TruncatedError(message, start + len(window))
         start += size - CHUNK_HEADER_BYTES + 1
-        size = min(2 * size, WINDOW_BYTES)
+        size = min(2 * size, MAX_WINDOW_BYTES)
 
 
 def _find_headers(window: bytes, start: int) -> Iterator[ChunkHeader]:

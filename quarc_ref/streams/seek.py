@@ -40,7 +40,7 @@ def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
     points = _read_index(reader, size)
     if points is None:
         reader.seek(*initial_position)
-        points = _walk_headers(reader, frame)
+        points = _collect_seek_points(reader, frame)
     points = points.up_to_frame(frame)
     if not points:
         reader.seek(*initial_position)
@@ -57,7 +57,7 @@ def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
 
 def _read_canonical(reader: ChunkReader, header: ChunkHeader, points: SeekPoints) -> Chunk:
     """Read the CANO to which a snapshot refers."""
-    point = points.find_frame(_read_frame_number(reader, header, _FRAME_BYTES))  # [11.2-5]
+    point = points.find_by_frame(_read_frame_number(reader, header, _FRAME_BYTES))  # [11.2-5]
     if point is None:
         message = "the frame that a snapshot is coded against has no seek point"
         raise IndexMismatchError(message, header.offset)
@@ -96,7 +96,7 @@ def read_tail_chunk(source: Source, size: int) -> Chunk | None:
     return None
 
 
-def _walk_headers(reader: ChunkReader, frame: int) -> SeekPoints:
+def _collect_seek_points(reader: ChunkReader, frame: int) -> SeekPoints:
     """Collect the seek points up to a frame from the chunk headers."""
     points, next_frame = [], 0
     with suppress(TruncatedError):

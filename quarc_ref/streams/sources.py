@@ -82,10 +82,10 @@ class PipeSource:
 
     def _trim_buffer(self, offset: int) -> None:
         """Drop the oldest bytes if the buffer contains more than `buffer_bytes`."""
-        excess = min(offset - self._buffer_offset, len(self._buffer) - self._buffer_bytes)
-        if excess > 0:
-            del self._buffer[:excess]
-            self._buffer_offset += excess
+        excess_bytes = min(offset - self._buffer_offset, len(self._buffer) - self._buffer_bytes)
+        if excess_bytes > 0:
+            del self._buffer[:excess_bytes]
+            self._buffer_offset += excess_bytes
 
 
 @contextmanager

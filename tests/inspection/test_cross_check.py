@@ -8,7 +8,7 @@ from quarc_ref.format.coding.entropy import make_bit_decoder, make_fastest_decod
 from quarc_ref.format.constants import WEIGHT_TOTAL
 from quarc_ref.format.errors import InvalidWordsError, UnconsumedWordsError, VerificationError
 from quarc_ref.inspection import cross_check
-from quarc_ref.inspection.cross_check import CrossCheckingDecoder
+from quarc_ref.inspection.cross_check import CrossChecker
 from quarc_ref.streams import decode
 from tests.small_streams import make_stream
 
@@ -42,7 +42,7 @@ def _decode(cross_check_decoder):
 
 
 def test_both_decoders_return_the_bits_which_are_counted():
-    cross_checking = CrossCheckingDecoder()
+    cross_checking = CrossChecker()
 
     assert _decode(cross_checking).tolist() == _BITS.tolist()
     assert _decode(cross_checking).tolist() == _BITS.tolist()
@@ -55,7 +55,7 @@ def test_a_difference_of_the_decoders_is_an_internal_error(fault, monkeypatch):
     monkeypatch.setattr(_FaultyDecoder, "fault", fault)
 
     with pytest.raises(VerificationError):
-        _decode(CrossCheckingDecoder())
+        _decode(CrossChecker())
 
 
 @given(
@@ -75,7 +75,7 @@ def test_random_words_are_decoded_or_rejected_by_both(words, runs):
         return bits
 
     assert (
-        decode_or_reject(CrossCheckingDecoder().open)
+        decode_or_reject(CrossChecker().open)
         == decode_or_reject(make_fastest_decoder)
         == decode_or_reject(ans.PythonBitDecoder)
     )
@@ -85,7 +85,7 @@ def test_the_second_decoder_is_used_only_within_its_context():
     default_type = type(make_bit_decoder(_WORDS))
     with use_bit_decoder(ans.PythonBitDecoder):
         assert type(make_bit_decoder(_WORDS)) is ans.PythonBitDecoder
-        with use_bit_decoder(CrossCheckingDecoder().open):
+        with use_bit_decoder(CrossChecker().open):
             assert type(make_bit_decoder(_WORDS)).__name__ == "_CrossCheckingBitDecoder"
         assert type(make_bit_decoder(_WORDS)) is ans.PythonBitDecoder
     assert type(make_bit_decoder(_WORDS)) is default_type

@@ -72,7 +72,7 @@ def test_a_part_can_be_cut_again():
         (6, None, "frame 6 is not canonical, .* canonical frames are 4 and 8"),
         (10, None, "frame 10 is not canonical, .* canonical frame is 8"),
         (11, None, "no frame 11; the nearest canonical frame is 8"),
-        (4, 4, "no frames from frame 4 to before frame 4"),
+        (4, 4, "begins at frame 4 and ends before frame"),
     ],
 )
 def test_an_impossible_cut_names_the_nearest_canonical_frames(start, stop, message):
@@ -88,7 +88,7 @@ def test_frames_before_the_first_do_not_exist():
 
     with pytest.raises(EditError, match="no frame 2; the nearest canonical frame is 4"):
         cut_bytes(later_frames, 2)
-    with pytest.raises(EditError, match="no frames from frame 4 to before frame 4"):
+    with pytest.raises(EditError, match="begins at frame 4 and ends before frame"):
         cut_bytes(later_frames, None, 3)
 
 

@@ -11,7 +11,12 @@ from quarc_ref.format.container import build_chunk
 from quarc_ref.format.errors import TruncatedError
 from quarc_ref.format.records import Tail
 from quarc_ref.streams import resync
-from quarc_ref.streams.resync import WINDOW_BYTES, ResumeConditions, SearchBudget, find_resumption
+from quarc_ref.streams.resync import (
+    MAX_WINDOW_BYTES,
+    ResumeConditions,
+    SearchBudget,
+    find_resumption,
+)
 from tests.small_streams import CountedSource
 
 _CANO = build_chunk(b"CANO", 9, (30).to_bytes(4, "little") + b"rest of the frame")
@@ -35,7 +40,7 @@ def test_a_canonical_chunk_is_found_in_any_junk(junk_before, junk_after):
 
 @pytest.mark.parametrize("shift", [-len(_CANO), -20, -19, -4, -3, -1, 0, 1, 20])
 def test_a_chunk_on_the_edge_of_a_window_is_found(shift):
-    offset = WINDOW_BYTES + shift
+    offset = MAX_WINDOW_BYTES + shift
 
     assert _find_resumption(bytes(offset) + _CANO).offset == offset
 

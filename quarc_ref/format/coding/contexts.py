@@ -28,13 +28,13 @@ class ContextCounts:
         duplicate._models = dict(self._models)
         return duplicate
 
-    def lookup(self, model: str, contexts: Int64) -> Int64:
+    def look_up_counts(self, model: str, contexts: Int64) -> Int64:
         """Return the `[2, n]` counts of zeros and ones in ascending contexts `[n]` of a model."""
         return self._extended_counts(model, int(contexts[-1]))[:, contexts]
 
     def weights(self, model: str, contexts: Int64) -> Int64:
         """Return the `[n]` weights of a 1 bit (out of 2^24) in ascending contexts of a model."""
-        zeros, ones = self.lookup(model, contexts)
+        zeros, ones = self.look_up_counts(model, contexts)
         weights: Int64 = ((2 * ones + 1) << WEIGHT_BITS) // (2 * (zeros + ones) + 2)
         return weights
 

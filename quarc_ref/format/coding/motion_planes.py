@@ -166,10 +166,10 @@ class _Level:
         """Code which symbols are nonzero, given the number of nonzero channels coded before."""
         is_nonzero = np.zeros(values.shape, dtype=np.bool_)
         nonzero_counts = np.zeros(values.shape[1], dtype=np.int64)
-        for channel, component in enumerate(_channel_components(values.shape[0])):
-            expected_magnitude = np.minimum(np.abs(expected[channel]), _CONTEXT_MAXIMUM)
-            contexts = (_CONTEXT_MAXIMUM + 1) * expected_magnitude + np.minimum(
-                nonzero_counts, _CONTEXT_MAXIMUM
+        for channel, component in enumerate(_name_channels(values.shape[0])):
+            expected_magnitude = np.minimum(np.abs(expected[channel]), _MAX_CONTEXT_VALUE)
+            contexts = (_MAX_CONTEXT_VALUE + 1) * expected_magnitude + np.minimum(
+                nonzero_counts, _MAX_CONTEXT_VALUE
             )
             model = f"{self._name}, {component} not 0"
             is_nonzero[channel] = self._planes.code(model, contexts, values[channel] != 0)
@@ -180,12 +180,12 @@ class _Level:
         """Code the signs, then the magnitudes, of nonzero symbols `[n]` in channel order."""
         contexts = _SIGN_CONTEXTS.classify(expected)
         negative = self._planes.code(f"{self._name}, sign", contexts, values < 0)
-        directed = np.where(negative, -expected, expected)
+        expected_along_sign = np.where(negative, -expected, expected)
         magnitudes = np.ones_like(values)
         remaining = np.arange(values.size)
         for plane in range(MAGNITUDE_PLANES):
-            contexts = _DIRECTED_CLASSES.classify(directed[remaining] - plane)
-            contexts = contexts + _DIRECTED_CLASSES.count * min(plane, _LAST_SEPARATE_PLANE)
+            contexts = _ALONG_SIGN_CLASSES.classify(expected_along_sign[remaining] - plane)
+            contexts = contexts + _ALONG_SIGN_CLASSES.count * min(plane, _LAST_SEPARATE_PLANE)
             is_larger = np.abs(values[remaining]) > plane + 1
             remaining = remaining[
                 self._planes.code(f"{self._name}, magnitude", contexts, is_larger)
@@ -194,7 +194,7 @@ class _Level:
         return np.where(negative, -magnitudes, magnitudes)
 
 
-def _channel_components(channels: int) -> list[str]:
+def _name_channels(channels: int) -> list[str]:
     """Return the names of channels in model names; only 7 channels include a rotation's w."""
     return ["translation"] * 3 + ["w"] * (channels - 6) + ["rotation"] * 3
 
@@ -217,9 +217,9 @@ class _Classes:
 
 
 _ZERO = np.int64(0)
-_CONTEXT_MAXIMUM = 3
+_MAX_CONTEXT_VALUE = 3
 _LAST_SEPARATE_PLANE = 2
 _PARENT_CLASSES = _Classes(1, 2, 4)
 _EXPECTED_CLASSES = _Classes(1, 2, 4, 8)
 _SIGN_CONTEXTS = _Classes(-7, -3, -1, 0, 1, 2, 4, 8)
-_DIRECTED_CLASSES = _Classes(-8, -3, -1, 0, 1, 2, 3, 4, 6, 10)
+_ALONG_SIGN_CLASSES = _Classes(-8, -3, -1, 0, 1, 2, 3, 4, 6, 10)

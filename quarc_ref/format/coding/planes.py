@@ -154,7 +154,7 @@ class _Runs:
     def group(cls, contexts: Int64) -> "_Runs":
         counts = np.bincount(contexts)
         # NumPy uses radix sort for 16-bit numbers, which is four times as fast.
-        sort_keys = contexts.astype(np.uint16) if counts.size <= _UINT16_CONTEXTS else contexts
+        sort_keys = contexts.astype(np.uint16) if counts.size <= _UINT16_CONTEXT_LIMIT else contexts
         used_contexts = np.flatnonzero(counts)
         lengths = counts[used_contexts]
         return cls(
@@ -170,4 +170,4 @@ class _Runs:
         return self.lengths - ones, ones
 
 
-_UINT16_CONTEXTS = 1 << 16
+_UINT16_CONTEXT_LIMIT = 1 << 16

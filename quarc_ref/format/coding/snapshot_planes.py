@@ -85,7 +85,9 @@ def write_snapshot(canonical: Gaussians, gaussians: Gaussians, roots: Int64) -> 
     """
     survivors = np.flatnonzero(roots >= 0)
     survivors = survivors[np.argsort(roots[survivors], kind="stable")]
-    rows = _subtract(_coded_rows(gaussians, survivors), _coded_rows(canonical, roots[survivors]))
+    rows = _compute_residuals(
+        _select_rows(gaussians, survivors), _select_rows(canonical, roots[survivors])
+    )
     is_codable = np.abs(rows).max(axis=0) <= _MAX_CHANGE
     is_codable &= (
         gaussians.codes[_CODE_COUNT:, survivors] == canonical.codes[_CODE_COUNT:, roots[survivors]]
@@ -128,7 +130,7 @@ def read_snapshot(chunk: SnapshotChunk, canonical: Gaussians) -> Snapshot:
     placeholder_rows = np.broadcast_to(np.int64(0), (SURVIVOR_ROWS, canonical.count))
     survivor_roots, rows = _code_survivors(reader, placeholder_lives, placeholder_rows)
     reader.finish()
-    survivors = _add(canonical, survivor_roots, rows)
+    survivors = _add_residuals(canonical, survivor_roots, rows)
     code_planes = canonical.codes.shape[0]
     newborn = read_newborn(chunk, code_planes)
     gaussians = _concatenate(survivors, newborn)
@@ -141,7 +143,9 @@ def compute_differences(snapshot: Snapshot, canonical: Gaussians) -> Int64:
     """Return the `[SURVIVOR_ROWS, n]` differences of a snapshot's survivors from the CANO."""
     (survivors,) = np.nonzero(snapshot.roots >= 0)
     roots = snapshot.roots[survivors]
-    return _subtract(_coded_rows(snapshot.gaussians, survivors), _coded_rows(canonical, roots))
+    return _compute_residuals(
+        _select_rows(snapshot.gaussians, survivors), _select_rows(canonical, roots)
+    )
 
 
 def _code_survivors(planes: Planes, lives: Bits, rows: Int64) -> tuple[Int64, Int64]:
@@ -189,7 +193,7 @@ def _code_rows(planes: Planes, rows: slice, values: Int64) -> Int64:
     return coded
 
 
-def _coded_rows(gaussians: Gaussians, indices: Int64) -> Int64:
+def _select_rows(gaussians: Gaussians, indices: Int64) -> Int64:
     """Return the `[SURVIVOR_ROWS, n]` attributes that a snapshot may change."""
     return np.concatenate(
         [
@@ -200,7 +204,7 @@ def _coded_rows(gaussians: Gaussians, indices: Int64) -> Int64:
     )
 
 
-def _subtract(rows: Int64, canonical_rows: Int64) -> Int64:
+def _compute_residuals(rows: Int64, canonical_rows: Int64) -> Int64:
     """Return differences; if a rotation's index changes, its components stay absolute."""
     residuals = rows - canonical_rows
     index, components = _ROTATION.start, slice(_ROTATION.start + 1, _ROTATION.stop)
@@ -210,9 +214,9 @@ def _subtract(rows: Int64, canonical_rows: Int64) -> Int64:
     return residuals
 
 
-def _add(canonical: Gaussians, survivor_roots: Int64, rows: Int64) -> Gaussians:
+def _add_residuals(canonical: Gaussians, survivor_roots: Int64, rows: Int64) -> Gaussians:
     """Add differences to the canonical Gaussians, and return the survivors."""
-    sums = _coded_rows(canonical, survivor_roots) + rows
+    sums = _select_rows(canonical, survivor_roots) + rows
     index, components = _ROTATION.start, slice(_ROTATION.start + 1, _ROTATION.stop)
     index_changed = rows[index] != 0
     sums[index] %= 1 << ROTATION_INDEX_BITS

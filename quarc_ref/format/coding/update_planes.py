@@ -108,7 +108,7 @@ def _change_contexts(context: UpdateContext) -> Int64:
     contexts = context.recency.astype(np.int64)
     moved = np.flatnonzero(np.bitwise_or.reduce(context.motion, axis=0))
     motion_sums = np.abs(context.motion[:, moved]).sum(axis=0, dtype=np.int64)
-    contexts[moved] += (RECENCY_LIMIT + 1) * (1 + (motion_sums > 1) + (motion_sums > _FAR_MOTION))
+    contexts[moved] += (RECENCY_LIMIT + 1) * (1 + (motion_sums > 1) + (motion_sums > _LARGE_MOTION))
     return contexts
 
 
@@ -135,4 +135,4 @@ def _code_fields(planes: Planes, residuals: Int64) -> Int64:
 
 
 _RESIDUALS_MODEL = "updates, residuals"
-_FAR_MOTION = 3
+_LARGE_MOTION = 3
