@@ -277,8 +277,8 @@ def _make_frame(
 ) -> tuple[FrameState, bytes]:
     """Return the state after a frame, and the payload of the frame's chunk."""
     births, updates = job.births, None
-    motion = engine.write_motion(frame_start, symbols, previous=True)
-    moved_frame = engine.decode_motion(frame_start, motion, previous=True)
+    motion = engine.write_motion(frame_start, symbols, use_previous=True)
+    moved_frame = engine.decode_motion(frame_start, motion, use_previous=True)
     if job.updated_share:
         frame_updates = _make_updates(moved_frame, job.updated_share, rng)
         updates = engine.write_updates(moved_frame, frame_updates)

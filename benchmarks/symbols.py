@@ -123,7 +123,7 @@ def encode_symbols(
         A function that decodes the symbols and returns the new context counts, and the number of
         coded bytes.
     """
-    levels = motion_contexts(state, previous=True)
+    levels = motion_contexts(state, use_previous=True)
     motion = write_motion(levels, symbols, state.motion_counts)
     decoded, _ = read_motion(motion, levels, state.motion_counts)
     births_section = write_births(births, state.birth_counts)

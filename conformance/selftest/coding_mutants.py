@@ -47,7 +47,7 @@ MUTANTS = (
         _MOTION,
         _OPENED,
         "    if not section.words.size:\n"
-        "        return [np.zeros(each.previous.shape, np.int64) for each in levels], counts\n"
+        "        return [np.zeros(a.previous_motion.shape, np.int64) for a in levels], counts\n"
         f"{_OPENED}",
     ),
     mutant(

@@ -141,7 +141,7 @@ MUTANTS = (
     mutant(
         "previous_contexts ignored",
         _RECONSTRUCT,
-        "level_motion if previous else np.zeros_like(level_motion)",
+        "level_motion if use_previous else np.zeros_like(level_motion)",
         "level_motion",
     ),
     mutant(

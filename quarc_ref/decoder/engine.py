@@ -113,7 +113,7 @@ class Engine(Protocol[StateT]):
         """See `reconstruct.begin_frame`."""
         ...
 
-    def decode_motion(self, state: StateT, section: Section, *, previous: bool) -> StateT:
+    def decode_motion(self, state: StateT, section: Section, *, use_previous: bool) -> StateT:
         """See `frames.decode_motion`."""
         ...
 
@@ -131,7 +131,7 @@ class Engine(Protocol[StateT]):
         """See `gaussian_planes.write_canonical`."""
         ...
 
-    def write_motion(self, state: StateT, symbols: list[Int64], *, previous: bool) -> Section:
+    def write_motion(self, state: StateT, symbols: list[Int64], *, use_previous: bool) -> Section:
         """Code the motion of a frame after `begin_frame`; see `motion_planes.write_motion`."""
         ...
 

@@ -109,11 +109,11 @@ class FastEngine:
         with _convert_errors():
             return FastState(state.header, state.core.begin_frame(death_count))
 
-    def decode_motion(self, state: FastState, section: Section, *, previous: bool) -> FastState:
+    def decode_motion(self, state: FastState, section: Section, *, use_previous: bool) -> FastState:
         """See `Engine.decode_motion`."""
         with _convert_errors():
             return FastState(
-                state.header, state.core.decode_motion(_aligned_words(section), previous)
+                state.header, state.core.decode_motion(_aligned_words(section), use_previous)
             )
 
     def decode_updates(self, state: FastState, section: Section) -> FastState:
@@ -134,10 +134,12 @@ class FastEngine:
             sections = quarc_core.write_canonical(_arrays_of(gaussians), origin)
         return tuple(Section(words) for words in sections)
 
-    def write_motion(self, state: FastState, symbols: list[Int64], *, previous: bool) -> Section:
+    def write_motion(
+        self, state: FastState, symbols: list[Int64], *, use_previous: bool
+    ) -> Section:
         """See `Engine.write_motion`."""
         with _convert_errors():
-            return Section(state.core.write_motion(symbols, previous))
+            return Section(state.core.write_motion(symbols, use_previous))
 
     def write_updates(self, state: FastState, updates: Updates) -> Section:
         """See `Engine.write_updates`."""
@@ -190,10 +192,8 @@ def _arrays_of(gaussians: Gaussians) -> tuple[Int64, Int64, Int64]:
 
 
 def _leaf_errors(kind: type[BitstreamError]) -> Iterator[type[BitstreamError]]:
-    subclasses = kind.__subclasses__()
-    yield from (
-        (leaf for child in subclasses for leaf in _leaf_errors(child)) if subclasses else (kind,)
-    )
+    children = kind.__subclasses__()
+    yield from [leaf for child in children for leaf in _leaf_errors(child)] or [kind]
 
 
 _ERRORS_BY_ID = {leaf.reject_id: leaf for leaf in _leaf_errors(BitstreamError)}

@@ -117,7 +117,7 @@ def decode_frame(state: State, chunk: FrameChunk) -> State:
         message = f"no frame can follow frame {COUNTER_LIMIT}"
         raise FrameOrderError(message)
     state = begin_frame(state, chunk.death_count)
-    state = decode_motion(state, chunk.motion, previous=chunk.previous_contexts)
+    state = decode_motion(state, chunk.motion, use_previous=chunk.previous_contexts)
     if chunk.updates is not None:
         state = decode_updates(state, chunk.updates)
     state = decode_births(state, chunk.births, chunk.birth_count)
@@ -125,18 +125,18 @@ def decode_frame(state: State, chunk: FrameChunk) -> State:
     return state
 
 
-def decode_motion(state: State, section: Section, *, previous: bool) -> State:
+def decode_motion(state: State, section: Section, *, use_previous: bool) -> State:
     """Return the state after the motion in a section (SPEC 7.5).
 
     Args:
         state: State after `begin_frame`.
         section: Coded motion of the frame.
-        previous: Whether the contexts depend on the motion of the previous frame.
+        use_previous: Whether the contexts depend on the motion of the previous frame.
 
     Raises:
         BitstreamError: The section is invalid.
     """
-    contexts = motion_contexts(state, previous=previous)
+    contexts = motion_contexts(state, use_previous=use_previous)
     symbols, counts = read_motion(section, contexts, state.motion_counts)
     return move(replace(state, motion_counts=counts), symbols)
 

@@ -67,18 +67,20 @@ def choose_deaths(scene: Scene, count: int) -> Int64:
     return order[:count]
 
 
-def motion_contexts(state: State, *, previous: bool) -> list[LevelContext]:
+def motion_contexts(state: State, *, use_previous: bool) -> list[LevelContext]:
     """Return the data of every level that its symbols are coded with (SPEC 8.7).
 
     Args:
         state: State after `begin_frame`.
-        previous: Whether the contexts depend on the motion of the previous frame.
+        use_previous: Whether the contexts depend on the motion of the previous frame.
     """
     contexts = []
     for level in state.known_anchors.levels:
         level_motion = look_up_motion(state, level.owners)
         contexts.append(
-            LevelContext(level.parents, level_motion if previous else np.zeros_like(level_motion))
+            LevelContext(
+                level.parents, level_motion if use_previous else np.zeros_like(level_motion)
+            )
         )
     return contexts
 

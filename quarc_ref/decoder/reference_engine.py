@@ -46,9 +46,9 @@ class ReferenceEngine:
         )
         return frames.decode_canonical(header, chunk)
 
-    def write_motion(self, state: State, symbols: list[Int64], *, previous: bool) -> Section:
+    def write_motion(self, state: State, symbols: list[Int64], *, use_previous: bool) -> Section:
         """See `Engine.write_motion`."""
-        contexts = reconstruct.motion_contexts(state, previous=previous)
+        contexts = reconstruct.motion_contexts(state, use_previous=use_previous)
         return write_motion(contexts, symbols, state.motion_counts)
 
     def write_updates(self, state: State, updates: Updates) -> Section:

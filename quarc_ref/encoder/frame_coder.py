@@ -140,7 +140,7 @@ class FrameCoder:
             EncodeError: A symbol, a residual or a Gaussian is out of the format's range.
         """
         sections = {
-            use_previous: self._engine.write_motion(start.state, symbols, previous=use_previous)
+            use_previous: self._engine.write_motion(start.state, symbols, use_previous=use_previous)
             for use_previous in (True, False)
         }
         use_previous = sections[True].byte_count() < sections[False].byte_count()
@@ -155,7 +155,7 @@ class FrameCoder:
         )
         chunk = wire.parse_frame(wire.build_frame(chunk))
         try:
-            state = self._engine.decode_motion(start.state, chunk.motion, previous=use_previous)
+            state = self._engine.decode_motion(start.state, chunk.motion, use_previous=use_previous)
             if self._header.updates:
                 found_updates = updates(state) if callable(updates) else updates
                 section = (

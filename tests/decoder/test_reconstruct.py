@@ -217,11 +217,11 @@ def test_contexts_contain_the_last_motion_of_each_anchors_gaussian():
     moved = move(before_motion, make_symbols(before_motion))
     next_state = begin_frame(moved, 0)
 
-    contexts = motion_contexts(next_state, previous=True)
+    contexts = motion_contexts(next_state, use_previous=True)
 
     for context, level in zip(contexts, next_state.known_anchors.levels, strict=True):
-        assert context.previous.tolist() == moved.motion[:, level.owners].tolist()
-    assert not any(c.previous.any() for c in motion_contexts(next_state, previous=False))
+        assert context.previous_motion.tolist() == moved.motion[:, level.owners].tolist()
+    assert not any(c.previous_motion.any() for c in motion_contexts(next_state, use_previous=False))
 
 
 def test_an_anchor_whose_gaussian_died_has_no_last_motion():
@@ -229,8 +229,8 @@ def test_an_anchor_whose_gaussian_died_has_no_last_motion():
     moved = move(before_motion, [np.ones_like(level) for level in make_symbols(before_motion)])
     after_deaths = begin_frame(moved, 29)
 
-    contexts = motion_contexts(after_deaths, previous=True)
+    contexts = motion_contexts(after_deaths, use_previous=True)
 
     for context, level in zip(contexts, after_deaths.known_anchors.levels, strict=True):
         alive = np.isin(level.owners, after_deaths.scene.ids)
-        assert context.previous.any(axis=0).tolist() == alive.tolist()
+        assert context.previous_motion.any(axis=0).tolist() == alive.tolist()

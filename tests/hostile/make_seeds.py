@@ -163,7 +163,7 @@ def _make_invalid_births(stream: bytes, change: Callable[[Births], object]) -> b
     chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(stream)]
     frame = wire.parse_frame(chunks[-2][1])
     frame_start = begin_frame(first, frame.death_count)
-    moved = decode_motion(frame_start, frame.motion, previous=frame.previous_contexts)
+    moved = decode_motion(frame_start, frame.motion, use_previous=frame.previous_contexts)
     frame = replace(frame, birth_count=2, births=write_births(births, moved.birth_counts))
     chunks[-2] = (chunks[-2][0], wire.build_frame(frame))
     return rebuild_stream(chunks)

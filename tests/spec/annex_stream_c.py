@@ -25,15 +25,15 @@ def make_deep() -> StreamWriter:
     _move_and_add_births(writer)
 
     begun_state = writer.begin(0)
-    writer.frame(begun_state, build_symbols(begun_state), None, previous=True)
+    writer.frame(begun_state, build_symbols(begun_state), None, use_previous=True)
 
     begun_state = writer.begin(0)
     symbols = build_symbols(begun_state, (1, 0, [0, 2, 0, 0, 0, -1]), (2, 1, [1, 0, 0, 0, 0, 0]))
-    writer.frame(begun_state, symbols, None, previous=False)
+    writer.frame(begun_state, symbols, None, use_previous=False)
 
     begun_state = writer.begin(1)
     symbols = build_symbols(begun_state, (1, 0, [0, 1, 0, 0, 0, -1]), (3, 0, [0, 0, -9, 0, 7, 0]))
-    writer.frame(begun_state, symbols, None, previous=True)
+    writer.frame(begun_state, symbols, None, use_previous=True)
 
     canonical = _make_canonical()
     last_two = Gaussians(
@@ -42,7 +42,7 @@ def make_deep() -> StreamWriter:
     writer.canonical(last_two, frame=1005)
     begun_state = writer.begin(0)
     writer.frame(
-        begun_state, build_symbols(begun_state, (1, 1, [2, 0, 0, 0, 0, 0])), None, previous=True
+        begun_state, build_symbols(begun_state, (1, 1, [2, 0, 0, 0, 0, 0])), None, use_previous=True
     )
     writer.tail(index=False)
     return writer
@@ -62,7 +62,7 @@ def _move_and_add_births(writer: StreamWriter) -> None:
     second = [-38, -40, -40, 9, 5, 6, 5, *[0] * 8, 33]
     newborn = Gaussians(columns([2, 0, -1], [-2, 0, 1]), rotations, columns(first, second))
     births = Births(np.array([2, 2], dtype=np.int64), newborn)
-    writer.frame(begun_state, symbols, births, previous=False)
+    writer.frame(begun_state, symbols, births, use_previous=False)
 
 
 def _make_canonical() -> Gaussians:

@@ -33,7 +33,7 @@ def make_changing() -> StreamWriter:
 
     begun_state = writer.begin(0)
     updates = _updates((5, {"opacity": [3]}))
-    writer.frame(begun_state, build_symbols(begun_state), None, previous=False, updates=updates)
+    writer.frame(begun_state, build_symbols(begun_state), None, use_previous=False, updates=updates)
     writer.tail(index=True)
     return writer
 
@@ -52,7 +52,7 @@ def _update_and_add_births(writer: StreamWriter) -> None:
     # The parent is the Gaussian with id 3, because the Gaussian with id 2 has left.
     births = Births(np.array([2], dtype=np.int64), newborn)
     symbols = build_symbols(begun_state, (1, 0, [1, 0, 0, 0, 0, -2]))
-    writer.frame(begun_state, symbols, births, previous=False, updates=updates)
+    writer.frame(begun_state, symbols, births, use_previous=False, updates=updates)
 
 
 def _update_again(writer: StreamWriter) -> None:
@@ -63,7 +63,7 @@ def _update_again(writer: StreamWriter) -> None:
         (1, {}),
         (5, {"opacity": [5]}),
     )
-    writer.frame(begun_state, build_symbols(begun_state), None, previous=True, updates=updates)
+    writer.frame(begun_state, build_symbols(begun_state), None, use_previous=True, updates=updates)
 
 
 def _write_snapshot(writer: StreamWriter) -> None:

@@ -93,15 +93,17 @@ class StreamWriter:
         symbols: list[Int64],
         births: Births | None,
         *,
-        previous: bool,
+        use_previous: bool,
         updates: Updates | None = None,
     ) -> None:
         """Write a FRAM chunk; the number of deaths follows from `begun_state`."""
         deaths = self.states[-1].scene.count - begun_state.scene.count
         motion = write_motion(
-            motion_contexts(begun_state, previous=previous), symbols, begun_state.motion_counts
+            motion_contexts(begun_state, use_previous=use_previous),
+            symbols,
+            begun_state.motion_counts,
         )
-        state = decode_motion(begun_state, motion, previous=previous)
+        state = decode_motion(begun_state, motion, use_previous=use_previous)
         update_section = None
         if updates is not None:
             update_section = write_updates(update_context(state), updates, state.update_counts)
@@ -112,7 +114,14 @@ class StreamWriter:
             state = decode_births(state, birth_section, count)
         crc = state_crc(state.scene)
         chunk = FrameChunk(
-            state.scene.phase, previous, deaths, count, motion, birth_section, crc, update_section
+            state.scene.phase,
+            use_previous,
+            deaths,
+            count,
+            motion,
+            birth_section,
+            crc,
+            update_section,
         )
         self.chunk(b"FRAM", wire.build_frame(chunk))
         self.states.append(state)
@@ -185,7 +194,7 @@ def make_moving() -> StreamWriter:
         (1, 2, [0, 0, 5, -1, 0, 0, 6]),
         (2, 0, [3, 0, 0, 0, 0, 0, -4]),
     )
-    writer.frame(begun_state, symbols, None, previous=False)
+    writer.frame(begun_state, symbols, None, use_previous=False)
 
     begun_state = writer.begin(0)
     symbols = build_symbols(
@@ -201,13 +210,13 @@ def make_moving() -> StreamWriter:
     births = Births(
         np.array([1, 5], dtype=np.int64), Gaussians(newborn_positions, rotations, codes)
     )
-    writer.frame(begun_state, symbols, births, previous=True)
+    writer.frame(begun_state, symbols, births, use_previous=True)
 
     begun_state = writer.begin(2)
     newborn = Gaussians(columns([1, 0, 0]), rotations[:, :1], codes[:, :1] + 1)
     births = Births(np.array([begun_state.scene.count - 1], dtype=np.int64), newborn)
     symbols = build_symbols(begun_state, (2, 1, [0, 65, 0, 0, 0, 0, 0]))
-    writer.frame(begun_state, symbols, births, previous=True)
+    writer.frame(begun_state, symbols, births, use_previous=True)
     writer.tail(index=True)
     return writer
 

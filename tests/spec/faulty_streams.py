@@ -125,7 +125,7 @@ def _cancel_identity() -> Section:
     for level in symbols:
         level[3] = -1
     return write_motion(
-        motion_contexts(begun_state, previous=True), symbols, begun_state.motion_counts
+        motion_contexts(begun_state, use_previous=True), symbols, begun_state.motion_counts
     )
 
 

@@ -160,7 +160,7 @@ class Builder:
         frame_start = begin_frame(state, min(deaths, state.scene.count - 1))
         symbols = self._change(Stage.MOTION, self._draws.draw_symbols(frame_start), frame_start)
         uses_previous = rng.random() < 0.5
-        contexts = motion_contexts(frame_start, previous=uses_previous)
+        contexts = motion_contexts(frame_start, use_previous=uses_previous)
         motion = write_motion(contexts, symbols, frame_start.motion_counts)
         deaths = state.scene.count - frame_start.scene.count
         updates = EMPTY_SECTION if self.header.updates else None
@@ -178,7 +178,9 @@ class Builder:
     def _add_changes(self, frame_start: State, chunk: FrameChunk) -> FrameChunk:
         """Add updates and births to a frame if its motion is valid; return the frame."""
         with suppress(BitstreamError):
-            moved_frame = decode_motion(frame_start, chunk.motion, previous=chunk.previous_contexts)
+            moved_frame = decode_motion(
+                frame_start, chunk.motion, use_previous=chunk.previous_contexts
+            )
             if self.header.updates:
                 section = self._write_updates(moved_frame)
                 chunk = replace(chunk, updates=section)

@@ -26,12 +26,12 @@ class LevelContext:
 
     Attributes:
         parents: `[a]` index of each anchor's parent in the next coarser level.
-        previous: `[c, a]` motion of each anchor's Gaussian in the previous frame: the
+        previous_motion: `[c, a]` motion of each anchor's Gaussian in the previous frame: the
             sum of the symbols of all levels; 0 if the Gaussian was deleted.
     """
 
     parents: Int64
-    previous: Int16
+    previous_motion: Int16
 
 
 def write_motion(
@@ -72,7 +72,7 @@ def read_motion(
         EntropyError: The section is malformed.
     """
     reader = PlaneReader(section, counts)
-    placeholder = [np.broadcast_to(_ZERO, level.previous.shape) for level in levels]
+    placeholder = [np.broadcast_to(_ZERO, level.previous_motion.shape) for level in levels]
     symbols = _code_motion(reader, levels, placeholder)
     return symbols, reader.finish()
 
@@ -142,7 +142,7 @@ class _Level:
     def _expected_residuals(self, anchors: Int64) -> Int64:
         """Return the `[c, n]` previous motion of anchors `[n]` minus that of the coarser levels."""
         parents = self._context.parents[anchors]
-        return self._context.previous[:, anchors] - self._coarser.sums[:, parents]
+        return self._context.previous_motion[:, anchors] - self._coarser.sums[:, parents]
 
     def _code_moves(self, moving: Bits) -> Bits:
         """Code which anchors `[a]` move; anchors without expected motion share context 0."""
@@ -151,7 +151,7 @@ class _Level:
         )
         parents_moving = has_coarser_motion[self._context.parents]
         with_context = np.flatnonzero(
-            np.bitwise_or.reduce(self._context.previous, axis=0) | parents_moving
+            np.bitwise_or.reduce(self._context.previous_motion, axis=0) | parents_moving
         )
         parent_magnitudes = self._coarser.magnitudes[self._context.parents[with_context]]
         expected = np.abs(self._expected_residuals(with_context)).sum(axis=0)

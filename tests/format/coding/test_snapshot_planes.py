@@ -9,7 +9,7 @@ from quarc_ref.format.coding.gaussian_planes import sort_canonical
 from quarc_ref.format.coding.snapshot_planes import (
     CodedSnapshot,
     Snapshot,
-    compare,
+    compute_differences,
     read_snapshot,
     write_snapshot,
 )
@@ -90,7 +90,7 @@ def test_a_static_scene_costs_almost_nothing():
     coded = write_snapshot(scene, scene, np.arange(scene.count))
 
     assert coded.survivors.byte_count() < 40
-    assert not compare(_read(coded, scene), scene).any()
+    assert not compute_differences(_read(coded, scene), scene).any()
 
 
 def test_neighbors_with_similar_motion_cost_little():
