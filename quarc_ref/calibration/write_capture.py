@@ -60,7 +60,7 @@ def _add_recording(
         folder.link(name, paths[0])
         return [{"file_path": name, **camera_entry}]
     entries: list[Values] = []
-    with folder.folder(camera.name) as subfolder:
+    with folder.create_subfolder(camera.name) as subfolder:
         for frame, path in enumerate(paths):
             name = f"{frame:06d}{path.suffix}"
             subfolder.link(name, path)

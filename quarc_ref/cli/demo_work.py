@@ -40,11 +40,11 @@ def run_demo(
         config: Settings of the encoder.
         progress: Callback for the progress of every step.
     """
-    with folder.folder("capture") as subfolder:
+    with folder.create_subfolder("capture") as subfolder:
         fill_synthetic_capture(subfolder, options, partial(progress.advance, "synth"))
     capture, stream = folder.path / "capture", folder.path / "demo.quarc"
     with folder.open(stream.name) as sink:
         encode(open_capture(capture), sink, EncodeOptions(config, progress=progress))
     evaluation = evaluate_stream(stream.read_bytes(), capture, progress.advance)
-    with folder.folder("report") as subfolder:
+    with folder.create_subfolder("report") as subfolder:
         return DemoOutput(stream, write_report(evaluation, subfolder), evaluation)

@@ -81,7 +81,7 @@ def open_segments_folder(target: Path, *, force: bool, resume: bool) -> Iterator
             _reject_leftover(path)
         with _reporting_kept_files(path):
             yield folder
-        folder.empty()
+        folder.remove_files()
 
 
 @contextmanager

@@ -67,16 +67,17 @@ def list_frame_folders(folder: Path) -> Files:
         CountMismatchError: The numbers of the subfolders have a gap.
         MissingCameraError: A frame lacks the picture of a camera that other frames have.
     """
-    frames = sorted(
-        (p for p in _list_contents(folder) if p.name.isdecimal()), key=lambda p: int(p.name)
+    frame_folders = sorted(
+        (path for path in _list_contents(folder) if path.name.isdecimal()),
+        key=lambda path: int(path.name),
     )
-    _require_regular_numbers(folder, [frame.name for frame in frames])
+    _require_regular_numbers(folder, [frame_folder.name for frame_folder in frame_folders])
     pictures: dict[str, list[Path]] = {}
-    for index, frame in enumerate(frames):
-        for path in _list_stills(frame):
+    for index, frame_folder in enumerate(frame_folders):
+        for path in _list_stills(frame_folder):
             camera_pictures = pictures.setdefault(path.stem, [])
             if len(camera_pictures) < index:
-                _raise_missing_picture(frames[len(camera_pictures)], path.stem)
+                _raise_missing_picture(frame_folders[len(camera_pictures)], path.stem)
             camera_pictures.append(path)
     return pictures
 

@@ -54,7 +54,7 @@ class CaptureNotes:
                 )
                 raise ValueError(message)
         if self.up is not None:
-            object.__setattr__(self, "up", _normalize(self.up))
+            object.__setattr__(self, "up", _normalize_direction(self.up))
         if (
             self.meters_per_unit is not None
             and not 0 < self.meters_per_unit <= _MAX_METERS_PER_UNIT
@@ -174,7 +174,7 @@ def _parse_number(value: object, label: str) -> float:
     return float(value)
 
 
-def _normalize(up: Direction) -> Direction:
+def _normalize_direction(up: Direction) -> Direction:
     largest = max(map(abs, up))
     if not (math.isfinite(sum(up)) and 0 < largest < math.inf):
         message = f"'up' is {list(up)}; it must consist of finite numbers that are not all 0"

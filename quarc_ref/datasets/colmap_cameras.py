@@ -23,7 +23,7 @@ CAMERA_MODELS = (
     "OPENCV_FISHEYE",
 )
 _OPENCV_COEFFICIENT_COUNT = 4
-_FULL_COEFFICIENT_COUNT = 8
+_FULL_OPENCV_COEFFICIENT_COUNT = 8
 
 
 def make_lens(name: str, camera: pycolmap.Camera) -> Lens:
@@ -71,7 +71,10 @@ def make_colmap_camera(lens: Lens, camera_id: int) -> pycolmap.Camera:
     elif not any(coefficients[_OPENCV_COEFFICIENT_COUNT:]):
         model, coefficient_count = pycolmap.CameraModelId.OPENCV, _OPENCV_COEFFICIENT_COUNT
     else:
-        model, coefficient_count = pycolmap.CameraModelId.FULL_OPENCV, _FULL_COEFFICIENT_COUNT
+        model, coefficient_count = (
+            pycolmap.CameraModelId.FULL_OPENCV,
+            _FULL_OPENCV_COEFFICIENT_COUNT,
+        )
     padded_coefficients = (coefficients + [0.0] * coefficient_count)[:coefficient_count]
     return pycolmap.Camera(
         camera_id=camera_id,

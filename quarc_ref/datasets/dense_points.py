@@ -17,9 +17,8 @@ from quarc_ref.datasets.capture import Image, Points, join_points
 from quarc_ref.datasets.plane_sweep import Depths, View, find_depths, find_neighbors, make_view
 
 _AGREEMENT_TOLERANCE = 0.01  # Maximum difference of depths that agree, relative to the depth.
-_BEHIND_MARGIN = (
-    0.05  # A surface is behind a point if it is farther by this part of the point's depth.
-)
+# A surface is behind a point if it is farther away by more than this part of the point's depth.
+_CONTRADICTION_MARGIN = 0.05
 _MIN_AGREEING_CAMERAS = 3
 _MAX_POINTS = 40_000
 _SEED = 0
@@ -46,14 +45,14 @@ def add_dense_points(
         if (depths := measure_depths(camera, sparse_points.positions)).size
     ]
     neighbors = find_neighbors(views, np.median(sparse_points.positions, axis=0))
-    surfaces = [
-        _ViewDepths(view, find_depths(view, [views[index] for index in neighbor_indices]))
+    depth_views = [
+        _DepthView(view, find_depths(view, [views[index] for index in neighbor_indices]))
         for view, neighbor_indices in zip(views, neighbors, strict=True)
     ]
     dense_points = _subsample(
-        join_points([_make_confirmed_points(surface, surfaces) for surface in surfaces])
+        join_points([_make_confirmed_points(depth_view, depth_views) for depth_view in depth_views])
     )
-    agreement = _measure_agreement(sparse_points.positions, surfaces)
+    agreement = _measure_agreement(sparse_points.positions, depth_views)
     is_kept = agreement.contradicting_count <= agreement.agreeing_count
     return join_points(
         [dense_points, Points(sparse_points.positions[is_kept], sparse_points.colors[is_kept])]
@@ -61,7 +60,7 @@ def add_dense_points(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _ViewDepths:
+class _DepthView:
     """A view and its depth map, `[H, W]` world units."""
 
     view: View
@@ -84,13 +83,13 @@ class _DepthAgreement:
     depth_ratios: Float64Array
 
 
-def _make_confirmed_points(surface: _ViewDepths, surfaces: Sequence[_ViewDepths]) -> Points:
+def _make_confirmed_points(depth_view: _DepthView, depth_views: Sequence[_DepthView]) -> Points:
     """Return a point for each pixel of a view whose depth is confirmed by other views."""
-    view, depths = surface.view, surface.depths
+    view, depths = depth_view.view, depth_view.depths
     rows, columns = np.nonzero(depths)
     rays = np.stack([columns, rows, np.ones_like(rows)], axis=1) @ np.linalg.inv(view.matrix).T
     rays *= depths[rows, columns, None]
-    agreement = _measure_agreement(view.to_world(rays), surfaces)
+    agreement = _measure_agreement(view.to_world(rays), depth_views)
     is_confirmed = (agreement.agreeing_count >= _MIN_AGREEING_CAMERAS) & (
         agreement.contradicting_count < agreement.agreeing_count
     )
@@ -101,25 +100,25 @@ def _make_confirmed_points(surface: _ViewDepths, surfaces: Sequence[_ViewDepths]
 
 
 def _measure_agreement(
-    positions: NDArray[np.floating], surfaces: Sequence[_ViewDepths]
+    positions: NDArray[np.floating], depth_views: Sequence[_DepthView]
 ) -> _DepthAgreement:
     """Count the cameras that see a surface at each point, and those that see one behind it."""
     agreeing_count, contradicting_count = np.zeros((2, len(positions)), np.int64)
     ratio_sum = np.zeros(len(positions))
-    for surface in surfaces:
-        ratios = _compare_depths(positions, surface)
+    for depth_view in depth_views:
+        ratios = _compare_depths(positions, depth_view)
         agrees = np.abs(ratios - 1) < _AGREEMENT_TOLERANCE
         agreeing_count += agrees
         ratio_sum += np.where(agrees, ratios, 0)
-        contradicting_count += ratios > 1 + _BEHIND_MARGIN
+        contradicting_count += ratios > 1 + _CONTRADICTION_MARGIN
     return _DepthAgreement(
         agreeing_count, contradicting_count, ratio_sum / np.maximum(agreeing_count, 1)
     )
 
 
-def _compare_depths(positions: NDArray[np.floating], surface: _ViewDepths) -> Float64Array:
+def _compare_depths(positions: NDArray[np.floating], depth_view: _DepthView) -> Float64Array:
     """Return, for each point, the depth map's value divided by its depth; 0 if not visible."""
-    view, depths = surface.view, surface.depths
+    view, depths = depth_view.view, depth_view.depths
     camera_positions = view.rotation @ positions.T + view.translation[:, None]
     front_indices = np.flatnonzero(camera_positions[2] > 0)
     columns, rows, _ = np.rint(

@@ -15,7 +15,7 @@ from quarc_ref.datasets.colmap_cameras import silence_colmap
 
 _MAX_FEATURES = 2000
 _DESCRIPTOR_SIZE = 128  # Dimension of a descriptor.
-_MAX_RATIO = 0.8  # Largest ratio of distances that passes Lowe's test.
+_MAX_DISTANCE_RATIO = 0.8  # Largest ratio of distances that passes Lowe's test.
 _MIN_MATCHES = 16
 _MAX_EPIPOLAR_DISTANCE = 1.5  # pixels: maximum distance of an inlier from its epipolar line
 _LUMA_WEIGHTS = np.array([0.299, 0.587, 0.114], dtype=np.float32)
@@ -66,7 +66,9 @@ def match_features(first: Features, second: Features) -> tuple[Float64Array, Flo
     indices = np.arange(len(best_indices))
     is_mutual = similarities.argmax(axis=0)[best_indices] == indices
     distances = np.sqrt(np.maximum(2 - 2 * np.sort(similarities, axis=1)[:, -2:], 0))
-    kept_indices = np.flatnonzero(is_mutual & (distances[:, 1] < _MAX_RATIO * distances[:, 0]))
+    kept_indices = np.flatnonzero(
+        is_mutual & (distances[:, 1] < _MAX_DISTANCE_RATIO * distances[:, 0])
+    )
     if kept_indices.size < _MIN_MATCHES:
         return no_positions, no_positions
     first_positions, second_positions = (

@@ -23,7 +23,7 @@ from quarc_ref.datasets.footage import Footage, compute_fingerprint
 from quarc_ref.datasets.layouts.table import choose_layout
 from quarc_ref.datasets.masks import FileMasks, RectifiedMasks, find_masks
 from quarc_ref.datasets.pictures import RectifiedPictures, SynchronizedPictures
-from quarc_ref.datasets.point_cache import load_or_compute_points, make_key
+from quarc_ref.datasets.point_cache import load_or_compute_points, make_cache_key
 from quarc_ref.datasets.triangulation import triangulate
 from quarc_ref.datasets.undistortion import Rectifier
 
@@ -84,8 +84,8 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capt
     fingerprint = compute_fingerprint(path, footage.files)
     points = footage.points
     if points is None:
-        training = [name for name in names if name not in held_out]
-        key = make_key(fingerprint, options.start, options.downscale, training)
+        training_names = [name for name in names if name not in held_out]
+        key = make_cache_key(fingerprint, options.start, options.downscale, training_names)
         points = load_or_compute_points(key, lambda: _triangulate_points(cameras, source, held_out))
     return Capture(
         name=path.resolve().name,
@@ -199,6 +199,6 @@ def _triangulate_points(
     cameras: Sequence[CalibratedCamera], source: PictureSource, held_out: frozenset[str]
 ) -> Points:
     """Triangulate points from the pictures of the training cameras at frame 0."""
-    training = [index for index, camera in enumerate(cameras) if camera.name not in held_out]
-    pictures = [source.read(index, 0) for index in training]
-    return triangulate([cameras[index] for index in training], pictures)
+    indices = [index for index, camera in enumerate(cameras) if camera.name not in held_out]
+    pictures = [source.read(index, 0) for index in indices]
+    return triangulate([cameras[index] for index in indices], pictures)

@@ -21,16 +21,15 @@ _MAX_SIDE = 320  # Maximum width or height of the compared pictures, pixels.
 _PLANE_COUNT = 96  # Number of planes, at equal steps of inverse depth.
 _WINDOW_SIZE = 7  # pixels
 _MAX_NEIGHBORS = 4
-_FITTING_NEIGHBORS = (
-    2  # Number of neighbors that determine a depth; other neighbors may be occluded.
-)
+# Number of neighbors that determine a depth; in the other neighbors, the surface may be occluded.
+_BEST_NEIGHBOR_COUNT = 2
 _MIN_ANGLE = 2.0  # Degrees; minimum angle between the viewing directions of neighbors.
 _MAX_ANGLE = 60.0
 _MIN_CORRELATION = 0.5
 _NOISE_VARIANCE = 2e-6  # Approximate variance of the rounding error of gray levels from 0 to 1.
 _OUTSIDE_GRAY = -10.0  # Gray level outside the picture, so that no window across the border fits.
-_RANGE_QUANTILES = (0.01, 0.99)
-_RANGE_MARGIN = 1.3
+_DEPTH_RANGE_QUANTILES = (0.01, 0.99)
+_DEPTH_RANGE_FACTOR = 1.3
 
 Gray = NDArray[np.float32]
 Depths = NDArray[np.float32]
@@ -58,8 +57,8 @@ class View:
 
     def to_world(self, positions: Float64Array) -> Float64Array:
         """Convert camera coordinates `[P, 3]` to world coordinates `[P, 3]`."""
-        world: Float64Array = (positions - self.translation) @ self.rotation
-        return world
+        world_positions: Float64Array = (positions - self.translation) @ self.rotation
+        return world_positions
 
 
 def make_view(camera: CalibratedCamera, picture: Image, depths: Float64Array) -> View:
@@ -80,9 +79,11 @@ def make_view(camera: CalibratedCamera, picture: Image, depths: Float64Array) ->
     matrix = np.array(
         [[lens.fx * x_scale, 0, center[0]], [0, lens.fy * y_scale, center[1]], [0, 0, 1]]
     )
-    nearest, farthest = (float(np.quantile(depths, quantile)) for quantile in _RANGE_QUANTILES)
+    nearest, farthest = (
+        float(np.quantile(depths, quantile)) for quantile in _DEPTH_RANGE_QUANTILES
+    )
     inverse_depths = np.linspace(
-        1 / (farthest * _RANGE_MARGIN), _RANGE_MARGIN / nearest, _PLANE_COUNT
+        1 / (farthest * _DEPTH_RANGE_FACTOR), _DEPTH_RANGE_FACTOR / nearest, _PLANE_COUNT
     )
     return View(
         small_picture, gray, matrix, camera.pose.rotation, camera.pose.translation, inverse_depths
@@ -115,16 +116,18 @@ def find_depths(view: View, neighbors: Sequence[View]) -> Depths:
         view: View whose depths are computed.
         neighbors: Views to compare with `view`; with fewer than two neighbors, all depths are 0.
     """
-    if len(neighbors) < _FITTING_NEIGHBORS:
+    if len(neighbors) < _BEST_NEIGHBOR_COUNT:
         return np.zeros(view.gray.shape, np.float32)
     mean, deviation = _measure_windows(view.gray)
     scores = np.empty((_PLANE_COUNT, *view.gray.shape), np.float32)
     for plane, inverse_depth in enumerate(view.inverse_depths):
         correlations = [
-            _correlate(view.gray, mean, deviation, _warp(neighbor, view, inverse_depth))
+            _correlate_windows(
+                view.gray, mean, deviation, _warp_neighbor(neighbor, view, inverse_depth)
+            )
             for neighbor in neighbors
         ]
-        scores[plane] = np.sort(correlations, axis=0)[-_FITTING_NEIGHBORS:].mean(axis=0)
+        scores[plane] = np.sort(correlations, axis=0)[-_BEST_NEIGHBOR_COUNT:].mean(axis=0)
     best_plane = scores[1:-1].argmax(axis=0) + 1
     score_before, best_score, score_after = (
         np.take_along_axis(scores, best_plane[None] + step, axis=0)[0] for step in (-1, 0, 1)
@@ -138,7 +141,7 @@ def find_depths(view: View, neighbors: Sequence[View]) -> Depths:
     return np.where(is_peak, 1 / inverse_depth, 0).astype(np.float32)
 
 
-def _warp(neighbor: View, view: View, inverse_depth: float) -> Gray:
+def _warp_neighbor(neighbor: View, view: View, inverse_depth: float) -> Gray:
     """Warp a neighbor's gray levels into a view, through the plane at this inverse depth."""
     rotation = neighbor.rotation @ view.rotation.T
     translation = neighbor.translation - rotation @ view.translation
@@ -162,7 +165,7 @@ def _measure_windows(gray: Gray) -> tuple[Gray, Gray]:
     )
 
 
-def _correlate(gray: Gray, mean: Gray, deviation: Gray, warped: Gray) -> Gray:
+def _correlate_windows(gray: Gray, mean: Gray, deviation: Gray, warped: Gray) -> Gray:
     """Return the `[H, W]` normalized cross-correlation of the windows around each pixel."""
     warped_mean, warped_deviation = _measure_windows(warped)
     covariance = _average_window(gray * warped) - mean * warped_mean

@@ -54,7 +54,7 @@ class PlyHeader:
     data_offset: int
 
     @property
-    def types(self) -> dict[str, str]:
+    def property_types(self) -> dict[str, str]:
         """NumPy type of each property without byte order, such as `f4`."""
         return {name: self.vertex_type[name].str[1:] for name in self.vertex_type.names or ()}
 
@@ -92,11 +92,16 @@ def parse_ply_header(data: bytes) -> PlyHeader:
     if len(lines) < 2 or lines[1][:2] != ["element", "vertex"]:
         message = "the first element is not 'vertex'"
         raise ValueError(message)
-    count = " ".join(lines[1][2:])
-    if not count.isdecimal() or not int(count):
-        message = f"the file has no points: the vertex count is {count!r}"
+    count_text = " ".join(lines[1][2:])
+    if not count_text.isdecimal() or not int(count_text):
+        message = f"the file has no points: the vertex count is {count_text!r}"
         raise ValueError(message)
-    return PlyHeader(lines[0][1] == "ascii", int(count), _parse_vertex_type(lines[2:]), match.end())
+    return PlyHeader(
+        is_ascii=lines[0][1] == "ascii",
+        vertex_count=int(count_text),
+        vertex_type=_parse_vertex_type(lines[2:]),
+        data_offset=match.end(),
+    )
 
 
 def read_ply_columns(data: bytes, header: PlyHeader) -> Columns:

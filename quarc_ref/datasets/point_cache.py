@@ -27,7 +27,7 @@ def load_or_compute_points(key: str, compute_points: Callable[[], Points]) -> Po
     """Return the cached points for a key; if there are none, triangulate and cache them.
 
     Args:
-        key: Cache key from `make_key`.
+        key: Cache key from `make_cache_key`.
         compute_points: Function that triangulates the points.
     """
     path = platformdirs.user_cache_path("quarc-ref") / "points" / f"{key}.ply"
@@ -44,7 +44,7 @@ def load_or_compute_points(key: str, compute_points: Callable[[], Points]) -> Po
     return points
 
 
-def make_key(fingerprint: str, start: int, downscale: int, cameras: Sequence[str]) -> str:
+def make_cache_key(fingerprint: str, start: int, downscale: int, cameras: Sequence[str]) -> str:
     """Return a cache key that depends on all inputs of the triangulation and on its code.
 
     Args:

@@ -14,9 +14,11 @@ from quarc_ref.datasets.ply_table import build_ply_table, parse_ply_header, read
 from quarc_ref.files import write_file
 
 _AXES = ("x", "y", "z")
-_COLORS = ("red", "green", "blue")
+_COLOR_CHANNELS = ("red", "green", "blue")
 _MAX_COLOR = 255
-_VERTEX_TYPE = np.dtype([(name, "<f4") for name in _AXES] + [(name, "u1") for name in _COLORS])
+_VERTEX_TYPE = np.dtype(
+    [(name, "<f4") for name in _AXES] + [(name, "u1") for name in _COLOR_CHANNELS]
+)
 
 
 def read_points_ply(path: Path) -> Points:
@@ -52,21 +54,21 @@ def write_points_ply(path: Path, points: Points) -> None:
     rows = np.empty(len(points.positions), dtype=_VERTEX_TYPE)
     for index, name in enumerate(_AXES):
         rows[name] = points.positions[:, index]
-    for index, name in enumerate(_COLORS):
+    for index, name in enumerate(_COLOR_CHANNELS):
         rows[name] = points.colors[:, index]
     write_file(path, build_ply_table(rows))
 
 
 def _parse_points(data: bytes) -> Points:
     header = parse_ply_header(data)
-    _require_properties(header.types)
+    _require_properties(header.property_types)
     columns = read_ply_columns(data, header)
     with np.errstate(over="ignore"):
         positions = np.stack([columns[name] for name in _AXES], axis=1).astype(np.float32)
     if not np.isfinite(positions).all():
         message = "a coordinate of a point is not finite"
         raise ValueError(message)
-    colors = np.stack([columns[name] for name in _COLORS], axis=1).astype(np.float64)
+    colors = np.stack([columns[name] for name in _COLOR_CHANNELS], axis=1).astype(np.float64)
     if not ((colors >= 0) & (colors <= _MAX_COLOR)).all():
         message = f"a color is not between 0 and {_MAX_COLOR}"
         raise ValueError(message)
@@ -78,6 +80,6 @@ def _require_properties(types: dict[str, str]) -> None:
     if any(types.get(name) not in ("f4", "f8") for name in _AXES):
         message = "the points have no properties x, y and z of type float or double"
         raise ValueError(message)
-    if any(types.get(name) != "u1" for name in _COLORS):
+    if any(types.get(name) != "u1" for name in _COLOR_CHANNELS):
         message = "the points have no properties red, green and blue of type uchar"
         raise ValueError(message)

@@ -49,7 +49,7 @@ def read_sound(path: Path, samples_per_second: int, max_seconds: float) -> Sound
             for frame in container.decode(container.streams.audio[0]):
                 if not blocks and frame.pts is not None and frame.time_base is not None:
                     start = float(frame.pts * frame.time_base)
-                blocks += [_mix_down(block) for block in resampler.resample(frame)]
+                blocks += [_flatten_samples(block) for block in resampler.resample(frame)]
                 sample_count = sum(block.size for block in blocks[-1:]) + sample_count
                 if sample_count >= max_seconds * samples_per_second:
                     break
@@ -61,5 +61,5 @@ def read_sound(path: Path, samples_per_second: int, max_seconds: float) -> Sound
     return Sound(np.concatenate(blocks), start, samples_per_second)
 
 
-def _mix_down(frame: av.AudioFrame) -> NDArray[np.float32]:
+def _flatten_samples(frame: av.AudioFrame) -> NDArray[np.float32]:
     return frame.to_ndarray().reshape(-1).astype(np.float32)

@@ -17,7 +17,7 @@ _BARE_MARKERS = {0x01, *range(0xD0, 0xDA)}  # Markers without a length field.
 _FRAME_MARKERS = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
 _ORIENTATION_TAG, _SHORT_TYPE = 0x0112, 3
 # Maximum number of chunks or segments before the picture data; real files have dozens.
-_MAX_PARTS = 4096
+_MAX_HEADER_PARTS = 4096
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class StillHeader:
     orientation: int
 
 
-class _Part(NamedTuple):
+class _HeaderPart(NamedTuple):
     """A chunk of a PNG file, or a segment of a JPEG file."""
 
     kind: bytes | int
@@ -55,9 +55,9 @@ def read_still_header(data: bytes) -> StillHeader:
     """
     try:
         if data.startswith(_PNG_SIGNATURE):
-            return _read_png(list(islice(_split_png(data), _MAX_PARTS)))
+            return _read_png(list(islice(_split_png(data), _MAX_HEADER_PARTS)))
         if data.startswith(_JPEG_SIGNATURE):
-            return _read_jpeg(list(islice(_split_jpeg(data), _MAX_PARTS)))
+            return _read_jpeg(list(islice(_split_jpeg(data), _MAX_HEADER_PARTS)))
     except (IndexError, struct.error) as error:
         message = "the header is truncated"
         raise ValueError(message) from error
@@ -65,27 +65,27 @@ def read_still_header(data: bytes) -> StillHeader:
     raise ValueError(message)
 
 
-def _split_png(data: bytes) -> Iterator[_Part]:
+def _split_png(data: bytes) -> Iterator[_HeaderPart]:
     """Yield the PNG chunks before the picture data."""
     position = len(_PNG_SIGNATURE)
     while True:
         length, kind = struct.unpack_from(">I4s", data, position)
         if kind == b"IDAT":
             return
-        yield _Part(kind, data[position + 8 : position + 8 + length])
+        yield _HeaderPart(kind, data[position + 8 : position + 8 + length])
         position += 12 + length
 
 
-def _read_png(chunks: list[_Part]) -> StillHeader:
+def _read_png(chunks: list[_HeaderPart]) -> StillHeader:
     if not chunks or chunks[0].kind != b"IHDR":
         message = "the first chunk is not a PNG header"
         raise ValueError(message)
     width, height = struct.unpack_from(">II", chunks[0].payload)
-    exif = [chunk.payload for chunk in chunks if chunk.kind == b"eXIf"]
-    return StillHeader("png", width, height, _find_orientation(exif))
+    exif_blocks = [chunk.payload for chunk in chunks if chunk.kind == b"eXIf"]
+    return StillHeader("png", width, height, _find_orientation(exif_blocks))
 
 
-def _split_jpeg(data: bytes) -> Iterator[_Part]:
+def _split_jpeg(data: bytes) -> Iterator[_HeaderPart]:
     """Yield the JPEG segments before the picture data; bytes between segments are skipped."""
     position = 2
     while (match := _MARKER_PATTERN.search(data, position)) is not None:
@@ -95,41 +95,41 @@ def _split_jpeg(data: bytes) -> Iterator[_Part]:
         length = 0
         if marker not in _BARE_MARKERS:
             (length,) = struct.unpack_from(">H", data, position)
-        yield _Part(marker, data[position + 2 : position + length])
+        yield _HeaderPart(marker, data[position + 2 : position + length])
         position += length
 
 
-def _read_jpeg(segments: list[_Part]) -> StillHeader:
+def _read_jpeg(segments: list[_HeaderPart]) -> StillHeader:
     frame = next((s.payload for s in segments if s.kind in _FRAME_MARKERS), None)
     if frame is None:
         message = "the file has no JPEG frame header"
         raise ValueError(message)
     height, width = struct.unpack_from(">HH", frame, 1)
-    exif = [
+    exif_blocks = [
         segment.payload.removeprefix(_EXIF_PREFIX)
         for segment in segments
         if segment.kind == _APP1_MARKER and segment.payload.startswith(_EXIF_PREFIX)
     ]
-    return StillHeader("mjpeg", width, height, _find_orientation(exif))
+    return StillHeader("mjpeg", width, height, _find_orientation(exif_blocks))
 
 
-def _find_orientation(exif: list[bytes]) -> int:
+def _find_orientation(exif_blocks: list[bytes]) -> int:
     """Return the orientation in the first EXIF block; `UPRIGHT` if there is no valid block."""
     try:
-        orientation = _read_orientation(exif[0])
+        orientation = _read_orientation(exif_blocks[0])
     except (IndexError, KeyError, struct.error):
         return UPRIGHT
     return orientation if 1 <= orientation <= 8 else UPRIGHT
 
 
-def _read_orientation(exif: bytes) -> int:
+def _read_orientation(exif_block: bytes) -> int:
     """Read the orientation from the first directory of an EXIF block, which is in TIFF format."""
-    byte_order = {b"II*\0": "<", b"MM\0*": ">"}[exif[:4]]
-    (directory,) = struct.unpack_from(f"{byte_order}I", exif, 4)
-    (count,) = struct.unpack_from(f"{byte_order}H", exif, directory)
+    byte_order = {b"II*\0": "<", b"MM\0*": ">"}[exif_block[:4]]
+    (directory,) = struct.unpack_from(f"{byte_order}I", exif_block, 4)
+    (count,) = struct.unpack_from(f"{byte_order}H", exif_block, directory)
     for index in range(count):
         tag, kind, _, value = struct.unpack_from(
-            f"{byte_order}HHIH", exif, directory + 2 + 12 * index
+            f"{byte_order}HHIH", exif_block, directory + 2 + 12 * index
         )
         if (tag, kind) == (_ORIENTATION_TAG, _SHORT_TYPE):
             return int(value)

@@ -42,7 +42,7 @@ def triangulate(cameras: Sequence[CalibratedCamera], pictures: Sequence[Image]) 
     with tempfile.TemporaryDirectory() as name, silence_colmap():
         folder = Path(name)
         try:
-            points = _reconstruct(cameras, pictures, folder)
+            points = _triangulate_sparse_points(cameras, pictures, folder)
         except (RuntimeError, ValueError) as error:
             message = f"the initial points cannot be triangulated: {error}; {_REMEDY}"
             raise UnreadablePointsError(message) from error
@@ -57,14 +57,14 @@ def triangulate(cameras: Sequence[CalibratedCamera], pictures: Sequence[Image]) 
     return add_dense_points(cameras, pictures, Points(positions, colors))
 
 
-def _reconstruct(
+def _triangulate_sparse_points(
     cameras: Sequence[CalibratedCamera], pictures: Sequence[Image], folder: Path
 ) -> list[pycolmap.Point3D]:
     """Triangulate points; `folder` is an empty folder for temporary files."""
     database = folder / "database.db"
     model = _make_posed_model(cameras, database)
     for index, picture in enumerate(pictures, start=1):
-        pycolmap.Bitmap.from_array(picture).write(folder / _file_name(index))
+        pycolmap.Bitmap.from_array(picture).write(folder / _make_file_name(index))
     pycolmap.extract_features(database, folder, device=pycolmap.Device.cpu)
     _match_features(model, database)
     options = pycolmap.IncrementalPipelineOptions()
@@ -79,16 +79,18 @@ def _reconstruct(
 
 def _match_features(model: pycolmap.Reconstruction, database: Path) -> None:
     """Match the features of all pairs of images, and keep the matches that fit the poses."""
-    matching = pycolmap.FeatureMatchingOptions()
-    matching.skip_geometric_verification = True
+    matching_options = pycolmap.FeatureMatchingOptions()
+    matching_options.skip_geometric_verification = True
     # The ratio test is lenient, because the epipolar check removes most wrong matches.
-    matching.sift.max_ratio = _MAX_MATCH_RATIO
-    verification = pycolmap.TwoViewGeometryOptions()
-    verification.min_num_inliers = _MIN_MATCHES
-    verification.ransac.max_error = _MAX_EPIPOLAR_DISTANCE
-    verification.ransac.random_seed = _SEED
-    pycolmap.match_exhaustive(database, matching, device=pycolmap.Device.cpu)
-    pycolmap.guided_geometric_verification(model, database, two_view_geometry_options=verification)
+    matching_options.sift.max_ratio = _MAX_MATCH_RATIO
+    verification_options = pycolmap.TwoViewGeometryOptions()
+    verification_options.min_num_inliers = _MIN_MATCHES
+    verification_options.ransac.max_error = _MAX_EPIPOLAR_DISTANCE
+    verification_options.ransac.random_seed = _SEED
+    pycolmap.match_exhaustive(database, matching_options, device=pycolmap.Device.cpu)
+    pycolmap.guided_geometric_verification(
+        model, database, two_view_geometry_options=verification_options
+    )
 
 
 def _make_posed_model(
@@ -102,7 +104,7 @@ def _make_posed_model(
                 pycolmap.Rotation3d(camera.pose.rotation), camera.pose.translation
             )
             model.add_camera_with_trivial_rig(make_colmap_camera(camera.lens, index))
-            image = pycolmap.Image(_file_name(index), np.empty((0, 2)), index, index)
+            image = pycolmap.Image(_make_file_name(index), np.empty((0, 2)), index, index)
             model.add_image_with_trivial_frame(image, pose)
             open_database.write_camera(model.camera(index), use_camera_id=True)
             open_database.write_rig(model.rig(index), use_rig_id=True)
@@ -111,5 +113,5 @@ def _make_posed_model(
     return model
 
 
-def _file_name(index: int) -> str:
+def _make_file_name(index: int) -> str:
     return f"{index:04d}.png"

@@ -14,7 +14,7 @@ from quarc_ref.datasets.capture import Image
 from quarc_ref.datasets.errors import UnsupportedCameraError
 
 _STOP_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-9)
-_MAX_TANGENT = 6.0  # Tangent of a pinhole's largest half field of view, 80.5 degrees.
+_MAX_HALF_FIELD_TANGENT = 6.0  # Tangent of a pinhole's largest half field of view, 80.5 degrees.
 _MASK_THRESHOLD = 128  # Of 255: the mask covers half of the pixel.
 _MAX_OVERSHOOT = 1.0  # Pixels; maximum error of the inverse distortion at the border.
 
@@ -53,7 +53,7 @@ class Rectifier:
         """
         if self._pinhole is not self.source_lens:
             border = cv2.BORDER_REPLICATE  # The filter also reads pixels outside the picture.
-            undistorted = cv2.remap(picture, *self._find_maps(), cv2.INTER_CUBIC, borderMode=border)
+            undistorted = cv2.remap(picture, *self._get_maps(), cv2.INTER_CUBIC, borderMode=border)
             picture = _as_image(undistorted)
         if self._downscale == 1:
             return picture
@@ -69,14 +69,14 @@ class Rectifier:
         """
         levels = np.where(mask, np.uint8(255), np.uint8(0))
         if self._pinhole is not self.source_lens:
-            levels = _as_image(cv2.remap(levels, *self._find_maps(), cv2.INTER_LINEAR))
+            levels = _as_image(cv2.remap(levels, *self._get_maps(), cv2.INTER_LINEAR))
         block_size, height, width = self._downscale, self.lens.height, self.lens.width
         blocks = levels[: height * block_size, : width * block_size].reshape(
             height, block_size, width, block_size
         )
         return np.asarray((blocks >= _MASK_THRESHOLD).all(axis=(1, 3)))
 
-    def _find_maps(self) -> tuple[cv2.typing.MatLike, cv2.typing.MatLike]:
+    def _get_maps(self) -> tuple[cv2.typing.MatLike, cv2.typing.MatLike]:
         if self._maps is None:
             self._maps = _map_pixels(self.source_lens, self._pinhole)
         return self._maps
@@ -92,7 +92,7 @@ def _fit_pinhole(lens: Lens) -> Lens:
     left, right = _undistort_borders(lens, axis=0)
     top, bottom = _undistort_borders(lens, axis=1)
     max_tangent = max(map(abs, (left, right, top, bottom)))
-    if not (right > left and bottom > top and max_tangent < _MAX_TANGENT):
+    if not (right > left and bottom > top and max_tangent < _MAX_HALF_FIELD_TANGENT):
         message = (
             "the field of view is too wide for a pinhole camera: crop the pictures, or remove "
             "the camera"

@@ -62,8 +62,10 @@ def write_video_file(sink: BinaryIO, pictures: Iterable[Image], video_format: Vi
     """
     count = 0
     try:
-        flags = {"fflags": "+bitexact"}
-        with av.open(sink, "w", format=video_format.container, options=flags) as container:
+        container_options = {"fflags": "+bitexact"}
+        with av.open(
+            sink, "w", format=video_format.container, options=container_options
+        ) as container:
             stream = cast(
                 "VideoStream",
                 container.add_stream(

@@ -66,7 +66,7 @@ def parse_ply(data: bytes) -> Splats:
         ValueError: The file is not a valid PLY file of Gaussians, or a number is not finite.
     """
     header = parse_ply_header(data)
-    rest_count = sum(name.startswith("f_rest_") for name in header.types)
+    rest_count = sum(name.startswith("f_rest_") for name in header.property_types)
     if rest_count not in _SH_REST_COUNTS:
         counts = ", ".join(map(str, _SH_REST_COUNTS))
         message = (
@@ -74,7 +74,7 @@ def parse_ply(data: bytes) -> Splats:
         )
         raise ValueError(message)
     names = [*_REQUIRED_PROPERTIES, *_name_rest_properties(rest_count)]
-    invalid_names = [name for name in names if header.types.get(name) not in ("f4", "f8")]
+    invalid_names = [name for name in names if header.property_types.get(name) not in ("f4", "f8")]
     if invalid_names:
         message = (
             f"the file is not a PLY file of 3D Gaussians: its vertices have no property "

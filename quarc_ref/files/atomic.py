@@ -11,8 +11,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from quarc_ref.files.beside import PART_SUFFIX, make_temporary_path
 from quarc_ref.files.locks import CAN_LOCK, create_locked
+from quarc_ref.files.temporary_paths import PART_SUFFIX, make_temporary_path
 
 
 @contextmanager

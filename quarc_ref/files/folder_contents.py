@@ -5,9 +5,9 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from quarc_ref.files.beside import PART_SUFFIX, is_temporary_name
 from quarc_ref.files.errors import OutputPathError
 from quarc_ref.files.marker import MARKER_NAME, read_marker
+from quarc_ref.files.temporary_paths import PART_SUFFIX, is_temporary_name
 
 _MAX_DEPTH = 1  # Output folders have subfolders, but no subfolders of subfolders.
 

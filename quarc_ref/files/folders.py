@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from quarc_ref.files.beside import PART_SUFFIX, make_replaced_path, make_temporary_path
 from quarc_ref.files.errors import OutputPathError
 from quarc_ref.files.folder_contents import remove_output_folder, require_no_foreign_files
 from quarc_ref.files.leftovers import remove_leftovers
@@ -13,11 +12,12 @@ from quarc_ref.files.locks import CAN_LOCK
 from quarc_ref.files.marker import MARKER_NAME
 from quarc_ref.files.output_folder import (
     OutputFolder,
-    continue_folder,
-    empty_folder,
     mark_folder,
+    open_and_empty_folder,
+    open_existing_folder,
     open_marker,
 )
+from quarc_ref.files.temporary_paths import PART_SUFFIX, make_replaced_path, make_temporary_path
 
 
 @contextmanager
@@ -87,7 +87,7 @@ def _open_in_place(target: Path, *, keep: bool) -> OutputFolder:
     try:
         if not (target / MARKER_NAME).exists():
             return mark_folder(target)
-        return continue_folder(target) if keep else empty_folder(target)
+        return open_existing_folder(target) if keep else open_and_empty_folder(target)
     except BaseException:
         with suppress(OSError):  # it is not empty
             target.rmdir()

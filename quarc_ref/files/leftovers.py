@@ -4,11 +4,11 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-from quarc_ref.files.beside import OLD_SUFFIX, PART_SUFFIX, is_temporary_name
 from quarc_ref.files.errors import OutputPathError
 from quarc_ref.files.folder_contents import remove_output_folder
 from quarc_ref.files.locks import lock_file, open_regular_file
 from quarc_ref.files.marker import MARKER_NAME
+from quarc_ref.files.temporary_paths import OLD_SUFFIX, PART_SUFFIX, is_temporary_name
 
 
 def remove_leftovers(target: Path) -> None:

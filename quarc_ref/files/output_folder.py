@@ -77,7 +77,7 @@ class OutputFolder:
         return path
 
     @contextmanager
-    def folder(self, name: str) -> Iterator["OutputFolder"]:
+    def create_subfolder(self, name: str) -> Iterator["OutputFolder"]:
         """Create a subfolder, to which files can be added until the block ends."""
         self._append_to_marker(f"{name}/")
         (self.path / name).mkdir()
@@ -88,7 +88,7 @@ class OutputFolder:
         """Return whether the folder contains any file other than the marker."""
         return contains_files(self.path)
 
-    def empty(self) -> None:
+    def remove_files(self) -> None:
         """Remove all files that the marker lists."""
         remove_listed_files(self.path)
 
@@ -145,7 +145,7 @@ def open_marker(path: Path) -> BinaryIO:
     return marker
 
 
-def continue_folder(path: Path) -> OutputFolder:
+def open_existing_folder(path: Path) -> OutputFolder:
     """Open an existing output folder, and keep its files.
 
     Raises:
@@ -159,7 +159,7 @@ def continue_folder(path: Path) -> OutputFolder:
     return folder
 
 
-def empty_folder(path: Path) -> OutputFolder:
+def open_and_empty_folder(path: Path) -> OutputFolder:
     """Open an existing output folder, and remove all files that its marker lists.
 
     Raises:

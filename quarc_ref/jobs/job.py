@@ -92,7 +92,7 @@ class JobsError(RuntimeError):
             self.add_note(f"{name}:\n{outcome.details}")
 
 
-def pack_call(function: Callable[[Any], Any], argument: object) -> bytes:
+def pickle_call(function: Callable[[Any], Any], argument: object) -> bytes:
     """Pickle a function and its argument, so that only the worker imports their libraries."""
     return pickle.dumps((function, argument))
 
@@ -101,7 +101,7 @@ def run_call(call: bytes, environment: Mapping[str, str]) -> Outcome:
     """Run a pickled call, and return its result or its error.
 
     Args:
-        call: Pickled call from `pack_call`.
+        call: Pickled call from `pickle_call`.
         environment: Environment variables to set before the call.
     """
     os.environ.update(environment)

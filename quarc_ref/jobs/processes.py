@@ -19,11 +19,10 @@ from quarc_ref.jobs.job import Outcome, WorkerPool, run_call
 if TYPE_CHECKING:
     Pipe = Connection[Outcome, Outcome]
 
-_SPAWN_CONTEXT = multiprocessing.get_context(
-    "spawn"
-)  # torch and numba threads do not survive a fork
-_EXIT_TERMINATED = 128 + signal.SIGTERM
-_END_TIMEOUT = 10.0  # seconds before a process that does not end is killed
+# The threads of torch and numba do not survive a fork.
+_SPAWN_CONTEXT = multiprocessing.get_context("spawn")
+_TERMINATED_EXIT_CODE = 128 + signal.SIGTERM
+_END_TIMEOUT_SECONDS = 10.0  # seconds before a process that does not end is killed
 
 
 def run_in_processes(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple[int, Outcome]]:
@@ -75,7 +74,7 @@ def _collect_ended_processes(
 
 
 def _join_or_kill(process: BaseProcess) -> None:
-    process.join(_END_TIMEOUT)
+    process.join(_END_TIMEOUT_SECONDS)
     process.kill()
     process.join()
 
@@ -105,7 +104,7 @@ def _run_worker(pipe: "Pipe", call: bytes, environment: Mapping[str, str]) -> No
     try:
         pipe.send(run_call(call, environment))
     except KeyboardInterrupt:
-        sys.exit(_EXIT_TERMINATED)
+        sys.exit(_TERMINATED_EXIT_CODE)
 
 
 def _exit_with_parent() -> None:

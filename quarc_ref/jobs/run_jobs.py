@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from quarc_ref.jobs.job import Argument, Job, Outcome, Result, WorkerPool, load_results, pack_call
+from quarc_ref.jobs.job import Argument, Job, Outcome, Result, WorkerPool, load_results, pickle_call
 from quarc_ref.jobs.on_ray import run_on_ray
 from quarc_ref.jobs.processes import run_in_processes
 
@@ -45,5 +45,5 @@ def run_jobs(
 def _run_calls(
     function: Callable[[Any], Any], jobs: Sequence[Job[Any]], pool: WorkerPool
 ) -> Iterator[tuple[int, Outcome]]:
-    calls = [pack_call(function, job.argument) for job in jobs]
+    calls = [pickle_call(function, job.argument) for job in jobs]
     return run_in_processes(calls, pool) if pool.ray is None else run_on_ray(calls, pool)

@@ -8,7 +8,7 @@ import pytest
 from quarc_ref.datasets import open_capture as open_capture_module
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
-from quarc_ref.datasets.point_cache import load_or_compute_points, make_key
+from quarc_ref.datasets.point_cache import load_or_compute_points, make_cache_key
 
 
 @pytest.fixture(autouse=True)
@@ -89,5 +89,5 @@ def test_a_cache_that_cannot_be_written_is_only_a_warning(cache_folder, caplog):
     cache_folder.parent.write_bytes(b"")
     points = Points(np.zeros((1, 3), np.float32), np.zeros((1, 3), np.uint8))
 
-    assert load_or_compute_points(make_key("0", 0, 1, ["cam00"]), lambda: points) is points
+    assert load_or_compute_points(make_cache_key("0", 0, 1, ["cam00"]), lambda: points) is points
     assert "cannot be saved" in caplog.text

@@ -3,7 +3,7 @@ import stat
 
 import pytest
 
-from quarc_ref.files import atomic_file, beside, write_file
+from quarc_ref.files import atomic_file, temporary_paths, write_file
 
 _NAME = r"\.a\.bin\.[0-9a-f]{16}\.part"
 
@@ -20,7 +20,10 @@ def test_a_file_is_written_next_to_its_target_under_a_random_name(tmp_path):
             names |= set(_list(tmp_path)) - {"a.bin"}
 
     assert len(names) == 2
-    assert all(beside.is_temporary_name(name, "a.bin", beside.PART_SUFFIX) for name in names)
+    assert all(
+        temporary_paths.is_temporary_name(name, "a.bin", temporary_paths.PART_SUFFIX)
+        for name in names
+    )
     assert (tmp_path / "a.bin").read_bytes() == b"two"
     assert _list(tmp_path) == ["a.bin"]
 
@@ -33,7 +36,7 @@ def test_a_link_at_the_temporary_name_is_not_followed(dangles, tmp_path, monkeyp
     planted_name = tmp_path / ".a.bin.0000000000000000.part"
     planted_name.symlink_to(victim)
     numbers = iter(["0" * 16, "1" * 16])
-    monkeypatch.setattr(beside.secrets, "token_hex", lambda _: next(numbers))
+    monkeypatch.setattr(temporary_paths.secrets, "token_hex", lambda _: next(numbers))
     write_file(tmp_path / "a.bin", b"data")
 
     assert (tmp_path / "a.bin").read_bytes() == b"data"

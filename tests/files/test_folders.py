@@ -145,7 +145,7 @@ def test_a_folder_being_written_by_another_process_is_rejected(make, tmp_path):
 def test_nested_folders_have_their_own_markers_and_are_removed_together(tmp_path):
     for replace in (False, True):
         with written_folder(tmp_path / "out", replace=replace) as made:
-            with made.folder("inner") as inner:
+            with made.create_subfolder("inner") as inner:
                 inner.write("a.ply", b"made")
             made.write("b.ply", b"made")
     lines = _read_marker_lines(tmp_path / "out")
@@ -159,8 +159,8 @@ def test_nested_folders_have_their_own_markers_and_are_removed_together(tmp_path
 def test_a_folder_nested_too_deeply_is_foreign(tmp_path):
     with (
         written_folder(tmp_path / "out") as made,
-        made.folder("inner") as inner,
-        inner.folder("innermost") as innermost,
+        made.create_subfolder("inner") as inner,
+        inner.create_subfolder("innermost") as innermost,
     ):
         innermost.write("a.ply", b"made")
     with pytest.raises(OutputPathError, match="inner contains innermost"):

@@ -39,7 +39,7 @@ with atomic_file(target) as file:
 _IN_A_FOLDER = """
 with written_folder(target) as made:
     made.write("a.ply", b"whole")
-    with made.folder("inner") as inner:
+    with made.create_subfolder("inner") as inner:
         inner.write("b.ply", b"whole")
         with inner.open("c.ply") as file:
             die()

@@ -9,15 +9,15 @@ import struct
 from collections.abc import Callable
 from pathlib import Path
 
-_COUNT = struct.Struct("<Q")
-_SHORT_COUNT = struct.Struct("<I")
-_POSE_BYTES = 4 + 7 * 8 + 4  # Image id, quaternion and translation, camera id.
+_COUNT_STRUCT = struct.Struct("<Q")
+_SHORT_COUNT_STRUCT = struct.Struct("<I")
+_IMAGE_HEADER_BYTES = 4 + 7 * 8 + 4  # Image id, quaternion and translation, camera id.
 _OBSERVATION_BYTES = 2 * 8 + 8  # Pixel, point id.
-_POINT_BYTES = 8 + 3 * 8 + 3 + 8  # Point id, position, color, error.
-_TRACK_BYTES = 4 + 4  # Image id, index of the observation.
+_POINT_HEADER_BYTES = 8 + 3 * 8 + 3 + 8  # Point id, position, color, error.
+_TRACK_ELEMENT_BYTES = 4 + 4  # Image id, index of the observation.
 _SENSOR_BYTES = 4 + 4  # Type, id.
-_RIGID_BYTES = 7 * 8  # Quaternion and translation.
-_DATA_BYTES = _SENSOR_BYTES + 8  # Sensor, image id.
+_RIGID_POSE_BYTES = 7 * 8  # Quaternion and translation.
+_FRAME_DATA_BYTES = _SENSOR_BYTES + 8  # Sensor, image id.
 
 
 def require_complete_files(folder: Path) -> None:
@@ -39,8 +39,8 @@ def require_complete_files(folder: Path) -> None:
 
 def _has_exact_length(data: bytes, skip_record: Callable[[bytes, int], int]) -> bool:
     try:
-        (count,) = _COUNT.unpack_from(data)
-        position = _COUNT.size
+        (count,) = _COUNT_STRUCT.unpack_from(data)
+        position = _COUNT_STRUCT.size
         for _ in range(count):
             position = skip_record(data, position)
     except (IndexError, OverflowError, struct.error, ValueError):
@@ -50,32 +50,32 @@ def _has_exact_length(data: bytes, skip_record: Callable[[bytes, int], int]) -> 
 
 def _skip_image(data: bytes, position: int) -> int:
     """Return the offset after an image record."""
-    name_end = data.index(b"\0", position + _POSE_BYTES)
-    (count,) = _COUNT.unpack_from(data, name_end + 1)
-    return name_end + 1 + _COUNT.size + _OBSERVATION_BYTES * int(count)
+    name_end = data.index(b"\0", position + _IMAGE_HEADER_BYTES)
+    (count,) = _COUNT_STRUCT.unpack_from(data, name_end + 1)
+    return name_end + 1 + _COUNT_STRUCT.size + _OBSERVATION_BYTES * int(count)
 
 
 def _skip_point(data: bytes, position: int) -> int:
     """Return the offset after a point record."""
-    (count,) = _COUNT.unpack_from(data, position + _POINT_BYTES)
-    return position + _POINT_BYTES + _COUNT.size + _TRACK_BYTES * int(count)
+    (count,) = _COUNT_STRUCT.unpack_from(data, position + _POINT_HEADER_BYTES)
+    return position + _POINT_HEADER_BYTES + _COUNT_STRUCT.size + _TRACK_ELEMENT_BYTES * int(count)
 
 
 def _skip_rig(data: bytes, position: int) -> int:
     """Return the offset after a rig record: id, and sensors, of which all but one have a pose."""
-    (count,) = _SHORT_COUNT.unpack_from(data, position + 4)
-    position += 4 + _SHORT_COUNT.size + _SENSOR_BYTES * min(int(count), 1)
+    (count,) = _SHORT_COUNT_STRUCT.unpack_from(data, position + 4)
+    position += 4 + _SHORT_COUNT_STRUCT.size + _SENSOR_BYTES * min(int(count), 1)
     for _ in range(int(count) - 1):
         has_pose = data[position + _SENSOR_BYTES]
-        position += _SENSOR_BYTES + 1 + _RIGID_BYTES * bool(has_pose)
+        position += _SENSOR_BYTES + 1 + _RIGID_POSE_BYTES * bool(has_pose)
     return position
 
 
 def _skip_frame(data: bytes, position: int) -> int:
     """Return the offset after a frame record: id, rig id, pose and images."""
-    position += 4 + 4 + _RIGID_BYTES
-    (count,) = _SHORT_COUNT.unpack_from(data, position)
-    return position + _SHORT_COUNT.size + _DATA_BYTES * int(count)
+    position += 4 + 4 + _RIGID_POSE_BYTES
+    (count,) = _SHORT_COUNT_STRUCT.unpack_from(data, position)
+    return position + _SHORT_COUNT_STRUCT.size + _FRAME_DATA_BYTES * int(count)
 
 
 _SKIP_FUNCTIONS: dict[str, Callable[[bytes, int], int]] = {

@@ -107,10 +107,10 @@ def _read_rotation(name: str, extrinsics: Matrices) -> Float64Array:
     return make_rotation_matrix(_get_matrix(extrinsics, f"R_{name}", 3))
 
 
-def _get_matrix(matrices: Matrices, key: str, count: int) -> Float64Array:
+def _get_matrix(matrices: Matrices, key: str, number_count: int) -> Float64Array:
     values = matrices.get(key)
-    if not isinstance(values, np.ndarray) or values.size != count:
-        message = f"{key} is missing, or not a matrix of {count} numbers"
+    if not isinstance(values, np.ndarray) or values.size != number_count:
+        message = f"{key} is missing, or not a matrix of {number_count} numbers"
         raise ValueError(message)
     if not np.isfinite(values).all():
         message = f"{key} has a non-finite number"

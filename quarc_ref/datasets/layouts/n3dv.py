@@ -144,7 +144,7 @@ def _make_camera(name: str, size: Size, row: Float64Array, path: Path) -> Calibr
     matrix = row[: _ROW_LENGTH - 2].reshape(3, 5)
     down, right, backwards, center, (pose_height, pose_width, focal) = matrix.T
     try:
-        scale = _measure_scale((pose_width, pose_height), size)
+        scale = _find_picture_scale((pose_width, pose_height), size)
         lens = Lens(
             width=width,
             height=height,
@@ -161,7 +161,7 @@ def _make_camera(name: str, size: Size, row: Float64Array, path: Path) -> Calibr
     return CalibratedCamera(name, lens, pose, near)
 
 
-def _measure_scale(pose_size: tuple[float, float], video_size: tuple[int, int]) -> float:
+def _find_picture_scale(pose_size: tuple[float, float], video_size: tuple[int, int]) -> float:
     """Return the size of the video divided by the picture size in the poses file."""
     (pose_width, pose_height), (width, height) = pose_size, video_size
     smaller_width, larger_width = sorted((pose_width, float(width)))

@@ -26,7 +26,7 @@ from quarc_ref.datasets.errors import MissingFileError, UnreadablePoseError
 from quarc_ref.datasets.footage import Footage
 from quarc_ref.datasets.natural_order import natural_order
 
-_KINDS = ("hd", "vga")
+_CAMERA_KINDS = ("hd", "vga")
 _OPENCV_CENTER_SHIFT = 0.5  # Added to principal points, because `Lens` has pixel centers at +0.5.
 
 
@@ -41,7 +41,7 @@ def read_panoptic(folder: Path) -> Footage:
     """
     path = min(folder.glob("calibration_*.json"))
     cameras = read_cameras(path)
-    for kind in _KINDS:
+    for kind in _CAMERA_KINDS:
         files = _list_files(folder, kind)
         names = sorted(cameras[kind].keys() & files.keys(), key=natural_order)
         if names:
@@ -67,7 +67,7 @@ def read_cameras(path: Path) -> dict[str, dict[str, CalibratedCamera]]:
     """
     try:
         document = json.loads(path.read_bytes())
-        cameras: dict[str, dict[str, CalibratedCamera]] = {kind: {} for kind in _KINDS}
+        cameras: dict[str, dict[str, CalibratedCamera]] = {kind: {} for kind in _CAMERA_KINDS}
         for entry in document["cameras"]:
             if entry["type"] in cameras:
                 name = str(entry["name"])

@@ -32,7 +32,7 @@ class Layout:
     required_files: tuple[tuple[str, ...], ...]
     read: Callable[[Path], Footage]
 
-    def find_missing(self, folder: Path) -> list[str]:
+    def find_missing_files(self, folder: Path) -> list[str]:
         """Return the names of the required files that are missing from a folder."""
         return [
             name
@@ -45,7 +45,9 @@ _MODEL_FOLDERS = ("sparse*/0/", "sparse*/", "")
 
 
 def _list_model_requirements(name: str) -> tuple[str, ...]:
-    patterns = [f"{folder}{name}.{end}" for folder in _MODEL_FOLDERS for end in ("bin", "txt")]
+    patterns = [
+        f"{folder}{name}.{suffix}" for folder in _MODEL_FOLDERS for suffix in ("bin", "txt")
+    ]
     return (f"sparse/0/{name}.bin or .txt", *patterns)
 
 
@@ -76,10 +78,10 @@ def choose_layout(folder: Path) -> Layout:
             and a remedy.
     """
     for layout in LAYOUTS:
-        if not layout.find_missing(folder):
+        if not layout.find_missing_files(folder):
             return layout
     missing_files = [
-        f"{layout.name} ({', '.join(layout.find_missing(folder))})" for layout in LAYOUTS
+        f"{layout.name} ({', '.join(layout.find_missing_files(folder))})" for layout in LAYOUTS
     ]
     message = (
         f"{folder} is not a capture in a known layout. The known layouts, with the files that are "
@@ -93,7 +95,7 @@ def describe_capture(folder: Path) -> str | None:
     if not folder.is_dir():
         return None
     for layout in LAYOUTS:
-        if not layout.find_missing(folder):
+        if not layout.find_missing_files(folder):
             return f"a capture ({layout.name})"
     video_count = sum(len(paths) for paths in list_videos(folder).values())
     other_count = sum(not path.name.startswith(".") for path in folder.iterdir()) - video_count
@@ -105,7 +107,7 @@ def _suggest_remedy(folder: Path) -> str:
     if not folder.is_dir():
         return ""
     for subfolder in sorted(path for path in folder.iterdir() if path.is_dir()):
-        if not all(layout.find_missing(subfolder) for layout in LAYOUTS):
+        if not all(layout.find_missing_files(subfolder) for layout in LAYOUTS):
             return f". Its subfolder {subfolder.name} is a capture: use {subfolder}"
     video_count, folder_count = len(list_videos(folder)), len(list_picture_folders(folder))
     if max(video_count, folder_count) < 2:

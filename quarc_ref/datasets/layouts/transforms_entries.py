@@ -20,7 +20,7 @@ from quarc_ref.datasets.errors import (
     UnsupportedCameraError,
 )
 
-_COEFFICIENTS = {
+_COEFFICIENT_NAMES = {
     "PINHOLE": ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"),
     "OPENCV": ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"),
     "OPENCV_FISHEYE": ("k1", "k2", "k3", "k4"),
@@ -133,15 +133,17 @@ def _parse_matrix(values: Mapping[str, object]) -> tuple[float, ...]:
 
 def _parse_lens(values: Mapping[str, object]) -> Lens:
     model = values.get("camera_model", _DEFAULT_MODEL)
-    if model not in _COEFFICIENTS:
-        message = f"camera model {model} is not supported; use one of {', '.join(_COEFFICIENTS)}"
+    if model not in _COEFFICIENT_NAMES:
+        message = (
+            f"camera model {model} is not supported; use one of {', '.join(_COEFFICIENT_NAMES)}"
+        )
         raise UnsupportedCameraError(message)
     width, height = _get_number(values, "w"), _get_number(values, "h")
     if not (width.is_integer() and height.is_integer()):
         message = f"the picture size {width}x{height} is not a whole number of pixels"
         raise ValueError(message)
     coefficients = [
-        _get_number(values, name) if name in values else 0.0 for name in _COEFFICIENTS[model]
+        _get_number(values, name) if name in values else 0.0 for name in _COEFFICIENT_NAMES[model]
     ]
     return Lens(
         width=int(width),

@@ -128,12 +128,12 @@ def _require_equal_times(rig: _Rig) -> None:
 
 def _set_times_by_name(entries: Sequence[Entry]) -> tuple[Entry, ...]:
     """Order the entries of each camera by name, and set their times to 0, 1, 2 and so on."""
-    counts: dict[object, int] = {}
+    last_indices: dict[object, int] = {}
     timed_entries = []
     for entry in sorted(entries, key=lambda entry: natural_order(entry.path)):
-        key = (entry.lens, entry.matrix)
-        counts[key] = counts.get(key, -1) + 1
-        timed_entries.append(replace(entry, time=float(counts[key])))
+        camera_key = (entry.lens, entry.matrix)
+        last_indices[camera_key] = last_indices.get(camera_key, -1) + 1
+        timed_entries.append(replace(entry, time=float(last_indices[camera_key])))
     return tuple(timed_entries)
 
 
@@ -172,7 +172,7 @@ def _name_cameras(groups: Sequence[Sequence[str]]) -> list[str]:
     )
     for get_name in name_functions:
         group_names = [{get_name(PurePosixPath(path)) for path in group} for group in groups]
-        names = [name for candidates in group_names for name in candidates]
+        names = [name for common_names in group_names for name in common_names]
         if len(names) == len(set(names)) == len(groups):
             return names
     return [f"cam{index:02d}" for index in range(len(groups))]
