@@ -22,7 +22,10 @@ def introduction(data: bytes, path: str) -> str:
     """Return a paragraph with the size and the digest of a stream, and a link to its dump."""
     digest = hashlib.sha256(data).hexdigest()
     name = path.rpartition("/")[2]
-    return f"{len(data)} bytes, dumped in [{name}]({path}); their SHA-256 is\n`{digest}`.\n"
+    return (
+        f"The stream has {len(data)} bytes, which are dumped in [{name}]({path}); "
+        f"their SHA-256 is\n`{digest}`.\n"
+    )
 
 
 def fields(stream: PlainStream, marker: str) -> str:

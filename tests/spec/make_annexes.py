@@ -55,14 +55,14 @@ def make_page(name: str, data: bytes, stream: PlainStream) -> str:
     ]
     for frame in stream.frames:
         marker = f"{name}{frame.state.frame}"
-        title = f"Frame {frame.state.frame}, {frame.kind}"
+        frame_name = f"frame {frame.state.frame} ({frame.kind})"
+        title = f"Values decoded from {frame_name}"
         if marker.startswith(_WITH_PLANES):
             parts.append(
-                f"{title}, its planes in coding order:\n\n{annex_pages.planes(frame, marker)}"
+                f"Planes of {frame_name}, in coding order:\n\n{annex_pages.planes(frame, marker)}"
             )
-            title = "Values decoded from these symbols"
         parts += [
-            f"{title}, and values derived from the state:\n\n{annex_pages.notes(frame, marker)}",
+            f"{title}, and values derived from its state:\n\n{annex_pages.notes(frame, marker)}",
             "Its state:\n\n" + annex_pages.states(frame, marker),
         ]
     return "\n".join(parts)
