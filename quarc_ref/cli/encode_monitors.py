@@ -45,7 +45,7 @@ def open_monitors(logs: LogOptions, progress: TerminalProgress) -> "Iterator[Mon
         OSError: A log cannot be written.
     """
     from quarc_ref.encoder.monitoring.json_log import JsonLog
-    from quarc_ref.encoder.monitoring.monitor import Monitors
+    from quarc_ref.encoder.monitoring.monitor import MonitorGroup
     from quarc_ref.encoder.monitoring.status import EncodeStatus
 
     monitors: list[Monitor] = []
@@ -62,7 +62,7 @@ def open_monitors(logs: LogOptions, progress: TerminalProgress) -> "Iterator[Mon
             tensorboard_log = TensorBoardLog(logs.tensorboard)
             stack.callback(tensorboard_log.close)
             monitors.append(tensorboard_log)
-        yield Monitors(monitors)
+        yield MonitorGroup(monitors)
 
 
 @contextmanager

@@ -11,7 +11,7 @@ import torch
 
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder.frames.rate_control import quality_factor
-from quarc_ref.encoder.monitoring.forecast import frame_seconds
+from quarc_ref.encoder.monitoring.forecast import estimate_frame_seconds
 from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.settings.config import EncoderConfig
@@ -48,7 +48,7 @@ def estimate_encode(
         canonical.iterations - half_resolution_steps * (1 - _HALF_RESOLUTION_COST)
     )
     frames = plan.frames - max(1, plan.first_frame)
-    seconds = frames * frame_seconds(plan, step_seconds) + (
+    seconds = frames * estimate_frame_seconds(plan, step_seconds) + (
         first_frame_seconds if plan.first_frame == 0 else 0.0
     )
     _, expected_count = _estimate_gaussians(len(points.positions), canonical)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.encoder.estimate import estimate_step_seconds
-from quarc_ref.encoder.monitoring.forecast import frame_seconds
+from quarc_ref.encoder.monitoring.forecast import estimate_frame_seconds
 from quarc_ref.encoder.monitoring.monitor import EncodePlan
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.training.context import TrainingContext
@@ -107,7 +107,7 @@ def _forecast_seconds(
         birth_steps=config.births.iterations,
     )
     first_frame_seconds = half_steps * half_step_seconds + full_steps * full_step_seconds
-    return first_frame_seconds, frame_seconds(plan, full_step_seconds)
+    return first_frame_seconds, estimate_frame_seconds(plan, full_step_seconds)
 
 
 def _forecast_stream_bytes(max_gaussians: int, count: int) -> tuple[int, int]:

@@ -35,15 +35,15 @@ class GrowingSource(SharedSource):
 
     Args:
         source: The stream.
-        max_wait: Maximum time to wait for new data, seconds.
+        max_wait_seconds: Maximum time to wait for new data, seconds.
     """
 
-    def __init__(self, source: Source, max_wait: float = 20.0) -> None:
+    def __init__(self, source: Source, max_wait_seconds: float = 20.0) -> None:
         super().__init__(source)
-        self._max_wait = max_wait
+        self._max_wait_seconds = max_wait_seconds
 
     def wait_for_data(self, offset: int) -> None:
-        """Wait until the stream has a byte at an offset, at most for `max_wait` seconds."""
-        deadline = time.monotonic() + self._max_wait
+        """Wait until the stream has a byte at an offset, for at most `max_wait_seconds`."""
+        deadline = time.monotonic() + self._max_wait_seconds
         while (self.size() or 0) <= offset and time.monotonic() < deadline:
             time.sleep(_POLL_SECONDS)

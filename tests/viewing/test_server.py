@@ -67,7 +67,9 @@ def server(growing, reports):
     resources = {
         "": Resource("text/html; charset=utf-8", BytesSource(b"<page>")),
         "stream.quarc": Resource("application/octet-stream", SharedSource(BytesSource(_STREAM))),
-        "live.quarc": Resource("application/octet-stream", GrowingSource(growing, max_wait=0.3)),
+        "live.quarc": Resource(
+            "application/octet-stream", GrowingSource(growing, max_wait_seconds=0.3)
+        ),
         "gone.quarc": Resource("application/octet-stream", FailingSource()),
     }
     with _run_server((_HOST, 20_100), resources, report=reports.append) as server:

@@ -55,7 +55,7 @@ class GrowingBytes:
 
 def test_a_read_waits_for_bytes_that_are_still_to_come(monkeypatch):
     monkeypatch.setattr("quarc_ref.viewing.shared_source._POLL_SECONDS", 0.01)
-    growing = GrowingSource(GrowingBytes(max_size=5), max_wait=60)
+    growing = GrowingSource(GrowingBytes(max_size=5), max_wait_seconds=60)
     growing.wait_for_data(3)
 
     assert growing.size() == 5
@@ -63,6 +63,6 @@ def test_a_read_waits_for_bytes_that_are_still_to_come(monkeypatch):
 
 def test_a_read_waits_at_most_until_its_timeout():
     start_time = time.monotonic()
-    GrowingSource(GrowingBytes(max_size=3), max_wait=0.05).wait_for_data(3)
+    GrowingSource(GrowingBytes(max_size=3), max_wait_seconds=0.05).wait_for_data(3)
 
     assert 0.05 <= time.monotonic() - start_time < 30

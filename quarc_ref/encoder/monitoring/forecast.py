@@ -13,7 +13,7 @@ _MOTION_STEP_COST, _BIRTH_STEP_COST, _VIEW_COST = 1.2, 0.3, 1.4
 _RECENT_STEPS, _RECENT_FRAMES = 50, 8
 
 
-def frame_seconds(plan: EncodePlan, step_seconds: float) -> float:
+def estimate_frame_seconds(plan: EncodePlan, step_seconds: float) -> float:
     """Estimate how many seconds each frame after frame 0 takes.
 
     Args:
@@ -64,7 +64,8 @@ class Forecast:
             return None
         step_seconds = (self._step_times[-1] - self._step_times[0]) / (len(self._step_times) - 1)
         elapsed_seconds = self._clock() - self._frame_start_time if self._next_frame else 0.0
-        remaining_seconds = self._steps_left * step_seconds + remaining_frames * frame_seconds(
-            self._plan, step_seconds
+        remaining_seconds = (
+            self._steps_left * step_seconds
+            + remaining_frames * estimate_frame_seconds(self._plan, step_seconds)
         )
         return max(0.0, remaining_seconds - elapsed_seconds)

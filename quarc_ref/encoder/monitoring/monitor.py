@@ -153,7 +153,7 @@ class NullMonitor:
         """See `Monitor.end`."""
 
 
-class Monitors:
+class MonitorGroup:
     """A monitor that forwards all calls to several monitors and computes the estimate once.
 
     Args:

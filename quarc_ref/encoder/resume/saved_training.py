@@ -40,8 +40,11 @@ class CheckpointBounds:
         """
         array_types: dict[str, ArrayType] = {}
         for name, array in initial_arrays.items():
-            rows = (_GAUSSIANS,) if name in gaussian_arrays and array.ndim else ()
-            array_types[name] = (array.dtype.str, (*rows, *array.shape[len(rows) :]))
+            row_dimensions = (_GAUSSIANS,) if name in gaussian_arrays and array.ndim else ()
+            array_types[name] = (
+                array.dtype.str,
+                (*row_dimensions, *array.shape[len(row_dimensions) :]),
+            )
         array_types["left"] = (array_types["left"][0], (_VIEWS,))
         lengths = {_GAUSSIANS: range(1, self.gaussians + 1), _VIEWS: range(self.views + 1)}
         return Layout(array_types, lengths)

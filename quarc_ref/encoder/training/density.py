@@ -105,10 +105,10 @@ def densify(
         settings.densify_scale_threshold * extent
     )
     clones = attributes.rows(is_selected & ~is_large)
-    splits = split(attributes.rows(is_selected & is_large), generator)
+    split_gaussians = split(attributes.rows(is_selected & is_large), generator)
     keep_mask = ~(is_selected & is_large)
     keep_mask &= torch.sigmoid(attributes.opacities) >= settings.prune_opacity
-    trainer.replace_rows(keep_mask, clones.joined(splits))
+    trainer.replace_rows(keep_mask, clones.joined(split_gaussians))
 
 
 def split(attributes: Attributes, generator: torch.Generator) -> Attributes:

@@ -40,8 +40,8 @@ def photometric_loss(image: Tensor, truth: Tensor, lambda_dssim: float) -> Tenso
 def mean_ssim(image: Tensor, truth: Tensor) -> Tensor:
     """Return the mean SSIM of two pictures `[H, W, 3]`, differentiable with respect to `image`."""
     if image.device.type == "cpu" and image.dtype == torch.float32:
-        value: Tensor = _NumbaSsim.apply(image, truth)
-        return value
+        ssim: Tensor = _NumbaSsim.apply(image, truth)
+        return ssim
     return _convolved_ssim(image, truth).mean()
 
 
@@ -65,8 +65,8 @@ class _NumbaSsim(Function):
         image_gradient = np.empty_like(image_rows)
         with KERNEL_LOCK:
             ssim_kernels.ssim_backward(image_rows, truth_rows, derivatives, image_gradient)
-        scaled = torch.from_numpy(image_gradient) * (gradient / image_gradient.size)
-        return scaled.reshape(image_rows.shape[0], -1, 3), None
+        scaled_gradient = torch.from_numpy(image_gradient) * (gradient / image_gradient.size)
+        return scaled_gradient.reshape(image_rows.shape[0], -1, 3), None
 
 
 def _cache_moments(truth: Tensor) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

@@ -38,16 +38,16 @@ def prune_by_contribution(
             squared error around a Gaussian.
         generator: Random generator of the pixel signs.
     """
-    contribution, error = measure_contributions(context, trainer.attributes.detached(), generator)
-    is_visible = contribution > 0
+    contributions, errors = measure_contributions(context, trainer.attributes.detached(), generator)
+    is_visible = contributions > 0
     if not bool(is_visible.any()):
         return
-    min_contribution = threshold * error[is_visible].median()
+    min_contribution = threshold * errors[is_visible].median()
     keep_mask = is_visible & (
-        contribution >= torch.minimum(min_contribution, contribution[is_visible].median())
+        contributions >= torch.minimum(min_contribution, contributions[is_visible].median())
     )
-    no_rows = keep_mask.new_zeros(0, dtype=torch.long)
-    trainer.replace_rows(keep_mask, trainer.attributes.detached().rows(no_rows))
+    empty_selection = keep_mask.new_zeros(0, dtype=torch.long)
+    trainer.replace_rows(keep_mask, trainer.attributes.detached().rows(empty_selection))
 
 
 def measure_contributions(
@@ -67,10 +67,10 @@ def measure_contributions(
         the views that see the Gaussian.
     """
     gaussians = attributes.activated()
-    contribution, error, view_counts = (torch.zeros_like(gaussians.opacities) for _ in range(3))
+    contributions, errors, view_counts = (torch.zeros_like(gaussians.opacities) for _ in range(3))
     for view in range(len(context.views.cameras)):
-        opacity_factors = torch.ones_like(contribution).requires_grad_()
-        color_offsets = torch.zeros_like(contribution).requires_grad_()
+        opacity_factors = torch.ones_like(contributions).requires_grad_()
+        color_offsets = torch.zeros_like(contributions).requires_grad_()
         rendering = context.render(
             _add_color_offsets(_scale_opacities(gaussians, opacity_factors), color_offsets), view
         )
@@ -80,13 +80,13 @@ def measure_contributions(
             signs = torch.randint(0, 2, image.shape, generator=generator) * 2 - 1
             signed_sum = (image * signs.to(image)).sum()
             (derivative,) = torch.autograd.grad(signed_sum, opacity_factors, retain_graph=True)
-            contribution += derivative.square() / (_PROBE_COUNT * _CHANNEL_COUNT)
+            contributions += derivative.square() / (_PROBE_COUNT * _CHANNEL_COUNT)
         squared_error = (image.detach() - context.truth(view, 0)).square().mean(dim=2)
         (weighted_error,) = torch.autograd.grad(
             (image.mean(dim=2) * squared_error).sum(), color_offsets
         )
-        error += weighted_error
-    return contribution / view_counts.clamp(min=1), error / view_counts.clamp(min=1)
+        errors += weighted_error
+    return contributions / view_counts.clamp(min=1), errors / view_counts.clamp(min=1)
 
 
 def _scale_opacities(gaussians: Gaussians, factors: Tensor) -> Gaussians:

@@ -18,15 +18,17 @@ from quarc_ref.viewing.paths.pose import (
 )
 
 _SPIRAL_TURNS = 2
-_SPIRAL_EXTENT = 0.5  # relative to the largest distance of a camera from the mean position
+_SPIRAL_EXTENT_FACTOR = 0.5  # relative to the largest distance of a camera from the mean position
 
 
-def plan_orbit(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) -> list[Pose]:
+def plan_orbit(
+    cameras: Sequence[Camera], first_camera: Camera, up_axis: int, count: int
+) -> list[Pose]:
     """Plan a circle at constant height around the point that the cameras look at.
 
     Args:
         cameras: Cameras of the stream.
-        first: Camera at which the circle starts.
+        first_camera: Camera at which the circle starts.
         up_axis: Up axis from the stream's header.
         count: Number of poses, evenly spaced on the closed circle.
 
@@ -34,7 +36,11 @@ def plan_orbit(cameras: Sequence[Camera], first: Camera, up_axis: int, count: in
         PathError: The up direction is unknown, or the first camera is vertically above or
             below the center.
     """
-    up, center, first_pose = find_up(cameras, up_axis), find_center(cameras), camera_pose(first)
+    up, center, first_pose = (
+        find_up(cameras, up_axis),
+        find_center(cameras),
+        camera_pose(first_camera),
+    )
     offset = first_pose.eye - center
     vertical_offset = (offset @ up) * up
     horizontal_offset = offset - vertical_offset
@@ -53,12 +59,14 @@ def plan_orbit(cameras: Sequence[Camera], first: Camera, up_axis: int, count: in
     ]
 
 
-def plan_spiral(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) -> list[Pose]:
+def plan_spiral(
+    cameras: Sequence[Camera], first_camera: Camera, up_axis: int, count: int
+) -> list[Pose]:
     """Plan a spiral in front of a forward-facing scene; all poses look at the scene's center.
 
     Args:
         cameras: Cameras of the stream.
-        first: Camera whose field of view is used.
+        first_camera: Camera whose field of view is used.
         up_axis: Up axis from the stream's header.
         count: Number of poses.
 
@@ -69,32 +77,39 @@ def plan_spiral(cameras: Sequence[Camera], first: Camera, up_axis: int, count: i
     eyes = np.array([camera_pose(camera).eye for camera in cameras])
     mean_eye = eyes.mean(axis=0)
     axes = look_at(mean_eye, center, up, 1.0).axes
-    extent = _SPIRAL_EXTENT * np.abs((eyes - mean_eye) @ axes.T).max(axis=0)
+    extent = _SPIRAL_EXTENT_FACTOR * np.abs((eyes - mean_eye) @ axes.T).max(axis=0)
     poses = []
     for index in range(count):
         angle = 2 * math.pi * _SPIRAL_TURNS * index / count
         direction: Vector = np.array([math.cos(angle), math.sin(angle), math.sin(angle / 2)])
         poses.append(
             look_at(
-                mean_eye + (extent * direction) @ axes, center, up, camera_pose(first).view_angle
+                mean_eye + (extent * direction) @ axes,
+                center,
+                up,
+                camera_pose(first_camera).view_angle,
             )
         )
     return poses
 
 
-def plan_tour(cameras: Sequence[Camera], first: Camera, _up_axis: int, count: int) -> list[Pose]:
+def plan_tour(
+    cameras: Sequence[Camera], first_camera: Camera, _up_axis: int, count: int
+) -> list[Pose]:
     """Plan a smooth path through all cameras; the nearest remaining camera is always next.
 
     Args:
         cameras: Cameras of the stream.
-        first: Camera at which the path starts.
+        first_camera: Camera at which the path starts.
         count: Number of poses, including the pose of the last camera.
     """
-    remaining = [camera_pose(camera) for camera in cameras if camera.name != first.name]
-    stops = [camera_pose(first)]
-    while remaining:
-        distances = [float(np.linalg.norm(pose.eye - stops[-1].eye)) for pose in remaining]
-        stops.append(remaining.pop(int(np.argmin(distances))))
+    remaining_poses = [
+        camera_pose(camera) for camera in cameras if camera.name != first_camera.name
+    ]
+    stops = [camera_pose(first_camera)]
+    while remaining_poses:
+        distances = [float(np.linalg.norm(pose.eye - stops[-1].eye)) for pose in remaining_poses]
+        stops.append(remaining_poses.pop(int(np.argmin(distances))))
     lengths = [float(np.linalg.norm(end.eye - start.eye)) for start, end in pairwise(stops)]
     # Splines need increasing times, even if two cameras have the same position.
     min_length = max(sum(lengths) * 1e-3, 1e-6)

@@ -12,7 +12,7 @@ from quarc_ref.format.cameras import Camera
 Vector = NDArray[np.float64]
 _MIN_LENGTH = 1e-9
 # assumed distance from a camera to the center of the scene, in multiples of its near plane
-_CENTER_DISTANCE = 4.0
+_CENTER_DISTANCE_FACTOR = 4.0
 _PARALLEL_LIMIT = 1e-3  # optical axes are parallel below this smallest eigenvalue per camera
 
 
@@ -106,8 +106,10 @@ def find_center(cameras: Sequence[Camera]) -> Vector:
         (np.eye(3) - np.outer(pose.axes[2], pose.axes[2]) for pose in poses), np.zeros((3, 3))
     )
     if np.linalg.eigvalsh(normal_matrix)[0] < _PARALLEL_LIMIT * len(poses):
-        first = poses[0]
-        center_ahead: Vector = first.eye + _CENTER_DISTANCE * cameras[0].near * first.axes[2]
+        first_pose = poses[0]
+        center_ahead: Vector = (
+            first_pose.eye + _CENTER_DISTANCE_FACTOR * cameras[0].near * first_pose.axes[2]
+        )
         return center_ahead
     offsets = [pose.eye - (pose.axes[2] @ pose.eye) * pose.axes[2] for pose in poses]
     center: Vector = np.linalg.solve(normal_matrix, sum(offsets, np.zeros(3)))

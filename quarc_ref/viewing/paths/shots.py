@@ -11,7 +11,7 @@ from quarc_ref.viewing.paths.pose import PathError, Shot
 
 def plan_shots(
     outline: Outline,
-    name: str,
+    path_name: str,
     reference_camera: Camera,
     span: tuple[int, int | None],
     picture_count: int | None = None,
@@ -20,7 +20,7 @@ def plan_shots(
 
     Args:
         outline: Outline of the stream.
-        name: `orbit`, `spiral`, `interpolate`, or the path of a keyframe file.
+        path_name: `orbit`, `spiral`, `interpolate`, or the path of a keyframe file.
         reference_camera: Camera that sets picture size, field of view and first pose of the path.
         span: First frame and end frame (exclusive); an end of None includes all later frames.
         picture_count: Number of pictures, over which the frames are distributed; None for one
@@ -30,16 +30,16 @@ def plan_shots(
         PathError: The path is invalid, or the stream has no frames in the span.
         OSError: The file cannot be read.
     """
-    first, count = max(span[0], outline.first_frame), outline.count_frames(*span)
-    if not count:
+    first_frame, frame_count = max(span[0], outline.first_frame), outline.count_frames(*span)
+    if not frame_count:
         message = "the stream has none of the requested frames"
         raise PathError(message)
-    if name in PATH_PLANNERS:
-        shot_count = picture_count or count
-        poses = PATH_PLANNERS[name](
+    if path_name in PATH_PLANNERS:
+        shot_count = picture_count or frame_count
+        poses = PATH_PLANNERS[path_name](
             outline.cameras, reference_camera, outline.header.up_axis, shot_count
         )
-        frames = [first + index * count // shot_count for index in range(shot_count)]
+        frames = [first_frame + index * frame_count // shot_count for index in range(shot_count)]
     else:
         if picture_count is not None:
             message = (
@@ -48,12 +48,12 @@ def plan_shots(
             )
             raise PathError(message)
         keyframes = read_keyframes(
-            Path(name), outline.cameras, reference_camera, outline.header.up_axis
+            Path(path_name), outline.cameras, reference_camera, outline.header.up_axis
         )
         frames_per_second = outline.header.frames_per_second
         poses, frames = (
             keyframes.interpolate(frames_per_second),
-            keyframes.list_frames(frames_per_second, first, first + count - 1),
+            keyframes.list_frames(frames_per_second, first_frame, first_frame + frame_count - 1),
         )
     return [
         Shot(frame, pose.as_camera(reference_camera))

@@ -1,6 +1,6 @@
 import pytest
 
-from quarc_ref.encoder.monitoring.forecast import Forecast, frame_seconds
+from quarc_ref.encoder.monitoring.forecast import Forecast, estimate_frame_seconds
 from quarc_ref.encoder.monitoring.monitor import EncodePlan
 from quarc_ref.encoder.monitoring.status import format_duration
 
@@ -34,7 +34,7 @@ def test_frame_0_gives_a_forecast_for_all_frames(clock):
         clock.now += 0.5
         forecast.record_step("canonical", step)
 
-    remaining_seconds = 10 * frame_seconds(_make_plan(), 0.5)
+    remaining_seconds = 10 * estimate_frame_seconds(_make_plan(), 0.5)
     assert forecast.seconds_left() == pytest.approx(60 * 0.5 + remaining_seconds)
     clock.now += 1
     forecast.record_frame(0)

@@ -1,7 +1,7 @@
 import io
 
 from quarc_ref.encoder import EncodeOptions, encode
-from quarc_ref.encoder.monitoring.monitor import Monitors
+from quarc_ref.encoder.monitoring.monitor import MonitorGroup
 from tests.encoder.toys import SMALL, make_capture
 
 
@@ -34,7 +34,7 @@ def _encode(monitor=None):
 
 def test_monitors_are_called_for_every_event_and_change_no_byte():
     first, second = _RecordingMonitor(), _RecordingMonitor()
-    data = _encode(Monitors([first, second]))
+    data = _encode(MonitorGroup([first, second]))
 
     assert data == _encode()
     assert first.plans == second.plans
