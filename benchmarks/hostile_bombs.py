@@ -28,10 +28,10 @@ from quarc_ref.format.records import Births, Gaussians, StreamHeader
 from quarc_ref.inspection.peak_memory import measure_peak_mebibytes
 from quarc_ref.streams import decode
 
-_FRAMES = 4
+_FRAME_COUNT = 4
 _EXTENT = 1 << 20
 _LEVELS = (10, 20, 30)
-_MAX_BYTES = 1 << 20
+_MAX_STREAM_BYTES = 1 << 20
 _WARM_UP_STREAM = (
     Path(__file__).parents[1] / "tests" / "hostile" / "seeds" / "streams" / "full.quarc"
 )
@@ -74,18 +74,18 @@ def build_stream(level: int, arrangement: str, *, has_births: bool) -> bytes:
     header = StreamHeader(level=level, gaussians_per_anchor=1, anchor_ratio=2)
     sink = io.BytesIO()
     loop = ClosedLoop(sink, header, (), {})
-    count = LEVELS[level].gaussians - (_FRAMES - 1) * births
+    count = LEVELS[level].gaussians - (_FRAME_COUNT - 1) * births
     loop.commit_canonical(_make_gaussians(header, _ARRANGEMENTS[arrangement](count)), 0)
-    for _ in range(1, _FRAMES):
-        start = loop.start_frame(0)
-        levels = start.state.known_anchors.levels
+    for _ in range(1, _FRAME_COUNT):
+        frame_start = loop.start_frame(0)
+        levels = frame_start.state.known_anchors.levels
         symbols = [
             np.zeros((6, level_anchors.owners.size), dtype=np.int64) for level_anchors in levels
         ]
-        moved = loop.move_frame(start, symbols)
+        moved_frame = loop.move_frame(frame_start, symbols)
         zeros = np.zeros((3, births), dtype=np.int64)
         loop.commit_frame(
-            moved, Births(zeros[0], _make_gaussians(header, zeros)) if births else None
+            moved_frame, Births(zeros[0], _make_gaussians(header, zeros)) if births else None
         )
     loop.finish()
     return sink.getvalue()
@@ -137,7 +137,7 @@ def _list_rows(folder: Path, engine: str) -> Iterator[dict[str, object]]:
         if not path.exists():
             path.write_bytes(build_stream(level, arrangement, has_births=has_births))
         size = path.stat().st_size
-        if size <= _MAX_BYTES:
+        if size <= _MAX_STREAM_BYTES:
             command = [sys.executable, __file__, "--engine", engine, "--measure", str(path)]
             process = subprocess.run(command, capture_output=True, check=True)
             yield {"stream": path.stem, "bytes": size, **json.loads(process.stdout)}

@@ -70,8 +70,12 @@ class Tally:
 
     def list_missing_reject_ids(self) -> list[str]:
         """Return the reject ids of SPEC 3.3 that no stream has reached."""
-        kinds = [leaf for kind in BitstreamError.__subclasses__() for leaf in kind.__subclasses__()]
-        return [leaf.reject_id for leaf in kinds if not self.outcomes[leaf.reject_id]]
+        reject_ids = [
+            error_class.reject_id
+            for base_class in BitstreamError.__subclasses__()
+            for error_class in base_class.__subclasses__()
+        ]
+        return [reject_id for reject_id in reject_ids if not self.outcomes[reject_id]]
 
     def as_json(self) -> dict[str, Any]:
         """Return the results as a JSON object for printing."""

@@ -49,7 +49,7 @@ def _get_comparable_end(end: _End) -> int | str | None:
 
 def _digest_frames(data: bytes, engine: str) -> tuple[list[str], _End]:
     """Return a digest of each frame, including its floats, and the error that ended decoding."""
-    output = []
+    digests = []
     with use_engine(engine), Player(data, threads=1) as player:
         try:
             for frame in player:
@@ -59,7 +59,7 @@ def _digest_frames(data: bytes, engine: str) -> tuple[list[str], _End]:
                     *(splats.opacities, splats.sh),
                 )
                 crc = zlib.crc32(b"".join(array.tobytes() for array in floats))
-                output.append(f"{compute_digest(frame.scene)} {crc:08x}")
+                digests.append(f"{compute_digest(frame.scene)} {crc:08x}")
         except (BitstreamError, LimitError) as error:
-            return output, error
-    return output, None
+            return digests, error
+    return digests, None

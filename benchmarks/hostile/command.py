@@ -35,9 +35,9 @@ def main() -> int:
     (folder / "failures").mkdir(parents=True, exist_ok=True)
     saved_blocks = read_blocks(folder / "blocks.jsonl")
     blocks = _list_blocks(arguments.streams)
-    missing = [block for block in blocks if block not in saved_blocks]
-    if missing:
-        _judge_blocks(missing, folder, arguments)
+    missing_blocks = [block for block in blocks if block not in saved_blocks]
+    if missing_blocks:
+        _judge_blocks(missing_blocks, folder, arguments)
         saved_blocks = read_blocks(folder / "blocks.jsonl")
     tally = Tally()
     for block in blocks:
@@ -90,12 +90,12 @@ def _judge_blocks(blocks: list[_Block], folder: Path, arguments: argparse.Namesp
     ) as pool:
         pending = {pool.submit(_judge_block, block, failures): block for block in blocks}
         for done_count, future in enumerate(as_completed(pending), 1):
-            append_block(folder / "blocks.jsonl", *pending[future], _take_tally(future, failures))
+            append_block(folder / "blocks.jsonl", *pending[future], _get_tally(future, failures))
             if not arguments.json:
                 sys.stderr.write(f"\r{done_count}/{len(blocks)} blocks of {BLOCK_SIZE}")
 
 
-def _take_tally(future: "Future[Tally]", failures: Path) -> Tally:
+def _get_tally(future: "Future[Tally]", failures: Path) -> Tally:
     """Return the tally of a block; exit with a message if a mutant has killed a process."""
     try:
         return future.result()
@@ -111,7 +111,7 @@ def _prepare_process(arguments: argparse.Namespace) -> None:
     streams = _read_seeds(arguments.seeds)
     if arguments.structured:
         maker = StructuredMaker(arguments.series)
-        _series.append(Series(maker, lambda _number: judge.BY_BOTH_ENGINES))
+        _series.append(Series(maker, lambda _number: judge.BOTH_ENGINES_MODE))
     else:
         _series.append(Series(Mutator(streams, arguments.series)))
     judge.prepare(streams.values())

@@ -26,7 +26,7 @@ def forge_state_crcs(data: bytes) -> bytes:
     forged = bytearray(data)
     decoder = StreamDecoder(ReferenceEngine())
     with (
-        patch.object(frames, "state_crc", lambda _scene: _MatchesAnyCrc()),
+        patch.object(frames, "state_crc", lambda _scene: _AlwaysEqualCrc()),
         contextlib.suppress(BitstreamError, LimitError),
     ):
         for chunk in split_chunks(data):
@@ -40,7 +40,7 @@ def forge_state_crcs(data: bytes) -> bytes:
     return bytes(forged)
 
 
-class _MatchesAnyCrc(int):
+class _AlwaysEqualCrc(int):
     """A CRC that compares equal to every number."""
 
     __hash__ = int.__hash__

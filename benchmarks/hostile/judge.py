@@ -99,11 +99,11 @@ def prepare(seeds: Iterable[bytes]) -> None:
                 list(decode_in_mode(seed))
     signal.signal(signal.SIGPROF, _raise_too_long)
     warnings.simplefilter("error")
-    limit = _virtual_bytes() + MAX_MEBIBYTES * _MIB
+    limit = _measure_virtual_bytes() + MAX_MEBIBYTES * _MIB
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
 
 
-def _virtual_bytes() -> int:
+def _measure_virtual_bytes() -> int:
     with open("/proc/self/statm", encoding="ascii") as file:
         return int(file.read().split()[0]) * resource.getpagesize()
 
@@ -135,11 +135,11 @@ def _inspect(data: bytes) -> Iterator[object]:
     yield from inspect_stream(data).frames
 
 
-BY_BOTH_ENGINES = "decode by both engines"
+BOTH_ENGINES_MODE = "decode by both engines"
 MODES: dict[str, Callable[[bytes], Iterator[object]]] = {
     "decode": _decode,
     "decode by both coders": _decode_twice,
-    BY_BOTH_ENGINES: decode_by_both_engines,
+    BOTH_ENGINES_MODE: decode_by_both_engines,
     "from a pipe": lambda data: decode(PipeSource(io.BytesIO(data))),
     "from frame 1": lambda data: decode(data, 1),
     "recover": recover,

@@ -56,7 +56,7 @@ _CHUNK_TYPES = (
     b"aBcd",
     b"Q\0!z",
 )
-_MAX_BYTES = 1 << 16
+_MAX_MUTANT_BYTES = 1 << 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +96,7 @@ class Mutator:
         if rng.random() < 0.5:
             donor = self._seeds[rng.choice(self._names)]
             data, mutation_names = damage_bytes(rng, self._seeds[name], donor)
-            return Mutant(data[:_MAX_BYTES], (name, *mutation_names), has_forged_crcs=False)
+            return Mutant(data[:_MAX_MUTANT_BYTES], (name, *mutation_names), has_forged_crcs=False)
         chunks, mutation_names = list(self._chunks[name]), []
         donor_chunks = self._chunks[rng.choice(self._names)]
         for _ in range(rng.choice((1, 1, 1, 2, 3))):
@@ -182,8 +182,8 @@ def _remove_bytes(rng: random.Random, data: bytes, _other: bytes) -> bytes:
 
 def _insert_bytes(rng: random.Random, data: bytes, donor: bytes) -> bytes:
     offset, start = rng.randrange(len(data) + 1), rng.randrange(len(donor) + 1)
-    junk = (rng.randbytes(rng.randrange(40)), donor[start : start + rng.randrange(80)], SYNC)
-    return data[:offset] + rng.choice(junk) + data[offset:]
+    insertions = (rng.randbytes(rng.randrange(40)), donor[start : start + rng.randrange(80)], SYNC)
+    return data[:offset] + rng.choice(insertions) + data[offset:]
 
 
 def _swap_bytes(rng: random.Random, data: bytes, _other: bytes) -> bytes:
@@ -210,18 +210,18 @@ def _mutate_payload(damage: Callable[[random.Random, bytes, bytes], bytes]) -> "
 
 def _change_words(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
     """Replace the words of a section of a chunk; the number of words may change."""
-    indices = [index for index, (kind, _) in enumerate(chunks) if kind in _FIRST_SECTION]
+    indices = [index for index, (kind, _) in enumerate(chunks) if kind in _FIRST_SECTION_OFFSETS]
     if not indices:
         return chunks
     index = rng.choice(indices)
     kind, payload = chunks[index]
-    start = _FIRST_SECTION[kind]
-    for _ in range(rng.randrange(_SECTIONS[kind])):
+    start = _FIRST_SECTION_OFFSETS[kind]
+    for _ in range(rng.randrange(_SECTION_COUNTS[kind])):
         start += 4 + 4 * int.from_bytes(payload[start : start + 4], "little")
     count = int.from_bytes(payload[start : start + 4], "little")
     if start + 4 + 4 * count > len(payload):
         return chunks
-    words = _draw_words(rng, payload[start + 4 : start + 4 + 4 * count])
+    words = _choose_words(rng, payload[start + 4 : start + 4 + 4 * count])
     changed = payload[:start] + struct.pack("<I", len(words) // 4) + words
     return [
         *chunks[:index],
@@ -230,7 +230,7 @@ def _change_words(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
     ]
 
 
-def _draw_words(rng: random.Random, words: bytes) -> bytes:
+def _choose_words(rng: random.Random, words: bytes) -> bytes:
     random_words = rng.randbytes(4 * rng.choice((0, 1, 1, 2, 3, 8, 40)))
     choices = (
         random_words,
@@ -243,14 +243,14 @@ def _draw_words(rng: random.Random, words: bytes) -> bytes:
     return rng.choice(choices)
 
 
-def _edit_count(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
+def _change_count(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
     """Write a random number into a field that holds a size, an ordinal or a count."""
-    indices = [index for index, (kind, _) in enumerate(chunks) if kind in _COUNTS]
+    indices = [index for index, (kind, _) in enumerate(chunks) if kind in _COUNT_FIELDS]
     if not indices:
         return chunks
     index = rng.choice(indices)
     kind, payload = chunks[index]
-    offset, size = rng.choice(_COUNTS[kind])
+    offset, size = rng.choice(_COUNT_FIELDS[kind])
     value = rng.choice((rng.choice(_EDGE_NUMBERS), rng.getrandbits(rng.randrange(1, 33))))
     number = (value % (1 << 8 * size)).to_bytes(size, "little")
     return [
@@ -280,12 +280,12 @@ def _repeat_chunk(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
     return chunks[: index + 1] + rng.choice((1, 1, 3)) * [chunks[index]] + chunks[index + 1 :]
 
 
-def _take_chunk(rng: random.Random, chunks: Chunks, donor_chunks: Chunks) -> Chunks:
+def _copy_donor_chunk(rng: random.Random, chunks: Chunks, donor_chunks: Chunks) -> Chunks:
     index = rng.randrange(len(chunks) + 1)
     return [*chunks[:index], rng.choice(donor_chunks), *chunks[index + rng.randrange(2) :]]
 
 
-def _rename_chunk(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
+def _change_chunk_type(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
     if not chunks:
         return chunks
     index = rng.randrange(len(chunks))
@@ -293,14 +293,14 @@ def _rename_chunk(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
 
 
 Forgery = Callable[[random.Random, Chunks, Chunks], Chunks]
-_FIRST_SECTION = {b"CANO": 21, b"FRAM": 13}
-_COUNTS = {  # offset and size of fields (SPEC 5.4, 5.5, 5.8, 5.9)
+_FIRST_SECTION_OFFSETS = {b"CANO": 21, b"FRAM": 13}
+_COUNT_FIELDS = {  # offset and size of fields (SPEC 5.4, 5.5, 5.8, 5.9)
     b"CANO": ((0, 4), (4, 4), (4, 4), (4, 4), (8, 4), (12, 4), (20, 1), (21, 4)),
     b"FRAM": ((0, 4), (5, 4), (9, 4), (9, 4), (9, 4), (13, 4)),
     b"TAIL": ((0, 4), (4, 4), (8, 8)),
     b"INDX": ((0, 4), (4, 8), (12, 4), (16, 4)),
 }
-_SECTIONS = {b"CANO": 6, b"FRAM": 2}
+_SECTION_COUNTS = {b"CANO": 6, b"FRAM": 2}
 _DAMAGES = (
     _flip,
     _flip,
@@ -315,6 +315,6 @@ _FORGERIES: tuple[Forgery, ...] = (
     *map(_mutate_payload, 3 * (_flip, _write_number)),
     *map(_mutate_payload, (_truncate, _splice, _remove_bytes, _insert_bytes)),
     *(8 * (_change_words,)),
-    _edit_count,
-    *(_swap_chunks, _drop_chunk, _repeat_chunk, _take_chunk, _rename_chunk),
+    _change_count,
+    *(_swap_chunks, _drop_chunk, _repeat_chunk, _copy_donor_chunk, _change_chunk_type),
 )

@@ -34,7 +34,7 @@ def outcomes(streams):
 
 
 def _judge(data):
-    return judge.judge(judge.BY_BOTH_ENGINES, data, has_forged_crcs=False)
+    return judge.judge(judge.BOTH_ENGINES_MODE, data, has_forged_crcs=False)
 
 
 def test_a_series_and_a_number_reproduce_the_stream(streams):
@@ -133,7 +133,7 @@ def test_the_command_lists_unreached_reject_ids_and_fails(tmp_path):
     report = json.loads(completed.stdout)
 
     assert completed.returncode == 1
-    assert report["streams"] == report["modes"][judge.BY_BOTH_ENGINES] == 3
+    assert report["streams"] == report["modes"][judge.BOTH_ENGINES_MODE] == 3
     assert report["escapes"] == report["hangs"] == 0
     assert "degenerate-rotation" in report["unreached"]
     assert (tmp_path / "structured_0" / "blocks.jsonl").exists()

@@ -13,8 +13,8 @@ from unittest.mock import patch
 
 import numpy as np
 
-from hostile.structured.draws import Draws
 from hostile.structured.fault import Fault, Stage
+from hostile.structured.generator import RecordGenerator
 from hostile.structured.pieces import Piece
 from quarc_ref.decoder import frames
 from quarc_ref.decoder.digest import state_crc
@@ -48,8 +48,8 @@ from quarc_ref.format.records import (
 Record = CanonicalChunk | SnapshotChunk | FrameChunk
 _Value = TypeVar("_Value")
 _MAX_TRIALS = 4
-_FIRST_FRAMES = (0, 0, 0, 0, 0, 0, 5, COUNTER_LIMIT - 3)
-_MAX_STEP = (1 << 63) - 1  # allows larger differences of parents than encoders write
+_FIRST_ORDINALS = (0, 0, 0, 0, 0, 0, 5, COUNTER_LIMIT - 3)
+_MAX_PARENT_DIFFERENCE = (1 << 63) - 1  # allows larger differences of parents than encoders write
 EMPTY_SECTION = Section(np.zeros(0, dtype=np.uint32))
 _KEYFRAME_STAGES = (Stage.SCENE, Stage.CANONICAL, Stage.SNAPSHOT)
 _CHUNK_TYPES: dict[type, tuple[bytes, Callable[[Any], bytes]]] = {
@@ -63,7 +63,7 @@ class Builder:
     """Generates the chunks of a stream.
 
     Args:
-        draws: Source of random values.
+        generator: Source of random values.
         header: Header of the stream.
 
     Attributes:
@@ -75,31 +75,31 @@ class Builder:
             first canonical frame.
     """
 
-    def __init__(self, draws: Draws, header: StreamHeader) -> None:
+    def __init__(self, generator: RecordGenerator, header: StreamHeader) -> None:
         self.header = header
         self.pieces = [Piece(container.HEAD, wire.build_stream_header(header))]
         self.records: list[Record] = []
         self.state: State | None = None
         self.reference: Reference | None = None
-        self._draws = draws
+        self._generator = generator
         self._fault: Fault | None = None
 
     def add_valid_frame(self) -> None:
-        """Draw and code a valid frame; add no frame if all drawn frames exceed a limit."""
+        """Generate and code a valid frame; add no frame if all generated frames exceed a limit."""
         self._fault = None
         is_last = self.state is not None and self.state.scene.frame == COUNTER_LIMIT
         for _ in range(0 if is_last else _MAX_TRIALS):
-            record = self._draw_record(is_keyframe=self._draws.rng.random() < 0.15)
+            record = self._generate_record(is_keyframe=self._generator.rng.random() < 0.15)
             state, crc = self._try_record(record)
             if state is not None:
                 self._append_record(record, state, crc)
                 return
 
     def add_hostile_frame(self, fault: Fault) -> None:
-        """Draw a frame, and code it with a fault."""
+        """Generate a frame, and code it with a fault."""
         self._fault = fault
-        with self._with_stated_codes():
-            record = self._draw_record(is_keyframe=fault.stage in _KEYFRAME_STAGES)
+        with self._using_fault_writer():
+            record = self._generate_record(is_keyframe=fault.stage in _KEYFRAME_STAGES)
         self._append_record(record, *self._try_record(record))
 
     def _append_record(self, record: Record, state: State | None, crc: int) -> None:
@@ -108,8 +108,8 @@ class Builder:
         self.records.append(record_with_crc)
         if state is not None and isinstance(record, CanonicalChunk):
             self.reference = Reference(record.frame, read_checked_canonical(self.header, record))
-        kind, build = _CHUNK_TYPES[type(record_with_crc)]
-        self.pieces.append(Piece(kind, self._change(Stage.PAYLOAD, build(record_with_crc))))
+        kind, build_payload = _CHUNK_TYPES[type(record_with_crc)]
+        self.pieces.append(Piece(kind, self._change(Stage.PAYLOAD, build_payload(record_with_crc))))
 
     def finish(self, *, index: bool) -> None:
         """Append TAIL and, if `index` is set, INDX before it."""
@@ -117,21 +117,22 @@ class Builder:
             self.pieces.append(Piece(container.INDX, None))
         self.pieces.append(Piece(container.TAIL, None))
 
-    def _draw_record(self, *, is_keyframe: bool) -> Record:
+    def _generate_record(self, *, is_keyframe: bool) -> Record:
         if not is_keyframe and self.state is not None:
-            return self._draw_frame(self.state)
-        if self._is_at_stage(Stage.SNAPSHOT) or self._draws.rng.random() < 0.5:
+            return self._generate_frame(self.state)
+        if self._is_at_stage(Stage.SNAPSHOT) or self._generator.rng.random() < 0.5:
             with suppress(BitstreamError):  # the frame's range may be too large for a snapshot
-                return self._draw_snapshot() or self._draw_canonical()
-        return self._draw_canonical()
+                return self._generate_snapshot() or self._generate_canonical()
+        return self._generate_canonical()
 
-    def _draw_snapshot(self) -> SnapshotChunk | None:
-        """Draw a snapshot; return None if the stream cannot have a snapshot here."""
+    def _generate_snapshot(self) -> SnapshotChunk | None:
+        """Generate a snapshot; return None if the stream cannot have a snapshot here."""
         reference, state = self.reference, self.state
         if reference is None or state is None or not self.header.snapshots:
             return None
         snapshot = write_snapshot(
-            reference.gaussians, *self._draws.draw_snapshot(self.header, reference.gaussians)
+            reference.gaussians,
+            *self._generator.generate_snapshot(self.header, reference.gaussians),
         )
         chunk = SnapshotChunk(
             (state.scene.frame + 1) & COUNTER_LIMIT,
@@ -145,27 +146,40 @@ class Builder:
         )
         return self._change(Stage.SNAPSHOT, chunk)
 
-    def _draw_canonical(self) -> CanonicalChunk:
-        gaussians = self._change(Stage.SCENE, self._draws.draw_gaussians(self.header), self.header)
+    def _generate_canonical(self) -> CanonicalChunk:
+        gaussians = self._change(
+            Stage.SCENE, self._generator.generate_gaussians(self.header), self.header
+        )
         origin, axis_bits, sorted_gaussians = sort_canonical(gaussians)
         sections = write_canonical(sorted_gaussians, origin)
-        first_frame = self._draws.rng.choice(_FIRST_FRAMES)
-        frame = first_frame if self.state is None else (self.state.scene.frame + 1) & COUNTER_LIMIT
+        first_ordinal = self._generator.rng.choice(_FIRST_ORDINALS)
+        frame = (
+            first_ordinal if self.state is None else (self.state.scene.frame + 1) & COUNTER_LIMIT
+        )
         chunk = CanonicalChunk(frame, gaussians.count, origin, axis_bits, sections, 0)
         return self._change(Stage.CANONICAL, chunk)
 
-    def _draw_frame(self, state: State) -> FrameChunk:
-        rng = self._draws.rng
+    def _generate_frame(self, state: State) -> FrameChunk:
+        rng = self._generator.rng
         deaths = rng.choice((0, 0, 1, state.scene.count // 2, state.scene.count - 1))
         frame_start = begin_frame(state, min(deaths, state.scene.count - 1))
-        symbols = self._change(Stage.MOTION, self._draws.draw_symbols(frame_start), frame_start)
-        uses_previous = rng.random() < 0.5
-        contexts = motion_contexts(frame_start, use_previous=uses_previous)
+        symbols = self._change(
+            Stage.MOTION, self._generator.generate_symbols(frame_start), frame_start
+        )
+        uses_previous_contexts = rng.random() < 0.5
+        contexts = motion_contexts(frame_start, use_previous=uses_previous_contexts)
         motion = write_motion(contexts, symbols, frame_start.motion_counts)
         deaths = state.scene.count - frame_start.scene.count
         updates = EMPTY_SECTION if self.header.updates else None
         chunk = FrameChunk(
-            frame_start.scene.phase, uses_previous, deaths, 0, motion, EMPTY_SECTION, 0, updates
+            frame_start.scene.phase,
+            uses_previous_contexts,
+            deaths,
+            0,
+            motion,
+            EMPTY_SECTION,
+            0,
+            updates,
         )
         if (
             rng.random() < 0.5
@@ -185,14 +199,18 @@ class Builder:
                 section = self._write_updates(moved_frame)
                 chunk = replace(chunk, updates=section)
                 moved_frame = decode_updates(moved_frame, section)
-            births = self._change(Stage.BIRTHS, self._draws.draw_births(moved_frame), moved_frame)
-            with patch.object(gaussian_planes, "_DIFFERENCE_LIMIT", _MAX_STEP):
+            births = self._change(
+                Stage.BIRTHS, self._generator.generate_births(moved_frame), moved_frame
+            )
+            with patch.object(gaussian_planes, "_DIFFERENCE_LIMIT", _MAX_PARENT_DIFFERENCE):
                 section = write_births(births, moved_frame.birth_counts)
             return replace(chunk, birth_count=births.parents.size, births=section)
         return chunk
 
     def _write_updates(self, moved_frame: State) -> Section:
-        updates = self._change(Stage.UPDATES, self._draws.draw_updates(moved_frame), moved_frame)
+        updates = self._change(
+            Stage.UPDATES, self._generator.generate_updates(moved_frame), moved_frame
+        )
         with patch.object(update_planes, "ROTATION_UNITY_LIMIT", CODE_LIMIT):
             return write_updates(update_context(moved_frame), updates, moved_frame.update_counts)
 
@@ -217,14 +235,14 @@ class Builder:
         """Return a value, changed by the current fault if the fault applies at this stage."""
         if self._fault is None or not self._is_at_stage(stage):
             return value
-        changed_value: _Value = self._fault.change(self._draws, value, *context)
+        changed_value: _Value = self._fault.change(self._generator, value, *context)
         return changed_value
 
     def _is_at_stage(self, stage: Stage) -> bool:
         return self._fault is not None and self._fault.stage is stage
 
     @contextmanager
-    def _with_stated_codes(self) -> Iterator[None]:
+    def _using_fault_writer(self) -> Iterator[None]:
         """Replace `PlaneWriter` with the writer of the current fault, if the fault has one."""
         if not self._is_at_stage(Stage.WRITER):
             yield

@@ -40,7 +40,8 @@ class Fault:
     Attributes:
         name: Name of the fault.
         stage: The part of the stream that the fault changes.
-        change: Returns the changed value, given `Draws`, the value and the context of the stage.
+        change: Returns the changed value, given a `RecordGenerator`, the value and the context of
+            the stage.
         header: Names and values of header fields that the fault requires.
     """
 

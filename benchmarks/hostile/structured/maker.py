@@ -6,12 +6,12 @@ from typing import Any
 
 from hostile.mutations import Mutant
 from hostile.structured.builder import Builder
-from hostile.structured.draws import Draws
 from hostile.structured.fault import Fault, Stage
+from hostile.structured.generator import RecordGenerator
 from hostile.structured.pieces import assemble
-from hostile.structured.records import list_hostile_records
-from hostile.structured.streams import list_hostile_streams
-from hostile.structured.values import HOSTILE_VALUES
+from hostile.structured.records import list_record_faults
+from hostile.structured.streams import list_container_faults
+from hostile.structured.values import VALUE_FAULTS
 from quarc_ref.decoder.engine import REFERENCE
 from quarc_ref.decoder.engines import use_engine
 
@@ -33,53 +33,61 @@ class StructuredMaker:
         self._series = series
         with use_engine(REFERENCE):
             self._donors = [
-                _build_stream(Draws.from_seed(number), ()) for number in range(_DONOR_COUNT)
+                _build_stream(RecordGenerator.from_seed(number), ())
+                for number in range(_DONOR_COUNT)
             ]
         self.faults: Sequence[Fault | None] = (
             None,  # for numbers without a fault
-            *HOSTILE_VALUES,
-            *list_hostile_records([record for donor in self._donors for record in donor.records]),
-            *list_hostile_streams([donor.pieces for donor in self._donors]),
+            *VALUE_FAULTS,
+            *list_record_faults([record for donor in self._donors for record in donor.records]),
+            *list_container_faults([donor.pieces for donor in self._donors]),
         )
 
     def make(self, number: int) -> Mutant:
         """Return the stream with the given number in the series."""
-        draws = Draws.from_seed(self._series, number)
+        generator = RecordGenerator.from_seed(self._series, number)
         first = self.faults[number % len(self.faults)]
-        second = draws.rng.choice(self.faults) if draws.rng.random() < 0.2 else None
+        second = generator.rng.choice(self.faults) if generator.rng.random() < 0.2 else None
         faults = tuple(fault for fault in (first, second) if fault is not None)
-        donor = draws.rng.choice(self._donors) if draws.rng.random() < 0.5 else None
+        donor = generator.rng.choice(self._donors) if generator.rng.random() < 0.5 else None
         with use_engine(REFERENCE):
-            builder = _build_stream(draws, faults, donor)
-        pieces = _apply_faults(Stage.STREAM, faults, draws, builder.pieces)
-        data = _apply_faults(Stage.BYTES, faults, draws, assemble(pieces))
+            builder = _build_stream(generator, faults, donor)
+        pieces = _apply_faults(Stage.STREAM, faults, generator, builder.pieces)
+        data = _apply_faults(Stage.BYTES, faults, generator, assemble(pieces))
         return Mutant(data, tuple(fault.name for fault in faults), has_forged_crcs=False)
 
 
-def _build_stream(draws: Draws, faults: Sequence[Fault], model: Builder | None = None) -> Builder:
+def _build_stream(
+    generator: RecordGenerator, faults: Sequence[Fault], header_donor: Builder | None = None
+) -> Builder:
     """Build a stream of a few frames with faults; return its builder.
 
     Args:
-        draws: Source of random values.
+        generator: Source of random values.
         faults: Faults of the stream.
-        model: Builder from which the header is copied; None for a random header.
+        header_donor: Builder from which the header is copied; None for a random header.
     """
-    header = draws.draw_header() if model is None else model.header
+    header = generator.generate_header() if header_donor is None else header_donor.header
     for fault in faults:
         header = replace(header, **fault.header)
-    builder = Builder(draws, header)
-    for _ in range(draws.rng.choice((1, 2, 3, 5))):
+    builder = Builder(generator, header)
+    for _ in range(generator.rng.choice((1, 2, 3, 5))):
         builder.add_valid_frame()
     for fault in (fault for fault in faults if fault.stage not in _STREAM_STAGES):
         builder.add_hostile_frame(fault)
-    for _ in range(draws.rng.choice((0, 0, 2))):
+    for _ in range(generator.rng.choice((0, 0, 2))):
         builder.add_valid_frame()
-    builder.finish(index=draws.rng.random() < 0.7)
+    builder.finish(index=generator.rng.random() < 0.7)
     return builder
 
 
-def _apply_faults(stage: Stage, faults: Sequence[Fault], draws: Draws, value: Any) -> Any:  # noqa: ANN401
+def _apply_faults(
+    stage: Stage,
+    faults: Sequence[Fault],
+    generator: RecordGenerator,
+    value: Any,  # noqa: ANN401
+) -> Any:  # noqa: ANN401
     for fault in faults:
         if fault.stage is stage:
-            value = fault.change(draws, value)
+            value = fault.change(generator, value)
     return value

@@ -45,18 +45,18 @@ class Piece:
 
 def assemble(pieces: Sequence[Piece]) -> bytes:
     """Return the stream that consists of the pieces."""
-    points: list[SeekPoint] = []
+    seek_points: list[SeekPoint] = []
     data, frames, index_offset = MAGIC, 0, 0
     for number, piece in enumerate(pieces):
         payload = piece.payload
         if payload is None and piece.kind == container.INDX:
-            payload = wire.build_index(points)
+            payload = wire.build_index(seek_points)
         if payload is None:
-            payload = wire.build_tail(Tail(frames, len(points), index_offset))
+            payload = wire.build_tail(Tail(frames, len(seek_points), index_offset))
         if piece.kind == container.INDX:
             index_offset = len(data)
         if piece.kind in container.CANONICAL_TYPES:
-            points.append(SeekPoint(len(data), number, parse_frame_number(payload)))
+            seek_points.append(SeekPoint(len(data), number, parse_frame_number(payload)))
         frames += piece.kind in container.FRAME_TYPES
         data += piece.pack(number, payload)
     return data

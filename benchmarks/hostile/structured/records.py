@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from hostile.mutations import damage_bytes
-from hostile.structured.draws import Draws
 from hostile.structured.fault import Fault, Stage
+from hostile.structured.generator import RecordGenerator
 from quarc_ref.format.arrays import UInt32
 from quarc_ref.format.constants import POSITION_LIMIT
 from quarc_ref.format.records import CanonicalChunk, FrameChunk, Section, SnapshotChunk
@@ -19,29 +19,29 @@ _MAX_U32 = (1 << 32) - 1
 _ORIGINS = (0, POSITION_LIMIT, -POSITION_LIMIT - 1, 1 << 30, (1 << 31) - 1, -(1 << 31))
 
 
-def _set_field(name: str, *values: int) -> Callable[[Draws, Record], Record]:
+def _set_field(name: str, *values: int) -> Callable[[RecordGenerator, Record], Record]:
     """Return a function that sets a field to one of the values, or changes it slightly."""
 
-    def change(draws: Draws, record: Record) -> Record:
+    def change(generator: RecordGenerator, record: Record) -> Record:
         current = getattr(record, name)
         neighbors = (max(0, current - 1), current + 1, 2 * current)
-        return replace(record, **{name: draws.rng.choice((*values, *neighbors)) & _MAX_U32})
+        return replace(record, **{name: generator.rng.choice((*values, *neighbors)) & _MAX_U32})
 
     return change
 
 
-def _move_origin(draws: Draws, chunk: CanonicalChunk) -> CanonicalChunk:
+def _move_origin(generator: RecordGenerator, chunk: CanonicalChunk) -> CanonicalChunk:
     origin = list(chunk.origin)
-    origin[draws.rng.randrange(3)] = draws.rng.choice(_ORIGINS)
+    origin[generator.rng.randrange(3)] = generator.rng.choice(_ORIGINS)
     return replace(chunk, origin=(origin[0], origin[1], origin[2]))
 
 
-def _narrow_box(draws: Draws, chunk: CanonicalChunk) -> CanonicalChunk:
-    bits = draws.rng.choice((0, max(0, chunk.axis_bits - 1), chunk.axis_bits, 20))
+def _change_axis_bits(generator: RecordGenerator, chunk: CanonicalChunk) -> CanonicalChunk:
+    bits = generator.rng.choice((0, max(0, chunk.axis_bits - 1), chunk.axis_bits, 20))
     return replace(chunk, axis_bits=bits)
 
 
-def _toggle_contexts(_draws: Draws, chunk: FrameChunk) -> FrameChunk:
+def _toggle_contexts(_generator: RecordGenerator, chunk: FrameChunk) -> FrameChunk:
     return replace(chunk, previous_contexts=not chunk.previous_contexts)
 
 
@@ -66,122 +66,122 @@ def _flip_word_bit(rng: random.Random, words: UInt32) -> UInt32:
     return changed
 
 
-def _draw_words(rng: random.Random, _words: UInt32) -> UInt32:
+def _replace_words(rng: random.Random, _words: UInt32) -> UInt32:
     count = rng.choice((0, 1, 2, 8, 60))
-    fill = rng.choice((None, None, _MAX_U32))
-    words = [rng.getrandbits(32) if fill is None else fill for _ in range(count)]
+    fill_word = rng.choice((None, None, _MAX_U32))
+    words = [rng.getrandbits(32) if fill_word is None else fill_word for _ in range(count)]
     return np.array(words, dtype=np.uint32)
 
 
 def _change_section(
     change: Callable[[random.Random, UInt32], UInt32],
-) -> Callable[[Draws, Record], Record]:
+) -> Callable[[RecordGenerator, Record], Record]:
     """Return a function that changes the words of a random section."""
 
-    def change_section(draws: Draws, record: Record) -> Record:
+    def change_section(generator: RecordGenerator, record: Record) -> Record:
         sections = _list_sections(record)
-        index = draws.rng.randrange(len(sections))
-        sections[index] = Section(change(draws.rng, sections[index].words))
+        index = generator.rng.randrange(len(sections))
+        sections[index] = Section(change(generator.rng, sections[index].words))
         return _replace_sections(record, sections)
 
     return change_section
 
 
-def _swap_sections(draws: Draws, record: Record) -> Record:
+def _shuffle_sections(generator: RecordGenerator, record: Record) -> Record:
     sections = _list_sections(record)
-    draws.rng.shuffle(sections)
+    generator.rng.shuffle(sections)
     return _replace_sections(record, sections)
 
 
-def _splice(donors: Sequence[Record]) -> Callable[[Draws, Record], Record]:
+def _splice(donors: Sequence[Record]) -> Callable[[RecordGenerator, Record], Record]:
     """Return a function that copies sections from a frame of the same type in another stream."""
 
-    def splice(draws: Draws, record: Record) -> Record:
+    def splice(generator: RecordGenerator, record: Record) -> Record:
         sections = _list_sections(record)
         same_type_donors = [
             _list_sections(donor) for donor in donors if type(donor) is type(record)
         ]
-        donor_sections = draws.rng.choice(
+        donor_sections = generator.rng.choice(
             [candidate for candidate in same_type_donors if len(candidate) == len(sections)]
         )
-        for index in draws.rng.sample(range(len(sections)), draws.rng.choice((1, 1, 2))):
+        for index in generator.rng.sample(range(len(sections)), generator.rng.choice((1, 1, 2))):
             sections[index] = donor_sections[index]
         return _replace_sections(record, sections)
 
     return splice
 
 
-def _replace(donors: Sequence[Record]) -> Callable[[Draws, Record], Record]:
+def _replace_with_donor(donors: Sequence[Record]) -> Callable[[RecordGenerator, Record], Record]:
     """Return a function that replaces a frame with a frame of another stream."""
 
-    def replace_frame(draws: Draws, record: Record) -> Record:
-        donor = draws.rng.choice([donor for donor in donors if type(donor) is type(record)])
+    def replace_frame(generator: RecordGenerator, record: Record) -> Record:
+        donor = generator.rng.choice([donor for donor in donors if type(donor) is type(record)])
         ordinal_field = "phase" if isinstance(record, FrameChunk) else "frame"
         return replace(donor, **{ordinal_field: getattr(record, ordinal_field)})
 
     return replace_frame
 
 
-def _change_state_crc(draws: Draws, payload: bytes) -> bytes:
-    crc = draws.rng.choice((bytes(4), draws.rng.randbytes(4), b"\xff" * 4))
+def _change_state_crc(generator: RecordGenerator, payload: bytes) -> bytes:
+    crc = generator.rng.choice((bytes(4), generator.rng.randbytes(4), b"\xff" * 4))
     return payload[:-4] + crc
 
 
-def _resize(draws: Draws, payload: bytes) -> bytes:
-    extra = draws.rng.randbytes(draws.rng.choice((1, 4)))
-    return draws.rng.choice((payload[:-1], payload[:4], b"", payload + extra))
+def _resize_payload(generator: RecordGenerator, payload: bytes) -> bytes:
+    extra = generator.rng.randbytes(generator.rng.choice((1, 4)))
+    return generator.rng.choice((payload[:-1], payload[:4], b"", payload + extra))
 
 
-def _set_word_count(draws: Draws, payload: bytes) -> bytes:
+def _set_word_count(generator: RecordGenerator, payload: bytes) -> bytes:
     """Write a wrong word count of the first section, or a wrong flag."""
-    rng = draws.rng
+    rng = generator.rng
     offset, size = rng.choice(((21, 4), (13, 4), (20, 1), (4, 1)))
     number = rng.choice((2, 21, 255, 1 << 20, 1 << 30, _MAX_U32)) % (1 << 8 * size)
     return payload[:offset] + number.to_bytes(size, "little") + payload[offset + size :]
 
 
-def _damage(draws: Draws, payload: bytes) -> bytes:
-    return damage_bytes(draws.rng, payload, payload)[0]
+def _damage_payload(generator: RecordGenerator, payload: bytes) -> bytes:
+    return damage_bytes(generator.rng, payload, payload)[0]
 
 
-def list_hostile_records(donors: Sequence[Record]) -> list[Fault]:
+def list_record_faults(donors: Sequence[Record]) -> list[Fault]:
     """Return the possible faults of records.
 
     Args:
         donors: Records of other streams; they include every type of record.
     """
-    record_changes: dict[str, Callable[[Draws, Any], Any]] = {
+    record_changes: dict[str, Callable[[RecordGenerator, Any], Any]] = {
         "an extra zero word at the end": _change_section(_append_zero_word),
         "extra words before the first word": _change_section(_prepend_word),
         "a missing word": _change_section(_drop_word),
         "a flipped bit in a word": _change_section(_flip_word_bit),
-        "random words": _change_section(_draw_words),
-        "sections in random order": _swap_sections,
+        "random words": _change_section(_replace_words),
+        "sections in random order": _shuffle_sections,
         "sections of another stream": _splice(donors),
-        "a frame of another stream": _replace(donors),
+        "a frame of another stream": _replace_with_donor(donors),
     }
-    canonical_changes: dict[str, Callable[[Draws, Any], Any]] = {
+    canonical_changes: dict[str, Callable[[RecordGenerator, Any], Any]] = {
         "gaussian_count": _set_field("gaussian_count", 0, 65537, _MAX_U32),
         "ordinal": _set_field("frame", 0, _MAX_U32),
         "origin": _move_origin,
-        "axis_bits": _narrow_box,
+        "axis_bits": _change_axis_bits,
     }
-    frame_changes: dict[str, Callable[[Draws, Any], Any]] = {
+    frame_changes: dict[str, Callable[[RecordGenerator, Any], Any]] = {
         "phase": _set_field("phase", 0, _MAX_U32),
         "previous_contexts": _toggle_contexts,
         "death_count": _set_field("death_count", 1, 1 << 16, _MAX_U32),
         "birth_count": _set_field("birth_count", 1, 4097, 1 << 17, _MAX_U32),
     }
-    snapshot_changes: dict[str, Callable[[Draws, Any], Any]] = {
+    snapshot_changes: dict[str, Callable[[RecordGenerator, Any], Any]] = {
         "newborn_count": _set_field("newborn_count", 0, 65537, _MAX_U32),
         "ordinal": _set_field("frame", 0, _MAX_U32),
         "ordinal of its canonical frame": _set_field("canonical", 0, _MAX_U32),
         "origin": _move_origin,
-        "axis_bits": _narrow_box,
+        "axis_bits": _change_axis_bits,
     }
-    payload_changes: dict[str, Callable[[Draws, Any], Any]] = {
+    payload_changes: dict[str, Callable[[RecordGenerator, Any], Any]] = {
         "a wrong state CRC": _change_state_crc,
-        "a wrong payload size": _resize,
+        "a wrong payload size": _resize_payload,
         "a wrong word count or flag": _set_word_count,
     }
     return [
@@ -205,7 +205,7 @@ def list_hostile_records(donors: Sequence[Record]) -> list[Fault]:
         *(Fault(f"moved: {name}", Stage.FRAME, frame_changes[name]) for name in frame_changes),
         *(Fault(name, Stage.PAYLOAD, payload_changes[name]) for name in payload_changes),
         # At higher levels, a damaged count can request a million Gaussians, which takes too long.
-        Fault("damaged bytes in a payload", Stage.PAYLOAD, _damage, {"level": 10}),
+        Fault("damaged bytes in a payload", Stage.PAYLOAD, _damage_payload, {"level": 10}),
     ]
 
 

@@ -11,7 +11,7 @@ from quarc_ref.format.coding.probability import weight_of_code
 from quarc_ref.format.constants import CODE_BITS, PROBABILITY_CODES, STATED_WEIGHT, WEIGHT_TOTAL
 from quarc_ref.format.records import Section
 
-_EVEN = WEIGHT_TOTAL // 2
+_EVEN_WEIGHT = WEIGHT_TOTAL // 2
 
 
 class StatingWriter:
@@ -34,7 +34,7 @@ class StatingWriter:
             return bits
         distinct_contexts = np.unique(contexts)
         bits_by_context = [bits[contexts == context] for context in distinct_contexts]
-        codes = [self._draw_code() for _ in distinct_contexts]
+        codes = [self._choose_code() for _ in distinct_contexts]
         weights = self._counts.weights(model, distinct_contexts).tolist()
         is_stated = [code is not None for code in codes]
         code_bits = [
@@ -44,9 +44,9 @@ class StatingWriter:
             for bit_number in _BIT_ORDER
         ]
         self._runs.append((np.array(is_stated), STATED_WEIGHT))
-        self._runs.append((np.array(code_bits, dtype=np.bool_), _EVEN))
+        self._runs.append((np.array(code_bits, dtype=np.bool_), _EVEN_WEIGHT))
         for context_bits, code, weight in zip(bits_by_context, codes, weights, strict=True):
-            self._runs.append((context_bits, weight if code is None else _find_weight(code)))
+            self._runs.append((context_bits, weight if code is None else _get_weight(code)))
         ones = np.array([np.count_nonzero(context_bits) for context_bits in bits_by_context])
         lengths = np.array([context_bits.size for context_bits in bits_by_context])
         self._counts.add_bits(model, distinct_contexts, lengths - ones, ones)
@@ -54,20 +54,20 @@ class StatingWriter:
 
     def code_raw(self, bits: Bits) -> Bits:
         """See `Planes.code_raw`."""
-        self._runs.append((bits, _EVEN))
+        self._runs.append((bits, _EVEN_WEIGHT))
         return bits
 
     def section(self) -> Section:
         """Return the section with the written words."""
         return Section(encode_bits(self._runs))
 
-    def _draw_code(self) -> int | None:
+    def _choose_code(self) -> int | None:
         return None if self._rng.random() < 0.5 else self._rng.choice(self._codes)
 
 
-def _find_weight(code: int) -> int:
+def _get_weight(code: int) -> int:
     """Return a code's weight of a 1; one half for undefined codes, which decoders reject."""
-    return weight_of_code(code) if code < PROBABILITY_CODES else _EVEN
+    return weight_of_code(code) if code < PROBABILITY_CODES else _EVEN_WEIGHT
 
 
 _BIT_ORDER = tuple(reversed(range(CODE_BITS)))

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from hostile.mutations import damage_bytes
-from hostile.structured.draws import Draws
 from hostile.structured.fault import Fault, Stage
+from hostile.structured.generator import RecordGenerator
 from hostile.structured.pieces import Piece
 from quarc_ref.format import container, wire
 from quarc_ref.format.cameras import Camera
@@ -16,13 +16,13 @@ from quarc_ref.format.constants import CHUNK_HEADER_BYTES, MAGIC
 from quarc_ref.format.records import SeekPoint, Tail
 
 _MAX_U32 = (1 << 32) - 1
-_INTEGERS = (0, 1, 2, 7, 15, 25, 31, 32, 255, 257, (1 << 16) - 1, _MAX_U32)
-_FLOATS = (0.0, -1.0, 1e-45, 1024.5, 3e38, math.inf, math.nan)
+_FIELD_INTEGERS = (0, 1, 2, 7, 15, 25, 31, 32, 255, 257, (1 << 16) - 1, _MAX_U32)
+_FIELD_FLOATS = (0.0, -1.0, 1e-45, 1024.5, 3e38, math.inf, math.nan)
 _HEAD_FORMATS = "BBIIBIIBHHHBBffffBBHHHHQBBfB"
-_CRITICAL = (b"SNAP", b"SnAP")
-_ANCILLARY = (b"snap", b"nOte", b"fram")
+_CRITICAL_TYPES = (b"SNAP", b"SnAP")
+_ANCILLARY_TYPES = (b"snap", b"nOte", b"fram")
 _BAD_TYPES = (b"FR4M", b"FRam", b"\x00\xff  ", b"frAM", b"FRA\n")
-_CHUNK_TYPES = (*_CRITICAL, *_ANCILLARY, *_BAD_TYPES, *container.KNOWN_TYPES)
+_CHUNK_TYPES = (*_CRITICAL_TYPES, *_ANCILLARY_TYPES, *_BAD_TYPES, *container.KNOWN_TYPES)
 Pieces = list[Piece]
 _CAMERA = Camera("c", 64, 48, 5.0, 5.0, 32.0, 24.0, (1.0,) * 9, (0.0,) * 3, 0.5, held_out=False)
 _ANCILLARY_PAYLOADS = (
@@ -31,85 +31,88 @@ _ANCILLARY_PAYLOADS = (
 )
 
 
-def _change_head(draws: Draws, pieces: Pieces) -> Pieces:
+def _change_head(generator: RecordGenerator, pieces: Pieces) -> Pieces:
     """Write an unusual number into a field of HEAD."""
-    head, field_number = pieces[0].payload or b"", draws.rng.randrange(len(_HEAD_FORMATS))
+    head, field_number = pieces[0].payload or b"", generator.rng.randrange(len(_HEAD_FORMATS))
     field_format = f"<{_HEAD_FORMATS[field_number]}"
     offset, size = (
         struct.calcsize(f"<{_HEAD_FORMATS[:field_number]}"),
         struct.calcsize(field_format),
     )
     if field_format == "<f":
-        field = struct.pack(field_format, draws.rng.choice(_FLOATS))
+        field = struct.pack(field_format, generator.rng.choice(_FIELD_FLOATS))
     else:
-        field = struct.pack(field_format, draws.rng.choice(_INTEGERS) % (1 << 8 * size))
+        field = struct.pack(field_format, generator.rng.choice(_FIELD_INTEGERS) % (1 << 8 * size))
     return [replace(pieces[0], payload=head[:offset] + field + head[offset + size :]), *pieces[1:]]
 
 
-def _change_version(draws: Draws, pieces: Pieces) -> Pieces:
+def _change_version(generator: RecordGenerator, pieces: Pieces) -> Pieces:
     """Write a different version, or require a feature that the stream does not need."""
     head = bytearray(pieces[0].payload or b"")
-    head[draws.rng.choice((0, 0, 1, 2, 5, 6))] = draws.rng.choice((0, 2, 128, 255))
+    head[generator.rng.choice((0, 0, 1, 2, 5, 6))] = generator.rng.choice((0, 2, 128, 255))
     return [replace(pieces[0], payload=bytes(head)), *pieces[1:]]
 
 
-def _resize_head(draws: Draws, pieces: Pieces) -> Pieces:
+def _resize_head(generator: RecordGenerator, pieces: Pieces) -> Pieces:
     head = pieces[0].payload or b""
-    extra = bytes(draws.rng.choice((1, 2000)))
+    extra = bytes(generator.rng.choice((1, 2000)))
     return [
-        replace(pieces[0], payload=draws.rng.choice((head[:-1], b"", head + extra))),
+        replace(pieces[0], payload=generator.rng.choice((head[:-1], b"", head + extra))),
         *pieces[1:],
     ]
 
 
 def _change_piece(
-    **draw_by_field: Callable[[Draws, Piece], Any],
-) -> Callable[[Draws, Pieces], Pieces]:
-    """Return a function that draws new values for fields of a random piece."""
+    **choose_by_field: Callable[[RecordGenerator, Piece], Any],
+) -> Callable[[RecordGenerator, Pieces], Pieces]:
+    """Return a function that chooses new values for fields of a random piece."""
 
-    def change(draws: Draws, pieces: Pieces) -> Pieces:
-        index = draws.rng.randrange(len(pieces))
+    def change(generator: RecordGenerator, pieces: Pieces) -> Pieces:
+        index = generator.rng.randrange(len(pieces))
         values = {
-            name: draw_value(draws, pieces[index]) for name, draw_value in draw_by_field.items()
+            name: choose_value(generator, pieces[index])
+            for name, choose_value in choose_by_field.items()
         }
         return [*pieces[:index], replace(pieces[index], **values), *pieces[index + 1 :]]
 
     return change
 
 
-def _swap_chunks(draws: Draws, pieces: Pieces) -> Pieces:
+def _swap_chunks(generator: RecordGenerator, pieces: Pieces) -> Pieces:
     changed = list(pieces)
-    first, second = draws.rng.sample(range(len(pieces)), 2)
+    first, second = generator.rng.sample(range(len(pieces)), 2)
     changed[first], changed[second] = changed[second], changed[first]
     return changed
 
 
-def _drop_chunk(draws: Draws, pieces: Pieces) -> Pieces:
-    index = draws.rng.randrange(len(pieces))
+def _drop_chunk(generator: RecordGenerator, pieces: Pieces) -> Pieces:
+    index = generator.rng.randrange(len(pieces))
     return [*pieces[:index], *pieces[index + 1 :]]
 
 
-def _repeat_chunk(draws: Draws, pieces: Pieces) -> Pieces:
-    index = draws.rng.randrange(len(pieces))
-    return [*pieces[:index], *[pieces[index]] * draws.rng.choice((2, 3)), *pieces[index + 1 :]]
+def _repeat_chunk(generator: RecordGenerator, pieces: Pieces) -> Pieces:
+    index = generator.rng.randrange(len(pieces))
+    return [*pieces[:index], *[pieces[index]] * generator.rng.choice((2, 3)), *pieces[index + 1 :]]
 
 
-def _insert_chunk(*kinds: bytes) -> Callable[[Draws, Pieces], Pieces]:
+def _insert_chunk(*kinds: bytes) -> Callable[[RecordGenerator, Pieces], Pieces]:
     """Return a function that inserts a chunk of one of the types."""
 
-    def insert_chunk(draws: Draws, pieces: Pieces) -> Pieces:
-        index = draws.rng.randrange(1, len(pieces))
-        chunk = Piece(draws.rng.choice(kinds), draws.rng.randbytes(draws.rng.choice((0, 3, 40))))
+    def insert_chunk(generator: RecordGenerator, pieces: Pieces) -> Pieces:
+        index = generator.rng.randrange(1, len(pieces))
+        chunk = Piece(
+            generator.rng.choice(kinds), generator.rng.randbytes(generator.rng.choice((0, 3, 40)))
+        )
         return [*pieces[:index], chunk, *pieces[index:]]
 
     return insert_chunk
 
 
-def _splice(donors: Sequence[Pieces]) -> Callable[[Draws, Pieces], Pieces]:
+def _splice(donors: Sequence[Pieces]) -> Callable[[RecordGenerator, Pieces], Pieces]:
     """Return a function that inserts a chunk of another stream, or continues with that stream."""
 
-    def splice(draws: Draws, pieces: Pieces) -> Pieces:
-        donor, rng = draws.rng.choice(donors), draws.rng
+    def splice(generator: RecordGenerator, pieces: Pieces) -> Pieces:
+        donor, rng = generator.rng.choice(donors), generator.rng
         index, start = rng.randrange(1, len(pieces)), rng.randrange(len(donor))
         if rng.random() < 0.5:
             return [*pieces[:index], *donor[start:]]
@@ -118,92 +121,92 @@ def _splice(donors: Sequence[Pieces]) -> Callable[[Draws, Pieces], Pieces]:
     return splice
 
 
-def _damage_ancillary(draws: Draws, pieces: Pieces) -> Pieces:
+def _damage_ancillary(generator: RecordGenerator, pieces: Pieces) -> Pieces:
     """Insert damaged cameras or metadata."""
-    kind, payload = draws.rng.choice(_ANCILLARY_PAYLOADS)
-    damaged = damage_bytes(draws.rng, payload, payload)[0]
-    index = draws.rng.randrange(1, len(pieces))
+    kind, payload = generator.rng.choice(_ANCILLARY_PAYLOADS)
+    damaged = damage_bytes(generator.rng, payload, payload)[0]
+    index = generator.rng.randrange(1, len(pieces))
     return [*pieces[:index], Piece(kind, damaged), *pieces[index:]]
 
 
-def _change_index(draws: Draws, pieces: Pieces) -> Pieces:
+def _change_index(generator: RecordGenerator, pieces: Pieces) -> Pieces:
     """Write wrong seek points into INDX."""
-    points = [SeekPoint(*draws.rng.choices((0, 1, 8, _MAX_U32), k=3)) for _ in range(3)]
-    index = wire.build_index(points[: draws.rng.randrange(4)])
-    wrong_index = Piece(container.INDX, draws.rng.choice((index, index, index, b"\xff" * 4)))
+    seek_points = [SeekPoint(*generator.rng.choices((0, 1, 8, _MAX_U32), k=3)) for _ in range(3)]
+    index = wire.build_index(seek_points[: generator.rng.randrange(4)])
+    wrong_index = Piece(container.INDX, generator.rng.choice((index, index, index, b"\xff" * 4)))
     *other_pieces, tail = (piece for piece in pieces if piece.kind != container.INDX)
     return [*other_pieces, wrong_index, tail]
 
 
-def _change_tail(draws: Draws, pieces: Pieces) -> Pieces:
+def _change_tail(generator: RecordGenerator, pieces: Pieces) -> Pieces:
     """Write wrong totals into TAIL."""
-    tail = wire.build_tail(Tail(*draws.rng.choices((0, 1, 2, 8, _MAX_U32), k=3)))
-    wrong_tail = draws.rng.choice((tail, tail, tail, tail[:-1], tail + b"\0"))
+    tail = wire.build_tail(Tail(*generator.rng.choices((0, 1, 2, 8, _MAX_U32), k=3)))
+    wrong_tail = generator.rng.choice((tail, tail, tail, tail[:-1], tail + b"\0"))
     return [*pieces[:-1], replace(pieces[-1], payload=wrong_tail)]
 
 
-def _cut(draws: Draws, data: bytes) -> bytes:
-    return data[: draws.rng.randrange(len(data))]
+def _truncate(generator: RecordGenerator, data: bytes) -> bytes:
+    return data[: generator.rng.randrange(len(data))]
 
 
-def _extend(draws: Draws, data: bytes) -> bytes:
-    return data + draws.rng.choice((b"\0", MAGIC, draws.rng.randbytes(30)))
+def _extend(generator: RecordGenerator, data: bytes) -> bytes:
+    return data + generator.rng.choice((b"\0", MAGIC, generator.rng.randbytes(30)))
 
 
-def _change_magic(draws: Draws, data: bytes) -> bytes:
-    index = draws.rng.randrange(len(MAGIC))
-    return data[:index] + bytes([data[index] ^ 1 << draws.rng.randrange(8)]) + data[index + 1 :]
+def _change_magic(generator: RecordGenerator, data: bytes) -> bytes:
+    index = generator.rng.randrange(len(MAGIC))
+    return data[:index] + bytes([data[index] ^ 1 << generator.rng.randrange(8)]) + data[index + 1 :]
 
 
-def _damage(draws: Draws, data: bytes) -> bytes:
-    return damage_bytes(draws.rng, data, data)[0]
+def _damage(generator: RecordGenerator, data: bytes) -> bytes:
+    return damage_bytes(generator.rng, data, data)[0]
 
 
-_LENGTHS = (0, 1, (1 << 22) + 1, (1 << 26) + 1, _MAX_U32)
+_CHUNK_LENGTHS = (0, 1, (1 << 22) + 1, (1 << 26) + 1, _MAX_U32)
 
 
-def list_hostile_streams(donors: Sequence[Pieces]) -> list[Fault]:
+def list_container_faults(donors: Sequence[Pieces]) -> list[Fault]:
     """Return the possible faults of a stream's chunks and bytes.
 
     Args:
         donors: Pieces of other streams.
     """
-    stream_changes: dict[str, Callable[[Draws, Pieces], Pieces]] = {
+    stream_changes: dict[str, Callable[[RecordGenerator, Pieces], Pieces]] = {
         "an unusual value in HEAD": _change_head,
         "a different version": _change_version,
         "a wrong size of HEAD": _resize_head,
         "a wrong sync word": _change_piece(
-            sync=lambda draws, piece: draws.rng.choice((bytes(4), piece.sync[::-1]))
+            sync=lambda generator, piece: generator.rng.choice((bytes(4), piece.sync[::-1]))
         ),
         "a flipped bit in a chunk header": _change_piece(
-            flipped_byte=lambda draws, _piece: draws.rng.randrange(8, CHUNK_HEADER_BYTES)
+            flipped_byte=lambda generator, _piece: generator.rng.randrange(8, CHUNK_HEADER_BYTES)
         ),
         "a flipped bit in a payload CRC": _change_piece(
-            flipped_byte=lambda draws, _piece: -1 - draws.rng.randrange(4)
+            flipped_byte=lambda generator, _piece: -1 - generator.rng.randrange(4)
         ),
         "a wrong sequence number": _change_piece(
-            sequence=lambda draws, _piece: draws.rng.choice((0, 1, 2, 3, _MAX_U32))
+            sequence=lambda generator, _piece: generator.rng.choice((0, 1, 2, 3, _MAX_U32))
         ),
         "a wrong chunk type": _change_piece(
-            kind=lambda draws, _piece: draws.rng.choice(_CHUNK_TYPES)
+            kind=lambda generator, _piece: generator.rng.choice(_CHUNK_TYPES)
         ),
         "a wrong chunk length": _change_piece(
-            length=lambda draws, _piece: draws.rng.choice(_LENGTHS)
+            length=lambda generator, _piece: generator.rng.choice(_CHUNK_LENGTHS)
         ),
         "two swapped chunks": _swap_chunks,
         "a missing chunk": _drop_chunk,
         "a repeated chunk": _repeat_chunk,
         "an inserted chunk": _insert_chunk(*_CHUNK_TYPES),
-        "an unknown ancillary chunk": _insert_chunk(*_ANCILLARY),
-        "an unknown critical chunk": _insert_chunk(*_CRITICAL),
+        "an unknown ancillary chunk": _insert_chunk(*_ANCILLARY_TYPES),
+        "an unknown critical chunk": _insert_chunk(*_CRITICAL_TYPES),
         "a chunk with an invalid type": _insert_chunk(*_BAD_TYPES),
         "chunks of another stream": _splice(donors),
         "damaged cameras or metadata": _damage_ancillary,
         "wrong seek points in INDX": _change_index,
         "wrong totals in TAIL": _change_tail,
     }
-    byte_changes: dict[str, Callable[[Draws, bytes], bytes]] = {
-        "a truncated stream": _cut,
+    byte_changes: dict[str, Callable[[RecordGenerator, bytes], bytes]] = {
+        "a truncated stream": _truncate,
         "extra bytes at the end": _extend,
         "a flipped bit in the magic": _change_magic,
         "damaged bytes": _damage,
