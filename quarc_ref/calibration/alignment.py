@@ -45,7 +45,7 @@ def align(
         correlate: Function that takes the indices of two signals and returns their correlation
             curve, as `correlate_signals` does, or None if the signals cannot be compared. All
             curves have the same length.
-        peak_width: Maximum distance, in samples, of shifts that belong to the same peak.
+        peak_width: Maximum distance, in samples, between shifts that belong to the same peak.
     """
     curves = _correlate_pairs(signal_count, correlate)
     shifts = max(
@@ -157,7 +157,7 @@ def _sum_curves(
 
 
 def _find_shifts_greedily(curves: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Align the signals one by one, always the one that best matches those aligned before it."""
+    """Align one signal after another, always choosing the best match to those already aligned."""
     signal_count, max_shift = len(curves), curves.shape[2] // 2
     shifts = np.zeros(signal_count, np.int64)
     aligned_indices = [int(curves.max(axis=2).sum(axis=1).argmax())]
@@ -196,7 +196,7 @@ def _sum_pair_correlations(curves: NDArray[np.float32], shifts: NDArray[np.int64
 
 
 def _find_parabola_peak(curve: Numbers, peak: int) -> float:
-    """Fit a parabola to a peak and its neighbors; return its maximum's distance from the peak."""
+    """Fit a parabola to a peak and its neighbors; return the offset of its top from the peak."""
     if not 0 < peak < len(curve) - 1:
         return 0.0
     before_peak, peak_value, after_peak = curve[peak - 1 : peak + 2]

@@ -66,7 +66,7 @@ class Calibration:
         recordings: Recordings of all cameras, including those without a pose.
         offsets: Offsets of all cameras.
         solution: Poses, lenses and errors in the solver's world coordinates.
-        world: The calibrated cameras in the final, upright world coordinates.
+        world: The calibrated cameras in the final world coordinates.
         points: Scene points at frame 0, in the final world coordinates.
         moments: Number of moments whose pictures were searched for features.
     """
@@ -176,7 +176,7 @@ def _has_sufficient_support(solution: Solution) -> bool:
 
 
 def _choose_moments(frame_count: int, count: int | None) -> list[int]:
-    """Return the frames to use; by default, any first few of them span the whole recording."""
+    """Return the frames to use, by default ordered so that every prefix spans the recording."""
     if frame_count < 1:
         message = (
             "after synchronization, no frame is common to all cameras; use --sync none to "

@@ -45,7 +45,7 @@ def refine_reconstruction(
 
 
 def count_supported_points(model: pycolmap.Reconstruction) -> dict[int, int]:
-    """Return, by image id, the number of its points that two or more other images see as well."""
+    """Return, by image id, the number of an image's points that at least two other images see."""
     support = {index: 0 for index, image in model.images.items() if image.has_pose}
     for point in model.points3D.values():
         images = {element.image_id for element in point.track.elements}
@@ -56,7 +56,7 @@ def count_supported_points(model: pycolmap.Reconstruction) -> dict[int, int]:
 
 
 def remove_weak_images(model: pycolmap.Reconstruction) -> dict[int, int]:
-    """Remove poses of images with too few supported points; return their counts by image id.
+    """Remove the poses of images with too few supported points; return their point counts by id.
 
     Images are removed one at a time, because each removal leaves other images with fewer supported
     points.

@@ -62,7 +62,7 @@ HEADINGS = (
     "error, px",
     "median, px",
     "points",
-    "seen by 3 or more",
+    "seen by 3+ cameras",
     "offset, frames",
     "confidence",
 )
@@ -99,7 +99,7 @@ def _format_key_figures(calibration: Calibration) -> str:
     figures = {
         "calibrated cameras": f"{calibrated_count} of {camera_count}",
         "mean reprojection error": f"{calibration.solution.mean_error:.2f} px",
-        "points of frame 0": f"{len(calibration.points.positions):,}",
+        "points at frame 0": f"{len(calibration.points.positions):,}",
         "time points used": f"{calibration.moments}",
         "largest offset": f"{max(offsets):.1f} frames",
     }

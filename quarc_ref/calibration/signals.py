@@ -1,4 +1,4 @@
-"""Measures loudness and motion, by which recordings of the same event can be synchronized."""
+"""Measures loudness and motion, which are used to synchronize recordings of the same event."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -57,7 +57,7 @@ class Solution:
     Attributes:
         cameras: Cameras with poses in the solver's world, in the order of the recordings.
         fits: Quality of the poses, by camera name.
-        left_out: The reason why a camera has no pose, by the name of each such camera.
+        left_out: Reasons why cameras have no pose, by camera name.
         points: `[P, 3]` positions of points triangulated from the matches of all moments.
     """
 

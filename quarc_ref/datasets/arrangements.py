@@ -61,7 +61,7 @@ def list_single_pictures(folder: Path) -> Files:
 def list_frame_folders(folder: Path) -> Files:
     """Return the pictures by camera name from a folder with one subfolder per frame.
 
-    An example of a picture is `0000/cam00.png`.
+    For example, a picture has the path `0000/cam00.png`.
 
     Raises:
         CountMismatchError: The numbers of the subfolders have a gap.
@@ -133,7 +133,7 @@ def open_pictures(paths: Sequence[Sequence[Path]], *, reject_gaps: bool = True) 
 
     Args:
         paths: `[camera]` video files, or `[camera][frame]` picture files.
-        reject_gaps: Whether to raise an error if numbers of picture files are missing.
+        reject_gaps: Whether to raise an error if the numbers in the picture names have a gap.
 
     Raises:
         CaptureError: A file cannot be read, or the files are inconsistent.

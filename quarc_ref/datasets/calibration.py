@@ -218,7 +218,7 @@ def downscale_camera(pinhole: _Pinhole, factor: int) -> _Pinhole:
 def make_camera(
     camera: CalibratedCamera, positions: NDArray[np.floating], *, held_out: bool = False
 ) -> Camera:
-    """Convert a calibrated camera to `Camera`, the camera type of streams.
+    """Convert a calibrated camera to a `Camera`, the type that is stored in streams.
 
     Args:
         camera: Camera with a pinhole lens.

@@ -1,4 +1,4 @@
-"""Reads and writes `quarc-capture.json`, which has properties that capture layouts cannot store.
+"""Reads and writes `quarc-capture.json`, a file for properties that no capture layout can store.
 
 The file is in the folder of a capture, next to the files of the capture's layout:
 

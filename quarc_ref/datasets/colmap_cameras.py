@@ -1,8 +1,8 @@
 """Converts lenses from and to COLMAP cameras, and turns off COLMAP's log.
 
 COLMAP's camera models are documented at colmap.github.io/cameras.html. In each supported model,
-the parameters after the principal point are the first distortion coefficients of OpenCV, in the
-same order.
+the parameters after the principal point are the first of OpenCV's distortion coefficients, in
+OpenCV's order.
 """
 
 from collections.abc import Iterator

@@ -1,9 +1,8 @@
 """Computes dense initial points where the depth maps of at least three cameras agree.
 
 Sparse points exist only at distinctive image features, and training from few initial points gives
-lower quality. A pixel becomes a point if the depth maps of at least three cameras, including its
-own, agree with its depth, and if these cameras outnumber the cameras that see a surface behind the
-point.
+lower quality. A pixel becomes a point if at least three cameras, including its own, see a surface
+at the pixel's depth, and if fewer cameras see a surface behind it.
 """
 
 from collections.abc import Sequence
@@ -117,7 +116,7 @@ def _measure_agreement(
 
 
 def _compare_depths(positions: NDArray[np.floating], depth_view: _DepthView) -> Float64Array:
-    """Return, for each point, the depth map's value divided by its depth; 0 if not visible."""
+    """Return the depth map's value at each point, divided by the point's depth; 0 if outside."""
     view, depths = depth_view.view, depth_view.depths
     camera_positions = view.rotation @ positions.T + view.translation[:, None]
     front_indices = np.flatnonzero(camera_positions[2] > 0)

@@ -26,7 +26,7 @@ _STRICT_OPTIONS = {"err_detect": "crccheck+explode"}
 
 
 def open_video(path: Path) -> tuple[InputContainer, VideoStream]:
-    """Open a video whose first video stream can then be demuxed and decoded.
+    """Open a video file, and prepare its first video stream for demuxing and decoding.
 
     Args:
         path: Path of an mp4, mov, mkv or webm file.

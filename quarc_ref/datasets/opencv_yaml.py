@@ -1,4 +1,4 @@
-"""Reads matrices, numbers and lists of names from YAML files of OpenCV's FileStorage."""
+"""Reads matrices, numbers and lists of names from YAML files that OpenCV's FileStorage writes."""
 
 import cv2
 import numpy as np

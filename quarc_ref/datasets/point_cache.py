@@ -2,7 +2,7 @@
 
 Triangulation takes ten seconds or more. The user's cache directory (`~/.cache/quarc-ref/points` on
 Linux) has one PLY file per combination of capture, training cameras and version of the
-triangulation code. The files can be deleted safely.
+triangulation code. It is safe to delete these files.
 """
 
 import hashlib

@@ -88,7 +88,7 @@ def make_rotation_matrix(vector: Float64Array) -> Float64Array:
 
 
 def _fit_pinhole(lens: Lens) -> Lens:
-    """Return the widest pinhole of the same size that stays inside the distorted picture."""
+    """Return the widest pinhole lens of the same size that sees no pixel outside the picture."""
     left, right = _undistort_borders(lens, axis=0)
     top, bottom = _undistort_borders(lens, axis=1)
     max_tangent = max(map(abs, (left, right, top, bottom)))
@@ -156,7 +156,7 @@ def _require_inside_picture(lens: Lens, pinhole: Lens) -> None:
 def _map_pixels(
     lens: Lens, pinhole: Lens, map_type: int = cv2.CV_16SC2
 ) -> tuple[cv2.typing.MatLike, cv2.typing.MatLike]:
-    """Return the maps of pinhole pixels to the distorted picture that cv2.remap needs."""
+    """Return the position in the distorted picture of each pinhole pixel, for cv2.remap."""
     make_maps = cv2.fisheye.initUndistortRectifyMap if lens.fisheye else cv2.initUndistortRectifyMap
     size = (pinhole.width, pinhole.height)
     return make_maps(

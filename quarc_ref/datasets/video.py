@@ -1,9 +1,9 @@
 """Decodes videos and picture files, which the module `media` opens.
 
-Ground-truth pictures are the output of PyAV's `frame.to_ndarray(format="rgb24")`, in which FFmpeg's
-scaler upsamples chroma and converts to RGB with its default settings. Frames are numbered in the
-order of their time stamps. Packets are counted to determine the number of frames, because headers
-can be wrong. Only one thread may use a `VideoReader` at a time.
+Ground-truth pictures are the output of PyAV's `frame.to_ndarray(format="rgb24")`: FFmpeg's scaler
+upsamples chroma and converts to RGB with its default settings. Frames are numbered in the order of
+their time stamps. The number of frames is found by counting packets, because headers can be wrong.
+Only one thread may use a `VideoReader` at a time.
 """
 
 import math
@@ -100,7 +100,7 @@ class VideoReader:
             raise UnreadableVideoError(message) from error
 
     def _release_decoder(self) -> None:
-        """Save memory until the next `read`: replace the decoder and its frame buffers."""
+        """Replace the decoder with a new one, which has no frame buffers until the next `read`."""
         self._container, self._stream = open_video(self.path)
         self._frames, self._next_frame = iter(()), self.frame_count
 
@@ -152,7 +152,7 @@ class _Packet(NamedTuple):
 
 
 def _list_packets(container: InputContainer, stream: VideoStream, path: Path) -> list[_Packet]:
-    """Return the packets of a video in decoding order; compare their number with the header."""
+    """Return the packets of a video in decoding order; check their number against the header."""
     try:
         packets = [
             _make_packet(packet, path)

@@ -1,4 +1,4 @@
-"""Creates output folders, under hidden names until they are complete or at their final paths."""
+"""Creates output folders, either hidden until they are complete, or at their final paths."""
 
 import os
 from collections.abc import Iterator

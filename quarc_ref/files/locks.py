@@ -1,7 +1,7 @@
 """Opens files without following links, and locks them while they are open.
 
-A lock shows other processes that the process that writes a file is still running. The system
-releases the lock when that process ends.
+A locked file shows other processes that its writer is still running. The system releases the lock
+when the writer ends.
 """
 
 import os

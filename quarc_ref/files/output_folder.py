@@ -15,7 +15,7 @@ from quarc_ref.files.marker import MARKER_NAME, append_line, begin_marker, conti
 
 
 class OutputFolder:
-    """An output folder, whose marker is open and locked until `close`.
+    """An output folder, whose marker is open and locked until `close` is called.
 
     Args:
         path: Path of the folder.
@@ -46,7 +46,7 @@ class OutputFolder:
 
     @contextmanager
     def open(self, name: str) -> Iterator[BinaryIO]:
-        """Open a new file in the folder, which appears if the block ends without an error."""
+        """Open a new file, which appears in the folder if the block ends without an error."""
         with atomic_file(self.add(name)) as file:
             yield file
 

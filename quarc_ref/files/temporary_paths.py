@@ -1,4 +1,4 @@
-"""Hidden paths next to a target NAME: `.NAME.0123456789abcdef.part`, and `.old` if replaced."""
+"""Hidden paths next to a target NAME: `.NAME.0123456789abcdef.part`, or `.old` for old targets."""
 
 import re
 import secrets
@@ -15,7 +15,7 @@ def make_temporary_path(target: Path, suffix: str) -> Path:
 
 
 def make_replaced_path(part_path: Path) -> Path:
-    """Return the path to which the old target is moved when the file at `part_path` replaces it."""
+    """Return the path to which the old target is moved when `part_path` takes its place."""
     return part_path.with_suffix(f".{OLD_SUFFIX}")
 
 

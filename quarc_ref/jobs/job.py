@@ -93,7 +93,7 @@ class JobsError(RuntimeError):
 
 
 def pickle_call(function: Callable[[Any], Any], argument: object) -> bytes:
-    """Pickle a function and its argument, so that only the worker imports their libraries."""
+    """Pickle a function and its argument; a worker imports their modules when it unpickles them."""
     return pickle.dumps((function, argument))
 
 

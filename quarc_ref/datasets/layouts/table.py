@@ -91,7 +91,7 @@ def choose_layout(folder: Path) -> Layout:
 
 
 def describe_capture(folder: Path) -> str | None:
-    """Describe a capture or a folder of videos, such as "a folder of 3 videos"; None for others."""
+    """Describe a capture or folder of videos, for example "a folder of 3 videos"; else None."""
     if not folder.is_dir():
         return None
     for layout in LAYOUTS:

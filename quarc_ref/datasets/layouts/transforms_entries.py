@@ -77,7 +77,7 @@ def read_transforms(path: Path) -> Transforms:
     Raises:
         MissingFileError: The file cannot be read.
         UnreadablePoseError: The file is malformed, or a required number is missing.
-        UnsupportedCameraError: The camera model cannot be undistorted.
+        UnsupportedCameraError: The camera model is not supported.
     """
     try:
         return _parse_document(json.loads(path.read_bytes()))
@@ -140,7 +140,7 @@ def _parse_lens(values: Mapping[str, object]) -> Lens:
         raise UnsupportedCameraError(message)
     width, height = _get_number(values, "w"), _get_number(values, "h")
     if not (width.is_integer() and height.is_integer()):
-        message = f"the picture size {width}x{height} is not a whole number of pixels"
+        message = f"the picture size {width}x{height} does not consist of whole numbers"
         raise ValueError(message)
     coefficients = [
         _get_number(values, name) if name in values else 0.0 for name in _COEFFICIENT_NAMES[model]
