@@ -12,7 +12,7 @@ from ladder.fitting import FitResult
 from quarc_ref.decoder.dequantize import Splats, dequantize
 from quarc_ref.decoder.reconstruct import motion_contexts, move
 from quarc_ref.decoder.state import State
-from quarc_ref.decoder.updates import update, update_context
+from quarc_ref.decoder.updates import apply_updates, update_context
 from quarc_ref.encoder.training.straight_through import translation_step
 from quarc_ref.encoder.training.trainable import Attributes, from_splats
 from quarc_ref.format.arrays import Int64
@@ -109,7 +109,7 @@ def _round_motion(frame_start: State, symbols: list[Int64]) -> RoundedResult:
 def _round_updates(moved_state: State, fit: FitResult) -> RoundedResult:
     updates, sh_rest = find_updates(moved_state, fit)
     section = write_updates(update_context(moved_state), updates, moved_state.update_counts)
-    updated_scene = update(moved_state, updates).scene
+    updated_scene = apply_updates(moved_state, updates).scene
     codes = updated_scene.codes.copy()
     alive = fit.alive.cpu().numpy()
     if codes.shape[0] > SH_REST.start:

@@ -128,7 +128,7 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "counts of updates reset in every frame",
         _FRAMES,
-        "return update(replace(state, update_counts=counts), updates)",
+        "return apply_updates(replace(state, update_counts=counts), updates)",
         "return update(state, updates)",
     ),
     mutant(

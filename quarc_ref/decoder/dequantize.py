@@ -1,7 +1,7 @@
 """Converts the integer state to floats for rendering: SPEC 10.
 
 The decoder uses floats only here. Each float is computed from the state with a single
-rounding, and decoding the next frame does not use it.
+rounding. Floats are never used to decode the next frame.
 """
 
 from dataclasses import dataclass
@@ -51,6 +51,6 @@ def dequantize(scene: Scene) -> Splats:
 
 
 def _scale_planes(planes: Int16 | Int32, step: float) -> Float32:
-    """Return the `[N, r]` products of planes `[r, N]` and a step; float32 holds both exactly."""
+    """Return the `[N, r]` products of planes `[r, N]` and a step; both are exact in float32."""
     scaled: Float32 = planes.T.astype(np.float32) * np.float32(step)
     return np.ascontiguousarray(scaled)

@@ -168,7 +168,7 @@ def _convert_errors() -> Iterator[None]:
 
     Raises:
         BitstreamError: The bytes are not a valid stream.
-        LimitError: The stream needs more than this decoder supports.
+        LimitError: The stream exceeds the limits of this decoder.
         EncodeError: A scene cannot be represented in a stream.
     """
     try:

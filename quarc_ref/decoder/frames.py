@@ -12,7 +12,7 @@ from quarc_ref.decoder.limits import require_births, require_gaussians
 from quarc_ref.decoder.reconstruct import append_births, begin_frame, motion_contexts, move
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.state import State
-from quarc_ref.decoder.updates import update, update_context
+from quarc_ref.decoder.updates import apply_updates, update_context
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.coding.gaussian_planes import read_births, read_canonical
 from quarc_ref.format.coding.motion_planes import read_motion
@@ -145,14 +145,14 @@ def decode_updates(state: State, section: Section) -> State:
     """Return the state after the updates in a section (SPEC 7.8).
 
     Args:
-        state: State after `decode_motion`, of a stream with updates.
+        state: State after `decode_motion`, in a stream with updates.
         section: Coded updates of the frame.
 
     Raises:
         BitstreamError: The section is invalid.
     """
     updates, counts = read_updates(section, update_context(state), state.update_counts)
-    return update(replace(state, update_counts=counts), updates)
+    return apply_updates(replace(state, update_counts=counts), updates)
 
 
 def decode_births(state: State, section: Section, count: int) -> State:

@@ -20,11 +20,11 @@ def philox(counters: NDArray[np.uint64], seed: int) -> Int64:
     """Return four pseudorandom words for every counter.
 
     Args:
-        counters: `[4, n]` four words of each counter, below 2^32.
+        counters: `[4, n]` four words of each counter, each below 2^32.
         seed: 64-bit key; the low half is the key's first word.
 
     Returns:
-        `[4, n]` four words for each counter, below 2^32.
+        `[4, n]` four words for each counter, each below 2^32.
     """
     word_mask = np.uint64(_WORD_MASK)
     c0, c1, c2, c3 = counters.astype(np.uint64)

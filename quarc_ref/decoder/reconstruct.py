@@ -68,7 +68,7 @@ def choose_deaths(scene: Scene, count: int) -> Int64:
 
 
 def motion_contexts(state: State, *, use_previous: bool) -> list[LevelContext]:
-    """Return the data of every level that its symbols are coded with (SPEC 8.7).
+    """Return, for every level, the data that selects the contexts of its symbols (SPEC 8.7).
 
     Args:
         state: State after `begin_frame`.
@@ -102,7 +102,7 @@ def move(state: State, symbols: list[Int64]) -> State:
 
     Raises:
         PositionRangeError: A Gaussian would be off the lattice.
-        DegenerateRotationError: The rotation residuals of a Gaussian sum to zero.
+        DegenerateRotationError: The residual quaternions of a Gaussian sum to zero.
     """
     scene = state.scene
     symbols_and_binding = zip(symbols, state.known_anchors.binding, strict=True)
@@ -124,7 +124,7 @@ def append_births(state: State, births: Births) -> State:
     """Return the state with the new Gaussians of a frame appended (SPEC 7.6).
 
     Args:
-        state: State after `move` and, in a stream with updates, `updates.update`.
+        state: State after `move` and, in a stream with updates, `updates.apply_updates`.
         births: New Gaussians, in quantization steps.
 
     Raises:

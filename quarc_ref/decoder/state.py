@@ -75,7 +75,7 @@ class State:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Reference:
+class SnapshotReference:
     """The canonical frame that snapshots are coded against (SPEC 7.9).
 
     Attributes:

@@ -9,7 +9,7 @@ import numpy as np
 
 from quarc_ref.decoder.engine import Engine, FrameState
 from quarc_ref.decoder.engines import choose_engine
-from quarc_ref.decoder.state import Reference
+from quarc_ref.decoder.state import SnapshotReference
 from quarc_ref.format import container, wire
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.container import Chunk
@@ -55,7 +55,7 @@ class StreamDecoder:
         self._index_offset = 0
         self._seek_target: SeekPoint | None = None
         self._is_complete = True
-        self.reference: Reference | None = None
+        self.reference: SnapshotReference | None = None
         self.roots = np.zeros(0, dtype=np.int64)
 
     @property
@@ -142,7 +142,7 @@ class StreamDecoder:
         self._check_position(chunk, canonical.frame, seek_target)
         state, gaussians = self._engine.decode_canonical(self.header, canonical)
         if self.header.snapshots:
-            self.reference = Reference(canonical.frame, gaussians)
+            self.reference = SnapshotReference(canonical.frame, gaussians)
             self.roots = np.arange(gaussians.count)
         return state
 

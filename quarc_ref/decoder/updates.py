@@ -20,19 +20,19 @@ from quarc_ref.format.updates import CODES, ROTATION, TRANSLATION, Updates
 
 
 def update_context(state: State) -> UpdateContext:
-    """Return the data of the Gaussians that a frame's updates are coded with (SPEC 8.8).
+    """Return the data that selects the contexts of a frame's updates (SPEC 8.8).
 
     Args:
-        state: State after `move`, of a stream with updates.
+        state: State after `move`, in a stream with updates.
     """
     return UpdateContext(state.motion, state.known_recency)
 
 
-def update(state: State, updates: Updates) -> State:
+def apply_updates(state: State, updates: Updates) -> State:
     """Return the state with individual Gaussians changed or deleted (SPEC 7.8).
 
     Args:
-        state: State after `move`, of a stream with updates.
+        state: State after `move`, in a stream with updates.
         updates: Updates in quantization steps.
 
     Raises:

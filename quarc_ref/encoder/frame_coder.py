@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from quarc_ref.decoder.engine import Engine, FrameState
-from quarc_ref.decoder.state import Reference
+from quarc_ref.decoder.state import SnapshotReference
 from quarc_ref.encoder.dead_zone import undo_small_moves
 from quarc_ref.encoder.requantize import requantize
 from quarc_ref.format import container, wire
@@ -209,7 +209,7 @@ class FrameCoder:
         self,
         moved_frame: MovedFrame,
         births: Births | None,
-        reference: Reference,
+        reference: SnapshotReference,
         roots: Int64,
         dead_zone: int = 0,
     ) -> CodedFrame:

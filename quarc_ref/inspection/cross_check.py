@@ -18,7 +18,7 @@ _Result = TypeVar("_Result")
 
 
 class CrossChecker:
-    """Makes decoders that compare both entropy decoders, and counts sections and bits.
+    """Runs both entropy decoders on every section, and counts sections and bits.
 
     Attributes:
         section_count: Number of sections for which `open` was called.

@@ -55,7 +55,7 @@ class Speed:
 def measure_speed(
     name: str, threads: int, on_progress: Callable[[str, int, int], None] | None = None
 ) -> Speed | None:
-    """Measure the decoding of a whole stream.
+    """Measure the speed of decoding a whole stream.
 
     Args:
         name: Path or URL of the stream, or `-`; see `open_source`.

@@ -1,9 +1,9 @@
 """The paper's estimate of the coded size: the zero-order entropy of the symbols.
 
 For each channel of a frame, the estimate is the sum of -log2 of every symbol's relative
-frequency: the cost of an ideal coder that knows the frequencies. A decodable
-file cannot be this small; the estimate is only for comparison with the literature (section 6
-of the paper).
+frequency: the cost of an ideal coder that knows the frequencies. The
+estimate is not the size of any decodable file; it is only for comparison with the literature
+(section 6 of the paper).
 """
 
 import numpy as np

@@ -69,7 +69,7 @@ def verify_stream(
         source: A stream that can be read repeatedly, so not a pipe.
         on_progress: Function called after every frame with the stage, the number of frames so
             far, and the total.
-        follow: Polling of a growing stream; None to stop at the stream's current end.
+        follow: How to wait for a growing stream; None to stop at the stream's current end.
 
     Raises:
         BitstreamError: The stream is invalid.

@@ -26,7 +26,7 @@ class Player:
             engine that may use this number of threads.
         prefetch: Maximum number of buffered frames, at least 1. A buffered frame takes
             about 200 bytes per Gaussian.
-        follow: Polling of a growing stream; None to stop at the stream's current end.
+        follow: How to wait for a growing stream; None to stop at the stream's current end.
 
     Attributes:
         times: Nanoseconds by stage, summed over all frames so far.

@@ -1,8 +1,8 @@
 """Reads the chunks of a stream in order: SPEC 5.1.
 
-Decoding and recovery use this module, from the beginning of a stream or from a seek
-point. If the header of a chunk is invalid, the chunk is rejected before its payload is read
-or memory is allocated for it.
+Decoding and recovery both read chunks with this module, beginning at the start of a stream
+or at a seek point. If the header of a chunk is invalid, the chunk is rejected before its
+payload is read or memory is allocated for it.
 """
 
 import zlib

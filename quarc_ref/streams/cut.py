@@ -126,7 +126,7 @@ class _ChunkCopier:
 
     Args:
         writer: Writer of the new stream.
-        walk: Walk of the stream.
+        walk: Walk over the original stream.
         reference: The last CANO before the cut, if snapshots may refer to it.
     """
 

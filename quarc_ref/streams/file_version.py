@@ -15,7 +15,7 @@ class Change(Enum):
 
 @dataclass(frozen=True, slots=True)
 class FileVersion:
-    """The version of a file that a server's headers describe; None for missing headers.
+    """The version of a file that a server's headers describe; fields without header are None.
 
     Attributes:
         size: Size of the file, bytes.

@@ -37,7 +37,7 @@ class Gap:
         byte_count: Length in bytes; None if the stream has not been read to its end.
         reject_id: Reject id of the error at the beginning of the gap (SPEC 3.3).
         message: Message of the error.
-        frames_lost: Number of frames that the gap contained; None if unknown.
+        frames_lost: Number of lost frames; None if unknown.
     """
 
     offset: int
@@ -58,7 +58,7 @@ def recover(
 
     Args:
         stream: A stream.
-        follow: Polling of a growing stream; None to stop at the stream's current end.
+        follow: How to wait for a growing stream; None to stop at the stream's current end.
         decoder: See `decode`.
 
     Yields:
@@ -165,7 +165,10 @@ class _Recovery:
         return self._next_frame - expected_frame
 
     def _read_ordinal(self, resumption: ChunkHeader) -> int | None:
-        """Return the ordinal of a CANO or SNAP, or one after the last at TAIL; None if unknown."""
+        """Return the ordinal of a CANO or SNAP, or at TAIL the number after the last frame's.
+
+        At TAIL, the result is None if no frame has been decoded.
+        """
         payload = self._source.read(resumption.payload_offset, TAIL_BYTES)
         if resumption.kind in container.CANONICAL_TYPES:
             return parse_frame_number(payload)

@@ -24,7 +24,7 @@ _FRAME_BYTES = 4
 
 
 class SearchBudget:
-    """Limits the bytes of payloads whose CRC fails in searches (SPEC 11.4, 13-2).
+    """Limits how many bytes of payloads searches check without success (SPEC 11.4, 13-2).
 
     Args:
         max_payload_bytes: Largest payload that the stream's level allows.
@@ -35,7 +35,7 @@ class SearchBudget:
         self._spent_bytes = 0
 
     def spend(self, byte_count: int) -> None:
-        """Charge the bytes of a payload whose CRC failed to the budget."""
+        """Count the bytes of a payload whose CRC failed."""
         self._spent_bytes += byte_count
 
     def allows(self, offset: int) -> bool:
@@ -74,7 +74,7 @@ class ResumeConditions:
         return header.kind == container.CANO and header.length >= _FRAME_BYTES
 
     def matches_payload(self, header: ChunkHeader, source: Source) -> bool:
-        """Return whether a chunk with a matching header also has a matching payload."""
+        """Return whether the payload of a chunk with a matching header meets the conditions."""
         if header.kind == container.TAIL:
             return not source.read(header.end, 1)
         payload = source.read(header.payload_offset, 2 * _FRAME_BYTES)
@@ -119,7 +119,7 @@ def find_resumption(source: Source, conditions: ResumeConditions) -> ChunkHeader
 
 
 def _find_headers(window: bytes, start: int) -> Iterator[ChunkHeader]:
-    """Yield the headers with valid CRCs in a window, which begins at byte `start`."""
+    """Yield the headers with valid CRCs in a window, which begins at byte `start` of the stream."""
     offset = window.find(SYNC)
     while 0 <= offset <= len(window) - CHUNK_HEADER_BYTES:
         data = window[offset : offset + CHUNK_HEADER_BYTES]

@@ -20,7 +20,7 @@ class StreamWriter:
     Args:
         sink: Binary file to which the stream is appended. It is flushed after every
             chunk, so that readers can follow the stream.
-        head: Payload of HEAD, which is written on construction.
+        head: Payload of HEAD, which the constructor writes.
         check: Function called with every chunk before the chunk is written; if it raises, the
             chunk is not written.
         existing_bytes: Number of bytes of the stream that the sink already contains; the chunks

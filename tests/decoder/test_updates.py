@@ -7,11 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from plain.state import PlainGaussian
-from plain.updates import apply_updates
+from plain.updates import apply_updates as apply_plain_updates
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.reconstruct import append_births, begin_frame, move
 from quarc_ref.decoder.state import State
-from quarc_ref.decoder.updates import update
+from quarc_ref.decoder.updates import apply_updates
 from quarc_ref.format.constants import CODE_LIMIT, POSITION_LIMIT, RESIDUAL_ROWS
 from quarc_ref.format.errors import (
     CodeRangeError,
@@ -62,9 +62,9 @@ def test_updates_match_plain_integers(data, seed):
     gaussians_before = _list_plain_gaussians(moved)
     step, unity = _HEADER.translation_step, _HEADER.rotation_unity
 
-    updated = update(moved, updates)
+    updated = apply_updates(moved, updates)
 
-    assert _list_plain_gaussians(updated) == apply_updates(
+    assert _list_plain_gaussians(updated) == apply_plain_updates(
         copy.deepcopy(gaussians_before), changes, step, unity
     )
     assert _list_plain_gaussians(moved) == gaussians_before  # states are immutable
@@ -74,14 +74,14 @@ def test_surviving_gaussians_keep_their_anchors():
     moved = _make_moved_state()
     updates = _updates([1, 4, 9], [(0, 100)], dies=[True, False, True])
 
-    updated = update(moved, updates)
+    updated = apply_updates(moved, updates)
 
     survivors = np.delete(np.arange(moved.scene.count), [1, 9])
     assert np.array_equal(updated.known_anchors.binding, moved.known_anchors.binding[:, survivors])
 
 
 def test_a_frame_continues_after_updates_as_after_motion():
-    moved = update(_make_moved_state(), make_updates(_make_moved_state(), 3))
+    moved = apply_updates(_make_moved_state(), make_updates(_make_moved_state(), 3))
     with_births = append_births(moved, make_births(moved, 3))
 
     next_state = begin_frame(with_births, 0)
@@ -97,11 +97,13 @@ def test_a_frame_continues_after_updates_as_after_motion():
 
 def test_recency_counts_the_frames_since_the_last_update():
     state, recencies = _make_moved_state(), []
-    state = update(state, _updates([5], [(9, 1)]))
+    state = apply_updates(state, _updates([5], [(9, 1)]))
     for _ in range(4):
         recencies.append(int(state.known_recency[5]))
         state = begin_frame(state, 0)
-        state = update(move(state, [0 * level for level in make_symbols(state)]), _updates([]))
+        state = apply_updates(
+            move(state, [0 * level for level in make_symbols(state)]), _updates([])
+        )
 
     assert recencies == [0, 1, 2, 3]
 
@@ -111,13 +113,13 @@ def test_all_but_one_gaussian_can_leave_but_not_all():
     all_deaths = _updates(range(count), dies=[True] * count)
 
     assert (
-        update(
+        apply_updates(
             _make_moved_state(), _updates(range(1, count), dies=[True] * (count - 1))
         ).scene.count
         == 1
     )
     with pytest.raises(CountError):
-        update(_make_moved_state(), all_deaths)
+        apply_updates(_make_moved_state(), all_deaths)
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -129,11 +131,11 @@ def test_the_limits_of_the_lattice_are_exact(sign):
     positions[1, 3] = sign * (POSITION_LIMIT - 5)
     moved = replace(moved, scene=replace(scene, positions=positions))
 
-    at_limit = update(moved, _updates([3], [(1, 5 * sign)]))
+    at_limit = apply_updates(moved, _updates([3], [(1, 5 * sign)]))
 
     assert at_limit.scene.positions[1, 3] == sign * POSITION_LIMIT
     with pytest.raises(PositionRangeError):
-        update(moved, _updates([3], [(1, 6 * sign)]))
+        apply_updates(moved, _updates([3], [(1, 6 * sign)]))
 
 
 @pytest.mark.parametrize("row", range(7))
@@ -141,17 +143,17 @@ def test_the_limits_of_codes_are_exact(row):
     moved = _make_moved_state()
     margin = CODE_LIMIT - int(moved.scene.codes[row, 2])
 
-    at_limit = update(moved, _updates([2], [(6 + row, margin)]))
+    at_limit = apply_updates(moved, _updates([2], [(6 + row, margin)]))
 
     assert at_limit.scene.codes[row, 2] == CODE_LIMIT
     with pytest.raises(CodeRangeError):
-        update(moved, _updates([2], [(6 + row, margin + 1)]))
+        apply_updates(moved, _updates([2], [(6 + row, margin + 1)]))
 
 
 def test_a_rotation_beyond_the_limit_is_rejected():
-    update(_make_moved_state(), _updates([2], [(4, -256)]))
+    apply_updates(_make_moved_state(), _updates([2], [(4, -256)]))
     with pytest.raises(SymbolRangeError):
-        update(_make_moved_state(), _updates([2], [(4, -257)]))
+        apply_updates(_make_moved_state(), _updates([2], [(4, -257)]))
 
 
 def test_a_stream_without_updates_has_no_recency():

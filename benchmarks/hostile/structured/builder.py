@@ -27,7 +27,7 @@ from quarc_ref.decoder.frames import (
     read_checked_canonical,
 )
 from quarc_ref.decoder.reconstruct import begin_frame, motion_contexts
-from quarc_ref.decoder.state import Reference, State
+from quarc_ref.decoder.state import SnapshotReference, State
 from quarc_ref.decoder.updates import update_context
 from quarc_ref.format import container, wire
 from quarc_ref.format.coding import gaussian_planes, motion_planes, snapshot_planes, update_planes
@@ -80,7 +80,7 @@ class Builder:
         self.pieces = [Piece(container.HEAD, wire.build_stream_header(header))]
         self.records: list[Record] = []
         self.state: State | None = None
-        self.reference: Reference | None = None
+        self.reference: SnapshotReference | None = None
         self._generator = generator
         self._fault: Fault | None = None
 
@@ -107,7 +107,9 @@ class Builder:
         self.state = state or self.state
         self.records.append(record_with_crc)
         if state is not None and isinstance(record, CanonicalChunk):
-            self.reference = Reference(record.frame, read_checked_canonical(self.header, record))
+            self.reference = SnapshotReference(
+                record.frame, read_checked_canonical(self.header, record)
+            )
         kind, build_payload = _CHUNK_TYPES[type(record_with_crc)]
         self.pieces.append(Piece(kind, self._change(Stage.PAYLOAD, build_payload(record_with_crc))))
 

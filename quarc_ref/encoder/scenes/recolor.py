@@ -13,7 +13,7 @@ import numpy as np
 
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.decoder.frames import read_checked_canonical, read_checked_snapshot
-from quarc_ref.decoder.state import Reference
+from quarc_ref.decoder.state import SnapshotReference
 from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.export.activate import SH_C0
@@ -177,7 +177,7 @@ class _RecoloringWriter:
         return replace(gaussians, codes=codes)
 
 
-def _require_reference(reference: Reference | None) -> Reference:
+def _require_reference(reference: SnapshotReference | None) -> SnapshotReference:
     if reference is None:  # cannot happen: the decoder rejects such a stream
         message = "the stream has a snapshot without a canonical frame before it"
         raise EncodeError(message)

@@ -85,8 +85,8 @@ def _code_motion(
     for level_index in reversed(range(len(levels))):
         if coded:
             coarser = coarser.add_level(levels[level_index + 1].parents, coded[-1])
-        level = _Level(planes, level_index + 1, levels[level_index], coarser)
-        coded.append(level.walk(symbols[level_index]))
+        level = _LevelCoder(planes, level_index + 1, levels[level_index], coarser)
+        coded.append(level.code_symbols(symbols[level_index]))
     return coded[::-1]
 
 
@@ -115,7 +115,7 @@ class _CoarserLevels:
         )
 
 
-class _Level:
+class _LevelCoder:
     """Codes the planes of one level."""
 
     def __init__(
@@ -126,7 +126,7 @@ class _Level:
         self._context = context
         self._coarser = coarser
 
-    def walk(self, symbols: Int64) -> Int64:
+    def code_symbols(self, symbols: Int64) -> Int64:
         """Code the symbols `[c, a]` of the level's anchors."""
         moving = np.flatnonzero(self._code_moves(np.bitwise_or.reduce(symbols, axis=0) != 0))
         expected_moving, moving_values = self._expected_residuals(moving), symbols[:, moving]
@@ -195,12 +195,12 @@ class _Level:
 
 
 def _name_channels(channels: int) -> list[str]:
-    """Return the names of channels in model names; only 7 channels include a rotation's w."""
+    """Return the name of each channel in the names of models; only 7 channels include w."""
     return ["translation"] * 3 + ["w"] * (channels - 6) + ["rotation"] * 3
 
 
 class _Classes:
-    """Lookup table of the classes of integers; class k begins at the k-th border, class 0 below."""
+    """Lookup table of classes: class k begins at the k-th border; class 0 is below all borders."""
 
     def __init__(self, *borders: int) -> None:
         self.count = len(borders) + 1

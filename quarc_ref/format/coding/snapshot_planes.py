@@ -205,7 +205,7 @@ def _select_rows(gaussians: Gaussians, indices: Int64) -> Int64:
 
 
 def _compute_residuals(rows: Int64, canonical_rows: Int64) -> Int64:
-    """Return differences; if a rotation's index changes, its components stay absolute."""
+    """Return differences; if a rotation's index changes, its components are not relative."""
     residuals = rows - canonical_rows
     index, components = _ROTATION.start, slice(_ROTATION.start + 1, _ROTATION.stop)
     index_changed = residuals[index] != 0

@@ -8,7 +8,7 @@ from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import begin_frame, move
 from quarc_ref.decoder.state import State
-from quarc_ref.decoder.updates import update
+from quarc_ref.decoder.updates import apply_updates
 from quarc_ref.encoder.frame_coder import FrameStart
 from quarc_ref.encoder.frames.motion import FittedMotion, fit_motion
 from quarc_ref.encoder.frames.updates import TrainedUpdates
@@ -62,7 +62,7 @@ def test_the_scene_in_training_equals_the_decoders():
     updated_attributes = trained.apply_to(attributes).detached()
     decoded = from_splats(
         dequantize(
-            update(
+            apply_updates(
                 moved_state,
                 replace(trained.updates(attributes), dies=_no_deaths(trained, attributes)),
             ).scene
