@@ -205,7 +205,7 @@ def _build_scene(
     if not mismatched or len(world.cameras) - len(mismatched) < MIN_CAMERAS:
         return solution, world, points
     reasons = {name: _describe_mismatch(solution.fits[name].support) for name in mismatched}
-    return _build_scene(recordings, offsets, solution.without(reasons), options)
+    return _build_scene(recordings, offsets, solution.without_cameras(reasons), options)
 
 
 def _describe_mismatch(support: int) -> str:

@@ -42,7 +42,7 @@ class Recordings:
             raise UnknownCameraError(message)
         return self.names.index(name)
 
-    def without(self, names: Iterable[str]) -> "Recordings":
+    def without_cameras(self, names: Iterable[str]) -> "Recordings":
         """Return the recordings without the named cameras."""
         removed = set(names)
         indices = [index for index, name in enumerate(self.names) if name not in removed]

@@ -66,7 +66,7 @@ class Solution:
     left_out: dict[str, str]
     points: NDArray[np.float64]
 
-    def without(self, reasons: dict[str, str]) -> "Solution":
+    def without_cameras(self, reasons: dict[str, str]) -> "Solution":
         """Return the solution without the given cameras.
 
         Args:

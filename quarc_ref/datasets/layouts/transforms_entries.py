@@ -140,7 +140,7 @@ def _parse_lens(values: Mapping[str, object]) -> Lens:
         raise UnsupportedCameraError(message)
     width, height = _get_number(values, "w"), _get_number(values, "h")
     if not (width.is_integer() and height.is_integer()):
-        message = f"the picture size {width}x{height} does not consist of whole numbers"
+        message = f"the picture width or height is not a whole number: {width}x{height}"
         raise ValueError(message)
     coefficients = [
         _get_number(values, name) if name in values else 0.0 for name in _COEFFICIENT_NAMES[model]
