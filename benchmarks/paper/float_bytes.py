@@ -8,7 +8,7 @@ from quarc_ref.decoder.scene import Scene
 from quarc_ref.format.records import Gaussians
 from quarc_ref.inspection.estimate import estimate_births, estimate_bits, estimate_gaussians
 from quarc_ref.inspection.stream_summary import FrameSummary
-from quarc_ref.inspection.symbols import Magnitudes
+from quarc_ref.inspection.symbols import MagnitudeHistograms
 
 _FLOAT_BYTES = 4
 _POSE_FLOATS = 7  # position and quaternion
@@ -40,7 +40,7 @@ def summarize_floats(float_frame: FloatFrame, trial: Trial) -> FrameSummary:
     }
     return FrameSummary(
         scene.frame, is_canonical, scene.count, anchor_count, birth_count, float_frame.deaths, 0,
-        sum(coded_bytes.values()), coded_bytes, estimates, Magnitudes((), ()), trial.name,
+        sum(coded_bytes.values()), coded_bytes, estimates, MagnitudeHistograms((), ()), trial.name,
     )  # fmt: skip
 
 

@@ -104,4 +104,4 @@ def _normalize(vectors: Int64, guard_bits: int) -> Int64:
     return divide_round(vectors * (1 << (ROTATION_FRACTION_BITS + guard_bits)), norm)
 
 
-_BLOCK_SIZE = 1 << 13  # block size for which intermediate results stay in the cache
+_BLOCK_SIZE = 1 << 13  # number of rotations whose intermediate results fit in the cache

@@ -39,7 +39,7 @@ class StreamHeader:
     frame_ticks: int = described(1, "Clock ticks per frame.")
     lattice_exponent: int = described(12, "A lattice unit is 2^-lattice_exponent world units.")
     position_step: int = described(
-        4, "Step of positions of canonical and new Gaussians, lattice units."
+        4, "Step of the coded positions of canonical and new Gaussians, lattice units."
     )
     translation_step: int = described(7, "Step of translation residuals, lattice units.")
     rotation_unity: int = described(100, "w component of the identity residual, in rotation steps.")
@@ -71,9 +71,9 @@ class StreamHeader:
     )
     seed: int = described(0, "Seed of the anchor sampler, 64 bits.")
     right_handed: bool = described(True, "Whether the world coordinate system is right-handed.")
-    up_axis: int = described(0, "Up direction: 1 to 6 for +x, -x, +y, -y, +z, -z; 0: unknown.")
-    meters_per_unit: float = described(0.0, "Size of a world unit in meters; 0: unknown.")
-    color_space: int = described(1, "Color space; 1: sRGB, blended without linearization.")
+    up_axis: int = described(0, "Up direction: 1 to 6 for +x, -x, +y, -y, +z, -z; 0 if unknown.")
+    meters_per_unit: float = described(0.0, "Size of a world unit in meters; 0 if unknown.")
+    color_space: int = described(1, "Color space; 1 is sRGB, blended without linearization.")
     updates: bool = described(
         False, "Whether frames may update individual Gaussians, a feature of version 1.1 (SPEC 12)."
     )
@@ -274,7 +274,7 @@ class FrameChunk:
 
 @dataclass(frozen=True, slots=True)
 class Tail:
-    """The numbers of frames in a stream, and the offset of INDX: the TAIL chunk (SPEC 5.8)."""
+    """The numbers of frames and canonical frames, and the offset of INDX: TAIL (SPEC 5.8)."""
 
     frame_count: int
     canonical_count: int

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 _STATISTICS_FILE = Path("/proc/stat")  # Linux: see proc(5)
-_BUSY_COLUMNS = (0, 1, 2, 5, 6)  # user, nice, system, interrupts
+_BUSY_COLUMNS = (0, 1, 2, 5, 6)  # user, nice, system, irq, softirq
 _STEAL_COLUMN = 7
 
 

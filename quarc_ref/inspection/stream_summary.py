@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.constants import VERSION_MAJOR, VERSION_MINOR
 from quarc_ref.format.records import StreamHeader
-from quarc_ref.inspection.symbols import Magnitudes
+from quarc_ref.inspection.symbols import MagnitudeHistograms
 
 KILOBYTE = 1024
 KINDS = ("canonical", "snapshots", "motion", "updates", "births")
@@ -40,7 +40,7 @@ class FrameSummary:
     chunk_bytes: int
     coded_bytes: dict[str, int]
     estimate_bytes: dict[str, float]
-    magnitudes: Magnitudes
+    magnitudes: MagnitudeHistograms
     sha256: str
 
     @property
@@ -135,9 +135,9 @@ class StreamSummary:
             kind: round(sum(frame.estimate_bytes[kind] for frame in self.frames)) for kind in KINDS
         }
 
-    def magnitudes(self) -> Magnitudes:
+    def magnitudes(self) -> MagnitudeHistograms:
         """Return the histograms of the magnitudes of all frames' motion symbols."""
-        return sum((frame.magnitudes for frame in self.frames), Magnitudes((), ()))
+        return sum((frame.magnitudes for frame in self.frames), MagnitudeHistograms((), ()))
 
     def kilobytes_per_frame(self) -> dict[str, float]:
         """Return the kilobytes (1024 bytes) per frame, computed in two ways.

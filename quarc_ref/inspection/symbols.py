@@ -11,7 +11,7 @@ _TRANSLATION_ROWS = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Magnitudes:
+class MagnitudeHistograms:
     """Numbers of symbols of each magnitude, from 0 to the largest magnitude.
 
     Attributes:
@@ -23,8 +23,8 @@ class Magnitudes:
     translation: tuple[int, ...]
     rotation: tuple[int, ...]
 
-    def __add__(self, other: "Magnitudes") -> "Magnitudes":
-        return Magnitudes(
+    def __add__(self, other: "MagnitudeHistograms") -> "MagnitudeHistograms":
+        return MagnitudeHistograms(
             _add_histograms(self.translation, other.translation),
             _add_histograms(self.rotation, other.rotation),
         )
@@ -34,16 +34,16 @@ class Magnitudes:
         return {"translation": list(self.translation), "rotation": list(self.rotation)}
 
 
-def count_magnitudes(symbols: tuple[Int64, ...]) -> Magnitudes:
+def count_magnitudes(symbols: tuple[Int64, ...]) -> MagnitudeHistograms:
     """Compute the histograms of a frame's symbols.
 
     Args:
         symbols: `[c, a]` symbols of each level's anchors; empty in a canonical frame.
     """
     if not symbols:
-        return Magnitudes((), ())
+        return MagnitudeHistograms((), ())
     magnitudes = np.abs(np.concatenate(symbols, axis=1))
-    return Magnitudes(
+    return MagnitudeHistograms(
         tuple(np.bincount(magnitudes[:_TRANSLATION_ROWS].reshape(-1)).tolist()),
         tuple(np.bincount(magnitudes[_TRANSLATION_ROWS:].reshape(-1)).tolist()),
     )

@@ -51,7 +51,7 @@ class Frame:
         return self.state.scene
 
 
-# Iterator over frames that can be closed.
+# A closable iterator over frames.
 Frames = Prefetcher[Frame] | Generator[Frame]
 
 

@@ -50,9 +50,7 @@ class Player:
         self._prefetch = prefetch
         self._pipeline = FramePipeline(as_source(stream), threads, prefetch, follow, self.times)
         self._run: Frames | None = None
-        self._next_ordinal = (
-            -1
-        )  # ordinal of the next frame in the run of `frame`; -1 if there is no such run
+        self._next_ordinal = -1  # next ordinal in the run of `frame`; -1 if there is none
 
     def __enter__(self) -> "Player":
         return self

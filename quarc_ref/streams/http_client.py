@@ -113,5 +113,5 @@ class _TimedHandler(HTTPHandler):
 
     @cached_property
     def _tls_context(self) -> ssl.SSLContext:
-        # certificates load slowly, so they are loaded once and only for TLS
+        # Certificates load slowly, so they are loaded only once and only for TLS.
         return make_tls_context()

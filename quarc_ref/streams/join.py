@@ -116,7 +116,7 @@ def _require_joinable(first: _Part, part: _Part, number: int) -> None:
         message = f"stream {number} differs from the first in {', '.join(differences)}"
         raise EditError(message)
     if first.cameras != part.cameras:
-        message = f"stream {number} has different cameras from the first"
+        message = f"stream {number} and the first stream have different cameras"
         raise EditError(message)
 
 

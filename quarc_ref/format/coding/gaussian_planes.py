@@ -201,7 +201,7 @@ def code_ascending(planes: Planes, name: str, values: Int64) -> Int64:
         planes, name, np.zeros_like(differences), KEY_CLASS_BITS, differences
     )
     if differences.max(initial=0) > _DIFFERENCE_LIMIT:  # [8.4-1]
-        message = "a difference of ascending numbers is too large"
+        message = "the difference between two ascending numbers is too large"
         raise SymbolRangeError(message)
     return np.cumsum(differences)
 

@@ -11,7 +11,7 @@ from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import PROBABILITY_CODES, WEIGHT_TOTAL
 from quarc_ref.format.errors import BadProbabilityError
 
-_HALF = PROBABILITY_CODES // 2
+_CODES_PER_HALF = PROBABILITY_CODES // 2
 _STEPS_PER_OCTAVE = 8
 _MIN_SHIFT = 5
 
@@ -41,8 +41,8 @@ def choose_codes(ones: Int64, counts: Int64) -> Int64:
 
 
 def _compute_weight(code: int) -> int:
-    if code >= _HALF:
-        return WEIGHT_TOTAL - _compute_weight(code - _HALF)
+    if code >= _CODES_PER_HALF:
+        return WEIGHT_TOTAL - _compute_weight(code - _CODES_PER_HALF)
     octave, step = divmod(code, _STEPS_PER_OCTAVE)
     return (_STEPS_PER_OCTAVE + step) << (octave + _MIN_SHIFT)
 

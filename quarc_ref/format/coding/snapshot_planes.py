@@ -101,17 +101,17 @@ def write_snapshot(canonical: Gaussians, gaussians: Gaussians, roots: Int64) -> 
     _code_survivors(writer, lives, rows_by_root)
     is_new = np.ones(roots.size, dtype=np.bool_)
     is_new[survivors] = False
-    newborn, origin, axis_bits = _select(gaussians, np.flatnonzero(is_new)), (0, 0, 0), 0
+    newborn, origin, axis_bits = _select_gaussians(gaussians, np.flatnonzero(is_new)), (0, 0, 0), 0
     if newborn.count:
         origin, axis_bits, newborn = sort_canonical(newborn)
-    all_gaussians = _concatenate(_select(gaussians, survivors), newborn)
+    all_gaussians = _concatenate(_select_gaussians(gaussians, survivors), newborn)
     return CodedSnapshot(
         newborn.count,
         origin,
         axis_bits,
         writer.section(),
         write_canonical(newborn, origin),
-        _select(all_gaussians, _sort_morton(all_gaussians)),
+        _select_gaussians(all_gaussians, _sort_morton(all_gaussians)),
     )
 
 
@@ -136,7 +136,7 @@ def read_snapshot(chunk: SnapshotChunk, canonical: Gaussians) -> Snapshot:
     gaussians = _concatenate(survivors, newborn)
     roots = np.concatenate([survivor_roots, np.full(newborn.count, -1, dtype=np.int64)])
     order = _sort_morton(gaussians)
-    return Snapshot(_select(gaussians, order), roots[order])
+    return Snapshot(_select_gaussians(gaussians, order), roots[order])
 
 
 def compute_differences(snapshot: Snapshot, canonical: Gaussians) -> Int64:
@@ -247,7 +247,7 @@ def _concatenate(first: Gaussians, second: Gaussians) -> Gaussians:
     )
 
 
-def _select(gaussians: Gaussians, indices: Int64) -> Gaussians:
+def _select_gaussians(gaussians: Gaussians, indices: Int64) -> Gaussians:
     return Gaussians(
         gaussians.positions[:, indices],
         gaussians.rotations[:, indices],
@@ -259,4 +259,4 @@ _DIFFERENCES_MODEL = "survivors, differences"
 _ROTATION = SURVIVOR_FIELDS["rotation"]
 _CODE_COUNT = 7  # the first codes of a Gaussian: all but SH rest
 _NO_MINIMUM = 1 << 62
-_MAX_CHANGE = (1 << 14) - 1  # so that the difference of two numbers fits Signed(CLASS_BITS)
+_MAX_CHANGE = (1 << 14) - 1  # so that differences of two such numbers fit Signed(CLASS_BITS)
