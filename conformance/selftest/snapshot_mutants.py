@@ -87,7 +87,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "recovery resumes at a snapshot that refers to another CANO",
         _RESYNC,
         "        if header.kind == container.SNAP and parse_frame_number(",
-        "        if header.kind == b'none' and canonical_frame(",
+        "        if header.kind == b'none' and parse_frame_number(",
     ),
     mutant(
         "recovery never resumes at a snapshot",

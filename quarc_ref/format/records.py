@@ -96,9 +96,7 @@ class StreamHeader:
                 not 0 < value <= constants.STEP_LIMIT
                 or float(np.array(value, dtype="<f4")) != value
             ):
-                message = (
-                    f"{name} is {value}, not a float32 above 0 and up to {constants.STEP_LIMIT}"
-                )
+                message = f"{name} is {value}, not a binary32 in (0, {constants.STEP_LIMIT}]"
                 raise ValueError(message)
 
     @property
